@@ -1,0 +1,68 @@
+# The two commands: `make demo` (see it work) and `make test` (see it hold).  `make help` lists the rest.
+PYTHON ?= python3
+BIN := .venv/bin
+STAMPS := .venv/.stamps
+INSTALL := $(BIN)/uv pip install --quiet --python $(BIN)/python --compile-bytecode --constraint constraints.txt
+
+.PHONY: help demo test lint format bench docs constraints clean
+
+help: ## List the targets
+	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 14
+
+demo: $(STAMPS)/base ## Simulate the paper's room, map it, print Table 5 and draw the figures into echoplan-demo/
+	@$(BIN)/echoplan demo
+
+test: $(STAMPS)/test ## Run every test
+	@$(BIN)/python -m pytest -n auto
+
+lint: $(STAMPS)/dev ## Linters, formatting, types and the import contracts
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports --no-cache
+
+format: $(STAMPS)/dev ## Format the code and mend what ruff can mend
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench: $(STAMPS)/test ## Print every measured figure that the documents quote
+	@$(BIN)/python benchmarks/run.py
+
+docs: $(STAMPS)/base ## Make the pictures of the documents anew
+	@$(BIN)/python docs/pictures.py
+
+constraints: $(STAMPS)/tools ## Pin the newest versions that the ranges allow
+	$(BIN)/uv pip compile --quiet --universal --no-header --no-annotate --upgrade --group dev \
+	    --python-version 3.11 pyproject.toml --output-file constraints.txt
+
+clean: ## Remove everything that was made
+	rm -rf .venv echoplan-demo out .pytest_cache .mypy_cache .ruff_cache .hypothesis dist
+
+# A virtual environment needs ensurepip, which Debian and Ubuntu keep in a package of their own.
+$(STAMPS)/venv:
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { \
+	    echo "Installing python3-venv (Debian keeps it apart from python3) ..."; \
+	    SUDO=$$([ "$$(id -u)" = 0 ] || echo sudo); \
+	    $$SUDO apt-get -qq update && $$SUDO apt-get -qq install -y --no-install-recommends python3-venv; }
+	@echo "Making .venv ..."
+	@$(PYTHON) -m venv .venv
+	@mkdir -p $(STAMPS) && touch $@
+
+$(STAMPS)/tools: $(STAMPS)/venv
+	@$(BIN)/python -m pip install --quiet --constraint constraints.txt uv
+	@touch $@
+
+$(STAMPS)/base: $(STAMPS)/tools pyproject.toml constraints.txt
+	@echo "Installing echoplan ..."
+	@$(INSTALL) --editable .
+	@touch $@
+
+$(STAMPS)/test: $(STAMPS)/base
+	@echo "Installing what the tests need ..."
+	@$(INSTALL) --group test
+	@touch $@
+
+$(STAMPS)/dev: $(STAMPS)/test
+	@echo "Installing the linters ..."
+	@$(INSTALL) --group dev
+	@touch $@

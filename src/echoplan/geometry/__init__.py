@@ -1,0 +1,25 @@
+"""Angles, poses, lines and visibility: pure mathematics in the plane."""
+
+from echoplan.geometry.angles import circular_mean, directions, wrap
+from echoplan.geometry.lines import along, feet, intersections, lines_through, signed_distances
+from echoplan.geometry.poses import compose, identity, invert, transform_points
+from echoplan.geometry.visibility import crosses_discs, crosses_segments, distances_to_segments, is_blocked
+
+__all__ = [
+    "along",
+    "circular_mean",
+    "compose",
+    "crosses_discs",
+    "crosses_segments",
+    "directions",
+    "distances_to_segments",
+    "feet",
+    "identity",
+    "intersections",
+    "invert",
+    "is_blocked",
+    "lines_through",
+    "signed_distances",
+    "transform_points",
+    "wrap",
+]

@@ -1,0 +1,137 @@
+"""Sight lines between points among segments and discs: who hides whom.
+
+Segments are arrays of shape (m, 2, 2): item, start or end, x or y.  Discs are (k, 3): x, y, radius.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from echoplan.arrays import BoolArray, FloatArray
+
+__all__ = ["crosses_discs", "crosses_segments", "distances_to_segments", "is_blocked"]
+
+
+def crosses_segments(origins_xy: ArrayLike, targets_xy: ArrayLike, segments_xy: ArrayLike) -> BoolArray:
+    """Tell which sight lines cross which segments in a point inside both.
+
+    Parameters
+    ----------
+    origins_xy, targets_xy : array_like, shape (n, 2)
+        Ends of the sight lines [m].
+    segments_xy : array_like, shape (m, 2, 2)
+        Segments [m].
+
+    Returns
+    -------
+    ndarray of bool, shape (n, m)
+        True where the open sight line meets the closed segment; a common line is no crossing.
+
+    Examples
+    --------
+    >>> crosses_segments([[0, 0]], [[2, 0]], [[[1, -1], [1, 1]], [[3, -1], [3, 1]]])
+    array([[ True, False]])
+    """
+    origins = np.asarray(origins_xy, dtype=np.float64)[:, None]
+    rays = np.asarray(targets_xy, dtype=np.float64)[:, None] - origins
+    segments = np.asarray(segments_xy, dtype=np.float64).reshape(-1, 2, 2)
+    starts = segments[None, :, 0]
+    spans = segments[None, :, 1] - starts
+    turn = _cross(rays, spans)
+    parallel = turn == 0
+    safe = np.where(parallel, 1.0, turn)
+    on_ray = _cross(starts - origins, spans) / safe
+    on_segment = _cross(starts - origins, rays) / safe
+    met: BoolArray = (on_ray > 0) & (on_ray < 1) & (on_segment >= 0) & (on_segment <= 1) & ~parallel
+    return met
+
+
+def crosses_discs(origins_xy: ArrayLike, targets_xy: ArrayLike, discs: ArrayLike) -> BoolArray:
+    """Tell which sight lines pass through which discs.
+
+    Parameters
+    ----------
+    origins_xy, targets_xy : array_like, shape (n, 2)
+        Ends of the sight lines [m].
+    discs : array_like, shape (k, 3)
+        ``(x, y, radius)`` of each disc [m].
+
+    Returns
+    -------
+    ndarray of bool, shape (n, k)
+        True where a point of the sight line lies nearer to the centre than the radius.
+
+    Examples
+    --------
+    >>> crosses_discs([[0, 0]], [[2, 0]], [[1, 0.1, 0.2], [1, 0.5, 0.2]])
+    array([[ True, False]])
+    """
+    discs = np.asarray(discs, dtype=np.float64).reshape(-1, 3)
+    segments = np.stack([np.asarray(origins_xy), np.asarray(targets_xy)], axis=1)
+    distances = distances_to_segments(discs[:, :2], segments).T
+    near: BoolArray = distances < discs[None, :, 2]
+    return near
+
+
+def distances_to_segments(points_xy: ArrayLike, segments_xy: ArrayLike) -> FloatArray:
+    """Distance of every point from every segment.
+
+    Parameters
+    ----------
+    points_xy : array_like, shape (n, 2)
+        Points [m].
+    segments_xy : array_like, shape (m, 2, 2)
+        Segments [m]; one of no length is a point.
+
+    Returns
+    -------
+    ndarray of float64, shape (n, m)
+        Distances [m].
+
+    Examples
+    --------
+    >>> distances_to_segments([[3.0, 4.0]], [[[0, 0], [0, 1]], [[0, 0], [9, 0]]]).round(3)
+    array([[4.243, 4.   ]])
+    """
+    points = np.asarray(points_xy, dtype=np.float64)[:, None]
+    segments = np.asarray(segments_xy, dtype=np.float64).reshape(-1, 2, 2)
+    starts = segments[None, :, 0]
+    spans = segments[None, :, 1] - starts
+    squares = np.sum(spans**2, axis=-1)
+    shares = np.sum((points - starts) * spans, axis=-1) / np.where(squares == 0, 1.0, squares)
+    nearest = starts + np.clip(shares, 0.0, 1.0)[..., None] * spans
+    distances: FloatArray = np.hypot(*np.moveaxis(points - nearest, -1, 0))
+    return distances
+
+
+def is_blocked(
+    origins_xy: ArrayLike, targets_xy: ArrayLike, *, segments_xy: ArrayLike, discs: ArrayLike
+) -> BoolArray:
+    """Tell which sight lines something stands across.
+
+    Parameters
+    ----------
+    origins_xy, targets_xy : array_like, shape (n, 2)
+        Ends of the sight lines [m].
+    segments_xy : array_like, shape (m, 2, 2)
+        Segments that hide what lies behind them [m].
+    discs : array_like, shape (k, 3)
+        Discs ``(x, y, radius)`` likewise [m].
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        True where the line of sight is cut.
+
+    Examples
+    --------
+    >>> is_blocked([[0, 0]], [[2, 0]], segments_xy=[[[1, -1], [1, 1]]], discs=[])
+    array([ True])
+    """
+    by_segment = crosses_segments(origins_xy, targets_xy, segments_xy).any(axis=1)
+    blocked: BoolArray = by_segment | crosses_discs(origins_xy, targets_xy, discs).any(axis=1)
+    return blocked
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    product: FloatArray = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return product

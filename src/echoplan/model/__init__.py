@@ -1,0 +1,39 @@
+"""The values that flow through echoplan: frozen, checked, with read-only arrays."""
+
+from echoplan.model.features import (
+    ClassProbabilities,
+    Corner,
+    CornerKind,
+    Cylinder,
+    FeatureClass,
+    FeatureMap,
+    Wall,
+)
+from echoplan.model.rig import Firing, Rig, Servo
+from echoplan.model.sensor import Sensor, Transducer
+from echoplan.model.sweep import Pings, Recording, Source, Sweep
+from echoplan.model.world import Pillar, Polyline, Route, Truth, World
+
+__all__ = [
+    "ClassProbabilities",
+    "Corner",
+    "CornerKind",
+    "Cylinder",
+    "FeatureClass",
+    "FeatureMap",
+    "Firing",
+    "Pillar",
+    "Pings",
+    "Polyline",
+    "Recording",
+    "Rig",
+    "Route",
+    "Sensor",
+    "Servo",
+    "Source",
+    "Sweep",
+    "Transducer",
+    "Truth",
+    "Wall",
+    "World",
+]

@@ -1,0 +1,246 @@
+"""What a map is made of: walls, corners and cylinders, each with its covariance."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+
+from echoplan.arrays import (
+    FloatArray,
+    IntArray,
+    checked_covariance,
+    checked_floats,
+    checked_integers,
+    checked_number,
+    store,
+)
+from echoplan.errors import InvalidValueError
+from echoplan.geometry import directions
+
+__all__ = ["ClassProbabilities", "Corner", "CornerKind", "Cylinder", "FeatureClass", "FeatureMap", "Wall"]
+
+
+class FeatureClass(StrEnum):
+    """What a reflector can be."""
+
+    WALL = "wall"
+    CORNER = "corner"
+    CYLINDER = "cylinder"
+
+
+class CornerKind(StrEnum):
+    """How a corner is seen from where it was heard: into it, or around it."""
+
+    CONCAVE = "concave"
+    CONVEX = "convex"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClassProbabilities:
+    """How likely a feature is of each class.
+
+    Parameters
+    ----------
+    wall, corner, cylinder : float, optional
+        Probabilities that sum to one.
+
+    Raises
+    ------
+    InvalidValueError
+        If one is negative or they do not sum to one.
+    """
+
+    wall: float = 0.0
+    corner: float = 0.0
+    cylinder: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in FeatureClass:
+            checked_number(getattr(self, name), name=name, minimum=0.0, maximum=1.0)
+        total = self.wall + self.corner + self.cylinder
+        if abs(total - 1.0) > 1e-6:
+            raise InvalidValueError(f"class probabilities must sum to 1, not {total:g}")
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Wall:
+    """A flat face: the line ``n . p = offset`` with n = (cos, sin) of its angle, and its ends.
+
+    Parameters
+    ----------
+    normal_angle : float
+        Direction of the normal [rad].
+    offset : float
+        Distance of the line from the origin along the normal [m].
+    endpoints_xy : ndarray, shape (2, 2)
+        Start and end [m].
+    covariance : ndarray, shape (2, 2)
+        Of normal_angle and offset, in that order [rad, m].
+    class_probabilities : ClassProbabilities, optional
+        How sure it is that this is a wall.
+    pings : int, optional
+        How many pings speak for it.
+    stations : int, optional
+        From how many stations they came.
+
+    Raises
+    ------
+    InvalidValueError
+        If a number is not finite, the ends coincide or the covariance is none.
+    """
+
+    normal_angle: float
+    offset: float
+    endpoints_xy: FloatArray
+    covariance: FloatArray
+    class_probabilities: ClassProbabilities = field(default_factory=lambda: ClassProbabilities(wall=1.0))
+    pings: int = 0
+    stations: int = 0
+
+    def __post_init__(self) -> None:
+        checked_number(self.normal_angle, name="normal_angle")
+        checked_number(self.offset, name="offset")
+        ends = checked_floats(self.endpoints_xy, name="endpoints_xy", shape=(2, 2))
+        if (ends[0] == ends[1]).all():
+            raise InvalidValueError(f"the ends of a wall must differ, both are {ends[0].tolist()}")
+        store(
+            self,
+            endpoints_xy=ends,
+            covariance=checked_covariance(self.covariance, name="covariance", size=2),
+        )
+
+    @property
+    def length(self) -> float:
+        """Distance between the ends [m]."""
+        return float(np.hypot(*(self.endpoints_xy[1] - self.endpoints_xy[0])))
+
+    @property
+    def normal_xy(self) -> FloatArray:
+        """Unit normal, shape (2,)."""
+        return directions(self.normal_angle)
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Corner:
+    """A corner: where two walls meet, or an edge that was heard by itself.
+
+    Parameters
+    ----------
+    position_xy : ndarray, shape (2,)
+        Vertex [m].
+    kind : CornerKind
+        Concave or convex.
+    covariance : ndarray, shape (2, 2)
+        Of x and y [m, m].
+    class_probabilities : ClassProbabilities, optional
+        How sure it is that this is a corner.
+    pings : int, optional
+        How many pings speak for it by themselves; 0 for a mere crossing of walls.
+    stations : int, optional
+        From how many stations it was heard.
+
+    Raises
+    ------
+    InvalidValueError
+        If the position is not finite or the covariance is none.
+    """
+
+    position_xy: FloatArray
+    kind: CornerKind
+    covariance: FloatArray
+    class_probabilities: ClassProbabilities = field(default_factory=lambda: ClassProbabilities(corner=1.0))
+    pings: int = 0
+    stations: int = 0
+
+    def __post_init__(self) -> None:
+        store(
+            self,
+            position_xy=checked_floats(self.position_xy, name="position_xy", shape=(2,)),
+            kind=CornerKind(self.kind),
+            covariance=checked_covariance(self.covariance, name="covariance", size=2),
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Cylinder:
+    """An upright cylinder.
+
+    Parameters
+    ----------
+    center_xy : ndarray, shape (2,)
+        Axis [m].
+    radius : float
+        Radius [m], not negative.
+    covariance : ndarray, shape (3, 3)
+        Of x, y and radius [m].
+    class_probabilities : ClassProbabilities, optional
+        How sure it is that this is a cylinder.
+    pings : int, optional
+        How many pings speak for it.
+    stations : int, optional
+        From how many stations they came.
+
+    Raises
+    ------
+    InvalidValueError
+        If a number is not finite, the radius negative or the covariance none.
+    """
+
+    center_xy: FloatArray
+    radius: float
+    covariance: FloatArray
+    class_probabilities: ClassProbabilities = field(default_factory=lambda: ClassProbabilities(cylinder=1.0))
+    pings: int = 0
+    stations: int = 0
+
+    def __post_init__(self) -> None:
+        checked_number(self.radius, name="radius", minimum=0.0)
+        store(
+            self,
+            center_xy=checked_floats(self.center_xy, name="center_xy", shape=(2,)),
+            covariance=checked_covariance(self.covariance, name="covariance", size=3),
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class FeatureMap:
+    """A map of features, with the poses from which they were heard.
+
+    Parameters
+    ----------
+    method : str
+        Name of the method that made it.
+    walls : tuple of Wall, optional
+        The walls.
+    corners : tuple of Corner, optional
+        The corners.
+    cylinders : tuple of Cylinder, optional
+        The cylinders.
+    sweeps : ndarray of int, shape (s,), optional
+        Numbers of the sweeps that were mapped.
+    poses : ndarray, shape (s, 3), optional
+        Pose of each sweep [m, m, rad]; corrected where the method corrects poses, else as given.
+    frame : str, optional
+        Frame of all coordinates (REP 105).
+    parameters : mapping, optional
+        Settings of the run, ready for JSON.
+
+    Raises
+    ------
+    InvalidValueError
+        If sweeps and poses differ in number.
+    """
+
+    method: str
+    walls: tuple[Wall, ...] = ()
+    corners: tuple[Corner, ...] = ()
+    cylinders: tuple[Cylinder, ...] = ()
+    sweeps: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    poses: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    frame: str = "map"
+    parameters: Mapping[str, object] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        sweeps = checked_integers(self.sweeps, name="sweeps", shape=(None,))
+        store(self, sweeps=sweeps, poses=checked_floats(self.poses, name="poses", shape=(len(sweeps), 3)))
