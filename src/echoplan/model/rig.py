@@ -72,6 +72,11 @@ class Firing:
         if not self.groups or not all(self.groups):
             raise InvalidValueError(f"groups must name the sensors fired together, not {self.groups}")
 
+    @property
+    def sensor_ids(self) -> set[int]:
+        """Ids of all sensors that are fired."""
+        return {sensor_id for group in self.groups for sensor_id in group}
+
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Rig:
@@ -106,17 +111,15 @@ class Rig:
     transducer: Transducer | None = None
 
     def __post_init__(self) -> None:
-        ids = [sensor.sensor_id for sensor in self.sensors]
+        ids = Counter(sensor.sensor_id for sensor in self.sensors)
         if not ids:
             raise InvalidValueError("a rig must have at least one sensor")
-        repeated = sorted(sensor_id for sensor_id, count in Counter(ids).items() if count > 1)
-        if repeated:
-            raise InvalidValueError(
-                f"sensor id {repeated[0]} occurs more than once; every sensor needs its own"
-            )
-        fired = {sensor_id for group in self.firing.groups for sensor_id in group} if self.firing else set()
-        if fired - set(ids):
-            raise InvalidValueError(f"groups name sensor {min(fired - set(ids))}, but the sensors are {ids}")
+        repeated, count = ids.most_common(1)[0]
+        if count > 1:
+            raise InvalidValueError(f"sensor id {repeated} occurs {count} times; every sensor needs its own")
+        strange = self.firing.sensor_ids - set(ids) if self.firing else set()
+        if strange:
+            raise InvalidValueError(f"groups name sensor {min(strange)}, but the sensors are {sorted(ids)}")
         store(self, base_from_turret=checked_floats(self.base_from_turret, name="turret", shape=(3,)))
 
     @property
