@@ -77,9 +77,7 @@ def test_no_function_takes_more_than_six_parameters() -> None:
 
 
 def test_no_file_is_too_long() -> None:
-    sizes = {
-        str(path.relative_to(ROOT)): len(path.read_text(encoding="utf-8").splitlines()) for path in FILES
-    }
+    sizes = {str(path.relative_to(ROOT)): len(path.read_text(encoding="utf-8").splitlines()) for path in FILES}
     assert not offenders(sizes, 400)
     assert np.quantile(list(sizes.values()), 0.9) <= 250
 
@@ -171,7 +169,5 @@ def test_nothing_committed_tells_of_the_workshop() -> None:
     told = []
     for path in [*FILES, *sorted((ROOT / "docs").rglob("*.md")), ROOT / "README.md"]:
         text = path.read_text(encoding="utf-8")
-        told += [
-            f"{path.relative_to(ROOT)}: {word}" for word in ("/work/", "session", ".library") if word in text
-        ]
+        told += [f"{path.relative_to(ROOT)}: {word}" for word in ("/work/", "session", ".library") if word in text]
     assert not told

@@ -103,9 +103,7 @@ def distances_to_segments(points_xy: ArrayLike, segments_xy: ArrayLike) -> Float
     return distances
 
 
-def is_blocked(
-    origins_xy: ArrayLike, targets_xy: ArrayLike, *, segments_xy: ArrayLike, discs: ArrayLike
-) -> BoolArray:
+def is_blocked(origins_xy: ArrayLike, targets_xy: ArrayLike, *, segments_xy: ArrayLike, discs: ArrayLike) -> BoolArray:
     """Tell which sight lines something stands across.
 
     Parameters
@@ -127,8 +125,8 @@ def is_blocked(
     >>> is_blocked([[0, 0]], [[2, 0]], segments_xy=[[[1, -1], [1, 1]]], discs=[])
     array([ True])
     """
-    by_segment = crosses_segments(origins_xy, targets_xy, segments_xy).any(axis=1)
-    blocked: BoolArray = by_segment | crosses_discs(origins_xy, targets_xy, discs).any(axis=1)
+    by_segment = np.any(crosses_segments(origins_xy, targets_xy, segments_xy), axis=1)
+    blocked: BoolArray = by_segment | np.any(crosses_discs(origins_xy, targets_xy, discs), axis=1)
     return blocked
 
 

@@ -44,7 +44,8 @@ class Servo:
     def angles(self) -> FloatArray:
         """Angles of one forward sweep [rad], shape (n,); the last step may end just short of ``stop``."""
         count = int(np.floor((self.stop - self.start) / self.step + 1e-6)) + 1
-        return self.start + self.step * np.arange(count)
+        angles: FloatArray = self.start + self.step * np.arange(count, dtype=np.float64)
+        return angles
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -163,7 +164,7 @@ class Rig:
         wanted = np.asarray(sensor_ids, dtype=np.int64)
         known = self.sensor_ids
         order = np.argsort(known)
-        found = order[np.searchsorted(known, wanted, sorter=order).clip(max=len(known) - 1)]
+        found: IntArray = order[np.searchsorted(known, wanted, sorter=order).clip(max=len(known) - 1)]
         strange = wanted[known[found] != wanted]
         if strange.size:
             raise UnknownNameError("sensor id", str(strange[0]), known=map(str, known))

@@ -78,7 +78,8 @@ class Sweep:
     @property
     def station(self) -> FloatArray:
         """Pose of the robot halfway through the sweep [m, m, rad], shape (3,)."""
-        return self.map_from_base[len(self) // 2]
+        middle: FloatArray = self.map_from_base[len(self) // 2]
+        return middle
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -189,9 +189,7 @@ class Truth:
             walls_xy=walls,
             walls_heard=checked_integers(self.walls_heard, name="walls_heard", shape=(len(walls),)),
             cylinders=cylinders,
-            cylinders_heard=checked_integers(
-                self.cylinders_heard, name="cylinders_heard", shape=(len(cylinders),)
-            ),
+            cylinders_heard=checked_integers(self.cylinders_heard, name="cylinders_heard", shape=(len(cylinders),)),
             poses=poses,
             given=checked_floats(self.given, name="given", shape=(len(poses), 3)),
         )

@@ -1,0 +1,191 @@
+"""The minimum-distance point of a cluster: where the object is, by a least-squares polynomial (Eq. 6-11)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.arrays import FloatArray, checked_covariance, checked_floats, store
+from echoplan.extraction.clusters import Cluster
+from echoplan.extraction.compensation import arm_excess
+from echoplan.geometry import directions, wrap
+
+__all__ = ["LocatedPoint", "MdpSettings", "Parabola", "fit_parabola", "minimum_distance_point"]
+
+
+class MdpSettings(BaseModel, frozen=True, extra="forbid"):
+    """Settings of the minimum-distance point."""
+
+    iterations: int = Field(
+        default=5,
+        ge=1,
+        description="rounds of compensation: the normal is unknown until the polynomial is fitted",
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class LocatedPoint:
+    """The nearest point of an object, as seen from the hub of the array.
+
+    Parameters
+    ----------
+    hub_xy : ndarray, shape (2,)
+        Position of the turret's axis [m].
+    bearing : float
+        Direction of the object's normal, outward from the hub [rad].
+    distance : float
+        Distance of the object from the hub [m].
+    covariance : ndarray, shape (2, 2)
+        Of bearing and distance, in that order [rad, m].
+    """
+
+    hub_xy: FloatArray
+    bearing: float
+    distance: float
+    covariance: FloatArray
+
+    def __post_init__(self) -> None:
+        store(
+            self,
+            hub_xy=checked_floats(self.hub_xy, name="hub_xy", shape=(2,)),
+            covariance=checked_covariance(self.covariance, name="covariance", size=2),
+        )
+
+    @property
+    def position_xy(self) -> FloatArray:
+        """The point itself [m], shape (2,)."""
+        return self.hub_xy + self.distance * directions(self.bearing)
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Parabola:
+    """A least-squares parabola ``y = a0 + a1 x + a2 x**2`` about a centre of x.
+
+    Parameters
+    ----------
+    center : float
+        Where x is 0 [rad].
+    coefficients : ndarray, shape (3,)
+        a0, a1, a2 in metres and powers of radians.
+    covariance : ndarray, shape (3, 3)
+        Of the coefficients.
+    """
+
+    center: float
+    coefficients: FloatArray
+    covariance: FloatArray
+
+    @property
+    def opens_upward(self) -> bool:
+        """Whether the parabola has a minimum at all."""
+        return bool(self.coefficients[2] > 0)
+
+    @property
+    def vertex(self) -> FloatArray:
+        """Bearing and distance of the minimum [rad, m], shape (2,)."""
+        a0, a1, a2 = self.coefficients
+        return np.array([self.center - a1 / (2 * a2), a0 - a1**2 / (4 * a2)])
+
+    @property
+    def vertex_covariance(self) -> FloatArray:
+        """Covariance of the vertex by the delta method, shape (2, 2) [rad, m]."""
+        _, a1, a2 = self.coefficients
+        jacobian = np.array(
+            [
+                [0.0, -1 / (2 * a2), a1 / (2 * a2**2)],
+                [1.0, -a1 / (2 * a2), a1**2 / (4 * a2**2)],
+            ]
+        )
+        covariance: FloatArray = jacobian @ self.covariance @ jacobian.T
+        return (covariance + covariance.T) / 2
+
+
+def fit_parabola(bearings: FloatArray, distances: FloatArray, *, floor: float = 0.0) -> Parabola | None:
+    """Fit a parabola by least squares (Eq. 6-11 with m = 2).
+
+    The normal equations of Eq. 9 and 11 lose half the digits; the same minimiser comes from an orthogonal
+    factorisation of the centred, scaled system of Eq. 10.
+
+    Parameters
+    ----------
+    bearings : ndarray, shape (n,)
+        x [rad].
+    distances : ndarray, shape (n,)
+        y [m].
+    floor : float, optional
+        Least standard deviation of a distance [m]: what quantisation alone leaves.
+
+    Returns
+    -------
+    Parabola or None
+        None if fewer than three distinct bearings leave the parabola undetermined.
+
+    Examples
+    --------
+    >>> x = np.array([0.0, 0.1, 0.2, 0.3])
+    >>> fit_parabola(x, 1.0 + (x - 0.12) ** 2).vertex.round(6)
+    array([0.12, 1.  ])
+    """
+    if len(np.unique(bearings)) < 3:
+        return None
+    center, scale = float(bearings.mean()), float(np.ptp(bearings)) / 2
+    design = np.vander((bearings - center) / scale, 3, increasing=True)
+    q, r = np.linalg.qr(design)
+    scaled = np.linalg.solve(r, q.T @ distances)
+    residuals = distances - design @ scaled
+    variance = max(float(residuals @ residuals) / max(len(bearings) - 3, 1), floor**2)
+    inverse = np.linalg.inv(r)
+    unscale = scale ** -np.arange(3.0)
+    return Parabola(
+        center=center,
+        coefficients=scaled * unscale,
+        covariance=variance * (inverse @ inverse.T) * np.outer(unscale, unscale),
+    )
+
+
+def minimum_distance_point(
+    cluster: Cluster, settings: MdpSettings | None = None, *, radius: float = np.inf, resolution: float = 0.0
+) -> LocatedPoint | None:
+    """Locate the object of a cluster: compensate, fit, and again with the better normal.
+
+    Parameters
+    ----------
+    cluster : Cluster
+        Echoes of one object.
+    settings : MdpSettings, optional
+        How many rounds.
+    radius : float, optional
+        Curvature of the object that the class supposes [m]: ``inf`` flat, 0 corner (Eq. 5).
+    resolution : float, optional
+        Step of the readings [m].
+
+    Returns
+    -------
+    LocatedPoint or None
+        The vertex of the parabola; None where the parabola opens downward or has its vertex outside the cluster,
+        because such a cluster shows no nearest point.
+    """
+    settings = settings or MdpSettings()
+    arms_xy = cluster.pings.origins_xy - cluster.pings.hubs_xy
+    arms, arm_angles = np.hypot(*arms_xy.T), np.arctan2(arms_xy[:, 1], arms_xy[:, 0])
+    normal = float(cluster.bearings[np.argmin(cluster.distances)])
+    depth = float(cluster.pings.ranges.min())
+    parabola = None
+    for _ in range(settings.iterations):
+        excess = arm_excess(wrap(arm_angles - normal), arm=arms, depth=depth, radius=radius)
+        distances = cluster.pings.ranges + arms - excess
+        parabola = fit_parabola(cluster.bearings, distances, floor=resolution / np.sqrt(12))
+        if parabola is None or not parabola.opens_upward:
+            return None
+        normal, distance = parabola.vertex
+        normal = float(np.clip(normal, cluster.bearings[0], cluster.bearings[-1]))
+        depth = max(float(distance) - float(arms.mean()), 0.0)
+    if parabola is None or not cluster.bearings[0] <= parabola.vertex[0] <= cluster.bearings[-1]:
+        return None
+    bearing, distance = parabola.vertex
+    return LocatedPoint(
+        hub_xy=cluster.hub_xy,
+        bearing=float(bearing),
+        distance=float(distance),
+        covariance=parabola.vertex_covariance,
+    )

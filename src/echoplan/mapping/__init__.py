@@ -1,0 +1,38 @@
+"""From observations of single sweeps to features of a map."""
+
+from echoplan.mapping.assembly import AssemblySettings, Grouped, assemble
+from echoplan.mapping.association import AssociationSettings, Group, absorb, group_lines, group_points
+from echoplan.mapping.corners import corners_of, crossing_covariance
+from echoplan.mapping.cylinders import CylinderSettings, cylinder_of
+from echoplan.mapping.fits import Fit, fit_circle, fit_line
+from echoplan.mapping.junctions import Junction, Span, junctions
+from echoplan.mapping.observations import Observation, Stack, shares, stations_of
+from echoplan.mapping.walls import WallSettings, heard_span, walls_of
+
+__all__ = [
+    "AssemblySettings",
+    "AssociationSettings",
+    "CylinderSettings",
+    "Fit",
+    "Group",
+    "Grouped",
+    "Junction",
+    "Observation",
+    "Span",
+    "Stack",
+    "WallSettings",
+    "absorb",
+    "assemble",
+    "corners_of",
+    "crossing_covariance",
+    "cylinder_of",
+    "fit_circle",
+    "fit_line",
+    "group_lines",
+    "group_points",
+    "heard_span",
+    "junctions",
+    "shares",
+    "stations_of",
+    "walls_of",
+]

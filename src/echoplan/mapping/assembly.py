@@ -1,0 +1,95 @@
+"""Assembly: from groups of observations to a map."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.mapping.association import AssociationSettings, Group
+from echoplan.mapping.corners import corners_of
+from echoplan.mapping.cylinders import CylinderSettings, cylinder_of
+from echoplan.mapping.observations import Observation, stations_of
+from echoplan.mapping.walls import WallSettings, walls_of
+from echoplan.model import FeatureMap, Sweep
+
+__all__ = ["AssemblySettings", "Grouped", "assemble"]
+
+
+class AssemblySettings(BaseModel, frozen=True, extra="forbid"):
+    """How observations of many sweeps become one map."""
+
+    association: AssociationSettings = Field(default_factory=AssociationSettings)
+    min_stations: int = Field(default=2, ge=1, description="an object heard from fewer stations is none")
+    walls: WallSettings = Field(default_factory=WallSettings)
+    cylinders: CylinderSettings = Field(default_factory=CylinderSettings)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grouped:
+    """Observations put together by object, and the objects by class.
+
+    Parameters
+    ----------
+    lines : list of Group
+        Walls.
+    corners, cylinders : list of tuple of Observation
+        Corners that were heard by themselves, and cylinders.
+    """
+
+    lines: list[Group] = field(default_factory=list)
+    corners: list[tuple[Observation, ...]] = field(default_factory=list)
+    cylinders: list[tuple[Observation, ...]] = field(default_factory=list)
+
+    def confirmed(self, min_stations: int) -> "Grouped":
+        """Keep the objects that enough stations heard.
+
+        Parameters
+        ----------
+        min_stations : int
+            How many are enough.
+
+        Returns
+        -------
+        Grouped
+            The others are gone.
+        """
+        return Grouped(
+            lines=[group for group in self.lines if group.stations >= min_stations],
+            corners=[members for members in self.corners if stations_of(members) >= min_stations],
+            cylinders=[members for members in self.cylinders if stations_of(members) >= min_stations],
+        )
+
+
+def assemble(grouped: Grouped, sweeps: list[Sweep], settings: AssemblySettings, *, method: str) -> FeatureMap:
+    """Fit, lengthen and cross: make a map of grouped observations.
+
+    Parameters
+    ----------
+    grouped : Grouped
+        What was heard, by object.
+    sweeps : list of Sweep
+        What the map was made of; their poses are taken as given.
+    settings : AssemblySettings
+        Gates and prior knowledge.
+    method : str
+        Name of the method.
+
+    Returns
+    -------
+    FeatureMap
+        Walls that end where they meet, corners where they cross, cylinders with their radius.
+    """
+    sure = grouped.confirmed(settings.min_stations)
+    walls, meetings = walls_of(sure.lines, settings.walls)
+    corners = corners_of(walls, meetings, sure.corners, gate=settings.association.point_gate)
+    cylinders = [
+        cylinder_of(members, settings.cylinders, association=settings.association) for members in sure.cylinders
+    ]
+    return FeatureMap(
+        method=method,
+        walls=walls,
+        corners=corners,
+        cylinders=tuple(cylinder for cylinder in cylinders if cylinder is not None),
+        sweeps=np.array([sweep.index for sweep in sweeps], dtype=np.int64),
+        poses=np.array([sweep.station for sweep in sweeps]).reshape(-1, 3),
+    )

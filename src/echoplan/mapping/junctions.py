@@ -1,0 +1,152 @@
+"""Junctions: where neighbouring walls meet, and so how far they go."""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import along, directions, intersections, signed_distances
+from echoplan.model import CornerKind
+
+__all__ = ["Junction", "Span", "junctions"]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Span:
+    """A stretch of a line.
+
+    Parameters
+    ----------
+    line : ndarray, shape (2,)
+        ``(normal_angle, offset)`` [rad, m], the normal away from the side from which it was heard.
+    low, high : float
+        Coordinates along the line [m].
+    """
+
+    line: FloatArray
+    low: float
+    high: float
+
+    @property
+    def middle_xy(self) -> FloatArray:
+        """Point halfway [m], shape (2,)."""
+        return self.point_xy((self.low + self.high) / 2)
+
+    def point_xy(self, coordinate: float) -> FloatArray:
+        """Point at a coordinate along the line.
+
+        Parameters
+        ----------
+        coordinate : float
+            Coordinate along the line [m].
+
+        Returns
+        -------
+        ndarray, shape (2,)
+            The point [m].
+        """
+        normal, tangent = directions(self.line[0]), directions(self.line[0] + np.pi / 2)
+        point: FloatArray = self.line[1] * normal + coordinate * tangent
+        return point
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Junction:
+    """Two spans that meet at their ends.
+
+    Parameters
+    ----------
+    first, second : int
+        Numbers of the spans.
+    first_at_high, second_at_high : bool
+        At which end of each.
+    position_xy : ndarray, shape (2,)
+        Where their lines cross [m].
+    extension : float
+        By how much both together must be lengthened to meet [m].
+    kind : CornerKind
+        Whether one hears into the corner or around it.
+    """
+
+    first: int
+    second: int
+    first_at_high: bool
+    second_at_high: bool
+    position_xy: FloatArray
+    extension: float
+    kind: CornerKind
+
+
+def junctions(spans: list[Span], *, max_extension: float, min_turn: float = np.radians(20)) -> list[Junction]:
+    """Find where neighbouring spans meet, the nearest meetings first; each end meets once.
+
+    Parameters
+    ----------
+    spans : list of Span
+        Walls as far as they were heard.
+    max_extension : float
+        How far an end may be from the crossing [m].
+    min_turn : float, optional
+        Least angle between two lines that meet [rad]: flatter crossings are ill-determined.
+
+    Returns
+    -------
+    list of Junction
+        In the order of what must be added to the walls; empty if none meet.
+    """
+    found = [
+        _meeting(pair, spans, max_extension=max_extension, min_turn=min_turn)
+        for pair in combinations(range(len(spans)), 2)
+    ]
+    chosen: list[Junction] = []
+    taken: set[tuple[int, bool]] = set()
+    for junction in sorted((each for each in found if each is not None), key=lambda each: each.extension):
+        ends = {(junction.first, junction.first_at_high), (junction.second, junction.second_at_high)}
+        if not ends & taken:
+            taken |= ends
+            chosen.append(junction)
+    return chosen
+
+
+def _meeting(pair: tuple[int, int], spans: list[Span], *, max_extension: float, min_turn: float) -> Junction | None:
+    first, second = spans[pair[0]], spans[pair[1]]
+    if abs(np.sin(first.line[0] - second.line[0])) < np.sin(min_turn):
+        return None
+    position = intersections(first.line, second.line)
+    gaps = [_gap(span, position) for span in (first, second)]
+    kind = _kind(first, second)
+    if kind is None or max(gaps) > max_extension or min(gaps) < -_overlap(first, second):
+        return None
+    at_high = [bool(along(span.line, position) > (span.low + span.high) / 2) for span in (first, second)]
+    return Junction(
+        first=pair[0],
+        second=pair[1],
+        first_at_high=at_high[0],
+        second_at_high=at_high[1],
+        position_xy=position,
+        extension=sum(max(gap, 0.0) for gap in gaps),
+        kind=kind,
+    )
+
+
+def _gap(span: Span, position_xy: FloatArray) -> float:
+    """How far beyond the nearer end of a span a point on its line lies [m]; negative inside."""
+    coordinate = float(along(span.line, position_xy))
+    return max(span.low - coordinate, coordinate - span.high)
+
+
+def _overlap(first: Span, second: Span) -> float:
+    """How far a crossing may lie inside a span [m]: a tenth of the shorter, for ends are uncertain."""
+    return 0.1 * min(first.high - first.low, second.high - second.low)
+
+
+def _kind(first: Span, second: Span) -> CornerKind | None:
+    """Concave if each wall lies on the side from which the other was heard, convex if on the far side of it."""
+    sides = (
+        float(signed_distances(first.line, second.middle_xy)),
+        float(signed_distances(second.line, first.middle_xy)),
+    )
+    if max(sides) <= 0:
+        return CornerKind.CONCAVE
+    return CornerKind.CONVEX if min(sides) >= 0 else None

@@ -1,0 +1,122 @@
+"""The conventional approach: regions of constant depth (the paper's Section 3.1).
+
+Leonard and Durrant-Whyte (1992).  The depth of a region is taken as the distance, its middle as the direction;
+nothing is compensated.  What a region is shows over several stations: those of a wall share a tangent, those of a
+corner cross in a point, those of a cylinder touch a circle.
+"""
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.extraction import (
+    ClusteringSettings,
+    Rcd,
+    RcdSettings,
+    differential_clusters,
+    region_of_constant_depth,
+)
+from echoplan.mapping import (
+    AssemblySettings,
+    Grouped,
+    Observation,
+    assemble,
+    cylinder_of,
+    group_lines,
+    group_points,
+)
+from echoplan.model import FeatureMap, Pings, Rig, Sweep
+from echoplan.preprocessing import valid_pings
+
+__all__ = ["RcdMapper", "RcdMapperSettings"]
+
+_UNDECIDED = np.ones(3)
+
+
+class RcdMapperSettings(BaseModel, frozen=True, extra="forbid"):
+    """Settings of all stages of the conventional approach."""
+
+    clustering: ClusteringSettings = Field(default_factory=ClusteringSettings)
+    rcd: RcdSettings = Field(default_factory=RcdSettings)
+    assembly: AssemblySettings = Field(default_factory=AssemblySettings)
+    point_radius: float = Field(default=0.03, gt=0.0, description="a circle smaller than this is a corner [m]")
+
+
+class RcdMapper:
+    """Maps by regions of constant depth.
+
+    Parameters
+    ----------
+    rig : Rig
+        What made the sweeps.
+    settings : RcdMapperSettings, optional
+        Settings of the stages.
+    """
+
+    def __init__(self, rig: Rig, settings: RcdMapperSettings | None = None) -> None:
+        self.rig = rig
+        self.settings = settings or RcdMapperSettings()
+        self._sweeps: list[Sweep] = []
+        self._heard: list[Observation] = []
+
+    def add(self, sweep: Sweep) -> None:
+        """Find the regions of one more sweep.
+
+        Parameters
+        ----------
+        sweep : Sweep
+            The pings of one pass of the array.
+        """
+        pings = valid_pings(Pings.from_sweep(sweep, self.rig), self.rig)
+        clusters = differential_clusters(pings, self.settings.clustering)
+        regions = [region_of_constant_depth(cluster, self.settings.rcd) for cluster in clusters]
+        self._heard += [self._observation(sweep, region) for region in regions if region is not None]
+        self._sweeps.append(sweep)
+
+    def result(self) -> FeatureMap:
+        """Join the regions found so far.
+
+        Returns
+        -------
+        FeatureMap
+            Walls, corners and cylinders.
+        """
+        return assemble(self.group(self._heard), self._sweeps, self.settings.assembly, method="rcd")
+
+    def group(self, heard: list[Observation]) -> Grouped:
+        """Tell walls, corners and cylinders apart by what their regions share.
+
+        Parameters
+        ----------
+        heard : list of Observation
+            Regions of all sweeps.
+
+        Returns
+        -------
+        Grouped
+            Common tangents first; what is left, by the radius of the circle that it touches.
+        """
+        gates = self.settings.assembly.association
+        candidates = group_lines(heard, gates)
+        lines = [group for group in candidates if group.stations > 1]
+        left = [each for group in candidates if group.stations == 1 for each in group.members]
+        points = group_points(left, gates)
+        round_ones = [members for members in points if self._radius(members) > self.settings.point_radius]
+        return Grouped(
+            lines=lines,
+            corners=[members for members in points if members not in round_ones],
+            cylinders=round_ones,
+        )
+
+    def _observation(self, sweep: Sweep, region: Rcd) -> Observation:
+        resolution = max(sensor.resolution for sensor in self.rig.sensors)
+        return Observation(
+            sweep=sweep.index,
+            point=region.located(resolution=resolution),
+            degrees=_UNDECIDED,
+            pings=region.pings,
+        )
+
+    def _radius(self, members: tuple[Observation, ...]) -> float:
+        assembly = self.settings.assembly
+        cylinder = cylinder_of(members, assembly.cylinders, association=assembly.association)
+        return 0.0 if cylinder is None else cylinder.radius

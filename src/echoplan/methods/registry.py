@@ -1,0 +1,132 @@
+"""The methods by name: what turns sweeps into a map, all of equal rank."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Protocol
+
+from pydantic import BaseModel
+
+from echoplan.errors import UnknownNameError
+from echoplan.model import FeatureMap, Rig, Sweep
+
+__all__ = ["METHODS", "Mapper", "Method", "find_method"]
+
+
+class Mapper(Protocol):
+    """Anything that takes sweeps and gives a map."""
+
+    def add(self, sweep: Sweep) -> None:
+        """Take one more sweep.
+
+        Parameters
+        ----------
+        sweep : Sweep
+            The pings of one pass of the array.
+        """
+        ...
+
+    def result(self) -> FeatureMap:
+        """Make the map of all sweeps so far.
+
+        Returns
+        -------
+        FeatureMap
+            The map; asking for it changes nothing.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Method:
+    """A mapper by name, imported when it is asked for.
+
+    Parameters
+    ----------
+    name : str
+        What to call it on the command line.
+    summary : str
+        What it does, in one line.
+    mapper, settings : str
+        Names of its mapper and of its settings in the module of the same name.
+    """
+
+    name: str
+    summary: str
+    mapper: str
+    settings: str
+
+    @property
+    def settings_type(self) -> type[BaseModel]:
+        """The model of its settings."""
+        found: type[BaseModel] = getattr(self._module(), self.settings)
+        return found
+
+    def build(self, rig: Rig, settings: BaseModel | None = None) -> Mapper:
+        """Make a mapper.
+
+        Parameters
+        ----------
+        rig : Rig
+            What made the sweeps.
+        settings : BaseModel, optional
+            Settings of ``settings_type``.
+
+        Returns
+        -------
+        Mapper
+            Ready for the first sweep.
+        """
+        mapper: Mapper = getattr(self._module(), self.mapper)(rig, settings or self.settings_type())
+        return mapper
+
+    def _module(self) -> object:
+        return import_module(f"echoplan.methods.{self.name.replace('-', '_')}")
+
+
+METHODS: Mapping[str, Method] = {
+    method.name: method
+    for method in (
+        Method(
+            name="mdp-fuzzy",
+            summary="the 2018 paper: MDP compensation, polynomial minimum, fuzzy classes",
+            mapper="MdpFuzzyMapper",
+            settings="MdpFuzzySettings",
+        ),
+        Method(
+            name="rcd",
+            summary="regions of constant depth, the conventional approach of the paper's Section 3.1",
+            mapper="RcdMapper",
+            settings="RcdMapperSettings",
+        ),
+    )
+}
+
+
+def find_method(name: str) -> Method:
+    """Find a method by its name.
+
+    Parameters
+    ----------
+    name : str
+        As on the command line.
+
+    Returns
+    -------
+    Method
+        The method.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is none of that name.
+
+    Examples
+    --------
+    >>> find_method("rcd").name
+    'rcd'
+    """
+    try:
+        return METHODS[name]
+    except KeyError:
+        raise UnknownNameError("method", name, known=METHODS) from None
