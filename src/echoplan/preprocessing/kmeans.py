@@ -14,15 +14,13 @@ class KmeansSettings(BaseModel, frozen=True, extra="forbid"):
     """Settings of the K-means filter; the paper names the filter and none of its numbers."""
 
     pings_per_cluster: int = Field(
-        default=12,
+        default=5,
         ge=2,
-        description="mean size of a cluster; 12 pings of 1 degree are less than the narrowest feature",
+        description="mean size of a cluster: so many clusters that every stray echo can have one of its own",
     )
     min_members: int = Field(default=3, ge=1, description="a cluster of fewer pings is stray")
     spread: float = Field(
-        default=4.0,
-        gt=1.0,
-        description="a ping this many times farther from its centroid than the median is noise",
+        default=3.0, gt=1.0, description="a ping this many times farther from its centroid than the median is noise"
     )
     seed: int = Field(default=0, ge=0, description="seed of the initial centroids")
 

@@ -1,0 +1,61 @@
+import numpy as np
+import pytest
+import scenes
+
+from echoplan.extraction import ClusteringSettings, differential_clusters, hub_distances
+from echoplan.extraction.clusters import rotation_step
+
+
+def test_hub_distance_is_range_plus_arm() -> None:
+    pings = scenes.pings(np.array([0.0, 2.0]), np.array([1.0, 0.5]), hub=(3.0, 4.0), arm=0.07)
+    assert np.allclose(hub_distances(pings), [1.07, 0.57])
+
+
+def test_a_jump_in_distance_separates_two_reflectors() -> None:
+    bearings = scenes.around(0.0, np.radians(20))
+    ranges = np.where(bearings < 0, 1.0, 1.1)
+    right, left = differential_clusters(scenes.pings(bearings, ranges))
+    assert len(right.pings) == 20
+    assert len(left.pings) == 21
+    assert right.left == pytest.approx(1.15)
+    assert left.right == pytest.approx(1.05)
+    assert right.right == np.inf
+
+
+def test_a_run_wraps_around_the_full_circle() -> None:
+    bearings = np.mod(scenes.around(np.pi, np.radians(30)), 2 * np.pi)
+    (cluster,) = differential_clusters(scenes.pings(np.roll(bearings, 17), np.full(61, 1.0)))
+    assert cluster.extent == pytest.approx(np.radians(60))
+    assert np.all(np.diff(cluster.bearings) > 0)
+
+
+def test_a_run_survives_dropouts_and_steps_over_a_stray() -> None:
+    bearings = scenes.around(0.5, np.radians(25))
+    ranges = np.full(len(bearings), 1.5)
+    ranges[20] = 0.4
+    heard = np.ones(len(bearings), dtype=bool)
+    heard[[10, 11, 30]] = False
+    clusters = differential_clusters(scenes.pings(bearings[heard], ranges[heard]))
+    assert [len(cluster.pings) for cluster in clusters] == [len(bearings) - 4]
+    assert clusters[0].extent == pytest.approx(np.radians(50))
+
+
+def test_a_gap_of_many_steps_ends_a_run() -> None:
+    bearings = np.concatenate([scenes.around(0.0, np.radians(10)), scenes.around(0.6, np.radians(10))])
+    assert len(differential_clusters(scenes.pings(bearings, np.ones(len(bearings))))) == 2
+
+
+def test_a_run_of_too_few_pings_is_no_cluster() -> None:
+    assert differential_clusters(scenes.pings(np.array([0.0, 0.01]), np.ones(2))) == []
+    few = ClusteringSettings(min_pings=2)
+    assert len(differential_clusters(scenes.pings(np.array([0.0, 0.01]), np.ones(2)), few)) == 1
+
+
+def test_no_pings_make_no_clusters() -> None:
+    assert differential_clusters(scenes.pings(np.zeros(0), np.zeros(0))) == []
+
+
+def test_the_step_of_rotation_is_the_usual_gap() -> None:
+    bearings = np.delete(scenes.around(0.0, np.radians(40)), [3, 50])
+    assert rotation_step(scenes.pings(bearings, np.ones(len(bearings)))) == pytest.approx(scenes.STEP)
+    assert rotation_step(scenes.pings(np.zeros(1), np.ones(1))) == pytest.approx(2 * np.pi)

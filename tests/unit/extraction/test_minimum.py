@@ -1,0 +1,91 @@
+import numpy as np
+import pytest
+import scenes
+
+from echoplan.extraction import fit_parabola, minimum_distance_point
+
+
+def test_the_parabola_is_the_least_squares_one() -> None:
+    rng = np.random.default_rng(1)
+    x = rng.uniform(2.0, 3.0, 40)
+    y = 1.0 + 0.3 * (x - 2.4) ** 2 + rng.normal(0, 0.01, 40)
+    parabola = fit_parabola(x, y)
+    assert parabola is not None
+    a2, a1, a0 = np.polyfit(x - parabola.center, y, 2)
+    assert np.allclose(parabola.coefficients, [a0, a1, a2])
+
+
+def test_the_parabola_is_solved_well_where_the_printed_normal_equations_fail() -> None:
+    x = 1e4 + np.linspace(0.0, 1.0, 50)
+    y = 0.5 + (x - 1e4 - 0.3) ** 2
+    design = np.vander(x, 3, increasing=True)
+    printed = np.linalg.solve(design.T @ design, design.T @ y)
+    printed_vertex = -printed[1] / (2 * printed[2])
+    parabola = fit_parabola(x, y)
+    assert parabola is not None
+    assert parabola.vertex == pytest.approx([1e4 + 0.3, 0.5], abs=1e-6)
+    assert abs(printed_vertex - (1e4 + 0.3)) > 1e-3
+
+
+def test_two_directions_leave_a_parabola_undetermined() -> None:
+    assert fit_parabola(np.array([0.0, 0.0, 1.0]), np.array([1.0, 2.0, 3.0])) is None
+
+
+def test_the_covariance_of_the_vertex_is_that_of_repeated_trials() -> None:
+    rng = np.random.default_rng(2)
+    x = np.linspace(-0.5, 0.5, 61)
+    truth = 1.0 + 0.4 * (x - 0.1) ** 2
+    fits = [fit_parabola(x, truth + rng.normal(0, 0.002, len(x))) for _ in range(400)]
+    vertices = np.array([fit.vertex for fit in fits if fit is not None])
+    stated = np.mean([fit.vertex_covariance for fit in fits if fit is not None], axis=0)
+    assert np.sqrt(np.diag(stated)) == pytest.approx(vertices.std(axis=0), rel=0.15)
+
+
+@pytest.mark.parametrize("normal", [0.0, 3.0, -2.0])
+def test_a_wall_is_found_where_it_is(normal: float) -> None:
+    bearings = scenes.around(normal, np.radians(35))
+    walk = 0.02 * ((bearings - normal) / 0.6) ** 4
+    cluster = scenes.cluster(bearings, scenes.wall_ranges(bearings, normal=normal, distance=1.2) + walk)
+    point = minimum_distance_point(cluster)
+    assert point is not None
+    assert point.bearing == pytest.approx(normal, abs=1e-6)
+    assert point.distance == pytest.approx(1.2, abs=0.003)
+
+
+@pytest.mark.parametrize(("radius", "width"), [(0.1, 28), (0.0, 20)])
+def test_a_curved_object_is_found_under_its_own_hypothesis(radius: float, width: int) -> None:
+    bearings = scenes.around(0.4, np.radians(width))
+    ranges = scenes.cylinder_ranges(bearings, normal=0.4, distance=0.9, radius=radius, arm=scenes.ARM)
+    ranges = ranges + 0.01 * (bearings - 0.4) ** 2
+    own = minimum_distance_point(scenes.cluster(bearings, ranges), radius=radius)
+    assert own is not None
+    assert own.distance == pytest.approx(0.9, abs=1e-6)
+    assert own.bearing == pytest.approx(0.4, abs=1e-6)
+
+
+def test_a_lopsided_cluster_still_shows_the_normal() -> None:
+    bearings = scenes.around(0.0, np.radians(35))[15:]
+    ranges = scenes.wall_ranges(bearings, normal=0.0, distance=1.0) + 0.05 * bearings**2
+    point = minimum_distance_point(scenes.cluster(bearings, ranges))
+    assert point is not None
+    assert point.bearing == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_flank_without_a_nearest_point_says_so() -> None:
+    bearings = scenes.around(0.5, np.radians(10))
+    ranges = scenes.wall_ranges(bearings, normal=0.5, distance=1.0) + 0.1 * bearings**2
+    assert minimum_distance_point(scenes.cluster(bearings, ranges)) is None
+
+
+def test_a_hollow_profile_has_no_nearest_point() -> None:
+    bearings = scenes.around(0.0, np.radians(20))
+    ranges = scenes.wall_ranges(bearings, normal=0.0, distance=1.0) - 0.1 * bearings**2
+    assert minimum_distance_point(scenes.cluster(bearings, ranges)) is None
+
+
+def test_a_located_point_knows_where_it_lies() -> None:
+    bearings = scenes.around(np.pi / 2, np.radians(30))
+    ranges = scenes.wall_ranges(bearings, normal=np.pi / 2, distance=2.0) + 0.01 * (bearings - np.pi / 2) ** 2
+    point = minimum_distance_point(scenes.cluster(bearings, ranges))
+    assert point is not None
+    assert np.allclose(point.position_xy, [0.0, 2.0], atol=1e-6)
