@@ -50,7 +50,8 @@ def pings(
 def around(middle: float, half_width: float) -> FloatArray:
     """Bearings in steps of one degree about a middle."""
     count = round(half_width / STEP)
-    return middle + STEP * np.arange(-count, count + 1)
+    bearings: FloatArray = middle + STEP * np.arange(-count, count + 1, dtype=np.float64)
+    return bearings
 
 
 def wall_ranges(bearings: FloatArray, *, normal: float, distance: float, arm: float = ARM) -> FloatArray:

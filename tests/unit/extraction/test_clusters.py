@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-import scenes
 
+import scenes
 from echoplan.extraction import ClusteringSettings, differential_clusters, hub_distances
 from echoplan.extraction.clusters import rotation_step
 

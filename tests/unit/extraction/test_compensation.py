@@ -1,7 +1,9 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
-import scenes
 
+import scenes
 from echoplan.extraction import arm_excess, cylinder_excess, flat_excess
 
 ANGLES = np.radians(np.arange(-35, 36, 5.0))
@@ -37,4 +39,4 @@ def test_an_infinite_radius_is_a_flat_and_the_limit_of_great_ones() -> None:
 
 def test_the_rounder_the_object_the_greater_the_excess() -> None:
     by_radius = [arm_excess(0.6, arm=0.1, depth=1.0, radius=radius) for radius in (0.0, 0.1, 1.0, np.inf)]
-    assert all(more > less for more, less in zip(by_radius, by_radius[1:], strict=False))
+    assert all(more > less for more, less in pairwise(by_radius))

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-import scenes
 
+import scenes
 from echoplan.extraction import fit_parabola, minimum_distance_point
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-import scenes
 
+import scenes
 from echoplan.extraction import RcdSettings, region_of_constant_depth
 
 
@@ -25,7 +25,7 @@ def test_a_difference_of_just_the_tolerance_is_within() -> None:
 
 def test_too_short_a_run_is_no_region() -> None:
     bearings = scenes.around(0.0, np.radians(3))
-    steep = scenes.cluster(bearings, 1.0 + 0.02 * np.arange(7))
+    steep = scenes.cluster(bearings, 1.0 + 0.02 * np.arange(7.0))
     assert region_of_constant_depth(steep) is None
     assert region_of_constant_depth(steep, RcdSettings(min_pings=1)) is not None
 

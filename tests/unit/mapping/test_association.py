@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-import scenes
 
+import scenes
 from echoplan.mapping import AssociationSettings, absorb, group_lines, group_points
 
 GATES = AssociationSettings()

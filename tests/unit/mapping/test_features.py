@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-import scenes
 
+import scenes
 from echoplan.geometry import intersections
 from echoplan.mapping import (
     AssemblySettings,

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-import scenes
 
+import scenes
 from echoplan.geometry import signed_distances
 from echoplan.mapping import Stack, fit_circle, fit_line
 from echoplan.mapping.observations import shares

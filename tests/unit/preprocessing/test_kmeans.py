@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-import scenes
 
+import scenes
 from echoplan.preprocessing import KmeansSettings, echo_points, kmeans_filter
 
 

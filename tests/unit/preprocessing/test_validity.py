@@ -1,6 +1,6 @@
 import numpy as np
-import scenes
 
+import scenes
 from echoplan.preprocessing import is_valid, valid_pings
 
 
