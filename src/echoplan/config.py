@@ -1,0 +1,95 @@
+"""Configurations: the settings of all stages in one file, and the record of a run that can be run again."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from pydantic import BaseModel, Field, create_model
+
+from echoplan import __version__
+from echoplan.io.files import write_text
+from echoplan.io.structure import HandWrittenForm, read_toml
+from echoplan.io.text import format_toml
+
+__all__ = ["Run", "Sections", "read_config", "write_run"]
+
+Sections: TypeAlias = Mapping[str, type[BaseModel]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Run:
+    """What was run, for the record.
+
+    Parameters
+    ----------
+    source : str
+        Where the sweeps came from.
+    method : str, optional
+        Name of the method.
+    seed : int, optional
+        Seed of whatever was random.
+    version : str, optional
+        Version of echoplan.
+    """
+
+    source: str
+    method: str | None = None
+    seed: int | None = None
+    version: str = __version__
+
+
+def read_config(path: Path, sections: Sections) -> dict[str, Any]:
+    r"""Read the settings of the stages from one file.
+
+    Parameters
+    ----------
+    path : Path
+        TOML with a table for each section; a table or key that is missing has its default.  The record of a
+        run is such a file.
+    sections : mapping of str to type of BaseModel
+        Settings of the stages by the name of their table.
+
+    Returns
+    -------
+    dict of str to BaseModel
+        The settings by the same names.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or has a table, a key or a value that cannot be.
+
+    Examples
+    --------
+    >>> from echoplan.preprocessing import KmeansSettings
+    >>> path = getfixture("tmp_path") / "config.toml"
+    >>> _ = path.write_text("[method]\nmin_members = 4\n")
+    >>> read_config(path, {"method": KmeansSettings})["method"].min_members
+    4
+    """
+    tables: dict[str, Any] = {name: (settings, Field(default_factory=settings)) for name, settings in sections.items()}
+    form = create_model("Config", __base__=HandWrittenForm, run=(dict[str, Any], {}), **tables)
+    config = read_toml(path, form)
+    return {name: getattr(config, name) for name in sections}
+
+
+def write_run(path: Path, run: Run, settings: Mapping[str, BaseModel]) -> None:
+    """Write the record of a run: a configuration that says what it was used for.
+
+    Parameters
+    ----------
+    path : Path
+        The file, usually ``run.toml``.
+    run : Run
+        What was run.
+    settings : mapping of str to BaseModel
+        Settings of the stages by the name of their table.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    tables = {name: stage.model_dump(mode="json") for name, stage in settings.items()}
+    write_text(path, format_toml({"run": asdict(run), **tables}))

@@ -1,0 +1,43 @@
+"""Formats: ``read_*`` beside ``write_*``, one file a format, each described in ``docs/formats.md``."""
+
+from echoplan.io.builtin import (
+    builtin_rig,
+    builtin_route,
+    builtin_world,
+    rig_names,
+    route_names,
+    world_names,
+)
+from echoplan.io.feature_map import read_map, write_map
+from echoplan.io.files import read_text, write_bytes, write_text, written_whole
+from echoplan.io.recording import RecordingFolder, read_recording, write_recording
+from echoplan.io.rig import read_rig, write_rig
+from echoplan.io.route import read_route, write_route
+from echoplan.io.truth import read_truth, write_truth
+from echoplan.io.world import read_world, write_world
+
+__all__ = [
+    "RecordingFolder",
+    "builtin_rig",
+    "builtin_route",
+    "builtin_world",
+    "read_map",
+    "read_recording",
+    "read_rig",
+    "read_route",
+    "read_text",
+    "read_truth",
+    "read_world",
+    "rig_names",
+    "route_names",
+    "world_names",
+    "write_bytes",
+    "write_map",
+    "write_recording",
+    "write_rig",
+    "write_route",
+    "write_text",
+    "write_truth",
+    "write_world",
+    "written_whole",
+]

@@ -1,0 +1,206 @@
+"""Maps in JSON: ``map.json``."""
+
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from echoplan.io.files import write_text
+from echoplan.io.structure import Form, Pair, Triple, read_json
+from echoplan.io.text import format_json
+from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, FeatureClass, FeatureMap, Wall
+
+__all__ = ["read_map", "write_map"]
+
+_Matrix2 = Annotated[list[Pair], Field(min_length=2, max_length=2)]
+_Matrix3 = Annotated[list[Triple], Field(min_length=3, max_length=3)]
+
+
+class _ProbabilitiesForm(Form):
+    wall: float = Field(default=0.0, description="the probability that it is a wall")
+    corner: float = Field(default=0.0, description="the probability that it is a corner")
+    cylinder: float = Field(default=0.0, description="the probability that it is a cylinder")
+
+    def value(self) -> ClassProbabilities:
+        return ClassProbabilities(**self.model_dump())
+
+
+class _FeatureForm(Form):
+    class_probabilities: _ProbabilitiesForm | None = Field(default=None, description="how likely it is of each class")
+    pings: int = Field(default=0, ge=0, description="how many pings speak for it")
+    stations: int = Field(default=0, ge=0, description="from how many stations it was heard")
+
+    def evidence(self, kind: FeatureClass) -> dict[str, Any]:
+        """Return what every feature has; its own class is certain where nothing else is said."""
+        certain = _ProbabilitiesForm(**{kind: 1.0})
+        return {
+            "class_probabilities": (self.class_probabilities or certain).value(),
+            "pings": self.pings,
+            "stations": self.stations,
+        }
+
+
+class _WallForm(_FeatureForm):
+    start: Pair = Field(description="its one end [x, y] in metres")
+    end: Pair = Field(description="its other end [x, y] in metres")
+    normal_angle: float = Field(description="the direction of its normal [rad]")
+    offset: float = Field(description="its distance from the origin along the normal [m]")
+    covariance: _Matrix2 = Field(description="the 2 x 2 covariance of normal_angle and offset")
+
+    def value(self) -> Wall:
+        return Wall(
+            normal_angle=self.normal_angle,
+            offset=self.offset,
+            endpoints_xy=np.array([self.start, self.end]),
+            covariance=np.array(self.covariance),
+            **self.evidence(FeatureClass.WALL),
+        )
+
+
+class _CornerForm(_FeatureForm):
+    position: Pair = Field(description="its vertex [x, y] in metres")
+    kind: Literal["concave", "convex"] = Field(description="how it is seen from where it was heard")
+    covariance: _Matrix2 = Field(description="the 2 x 2 covariance of x and y")
+
+    def value(self) -> Corner:
+        return Corner(
+            position_xy=np.array(self.position),
+            kind=CornerKind(self.kind),
+            covariance=np.array(self.covariance),
+            **self.evidence(FeatureClass.CORNER),
+        )
+
+
+class _CylinderForm(_FeatureForm):
+    center: Pair = Field(description="its axis [x, y] in metres")
+    radius: float = Field(description="its radius [m]")
+    covariance: _Matrix3 = Field(description="the 3 x 3 covariance of x, y and radius")
+
+    def value(self) -> Cylinder:
+        return Cylinder(
+            center_xy=np.array(self.center),
+            radius=self.radius,
+            covariance=np.array(self.covariance),
+            **self.evidence(FeatureClass.CYLINDER),
+        )
+
+
+class _PoseForm(Form):
+    sweep: int = Field(description="the number of the sweep")
+    x: float = Field(description="where the robot was [m]")
+    y: float = Field(description="where the robot was [m]")
+    yaw: float = Field(description="where the robot looked [rad]")
+
+
+class _MapForm(Form):
+    format: Literal["echoplan-map/1"] = Field(description="what this version of echoplan reads")
+    frame: str = Field(default="map", description="the frame of all coordinates")
+    method: str = Field(default="", description="the name of the method that made the map")
+    parameters: dict[str, Any] = Field(default={}, description="the settings of the run")
+    walls: list[_WallForm] = Field(default=[], description="a list of walls")
+    corners: list[_CornerForm] = Field(default=[], description="a list of corners")
+    cylinders: list[_CylinderForm] = Field(default=[], description="a list of cylinders")
+    poses: list[_PoseForm] = Field(default=[], description="a list of poses, one a sweep")
+
+    def value(self) -> FeatureMap:
+        return FeatureMap(
+            method=self.method,
+            walls=tuple(wall.value() for wall in self.walls),
+            corners=tuple(corner.value() for corner in self.corners),
+            cylinders=tuple(cylinder.value() for cylinder in self.cylinders),
+            sweeps=np.array([pose.sweep for pose in self.poses], dtype=np.int64),
+            poses=np.reshape([[pose.x, pose.y, pose.yaw] for pose in self.poses], (-1, 3)),
+            frame=self.frame,
+            parameters=self.parameters,
+        )
+
+
+def read_map(path: Path) -> FeatureMap:
+    """Read a map.
+
+    Parameters
+    ----------
+    path : Path
+        The file, usually ``map.json``; what other programs added to it is passed over.
+
+    Returns
+    -------
+    FeatureMap
+        The map.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is of another version or holds no possible map.
+    """
+    return read_json(path, _MapForm).value()
+
+
+def write_map(path: Path, feature_map: FeatureMap) -> None:
+    """Write a map.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    feature_map : FeatureMap
+        The map.
+
+    Raises
+    ------
+    InvalidValueError
+        If its parameters do not fit into JSON.
+    OutputError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> path = getfixture("tmp_path") / "map.json"
+    >>> write_map(path, FeatureMap(method="rcd"))
+    >>> read_map(path).method
+    'rcd'
+    """
+    document = {
+        "format": "echoplan-map/1",
+        "frame": feature_map.frame,
+        "method": feature_map.method,
+        "parameters": dict(feature_map.parameters),
+        "walls": _numbered(map(_wall, feature_map.walls)),
+        "corners": _numbered(map(_corner, feature_map.corners)),
+        "cylinders": _numbered(map(_cylinder, feature_map.cylinders)),
+        "poses": [
+            {"sweep": sweep, "x": x, "y": y, "yaw": yaw}
+            for sweep, (x, y, yaw) in zip(feature_map.sweeps.tolist(), feature_map.poses.tolist(), strict=True)
+        ],
+    }
+    write_text(path, format_json(document) + "\n")
+
+
+def _numbered(features: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    return [{"id": number, **feature} for number, feature in enumerate(features)]
+
+
+def _wall(wall: Wall) -> dict[str, Any]:
+    start, end = wall.endpoints_xy.tolist()
+    line = {"normal_angle": wall.normal_angle, "offset": wall.offset}
+    return {"start": start, "end": end, **line, **_evidence(wall)}
+
+
+def _corner(corner: Corner) -> dict[str, Any]:
+    return {"position": corner.position_xy.tolist(), "kind": corner.kind, **_evidence(corner)}
+
+
+def _cylinder(cylinder: Cylinder) -> dict[str, Any]:
+    return {"center": cylinder.center_xy.tolist(), "radius": cylinder.radius, **_evidence(cylinder)}
+
+
+def _evidence(feature: Wall | Corner | Cylinder) -> dict[str, Any]:
+    return {
+        "covariance": feature.covariance.tolist(),
+        "class_probabilities": asdict(feature.class_probabilities),
+        "pings": feature.pings,
+        "stations": feature.stations,
+    }

@@ -1,0 +1,210 @@
+"""Files as a whole: read with errors that tell place and remedy, written beside and then renamed."""
+
+import errno
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TextIO
+
+from echoplan.errors import InputError, OutputError
+
+__all__ = ["open_text", "read_text", "readable", "write_bytes", "write_text", "written_whole"]
+
+_UNREADABLE = {
+    errno.ENOENT: ("there is no such file", "check the name"),
+    errno.ENOTDIR: ("it lies below a file, not a folder", "check the name"),
+    errno.EISDIR: ("it is a folder", "name a file in it"),
+    errno.EACCES: ("it may not be read", "ask its owner for permission"),
+}
+_UNWRITABLE = {
+    errno.ENOSPC: "free some space or choose another disk",
+    errno.EDQUOT: "free some space or choose another disk",
+    errno.EACCES: "choose a folder that you may write to",
+    errno.EPERM: "choose a folder that you may write to",
+    errno.EROFS: "choose a folder that you may write to",
+    errno.EISDIR: "name a file in it",
+}
+
+
+@contextmanager
+def readable(path: Path) -> Iterator[None]:
+    """Turn what the operating system says about reading a file into an ``InputError``.
+
+    Parameters
+    ----------
+    path : Path
+        The file or folder to blame.
+
+    Raises
+    ------
+    InputError
+        If the block raises an ``OSError``.
+    """
+    try:
+        yield
+    except OSError as error:
+        said = error.strerror or str(error)
+        problem, remedy = _UNREADABLE.get(error.errno or 0, (said, "check the disk and try again"))
+        raise InputError(path, problem, remedy=remedy) from error
+
+
+@contextmanager
+def open_text(path: Path) -> Iterator[TextIO]:
+    """Open a text file: UTF-8, with or without a byte-order mark, line ends of any system.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Yields
+    ------
+    TextIO
+        The open file, its line ends turned into line feeds.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read or is no UTF-8.
+    """
+    with readable(path):
+        try:
+            with path.open(encoding="utf-8-sig") as file:
+                yield file
+        except UnicodeDecodeError as error:
+            place = f"line {_undecodable_line(path)}"
+            raise InputError(path, "it is no UTF-8 text", place=place, remedy="save it as UTF-8") from error
+
+
+def read_text(path: Path) -> str:
+    """Read a text file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    str
+        Its text, without a byte-order mark and with line feeds only.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read or is no UTF-8.
+    """
+    with open_text(path) as file:
+        return file.read()
+
+
+@contextmanager
+def written_whole(path: Path) -> Iterator[Path]:
+    """Write a file or a folder so that it is there whole or not at all.
+
+    The block writes a file, or makes a folder, at the path it is given; that path lies beside the target and
+    takes its place only when the block ends well. A folder that exists keeps its other files.
+
+    Parameters
+    ----------
+    path : Path
+        The target; the folders above it are made.
+
+    Yields
+    ------
+    Path
+        Where to write, with the name of the target.
+
+    Raises
+    ------
+    OutputError
+        If the operating system refuses; the target is as it was before.
+
+    Examples
+    --------
+    >>> folder = getfixture("tmp_path")
+    >>> with written_whole(folder / "recording") as draft:
+    ...     draft.mkdir()
+    ...     _ = (draft / "note.txt").write_text("two sweeps")
+    >>> (folder / "recording" / "note.txt").read_text()
+    'two sweeps'
+    """
+    try:
+        target = path.resolve()
+        _check_replaceable(target)
+        beside = target if target.is_dir() else target.parent
+        beside.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(prefix=".echoplan-", dir=beside) as scratch:
+            draft = Path(scratch) / target.name
+            yield draft
+            _flush(draft)
+            _move(draft, target)
+    except OutputError as error:
+        raise OutputError(path, error.problem, remedy=error.remedy) from error
+    except OSError as error:
+        remedy = _UNWRITABLE.get(error.errno or 0, "choose another place")
+        raise OutputError(path, error.strerror or str(error), remedy=remedy) from error
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    text : str
+        What it shall hold; written as UTF-8 with line feeds on every system.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written.
+    """
+    write_bytes(path, text.encode())
+
+
+def write_bytes(path: Path, data: bytes) -> None:
+    """Write a binary file whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    data : bytes
+        What it shall hold.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written.
+    """
+    with written_whole(path) as draft:
+        draft.write_bytes(data)
+
+
+def _undecodable_line(path: Path) -> int:
+    with path.open(encoding="utf-8", errors="replace") as file:
+        return next(number for number, line in enumerate(file, start=1) if "\N{REPLACEMENT CHARACTER}" in line)
+
+
+def _check_replaceable(target: Path) -> None:
+    if target.exists() and not (target.is_file() or target.is_dir()):
+        raise OSError(errno.EINVAL, "it is a device, not a file")
+
+
+def _flush(draft: Path) -> None:
+    for path in (draft, *draft.rglob("*")):
+        if path.is_file():
+            with path.open("rb+") as file:
+                os.fsync(file.fileno())
+
+
+def _move(draft: Path, target: Path) -> None:
+    if not (draft.is_dir() and target.is_dir()):
+        draft.replace(target)
+        return
+    for child in draft.iterdir():
+        _move(child, target / child.name)

@@ -1,0 +1,188 @@
+"""What the fields of a table hold: how a whole column is read at once, and how one field with care."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from echoplan.arrays import BoolArray, IntArray
+
+__all__ = ["COUNT", "NUMBER", "READING", "SECONDS", "WHOLE", "Kind"]
+
+Column: TypeAlias = NDArray[Any]
+
+_LATEST_SECOND = 9_000_000_000  # 64 bits of nanoseconds hold a little more
+
+
+def _as_it_is(column: Column) -> Column:
+    return column
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kind:
+    """What the fields of a column hold.
+
+    Parameters
+    ----------
+    noun : str
+        What to call it.
+    remedy : str
+        What to write where something else stands.
+    raw, stored : str
+        NumPy types in which the column is read and kept.
+    parse : callable
+        From the text of one field to its number; raises ``ValueError`` or ``ArithmeticError`` if it is none.
+    convert : callable, optional
+        From the raw column to the stored one; raises ``ValueError`` where one field needs care.
+    allows : callable
+        Which numbers may stand there.
+    """
+
+    noun: str
+    remedy: str
+    raw: str
+    stored: str
+    parse: Callable[[str], float]
+    convert: Callable[[Column], Column] = _as_it_is
+    allows: Callable[[ArrayLike], BoolArray]
+
+    def read_column(self, raw: Column) -> Column:
+        """Take a whole column as NumPy read it.
+
+        Parameters
+        ----------
+        raw : ndarray, shape (n,)
+            Fields of the type ``raw``.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Fields of the type ``stored``.
+
+        Raises
+        ------
+        ValueError
+            If one of them is not plain enough, or not allowed.
+        """
+        column = self.convert(raw)
+        if not self.allows(column).all():
+            raise ValueError(self.noun)
+        return column
+
+    def read_field(self, text: str) -> float:
+        """Take one field.
+
+        Parameters
+        ----------
+        text : str
+            The field without surrounding blanks.
+
+        Returns
+        -------
+        float or int
+            Its number.
+
+        Raises
+        ------
+        ValueError
+            If it holds something else; the message says so.
+        """
+        try:
+            number = self.parse(text)
+        except (ValueError, ArithmeticError):
+            number = None
+        if number is None or not self.allows(number):
+            raise ValueError(f"{text!r} is no {self.noun}" if text else "the field is empty")
+        return number
+
+
+def _parse_whole(text: str) -> int:
+    number = Decimal(text)
+    if number % 1:
+        raise ValueError(text)
+    return int(number)
+
+
+def _parse_seconds(text: str) -> int:
+    return round(Decimal(text) * 1_000_000_000)
+
+
+def _parse_reading(text: str) -> float:
+    return float(text or "nan")
+
+
+def _convert_seconds(texts: Column) -> Column:
+    # Through floats, the nanoseconds of a present-day date would be lost.
+    wholes, _, fractions = np.strings.partition(texts, b".")
+    if not (np.strings.isdigit(wholes) & (np.strings.str_len(fractions) <= 9)).all():
+        raise ValueError("a time that is not written plainly")
+    seconds = wholes.astype(np.int64)
+    if (seconds > _LATEST_SECOND).any():
+        raise ValueError("a time that nanoseconds cannot hold")
+    stamps: IntArray = seconds * 1_000_000_000 + np.strings.ljust(fractions, 9, b"0").astype(np.int64)
+    return stamps
+
+
+def _fits_the_memory(numbers: ArrayLike) -> BoolArray:
+    fits: BoolArray = np.abs(numbers) <= 1_000_000_000 * _LATEST_SECOND
+    return fits
+
+
+def _is_count(numbers: ArrayLike) -> BoolArray:
+    return _fits_the_memory(numbers) & np.greater_equal(numbers, 0)
+
+
+def _is_finite(numbers: ArrayLike) -> BoolArray:
+    finite: BoolArray = np.isfinite(numbers)
+    return finite
+
+
+def _is_reading(numbers: ArrayLike) -> BoolArray:
+    reading: BoolArray = ~(np.isfinite(numbers) & np.less(numbers, 0))
+    return reading
+
+
+SECONDS = Kind(
+    noun="time",
+    remedy="write seconds, with a decimal point",
+    raw="S32",
+    stored="i8",
+    parse=_parse_seconds,
+    convert=_convert_seconds,
+    allows=_fits_the_memory,
+)
+WHOLE = Kind(
+    noun="whole number",
+    remedy="write a whole number",
+    raw="i8",
+    stored="i8",
+    parse=_parse_whole,
+    allows=_fits_the_memory,
+)
+COUNT = Kind(
+    noun="count",
+    remedy="write a whole number, 0 or greater",
+    raw="i8",
+    stored="i8",
+    parse=_parse_whole,
+    allows=_is_count,
+)
+NUMBER = Kind(
+    noun="number",
+    remedy="write a finite number, with a decimal point",
+    raw="f8",
+    stored="f8",
+    parse=float,
+    allows=_is_finite,
+)
+READING = Kind(
+    noun="range",
+    remedy="write metres, inf for no echo, -inf for too close, nan for a fault",
+    raw="f8",
+    stored="f8",
+    parse=_parse_reading,
+    allows=_is_reading,
+)

@@ -1,0 +1,107 @@
+"""The rows of ``pings.csv``: their columns, and what must hold between them and the rig."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from echoplan.errors import InputError
+from echoplan.io.kinds import COUNT, NUMBER, READING, SECONDS, WHOLE, Kind
+from echoplan.io.table import Rows, Table
+from echoplan.io.text import format_seconds
+from echoplan.io.units import looks_like_degrees, wrong_length_unit
+from echoplan.model import Rig
+
+__all__ = ["PING_COLUMNS", "checked_pings"]
+
+PING_COLUMNS: Mapping[str, Kind] = {
+    "t": SECONDS,
+    "sweep": COUNT,
+    "sensor": WHOLE,
+    "servo": NUMBER,
+    "range": READING,
+    "x": NUMBER,
+    "y": NUMBER,
+    "yaw": NUMBER,
+}
+# Stations farther apart than this many reaches of the sensors have no object in common.
+_LONGEST_STRIDE = 10.0
+
+
+def checked_pings(table: Table, rig: Rig) -> Iterator[Rows]:
+    """Read pings in chunks, each checked before it is given away.
+
+    Parameters
+    ----------
+    table : Table
+        The pings.
+    rig : Rig
+        What made them.
+
+    Yields
+    ------
+    Rows
+        Rows in the order of time and of sweeps, of sensors that the rig has.
+
+    Raises
+    ------
+    InputError
+        If a row cannot be, is out of order or in a wrong unit, or no ping of all has a reading.
+    """
+    last, silent = None, True
+    for rows in table:
+        _check_sensors(rows, rig)
+        if not rows.first:
+            _check_units(rows, rig)
+        _check_order(rows, rows.data[0] if last is None else last)
+        last = rows.data[-1]
+        silent = silent and bool(np.isnan(rows.data["range"]).all())
+        yield rows
+    if silent:
+        problem, remedy = "no ping has a reading", "check the wiring of the sensors"
+        raise InputError(table.path, problem, place="column range", remedy=remedy)
+
+
+def _check_sensors(rows: Rows, rig: Rig) -> None:
+    strange = np.flatnonzero(~np.isin(rows.data["sensor"], rig.sensor_ids))
+    if strange.size:
+        problem = f"sensor {rows.data['sensor'][strange[0]]} is not in rig.toml"
+        known = ", ".join(map(str, rig.sensor_ids))
+        raise rows.refusal(int(strange[0]), "sensor", problem, remedy=f"add it there; known are {known}")
+
+
+def _check_order(rows: Rows, last: np.void) -> None:
+    for column, written, remedy in (
+        ("t", format_seconds, "sort the rows by t"),
+        ("sweep", str, "number the sweeps in the order of time and let none overlap"),
+    ):
+        numbers = np.append(last[column], rows.data[column])
+        falls = np.flatnonzero(np.diff(numbers) < 0)
+        if falls.size:
+            before, after = map(written, numbers[falls[0] :][:2].tolist())
+            raise rows.refusal(int(falls[0]), column, f"{column} {after} comes after {before}", remedy=remedy)
+
+
+def _check_units(rows: Rows, rig: Rig) -> None:
+    """Hold the first rows against the rig: what is in a wrong unit is so from the start."""
+    _check_ranges(rows, rig)
+    _check_positions(rows, rig)
+    for column in ("servo", "yaw"):
+        if looks_like_degrees(rows.data[column]):
+            raise rows.refusal(0, column, "the angles look like degrees", remedy="write radians")
+
+
+def _check_ranges(rows: Rows, rig: Rig) -> None:
+    sensors = rig.indices(rows.data["sensor"])
+    unit = wrong_length_unit(rows.data["range"], min_ranges=rig.min_ranges[sensors], max_ranges=rig.max_ranges[sensors])
+    if unit:
+        problem = f"the ranges look like {unit}: as metres, max_range of rig.toml puts them out of reach"
+        raise rows.refusal(0, "range", problem, remedy="write metres")
+
+
+def _check_positions(rows: Rows, rig: Rig) -> None:
+    strides = np.hypot(np.diff(rows.data["x"]), np.diff(rows.data["y"]))
+    stride = np.median(strides[strides > 0]) if strides.any() else 0.0
+    reach = rig.max_ranges.max()
+    if stride > _LONGEST_STRIDE * reach:
+        problem = f"the robot moves by {stride:g} at a time, but its sensors reach {reach:g} m"
+        raise rows.refusal(0, "x", problem, remedy="write x and y in metres")

@@ -1,0 +1,160 @@
+"""Recordings: a folder with ``pings.csv`` and ``rig.toml``, read sweep by sweep however long it is."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from echoplan.errors import InputError
+from echoplan.io.files import readable, written_whole
+from echoplan.io.pings import PING_COLUMNS, checked_pings
+from echoplan.io.rig import read_rig, write_rig
+from echoplan.io.table import Rows, Table
+from echoplan.io.text import format_seconds
+from echoplan.model import Rig, Source, Sweep
+
+__all__ = ["RecordingFolder", "read_recording", "write_recording"]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RecordingFolder:
+    """A recording on the disk: a source that holds no more than one sweep and one chunk of rows.
+
+    Parameters
+    ----------
+    name : str
+        Name of the folder.
+    rig : Rig
+        What made the sweeps.
+    table : Table
+        The pings.
+    """
+
+    name: str
+    rig: Rig
+    table: Table
+
+    def __iter__(self) -> Iterator[Sweep]:
+        """Yield the sweeps in the order of time.
+
+        Raises
+        ------
+        InputError
+            Where the file has a fault; the sweeps before it were yielded.
+        """
+        return _sweeps(checked_pings(self.table, self.rig))
+
+    def __len__(self) -> int:
+        return self._count
+
+    @cached_property
+    def _count(self) -> int:
+        count, last = 0, -1
+        for rows in self.table.only("sweep"):
+            numbers = rows.data["sweep"]
+            count += int(np.count_nonzero(np.diff(numbers, prepend=last)))
+            last = numbers[-1]
+        return count
+
+
+def read_recording(path: Path) -> RecordingFolder:
+    """Open a recording.
+
+    Parameters
+    ----------
+    path : Path
+        The folder with ``pings.csv`` and ``rig.toml``.
+
+    Returns
+    -------
+    RecordingFolder
+        A source; its rows are read, and checked, while its sweeps are asked for.
+
+    Raises
+    ------
+    InputError
+        If the folder, its rig or the header of its pings cannot be used.
+    """
+    with readable(path):
+        if not path.is_dir():
+            problem = "it is a file" if path.exists() else "there is no such folder"
+            raise InputError(path, problem, remedy="name a folder with pings.csv and rig.toml")
+    rig = read_rig(path / "rig.toml")
+    table = Table.open(path / "pings.csv", PING_COLUMNS)
+    return RecordingFolder(name=path.resolve().name, rig=rig, table=table)
+
+
+def write_recording(path: Path, source: Source) -> None:
+    """Write all sweeps of a source as they come.
+
+    Parameters
+    ----------
+    path : Path
+        The folder; made if there is none, else its ``pings.csv`` and ``rig.toml`` are replaced.
+    source : Source
+        Where the sweeps come from.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be written; then nothing in it has changed.
+
+    Examples
+    --------
+    >>> from echoplan.model import Recording
+    >>> from echoplan.io import builtin_rig
+    >>> sweep = Sweep(
+    ...     index=0, stamps_ns=[25_000_000], sensor_ids=[0], servo_angles=[0.0], ranges=[1.5],
+    ...     map_from_base=[[0.0, 0.0, 0.0]],
+    ... )
+    >>> path = getfixture("tmp_path") / "recording"
+    >>> write_recording(path, Recording(name="one", rig=builtin_rig("rotary-array"), sweeps=(sweep,)))
+    >>> print((path / "pings.csv").read_text())
+    t,sweep,sensor,servo,range,x,y,yaw
+    0.025,0,0,0.0,1.5,0.0,0.0,0.0
+    <BLANKLINE>
+    >>> len(read_recording(path))
+    1
+    """
+    with written_whole(path) as draft:
+        draft.mkdir()
+        write_rig(draft / "rig.toml", source.rig)
+        with (draft / "pings.csv").open("w", encoding="utf-8", newline="\n") as file:
+            file.write(",".join(PING_COLUMNS) + "\n")
+            for sweep in source:
+                file.writelines(_lines(sweep))
+
+
+def _lines(sweep: Sweep) -> Iterator[str]:
+    columns = (sweep.sensor_ids, sweep.servo_angles, sweep.ranges, *sweep.map_from_base.T)
+    times = map(format_seconds, sweep.stamps_ns.tolist())
+    for time, *fields in zip(times, *(column.tolist() for column in columns), strict=True):
+        yield f"{time},{sweep.index},{','.join(map(repr, fields))}\n"
+
+
+def _sweeps(chunks: Iterable[Rows]) -> Iterator[Sweep]:
+    pending: list[NDArray[np.void]] = []
+    for rows in chunks:
+        numbers = rows.data["sweep"]
+        for piece in np.split(rows.data, np.flatnonzero(np.diff(numbers)) + 1):
+            if pending and pending[0]["sweep"][0] != piece["sweep"][0]:
+                yield _sweep(pending)
+                pending = []
+            pending.append(piece)
+    yield _sweep(pending)
+
+
+def _sweep(pieces: list[NDArray[np.void]]) -> Sweep:
+    data = np.concatenate(pieces)
+    pieces.clear()
+    return Sweep(
+        index=int(data["sweep"][0]),
+        stamps_ns=data["t"],
+        sensor_ids=data["sensor"],
+        servo_angles=data["servo"],
+        ranges=data["range"],
+        map_from_base=np.stack([data["x"], data["y"], data["yaw"]], axis=1),
+    )

@@ -1,0 +1,160 @@
+"""Rigs in TOML: ``rig.toml``."""
+
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+from pydantic import Field
+
+from echoplan.io.files import write_text
+from echoplan.io.structure import HandWrittenForm, read_toml
+from echoplan.io.text import format_toml
+from echoplan.io.units import HalfAperture, Metres, Radians
+from echoplan.model import Firing, Rig, Sensor, Servo, Transducer
+
+__all__ = ["format_rig", "read_rig", "write_rig"]
+
+
+class _SensorForm(HandWrittenForm):
+    id: int = Field(description="the number of the sensor in the recording")
+    x: float = Field(default=0.0, description="the place of the acoustic centre in the turret's frame [m]")
+    y: float = Field(default=0.0, description="the place of the acoustic centre in the turret's frame [m]")
+    yaw: Radians = Field(default=0.0, description="the direction of the beam axis in the turret's frame [rad]")
+    half_aperture: HalfAperture = Field(description="half of the opening angle of the beam [rad]")
+    min_range: Metres = Field(description="the nearest distance that is read [m]")
+    max_range: Metres = Field(description="the farthest distance that is read [m]")
+    resolution: Metres = Field(description="the step of the readings [m]")
+
+    def value(self) -> Sensor:
+        return Sensor(sensor_id=self.id, **self.model_dump(exclude={"id"}))
+
+
+class _TurretForm(HandWrittenForm):
+    x: float = Field(default=0.0, description="the place of the servo's axis in base_link [m]")
+    y: float = Field(default=0.0, description="the place of the servo's axis in base_link [m]")
+    yaw: Radians = Field(default=0.0, description="the direction of servo angle 0 in base_link [rad]")
+
+
+class _ServoForm(HandWrittenForm):
+    start: Radians = Field(description="the first angle of a sweep [rad]")
+    stop: Radians = Field(description="the last angle of a sweep [rad]")
+    step: float = Field(description="the turn between two firing rounds [rad]")
+
+    def value(self) -> Servo:
+        return Servo(**self.model_dump())
+
+
+class _FiringForm(HandWrittenForm):
+    period: float = Field(description="the time from one group's firing to the next [s]")
+    groups: list[list[int]] = Field(description="lists of the sensor ids that fire together")
+
+    def value(self) -> Firing:
+        return Firing(period=self.period, groups=tuple(map(tuple, self.groups)))
+
+
+class _TransducerForm(HandWrittenForm):
+    frequency: float | None = Field(default=None, description="the frequency of the carrier [Hz]")
+    piston_radius: float | None = Field(default=None, description="the radius of the piston that sends and hears [m]")
+    figure_of_merit: float | None = Field(default=None, description="source level less detection threshold [dB]")
+    quality_factor: float | None = Field(default=None, description="the Q of the sending and receiving resonators")
+    burst_cycles: float | None = Field(default=None, description="the number of carrier cycles in the burst")
+
+    def value(self) -> Transducer:
+        return Transducer(**self.model_dump(exclude_none=True))
+
+
+class _RigForm(HandWrittenForm):
+    name: str = Field(default="rig", description="what people call the rig")
+    turret: _TurretForm = Field(default=_TurretForm(), description="the pose of the servo's axis in base_link")
+    sensor: list[_SensorForm] = Field(description="a table [[sensor]] for each sensor")
+    servo: _ServoForm | None = Field(default=None, description="the turn of the turret in one sweep")
+    firing: _FiringForm | None = Field(default=None, description="the order in which the sensors fire")
+    transducer: _TransducerForm | None = Field(default=None, description="what the simulator needs to know")
+
+    def value(self) -> Rig:
+        return Rig(
+            name=self.name,
+            sensors=tuple(sensor.value() for sensor in self.sensor),
+            base_from_turret=np.array([self.turret.x, self.turret.y, self.turret.yaw]),
+            servo=self.servo.value() if self.servo else None,
+            firing=self.firing.value() if self.firing else None,
+            transducer=self.transducer.value() if self.transducer else None,
+        )
+
+
+def read_rig(path: Path) -> Rig:
+    """Read a rig.
+
+    Parameters
+    ----------
+    path : Path
+        The file, usually ``rig.toml``.
+
+    Returns
+    -------
+    Rig
+        The rig.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or describes no possible rig.
+    """
+    return read_toml(path, _RigForm).value()
+
+
+def write_rig(path: Path, rig: Rig) -> None:
+    """Write a rig, leaving out what is not known of it.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    rig : Rig
+        The rig.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> from echoplan.io import builtin_rig
+    >>> path = getfixture("tmp_path") / "rig.toml"
+    >>> write_rig(path, builtin_rig("ring-16"))
+    >>> len(read_rig(path).sensors)
+    16
+    """
+    write_text(path, format_rig(rig))
+
+
+def format_rig(rig: Rig) -> str:
+    """Put a rig into words: the text of its file.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+
+    Returns
+    -------
+    str
+        TOML.
+    """
+    x, y, yaw = rig.base_from_turret.tolist()
+    return format_toml(
+        {
+            "name": rig.name,
+            "turret": {"x": x, "y": y, "yaw": yaw},
+            "servo": rig.servo and asdict(rig.servo),
+            "firing": rig.firing and asdict(rig.firing),
+            "transducer": rig.transducer and asdict(rig.transducer),
+            "sensor": [_sensor(sensor) for sensor in rig.sensors],
+        }
+    )
+
+
+def _sensor(sensor: Sensor) -> dict[str, float]:
+    numbers: dict[str, float] = asdict(sensor)
+    return {"id": numbers.pop("sensor_id"), **numbers}

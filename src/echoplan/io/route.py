@@ -1,0 +1,82 @@
+"""Routes in CSV: stations ``x,y,yaw``, or a way ``t,x,y,yaw``."""
+
+from pathlib import Path
+
+import numpy as np
+
+from echoplan.errors import InputError, InvalidValueError
+from echoplan.io.files import write_text
+from echoplan.io.kinds import NUMBER, SECONDS
+from echoplan.io.table import Table
+from echoplan.io.text import format_seconds
+from echoplan.io.units import looks_like_degrees
+from echoplan.model import Route
+
+__all__ = ["read_route", "write_route"]
+
+_COLUMNS = {"t": SECONDS, "x": NUMBER, "y": NUMBER, "yaw": NUMBER}
+
+
+def read_route(path: Path) -> Route:
+    """Read a route.
+
+    Parameters
+    ----------
+    path : Path
+        The file; a column ``t`` makes it a way, without it there are stations.
+
+    Returns
+    -------
+    Route
+        The route.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or describes no possible route.
+    """
+    table = Table.open(path, _COLUMNS, optional=["t"])
+    rows = np.concatenate([rows.data for rows in table])
+    if looks_like_degrees(rows["yaw"]):
+        raise InputError(path, "yaw looks like degrees", place="column yaw", remedy="write radians")
+    try:
+        return Route(
+            map_from_base=np.stack([rows["x"], rows["y"], rows["yaw"]], axis=1),
+            stamps_ns=rows["t"] if "t" in table.columns else None,
+        )
+    except InvalidValueError as error:
+        raise InputError(path, str(error), place="column t", remedy="sort the rows by t") from error
+
+
+def write_route(path: Path, route: Route) -> None:
+    """Write a route.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    route : Route
+        The route.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> path = getfixture("tmp_path") / "route.csv"
+    >>> write_route(path, Route(map_from_base=[[0.0, 0.0, 0.0], [0.5, 0.0, 1.57]]))
+    >>> print(path.read_text())
+    x,y,yaw
+    0.0,0.0,0.0
+    0.5,0.0,1.57
+    <BLANKLINE>
+    """
+    poses = [",".join(map(repr, pose)) for pose in route.map_from_base.tolist()]
+    if route.stamps_ns is None:
+        lines = ["x,y,yaw", *poses]
+    else:
+        times = map(format_seconds, route.stamps_ns.tolist())
+        lines = ["t,x,y,yaw", *(f"{time},{pose}" for time, pose in zip(times, poses, strict=True))]
+    write_text(path, "\n".join(lines) + "\n")

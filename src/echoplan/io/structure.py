@@ -1,0 +1,184 @@
+"""Files with structure, TOML and JSON: held against a form, each fault told with its place and the remedy."""
+
+import difflib
+import json
+import re
+import reprlib
+import tomllib
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Annotated, Self, TypeVar, get_args
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic_core import ErrorDetails
+
+from echoplan.errors import InputError
+from echoplan.io.files import read_text
+
+__all__ = ["Form", "HandWrittenForm", "Pair", "Quadruple", "Triple", "read_json", "read_toml"]
+
+FormT = TypeVar("FormT", bound=BaseModel)
+Location = tuple[int | str, ...]
+
+Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
+Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
+Quadruple = Annotated[list[float], Field(min_length=4, max_length=4)]
+
+
+class Form(BaseModel):
+    """A table of a file, as it is written; keys that it does not know are passed over.
+
+    That suits what programs write: another program may say more than this version understands.
+    """
+
+    model_config = ConfigDict(frozen=True, strict=True, extra="ignore", allow_inf_nan=False)
+
+    def value(self) -> object:
+        """Make the value of the model that the table describes.
+
+        Raises
+        ------
+        InvalidValueError
+            If there can be no such value.
+        """
+        return self
+
+    @model_validator(mode="after")
+    def _describes_a_value(self) -> Self:
+        self.value()
+        return self
+
+
+class HandWrittenForm(Form):
+    """A table that people write: a key that it does not know is a slip of the pen, and refused."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+def read_toml(path: Path, form: type[FormT]) -> FormT:
+    """Read a TOML file of a given form.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    form : type of BaseModel
+        What it must hold.
+
+    Returns
+    -------
+    BaseModel
+        The form, filled in.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is no TOML or does not fit the form.
+    """
+    return _fill(path, form, parse=tomllib.loads)
+
+
+def read_json(path: Path, form: type[FormT]) -> FormT:
+    """Read a JSON file of a given form.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    form : type of BaseModel
+        What it must hold.
+
+    Returns
+    -------
+    BaseModel
+        The form, filled in.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is no JSON or does not fit the form.
+    """
+    return _fill(path, form, parse=json.loads)
+
+
+def _fill(path: Path, form: type[FormT], *, parse: Callable[[str], object]) -> FormT:
+    text = read_text(path)
+    try:
+        return form.model_validate(parse(text))
+    except ValidationError as error:
+        raise _misfit(path, text, form, error.errors()[0]) from error
+    except (ValueError, RecursionError) as error:
+        raise _broken(path, str(error)) from error
+
+
+def _broken(path: Path, said: str) -> InputError:
+    position = re.search(r"line (\d+),? column (\d+)", said)
+    place = f"line {position[1]}, column {position[2]}" if position else "at its end"
+    problem = re.split(r" \(at |: line ", said)[0]
+    return InputError(path, f"the file is broken: {problem}", place=place, remedy="mend it there")
+
+
+def _misfit(path: Path, text: str, form: type[BaseModel], error: ErrorDetails) -> InputError:
+    location = error["loc"]
+    line = _line_of(location, text) if path.suffix == ".toml" else 0
+    place = ", ".join(filter(None, [f"line {line}" if line else "", _dotted(location)]))
+    problem, remedy = _explain(error, _form_at(location[:-1], form))
+    return InputError(path, problem, place=place, remedy=remedy)
+
+
+def _explain(error: ErrorDetails, form: type[BaseModel]) -> tuple[str, str]:
+    key = str(error["loc"][-1]) if error["loc"] else ""
+    if error["type"] == "extra_forbidden":
+        return f"the key {key!r} is unknown", _nearest(key, form)
+    field = form.model_fields.get(key)
+    meaning = f"{key} is {field.description}" if field and field.description else ""
+    if error["type"] == "missing":
+        return f"the key {key!r} is missing", f"add it: {meaning}" if meaning else "add it"
+    if error["type"] == "value_error":
+        return str(error["ctx"]["error"]), meaning or "correct it"
+    problem = error["msg"].replace("Input should be", "must be")
+    return f"{problem}, not {reprlib.repr(error['input'])}", meaning or "correct it"
+
+
+def _nearest(key: str, form: type[BaseModel]) -> str:
+    near = difflib.get_close_matches(key, form.model_fields, n=1)
+    return f"did you mean {near[0]!r}?" if near else f"known are {', '.join(form.model_fields)}"
+
+
+def _form_at(location: Location, form: type[BaseModel]) -> type[BaseModel]:
+    for part in location:
+        field = form.model_fields.get(str(part))
+        form = (field and _nested(field.annotation)) or form
+    return form
+
+
+def _nested(annotation: object) -> type[BaseModel] | None:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next(filter(None, map(_nested, get_args(annotation))), None)
+
+
+def _dotted(location: Location) -> str:
+    parts = (f"[{part}]" if isinstance(part, int) else f".{part}" for part in location)
+    return "".join(parts).removeprefix(".")
+
+
+def _line_of(location: Location, text: str) -> int:
+    """Find the line that comes nearest to a place in TOML text; 0 if none does."""
+    on_the_way = ((len(here), line) for line, here in _locations(text) if here == location[: len(here)])
+    return max(on_the_way, key=lambda found: found[0], default=(0, 0))[1]
+
+
+def _locations(text: str) -> Iterator[tuple[int, Location]]:
+    table: Location = ()
+    entries: Counter[Location] = Counter()
+    for number, line in enumerate(text.split("\n"), start=1):
+        if header := re.match(r"\s*(\[\[?)\s*([\w.-]+)\s*\]", line):
+            table = tuple(header[2].split("."))
+            if header[1] == "[[":
+                entries[table] += 1
+                table = (*table, entries[table] - 1)
+            yield number, table
+        elif key := re.match(r"\s*([\w.-]+)\s*=", line):
+            yield number, (*table, *key[1].split("."))

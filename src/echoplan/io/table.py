@@ -1,0 +1,207 @@
+"""Tables of numbers in CSV, read in chunks: fast where they are clean, exact about the place where they are not."""
+
+import csv
+import difflib
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice
+from pathlib import Path
+from typing import Any, Self, TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from echoplan.errors import InputError
+from echoplan.io.files import open_text
+from echoplan.io.kinds import Kind
+
+__all__ = ["Rows", "Table"]
+
+_CHUNK = 65_536
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Rows:
+    """Some rows of a table.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    first : int
+        How many rows come before them.
+    data : structured ndarray, shape (n,)
+        The known columns by their names.
+    """
+
+    path: Path
+    first: int
+    data: NDArray[np.void]
+
+    def refusal(self, row: int, column: str, problem: str, *, remedy: str) -> InputError:
+        """Make the error that blames one field.
+
+        Parameters
+        ----------
+        row : int
+            Index into ``data``.
+        column : str
+            Name of the column.
+        problem, remedy : str
+            What is wrong and what to do about it.
+
+        Returns
+        -------
+        InputError
+            To be raised.
+        """
+        return _refusal(self.path, self.first + row, column, problem=problem, remedy=remedy)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Table:
+    """A CSV file of which some columns are known.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    header : tuple of str
+        Names of all its columns, in their order.
+    columns : mapping
+        The known ones, each with its kind; all others are passed over.
+    """
+
+    path: Path
+    header: tuple[str, ...]
+    columns: Mapping[str, Kind]
+
+    @classmethod
+    def open(cls, path: Path, columns: Mapping[str, Kind], *, optional: Sequence[str] = ()) -> Self:
+        """Read the header of a table.
+
+        Parameters
+        ----------
+        path : Path
+            The file.
+        columns : mapping
+            Kind of each column by its name.
+        optional : sequence of str, optional
+            Columns that may be missing.
+
+        Returns
+        -------
+        Table
+            The table; its rows are not yet read.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read, is empty or lacks a column.
+        """
+        required = [name for name in columns if name not in optional]
+        with open_text(path) as file:
+            header = _header(path, next(_filled(file), ""), required)
+        return cls(path=path, header=header, columns={name: columns[name] for name in header if name in columns})
+
+    def only(self, name: str) -> "Table":
+        """Return the same table with all columns but one passed over."""
+        return replace(self, columns={name: self.columns[name]})
+
+    def __iter__(self) -> Iterator[Rows]:
+        """Yield the rows in chunks that fit the memory.
+
+        Raises
+        ------
+        InputError
+            If a field cannot be read, or there is no row at all.
+        """
+        first = 0
+        with open_text(self.path) as file:
+            lines = islice(_filled(file), 1, None)
+            while chunk := list(islice(lines, _CHUNK)):
+                yield Rows(path=self.path, first=first, data=self._parse(chunk, first))
+                first += len(chunk)
+        if not first:
+            raise InputError(self.path, "it holds a header but no rows", remedy="record again")
+
+    def _parse(self, lines: list[str], first: int) -> NDArray[np.void]:
+        try:
+            return self._parse_fast(lines)
+        except ValueError:
+            return self._parse_carefully(lines, first)
+
+    def _parse_fast(self, lines: list[str]) -> NDArray[np.void]:
+        fields = [
+            (name, self.columns[name].raw) if name in self.columns else (f"unknown {index}", "S1")
+            for index, name in enumerate(self.header)
+        ]
+        raw = np.loadtxt(lines, dtype=fields, delimiter=",", comments=None, quotechar='"', ndmin=1)
+        return self._stored(len(lines), {name: kind.read_column(raw[name]) for name, kind in self.columns.items()})
+
+    def _parse_carefully(self, lines: list[str], first: int) -> NDArray[np.void]:
+        rows = [self._parse_line(line, first + index) for index, line in enumerate(lines)]
+        return self._stored(len(lines), dict(zip(self.columns, zip(*rows, strict=True), strict=True)))
+
+    def _parse_line(self, line: str, row: int) -> list[float]:
+        fields = _split(line)
+        if len(fields) != len(self.header):
+            problem = f"the row has {len(fields)} of {len(self.header)} fields"
+            remedy = "complete it, or delete it if the recording was cut off here"
+            if len(fields) > len(self.header):
+                remedy = "write one field a column, and decimal points instead of decimal commas"
+            raise _refusal(self.path, row, problem=problem, remedy=remedy)
+        texts = dict(zip(self.header, fields, strict=True))
+        return [self._parse_field(texts[name], row, name) for name in self.columns]
+
+    def _parse_field(self, text: str, row: int, column: str) -> float:
+        kind = self.columns[column]
+        try:
+            return kind.read_field(text)
+        except ValueError as error:
+            raise _refusal(self.path, row, column, problem=str(error), remedy=kind.remedy) from error
+
+    def _stored(self, count: int, columns: Mapping[str, Any]) -> NDArray[np.void]:
+        data = np.empty(count, dtype=[(name, kind.stored) for name, kind in self.columns.items()])
+        for name, values in columns.items():
+            data[name] = values
+        return data
+
+
+def _filled(file: TextIO) -> Iterator[str]:
+    return (line for line in file if not line.isspace())
+
+
+def _split(line: str) -> list[str]:
+    return [field.strip() for field in next(csv.reader([line], skipinitialspace=True))]
+
+
+def _header(path: Path, line: str, required: Sequence[str]) -> tuple[str, ...]:
+    wanted = ",".join(required)
+    if not line:
+        raise InputError(path, "it is empty", remedy=f"begin it with the header {wanted}")
+    header = tuple(_split(line))
+    if len(header) == 1 and (separator := re.search(r"[;\t|]", line)):
+        problem = f"columns are separated by {separator[0]!r}"
+        raise InputError(path, problem, place="line 1", remedy="separate them by commas, with decimal points")
+    if all(re.fullmatch(r"[-+\d.e]+", name) for name in header):
+        raise InputError(path, "there is no header", place="line 1", remedy=f"begin the file with {wanted}")
+    for name in required:
+        if header.count(name) != 1:
+            problem = f"the column {name!r} {'occurs twice' if name in header else 'is missing'}"
+            raise InputError(path, problem, place="line 1", remedy=_header_remedy(name, header, wanted))
+    return header
+
+
+def _header_remedy(name: str, header: Sequence[str], wanted: str) -> str:
+    near = difflib.get_close_matches(name, set(header), n=1)
+    return f"did you mean it by {near[0]!r}?" if near and name not in header else f"the header must have {wanted}"
+
+
+def _refusal(path: Path, row: int, column: str = "", *, problem: str, remedy: str) -> InputError:
+    with open_text(path) as file:
+        numbers = (number for number, line in enumerate(file, start=1) if not line.isspace())
+        line_number = next(islice(numbers, row + 1, None))
+    place = f"line {line_number}, column {column}" if column else f"line {line_number}"
+    return InputError(path, problem, place=place, remedy=remedy)

@@ -1,0 +1,89 @@
+"""What a map of a recording should say, in JSON: ``truth.json``."""
+
+from pathlib import Path
+
+import numpy as np
+from pydantic import Field
+
+from echoplan.io.files import write_text
+from echoplan.io.structure import Form, Quadruple, Triple, read_json
+from echoplan.io.text import format_json
+from echoplan.model import Truth
+
+__all__ = ["read_truth", "write_truth"]
+
+
+class _TruthForm(Form):
+    walls: list[Quadruple] = Field(description="a list of faces [x1, y1, x2, y2] in metres")
+    walls_heard: list[int] = Field(description="from how many stations each wall can be heard")
+    cylinders: list[Triple] = Field(default=[], description="a list of cylinders [x, y, radius] in metres")
+    cylinders_heard: list[int] = Field(default=[], description="from how many stations each cylinder can be heard")
+    poses: list[Triple] = Field(default=[], description="the true pose [x, y, yaw] of each sweep")
+    given: list[Triple] = Field(default=[], description="the recorded pose [x, y, yaw] of each sweep")
+    temperature: float | None = Field(default=None, description="the temperature of the air in degrees Celsius")
+
+    def value(self) -> Truth:
+        return Truth(
+            walls_xy=np.reshape(self.walls, (-1, 2, 2)),
+            walls_heard=np.array(self.walls_heard, dtype=np.int64),
+            cylinders=np.reshape(self.cylinders, (-1, 3)),
+            cylinders_heard=np.array(self.cylinders_heard, dtype=np.int64),
+            poses=np.reshape(self.poses, (-1, 3)),
+            given=np.reshape(self.given or self.poses, (-1, 3)),
+            temperature=self.temperature,
+        )
+
+
+def read_truth(path: Path) -> Truth:
+    """Read the truth of a recording.
+
+    Parameters
+    ----------
+    path : Path
+        The file, usually ``truth.json``.
+
+    Returns
+    -------
+    Truth
+        The truth; poses given that are left out are the true ones.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or its lists do not go together.
+    """
+    return read_json(path, _TruthForm).value()
+
+
+def write_truth(path: Path, truth: Truth) -> None:
+    """Write the truth of a recording.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    truth : Truth
+        The truth.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> path = getfixture("tmp_path") / "truth.json"
+    >>> write_truth(path, Truth(walls_xy=[[[0, 0], [4, 0]]], walls_heard=[3]))
+    >>> read_truth(path).walls_heard
+    array([3])
+    """
+    known = {
+        "walls": truth.walls_xy.reshape(-1, 4).tolist(),
+        "walls_heard": truth.walls_heard.tolist(),
+        "cylinders": truth.cylinders.tolist(),
+        "cylinders_heard": truth.cylinders_heard.tolist(),
+        "poses": truth.poses.tolist(),
+        "given": truth.given.tolist(),
+    }
+    air = {} if truth.temperature is None else {"temperature": truth.temperature}
+    write_text(path, format_json(known | air) + "\n")

@@ -1,0 +1,102 @@
+"""Numbers in a wrong unit, as far as they give themselves away."""
+
+from math import pi
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import AfterValidator
+
+from echoplan.arrays import FloatArray
+
+__all__ = ["HalfAperture", "Metres", "Radians", "looks_like_degrees", "wrong_length_unit"]
+
+_WRONG_UNITS = {"centimetres": 100.0, "millimetres": 1000.0}
+
+
+def looks_like_degrees(angles: ArrayLike) -> bool:
+    """Tell whether angles are surely degrees.
+
+    Radians may grow beyond a turn where they are not wrapped, but beyond two turns they are never all written
+    to one decimal.  Small or finely divided angles in degrees do not give themselves away.
+
+    Parameters
+    ----------
+    angles : array_like, shape (n,)
+        Angles that should be radians.
+
+    Returns
+    -------
+    bool
+        True if some lie beyond two turns and all are multiples of a tenth.
+
+    Examples
+    --------
+    >>> looks_like_degrees([-45.0, 0.0, 45.0]), looks_like_degrees([0.0, 1.6, 3.1, 4.7, 6.3])
+    (True, False)
+    """
+    tenths = 10.0 * np.atleast_1d(np.asarray(angles, dtype=np.float64))
+    beyond = np.abs(tenths).max(initial=0.0) > 10.0 * 4.0 * pi
+    return bool(beyond and np.allclose(tenths, np.rint(tenths), rtol=0.0, atol=1e-6))
+
+
+def wrong_length_unit(ranges: FloatArray, *, min_ranges: FloatArray, max_ranges: FloatArray) -> str:
+    """Name the unit in which readings surely are, if it is not the metre.
+
+    Parameters
+    ----------
+    ranges : ndarray, shape (n,)
+        Readings that should be metres.
+    min_ranges, max_ranges : ndarray, shape (n,)
+        Dead distance and reach of the sensor of each [m].
+
+    Returns
+    -------
+    str
+        The unit; empty if the readings may be metres: if one in twenty lies within reach, or the middle one
+        less than twice beyond it.
+
+    Examples
+    --------
+    >>> dead, reach = np.full(3, 0.03), np.full(3, 3.0)
+    >>> wrong_length_unit(np.array([120.0, 45.5, 81.0]), min_ranges=dead, max_ranges=reach)
+    'centimetres'
+    """
+    heard = np.isfinite(ranges)
+    if not heard.any():
+        return ""
+
+    def share_within_reach(scale: float) -> float:
+        metres = ranges[heard] / scale
+        return float(np.mean((min_ranges[heard] <= metres) & (metres <= max_ranges[heard])))
+
+    if share_within_reach(1.0) > 0.05 or np.median(ranges[heard] / max_ranges[heard]) <= 2.0:
+        return ""
+    return next((unit for unit, scale in _WRONG_UNITS.items() if share_within_reach(scale) > 0.5), "")
+
+
+def _checked_angle(angle: float) -> float:
+    if looks_like_degrees([angle]):
+        raise _degrees(angle)
+    return angle
+
+
+def _checked_aperture(angle: float) -> float:
+    if angle > pi:
+        raise _degrees(angle)
+    return angle
+
+
+def _degrees(angle: float) -> ValueError:
+    return ValueError(f"{angle:g} looks like degrees, which are {np.deg2rad(angle):.6f} radians")
+
+
+def _checked_length(length: float) -> float:
+    if length > 50.0:
+        raise ValueError(f"{length:g} m is farther than ultrasound is heard in air; write metres")
+    return length
+
+
+HalfAperture = Annotated[float, AfterValidator(_checked_aperture)]
+Radians = Annotated[float, AfterValidator(_checked_angle)]
+Metres = Annotated[float, AfterValidator(_checked_length)]

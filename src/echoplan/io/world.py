@@ -1,0 +1,97 @@
+"""Worlds in TOML: ``world.toml``."""
+
+from pathlib import Path
+
+import numpy as np
+from pydantic import Field
+
+from echoplan.io.files import write_text
+from echoplan.io.structure import HandWrittenForm, Pair, read_toml
+from echoplan.io.text import format_toml
+from echoplan.model import Pillar, Polyline, World
+
+__all__ = ["read_world", "write_world"]
+
+
+class _WallForm(HandWrittenForm):
+    points: list[Pair] = Field(description="a list of vertices [x, y] in metres, joined in their order")
+    closed: bool = Field(default=False, description="true if the last vertex joins the first, else false")
+    material: str = Field(default="hard", description="what the wall is made of")
+
+    def value(self) -> Polyline:
+        return Polyline(points_xy=np.array(self.points), closed=self.closed, material=self.material)
+
+
+class _CylinderForm(HandWrittenForm):
+    center: Pair = Field(description="the axis [x, y] in metres")
+    radius: float = Field(description="the radius [m]")
+    material: str = Field(default="hard", description="what the cylinder is made of")
+
+    def value(self) -> Pillar:
+        return Pillar(center_xy=np.array(self.center), radius=self.radius, material=self.material)
+
+
+class _WorldForm(HandWrittenForm):
+    name: str = Field(default="", description="what people call the world")
+    wall: list[_WallForm] = Field(default=[], description="a table [[wall]] for each run of walls")
+    cylinder: list[_CylinderForm] = Field(default=[], description="a table [[cylinder]] for each cylinder")
+
+
+def read_world(path: Path) -> World:
+    """Read a world.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    World
+        The world; without a name of its own it is called after the file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or describes no possible world.
+    """
+    form = read_toml(path, _WorldForm)
+    return World(
+        name=form.name or path.stem,
+        polylines=tuple(wall.value() for wall in form.wall),
+        pillars=tuple(cylinder.value() for cylinder in form.cylinder),
+    )
+
+
+def write_world(path: Path, world: World) -> None:
+    """Write a world.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    world : World
+        The world.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> from echoplan.io import builtin_world
+    >>> path = getfixture("tmp_path") / "world.toml"
+    >>> write_world(path, builtin_world("square"))
+    >>> read_world(path).name
+    'square'
+    """
+    walls = [
+        {"points": wall.points_xy.tolist(), "closed": wall.closed, "material": wall.material}
+        for wall in world.polylines
+    ]
+    cylinders = [
+        {"center": pillar.center_xy.tolist(), "radius": pillar.radius, "material": pillar.material}
+        for pillar in world.pillars
+    ]
+    write_text(path, format_toml({"name": world.name, "wall": walls, "cylinder": cylinders}))
