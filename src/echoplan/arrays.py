@@ -1,7 +1,7 @@
 """Checked numbers and read-only arrays: what the values of the model are made of."""
 
 import math
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -55,20 +55,25 @@ def checked_number(
     Raises
     ------
     InvalidValueError
-        If it is not finite or out of bounds.
+        If it is no number, not finite or out of bounds.
 
     Examples
     --------
     >>> checked_number(0.1, name="radius", above=0)
     0.1
     """
-    number = float(value)
+    try:
+        number = float(value)
+    except (TypeError, ValueError) as error:
+        raise InvalidValueError(f"{name} must be a number, not {value!r}") from error
     if not math.isfinite(number):
         raise InvalidValueError(f"{name} must be finite, not {number}")
     if number <= above:
-        raise InvalidValueError(f"{name} must be greater than {above:g}, not {number:g}")
-    if not minimum <= number <= maximum:
-        raise InvalidValueError(f"{name} must lie between {minimum:g} and {maximum:g}, not {number:g}")
+        raise InvalidValueError(f"{name} must be greater than {above:.12g}, not {number:.12g}")
+    if number < minimum:
+        raise InvalidValueError(f"{name} must be at least {minimum:.12g}, not {number:.12g}")
+    if number > maximum:
+        raise InvalidValueError(f"{name} must be at most {maximum:.12g}, not {number:.12g}")
     return number
 
 
@@ -133,20 +138,19 @@ def checked_integers(value: ArrayLike, *, name: str, shape: Shape) -> IntArray:
     Raises
     ------
     InvalidValueError
-        If the value has a fraction, is not finite or has another shape.
+        If the value has a fraction, is not finite, needs more than 64 bits or has another shape.
 
     Examples
     --------
     >>> checked_integers([3, 4], name="sensor_ids", shape=(None,))
     array([3, 4])
     """
-    given = np.asarray(value)
+    try:
+        given = np.asarray(value)
+    except ValueError as error:
+        raise InvalidValueError(f"{name} must hold whole numbers, not {value!r}") from error
     _check_shape(given.shape, name=name, shape=shape)
-    whole = np.issubdtype(given.dtype, np.integer) or (
-        np.issubdtype(given.dtype, np.floating)
-        and bool((np.isfinite(given) & (given == np.rint(given))).all())
-    )
-    if not whole and given.size:
+    if given.size and not _is_whole(given):
         raise InvalidValueError(f"{name} must hold whole numbers, not {value!r}")
     array = given.astype(np.int64)
     array.setflags(write=False)
@@ -210,3 +214,11 @@ def _check_shape(found: tuple[int, ...], *, name: str, shape: Shape) -> None:
     if not fits:
         wanted = ", ".join("n" if length is None else str(length) for length in shape)
         raise InvalidValueError(f"{name} must have shape ({wanted}), not {found}")
+
+
+def _is_whole(array: NDArray[Any]) -> bool:
+    """Tell whether an array holds nothing but whole numbers that fit into 64 bits."""
+    if np.issubdtype(array.dtype, np.integer):
+        return bool(np.all(array <= np.iinfo(np.int64).max))
+    whole = np.issubdtype(array.dtype, np.floating)
+    return bool(whole and np.all((array == np.rint(array)) & (np.abs(array) < 2.0**63)))

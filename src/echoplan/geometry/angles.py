@@ -27,7 +27,8 @@ def wrap(angles: ArrayLike) -> FloatArray:
     True
     """
     wrapped: FloatArray = (np.asarray(angles, dtype=np.float64) + np.pi) % (2 * np.pi) - np.pi
-    return wrapped
+    # Just below -pi the remainder rounds up to a whole turn.
+    return wrapped - 2 * np.pi * (wrapped >= np.pi)
 
 
 def circular_mean(angles: ArrayLike) -> float:
@@ -41,7 +42,7 @@ def circular_mean(angles: ArrayLike) -> float:
     Returns
     -------
     float
-        Mean direction in (-pi, pi] [rad].
+        Mean direction in [-pi, pi) [rad].
 
     Examples
     --------
@@ -49,7 +50,7 @@ def circular_mean(angles: ArrayLike) -> float:
     True
     """
     angles = np.asarray(angles, dtype=np.float64)
-    return float(np.arctan2(np.sin(angles).sum(), np.cos(angles).sum()))
+    return float(wrap(np.arctan2(np.sin(angles).sum(), np.cos(angles).sum())))
 
 
 def directions(angles: ArrayLike) -> FloatArray:

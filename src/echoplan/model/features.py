@@ -60,7 +60,7 @@ class ClassProbabilities:
             checked_number(getattr(self, name), name=name, minimum=0.0, maximum=1.0)
         total = self.wall + self.corner + self.cylinder
         if abs(total - 1.0) > 1e-6:
-            raise InvalidValueError(f"class probabilities must sum to 1, not {total:g}")
+            raise InvalidValueError(f"class probabilities must sum to 1, not {total:.12g}")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -162,7 +162,7 @@ class Truth:
     poses : ndarray, shape (s, 3), optional
         True pose of each sweep [m, m, rad].
     given : ndarray, shape (s, 3), optional
-        Pose of each sweep as the recording gives it [m, m, rad].
+        Pose of each sweep as the recording gives it [m, m, rad]; none where that is unknown.
     temperature : float, optional
         Temperature of the air [degrees Celsius].
 
@@ -184,6 +184,7 @@ class Truth:
         walls = checked_floats(self.walls_xy, name="walls", shape=(None, 2, 2))
         cylinders = checked_floats(self.cylinders, name="cylinders", shape=(None, 3))
         poses = checked_floats(self.poses, name="poses", shape=(None, 3))
+        given = checked_floats(self.given, name="given", shape=(len(poses) if len(self.given) else 0, 3))
         store(
             self,
             walls_xy=walls,
@@ -191,5 +192,5 @@ class Truth:
             cylinders=cylinders,
             cylinders_heard=checked_integers(self.cylinders_heard, name="cylinders_heard", shape=(len(cylinders),)),
             poses=poses,
-            given=checked_floats(self.given, name="given", shape=(len(poses), 3)),
+            given=given,
         )
