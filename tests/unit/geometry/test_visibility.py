@@ -1,0 +1,51 @@
+import numpy as np
+import pytest
+
+from echoplan.geometry import crosses_discs, crosses_segments, distances_to_segments, is_blocked
+
+BOARD = [[[1.0, -1.0], [1.0, 2.0]]]
+
+
+@pytest.mark.parametrize("target", [(2.0, 3.9), (1.1, 0.0)])
+def test_a_sight_line_crosses_a_board_that_stands_between(target: tuple[float, float]) -> None:
+    assert crosses_segments([[0.0, 0.0]], [target], BOARD).tolist() == [[True]]
+
+
+@pytest.mark.parametrize("target", [(2.0, 4.1), (0.9, 0.0), (-2.0, 0.0), (1.0, 0.0)])
+def test_a_sight_line_past_a_board_before_it_or_just_up_to_it_crosses_nothing(target: tuple[float, float]) -> None:
+    assert crosses_segments([[0.0, 0.0]], [target], BOARD).tolist() == [[False]]
+
+
+def test_a_sight_line_along_a_board_does_not_cross_it() -> None:
+    assert not crosses_segments([[1.0, -3.0]], [[1.0, 3.0]], BOARD).any()
+
+
+def test_every_sight_line_is_held_against_every_board() -> None:
+    boards = [*BOARD, [[-1.0, 0.5], [-1.0, 1.0]]]
+    crossed = crosses_segments([[0.0, 0.0]] * 3, [[2.0, 0.0], [-2.0, 0.0], [-2.0, 1.5]], boards)
+    assert crossed.tolist() == [[True, False], [False, False], [False, True]]
+
+
+def test_a_sight_line_passes_a_disc_that_it_only_touches() -> None:
+    discs = [[1.0, 0.5, 0.5], [1.0, 0.5, 0.51], [3.0, 0.0, 0.5]]
+    assert crosses_discs([[0.0, 0.0]], [[2.0, 0.0]], discs).tolist() == [[False, True, False]]
+
+
+def test_distances_are_from_the_nearest_point_of_a_segment() -> None:
+    segments = [[[1.0, 0.0], [4.0, 0.0]], [[2.0, 5.0], [2.0, 5.0]]]
+    distances = distances_to_segments([[2.0, 1.0], [-2.0, 4.0], [8.0, -3.0]], segments)
+    assert distances == pytest.approx(np.array([[1.0, 4.0], [5.0, np.hypot(4, 1)], [5.0, 10.0]]))
+
+
+def test_nothing_hides_anything_in_an_empty_world() -> None:
+    assert is_blocked([[0.0, 0.0]], [[2.0, 0.0]], segments_xy=[], discs=[]).tolist() == [False]
+
+
+def test_a_view_is_blocked_by_a_segment_or_a_disc() -> None:
+    blocked = is_blocked(
+        [[0.0, 0.0]] * 3,
+        [[2.0, 0.0], [0.0, 2.0], [-2.0, 0.0]],
+        segments_xy=BOARD,
+        discs=[[0.1, 1.0, 0.2]],
+    )
+    assert blocked.tolist() == [True, True, False]
