@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from echoplan.io.files import write_text
-from echoplan.io.structure import Form, Pair, Triple, read_json
+from echoplan.io.structure import Count, Form, Pair, Triple, read_json
 from echoplan.io.text import format_json
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, FeatureClass, FeatureMap, Wall
 
@@ -30,8 +30,8 @@ class _ProbabilitiesForm(Form):
 
 class _FeatureForm(Form):
     class_probabilities: _ProbabilitiesForm | None = Field(default=None, description="how likely it is of each class")
-    pings: int = Field(default=0, ge=0, description="how many pings speak for it")
-    stations: int = Field(default=0, ge=0, description="from how many stations it was heard")
+    pings: Count = Field(default=0, description="how many pings speak for it")
+    stations: Count = Field(default=0, description="from how many stations it was heard")
 
     def evidence(self, kind: FeatureClass) -> dict[str, Any]:
         """Return what every feature has; its own class is certain where nothing else is said."""
@@ -89,14 +89,14 @@ class _CylinderForm(_FeatureForm):
 
 
 class _PoseForm(Form):
-    sweep: int = Field(description="the number of the sweep")
+    sweep: Count = Field(description="the number of the sweep")
     x: float = Field(description="where the robot was [m]")
     y: float = Field(description="where the robot was [m]")
     yaw: float = Field(description="where the robot looked [rad]")
 
 
 class _MapForm(Form):
-    format: Literal["echoplan-map/1"] = Field(description="what this version of echoplan reads")
+    format: Literal["echoplan-map/1"] = Field(description="the version that this echoplan reads, echoplan-map/1")
     frame: str = Field(default="map", description="the frame of all coordinates")
     method: str = Field(default="", description="the name of the method that made the map")
     parameters: dict[str, Any] = Field(default={}, description="the settings of the run")

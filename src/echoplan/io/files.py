@@ -24,7 +24,6 @@ _UNWRITABLE = {
     errno.EACCES: "choose a folder that you may write to",
     errno.EPERM: "choose a folder that you may write to",
     errno.EROFS: "choose a folder that you may write to",
-    errno.EISDIR: "name a file in it",
 }
 
 
@@ -193,6 +192,8 @@ def _undecodable_line(path: Path) -> int:
 def _check_replaceable(target: Path) -> None:
     if target.exists() and not (target.is_file() or target.is_dir()):
         raise OSError(errno.EINVAL, "it is a device, not a file")
+    if any(folder.is_file() for folder in target.parents):
+        raise OSError(errno.ENOTDIR, "it lies below a file, not a folder")
 
 
 def _flush(draft: Path) -> None:
@@ -203,8 +204,12 @@ def _flush(draft: Path) -> None:
 
 
 def _move(draft: Path, target: Path) -> None:
-    if not (draft.is_dir() and target.is_dir()):
+    if not target.exists():
+        draft.rename(target)
+    elif draft.is_dir() != target.is_dir():
+        raise OSError(errno.EEXIST, f"there is a {'folder' if target.is_dir() else 'file'} of that name")
+    elif draft.is_dir():
+        for child in draft.iterdir():
+            _move(child, target / child.name)
+    else:
         draft.replace(target)
-        return
-    for child in draft.iterdir():
-        _move(child, target / child.name)

@@ -1,12 +1,12 @@
 """What the fields of a table hold: how a whole column is read at once, and how one field with care."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from echoplan.arrays import BoolArray, IntArray
 
@@ -47,10 +47,10 @@ class Kind:
     stored: str
     parse: Callable[[str], float]
     convert: Callable[[Column], Column] = _as_it_is
-    allows: Callable[[ArrayLike], BoolArray]
+    allows: Callable[[Column], BoolArray]
 
-    def read_column(self, raw: Column) -> Column:
-        """Take a whole column as NumPy read it.
+    def take(self, raw: Column) -> Column:
+        """Take a column as NumPy read it.
 
         Parameters
         ----------
@@ -67,13 +67,30 @@ class Kind:
         ValueError
             If one of them is not plain enough, or not allowed.
         """
-        column = self.convert(raw)
-        if not self.allows(column).all():
-            raise ValueError(self.noun)
-        return column
+        return self._allowed(self.convert(raw))
 
-    def read_field(self, text: str) -> float:
-        """Take one field.
+    def read(self, texts: Iterable[str]) -> Column:
+        """Read a column field by field.
+
+        Parameters
+        ----------
+        texts : iterable of str
+            The fields without surrounding blanks.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Fields of the type ``stored``.
+
+        Raises
+        ------
+        ValueError or ArithmeticError
+            If one of them is something else, or not allowed.
+        """
+        return self._allowed(np.array(list(map(self.parse, texts)), dtype=self.stored))
+
+    def fault(self, text: str) -> str:
+        """Say what is wrong with one field; nothing if all is well.
 
         Parameters
         ----------
@@ -82,21 +99,19 @@ class Kind:
 
         Returns
         -------
-        float or int
-            Its number.
-
-        Raises
-        ------
-        ValueError
-            If it holds something else; the message says so.
+        str
+            The problem, ready for an error.
         """
         try:
-            number = self.parse(text)
+            self.read([text])
         except (ValueError, ArithmeticError):
-            number = None
-        if number is None or not self.allows(number):
-            raise ValueError(f"{text!r} is no {self.noun}" if text else "the field is empty")
-        return number
+            return f"{text!r} is no {self.noun}" if text else "the field is empty"
+        return ""
+
+    def _allowed(self, column: Column) -> Column:
+        if not self.allows(column).all():
+            raise ValueError(self.noun)
+        return column
 
 
 def _parse_whole(text: str) -> int:
@@ -117,7 +132,8 @@ def _parse_reading(text: str) -> float:
 def _convert_seconds(texts: Column) -> Column:
     # Through floats, the nanoseconds of a present-day date would be lost.
     wholes, _, fractions = np.strings.partition(texts, b".")
-    if not (np.strings.isdigit(wholes) & (np.strings.str_len(fractions) <= 9)).all():
+    digits = np.strings.str_len(wholes), np.strings.str_len(fractions)
+    if not (np.strings.isdigit(wholes) & (digits[0] <= 10) & (digits[1] <= 9)).all():
         raise ValueError("a time that is not written plainly")
     seconds = wholes.astype(np.int64)
     if (seconds > _LATEST_SECOND).any():
@@ -126,21 +142,21 @@ def _convert_seconds(texts: Column) -> Column:
     return stamps
 
 
-def _fits_the_memory(numbers: ArrayLike) -> BoolArray:
+def _fits_the_memory(numbers: Column) -> BoolArray:
     fits: BoolArray = np.abs(numbers) <= 1_000_000_000 * _LATEST_SECOND
     return fits
 
 
-def _is_count(numbers: ArrayLike) -> BoolArray:
+def _is_count(numbers: Column) -> BoolArray:
     return _fits_the_memory(numbers) & np.greater_equal(numbers, 0)
 
 
-def _is_finite(numbers: ArrayLike) -> BoolArray:
+def _is_finite(numbers: Column) -> BoolArray:
     finite: BoolArray = np.isfinite(numbers)
     return finite
 
 
-def _is_reading(numbers: ArrayLike) -> BoolArray:
+def _is_reading(numbers: Column) -> BoolArray:
     reading: BoolArray = ~(np.isfinite(numbers) & np.less(numbers, 0))
     return reading
 
@@ -180,7 +196,7 @@ NUMBER = Kind(
 )
 READING = Kind(
     noun="range",
-    remedy="write metres, inf for no echo, -inf for too close, nan for a fault",
+    remedy="write metres with a decimal point, inf for no echo, -inf for too close, nan for a fault",
     raw="f8",
     stored="f8",
     parse=_parse_reading,

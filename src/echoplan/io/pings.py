@@ -51,7 +51,8 @@ def checked_pings(table: Table, rig: Rig) -> Iterator[Rows]:
     for rows in table:
         _check_sensors(rows, rig)
         if not rows.first:
-            _check_units(rows, rig)
+            with np.errstate(over="ignore"):
+                _check_units(rows, rig)
         _check_order(rows, rows.data[0] if last is None else last)
         last = rows.data[-1]
         silent = silent and bool(np.isnan(rows.data["range"]).all())

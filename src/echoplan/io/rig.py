@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field
 
 from echoplan.io.files import write_text
-from echoplan.io.structure import HandWrittenForm, read_toml
+from echoplan.io.structure import HandWrittenForm, Whole, read_toml
 from echoplan.io.text import format_toml
 from echoplan.io.units import HalfAperture, Metres, Radians
 from echoplan.model import Firing, Rig, Sensor, Servo, Transducer
@@ -16,7 +16,7 @@ __all__ = ["format_rig", "read_rig", "write_rig"]
 
 
 class _SensorForm(HandWrittenForm):
-    id: int = Field(description="the number of the sensor in the recording")
+    id: Whole = Field(description="the number of the sensor in the recording")
     x: float = Field(default=0.0, description="the place of the acoustic centre in the turret's frame [m]")
     y: float = Field(default=0.0, description="the place of the acoustic centre in the turret's frame [m]")
     yaw: Radians = Field(default=0.0, description="the direction of the beam axis in the turret's frame [rad]")
@@ -46,7 +46,7 @@ class _ServoForm(HandWrittenForm):
 
 class _FiringForm(HandWrittenForm):
     period: float = Field(description="the time from one group's firing to the next [s]")
-    groups: list[list[int]] = Field(description="lists of the sensor ids that fire together")
+    groups: list[list[Whole]] = Field(description="lists of the sensor ids that fire together")
 
     def value(self) -> Firing:
         return Firing(period=self.period, groups=tuple(map(tuple, self.groups)))
@@ -66,7 +66,7 @@ class _TransducerForm(HandWrittenForm):
 class _RigForm(HandWrittenForm):
     name: str = Field(default="rig", description="what people call the rig")
     turret: _TurretForm = Field(default=_TurretForm(), description="the pose of the servo's axis in base_link")
-    sensor: list[_SensorForm] = Field(description="a table [[sensor]] for each sensor")
+    sensor: list[_SensorForm] = Field(description="a list of tables [[sensor]], one for each")
     servo: _ServoForm | None = Field(default=None, description="the turn of the turret in one sweep")
     firing: _FiringForm | None = Field(default=None, description="the order in which the sensors fire")
     transducer: _TransducerForm | None = Field(default=None, description="what the simulator needs to know")

@@ -38,7 +38,7 @@ def read_route(path: Path) -> Route:
     table = Table.open(path, _COLUMNS, optional=["t"])
     rows = np.concatenate([rows.data for rows in table])
     if looks_like_degrees(rows["yaw"]):
-        raise InputError(path, "yaw looks like degrees", place="column yaw", remedy="write radians")
+        raise InputError(path, "the angles look like degrees", place="column yaw", remedy="write radians")
     try:
         return Route(
             map_from_base=np.stack([rows["x"], rows["y"], rows["yaw"]], axis=1),

@@ -16,11 +16,23 @@ from pydantic_core import ErrorDetails
 from echoplan.errors import InputError
 from echoplan.io.files import read_text
 
-__all__ = ["Form", "HandWrittenForm", "Pair", "Quadruple", "Triple", "read_json", "read_toml"]
+__all__ = [
+    "Count",
+    "Form",
+    "HandWrittenForm",
+    "Pair",
+    "Quadruple",
+    "Triple",
+    "Whole",
+    "read_json",
+    "read_toml",
+]
 
 FormT = TypeVar("FormT", bound=BaseModel)
 Location = tuple[int | str, ...]
 
+Whole = Annotated[int, Field(ge=-(2**62), le=2**62)]
+Count = Annotated[int, Field(ge=0, le=2**62)]
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
 Quadruple = Annotated[list[float], Field(min_length=4, max_length=4)]
@@ -107,7 +119,7 @@ def _fill(path: Path, form: type[FormT], *, parse: Callable[[str], object]) -> F
     try:
         return form.model_validate(parse(text))
     except ValidationError as error:
-        raise _misfit(path, text, form, error.errors()[0]) from error
+        raise _misfit(path, text, form, error.errors()) from error
     except (ValueError, RecursionError) as error:
         raise _broken(path, str(error)) from error
 
@@ -119,26 +131,45 @@ def _broken(path: Path, said: str) -> InputError:
     return InputError(path, f"the file is broken: {problem}", place=place, remedy="mend it there")
 
 
-def _misfit(path: Path, text: str, form: type[BaseModel], error: ErrorDetails) -> InputError:
+def _misfit(path: Path, text: str, form: type[BaseModel], errors: list[ErrorDetails]) -> InputError:
+    # A misspelt key is also a missing one; the spelling is what to tell.
+    error = min(errors, key=lambda error: error["type"] != "extra_forbidden")
     location = error["loc"]
     line = _line_of(location, text) if path.suffix == ".toml" else 0
     place = ", ".join(filter(None, [f"line {line}" if line else "", _dotted(location)]))
-    problem, remedy = _explain(error, _form_at(location[:-1], form))
+    problem, remedy = _explain(error, form)
     return InputError(path, problem, place=place, remedy=remedy)
 
 
 def _explain(error: ErrorDetails, form: type[BaseModel]) -> tuple[str, str]:
-    key = str(error["loc"][-1]) if error["loc"] else ""
-    if error["type"] == "extra_forbidden":
-        return f"the key {key!r} is unknown", _nearest(key, form)
-    field = form.model_fields.get(key)
-    meaning = f"{key} is {field.description}" if field and field.description else ""
-    if error["type"] == "missing":
-        return f"the key {key!r} is missing", f"add it: {meaning}" if meaning else "add it"
-    if error["type"] == "value_error":
-        return str(error["ctx"]["error"]), meaning or "correct it"
-    problem = error["msg"].replace("Input should be", "must be")
-    return f"{problem}, not {reprlib.repr(error['input'])}", meaning or "correct it"
+    """Put an error of pydantic into a problem and its remedy."""
+    key, meaning = _key_at(error["loc"], form)
+    problem, remedy = error["msg"].replace("Input should", "must"), meaning or "correct it"
+    match error["type"]:
+        case "extra_forbidden":
+            problem, remedy = f"the key {key!r} is unknown", _nearest(key, _form_at(error["loc"][:-1], form))
+        case "missing":
+            problem, remedy = f"the key {key!r} is missing", f"add it: {meaning}"
+        case "value_error":
+            problem, _, told = str(error["ctx"]["error"]).partition("; ")
+            remedy = told or "correct it"
+        case "too_long" | "too_short":
+            problem = error["msg"].replace("List should", "must").replace(" after validation", "")
+        case "model_type":
+            problem = f"must be a table, not {reprlib.repr(error['input'])}"
+        case _:
+            problem += f", not {reprlib.repr(error['input'])}"
+    return problem, remedy
+
+
+def _key_at(location: Location, form: type[BaseModel]) -> tuple[str, str]:
+    """Find the last key on the way to a place, and what it stands for."""
+    names = [index for index, part in enumerate(location) if isinstance(part, str)]
+    if not names:
+        return "", ""
+    key = str(location[names[-1]])
+    field = _form_at(location[: names[-1]], form).model_fields.get(key)
+    return key, f"{key} is {field.description}" if field else ""
 
 
 def _nearest(key: str, form: type[BaseModel]) -> str:
@@ -160,14 +191,19 @@ def _nested(annotation: object) -> type[BaseModel] | None:
 
 
 def _dotted(location: Location) -> str:
-    parts = (f"[{part}]" if isinstance(part, int) else f".{part}" for part in location)
+    plain = (isinstance(part, str) and re.fullmatch(r"[\w-]+", part) for part in location)
+    parts = (f".{part}" if named else f"[{part!r}]" for part, named in zip(location, plain, strict=True))
     return "".join(parts).removeprefix(".")
 
 
 def _line_of(location: Location, text: str) -> int:
     """Find the line that comes nearest to a place in TOML text; 0 if none does."""
-    on_the_way = ((len(here), line) for line, here in _locations(text) if here == location[: len(here)])
-    return max(on_the_way, key=lambda found: found[0], default=(0, 0))[1]
+    nearest, shared = 0, 0
+    for line, here in _locations(text):
+        common = min(len(here), len(location))
+        if common > shared and here[:common] == location[:common]:
+            nearest, shared = line, common
+    return nearest
 
 
 def _locations(text: str) -> Iterator[tuple[int, Location]]:

@@ -4,6 +4,7 @@ import csv
 import difflib
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
@@ -19,6 +20,7 @@ from echoplan.io.kinds import Kind
 __all__ = ["Rows", "Table"]
 
 _CHUNK = 65_536
+_EMPTY_FIELD = re.compile(r"(?<![^,])[ \t]*(?=[,\n]|$)")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -127,45 +129,49 @@ class Table:
             raise InputError(self.path, "it holds a header but no rows", remedy="record again")
 
     def _parse(self, lines: list[str], first: int) -> NDArray[np.void]:
-        try:
-            return self._parse_fast(lines)
-        except ValueError:
-            return self._parse_carefully(lines, first)
+        with suppress(ValueError):
+            return self._parse_plain(lines)
+        with suppress(ValueError):
+            return self._parse_plain([_EMPTY_FIELD.sub("nan", line) for line in lines])
+        return self._parse_carefully(lines, first)
 
-    def _parse_fast(self, lines: list[str]) -> NDArray[np.void]:
+    def _parse_plain(self, lines: list[str]) -> NDArray[np.void]:
         fields = [
             (name, self.columns[name].raw) if name in self.columns else (f"unknown {index}", "S1")
             for index, name in enumerate(self.header)
         ]
         raw = np.loadtxt(lines, dtype=fields, delimiter=",", comments=None, quotechar='"', ndmin=1)
-        return self._stored(len(lines), {name: kind.read_column(raw[name]) for name, kind in self.columns.items()})
+        return self._stored({name: kind.take(raw[name]) for name, kind in self.columns.items()})
 
     def _parse_carefully(self, lines: list[str], first: int) -> NDArray[np.void]:
-        rows = [self._parse_line(line, first + index) for index, line in enumerate(lines)]
-        return self._stored(len(lines), dict(zip(self.columns, zip(*rows, strict=True), strict=True)))
+        rows = [self._fields(line, first + index) for index, line in enumerate(lines)]
+        columns = dict(zip(self.header, zip(*rows, strict=True), strict=True))
+        return self._stored({name: self._parse_column(name, columns[name], first) for name in self.columns})
 
-    def _parse_line(self, line: str, row: int) -> list[float]:
+    def _fields(self, line: str, row: int) -> list[str]:
         fields = _split(line)
         if len(fields) != len(self.header):
-            problem = f"the row has {len(fields)} of {len(self.header)} fields"
             remedy = "complete it, or delete it if the recording was cut off here"
             if len(fields) > len(self.header):
-                remedy = "write one field a column, and decimal points instead of decimal commas"
+                remedy = "write one field a column, and decimal points, not commas"
+            problem = f"the row has {len(fields)} fields, but the header {len(self.header)}"
             raise _refusal(self.path, row, problem=problem, remedy=remedy)
-        texts = dict(zip(self.header, fields, strict=True))
-        return [self._parse_field(texts[name], row, name) for name in self.columns]
+        return fields
 
-    def _parse_field(self, text: str, row: int, column: str) -> float:
-        kind = self.columns[column]
+    def _parse_column(self, name: str, texts: Sequence[str], first: int) -> NDArray[Any]:
+        kind = self.columns[name]
         try:
-            return kind.read_field(text)
-        except ValueError as error:
-            raise _refusal(self.path, row, column, problem=str(error), remedy=kind.remedy) from error
+            return kind.read(texts)
+        except (ValueError, ArithmeticError) as error:
+            faults = ((row, kind.fault(text)) for row, text in enumerate(texts, start=first))
+            row, problem = next((row, problem) for row, problem in faults if problem)
+            raise _refusal(self.path, row, name, problem=problem, remedy=kind.remedy) from error
 
-    def _stored(self, count: int, columns: Mapping[str, Any]) -> NDArray[np.void]:
+    def _stored(self, columns: Mapping[str, NDArray[Any]]) -> NDArray[np.void]:
+        count = len(next(iter(columns.values())))
         data = np.empty(count, dtype=[(name, kind.stored) for name, kind in self.columns.items()])
-        for name, values in columns.items():
-            data[name] = values
+        for name, column in columns.items():
+            data[name] = column
         return data
 
 
@@ -190,13 +196,14 @@ def _header(path: Path, line: str, required: Sequence[str]) -> tuple[str, ...]:
     for name in required:
         if header.count(name) != 1:
             problem = f"the column {name!r} {'occurs twice' if name in header else 'is missing'}"
-            raise InputError(path, problem, place="line 1", remedy=_header_remedy(name, header, wanted))
+            raise InputError(path, problem, place="line 1", remedy=_header_remedy(name, header, required))
     return header
 
 
-def _header_remedy(name: str, header: Sequence[str], wanted: str) -> str:
-    near = difflib.get_close_matches(name, set(header), n=1)
-    return f"did you mean it by {near[0]!r}?" if near and name not in header else f"the header must have {wanted}"
+def _header_remedy(name: str, header: Sequence[str], required: Sequence[str]) -> str:
+    strangers = {other.lower(): other for other in header if other not in required}
+    near = difflib.get_close_matches(name, strangers, n=1)
+    return f"rename {strangers[near[0]]!r} if that is it" if near else f"the header must have {','.join(required)}"
 
 
 def _refusal(path: Path, row: int, column: str = "", *, problem: str, remedy: str) -> InputError:

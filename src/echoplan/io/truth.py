@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field
 
 from echoplan.io.files import write_text
-from echoplan.io.structure import Form, Quadruple, Triple, read_json
+from echoplan.io.structure import Count, Form, Quadruple, Triple, read_json
 from echoplan.io.text import format_json
 from echoplan.model import Truth
 
@@ -15,9 +15,9 @@ __all__ = ["read_truth", "write_truth"]
 
 class _TruthForm(Form):
     walls: list[Quadruple] = Field(description="a list of faces [x1, y1, x2, y2] in metres")
-    walls_heard: list[int] = Field(description="from how many stations each wall can be heard")
+    walls_heard: list[Count] = Field(description="from how many stations each wall can be heard")
     cylinders: list[Triple] = Field(default=[], description="a list of cylinders [x, y, radius] in metres")
-    cylinders_heard: list[int] = Field(default=[], description="from how many stations each cylinder can be heard")
+    cylinders_heard: list[Count] = Field(default=[], description="from how many stations each cylinder can be heard")
     poses: list[Triple] = Field(default=[], description="the true pose [x, y, yaw] of each sweep")
     given: list[Triple] = Field(default=[], description="the recorded pose [x, y, yaw] of each sweep")
     temperature: float | None = Field(default=None, description="the temperature of the air in degrees Celsius")

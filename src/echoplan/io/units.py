@@ -35,7 +35,8 @@ def looks_like_degrees(angles: ArrayLike) -> bool:
     >>> looks_like_degrees([-45.0, 0.0, 45.0]), looks_like_degrees([0.0, 1.6, 3.1, 4.7, 6.3])
     (True, False)
     """
-    tenths = 10.0 * np.atleast_1d(np.asarray(angles, dtype=np.float64))
+    with np.errstate(over="ignore"):
+        tenths = 10.0 * np.atleast_1d(np.asarray(angles, dtype=np.float64))
     beyond = np.abs(tenths).max(initial=0.0) > 10.0 * 4.0 * pi
     return bool(beyond and np.allclose(tenths, np.rint(tenths), rtol=0.0, atol=1e-6))
 
@@ -88,7 +89,7 @@ def _checked_aperture(angle: float) -> float:
 
 
 def _degrees(angle: float) -> ValueError:
-    return ValueError(f"{angle:g} looks like degrees, which are {np.deg2rad(angle):.6f} radians")
+    return ValueError(f"{angle:g} looks like degrees; write radians: {np.deg2rad(angle):.6f}")
 
 
 def _checked_length(length: float) -> float:

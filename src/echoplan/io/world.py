@@ -33,8 +33,8 @@ class _CylinderForm(HandWrittenForm):
 
 class _WorldForm(HandWrittenForm):
     name: str = Field(default="", description="what people call the world")
-    wall: list[_WallForm] = Field(default=[], description="a table [[wall]] for each run of walls")
-    cylinder: list[_CylinderForm] = Field(default=[], description="a table [[cylinder]] for each cylinder")
+    wall: list[_WallForm] = Field(default=[], description="a list of tables [[wall]], one for each run")
+    cylinder: list[_CylinderForm] = Field(default=[], description="a list of tables [[cylinder]], one for each")
 
 
 def read_world(path: Path) -> World:

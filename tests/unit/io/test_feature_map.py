@@ -1,0 +1,85 @@
+"""Maps are read from what programs write, ours and others."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from echoplan.errors import InputError, InvalidValueError
+from echoplan.io import read_map, write_map
+from echoplan.model import ClassProbabilities, CornerKind, FeatureMap
+
+WALL = {
+    "start": [0.0, 0.0],
+    "end": [4.0, 0.0],
+    "normal_angle": -1.5708,
+    "offset": 0.0,
+    "covariance": [[1e-6, 0], [0, 1e-6]],
+}
+MAP = {
+    "format": "echoplan-map/1",
+    "method": "by hand",
+    "walls": [WALL],
+    "corners": [{"position": [4.0, 0.0], "kind": "convex", "covariance": [[1e-6, 0], [0, 1e-6]]}],
+    "cylinders": [{"center": [3.2, 1.0], "radius": 0.1, "covariance": [[1e-6, 0, 0], [0, 1e-6, 0], [0, 0, 1e-6]]}],
+    "poses": [{"sweep": 5, "x": 0.1, "y": 0.2, "yaw": 0.3}],
+}
+
+
+def read(tmp_path: Path, **changes: Any) -> FeatureMap:
+    path = tmp_path / "map.json"
+    path.write_text(json.dumps(MAP | changes))
+    return read_map(path)
+
+
+def test_what_another_program_leaves_out_is_taken_as_certain_and_unheard(tmp_path: Path) -> None:
+    found = read(tmp_path)
+    assert found.walls[0].endpoints_xy.tolist() == [[0.0, 0.0], [4.0, 0.0]]
+    assert (found.walls[0].pings, found.walls[0].stations) == (0, 0)
+    assert found.walls[0].class_probabilities == ClassProbabilities(wall=1.0)
+    assert found.corners[0].class_probabilities == ClassProbabilities(corner=1.0)
+    assert found.cylinders[0].class_probabilities == ClassProbabilities(cylinder=1.0)
+    assert found.corners[0].kind is CornerKind.CONVEX
+    assert (found.frame, found.parameters) == ("map", {})
+    assert (found.sweeps.tolist(), found.poses.tolist()) == ([5], [[0.1, 0.2, 0.3]])
+
+
+def test_what_another_program_adds_is_passed_over(tmp_path: Path) -> None:
+    wall = WALL | {"id": "north", "colour": "red", "class_probabilities": {"wall": 0.75, "corner": 0.25, "door": 0.0}}
+    found = read(tmp_path, walls=[wall], license="CC0")
+    assert found.walls[0].class_probabilities == ClassProbabilities(wall=0.75, corner=0.25)
+
+
+def test_features_are_numbered_as_they_stand(tmp_path: Path) -> None:
+    write_map(tmp_path / "new.json", read(tmp_path, walls=[WALL, WALL | {"pings": 7, "stations": 2}]))
+    written = json.loads((tmp_path / "new.json").read_text())
+    assert [(wall["id"], wall["pings"], wall["stations"]) for wall in written["walls"]] == [(0, 0, 0), (1, 7, 2)]
+    assert written["format"] == "echoplan-map/1"
+
+
+def test_a_map_never_holds_a_number_that_is_none(tmp_path: Path) -> None:
+    with pytest.raises(InvalidValueError, match="there is no JSON for this value"):
+        write_map(tmp_path / "map.json", FeatureMap(method="rcd", parameters={"limit": float("nan")}))
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"format": "echoplan-map/2"}, r"map\.json, format: must be 'echoplan-map/1', not 'echoplan-map/2'"),
+        (
+            {"walls": [WALL | {"end": [1.0]}]},
+            r"walls\[0\]\.end: must have at least 2 items, not 1; end is its",
+        ),
+        ({"walls": [WALL | {"end": [0.0, 0.0]}]}, r"walls\[0\]: the ends of a wall must differ"),
+        ({"walls": [WALL | {"covariance": [[1, 2], [2, 1]]}]}, r"walls\[0\]: covariance must have no negative eigenv"),
+        ({"walls": [WALL | {"class_probabilities": {"wall": 0.5}}]}, r"walls\[0\].*must sum to 1, not 0\.5"),
+        ({"walls": [WALL | {"pings": -1}]}, r"walls\[0\]\.pings: must be greater than or equal to 0, not -1"),
+        ({"corners": [{"position": [0.0, 0.0]}]}, r"corners\[0\]\.kind: the key 'kind' is missing"),
+        ({"poses": [{"sweep": 0, "x": 0.0, "y": 0.0}]}, r"poses\[0\]\.yaw: the key 'yaw' is missing; add it: yaw is"),
+    ],
+)
+def test_a_map_that_cannot_be_is_told(tmp_path: Path, changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        read(tmp_path, **changes)

@@ -1,0 +1,118 @@
+"""TOML and JSON are held against forms, and a fault is told with its place and a remedy."""
+
+from pathlib import Path
+
+import pytest
+from pydantic import Field
+
+from echoplan.errors import InputError, InvalidValueError
+from echoplan.io.structure import Form, HandWrittenForm, Pair, read_json, read_toml
+
+
+class BeamForm(HandWrittenForm):
+    width: float = Field(description="the opening angle [rad]")
+    axis: Pair = Field(default=[1.0, 0.0], description="the direction [x, y]")
+
+    def value(self) -> float:
+        if self.width <= 0:
+            raise InvalidValueError(f"width must be greater than 0, not {self.width:g}")
+        return self.width
+
+
+class SonarForm(HandWrittenForm):
+    name: str = Field(default="", description="what people call it")
+    main: BeamForm | None = Field(default=None, description="the main lobe")
+    lobe: list[BeamForm] = Field(default=[], description="a list of tables [[lobe]]")
+
+
+class NoteForm(Form):
+    text: str = Field(description="what was noted")
+
+
+TOML = """\
+# a comment
+name = "sonar"
+
+[main]
+width = 0.6
+
+[[lobe]]
+width = 0.1
+axis = [0.0, 1.0]
+
+[[lobe]]
+width = 0.2
+"""
+
+
+def write(tmp_path: Path, text: str, name: str = "sonar.toml") -> Path:
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_file_that_fits_fills_the_form(tmp_path: Path) -> None:
+    form = read_toml(write(tmp_path, TOML), SonarForm)
+    assert form.main is not None
+    assert (form.name, form.main.width, [lobe.axis for lobe in form.lobe]) == ("sonar", 0.6, [[0.0, 1.0], [1.0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("name =", "nome =", r"line 2, nome: the key 'nome' is unknown; did you mean 'name'\?"),
+        ("name =", "colour =", r"line 2, colour: the key 'colour' is unknown; known are name, main, lobe"),
+        ("[main]", "[mian]", r"line 4, mian: the key 'mian' is unknown; did you mean 'main'\?"),
+        ("width = 0.2", "widht = 0.2", r"line 12, lobe\[1\]\.widht: the key 'widht' is unknown; did you mean 'width'"),
+        (
+            "width = 0.2",
+            "",
+            r"line 11, lobe\[1\]\.width: the key 'width' is missing; add it: width is the opening angle",
+        ),
+        ('"sonar"', "7", r"line 2, name: must be a valid string, not 7; name is what people call it"),
+        (
+            "0.6",
+            '"0.6"',
+            r"line 5, main\.width: must be a valid number, not '0\.6'; width is the opening angle \[rad\]",
+        ),
+        ("0.6", "nan", r"line 5, main\.width: must be a finite number, not nan"),
+        ("0.6", "-1", r"line 4, main: width must be greater than 0, not -1; correct it"),
+        ("[0.0, 1.0]", "[0.0]", r"line 9, lobe\[0\]\.axis: must have at least 2 items, not 1; axis is the direction"),
+        ("[0.0, 1.0]", "[0.0, true]", r"line 9, lobe\[0\]\.axis\[1\]: must be a valid number, not True; axis is"),
+        ("[main]\nwidth =", "main =", r"line 4, main: must be a table, not 0\.6; main is the main lobe"),
+        ("= 0.6", "0.6", r"sonar\.toml, line 5, column 7: the file is broken: Expected '='"),
+        ("0.2\n", "[0.2", r"sonar\.toml, at its end: the file is broken: "),
+    ],
+)
+def test_a_fault_in_toml_is_told_with_line_key_and_remedy(tmp_path: Path, old: str, new: str, message: str) -> None:
+    assert old in TOML
+    with pytest.raises(InputError, match=message) as caught:
+        read_toml(write(tmp_path, TOML.replace(old, new)), SonarForm)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_programs_write_may_hold_more_than_is_known(tmp_path: Path) -> None:
+    path = write(tmp_path, '{"text": "clear", "weather": {"rain": false}}', "note.json")
+    assert read_json(path, NoteForm).text == "clear"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('{"text": 3}', r"note\.json, text: must be a valid string, not 3; text is what was noted"),
+        ('{"text": "a",}', r"note\.json, line 1, column \d+: the file is broken"),
+        ("", r"note\.json, line 1, column 1: the file is broken: Expecting value"),
+        ("[]", r"note\.json: must be a table, not \[\]"),
+        ("[" * 100_000, r"note\.json, at its end: the file is broken: maximum recursion depth"),
+    ],
+)
+def test_a_fault_in_json_is_told(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        read_json(write(tmp_path, text, "note.json"), NoteForm)
+
+
+def test_a_key_that_would_break_the_line_is_quoted(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        read_toml(write(tmp_path, '"two\\nlines" = 1\n'), SonarForm)
+    assert r"['two\nlines']: the key 'two\nlines' is unknown" in str(caught.value)
+    assert "\n" not in str(caught.value)

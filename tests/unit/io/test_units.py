@@ -1,0 +1,56 @@
+"""Wrong units are told where they give themselves away, and only there."""
+
+import numpy as np
+import pytest
+
+from echoplan.arrays import FloatArray
+from echoplan.io.units import looks_like_degrees, wrong_length_unit
+
+DEGREES = {
+    "servo": np.arange(-45.0, 46.0),
+    "compass": np.array([0.0, 90.0, 180.0, 270.0]),
+    "stepper": np.arange(0.0, 90.0, 1.8),
+    "one": np.array([35.0]),
+}
+RADIANS = {
+    "servo": np.deg2rad(np.arange(-180.0, 181.0)),
+    "ten turns": np.deg2rad(np.arange(0.0, 3600.0)).round(4),
+    "one decimal": np.array([0.0, 1.6, 3.1, 4.7, 6.3]),
+    "still": np.zeros(4),
+    "none": np.zeros(0),
+}
+
+
+@pytest.mark.parametrize("name", DEGREES)
+def test_degrees_give_themselves_away(name: str) -> None:
+    assert looks_like_degrees(DEGREES[name])
+
+
+@pytest.mark.parametrize("name", RADIANS)
+def test_radians_are_not_mistaken_for_degrees(name: str) -> None:
+    assert not looks_like_degrees(RADIANS[name])
+
+
+def unit_of(ranges: FloatArray) -> str:
+    return wrong_length_unit(ranges, min_ranges=np.full(len(ranges), 0.03), max_ranges=np.full(len(ranges), 3.0))
+
+
+METRES = np.array([0.4, 0.85, 1.2, np.inf, 2.9, -np.inf, np.nan])
+
+
+@pytest.mark.parametrize(("scale", "unit"), [(1.0, ""), (100.0, "centimetres"), (1000.0, "millimetres")])
+def test_ranges_out_of_all_reach_tell_their_unit(scale: float, unit: str) -> None:
+    assert unit_of(scale * METRES) == unit
+
+
+@pytest.mark.parametrize(
+    "ranges",
+    [
+        np.array([3.5, 5.0, 5.5]),  # somewhat beyond the reach
+        np.array([0.5] + 9 * [999.0]),  # a number that stands for no echo
+        np.array([np.inf, np.nan]),
+        np.zeros(0),
+    ],
+)
+def test_odd_ranges_are_not_mistaken_for_another_unit(ranges: FloatArray) -> None:
+    assert not unit_of(ranges)
