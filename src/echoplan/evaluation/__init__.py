@@ -1,0 +1,61 @@
+"""Maps against the truth: matching, Table 5 of the paper, scores, consistency and statistics."""
+
+from echoplan.evaluation.bootstrap import BootstrapSettings, Distribution, Interval
+from echoplan.evaluation.confusion import MAP_CLASSES, TRUE_CLASSES
+from echoplan.evaluation.consistency import Consistency
+from echoplan.evaluation.deviations import Deviation, deviations
+from echoplan.evaluation.documents import evaluation_document, summary_document
+from echoplan.evaluation.evaluation import Evaluation, EvaluationSettings, evaluate
+from echoplan.evaluation.matches import CylinderMatch, Match, Matches, Matching, WallMatch
+from echoplan.evaluation.matching import MatchingSettings, match_map
+from echoplan.evaluation.outlines import MapError, Outline, OutlineSettings
+from echoplan.evaluation.summary import ClassSummary, Summary, pool
+from echoplan.evaluation.tables import (
+    Table,
+    confusion_table,
+    consistency_table,
+    cylinder_table,
+    deviation_table,
+    tally_table,
+    wall_table,
+)
+from echoplan.evaluation.tally import Tally
+from echoplan.evaluation.trajectory import Trajectory
+
+__all__ = [
+    "MAP_CLASSES",
+    "TRUE_CLASSES",
+    "BootstrapSettings",
+    "ClassSummary",
+    "Consistency",
+    "CylinderMatch",
+    "Deviation",
+    "Distribution",
+    "Evaluation",
+    "EvaluationSettings",
+    "Interval",
+    "MapError",
+    "Match",
+    "Matches",
+    "Matching",
+    "MatchingSettings",
+    "Outline",
+    "OutlineSettings",
+    "Summary",
+    "Table",
+    "Tally",
+    "Trajectory",
+    "WallMatch",
+    "confusion_table",
+    "consistency_table",
+    "cylinder_table",
+    "deviation_table",
+    "deviations",
+    "evaluate",
+    "evaluation_document",
+    "match_map",
+    "pool",
+    "summary_document",
+    "tally_table",
+    "wall_table",
+]

@@ -1,0 +1,127 @@
+"""What the map made of walls, corners and cylinders: the confusion matrix of the classification.
+
+Every estimate counts once, in the column of its class.  Its row is the class of what truly stands there: its own
+match if it has one, else the corner, the cylinder or the wall that it lies on, else nothing.  A wanted true object
+that no estimate of any class lies on counts once as missed.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.evaluation.matches import Matches
+from echoplan.evaluation.matching import MatchingSettings
+from echoplan.evaluation.vertices import true_vertices
+from echoplan.geometry import distances_to_segments
+from echoplan.model import FeatureClass, FeatureMap, Truth
+
+__all__ = ["MAP_CLASSES", "TRUE_CLASSES", "confusion_matrix", "no_confusion"]
+
+_NONE, _MISSED = "none", "missed"
+TRUE_CLASSES = (*map(str, FeatureClass), _NONE)
+MAP_CLASSES = (*map(str, FeatureClass), _MISSED)
+
+# Points before lines: near a corner there are always walls.
+_PRECEDENCE = (FeatureClass.CORNER, FeatureClass.CYLINDER, FeatureClass.WALL)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Claim:
+    """An estimate's class, and the class and number of the true object that it lies on."""
+
+    estimated: str
+    true: str
+    number: int
+
+
+def confusion_matrix(
+    feature_map: FeatureMap, truth: Truth, matches: Matches, settings: MatchingSettings | None = None
+) -> IntArray:
+    """Count what stands for what.
+
+    Parameters
+    ----------
+    feature_map : FeatureMap
+        The estimates.
+    truth : Truth
+        The true objects.
+    matches : Matches
+        Which estimate is of which true object of its own class.
+    settings : MatchingSettings, optional
+        How near an estimate must be to lie on something: as near as one of the right class, but measured between
+        the surfaces.  An estimated wall lies where its midpoint is.
+
+    Returns
+    -------
+    ndarray of int, shape (4, 4)
+        Rows as in ``TRUE_CLASSES``, columns as in ``MAP_CLASSES``.
+    """
+    claims = [*_matched(matches), *_unmatched(feature_map, truth, matches, settings or MatchingSettings())]
+    matrix = no_confusion()
+    for claim in claims:
+        matrix[TRUE_CLASSES.index(claim.true), MAP_CLASSES.index(claim.estimated)] += 1
+    for name, matching in matches.by_class.items():
+        claimed = {claim.number for claim in claims if claim.true == name}
+        missed = set(matching.wanted) - set(matching.found) - claimed
+        matrix[TRUE_CLASSES.index(name), MAP_CLASSES.index(_MISSED)] = len(missed)
+    return matrix
+
+
+def no_confusion() -> IntArray:
+    """Return the matrix of nothing.
+
+    Returns
+    -------
+    ndarray of int, shape (4, 4)
+        Zeros.
+    """
+    return np.zeros((len(TRUE_CLASSES), len(MAP_CLASSES)), dtype=np.int64)
+
+
+def _matched(matches: Matches) -> Iterator[_Claim]:
+    for name, matching in matches.by_class.items():
+        for match in (*matching.right, *matching.duplicate):
+            yield _Claim(estimated=name, true=name, number=match.truth)
+
+
+def _unmatched(feature_map: FeatureMap, truth: Truth, matches: Matches, settings: MatchingSettings) -> Iterator[_Claim]:
+    discs = _discs(feature_map)
+    reaches = {
+        FeatureClass.CORNER: settings.corner_distance,
+        FeatureClass.CYLINDER: settings.cylinder_distance,
+        FeatureClass.WALL: settings.wall_distance,
+    }
+    for name, matching in matches.by_class.items():
+        others = {other: reaches[other] for other in _PRECEDENCE if other != name}
+        for number in matching.spurious:
+            yield _claim(name, _gaps(discs[name][number], truth), others)
+
+
+def _claim(estimated: str, gaps: Mapping[FeatureClass, FloatArray], reaches: Mapping[FeatureClass, float]) -> _Claim:
+    for true, reach in reaches.items():
+        if (gaps[true] <= reach).any():
+            return _Claim(estimated=estimated, true=true, number=int(gaps[true].argmin()))
+    return _Claim(estimated=estimated, true=_NONE, number=0)
+
+
+def _discs(feature_map: FeatureMap) -> Mapping[FeatureClass, FloatArray]:
+    """Where each estimate lies: x, y and how far its surface is from there [m]."""
+    return {
+        FeatureClass.WALL: np.array([[*wall.endpoints_xy.mean(axis=0), 0.0] for wall in feature_map.walls]),
+        FeatureClass.CORNER: np.array([[*corner.position_xy, 0.0] for corner in feature_map.corners]),
+        FeatureClass.CYLINDER: np.array([[*each.center_xy, each.radius] for each in feature_map.cylinders]),
+    }
+
+
+def _gaps(disc: FloatArray, truth: Truth) -> Mapping[FeatureClass, FloatArray]:
+    """Distance of a disc from every true object, negative where it reaches into it [m]."""
+    center, radius = disc[:2], disc[2]
+    vertices = true_vertices(truth).positions_xy - center
+    axes = truth.cylinders[:, :2] - center
+    return {
+        FeatureClass.WALL: distances_to_segments([center], truth.walls_xy)[0] - radius,
+        FeatureClass.CORNER: np.hypot(vertices[:, 0], vertices[:, 1]) - radius,
+        FeatureClass.CYLINDER: np.hypot(axes[:, 0], axes[:, 1]) - truth.cylinders[:, 2] - radius,
+    }

@@ -1,0 +1,237 @@
+"""Evaluations as tables of text, ready for a terminal or a document."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import degrees, isnan
+from typing import TypeVar
+
+from echoplan.arrays import IntArray
+from echoplan.evaluation.bootstrap import Distribution
+from echoplan.evaluation.confusion import MAP_CLASSES, TRUE_CLASSES
+from echoplan.evaluation.consistency import Consistency
+from echoplan.evaluation.deviations import deviations
+from echoplan.evaluation.matches import CylinderMatch, Match, Matching, WallMatch
+from echoplan.evaluation.summary import Summary
+from echoplan.evaluation.tally import Tally
+from echoplan.model import FeatureClass
+
+__all__ = [
+    "Table",
+    "confusion_table",
+    "consistency_table",
+    "cylinder_table",
+    "deviation_table",
+    "tally_table",
+    "wall_table",
+]
+
+Kind = TypeVar("Kind", bound=Match)
+
+_UNKNOWN = "-"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Table:
+    """A table of text.
+
+    Parameters
+    ----------
+    title : str
+        What it tells.
+    columns : tuple of str
+        Heads of the columns, with units.
+    rows : tuple of tuple of str
+        The cells, row by row.
+    """
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+def wall_table(matching: Matching[WallMatch]) -> Table:
+    """Tell how far each wall is off, as Table 5 of the paper.
+
+    Parameters
+    ----------
+    matching : Matching of WallMatch
+        The walls of one map.
+
+    Returns
+    -------
+    Table
+        A row for each true wall, with dashes where the map lacks it.
+    """
+    return Table(
+        title="Accuracy of the walls",
+        columns=("index", "distance deviation (mm)", "angle deviation (deg)", "heard from"),
+        rows=_by_object(matching, lambda match: (_millimetres(match.distance), _degrees(match.angle))),
+    )
+
+
+def cylinder_table(matching: Matching[CylinderMatch]) -> Table:
+    """Tell how far each cylinder is off.
+
+    Parameters
+    ----------
+    matching : Matching of CylinderMatch
+        The cylinders of one map.
+
+    Returns
+    -------
+    Table
+        A row for each true cylinder, with dashes where the map lacks it.
+    """
+    return Table(
+        title="Accuracy of the cylinders",
+        columns=("index", "centre deviation (mm)", "radius deviation (mm)", "heard from"),
+        rows=_by_object(matching, lambda match: (_millimetres(match.distance), _millimetres(match.radius_error))),
+    )
+
+
+def tally_table(tallies: Mapping[FeatureClass, Tally]) -> Table:
+    """Tell how complete and how right a map is, class by class.
+
+    Parameters
+    ----------
+    tallies : mapping of FeatureClass to Tally
+        The counts.
+
+    Returns
+    -------
+    Table
+        A row for each class.
+    """
+    return Table(
+        title="Recall and precision",
+        columns=("class", "wanted", "found", "recall (%)", "right", "duplicate", "spurious", "precision (%)"),
+        rows=tuple(
+            (
+                name,
+                str(tally.wanted),
+                str(tally.found),
+                _percent(tally.recall),
+                str(tally.right),
+                str(tally.duplicate),
+                str(tally.spurious),
+                _percent(tally.precision),
+            )
+            for name, tally in tallies.items()
+        ),
+    )
+
+
+def confusion_table(confusion: IntArray) -> Table:
+    """Tell what the map made of what.
+
+    Parameters
+    ----------
+    confusion : ndarray of int, shape (4, 4)
+        As ``confusion_matrix`` gives it.
+
+    Returns
+    -------
+    Table
+        A row for each true class, a column for each class in the map.
+    """
+    return Table(
+        title="Classification",
+        columns=("in truth", *(f"{name} in map" for name in MAP_CLASSES[:-1]), MAP_CLASSES[-1]),
+        rows=tuple((name, *map(str, row)) for name, row in zip(TRUE_CLASSES, confusion.tolist(), strict=True)),
+    )
+
+
+def consistency_table(consistencies: Mapping[FeatureClass, Consistency]) -> Table:
+    """Tell whether the covariances are as great as the errors.
+
+    Parameters
+    ----------
+    consistencies : mapping of FeatureClass to Consistency
+        Errors against covariances.
+
+    Returns
+    -------
+    Table
+        A row for each class.
+    """
+    return Table(
+        title="Consistency",
+        columns=("class", "count", "mean NEES", "ideal", "accepted", "inside 95 % (%)"),
+        rows=tuple((name, *_consistency(each)) for name, each in consistencies.items()),
+    )
+
+
+def deviation_table(summary: Summary) -> Table:
+    """Tell how far off several maps are.
+
+    Parameters
+    ----------
+    summary : Summary
+        The maps together.
+
+    Returns
+    -------
+    Table
+        A row for each kind of deviation, with confidence intervals in brackets.
+    """
+    walls, corners, cylinders = (summary.classes[name].distance for name in FeatureClass)
+    kinds = (
+        ("wall distance (mm)", walls, _millimetres),
+        ("wall angle (deg)", summary.wall_angle, _degrees),
+        ("corner position (mm)", corners, _millimetres),
+        ("cylinder centre (mm)", cylinders, _millimetres),
+        ("cylinder radius (mm)", summary.cylinder_radius, _millimetres),
+        ("outline, mean of a map (mm)", summary.map_error, _millimetres),
+        ("outline, Hausdorff (mm)", summary.hausdorff, _millimetres),
+        ("position, RMS of a map (mm)", summary.position, _millimetres),
+        ("heading, RMS of a map (deg)", summary.heading, _degrees),
+    )
+    return Table(
+        title="Deviations",
+        columns=("deviation", "count", "mean", "median", "95th percentile", "RMS", "maximum"),
+        rows=tuple((name, *_distribution(distribution, show)) for name, distribution, show in kinds),
+    )
+
+
+def _by_object(matching: Matching[Kind], cells: Callable[[Kind], tuple[str, str]]) -> tuple[tuple[str, ...], ...]:
+    return tuple(
+        (str(each.index), *(cells(each.match) if each.match else (_UNKNOWN, _UNKNOWN)), str(each.heard))
+        for each in deviations(matching)
+    )
+
+
+def _consistency(consistency: Consistency) -> tuple[str, ...]:
+    low, high = consistency.accepted
+    return (
+        str(len(consistency.nees)),
+        _decimal(consistency.mean),
+        str(consistency.parameters),
+        _between(low, high, _decimal) or _UNKNOWN,
+        _percent(consistency.share_inside),
+    )
+
+
+def _distribution(distribution: Distribution, show: Callable[[float], str]) -> tuple[str, ...]:
+    intervals = (distribution.mean, distribution.median, distribution.percentile95, distribution.rms)
+    cells = (f"{show(each.value)} {_between(each.low, each.high, show)}".rstrip() for each in intervals)
+    return (str(distribution.count), *cells, show(distribution.maximum))
+
+
+def _between(low: float, high: float, show: Callable[[float], str]) -> str:
+    return "" if isnan(low) else f"[{show(low)}, {show(high)}]"
+
+
+def _millimetres(value: float) -> str:
+    return _decimal(1000 * value)
+
+
+def _degrees(value: float) -> str:
+    return _decimal(degrees(value), digits=2)
+
+
+def _percent(share: float) -> str:
+    return _decimal(100 * share)
+
+
+def _decimal(value: float, *, digits: int = 1) -> str:
+    return _UNKNOWN if isnan(value) else f"{value:.{digits}f}"

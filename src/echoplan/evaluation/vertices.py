@@ -1,0 +1,56 @@
+"""The true corners of a room: where its faces end."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.model import Truth
+
+__all__ = ["Vertices", "true_vertices"]
+
+# Ends of faces that agree to a tenth of a millimetre are one vertex: files round.
+_DECIMALS = 4
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Vertices:
+    """Points in which true faces end.
+
+    Parameters
+    ----------
+    positions_xy : ndarray, shape (v, 2)
+        The points [m], rounded to 0.1 mm.
+    heard : ndarray of int, shape (v,)
+        From how many stations the lesser heard of its two faces can be heard; 0 where not just two faces meet.
+    """
+
+    positions_xy: FloatArray
+    heard: IntArray
+
+
+def true_vertices(truth: Truth) -> Vertices:
+    """Find the vertices of a truth.
+
+    Parameters
+    ----------
+    truth : Truth
+        The faces and how often each can be heard.
+
+    Returns
+    -------
+    Vertices
+        Every end of a face once, ordered by x, then y.
+
+    Examples
+    --------
+    >>> truth = Truth(walls_xy=[[[0, 0], [4, 0]], [[4, 0], [4, 3]]], walls_heard=[5, 2])
+    >>> true_vertices(truth).heard
+    array([0, 2, 0])
+    """
+    ends = truth.walls_xy.reshape(-1, 2).round(_DECIMALS)
+    positions, vertex_of_end = np.unique(ends, axis=0, return_inverse=True)
+    faces = np.bincount(vertex_of_end, minlength=len(positions))
+    heard = np.full(len(positions), np.iinfo(np.int64).max)
+    np.minimum.at(heard, vertex_of_end, np.repeat(truth.walls_heard, 2))
+    return Vertices(positions_xy=positions, heard=np.where(faces == 2, heard, 0))

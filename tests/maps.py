@@ -1,0 +1,62 @@
+"""Maps and truths by hand, for tests."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import lines_through
+from echoplan.model import Corner, CornerKind, Cylinder, FeatureMap, Truth, Wall
+
+# An L of six walls, wider than deep, with a column that stands off its centre; the last wall is hardly ever heard.
+ROOM = Truth(
+    walls_xy=np.array(
+        [
+            [[0.0, 0.0], [5.0, 0.0]],
+            [[5.0, 0.0], [5.0, 1.5]],
+            [[5.0, 1.5], [2.0, 1.5]],
+            [[2.0, 1.5], [2.0, 3.0]],
+            [[2.0, 3.0], [0.0, 3.0]],
+            [[0.0, 3.0], [0.0, 0.0]],
+        ]
+    ),
+    walls_heard=np.array([9, 4, 3, 2, 5, 1]),
+    cylinders=np.array([[3.5, 0.6, 0.1], [1.0, 2.2, 0.05]]),
+    cylinders_heard=np.array([6, 0]),
+    poses=np.array([[1.0, 1.0, 0.0], [1.0, 2.0, 3.0]]),
+    given=np.array([[1.0, 1.0, 0.0], [1.0, 2.0, 3.0]]),
+)
+NOWHERE = Truth(walls_xy=np.zeros((0, 2, 2)), walls_heard=np.zeros(0, dtype=np.int64))
+
+
+def wall(start: ArrayLike, end: ArrayLike, *, covariance: ArrayLike = ((1e-4, 0.0), (0.0, 1e-4))) -> Wall:
+    """A wall between two points, its line through both."""
+    angle, offset = lines_through(start, end)
+    return Wall(
+        normal_angle=float(angle),
+        offset=float(offset),
+        endpoints_xy=np.array([start, end], dtype=np.float64),
+        covariance=np.array(covariance),
+    )
+
+
+def corner(position_xy: ArrayLike, *, sigma: float = 0.01) -> Corner:
+    """A corner at a point."""
+    return Corner(position_xy=np.array(position_xy), kind=CornerKind.CONCAVE, covariance=sigma**2 * np.eye(2))
+
+
+def cylinder(center_xy: ArrayLike, radius: float, *, sigma: float = 0.01) -> Cylinder:
+    """A cylinder about a point."""
+    return Cylinder(center_xy=np.array(center_xy), radius=radius, covariance=sigma**2 * np.eye(3))
+
+
+def drawn(*features: Wall | Corner | Cylinder, poses: ArrayLike = ()) -> FeatureMap:
+    """A map of some features."""
+    rows: FloatArray = np.reshape(np.array(poses, dtype=np.float64), (-1, 3))
+    return FeatureMap(
+        method="by hand",
+        walls=tuple(each for each in features if isinstance(each, Wall)),
+        corners=tuple(each for each in features if isinstance(each, Corner)),
+        cylinders=tuple(each for each in features if isinstance(each, Cylinder)),
+        sweeps=np.arange(len(rows)),
+        poses=rows,
+    )
