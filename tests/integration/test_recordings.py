@@ -1,0 +1,63 @@
+"""Recordings that others made are read, and survive a round trip, to the last bit."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from echoplan.io import read_recording, read_truth, write_recording, write_truth
+
+DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
+NAMES = [
+    *("arena-a", "arena-b", "corridor"),
+    *(f"rooms/{name}" for name in ("paper", "room00", "room01", "room02", "oblique00", "oblique01", "drift00")),
+    *(f"rooms/{name}" for name in ("drift01", "warm00", "single00", "ring00", "noisy00", "hcsr04_00")),
+]
+
+
+@pytest.fixture(params=NAMES)
+def folder(request: pytest.FixtureRequest) -> Path:
+    path = DATA / str(request.param)
+    if not path.is_dir():
+        pytest.skip(f"the recording {request.param} is not here")
+    return path
+
+
+def test_a_recording_is_what_its_rows_say(folder: Path) -> None:
+    recording = read_recording(folder)
+    rows = np.genfromtxt(folder / "pings.csv", delimiter=",", names=True)
+    sweeps = list(recording)
+    assert len(sweeps) == len(recording) == len(np.unique(rows["sweep"]))
+    np.testing.assert_array_equal(np.concatenate([sweep.ranges for sweep in sweeps]), rows["range"])
+    np.testing.assert_array_equal(np.concatenate([sweep.servo_angles for sweep in sweeps]), rows["servo"])
+    np.testing.assert_array_equal(np.concatenate([sweep.sensor_ids for sweep in sweeps]), rows["sensor"])
+    np.testing.assert_array_equal(np.concatenate([sweep.stamps_ns for sweep in sweeps]), np.rint(1e9 * rows["t"]))
+    poses = np.stack([rows["x"], rows["y"], rows["yaw"]], axis=1)
+    np.testing.assert_array_equal(np.concatenate([sweep.map_from_base for sweep in sweeps]), poses)
+
+
+def test_a_recording_survives_a_round_trip(folder: Path, tmp_path: Path) -> None:
+    recording = read_recording(folder)
+    write_recording(tmp_path / "copy", recording)
+    again = read_recording(tmp_path / "copy")
+    assert again.rig.sensors == recording.rig.sensors
+    for one, other in zip(recording, again, strict=True):
+        assert (one.index, one.stamps_ns.tolist(), one.sensor_ids.tolist()) == (
+            other.index,
+            other.stamps_ns.tolist(),
+            other.sensor_ids.tolist(),
+        )
+        for name in ("servo_angles", "ranges", "map_from_base"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_a_truth_survives_a_round_trip(folder: Path, tmp_path: Path) -> None:
+    if not (folder / "truth.json").exists():
+        pytest.skip("nobody surveyed this place")
+    truth = read_truth(folder / "truth.json")
+    write_truth(tmp_path / "truth.json", truth)
+    again = read_truth(tmp_path / "truth.json")
+    for name in ("walls_xy", "walls_heard", "cylinders", "cylinders_heard", "poses", "given"):
+        np.testing.assert_array_equal(getattr(truth, name), getattr(again, name))
+    assert again.temperature == truth.temperature
+    assert len(truth.poses) == len(read_recording(folder))

@@ -1,0 +1,332 @@
+"""Laws of the formats: what is written is read back exactly, and whatever is read, a fault is one line."""
+
+from collections.abc import Callable
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import settings as hypothesis_settings
+from hypothesis import strategies as st
+
+from echoplan.arrays import IntArray
+from echoplan.errors import InputError
+from echoplan.io import (
+    read_map,
+    read_recording,
+    read_rig,
+    read_route,
+    read_truth,
+    read_world,
+    write_map,
+    write_recording,
+    write_rig,
+    write_route,
+    write_truth,
+    write_world,
+)
+from echoplan.io.kinds import COUNT, NUMBER, READING, SECONDS, WHOLE
+from echoplan.io.table import Table
+from echoplan.model import (
+    ClassProbabilities,
+    Corner,
+    CornerKind,
+    Cylinder,
+    FeatureMap,
+    Firing,
+    Pillar,
+    Polyline,
+    Recording,
+    Rig,
+    Route,
+    Sensor,
+    Servo,
+    Sweep,
+    Transducer,
+    Truth,
+    Wall,
+    World,
+)
+
+lengths = st.floats(-10.0, 10.0)
+sizes = st.floats(1e-6, 10.0)
+angles = st.floats(-12.0, 12.0)
+counts = st.integers(0, 2**40)
+stamps = st.integers(-(9 * 10**18), 9 * 10**18)
+names = st.text(min_size=1, max_size=20)
+poses = st.tuples(lengths, lengths, angles)
+
+
+def same(one: object, other: object) -> bool:
+    """Tell whether two values are equal to the last bit, arrays and all."""
+    if isinstance(one, np.ndarray):
+        return isinstance(other, np.ndarray) and np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
+    if is_dataclass(one):
+        pairs = ((getattr(one, field.name), getattr(other, field.name)) for field in fields(one))
+        return type(one) is type(other) and all(same(mine, yours) for mine, yours in pairs)
+    if isinstance(one, tuple):
+        return isinstance(other, tuple) and len(one) == len(other) and all(map(same, one, other))
+    return one == other
+
+
+@st.composite
+def sensors(draw: st.DrawFn, sensor_id: int) -> Sensor:
+    return Sensor(
+        sensor_id=sensor_id,
+        x=draw(lengths),
+        y=draw(lengths),
+        yaw=draw(angles),
+        half_aperture=draw(st.floats(0.01, 3.0)),
+        min_range=draw(st.floats(0.0, 2.0)),
+        max_range=draw(st.floats(3.0, 50.0)),
+        resolution=draw(st.floats(0.0, 0.1)),
+    )
+
+
+@st.composite
+def rigs(draw: st.DrawFn) -> Rig:
+    ids = draw(st.lists(st.integers(-(2**40), 2**40), min_size=1, max_size=4, unique=True))
+    start, sweep, step = draw(st.tuples(angles, sizes, sizes))
+    servo = Servo(start=start / 2.0, stop=start / 2.0 + sweep / 2.0, step=step)
+    groups = tuple(tuple(draw(st.lists(st.sampled_from(ids), min_size=1, max_size=3))) for _ in ids)
+    return Rig(
+        name=draw(names),
+        sensors=tuple(draw(sensors(sensor_id)) for sensor_id in ids),
+        base_from_turret=np.array(draw(poses)),
+        servo=draw(st.sampled_from([None, servo])),
+        firing=draw(st.sampled_from([None, Firing(period=step, groups=groups)])),
+        transducer=draw(st.none() | st.builds(Transducer, frequency=sizes, figure_of_merit=lengths)),
+    )
+
+
+@st.composite
+def polylines(draw: st.DrawFn) -> Polyline:
+    points = draw(st.lists(st.tuples(lengths, lengths), min_size=3, max_size=6, unique=True))
+    return Polyline(points_xy=np.array(points), closed=draw(st.booleans()), material=draw(names))
+
+
+worlds = st.builds(
+    World,
+    name=names,
+    polylines=st.lists(polylines(), max_size=3).map(tuple),
+    pillars=st.lists(
+        st.builds(Pillar, center_xy=st.tuples(lengths, lengths).map(np.array), radius=sizes, material=names), max_size=3
+    ).map(tuple),
+)
+
+
+@st.composite
+def routes(draw: st.DrawFn) -> Route:
+    times = sorted(draw(st.lists(stamps, min_size=1, max_size=8, unique=True)))
+    way = np.array([draw(poses) for _ in times])
+    return Route(map_from_base=way, stamps_ns=draw(st.sampled_from([None, np.array(times)])))
+
+
+@st.composite
+def recordings(draw: st.DrawFn) -> Recording:
+    rig = draw(rigs())
+    times = sorted(draw(st.lists(stamps, min_size=1, max_size=12)))
+    cuts = sorted(draw(st.sets(st.integers(1, max(1, len(times) - 1)), max_size=4)))
+    pieces = [piece for piece in np.split(np.array(times), cuts) if len(piece)]
+    indices = sorted(draw(st.sets(counts, min_size=len(pieces), max_size=len(pieces))))
+    readings = st.floats(0.0, 5.0) | st.sampled_from([np.inf, -np.inf])
+    return Recording(
+        name="recording",
+        rig=rig,
+        sweeps=tuple(
+            Sweep(
+                index=index,
+                stamps_ns=piece,
+                sensor_ids=draw(columns(st.sampled_from(rig.sensor_ids.tolist()), piece)),
+                servo_angles=draw(columns(angles, piece)),
+                ranges=np.append(draw(columns(readings | st.just(np.nan), piece))[1:], draw(readings)),
+                map_from_base=draw(columns(poses, piece)),
+            )
+            for index, piece in zip(indices, pieces, strict=True)
+        ),
+    )
+
+
+def columns(entries: st.SearchStrategy[Any], like: IntArray) -> st.SearchStrategy[Any]:
+    return st.lists(entries, min_size=len(like), max_size=len(like)).map(np.array)
+
+
+@st.composite
+def truths(draw: st.DrawFn) -> Truth:
+    walls, cylinders, sweeps = draw(st.tuples(*3 * [st.integers(0, 4)]))
+    return Truth(
+        walls_xy=np.array([draw(st.lists(lengths, min_size=4, max_size=4)) for _ in range(walls)]).reshape(-1, 2, 2),
+        walls_heard=np.array([draw(counts) for _ in range(walls)], dtype=np.int64),
+        cylinders=np.array([draw(poses) for _ in range(cylinders)]).reshape(-1, 3),
+        cylinders_heard=np.array([draw(counts) for _ in range(cylinders)], dtype=np.int64),
+        poses=np.array([draw(poses) for _ in range(sweeps)]).reshape(-1, 3),
+        given=np.array([draw(poses) for _ in range(sweeps)]).reshape(-1, 3),
+        temperature=draw(st.none() | lengths),
+    )
+
+
+def covariances(size: int) -> st.SearchStrategy[Any]:
+    roots = st.lists(sizes, min_size=size * size, max_size=size * size).map(lambda r: np.reshape(r, (size, size)))
+    return roots.map(lambda root: (root @ root.T + (root @ root.T).T) / 2.0)
+
+
+@st.composite
+def evidence(draw: st.DrawFn, size: int) -> dict[str, Any]:
+    wall, corner = draw(st.tuples(st.floats(0.0, 0.5), st.floats(0.0, 0.5)))
+    probabilities = ClassProbabilities(wall=wall, corner=corner, cylinder=1.0 - wall - corner)
+    return {
+        "covariance": draw(covariances(size)),
+        "class_probabilities": probabilities,
+        "pings": draw(counts),
+        "stations": draw(counts),
+    }
+
+
+@st.composite
+def walls(draw: st.DrawFn) -> Wall:
+    start, length, angle = draw(st.tuples(st.tuples(lengths, lengths), st.floats(0.1, 9.0), angles))
+    ends = np.array([start, np.add(start, [length, 0.0])])
+    return Wall(normal_angle=angle, offset=draw(lengths), endpoints_xy=ends, **draw(evidence(2)))
+
+
+@st.composite
+def corners(draw: st.DrawFn) -> Corner:
+    position = np.array(draw(st.tuples(lengths, lengths)))
+    return Corner(position_xy=position, kind=draw(st.sampled_from(CornerKind)), **draw(evidence(2)))
+
+
+@st.composite
+def cylinders(draw: st.DrawFn) -> Cylinder:
+    center = np.array(draw(st.tuples(lengths, lengths)))
+    return Cylinder(center_xy=center, radius=draw(sizes), **draw(evidence(3)))
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.integers() | lengths | names,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(names, inner, max_size=3),
+    max_leaves=6,
+)
+
+
+@st.composite
+def maps(draw: st.DrawFn) -> FeatureMap:
+    sweeps = draw(st.lists(counts, max_size=4))
+    return FeatureMap(
+        method=draw(names),
+        walls=tuple(draw(st.lists(walls(), max_size=2))),
+        corners=tuple(draw(st.lists(corners(), max_size=2))),
+        cylinders=tuple(draw(st.lists(cylinders(), max_size=2))),
+        sweeps=np.array(sweeps, dtype=np.int64),
+        poses=np.array([draw(poses) for _ in sweeps]).reshape(-1, 3),
+        frame=draw(st.sampled_from(["map", "odom"])),
+        parameters=draw(st.dictionaries(names, json_values, max_size=3)),
+    )
+
+
+ROUND_TRIPS: dict[str, tuple[st.SearchStrategy[Any], Callable[..., None], Callable[..., Any]]] = {
+    "rig.toml": (rigs(), write_rig, read_rig),
+    "world.toml": (worlds, write_world, read_world),
+    "route.csv": (routes(), write_route, read_route),
+    "truth.json": (truths(), write_truth, read_truth),
+    "map.json": (maps(), write_map, read_map),
+}
+
+
+@pytest.mark.parametrize("name", ROUND_TRIPS)
+@hypothesis_settings(max_examples=60, deadline=None)
+@given(data=st.data())
+def test_what_is_written_is_read_back_exactly(
+    name: str, data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    values, write, read = ROUND_TRIPS[name]
+    value = data.draw(values)
+    path = tmp_path_factory.getbasetemp() / name
+    write(path, value)
+    assert same(read(path), value)
+
+
+@hypothesis_settings(max_examples=60, deadline=None)
+@given(recording=recordings())
+def test_a_recording_is_read_back_exactly(recording: Recording, tmp_path_factory: pytest.TempPathFactory) -> None:
+    path = tmp_path_factory.getbasetemp() / "recording"
+    write_recording(path, recording)
+    again = read_recording(path)
+    assert same(again.rig, recording.rig)
+    assert same(tuple(again), recording.sweeps)
+    assert len(again) == len(recording)
+
+
+READERS = {"rig.toml": read_rig, "world.toml": read_world, "route.csv": read_route, "truth.json": read_truth}
+encodings = st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "latin-1"])
+garbage = st.binary() | st.builds(lambda text, name: text.encode(name, "ignore"), st.text(), encodings)
+
+
+@pytest.mark.parametrize("name", [*READERS, "map.json"])
+@hypothesis_settings(max_examples=60, deadline=None)
+@given(content=garbage)
+def test_a_file_of_anything_is_read_or_told_in_one_line(
+    name: str, content: bytes, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    path = tmp_path_factory.getbasetemp() / name
+    path.write_bytes(content)
+    told = ""
+    try:
+        READERS.get(name, read_map)(path)
+    except InputError as error:
+        told = str(error)
+    assert len(told.splitlines()) <= 1
+
+
+HEADER = "t,sweep,sensor,servo,range,x,y,yaw"
+KINDS = (SECONDS, COUNT, WHOLE, NUMBER, READING, NUMBER, NUMBER, NUMBER)
+cells = st.sampled_from(["0", "1", "0.5", "-2", "inf", "nan", "-inf", "", " ", "1e3", "1e400", "1_0", '"3"', '"']) | (
+    lengths.map(repr) | stamps.map(str) | st.text(max_size=3)
+)
+pings = st.lists(st.lists(cells, min_size=7, max_size=9).map(",".join), max_size=4).map("\n".join)
+
+
+@hypothesis_settings(max_examples=150, deadline=None)
+@given(rows=pings, rig=rigs())
+def test_pings_of_anything_are_read_or_told_in_one_line(
+    rows: str, rig: Rig, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "anything"
+    path.mkdir(exist_ok=True)
+    write_rig(path / "rig.toml", rig)
+    (path / "pings.csv").write_text(f"{HEADER}\n{rows}", encoding="utf-8")
+    told = ""
+    try:
+        list(read_recording(path))
+    except InputError as error:
+        told = str(error)
+    assert len(told.splitlines()) <= 1
+
+
+plain_numbers = st.tuples(angles, st.floats(0.0, 5.0), *3 * [lengths])
+odd_cells = st.sampled_from(
+    ["1.", ".5", "+2", "007.5", "1e-3", "1E3", " 4 ", "2.0", "1_0", "٣", "0x10", "infinity", "-nan", "0.1234567891"]
+)
+
+
+@st.composite
+def odd_rows(draw: st.DrawFn) -> list[str]:
+    """Draw a row of plain fields but for one."""
+    row = [f"{draw(counts) / 1e6:.6f}", *map(str, draw(st.tuples(counts, counts))), *map(repr, draw(plain_numbers))]
+    row[draw(st.integers(0, 7))] = draw(odd_cells)
+    return row
+
+
+@hypothesis_settings(max_examples=300, deadline=None)
+@given(row=odd_rows())
+def test_the_fast_way_reads_what_the_careful_way_reads_or_nothing(row: list[str]) -> None:
+    header = HEADER.split(",")
+    table = Table(path=Path("pings.csv"), header=tuple(header), columns=dict(zip(header, KINDS, strict=True)))
+    try:
+        fast = table._parse_plain([",".join(row)])
+    except ValueError:
+        return
+    careful = table._parse_carefully([",".join(row)], 0)
+    for name in header:
+        np.testing.assert_array_equal(fast[name], careful[name])
