@@ -60,3 +60,35 @@ def drawn(*features: Wall | Corner | Cylinder, poses: ArrayLike = ()) -> Feature
         sweeps=np.arange(len(rows)),
         poses=rows,
     )
+
+
+def spoilt(truth: Truth, rng: np.random.Generator) -> FeatureMap:
+    """A map of a room with all that can be wrong: noise, pieces, gaps, doubles and ghosts."""
+    return drawn(
+        *_spoilt_walls(truth, rng),
+        *_spoilt_cylinders(truth, rng),
+        *_spoilt_corners(truth, rng),
+        poses=truth.poses + rng.normal(0, 0.05, size=truth.poses.shape) + [0, 0, 2 * np.pi],
+    )
+
+
+def _spoilt_walls(truth: Truth, rng: np.random.Generator) -> list[Wall]:
+    walls = []
+    for start, end in truth.walls_xy:
+        for _ in range(rng.choice([0, 1, 1, 1, 2])):
+            low, high = sorted(rng.uniform(-0.1, 1.1, size=2))
+            ends = [start + share * (end - start) + rng.normal(0, 0.04, size=2) for share in (low, high)]
+            walls.append(wall(*(ends if rng.random() < 0.5 else ends[::-1])))
+    return [*walls, *(wall(*rng.uniform(-4, 4, size=(2, 2))) for _ in range(2))]
+
+
+def _spoilt_cylinders(truth: Truth, rng: np.random.Generator) -> list[Cylinder]:
+    true = [circle for circle in truth.cylinders for _ in range(rng.choice([0, 1, 1, 2]))]
+    near = [cylinder(xy + rng.normal(0, 0.08, size=2), radius * rng.uniform(0.5, 2)) for *xy, radius in true]
+    return [*near, *(cylinder(rng.uniform(-4, 4, size=2), 0.2) for _ in range(rng.integers(3)))]
+
+
+def _spoilt_corners(truth: Truth, rng: np.random.Generator) -> list[Corner]:
+    ends = truth.walls_xy.reshape(-1, 2)
+    near = (ends + rng.normal(0, 0.08, size=ends.shape))[rng.random(len(ends)) < 0.4]
+    return [corner(xy) for xy in [*near, *rng.uniform(-4, 4, size=(2, 2))]]

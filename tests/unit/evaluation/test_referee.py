@@ -19,7 +19,7 @@ from echoplan.evaluation import (
     evaluate,
     pool,
 )
-from echoplan.model import Corner, Cylinder, FeatureClass, FeatureMap, Truth, Wall
+from echoplan.model import FeatureClass, FeatureMap, Truth
 
 SHARED = Path(__file__).parents[3] / ".." / "shared"
 SCORER = SHARED / "tools" / "score.py"
@@ -47,37 +47,6 @@ def truth_of(document: dict[str, Any]) -> Truth:
         cylinders_heard=np.array(document["cylinders_heard"], dtype=np.int64),
         poses=np.array(document["poses"]),
         given=np.array(document["given"]),
-    )
-
-
-def spoilt_walls(truth: Truth, rng: np.random.Generator) -> list[Wall]:
-    walls = []
-    for start, end in truth.walls_xy:
-        for _ in range(rng.choice([0, 1, 1, 1, 2])):
-            low, high = sorted(rng.uniform(-0.1, 1.1, size=2))
-            ends = [start + share * (end - start) + rng.normal(0, 0.04, size=2) for share in (low, high)]
-            walls.append(maps.wall(*(ends if rng.random() < 0.5 else ends[::-1])))
-    return [*walls, *(maps.wall(*rng.uniform(-4, 4, size=(2, 2))) for _ in range(2))]
-
-
-def spoilt_cylinders(truth: Truth, rng: np.random.Generator) -> list[Cylinder]:
-    true = [circle for circle in truth.cylinders for _ in range(rng.choice([0, 1, 1, 2]))]
-    near = [maps.cylinder(xy + rng.normal(0, 0.08, size=2), radius * rng.uniform(0.5, 2)) for *xy, radius in true]
-    return [*near, *(maps.cylinder(rng.uniform(-4, 4, size=2), 0.2) for _ in range(rng.integers(3)))]
-
-
-def spoilt_corners(truth: Truth, rng: np.random.Generator) -> list[Corner]:
-    ends = truth.walls_xy.reshape(-1, 2)
-    near = (ends + rng.normal(0, 0.08, size=ends.shape))[rng.random(len(ends)) < 0.4]
-    return [maps.corner(xy) for xy in [*near, *rng.uniform(-4, 4, size=(2, 2))]]
-
-
-def spoilt_map(truth: Truth, rng: np.random.Generator) -> FeatureMap:
-    return maps.drawn(
-        *spoilt_walls(truth, rng),
-        *spoilt_cylinders(truth, rng),
-        *spoilt_corners(truth, rng),
-        poses=truth.poses + rng.normal(0, 0.05, size=truth.poses.shape) + [0, 0, 2 * np.pi],
     )
 
 
@@ -147,7 +116,7 @@ def test_every_number_of_a_map_is_that_of_the_scorer(path: Path, min_heard: int)
     document = json.loads(path.read_text(encoding="utf-8"))
     truth = truth_of(document)
     for seed in SEEDS:
-        feature_map = spoilt_map(truth, np.random.default_rng(seed))
+        feature_map = maps.spoilt(truth, np.random.default_rng(seed))
         expected = scorer().score_case(document, map_document(feature_map), min_heard)
         found = scores_of(evaluate(feature_map, truth, settings))
         assert found.keys() == expected.keys()
@@ -161,7 +130,7 @@ def test_every_total_over_all_rooms_is_that_of_the_scorer() -> None:
         document = json.loads(path.read_text(encoding="utf-8"))
         truth = truth_of(document)
         for seed in SEEDS:
-            feature_map = spoilt_map(truth, np.random.default_rng(seed))
+            feature_map = maps.spoilt(truth, np.random.default_rng(seed))
             expected.append(scorer().score_case(document, map_document(feature_map)))
             evaluations.append(evaluate(feature_map, truth))
     summary = pool(evaluations, rng=np.random.default_rng(0), settings=BootstrapSettings(resamples=10))

@@ -1,0 +1,167 @@
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import maps
+from echoplan.arrays import FloatArray
+from echoplan.evaluation import BootstrapSettings, Evaluation, evaluate, pool
+from echoplan.geometry import compose, transform_points
+from echoplan.model import FeatureClass, FeatureMap, Truth, Wall
+
+few = settings(max_examples=25)
+spoilt_maps = st.integers(0, 10**6).map(lambda seed: maps.spoilt(maps.ROOM, np.random.default_rng(seed)))
+# Whole metres and quarter turns keep the vertices, which are rounded to 0.1 mm, where they are.
+moves = st.builds(
+    lambda x, y, turns: np.array([x, y, turns * np.pi / 2]), st.integers(-9, 9), st.integers(-9, 9), st.integers(-2, 2)
+)
+
+
+def flipped(wall: Wall) -> Wall:
+    """The same wall from its other end and by its other normal."""
+    sign = np.diag([1.0, -1.0])
+    return replace(
+        wall,
+        normal_angle=wall.normal_angle + np.pi,
+        offset=-wall.offset,
+        endpoints_xy=wall.endpoints_xy[::-1],
+        covariance=sign @ wall.covariance @ sign,
+    )
+
+
+def moved_map(pose: FloatArray, found: FeatureMap) -> FeatureMap:
+    return maps.drawn(
+        *(maps.wall(*transform_points(pose, wall.endpoints_xy)) for wall in found.walls),
+        *(replace(corner, position_xy=transform_points(pose, corner.position_xy)) for corner in found.corners),
+        *(replace(each, center_xy=transform_points(pose, each.center_xy)) for each in found.cylinders),
+        poses=compose(pose, found.poses),
+    )
+
+
+def moved_truth(pose: FloatArray, truth: Truth) -> Truth:
+    centers = transform_points(pose, truth.cylinders[:, :2])
+    return replace(
+        truth,
+        walls_xy=transform_points(pose, truth.walls_xy),
+        cylinders=np.column_stack([centers, truth.cylinders[:, 2]]),
+        poses=compose(pose, truth.poses),
+        given=compose(pose, truth.given),
+    )
+
+
+def counts(evaluation: Evaluation) -> list[Any]:
+    """Whole numbers of an evaluation, but for those of vertices, which depend on the frame."""
+    walls = [(match.truth, match.estimate) for match in evaluation.matches.walls.right]
+    tallies = [matching.tally for matching in evaluation.matches.by_class.values()]
+    return [walls, tallies, evaluation.confusion.tolist()]
+
+
+def sizes(evaluation: Evaluation) -> list[float]:
+    """Distances and angles of an evaluation, but for those of outlines, which depend on where samples fall."""
+    assert evaluation.trajectory is not None
+    return [
+        *(match.distance for matching in evaluation.matches.by_class.values() for match in matching.right),
+        *(match.angle for match in evaluation.matches.walls.right),
+        evaluation.trajectory.absolute_error,
+        evaluation.trajectory.heading_error,
+    ]
+
+
+@few
+@given(spoilt_maps, moves)
+def test_a_map_and_its_truth_can_be_moved_together(found: FeatureMap, pose: FloatArray) -> None:
+    moved = evaluate(moved_map(pose, found), moved_truth(pose, maps.ROOM))
+    evaluation = evaluate(found, maps.ROOM)
+    assert counts(moved) == counts(evaluation)
+    assert sizes(moved) == pytest.approx(sizes(evaluation), abs=1e-9)
+    assert moved.map_error.mean == pytest.approx(evaluation.map_error.mean, abs=1e-3)
+    assert moved.map_error.hausdorff == pytest.approx(evaluation.map_error.hausdorff, abs=1e-2)
+
+
+@few
+@given(spoilt_maps)
+def test_a_wall_is_the_same_from_either_end_and_by_either_normal(found: FeatureMap) -> None:
+    same = evaluate(replace(found, walls=tuple(map(flipped, found.walls))), maps.ROOM)
+    evaluation = evaluate(found, maps.ROOM)
+    assert counts(same) == counts(evaluation)
+    assert sizes(same) == pytest.approx(sizes(evaluation), abs=1e-9)
+    wall = FeatureClass.WALL
+    assert same.consistency[wall].nees == pytest.approx(evaluation.consistency[wall].nees, rel=1e-6, abs=1e-9)
+
+
+@few
+@given(spoilt_maps)
+def test_the_order_of_walls_and_corners_does_not_matter(found: FeatureMap) -> None:
+    turned = evaluate(replace(found, walls=found.walls[::-1], corners=found.corners[::-1]), maps.ROOM)
+    evaluation = evaluate(found, maps.ROOM)
+    for name in (FeatureClass.WALL, FeatureClass.CORNER):
+        first, second = (each.matches.by_class[name] for each in (evaluation, turned))
+        assert first.tally == second.tally
+        assert sorted(match.distance for match in first.right) == sorted(match.distance for match in second.right)
+    assert np.array_equal(turned.confusion, evaluation.confusion)
+
+
+@few
+@given(spoilt_maps)
+def test_a_ghost_lowers_precision_and_leaves_recall(found: FeatureMap) -> None:
+    ghosts = maps.drawn(maps.wall((90, 90), (91, 95)), maps.corner((90, 90)), maps.cylinder((90, 90), 0.1))
+    haunted = replace(
+        found,
+        walls=found.walls + ghosts.walls,
+        corners=ghosts.corners + found.corners,
+        cylinders=ghosts.cylinders + found.cylinders,
+    )
+    before, after = (evaluate(each, maps.ROOM).matches.by_class for each in (found, haunted))
+    for name in FeatureClass:
+        assert after[name].tally == before[name].tally + evaluate(ghosts, maps.NOWHERE).matches.by_class[name].tally
+
+
+@few
+@given(spoilt_maps)
+def test_every_estimate_has_one_place_in_the_confusion_and_nothing_found_is_missed(found: FeatureMap) -> None:
+    evaluation = evaluate(found, maps.ROOM)
+    tallies = [matching.tally for matching in evaluation.matches.by_class.values()]
+    assert evaluation.confusion[:, :3].sum(axis=0).tolist() == [tally.estimates for tally in tallies]
+    for row, tally in zip(evaluation.confusion, tallies, strict=False):
+        assert row[3] <= tally.wanted - tally.found
+    right = [tally.right + tally.duplicate for tally in tallies]
+    assert np.diag(evaluation.confusion)[:3].tolist() == right
+
+
+@few
+@given(spoilt_maps)
+def test_the_distance_between_outlines_is_the_same_from_either_side(found: FeatureMap) -> None:
+    # A truth that is heard everywhere, against the map; and that map as the truth, against that truth as a map.
+    everywhere = replace(maps.ROOM, walls_heard=np.full(6, 9), cylinders_heard=np.full(2, 9))
+    true_map = maps.drawn(
+        *(maps.wall(*ends) for ends in maps.ROOM.walls_xy),
+        *(maps.cylinder(circle[:2], circle[2]) for circle in maps.ROOM.cylinders),
+    )
+    found_truth = Truth(
+        walls_xy=np.array([wall.endpoints_xy for wall in found.walls]),
+        walls_heard=np.full(len(found.walls), 9),
+        cylinders=np.reshape([[*each.center_xy, each.radius] for each in found.cylinders], (-1, 3)),
+        cylinders_heard=np.full(len(found.cylinders), 9),
+    )
+    there, back = evaluate(found, everywhere).map_error, evaluate(true_map, found_truth).map_error
+    assert there.map_to_truth == back.truth_to_map
+    assert there.truth_to_map == back.map_to_truth
+    assert there.mean == back.mean
+
+
+@few
+@given(spoilt_maps, st.integers(2, 4))
+def test_a_map_pooled_with_itself_says_the_same_as_alone(found: FeatureMap, times: int) -> None:
+    evaluation, bootstrap = evaluate(found, maps.ROOM), BootstrapSettings(resamples=20)
+    alone = pool([evaluation], rng=np.random.default_rng(0), settings=bootstrap)
+    again = pool([evaluation] * times, rng=np.random.default_rng(0), settings=bootstrap)
+    for name in FeatureClass:
+        first, second = alone.classes[name], again.classes[name]
+        assert second.tally.wanted == times * first.tally.wanted
+        assert second.recall.value == pytest.approx(first.recall.value)
+        assert second.distance.mean.value == pytest.approx(first.distance.mean.value, nan_ok=True)
+        # Recordings that do not differ leave nothing to be unsure of.
+        assert second.recall.low == second.recall.high == pytest.approx(second.recall.value)

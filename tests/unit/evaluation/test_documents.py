@@ -1,0 +1,102 @@
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+import maps
+from echoplan.evaluation import BootstrapSettings, evaluate, evaluation_document, pool, summary_document
+from echoplan.model import FeatureMap
+
+FOUND = maps.drawn(
+    maps.wall((1, 0.02), (3, 0.02)),
+    maps.cylinder((3.53, 0.56), 0.08),
+    maps.corner((5, 0.1)),
+    poses=maps.ROOM.poses + np.array([0.03, 0.04, np.radians(2)]),
+)
+
+
+def document(feature_map: FeatureMap) -> Any:
+    """As it comes back from a file: nothing in it may be beyond strict JSON."""
+    return json.loads(json.dumps(evaluation_document(evaluate(feature_map, maps.ROOM)), allow_nan=False))
+
+
+def summary(*found: FeatureMap) -> Any:
+    evaluations = [evaluate(each, maps.ROOM) for each in found]
+    pooled = pool(evaluations, rng=np.random.default_rng(0), settings=BootstrapSettings(resamples=50))
+    return json.loads(json.dumps(summary_document(pooled), allow_nan=False))
+
+
+def test_a_map_is_told_in_millimetres_and_degrees() -> None:
+    told = document(FOUND)
+    assert told["method"] == "by hand"
+    walls = told["walls"]
+    assert {name: walls[name] for name in ("wanted", "found", "right", "duplicate", "spurious")} == {
+        "wanted": 5,
+        "found": 1,
+        "right": 1,
+        "duplicate": 0,
+        "spurious": 0,
+    }
+    assert (walls["recall"], walls["precision"]) == (0.2, 1.0)
+    assert walls["deviations"][0] == {
+        "index": 1,
+        "heard": 9,
+        "estimate": 0,
+        "distance_mm": pytest.approx(20.0),
+        "angle_deg": pytest.approx(0.0),
+    }
+    assert told["cylinders"]["deviations"][0]["distance_mm"] == pytest.approx(50.0)
+    assert told["cylinders"]["deviations"][0]["radius_mm"] == pytest.approx(-20.0)
+    assert told["corners"]["deviations"][4]["distance_mm"] == pytest.approx(100.0)
+    assert told["confusion"]["wall"] == {"wall": 1, "corner": 0, "cylinder": 0, "missed": 4}
+    assert told["map_error"]["map_to_truth_mm"] < told["map_error"]["truth_to_map_mm"]
+    assert told["poses"] == {"count": 2, "ate_mm": pytest.approx(50.0), "heading_deg": pytest.approx(2.0)}
+
+
+def test_what_the_map_lacks_is_null_under_the_same_keys() -> None:
+    told = document(FOUND)
+    for name in ("walls", "corners", "cylinders"):
+        first, *others = told[name]["deviations"]
+        assert all(other.keys() == first.keys() for other in others)
+    assert told["walls"]["deviations"][5] == {
+        "index": 6,
+        "heard": 1,
+        "estimate": None,
+        "distance_mm": None,
+        "angle_deg": None,
+    }
+
+
+def test_an_empty_map_has_the_same_keys_and_nulls() -> None:
+    told, full = document(maps.drawn()), document(FOUND)
+    assert told.keys() == full.keys()
+    assert told["walls"].keys() == full["walls"].keys()
+    assert told["walls"]["precision"] is None
+    assert set(told["map_error"].values()) == {None}
+    assert told["poses"] is None
+
+
+def test_a_summary_is_told_with_intervals() -> None:
+    told = summary(FOUND, maps.drawn(maps.wall((1, 0.04), (3, 0.04))))
+    assert told["recordings"] == 2
+    assert told["walls"]["recall"]["value"] == pytest.approx(0.2)
+    assert told["walls"]["distance_mm"]["mean"] == {
+        "value": pytest.approx(30.0),
+        "low": pytest.approx(20.0),
+        "high": pytest.approx(40.0),
+    }
+    assert told["walls"]["distance_mm"]["max"] == pytest.approx(40.0)
+    assert told["walls"]["angle_deg"]["count"] == 2
+    assert told["cylinders"]["radius_mm"]["mean"]["value"] == pytest.approx(20.0)
+    assert told["ate_mm"]["mean"]["value"] == pytest.approx(50.0)
+    assert told["heading_deg"]["mean"]["value"] == pytest.approx(2.0)
+    # A centimetre of standard deviation, errors of 2 and 4 cm.
+    assert told["walls"]["consistency"]["mean_nees"] == pytest.approx(10.0)
+
+
+def test_a_summary_of_nothing_has_the_same_keys() -> None:
+    def keys(told: Any) -> Any:
+        return {name: keys(value) for name, value in told.items()} if isinstance(told, dict) else None
+
+    assert keys(summary()) == keys(summary(FOUND, FOUND))

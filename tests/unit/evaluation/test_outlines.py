@@ -1,0 +1,94 @@
+import numpy as np
+import pytest
+
+import maps
+from echoplan.evaluation import MapError, Outline, OutlineSettings
+from echoplan.evaluation.outlines import compare_outlines
+from echoplan.model import Corner, Cylinder, Truth, Wall
+
+FLOOR = Truth(walls_xy=np.array([[[0.0, 0.0], [4.0, 0.0]]]), walls_heard=np.array([3]))
+NO_CIRCLES, NO_SEGMENTS = np.zeros((0, 3)), np.zeros((0, 2, 2))
+
+
+def error(*features: Wall | Corner | Cylinder, truth: Truth = FLOOR, min_heard: int = 2) -> MapError:
+    settings = OutlineSettings(spacing=0.001)
+    return compare_outlines(maps.drawn(*features), truth, min_heard=min_heard, settings=settings)
+
+
+def test_a_shifted_wall_is_off_by_the_shift_all_along() -> None:
+    shifted = error(maps.wall((0, 0.05), (4, 0.05)))
+    assert shifted.mean == pytest.approx(0.05)
+    assert shifted.median == pytest.approx(0.05)
+    assert shifted.hausdorff == pytest.approx(0.05)
+
+
+def test_half_a_wall_is_accurate_and_incomplete() -> None:
+    # Nothing of the map is off; half of the truth is, by 0 to 2 m.
+    half = error(maps.wall((0, 0), (2, 0)))
+    assert half.map_to_truth.mean == pytest.approx(0.0, abs=1e-12)
+    assert half.truth_to_map.mean == pytest.approx(0.5)
+    assert half.mean == pytest.approx(0.25)
+    assert half.truth_to_map.median == pytest.approx(0.0, abs=1e-3)
+    assert half.hausdorff == pytest.approx(2.0, abs=1e-3)
+
+
+def test_a_wall_too_long_is_the_other_way_round() -> None:
+    # Ends 1 m beyond: of 5 m one fifth is off, by 0 to 1 m.
+    long = error(maps.wall((-1, 0), (4, 0)))
+    assert long.map_to_truth.mean == pytest.approx(0.1)
+    assert long.truth_to_map.mean == pytest.approx(0.0, abs=1e-12)
+    assert long.hausdorff == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_cylinder_counts_by_its_surface() -> None:
+    column = Truth(
+        walls_xy=NO_SEGMENTS,
+        walls_heard=np.zeros(0, dtype=int),
+        cylinders=np.array([[1.0, 2.0, 0.1]]),
+        cylinders_heard=np.array([2]),
+    )
+    thick = error(maps.cylinder((1, 2), 0.13), truth=column)
+    assert thick.mean == pytest.approx(0.03)
+    assert thick.hausdorff == pytest.approx(0.03)
+    inside = error(maps.wall((1.0, 2.0), (1.05, 2.0)), truth=column)
+    assert inside.map_to_truth.maximum == pytest.approx(0.1, abs=1e-3)
+
+
+def test_what_cannot_be_heard_may_be_left_out_but_is_not_wrong() -> None:
+    heard = maps.ROOM.walls_xy[:5]
+    silent = maps.wall((0.0, 0.5), (0.0, 2.5))
+    room: list[Wall | Cylinder] = [*(maps.wall(*ends) for ends in heard), maps.cylinder((3.5, 0.6), 0.1)]
+    assert error(*room, truth=maps.ROOM).mean == pytest.approx(0.0, abs=1e-12)
+    assert error(*room, silent, truth=maps.ROOM).mean == pytest.approx(0.0, abs=1e-12)
+    assert error(*room, truth=maps.ROOM, min_heard=1).truth_to_map.maximum == pytest.approx(1.5, abs=1e-3)
+
+
+def test_an_empty_map_or_an_empty_truth_has_no_distance() -> None:
+    for nothing in (error(), error(maps.corner((0, 0))), error(maps.wall((0, 0), (1, 0)), truth=maps.NOWHERE)):
+        assert np.isnan([nothing.mean, nothing.median, nothing.hausdorff]).all()
+
+
+def test_where_nothing_can_be_heard_only_the_map_is_measured() -> None:
+    one_sided = error(maps.wall((0, 0.05), (4, 0.05)), min_heard=9)
+    assert one_sided.map_to_truth.mean == pytest.approx(0.05)
+    assert np.isnan([one_sided.mean, one_sided.median, one_sided.hausdorff]).all()
+
+
+def test_samples_stand_for_equal_stretches_no_longer_than_the_spacing() -> None:
+    wall = Outline(segments_xy=np.array([[[0.0, 1.0], [0.0, 2.0]]]), circles=NO_CIRCLES)
+    assert wall.samples(0.4) == pytest.approx(np.array([[0, 1 + 1 / 6], [0, 1.5], [0, 2 - 1 / 6]]))
+    ring = Outline(segments_xy=NO_SEGMENTS, circles=np.array([[3.0, 1.0, 0.5]]))
+    assert len(ring.samples(0.1)) == 32
+    assert np.hypot(*(ring.samples(0.1) - [3, 1]).T) == pytest.approx(0.5)
+
+
+def test_a_cylinder_without_a_radius_is_a_point() -> None:
+    point = Outline(segments_xy=NO_SEGMENTS, circles=np.array([[3.0, 1.0, 0.0]]))
+    assert point.samples(0.1).tolist() == [[3.0, 1.0]]
+    assert point.distances(np.array([[3.0, 1.5], [2.0, 1.0]])).tolist() == [0.5, 1.0]
+
+
+def test_everything_is_infinitely_far_from_nothing() -> None:
+    nothing = Outline(segments_xy=NO_SEGMENTS, circles=NO_CIRCLES)
+    assert nothing.distances(np.zeros((2, 2))).tolist() == [np.inf, np.inf]
+    assert nothing.samples(0.1).shape == (0, 2)
