@@ -85,21 +85,13 @@ def check_consistency(feature_map: FeatureMap, truth: Truth, matches: Matches) -
     mapping of FeatureClass to Consistency
         Walls in (normal_angle, offset), corners in (x, y), cylinders in (x, y, radius).
     """
-    vertices_xy = true_vertices(truth).positions_xy
-    walls = [(feature_map.walls[match.estimate], truth.walls_xy[match.truth]) for match in matches.walls.right]
-    corners = [(feature_map.corners[match.estimate], vertices_xy[match.truth]) for match in matches.corners.right]
-    rounds = [
-        (feature_map.cylinders[match.estimate], truth.cylinders[match.truth]) for match in matches.cylinders.right
-    ]
     squares = {
-        FeatureClass.WALL: [nees(wall_error(wall, ends_xy), wall.covariance) for wall, ends_xy in walls],
-        FeatureClass.CORNER: [nees(corner.position_xy - vertex_xy, corner.covariance) for corner, vertex_xy in corners],
-        FeatureClass.CYLINDER: [
-            nees([*cylinder.center_xy, cylinder.radius] - true, cylinder.covariance) for cylinder, true in rounds
-        ],
+        FeatureClass.WALL: _wall_squares(feature_map, truth, matches),
+        FeatureClass.CORNER: _corner_squares(feature_map, truth, matches),
+        FeatureClass.CYLINDER: _cylinder_squares(feature_map, truth, matches),
     }
     return {
-        name: Consistency(parameters=PARAMETERS[name], nees=np.array([value for value in values if isfinite(value)]))
+        name: Consistency(parameters=PARAMETERS[name], nees=np.array(list(filter(isfinite, values))))
         for name, values in squares.items()
     }
 
@@ -182,6 +174,23 @@ def nees(error: ArrayLike, covariance: FloatArray) -> float:
         return nan
     scaled = np.asarray(error, dtype=np.float64) / sigmas
     return float(scaled @ np.linalg.solve(correlation, scaled))
+
+
+def _wall_squares(feature_map: FeatureMap, truth: Truth, matches: Matches) -> list[float]:
+    pairs = [(feature_map.walls[match.estimate], truth.walls_xy[match.truth]) for match in matches.walls.right]
+    return [nees(wall_error(wall, ends_xy), wall.covariance) for wall, ends_xy in pairs]
+
+
+def _corner_squares(feature_map: FeatureMap, truth: Truth, matches: Matches) -> list[float]:
+    vertices_xy = true_vertices(truth).positions_xy
+    pairs = [(feature_map.corners[match.estimate], vertices_xy[match.truth]) for match in matches.corners.right]
+    return [nees(corner.position_xy - vertex_xy, corner.covariance) for corner, vertex_xy in pairs]
+
+
+def _cylinder_squares(feature_map: FeatureMap, truth: Truth, matches: Matches) -> list[float]:
+    right = matches.cylinders.right
+    pairs = [(feature_map.cylinders[match.estimate], truth.cylinders[match.truth]) for match in right]
+    return [nees([*found.center_xy, found.radius] - circle, found.covariance) for found, circle in pairs]
 
 
 def _quantile(share: float, freedom: int) -> float:

@@ -100,18 +100,16 @@ def pool(
     every = list(evaluations)
     spread = partial(describe, rng=rng, settings=settings)
     share = partial(describe_share, rng=rng, settings=settings)
-    cylinders = [each.matches.cylinders.right for each in every]
-    poses = [[each.trajectory] if each.trajectory else [] for each in every]
     return Summary(
         recordings=len(every),
         classes={name: _of_class(name, every, spread=spread, share=share) for name in FeatureClass},
-        wall_angle=spread([match.angle for match in each.matches.walls.right] for each in every),
-        cylinder_radius=spread([abs(match.radius_error) for match in matches] for matches in cylinders),
+        wall_angle=spread(map(_wall_angles, every)),
+        cylinder_radius=spread(map(_radius_errors, every)),
         confusion=sum((each.confusion for each in every), start=no_confusion()),
         map_error=spread(_known(each.map_error.mean) for each in every),
         hausdorff=spread(_known(each.map_error.hausdorff) for each in every),
-        position=spread([each.absolute_error for each in known] for known in poses),
-        heading=spread([each.heading_error for each in known] for known in poses),
+        position=spread(map(_position_error, every)),
+        heading=spread(map(_heading_error, every)),
     )
 
 
@@ -126,6 +124,22 @@ def _of_class(name: FeatureClass, evaluations: list[Evaluation], *, spread: _Spr
         distance=spread([match.distance for match in matching.right] for matching in matchings),
         consistency=pool_consistency(consistencies, parameters=PARAMETERS[name]),
     )
+
+
+def _wall_angles(evaluation: Evaluation) -> list[float]:
+    return [match.angle for match in evaluation.matches.walls.right]
+
+
+def _radius_errors(evaluation: Evaluation) -> list[float]:
+    return [abs(match.radius_error) for match in evaluation.matches.cylinders.right]
+
+
+def _position_error(evaluation: Evaluation) -> list[float]:
+    return [evaluation.trajectory.absolute_error] if evaluation.trajectory else []
+
+
+def _heading_error(evaluation: Evaluation) -> list[float]:
+    return [evaluation.trajectory.heading_error] if evaluation.trajectory else []
 
 
 def _known(value: float) -> list[float]:
