@@ -144,7 +144,7 @@ def _misfit(path: Path, text: str, form: type[BaseModel], errors: list[ErrorDeta
 def _explain(error: ErrorDetails, form: type[BaseModel]) -> tuple[str, str]:
     """Put an error of pydantic into a problem and its remedy."""
     key, meaning = _key_at(error["loc"], form)
-    problem, remedy = error["msg"].replace("Input should", "must"), meaning or "correct it"
+    problem, remedy = error["msg"].replace("Input should", "must").partition(", unable")[0], meaning or "correct it"
     match error["type"]:
         case "extra_forbidden":
             problem, remedy = f"the key {key!r} is unknown", _nearest(key, _form_at(error["loc"][:-1], form))

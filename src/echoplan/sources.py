@@ -1,0 +1,183 @@
+"""Where sweeps come from, told in one line of text: a recording's folder or a world to be simulated."""
+
+import re
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from echoplan.errors import InputError, UnknownNameError
+from echoplan.io import (
+    builtin_rig,
+    builtin_route,
+    builtin_world,
+    read_recording,
+    read_rig,
+    read_route,
+    read_world,
+    world_names,
+)
+from echoplan.model import Rig, Route, Source, World
+from echoplan.simulation import Simulation, SimulationSettings
+
+__all__ = ["find_rig", "find_route", "find_world", "open_source"]
+
+_SIMULATION_OPTIONS = ("rig", "route", "seed")
+
+
+def open_source(text: str, *, simulation: SimulationSettings | None = None) -> Source:
+    """Open a source of sweeps.
+
+    ``recording/`` is a folder with ``pings.csv`` and ``rig.toml``.  ``sim:paper-room`` and ``sim:room.toml``
+    simulate a world; options follow after commas: ``sim:room.toml,rig=ring-16,route=way.csv,seed=3``.
+
+    Parameters
+    ----------
+    text : str
+        What to open, as it is written on the command line.
+    simulation : SimulationSettings, optional
+        What the simulator is told, if it is one.
+
+    Returns
+    -------
+    Source
+        The source.
+
+    Raises
+    ------
+    InputError
+        If there is no such source, or it cannot be used.
+    UnknownNameError
+        If an option or a built-in name is unknown.
+
+    Examples
+    --------
+    >>> len(open_source("sim:square,seed=1"))
+    5
+    """
+    scheme = re.match(r"[a-z]{2,}:", text)
+    opener = _OPENERS.get(scheme[0] if scheme else Path(text).suffix, _open_recording)
+    return opener(text, simulation)
+
+
+def find_rig(name: str) -> Rig:
+    """Find a rig: a built-in one by its name, another by its file.
+
+    Parameters
+    ----------
+    name : str
+        ``"ring-16"`` or ``"my-rig.toml"``.
+
+    Returns
+    -------
+    Rig
+        The rig.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be used.
+    UnknownNameError
+        If nothing of that name is built in.
+
+    Examples
+    --------
+    >>> len(find_rig("ring-16").sensors)
+    16
+    """
+    return read_rig(Path(name)) if _is_file(name) else builtin_rig(name)
+
+
+def find_world(name: str) -> World:
+    """Find a world: a built-in one by its name, another by its file.
+
+    Parameters
+    ----------
+    name : str
+        ``"paper-room"`` or ``"my-room.toml"``.
+
+    Returns
+    -------
+    World
+        The world.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be used.
+    UnknownNameError
+        If nothing of that name is built in.
+
+    Examples
+    --------
+    >>> find_world("hexagon").name
+    'hexagon'
+    """
+    return read_world(Path(name)) if _is_file(name) else builtin_world(name)
+
+
+def find_route(name: str) -> Route:
+    """Find a route: a built-in one by its name, another by its file or by that of the world it goes through.
+
+    Parameters
+    ----------
+    name : str
+        ``"paper-room"``, ``"my-way.csv"``, or ``"my-room.toml"`` for the ``my-room.csv`` beside it.
+
+    Returns
+    -------
+    Route
+        The route.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be used.
+    UnknownNameError
+        If nothing of that name is built in.
+
+    Examples
+    --------
+    >>> find_route("square").stamps_ns is None
+    True
+    """
+    if not _is_file(name):
+        return builtin_route(name)
+    path = Path(name)
+    beside = path.with_suffix(".csv")
+    if path.suffix == ".toml" and not beside.exists():
+        remedy = "write its stations there as x,y,yaw, or name another route"
+        raise InputError(beside, f"there is no route through {path.name}", remedy=remedy)
+    return read_route(beside if path.suffix == ".toml" else path)
+
+
+def _is_file(name: str) -> bool:
+    return bool(Path(name).suffix) or len(Path(name).parts) > 1
+
+
+def _open_recording(text: str, _: SimulationSettings | None) -> Source:
+    path = Path(text)
+    if path.exists():
+        return read_recording(path)
+    near = f"sim:{text}" if text in world_names() else "a recording's folder or sim:WORLD"
+    raise InputError(text, "there is no such file or folder", remedy=f"name {near}")
+
+
+def _open_simulation(text: str, settings: SimulationSettings | None) -> Source:
+    world, *written = text.removeprefix("sim:").split(",")
+    options = dict(option.partition("=")[::2] for option in written)
+    for option in options:
+        if option not in _SIMULATION_OPTIONS:
+            raise UnknownNameError("option", option, known=_SIMULATION_OPTIONS)
+    seed = options.get("seed", "0")
+    if not seed.isdecimal():
+        raise InputError(text, f"the seed {seed!r} is no whole number", remedy="write, say, seed=3")
+    return Simulation(
+        world=find_world(world),
+        rig=find_rig(options.get("rig", "rotary-array")),
+        route=find_route(options.get("route", world)),
+        settings=settings or SimulationSettings(),
+        seed=int(seed),
+    )
+
+
+# By scheme, or by the suffix of a file; what has neither is the folder of a recording.
+_OPENERS: Mapping[str, Callable[[str, SimulationSettings | None], Source]] = {"sim:": _open_simulation}
