@@ -7,6 +7,7 @@ from echoplan.extraction.minimum import (
     MdpSettings,
     Parabola,
     fit_parabola,
+    middle_point,
     minimum_distance_point,
 )
 from echoplan.extraction.rcd import Rcd, RcdSettings, region_of_constant_depth
@@ -25,6 +26,7 @@ __all__ = [
     "fit_parabola",
     "flat_excess",
     "hub_distances",
+    "middle_point",
     "minimum_distance_point",
     "region_of_constant_depth",
 ]

@@ -10,7 +10,7 @@ from echoplan.extraction.clusters import Cluster
 from echoplan.extraction.compensation import arm_excess
 from echoplan.geometry import directions, wrap
 
-__all__ = ["LocatedPoint", "MdpSettings", "Parabola", "fit_parabola", "minimum_distance_point"]
+__all__ = ["LocatedPoint", "MdpSettings", "Parabola", "fit_parabola", "middle_point", "minimum_distance_point"]
 
 
 class MdpSettings(BaseModel, frozen=True, extra="forbid"):
@@ -188,4 +188,31 @@ def minimum_distance_point(
         bearing=float(bearing),
         distance=float(distance),
         covariance=parabola.vertex_covariance,
+    )
+
+
+def middle_point(cluster: Cluster, *, resolution: float = 0.0) -> LocatedPoint:
+    """Locate an object by the middle of its cluster.
+
+    A point is as far away in one direction of the beam as in another, so its distances have no minimum to be
+    fitted; its direction lies anywhere in the window in which nothing else was heard.
+
+    Parameters
+    ----------
+    cluster : Cluster
+        Echoes of one object.
+    resolution : float, optional
+        Step of the readings [m].
+
+    Returns
+    -------
+    LocatedPoint
+        Middle of the window and mean distance, as uncertain as the window is wide.
+    """
+    scatter = float(np.var(cluster.distances)) + resolution**2 / 12
+    return LocatedPoint(
+        hub_xy=cluster.hub_xy,
+        bearing=float(cluster.bearings[[0, -1]].mean()),
+        distance=float(cluster.distances.mean()),
+        covariance=np.diag([cluster.extent**2 / 12, scatter]),
     )

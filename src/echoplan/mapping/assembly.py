@@ -1,6 +1,8 @@
 """Assembly: from groups of observations to a map."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 from pydantic import BaseModel, Field
@@ -13,6 +15,8 @@ from echoplan.mapping.walls import WallSettings, walls_of
 from echoplan.model import FeatureMap, Sweep
 
 __all__ = ["AssemblySettings", "Grouped", "assemble"]
+
+_NONE: Mapping[str, object] = MappingProxyType({})
 
 
 class AssemblySettings(BaseModel, frozen=True, extra="forbid"):
@@ -32,16 +36,18 @@ class Grouped:
     ----------
     lines : list of Group
         Walls.
-    corners, cylinders : list of tuple of Observation
-        Corners that were heard by themselves, and cylinders.
+    corners : list of Observation
+        Corners that were heard by themselves.
+    cylinders : list of tuple of Observation
+        Cylinders.
     """
 
     lines: list[Group] = field(default_factory=list)
-    corners: list[tuple[Observation, ...]] = field(default_factory=list)
+    corners: list[Observation] = field(default_factory=list)
     cylinders: list[tuple[Observation, ...]] = field(default_factory=list)
 
     def confirmed(self, min_stations: int) -> "Grouped":
-        """Keep the objects that enough stations heard.
+        """Keep the walls and cylinders that enough stations heard; corners need walls that meet anyway.
 
         Parameters
         ----------
@@ -55,12 +61,19 @@ class Grouped:
         """
         return Grouped(
             lines=[group for group in self.lines if group.stations >= min_stations],
-            corners=[members for members in self.corners if stations_of(members) >= min_stations],
+            corners=self.corners,
             cylinders=[members for members in self.cylinders if stations_of(members) >= min_stations],
         )
 
 
-def assemble(grouped: Grouped, sweeps: list[Sweep], settings: AssemblySettings, *, method: str) -> FeatureMap:
+def assemble(
+    grouped: Grouped,
+    sweeps: list[Sweep],
+    settings: AssemblySettings,
+    *,
+    method: str,
+    parameters: Mapping[str, object] = _NONE,
+) -> FeatureMap:
     """Fit, lengthen and cross: make a map of grouped observations.
 
     Parameters
@@ -73,6 +86,8 @@ def assemble(grouped: Grouped, sweeps: list[Sweep], settings: AssemblySettings, 
         Gates and prior knowledge.
     method : str
         Name of the method.
+    parameters : mapping, optional
+        Its settings, ready for JSON.
 
     Returns
     -------
@@ -81,12 +96,13 @@ def assemble(grouped: Grouped, sweeps: list[Sweep], settings: AssemblySettings, 
     """
     sure = grouped.confirmed(settings.min_stations)
     walls, meetings = walls_of(sure.lines, settings.walls)
-    corners = corners_of(walls, meetings, sure.corners, gate=settings.association.point_gate)
+    corners = corners_of(walls, meetings, sure.corners, settings.association)
     cylinders = [
         cylinder_of(members, settings.cylinders, association=settings.association) for members in sure.cylinders
     ]
     return FeatureMap(
         method=method,
+        parameters=parameters,
         walls=walls,
         corners=corners,
         cylinders=tuple(cylinder for cylinder in cylinders if cylinder is not None),

@@ -1,22 +1,21 @@
 """Corners: the crossings of neighbouring walls, and whether they were heard by themselves."""
 
-from itertools import combinations
-
 import numpy as np
 
 from echoplan.arrays import FloatArray
-from echoplan.geometry import along, intersections
+from echoplan.geometry import along, intersections, wrap
+from echoplan.mapping.association import AssociationSettings
 from echoplan.mapping.junctions import Junction
-from echoplan.mapping.observations import Observation, shares
-from echoplan.model import ClassProbabilities, Corner, CornerKind, Wall
+from echoplan.mapping.observations import Observation, shares, stations_of
+from echoplan.model import ClassProbabilities, Corner, Wall
 
 __all__ = ["corners_of", "crossing_covariance"]
 
 
 def corners_of(
-    walls: tuple[Wall, ...], meetings: list[Junction], heard: list[tuple[Observation, ...]], *, gate: float
+    walls: tuple[Wall, ...], meetings: list[Junction], heard: list[Observation], settings: AssociationSettings
 ) -> tuple[Corner, ...]:
-    """Make corners where walls meet, and where a corner was heard at the crossing of two walls.
+    """Make corners where walls meet, and give each what was heard of it.
 
     Parameters
     ----------
@@ -24,24 +23,22 @@ def corners_of(
         The walls.
     meetings : list of Junction
         Where they meet; numbers as in ``walls``.
-    heard : list of tuple of Observation
-        Groups of observations of corners.
-    gate : float
-        Greatest distance between a crossing and the corner heard at it [m].
+    heard : list of Observation
+        Observations of corners.
+    settings : AssociationSettings
+        How near the heard distance and direction must be to the crossing's.
 
     Returns
     -------
     tuple of Corner
-        The corners; what was heard where no two walls cross is none.
+        One for each meeting; what was heard where no two walls meet is none.
     """
-    pairs = {(meeting.first, meeting.second): meeting.kind for meeting in meetings}
-    voices: dict[tuple[int, int], list[Observation]] = {pair: [] for pair in pairs}
-    for group in heard:
-        pair = _nearest_crossing(walls, group, preferred=list(pairs), gate=gate)
-        if pair is not None:
-            voices.setdefault(pair, []).extend(group)
-    # A corner that answers with an echo of its own is heard into: an edge is some 30 dB fainter.
-    return tuple(_corner(walls, pair, pairs.get(pair, CornerKind.CONCAVE), group) for pair, group in voices.items())
+    voices: list[list[Observation]] = [[] for _ in meetings]
+    for observation in heard:
+        number = _heard_at(observation, meetings, settings)
+        if number is not None:
+            voices[number].append(observation)
+    return tuple(_corner(walls, meeting, group) for meeting, group in zip(meetings, voices, strict=True))
 
 
 def crossing_covariance(first: Wall, second: Wall) -> FloatArray:
@@ -77,27 +74,26 @@ def _crossing(first: Wall, second: Wall) -> FloatArray:
     return intersections(_line(first), _line(second))
 
 
-def _nearest_crossing(
-    walls: tuple[Wall, ...], group: tuple[Observation, ...], *, preferred: list[tuple[int, int]], gate: float
-) -> tuple[int, int] | None:
-    """Pair of walls that cross nearest to where a corner was heard: one that meets, else any within the gate."""
-    position = np.mean([member.point.position_xy for member in group], axis=0)
-    for pairs in (preferred, list(combinations(range(len(walls)), 2))):
-        crossings = np.array([_crossing(walls[i], walls[j]) for i, j in pairs]).reshape(-1, 2)
-        distances = np.nan_to_num(np.hypot(*(crossings - position).T), nan=np.inf)
-        if len(pairs) and distances.min() <= gate:
-            return pairs[int(distances.argmin())]
-    return None
+def _heard_at(observation: Observation, meetings: list[Junction], settings: AssociationSettings) -> int | None:
+    """Tell at which meeting a corner was heard: the one whose distance fits best, within the gates.
+
+    A corner says little of its direction: it answers in whatever window the walls beside it leave.
+    """
+    point = observation.point
+    away = np.array([meeting.position_xy for meeting in meetings]).reshape(-1, 2) - point.hub_xy
+    misses = np.abs(np.hypot(*away.T) - point.distance)
+    turns = np.abs(wrap(np.arctan2(away[:, 1], away[:, 0]) - point.bearing))
+    fits = (misses <= settings.distance_gate) & (turns <= settings.bearing_gate + 3 * np.sqrt(point.covariance[0, 0]))
+    return int(np.argmin(np.where(fits, misses, np.inf))) if fits.any() else None
 
 
-def _corner(walls: tuple[Wall, ...], pair: tuple[int, int], kind: CornerKind, heard: list[Observation]) -> Corner:
-    first, second = walls[pair[0]], walls[pair[1]]
+def _corner(walls: tuple[Wall, ...], meeting: Junction, heard: list[Observation]) -> Corner:
     degrees = np.sum([each.degrees for each in heard], axis=0) if heard else None
     return Corner(
-        position_xy=_crossing(first, second),
-        kind=kind,
-        covariance=crossing_covariance(first, second),
+        position_xy=meeting.position_xy,
+        kind=meeting.kind,
+        covariance=crossing_covariance(walls[meeting.first], walls[meeting.second]),
         class_probabilities=ClassProbabilities(corner=1.0) if degrees is None else shares(degrees),
         pings=sum(each.pings for each in heard),
-        stations=len({each.sweep for each in heard}),
+        stations=stations_of(tuple(heard)),
     )

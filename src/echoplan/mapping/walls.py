@@ -18,9 +18,9 @@ class WallSettings(BaseModel, frozen=True, extra="forbid"):
     """How far walls go beyond what was heard of them."""
 
     max_extension: float = Field(
-        default=1.0,
+        default=1.5,
         ge=0.0,
-        description="greatest length by which a wall is extended to meet its neighbour [m]",
+        description="greatest length by which a wall is extended to meet its neighbour [m]: half a module's reach",
     )
     wavelength: float = Field(
         default=0.0086,

@@ -9,8 +9,10 @@ from echoplan.classification import FuzzySettings, class_of, corrected_membershi
 from echoplan.extraction import (
     Cluster,
     ClusteringSettings,
+    LocatedPoint,
     MdpSettings,
     differential_clusters,
+    middle_point,
     minimum_distance_point,
 )
 from echoplan.mapping import (
@@ -81,7 +83,13 @@ class MdpFuzzyMapper:
             for sweep, clusters in zip(self._sweeps, self._clusters, strict=True)
             for each in self.observe(sweep, clusters)
         ]
-        return assemble(self.group(heard), self._sweeps, self.settings.assembly, method="mdp-fuzzy")
+        return assemble(
+            self.group(heard),
+            self._sweeps,
+            self.settings.assembly,
+            method="mdp-fuzzy",
+            parameters=self.settings.model_dump(mode="json"),
+        )
 
     @property
     def max_width(self) -> float:
@@ -108,19 +116,14 @@ class MdpFuzzyMapper:
         Returns
         -------
         list of Observation
-            One for each cluster that shows a nearest point.
+            One for each cluster that could be located.
         """
-        settings = self.settings
         covered = [covering_state(cluster) for cluster in clusters]
         degrees = [
-            corrected_memberships(cluster.extent / self.max_width, state, rules=settings.fuzzy.rules)
+            corrected_memberships(cluster.extent / self.max_width, state, rules=self.settings.fuzzy.rules)
             for cluster, state in zip(clusters, covered, strict=True)
         ]
-        radii = [self._radius(class_of(each)) for each in degrees]
-        located = [
-            minimum_distance_point(cluster, settings.mdp, radius=radius, resolution=self._resolution)
-            for cluster, radius in zip(clusters, radii, strict=True)
-        ]
+        located = [self._locate(cluster, class_of(each)) for cluster, each in zip(clusters, degrees, strict=True)]
         return [
             Observation(sweep=sweep.index, point=point, degrees=each, pings=len(cluster.pings))
             for cluster, point, each in zip(clusters, located, degrees, strict=True)
@@ -145,15 +148,19 @@ class MdpFuzzyMapper:
         others = absorb(lines, [each for each in heard if class_of(each.degrees) is not FeatureClass.WALL], gates)
         return Grouped(
             lines=lines,
-            corners=group_points(_of_class(others, FeatureClass.CORNER), gates),
+            corners=_of_class(others, FeatureClass.CORNER),
             cylinders=group_points(
                 _of_class(others, FeatureClass.CYLINDER), gates, depth=self._radius(FeatureClass.CYLINDER)
             ),
         )
 
-    @property
-    def _resolution(self) -> float:
-        return max(sensor.resolution for sensor in self.rig.sensors)
+    def _locate(self, cluster: Cluster, feature_class: FeatureClass) -> LocatedPoint | None:
+        resolution = max(sensor.resolution for sensor in self.rig.sensors)
+        radius = self._radius(feature_class)
+        point = minimum_distance_point(cluster, self.settings.mdp, radius=radius, resolution=resolution)
+        if point is None and feature_class is FeatureClass.CORNER:
+            return middle_point(cluster, resolution=resolution)
+        return point
 
     def _radius(self, feature_class: FeatureClass) -> float:
         """Curvature that the class supposes (Section 3.2): a flat has none, a corner is a point."""

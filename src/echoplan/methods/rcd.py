@@ -80,7 +80,13 @@ class RcdMapper:
         FeatureMap
             Walls, corners and cylinders.
         """
-        return assemble(self.group(self._heard), self._sweeps, self.settings.assembly, method="rcd")
+        return assemble(
+            self.group(self._heard),
+            self._sweeps,
+            self.settings.assembly,
+            method="rcd",
+            parameters=self.settings.model_dump(mode="json"),
+        )
 
     def group(self, heard: list[Observation]) -> Grouped:
         """Tell walls, corners and cylinders apart by what their regions share.
@@ -103,7 +109,7 @@ class RcdMapper:
         round_ones = [members for members in points if self._radius(members) > self.settings.point_radius]
         return Grouped(
             lines=lines,
-            corners=[members for members in points if members not in round_ones],
+            corners=[each for members in points if members not in round_ones for each in members],
             cylinders=round_ones,
         )
 

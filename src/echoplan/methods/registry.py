@@ -1,6 +1,6 @@
 """The methods by name: what turns sweeps into a map, all of equal rank."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Protocol
@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from echoplan.errors import UnknownNameError
 from echoplan.model import FeatureMap, Rig, Sweep
 
-__all__ = ["METHODS", "Mapper", "Method", "find_method"]
+__all__ = ["METHODS", "Mapper", "Method", "find_method", "map_sweeps"]
 
 
 class Mapper(Protocol):
@@ -130,3 +130,23 @@ def find_method(name: str) -> Method:
         return METHODS[name]
     except KeyError:
         raise UnknownNameError("method", name, known=METHODS) from None
+
+
+def map_sweeps(mapper: Mapper, sweeps: Iterable[Sweep]) -> FeatureMap:
+    """Give a mapper all sweeps and take its map.
+
+    Parameters
+    ----------
+    mapper : Mapper
+        The mapper.
+    sweeps : iterable of Sweep
+        The sweeps, in the order of time.
+
+    Returns
+    -------
+    FeatureMap
+        The map of all of them.
+    """
+    for sweep in sweeps:
+        mapper.add(sweep)
+    return mapper.result()
