@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field, create_model
 
 from echoplan import __version__
 from echoplan.io.files import write_text
-from echoplan.io.structure import HandWrittenForm, read_toml
+from echoplan.io.structure import Form, read_toml
 from echoplan.io.text import format_toml
 
 __all__ = ["Run", "Sections", "read_config", "write_run"]
@@ -69,7 +69,8 @@ def read_config(path: Path, sections: Sections) -> dict[str, Any]:
     4
     """
     tables: dict[str, Any] = {name: (settings, Field(default_factory=settings)) for name, settings in sections.items()}
-    form = create_model("Config", __base__=HandWrittenForm, run=(dict[str, Any], {}), **tables)
+    strict = {"extra": "forbid"}
+    form = create_model("Config", __base__=Form, __cls_kwargs__=strict, run=(dict[str, Any], {}), **tables)
     config = read_toml(path, form)
     return {name: getattr(config, name) for name in sections}
 

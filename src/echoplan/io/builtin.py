@@ -27,8 +27,8 @@ def rig_names() -> list[str]:
 
     Examples
     --------
-    >>> rig_names()
-    ['hc-sr04-servo', 'ring-16', 'rotary-array']
+    >>> "rotary-array" in rig_names()
+    True
     """
     return _names("rig")
 
@@ -43,8 +43,8 @@ def world_names() -> list[str]:
 
     Examples
     --------
-    >>> world_names()
-    ['corridor', 'cylinders', 'hexagon', 'office', 'paper-room', 'square']
+    >>> "paper-room" in world_names()
+    True
     """
     return _names("world")
 

@@ -25,67 +25,79 @@ class _ProbabilitiesForm(Form):
     cylinder: float = Field(default=0.0, description="the probability that it is a cylinder")
 
     def value(self) -> ClassProbabilities:
+        """Make the probabilities."""
         return ClassProbabilities(**self.model_dump())
 
 
-class _FeatureForm(Form):
-    class_probabilities: _ProbabilitiesForm | None = Field(default=None, description="how likely it is of each class")
-    pings: Count = Field(default=0, description="how many pings speak for it")
-    stations: Count = Field(default=0, description="from how many stations it was heard")
-
-    def evidence(self, kind: FeatureClass) -> dict[str, Any]:
-        """Return what every feature has; its own class is certain where nothing else is said."""
-        certain = _ProbabilitiesForm(**{kind: 1.0})
-        return {
-            "class_probabilities": (self.class_probabilities or certain).value(),
-            "pings": self.pings,
-            "stations": self.stations,
-        }
+_Likelihood = Annotated[_ProbabilitiesForm | None, Field(description="how likely it is of each class")]
+_Pings = Annotated[Count, Field(description="how many pings speak for it")]
+_Stations = Annotated[Count, Field(description="from how many stations it was heard")]
 
 
-class _WallForm(_FeatureForm):
+class _WallForm(Form):
     start: Pair = Field(description="its one end [x, y] in metres")
     end: Pair = Field(description="its other end [x, y] in metres")
     normal_angle: float = Field(description="the direction of its normal [rad]")
     offset: float = Field(description="its distance from the origin along the normal [m]")
     covariance: _Matrix2 = Field(description="the 2 x 2 covariance of normal_angle and offset")
+    class_probabilities: _Likelihood = None
+    pings: _Pings = 0
+    stations: _Stations = 0
 
     def value(self) -> Wall:
+        """Make the wall."""
         return Wall(
             normal_angle=self.normal_angle,
             offset=self.offset,
             endpoints_xy=np.array([self.start, self.end]),
             covariance=np.array(self.covariance),
-            **self.evidence(FeatureClass.WALL),
+            **_evidence_in(self, FeatureClass.WALL),
         )
 
 
-class _CornerForm(_FeatureForm):
+class _CornerForm(Form):
     position: Pair = Field(description="its vertex [x, y] in metres")
     kind: Literal["concave", "convex"] = Field(description="how it is seen from where it was heard")
     covariance: _Matrix2 = Field(description="the 2 x 2 covariance of x and y")
+    class_probabilities: _Likelihood = None
+    pings: _Pings = 0
+    stations: _Stations = 0
 
     def value(self) -> Corner:
+        """Make the corner."""
         return Corner(
             position_xy=np.array(self.position),
             kind=CornerKind(self.kind),
             covariance=np.array(self.covariance),
-            **self.evidence(FeatureClass.CORNER),
+            **_evidence_in(self, FeatureClass.CORNER),
         )
 
 
-class _CylinderForm(_FeatureForm):
+class _CylinderForm(Form):
     center: Pair = Field(description="its axis [x, y] in metres")
     radius: float = Field(description="its radius [m]")
     covariance: _Matrix3 = Field(description="the 3 x 3 covariance of x, y and radius")
+    class_probabilities: _Likelihood = None
+    pings: _Pings = 0
+    stations: _Stations = 0
 
     def value(self) -> Cylinder:
+        """Make the cylinder."""
         return Cylinder(
             center_xy=np.array(self.center),
             radius=self.radius,
             covariance=np.array(self.covariance),
-            **self.evidence(FeatureClass.CYLINDER),
+            **_evidence_in(self, FeatureClass.CYLINDER),
         )
+
+
+def _evidence_in(form: _WallForm | _CornerForm | _CylinderForm, kind: FeatureClass) -> dict[str, Any]:
+    certain = _ProbabilitiesForm(**{kind: 1.0})
+    return {
+        "class_probabilities": (form.class_probabilities or certain).value(),
+        "pings": form.pings,
+        "stations": form.stations,
+    }
 
 
 class _PoseForm(Form):
@@ -106,6 +118,7 @@ class _MapForm(Form):
     poses: list[_PoseForm] = Field(default=[], description="a list of poses, one a sweep")
 
     def value(self) -> FeatureMap:
+        """Make the map."""
         return FeatureMap(
             method=self.method,
             walls=tuple(wall.value() for wall in self.walls),

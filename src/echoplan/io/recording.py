@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from echoplan.errors import InputError
+from echoplan.errors import InputError, InvalidValueError
 from echoplan.io.files import readable, written_whole
 from echoplan.io.pings import PING_COLUMNS, checked_pings
 from echoplan.io.rig import read_rig, write_rig
@@ -99,8 +99,10 @@ def write_recording(path: Path, source: Source) -> None:
 
     Raises
     ------
+    InvalidValueError
+        If no ping comes.
     OutputError
-        If the folder cannot be written; then nothing in it has changed.
+        If the folder cannot be written; in both cases nothing in it has changed.
 
     Examples
     --------
@@ -124,8 +126,12 @@ def write_recording(path: Path, source: Source) -> None:
         write_rig(draft / "rig.toml", source.rig)
         with (draft / "pings.csv").open("w", encoding="utf-8", newline="\n") as file:
             file.write(",".join(PING_COLUMNS) + "\n")
+            pings = 0
             for sweep in source:
                 file.writelines(_lines(sweep))
+                pings += len(sweep)
+        if not pings:
+            raise InvalidValueError(f"{source.name} has no pings to write")
 
 
 def _lines(sweep: Sweep) -> Iterator[str]:

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field
 
 from echoplan.io.files import write_text
-from echoplan.io.structure import HandWrittenForm, Whole, read_toml
+from echoplan.io.structure import Form, Whole, read_toml
 from echoplan.io.text import format_toml
 from echoplan.io.units import HalfAperture, Metres, Radians
 from echoplan.model import Firing, Rig, Sensor, Servo, Transducer
@@ -15,7 +15,7 @@ from echoplan.model import Firing, Rig, Sensor, Servo, Transducer
 __all__ = ["format_rig", "read_rig", "write_rig"]
 
 
-class _SensorForm(HandWrittenForm):
+class _SensorForm(Form, extra="forbid"):
     id: Whole = Field(description="the number of the sensor in the recording")
     x: float = Field(default=0.0, description="the place of the acoustic centre in the turret's frame [m]")
     y: float = Field(default=0.0, description="the place of the acoustic centre in the turret's frame [m]")
@@ -26,33 +26,36 @@ class _SensorForm(HandWrittenForm):
     resolution: Metres = Field(description="the step of the readings [m]")
 
     def value(self) -> Sensor:
+        """Make the sensor."""
         return Sensor(sensor_id=self.id, **self.model_dump(exclude={"id"}))
 
 
-class _TurretForm(HandWrittenForm):
+class _TurretForm(Form, extra="forbid"):
     x: float = Field(default=0.0, description="the place of the servo's axis in base_link [m]")
     y: float = Field(default=0.0, description="the place of the servo's axis in base_link [m]")
     yaw: Radians = Field(default=0.0, description="the direction of servo angle 0 in base_link [rad]")
 
 
-class _ServoForm(HandWrittenForm):
+class _ServoForm(Form, extra="forbid"):
     start: Radians = Field(description="the first angle of a sweep [rad]")
     stop: Radians = Field(description="the last angle of a sweep [rad]")
     step: float = Field(description="the turn between two firing rounds [rad]")
 
     def value(self) -> Servo:
+        """Make the servo."""
         return Servo(**self.model_dump())
 
 
-class _FiringForm(HandWrittenForm):
+class _FiringForm(Form, extra="forbid"):
     period: float = Field(description="the time from one group's firing to the next [s]")
     groups: list[list[Whole]] = Field(description="lists of the sensor ids that fire together")
 
     def value(self) -> Firing:
+        """Make the order of firing."""
         return Firing(period=self.period, groups=tuple(map(tuple, self.groups)))
 
 
-class _TransducerForm(HandWrittenForm):
+class _TransducerForm(Form, extra="forbid"):
     frequency: float | None = Field(default=None, description="the frequency of the carrier [Hz]")
     piston_radius: float | None = Field(default=None, description="the radius of the piston that sends and hears [m]")
     figure_of_merit: float | None = Field(default=None, description="source level less detection threshold [dB]")
@@ -60,10 +63,11 @@ class _TransducerForm(HandWrittenForm):
     burst_cycles: float | None = Field(default=None, description="the number of carrier cycles in the burst")
 
     def value(self) -> Transducer:
+        """Make the transducer."""
         return Transducer(**self.model_dump(exclude_none=True))
 
 
-class _RigForm(HandWrittenForm):
+class _RigForm(Form, extra="forbid"):
     name: str = Field(default="rig", description="what people call the rig")
     turret: _TurretForm = Field(default=_TurretForm(), description="the pose of the servo's axis in base_link")
     sensor: list[_SensorForm] = Field(description="a list of tables [[sensor]], one for each")
@@ -72,6 +76,7 @@ class _RigForm(HandWrittenForm):
     transducer: _TransducerForm | None = Field(default=None, description="what the simulator needs to know")
 
     def value(self) -> Rig:
+        """Make the rig."""
         return Rig(
             name=self.name,
             sensors=tuple(sensor.value() for sensor in self.sensor),

@@ -19,7 +19,6 @@ from echoplan.io.files import read_text
 __all__ = [
     "Count",
     "Form",
-    "HandWrittenForm",
     "Pair",
     "Quadruple",
     "Triple",
@@ -39,9 +38,10 @@ Quadruple = Annotated[list[float], Field(min_length=4, max_length=4)]
 
 
 class Form(BaseModel):
-    """A table of a file, as it is written; keys that it does not know are passed over.
+    """A table of a file, as it is written.
 
-    That suits what programs write: another program may say more than this version understands.
+    Keys that it does not know are passed over: another program may say more than this version understands.  The
+    form of what people write says ``extra="forbid"``, because there such a key is a slip of the pen.
     """
 
     model_config = ConfigDict(frozen=True, strict=True, extra="ignore", allow_inf_nan=False)
@@ -60,12 +60,6 @@ class Form(BaseModel):
     def _describes_a_value(self) -> Self:
         self.value()
         return self
-
-
-class HandWrittenForm(Form):
-    """A table that people write: a key that it does not know is a slip of the pen, and refused."""
-
-    model_config = ConfigDict(extra="forbid")
 
 
 def read_toml(path: Path, form: type[FormT]) -> FormT:
@@ -144,22 +138,22 @@ def _misfit(path: Path, text: str, form: type[BaseModel], errors: list[ErrorDeta
 def _explain(error: ErrorDetails, form: type[BaseModel]) -> tuple[str, str]:
     """Put an error of pydantic into a problem and its remedy."""
     key, meaning = _key_at(error["loc"], form)
-    problem, remedy = error["msg"].replace("Input should", "must").partition(", unable")[0], meaning or "correct it"
     match error["type"]:
         case "extra_forbidden":
-            problem, remedy = f"the key {key!r} is unknown", _nearest(key, _form_at(error["loc"][:-1], form))
+            return f"the key {key!r} is unknown", _nearest(key, _form_at(error["loc"][:-1], form))
         case "missing":
-            problem, remedy = f"the key {key!r} is missing", f"add it: {meaning}"
+            return f"the key {key!r} is missing", f"add it: {meaning}"
         case "value_error":
-            problem, _, told = str(error["ctx"]["error"]).partition("; ")
-            remedy = told or "correct it"
-        case "too_long" | "too_short":
-            problem = error["msg"].replace("List should", "must").replace(" after validation", "")
-        case "model_type":
-            problem = f"must be a table, not {reprlib.repr(error['input'])}"
-        case _:
-            problem += f", not {reprlib.repr(error['input'])}"
-    return problem, remedy
+            problem, _, remedy = str(error["ctx"]["error"]).partition("; ")
+            return problem, remedy or "correct it"
+    return _mismatch(error), meaning or "correct it"
+
+
+def _mismatch(error: ErrorDetails) -> str:
+    if error["type"] in ("too_long", "too_short"):
+        return error["msg"].replace("List should", "must").replace(" after validation", "")
+    wanted = "must be a table" if error["type"] == "model_type" else error["msg"].replace("Input should", "must")
+    return f"{wanted.partition(', unable')[0]}, not {reprlib.repr(error['input'])}"
 
 
 def _key_at(location: Location, form: type[BaseModel]) -> tuple[str, str]:

@@ -184,23 +184,27 @@ def _split(line: str) -> list[str]:
 
 
 def _header(path: Path, line: str, required: Sequence[str]) -> tuple[str, ...]:
-    wanted = ",".join(required)
     if not line:
-        raise InputError(path, "it is empty", remedy=f"begin it with the header {wanted}")
+        raise InputError(path, "it is empty", remedy=f"begin it with the header {','.join(required)}")
     header = tuple(_split(line))
-    if len(header) == 1 and (separator := re.search(r"[;\t|]", line)):
-        problem = f"columns are separated by {separator[0]!r}"
-        raise InputError(path, problem, place="line 1", remedy="separate them by commas, with decimal points")
-    if all(re.fullmatch(r"[-+\d.e]+", name) for name in header):
-        raise InputError(path, "there is no header", place="line 1", remedy=f"begin the file with {wanted}")
-    for name in required:
-        if header.count(name) != 1:
-            problem = f"the column {name!r} {'occurs twice' if name in header else 'is missing'}"
-            raise InputError(path, problem, place="line 1", remedy=_header_remedy(name, header, required))
+    for problem, remedy in _header_faults(line, header, required):
+        raise InputError(path, problem, place="line 1", remedy=remedy)
     return header
 
 
-def _header_remedy(name: str, header: Sequence[str], required: Sequence[str]) -> str:
+def _header_faults(line: str, header: Sequence[str], required: Sequence[str]) -> Iterator[tuple[str, str]]:
+    if len(header) == 1 and (separator := re.search(r"[;\t|]", line)):
+        yield f"columns are separated by {separator[0]!r}", "separate them by commas, with decimal points"
+    if all(re.fullmatch(r"[-+\d.e]+", name) for name in header):
+        yield "there is no header", f"begin the file with {','.join(required)}"
+    for name in required:
+        if header.count(name) > 1:
+            yield f"the column {name!r} occurs twice", "rename or delete one of them"
+        if name not in header:
+            yield f"the column {name!r} is missing", _remedy_for_missing(name, header, required)
+
+
+def _remedy_for_missing(name: str, header: Sequence[str], required: Sequence[str]) -> str:
     strangers = {other.lower(): other for other in header if other not in required}
     near = difflib.get_close_matches(name, strangers, n=1)
     return f"rename {strangers[near[0]]!r} if that is it" if near else f"the header must have {','.join(required)}"

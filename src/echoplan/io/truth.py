@@ -23,6 +23,7 @@ class _TruthForm(Form):
     temperature: float | None = Field(default=None, description="the temperature of the air in degrees Celsius")
 
     def value(self) -> Truth:
+        """Make the truth."""
         return Truth(
             walls_xy=np.reshape(self.walls, (-1, 2, 2)),
             walls_heard=np.array(self.walls_heard, dtype=np.int64),

@@ -64,16 +64,15 @@ def wrong_length_unit(ranges: FloatArray, *, min_ranges: FloatArray, max_ranges:
     'centimetres'
     """
     heard = np.isfinite(ranges)
-    if not heard.any():
-        return ""
+    readings, reaches = ranges[heard], max_ranges[heard]
 
-    def share_within_reach(scale: float) -> float:
-        metres = ranges[heard] / scale
-        return float(np.mean((min_ranges[heard] <= metres) & (metres <= max_ranges[heard])))
+    def share(scale: float) -> float:
+        """Share of the readings within reach, if a metre has so many of their unit."""
+        return float(np.mean((min_ranges[heard] <= readings / scale) & (readings / scale <= reaches)))
 
-    if share_within_reach(1.0) > 0.05 or np.median(ranges[heard] / max_ranges[heard]) <= 2.0:
+    if not heard.any() or share(1.0) > 0.05 or np.median(readings / reaches) <= 2.0:
         return ""
-    return next((unit for unit, scale in _WRONG_UNITS.items() if share_within_reach(scale) > 0.5), "")
+    return next((unit for unit, scale in _WRONG_UNITS.items() if share(scale) > 0.5), "")
 
 
 def _checked_angle(angle: float) -> float:

@@ -6,32 +6,34 @@ import numpy as np
 from pydantic import Field
 
 from echoplan.io.files import write_text
-from echoplan.io.structure import HandWrittenForm, Pair, read_toml
+from echoplan.io.structure import Form, Pair, read_toml
 from echoplan.io.text import format_toml
 from echoplan.model import Pillar, Polyline, World
 
 __all__ = ["read_world", "write_world"]
 
 
-class _WallForm(HandWrittenForm):
+class _WallForm(Form, extra="forbid"):
     points: list[Pair] = Field(description="a list of vertices [x, y] in metres, joined in their order")
     closed: bool = Field(default=False, description="true if the last vertex joins the first, else false")
     material: str = Field(default="hard", description="what the wall is made of")
 
     def value(self) -> Polyline:
+        """Make the walls."""
         return Polyline(points_xy=np.array(self.points), closed=self.closed, material=self.material)
 
 
-class _CylinderForm(HandWrittenForm):
+class _CylinderForm(Form, extra="forbid"):
     center: Pair = Field(description="the axis [x, y] in metres")
     radius: float = Field(description="the radius [m]")
     material: str = Field(default="hard", description="what the cylinder is made of")
 
     def value(self) -> Pillar:
+        """Make the cylinder."""
         return Pillar(center_xy=np.array(self.center), radius=self.radius, material=self.material)
 
 
-class _WorldForm(HandWrittenForm):
+class _WorldForm(Form, extra="forbid"):
     name: str = Field(default="", description="what people call the world")
     wall: list[_WallForm] = Field(default=[], description="a list of tables [[wall]], one for each run")
     cylinder: list[_CylinderForm] = Field(default=[], description="a list of tables [[cylinder]], one for each")

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from echoplan.errors import InputError, OutputError
+from echoplan.errors import InputError, InvalidValueError, OutputError
 from echoplan.io import builtin_rig, read_recording, write_recording
 from echoplan.io import table as table_module
 from echoplan.model import Recording, Sweep
@@ -140,6 +140,13 @@ def test_a_disk_that_fills_leaves_nothing_half_written(folder: Folder, tmp_path:
     with pytest.raises(OutputError, match="out: No space left on device; free some space or choose another disk"):
         write_recording(tmp_path / "out", failing)
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_source_without_pings_is_not_written(tmp_path: Path) -> None:
+    silent = Recording(name="silence", rig=builtin_rig("ring-16"), sweeps=())
+    with pytest.raises(InvalidValueError, match="silence has no pings to write"):
+        write_recording(tmp_path / "out", silent)
+    assert not list(tmp_path.iterdir())
 
 
 def big_recording(folder: Folder, rows: int) -> Path:

@@ -6,10 +6,10 @@ import pytest
 from pydantic import Field
 
 from echoplan.errors import InputError, InvalidValueError
-from echoplan.io.structure import Form, HandWrittenForm, Pair, read_json, read_toml
+from echoplan.io.structure import Form, Pair, read_json, read_toml
 
 
-class BeamForm(HandWrittenForm):
+class BeamForm(Form, extra="forbid"):
     width: float = Field(description="the opening angle [rad]")
     axis: Pair = Field(default=[1.0, 0.0], description="the direction [x, y]")
 
@@ -19,7 +19,7 @@ class BeamForm(HandWrittenForm):
         return self.width
 
 
-class SonarForm(HandWrittenForm):
+class SonarForm(Form, extra="forbid"):
     name: str = Field(default="", description="what people call it")
     main: BeamForm | None = Field(default=None, description="the main lobe")
     lobe: list[BeamForm] = Field(default=[], description="a list of tables [[lobe]]")
