@@ -36,9 +36,7 @@ class _Claim:
     number: int
 
 
-def confusion_matrix(
-    feature_map: FeatureMap, truth: Truth, matches: Matches, settings: MatchingSettings | None = None
-) -> IntArray:
+def confusion_matrix(feature_map: FeatureMap, truth: Truth, matches: Matches, settings: MatchingSettings) -> IntArray:
     """Count what stands for what.
 
     Parameters
@@ -49,7 +47,7 @@ def confusion_matrix(
         The true objects.
     matches : Matches
         Which estimate is of which true object of its own class.
-    settings : MatchingSettings, optional
+    settings : MatchingSettings
         How near an estimate must be to lie on something: as near as one of the right class, but measured between
         the surfaces.  An estimated wall lies where its midpoint is.
 
@@ -58,7 +56,7 @@ def confusion_matrix(
     ndarray of int, shape (4, 4)
         Rows as in ``TRUE_CLASSES``, columns as in ``MAP_CLASSES``.
     """
-    claims = [*_matched(matches), *_unmatched(feature_map, truth, matches, settings or MatchingSettings())]
+    claims = [*_matched(matches), *_unmatched(feature_map, truth, matches, settings)]
     matrix = no_confusion()
     for claim in claims:
         matrix[TRUE_CLASSES.index(claim.true), MAP_CLASSES.index(claim.estimated)] += 1
@@ -88,40 +86,43 @@ def _matched(matches: Matches) -> Iterator[_Claim]:
 
 def _unmatched(feature_map: FeatureMap, truth: Truth, matches: Matches, settings: MatchingSettings) -> Iterator[_Claim]:
     discs = _discs(feature_map)
+    vertices_xy = true_vertices(truth).positions_xy
     reaches = {
         FeatureClass.CORNER: settings.corner_distance,
         FeatureClass.CYLINDER: settings.cylinder_distance,
         FeatureClass.WALL: settings.wall_distance,
     }
     for name, matching in matches.by_class.items():
-        others = {other: reaches[other] for other in _PRECEDENCE if other != name}
-        for number in matching.spurious:
-            yield _claim(name, _gaps(discs[name][number], truth), others)
+        for x, y, radius in discs[name][list(matching.spurious)].tolist():
+            others = {other: reaches[other] + radius for other in _PRECEDENCE if other != name}
+            yield _claim(name, _distances(np.array([x, y]), truth, vertices_xy), others)
 
 
-def _claim(estimated: str, gaps: Mapping[FeatureClass, FloatArray], reaches: Mapping[FeatureClass, float]) -> _Claim:
+def _claim(
+    estimated: str, distances: Mapping[FeatureClass, FloatArray], reaches: Mapping[FeatureClass, float]
+) -> _Claim:
     for true, reach in reaches.items():
-        if (gaps[true] <= reach).any():
-            return _Claim(estimated=estimated, true=true, number=int(gaps[true].argmin()))
+        if (distances[true] <= reach).any():
+            return _Claim(estimated=estimated, true=true, number=int(distances[true].argmin()))
     return _Claim(estimated=estimated, true=_NONE, number=0)
 
 
 def _discs(feature_map: FeatureMap) -> Mapping[FeatureClass, FloatArray]:
-    """Where each estimate lies: x, y and how far its surface is from there [m]."""
+    """Where the n estimates of each class lie: x, y and how far their surfaces are from there [m], shape (n, 3)."""
+    walls = [[*wall.endpoints_xy.mean(axis=0), 0.0] for wall in feature_map.walls]
+    corners = [[*corner.position_xy, 0.0] for corner in feature_map.corners]
+    cylinders = [[*cylinder.center_xy, cylinder.radius] for cylinder in feature_map.cylinders]
     return {
-        FeatureClass.WALL: np.array([[*wall.endpoints_xy.mean(axis=0), 0.0] for wall in feature_map.walls]),
-        FeatureClass.CORNER: np.array([[*corner.position_xy, 0.0] for corner in feature_map.corners]),
-        FeatureClass.CYLINDER: np.array([[*each.center_xy, each.radius] for each in feature_map.cylinders]),
+        name: np.reshape(rows, (-1, 3)) for name, rows in zip(FeatureClass, (walls, corners, cylinders), strict=True)
     }
 
 
-def _gaps(disc: FloatArray, truth: Truth) -> Mapping[FeatureClass, FloatArray]:
-    """Distance of a disc from every true object, negative where it reaches into it [m]."""
-    center, radius = disc[:2], disc[2]
-    vertices = true_vertices(truth).positions_xy - center
-    axes = truth.cylinders[:, :2] - center
+def _distances(point_xy: FloatArray, truth: Truth, vertices_xy: FloatArray) -> Mapping[FeatureClass, FloatArray]:
+    """Distance of a point from every true object, negative inside a cylinder [m]."""
+    vertices = vertices_xy - point_xy
+    axes = truth.cylinders[:, :2] - point_xy
     return {
-        FeatureClass.WALL: distances_to_segments([center], truth.walls_xy)[0] - radius,
-        FeatureClass.CORNER: np.hypot(vertices[:, 0], vertices[:, 1]) - radius,
-        FeatureClass.CYLINDER: np.hypot(axes[:, 0], axes[:, 1]) - truth.cylinders[:, 2] - radius,
+        FeatureClass.WALL: distances_to_segments(point_xy[None], truth.walls_xy)[0],
+        FeatureClass.CORNER: np.hypot(vertices[:, 0], vertices[:, 1]),
+        FeatureClass.CYLINDER: np.hypot(axes[:, 0], axes[:, 1]) - truth.cylinders[:, 2],
     }

@@ -12,6 +12,9 @@ from echoplan.model import FeatureMap, Truth
 
 __all__ = ["DirectedError", "MapError", "Outline", "OutlineSettings", "compare_outlines"]
 
+# Points that are held against an outline at once: a whole building would fill the memory.
+_BLOCK = 4096
+
 
 class OutlineSettings(BaseModel, frozen=True, extra="forbid"):
     """How outlines are compared."""
@@ -84,6 +87,10 @@ class Outline:
         ndarray, shape (n,)
             Distances [m]; inf from an empty outline.
         """
+        blocks = np.array_split(points_xy, max(ceil(len(points_xy) / _BLOCK), 1))
+        return np.concatenate([self._distances(block) for block in blocks])
+
+    def _distances(self, points_xy: FloatArray) -> FloatArray:
         from_walls = distances_to_segments(points_xy, self.segments_xy)
         offsets = points_xy[:, None] - self.circles[None, :, :2]
         from_rounds = np.abs(np.hypot(offsets[..., 0], offsets[..., 1]) - self.circles[:, 2])
@@ -137,9 +144,7 @@ class MapError:
         return float(np.maximum(self.map_to_truth.maximum, self.truth_to_map.maximum))
 
 
-def compare_outlines(
-    feature_map: FeatureMap, truth: Truth, *, min_heard: int, settings: OutlineSettings | None = None
-) -> MapError:
+def compare_outlines(feature_map: FeatureMap, truth: Truth, *, min_heard: int, settings: OutlineSettings) -> MapError:
     """Measure how far a map and the truth lie apart.
 
     One outline is sampled and the distance taken from the other outline itself: what Barshan's criterion between
@@ -153,7 +158,7 @@ def compare_outlines(
         The true objects.
     min_heard : int
         The map need not show what fewer stations can hear.
-    settings : OutlineSettings, optional
+    settings : OutlineSettings
         How densely to sample.
 
     Returns
@@ -161,7 +166,6 @@ def compare_outlines(
     MapError
         Both directions; nan where the map or the truth is empty.
     """
-    spacing = (settings or OutlineSettings()).spacing
     estimated = Outline(
         segments_xy=np.reshape([wall.endpoints_xy for wall in feature_map.walls], (-1, 2, 2)),
         circles=np.reshape([[*each.center_xy, each.radius] for each in feature_map.cylinders], (-1, 3)),
@@ -172,8 +176,8 @@ def compare_outlines(
         circles=truth.cylinders[truth.cylinders_heard >= min_heard],
     )
     return MapError(
-        map_to_truth=_directed(estimated, true, spacing=spacing),
-        truth_to_map=_directed(audible, estimated, spacing=spacing),
+        map_to_truth=_directed(estimated, true, spacing=settings.spacing),
+        truth_to_map=_directed(audible, estimated, spacing=settings.spacing),
     )
 
 

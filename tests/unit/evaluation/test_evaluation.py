@@ -27,12 +27,12 @@ def test_the_true_map_is_right_in_everything() -> None:
 
 
 def test_settings_reach_the_stage_that_they_belong_to() -> None:
-    found = maps.drawn(maps.wall((1, 0.05), (3, 0.05)))
+    found = maps.drawn(maps.wall((1, 0.05), (3, 0.05)), maps.corner((3.0, -0.05)))
     strict = EvaluationSettings(matching=MatchingSettings(wall_distance=0.04), outlines=OutlineSettings(spacing=3.0))
     assert evaluate(found, maps.ROOM).matches.walls.tally.right == 1
     evaluation = evaluate(found, maps.ROOM, strict)
     assert evaluation.matches.walls.spurious == (0,)
-    assert evaluation.confusion[3].tolist() == [1, 0, 0, 0]
+    assert evaluation.confusion[3].tolist() == [1, 1, 0, 0]
     # One sample in the middle of the wall of 2 m.
     assert evaluation.map_error.map_to_truth.maximum == pytest.approx(0.05)
 

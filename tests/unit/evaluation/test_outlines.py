@@ -92,3 +92,10 @@ def test_everything_is_infinitely_far_from_nothing() -> None:
     nothing = Outline(segments_xy=NO_SEGMENTS, circles=NO_CIRCLES)
     assert nothing.distances(np.zeros((2, 2))).tolist() == [np.inf, np.inf]
     assert nothing.samples(0.1).shape == (0, 2)
+
+
+def test_many_points_are_measured_as_few_are() -> None:
+    outline = Outline(segments_xy=maps.ROOM.walls_xy, circles=maps.ROOM.cylinders)
+    points = np.random.default_rng(0).uniform(-1, 6, size=(9001, 2))
+    halves = [outline.distances(half) for half in np.array_split(points, 90)]
+    assert np.array_equal(outline.distances(points), np.concatenate(halves))
