@@ -73,11 +73,12 @@ def test_a_route_keeps_clear_of_everything(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", world_names())
-def test_a_route_stays_in_the_room_and_out_of_its_boxes(name: str) -> None:
-    room, *boxes = [line for line in builtin_world(name).polylines if line.closed]
-    for x, y, _ in builtin_route(name).map_from_base:
-        assert is_inside(room.points_xy, x, y)
-        assert not any(is_inside(box.points_xy, x, y) for box in boxes)
+def test_a_route_stays_on_one_side_of_every_closed_wall(name: str) -> None:
+    outlines = [line.points_xy for line in builtin_world(name).polylines if line.closed]
+    stations = builtin_route(name).map_from_base
+    sides = {tuple(is_inside(outline, x, y) for outline in outlines) for x, y, _ in stations}
+    assert len(sides) == 1
+    assert sum(sides.pop()) <= 1, "only a room has its stations inside; a box has not"
 
 
 def is_inside(points_xy: FloatArray, x: float, y: float) -> bool:
