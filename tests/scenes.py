@@ -101,11 +101,17 @@ def observed_circle(
 
 
 def observed(
-    hub: tuple[float, float], *, bearing: float, distance: float, sweep: int = 0, degrees: tuple[float, ...]
+    hub: tuple[float, float],
+    *,
+    bearing: float,
+    distance: float,
+    sweep: int = 0,
+    degrees: tuple[float, ...],
+    bearing_sigma: float = 0.0035,
 ) -> Observation:
     """An observation with the uncertainty of a good sweep: a fifth of a degree and a millimetre."""
     point = LocatedPoint(
-        hub_xy=np.array(hub), bearing=bearing, distance=distance, covariance=np.diag([0.0035**2, 0.001**2])
+        hub_xy=np.array(hub), bearing=bearing, distance=distance, covariance=np.diag([bearing_sigma**2, 0.001**2])
     )
     return Observation(sweep=sweep, point=point, degrees=np.array(degrees), pings=40)
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import scenes
-from echoplan.extraction import fit_parabola, minimum_distance_point
+from echoplan.extraction import fit_parabola, middle_point, minimum_distance_point
 
 
 def test_the_parabola_is_the_least_squares_one() -> None:
@@ -89,3 +89,11 @@ def test_a_located_point_knows_where_it_lies() -> None:
     point = minimum_distance_point(scenes.cluster(bearings, ranges))
     assert point is not None
     assert np.allclose(point.position_xy, [0.0, 2.0], atol=1e-6)
+
+
+def test_the_middle_of_a_window_stands_for_a_point() -> None:
+    bearings = scenes.around(0.7, np.radians(8))
+    point = middle_point(scenes.cluster(bearings, np.full(len(bearings), 1.5)), resolution=0.005)
+    assert point.bearing == pytest.approx(0.7)
+    assert point.distance == pytest.approx(1.5 + scenes.ARM)
+    assert np.sqrt(np.diag(point.covariance)) == pytest.approx([np.radians(16), 0.005] / np.sqrt(12))

@@ -47,28 +47,29 @@ def test_a_wall_heard_once_is_a_fresnel_zone_long() -> None:
 
 def test_corners_are_crossings_and_know_whether_they_were_heard() -> None:
     walls, meetings = walls_of(grouped_walls().lines, WallSettings())
-    heard = (scenes.observed_circle((3.0, 0.0, 0.0), (1.4, 0.7), degrees=(0.9, 0.1, 0.0)),)
-    (corner,) = corners_of(walls, meetings, [heard], gate=0.15)
+    heard = [scenes.observed_circle((3.0, 0.0, 0.0), (1.4, 0.7), degrees=(0.9, 0.1, 0.0))]
+    (corner,) = corners_of(walls, meetings, heard, GATES)
     assert corner.position_xy == pytest.approx([3.0, 0.0], abs=1e-6)
     assert corner.kind is CornerKind.CONCAVE
     assert corner.pings == 40
     assert corner.class_probabilities.corner == pytest.approx(0.9)
-    (silent,) = corners_of(walls, meetings, [], gate=0.15)
+    (silent,) = corners_of(walls, meetings, [], GATES)
     assert silent.pings == 0
 
 
-def test_a_corner_heard_far_from_every_crossing_is_none() -> None:
+@pytest.mark.parametrize("elsewhere", [(1.5, 1.5), (2.9, 0.0), (3.4, 0.7)])
+def test_what_is_heard_where_no_walls_meet_is_no_corner(elsewhere: tuple[float, float]) -> None:
     walls, meetings = walls_of(grouped_walls().lines, WallSettings())
-    astray = (scenes.observed_circle((1.5, 1.5, 0.0), (1.4, 0.7)),)
-    corners = corners_of(walls, meetings, [astray], gate=0.15)
-    assert [corner.pings for corner in corners] == [0]
+    astray = [scenes.observed_circle((*elsewhere, 0.0), (1.4, 0.7))]
+    assert [corner.pings for corner in corners_of(walls, meetings, astray, GATES)] == [0]
 
 
-def test_a_corner_may_be_heard_where_walls_cross_that_do_not_meet() -> None:
-    walls, _ = walls_of(grouped_walls().lines, WallSettings(max_extension=0.0))
-    heard = (scenes.observed_circle((3.0, 0.0, 0.0), (1.4, 0.7), degrees=(0.9, 0.1, 0.0)),)
-    (corner,) = corners_of(walls, [], [heard], gate=0.15)
-    assert corner.position_xy == pytest.approx([3.0, 0.0], abs=1e-6)
+def test_a_corner_may_be_heard_anywhere_in_its_window() -> None:
+    walls, meetings = walls_of(grouped_walls().lines, WallSettings())
+    hub, distance = (1.4, 0.7), float(np.hypot(1.6, 0.7))
+    middle = float(np.arctan2(-0.7, 1.6)) + 0.2
+    vague = scenes.observed(hub, bearing=middle, distance=distance, degrees=(0.9, 0.1, 0.0), bearing_sigma=0.1)
+    assert [corner.pings for corner in corners_of(walls, meetings, [vague], GATES)] == [40]
 
 
 def test_the_covariance_of_a_crossing_is_that_of_repeated_trials() -> None:
