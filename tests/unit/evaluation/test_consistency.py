@@ -36,6 +36,11 @@ def test_a_line_told_by_its_other_normal_has_the_same_error_with_the_other_sign_
     assert wall_error(line(angle + np.pi, -2.05), ends) == pytest.approx([0.02, -0.05])
 
 
+def test_the_nearer_normal_is_taken_up_to_a_quarter_turn() -> None:
+    assert wall_error(line(ANGLE + 1.5, 2.05), TRUE_ENDS) == pytest.approx([1.5, 0.05])
+    assert wall_error(line(ANGLE + 1.6, -2.05), TRUE_ENDS) == pytest.approx([1.6 - np.pi, -0.05])
+
+
 def test_errors_count_against_their_covariance() -> None:
     # Inverse of [[4, 2], [2, 3]] is [[3, -2], [-2, 4]] / 8; of (1, 2): (3 - 8 + 16) / 8.
     assert nees([1.0, 2.0], np.array([[4.0, 2.0], [2.0, 3.0]])) == pytest.approx(11 / 8)

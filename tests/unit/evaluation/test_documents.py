@@ -9,7 +9,7 @@ from echoplan.evaluation import BootstrapSettings, evaluate, evaluation_document
 from echoplan.model import FeatureMap
 
 FOUND = maps.drawn(
-    maps.wall((1, 0.02), (3, 0.02)),
+    maps.wall((1, 0.01), (3, 0.03)),
     maps.cylinder((3.53, 0.56), 0.08),
     maps.corner((5, 0.1)),
     poses=maps.ROOM.poses + np.array([0.03, 0.04, np.radians(2)]),
@@ -44,7 +44,7 @@ def test_a_map_is_told_in_millimetres_and_degrees() -> None:
         "heard": 9,
         "estimate": 0,
         "distance_mm": pytest.approx(20.0),
-        "angle_deg": pytest.approx(0.0),
+        "angle_deg": pytest.approx(np.degrees(np.arctan(0.01))),
     }
     assert told["cylinders"]["deviations"][0]["distance_mm"] == pytest.approx(50.0)
     assert told["cylinders"]["deviations"][0]["radius_mm"] == pytest.approx(-20.0)
@@ -87,12 +87,12 @@ def test_a_summary_is_told_with_intervals() -> None:
         "high": pytest.approx(40.0),
     }
     assert told["walls"]["distance_mm"]["max"] == pytest.approx(40.0)
-    assert told["walls"]["angle_deg"]["count"] == 2
+    assert told["walls"]["angle_deg"]["max"] == pytest.approx(np.degrees(np.arctan(0.01)))
     assert told["cylinders"]["radius_mm"]["mean"]["value"] == pytest.approx(20.0)
     assert told["ate_mm"]["mean"]["value"] == pytest.approx(50.0)
     assert told["heading_deg"]["mean"]["value"] == pytest.approx(2.0)
-    # A centimetre of standard deviation, errors of 2 and 4 cm.
-    assert told["walls"]["consistency"]["mean_nees"] == pytest.approx(10.0)
+    # Sigmas of 0.01 rad and 1 cm: one wall goes through the origin, turned by 0.01 rad; the other is 4 cm off.
+    assert told["walls"]["consistency"]["mean_nees"] == pytest.approx((1 + 16) / 2, rel=1e-4)
 
 
 def test_a_summary_of_nothing_has_the_same_keys() -> None:

@@ -29,6 +29,15 @@ def test_a_wall_is_off_by_the_distance_of_its_midpoint_and_by_its_angle() -> Non
     assert match.angle == pytest.approx(np.arctan(0.04 / 3))
 
 
+def test_angles_are_measured_from_an_oblique_wall_as_from_any() -> None:
+    # True: 30 degrees; estimated: 36 degrees, about its middle.
+    true, middle = np.array([np.cos(np.pi / 6), np.sin(np.pi / 6)]), np.array([2.0, 1.0])
+    oblique = Truth(walls_xy=np.array([[middle - true, middle + true]]), walls_heard=np.array([4]))
+    (match,) = match_walls([tilted(36, middle=(2.0, 1.0))], oblique, SETTINGS).right
+    assert np.degrees(match.angle) == pytest.approx(6.0)
+    assert match.distance == pytest.approx(0.0, abs=1e-12)
+
+
 def test_a_wall_has_no_sense_of_direction() -> None:
     there, back = ((0.02, 0.4), (0.02, 2.0)), ((0.02, 2.0), (0.02, 0.4))
     assert matched(maps.wall(*there)) == matched(maps.wall(*back)) == [(5, 0)]
