@@ -10,6 +10,7 @@ from echoplan.errors import InvalidValueError
 
 __all__ = [
     "BoolArray",
+    "ComplexArray",
     "FloatArray",
     "IntArray",
     "checked_covariance",
@@ -22,6 +23,7 @@ __all__ = [
 FloatArray: TypeAlias = NDArray[np.float64]
 IntArray: TypeAlias = NDArray[np.int64]
 BoolArray: TypeAlias = NDArray[np.bool_]
+ComplexArray: TypeAlias = NDArray[np.complex128]
 
 Shape: TypeAlias = tuple[int | None, ...]
 

@@ -5,16 +5,12 @@ conducting surface", Proc. IEEE 62 (1974) 1448, in its acoustically hard form.  
 reflection and shadow it becomes Keller's geometrical theory; across them it mends the jump of the rays.
 """
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from echoplan.arrays import FloatArray
+from echoplan.arrays import ComplexArray, FloatArray
 
-__all__ = ["ComplexArray", "edge_echo", "fresnel_tail", "transition", "wedge_coefficient"]
-
-ComplexArray: TypeAlias = NDArray[np.complex128]
+__all__ = ["edge_echo", "fresnel_tail", "transition", "wedge_coefficient"]
 
 # Directions nearer to a boundary than this are on it [rad]: half of the ray is there, and no diffraction.
 _ON_BOUNDARY = 1e-9

@@ -1,0 +1,399 @@
+"""All echoes of a ping: mirror images, cylinders and edges, traced one path at a time in machine code.
+
+The equations are those of ``echoplan.acoustics``, which provides the special functions as tables.  Importing this
+module imports numba, which takes its time: import it where it is used.
+"""
+
+import math
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from echoplan.arrays import ComplexArray, FloatArray, IntArray
+from echoplan.simulation.compiled import compiled
+from echoplan.simulation.detector import Echoes
+from echoplan.simulation.scene import Disc, Edge, Face, Scene
+from echoplan.simulation.shots import Shots
+from echoplan.simulation.sonar import Sonar
+from echoplan.simulation.stage import Ear, Mouth, Stage
+
+__all__ = ["find_echoes"]
+
+Echo: TypeAlias = tuple[float, complex, int]
+Ends: TypeAlias = tuple[Mouth, Ear]
+Route: TypeAlias = tuple[complex, complex, complex, complex]
+
+# Points nearer than this are one point [m]; directions nearer than this are one direction [rad].
+_TIE = 1e-9
+# No reflector sounds louder than at this distance: the face of a transducer is not a point [m].
+_NEAREST = 1e-3
+# Newton's steps within which a glancing point on a cylinder is found.
+_GLANCES = 12
+# No robot gains 1 % on sound, and no servo turns by more than this while sound flies [rad].
+_HASTE, _SWING = 1.01, 0.2
+
+
+@compiled
+def find_echoes(stage: Stage, pings: IntArray, deadlines: FloatArray) -> Echoes:
+    """Trace all paths from every audible burst to the receivers of some pings.
+
+    Parameters
+    ----------
+    stage : Stage
+        What stands around, transducer and air, all pings.
+    pings : ndarray of int, shape (n,)
+        Those that listen.
+    deadlines : ndarray, shape (n,)
+        How long they listen [s].
+
+    Returns
+    -------
+    Echoes
+        What they hear.
+    """
+    found = [(0.0, 0j, 0) for _ in range(0)]
+    bounds, (scene, sonar, shots) = np.zeros(len(pings) + 1, np.int64), stage
+    for number, ping in enumerate(pings):
+        for shot in range(shots.first_heard[ping], shots.last_heard[ping]):
+            if sonar.crosstalk or shots.sensors[shot] == shots.sensors[ping]:
+                fired = shots.instants[shot] - shots.instants[ping]
+                mouth = Mouth(shots.places[shot], shots.axes[shot], fired)
+                _trace(found, scene, sonar, (mouth, _ear(shots, ping, fired, (deadlines[number], sonar.speed))))
+        bounds[number + 1] = len(found)
+    times = np.array([echo[0] for echo in found], np.float64)
+    pressures = np.array([echo[1] for echo in found], np.complex128)
+    reflectors = np.array([echo[2] for echo in found], np.int64)
+    return Echoes(times, pressures * np.exp(-1j * sonar.wavenumber * sonar.speed * times), reflectors, bounds)
+
+
+@compiled
+def _ear(shots: Shots, ping: int, fired: float, limits: tuple[float, float]) -> Ear:
+    place, axis, (deadline, speed) = shots.places[ping], shots.axes[ping], limits
+    shortest, longest = max(-fired, 0.0) * speed, (_HASTE * deadline - fired) * speed
+    return Ear(place, axis, shots.velocities[ping], shots.turns[ping], deadline, shortest, longest)
+
+
+@compiled
+def _trace(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
+    if sonar.order >= 1:
+        _trace_faces(found, scene, sonar, ends)
+        _trace_discs(found, scene, sonar, ends)
+    if sonar.order >= 2:
+        _trace_pairs(found, scene, sonar, ends)
+        _trace_faces_then_discs(found, scene, sonar, ends)
+        _trace_discs_then_faces(found, scene, sonar, ends)
+    if sonar.diffraction:
+        _trace_edges(found, scene, sonar, ends)
+
+
+@compiled
+def _trace_faces(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
+    (mouth, ear), faces = ends, scene.faces
+    for index in range(len(faces)):
+        image = _mirrored_mouth(faces[index], mouth)
+        if _is_beyond(image, ear):
+            continue
+        heard, time, pressure = _straight(sonar, image, ear)
+        if abs(pressure) >= sonar.floor:
+            spot, lit = _bounce(faces[index], mouth.place, heard)
+            echo = (time, complex(pressure * lit * faces[index].gain), index)
+            _record(found, scene, (mouth.place, spot, spot, heard), echo)
+
+
+@compiled
+def _trace_pairs(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
+    mouth, ear = ends
+    for first in scene.faces:
+        image = _mirrored_mouth(first, mouth)
+        for second in scene.faces:
+            final = _mirrored_mouth(second, image)
+            if _is_beyond(final, ear):
+                continue
+            heard, time, pressure = _straight(sonar, final, ear)
+            if abs(pressure) >= sonar.floor:
+                last, last_lit = _bounce(second, image.place, heard)
+                start, start_lit = _bounce(first, mouth.place, last)
+                # In a right angle both bounces meet in the vertex, and two paths share its image by halves.
+                echo = (time, complex(pressure * min(start_lit, last_lit) * first.gain * second.gain), -1)
+                _record(found, scene, (mouth.place, start, last, heard), echo)
+
+
+@compiled
+def _trace_discs(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
+    (mouth, ear), discs = ends, scene.discs
+    for index in range(len(discs)):
+        if _is_out(discs[index], mouth, ear):
+            continue
+        spot, heard, time, pressure = _over(sonar, discs[index], mouth, ear)
+        if abs(pressure) >= sonar.floor:
+            echo = (time, complex(pressure), len(scene.faces) + index)
+            _record(found, scene, (mouth.place, spot, spot, heard), echo)
+
+
+@compiled
+def _trace_faces_then_discs(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
+    mouth, ear = ends
+    for face in scene.faces:
+        image = _mirrored_mouth(face, mouth)
+        for disc in scene.discs:
+            if _is_out(disc, image, ear):
+                continue
+            spot, heard, time, pressure = _over(sonar, disc, image, ear)
+            if abs(pressure) >= sonar.floor:
+                first, lit = _bounce(face, mouth.place, spot)
+                echo = (time, complex(pressure * lit * face.gain), -1)
+                _record(found, scene, (mouth.place, first, spot, heard), echo)
+
+
+@compiled
+def _trace_discs_then_faces(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
+    mouth, ear = ends
+    for face in scene.faces:
+        image = _mirrored_ear(face, ear)
+        for disc in scene.discs:
+            if _is_out(disc, mouth, image):
+                continue
+            spot, heard, time, pressure = _over(sonar, disc, mouth, image)
+            if abs(pressure) >= sonar.floor:
+                last, lit = _bounce(face, spot, _mirror(face, heard))
+                echo = (time, complex(pressure * lit * face.gain), -1)
+                _record(found, scene, (mouth.place, spot, last, _mirror(face, heard)), echo)
+
+
+@compiled
+def _trace_edges(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
+    mouth, ear = ends
+    for edge in scene.edges:
+        there = _distance(mouth.place, edge.apex)
+        heard = _later(ear, mouth.fired + (there + _distance(edge.apex, ear.place)) / sonar.speed)
+        back = _distance(edge.apex, heard.place)
+        ways = (edge.apex - mouth.place, edge.apex - heard.place)
+        loudness = _loudness(sonar, (mouth, heard), ways, there + back)
+        # An edge diffracts no more than a plane reflects.
+        if min(there, back) < _NEAREST or abs(loudness) < sonar.floor * (there + back):
+            continue
+        pressure = loudness * _scattered(sonar, edge, (mouth, heard), (there, back))
+        if abs(pressure) >= sonar.floor:
+            echo = (mouth.fired + (there + back) / sonar.speed, pressure, -1)
+            _record(found, scene, (mouth.place, edge.apex, edge.apex, heard.place), echo)
+
+
+@compiled
+def _record(found: list[Echo], scene: Scene, route: Route, echo: Echo) -> None:
+    if echo[1] == 0:
+        return
+    for leg in range(3):
+        if _is_blocked(scene, route[leg], route[leg + 1]):
+            return
+    found.append(echo)
+
+
+@compiled
+def _straight(sonar: Sonar, image: Mouth, ear: Ear) -> tuple[complex, float, float]:
+    # Where the ear is when it hears an image, when, and how loud: mirrors leave way and beam of an image straight.
+    heard = _later(ear, image.fired + _distance(image.place, ear.place) / sonar.speed)
+    way, length = heard.place - image.place, _distance(heard.place, image.place)
+    pressure = _loudness(sonar, (image, heard), (way, -way), length) / max(length, _NEAREST)
+    return heard.place, image.fired + length / sonar.speed, pressure
+
+
+@compiled
+def _over(sonar: Sonar, disc: Disc, mouth: Mouth, ear: Ear) -> tuple[complex, complex, float, float]:
+    # The spot at which sound glances off a cylinder, where the ear is when it hears it, when, and how loud.
+    around = _distance(mouth.place, disc.center) + _distance(disc.center, ear.place) - 2 * disc.radius
+    heard = _later(ear, mouth.fired + around / sonar.speed)
+    spot, cosine = _glance(disc, mouth.place, heard.place)
+    if cosine <= 0:
+        return disc.center, ear.place, 0.0, 0.0
+    there, back = max(_distance(mouth.place, spot), _NEAREST), max(_distance(spot, heard.place), _NEAREST)
+    length = there + back
+    law = disc.gain / math.sqrt(length * (length + 2 * there * back / (disc.radius * cosine)))
+    pressure = law * _loudness(sonar, (mouth, heard), (spot - mouth.place, spot - heard.place), length)
+    return spot, heard.place, mouth.fired + length / sonar.speed, pressure
+
+
+@compiled
+def _is_beyond(image: Mouth, ear: Ear) -> bool:
+    # Whether an image sounds too early, too late, away from the ear or behind it: cheap and on the safe side.
+    way = ear.place - image.place
+    square = way.real * way.real + way.imag * way.imag
+    if square < ear.shortest * ear.shortest or square > ear.longest * ear.longest:
+        return True
+    ahead, before = (way * image.axis.conjugate()).real, -(way * ear.axis.conjugate()).real
+    return min(ahead, before) < -_SWING * math.sqrt(square)
+
+
+@compiled
+def _is_out(disc: Disc, mouth: Mouth, ear: Ear) -> bool:
+    # The same for a cylinder between mouth and ear.
+    there, back = _distance(mouth.place, disc.center), _distance(disc.center, ear.place)
+    if there + back < ear.shortest or there + back - 2 * disc.radius > ear.longest:
+        return True
+    ahead = ((disc.center - mouth.place) * mouth.axis.conjugate()).real
+    before = ((disc.center - ear.place) * ear.axis.conjugate()).real
+    return ahead < -disc.radius - _SWING * there or before < -disc.radius - _SWING * back
+
+
+@compiled
+def _later(ear: Ear, time: float) -> Ear:
+    angle = ear.turn * time
+    place, axis = ear.place + ear.velocity * time, ear.axis * complex(1 - angle * angle / 2, angle)
+    return Ear(place, axis, ear.velocity, ear.turn, ear.deadline, ear.shortest, ear.longest)
+
+
+@compiled
+def _loudness(sonar: Sonar, ends: Ends, ways: tuple[complex, complex], length: float) -> float:
+    # Pressure at 1 m over the threshold, less beams and absorption; none before or after the ear listens.
+    mouth, ear = ends
+    time = mouth.fired + length / sonar.speed
+    if time < 0 or time > ear.deadline:
+        return 0.0
+    beams = _beam(sonar.beam, mouth.axis, ways[0]) * _beam(sonar.beam, ear.axis, ways[1])
+    return sonar.gain * beams * math.exp(-sonar.damping * length)
+
+
+@compiled
+def _beam(table: FloatArray, axis: complex, way: complex) -> float:
+    distance, seen = _distance(way, 0j), way * axis.conjugate()
+    if distance < _TIE:
+        return 1.0
+    if seen.real < -_TIE * distance:
+        return 0.0
+    pattern: float = _looked_up(table, min(abs(seen.imag) / distance, 1.0))
+    return pattern
+
+
+@compiled
+def _looked_up(table: FloatArray | ComplexArray, share: float) -> Any:
+    node = share * (len(table) - 1)
+    below = min(int(node), len(table) - 2)
+    return table[below] + (node - below) * (table[below + 1] - table[below])
+
+
+@compiled
+def _distance(p: complex, q: complex) -> float:
+    return math.sqrt((p.real - q.real) ** 2 + (p.imag - q.imag) ** 2)
+
+
+@compiled
+def _on_line(face: Face, point: complex) -> complex:
+    # Along a face, and above it.
+    return (point - face.start) * face.tangent.conjugate()
+
+
+@compiled
+def _mirror(face: Face, point: complex) -> complex:
+    return face.start + face.tangent * _on_line(face, point).conjugate()
+
+
+@compiled
+def _mirrored_mouth(face: Face, mouth: Mouth) -> Mouth:
+    return Mouth(_mirror(face, mouth.place), face.tangent * face.tangent * mouth.axis.conjugate(), mouth.fired)
+
+
+@compiled
+def _mirrored_ear(face: Face, ear: Ear) -> Ear:
+    twist = face.tangent * face.tangent
+    axis, velocity = twist * ear.axis.conjugate(), twist * ear.velocity.conjugate()
+    return Ear(_mirror(face, ear.place), axis, velocity, -ear.turn, ear.deadline, ear.shortest, ear.longest)
+
+
+@compiled
+def _bounce(face: Face, p: complex, q: complex) -> tuple[complex, float]:
+    # The point of a face at which sound from p is reflected to q, and the share of it that the face returns there:
+    # all, nothing beyond its ends, half at an end.
+    from_p, from_q = _on_line(face, p), _on_line(face, q)
+    if min(from_p.imag, from_q.imag) < -_TIE and max(from_p.imag, from_q.imag) > _TIE:
+        return p, 0.0
+    heights = abs(from_p.imag) + abs(from_q.imag)
+    share = abs(from_p.imag) / heights if heights > _TIE else 0.5
+    along = from_p.real + share * (from_q.real - from_p.real)
+    inside = min(along, face.length - along)
+    lit = 1.0 if inside > _TIE else (0.5 if inside >= -_TIE else 0.0)
+    return face.start + along * face.tangent, lit
+
+
+@compiled
+def _is_blocked(scene: Scene, p: complex, q: complex) -> bool:
+    for index in range(len(scene.faces)):
+        face = scene.faces[index]
+        from_p, from_q = _on_line(face, p), _on_line(face, q)
+        if min(from_p.imag, from_q.imag) < -_TIE and max(from_p.imag, from_q.imag) > _TIE:
+            along = from_p.real + (from_q.real - from_p.real) * from_p.imag / (from_p.imag - from_q.imag)
+            if -_TIE <= along <= face.length + _TIE:
+                return True
+    hidden = False
+    for index in range(len(scene.discs)):
+        hidden = hidden or _passes(scene.discs[index], p, q)
+    return hidden
+
+
+@compiled
+def _passes(disc: Disc, p: complex, q: complex) -> bool:
+    # Whether the way from p to q leads through a cylinder.
+    way, length = q - p, _distance(p, q)
+    share = ((disc.center - p) * way.conjugate()).real / (length * length) if length > 0 else 0.0
+    return _distance(p + min(max(share, 0.0), 1.0) * way, disc.center) < disc.radius - _TIE
+
+
+@compiled
+def _glance(disc: Disc, p: complex, q: complex) -> tuple[complex, float]:
+    # The point of a cylinder at which sound from p is reflected to q, and the cosine of its incidence; 0 if none.
+    # The way over the cylinder is shortest there; Newton's steps start from where the nearer end has the say.
+    away_p, away_q = _distance(p, disc.center), _distance(q, disc.center)
+    if min(away_p, away_q) <= disc.radius:
+        return disc.center, 0.0
+    say_p, say_q = (away_q - disc.radius) / away_p, (away_p - disc.radius) / away_q
+    normal = say_p * (p - disc.center) + say_q * (q - disc.center)
+    for _ in range(_GLANCES):
+        normal *= 1 / _distance(normal, 0j)
+        spot = disc.center + disc.radius * normal
+        near_p, near_q = _distance(p, spot), _distance(q, spot)
+        to_p, to_q = (p - spot) * normal.conjugate(), (q - spot) * normal.conjugate()
+        cosine_p, cosine_q = to_p.real / near_p, to_q.real / near_q
+        slope = to_p.imag / near_p + to_q.imag / near_q
+        if min(cosine_p, cosine_q) <= 0:
+            break
+        if abs(slope) < _TIE:
+            return spot, cosine_p
+        stiffness = cosine_p + cosine_q + disc.radius * (cosine_p**2 / near_p + cosine_q**2 / near_q)
+        normal *= complex(1.0, slope / stiffness)
+    return disc.center, 0.0
+
+
+@compiled
+def _direction(edge: Edge, point: complex) -> float:
+    # Angle of a point as seen from an edge, counted from its first face; negative outside of its air.
+    angle = (math.atan2(point.imag - edge.apex.imag, point.real - edge.apex.real) - edge.first) % (2 * math.pi)
+    if angle > 2 * math.pi - _TIE:
+        angle = 0.0
+    return angle if angle <= edge.opening + _TIE else -1.0
+
+
+@compiled
+def _scattered(sonar: Sonar, edge: Edge, ends: Ends, distances: tuple[float, float]) -> complex:
+    # What an edge makes of sound, by the coefficient of Kouyoumjian and Pathak as in acoustics.wedge_coefficient.
+    (mouth, ear), (there, back), opening = ends, distances, edge.opening
+    incident, observed = _direction(edge, mouth.place), _direction(edge, ear.place)
+    if min(incident, observed) < 0:
+        return 0j
+    spread = there * back / (there + back)
+    kl, difference, total = sonar.wavenumber * spread, observed - incident, observed + incident
+    through = edge.first_gain * edge.second_gain if opening < math.pi else 1.0
+    terms = through * _wedge_term(sonar, math.pi + difference, opening, kl)
+    terms += through * _wedge_term(sonar, math.pi - difference, opening, kl)
+    terms += edge.first_gain * _wedge_term(sonar, math.pi - total, opening, kl)
+    terms += edge.second_gain * _wedge_term(sonar, math.pi + total, opening, kl)
+    scale = -2 * opening / math.pi * math.sqrt(2 * math.pi * sonar.wavenumber) * there * back / math.sqrt(spread)
+    return complex(math.sqrt(0.5), -math.sqrt(0.5)) * (1 / scale) * terms
+
+
+@compiled
+def _wedge_term(sonar: Sonar, angle: float, opening: float, kl: float) -> complex:
+    deviation = angle - 2 * opening * round(angle / (2 * opening))
+    if abs(deviation) < _TIE:
+        return 0j
+    leaning = abs(math.sin(deviation / 2)) / math.tan(deviation * math.pi / (2 * opening))
+    z = 2 * math.sqrt(kl / math.pi) * abs(math.sin(deviation / 2))
+    tail: complex = _looked_up(sonar.tail, z / (1 + z))
+    return 2 * math.sqrt(math.pi * kl) * leaning * tail

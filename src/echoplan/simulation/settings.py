@@ -1,0 +1,56 @@
+"""What a simulation may be told."""
+
+from typing import Literal
+
+from pydantic import BaseModel, Field
+
+from echoplan.acoustics import Air
+
+__all__ = ["OdometryNoise", "SimulationSettings"]
+
+
+class OdometryNoise(BaseModel, frozen=True, extra="forbid"):
+    """How dead reckoning goes astray: a random walk, so that its deviation grows with the root of the way."""
+
+    along: float = Field(default=0.0, ge=0.0, description="deviation along the way after 1 m [m]")
+    lateral: float = Field(default=0.0, ge=0.0, description="deviation across the way after 1 m [m]")
+    yaw_per_metre: float = Field(default=0.0, ge=0.0, description="deviation of the heading after 1 m [rad]")
+    yaw_per_radian: float = Field(
+        default=0.0, ge=0.0, description="deviation of the heading after a turn of 1 rad [rad]"
+    )
+
+
+class SimulationSettings(BaseModel, frozen=True, extra="forbid"):
+    """Settings of the simulator; the defaults are a hard room, a sound module and a robot that knows where it is."""
+
+    air: Air = Field(default=Air(), description="the air in the room")
+    assumed_temperature: float = Field(
+        default=20.0,
+        ge=-30.0,
+        le=60.0,
+        description="temperature with which the module turns time into range, at 50 % humidity [degrees Celsius]",
+    )
+    zero_distance: float = Field(
+        default=1.0, gt=0.0, description="where its maker set the module right, before an aimed plane [m]"
+    )
+    detector: Literal["envelope", "carrier"] = Field(
+        default="envelope", description="what trips the threshold; the carrier does in jumps of whole periods"
+    )
+    superposition: Literal["coherent", "incoherent"] = Field(
+        default="coherent", description="add the pressures of all paths, or their powers"
+    )
+    reflection_order: int = Field(default=2, ge=0, le=2, description="how often sound may be reflected")
+    diffraction: bool = Field(default=True, description="let edges and ends of walls scatter sound")
+    crosstalk: bool = Field(default=True, description="let sensors hear each other's bursts")
+    second_time_around: bool = Field(default=True, description="let sensors hear the bursts of other firings")
+    jitter: float = Field(
+        default=0.001,
+        ge=0.0,
+        description="standard deviation of a range [m]; 1 mm is a timer of 4 us and a little noise",
+    )
+    dropout: float = Field(default=0.0, ge=0.0, le=1.0, description="probability that a ping gives no reading")
+    stray: float = Field(default=0.0, ge=0.0, le=1.0, description="probability of a stray echo in a ping")
+    odometry: OdometryNoise = Field(default=OdometryNoise(), description="errors of the poses in the recording")
+    servo_latency: float = Field(
+        default=0.0, ge=0.0, description="how long the servo lags behind the angle it is told [s]"
+    )
