@@ -79,7 +79,9 @@ def test_samples_stand_for_equal_stretches_no_longer_than_the_spacing() -> None:
     assert wall.samples(0.4) == pytest.approx(np.array([[0, 1 + 1 / 6], [0, 1.5], [0, 2 - 1 / 6]]))
     ring = Outline(segments_xy=NO_SEGMENTS, circles=np.array([[3.0, 1.0, 0.5]]))
     assert len(ring.samples(0.1)) == 32
-    assert np.hypot(*(ring.samples(0.1) - [3, 1]).T) == pytest.approx(0.5)
+    spokes = ring.samples(0.1) - np.array([3.0, 1.0])
+    assert np.hypot(*spokes.T) == pytest.approx(0.5)
+    assert np.diff(np.unwrap(np.arctan2(spokes[:, 1], spokes[:, 0]))) == pytest.approx(2 * np.pi / 32)
 
 
 def test_a_cylinder_without_a_radius_is_a_point() -> None:

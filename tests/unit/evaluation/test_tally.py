@@ -16,5 +16,6 @@ def test_shares_of_nothing_are_unknown() -> None:
 
 
 def test_tallies_add_up_count_by_count() -> None:
-    total = Tally(wanted=1, found=2, right=3, duplicate=4, spurious=5) + Tally(wanted=10, spurious=50)
-    assert total == Tally(wanted=11, found=2, right=3, duplicate=4, spurious=55)
+    first = Tally(wanted=1, found=2, right=3, duplicate=4, spurious=5)
+    second = Tally(wanted=10, found=20, right=30, duplicate=40, spurious=50)
+    assert first + second == Tally(wanted=11, found=22, right=33, duplicate=44, spurious=55)

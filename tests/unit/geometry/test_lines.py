@@ -29,6 +29,8 @@ def test_the_foot_is_where_the_perpendicular_meets_the_line() -> None:
 
 def test_lines_cross_in_the_point_on_both() -> None:
     assert intersections(LINE, (0.0, -2.0)) == pytest.approx([-2.0, 4.0])
+    # The line 4x - 3y = 5.
+    assert intersections((np.arctan2(-3.0, 4.0), 1.0), LINE) == pytest.approx([2.0, 1.0])
 
 
 def test_parallel_lines_cross_nowhere() -> None:

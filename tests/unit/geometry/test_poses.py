@@ -19,9 +19,12 @@ def test_a_sensor_on_a_robot_has_the_pose_of_both() -> None:
 
 def test_the_inverse_tells_where_the_map_is_from_the_robot() -> None:
     assert invert(MAP_FROM_BASE) == pytest.approx([-1.0, 2.0, -np.pi / 2])
+    turn = np.arctan2(3.0, 4.0)
+    assert invert([2.0, 1.0, turn]) == pytest.approx([-2.2, 0.4, -turn])
 
 
 def test_nothing_moves_by_the_identity() -> None:
+    assert identity().tolist() == [0.0, 0.0, 0.0]
     assert compose(identity(), MAP_FROM_BASE) == pytest.approx(MAP_FROM_BASE)
     assert transform_points(identity(), [0.3, 0.7]) == pytest.approx([0.3, 0.7])
 
