@@ -68,7 +68,9 @@ def test_floats_may_be_infinite_where_that_has_a_meaning() -> None:
     assert np.array_equal(readings, [1.0, np.inf, -np.inf, np.nan], equal_nan=True)
 
 
-@pytest.mark.parametrize("value", [[0.5], [np.nan], [np.inf], [1e300], [LARGEST + 1], ["1"], [True], [[1], [2, 3]]])
+@pytest.mark.parametrize(
+    "value", [[0.5], [np.nan], [np.inf], [2.0**63], [-1e300], [LARGEST + 1], ["1"], [True], [[1], [2, 3]]]
+)
 def test_what_is_no_whole_number_of_64_bits_is_refused(value: Any) -> None:
     with pytest.raises(InvalidValueError, match=f"^ids must hold whole numbers, not {re.escape(repr(value))}$"):
         checked_integers(value, name="ids", shape=(None,))
@@ -91,6 +93,10 @@ def test_whole_numbers_pass_unchanged_whatever_type_they_come_in() -> None:
     [
         ([[1.0, 0.5], [0.4, 1.0]], "covariance must be symmetric, not [[1.0, 0.5], [0.4, 1.0]]"),
         ([[1.0, 2.0], [2.0, 1.0]], "covariance must have no negative eigenvalue, not [[1.0, 2.0], [2.0, 1.0]]"),
+        (
+            [[1e-9, 2e-9], [2e-9, 1e-9]],
+            "covariance must have no negative eigenvalue, not [[1e-09, 2e-09], [2e-09, 1e-09]]",
+        ),
         ([[1.0]], "covariance must have shape (2, 2), not (1, 1)"),
     ],
 )

@@ -3,17 +3,22 @@ import pytest
 
 from echoplan.geometry import crosses_discs, crosses_segments, distances_to_segments, is_blocked
 
+EYE = (-1.0, -0.5)
 BOARD = [[[1.0, -1.0], [1.0, 2.0]]]
 
 
-@pytest.mark.parametrize("target", [(2.0, 3.9), (1.1, 0.0)])
-def test_a_sight_line_crosses_a_board_that_stands_between(target: tuple[float, float]) -> None:
-    assert crosses_segments([[0.0, 0.0]], [target], BOARD).tolist() == [[True]]
+@pytest.mark.parametrize("target", [(3.0, 4.4), (3.0, 4.5), (1.1, 0.0)])
+def test_a_sight_line_crosses_a_board_that_stands_between_up_to_its_very_end(target: tuple[float, float]) -> None:
+    assert crosses_segments([EYE], [target], BOARD).tolist() == [[True]]
 
 
-@pytest.mark.parametrize("target", [(2.0, 4.1), (0.9, 0.0), (-2.0, 0.0), (1.0, 0.0)])
-def test_a_sight_line_past_a_board_before_it_or_just_up_to_it_crosses_nothing(target: tuple[float, float]) -> None:
-    assert crosses_segments([[0.0, 0.0]], [target], BOARD).tolist() == [[False]]
+@pytest.mark.parametrize("target", [(3.0, 4.6), (3.0, -1.6), (0.9, 0.0), (-3.0, 0.0)])
+def test_a_sight_line_past_a_board_or_before_it_crosses_nothing(target: tuple[float, float]) -> None:
+    assert crosses_segments([EYE], [target], BOARD).tolist() == [[False]]
+
+
+def test_a_board_hides_neither_what_is_on_it_nor_what_is_seen_from_it() -> None:
+    assert not crosses_segments([EYE, (1.0, 0.5)], [(1.0, 0.5), EYE], BOARD).any()
 
 
 def test_a_sight_line_along_a_board_does_not_cross_it() -> None:
@@ -22,7 +27,7 @@ def test_a_sight_line_along_a_board_does_not_cross_it() -> None:
 
 def test_every_sight_line_is_held_against_every_board() -> None:
     boards = [*BOARD, [[-1.0, 0.5], [-1.0, 1.0]]]
-    crossed = crosses_segments([[0.0, 0.0]] * 3, [[2.0, 0.0], [-2.0, 0.0], [-2.0, 1.5]], boards)
+    crossed = crosses_segments([[0.0, 0.1]] * 3, [[2.0, 0.0], [-2.0, 0.0], [-2.0, 1.5]], boards)
     assert crossed.tolist() == [[True, False], [False, False], [False, True]]
 
 

@@ -11,7 +11,7 @@ from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Fea
 WALL: dict[str, Any] = {
     "normal_angle": np.arctan2(4.0, 3.0),
     "offset": 2.0,
-    "endpoints_xy": [[2.0, 1.0], [-2.0, 4.0]],
+    "endpoints_xy": [[0.4, 2.2], [-2.0, 4.0]],
     "covariance": np.diag([1e-4, 4e-6]),
 }
 CORNER: dict[str, Any] = {"position_xy": [2.0, 1.0], "kind": "convex", "covariance": np.eye(2)}
@@ -20,7 +20,7 @@ CYLINDER: dict[str, Any] = {"center_xy": [3.2, 1.0], "radius": 0.1, "covariance"
 
 def test_a_wall_knows_its_length_and_its_normal() -> None:
     wall = Wall(**WALL)
-    assert wall.length == pytest.approx(5.0)
+    assert wall.length == pytest.approx(3.0)
     assert wall.normal_xy == pytest.approx([0.6, 0.8])
     assert wall.endpoints_xy @ wall.normal_xy == pytest.approx([2.0, 2.0])
 
