@@ -106,17 +106,7 @@ def match_cylinders(cylinders: Sequence[Cylinder], truth: Truth, settings: Match
     Matching of CylinderMatch
         At most one right estimate for each true cylinder.
     """
-    candidates = [
-        CylinderMatch(
-            truth=near.truth,
-            estimate=near.estimate,
-            distance=near.distance,
-            radius_error=cylinder.radius - float(truth.cylinders[near.truth, 2]),
-        )
-        if (near := _nearest(number, cylinder.center_xy, truth.cylinders[:, :2], reach=settings.cylinder_distance))
-        else None
-        for number, cylinder in enumerate(cylinders)
-    ]
+    candidates = [_cylinder_candidate(number, each, truth, settings) for number, each in enumerate(cylinders)]
     return _one_each(candidates, heard=truth.cylinders_heard, settings=settings, rank=lambda match: match.estimate)
 
 
@@ -169,6 +159,16 @@ def _wall_candidate(number: int, wall: Wall, truth: Truth, settings: MatchingSet
         return None
     nearest = int(np.where(close, distances, np.inf).argmin())
     return WallMatch(truth=nearest, estimate=number, distance=float(distances[nearest]), angle=float(angles[nearest]))
+
+
+def _cylinder_candidate(
+    number: int, cylinder: Cylinder, truth: Truth, settings: MatchingSettings
+) -> CylinderMatch | None:
+    match = _nearest(number, cylinder.center_xy, truth.cylinders[:, :2], reach=settings.cylinder_distance)
+    if match is None:
+        return None
+    radius_error = cylinder.radius - float(truth.cylinders[match.truth, 2])
+    return CylinderMatch(truth=match.truth, estimate=number, distance=match.distance, radius_error=radius_error)
 
 
 def _angles_between(direction: float, directions: FloatArray) -> FloatArray:

@@ -62,6 +62,10 @@ def test_a_sweep_that_cannot_be_is_refused(wrong: dict[str, Any], message: str) 
         Sweep(**{**SWEEP, **wrong})
 
 
+def test_a_range_of_nothing_is_a_range() -> None:
+    assert Sweep(**{**SWEEP, "ranges": [0.0, 0.5, np.nan]}).ranges[0] == 0.0
+
+
 def test_a_recording_gives_its_sweeps_again_and_again() -> None:
     sweeps = (Sweep(**SWEEP), Sweep(**{**SWEEP, "index": 3}))
     recording = Recording(name="attic", rig=RIG, sweeps=sweeps)
