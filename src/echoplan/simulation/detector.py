@@ -23,7 +23,7 @@ class Echoes(NamedTuple):
     reflectors : ndarray of int, shape (e,)
         Face, or cylinder counted on behind the faces, that alone reflected it; else -1.
     bounds : ndarray of int, shape (n + 1,)
-        Echoes of ping i are ``bounds[i]`` to ``bounds[i + 1]``, in no order.
+        Echoes of ping i are ``bounds[i]`` to ``bounds[i + 1]``.
     """
 
     times: FloatArray

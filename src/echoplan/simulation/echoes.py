@@ -10,10 +10,9 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from echoplan.arrays import ComplexArray, FloatArray, IntArray
-from echoplan.simulation.compiled import compiled
+from echoplan.simulation.compiled import compiled, compiled_and_kept
 from echoplan.simulation.detector import Echoes
 from echoplan.simulation.scene import Disc, Edge, Face, Scene
-from echoplan.simulation.shots import Shots
 from echoplan.simulation.sonar import Sonar
 from echoplan.simulation.stage import Ear, Mouth, Stage
 
@@ -27,13 +26,11 @@ Route: TypeAlias = tuple[complex, complex, complex, complex]
 _TIE = 1e-9
 # No reflector sounds louder than at this distance: the face of a transducer is not a point [m].
 _NEAREST = 1e-3
-# Newton's steps within which a glancing point on a cylinder is found.
-_GLANCES = 12
 # No robot gains 1 % on sound, and no servo turns by more than this while sound flies [rad].
 _HASTE, _SWING = 1.01, 0.2
 
 
-@compiled
+@compiled_and_kept
 def find_echoes(stage: Stage, pings: IntArray, deadlines: FloatArray) -> Echoes:
     """Trace all paths from every audible burst to the receivers of some pings.
 
@@ -49,32 +46,32 @@ def find_echoes(stage: Stage, pings: IntArray, deadlines: FloatArray) -> Echoes:
     Returns
     -------
     Echoes
-        What they hear.
+        What they hear, in no order within a ping.
     """
     found = [(0.0, 0j, 0) for _ in range(0)]
-    bounds, (scene, sonar, shots) = np.zeros(len(pings) + 1, np.int64), stage
+    bounds, (_, sonar, shots) = np.zeros(len(pings) + 1, np.int64), stage
     for number, ping in enumerate(pings):
         for shot in range(shots.first_heard[ping], shots.last_heard[ping]):
             if sonar.crosstalk or shots.sensors[shot] == shots.sensors[ping]:
-                fired = shots.instants[shot] - shots.instants[ping]
-                mouth = Mouth(shots.places[shot], shots.axes[shot], fired)
-                _trace(found, scene, sonar, (mouth, _ear(shots, ping, fired, (deadlines[number], sonar.speed))))
+                _trace(found, stage, (shot, ping), deadlines[number])
         bounds[number + 1] = len(found)
-    times = np.array([echo[0] for echo in found], np.float64)
-    pressures = np.array([echo[1] for echo in found], np.complex128)
-    reflectors = np.array([echo[2] for echo in found], np.int64)
-    return Echoes(times, pressures * np.exp(-1j * sonar.wavenumber * sonar.speed * times), reflectors, bounds)
+    count = len(found)
+    times, strengths, reflectors = np.empty(count), np.empty(count, np.complex128), np.empty(count, np.int64)
+    for number, (time, pressure, reflector) in enumerate(found):
+        phase = -sonar.wavenumber * sonar.speed * time
+        strengths[number] = pressure * complex(math.cos(phase), math.sin(phase))
+        times[number], reflectors[number] = time, reflector
+    return Echoes(times, strengths, reflectors, bounds)
 
 
 @compiled
-def _ear(shots: Shots, ping: int, fired: float, limits: tuple[float, float]) -> Ear:
-    place, axis, (deadline, speed) = shots.places[ping], shots.axes[ping], limits
-    shortest, longest = max(-fired, 0.0) * speed, (_HASTE * deadline - fired) * speed
-    return Ear(place, axis, shots.velocities[ping], shots.turns[ping], deadline, shortest, longest)
-
-
-@compiled
-def _trace(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
+def _trace(found: list[Echo], stage: Stage, pair: tuple[int, int], deadline: float) -> None:
+    (scene, sonar, shots), (shot, ping) = stage, pair
+    fired = shots.instants[shot] - shots.instants[ping]
+    shortest, longest = max(-fired, 0.0) * sonar.speed, (_HASTE * deadline - fired) * sonar.speed
+    place, axis, velocity, turn = shots.places[ping], shots.axes[ping], shots.velocities[ping], shots.turns[ping]
+    mouth = Mouth(shots.places[shot], shots.axes[shot], fired)
+    ends = (mouth, Ear(place, axis, velocity, turn, deadline, shortest, longest))
     if sonar.order >= 1:
         _trace_faces(found, scene, sonar, ends)
         _trace_discs(found, scene, sonar, ends)
@@ -111,11 +108,8 @@ def _trace_pairs(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> N
                 continue
             heard, time, pressure = _straight(sonar, final, ear)
             if abs(pressure) >= sonar.floor:
-                last, last_lit = _bounce(second, image.place, heard)
-                start, start_lit = _bounce(first, mouth.place, last)
-                # In a right angle both bounces meet in the vertex, and two paths share its image by halves.
-                echo = (time, complex(pressure * min(start_lit, last_lit) * first.gain * second.gain), -1)
-                _record(found, scene, (mouth.place, start, last, heard), echo)
+                route, lit = _bounce_twice((first, second), image.place, mouth.place, heard)
+                _record(found, scene, route, (time, complex(pressure * lit * first.gain * second.gain), -1))
 
 
 @compiled
@@ -167,8 +161,7 @@ def _trace_edges(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> N
         there = _distance(mouth.place, edge.apex)
         heard = _later(ear, mouth.fired + (there + _distance(edge.apex, ear.place)) / sonar.speed)
         back = _distance(edge.apex, heard.place)
-        ways = (edge.apex - mouth.place, edge.apex - heard.place)
-        loudness = _loudness(sonar, (mouth, heard), ways, there + back)
+        loudness = _loudness(sonar, (mouth, heard), (edge.apex - mouth.place, edge.apex - heard.place), there + back)
         # An edge diffracts no more than a plane reflects.
         if min(there, back) < _NEAREST or abs(loudness) < sonar.floor * (there + back):
             continue
@@ -180,12 +173,11 @@ def _trace_edges(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> N
 
 @compiled
 def _record(found: list[Echo], scene: Scene, route: Route, echo: Echo) -> None:
-    if echo[1] == 0:
-        return
+    clear = echo[1] != 0
     for leg in range(3):
-        if _is_blocked(scene, route[leg], route[leg + 1]):
-            return
-    found.append(echo)
+        clear = clear and not _is_blocked(scene, route[leg], route[leg + 1])
+    if clear:
+        found.append(echo)
 
 
 @compiled
@@ -217,21 +209,19 @@ def _is_beyond(image: Mouth, ear: Ear) -> bool:
     # Whether an image sounds too early, too late, away from the ear or behind it: cheap and on the safe side.
     way = ear.place - image.place
     square = way.real * way.real + way.imag * way.imag
-    if square < ear.shortest * ear.shortest or square > ear.longest * ear.longest:
-        return True
     ahead, before = (way * image.axis.conjugate()).real, -(way * ear.axis.conjugate()).real
-    return min(ahead, before) < -_SWING * math.sqrt(square)
+    out_of_time = square < ear.shortest * ear.shortest or square > ear.longest * ear.longest
+    return out_of_time or min(ahead, before) < -_SWING * math.sqrt(square)
 
 
 @compiled
 def _is_out(disc: Disc, mouth: Mouth, ear: Ear) -> bool:
     # The same for a cylinder between mouth and ear.
     there, back = _distance(mouth.place, disc.center), _distance(disc.center, ear.place)
-    if there + back < ear.shortest or there + back - 2 * disc.radius > ear.longest:
-        return True
+    out_of_time = there + back < ear.shortest or there + back - 2 * disc.radius > ear.longest
     ahead = ((disc.center - mouth.place) * mouth.axis.conjugate()).real
     before = ((disc.center - ear.place) * ear.axis.conjugate()).real
-    return ahead < -disc.radius - _SWING * there or before < -disc.radius - _SWING * back
+    return out_of_time or min(ahead + _SWING * there, before + _SWING * back) < -disc.radius
 
 
 @compiled
@@ -259,14 +249,12 @@ def _beam(table: FloatArray, axis: complex, way: complex) -> float:
         return 1.0
     if seen.real < -_TIE * distance:
         return 0.0
-    pattern: float = _looked_up(table, min(abs(seen.imag) / distance, 1.0))
-    return pattern
+    return float(_looked_up(table, min(abs(seen.imag) / distance, 1.0)))
 
 
 @compiled
 def _looked_up(table: FloatArray | ComplexArray, share: float) -> Any:
-    node = share * (len(table) - 1)
-    below = min(int(node), len(table) - 2)
+    node, below = share * (len(table) - 1), min(int(share * (len(table) - 1)), len(table) - 2)
     return table[below] + (node - below) * (table[below + 1] - table[below])
 
 
@@ -300,8 +288,7 @@ def _mirrored_ear(face: Face, ear: Ear) -> Ear:
 
 @compiled
 def _bounce(face: Face, p: complex, q: complex) -> tuple[complex, float]:
-    # The point of a face at which sound from p is reflected to q, and the share of it that the face returns there:
-    # all, nothing beyond its ends, half at an end.
+    # Where a face reflects sound from p to q, and the share that it returns there: half at an end, none beyond it.
     from_p, from_q = _on_line(face, p), _on_line(face, q)
     if min(from_p.imag, from_q.imag) < -_TIE and max(from_p.imag, from_q.imag) > _TIE:
         return p, 0.0
@@ -314,23 +301,38 @@ def _bounce(face: Face, p: complex, q: complex) -> tuple[complex, float]:
 
 
 @compiled
+def _bounce_twice(pair: tuple[Face, Face], image: complex, p: complex, q: complex) -> tuple[Route, float]:
+    first, second = pair
+    last, last_lit = _bounce(second, image, q)
+    start, start_lit = _bounce(first, p, last)
+    # In a right angle both bounces meet in the vertex: inside, two paths share the image there by halves; outside,
+    # where each face lies behind the other, there is none.
+    is_outside = start_lit == last_lit == 0.5 and min(_facing(first, second, p), _facing(second, first, q)) <= 0
+    return (p, start, last, q), 0.0 if is_outside else min(start_lit, last_lit)
+
+
+@compiled
+def _facing(face: Face, other: Face, point: complex) -> float:
+    # Positive if another face lies on a point's side of a face.
+    return _on_line(face, other.start + 0.5 * other.length * other.tangent).imag * _on_line(face, point).imag
+
+
+@compiled
 def _is_blocked(scene: Scene, p: complex, q: complex) -> bool:
-    for index in range(len(scene.faces)):
-        face = scene.faces[index]
+    for face in scene.faces:
         from_p, from_q = _on_line(face, p), _on_line(face, q)
         if min(from_p.imag, from_q.imag) < -_TIE and max(from_p.imag, from_q.imag) > _TIE:
             along = from_p.real + (from_q.real - from_p.real) * from_p.imag / (from_p.imag - from_q.imag)
             if -_TIE <= along <= face.length + _TIE:
                 return True
     hidden = False
-    for index in range(len(scene.discs)):
-        hidden = hidden or _passes(scene.discs[index], p, q)
+    for disc in scene.discs:
+        hidden = hidden or _passes(disc, p, q)
     return hidden
 
 
 @compiled
 def _passes(disc: Disc, p: complex, q: complex) -> bool:
-    # Whether the way from p to q leads through a cylinder.
     way, length = q - p, _distance(p, q)
     share = ((disc.center - p) * way.conjugate()).real / (length * length) if length > 0 else 0.0
     return _distance(p + min(max(share, 0.0), 1.0) * way, disc.center) < disc.radius - _TIE
@@ -339,13 +341,13 @@ def _passes(disc: Disc, p: complex, q: complex) -> bool:
 @compiled
 def _glance(disc: Disc, p: complex, q: complex) -> tuple[complex, float]:
     # The point of a cylinder at which sound from p is reflected to q, and the cosine of its incidence; 0 if none.
-    # The way over the cylinder is shortest there; Newton's steps start from where the nearer end has the say.
+    # The way over the cylinder is shortest there; a few of Newton's steps lead from where the nearer end has the say.
     away_p, away_q = _distance(p, disc.center), _distance(q, disc.center)
     if min(away_p, away_q) <= disc.radius:
         return disc.center, 0.0
     say_p, say_q = (away_q - disc.radius) / away_p, (away_p - disc.radius) / away_q
     normal = say_p * (p - disc.center) + say_q * (q - disc.center)
-    for _ in range(_GLANCES):
+    for _ in range(12):
         normal *= 1 / _distance(normal, 0j)
         spot = disc.center + disc.radius * normal
         near_p, near_q = _distance(p, spot), _distance(q, spot)
@@ -364,10 +366,9 @@ def _glance(disc: Disc, p: complex, q: complex) -> tuple[complex, float]:
 @compiled
 def _direction(edge: Edge, point: complex) -> float:
     # Angle of a point as seen from an edge, counted from its first face; negative outside of its air.
-    angle = (math.atan2(point.imag - edge.apex.imag, point.real - edge.apex.real) - edge.first) % (2 * math.pi)
-    if angle > 2 * math.pi - _TIE:
-        angle = 0.0
-    return angle if angle <= edge.opening + _TIE else -1.0
+    angle = math.atan2(point.imag - edge.apex.imag, point.real - edge.apex.real) - edge.first
+    angle = (angle + _TIE) % math.tau - _TIE
+    return max(angle, 0.0) if angle <= edge.opening + _TIE else -1.0
 
 
 @compiled
@@ -380,20 +381,19 @@ def _scattered(sonar: Sonar, edge: Edge, ends: Ends, distances: tuple[float, flo
     spread = there * back / (there + back)
     kl, difference, total = sonar.wavenumber * spread, observed - incident, observed + incident
     through = edge.first_gain * edge.second_gain if opening < math.pi else 1.0
-    terms = through * _wedge_term(sonar, math.pi + difference, opening, kl)
-    terms += through * _wedge_term(sonar, math.pi - difference, opening, kl)
-    terms += edge.first_gain * _wedge_term(sonar, math.pi - total, opening, kl)
-    terms += edge.second_gain * _wedge_term(sonar, math.pi + total, opening, kl)
+    terms = through * _term(sonar, math.pi + difference, opening, kl)
+    terms += through * _term(sonar, math.pi - difference, opening, kl)
+    terms += edge.first_gain * _term(sonar, math.pi - total, opening, kl)
+    terms += edge.second_gain * _term(sonar, math.pi + total, opening, kl)
     scale = -2 * opening / math.pi * math.sqrt(2 * math.pi * sonar.wavenumber) * there * back / math.sqrt(spread)
     return complex(math.sqrt(0.5), -math.sqrt(0.5)) * (1 / scale) * terms
 
 
 @compiled
-def _wedge_term(sonar: Sonar, angle: float, opening: float, kl: float) -> complex:
+def _term(sonar: Sonar, angle: float, opening: float, kl: float) -> complex:
     deviation = angle - 2 * opening * round(angle / (2 * opening))
     if abs(deviation) < _TIE:
         return 0j
     leaning = abs(math.sin(deviation / 2)) / math.tan(deviation * math.pi / (2 * opening))
     z = 2 * math.sqrt(kl / math.pi) * abs(math.sin(deviation / 2))
-    tail: complex = _looked_up(sonar.tail, z / (1 + z))
-    return 2 * math.sqrt(math.pi * kl) * leaning * tail
+    return 2 * math.sqrt(math.pi * kl) * leaning * complex(_looked_up(sonar.tail, z / (1 + z)))

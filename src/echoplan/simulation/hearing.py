@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.simulation.detector import Detector
+from echoplan.simulation.detector import Detector, Echoes
 from echoplan.simulation.stage import Stage
 
 __all__ = ["Hearing"]
@@ -80,7 +80,13 @@ class Hearing:
         from echoplan.simulation.threshold import first_crossings  # noqa: PLC0415 - as above
 
         echoes = find_echoes(stage, pings, deadlines)
-        return first_crossings(self.detector, echoes, stage.shots.openings[pings], deadlines)
+        return first_crossings(self.detector, _in_order(echoes), stage.shots.openings[pings], deadlines)
+
+
+def _in_order(echoes: Echoes) -> Echoes:
+    listeners = np.repeat(np.arange(len(echoes.bounds) - 1), np.diff(echoes.bounds))
+    order = np.lexsort((echoes.times, listeners))
+    return Echoes(echoes.times[order], echoes.strengths[order], echoes.reflectors[order], echoes.bounds)
 
 
 def _alone(stage: Stage) -> Stage:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from echoplan.arrays import ComplexArray, FloatArray
-from echoplan.simulation.compiled import compiled
+from echoplan.simulation.compiled import compiled, compiled_and_kept
 from echoplan.simulation.detector import Detector, Echoes
 
 __all__ = ["first_crossings"]
@@ -27,7 +27,7 @@ class _Signal(NamedTuple):
     strengths: ComplexArray
 
 
-@compiled
+@compiled_and_kept
 def first_crossings(detector: Detector, echoes: Echoes, openings: FloatArray, deadlines: FloatArray) -> FloatArray:
     """Find when each ping's threshold is first reached.
 
@@ -36,7 +36,7 @@ def first_crossings(detector: Detector, echoes: Echoes, openings: FloatArray, de
     detector : Detector
         What trips.
     echoes : Echoes
-        What n pings hear.
+        What n pings hear, in the order of time within each.
     openings, deadlines : ndarray, shape (n,)
         When each ping begins and ceases to listen [s].
 
@@ -47,9 +47,8 @@ def first_crossings(detector: Detector, echoes: Echoes, openings: FloatArray, de
     """
     instants = np.empty(len(openings))
     for ping in range(len(openings)):
-        own = slice(echoes.bounds[ping], echoes.bounds[ping + 1])
-        order = np.argsort(echoes.times[own])
-        signal = _Signal(echoes.times[own][order], echoes.strengths[own][order])
+        begin, end = echoes.bounds[ping], echoes.bounds[ping + 1]
+        signal = _Signal(echoes.times[begin:end], echoes.strengths[begin:end])
         if _level(detector, signal, openings[ping]) >= 1:
             instants[ping] = -np.inf
         elif detector.carrier:
