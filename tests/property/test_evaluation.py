@@ -5,13 +5,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 import maps
 from echoplan.arrays import FloatArray
-from echoplan.evaluation import BootstrapSettings, Evaluation, evaluate, pool
+from echoplan.evaluation import BootstrapSettings, Evaluation, MatchingSettings, evaluate, match_map, pool
+from echoplan.evaluation.bootstrap import describe
+from echoplan.evaluation.consistency import nees
 from echoplan.geometry import compose, transform_points
 from echoplan.model import FeatureClass, FeatureMap, Truth, Wall
 
+errors = st.floats(0, 10)
 few = settings(max_examples=25)
 spoilt_maps = st.integers(0, 10**6).map(lambda seed: maps.spoilt(maps.ROOM, np.random.default_rng(seed)))
 # Whole metres and quarter turns keep the vertices, which are rounded to 0.1 mm, where they are.
@@ -165,3 +169,66 @@ def test_a_map_pooled_with_itself_says_the_same_as_alone(found: FeatureMap, time
         assert second.distance.mean.value == pytest.approx(first.distance.mean.value, nan_ok=True)
         # Recordings that do not differ leave nothing to be unsure of.
         assert second.recall.low == second.recall.high == pytest.approx(second.recall.value)
+
+
+@given(st.lists(st.lists(errors, max_size=8), min_size=1, max_size=6))
+def test_pooled_statistics_are_those_of_numpy(samples: list[list[float]]) -> None:
+    pooled = np.concatenate([np.zeros(0), *samples])
+    found = describe(samples, rng=np.random.default_rng(0), settings=BootstrapSettings(resamples=10))
+    assert found.count == len(pooled)
+    if len(pooled):
+        assert found.mean.value == pytest.approx(pooled.mean())
+        assert found.median.value == pytest.approx(np.median(pooled))
+        assert found.percentile95.value == pytest.approx(np.percentile(pooled, 95))
+        assert found.rms.value == pytest.approx(np.sqrt(np.mean(pooled**2)))
+        assert found.maximum == pooled.max()
+
+
+@given(st.lists(st.lists(errors, min_size=1, max_size=8), min_size=2, max_size=6), st.floats(0.01, 1000))
+def test_statistics_and_intervals_change_with_the_unit(samples: list[list[float]], unit: float) -> None:
+    bootstrap = BootstrapSettings(resamples=40)
+    scaled = [[unit * error for error in sample] for sample in samples]
+    plain = describe(samples, rng=np.random.default_rng(0), settings=bootstrap)
+    other = describe(scaled, rng=np.random.default_rng(0), settings=bootstrap)
+    for name in ("mean", "median", "percentile95", "rms"):
+        first, second = getattr(plain, name), getattr(other, name)
+        assert [second.value, second.low, second.high] == pytest.approx(
+            [unit * first.value, unit * first.low, unit * first.high], abs=1e-9
+        )
+
+
+@given(st.lists(st.lists(errors, min_size=1, max_size=8), min_size=2, max_size=6))
+def test_intervals_lie_between_the_least_and_the_greatest(samples: list[list[float]]) -> None:
+    pooled = np.concatenate(samples)
+    found = describe(samples, rng=np.random.default_rng(0), settings=BootstrapSettings(resamples=40))
+    for interval in (found.mean, found.median, found.percentile95):
+        assert pooled.min() - 1e-9 <= interval.low <= interval.high <= pooled.max() + 1e-9
+
+
+@given(
+    arrays(np.float64, 2, elements=st.floats(-1, 1)),
+    arrays(np.float64, (2, 2), elements=st.floats(-1, 1)),
+    arrays(np.float64, (2, 2), elements=st.floats(-1, 1)),
+)
+def test_nees_does_not_depend_on_the_coordinates(error: FloatArray, root: FloatArray, change: FloatArray) -> None:
+    covariance = root @ root.T + 0.1 * np.eye(2)
+    basis = change + 3 * np.eye(2)
+    assert nees(basis @ error, basis @ covariance @ basis.T) == pytest.approx(nees(error, covariance), abs=1e-9)
+    assert nees(2 * error, 4 * covariance) == pytest.approx(nees(error, covariance), abs=1e-9)
+
+
+@few
+@given(spoilt_maps, st.floats(0.05, 0.3), st.floats(0.05, 0.3))
+def test_a_wider_gate_never_finds_less(found: FeatureMap, first: float, second: float) -> None:
+    narrow, wide = sorted((first, second))
+    tallies = [
+        match_map(
+            found, maps.ROOM, MatchingSettings(wall_distance=gate, cylinder_distance=gate, corner_distance=gate)
+        ).by_class
+        for gate in (narrow, wide)
+    ]
+    for name in FeatureClass:
+        before, after = (each[name].tally for each in tallies)
+        assert before.found <= after.found
+        assert before.spurious >= after.spurious
+        assert before.estimates == after.estimates

@@ -1,8 +1,13 @@
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 import maps
-from echoplan.evaluation import EvaluationSettings, MatchingSettings, OutlineSettings, evaluate
+from echoplan.evaluation import EvaluationSettings, MatchingSettings, OutlineSettings, evaluate, evaluation_document
+from echoplan.io import read_map, read_truth, write_map, write_truth
 from echoplan.model import FeatureClass, Truth
 
 TRUE_MAP = maps.drawn(
@@ -51,3 +56,32 @@ def test_a_map_of_nowhere_is_spurious_all_over() -> None:
     assert np.isnan(evaluation.matches.walls.tally.recall)
     assert np.isnan(evaluation.consistency[FeatureClass.WALL].mean)
     assert evaluation.confusion.sum(axis=1).tolist() == [0, 0, 0, 14]
+
+
+def test_a_map_that_was_written_and_read_is_judged_alike(tmp_path: Path) -> None:
+    found = maps.spoilt(maps.ROOM, np.random.default_rng(5))
+    write_map(tmp_path / "map.json", found)
+    write_truth(tmp_path / "truth.json", maps.ROOM)
+    read = evaluate(read_map(tmp_path / "map.json"), read_truth(tmp_path / "truth.json"))
+    assert evaluation_document(read) == evaluation_document(evaluate(found, maps.ROOM))
+
+
+def test_a_true_wall_of_no_length_disturbs_nobody() -> None:
+    point = np.array([[[2.5, 0.0], [2.5, 0.0]]])
+    truth = replace(
+        maps.ROOM, walls_xy=np.concatenate([maps.ROOM.walls_xy, point]), walls_heard=np.append(maps.ROOM.walls_heard, 0)
+    )
+    with_point, without = evaluate(TRUE_MAP, truth), evaluate(TRUE_MAP, maps.ROOM)
+    assert with_point.matches.walls.tally == without.matches.walls.tally
+    assert np.array_equal(with_point.confusion, without.confusion)
+
+
+def test_an_evaluation_is_the_same_every_time() -> None:
+    found = maps.spoilt(maps.ROOM, np.random.default_rng(6))
+    first, second = evaluate(found, maps.ROOM), evaluate(found, maps.ROOM)
+    assert evaluation_document(first) == evaluation_document(second)
+
+
+def test_unknown_settings_are_refused_at_any_depth() -> None:
+    with pytest.raises(ValidationError, match="spacign"):
+        EvaluationSettings.model_validate({"outlines": {"spacign": 0.02}})
