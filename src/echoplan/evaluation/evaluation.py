@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from pydantic import BaseModel, Field
 
-from echoplan.arrays import IntArray
+from echoplan.arrays import IntArray, checked_integers, store
 from echoplan.evaluation.confusion import confusion_matrix
 from echoplan.evaluation.consistency import Consistency, check_consistency
 from echoplan.evaluation.matches import Matches
@@ -50,6 +50,9 @@ class Evaluation:
     consistency: Mapping[FeatureClass, Consistency]
     map_error: MapError
     trajectory: Trajectory | None
+
+    def __post_init__(self) -> None:
+        store(self, confusion=checked_integers(self.confusion, name="confusion", shape=(4, 4)))
 
 
 def evaluate(feature_map: FeatureMap, truth: Truth, settings: EvaluationSettings | None = None) -> Evaluation:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from echoplan.arrays import IntArray
+from echoplan.arrays import IntArray, checked_integers, store
 from echoplan.evaluation.tally import Tally
 from echoplan.model import FeatureClass
 
@@ -82,6 +82,9 @@ class Matching(Generic[Kind_co]):
     heard: IntArray
     wanted: tuple[int, ...]
     found: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        store(self, heard=checked_integers(self.heard, name="heard", shape=(None,)))
 
     @property
     def tally(self) -> Tally:

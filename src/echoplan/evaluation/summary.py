@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from echoplan.arrays import IntArray
+from echoplan.arrays import IntArray, checked_integers, store
 from echoplan.evaluation.bootstrap import BootstrapSettings, Distribution, Interval, describe, describe_share
 from echoplan.evaluation.confusion import no_confusion
 from echoplan.evaluation.consistency import PARAMETERS, Consistency, pool_consistency
@@ -76,6 +76,9 @@ class Summary:
     hausdorff: Distribution
     position: Distribution
     heading: Distribution
+
+    def __post_init__(self) -> None:
+        store(self, confusion=checked_integers(self.confusion, name="confusion", shape=(4, 4)))
 
 
 def pool(

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from echoplan.arrays import FloatArray, IntArray
+from echoplan.arrays import FloatArray, IntArray, checked_floats, checked_integers, store
 from echoplan.model import Truth
 
 __all__ = ["Vertices", "true_vertices"]
@@ -27,6 +27,10 @@ class Vertices:
 
     positions_xy: FloatArray
     heard: IntArray
+
+    def __post_init__(self) -> None:
+        positions = checked_floats(self.positions_xy, name="positions_xy", shape=(None, 2))
+        store(self, positions_xy=positions, heard=checked_integers(self.heard, name="heard", shape=(len(positions),)))
 
 
 def true_vertices(truth: Truth) -> Vertices:
