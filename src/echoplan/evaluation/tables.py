@@ -181,10 +181,10 @@ def deviation_table(summary: Summary) -> Table:
         ("corner position (mm)", corners, _millimetres),
         ("cylinder centre (mm)", cylinders, _millimetres),
         ("cylinder radius (mm)", summary.cylinder_radius, _millimetres),
-        ("outline, mean of a map (mm)", summary.map_error, _millimetres),
-        ("outline, Hausdorff (mm)", summary.hausdorff, _millimetres),
-        ("position, RMS of a map (mm)", summary.position, _millimetres),
-        ("heading, RMS of a map (deg)", summary.heading, _degrees),
+        ("outline mean (mm)", summary.map_error, _millimetres),
+        ("outline Hausdorff (mm)", summary.hausdorff, _millimetres),
+        ("position RMS (mm)", summary.position, _millimetres),
+        ("heading RMS (deg)", summary.heading, _degrees),
     )
     return Table(
         title="Deviations",

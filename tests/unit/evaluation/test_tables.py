@@ -69,7 +69,7 @@ def test_deviations_are_told_with_their_intervals() -> None:
     assert rows["wall distance (mm)"][-1] == "50.0"
     assert rows["wall angle (deg)"][1] == "0.43 [0.00, 0.86]"
     assert rows["cylinder radius (mm)"][:2] == ["1", "20.0"]
-    assert rows["heading, RMS of a map (deg)"] == ["0", "-", "-", "-", "-", "-"]
+    assert rows["heading RMS (deg)"] == ["0", "-", "-", "-", "-", "-"]
 
 
 def test_every_row_has_a_cell_for_every_column() -> None:
