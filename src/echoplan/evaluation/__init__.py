@@ -11,7 +11,6 @@ from echoplan.evaluation.matching import MatchingSettings, match_map
 from echoplan.evaluation.outlines import MapError, Outline, OutlineSettings
 from echoplan.evaluation.summary import ClassSummary, Summary, pool
 from echoplan.evaluation.tables import (
-    Table,
     confusion_table,
     consistency_table,
     cylinder_table,
@@ -42,7 +41,6 @@ __all__ = [
     "Outline",
     "OutlineSettings",
     "Summary",
-    "Table",
     "Tally",
     "Trajectory",
     "WallMatch",

@@ -1,7 +1,6 @@
 """Evaluations as tables of text, ready for a terminal or a document."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from math import degrees, isnan
 from typing import TypeVar
 
@@ -13,10 +12,9 @@ from echoplan.evaluation.deviations import deviations
 from echoplan.evaluation.matches import CylinderMatch, Match, Matching, WallMatch
 from echoplan.evaluation.summary import Summary
 from echoplan.evaluation.tally import Tally
-from echoplan.model import FeatureClass
+from echoplan.model import FeatureClass, Table
 
 __all__ = [
-    "Table",
     "confusion_table",
     "consistency_table",
     "cylinder_table",
@@ -28,25 +26,6 @@ __all__ = [
 Kind = TypeVar("Kind", bound=Match)
 
 _UNKNOWN = "-"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Table:
-    """A table of text.
-
-    Parameters
-    ----------
-    title : str
-        What it tells.
-    columns : tuple of str
-        Heads of the columns, with units.
-    rows : tuple of tuple of str
-        The cells, row by row.
-    """
-
-    title: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
 
 
 def wall_table(matching: Matching[WallMatch]) -> Table:

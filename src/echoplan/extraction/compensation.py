@@ -30,7 +30,7 @@ def flat_excess(angles: ArrayLike, *, arm: ArrayLike) -> FloatArray:
 
     Examples
     --------
-    >>> float(flat_excess(np.pi / 3, arm=0.05))
+    >>> round(float(flat_excess(np.pi / 3, arm=0.05)), 6)
     0.025
     """
     excess: FloatArray = np.asarray(arm) * (1 - np.cos(np.asarray(angles, dtype=np.float64)))

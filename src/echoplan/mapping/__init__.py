@@ -2,10 +2,10 @@
 
 from echoplan.mapping.assembly import AssemblySettings, Grouped, assemble
 from echoplan.mapping.association import AssociationSettings, Group, absorb, group_lines, group_points
-from echoplan.mapping.corners import corners_of, crossing_covariance
+from echoplan.mapping.corners import Voices, corner_of, crossing_covariance, heard_at
 from echoplan.mapping.cylinders import CylinderSettings, cylinder_of
 from echoplan.mapping.fits import Fit, fit_circle, fit_line
-from echoplan.mapping.junctions import Junction, Span, junctions
+from echoplan.mapping.junctions import Junction, Span, junctions, settle
 from echoplan.mapping.observations import Observation, Stack, shares, stations_of
 from echoplan.mapping.walls import WallSettings, heard_span, walls_of
 
@@ -20,18 +20,21 @@ __all__ = [
     "Observation",
     "Span",
     "Stack",
+    "Voices",
     "WallSettings",
     "absorb",
     "assemble",
-    "corners_of",
+    "corner_of",
     "crossing_covariance",
     "cylinder_of",
     "fit_circle",
     "fit_line",
     "group_lines",
     "group_points",
+    "heard_at",
     "heard_span",
     "junctions",
+    "settle",
     "shares",
     "stations_of",
     "walls_of",

@@ -8,10 +8,11 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from echoplan.mapping.association import AssociationSettings, Group
-from echoplan.mapping.corners import corners_of
+from echoplan.mapping.corners import Voices, corner_of, heard_at
 from echoplan.mapping.cylinders import CylinderSettings, cylinder_of
+from echoplan.mapping.junctions import Junction, Span, junctions, settle
 from echoplan.mapping.observations import Observation, stations_of
-from echoplan.mapping.walls import WallSettings, walls_of
+from echoplan.mapping.walls import WallSettings, heard_span, walls_of
 from echoplan.model import FeatureMap, Sweep
 
 __all__ = ["AssemblySettings", "Grouped", "assemble"]
@@ -95,8 +96,9 @@ def assemble(
         Walls that end where they meet, corners where they cross, cylinders with their radius.
     """
     sure = grouped.confirmed(settings.min_stations)
-    walls, meetings = walls_of(sure.lines, settings.walls)
-    corners = corners_of(walls, meetings, sure.corners, settings.association)
+    spans = [heard_span(group, settings.walls) for group in sure.lines]
+    corners = _corners(spans, sure.corners, settings)
+    walls = walls_of(sure.lines, spans, [meeting for meeting, _ in corners])
     cylinders = [
         cylinder_of(members, settings.cylinders, association=settings.association) for members in sure.cylinders
     ]
@@ -104,8 +106,16 @@ def assemble(
         method=method,
         parameters=parameters,
         walls=walls,
-        corners=corners,
+        corners=tuple(corner_of(meeting, walls, voices) for meeting, voices in corners),
         cylinders=tuple(cylinder for cylinder in cylinders if cylinder is not None),
         sweeps=np.array([sweep.index for sweep in sweeps], dtype=np.int64),
         poses=np.array([sweep.station for sweep in sweeps]).reshape(-1, 3),
     )
+
+
+def _corners(spans: list[Span], heard: list[Observation], settings: AssemblySettings) -> list[tuple[Junction, Voices]]:
+    """Settle which walls meet: first where the corner was heard, then where little must be added."""
+    possible = junctions(spans, max_extension=settings.walls.heard_extension)
+    voices = dict(zip(possible, heard_at(possible, heard, settings.association), strict=True))
+    trusted = [each for each in possible if voices[each] or each.longest <= settings.walls.max_extension]
+    return [(each, voices[each]) for each in settle(sorted(trusted, key=lambda each: not voices[each]))]

@@ -1,5 +1,7 @@
 """Corners: the crossings of neighbouring walls, and whether they were heard by themselves."""
 
+from typing import TypeAlias
+
 import numpy as np
 
 from echoplan.arrays import FloatArray
@@ -9,20 +11,22 @@ from echoplan.mapping.junctions import Junction
 from echoplan.mapping.observations import Observation, shares, stations_of
 from echoplan.model import ClassProbabilities, Corner, Wall
 
-__all__ = ["corners_of", "crossing_covariance"]
+__all__ = ["Voices", "corner_of", "crossing_covariance", "heard_at"]
+
+# What was heard of one corner.
+Voices: TypeAlias = tuple[Observation, ...]
 
 
-def corners_of(
-    walls: tuple[Wall, ...], meetings: list[Junction], heard: list[Observation], settings: AssociationSettings
-) -> tuple[Corner, ...]:
-    """Make corners where walls meet, and give each what was heard of it.
+def heard_at(meetings: list[Junction], heard: list[Observation], settings: AssociationSettings) -> list[Voices]:
+    """Tell what was heard of each corner.
+
+    A corner says little of its direction, for it answers in whatever window the walls beside it leave; it is known
+    by its distance.
 
     Parameters
     ----------
-    walls : tuple of Wall
-        The walls.
     meetings : list of Junction
-        Where they meet; numbers as in ``walls``.
+        Where walls may meet.
     heard : list of Observation
         Observations of corners.
     settings : AssociationSettings
@@ -30,15 +34,43 @@ def corners_of(
 
     Returns
     -------
-    tuple of Corner
-        One for each meeting; what was heard where no two walls meet is none.
+    list of tuple of Observation
+        The observations of each meeting; one that fits several is given to that whose distance fits best.
     """
     voices: list[list[Observation]] = [[] for _ in meetings]
     for observation in heard:
-        number = _heard_at(observation, meetings, settings)
+        number = _nearest(observation, meetings, settings)
         if number is not None:
             voices[number].append(observation)
-    return tuple(_corner(walls, meeting, group) for meeting, group in zip(meetings, voices, strict=True))
+    return [tuple(each) for each in voices]
+
+
+def corner_of(meeting: Junction, walls: tuple[Wall, ...], voices: Voices) -> Corner:
+    """Make a corner where two walls meet.
+
+    Parameters
+    ----------
+    meeting : Junction
+        Where they meet; numbers as in ``walls``.
+    walls : tuple of Wall
+        The walls.
+    voices : tuple of Observation
+        What was heard of the corner itself.
+
+    Returns
+    -------
+    Corner
+        The corner.
+    """
+    degrees = np.sum([each.degrees for each in voices], axis=0) if voices else None
+    return Corner(
+        position_xy=meeting.position_xy,
+        kind=meeting.kind,
+        covariance=crossing_covariance(walls[meeting.first], walls[meeting.second]),
+        class_probabilities=ClassProbabilities(corner=1.0) if degrees is None else shares(degrees),
+        pings=sum(each.pings for each in voices),
+        stations=stations_of(voices),
+    )
 
 
 def crossing_covariance(first: Wall, second: Wall) -> FloatArray:
@@ -74,26 +106,10 @@ def _crossing(first: Wall, second: Wall) -> FloatArray:
     return intersections(_line(first), _line(second))
 
 
-def _heard_at(observation: Observation, meetings: list[Junction], settings: AssociationSettings) -> int | None:
-    """Tell at which meeting a corner was heard: the one whose distance fits best, within the gates.
-
-    A corner says little of its direction: it answers in whatever window the walls beside it leave.
-    """
+def _nearest(observation: Observation, meetings: list[Junction], settings: AssociationSettings) -> int | None:
     point = observation.point
     away = np.array([meeting.position_xy for meeting in meetings]).reshape(-1, 2) - point.hub_xy
     misses = np.abs(np.hypot(*away.T) - point.distance)
     turns = np.abs(wrap(np.arctan2(away[:, 1], away[:, 0]) - point.bearing))
     fits = (misses <= settings.distance_gate) & (turns <= settings.bearing_gate + 3 * np.sqrt(point.covariance[0, 0]))
     return int(np.argmin(np.where(fits, misses, np.inf))) if fits.any() else None
-
-
-def _corner(walls: tuple[Wall, ...], meeting: Junction, heard: list[Observation]) -> Corner:
-    degrees = np.sum([each.degrees for each in heard], axis=0) if heard else None
-    return Corner(
-        position_xy=meeting.position_xy,
-        kind=meeting.kind,
-        covariance=crossing_covariance(walls[meeting.first], walls[meeting.second]),
-        class_probabilities=ClassProbabilities(corner=1.0) if degrees is None else shares(degrees),
-        pings=sum(each.pings for each in heard),
-        stations=stations_of(tuple(heard)),
-    )

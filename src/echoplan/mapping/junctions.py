@@ -9,7 +9,7 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import along, directions, intersections, signed_distances
 from echoplan.model import CornerKind
 
-__all__ = ["Junction", "Span", "junctions"]
+__all__ = ["Junction", "Span", "junctions", "settle"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -63,8 +63,8 @@ class Junction:
         At which end of each.
     position_xy : ndarray, shape (2,)
         Where their lines cross [m].
-    extension : float
-        By how much both together must be lengthened to meet [m].
+    extension, longest : float
+        By how much both together, and the one that is farther off, must be lengthened to meet [m].
     kind : CornerKind
         Whether one hears into the corner or around it.
     """
@@ -75,11 +75,17 @@ class Junction:
     second_at_high: bool
     position_xy: FloatArray
     extension: float
+    longest: float
     kind: CornerKind
+
+    @property
+    def ends(self) -> tuple[tuple[int, bool], tuple[int, bool]]:
+        """Which ends meet: number of the span, and whether it is the high end."""
+        return (self.first, self.first_at_high), (self.second, self.second_at_high)
 
 
 def junctions(spans: list[Span], *, max_extension: float, min_turn: float = np.radians(20)) -> list[Junction]:
-    """Find where neighbouring spans meet, the nearest meetings first; each end meets once.
+    """Find where spans can meet.
 
     Parameters
     ----------
@@ -93,19 +99,32 @@ def junctions(spans: list[Span], *, max_extension: float, min_turn: float = np.r
     Returns
     -------
     list of Junction
-        In the order of what must be added to the walls; empty if none meet.
+        The nearest meetings first; an end may occur in several.
     """
-    found = [
-        _meeting(pair, spans, max_extension=max_extension, min_turn=min_turn)
-        for pair in combinations(range(len(spans)), 2)
-    ]
+    pairs = combinations(range(len(spans)), 2)
+    found = (_meeting(pair, spans, max_extension=max_extension, min_turn=min_turn) for pair in pairs)
+    return sorted((each for each in found if each is not None), key=lambda each: each.extension)
+
+
+def settle(meetings: list[Junction]) -> list[Junction]:
+    """Let each end of a wall meet one other.
+
+    Parameters
+    ----------
+    meetings : list of Junction
+        Possible meetings, the more trusted first.
+
+    Returns
+    -------
+    list of Junction
+        Those whose ends none of the earlier ones took.
+    """
     chosen: list[Junction] = []
     taken: set[tuple[int, bool]] = set()
-    for junction in sorted((each for each in found if each is not None), key=lambda each: each.extension):
-        ends = {(junction.first, junction.first_at_high), (junction.second, junction.second_at_high)}
-        if not ends & taken:
-            taken |= ends
-            chosen.append(junction)
+    for meeting in meetings:
+        if not taken & set(meeting.ends):
+            taken |= set(meeting.ends)
+            chosen.append(meeting)
     return chosen
 
 
@@ -126,6 +145,7 @@ def _meeting(pair: tuple[int, int], spans: list[Span], *, max_extension: float, 
         second_at_high=at_high[1],
         position_xy=position,
         extension=sum(max(gap, 0.0) for gap in gaps),
+        longest=max(*gaps, 0.0),
         kind=kind,
     )
 

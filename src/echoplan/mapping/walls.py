@@ -1,13 +1,12 @@
 """Walls: from lines that several sweeps share to faces with ends."""
 
-from dataclasses import replace
-
 import numpy as np
 from pydantic import BaseModel, Field
 
+from echoplan.arrays import FloatArray
 from echoplan.geometry import along
 from echoplan.mapping.association import Group
-from echoplan.mapping.junctions import Junction, Span, junctions
+from echoplan.mapping.junctions import Junction, Span
 from echoplan.mapping.observations import shares
 from echoplan.model import Wall
 
@@ -18,9 +17,12 @@ class WallSettings(BaseModel, frozen=True, extra="forbid"):
     """How far walls go beyond what was heard of them."""
 
     max_extension: float = Field(
-        default=1.5,
+        default=1.0,
         ge=0.0,
-        description="greatest length by which a wall is extended to meet its neighbour [m]: half a module's reach",
+        description="greatest length by which a wall is extended to meet its neighbour unheard [m]",
+    )
+    heard_extension: float = Field(
+        default=3.0, ge=0.0, description="likewise where the corner itself was heard [m]: the reach of a module"
     )
     wavelength: float = Field(
         default=0.0086,
@@ -56,41 +58,39 @@ def heard_span(group: Group, settings: WallSettings) -> Span:
     )
 
 
-def walls_of(groups: list[Group], settings: WallSettings) -> tuple[tuple[Wall, ...], list[Junction]]:
+def walls_of(groups: list[Group], spans: list[Span], meetings: list[Junction]) -> tuple[Wall, ...]:
     """Make walls of lines, lengthened to where they meet their neighbours.
 
     Parameters
     ----------
     groups : list of Group
         Lines with their observations.
-    settings : WallSettings
-        How far a wall may be lengthened.
+    spans : list of Span
+        How far each was heard.
+    meetings : list of Junction
+        Where they meet.
 
     Returns
     -------
     tuple of Wall
         One a group, in the same order.
-    list of Junction
-        Where they meet.
     """
-    spans = [heard_span(group, settings) for group in groups]
-    meetings = junctions(spans, max_extension=settings.max_extension)
-    for meeting in meetings:
-        for number, at_high in (
-            (meeting.first, meeting.first_at_high),
-            (meeting.second, meeting.second_at_high),
-        ):
-            end = float(along(spans[number].line, meeting.position_xy))
-            spans[number] = replace(spans[number], high=end) if at_high else replace(spans[number], low=end)
-    walls = tuple(_wall(group, span) for group, span in zip(groups, spans, strict=True))
-    return walls, meetings
+    ends = {end: meeting.position_xy for meeting in meetings for end in meeting.ends}
+    return tuple(
+        _wall(
+            group,
+            ends.get((number, False), span.point_xy(span.low)),
+            ends.get((number, True), span.point_xy(span.high)),
+        )
+        for number, (group, span) in enumerate(zip(groups, spans, strict=True))
+    )
 
 
-def _wall(group: Group, span: Span) -> Wall:
+def _wall(group: Group, start_xy: FloatArray, end_xy: FloatArray) -> Wall:
     return Wall(
-        normal_angle=float(span.line[0]),
-        offset=float(span.line[1]),
-        endpoints_xy=np.stack([span.point_xy(span.low), span.point_xy(span.high)]),
+        normal_angle=float(group.fit.parameters[0]),
+        offset=float(group.fit.parameters[1]),
+        endpoints_xy=np.stack([start_xy, end_xy]),
         covariance=group.fit.covariance,
         class_probabilities=shares(group.degrees),
         pings=group.pings,

@@ -12,6 +12,7 @@ from echoplan.model.features import (
 from echoplan.model.rig import Firing, Rig, Servo
 from echoplan.model.sensor import Sensor, Transducer
 from echoplan.model.sweep import Pings, Recording, Source, Sweep
+from echoplan.model.table import Table
 from echoplan.model.world import Pillar, Polyline, Route, Truth, World
 
 __all__ = [
@@ -32,6 +33,7 @@ __all__ = [
     "Servo",
     "Source",
     "Sweep",
+    "Table",
     "Transducer",
     "Truth",
     "Wall",

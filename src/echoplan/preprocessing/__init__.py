@@ -1,6 +1,16 @@
-"""What happens to readings before anything is extracted: validity and the K-means filter."""
+"""What happens to readings before anything is extracted: validity, the K-means filter, a survey of it all."""
 
 from echoplan.preprocessing.kmeans import KmeansSettings, echo_points, kmeans_filter
+from echoplan.preprocessing.survey import SensorSurvey, Survey, survey
 from echoplan.preprocessing.validity import is_valid, valid_pings
 
-__all__ = ["KmeansSettings", "echo_points", "is_valid", "kmeans_filter", "valid_pings"]
+__all__ = [
+    "KmeansSettings",
+    "SensorSurvey",
+    "Survey",
+    "echo_points",
+    "is_valid",
+    "kmeans_filter",
+    "survey",
+    "valid_pings",
+]

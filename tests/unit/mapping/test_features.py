@@ -8,68 +8,77 @@ from echoplan.mapping import (
     AssociationSettings,
     CylinderSettings,
     Grouped,
+    Observation,
     WallSettings,
     assemble,
-    corners_of,
     crossing_covariance,
     cylinder_of,
     group_lines,
-    walls_of,
+    heard_span,
 )
-from echoplan.model import CornerKind, Wall
+from echoplan.model import CornerKind, FeatureMap, Wall
 
 GATES = AssociationSettings()
 SOUTH, EAST = (-np.pi / 2, 0.0), (0.0, 3.0)
 HUBS = [(0.6, 1.0), (1.4, 0.7), (2.2, 1.3)]
 
 
-def grouped_walls() -> Grouped:
-    heard = [scenes.observed_wall(line, hub, sweep=k) for line in (SOUTH, EAST) for k, hub in enumerate(HUBS)]
-    return Grouped(lines=group_lines(heard, GATES))
+def heard_walls() -> list[Observation]:
+    return [scenes.observed_wall(line, hub, sweep=k) for line in (SOUTH, EAST) for k, hub in enumerate(HUBS)]
+
+
+def mapped(
+    heard: list[Observation] | None = None, corners: list[Observation] | None = None, **settings: float
+) -> FeatureMap:
+    grouped = Grouped(lines=group_lines(heard or heard_walls(), GATES), corners=corners or [])
+    return assemble(grouped, [], AssemblySettings(walls=WallSettings(**settings)), method="test")
 
 
 def test_walls_are_as_long_as_they_were_heard_and_end_where_they_meet() -> None:
-    walls, meetings = walls_of(grouped_walls().lines, WallSettings())
-    south = next(wall for wall in walls if abs(wall.normal_angle) > 1)
-    assert len(meetings) == 1
-    xs = sorted(south.endpoints_xy[:, 0])
+    feature_map = mapped()
+    south = next(wall for wall in feature_map.walls if abs(wall.normal_angle) > 1)
     zone = np.sqrt(0.0086 * 1.0 / 2)
-    assert xs == pytest.approx([0.6 - zone, 3.0], abs=1e-6)
+    assert sorted(south.endpoints_xy[:, 0]) == pytest.approx([0.6 - zone, 3.0], abs=1e-6)
     assert south.stations == 3
     assert south.class_probabilities.wall == 1.0
 
 
 def test_a_wall_heard_once_is_a_fresnel_zone_long() -> None:
     groups = group_lines([scenes.observed_wall(EAST, (1.0, 1.0))], GATES)
-    (wall,), _ = walls_of(groups, WallSettings())
-    assert wall.length == pytest.approx(2 * np.sqrt(0.0086 * 2.0 / 2))
+    span = heard_span(groups[0], WallSettings())
+    assert span.high - span.low == pytest.approx(2 * np.sqrt(0.0086 * 2.0 / 2))
 
 
 def test_corners_are_crossings_and_know_whether_they_were_heard() -> None:
-    walls, meetings = walls_of(grouped_walls().lines, WallSettings())
-    heard = [scenes.observed_circle((3.0, 0.0, 0.0), (1.4, 0.7), degrees=(0.9, 0.1, 0.0))]
-    (corner,) = corners_of(walls, meetings, heard, GATES)
-    assert corner.position_xy == pytest.approx([3.0, 0.0], abs=1e-6)
-    assert corner.kind is CornerKind.CONCAVE
-    assert corner.pings == 40
-    assert corner.class_probabilities.corner == pytest.approx(0.9)
-    (silent,) = corners_of(walls, meetings, [], GATES)
+    (silent,) = mapped().corners
+    assert silent.position_xy == pytest.approx([3.0, 0.0], abs=1e-6)
+    assert silent.kind is CornerKind.CONCAVE
     assert silent.pings == 0
+    (corner,) = mapped(corners=[scenes.observed_circle((3.0, 0.0, 0.0), (1.4, 0.7), degrees=(0.9, 0.1, 0.0))]).corners
+    assert corner.pings == 40
+    assert corner.stations == 1
+    assert corner.class_probabilities.corner == pytest.approx(0.9)
+
+
+def test_walls_far_apart_meet_only_where_their_corner_was_heard() -> None:
+    assert mapped(max_extension=0.1).corners == ()
+    heard = [scenes.observed_circle((3.0, 0.0, 0.0), (1.4, 0.7), degrees=(0.9, 0.1, 0.0))]
+    (corner,) = mapped(corners=heard, max_extension=0.1).corners
+    assert corner.position_xy == pytest.approx([3.0, 0.0], abs=1e-6)
+    assert mapped(corners=heard, max_extension=0.1, heard_extension=0.5).corners == ()
 
 
 @pytest.mark.parametrize("elsewhere", [(1.5, 1.5), (2.9, 0.0), (3.4, 0.7)])
 def test_what_is_heard_where_no_walls_meet_is_no_corner(elsewhere: tuple[float, float]) -> None:
-    walls, meetings = walls_of(grouped_walls().lines, WallSettings())
     astray = [scenes.observed_circle((*elsewhere, 0.0), (1.4, 0.7))]
-    assert [corner.pings for corner in corners_of(walls, meetings, astray, GATES)] == [0]
+    assert [corner.pings for corner in mapped(corners=astray).corners] == [0]
 
 
 def test_a_corner_may_be_heard_anywhere_in_its_window() -> None:
-    walls, meetings = walls_of(grouped_walls().lines, WallSettings())
-    hub, distance = (1.4, 0.7), float(np.hypot(1.6, 0.7))
-    middle = float(np.arctan2(-0.7, 1.6)) + 0.2
-    vague = scenes.observed(hub, bearing=middle, distance=distance, degrees=(0.9, 0.1, 0.0), bearing_sigma=0.1)
-    assert [corner.pings for corner in corners_of(walls, meetings, [vague], GATES)] == [40]
+    distance = float(np.hypot(1.6, 0.7))
+    beside = float(np.arctan2(-0.7, 1.6)) + 0.2
+    vague = scenes.observed((1.4, 0.7), bearing=beside, distance=distance, degrees=(0.9, 0.1, 0.0), bearing_sigma=0.1)
+    assert [corner.pings for corner in mapped(corners=[vague]).corners] == [40]
 
 
 def test_the_covariance_of_a_crossing_is_that_of_repeated_trials() -> None:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from echoplan.mapping import Span, junctions
+from echoplan.mapping import Span, junctions, settle
 from echoplan.model import CornerKind
 
 # The room lies in the first quadrant; normals point out of it.
@@ -16,6 +16,7 @@ def test_neighbours_meet_where_their_lines_cross() -> None:
     (corner,) = junctions([SOUTH, EAST], max_extension=1.0)
     assert corner.position_xy == pytest.approx([3.0, 0.0])
     assert corner.extension == pytest.approx(0.4 + 0.4)
+    assert corner.longest == pytest.approx(0.4)
     assert corner.kind is CornerKind.CONCAVE
     assert (corner.first_at_high, corner.second_at_high) == (True, False)
 
@@ -43,7 +44,9 @@ def test_a_crossing_inside_a_wall_is_no_corner() -> None:
 def test_each_end_meets_its_nearest_neighbour_only() -> None:
     beyond = Span(line=np.array([0.0, 3.4]), low=0.4, high=1.5)
     meetings = junctions([SOUTH, EAST, beyond], max_extension=2.0)
-    assert [(each.first, each.second) for each in meetings] == [(0, 1)]
+    assert [(each.first, each.second) for each in meetings] == [(0, 1), (0, 2)]
+    assert settle(meetings) == meetings[:1]
+    assert settle(meetings[::-1]) == meetings[1:]
 
 
 def test_a_span_knows_its_points() -> None:

@@ -1,0 +1,80 @@
+"""``echoplan evaluate``: a map against the truth."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from echoplan.cli.terminal import console, show
+
+if TYPE_CHECKING:
+    from echoplan.evaluation import Evaluation
+    from echoplan.model import Table
+
+__all__ = ["evaluation_tables", "run"]
+
+
+def run(
+    feature_map: Annotated[Path, typer.Argument(metavar="MAP", help="A map.json, or the folder that holds it.")],
+    truth: Annotated[Path, typer.Argument(help="A truth.json, or the folder that holds it.")],
+    min_heard: Annotated[int, typer.Option(help="Objects heard from fewer stations are not asked for.", min=0)] = 2,
+    as_json: Annotated[bool, typer.Option("--json", help="Print all numbers as JSON.")] = False,
+) -> None:
+    """Hold a map against the truth: Table 5 of the paper, recall and precision, classes, uncertainties.
+
+    Example: echoplan evaluate map/ rec/truth.json
+    """
+    from echoplan.evaluation import (  # noqa: PLC0415 - --help must not wait for NumPy
+        EvaluationSettings,
+        MatchingSettings,
+        evaluate,
+        evaluation_document,
+    )
+    from echoplan.io import read_map, read_truth  # noqa: PLC0415
+    from echoplan.io.text import format_json  # noqa: PLC0415
+
+    evaluation = evaluate(
+        read_map(_inside(feature_map, "map.json")),
+        read_truth(_inside(truth, "truth.json")),
+        EvaluationSettings(matching=MatchingSettings(min_heard=min_heard)),
+    )
+    if as_json:
+        console().print(format_json(evaluation_document(evaluation)))
+        return
+    for table in evaluation_tables(evaluation):
+        show(table)
+
+
+def evaluation_tables(evaluation: "Evaluation") -> tuple["Table", ...]:
+    """Lay out an evaluation as tables.
+
+    Parameters
+    ----------
+    evaluation : Evaluation
+        Of one map.
+
+    Returns
+    -------
+    tuple of Table
+        Walls, cylinders, recall and precision, classes, consistency; without those that would be empty.
+    """
+    from echoplan.evaluation import (  # noqa: PLC0415
+        confusion_table,
+        consistency_table,
+        cylinder_table,
+        tally_table,
+        wall_table,
+    )
+
+    tables = (
+        wall_table(evaluation.matches.walls),
+        cylinder_table(evaluation.matches.cylinders),
+        tally_table({name: matching.tally for name, matching in evaluation.matches.by_class.items()}),
+        confusion_table(evaluation.confusion),
+        consistency_table(evaluation.consistency),
+    )
+    return tuple(table for table in tables if table.rows)
+
+
+def _inside(path: Path, name: str) -> Path:
+    return path / name if path.is_dir() else path

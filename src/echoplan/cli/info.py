@@ -1,0 +1,59 @@
+"""``echoplan info``: what is in a recording, and how well it was heard."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from echoplan.cli.terminal import Progressing, console, show
+
+if TYPE_CHECKING:
+    from echoplan.model import Rig, Table
+    from echoplan.preprocessing import Survey
+
+__all__ = ["run"]
+
+
+def run(
+    source: Annotated[str, typer.Argument(help="A recording's folder, or sim:WORLD.")],
+) -> None:
+    """Tell what is in a recording: rig, sweeps, pings, echoes.
+
+    Example: echoplan info rec/
+    """
+    from echoplan.preprocessing import survey  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.sources import open_source  # noqa: PLC0415
+
+    opened = open_source(source)
+    found = survey(Progressing(opened, "reading"), opened.rig)
+    console().print(_headline(opened.name, opened.rig, found))
+    show(_sensor_table(found))
+
+
+def _headline(name: str, rig: "Rig", found: "Survey") -> str:
+    pings = sum(sensor.pings for sensor in found.sensors)
+    width, depth = found.high_xy - found.low_xy
+    return (
+        f"{name}: {found.sweeps} sweeps, {pings} pings, {found.duration:.1f} s, made by {rig.name!r} with "
+        f"{len(rig.sensors)} sensors\nway of the robot: {found.way:.2f} m within {width:.2f} x {depth:.2f} m\n"
+    )
+
+
+def _sensor_table(found: "Survey") -> "Table":
+    from echoplan.model import Table  # noqa: PLC0415
+
+    return Table(
+        title="What came of the pings",
+        columns=("sensor", "pings", "echo (%)", "no echo (%)", "too close (%)", "faulty (%)", "ranges (m)"),
+        rows=tuple(
+            (
+                str(each.sensor_id),
+                str(each.pings),
+                *(
+                    f"{100 * count / max(each.pings, 1):.1f}"
+                    for count in (each.valid, each.silent, each.too_close, each.faulty)
+                ),
+                f"{each.shortest:.3f} to {each.longest:.3f}" if each.valid else "-",
+            )
+            for each in found.sensors
+        ),
+    )

@@ -1,0 +1,122 @@
+"""A survey of a recording: how many pings each sensor fired, and what came of them (REP 117)."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.model import Pings, Rig, Sweep
+from echoplan.preprocessing.validity import is_valid
+
+__all__ = ["SensorSurvey", "Survey", "survey"]
+
+_OUTCOMES = ("pings", "valid", "silent", "too_close", "faulty")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SensorSurvey:
+    """What came of the pings of one sensor.
+
+    Parameters
+    ----------
+    sensor_id : int
+        The sensor.
+    pings, valid, silent, too_close, faulty : int
+        All pings; those with a range within dead distance and reach; no echo; nearer than the dead distance;
+        no reading at all.
+    shortest, longest : float
+        Least and greatest valid range [m]; nan if there is none.
+    """
+
+    sensor_id: int
+    pings: int
+    valid: int
+    silent: int
+    too_close: int
+    faulty: int
+    shortest: float
+    longest: float
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Survey:
+    """What a recording holds.
+
+    Parameters
+    ----------
+    sweeps : int
+        How many sweeps.
+    duration : float
+        From the first ping to the last [s].
+    way : float
+        Length of the way of the robot [m].
+    low_xy, high_xy : ndarray, shape (2,)
+        Corners of the box that holds all positions of the robot [m].
+    sensors : tuple of SensorSurvey
+        The sensors, in the order of the rig.
+    """
+
+    sweeps: int
+    duration: float
+    way: float
+    low_xy: FloatArray
+    high_xy: FloatArray
+    sensors: tuple[SensorSurvey, ...]
+
+
+def survey(sweeps: Iterable[Sweep], rig: Rig) -> Survey:
+    """Survey a recording, sweep by sweep, however long it is.
+
+    Parameters
+    ----------
+    sweeps : iterable of Sweep
+        The sweeps, at least one.
+    rig : Rig
+        What made them.
+
+    Returns
+    -------
+    Survey
+        Counts and extents.
+    """
+    counts = np.zeros((len(rig.sensors), len(_OUTCOMES)), dtype=np.int64)
+    extremes = np.tile([np.inf, -np.inf], (len(rig.sensors), 1))
+    stations, ends_ns = [], []
+    for sweep in sweeps:
+        pings = Pings.from_sweep(sweep, rig)
+        counts += _counts(pings, rig)
+        valid = is_valid(pings, rig)
+        np.minimum.at(extremes[:, 0], pings.sensors[valid], pings.ranges[valid])
+        np.maximum.at(extremes[:, 1], pings.sensors[valid], pings.ranges[valid])
+        stations.append(sweep.map_from_base[[0, -1], :2])
+        ends_ns += [int(sweep.stamps_ns[0]), int(sweep.stamps_ns[-1])]
+    positions = np.concatenate(stations)
+    return Survey(
+        sweeps=len(stations),
+        duration=(ends_ns[-1] - ends_ns[0]) * 1e-9,
+        way=float(np.hypot(*np.diff(positions, axis=0).T).sum()),
+        low_xy=positions.min(axis=0),
+        high_xy=positions.max(axis=0),
+        sensors=tuple(_sensor_survey(*each) for each in zip(rig.sensor_ids, counts, extremes, strict=True)),
+    )
+
+
+def _counts(pings: Pings, rig: Rig) -> IntArray:
+    """Outcomes by sensor, shape (s, 5); a finite range beyond the reach counts as no echo, one before as too close."""
+    with np.errstate(invalid="ignore"):
+        silent = pings.ranges > rig.max_ranges[pings.sensors]
+        too_close = pings.ranges < rig.min_ranges[pings.sensors]
+    outcomes = (np.ones(len(pings), dtype=bool), is_valid(pings, rig), silent, too_close, np.isnan(pings.ranges))
+    size = len(rig.sensors)
+    return np.stack([np.bincount(pings.sensors[each], minlength=size) for each in outcomes], axis=1)
+
+
+def _sensor_survey(sensor_id: int, counts: IntArray, extremes: FloatArray) -> SensorSurvey:
+    shortest, longest = np.where(np.isfinite(extremes), extremes, np.nan).tolist()
+    return SensorSurvey(
+        sensor_id=int(sensor_id),
+        shortest=shortest,
+        longest=longest,
+        **dict(zip(_OUTCOMES, counts.tolist(), strict=True)),
+    )
