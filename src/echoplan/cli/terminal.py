@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Progressing", "console", "report_files", "show"]
 
+_PIPE_WIDTH = 200
+
 
 def console() -> Console:
     """Return the console that commands print to.
@@ -23,7 +25,9 @@ def console() -> Console:
     Console
         Of standard output; plain text where that is no terminal.
     """
-    return Console(highlight=False, soft_wrap=True)
+    # What goes into a pipe or a file must not be folded at the width of a terminal that is not there.
+    plain = Console(highlight=False)
+    return plain if plain.is_terminal else Console(highlight=False, width=_PIPE_WIDTH)
 
 
 def show(table: "Table") -> None:
