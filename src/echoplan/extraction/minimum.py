@@ -10,7 +10,15 @@ from echoplan.extraction.clusters import Cluster
 from echoplan.extraction.compensation import arm_excess
 from echoplan.geometry import directions, wrap
 
-__all__ = ["LocatedPoint", "MdpSettings", "Parabola", "fit_parabola", "middle_point", "minimum_distance_point"]
+__all__ = [
+    "LocatedPoint",
+    "MdpSettings",
+    "Parabola",
+    "compensated_distances",
+    "fit_parabola",
+    "middle_point",
+    "minimum_distance_point",
+]
 
 
 class MdpSettings(BaseModel, frozen=True, extra="forbid"):
@@ -143,6 +151,32 @@ def fit_parabola(bearings: FloatArray, distances: FloatArray, *, floor: float = 
     )
 
 
+def compensated_distances(cluster: Cluster, *, normal: float, depth: float, radius: float = np.inf) -> FloatArray:
+    """Take out of distances what the turning arm added (Eq. 1-5).
+
+    Parameters
+    ----------
+    cluster : Cluster
+        Echoes of one object.
+    normal : float
+        Direction of the object's normal [rad].
+    depth : float
+        The reading in that direction [m].
+    radius : float, optional
+        Curvature of the object [m]: ``inf`` flat, 0 corner.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Distance of the object from the hub as each echo tells it [m].
+    """
+    arms_xy = cluster.pings.origins_xy - cluster.pings.hubs_xy
+    arms, angles = np.hypot(*arms_xy.T), np.arctan2(arms_xy[:, 1], arms_xy[:, 0])
+    excess = arm_excess(wrap(angles - normal), arm=arms, depth=depth, radius=radius)
+    distances: FloatArray = cluster.pings.ranges + arms - excess
+    return distances
+
+
 def minimum_distance_point(
     cluster: Cluster, settings: MdpSettings | None = None, *, radius: float = np.inf, resolution: float = 0.0
 ) -> LocatedPoint | None:
@@ -166,20 +200,18 @@ def minimum_distance_point(
         because such a cluster shows no nearest point.
     """
     settings = settings or MdpSettings()
-    arms_xy = cluster.pings.origins_xy - cluster.pings.hubs_xy
-    arms, arm_angles = np.hypot(*arms_xy.T), np.arctan2(arms_xy[:, 1], arms_xy[:, 0])
+    arm = float(np.hypot(*(cluster.pings.origins_xy - cluster.pings.hubs_xy).T).mean())
     normal = float(cluster.bearings[np.argmin(cluster.distances)])
     depth = float(cluster.pings.ranges.min())
     parabola = None
     for _ in range(settings.iterations):
-        excess = arm_excess(wrap(arm_angles - normal), arm=arms, depth=depth, radius=radius)
-        distances = cluster.pings.ranges + arms - excess
+        distances = compensated_distances(cluster, normal=normal, depth=depth, radius=radius)
         parabola = fit_parabola(cluster.bearings, distances, floor=resolution / np.sqrt(12))
         if parabola is None or not parabola.opens_upward:
             return None
         normal, distance = parabola.vertex
         normal = float(np.clip(normal, cluster.bearings[0], cluster.bearings[-1]))
-        depth = max(float(distance) - float(arms.mean()), 0.0)
+        depth = max(float(distance) - arm, 0.0)
     if parabola is None or not cluster.bearings[0] <= parabola.vertex[0] <= cluster.bearings[-1]:
         return None
     bearing, distance = parabola.vertex

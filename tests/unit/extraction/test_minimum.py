@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import scenes
-from echoplan.extraction import fit_parabola, middle_point, minimum_distance_point
+from echoplan.extraction import compensated_distances, fit_parabola, middle_point, minimum_distance_point
 
 
 def test_the_parabola_is_the_least_squares_one() -> None:
@@ -25,6 +25,13 @@ def test_the_parabola_is_solved_well_where_the_printed_normal_equations_fail() -
     assert parabola is not None
     assert parabola.vertex == pytest.approx([1e4 + 0.3, 0.5], abs=1e-6)
     assert abs(printed_vertex - (1e4 + 0.3)) > 1e-3
+
+
+def test_every_echo_of_a_wall_tells_its_distance_once_the_arm_is_taken_out() -> None:
+    bearings = scenes.around(1.0, np.radians(30))
+    cluster = scenes.cluster(bearings, scenes.wall_ranges(bearings, normal=1.0, distance=1.2))
+    assert np.ptp(cluster.pings.ranges) > 0.006
+    assert compensated_distances(cluster, normal=1.0, depth=1.15) == pytest.approx(np.full(len(bearings), 1.2))
 
 
 def test_two_directions_leave_a_parabola_undetermined() -> None:
