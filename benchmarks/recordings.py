@@ -1,4 +1,4 @@
-"""Scores of methods on recordings with truth: python benchmarks/recordings.py FOLDER... [--methods A,B] [--min-heard N]
+"""Scores of methods on recordings with truth: python benchmarks/recordings.py FOLDER... [--methods A,B].
 
 A folder is a recording (pings.csv, rig.toml, truth.json) or holds recordings; those without truth are passed over.
 Prints a row for each recording and method, and a row for all recordings of a method together.
