@@ -341,25 +341,24 @@ def _passes(disc: Disc, p: complex, q: complex) -> bool:
 @compiled
 def _glance(disc: Disc, p: complex, q: complex) -> tuple[complex, float]:
     # The point of a cylinder at which sound from p is reflected to q, and the cosine of its incidence; 0 if none.
-    # The way over the cylinder is shortest there; a few of Newton's steps lead from where the nearer end has the say.
+    # The way over the cylinder is shortest there: Newton's steps, or halving where an end is still out of sight.
     away_p, away_q = _distance(p, disc.center), _distance(q, disc.center)
-    if min(away_p, away_q) <= disc.radius:
+    if min(away_p, away_q) <= disc.radius or _passes(disc, p, q):
         return disc.center, 0.0
-    say_p, say_q = (away_q - disc.radius) / away_p, (away_p - disc.radius) / away_q
-    normal = say_p * (p - disc.center) + say_q * (q - disc.center)
-    for _ in range(12):
+    low, high = (p - disc.center) * (1 / away_p), (q - disc.center) * (1 / away_q)
+    normal = (away_q - disc.radius) * low + (away_p - disc.radius) * high
+    way = math.copysign(1.0, (high * low.conjugate()).imag)
+    for _ in range(50):
         normal *= 1 / _distance(normal, 0j)
         spot = disc.center + disc.radius * normal
         near_p, near_q = _distance(p, spot), _distance(q, spot)
-        to_p, to_q = (p - spot) * normal.conjugate(), (q - spot) * normal.conjugate()
-        cosine_p, cosine_q = to_p.real / near_p, to_q.real / near_q
-        slope = to_p.imag / near_p + to_q.imag / near_q
-        if min(cosine_p, cosine_q) <= 0:
-            break
-        if abs(slope) < _TIE:
-            return spot, cosine_p
-        stiffness = cosine_p + cosine_q + disc.radius * (cosine_p**2 / near_p + cosine_q**2 / near_q)
-        normal *= complex(1.0, slope / stiffness)
+        to_p, to_q = (p - spot) * normal.conjugate() * (1 / near_p), (q - spot) * normal.conjugate() * (1 / near_q)
+        slope, is_lit = to_p.imag + to_q.imag, min(to_p.real, to_q.real) > 0
+        if is_lit and abs(slope) < _TIE:
+            return spot, to_p.real
+        low, high = (normal, high) if way * slope > 0 else (low, normal)
+        stiffness = to_p.real + to_q.real + disc.radius * (to_p.real**2 / near_p + to_q.real**2 / near_q)
+        normal = normal * complex(1.0, slope / stiffness) if is_lit else low + high
     return disc.center, 0.0
 
 

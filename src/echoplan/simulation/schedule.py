@@ -127,7 +127,7 @@ def build_schedule(rig: Rig, route: Route, *, servo_latency: float = 0.0) -> Sch
 
     Examples
     --------
-    >>> from echoplan.model import Sensor
+    >>> from echoplan.model import Sensor, Servo
     >>> sensor = Sensor(sensor_id=7, half_aperture=0.3, min_range=0.03, max_range=3.0, resolution=0.005)
     >>> rig = Rig(name="one", sensors=(sensor,), servo=Servo(start=0.0, stop=0.2, step=0.1))
     >>> schedule = build_schedule(rig, Route(map_from_base=[[0, 0, 0], [1, 0, 0]]))
