@@ -12,6 +12,7 @@ from echoplan.extraction.minimum import (
     minimum_distance_point,
 )
 from echoplan.extraction.rcd import Rcd, RcdSettings, region_of_constant_depth
+from echoplan.extraction.runs import connected_runs, rotation_step
 
 __all__ = [
     "Cluster",
@@ -23,6 +24,7 @@ __all__ = [
     "RcdSettings",
     "arm_excess",
     "compensated_distances",
+    "connected_runs",
     "cylinder_excess",
     "differential_clusters",
     "fit_parabola",
@@ -31,4 +33,5 @@ __all__ = [
     "middle_point",
     "minimum_distance_point",
     "region_of_constant_depth",
+    "rotation_step",
 ]

@@ -6,6 +6,7 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray, IntArray, checked_floats, store
+from echoplan.extraction.runs import connected_runs, rotation_step
 from echoplan.geometry import circular_mean, directions, wrap
 from echoplan.model import Pings
 
@@ -84,10 +85,6 @@ def hub_distances(pings: Pings) -> FloatArray:
 def differential_clusters(pings: Pings, settings: ClusteringSettings | None = None) -> list[Cluster]:
     """Split a sweep into runs of neighbouring echoes without a jump in distance.
 
-    Echoes are sorted around the full circle.  Each is linked to those of its next few neighbours that lie
-    within a few steps of rotation and differ by less than a jump: runs survive dropouts, step over stray echoes
-    and wrap around 360 degrees.
-
     Parameters
     ----------
     pings : Pings
@@ -98,54 +95,20 @@ def differential_clusters(pings: Pings, settings: ClusteringSettings | None = No
     Returns
     -------
     list of Cluster
-        The runs, counter-clockwise by their first echo; empty if there is none.
+        The runs; empty if there is none.
     """
     settings = settings or ClusteringSettings()
     if not len(pings):
         return []
     circle = pings[np.argsort(wrap(pings.bearings), kind="stable")]
     distances = hub_distances(circle)
-    max_gap = settings.max_gap * rotation_step(circle)
-    labels = _connect(wrap(circle.bearings), distances, max_gap=max_gap, settings=settings)
-    runs = [np.flatnonzero(labels == label) for label in np.unique(labels)]
+    max_gap = settings.max_gap * rotation_step(circle.bearings)
+    runs = connected_runs(circle.bearings, distances, max_gap=max_gap, jump=settings.jump, reach=settings.reach)
     return [
-        _cluster(circle, run, distances=distances, max_gap=max_gap) for run in runs if len(run) >= settings.min_pings
+        _cluster(circle, np.sort(run), distances=distances, max_gap=max_gap)
+        for run in runs
+        if len(run) >= settings.min_pings
     ]
-
-
-def rotation_step(pings: Pings) -> float:
-    """Return the usual turn from one ping to the next around the circle.
-
-    Parameters
-    ----------
-    pings : Pings
-        Pings of one sweep, at least one.
-
-    Returns
-    -------
-    float
-        Median gap between neighbouring directions that differ [rad]; a full turn for one direction.
-    """
-    directions_around = np.sort(np.mod(pings.bearings, 2 * np.pi))
-    gaps = np.diff(directions_around, append=directions_around[0] + 2 * np.pi)
-    distinct = gaps[gaps > 1e-6]
-    return float(np.median(distinct))
-
-
-def _connect(bearings: FloatArray, distances: FloatArray, *, max_gap: float, settings: ClusteringSettings) -> IntArray:
-    """Label connected echoes; bearings are sorted, neighbours are taken around the circle."""
-    from scipy.sparse import coo_array  # noqa: PLC0415 - only mappers need it
-    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
-
-    count = len(bearings)
-    first = np.tile(np.arange(count), settings.reach)
-    hops = np.repeat(np.arange(1, settings.reach + 1), count)
-    second = (first + hops) % count
-    gaps = np.mod(bearings[second] - bearings[first], 2 * np.pi)
-    linked = (gaps <= max_gap) & (np.abs(distances[second] - distances[first]) <= settings.jump)
-    links = coo_array((np.ones(linked.sum()), (first[linked], second[linked])), shape=(count, count))
-    labels: IntArray = connected_components(links, directed=False)[1].astype(np.int64)
-    return labels
 
 
 def _cluster(circle: Pings, run: IntArray, *, distances: FloatArray, max_gap: float) -> Cluster:

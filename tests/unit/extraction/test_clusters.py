@@ -3,7 +3,6 @@ import pytest
 
 import scenes
 from echoplan.extraction import ClusteringSettings, differential_clusters, hub_distances
-from echoplan.extraction.clusters import rotation_step
 
 
 def test_hub_distance_is_range_plus_arm() -> None:
@@ -53,9 +52,3 @@ def test_a_run_of_too_few_pings_is_no_cluster() -> None:
 
 def test_no_pings_make_no_clusters() -> None:
     assert differential_clusters(scenes.pings(np.zeros(0), np.zeros(0))) == []
-
-
-def test_the_step_of_rotation_is_the_usual_gap() -> None:
-    bearings = np.delete(scenes.around(0.0, np.radians(40)), [3, 50])
-    assert rotation_step(scenes.pings(bearings, np.ones(len(bearings)))) == pytest.approx(scenes.STEP)
-    assert rotation_step(scenes.pings(np.zeros(1), np.ones(1))) == pytest.approx(2 * np.pi)
