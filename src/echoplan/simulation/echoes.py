@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from echoplan.arrays import ComplexArray, FloatArray, IntArray
-from echoplan.simulation.compiled import compiled, compiled_and_kept
+from echoplan.compiled import compiled
 from echoplan.simulation.detector import Echoes
 from echoplan.simulation.scene import Disc, Edge, Face, Scene
 from echoplan.simulation.sonar import Sonar
@@ -30,7 +30,7 @@ _NEAREST = 1e-3
 _HASTE, _SWING = 1.01, 0.2
 
 
-@compiled_and_kept
+@compiled
 def find_echoes(stage: Stage, pings: IntArray, deadlines: FloatArray) -> Echoes:
     """Trace all paths from every audible burst to the receivers of some pings.
 

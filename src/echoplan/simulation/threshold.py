@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from echoplan.arrays import ComplexArray, FloatArray
-from echoplan.simulation.compiled import compiled, compiled_and_kept
+from echoplan.compiled import compiled
 from echoplan.simulation.detector import Detector, Echoes
 
 __all__ = ["first_crossings"]
@@ -27,7 +27,7 @@ class _Signal(NamedTuple):
     strengths: ComplexArray
 
 
-@compiled_and_kept
+@compiled
 def first_crossings(detector: Detector, echoes: Echoes, openings: FloatArray, deadlines: FloatArray) -> FloatArray:
     """Find when each ping's threshold is first reached.
 

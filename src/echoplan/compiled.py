@@ -1,0 +1,61 @@
+"""Functions compiled to machine code, kept on the disk and renewed when any of echoplan's code changes.
+
+Importing this module imports numba, which takes its time: import what uses it where it is used.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
+
+import numba
+from numba.core.caching import FunctionCache
+
+__all__ = ["compiled"]
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def compiled(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a function once and for all.
+
+    numba keeps machine code beside the file of a function and renews it when that file changes.  It does not see
+    that a function in another file, whose code was built into this one, has changed; so the state of the whole
+    package is made part of the key.
+
+    Parameters
+    ----------
+    function : callable
+        A function of numbers, arrays and named tuples of them.
+
+    Returns
+    -------
+    callable
+        The same function, fast; a division by zero gives ``inf`` or ``nan`` instead of an error.
+
+    Examples
+    --------
+    >>> compiled(lambda x: 1.0 / x)(0.0)
+    inf
+    """
+    fast: Any = numba.njit(error_model="numpy")(function)
+    if function.__name__.isidentifier():
+        # numba's own way in, njit(cache=True), cannot be told of another cache.
+        fast._cache = _PackageCache(function)  # type: ignore[no-untyped-call]  # noqa: SLF001
+    kept: Callable[P, R] = fast
+    return kept
+
+
+class _PackageCache(FunctionCache):
+    """numba's cache of a function, with the state of the package in the key."""
+
+    def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
+        key: tuple[Any, ...] = super()._index_key(sig, codegen)  # type: ignore[no-untyped-call]
+        return (*key, _state_of_package())
+
+
+@cache
+def _state_of_package() -> tuple[int, int]:
+    files = [path.stat() for path in Path(__file__).parent.rglob("*.py")]
+    return max(file.st_mtime_ns for file in files), sum(file.st_size for file in files)

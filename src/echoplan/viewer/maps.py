@@ -1,0 +1,173 @@
+"""Pictures of maps (Figure 13 of the paper): walls, corners, cylinders, stations and their uncertainty."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import directions
+from echoplan.model import Corner, CornerKind, Cylinder, FeatureClass, FeatureMap, Truth, Wall
+from echoplan.viewer.outline import wall_bodies
+from echoplan.viewer.palette import COLORS, INK, MARKERS, MUTED, TRUTH
+from echoplan.viewer.plan import Plan, station_labels
+from echoplan.viewer.style import dress_map, tell
+from echoplan.viewer.uncertainty import Ellipse
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = [
+    "draw_corners",
+    "draw_cylinders",
+    "draw_ellipses",
+    "draw_plan",
+    "draw_stations",
+    "draw_truth",
+    "draw_walls",
+]
+
+
+def draw_plan(axes: Axes, plan: Plan) -> None:
+    """Draw a whole map, over the true room where that is known (Figure 13).
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    plan : Plan
+        The map and the truth.
+    """
+    found = plan.feature_map
+    draw_walls(axes, found.walls, found.poses[:, :2], thickness=plan.thickness)
+    draw_cylinders(axes, found.cylinders)
+    if plan.truth is not None:
+        draw_truth(axes, plan.truth)
+    draw_stations(axes, found)
+    draw_ellipses(axes, plan.ellipses, magnification=plan.magnification)
+    draw_corners(axes, found.corners)
+    dress_map(axes)
+    tell(axes, columns=4, where="above")
+
+
+def draw_truth(axes: Axes, truth: Truth) -> None:
+    """Draw the room as it is.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    truth : Truth
+        The room.
+    """
+    around = directions(np.linspace(0.0, 2 * np.pi, 73))
+    circles = [xy + radius * around for *xy, radius in truth.cylinders]
+    for number, points in enumerate([*truth.walls_xy, *circles]):
+        label = "true room" if number == 0 else None
+        axes.plot(*points.T, color=TRUTH, linewidth=0.9, linestyle=(0, (4, 2)), label=label)
+
+
+def draw_walls(axes: Axes, walls: Sequence[Wall], stations_xy: FloatArray, *, thickness: float) -> None:
+    """Draw walls with a body behind their faces.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    walls : sequence of Wall
+        The walls.
+    stations_xy : ndarray, shape (s, 2)
+        Where they were heard from [m].
+    thickness : float
+        How thick to draw them [m].
+    """
+    for number, body in enumerate(wall_bodies(walls, stations_xy, thickness=thickness)):
+        axes.fill(*body.T, color=COLORS[FeatureClass.WALL], linewidth=0.6, label="wall" if number == 0 else None)
+
+
+def draw_corners(axes: Axes, corners: Sequence[Corner]) -> None:
+    """Draw corners: full where one hears into them, hollow where around them.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    corners : sequence of Corner
+        The corners.
+    """
+    color = COLORS[FeatureClass.CORNER]
+    for kind in CornerKind:
+        points = [each.position_xy for each in corners if each.kind is kind]
+        if points:
+            axes.plot(
+                *np.array(points).T,
+                MARKERS[FeatureClass.CORNER],
+                markersize=5,
+                color=color,
+                mfc=color if kind is CornerKind.CONCAVE else "white",
+                label=f"{kind} corner",
+            )
+
+
+def draw_cylinders(axes: Axes, cylinders: Sequence[Cylinder]) -> None:
+    """Draw cylinders.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    cylinders : sequence of Cylinder
+        The cylinders.
+    """
+    from matplotlib.patches import Circle  # noqa: PLC0415 - with the rest of matplotlib
+
+    color = COLORS[FeatureClass.CYLINDER]
+    for each in cylinders:
+        x, y = each.center_xy.tolist()
+        axes.add_patch(Circle((x, y), each.radius, color=color, linewidth=0))
+    if cylinders:
+        axes.plot([], [], "o", markersize=6, color=color, label="cylinder")
+
+
+def draw_stations(axes: Axes, feature_map: FeatureMap) -> None:
+    """Draw the stations in their order, with their letters.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    feature_map : FeatureMap
+        A map with its poses.
+    """
+    points = feature_map.poses[:, :2]
+    axes.plot(*points.T, ":", color=MUTED, linewidth=0.7)
+    axes.plot(*points.T, "o", color=MUTED, markersize=2.5, label="station" if len(points) else None)
+    for name, point in zip(station_labels(feature_map.sweeps), points, strict=True):
+        axes.annotate(name, tuple(point), xytext=(3, 3), textcoords="offset points", fontsize=7.5, color=INK)
+
+
+def draw_ellipses(axes: Axes, ellipses: Sequence[Ellipse], *, magnification: float = 1.0) -> None:
+    """Draw ellipses of 95 % probability.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    ellipses : sequence of Ellipse
+        The ellipses.
+    magnification : float, optional
+        How many times greater to draw them.
+    """
+    from matplotlib.patches import Ellipse as Patch  # noqa: PLC0415 - with the rest of matplotlib
+
+    for each in ellipses:
+        x, y = each.center_xy.tolist()
+        width, height = (2 * magnification * each.semi_axes).tolist()
+        outline = Patch((x, y), width, height, angle=float(np.degrees(each.angle)), fill=False, linewidth=0.9)
+        outline.set_edgecolor(COLORS[FeatureClass.CORNER])
+        axes.add_patch(outline)
+    name = "95 % ellipse" if magnification == 1.0 else f"95 % ellipse, enlarged {magnification:g} times"
+    if ellipses:
+        axes.plot([], [], "o", markersize=7, mfc="none", mec=COLORS[FeatureClass.CORNER], mew=0.9, label=name)

@@ -1,0 +1,24 @@
+"""Colours and marks: told apart by the colour-blind, and in grey by lightness and shape.
+
+The lightness (CIE L*) of the three classes is 23, 61 and 49, and each stands at least 3 : 1 against white; seen without
+red, green or blue receptors any two still differ by 38 or more (CIE 1976 colour difference).
+"""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from echoplan.model import FeatureClass
+
+__all__ = ["COLORS", "FAINT", "INK", "MARKERS", "MUTED", "TRUTH"]
+
+INK = "#1d2430"
+MUTED = "#6b7280"
+FAINT = "#d5d9e0"
+TRUTH = "#e0a030"
+
+COLORS: Mapping[FeatureClass, str] = MappingProxyType(
+    {FeatureClass.WALL: "#17375e", FeatureClass.CORNER: "#cc4b24", FeatureClass.CYLINDER: "#2fa58e"}
+)
+MARKERS: Mapping[FeatureClass, str] = MappingProxyType(
+    {FeatureClass.WALL: "s", FeatureClass.CORNER: "^", FeatureClass.CYLINDER: "o"}
+)

@@ -1,0 +1,123 @@
+"""Plans: a map with what lies beneath it, ready to be drawn on paper or on a screen."""
+
+import string
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from echoplan.arrays import FloatArray, IntArray, checked_floats, store
+from echoplan.mapping import Observation
+from echoplan.model import FeatureMap, Truth
+from echoplan.viewer.uncertainty import Ellipse, error_ellipse
+
+__all__ = ["MOST_LABELS", "Plan", "station_labels"]
+
+# More names than letters would cover each other.
+MOST_LABELS = len(string.ascii_uppercase)
+
+# Walls are drawn this thick, as a share of the drawing's greater side.
+_THICKNESS = 0.012
+
+# No enlarged ellipse is longer than this share of it.
+_LONGEST = 0.1
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Plan:
+    """A map with what lies beneath it.
+
+    Parameters
+    ----------
+    feature_map : FeatureMap
+        The map.
+    truth : Truth, optional
+        The room as it is.
+    heard : tuple of Observation, optional
+        What single sweeps heard: each becomes a beam.
+    echoes_xy : ndarray, shape (n, 2), optional
+        Points that the readings would mean if sound were a ray [m].
+    """
+
+    feature_map: FeatureMap
+    truth: Truth | None = None
+    heard: tuple[Observation, ...] = ()
+    echoes_xy: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+
+    def __post_init__(self) -> None:
+        store(self, echoes_xy=checked_floats(self.echoes_xy, name="echoes_xy", shape=(None, 2)))
+
+    @property
+    def bounds_xy(self) -> FloatArray:
+        """Lower left and upper right corner of all but the echoes [m], shape (2, 2); a metre at least each way."""
+        points = np.concatenate([self._mapped_xy, self._true_xy])
+        points = points if len(points) else self.echoes_xy
+        low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(2), np.ones(2))
+        short = np.maximum(1.0 - (high - low), 0.0) / 2
+        return np.stack([low - short, high + short])
+
+    @property
+    def thickness(self) -> float:
+        """How thick to draw walls [m]."""
+        return _THICKNESS * float(np.ptp(self.bounds_xy, axis=0).max())
+
+    @property
+    def ellipses(self) -> list[Ellipse]:
+        """Where the corners, and then the axes of the cylinders, lie with 95 % probability."""
+        return [
+            *(error_ellipse(each.position_xy, each.covariance) for each in self.feature_map.corners),
+            *(error_ellipse(each.center_xy, each.covariance[:2, :2]) for each in self.feature_map.cylinders),
+        ]
+
+    @property
+    def magnification(self) -> int:
+        """How many times to enlarge the ellipses: good ones are millimetres in a room of metres."""
+        longest = 2 * max((float(each.semi_axes[0]) for each in self.ellipses), default=0.0)
+        room = _LONGEST * float(np.ptp(self.bounds_xy, axis=0).max())
+        return next((times for times in (10, 5, 2) if times * longest <= room), 1)
+
+    @property
+    def _mapped_xy(self) -> FloatArray:
+        found = self.feature_map
+        circles = np.array([[*each.center_xy, each.radius] for each in found.cylinders]).reshape(-1, 3)
+        return np.concatenate(
+            [
+                found.poses[:, :2],
+                *(wall.endpoints_xy for wall in found.walls),
+                *(corner.position_xy[None] for corner in found.corners),
+                circles[:, :2] - circles[:, 2:],
+                circles[:, :2] + circles[:, 2:],
+            ]
+        )
+
+    @property
+    def _true_xy(self) -> FloatArray:
+        if self.truth is None:
+            return np.zeros((0, 2))
+        circles = self.truth.cylinders
+        return np.concatenate(
+            [self.truth.walls_xy.reshape(-1, 2), circles[:, :2] - circles[:, 2:], circles[:, :2] + circles[:, 2:]]
+        )
+
+
+def station_labels(sweeps: IntArray) -> list[str]:
+    """Name stations: A, B, C and so on, as the paper does, or by the number of their sweep if there are many.
+
+    Parameters
+    ----------
+    sweeps : ndarray of int, shape (s,)
+        Numbers of the sweeps.
+
+    Returns
+    -------
+    list of str
+        One a station; empty for those that would crowd the drawing.
+
+    Examples
+    --------
+    >>> station_labels(np.array([0, 1, 2]))
+    ['A', 'B', 'C']
+    """
+    if len(sweeps) <= MOST_LABELS:
+        return list(string.ascii_uppercase[: len(sweeps)])
+    stride = -(-len(sweeps) // MOST_LABELS)
+    return [str(sweep) if number % stride == 0 else "" for number, sweep in enumerate(sweeps.tolist())]
