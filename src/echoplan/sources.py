@@ -12,13 +12,14 @@ from echoplan.io import (
     read_recording,
     read_rig,
     read_route,
+    read_truth,
     read_world,
     world_names,
 )
-from echoplan.model import Rig, Route, Source, World
+from echoplan.model import Rig, Route, Source, Truth, World
 from echoplan.simulation import Simulation, SimulationSettings
 
-__all__ = ["find_rig", "find_route", "find_world", "open_source"]
+__all__ = ["find_rig", "find_route", "find_truth", "find_world", "open_source"]
 
 _SIMULATION_OPTIONS = ("rig", "route", "seed")
 
@@ -147,6 +148,37 @@ def find_route(name: str) -> Route:
         remedy = "write its stations there as x,y,yaw, or name another route"
         raise InputError(beside, f"there is no route through {path.name}", remedy=remedy)
     return read_route(beside if path.suffix == ".toml" else path)
+
+
+def find_truth(text: str, source: Source) -> Truth | None:
+    """Find the truth about a source.
+
+    Parameters
+    ----------
+    text : str
+        What was opened, as it is written on the command line.
+    source : Source
+        What it became.
+
+    Returns
+    -------
+    Truth or None
+        Of the simulator, or the ``truth.json`` beside the pings of a recording; None where nobody knows it.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be used.
+
+    Examples
+    --------
+    >>> len(find_truth("sim:square", open_source("sim:square")).walls_xy)
+    4
+    """
+    if isinstance(source, Simulation):
+        return source.truth
+    beside = Path(text) / "truth.json"
+    return read_truth(beside) if beside.exists() else None
 
 
 def _is_file(name: str) -> bool:

@@ -4,7 +4,7 @@ import sys
 
 import typer
 
-from echoplan.cli import evaluate, info, simulate
+from echoplan.cli import demo, evaluate, info, simulate
 from echoplan.cli import map as map_command
 from echoplan.errors import EchoplanError
 
@@ -18,6 +18,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
 )
+app.command("demo")(demo.run)
 app.command("simulate")(simulate.run)
 app.command("map")(map_command.run)
 app.command("evaluate")(evaluate.run)

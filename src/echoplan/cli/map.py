@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from echoplan.cli.terminal import Progressing, report_files
+from echoplan.cli.results import Results, say_what_was_found, write_results
+from echoplan.cli.terminal import Progressing
 
 __all__ = ["run"]
 
@@ -20,16 +21,23 @@ def run(
 
     Example: echoplan map rec/ --out map/
     """
-    from echoplan.config import Run, read_config, write_run  # noqa: PLC0415 - --help must not wait for NumPy
-    from echoplan.io import write_map  # noqa: PLC0415
-    from echoplan.methods import find_method, map_sweeps  # noqa: PLC0415
-    from echoplan.sources import open_source  # noqa: PLC0415
+    from echoplan.config import Run, read_config  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.methods import find_method, map_sweeps, observations_of  # noqa: PLC0415
+    from echoplan.sources import find_truth, open_source  # noqa: PLC0415
+    from echoplan.viewer import EchoListener, Plan  # noqa: PLC0415
 
     chosen = find_method(method)
     sections = {"method": chosen.settings_type}
     settings = read_config(config, sections)["method"] if config else chosen.settings_type()
     opened = open_source(source)
-    feature_map = map_sweeps(chosen.build(opened.rig, settings), Progressing(opened, "mapping"))
-    write_map(out / "map.json", feature_map)
-    write_run(out / "run.toml", Run(source=source, method=method), {"method": settings})
-    report_files(out, ["map.json", "run.toml"])
+    mapper, listener = chosen.build(opened.rig, settings), EchoListener(opened.rig)
+    feature_map = map_sweeps(mapper, listener.listen(Progressing(opened, "mapping")))
+    plan = Plan(
+        feature_map=feature_map,
+        truth=find_truth(source, opened),
+        heard=observations_of(mapper),
+        echoes_xy=listener.points_xy,
+    )
+    say_what_was_found(plan)
+    record = Run(source=source, method=method)
+    write_results(out, Results(title=f"Map of {opened.name}", run=record, settings={"method": settings}, plan=plan))

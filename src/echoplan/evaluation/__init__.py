@@ -9,6 +9,7 @@ from echoplan.evaluation.evaluation import Evaluation, EvaluationSettings, evalu
 from echoplan.evaluation.matches import CylinderMatch, Match, Matches, Matching, WallMatch
 from echoplan.evaluation.matching import MatchingSettings, match_map
 from echoplan.evaluation.outlines import MapError, Outline, OutlineSettings
+from echoplan.evaluation.paper import PAPER_ANGLES, PAPER_DISTANCES, table5
 from echoplan.evaluation.summary import ClassSummary, Summary, pool
 from echoplan.evaluation.tables import (
     confusion_table,
@@ -23,6 +24,8 @@ from echoplan.evaluation.trajectory import Trajectory
 
 __all__ = [
     "MAP_CLASSES",
+    "PAPER_ANGLES",
+    "PAPER_DISTANCES",
     "TRUE_CLASSES",
     "BootstrapSettings",
     "ClassSummary",
@@ -54,6 +57,7 @@ __all__ = [
     "match_map",
     "pool",
     "summary_document",
+    "table5",
     "tally_table",
     "wall_table",
 ]

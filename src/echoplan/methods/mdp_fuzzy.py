@@ -78,18 +78,22 @@ class MdpFuzzyMapper:
         FeatureMap
             Walls, corners and cylinders.
         """
-        heard = [
-            each
-            for sweep, clusters in zip(self._sweeps, self._clusters, strict=True)
-            for each in self.observe(sweep, clusters)
-        ]
         return assemble(
-            self.group(heard),
+            self.group(self.observations),
             self._sweeps,
             self.settings.assembly,
             method="mdp-fuzzy",
             parameters=self.settings.model_dump(mode="json"),
         )
+
+    @property
+    def observations(self) -> list[Observation]:
+        """What was located and classified so far, sweep by sweep."""
+        return [
+            each
+            for sweep, clusters in zip(self._sweeps, self._clusters, strict=True)
+            for each in self.observe(sweep, clusters)
+        ]
 
     @property
     def max_width(self) -> float:

@@ -56,7 +56,7 @@ class RcdMapper:
         self.rig = rig
         self.settings = settings or RcdMapperSettings()
         self._sweeps: list[Sweep] = []
-        self._heard: list[Observation] = []
+        self.observations: list[Observation] = []
 
     def add(self, sweep: Sweep) -> None:
         """Find the regions of one more sweep.
@@ -69,7 +69,7 @@ class RcdMapper:
         pings = valid_pings(Pings.from_sweep(sweep, self.rig), self.rig)
         clusters = differential_clusters(pings, self.settings.clustering)
         regions = [region_of_constant_depth(cluster, self.settings.rcd) for cluster in clusters]
-        self._heard += [self._observation(sweep, region) for region in regions if region is not None]
+        self.observations += [self._observation(sweep, region) for region in regions if region is not None]
         self._sweeps.append(sweep)
 
     def result(self) -> FeatureMap:
@@ -81,7 +81,7 @@ class RcdMapper:
             Walls, corners and cylinders.
         """
         return assemble(
-            self.group(self._heard),
+            self.group(self.observations),
             self._sweeps,
             self.settings.assembly,
             method="rcd",

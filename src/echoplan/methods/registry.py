@@ -8,9 +8,10 @@ from typing import Protocol
 from pydantic import BaseModel
 
 from echoplan.errors import UnknownNameError
+from echoplan.mapping import Observation
 from echoplan.model import FeatureMap, Rig, Sweep
 
-__all__ = ["METHODS", "Mapper", "Method", "find_method", "map_sweeps"]
+__all__ = ["METHODS", "Mapper", "Method", "find_method", "map_sweeps", "observations_of"]
 
 
 class Mapper(Protocol):
@@ -150,3 +151,19 @@ def map_sweeps(mapper: Mapper, sweeps: Iterable[Sweep]) -> FeatureMap:
     for sweep in sweeps:
         mapper.add(sweep)
     return mapper.result()
+
+
+def observations_of(mapper: Mapper) -> tuple[Observation, ...]:
+    """Ask a mapper what single sweeps heard.
+
+    Parameters
+    ----------
+    mapper : Mapper
+        A mapper that was given sweeps.
+
+    Returns
+    -------
+    tuple of Observation
+        What was located, sweep by sweep; empty if the mapper locates nothing in single sweeps.
+    """
+    return tuple(getattr(mapper, "observations", ()))

@@ -1,8 +1,26 @@
 """Pictures of maps and of how they came about: figures, drawings to scale, reports."""
 
+from echoplan.viewer.listening import EchoListener
 from echoplan.viewer.pictures import paper_pictures
 from echoplan.viewer.plan import Plan
+from echoplan.viewer.report import Report, found_in_words, report_html
 from echoplan.viewer.sections import Definitions, Picture, Section, Text, flattened
+from echoplan.viewer.stages import SweepStages, sweep_stages
 from echoplan.viewer.svg import plan_svg
 
-__all__ = ["Definitions", "Picture", "Plan", "Section", "Text", "flattened", "paper_pictures", "plan_svg"]
+__all__ = [
+    "Definitions",
+    "EchoListener",
+    "Picture",
+    "Plan",
+    "Report",
+    "Section",
+    "SweepStages",
+    "Text",
+    "flattened",
+    "found_in_words",
+    "paper_pictures",
+    "plan_svg",
+    "report_html",
+    "sweep_stages",
+]

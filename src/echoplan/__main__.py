@@ -1,0 +1,6 @@
+"""``python -m echoplan`` is ``echoplan``."""
+
+from echoplan.cli.main import main
+
+if __name__ == "__main__":
+    main()

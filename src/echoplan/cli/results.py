@@ -1,0 +1,99 @@
+"""What the commands that map leave in a folder: the map, its drawing, the report and the settings of the run."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from echoplan.cli.evaluate import evaluation_tables
+from echoplan.cli.terminal import console, report_files
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+    from echoplan.config import Run
+    from echoplan.viewer import Plan, Section
+
+__all__ = ["Results", "say_what_was_found", "write_results"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Results:
+    """What a run came to.
+
+    Parameters
+    ----------
+    title : str
+        Title of the report.
+    run : Run
+        What was run.
+    settings : mapping of str to BaseModel
+        Settings of the stages by the name of their table.
+    plan : Plan
+        The map, and what lies beneath it.
+    sections : tuple of Section, optional
+        What else the report tells, before the tables of the evaluation.
+    """
+
+    title: str
+    run: "Run"
+    settings: "dict[str, BaseModel]"
+    plan: "Plan"
+    sections: "tuple[Section, ...]" = ()
+
+
+def write_results(folder: Path, results: Results) -> None:
+    """Write ``map.json``, ``map.svg``, ``report.html`` and ``run.toml``, and say so.
+
+    Parameters
+    ----------
+    folder : Path
+        Where to; it is made if it is not there.
+    results : Results
+        What the run came to.
+
+    Raises
+    ------
+    OutputError
+        If a file cannot be written.
+    """
+    from echoplan.config import write_run  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.io import write_map, write_text  # noqa: PLC0415
+    from echoplan.viewer import Report, plan_svg, report_html  # noqa: PLC0415
+
+    plan = results.plan
+    sections = (*results.sections, *_evaluated(plan), *_settings(results))
+    write_map(folder / "map.json", plan.feature_map)
+    write_text(folder / "map.svg", plan_svg(plan))
+    write_text(folder / "report.html", report_html(Report(title=results.title, plan=plan, sections=sections)))
+    write_run(folder / "run.toml", results.run, results.settings)
+    report_files(folder, ["map.json", "map.svg", "report.html", "run.toml"])
+
+
+def say_what_was_found(plan: "Plan") -> None:
+    """Print a line about a map.
+
+    Parameters
+    ----------
+    plan : Plan
+        The map.
+    """
+    from echoplan.viewer import found_in_words  # noqa: PLC0415
+
+    console().print(found_in_words(plan.feature_map))
+
+
+def _evaluated(plan: "Plan") -> "tuple[Section, ...]":
+    if plan.truth is None:
+        return ()
+    from echoplan.evaluation import evaluate  # noqa: PLC0415
+
+    return evaluation_tables(evaluate(plan.feature_map, plan.truth))
+
+
+def _settings(results: Results) -> "tuple[Section, ...]":
+    from echoplan.viewer import Definitions, flattened  # noqa: PLC0415
+
+    run = (("echoplan", results.run.version), ("source", results.run.source), ("method", results.run.method or ""))
+    seed = () if results.run.seed is None else (("seed", str(results.run.seed)),)
+    settings = {name: stage.model_dump(mode="json") for name, stage in results.settings.items()}
+    return (Definitions(title="Settings of the run", items=(*run, *seed, *flattened(settings)), folded=True),)

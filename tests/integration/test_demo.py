@@ -1,0 +1,52 @@
+"""``echoplan demo`` as a stranger runs it."""
+
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+from echoplan.io import read_map, read_recording, read_truth
+
+FIGURES = ("02-ranges", "05-fit", "07-memberships", "10-filter", "11-clusters", "12-classes", "13-map")
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    folder = tmp_path_factory.mktemp("demo")
+    command = [sys.executable, "-m", "echoplan", "demo", "--out", "out", "--seed", "3"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+    return folder / "out", done.stdout
+
+
+def test_table_5_stands_beside_the_papers(demo: tuple[Path, str]) -> None:
+    head, *rows = [line.split() for line in demo[1].splitlines()[1:12]]
+    assert head[0] == "wall"
+    assert [row[0] for row in rows] == [*"12345678", "mean", "greatest"]
+    assert [row[1] for row in rows[:8]] == ["12.8", "6.7", "1.0", "7.8", "0.5", "1.8", "3.8", "7.0"]
+
+
+def test_everything_in_the_room_is_on_the_map(demo: tuple[Path, str]) -> None:
+    found = read_map(demo[0] / "map.json")
+    assert (len(found.walls), len(found.cylinders)) == (8, 1)
+    assert sum(corner.kind == "concave" for corner in found.corners) == 1
+
+
+def test_the_figures_of_the_paper_are_drawn(demo: tuple[Path, str]) -> None:
+    pictures = demo[0] / "pictures"
+    assert sorted(path.name for path in pictures.iterdir()) == [f"figure-{name}.png" for name in FIGURES]
+    assert all(path.read_bytes().startswith(b"\x89PNG\r\n") for path in pictures.iterdir())
+
+
+def test_the_recording_can_be_mapped_again(demo: tuple[Path, str]) -> None:
+    recording = read_recording(demo[0] / "recording")
+    assert len(recording) == 10
+    assert len(read_truth(demo[0] / "recording" / "truth.json").walls_xy) == 8
+
+
+def test_the_drawing_and_the_report_are_there_and_named_on_the_terminal(demo: tuple[Path, str]) -> None:
+    assert ET.parse(demo[0] / "map.svg").getroot().tag.endswith("svg")
+    assert "<svg" in (demo[0] / "report.html").read_text(encoding="utf-8")
+    assert demo[1].rstrip().endswith("in a browser.")
