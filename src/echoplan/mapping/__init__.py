@@ -7,6 +7,7 @@ from echoplan.mapping.cylinders import CylinderSettings, cylinder_of
 from echoplan.mapping.fits import Fit, fit_circle, fit_line
 from echoplan.mapping.junctions import Junction, Span, junctions, settle
 from echoplan.mapping.observations import Observation, Stack, shares, stations_of
+from echoplan.mapping.points import PointFeatures, PointFeatureSettings, features_of_points
 from echoplan.mapping.walls import WallSettings, heard_span, walls_of
 
 __all__ = [
@@ -18,6 +19,8 @@ __all__ = [
     "Grouped",
     "Junction",
     "Observation",
+    "PointFeatureSettings",
+    "PointFeatures",
     "Span",
     "Stack",
     "Voices",
@@ -27,6 +30,7 @@ __all__ = [
     "corner_of",
     "crossing_covariance",
     "cylinder_of",
+    "features_of_points",
     "fit_circle",
     "fit_line",
     "group_lines",

@@ -1,0 +1,31 @@
+"""From weighted points to features: the one extraction that all point and grid methods share."""
+
+from echoplan.mapping.points.circles import Circle, CircleSettings, circle_covariance, find_circles, fit_taubin
+from echoplan.mapping.points.clouds import Cloud
+from echoplan.mapping.points.features import PointFeatures, PointFeatureSettings, features_of_points
+from echoplan.mapping.points.segments import (
+    Segment,
+    Segments,
+    SegmentSettings,
+    find_segments,
+    fit_orthogonal,
+    line_covariance,
+)
+
+__all__ = [
+    "Circle",
+    "CircleSettings",
+    "Cloud",
+    "PointFeatureSettings",
+    "PointFeatures",
+    "Segment",
+    "SegmentSettings",
+    "Segments",
+    "circle_covariance",
+    "features_of_points",
+    "find_circles",
+    "find_segments",
+    "fit_orthogonal",
+    "fit_taubin",
+    "line_covariance",
+]

@@ -1,0 +1,172 @@
+"""Features of points: walls with their ends, the corners in which they meet, circles of what is left."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.arrays import FloatArray, checked_floats
+from echoplan.geometry import along, signed_distances, wrap
+from echoplan.mapping.corners import crossing_covariance
+from echoplan.mapping.junctions import Junction, Span, junctions, settle
+from echoplan.mapping.points.circles import Circle, CircleSettings, find_circles
+from echoplan.mapping.points.clouds import Cloud
+from echoplan.mapping.points.segments import Segment, SegmentSettings, find_segments
+from echoplan.model import Corner, Cylinder, Wall
+
+__all__ = ["PointFeatureSettings", "PointFeatures", "features_of_points"]
+
+# The normal of a line may be turned round: (normal_angle, offset) and its covariance, as seen from the other side.
+_TURN = np.array([np.pi, 0.0])
+_MIRROR = np.diag([1.0, -1.0])
+
+
+class PointFeatureSettings(BaseModel, frozen=True, extra="forbid"):
+    """What makes walls, corners and cylinders of points."""
+
+    segments: SegmentSettings = Field(default_factory=SegmentSettings)
+    circles: CircleSettings = Field(default_factory=CircleSettings)
+    max_extension: float = Field(
+        default=0.5, ge=0.0, description="greatest length by which a wall is extended to meet its neighbour [m]"
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PointFeatures:
+    """What points show.
+
+    Parameters
+    ----------
+    walls : tuple of Wall
+        Segments, lengthened to where they meet.
+    corners : tuple of Corner
+        Where they meet.
+    cylinders : tuple of Cylinder
+        Circles.
+    """
+
+    walls: tuple[Wall, ...] = ()
+    corners: tuple[Corner, ...] = ()
+    cylinders: tuple[Cylinder, ...] = ()
+
+
+def features_of_points(
+    points_xy: FloatArray,
+    weights: FloatArray,
+    settings: PointFeatureSettings | None = None,
+    *,
+    origins_xy: FloatArray | None = None,
+) -> PointFeatures:
+    """Find walls, corners and cylinders among points.
+
+    Walls are the peaks of a Hough vote, fitted by orthogonal regression; corners the crossings of walls whose ends
+    are near each other; cylinders are circles, by Taubin's fit, of knots of points that no wall explains.
+
+    Parameters
+    ----------
+    points_xy : ndarray, shape (n, 2)
+        Points of reflectors, or centres of occupied cells [m].
+    weights : ndarray, shape (n,)
+        How much each counts; one of weight 2 is worth two points, one of weight 0 none.
+    settings : PointFeatureSettings, optional
+        What makes a feature.
+    origins_xy : ndarray, shape (n, 2), optional
+        From where each point was heard [m].  It tells on which side of a wall one stood, and so concave corners
+        from convex ones.  Without it, one stood in the middle of all points.
+
+    Returns
+    -------
+    PointFeatures
+        The features, the heaviest first.
+
+    Raises
+    ------
+    InvalidValueError
+        If shapes differ, a number is not finite or a weight is negative.
+
+    Examples
+    --------
+    >>> x, y = np.linspace(0.0, 2.0, 21), np.linspace(0.0, 1.5, 16)
+    >>> points = np.concatenate([np.column_stack([x, 0 * x]), np.column_stack([0 * y + 2.2, y + 0.2])])
+    >>> found = features_of_points(points, np.ones(len(points)))
+    >>> [round(wall.length, 3) for wall in found.walls], found.corners[0].kind.value
+    ([2.2, 1.7], 'concave')
+    """
+    settings = settings or PointFeatureSettings()
+    points = checked_floats(points_xy, name="points_xy", shape=(None, 2))
+    counted = checked_floats(weights, name="weights", shape=(len(points),)) != 0
+    cloud = Cloud(points_xy=points[counted], weights=np.asarray(weights)[counted])
+    if not len(cloud):
+        return PointFeatures()
+    origins = np.tile(cloud.centroid_xy, (len(points), 1)) if origins_xy is None else origins_xy
+    origins = checked_floats(origins, name="origins_xy", shape=(len(points), 2))[counted]
+    lines = find_segments(cloud, settings.segments)
+    segments = [_facing(segment, cloud, origins) for segment in lines.found]
+    circles = find_circles(cloud[lines.rest], settings.circles)
+    return _assembled(cloud, segments, circles, settings)
+
+
+def _facing(segment: Segment, cloud: Cloud, origins_xy: FloatArray) -> Segment:
+    """Turn the normal of a segment away from where most of its weight was heard."""
+    members = segment.members
+    beyond = signed_distances(segment.line, origins_xy[members])
+    if cloud.weights[members] @ np.sign(beyond) <= 0:
+        return segment
+    return Segment(
+        line=np.array([wrap(segment.line[0] + np.pi), -segment.line[1]]),
+        covariance=_MIRROR @ segment.covariance @ _MIRROR,
+        members=members,
+    )
+
+
+def _assembled(
+    cloud: Cloud, segments: list[Segment], circles: list[Circle], settings: PointFeatureSettings
+) -> PointFeatures:
+    spans = [_span(cloud, segment) for segment in segments]
+    meetings = settle(junctions(spans, max_extension=settings.max_extension))
+    ends = {end: meeting.position_xy for meeting in meetings for end in meeting.ends}
+    walls = tuple(
+        _wall(
+            segment,
+            ends.get((number, False), span.point_xy(span.low)),
+            ends.get((number, True), span.point_xy(span.high)),
+        )
+        for number, (segment, span) in enumerate(zip(segments, spans, strict=True))
+    )
+    return PointFeatures(
+        walls=walls,
+        corners=tuple(_corner(meeting, walls) for meeting in meetings),
+        cylinders=tuple(_cylinder(circle) for circle in circles),
+    )
+
+
+def _span(cloud: Cloud, segment: Segment) -> Span:
+    coordinates = along(segment.line, cloud.points_xy[segment.members])
+    return Span(line=segment.line, low=float(coordinates.min()), high=float(coordinates.max()))
+
+
+def _wall(segment: Segment, start_xy: FloatArray, end_xy: FloatArray) -> Wall:
+    return Wall(
+        normal_angle=float(segment.line[0]),
+        offset=float(segment.line[1]),
+        endpoints_xy=np.stack([start_xy, end_xy]),
+        covariance=segment.covariance,
+        pings=len(segment.members),
+    )
+
+
+def _corner(meeting: Junction, walls: tuple[Wall, ...]) -> Corner:
+    return Corner(
+        position_xy=meeting.position_xy,
+        kind=meeting.kind,
+        covariance=crossing_covariance(walls[meeting.first], walls[meeting.second]),
+    )
+
+
+def _cylinder(circle: Circle) -> Cylinder:
+    return Cylinder(
+        center_xy=circle.parameters[:2],
+        radius=float(circle.parameters[2]),
+        covariance=circle.covariance,
+        pings=len(circle.members),
+    )
