@@ -6,10 +6,12 @@ from hypothesis import strategies as st
 from echoplan.acoustics import (
     Air,
     absorption,
+    audible_half_angle,
     bistatic_cylinder_echo,
     burst_envelope,
     carrier_delay,
     crossing_delay,
+    cylinder_echo,
     directivity,
     edge_echo,
     first_null,
@@ -134,6 +136,23 @@ def test_the_carrier_trips_within_a_period_after_its_envelope(excess: float, tra
 def test_the_envelope_never_exceeds_its_peak(constants: float, transducer: Transducer) -> None:
     height = burst_envelope(constants * time_constant(transducer), transducer)
     assert 0 <= height <= 1 + 1e-12
+
+
+@given(distances, st.floats(0.01, 2), st.floats(0.05, 1), temperatures)
+def test_walls_are_wider_than_cylinders_and_far_things_narrower_than_near_ones(
+    distance: float, radius: float, farther: float, temperature: float
+) -> None:
+    air = Air(temperature=temperature)
+
+    def widths(r: float) -> tuple[float, float]:
+        laws = plane_echo(r), cylinder_echo(r, radius)
+        wall, cylinder = (audible_half_angle(law, 2 * r, transducer=Transducer(), air=air) for law in laws)
+        return float(wall), float(cylinder)
+
+    near, far = widths(distance), widths(distance + farther)
+    assert near[0] > near[1] or near[0] == 0.0
+    assert near[0] > far[0] or near[0] == 0.0
+    assert near[1] > far[1] or near[1] == 0.0
 
 
 @given(distances, temperatures, humidities)

@@ -83,7 +83,7 @@ def test_a_convex_edge_is_narrow_when_near_and_gone_soon() -> None:
         assert full_width(echo, 2 * distance) == pytest.approx(width, abs=0.5)
 
 
-def test_the_rotary_arrays_transducer_has_the_papers_widths() -> None:
+def test_the_rotary_arrays_transducer_has_the_widths_of_an_independent_waveform_simulation() -> None:
     paper = Transducer(piston_radius=0.0062, figure_of_merit=29.3)
     for distance, width in ((0.5, 88.0), (1.0, 76.0), (2.0, 60.0), (2.9, 44.0)):
         assert full_width(plane_echo(distance), 2 * distance, paper) == pytest.approx(width, abs=2.5)

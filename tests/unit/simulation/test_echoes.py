@@ -7,7 +7,9 @@ from echoplan.acoustics import (
     Air,
     corner_echo,
     cylinder_echo,
+    directivity,
     edge_echo,
+    piston_ka,
     plane_echo,
     signal_excess,
     strip_echo,
@@ -78,6 +80,17 @@ def test_a_plane_echoes_by_its_law_and_on_time(distance: float) -> None:
     assert echoes.times.tolist() == pytest.approx([2 * distance / AIR.speed_of_sound])
     assert levels(simulation) == pytest.approx([excess(plane_echo(distance), 2 * distance)], abs=1e-6)
     assert echoes.reflectors.tolist() == [0]
+
+
+def test_a_sensor_that_turns_hears_off_its_axis_what_it_sent_on_it() -> None:
+    # 400 degrees a second: while sound flies 6 m the axis turns by 7 degrees.
+    rig = soundings.rig(servo=soundings.turning(0, 90, 10), period=0.025)
+    simulation = soundings.simulation(soundings.wall(3.0), using=rig, second_time_around=False)
+    turned = np.radians(400.0) * 6.0 / AIR.speed_of_sound
+    assert np.degrees(turned) == pytest.approx(7.0, abs=0.05)
+    beam = directivity(turned, piston_ka(soundings.HC_SR04, AIR))
+    law = signal_excess(plane_echo(3.0), 6.0, transducer=soundings.HC_SR04, air=AIR, beams=beam)
+    assert levels(simulation) == pytest.approx([float(law)], abs=0.01)
 
 
 @pytest.mark.parametrize("radius", [0.05, 0.3])

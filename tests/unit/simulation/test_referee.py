@@ -87,9 +87,9 @@ def test_over_a_full_turn_a_referee_reads_the_same_of_walls_and_corners(referee:
     theirs = np.array([reading(referee, heading, transducer) for heading in HEADINGS])
     with np.errstate(invalid="ignore"):
         apart = np.where(ours == theirs, 0.0, np.abs(ours - theirs))
-    # Where an echo just grazes the threshold the two may choose another one.
+    # Where an echo just grazes the threshold the two may choose another one; here that happens in one heading.
     agreed = apart < 0.005
-    assert agreed.sum() >= len(HEADINGS) - 2
+    assert agreed.sum() >= len(HEADINGS) - 1
     assert np.quantile(apart[agreed], 0.9) < 0.001
     corner = np.hypot(*PLACE)
     assert (np.abs(ours - corner) < 0.02).sum() >= 3

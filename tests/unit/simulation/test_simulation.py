@@ -11,6 +11,7 @@ import soundings
 from echoplan.acoustics import Air
 from echoplan.arrays import FloatArray
 from echoplan.errors import InvalidValueError, UnknownNameError
+from echoplan.io import builtin_rig
 from echoplan.model import Pings, Polyline, Rig, Route, Sensor, Transducer, World
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 
@@ -158,13 +159,30 @@ class TestPaper:
         assert left[15] == pytest.approx(50 * (1 - np.cos(np.radians(15))) + 1.7, abs=1.0)
         np.testing.assert_allclose(left, right, atol=1.0)
 
+    def test_the_built_in_array_reads_a_plane_within_20_mm_too(self) -> None:
+        rig = builtin_rig("rotary-array")
+        simulation = soundings.simulation(soundings.wall(1.0), using=rig)
+        (sweep,) = simulation
+        ahead = sweep.sensor_ids == 0
+        angles, bias = np.degrees(sweep.servo_angles[ahead]), sweep.ranges[ahead] + 0.05 - 1.0
+        within = np.abs(angles) < 30.5
+        assert np.ptp(bias[within]) <= 0.020 + 1e-9
+        assert bias[within][[0, -1]].min() - bias[np.argmin(np.abs(angles))] >= 0.015 - 1e-9
+        # In whole steps of the module.
+        steps = sweep.ranges[np.isfinite(sweep.ranges)] / 0.005
+        np.testing.assert_allclose(steps, np.round(steps), atol=1e-6)
+
     @pytest.mark.parametrize(("distance", "expected"), [(0.5, 88.0), (1.0, 76.0), (2.0, 60.0), (2.9, 44.0)])
-    def test_walls_are_as_wide_as_the_papers(self, distance: float, expected: float) -> None:
+    def test_walls_are_as_wide_as_an_independent_waveform_simulation_has_them(
+        self, distance: float, expected: float
+    ) -> None:
         found = width(soundings.wall(distance), transducer=soundings.PAPER)
         assert found == pytest.approx(expected, abs=2.6)
 
     @pytest.mark.parametrize(("distance", "expected"), [(0.5, 70.0), (1.0, 52.0), (2.0, 0.0)])
-    def test_cylinders_are_as_wide_as_the_papers(self, distance: float, expected: float) -> None:
+    def test_cylinders_are_as_wide_as_an_independent_waveform_simulation_has_them(
+        self, distance: float, expected: float
+    ) -> None:
         found = width(soundings.pillar(distance, 0.1), transducer=soundings.PAPER)
         assert found == pytest.approx(expected, abs=4.7)
 
@@ -204,6 +222,18 @@ class TestWidths:
         assert cylinders == pytest.approx(cylinder, abs=0.4)
         assert walls > cylinders
 
+    def test_at_every_distance_a_wall_is_wider_than_a_cylinder_and_a_thick_one_wider_than_a_thin_one(self) -> None:
+        distances = np.arange(0.3, 4.4, 0.25)
+        walls = np.array([width(soundings.wall(each)) for each in distances])
+        assert (np.diff(walls) < 0).all()
+        assert walls[-1] == 0.0
+        wider = walls
+        for radius in (0.5, 0.2, 0.1, 0.05):
+            cylinders = np.array([width(soundings.pillar(each, radius)) for each in distances])
+            assert (np.diff(cylinders) <= 0).all()
+            assert (cylinders[wider > 0] < wider[wider > 0]).all()
+            wider = cylinders
+
     @pytest.mark.parametrize(("distance", "window"), [(0.3, 23.0), (0.5, 27.0), (1.0, 34.0), (1.5, 40.0)])
     def test_a_concave_corner_is_read_between_its_walls(self, distance: float, window: float) -> None:
         # The walls answer first while they are heard; near their limits they add up, which eats into the window.
@@ -216,6 +246,20 @@ class TestWidths:
         assert window - 6.0 < STEP * in_vertex.sum() < window
         around = len(readings) // 2 + np.arange(-200, 201)
         assert np.isfinite(readings[around]).all()
+
+    def test_near_corners_open_wider_where_powers_add(self) -> None:
+        # What eats into the window are the two walls together, neither of which is heard alone.
+        def window(superposition: str) -> float:
+            corner = soundings.world([[0.5, -20.0], [0.5, 0.5], [-20.0, 0.5]])
+            rig = soundings.rig(servo=soundings.turning(-80, 80, STEP))
+            poses = [[0.0, 0.0, np.pi / 4]]
+            readings = soundings.readings(
+                soundings.simulation(corner, using=rig, poses=poses, superposition=superposition)
+            )
+            return float(STEP * (np.abs(readings - np.sqrt(0.5)) < 0.02).sum())
+
+        left_over = 90.0 - width(soundings.wall(0.5))
+        assert window("coherent") + 2.0 < window("incoherent") < left_over
 
     def test_beyond_2_m_its_own_reach_limits_a_corner(self) -> None:
         corner = soundings.world([[2.0, -20.0], [2.0, 2.0], [-20.0, 2.0]])
@@ -370,3 +414,16 @@ class TestTime:
         seconds(1)
         few, many = min(seconds(2) for _ in range(3)), min(seconds(16) for _ in range(2))
         assert many < 8 * few * 1.6
+
+    def test_a_core_simulates_at_least_a_quarter_of_the_pings_that_the_documents_promise(self) -> None:
+        # The documents promise 20,000 in a second; how many it is here, benchmarks/simulator.py tells.
+        poses = np.tile([0.9, 1.5, 0.3], (20, 1))
+        simulation = soundings.simulation(soundings.room(), using=soundings.array(), poses=poses)
+        next(iter(simulation))
+
+        def pings_per_second() -> float:
+            begun = time.process_time()
+            pings = sum(len(sweep) for sweep in simulation)
+            return pings / (time.process_time() - begun)
+
+        assert max(pings_per_second() for _ in range(3)) > 5_000

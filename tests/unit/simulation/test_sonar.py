@@ -40,3 +40,13 @@ def test_cold_air_carries_sound_slower() -> None:
     cold = build_sonar(Transducer(), SimulationSettings(air=Air(temperature=0.0)))
     assert cold.speed < SONAR.speed
     assert cold.wavenumber > SONAR.wavenumber
+
+
+def test_moist_air_swallows_more_and_thin_air_carries_sound_at_nearly_the_same_speed() -> None:
+    moist = build_sonar(Transducer(), SimulationSettings(air=Air(relative_humidity=0.6)))
+    dry = build_sonar(Transducer(), SimulationSettings(air=Air(relative_humidity=0.2)))
+    assert moist.damping > 1.5 * dry.damping
+    assert moist.speed > dry.speed
+    thin = build_sonar(Transducer(), SimulationSettings(air=Air(pressure=80_000.0)))
+    assert thin.damping != pytest.approx(SONAR.damping, rel=0.02)
+    assert thin.speed == pytest.approx(SONAR.speed, rel=1e-3)
