@@ -15,6 +15,7 @@ Libraries raise; only ``echoplan.cli.main`` catches, prints one line and returns
 import difflib
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 __all__ = [
     "EchoplanError",
@@ -27,7 +28,11 @@ __all__ = [
 
 
 class EchoplanError(Exception):
-    """Base of all errors that echoplan raises on purpose."""
+    """Base of all errors that echoplan raises on purpose; they travel between processes."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Python would call the constructor with the message alone, whatever else it asks for.
+        return _revived, (type(self), self.args, vars(self))
 
 
 class InvalidValueError(EchoplanError, ValueError):
@@ -111,3 +116,10 @@ class MissingExtraError(EchoplanError, ImportError):
 
     def __init__(self, package: str, *, extra: str) -> None:
         super().__init__(f"{package} is not installed; install it with: pip install 'echoplan[{extra}]'")
+
+
+def _revived(kind: type[EchoplanError], args: tuple[Any, ...], fields: dict[str, Any]) -> EchoplanError:
+    error = kind.__new__(kind)
+    error.args = args
+    vars(error).update(fields)
+    return error

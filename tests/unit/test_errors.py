@@ -1,3 +1,4 @@
+import pickle
 from pathlib import Path
 
 import pytest
@@ -62,3 +63,9 @@ def test_a_missing_extra_is_told_with_the_command_that_installs_it() -> None:
     assert str(MissingExtraError("rosbags", extra="ros")) == (
         "rosbags is not installed; install it with: pip install 'echoplan[ros]'"
     )
+
+
+@pytest.mark.parametrize("error", ERRORS.values(), ids=lambda error: type(error).__name__)
+def test_an_error_travels_between_processes_unchanged(error: EchoplanError) -> None:
+    arrived = pickle.loads(pickle.dumps(error))
+    assert (type(arrived), str(arrived), vars(arrived)) == (type(error), str(error), vars(error))

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from echoplan.evaluation import Evaluation
     from echoplan.model import Table
 
-__all__ = ["evaluation_tables", "run"]
+__all__ = ["evaluation_tables", "inside", "run"]
 
 
 def run(
@@ -34,8 +34,8 @@ def run(
     from echoplan.io.text import format_json  # noqa: PLC0415
 
     evaluation = evaluate(
-        read_map(_inside(feature_map, "map.json")),
-        read_truth(_inside(truth, "truth.json")),
+        read_map(inside(feature_map, "map.json")),
+        read_truth(inside(truth, "truth.json")),
         EvaluationSettings(matching=MatchingSettings(min_heard=min_heard)),
     )
     if as_json:
@@ -76,5 +76,19 @@ def evaluation_tables(evaluation: "Evaluation") -> tuple["Table", ...]:
     return tuple(table for table in tables if table.rows)
 
 
-def _inside(path: Path, name: str) -> Path:
+def inside(path: Path, name: str) -> Path:
+    """Find a file that is named by itself or by its folder.
+
+    Parameters
+    ----------
+    path : Path
+        The file or the folder.
+    name : str
+        What the file is called in a folder.
+
+    Returns
+    -------
+    Path
+        The file.
+    """
     return path / name if path.is_dir() else path

@@ -4,7 +4,7 @@ import sys
 
 import typer
 
-from echoplan.cli import demo, evaluate, info, simulate
+from echoplan.cli import compare, demo, evaluate, info, simulate
 from echoplan.cli import map as map_command
 from echoplan.errors import EchoplanError
 
@@ -22,6 +22,7 @@ app.command("demo")(demo.run)
 app.command("simulate")(simulate.run)
 app.command("map")(map_command.run)
 app.command("evaluate")(evaluate.run)
+app.command("compare")(compare.run)
 app.command("info")(info.run)
 
 

@@ -1,8 +1,8 @@
 """What the commands have in common on the terminal: progress, tables, and where results went."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -12,7 +12,9 @@ if TYPE_CHECKING:
     from echoplan.model import Rig, Source, Sweep, Table
 
 
-__all__ = ["Progressing", "console", "report_files", "show"]
+__all__ = ["Progressing", "console", "report_files", "show", "tracked"]
+
+Item = TypeVar("Item")
 
 _PIPE_WIDTH = 200
 
@@ -76,11 +78,31 @@ class Progressing:
         return len(self.source)
 
     def __iter__(self) -> Iterator["Sweep"]:
-        """Yield the sweeps, and draw the bar on standard error if that is a terminal."""
-        stderr = Console(stderr=True)
-        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-        with Progress(*columns, console=stderr, transient=True, disable=not stderr.is_terminal) as progress:
-            yield from progress.track(self.source, total=len(self.source), description=self.task)
+        """Yield the sweeps, and draw the bar."""
+        return tracked(self.source, total=len(self.source), task=self.task)
+
+
+def tracked(items: Iterable[Item], *, total: int, task: str) -> Iterator[Item]:
+    """Pass items on, and draw a bar on standard error if that is a terminal.
+
+    Parameters
+    ----------
+    items : iterable
+        The items.
+    total : int
+        How many there are.
+    task : str
+        What is being done.
+
+    Yields
+    ------
+    object
+        The same items.
+    """
+    stderr = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=stderr, transient=True, disable=not stderr.is_terminal) as progress:
+        yield from progress.track(items, total=total, description=task)
 
 
 def report_files(folder: Path, names: list[str]) -> None:

@@ -1,5 +1,6 @@
 """Pictures of maps and of how they came about: figures, drawings to scale, reports."""
 
+from echoplan.viewer.gallery import Exhibit, Gallery, gallery_html
 from echoplan.viewer.listening import EchoListener
 from echoplan.viewer.pictures import paper_pictures
 from echoplan.viewer.plan import Plan
@@ -11,6 +12,8 @@ from echoplan.viewer.svg import plan_svg
 __all__ = [
     "Definitions",
     "EchoListener",
+    "Exhibit",
+    "Gallery",
     "Picture",
     "Plan",
     "Report",
@@ -19,6 +22,7 @@ __all__ = [
     "Text",
     "flattened",
     "found_in_words",
+    "gallery_html",
     "paper_pictures",
     "plan_svg",
     "report_html",

@@ -1,19 +1,17 @@
 """Reports: one HTML file with the map, its numbers and whatever else there is to say; it asks for no other file."""
 
-import base64
 import xml.etree.ElementTree as ET
-from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 from string import Template
 
-from echoplan.model import FeatureMap, Table
+from echoplan.model import FeatureMap
 from echoplan.viewer.markup import element
 from echoplan.viewer.plan import Plan
-from echoplan.viewer.sections import Definitions, Picture, Section, Text
+from echoplan.viewer.sections import Section
 from echoplan.viewer.svg import plan_element
 from echoplan.viewer.tables import corner_table, cylinder_table, wall_table
 from echoplan.viewer.wording import plural
+from echoplan.viewer.writing import escaped, html_of, own_file, section_element, table_element, titled
 
 __all__ = ["Report", "found_in_words", "report_html"]
 
@@ -65,18 +63,22 @@ def report_html(report: Report) -> str:
         "cylinder": cylinder_table(found.cylinders),
     }
     sections = [
-        *(_section(_table(table, feature=kind), title=table.title) for kind, table in tables.items() if table.rows),
-        *(_written(each) for each in report.sections),
+        *(
+            titled(table_element(table, feature=kind), title=table.title)
+            for kind, table in tables.items()
+            if table.rows
+        ),
+        *(section_element(each) for each in report.sections),
     ]
-    return Template(_file("report.html")).substitute(
-        title=_text(report.title),
-        lead=_text(found_in_words(report.plan.feature_map)),
-        facts=_html(_facts(report.plan)),
-        style=_file("report.css"),
-        script=_file("report.js"),
-        map=_html(plan_element(report.plan)),
-        layers=_html(_layers(report.plan)),
-        sections="\n".join(_html(each) for each in sections),
+    return Template(own_file("report.html")).substitute(
+        title=escaped(report.title),
+        lead=escaped(found_in_words(report.plan.feature_map)),
+        facts=html_of(_facts(report.plan)),
+        style=own_file("report.css"),
+        script=own_file("report.js") + own_file("sorting.js"),
+        map=html_of(plan_element(report.plan)),
+        layers=html_of(_layers(report.plan)),
+        sections="\n".join(html_of(each) for each in sections),
     )
 
 
@@ -131,81 +133,3 @@ def _layer(name: str, words: str, *, shown: bool) -> ET.Element:
     box = element("input", type="checkbox", name=name, **({"checked": "checked"} if shown else {}))
     box.tail = words
     return element("label", box)
-
-
-def _written(section: Section) -> ET.Element:
-    match section:
-        case Table():
-            return _section(_table(section), title=section.title)
-        case Picture():
-            return _picture(section)
-        case Text():
-            return _section(*(element("p", text=each) for each in section.paragraphs), title=section.title)
-        case Definitions():
-            return _definitions(section)
-
-
-def _section(*parts: ET.Element, title: str, kind: str = "text") -> ET.Element:
-    return element("section", element("h2", text=title), *parts, class_=kind)
-
-
-def _picture(picture: Picture) -> ET.Element:
-    data = base64.b64encode(picture.png).decode("ascii")
-    image = element("img", src=f"data:image/png;base64,{data}", alt=picture.caption, loading="lazy")
-    figure = element("figure", image, element("figcaption", text=picture.caption))
-    return _section(figure, title=picture.title, kind="picture")
-
-
-def _definitions(definitions: Definitions) -> ET.Element:
-    pairs = [
-        element(tag, text=text) for item in definitions.items for tag, text in zip(("dt", "dd"), item, strict=True)
-    ]
-    listed = element("dl", *pairs)
-    if not definitions.folded:
-        return _section(listed, title=definitions.title)
-    return element("section", element("details", element("summary", text=definitions.title), listed))
-
-
-def _table(table: Table, *, feature: str = "") -> ET.Element:
-    """Make a table that can be sorted; rows about a feature know which."""
-    numeric = [all(_is_number(row[column]) for row in table.rows) for column in range(len(table.columns))]
-    head = [
-        element("th", element("button", text=name, type="button"), scope="col", **_class(number=number))
-        for name, number in zip(table.columns, numeric, strict=True)
-    ]
-    rows = [element("tr", *_cells(row, numeric), **_key(feature, row)) for row in table.rows]
-    drawn = element("table", element("thead", element("tr", *head)), element("tbody", *rows))
-    return element("div", drawn, class_="scroll")
-
-
-def _cells(row: Sequence[str], numeric: Sequence[bool]) -> list[ET.Element]:
-    first = element("th", text=row[0], scope="row", **_class(number=numeric[0]))
-    rest = [
-        element("td", text=text, **_class(number=is_one)) for text, is_one in zip(row[1:], numeric[1:], strict=True)
-    ]
-    return [first, *rest]
-
-
-def _key(feature: str, row: Sequence[str]) -> dict[str, str]:
-    return {"data_feature": f"{feature}-{row[0]}"} if feature else {}
-
-
-def _class(*, number: bool) -> dict[str, str]:
-    return {"class_": "number"} if number else {}
-
-
-def _is_number(text: str) -> bool:
-    return not text or text[0] in "+-0123456789\N{MINUS SIGN}"
-
-
-def _file(name: str) -> str:
-    return files("echoplan.viewer").joinpath(name).read_text(encoding="utf-8")
-
-
-def _html(made: ET.Element) -> str:
-    return ET.tostring(made, encoding="unicode", method="html")
-
-
-def _text(text: str) -> str:
-    made = element("span", text=text)
-    return _html(made).removeprefix("<span>").removesuffix("</span>")

@@ -1,0 +1,84 @@
+"""``echoplan compare``: methods held against each other on the same recordings."""
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from echoplan.cli.evaluate import inside
+from echoplan.cli.terminal import Progressing, report_files, show, tracked
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from echoplan.comparison import MethodScore, Outcome, Subject
+
+__all__ = ["run"]
+
+
+def run(
+    sources: Annotated[list[str], typer.Argument(help="Recordings' folders, or sim:WORLD.", metavar="SOURCE...")],
+    truth: Annotated[
+        Path | None, typer.Option(help="truth.json or its folder, for all; else the one beside each recording.")
+    ] = None,
+    methods: Annotated[str, typer.Option(help="Names with commas between, or all.")] = "all",
+    out: Annotated[Path | None, typer.Option(help="Folder for the page and the numbers.")] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes at a time.")] = os.cpu_count() or 1,
+) -> None:
+    """Map the same recordings by many methods and set the results side by side.
+
+    Example: echoplan compare sim:square sim:paper-room --methods mdp-fuzzy,rcd --out comparison/
+    """
+    # --help must not wait for NumPy.
+    from echoplan.comparison import Trial, failure_table, run_trials, score_methods, score_table  # noqa: PLC0415
+
+    names = _chosen(methods)
+    subjects = [_subject(source, truth) for source in dict.fromkeys(sources)]
+    trials = [Trial(subject=subject, method=name) for subject in subjects for name in names]
+    done = tracked(run_trials(trials, workers=jobs), total=len(trials), task="comparing")
+    outcomes = _in_order(done, subjects)
+    scores = score_methods(outcomes, names)
+    for table in (score_table(scores), failure_table(outcomes)):
+        if table.rows:
+            show(table)
+    if out is not None:
+        _write(out, scores)
+
+
+def _chosen(methods: str) -> list[str]:
+    from echoplan.methods import METHODS, find_method  # noqa: PLC0415 - --help must not wait for NumPy
+
+    names = list(METHODS) if methods == "all" else methods.split(",")
+    return [find_method(name).name for name in dict.fromkeys(names)]
+
+
+def _subject(text: str, truth: Path | None) -> "Subject":
+    from echoplan.comparison import Subject  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.io import read_truth  # noqa: PLC0415
+    from echoplan.model import Recording  # noqa: PLC0415
+    from echoplan.sources import find_truth, open_source  # noqa: PLC0415
+
+    opened = open_source(text)
+    sweeps = tuple(Progressing(opened, f"reading {text}"))
+    return Subject(
+        name=text,
+        recording=Recording(name=opened.name, rig=opened.rig, sweeps=sweeps),
+        truth=read_truth(inside(truth, "truth.json")) if truth else find_truth(text, opened),
+    )
+
+
+def _in_order(outcomes: "Iterable[Outcome]", subjects: "Sequence[Subject]") -> "list[Outcome]":
+    places = {subject.name: place for place, subject in enumerate(subjects)}
+    return sorted(outcomes, key=lambda outcome: places[outcome.trial.subject.name])
+
+
+def _write(folder: Path, scores: "Sequence[MethodScore]") -> None:
+    from echoplan.comparison import comparison_csv, comparison_document, comparison_page  # noqa: PLC0415
+    from echoplan.io import write_text  # noqa: PLC0415
+    from echoplan.io.text import format_json  # noqa: PLC0415
+
+    write_text(folder / "comparison.json", format_json(comparison_document(scores)))
+    write_text(folder / "comparison.csv", comparison_csv(scores))
+    write_text(folder / "comparison.html", comparison_page(scores))
+    report_files(folder, ["comparison.json", "comparison.csv", "comparison.html"])

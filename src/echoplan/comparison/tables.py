@@ -1,0 +1,96 @@
+"""Comparisons as tables of text."""
+
+from collections.abc import Sequence
+from math import degrees, isnan
+
+from echoplan.comparison.scores import MethodScore
+from echoplan.comparison.trials import Outcome
+from echoplan.evaluation import Summary
+from echoplan.model import FeatureClass, Table
+
+__all__ = ["failure_table", "score_table"]
+
+_UNKNOWN = "-"
+_COST = ("ms / 1000 pings", "memory (MB)")
+_RIGHTNESS = (
+    "walls (%)",
+    "offset (mm)",
+    "angle (°)",
+    "corners (%)",
+    "cylinders (%)",
+    "map error (mm)",
+)
+
+
+def score_table(scores: Sequence[MethodScore]) -> Table:
+    """Set methods side by side.
+
+    Parameters
+    ----------
+    scores : sequence of MethodScore
+        What each reached.
+
+    Returns
+    -------
+    Table
+        A row a method: recall / precision of walls, corners and cylinders, mean deviations of the right walls, mean
+        map error, cost.  What only a truth can tell is left out where there is none.
+    """
+    scored = any(score.summary for score in scores)
+    return Table(
+        title="Methods on the same recordings; walls, corners, cylinders: recall / precision",
+        columns=("method", "maps", *(_RIGHTNESS if scored else ()), *_COST),
+        rows=tuple(
+            (
+                score.method,
+                f"{score.maps} of {len(score.outcomes)}",
+                *(_rightness(score.summary) if scored else ()),
+                _number(1000 * score.seconds_per_thousand_pings),
+                _number(score.peak_memory / 1e6),
+            )
+            for score in scores
+        ),
+    )
+
+
+def failure_table(outcomes: Sequence[Outcome]) -> Table:
+    """List what failed, and why.
+
+    Parameters
+    ----------
+    outcomes : sequence of Outcome
+        Of all trials.
+
+    Returns
+    -------
+    Table
+        A row for each trial without a map.
+    """
+    return Table(
+        title="What failed",
+        columns=("method", "recording", "reason"),
+        rows=tuple((each.trial.method, each.trial.subject.name, each.failure) for each in outcomes if each.failure),
+    )
+
+
+def _rightness(summary: Summary | None) -> tuple[str, ...]:
+    if summary is None:
+        return (_UNKNOWN,) * len(_RIGHTNESS)
+    walls, corners, cylinders = (_shares(summary, name) for name in FeatureClass)
+    return (
+        walls,
+        _number(1000 * summary.classes[FeatureClass.WALL].distance.mean.value, digits=1),
+        _number(degrees(summary.wall_angle.mean.value), digits=2),
+        corners,
+        cylinders,
+        _number(1000 * summary.map_error.mean.value, digits=1),
+    )
+
+
+def _shares(summary: Summary, name: FeatureClass) -> str:
+    found = summary.classes[name]
+    return f"{_number(100 * found.recall.value)} / {_number(100 * found.precision.value)}"
+
+
+def _number(value: float, *, digits: int = 0) -> str:
+    return _UNKNOWN if isnan(value) else f"{value:.{digits}f}"

@@ -1,0 +1,131 @@
+"""Trials: one method on one recording, measured in the process in which it runs."""
+
+from dataclasses import dataclass
+from math import nan
+from pathlib import Path
+from time import process_time
+
+from echoplan.evaluation import Evaluation, evaluate
+from echoplan.methods import find_method, map_sweeps
+from echoplan.model import FeatureMap, Recording, Truth
+
+__all__ = ["Outcome", "Subject", "Trial", "measure"]
+
+_STATUS = Path("/proc/self/status")
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Subject:
+    """A recording on which methods are tried.
+
+    Parameters
+    ----------
+    name : str
+        What to call it: as it was named on the command line.
+    recording : Recording
+        The sweeps.
+    truth : Truth, optional
+        What a map of it should say; None where nobody knows.
+    """
+
+    name: str
+    recording: Recording
+    truth: Truth | None = None
+
+    @property
+    def pings(self) -> int:
+        """How many pings it holds."""
+        return sum(map(len, self.recording))
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Trial:
+    """One method on one recording.
+
+    Parameters
+    ----------
+    subject : Subject
+        The recording.
+    method : str
+        Name of the method.
+    """
+
+    subject: Subject
+    method: str
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Outcome:
+    """What came of a trial.
+
+    Parameters
+    ----------
+    trial : Trial
+        What was tried.
+    feature_map : FeatureMap, optional
+        The map; None if the method failed.
+    evaluation : Evaluation, optional
+        Of the map; None if there is no map or no truth.
+    seconds : float, optional
+        Processor time for the map [s].
+    peak_memory : float, optional
+        Most memory that the process ever held [bytes], with Python, its packages and the recording; nan where the
+        system does not tell.
+    failure : str, optional
+        Why there is no map, in one line.
+    """
+
+    trial: Trial
+    feature_map: FeatureMap | None = None
+    evaluation: Evaluation | None = None
+    seconds: float = nan
+    peak_memory: float = nan
+    failure: str = ""
+
+    @property
+    def seconds_per_thousand_pings(self) -> float:
+        """Processor time for a thousand pings [s]; nan without a map or pings."""
+        pings = self.trial.subject.pings
+        return 1000 * self.seconds / pings if pings else nan
+
+
+def measure(trial: Trial) -> Outcome:
+    """Run a trial in this process.
+
+    Processor time is what a map costs however busy the machine is.  What a method loads and compiles when it is
+    used for the first time is not counted: it maps the first sweep once beforehand.
+
+    Parameters
+    ----------
+    trial : Trial
+        What to try.
+
+    Returns
+    -------
+    Outcome
+        The map, its evaluation and what it cost.
+    """
+    recording, truth = trial.subject.recording, trial.subject.truth
+    method = find_method(trial.method)
+    map_sweeps(method.build(recording.rig), recording.sweeps[:1])
+    start = process_time()
+    feature_map = map_sweeps(method.build(recording.rig), recording)
+    seconds = process_time() - start
+    return Outcome(
+        trial=trial,
+        feature_map=feature_map,
+        evaluation=None if truth is None else evaluate(feature_map, truth),
+        seconds=seconds,
+        peak_memory=_peak_memory(),
+    )
+
+
+def _peak_memory() -> float:
+    """Read the high-water mark of this process's memory where Linux tells it [bytes].
+
+    The portable counter of ``getrusage`` would do more harm than good: a child inherits that of its parent.
+    """
+    if not _STATUS.exists():
+        return nan
+    status = dict(line.partition(":")[::2] for line in _STATUS.read_text(encoding="utf-8").splitlines())
+    return 1024.0 * int(status["VmHWM"].removesuffix("kB"))

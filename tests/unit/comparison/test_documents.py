@@ -1,0 +1,45 @@
+"""Comparisons as other programs read them."""
+
+import csv
+import json
+
+import pytest
+
+from echoplan.comparison import comparison_csv, comparison_document, score_methods
+from echoplan.io.text import format_json
+from outcomes import some
+
+SCORES = score_methods(some(), ["good", "poor"])
+
+
+def test_the_document_survives_json() -> None:
+    document = json.loads(format_json(comparison_document(SCORES)))
+    good, poor = document["methods"]
+    assert document["format"] == "echoplan-comparison/1"
+    assert good["summary"]["walls"]["recall"]["value"] == 1.0
+    assert [trial["source"] for trial in poor["trials"]] == ["sim:room", "rec/<two>"]
+
+
+def test_a_failed_trial_has_a_reason_and_no_numbers() -> None:
+    trial = comparison_document(SCORES)["methods"][1]["trials"][1]
+    assert trial["failure"] == "ValueError: no <walls>"
+    assert (trial["evaluation"], trial["seconds_per_1000_pings"]) == (None, None)
+
+
+def test_the_table_has_a_row_for_each_trial_and_the_same_cells_in_all() -> None:
+    rows = list(csv.DictReader(comparison_csv(SCORES).splitlines()))
+    assert [(row["method"], row["source"]) for row in rows] == [
+        ("good", "sim:room"),
+        ("good", "rec/<two>"),
+        ("poor", "sim:room"),
+        ("poor", "rec/<two>"),
+    ]
+    assert float(rows[2]["wall_recall"]) == pytest.approx(0.6)
+    assert float(rows[0]["map_error_mm"]) > 0.0  # the cylinder that the map lacks
+    assert float(rows[0]["seconds_per_1000_pings"]) == pytest.approx(1.0)
+    assert rows[3]["wall_recall"] == ""
+    assert rows[3]["failure"] == "ValueError: no <walls>"
+
+
+def test_without_trials_there_is_no_row() -> None:
+    assert comparison_csv(()).strip() == ""

@@ -1,0 +1,30 @@
+"""Comparisons as people read them."""
+
+from echoplan.comparison import failure_table, score_methods, score_table
+from outcomes import some
+
+
+def test_a_row_tells_rightness_and_cost_of_a_method() -> None:
+    table = score_table(score_methods(some(), ["good", "poor"]))
+    rows = {row[0]: dict(zip(table.columns, row, strict=True)) for row in table.rows}
+    assert rows["good"]["walls (%)"] == "100 / 100"
+    assert rows["poor"]["walls (%)"] == "60 / 100"
+    assert rows["poor"]["maps"] == "1 of 2"
+    assert (rows["good"]["offset (mm)"], rows["good"]["angle (°)"]) == ("0.0", "0.00")
+    assert (rows["good"]["ms / 1000 pings"], rows["poor"]["ms / 1000 pings"]) == ("1000", "2000")
+    assert rows["good"]["memory (MB)"] == "50"
+
+
+def test_dashes_stand_for_what_is_not_known() -> None:
+    outcomes = [each for each in some() if each.failure]
+    (row,) = score_table(score_methods([*outcomes], ["poor"])).rows
+    assert row == ("poor", "0 of 1", "-", "-")
+
+
+def test_without_truth_only_maps_and_costs_are_told() -> None:
+    table = score_table(score_methods(some(truth=None), ["good", "poor"]))
+    assert table.columns == ("method", "maps", "ms / 1000 pings", "memory (MB)")
+
+
+def test_failures_are_told_with_their_reason() -> None:
+    assert failure_table(some()).rows == (("poor", "rec/<two>", "ValueError: no <walls>"),)
