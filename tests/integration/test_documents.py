@@ -1,0 +1,73 @@
+"""What the documents name is there: tests, functions, files, commands, settings."""
+
+import importlib
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+from pydantic import BaseModel
+
+from echoplan.simulation import SimulationSettings
+
+ROOT = Path(__file__).parents[2]
+DOCUMENTS = {
+    path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
+    for path in sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
+}
+TESTS = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "tests").rglob("test_*.py")))
+PACKAGES = "acoustics|classification|evaluation|extraction|io|mapping|model|preprocessing|simulation|viewer"
+
+
+@pytest.fixture(params=DOCUMENTS)
+def document(request: pytest.FixtureRequest) -> str:
+    """The text of each document in turn."""
+    return DOCUMENTS[request.param]
+
+
+def test_every_test_that_is_named_exists(document: str) -> None:
+    named = set(re.findall(r"`(test_\w+)`", document))
+    assert [name for name in sorted(named) if f"def {name}(" not in TESTS] == []
+
+
+def test_every_class_of_tests_that_is_named_exists(document: str) -> None:
+    named = set(re.findall(r"class `(Test\w+)`", document))
+    assert [name for name in sorted(named) if f"class {name}:" not in TESTS] == []
+
+
+def test_every_function_that_is_named_with_its_package_exists(document: str) -> None:
+    missing = []
+    for package, name in re.findall(rf"`(?:echoplan\.)?({PACKAGES})\.(\w+)`", document):
+        module = importlib.import_module(f"echoplan.{package}")
+        if not hasattr(module, name):
+            try:
+                importlib.import_module(f"echoplan.{package}.{name}")
+            except ModuleNotFoundError:
+                missing.append(f"{package}.{name}")
+    assert missing == []
+
+
+def test_every_file_that_is_linked_exists() -> None:
+    links = [(name, link) for name, text in DOCUMENTS.items() for link in re.findall(r"\]\(([^)#:]+)[)#]", text)]
+    assert [link for link in links if not (ROOT / link[0]).parent.joinpath(link[1]).exists()] == []
+
+
+def test_every_script_and_folder_that_a_document_runs_exists() -> None:
+    named = {
+        path for text in DOCUMENTS.values() for path in re.findall(r"\b((?:benchmarks|tests|docs)/[\w./-]+)", text)
+    }
+    assert [path for path in sorted(named) if not (ROOT / path.rstrip(".")).exists()] == []
+
+
+def flattened(settings: BaseModel, prefix: str = "") -> dict[str, object]:
+    """Every setting by its dotted name, with its default."""
+    found: dict[str, object] = {}
+    for name, value in settings:
+        found |= flattened(value, f"{prefix}{name}.") if isinstance(value, BaseModel) else {prefix + name: value}
+    return found
+
+
+def test_every_option_of_the_simulator_stands_in_its_table_with_its_default() -> None:
+    table = dict(re.findall(r"^\| `([\w.]+)` \| (\S+) \|", DOCUMENTS["docs/simulator.md"], flags=re.MULTILINE))
+    told = {name: tomllib.loads(f"value = {default}")["value"] for name, default in table.items()}
+    assert told == flattened(SimulationSettings())
