@@ -1,0 +1,106 @@
+"""What every method must do: whatever stands in the registry is tried here."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from echoplan.evaluation import evaluate
+from echoplan.io import read_map, write_map
+from echoplan.methods import METHODS, Method, map_sweeps, observations_of
+from echoplan.model import FeatureMap, Rig, Sweep
+from echoplan.simulation import Simulation
+from echoplan.sources import open_source
+
+
+@pytest.fixture(params=METHODS.values(), ids=list(METHODS))
+def method(request: pytest.FixtureRequest) -> Method:
+    """Each method in turn."""
+    chosen: Method = request.param
+    return chosen
+
+
+@pytest.fixture(scope="module")
+def square() -> Simulation:
+    """A square room, heard from five stations."""
+    source = open_source("sim:square,seed=1")
+    assert isinstance(source, Simulation)
+    return source
+
+
+@pytest.fixture(scope="module")
+def sweeps(square: Simulation) -> list[Sweep]:
+    return list(square)
+
+
+def mapped(method: Method, rig: Rig, sweeps: list[Sweep]) -> FeatureMap:
+    return map_sweeps(method.build(rig), sweeps)
+
+
+def written(found: FeatureMap, path: Path) -> str:
+    write_map(path, found)
+    return path.read_text(encoding="utf-8")
+
+
+def silent(sweep: Sweep) -> Sweep:
+    return replace(sweep, ranges=np.full(len(sweep), np.inf))
+
+
+def test_most_walls_of_a_square_room_are_found_to_a_hands_breadth(
+    method: Method, square: Simulation, sweeps: list[Sweep]
+) -> None:
+    walls = evaluate(mapped(method, square.rig, sweeps), square.truth).matches.walls
+    assert walls.tally.found >= 3
+    assert max(match.distance for match in walls.right) < 0.1
+
+
+def test_the_map_says_how_it_was_made(method: Method, square: Simulation, sweeps: list[Sweep], tmp_path: Path) -> None:
+    found = mapped(method, square.rig, sweeps)
+    assert found.method == method.name
+    assert found.sweeps.tolist() == [sweep.index for sweep in sweeps]
+    assert method.settings_type.model_validate(dict(found.parameters)) == method.settings_type()
+    text = written(found, tmp_path / "map.json")
+    assert written(read_map(tmp_path / "map.json"), tmp_path / "again.json") == text
+
+
+def test_the_same_sweeps_give_the_same_map_however_often_it_is_asked_for(
+    method: Method, square: Simulation, sweeps: list[Sweep], tmp_path: Path
+) -> None:
+    mapper = method.build(square.rig)
+    for sweep in sweeps:
+        mapper.add(sweep)
+    maps = [mapper.result(), mapper.result(), mapped(method, square.rig, sweeps)]
+    first, again, anew = (written(found, tmp_path / f"{number}.json") for number, found in enumerate(maps))
+    assert first == again == anew
+
+
+def test_a_map_may_be_asked_for_on_the_way(
+    method: Method, square: Simulation, sweeps: list[Sweep], tmp_path: Path
+) -> None:
+    mapper = method.build(square.rig)
+    half = len(sweeps) // 2
+    map_sweeps(mapper, sweeps[:half])
+    map_sweeps(mapper, sweeps[half:])
+    whole = written(mapped(method, square.rig, sweeps), tmp_path / "whole.json")
+    assert written(mapper.result(), tmp_path / "map.json") == whole
+
+
+def test_nothing_heard_is_an_empty_map(method: Method, square: Simulation, sweeps: list[Sweep]) -> None:
+    for heard in ([], [silent(sweep) for sweep in sweeps]):
+        mapper = method.build(square.rig)
+        found = map_sweeps(mapper, heard)
+        assert (found.walls, found.corners, found.cylinders) == ((), (), ())
+        assert len(found.poses) == len(heard)
+        assert observations_of(mapper) == ()
+
+
+def test_its_settings_are_refused_where_they_are_misspelt(method: Method) -> None:
+    with pytest.raises(ValidationError, match="Extra inputs are not permitted"):
+        method.settings_type.model_validate({"no_such_setting": 1})
+
+
+def test_it_says_in_one_line_what_it_does(method: Method) -> None:
+    assert 20 < len(method.summary) < 100
+    assert "\n" not in method.summary
