@@ -12,7 +12,7 @@ from echoplan.extraction.minimum import (
     minimum_distance_point,
 )
 from echoplan.extraction.rcd import Rcd, RcdSettings, region_of_constant_depth
-from echoplan.extraction.runs import connected_runs, rotation_step
+from echoplan.extraction.runs import connected_runs
 
 __all__ = [
     "Cluster",
@@ -33,5 +33,4 @@ __all__ = [
     "middle_point",
     "minimum_distance_point",
     "region_of_constant_depth",
-    "rotation_step",
 ]

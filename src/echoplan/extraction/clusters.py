@@ -6,8 +6,8 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray, IntArray, checked_floats, store
-from echoplan.extraction.runs import connected_runs, rotation_step
-from echoplan.geometry import circular_mean, directions, wrap
+from echoplan.extraction.runs import connected_runs
+from echoplan.geometry import circular_mean, directions, rotation_step, wrap
 from echoplan.model import Pings
 
 __all__ = ["Cluster", "ClusteringSettings", "differential_clusters", "hub_distances"]

@@ -4,7 +4,7 @@ import numpy as np
 
 from echoplan.arrays import FloatArray, IntArray
 
-__all__ = ["connected_runs", "rotation_step"]
+__all__ = ["connected_runs"]
 
 
 def connected_runs(
@@ -57,26 +57,3 @@ def connected_runs(
     heard = np.flatnonzero(np.isfinite(distances))
     order = heard[np.argsort(labels[heard], kind="stable")]
     return np.split(order, np.flatnonzero(np.diff(labels[order])) + 1) if len(order) else []
-
-
-def rotation_step(bearings: FloatArray) -> float:
-    """Return the usual turn from one ping to the next around the circle.
-
-    Parameters
-    ----------
-    bearings : ndarray, shape (n,)
-        Directions of the beam axes of one sweep [rad], at least one.
-
-    Returns
-    -------
-    float
-        Median gap between neighbouring directions that differ [rad]; a full turn for one direction.
-
-    Examples
-    --------
-    >>> round(float(np.degrees(rotation_step(np.radians([0.0, 1, 2, 2, 5, 6])))), 6)
-    1.0
-    """
-    around = np.sort(np.mod(bearings, 2 * np.pi))
-    gaps = np.diff(around, append=around[0] + 2 * np.pi)
-    return float(np.median(gaps[gaps > 1e-6]))

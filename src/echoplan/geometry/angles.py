@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike
 
 from echoplan.arrays import FloatArray
 
-__all__ = ["circular_mean", "directions", "wrap"]
+__all__ = ["circular_mean", "directions", "rotation_step", "wrap"]
 
 
 def wrap(angles: ArrayLike) -> FloatArray:
@@ -73,3 +73,26 @@ def directions(angles: ArrayLike) -> FloatArray:
     """
     angles = np.asarray(angles, dtype=np.float64)
     return np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+
+
+def rotation_step(bearings: FloatArray) -> float:
+    """Return the usual turn from one ping to the next around the circle.
+
+    Parameters
+    ----------
+    bearings : ndarray, shape (n,)
+        Directions of the beam axes of one sweep [rad], at least one.
+
+    Returns
+    -------
+    float
+        Median gap between neighbouring directions that differ [rad]; a full turn for one direction.
+
+    Examples
+    --------
+    >>> round(float(np.degrees(rotation_step(np.radians([0.0, 1, 2, 2, 5, 6])))), 6)
+    1.0
+    """
+    around = np.sort(np.mod(bearings, 2 * np.pi))
+    gaps = np.diff(around, append=around[0] + 2 * np.pi)
+    return float(np.median(gaps[gaps > 1e-6]))

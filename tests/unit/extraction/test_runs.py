@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 import scenes
-from echoplan.extraction import connected_runs, rotation_step
+from echoplan.extraction import connected_runs
+from echoplan.geometry import rotation_step
 
 
 def test_the_step_of_rotation_is_the_usual_gap() -> None:

@@ -1,0 +1,160 @@
+"""Range walk: how much too long a range is read, as a function of the signal excess.
+
+The curve is replaceable: the physical one follows from the burst and the resonators, another may be a table, or be
+fitted to a recording.  All are kept as values on an even grid of the excess, which compiled functions can read.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from echoplan.acoustics.detection import crossing_delay, peak_delay
+from echoplan.arrays import FloatArray, checked_floats, store
+from echoplan.errors import InvalidValueError
+from echoplan.model import Transducer
+
+__all__ = ["EXCESS_STEP", "WalkCurve", "fitted_walk", "physical_walk"]
+
+# The grid of the excess [dB]: echoes 70 dB above the threshold are at a transducer's face.
+EXCESS_STEP = 0.05
+_NODES = 1401
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class WalkCurve:
+    """Shape of the range walk, 1 at the threshold and falling to 0 for the loudest echoes.
+
+    Parameters
+    ----------
+    values : ndarray, shape (1401,)
+        Delay as a share of the delay at the threshold, at excesses of 0, 0.05, ... 70 dB; not increasing.
+
+    Raises
+    ------
+    InvalidValueError
+        If the curve rises anywhere: a louder echo is never detected later.
+    """
+
+    values: FloatArray
+
+    def __post_init__(self) -> None:
+        values = checked_floats(self.values, name="values", shape=(_NODES,))
+        if (np.diff(values) > 1e-12).any():
+            raise InvalidValueError("a walk curve must not rise with the excess")
+        store(self, values=values)
+
+    def __call__(self, excess: ArrayLike) -> FloatArray:
+        """Read the curve.
+
+        Parameters
+        ----------
+        excess : array_like
+            Signal excess [dB]; below the threshold the curve stays what it is there.
+
+        Returns
+        -------
+        ndarray
+            Delay as a share of the delay at the threshold.
+        """
+        return np.interp(np.asarray(excess, dtype=np.float64), _grid(), self.values)
+
+    @classmethod
+    def from_table(cls, excess: ArrayLike, values: ArrayLike) -> "WalkCurve":
+        """Make a curve of measured points.
+
+        Parameters
+        ----------
+        excess : array_like, shape (n,)
+            Signal excess [dB], increasing.
+        values : array_like, shape (n,)
+            Delay in any unit, not increasing.
+
+        Returns
+        -------
+        WalkCurve
+            Straight between the points, level beyond them, scaled to run from 1 to 0.
+
+        Raises
+        ------
+        InvalidValueError
+            If the points are not in order or all alike.
+
+        Examples
+        --------
+        >>> WalkCurve.from_table([0, 10, 40], [30, 10, 0])([0, 5, 50]).round(3)
+        array([1.   , 0.667, 0.   ])
+        """
+        nodes = checked_floats(excess, name="excess", shape=(None,))
+        heights = checked_floats(values, name="values", shape=(len(nodes),))
+        if (np.diff(nodes) <= 0).any() or heights[0] <= heights[-1]:
+            raise InvalidValueError("a walk table must have increasing excesses and falling values")
+        return cls(values=np.interp(_grid(), nodes, (heights - heights[-1]) / (heights[0] - heights[-1])))
+
+
+def physical_walk(transducer: Transducer) -> WalkCurve:
+    """Walk of a threshold on a burst that passed two resonators.
+
+    Parameters
+    ----------
+    transducer : Transducer
+        Burst and resonators.
+
+    Returns
+    -------
+    WalkCurve
+        ``crossing_delay`` over its value at the threshold.
+
+    Examples
+    --------
+    >>> physical_walk(Transducer())([0.0, 6.0, 20.0]).round(2)
+    array([1.  , 0.5 , 0.19])
+    """
+    delays = crossing_delay(_grid(), transducer) / peak_delay(transducer)
+    return WalkCurve(values=np.minimum.accumulate((delays - delays[-1]) / (1 - delays[-1])))
+
+
+def fitted_walk(excess: ArrayLike, residuals: ArrayLike, *, weights: ArrayLike, pieces: int = 8) -> WalkCurve:
+    """Fit a falling curve to the residuals of a recording.
+
+    Parameters
+    ----------
+    excess : array_like, shape (n,)
+        Signal excess of each ping [dB].
+    residuals : array_like, shape (n,)
+        Reading less geometric range [m].
+    weights : array_like, shape (n,)
+        Weights of the pings.
+    pieces : int, optional
+        Between how many levels the curve is straight; each holds as many pings.
+
+    Returns
+    -------
+    WalkCurve
+        The falling curve nearest to the weighted medians of the pieces (isotonic regression).
+
+    Raises
+    ------
+    InvalidValueError
+        If the residuals do not fall at all.
+    """
+    from scipy.optimize import isotonic_regression  # noqa: PLC0415 - SciPy is slow to import
+
+    x, y, w = (np.asarray(each, dtype=np.float64) for each in (excess, residuals, weights))
+    order = np.argsort(x)
+    groups = np.array_split(order, pieces)
+    nodes = np.array([np.average(x[group], weights=w[group]) for group in groups])
+    levels = np.array([_weighted_median(y[group], w[group]) for group in groups])
+    falling = isotonic_regression(levels, weights=[w[group].sum() for group in groups], increasing=False).x
+    return WalkCurve.from_table(nodes, falling)
+
+
+def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
+    order = np.argsort(values)
+    shares = np.cumsum(weights[order]) / weights.sum()
+    return float(values[order][np.searchsorted(shares, 0.5)])
+
+
+def _grid() -> FloatArray:
+    grid: FloatArray = EXCESS_STEP * np.arange(_NODES, dtype=np.float64)
+    return grid

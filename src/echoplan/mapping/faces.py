@@ -1,0 +1,225 @@
+"""Faces: the parts of a line that are wall, told apart by gaps that sound went through."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.acoustics.expectation import Kind
+from echoplan.arrays import FloatArray
+from echoplan.classification.evidence import UNHEARD
+from echoplan.classification.hypotheses import Explanation, Hypothesis
+from echoplan.geometry import directions, intersections
+from echoplan.mapping.paths import Paths
+
+__all__ = ["Echoes", "Face", "FaceSettings", "corner_echoes", "find_faces"]
+
+
+class FaceSettings(BaseModel, frozen=True, extra="forbid"):
+    """When a line is more than one wall."""
+
+    gap: float = Field(default=0.12, gt=0.0, description="least gap that sound may have gone through [m]")
+    crossing_span: float = Field(
+        default=math.radians(25), gt=0.0, description="of the pings that went through such a gap [rad]"
+    )
+    wide_gap: float = Field(default=0.4, gt=0.0, description="least gap about a corner that was heard [m]")
+    corner_reach: float = Field(default=0.03, gt=0.0, description="of such a corner from the crossing of its walls [m]")
+    echo_span: float = Field(default=math.radians(5), gt=0.0, description="of the pings that hear a corner [rad]")
+    right_angle: float = Field(default=math.radians(5), gt=0.0, description="of walls that echo at their vertex [rad]")
+    least_share: float = Field(default=0.05, ge=0.0, description="of the pings of a line that make a wall")
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Face:
+    """One wall of perhaps several on a line.
+
+    Parameters
+    ----------
+    owner : int
+        Number of the feature.
+    wall : Hypothesis
+        The feature.
+    low, high : float
+        Ends of what was heard of it along the line [m].
+    crossings : ndarray, shape (k,)
+        Where sound of other features went through its line [m].
+    pings : int
+        How many pings were reflected by it.
+    """
+
+    owner: int
+    wall: Hypothesis
+    low: float
+    high: float
+    crossings: FloatArray
+    pings: int
+
+    @property
+    def along(self) -> FloatArray:
+        """Unit vector along it, shape (2,)."""
+        return directions(self.wall.line[0] + math.pi / 2)
+
+    @property
+    def middle_xy(self) -> FloatArray:
+        """The point halfway [m], shape (2,)."""
+        return self.point(0.5 * (self.low + self.high))
+
+    def point(self, place: float) -> FloatArray:
+        """Return the point at a place along the line [m].
+
+        Parameters
+        ----------
+        place : float
+            The place.
+
+        Returns
+        -------
+        ndarray, shape (2,)
+            The point [m].
+        """
+        point: FloatArray = self.wall.line[1] * directions(self.wall.line[0]) + place * self.along
+        return point
+
+    def is_open(self, low: float, high: float) -> bool:
+        """Tell whether sound went through between two places."""
+        return int(((self.crossings > low) & (self.crossings < high)).sum()) >= 4
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Echoes:
+    """Where pairs of walls were heard as corners.
+
+    Parameters
+    ----------
+    counts : mapping of tuple of int to int
+        How many pings heard one wall in the other, by the numbers of both.
+    corners_xy : ndarray, shape (c, 2)
+        Corners that were heard as such [m].
+    """
+
+    counts: dict[tuple[int, int], int]
+    corners_xy: FloatArray
+
+    def count(self, one: int, other: int) -> int:
+        """Return how many pings heard the corner of two walls."""
+        return self.counts.get((min(one, other), max(one, other)), 0)
+
+    def heard_at(self, point_xy: FloatArray, *, within: float) -> bool:
+        """Tell whether a corner was heard near a point."""
+        return bool((np.hypot(*(self.corners_xy - point_xy).T) < within).any())
+
+
+def corner_echoes(explanation: Explanation, features: Sequence[Hypothesis]) -> Echoes:
+    """Count the pings that heard one wall in another, and nothing that explains them better.
+
+    Parameters
+    ----------
+    explanation : Explanation
+        The pings.
+    features : sequence of Hypothesis
+        What is there.
+
+    Returns
+    -------
+    Echoes
+        Of all pairs of walls.
+    """
+    direct = np.full(len(explanation.soundings.readings), explanation.floor)
+    for each in features:
+        if each.kind in (Kind.WALL, Kind.CYLINDER):
+            np.maximum(direct, explanation.levels_of(each), out=direct)
+    least = np.maximum(direct + math.log(5.0), explanation.floor + math.log(20.0))
+    walls = [number for number, each in enumerate(features) if each.is_wall]
+    counts = {
+        (one, other): int((explanation.pair_levels(features[one], features[other]) > np.maximum(least, UNHEARD)).sum())
+        for place, one in enumerate(walls)
+        for other in walls[place + 1 :]
+    }
+    corners = [each.reflector[1:3] for each in features if each.kind is Kind.CORNER]
+    return Echoes(counts=counts, corners_xy=np.array(corners).reshape(-1, 2))
+
+
+def find_faces(
+    features: Sequence[Hypothesis], paths: Paths, echoes: Echoes, *, step: float, settings: FaceSettings
+) -> list[Face]:
+    """Cut the lines of walls where sound went through.
+
+    Sound that reached something behind a line went through it there; and where a corner between two walls was heard,
+    both of them reach it: what lies beyond is another wall.
+
+    Parameters
+    ----------
+    features : sequence of Hypothesis
+        What is there.
+    paths : Paths
+        The ways of sound.
+    echoes : Echoes
+        Where corners were heard.
+    step : float
+        Turn from one ping to the next [rad].
+    settings : FaceSettings
+        When to cut.
+
+    Returns
+    -------
+    list of Face
+        At least one of each wall.
+    """
+    faces = []
+    for number, feature in enumerate(features):
+        if feature.is_wall:
+            feet = paths.feet(number, feature.line)
+            feet = feet if len(feet) else np.array(feature.extent)
+            whole = Face(
+                owner=number,
+                wall=feature,
+                low=float(feet[0]),
+                high=float(feet[-1]),
+                crossings=paths.crossings(number, feature.line),
+                pings=len(feet),
+            )
+            corners = _heard_corners(number, features, echoes, step=step, settings=settings)
+            faces += _cut(whole, feet, corners, step=step, settings=settings)
+    return faces
+
+
+def _cut(whole: Face, feet: FloatArray, corners: Sequence[float], *, step: float, settings: FaceSettings) -> list[Face]:
+    parts, start = [], 0
+    through = max(4.0, settings.crossing_span / step)
+    for place in np.flatnonzero(np.diff(feet) > settings.gap).tolist():
+        low, high = float(feet[place]), float(feet[place + 1])
+        crossed = ((whole.crossings > low + 0.02) & (whole.crossings < high - 0.02)).sum() >= through
+        cornered = high - low > settings.wide_gap and any(low - 0.03 < each < high + 0.03 for each in corners)
+        if crossed or cornered:
+            parts.append(feet[start : place + 1])
+            start = place + 1
+    parts.append(feet[start:])
+    enough = max(settings.least_share * len(feet), 1.0)
+    return [
+        replace(whole, low=float(part[0]), high=float(part[-1]), pings=len(part))
+        for part in parts
+        if len(part) >= min(enough, 6.0)
+    ]
+
+
+def _heard_corners(
+    number: int, features: Sequence[Hypothesis], echoes: Echoes, *, step: float, settings: FaceSettings
+) -> list[float]:
+    """Places along a wall where it makes a corner with another that was heard as one."""
+    wall, places = features[number], []
+    least = max(1.0, settings.echo_span / step)
+    for other_number, other in enumerate(features):
+        if other_number == number or not other.is_wall:
+            continue
+        if abs(math.cos(wall.line[0] - other.line[0])) > math.sin(settings.right_angle):
+            continue
+        point = intersections(wall.line, other.line)
+        heard = echoes.count(number, other_number) >= least
+        heard |= echoes.heard_at(point, within=settings.corner_reach)
+        place = float(point @ directions(other.line[0] + math.pi / 2))
+        away = max(other.extent[0] - place, place - other.extent[1])
+        if heard and -0.1 < away < 1.0:
+            places.append(float(point @ directions(wall.line[0] + math.pi / 2)))
+    return places

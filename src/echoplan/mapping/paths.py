@@ -1,0 +1,137 @@
+"""Paths: the ways that sound went from sensors to the points where features sent it back."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from echoplan.acoustics.expectation import Kind
+from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.classification.evidence import UNHEARD
+from echoplan.classification.hypotheses import Explanation, Hypothesis
+from echoplan.geometry import directions
+
+__all__ = ["Paths", "trace_paths"]
+
+# A reading that is this many times likelier than if it were anything is explained.
+_EXPLAINED = math.log(20.0)
+# Groups of pings of one feature and station that span less than this may be chance [rad].
+_SPAN = math.radians(12.0)
+# A path crosses a line only if both its ends are this far from it [m].
+_CLEAR = 0.02
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Paths:
+    """Ways of sound that features explain.
+
+    Parameters
+    ----------
+    starts_xy, ends_xy : ndarray, shape (n, 2)
+        Sensors, and where the sound turned back [m]; ``nan`` for pings that nothing explains.
+    owners : ndarray of int, shape (n,)
+        The feature that explains each ping; -1 for none.
+    sure : ndarray of bool, shape (n,)
+        Whether enough other pings of the station agree.
+    """
+
+    starts_xy: FloatArray
+    ends_xy: FloatArray
+    owners: IntArray
+    sure: BoolArray
+
+    def feet(self, owner: int, line: FloatArray) -> FloatArray:
+        """Tell where along a wall the pings that it explains were reflected.
+
+        Parameters
+        ----------
+        owner : int
+            Number of the wall.
+        line : ndarray, shape (2,)
+            Its normal angle and offset [rad, m].
+
+        Returns
+        -------
+        ndarray, shape (k,)
+            Places along it, in order [m].
+        """
+        own = self.starts_xy[self.owners == owner]
+        places: FloatArray = np.sort(own @ directions(line[0] + math.pi / 2))
+        return places
+
+    def crossings(self, owner: int, line: FloatArray) -> FloatArray:
+        """Tell where sound of other features went through the line of a wall.
+
+        Parameters
+        ----------
+        owner : int
+            Number of the wall.
+        line : ndarray, shape (2,)
+            Its normal angle and offset [rad, m].
+
+        Returns
+        -------
+        ndarray, shape (k,)
+            Places along it, in order [m]: there the wall is not.
+        """
+        normal, along = directions(line[0]), directions(line[0] + math.pi / 2)
+        others = self.sure & (self.owners >= 0) & (self.owners != owner)
+        starts, ends = self.starts_xy[others], self.ends_xy[others]
+        before, behind = line[1] - starts @ normal, line[1] - ends @ normal
+        through = (before * behind < 0.0) & (np.abs(before) > _CLEAR) & (np.abs(behind) > _CLEAR)
+        share = (before[through] / (before[through] - behind[through]))[:, None]
+        places: FloatArray = np.sort((starts[through] + share * (ends[through] - starts[through])) @ along)
+        return places
+
+
+def trace_paths(explanation: Explanation, features: Sequence[Hypothesis], *, step: float) -> Paths:
+    """Trace the paths of all pings that features explain better than ghosts do.
+
+    Parameters
+    ----------
+    explanation : Explanation
+        The pings.
+    features : sequence of Hypothesis
+        What is there.
+    step : float
+        Turn from one ping to the next [rad].
+
+    Returns
+    -------
+    Paths
+        One a ping.
+    """
+    soundings = explanation.soundings
+    starts = np.column_stack([soundings.x, soundings.y])
+    owners = _owners(explanation, features)
+    ends = np.full_like(starts, np.nan)
+    for number, feature in enumerate(features):
+        own = owners == number
+        ends[own] = _turning_points(feature, starts[own])
+    groups = soundings.stations * max(len(features), 1) + np.maximum(owners, 0)
+    counts = np.bincount(groups[owners >= 0], minlength=int(groups.max(initial=0)) + 1)
+    sure = (owners >= 0) & (counts[groups] >= max(1.0, _SPAN / step))
+    return Paths(starts_xy=starts, ends_xy=ends, owners=owners, sure=sure)
+
+
+def _owners(explanation: Explanation, features: Sequence[Hypothesis]) -> IntArray:
+    count = len(explanation.soundings.readings)
+    if not features:
+        return np.full(count, -1)
+    levels = np.stack([explanation.levels_of(each) for each in features])
+    best = levels.max(axis=0)
+    explained = (best > explanation.floor + _EXPLAINED) & (best > explanation.ghost_levels(features))
+    return np.where(explained & (best > UNHEARD), levels.argmax(axis=0), -1)
+
+
+def _turning_points(feature: Hypothesis, starts_xy: FloatArray) -> FloatArray:
+    if feature.is_wall:
+        normal = directions(feature.line[0])
+        feet: FloatArray = starts_xy + (feature.line[1] - starts_xy @ normal)[:, None] * normal
+        return feet
+    away = feature.reflector[1:3] - starts_xy
+    length = np.hypot(*away.T)[:, None] + 1e-12
+    radius = feature.reflector[3] if feature.kind is Kind.CYLINDER else 0.0
+    points: FloatArray = starts_xy + away * (length - radius) / length
+    return points

@@ -1,0 +1,90 @@
+"""Rivals: what else a feature could be, and so how sure its class is."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from echoplan.acoustics.expectation import Kind
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.classification.hypotheses import Explanation, Hypothesis
+from echoplan.geometry import directions
+from echoplan.mapping.refinement import refine
+from echoplan.model import ClassProbabilities
+
+__all__ = ["class_probabilities"]
+
+# A cylinder that is to explain something else starts out this thick [m].
+_RADIUS = 0.12
+# Rivals may start as far off as this from where the pings want them: deviations, band [m], steps.
+_COURSE = ((4.0, 0.06, 4), (1.0, 0.03, 4))
+
+
+def class_probabilities(
+    explanation: Explanation, features: Sequence[Hypothesis], *, radius_cost: float
+) -> list[ClassProbabilities]:
+    """Let every feature stand against a wall, a corner and a cylinder in its place.
+
+    Parameters
+    ----------
+    explanation : Explanation
+        The pings.
+    features : sequence of Hypothesis
+        What is there.
+    radius_cost : float
+        Cost of the third parameter of a cylinder [nats].
+
+    Returns
+    -------
+    list of ClassProbabilities
+        One a feature: the likelihoods of the three, each moved to where the pings want it, over their sum.
+    """
+    return [_probabilities(explanation, features, number, radius_cost) for number in range(len(features))]
+
+
+def _probabilities(
+    explanation: Explanation, features: Sequence[Hypothesis], number: int, radius_cost: float
+) -> ClassProbabilities:
+    feature = features[number]
+    others = [each for each in features if each is not feature]
+    levels = explanation.levels(others)
+    spoken = feature.evidence.pings[feature.evidence.densities > levels[feature.evidence.pings]]
+    rivals = [_moved(explanation, row, spoken) for row in _rivals(explanation, feature) if row[0] != feature.kind]
+    judged = explanation.judge_all([explanation.propose(row) for row in rivals], levels, others)
+    worth = np.full(3, -np.inf)
+    for each in [feature, *judged]:
+        cost = radius_cost if each.kind is Kind.CYLINDER else 0.0
+        place = {Kind.WALL: 0, Kind.CYLINDER: 2}.get(each.kind, 1)
+        worth[place] = max(worth[place], each.total - cost)
+    chances = np.exp(worth - worth.max())
+    wall, corner, cylinder = (chances / chances.sum()).tolist()
+    return ClassProbabilities(wall=wall, corner=corner, cylinder=cylinder)
+
+
+def _rivals(explanation: Explanation, feature: Hypothesis) -> FloatArray:
+    """Stand-ins of all kinds near the part of a feature that most stations heard."""
+    speaking = feature.gains > 0.0
+    stations = explanation.soundings.centers[speaking if speaking.any() else slice(None)]
+    middle = stations.mean(axis=0)
+    if feature.is_wall:
+        normal = directions(feature.line[0])
+        nearest, away = middle + (feature.line[1] - middle @ normal) * normal, normal
+    else:
+        away = feature.reflector[1:3] - middle
+        away = away / (np.hypot(*away) + 1e-12)
+        nearest = feature.reflector[1:3] - feature.reflector[3] * away
+    return np.array(
+        [
+            [Kind.WALL, np.arctan2(away[1], away[0]), nearest @ away, 0.0],
+            [Kind.CORNER, *nearest, 0.0],
+            [Kind.EDGE, *nearest, 0.0],
+            [Kind.CYLINDER, *(nearest + _RADIUS * away), _RADIUS],
+        ]
+    )
+
+
+def _moved(explanation: Explanation, reflector: FloatArray, pings: IntArray) -> FloatArray:
+    moved = reflector
+    for deviations, band, rounds in _COURSE:
+        scales = (deviations * explanation.noise, max(band, 4 * explanation.noise))
+        moved = refine(explanation.soundings, explanation.hearing, moved, pings, scales, rounds)
+    return moved

@@ -1,0 +1,139 @@
+"""Rows of a linearised least-squares problem: every observation, tie and prior is some of them."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.compiled import compiled
+from echoplan.errors import InvalidValueError
+
+__all__ = ["Rows", "normal_equations", "prior", "solve"]
+
+# Systems of more unknowns than this are mostly empty, and are solved as such.
+_DENSE = 250
+
+
+class Rows(NamedTuple):
+    """m linearised equations ``residual = slopes . step`` with at most k unknowns each.
+
+    Attributes
+    ----------
+    columns : ndarray of int, shape (m, k)
+        Which unknowns; -1 fills up.
+    slopes : ndarray, shape (m, k)
+        Derivatives of what is predicted by them.
+    residuals : ndarray, shape (m,)
+        What was observed less what is predicted.
+    weights : ndarray, shape (m,)
+        Reciprocals of the variances.
+    """
+
+    columns: IntArray
+    slopes: FloatArray
+    residuals: FloatArray
+    weights: FloatArray
+
+
+def prior(column: int, *, sigma: float, residual: float) -> Rows:
+    """Hold one unknown near a value.
+
+    Parameters
+    ----------
+    column : int
+        The unknown.
+    sigma : float
+        Standard deviation about the value.
+    residual : float
+        The value less the present one.
+
+    Returns
+    -------
+    Rows
+        One row.
+    """
+    return Rows(np.array([[column]]), np.ones((1, 1)), np.array([residual]), np.array([sigma**-2]))
+
+
+def normal_equations(parts: Sequence[Rows], size: int) -> tuple[FloatArray, FloatArray]:
+    """Sum rows up.
+
+    Parameters
+    ----------
+    parts : sequence of Rows
+        All of them.
+    size : int
+        How many unknowns there are.
+
+    Returns
+    -------
+    information : ndarray, shape (size, size)
+        ``J' W J``.
+    right : ndarray, shape (size,)
+        ``J' W r``.
+
+    Examples
+    --------
+    >>> normal_equations([prior(1, sigma=0.5, residual=3.0)], 2)[1]
+    array([ 0., 12.])
+    """
+    information, right = np.zeros((size, size)), np.zeros(size)
+    for rows in parts:
+        _sum_up(rows, information, right)
+    return information, right
+
+
+def solve(information: FloatArray, right: ArrayLike) -> FloatArray:
+    """Solve normal equations.
+
+    Parameters
+    ----------
+    information : ndarray, shape (n, n)
+        Symmetric and positive definite.
+    right : array_like, shape (n,) or (n, k)
+        Right-hand sides.
+
+    Returns
+    -------
+    ndarray
+        Solutions, of the same shape.
+
+    Raises
+    ------
+    InvalidValueError
+        If the rows leave an unknown undetermined.
+
+    Examples
+    --------
+    >>> solve(np.diag([2.0, 4.0]), [2.0, 2.0])
+    array([1. , 0.5])
+    """
+    from scipy.linalg import LinAlgError, cho_factor, cho_solve  # noqa: PLC0415 - SciPy is slow to import
+    from scipy.sparse import csc_array  # noqa: PLC0415
+    from scipy.sparse.linalg import splu  # noqa: PLC0415
+
+    given = np.asarray(right, dtype=np.float64)
+    if len(information) > _DENSE:
+        sparse: FloatArray = splu(csc_array(information)).solve(given)
+        return sparse
+    try:
+        dense: FloatArray = cho_solve(cho_factor(information), given)
+    except LinAlgError:
+        raise InvalidValueError("the observations leave an unknown undetermined") from None
+    return dense
+
+
+@compiled
+def _sum_up(rows: Rows, information: FloatArray, right: FloatArray) -> None:
+    for row in range(len(rows.residuals)):
+        weight, columns, slopes = rows.weights[row], rows.columns[row], rows.slopes[row]
+        for one, column in enumerate(columns):
+            if column < 0:
+                continue
+            scaled = weight * slopes[one]
+            right[column] += scaled * rows.residuals[row]
+            for other, second in enumerate(columns):
+                if second >= 0:
+                    information[column, second] += scaled * slopes[other]

@@ -1,0 +1,309 @@
+"""Search: the set of features that explains the pings best, one by one, each held against all others.
+
+Greedy, with second thoughts: the candidate that explains most of what is unexplained is accepted, and every older
+feature has to stand up again beside it.  When nothing is left to accept, what is still unexplained suggests anew.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.acoustics.expectation import Kind
+from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.classification.candidates import CandidateSettings, Sightings, suggest
+from echoplan.classification.hypotheses import Explanation, Hypothesis
+from echoplan.extraction.arcs import Arc, arc_planes
+from echoplan.geometry import directions, wrap
+from echoplan.mapping.refinement import refine
+from echoplan.preprocessing.soundings import chosen_soundings, independent
+
+__all__ = ["Search", "SearchSettings"]
+
+# A reading is open as long as it is no more than this many times likelier than if it were anything.
+_OPEN, _UNEXPLAINED = math.log(30.0), math.log(20.0)
+# Steps between single echoes of rings [rad].
+_COARSE = math.radians(10.0)
+# Candidates of one kind this near to each other are one [rad and m; m; m and radius].
+_CELLS = {
+    Kind.WALL: (0.01, 0.006, 1.0),
+    Kind.CORNER: (0.012, 0.012, 1.0),
+    Kind.CYLINDER: (0.015, 0.015, 0.02),
+}
+
+
+class SearchSettings(BaseModel, frozen=True, extra="forbid"):
+    """When a reflector is believed."""
+
+    candidates: CandidateSettings = Field(default_factory=CandidateSettings)
+    accept: float = Field(default=12.0, gt=0.0, description="least gain in log likelihood [nats]")
+    second_station: float = Field(default=5.0, description="least gain of the second best station [nats]")
+    without_best: float = Field(default=8.0, description="least gain without the best station [nats]")
+    radius_cost: float = Field(default=2.0, ge=0.0, description="cost of the third parameter of a cylinder [nats]")
+    hit_share: float = Field(
+        default=0.75, gt=0.0, description="of the unmasked pings that must hear a wall known from one station"
+    )
+    seen_share: float = Field(default=0.6, gt=0.0, description="of all such pings")
+    rounds: int = Field(default=3, ge=1, description="how often what is unexplained may suggest anew")
+    most: int = Field(default=200, ge=1, description="candidates of one kind that are refined")
+    contenders: int = Field(default=6, ge=1, description="candidates that are refined again before one is accepted")
+
+
+class Search:
+    """Finds the features that explain the pings.
+
+    Parameters
+    ----------
+    explanation : Explanation
+        The pings and the sonar.
+    arcs : sequence of Arc
+        Arcs of all stations.
+    half_aperture : float
+        Of the sensors [rad].
+    settings : SearchSettings
+        When a reflector is believed.
+    """
+
+    def __init__(
+        self, explanation: Explanation, arcs: Sequence[Arc], *, half_aperture: float, settings: SearchSettings
+    ) -> None:
+        self.explanation = explanation
+        self.arcs = list(arcs)
+        self.settings = settings
+        self.step = _step_of(explanation)
+        self.half_aperture = half_aperture
+        self._few = independent(explanation.soundings)
+        few = chosen_soundings(explanation.soundings, self._few)
+        few = few._replace(weights=few.weights / max(float(self._few.mean()), 1e-9))
+        self._rough = Explanation(few, explanation.hearing, max(0.012, 2 * explanation.noise))
+
+    def run(self, known: Sequence[Hypothesis] = ()) -> list[Hypothesis]:
+        """Find the features.
+
+        Parameters
+        ----------
+        known : sequence of Hypothesis, optional
+            Features to start from; those that do not stand up are dropped.
+
+        Returns
+        -------
+        list of Hypothesis
+            The features, in the order in which they were found.
+        """
+        features = self.tested(self._renewed(known))
+        for _ in range(self.settings.rounds):
+            pool = self._seeded(features)
+            grown = self._grown(features, pool)
+            if [each.key for each in grown] == [each.key for each in features]:
+                return grown
+            features = grown
+        return features
+
+    def tested(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
+        """Hold each feature against all others, and drop those that do not stand up.
+
+        Parameters
+        ----------
+        features : sequence of Hypothesis
+            The features.
+
+        Returns
+        -------
+        list of Hypothesis
+            Those that stay, judged beside each other.
+        """
+        kept = list(features)
+        for feature in features:
+            others = [each for each in kept if each is not feature]
+            levels = self.explanation.levels(others)
+            judged = self.explanation.judged(feature, levels, others)
+            kept = [judged if each is feature else each for each in kept] if self._stands(judged, levels) else others
+        return kept
+
+    def judged(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
+        """Judge features beside each other with fresh evidence, and keep them all.
+
+        Parameters
+        ----------
+        features : sequence of Hypothesis
+            The features, perhaps moved since they were judged.
+
+        Returns
+        -------
+        list of Hypothesis
+            The same features with their gains.
+        """
+        return self._beside_others(self._renewed(features))[0]
+
+    def settled(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
+        """Drop the weakest of the features that do not stand up, until all do.
+
+        Parameters
+        ----------
+        features : sequence of Hypothesis
+            The features, perhaps moved since they were judged.
+
+        Returns
+        -------
+        list of Hypothesis
+            Those that stay, with fresh evidence.
+        """
+        kept = self._renewed(features)
+        while True:
+            judged, standing = self._beside_others(kept)
+            fallen = [each for each, stands in zip(judged, standing, strict=True) if not stands]
+            if not fallen:
+                return judged
+            weakest = min(fallen, key=lambda each: each.total)
+            kept = [each for each in judged if each is not weakest]
+
+    def _beside_others(self, features: Sequence[Hypothesis]) -> tuple[list[Hypothesis], list[bool]]:
+        judged, standing = [], []
+        for feature in features:
+            others = [each for each in features if each is not feature]
+            levels = self.explanation.levels(others)
+            judged.append(self.explanation.judged(feature, levels, others))
+            standing.append(self._stands(judged[-1], levels))
+        return judged, standing
+
+    def _renewed(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
+        """Collect the evidence anew: pings, noise or the sonar may have changed."""
+        fresh = [self.explanation.propose(each.reflector) for each in features]
+        bare = np.full(len(self.explanation.soundings.readings), self.explanation.floor)
+        return self.explanation.judge_all(fresh, bare, [])
+
+    def _grown(self, features: list[Hypothesis], pool: list[Hypothesis]) -> list[Hypothesis]:
+        """Accept the best of a pool, again and again."""
+        explanation = self.explanation
+        while pool:
+            levels = explanation.levels(features)
+            scored = sorted(explanation.judge_all(pool, levels, features), key=self._worth, reverse=True)
+            pool = [each for each in scored if self._worth(each) > 0.0]
+            contenders = scored[: self.settings.contenders]
+            best = self._best(contenders, levels, features)
+            if self._worth(best) <= self.settings.accept:
+                return features
+            if not self._stands(best, levels):
+                fallen = [each for each in contenders if not self._stands(each, levels)]
+                fallen.append(contenders[0])
+                pool = [each for each in pool if not any(each is other for other in fallen)]
+                continue
+            pool = [each for each in pool if not _same(each, best)]
+            features = self.tested([*features, best])
+        return features
+
+    def _best(self, contenders: Sequence[Hypothesis], levels: FloatArray, features: Sequence[Hypothesis]) -> Hypothesis:
+        """Refine the best few once more on the pings that are still open, and return the best of them."""
+        near = [each for each in contenders if self._worth(each) >= 0.8 * self._worth(contenders[0])]
+        refined = [self._polished(each, levels, features) for each in near]
+        return max([*near, *refined], key=self._worth)
+
+    def _polished(self, hypothesis: Hypothesis, levels: FloatArray, features: Sequence[Hypothesis]) -> Hypothesis:
+        explanation, noise = self.explanation, self.explanation.noise
+        speaking = (hypothesis.gains > 0.0)[explanation.soundings.stations]
+        free = np.flatnonzero((levels < explanation.floor + _OPEN) & speaking)
+        fine = self._moved(hypothesis.reflector, free, [(noise, max(0.02, 4 * noise), 3)])
+        # Where few stations speak, the first guess may be farther off than readings scatter.
+        wide = self._moved(
+            hypothesis.reflector, free, [(4 * noise, max(0.03, 16 * noise), 3), (noise, max(0.02, 4 * noise), 3)]
+        )
+        proposed = [explanation.propose(each) for each in (fine, wide)]
+        return max(explanation.judge_all(proposed, levels, features), key=self._worth)
+
+    def _moved(self, reflector: FloatArray, pings: IntArray, course: Sequence[tuple[float, float, int]]) -> FloatArray:
+        moved, explanation = reflector, self.explanation
+        for noise, band, rounds in course:
+            moved = refine(explanation.soundings, explanation.hearing, moved, pings, (noise, band), rounds)
+        return moved
+
+    def _seeded(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
+        """Let arcs that are mostly unexplained suggest reflectors."""
+        explanation = self.explanation
+        levels = explanation.levels(features)
+        open_readings = levels < explanation.floor + _UNEXPLAINED
+        arcs = [arc for arc in self.arcs if open_readings[arc.pings].mean() > 0.5]
+        if not arcs:
+            return []
+        stations = np.array([arc.station for arc in arcs])
+        sightings = Sightings(
+            stations=stations,
+            centers=explanation.soundings.centers[stations],
+            planes=arc_planes(arcs, explanation.soundings, explanation.hearing),
+        )
+        fresh: BoolArray = np.ones(len(arcs), dtype=bool)
+        rows = suggest(sightings, fresh, coarse=self.step > _COARSE, settings=self.settings.candidates)
+        free = np.flatnonzero(levels < explanation.floor + _OPEN)
+        pool = [each for kind in _CELLS for each in self._promising(kind, rows, levels, free)]
+        return [each for each in pool if not any(_same(each, feature) for feature in features)]
+
+    def _promising(self, kind: Kind, rows: FloatArray, levels: FloatArray, free: IntArray) -> list[Hypothesis]:
+        """Screen candidates of one kind, move the best of them to where the pings want them, and keep those apart."""
+        explanation, noise = self.explanation, self.explanation.noise
+        judged = self._screened(rows[rows[:, 0] == kind], levels)
+        course = ((max(0.008, 1.5 * noise), 0.03, 4), (noise, 0.02, 3))
+        moved = [self._moved(each.reflector, free, course) for each in judged[: self.settings.most] if each.total > 2.0]
+        apart = _apart(np.array(moved).reshape(-1, 4), _CELLS[kind])
+        if kind is Kind.CORNER:
+            edges = [self._moved(np.array([Kind.EDGE, *row[1:]]), free, course[1:]) for row in apart]
+            apart = np.concatenate([apart, np.array(edges).reshape(-1, 4)])
+        return [explanation.propose(row) for row in apart]
+
+    def _screened(self, rows: FloatArray, levels: FloatArray) -> list[Hypothesis]:
+        """Rank candidates by a few of the pings, the best first."""
+        judged = self._rough.judge_all([self._rough.propose(row) for row in rows], levels[self._few], [])
+        return sorted(judged, key=lambda each: each.total, reverse=True)
+
+    def _worth(self, hypothesis: Hypothesis) -> float:
+        return hypothesis.total - (self.settings.radius_cost if hypothesis.kind is Kind.CYLINDER else 0.0)
+
+    def _stands(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
+        """Whether a feature is believed: two stations must speak for it, or one that heard the whole of a wall."""
+        settings = self.settings
+        if self._worth(hypothesis) <= settings.accept:
+            return False
+        best, second = np.sort(np.append(hypothesis.gains, 0.0))[::-1][:2] if len(hypothesis.gains) else (0.0, 0.0)
+        if second > settings.second_station and hypothesis.total - best > settings.without_best:
+            return True
+        return hypothesis.is_wall and self._is_whole(hypothesis, levels)
+
+    def _is_whole(self, wall: Hypothesis, levels: FloatArray) -> bool:
+        """Whether the best station heard a wall all over the beam, as it should."""
+        evidence, soundings = wall.evidence, self.explanation.soundings
+        if self.step > _COARSE:
+            return False
+        here = (soundings.stations[evidence.pings] == np.argmax(wall.gains)) & evidence.audible
+        hits = here & (evidence.densities > np.maximum(levels[evidence.pings], 0.0))
+        unmasked = int((here & evidence.unmasked).sum())
+        return bool(
+            here.sum() >= self.half_aperture / self.step
+            and hits.sum() >= self.settings.hit_share * max(unmasked, 1)
+            and hits.sum() >= self.settings.seen_share * here.sum()
+        )
+
+
+def _step_of(explanation: Explanation) -> float:
+    """Turn from one ping to the next, as the weights tell it [rad]."""
+    weights = explanation.soundings.weights
+    return math.radians(4.0) * float(np.median(weights)) if len(weights) else math.inf
+
+
+def _same(one: Hypothesis, other: Hypothesis) -> bool:
+    if one.kind is not other.kind:
+        return False
+    if not one.is_wall:
+        apart = one.reflector[1:] - other.reflector[1:]
+        return bool(np.hypot(apart[0], apart[1]) < 0.02 and abs(apart[2]) < 0.03)
+    (low, high), (other_low, other_high) = one.extent, other.extent
+    angle, offset = other.line
+    middle = offset * directions(angle) + 0.5 * (other_low + other_high) * directions(angle + np.pi / 2)
+    beside = abs(float(middle @ directions(one.line[0])) - one.line[1])
+    turned = abs(float(wrap(one.line[0] - angle)))
+    return turned < 0.035 and beside < 0.012 and high > other_low - 0.05 and low < other_high + 0.05
+
+
+def _apart(rows: FloatArray, cell: tuple[float, float, float]) -> FloatArray:
+    if not len(rows):
+        return rows
+    _, first = np.unique(np.round(rows[:, 1:] / cell).astype(np.int64), axis=0, return_index=True)
+    return rows[np.sort(first)]

@@ -1,0 +1,147 @@
+"""Vertices: where two faces meet, and so end."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pydantic import BaseModel, Field
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import directions, intersections
+from echoplan.mapping.faces import Echoes, Face
+from echoplan.model import CornerKind
+
+__all__ = ["Vertex", "VertexSettings", "find_vertices"]
+
+
+class VertexSettings(BaseModel, frozen=True, extra="forbid"):
+    """When two faces are taken to meet."""
+
+    least_turn: float = Field(default=math.radians(20), gt=0.0, description="between two faces that meet [rad]")
+    overlap: float = Field(default=0.08, ge=0.0, description="that a face may reach past its end [m]")
+    extension: float = Field(default=1.0, gt=0.0, description="of a face beyond what was heard of it [m]")
+    heard_extension: float = Field(default=1.5, gt=0.0, description="likewise, to a corner that was heard [m]")
+    oblique_extension: float = Field(default=0.6, gt=0.0, description="likewise, if it is not a right angle [m]")
+    right_angle: float = Field(default=math.radians(5), gt=0.0, description="what counts as one [rad]")
+    reach: float = Field(default=0.03, gt=0.0, description="of a heard corner from the crossing of its walls [m]")
+    echoes: int = Field(default=5, ge=1, description="pings that hear one wall in the other")
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Vertex:
+    """Where two faces meet.
+
+    Parameters
+    ----------
+    faces : tuple of int
+        Numbers of both.
+    upper : tuple of bool
+        Whether it is the upper end of each.
+    position_xy : ndarray, shape (2,)
+        The vertex [m].
+    kind : CornerKind
+        As seen from where the faces were heard.
+    heard : bool
+        Whether sound came back from it.
+    cost : float
+        How far the faces had to be extended [m]; heard vertices come first.
+    """
+
+    faces: tuple[int, int]
+    upper: tuple[bool, bool]
+    position_xy: FloatArray
+    kind: CornerKind
+    heard: bool
+    cost: float
+
+
+def find_vertices(faces: Sequence[Face], echoes: Echoes, settings: VertexSettings) -> list[Vertex]:
+    """Find where faces meet, each end at most once, the likeliest first.
+
+    Parameters
+    ----------
+    faces : sequence of Face
+        The faces.
+    echoes : Echoes
+        Where corners were heard.
+    settings : VertexSettings
+        When two faces meet.
+
+    Returns
+    -------
+    list of Vertex
+        The vertices.
+    """
+    pairs = ((one, other) for one in range(len(faces)) for other in range(one + 1, len(faces)))
+    found = [_vertex(faces, pair, echoes, settings) for pair in pairs]
+    vertices: list[Vertex] = []
+    taken: set[tuple[int, bool]] = set()
+    for vertex in sorted((each for each in found if each is not None), key=lambda each: each.cost):
+        ends = set(zip(vertex.faces, vertex.upper, strict=True))
+        if not ends & taken:
+            vertices.append(vertex)
+            taken |= ends
+    return vertices
+
+
+def _vertex(faces: Sequence[Face], pair: tuple[int, int], echoes: Echoes, settings: VertexSettings) -> Vertex | None:
+    one, other = (faces[each] for each in pair)
+    if abs(math.sin(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.least_turn):
+        return None
+    point, kind = intersections(one.wall.line, other.wall.line), _kind(one, other)
+    extensions = [_extension(face, point) for face in (one, other)]
+    if kind is None or not _reachable((one, other), point, extensions, settings):
+        return None
+    heard = echoes.heard_at(point, within=settings.reach)
+    heard |= kind is CornerKind.CONCAVE and _is_heard(one, other, max(extensions), echoes, settings)
+    if max(extensions) > settings.extension and not heard:
+        return None
+    return Vertex(
+        faces=pair,
+        upper=(_is_upper(one, point), _is_upper(other, point)),
+        position_xy=point,
+        kind=kind,
+        heard=heard,
+        cost=sum(max(each, 0.0) for each in extensions) - 10.0 * heard,
+    )
+
+
+def _reachable(
+    faces: tuple[Face, Face], point_xy: FloatArray, extensions: Sequence[float], settings: VertexSettings
+) -> bool:
+    """Tell whether a crossing is at an end of both faces, and nothing was heard through what lies between."""
+    if min(extensions) < -settings.overlap or max(extensions) > settings.heard_extension:
+        return False
+    return not any(_is_open_toward(face, point_xy) for face in faces)
+
+
+def _extension(face: Face, point_xy: FloatArray) -> float:
+    place = float(point_xy @ face.along)
+    return max(face.low - place, place - face.high)
+
+
+def _is_upper(face: Face, point_xy: FloatArray) -> bool:
+    return float(point_xy @ face.along) > 0.5 * (face.low + face.high)
+
+
+def _is_open_toward(face: Face, point_xy: FloatArray) -> bool:
+    place = float(point_xy @ face.along)
+    end = face.high if _is_upper(face, point_xy) else face.low
+    return face.is_open(min(end, place) + 0.03, max(end, place) - 0.03)
+
+
+def _kind(one: Face, other: Face) -> CornerKind | None:
+    """Concave if each face lies before the other, convex if behind; None if they cannot be faces of one body."""
+    before = [
+        first.wall.line[1] - float(directions(first.wall.line[0]) @ second.middle_xy)
+        for first, second in ((one, other), (other, one))
+    ]
+    if before[0] * before[1] < 0.0 and min(abs(each) for each in before) > 0.05:
+        return None
+    return CornerKind.CONCAVE if before[0] > 0.0 else CornerKind.CONVEX
+
+
+def _is_heard(one: Face, other: Face, extension: float, echoes: Echoes, settings: VertexSettings) -> bool:
+    square = abs(math.cos(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.right_angle)
+    near = square or extension < settings.oblique_extension
+    return near and echoes.count(one.owner, other.owner) >= settings.echoes

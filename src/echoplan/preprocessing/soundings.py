@@ -1,0 +1,246 @@
+"""Soundings: the pings of many sweeps as plain arrays, cleared of what says nothing, for compiled functions."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.geometry import directions, rotation_step
+from echoplan.model import Pings, Rig, Sweep
+
+__all__ = ["Soundings", "chosen_soundings", "independent", "join_soundings", "late_by", "soundings_of"]
+
+# Pings this far apart hear a reflector independently of each other [rad]; nearer ones share their errors.
+_INDEPENDENT = np.radians(4.0)
+# What there is one of for each ping.
+_BY_PING = (
+    "x", "y", "ux", "uy", "arms_x", "arms_y", "rates", "readings", "stations", "sensors", "mates", "weights"
+)  # fmt: skip
+
+
+class Soundings(NamedTuple):
+    """Pings of s stations as n-vectors.
+
+    Attributes
+    ----------
+    x, y : ndarray, shape (n,)
+        Acoustic centres [m].
+    ux, uy : ndarray, shape (n,)
+        Unit vectors of the beam axes.
+    arms_x, arms_y : ndarray, shape (n,)
+        From the axis of the servo to the acoustic centre [m].
+    rates : ndarray, shape (n,)
+        How fast the servo turned [rad/s].
+    readings : ndarray, shape (n,)
+        Readings [m]; ``inf`` where nothing was heard.
+    stations : ndarray of int, shape (n,)
+        Number of the station, from 0.
+    sensors : ndarray of int, shape (n,)
+        Index of the sensor in the rig.
+    mates : ndarray of int, shape (n, m)
+        Pings that other sensors fired at the same time, whose bursts this one may have heard; -1 fills up.
+    weights : ndarray, shape (n,)
+        How much a ping counts beside its neighbours.
+    centers : ndarray, shape (s, 2)
+        Mean acoustic centre of each station [m].
+    min_range, max_range : float
+        Dead distance and reach [m].
+    """
+
+    x: FloatArray
+    y: FloatArray
+    ux: FloatArray
+    uy: FloatArray
+    arms_x: FloatArray
+    arms_y: FloatArray
+    rates: FloatArray
+    readings: FloatArray
+    stations: IntArray
+    sensors: IntArray
+    mates: IntArray
+    weights: FloatArray
+    centers: FloatArray
+    min_range: float
+    max_range: float
+
+    @property
+    def bearings(self) -> FloatArray:
+        """Directions of the beam axes [rad], shape (n,)."""
+        return np.arctan2(self.uy, self.ux)
+
+
+def soundings_of(sweep: Sweep, rig: Rig) -> Soundings:
+    """Take what a sweep says.
+
+    Faulty readings and those within the dead distance say nothing.  A reading within a step of the reach means that
+    nothing was heard: many modules say so by their greatest range.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        The pings.
+    rig : Rig
+        What made them.
+
+    Returns
+    -------
+    Soundings
+        One station.
+    """
+    pings = Pings.from_sweep(sweep, rig)
+    resolutions = np.array([sensor.resolution for sensor in rig.sensors])[pings.sensors]
+    silent = pings.ranges >= rig.max_ranges[pings.sensors] - 1.01 * resolutions
+    readings = np.where(silent, np.inf, pings.ranges)
+    with np.errstate(invalid="ignore"):
+        telling = readings >= rig.min_ranges[pings.sensors]
+    kept = pings[telling]
+    axes = directions(kept.bearings)
+    center = kept.origins_xy.mean(axis=0) if len(kept) else sweep.station[:2]
+    return Soundings(
+        x=kept.origins_xy[:, 0].copy(),
+        y=kept.origins_xy[:, 1].copy(),
+        ux=axes[:, 0].copy(),
+        uy=axes[:, 1].copy(),
+        arms_x=kept.origins_xy[:, 0] - kept.hubs_xy[:, 0],
+        arms_y=kept.origins_xy[:, 1] - kept.hubs_xy[:, 1],
+        rates=_rates(sweep.stamps_ns, sweep.servo_angles)[telling],
+        readings=readings[telling],
+        stations=np.zeros(len(kept), dtype=np.int64),
+        sensors=kept.sensors.copy(),
+        mates=_mates(sweep.stamps_ns[telling]),
+        weights=np.full(len(kept), _weight(kept.bearings)),
+        centers=center[None],
+        min_range=float(rig.min_ranges.max()),
+        max_range=float(rig.max_ranges.max()),
+    )
+
+
+def join_soundings(parts: Sequence[Soundings]) -> Soundings:
+    """Put the soundings of stations together.
+
+    Parameters
+    ----------
+    parts : sequence of Soundings
+        One station each, at least one.
+
+    Returns
+    -------
+    Soundings
+        The stations are numbered in the given order.
+    """
+    counts = [len(part.readings) for part in parts]
+    starts = np.cumsum([0, *counts[:-1]])
+    width = max(part.mates.shape[1] for part in parts)
+    mates = [_widened(part.mates, width) for part in parts]
+    joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _BY_PING if name != "mates"}
+    joined["stations"] = np.repeat(np.arange(len(parts)), counts)
+    return Soundings(
+        **joined,
+        mates=np.concatenate([np.where(m < 0, -1, m + start) for m, start in zip(mates, starts, strict=True)]),
+        centers=np.concatenate([part.centers for part in parts]),
+        min_range=max(part.min_range for part in parts),
+        max_range=max(part.max_range for part in parts),
+    )
+
+
+def chosen_soundings(soundings: Soundings, kept: BoolArray) -> Soundings:
+    """Keep some of the pings.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+    kept : ndarray of bool, shape (n,)
+        Which to keep.
+
+    Returns
+    -------
+    Soundings
+        Of the same stations.
+    """
+    if kept.all():
+        return soundings
+    numbers = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)
+    rest = {name: getattr(soundings, name)[kept] for name in _BY_PING}
+    return soundings._replace(**rest)._replace(mates=numbers[soundings.mates[kept]])
+
+
+def independent(soundings: Soundings) -> BoolArray:
+    """Choose as few pings as hear independently of each other, evenly around each station.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        Every k-th ping around each station; all of them where they are far apart.
+    """
+    stride = int(1.0 / float(np.median(soundings.weights))) if len(soundings.weights) else 1
+    order = np.lexsort((soundings.bearings, soundings.stations))
+    kept = np.zeros(len(order), dtype=bool)
+    kept[order[:: max(stride, 1)]] = True
+    return kept
+
+
+def late_by(soundings: Soundings, latency: float) -> Soundings:
+    """Turn soundings back to where the servo was, if it lags behind what was recorded.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings as recorded.
+    latency : float
+        How long the servo takes to be where it is told [s].
+
+    Returns
+    -------
+    Soundings
+        The pings as they were.
+    """
+    if latency == 0.0:
+        return soundings
+    turn = np.exp(-1j * latency * soundings.rates)
+    axes = (soundings.ux + 1j * soundings.uy) * turn
+    arms = soundings.arms_x + 1j * soundings.arms_y
+    turned = arms * turn
+    return soundings._replace(
+        x=soundings.x + (turned - arms).real,
+        y=soundings.y + (turned - arms).imag,
+        ux=axes.real.copy(),
+        uy=axes.imag.copy(),
+        arms_x=turned.real.copy(),
+        arms_y=turned.imag.copy(),
+    )
+
+
+def _weight(bearings: FloatArray) -> float:
+    return min(1.0, rotation_step(bearings) / _INDEPENDENT) if len(bearings) else 1.0
+
+
+def _rates(stamps_ns: IntArray, angles: FloatArray) -> FloatArray:
+    """Find how fast a servo turned at each ping: the slope between its neighbours in time [rad/s]."""
+    times, firsts = np.unique(stamps_ns, return_index=True)
+    if len(times) < 2:
+        return np.zeros(len(stamps_ns))
+    slopes = np.gradient(angles[firsts], 1e-9 * (times - times[0]))
+    return np.asarray(np.interp(stamps_ns, times, slopes), dtype=np.float64)
+
+
+def _mates(stamps_ns: IntArray) -> IntArray:
+    """Find the other pings of each volley; pings of one time lie side by side."""
+    count = len(stamps_ns)
+    starts = np.flatnonzero(np.diff(stamps_ns, prepend=stamps_ns[:1] - 1))
+    sizes = np.diff(starts, append=count)
+    width = int(sizes.max(initial=1)) - 1
+    places = np.arange(count) - np.repeat(starts, sizes)
+    others = (places[:, None] + np.arange(1, width + 1)) % np.repeat(sizes, sizes)[:, None]
+    present = np.arange(1, width + 1) < np.repeat(sizes, sizes)[:, None]
+    return np.where(present, np.repeat(starts, sizes)[:, None] + others, -1)
+
+
+def _widened(mates: IntArray, width: int) -> IntArray:
+    return np.pad(mates, ((0, 0), (0, width - mates.shape[1])), constant_values=-1)
