@@ -89,6 +89,12 @@ METHODS: Mapping[str, Method] = {
     method.name: method
     for method in (
         Method(
+            name="joint",
+            summary="all stations at once: rival reflectors under a physical model of the sonar",
+            mapper="JointMapper",
+            settings="JointSettings",
+        ),
+        Method(
             name="mdp-fuzzy",
             summary="the 2018 paper: MDP compensation, polynomial minimum, fuzzy classes",
             mapper="MdpFuzzyMapper",
@@ -99,6 +105,24 @@ METHODS: Mapping[str, Method] = {
             summary="regions of constant depth, the conventional approach of the paper's Section 3.1",
             mapper="RcdMapper",
             settings="RcdMapperSettings",
+        ),
+        Method(
+            name="atm",
+            summary="arc-transversal median: the median of the crossings along each arc",
+            mapper="AtmMapper",
+            settings="AtmSettings",
+        ),
+        Method(
+            name="tbf",
+            summary="triangulation-based fusion: points on which several sweeps agree",
+            mapper="TbfMapper",
+            settings="TbfSettings",
+        ),
+        Method(
+            name="salient-ekf",
+            summary="salient features and an extended Kalman filter that corrects the poses",
+            mapper="SalientEkfMapper",
+            settings="SalientEkfSettings",
         ),
     )
 }

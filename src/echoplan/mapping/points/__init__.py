@@ -3,6 +3,7 @@
 from echoplan.mapping.points.circles import Circle, CircleSettings, circle_covariance, find_circles, fit_taubin
 from echoplan.mapping.points.clouds import Cloud
 from echoplan.mapping.points.features import PointFeatures, PointFeatureSettings, features_of_points
+from echoplan.mapping.points.maps import map_of_features
 from echoplan.mapping.points.segments import (
     Segment,
     Segments,
@@ -28,4 +29,5 @@ __all__ = [
     "fit_orthogonal",
     "fit_taubin",
     "line_covariance",
+    "map_of_features",
 ]

@@ -90,7 +90,7 @@ def fit_taubin(cloud: Cloud) -> FloatArray | None:
     if mean == 0.0:
         return None
     scaled = np.column_stack([(squares - mean) / (2 * np.sqrt(mean)), away]) * np.sqrt(cloud.weights)[:, None]
-    _, _, axes = np.linalg.svd(scaled, full_matrices=True)
+    _, _, axes = np.linalg.svd(scaled, full_matrices=False)
     bend = axes[2, 0] / (2 * np.sqrt(mean))
     if abs(bend) * np.sqrt(mean) < 1e-6:
         return None
@@ -168,7 +168,7 @@ def _accepted(own: Cloud, circle: FloatArray, members: IntArray, settings: Circl
     if own.weight < settings.min_weight or _arc(own, circle) < settings.min_arc:
         return None
     covariance = circle_covariance(own, circle, settings)
-    if covariance is None or covariance[2, 2] > circle[2] ** 2:
+    if covariance is None or covariance[2, 2] > (circle[2] / 2) ** 2:
         return None
     return Circle(parameters=circle, covariance=covariance, members=members)
 

@@ -30,7 +30,8 @@ class SegmentSettings(BaseModel, frozen=True, extra="forbid"):
         gt=0.0,
         description="greatest gap between points of one segment [m]: a beam of 20 degrees to either side at 1 m",
     )
-    min_length: float = Field(default=0.3, gt=0.0, description="a shorter segment is none [m]")
+    min_length: float = Field(default=0.3, gt=0.0, description="a segment of which points cover less is none [m]")
+    reach: float = Field(default=0.1, gt=0.0, description="a gap between two points is covered up to so much of it [m]")
     min_weight: float = Field(default=6.0, gt=0.0, description="a segment of less weight is none [points]")
     common: float = Field(
         default=0.005, gt=0.0, description="what the points at each end have in common [m]: a step of a module"
@@ -183,7 +184,7 @@ def _settled(cloud: Cloud, seed: IntArray, free: BoolArray, settings: SegmentSet
             break
         members = run
     own = cloud[members]
-    if own.weight < settings.min_weight or np.ptp(along(line, own.points_xy)) < settings.min_length:
+    if own.weight < settings.min_weight or _covered(own, line, settings) < settings.min_length:
         return None
     return Segment(line=line, covariance=line_covariance(own, line, settings), members=members)
 
@@ -195,6 +196,11 @@ def _heaviest_run(cloud: Cloud, chosen: IntArray, line: FloatArray, settings: Se
     breaks = np.flatnonzero(np.diff(coordinates[order]) > settings.max_gap) + 1
     runs = np.split(chosen[order], breaks)
     return np.sort(max(runs, key=lambda run: float(cloud.weights[run].sum())))
+
+
+def _covered(cloud: Cloud, line: FloatArray, settings: SegmentSettings) -> float:
+    """Length of a line of which points tell [m]: two knots far apart have always one, and tell of little of it."""
+    return float(np.minimum(np.diff(np.sort(along(line, cloud.points_xy))), settings.reach).sum())
 
 
 def _explains(segment: Segment, cloud: Cloud, settings: SegmentSettings) -> BoolArray:

@@ -1,0 +1,72 @@
+"""Arc-transversal median (Choset, Nagatani and Lazar 2003; as recalled): where arcs cross, there is something."""
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.arrays import FloatArray
+from echoplan.mapping import PointFeatureSettings, features_of_points
+from echoplan.mapping.loci import Loci, MedianSettings, transversal_medians
+from echoplan.mapping.points import map_of_features
+from echoplan.model import FeatureMap, Rig, Sweep
+
+__all__ = ["AtmMapper", "AtmSettings"]
+
+
+class AtmSettings(BaseModel, frozen=True, extra="forbid"):
+    """Settings of all stages of the arc-transversal median."""
+
+    medians: MedianSettings = Field(default_factory=MedianSettings)
+    features: PointFeatureSettings = Field(default_factory=PointFeatureSettings)
+
+
+class AtmMapper:
+    """Maps by the median of the transversal crossings of each arc.
+
+    Parameters
+    ----------
+    rig : Rig
+        What made the sweeps.
+    settings : AtmSettings, optional
+        Settings of the stages.
+    """
+
+    def __init__(self, rig: Rig, settings: AtmSettings | None = None) -> None:
+        self.rig = rig
+        self.settings = settings or AtmSettings()
+        self._sweeps: list[Sweep] = []
+        self._loci: list[Loci] = []
+
+    def add(self, sweep: Sweep) -> None:
+        """Draw the arcs of one more sweep.
+
+        Parameters
+        ----------
+        sweep : Sweep
+            The pings of one pass of the array.
+        """
+        self._loci.append(Loci.of(sweep, self.rig))
+        self._sweeps.append(sweep)
+
+    def result(self) -> FeatureMap:
+        """Find the medians of all arcs and the features among them.
+
+        Returns
+        -------
+        FeatureMap
+            Walls, corners and cylinders.
+        """
+        points, origins = self._placed()
+        features = features_of_points(points, np.ones(len(points)), self.settings.features, origins_xy=origins)
+        return map_of_features(features, self._sweeps, method="atm", parameters=self.settings.model_dump(mode="json"))
+
+    @property
+    def points_xy(self) -> FloatArray:
+        """A point for each arc that others cross [m], shape (n, 2)."""
+        return self._placed()[0]
+
+    def _placed(self) -> tuple[FloatArray, FloatArray]:
+        """Medians, and the acoustic centres from which they were heard."""
+        loci = Loci.joined(self._loci)
+        medians = transversal_medians(loci, loci, self.settings.medians)
+        own = loci[medians.arcs]
+        return own.points_xy(medians.turns), own.centers_xy
