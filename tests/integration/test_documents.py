@@ -4,11 +4,15 @@ import importlib
 import re
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 from pydantic import BaseModel
 
+from echoplan.methods import Method, map_sweeps
+from echoplan.model import Transducer
 from echoplan.simulation import SimulationSettings
+from echoplan.sources import open_source
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = {
@@ -71,3 +75,28 @@ def test_every_option_of_the_simulator_stands_in_its_table_with_its_default() ->
     table = dict(re.findall(r"^\| `([\w.]+)` \| (\S+) \|", DOCUMENTS["docs/simulator.md"], flags=re.MULTILINE))
     told = {name: tomllib.loads(f"value = {default}")["value"] for name, default in table.items()}
     assert told == flattened(SimulationSettings())
+
+
+def examples(language: str) -> list[str]:
+    """Blocks of a language in the guide for contributors."""
+    return re.findall(rf"^```{language}\n(.*?)^```$", DOCUMENTS["CONTRIBUTING.md"], flags=re.DOTALL | re.MULTILINE)
+
+
+def test_the_method_that_contributors_are_shown_maps_a_room_by_its_entry_in_the_registry() -> None:
+    shown: dict[str, Any] = {}
+    exec(examples("python")[0], shown)
+    entry = eval(examples("py")[0].rstrip().rstrip(","), {"Method": Method})
+    source = open_source("sim:square,seed=1")
+    mapper = shown[entry.mapper](source.rig, shown[entry.settings]())
+    found = map_sweeps(mapper, source)
+    assert found.method == entry.name
+    assert len(found.walls) >= 4
+
+
+def test_the_transducer_that_contributors_are_shown_how_to_measure_is_an_hc_sr04(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    exec(examples("python")[1], {})
+    measured = Transducer(**tomllib.loads(capsys.readouterr().out))
+    assert measured.figure_of_merit == pytest.approx(Transducer().figure_of_merit, abs=1.0)
+    assert measured.piston_radius == pytest.approx(Transducer().piston_radius, rel=0.05)
