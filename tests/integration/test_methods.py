@@ -102,5 +102,5 @@ def test_its_settings_are_refused_where_they_are_misspelt(method: Method) -> Non
 
 
 def test_it_says_in_one_line_what_it_does(method: Method) -> None:
-    assert 20 < len(method.summary) < 100
+    assert 10 < len(method.summary) < 100
     assert "\n" not in method.summary
