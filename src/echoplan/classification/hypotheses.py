@@ -59,7 +59,7 @@ class Hypothesis:
     @property
     def is_wall(self) -> bool:
         """Whether it is a wall."""
-        return self.kind is Kind.WALL
+        return bool(self.reflector[0] == Kind.WALL)
 
     @property
     def parameters(self) -> FloatArray:
@@ -239,11 +239,12 @@ class Explanation:
         ndarray, shape (n,)
             As ``levels``; ``UNHEARD`` where there is no such echo.
         """
-        ends = _reflecting(wall, other)
-        return self._once(
-            ("walls", *wall.key, *other.key),
-            lambda: ghosts_of_walls(self.soundings, self.hearing, (wall.reflector, other.reflector), ends, self.noise),
-        )
+
+        def between() -> FloatArray:
+            pair, ends = (wall.reflector, other.reflector), _reflecting(wall, other)
+            return ghosts_of_walls(self.soundings, self.hearing, pair, ends, self.noise)
+
+        return self._once(("walls", *wall.key, *other.key), between)
 
     def _reflected(self, wall: Hypothesis, cylinder: Hypothesis) -> FloatArray:
         return self._once(

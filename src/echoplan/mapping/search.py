@@ -23,6 +23,8 @@ __all__ = ["Search", "SearchSettings"]
 
 # A reading is open as long as it is no more than this many times likelier than if it were anything.
 _OPEN, _UNEXPLAINED = math.log(30.0), math.log(20.0)
+# A reflector that so many stations speak for cannot be far off.
+_SURE_STATIONS = 3
 # Steps between single echoes of rings [rad].
 _COARSE = math.radians(10.0)
 # Candidates of one kind this near to each other are one [rad and m; m; m and radius].
@@ -203,12 +205,11 @@ class Search:
         explanation, noise = self.explanation, self.explanation.noise
         speaking = (hypothesis.gains > 0.0)[explanation.soundings.stations]
         free = np.flatnonzero((levels < explanation.floor + _OPEN) & speaking)
-        fine = self._moved(hypothesis.reflector, free, [(noise, max(0.02, 4 * noise), 3)])
-        # Where few stations speak, the first guess may be farther off than readings scatter.
-        wide = self._moved(
-            hypothesis.reflector, free, [(4 * noise, max(0.03, 16 * noise), 3), (noise, max(0.02, 4 * noise), 3)]
-        )
-        proposed = [explanation.propose(each) for each in (fine, wide)]
+        courses = [[(noise, max(0.02, 4 * noise), 3)]]
+        if (hypothesis.gains > self.settings.second_station).sum() < _SURE_STATIONS:
+            # Where few stations speak, the first guess may be farther off than readings scatter.
+            courses.append([(4 * noise, max(0.03, 16 * noise), 3), *courses[0]])
+        proposed = [explanation.propose(self._moved(hypothesis.reflector, free, course)) for course in courses]
         return max(explanation.judge_all(proposed, levels, features), key=self._worth)
 
     def _moved(self, reflector: FloatArray, pings: IntArray, course: Sequence[tuple[float, float, int]]) -> FloatArray:
@@ -241,11 +242,16 @@ class Search:
         """Screen candidates of one kind, move the best of them to where the pings want them, and keep those apart."""
         explanation, noise = self.explanation, self.explanation.noise
         judged = self._screened(rows[rows[:, 0] == kind], levels)
-        course = ((max(0.008, 1.5 * noise), 0.03, 4), (noise, 0.02, 3))
-        moved = [self._moved(each.reflector, free, course) for each in judged[: self.settings.most] if each.total > 2.0]
+        rough, fine = ((max(0.008, 1.5 * noise), 0.03, 4),), ((noise, 0.02, 3),)
+        few = free[self._few[free]]
+        moved = [
+            self._moved(self._moved(each.reflector, few, rough), free, fine)
+            for each in judged[: self.settings.most]
+            if each.total > 2.0
+        ]
         apart = _apart(np.array(moved).reshape(-1, 4), _CELLS[kind])
         if kind is Kind.CORNER:
-            edges = [self._moved(np.array([Kind.EDGE, *row[1:]]), free, course[1:]) for row in apart]
+            edges = [self._moved(np.array([Kind.EDGE, *row[1:]]), free, fine) for row in apart]
             apart = np.concatenate([apart, np.array(edges).reshape(-1, 4)])
         return [explanation.propose(row) for row in apart]
 
