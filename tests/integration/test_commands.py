@@ -1,0 +1,314 @@
+"""The commands as they are typed: what they write, what they say, and how they refuse."""
+
+import contextlib
+import io
+import json
+import os
+import pty
+import re
+import subprocess
+import sys
+import tomllib
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+
+from echoplan.cli.main import main
+from echoplan.io import builtin_world, read_map, read_recording, read_truth, write_world
+
+COMMAND = [sys.executable, "-m", "echoplan"]
+RESULTS = ["map.json", "map.svg", "report.html", "run.toml"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Done:
+    """What came of a command."""
+
+    status: int
+    out: str
+    err: str
+
+
+def echoplan(*words: str | Path) -> Done:
+    """Run a command within this process, which has everything imported."""
+    out, err = io.StringIO(), io.StringIO()
+    typed = ["echoplan", *map(str, words)]
+    with (
+        patch.object(sys, "argv", typed),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+        pytest.raises(SystemExit) as ended,
+    ):
+        main()
+    return Done(status=int(ended.value.code or 0), out=out.getvalue(), err=err.getvalue())
+
+
+def succeed(*words: str | Path) -> str:
+    """Run a command that must work and say nothing on standard error; return what it printed."""
+    done = echoplan(*words)
+    assert (done.status, done.err) == (0, "")
+    return done.out
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording of a square room with the truth beside it."""
+    folder = tmp_path_factory.mktemp("commands") / "rec"
+    succeed("simulate", "square", "--out", folder, "--seed", "4")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def mapped(recording: Path) -> Path:
+    """The map of the recording."""
+    folder = recording.parent / "map"
+    succeed("map", recording, "--out", folder)
+    return folder
+
+
+class TestSimulate:
+    def test_it_leaves_a_recording_its_truth_and_its_settings(self, recording: Path) -> None:
+        assert names(recording) == ["pings.csv", "rig.toml", "run.toml", "truth.json"]
+        assert len(read_recording(recording)) == 5
+        assert len(read_truth(recording / "truth.json").walls_xy) == 4
+        run = tomllib.loads((recording / "run.toml").read_text(encoding="utf-8"))["run"]
+        assert (run["source"], run["seed"]) == ("square", 4)
+
+    def test_it_says_where_it_put_them(self, tmp_path: Path) -> None:
+        assert f"{tmp_path / 'rec'}: pings.csv, rig.toml, truth.json" in succeed(
+            "simulate", "square", "--out", tmp_path / "rec"
+        )
+
+    def test_another_process_gives_the_same_bytes_for_the_same_seed_and_others_for_another(
+        self, recording: Path, tmp_path: Path
+    ) -> None:
+        command = [*COMMAND, "simulate", "square", "--out", "again", "--seed", "4"]
+        subprocess.run(command, cwd=tmp_path, capture_output=True, check=True)
+        for name in names(recording):
+            assert (tmp_path / "again" / name).read_bytes() == (recording / name).read_bytes()
+        succeed("simulate", "square", "--out", tmp_path / "other", "--seed", "5")
+        assert (tmp_path / "other" / "pings.csv").read_bytes() != (recording / "pings.csv").read_bytes()
+
+    def test_what_it_is_told_is_done_and_recorded_so_that_it_can_be_done_again(self, tmp_path: Path) -> None:
+        (tmp_path / "deaf.toml").write_text("[simulation]\ndropout = 0.6\n", encoding="utf-8")
+        succeed("simulate", "square", "--config", tmp_path / "deaf.toml", "--out", tmp_path / "deaf")
+        ranges = np.concatenate([sweep.ranges for sweep in read_recording(tmp_path / "deaf")])
+        assert np.isinf(ranges).mean() > 0.55
+        succeed("simulate", "square", "--config", tmp_path / "deaf" / "run.toml", "--out", tmp_path / "again")
+        first, again = ((tmp_path / name / "pings.csv").read_bytes() for name in ("deaf", "again"))
+        assert first == again
+
+    def test_a_room_of_ones_own_is_sounded_along_the_route_beside_it(self, tmp_path: Path) -> None:
+        write_world(tmp_path / "attic.toml", builtin_world("hexagon"))
+        (tmp_path / "attic.csv").write_text("x,y,yaw\n0.1,0,0\n0.4,0.2,1\n", encoding="utf-8")
+        succeed("simulate", tmp_path / "attic.toml", "--rig", "hc-sr04-servo", "--out", tmp_path / "rec")
+        first, second = read_recording(tmp_path / "rec")
+        assert first.station.tolist() == [0.1, 0.0, 0.0]
+        assert second.station.tolist() == [0.4, 0.2, 1.0]
+
+
+class TestMap:
+    def test_it_leaves_a_map_a_drawing_a_report_and_its_settings(self, recording: Path, mapped: Path) -> None:
+        assert names(mapped) == RESULTS
+        found = read_map(mapped / "map.json")
+        assert (found.method, len(found.walls), len(found.poses)) == ("mdp-fuzzy", 4, 5)
+        assert ET.parse(mapped / "map.svg").getroot().tag.endswith("svg")
+        assert "<svg" in (mapped / "report.html").read_text(encoding="utf-8")
+        run = tomllib.loads((mapped / "run.toml").read_text(encoding="utf-8"))
+        assert run["run"]["source"] == str(recording)
+        assert run["method"]["filter"]["min_members"] == 3
+
+    def test_it_says_what_it_found(self, recording: Path, tmp_path: Path) -> None:
+        assert "4 walls, 4 corners and 0 cylinders" in succeed("map", recording, "--out", tmp_path)
+
+    def test_a_simulation_is_mapped_as_its_recording_is(self, recording: Path, mapped: Path, tmp_path: Path) -> None:
+        succeed("map", "sim:square,seed=4", "--out", tmp_path)
+        recorded, simulated = (read_map(folder / "map.json") for folder in (mapped, tmp_path))
+        assert len(recorded.walls) == len(simulated.walls)
+        for one, other in zip(recorded.walls, simulated.walls, strict=True):
+            assert one.endpoints_xy == pytest.approx(other.endpoints_xy, abs=1e-6)
+
+    def test_a_run_can_be_run_again_from_its_own_record(self, recording: Path, tmp_path: Path) -> None:
+        (tmp_path / "c.toml").write_text("[method.clustering]\nmin_pings = 6\n", encoding="utf-8")
+        for config, out in ((tmp_path / "c.toml", "first"), (tmp_path / "first" / "run.toml", "again")):
+            succeed("map", recording, "--method", "rcd", "--config", config, "--out", tmp_path / out)
+        first, again = (tmp_path / out / "map.json" for out in ("first", "again"))
+        assert first.read_bytes() == again.read_bytes()
+        found = read_map(first)
+        assert found.method == "rcd"
+        assert dict(found.parameters)["clustering"]["min_pings"] == 6  # type: ignore[index]
+
+    def test_other_files_in_the_folder_stay(self, recording: Path, tmp_path: Path) -> None:
+        (tmp_path / "notes.txt").write_text("mine", encoding="utf-8")
+        succeed("map", recording, "--out", tmp_path)
+        assert names(tmp_path) == sorted([*RESULTS, "notes.txt"])
+        assert (tmp_path / "notes.txt").read_text(encoding="utf-8") == "mine"
+
+
+class TestEvaluate:
+    def test_folders_and_files_are_the_same_to_it(self, recording: Path, mapped: Path) -> None:
+        by_folder = succeed("evaluate", mapped, recording)
+        assert by_folder == succeed("evaluate", mapped / "map.json", recording / "truth.json")
+        assert "Accuracy of the walls" in by_folder
+        assert "Recall and precision" in by_folder
+
+    def test_on_request_all_numbers_are_json(self, recording: Path, mapped: Path) -> None:
+        document = json.loads(succeed("evaluate", mapped, recording, "--json"))
+        assert document["method"] == "mdp-fuzzy"
+        assert (document["walls"]["recall"], document["walls"]["precision"]) == (1.0, 1.0)
+        table = succeed("evaluate", mapped, recording)
+        rows = [line.split() for line in table.splitlines() if re.match(r"[1-4]\s", line)]
+        assert [row[0] for row in rows] == ["1", "2", "3", "4"]
+        assert all(float(row[1]) < 5.0 for row in rows)
+
+    def test_what_few_stations_heard_is_not_asked_for(self, recording: Path, mapped: Path) -> None:
+        asked = [
+            json.loads(succeed("evaluate", mapped, recording, "--json", "--min-heard", heard))["walls"]["wanted"]
+            for heard in ("5", "6")
+        ]
+        assert asked == [4, 0]
+
+
+class TestInfo:
+    def test_it_counts_sweeps_and_pings_and_what_came_of_them(self, recording: Path) -> None:
+        text = succeed("info", recording)
+        assert "5 sweeps, 1820 pings" in text
+        rows = [line.split() for line in text.splitlines() if re.match(r"[0-3]\s", line)]
+        assert [row[1] for row in rows] == ["455"] * 4
+        for row in rows:
+            assert sum(map(float, row[2:6])) == pytest.approx(100.0, abs=0.2)
+
+
+BAD_INPUT = {
+    "map of nothing": (["map", "nowhere", "--out", "out"], "nowhere: there is no such file or folder"),
+    "map by no method": (
+        ["map", "REC", "--method", "rdc", "--out", "out"],
+        "unknown method 'rdc'; did you mean 'rcd'?",
+    ),
+    "map by a misspelt key": (
+        ["map", "REC", "--config", "typo.toml", "--out", "out"],
+        "typo.toml, line 2, method.filtre: the key 'filtre' is unknown; did you mean 'filter'?",
+    ),
+    "map by a bad value": (["map", "REC", "--config", "value.toml", "--out", "out"], "must be greater than"),
+    "map by no config": (["map", "REC", "--config", "none.toml", "--out", "out"], "none.toml: there is no such file"),
+    "map into a file": (["map", "REC", "--out", "typo.toml"], "typo.toml/map.json: it lies below a file"),
+    "map of a broken recording": (["map", "broken", "--out", "out"], "broken/pings.csv"),
+    "map of no world": (["map", "sim:sqare", "--out", "out"], "unknown world 'sqare'; did you mean 'square'?"),
+    "map of a bad option": (["map", "sim:square,sead=3", "--out", "out"], "unknown option 'sead'"),
+    "simulation of no world": (["simulate", "cellar", "--out", "out"], "unknown world 'cellar'"),
+    "simulation of no file": (["simulate", "cellar.toml", "--out", "out"], "cellar.toml"),
+    "simulation by no rig": (["simulate", "square", "--rig", "ring", "--out", "out"], "unknown rig 'ring'"),
+    "simulation on no route": (["simulate", "square", "--route", "way.csv", "--out", "out"], "way.csv"),
+    "simulation of wool": (["simulate", "wool.toml", "--route", "square", "--out", "out"], "unknown material 'wool'"),
+    "simulation by a misspelt key": (
+        ["simulate", "square", "--config", "typo.toml", "--out", "out"],
+        "typo.toml, line 1",
+    ),
+    "simulation before time": (["simulate", "square", "--seed", "-1", "--out", "out"], "seed must be at least 0"),
+    "simulation into a file": (["simulate", "square", "--out", "typo.toml"], "typo.toml: there is a file of that name"),
+    "evaluation of nothing": (["evaluate", "nowhere", "REC"], "nowhere: there is no such file"),
+    "evaluation against nothing": (["evaluate", "MAP", "nowhere"], "nowhere: there is no such file"),
+    "evaluation of what is no map": (["evaluate", "REC/truth.json", "REC"], "truth.json"),
+    "info of nothing": (["info", "square"], "square: there is no such file or folder; name sim:square"),
+    "info of a broken recording": (["info", "broken"], "broken/pings.csv, line 3"),
+}
+
+
+class TestBadInput:
+    @pytest.fixture
+    def place(self, tmp_path: Path, recording: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+        """A folder with files in which something is wrong."""
+        (tmp_path / "typo.toml").write_text("[method]\nfiltre = 4\n", encoding="utf-8")
+        (tmp_path / "value.toml").write_text("[method.filter]\nmin_members = 0\n", encoding="utf-8")
+        wool = '[[wall]]\npoints = [[1, 0], [1, 1]]\nmaterial = "wool"\n'
+        (tmp_path / "wool.toml").write_text(wool, encoding="utf-8")
+        (tmp_path / "broken").mkdir()
+        (tmp_path / "broken" / "rig.toml").write_bytes((recording / "rig.toml").read_bytes())
+        lines = (recording / "pings.csv").read_text(encoding="utf-8").splitlines()
+        lines[2] = lines[2].replace(",", ";")
+        (tmp_path / "broken" / "pings.csv").write_text("\n".join(lines), encoding="utf-8")
+        monkeypatch.chdir(tmp_path)
+        return tmp_path
+
+    @pytest.mark.parametrize(("words", "told"), BAD_INPUT.values(), ids=list(BAD_INPUT))
+    def test_it_is_refused_with_status_2_in_one_line_and_nothing_is_written(
+        self, words: list[str], told: str, place: Path, recording: Path, mapped: Path
+    ) -> None:
+        before = sorted(path.as_posix() for path in place.rglob("*"))
+        done = echoplan(*(word.replace("REC", str(recording)).replace("MAP", str(mapped)) for word in words))
+        assert done.status == 2
+        (line,) = done.err.splitlines()
+        assert line.startswith("echoplan: ")
+        assert told in line
+        assert sorted(path.as_posix() for path in place.rglob("*")) == before
+
+    def test_what_was_there_before_is_not_touched(self, place: Path, recording: Path, mapped: Path) -> None:
+        kept = (mapped / "map.json").read_bytes()
+        assert echoplan("map", recording, "--config", "typo.toml", "--out", mapped).status == 2
+        assert echoplan("map", "broken", "--out", mapped).status == 2
+        assert (mapped / "map.json").read_bytes() == kept
+        assert names(mapped) == RESULTS
+
+    def test_no_traceback_reaches_the_terminal(self, place: Path) -> None:
+        command = [*COMMAND, "info", "broken"]
+        done = subprocess.run(command, cwd=place, capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert len(done.stderr.splitlines()) == 1
+        assert "Traceback" not in done.stderr
+
+
+class TestTerminal:
+    def test_a_pipe_gets_plain_lines_and_no_bar(self, tmp_path: Path) -> None:
+        command = [*COMMAND, "map", "sim:square", "--method", "rcd", "--out", "map"]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+        assert done.stderr == ""
+        assert re.search(r"[\x00-\x09\x0b-\x1f\x7f]", done.stdout) is None
+
+    def test_a_terminal_gets_a_bar_on_standard_error_only(self, recording: Path, tmp_path: Path) -> None:
+        ours, theirs = pty.openpty()
+        command = [*COMMAND, "map", str(recording), "--method", "rcd", "--out", "map"]
+        surroundings = os.environ | {"TERM": "xterm"}
+        with subprocess.Popen(
+            command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=theirs, env=surroundings, text=True
+        ) as process:
+            os.close(theirs)
+            shown = b""
+            # Linux tells of the other end's closing by an error.
+            with contextlib.suppress(OSError):
+                while chunk := os.read(ours, 65536):
+                    shown += chunk
+            os.close(ours)
+            printed = process.communicate()[0]
+        assert process.returncode == 0
+        assert b"mapping" in shown
+        assert "mapping" not in printed
+        assert "\x1b" not in printed
+
+    def test_a_reader_that_has_had_enough_is_told_nothing(self, recording: Path) -> None:
+        with subprocess.Popen(
+            [*COMMAND, "info", str(recording)], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        ) as process:
+            assert process.stdout is not None
+            assert process.stderr is not None
+            process.stdout.close()
+            assert process.stderr.read() == b""
+
+    def test_help_does_not_wait_for_numpy(self) -> None:
+        probe = (
+            "import sys; import echoplan.cli.main; "
+            "print(sorted({'numpy', 'scipy', 'numba', 'matplotlib', 'sklearn', 'pydantic'} & set(sys.modules)))"
+        )
+        done = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)
+        assert done.stdout.strip() == "[]"
+
+    @pytest.mark.parametrize("name", ["demo", "simulate", "map", "evaluate", "info"])
+    def test_every_command_shows_an_example_of_itself(self, name: str) -> None:
+        assert f"Example: echoplan {name} " in succeed(name, "--help")
