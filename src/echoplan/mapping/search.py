@@ -25,6 +25,8 @@ __all__ = ["Search", "SearchSettings"]
 _OPEN, _UNEXPLAINED = math.log(30.0), math.log(20.0)
 # A reflector that so many stations speak for cannot be far off.
 _SURE_STATIONS = 3
+# A cylinder known from no more stations may be as many walls.
+_FEW_STATIONS = 3
 # Steps between single echoes of rings [rad].
 _COARSE = math.radians(10.0)
 # Candidates of one kind this near to each other are one [rad and m; m; m and radius].
@@ -45,6 +47,9 @@ class SearchSettings(BaseModel, frozen=True, extra="forbid"):
     radius_cost: float = Field(default=2.0, ge=0.0, description="cost of the third parameter of a cylinder [nats]")
     hit_share: float = Field(
         default=0.75, gt=0.0, description="of the unmasked pings that must hear a wall known from one station"
+    )
+    heard_share: float = Field(
+        default=0.4, gt=0.0, description="of the pings of the best station that must hear what only two stations know"
     )
     seen_share: float = Field(default=0.6, gt=0.0, description="of all such pings")
     rounds: int = Field(default=3, ge=1, description="how often what is unexplained may suggest anew")
@@ -96,7 +101,7 @@ class Search:
         features = self.tested(self._renewed(known))
         for _ in range(self.settings.rounds):
             pool = self._seeded(features)
-            grown = self._grown(features, pool)
+            grown = self._challenged(self._grown(features, pool))
             if [each.key for each in grown] == [each.key for each in features]:
                 return grown
             features = grown
@@ -264,28 +269,76 @@ class Search:
         return hypothesis.total - (self.settings.radius_cost if hypothesis.kind is Kind.CYLINDER else 0.0)
 
     def _stands(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
-        """Whether a feature is believed: two stations must speak for it, or one that heard the whole of a wall."""
+        """Whether a feature is believed: three stations speak for it, or fewer that heard as much of it as they should.
+
+        Two arcs that nothing explains share some tangent by chance; three hardly do.
+        """
         settings = self.settings
         if self._worth(hypothesis) <= settings.accept:
             return False
-        best, second = np.sort(np.append(hypothesis.gains, 0.0))[::-1][:2] if len(hypothesis.gains) else (0.0, 0.0)
-        if second > settings.second_station and hypothesis.total - best > settings.without_best:
-            return True
+        best = float(hypothesis.gains.max(initial=0.0))
+        speaking = int((hypothesis.gains > settings.second_station).sum())
+        if speaking > 1 and hypothesis.total - best > settings.without_best:
+            return speaking > 2 or self.step > _COARSE or self._hears(hypothesis, levels) >= settings.heard_share
         return hypothesis.is_wall and self._is_whole(hypothesis, levels)
 
     def _is_whole(self, wall: Hypothesis, levels: FloatArray) -> bool:
-        """Whether the best station heard a wall all over the beam, as it should."""
-        evidence, soundings = wall.evidence, self.explanation.soundings
-        if self.step > _COARSE:
+        """Whether one station heard a wall all over the beam, as it should."""
+        if self.step > _COARSE or not len(wall.evidence.pings):
             return False
-        here = (soundings.stations[evidence.pings] == np.argmax(wall.gains)) & evidence.audible
-        hits = here & (evidence.densities > np.maximum(levels[evidence.pings], 0.0))
-        unmasked = int((here & evidence.unmasked).sum())
+        here = self._at_best_station(wall)
+        unmasked = int((here & wall.evidence.unmasked).sum())
+        hits = self._hears(wall, levels) * here.sum()
         return bool(
             here.sum() >= self.half_aperture / self.step
-            and hits.sum() >= self.settings.hit_share * max(unmasked, 1)
-            and hits.sum() >= self.settings.seen_share * here.sum()
+            and hits >= self.settings.hit_share * max(unmasked, 1)
+            and hits >= self.settings.seen_share * here.sum()
         )
+
+    def _hears(self, hypothesis: Hypothesis, levels: FloatArray) -> float:
+        """Share of the pings of the best station that hear a reflector, of those that could."""
+        evidence, here = hypothesis.evidence, self._at_best_station(hypothesis)
+        hits = here & (evidence.densities > np.maximum(levels[evidence.pings], 0.0))
+        return float(hits.sum() / max(here.sum(), 1))
+
+    def _at_best_station(self, hypothesis: Hypothesis) -> BoolArray:
+        evidence = hypothesis.evidence
+        here: BoolArray = self.explanation.soundings.stations[evidence.pings] == np.argmax(hypothesis.gains)
+        return here & evidence.audible
+
+    def _challenged(self, features: list[Hypothesis]) -> list[Hypothesis]:
+        """Replace cylinders by walls, one for each of few stations, where these explain the pings better.
+
+        Any two walls that were heard from one station each have a cylinder that touches both, and it needs fewer
+        parameters; but it would be heard less loud, and so over a narrower angle.
+        """
+        for feature in features:
+            stations = np.flatnonzero(feature.gains > self.settings.second_station)
+            if feature.kind is Kind.CYLINDER and len(stations) <= _FEW_STATIONS:
+                others = [each for each in features if each is not feature]
+                walls = self._walls_instead(feature, stations, others)
+                if sum(each.total for each in walls) > feature.total:
+                    features = [*others, *walls]
+        return features
+
+    def _walls_instead(
+        self, cylinder: Hypothesis, stations: IntArray, others: Sequence[Hypothesis]
+    ) -> list[Hypothesis]:
+        explanation, walls = self.explanation, list[Hypothesis]()
+        for station in stations:
+            levels = explanation.levels([*others, *walls])
+            pings = cylinder.evidence.pings[cylinder.evidence.densities > levels[cylinder.evidence.pings]]
+            own = pings[explanation.soundings.stations[pings] == station]
+            away = cylinder.reflector[1:3] - explanation.soundings.centers[station]
+            normal = away / np.hypot(*away)
+            touched = cylinder.reflector[1:3] - cylinder.reflector[3] * normal
+            start = np.array([Kind.WALL, np.arctan2(normal[1], normal[0]), touched @ normal, 0.0])
+            course = [(4 * explanation.noise, 0.06, 4), (explanation.noise, 0.03, 4)]
+            wall = explanation.propose(self._moved(start, own, course))
+            wall = explanation.judged(wall, levels, [*others, *walls])
+            if self._stands(wall, levels):
+                walls.append(wall)
+        return walls
 
 
 def _step_of(explanation: Explanation) -> float:
