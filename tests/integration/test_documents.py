@@ -9,8 +9,9 @@ from typing import Any
 import pytest
 from pydantic import BaseModel
 
+from echoplan.classification import Covering, class_of, corrected_memberships
 from echoplan.methods import Method, map_sweeps
-from echoplan.model import Transducer
+from echoplan.model import FeatureClass, Transducer
 from echoplan.simulation import SimulationSettings
 from echoplan.sources import open_source
 
@@ -100,3 +101,17 @@ def test_the_transducer_that_contributors_are_shown_how_to_measure_is_an_hc_sr04
     measured = Transducer(**tomllib.loads(capsys.readouterr().out))
     assert measured.figure_of_merit == pytest.approx(Transducer().figure_of_merit, abs=1.0)
     assert measured.piston_radius == pytest.approx(Transducer().piston_radius, rel=0.05)
+
+
+def test_the_table_of_borders_between_classes_is_what_the_rules_do() -> None:
+    rows = re.findall(r"^\| ([\w ]+) \| (0\.\d{4}) \| (0\.\d{4}) \|$", DOCUMENTS["docs/paper.md"], flags=re.MULTILINE)
+    states = {"nowhere": Covering.NONE, "left or right": Covering.LEFT, "in front": Covering.FRONT}
+    assert [name for name, *_ in rows] == list(states)
+    for name, *told in rows:
+        for border, beyond in zip(map(float, told), (FeatureClass.CORNER, FeatureClass.WALL), strict=True):
+            # The table rounds to four places.
+            around = [
+                class_of(corrected_memberships(border + half, states[name], rules="monotone")) for half in (-5e-5, 5e-5)
+            ]
+            assert around[0] is not around[1]
+            assert beyond in around

@@ -99,6 +99,36 @@ def test_without_covering_both_sets_of_rules_agree() -> None:
     assert ranks(Covering.NONE, "paper") == ranks(Covering.NONE, "monotone")
 
 
+def classes(width: float, covering: Covering, rules: str) -> FeatureClass:
+    return class_of(corrected_memberships(width, covering, rules=rules))
+
+
+# By hand from Eq. 14-16 and Table 4: where small, corrected, meets its rival, and where medium, corrected, meets big.
+BORDERS = [
+    (Covering.NONE, 0.47250 / 1.15000, 0.72750 / 1.10000),
+    (Covering.LEFT, 1.07500 / (4 / 3 + 5 / 2), (2.49 / 1.05) / (4.4 / 1.05)),
+    (Covering.RIGHT, 1.07500 / (4 / 3 + 5 / 2), (2.49 / 1.05) / (4.4 / 1.05)),
+    (Covering.FRONT, 0.30000, 0.30000),
+]
+
+
+@pytest.mark.parametrize(("covering", "corner_below", "flat_from"), BORDERS)
+def test_the_monotone_rules_have_two_borders(covering: Covering, corner_below: float, flat_from: float) -> None:
+    hair = 1e-6
+    assert classes(corner_below - hair, covering, "monotone") is FeatureClass.CORNER
+    assert classes(flat_from + hair, covering, "monotone") is FeatureClass.WALL
+    if corner_below < flat_from:
+        assert classes(corner_below + hair, covering, "monotone") is FeatureClass.CYLINDER
+        assert classes(flat_from - hair, covering, "monotone") is FeatureClass.CYLINDER
+
+
+@pytest.mark.parametrize("covering", [Covering.LEFT, Covering.RIGHT])
+def test_to_the_letter_a_cluster_covered_at_one_end_changes_its_class_five_times(covering: Covering) -> None:
+    found = [classes(width, covering, "paper") for width in (0.28, 0.29, 0.40, 0.42, 0.44, 0.47, 0.52, 0.56, 0.57)]
+    corner, cylinder, wall = FeatureClass.CORNER, FeatureClass.CYLINDER, FeatureClass.WALL
+    assert found == [corner, cylinder, cylinder, corner, corner, wall, cylinder, cylinder, wall]
+
+
 def test_covering_never_makes_the_monotone_class_smaller() -> None:
     free = ranks(Covering.NONE, "monotone")
     for covering in (Covering.LEFT, Covering.FRONT):
