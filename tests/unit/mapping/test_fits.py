@@ -4,7 +4,6 @@ import pytest
 import scenes
 from echoplan.geometry import signed_distances
 from echoplan.mapping import Stack, fit_circle, fit_line
-from echoplan.mapping.observations import shares
 
 HUBS = [(0.2, 0.1), (1.4, -0.3), (2.2, 0.4)]
 
@@ -69,14 +68,3 @@ def test_the_stated_covariance_of_a_circle_holds() -> None:
 def test_hubs_lie_on_the_near_side_of_their_line() -> None:
     fit = fit_line(Stack.of([scenes.observed_wall((0.3, 4.0), hub) for hub in HUBS]))
     assert (signed_distances(fit.parameters, np.array(HUBS)) < 0).all()
-
-
-def test_what_sweeps_have_in_common_is_added_to_their_sigmas() -> None:
-    stack = Stack.of([scenes.observed_wall((0.3, 4.0), HUBS[0])], floor=(0.01, 0.004))
-    assert stack.bearing_sigmas == pytest.approx([np.hypot(0.0035, 0.01)])
-    assert stack.distance_sigmas == pytest.approx([np.hypot(0.001, 0.004)])
-
-
-def test_shares_of_nothing_are_alike() -> None:
-    undecided = shares(np.array([-0.1, 0.0, -0.2]))
-    assert (undecided.corner, undecided.cylinder, undecided.wall) == pytest.approx((1 / 3, 1 / 3, 1 / 3))
