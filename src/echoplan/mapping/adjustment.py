@@ -6,7 +6,7 @@ between corners and the walls that make them, and priors from the rig for what t
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,11 +17,12 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.geometry import intersections, wrap
 from echoplan.mapping.crossings import crossing_slopes
+from echoplan.mapping.poses import PoseBeliefs, displaced, pose_rows
 from echoplan.mapping.rows import Rows, normal_equations, prior, solve
 from echoplan.mapping.unknowns import SONAR_UNKNOWNS, Unknowns
 from echoplan.preprocessing.soundings import Soundings, late_by
 
-__all__ = ["Adjusted", "AdjustmentSettings", "Beliefs", "Features", "adjust"]
+__all__ = ["Adjusted", "AdjustmentSettings", "Beliefs", "Features", "Start", "adjust"]
 
 _WALL, _CYLINDER = int(Kind.WALL), int(Kind.CYLINDER)
 # Below this excess readings count half: a detector scatters more there [dB].  Fainter than -2 dB nothing is expected.
@@ -62,12 +63,18 @@ class Beliefs(NamedTuple):
         Range walk at the threshold [m].
     has_servo : bool
         Whether there is a servo that may lag.
+    poses : PoseBeliefs or None
+        What is believed of the poses, if they are to be corrected.
+    pair_sigma : float
+        What all pings of one station say of one feature is wrong together by this [m]; 0 if they are independent.
     """
 
     noise: float
     offset_sigma: float
     walk_gain: float
     has_servo: bool
+    poses: PoseBeliefs | None = None
+    pair_sigma: float = 0.0
 
 
 class Features(NamedTuple):
@@ -89,6 +96,28 @@ class Features(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Start:
+    """Where an adjustment starts, and where it is after each step.
+
+    Parameters
+    ----------
+    features : Features
+        The features.
+    model : EchoModel
+        The sonar.
+    latency : float, optional
+        By how much the servo lags behind what was recorded [s].
+    poses : ndarray, shape (s, 3), optional
+        Poses of the stations [m, m, rad]; empty if they are trusted.
+    """
+
+    features: Features
+    model: EchoModel
+    latency: float = 0.0
+    poses: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Adjusted:
     """Features, sonar and their uncertainty after an adjustment.
 
@@ -100,6 +129,8 @@ class Adjusted:
         The sonar.
     latency : float
         By how much the servo lags behind what was recorded [s].
+    poses : ndarray, shape (s, 3)
+        Poses of the stations [m, m, rad]; empty where they are not corrected.
     unknowns : Unknowns
         What stands where in the covariance.
     covariance : ndarray, shape (u, u)
@@ -115,6 +146,7 @@ class Adjusted:
     reflectors: FloatArray
     model: EchoModel
     latency: float
+    poses: FloatArray
     unknowns: Unknowns
     covariance: FloatArray
     owners: IntArray
@@ -139,19 +171,15 @@ class Adjusted:
         return dict(zip(SONAR_UNKNOWNS, np.sqrt(variances).tolist(), strict=True))
 
 
-def adjust(
-    soundings: Soundings, features: Features, model: EchoModel, beliefs: Beliefs, settings: AdjustmentSettings
-) -> Adjusted:
-    """Adjust features and sonar to all readings.
+def adjust(soundings: Soundings, start: Start, beliefs: Beliefs, settings: AdjustmentSettings) -> Adjusted:
+    """Adjust features, sonar and, if they may be off, poses to all readings.
 
     Parameters
     ----------
     soundings : Soundings
-        The pings.
-    features : Features
+        The pings, as heard from the poses that were given.
+    start : Start
         Where to start.
-    model : EchoModel
-        Likewise.
     beliefs : Beliefs
         What is believed of the sonar.
     settings : AdjustmentSettings
@@ -162,27 +190,37 @@ def adjust(
     Adjusted
         Features, sonar and covariance.
     """
-    unknowns = Unknowns(kinds=features.reflectors[:, 0].astype(np.int64))
-    state = _State(reflectors=features.reflectors, model=model, latency=0.0)
+    unknowns = Unknowns(kinds=start.features.reflectors[:, 0].astype(np.int64), poses=len(start.poses))
+    now = start
     for _ in range(settings.rounds):
-        now = features._replace(reflectors=state.reflectors)
-        matched, readings = _linearised(late_by(soundings, state.latency), now, state.model, beliefs, settings)
-        priors = [*_priors(state, unknowns, beliefs, settings), *_ties(state.reflectors, unknowns, settings)]
-        information, right = normal_equations([_placed(readings, unknowns), *priors], unknowns.size)
+        matched, readings = _linearised(_as_heard(soundings, now, beliefs), now, beliefs, settings)
+        held = [*_priors(now, unknowns, beliefs, settings), *_ties(now.features.reflectors, unknowns, settings)]
+        information, right = normal_equations([_placed(readings, unknowns), *held], unknowns.size)
         step = solve(information, right)
-        state = _moved(state, step, unknowns)
+        now = _moved(now, step, unknowns)
         if np.abs(step).max() < 1e-6:
             break
     return Adjusted(
-        reflectors=state.reflectors,
-        model=state.model,
-        latency=state.latency,
+        reflectors=now.features.reflectors,
+        model=now.model,
+        latency=now.latency,
+        poses=now.poses,
         unknowns=unknowns,
         covariance=solve(information, np.eye(unknowns.size)),
         owners=matched.owners,
         residuals=matched.residuals,
         excesses=matched.excesses,
     )
+
+
+class _Readings(NamedTuple):
+    """Linearised readings: whose they are, from which station, derivatives, residuals and weights."""
+
+    owners: IntArray
+    stations: IntArray
+    slopes: FloatArray
+    residuals: FloatArray
+    weights: FloatArray
 
 
 class _Matched(NamedTuple):
@@ -193,51 +231,86 @@ class _Matched(NamedTuple):
     excesses: FloatArray
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class _State:
-    reflectors: FloatArray
-    model: EchoModel
-    latency: float
+def _as_heard(soundings: Soundings, now: Start, beliefs: Beliefs) -> Soundings:
+    """Place the pings where the servo and the robot were."""
+    turned = late_by(soundings, now.latency)
+    return turned if beliefs.poses is None else displaced(turned, beliefs.poses.given, now.poses)
 
 
 def _linearised(
-    soundings: Soundings, features: Features, model: EchoModel, beliefs: Beliefs, settings: AdjustmentSettings
-) -> tuple[_Matched, Rows]:
-    hearing = model.tabulated()
-    matched = _match(soundings, hearing, features, max(0.025, 6.0 * beliefs.noise))
+    soundings: Soundings, now: Start, beliefs: Beliefs, settings: AdjustmentSettings
+) -> tuple[_Matched, _Readings]:
+    hearing = now.model.tabulated()
+    matched = _match(soundings, hearing, now.features, max(0.025, 6.0 * beliefs.noise))
     explained = np.flatnonzero(matched.owners >= 0)
-    slopes = _slopes(soundings, hearing, features.reflectors, matched, explained, (model.range_offset, model.walk_gain))
+    walk = (now.model.range_offset, now.model.walk_gain)
+    slopes = _slopes(soundings, hearing, now.features.reflectors, matched, explained, walk)
     residuals, excesses = matched.residuals[explained], matched.excesses[explained]
     doubts = (1.0 + (residuals / (settings.robust * beliefs.noise)) ** 2) ** 2
     doubts *= np.where(excesses < _UNCERTAIN, 2.0, 1.0) * beliefs.noise**2
-    weights = soundings.weights[explained] / doubts
-    return matched, Rows(matched.owners[explained], slopes, residuals, weights)
+    readings = _Readings(
+        owners=matched.owners[explained],
+        stations=soundings.stations[explained],
+        slopes=slopes if len(now.poses) else slopes[:, : 3 + len(SONAR_UNKNOWNS)],
+        residuals=residuals,
+        weights=_capped(soundings.weights[explained] / doubts, matched, explained, soundings, beliefs.pair_sigma),
+    )
+    if len(now.poses):
+        slopes[:, 9] += _leverage(soundings, explained, now.poses, slopes)
+    return matched, readings
 
 
-def _placed(readings: Rows, unknowns: Unknowns) -> Rows:
+def _capped(
+    weights: FloatArray, matched: _Matched, explained: IntArray, soundings: Soundings, pair_sigma: float
+) -> FloatArray:
+    """Let all that a station says of a feature count no more than its common error allows."""
+    if pair_sigma == 0.0 or not len(weights):
+        return weights
+    pairs = matched.owners[explained] * len(soundings.centers) + soundings.stations[explained]
+    sums = np.bincount(pairs, weights)
+    capped: FloatArray = weights / (1.0 + sums[pairs] * pair_sigma**2)
+    return capped
+
+
+def _leverage(soundings: Soundings, explained: IntArray, poses: FloatArray, slopes: FloatArray) -> FloatArray:
+    """How a turn of the robot moves its sensors, and so the readings."""
+    base = poses[soundings.stations[explained]]
+    ahead, aside = soundings.x[explained] - base[:, 0], soundings.y[explained] - base[:, 1]
+    moved: FloatArray = slopes[:, 8] * ahead - slopes[:, 7] * aside
+    return moved
+
+
+def _placed(readings: _Readings, unknowns: Unknowns) -> Rows:
     """Give the derivatives of readings their places among the unknowns."""
-    owners = readings.columns
-    own = unknowns.starts[owners][:, None] + np.arange(3)
-    own = np.where(np.arange(3) < unknowns.counts[owners][:, None], own, -1)
-    sonar = np.broadcast_to(np.arange(unknowns.sonar, unknowns.pose), (len(owners), len(SONAR_UNKNOWNS)))
-    return readings._replace(columns=np.concatenate([own, sonar], axis=1))
+    own = unknowns.starts[readings.owners][:, None] + np.arange(3)
+    own = np.where(np.arange(3) < unknowns.counts[readings.owners][:, None], own, -1)
+    sonar = np.broadcast_to(np.arange(unknowns.sonar, unknowns.pose), (len(own), len(SONAR_UNKNOWNS)))
+    columns = [own, sonar]
+    if unknowns.poses:
+        columns.append(unknowns.pose + 3 * readings.stations[:, None] + np.arange(3))
+    return Rows(np.concatenate(columns, axis=1), readings.slopes, readings.residuals, readings.weights)
 
 
-def _moved(state: _State, step: FloatArray, unknowns: Unknowns) -> _State:
-    reflectors = state.reflectors.copy()
+def _moved(now: Start, step: FloatArray, unknowns: Unknowns) -> Start:
+    reflectors = now.features.reflectors.copy()
     reflectors[:, 1:] += np.clip(unknowns.steps(step), -_LONGEST, _LONGEST)
     reflectors[:, 3] = np.where(unknowns.kinds == _CYLINDER, np.clip(reflectors[:, 3], _THIN, _THICK), 0.0)
     offset, gain, scale, latency = step[unknowns.sonar : unknowns.pose].tolist()
     model = replace(
-        state.model,
-        range_offset=state.model.range_offset + offset,
-        walk_gain=state.model.walk_gain + gain,
-        range_scale=state.model.range_scale + scale,
+        now.model,
+        range_offset=now.model.range_offset + offset,
+        walk_gain=now.model.walk_gain + gain,
+        range_scale=now.model.range_scale + scale,
     )
-    return _State(reflectors=reflectors, model=model, latency=state.latency + latency)
+    return Start(
+        features=now.features._replace(reflectors=reflectors),
+        model=model,
+        latency=now.latency + latency,
+        poses=now.poses + step[unknowns.pose :].reshape(-1, 3),
+    )
 
 
-def _priors(state: _State, unknowns: Unknowns, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:
+def _priors(state: Start, unknowns: Unknowns, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:
     model, first = state.model, unknowns.sonar
     yield prior(first, sigma=beliefs.offset_sigma, residual=-model.range_offset)
     yield prior(first + 1, sigma=settings.gain_share * beliefs.walk_gain, residual=beliefs.walk_gain - model.walk_gain)
@@ -245,10 +318,12 @@ def _priors(state: _State, unknowns: Unknowns, beliefs: Beliefs, settings: Adjus
     # Without a servo nothing lags: the unknown stays where it is.
     latency_sigma = settings.latency_sigma if beliefs.has_servo else 1e-9
     yield prior(first + 3, sigma=latency_sigma, residual=-state.latency)
+    if beliefs.poses is not None:
+        yield pose_rows(beliefs.poses, state.poses, unknowns.pose)
     for column in range(first):
         yield prior(column, sigma=1.0 / _HOLD, residual=0.0)
     for number in np.flatnonzero(unknowns.kinds == _CYLINDER):
-        residual = settings.radius - float(state.reflectors[number, 3])
+        residual = settings.radius - float(state.features.reflectors[number, 3])
         yield prior(int(unknowns.starts[number]) + 2, sigma=settings.radius_sigma, residual=residual)
 
 
@@ -324,8 +399,8 @@ def _slopes(
     explained: IntArray,
     walk: tuple[float, float],
 ) -> FloatArray:
-    """Differentiate readings by the parameters of their feature and by the unknowns of the sonar."""
-    slopes, own = np.zeros((len(explained), 7)), np.zeros(6)
+    """Differentiate readings by the parameters of their feature, by the unknowns of the sonar and by place and axis."""
+    slopes, own = np.zeros((len(explained), 10)), np.zeros(6)
     for row, ping in enumerate(explained):
         place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
         differentiate(hearing, shape_of(reflectors[matched.owners[ping]]), place, own)
@@ -335,4 +410,5 @@ def _slopes(
         slopes[row, 5] = -soundings.readings[ping]
         turning = own[4] * soundings.arms_x[ping] - own[3] * soundings.arms_y[ping] + own[5]
         slopes[row, 6] = -soundings.rates[ping] * turning
+        slopes[row, 7:] = own[3:]
     return slopes

@@ -6,19 +6,23 @@ which of these explains the pings, including those that are missing.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
+from enum import StrEnum
 
 import numpy as np
 from pydantic import BaseModel, Field
 
 from echoplan.acoustics import typical_transducer
 from echoplan.acoustics.expectation import EchoModel
+from echoplan.arrays import FloatArray
 from echoplan.classification.hypotheses import Explanation, Hypothesis
 from echoplan.extraction.arcs import ArcSettings, find_arcs
-from echoplan.mapping.adjustment import Adjusted, AdjustmentSettings, Beliefs, Features, adjust
+from echoplan.mapping.adjustment import Adjusted, AdjustmentSettings, Beliefs, Features, Start, adjust
 from echoplan.mapping.faces import FaceSettings, corner_echoes, find_faces
 from echoplan.mapping.loudness import fit_loudness
 from echoplan.mapping.paths import trace_paths
+from echoplan.mapping.poses import PoseBeliefs, PoseSettings, displaced, waypoint_beliefs
 from echoplan.mapping.rivals import class_probabilities
 from echoplan.mapping.search import Search, SearchSettings
 from echoplan.mapping.survey import Survey, SurveySettings
@@ -27,22 +31,33 @@ from echoplan.model import FeatureMap, Rig, Sweep
 from echoplan.preprocessing.health import HealthSettings, healthy
 from echoplan.preprocessing.soundings import Soundings, chosen_soundings, join_soundings, soundings_of
 
-__all__ = ["JointMapper", "JointSettings"]
+__all__ = ["JointMapper", "JointSettings", "PoseMode"]
+
+
+class PoseMode(StrEnum):
+    """What to do about the poses of the robot."""
+
+    TRUST = "trust"
+    CORRECT = "correct"
+    AUTO = "auto"
 
 
 class JointSettings(BaseModel, frozen=True, extra="forbid"):
     """Settings of all stages."""
 
+    poses: PoseMode = Field(default=PoseMode.AUTO, description="trust, correct, or correct if the pings disagree")
     health: HealthSettings = Field(default_factory=HealthSettings)
     arcs: ArcSettings = Field(default_factory=ArcSettings)
     search: SearchSettings = Field(default_factory=SearchSettings)
     adjustment: AdjustmentSettings = Field(default_factory=AdjustmentSettings)
+    pose_errors: PoseSettings = Field(default_factory=PoseSettings)
     faces: FaceSettings = Field(default_factory=FaceSettings)
     vertices: VertexSettings = Field(default_factory=VertexSettings)
     survey: SurveySettings = Field(default_factory=SurveySettings)
     first_noise: float = Field(default=0.008, gt=0.0, description="of readings before anything is known [m]")
     least_noise: float = Field(default=0.0025, gt=0.0, description="of the best sensors [m]")
     greatest_noise: float = Field(default=0.05, gt=0.0, description="of readings that still make a map [m]")
+    agreement: float = Field(default=0.88, gt=0.0, le=1.0, description="share of echoes that exact poses explain")
 
 
 class JointMapper:
@@ -79,96 +94,164 @@ class JointMapper:
         Returns
         -------
         FeatureMap
-            Walls, corners and cylinders.
+            Walls, corners and cylinders, and the poses from which they were heard.
         """
-        run = _Run(self.rig, self._soundings, self.settings)
-        features, adjusted = run.explain()
-        survey = run.survey(features, adjusted)
+        sweeps = np.array([sweep.index for sweep in self._sweeps], dtype=np.int64)
+        given = np.array([sweep.station for sweep in self._sweeps]).reshape(-1, 3)
+        parameters = self.settings.model_dump(mode="json")
+        if not any(len(part.readings) for part in self._soundings):
+            return FeatureMap(method="joint", parameters=parameters, sweeps=sweeps, poses=given)
+        found = _Account(self.rig, self._soundings, given, self.settings).settled()
+        survey = found.survey()
         return FeatureMap(
             method="joint",
-            parameters=self.settings.model_dump(mode="json"),
+            parameters={**parameters, "found": found.calibration()},
             walls=survey.walls(),
             corners=survey.corners(),
             cylinders=survey.cylinders(),
-            sweeps=np.array([sweep.index for sweep in self._sweeps], dtype=np.int64),
-            poses=np.array([sweep.station for sweep in self._sweeps]).reshape(-1, 3),
+            sweeps=sweeps,
+            poses=found.poses,
         )
 
 
-class _Run:
-    """One explanation of everything, from the arcs to the adjusted features."""
+class _Account:
+    """An account of everything heard: features, sonar, noise and poses, better with every step."""
 
-    def __init__(self, rig: Rig, parts: list[Soundings], settings: JointSettings) -> None:
+    def __init__(self, rig: Rig, parts: Sequence[Soundings], given: FloatArray, settings: JointSettings) -> None:
         self.settings = settings
         self.resolution = max(sensor.resolution for sensor in rig.sensors)
         self.half_aperture = float(np.median([sensor.half_aperture for sensor in rig.sensors]))
-        everything = join_soundings(parts)
-        self.soundings = chosen_soundings(everything, healthy(everything, settings.health))
-        self.arcs = find_arcs(self.soundings, resolution=self.resolution, settings=settings.arcs)
         self.prior = EchoModel.of(rig.transducer or typical_transducer(rig.sensors[0]))
-        self.has_servo = bool(np.any(self.soundings.rates))
+        everything = join_soundings(parts)
+        self.recorded = chosen_soundings(everything, healthy(everything, settings.health))
+        self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=settings.arcs)
+        self.given = self.poses = given
+        self.soundings = self.recorded
+        self.model = self.prior
+        self.noise = max(settings.first_noise, 0.9 * self.resolution)
+        self.features: list[Hypothesis] = []
+        self.adjusted: Adjusted | None = None
 
-    def explain(self) -> tuple[list[Hypothesis], Adjusted]:
-        first = max(self.settings.first_noise, 0.9 * self.resolution)
-        features = self._search(self.prior, first).run()
-        adjusted = self._adjust(features, self.prior, self.settings.first_noise)
-        features = self._judged(features, adjusted, self.settings.first_noise)
-        model = fit_loudness(self.soundings, adjusted.model, features, believed=self.prior.figure_of_merit)
-        adjusted = self._adjust(features, model, 0.75 * self.settings.first_noise)
-        noise = self._noise(adjusted)
-        features = self._search(adjusted.model, noise).run(_moved(features, adjusted))
-        adjusted = self._adjust(features, adjusted.model, noise)
-        features = self._search(adjusted.model, noise).settled(_moved(features, adjusted))
-        return features, self._adjust(features, adjusted.model, noise)
+    def settled(self) -> "_Account":
+        """Explain everything from the poses as they are, and with better ones if the pings disagree."""
+        self.explain()
+        mode = self.settings.poses
+        if mode is PoseMode.CORRECT or (mode is PoseMode.AUTO and self.agreement() < self.settings.agreement):
+            self.correct(waypoint_beliefs(self.given, self.settings.pose_errors))
+        return self
 
-    def survey(self, features: list[Hypothesis], adjusted: Adjusted) -> Survey:
-        noise = self._noise(adjusted)
-        explanation = Explanation(self.soundings, adjusted.model.tabulated(), noise)
-        search = self._search(adjusted.model, noise)
-        features = self._judged(features, adjusted, noise)
-        paths = trace_paths(explanation, features, step=search.step)
-        echoes = corner_echoes(explanation, features)
-        faces = find_faces(features, paths, echoes, step=search.step, settings=self.settings.faces)
-        cost = self.settings.search.radius_cost
-        return Survey(
-            features=features,
-            adjusted=adjusted,
-            faces=faces,
-            vertices=find_vertices(faces, echoes, self.settings.vertices),
-            probabilities=class_probabilities(explanation, features, radius_cost=cost),
-            settings=self.settings.survey,
-        )
+    def explain(self) -> None:
+        """Explain everything, learn the sonar from it, and explain it again."""
+        first = self.settings.first_noise
+        self.search()
+        self.adjust(first)
+        self.judge(first)
+        self.model = fit_loudness(self.soundings, self.model, self.features, believed=self.prior.figure_of_merit)
+        self.adjust(0.75 * first)
+        self.learn_noise()
+        self.search()
+        self.adjust(self.noise)
+        self.features = self._search().settled(self.features)
+        self.adjust(self.noise)
+        self.judge(self.noise)
 
-    def _search(self, model: EchoModel, noise: float) -> Search:
-        explanation = Explanation(self.soundings, model.tabulated(), noise)
-        return Search(explanation, self.arcs, half_aperture=self.half_aperture, settings=self.settings.search)
+    def correct(self, beliefs: PoseBeliefs) -> None:
+        """Move the poses to where the pings agree, from coarse to fine."""
+        for noise in (0.020, 0.015, 0.012):
+            self.noise = noise
+            self.search()
+            for _ in range(6):
+                self.adjust(noise, beliefs)
+                self.judge(noise)
+        self.features = self._search().settled(self.features)
+        self.adjust(self.noise, beliefs)
+        self.judge(self.noise)
 
-    def _adjust(self, features: list[Hypothesis], model: EchoModel, noise: float) -> Adjusted:
+    def search(self) -> None:
+        """Find the features that explain the pings, from those known."""
+        self.features = self._search().run(self.features)
+
+    def judge(self, noise: float) -> None:
+        """Collect fresh evidence for the features."""
+        self.noise = noise
+        self.features = self._search().judged(self.features)
+
+    def adjust(self, noise: float, poses: PoseBeliefs | None = None) -> None:
+        """Adjust features and sonar, and poses if they may be off."""
         beliefs = Beliefs(
             noise=noise,
             offset_sigma=self.resolution / math.sqrt(12.0),
             walk_gain=self.prior.walk_gain,
-            has_servo=self.has_servo,
+            has_servo=bool(np.any(self.recorded.rates)),
+            poses=poses,
+            pair_sigma=0.0 if poses is None else 0.012,
         )
-        return adjust(
-            self.soundings, _as_arrays(features, len(self.soundings.centers)), model, beliefs, self.settings.adjustment
+        start = Start(
+            features=_as_arrays(self.features, len(self.given)),
+            model=self.model,
+            poses=self.poses if poses is not None else np.zeros((0, 3)),
+        )
+        soundings = self.soundings if poses is None else self.recorded
+        self.adjusted = adjust(soundings, start, beliefs, self.settings.adjustment)
+        self.model = self.adjusted.model
+        self.features = [
+            replace(each, reflector=row) for each, row in zip(self.features, self.adjusted.reflectors, strict=True)
+        ]
+        if poses is not None:
+            self.poses = self.adjusted.poses
+            self.soundings = displaced(self.recorded, self.given, self.poses)
+
+    def learn_noise(self) -> None:
+        """Take the noise from what is left of the readings."""
+        scatter = 1.25 * self.adjusted.scatter if self.adjusted else math.nan
+        if not math.isnan(scatter):
+            self.noise = min(max(scatter, self.settings.least_noise), self.settings.greatest_noise)
+
+    def agreement(self) -> float:
+        """Share of the pings of arcs that features or their ghosts explain."""
+        explanation = self._search().explanation
+        heard = np.concatenate([arc.pings for arc in self.arcs]) if self.arcs else np.zeros(0, dtype=np.int64)
+        levels = explanation.levels(self.features)[heard]
+        return float((levels > explanation.floor + math.log(20.0)).mean()) if len(heard) else 1.0
+
+    def calibration(self) -> dict[str, object]:
+        """Tell what was learned of the sonar, and how well."""
+        if self.adjusted is None:
+            return {}
+        sigmas = self.adjusted.sonar_sigmas()
+        values = {
+            "range_offset": self.model.range_offset,
+            "walk_gain": self.model.walk_gain,
+            "range_scale": self.model.range_scale,
+            "servo_latency": self.adjusted.latency,
+        }
+        learned = {name: {"value": value, "sigma": sigmas[name]} for name, value in values.items()}
+        beam = {"figure_of_merit": self.model.figure_of_merit, "ka": self.model.ka, "noise": self.noise}
+        return {**learned, **beam, "agreement": self.agreement()}
+
+    def survey(self) -> Survey:
+        """Draw what was found."""
+        search = self._search()
+        paths = trace_paths(search.explanation, self.features, step=search.step)
+        echoes = corner_echoes(search.explanation, self.features)
+        faces = find_faces(self.features, paths, echoes, step=search.step, settings=self.settings.faces)
+        cost = self.settings.search.radius_cost
+        assert self.adjusted is not None
+        return Survey(
+            features=self.features,
+            adjusted=self.adjusted,
+            faces=faces,
+            vertices=find_vertices(faces, echoes, self.settings.vertices),
+            probabilities=class_probabilities(search.explanation, self.features, radius_cost=cost),
+            settings=self.settings.survey,
         )
 
-    def _judged(self, features: list[Hypothesis], adjusted: Adjusted, noise: float) -> list[Hypothesis]:
-        return self._search(adjusted.model, noise).judged(_moved(features, adjusted))
-
-    def _noise(self, adjusted: Adjusted) -> float:
-        scatter = 1.25 * adjusted.scatter
-        if math.isnan(scatter):
-            return self.settings.first_noise
-        return min(max(scatter, self.settings.least_noise), self.settings.greatest_noise)
+    def _search(self) -> Search:
+        explanation = Explanation(self.soundings, self.model.tabulated(), self.noise)
+        return Search(explanation, self.arcs, half_aperture=self.half_aperture, settings=self.settings.search)
 
 
-def _moved(features: list[Hypothesis], adjusted: Adjusted) -> list[Hypothesis]:
-    return [replace(each, reflector=row) for each, row in zip(features, adjusted.reflectors, strict=True)]
-
-
-def _as_arrays(features: list[Hypothesis], stations: int) -> Features:
+def _as_arrays(features: Sequence[Hypothesis], stations: int) -> Features:
     return Features(
         reflectors=np.array([each.reflector for each in features]).reshape(-1, 4),
         extents=np.array([each.extent for each in features]).reshape(-1, 2),

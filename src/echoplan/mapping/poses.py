@@ -1,0 +1,187 @@
+"""Poses as unknowns: how far they may be off, and soundings as heard from where the robot really was."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.geometry import compose, invert, wrap
+from echoplan.mapping.rows import Rows
+from echoplan.preprocessing.soundings import Soundings
+
+__all__ = ["PoseBeliefs", "PoseSettings", "displaced", "odometry_beliefs", "pose_rows", "waypoint_beliefs"]
+
+# The first pose is the frame of the map: it stays [m, m, rad].
+_FIXED = (1e-4, 1e-4, 1e-5)
+
+
+class PoseSettings(BaseModel, frozen=True, extra="forbid"):
+    """How far poses may be off."""
+
+    along: float = Field(default=0.025, ge=0.0, description="error of odometry along the way, as a share of it")
+    across: float = Field(default=0.02, ge=0.0, description="likewise across it")
+    floor: float = Field(default=0.003, gt=0.0, description="of any step, however short [m]")
+    turn_per_metre: float = Field(default=math.radians(2.5), ge=0.0, description="of the heading by the way [rad/m]")
+    turn_share: float = Field(default=0.05, ge=0.0, description="likewise, as a share of the turn")
+    turn_floor: float = Field(default=math.radians(0.3), gt=0.0, description="of any turn, however small [rad]")
+    waypoint: float = Field(default=0.02, gt=0.0, description="of a way-point placed by hand [m]")
+    waypoint_turn: float = Field(default=0.1, gt=0.0, description="of the heading there [rad]")
+
+
+class PoseBeliefs(NamedTuple):
+    """What is believed of the poses of s stations before the pings are asked.
+
+    Attributes
+    ----------
+    given : ndarray, shape (s, 3)
+        As recorded [m, m, rad].
+    sigmas : ndarray, shape (s, 3)
+        Of each pose in its own frame if it is absolute, else of the step to it in the frame of the one before.
+    relative : bool
+        Whether errors add up from one pose to the next.
+    """
+
+    given: FloatArray
+    sigmas: FloatArray
+    relative: bool
+
+
+def odometry_beliefs(given: FloatArray, settings: PoseSettings) -> PoseBeliefs:
+    """Believe in the steps from pose to pose.
+
+    Parameters
+    ----------
+    given : ndarray, shape (s, 3)
+        Poses by dead reckoning [m, m, rad].
+    settings : PoseSettings
+        How far steps may be off.
+
+    Returns
+    -------
+    PoseBeliefs
+        The first pose fixed, the others relative.
+    """
+    steps = compose(invert(given[:-1]), given[1:])
+    length, turn = np.hypot(steps[:, 0], steps[:, 1]), np.abs(wrap(steps[:, 2]))
+    floor = np.full(len(turn), settings.turn_floor)
+    turning = np.stack([settings.turn_per_metre * length, settings.turn_share * turn, floor])
+    sigmas = np.column_stack(
+        [
+            settings.along * length + settings.floor,
+            settings.across * length + settings.floor,
+            np.sqrt((turning**2).sum(axis=0)),
+        ]
+    )
+    return PoseBeliefs(given, np.concatenate([[_FIXED], sigmas]), relative=True)
+
+
+def waypoint_beliefs(given: FloatArray, settings: PoseSettings) -> PoseBeliefs:
+    """Believe in every pose by itself.
+
+    Parameters
+    ----------
+    given : ndarray, shape (s, 3)
+        Poses of way-points [m, m, rad].
+    settings : PoseSettings
+        How far they may be off.
+
+    Returns
+    -------
+    PoseBeliefs
+        All poses absolute.
+    """
+    sigmas = (settings.waypoint, settings.waypoint, settings.waypoint_turn)
+    return PoseBeliefs(given, np.tile(sigmas, (len(given), 1)), relative=False)
+
+
+def displaced(soundings: Soundings, given: FloatArray, poses: FloatArray) -> Soundings:
+    """Move the soundings of each station with its pose.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        As heard from the given poses.
+    given, poses : ndarray, shape (s, 3)
+        Where the robot was said to be, and where it was [m, m, rad].
+
+    Returns
+    -------
+    Soundings
+        As heard from there.
+    """
+    turn = np.exp(1j * (poses[:, 2] - given[:, 2]))
+    before, behind = given[:, 0] + 1j * given[:, 1], poses[:, 0] + 1j * poses[:, 1]
+    own = soundings.stations
+    places = behind[own] + turn[own] * (soundings.x + 1j * soundings.y - before[own])
+    axes = turn[own] * (soundings.ux + 1j * soundings.uy)
+    arms = turn[own] * (soundings.arms_x + 1j * soundings.arms_y)
+    centers = behind + turn * (soundings.centers[:, 0] + 1j * soundings.centers[:, 1] - before)
+    return soundings._replace(
+        x=places.real.copy(),
+        y=places.imag.copy(),
+        ux=axes.real.copy(),
+        uy=axes.imag.copy(),
+        arms_x=arms.real.copy(),
+        arms_y=arms.imag.copy(),
+        centers=np.column_stack([centers.real, centers.imag]),
+    )
+
+
+def pose_rows(beliefs: PoseBeliefs, poses: FloatArray, first: int) -> Rows:
+    """Hold poses against what is believed of them.
+
+    Parameters
+    ----------
+    beliefs : PoseBeliefs
+        What is believed.
+    poses : ndarray, shape (s, 3)
+        Where they are now [m, m, rad].
+    first : int
+        Where the poses start among the unknowns.
+
+    Returns
+    -------
+    Rows
+        Three rows a pose.
+    """
+    count = len(poses)
+    own = first + np.arange(3 * count).reshape(count, 1, 3) + np.zeros((1, 3, 1), dtype=np.int64)
+    if not beliefs.relative:
+        residuals = beliefs.given - poses
+        residuals[:, 2] = wrap(residuals[:, 2])
+        slopes = np.broadcast_to(np.eye(3), (count, 3, 3))
+        return _flat(own, slopes, residuals, beliefs.sigmas)
+    before = np.concatenate([np.full((1, 3, 3), -1), own[:-1]])
+    residuals = np.concatenate([beliefs.given[:1] - poses[:1], _steps(beliefs.given) - _steps(poses)])
+    residuals[:, 2] = wrap(residuals[:, 2])
+    from_before, from_own = _step_slopes(poses)
+    columns = np.concatenate([before, own], axis=2)
+    return _flat(columns, np.concatenate([from_before, from_own], axis=2), residuals, beliefs.sigmas)
+
+
+def _steps(poses: FloatArray) -> FloatArray:
+    return compose(invert(poses[:-1]), poses[1:])
+
+
+def _step_slopes(poses: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Differentiate each step by the pose before and by its own: ``p = R' (t - t0)``, ``dp/dyaw0 = (p_y, -p_x)``."""
+    count, steps = len(poses), _steps(poses)
+    cosine, sine = np.cos(poses[:-1, 2]), np.sin(poses[:-1, 2])
+    own, before = np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3, 3))
+    own[1:, 0, :2] = np.column_stack([cosine, sine])
+    own[1:, 1, :2] = np.column_stack([-sine, cosine])
+    before[1:] = -own[1:]
+    before[1:, 0, 2], before[1:, 1, 2] = steps[:, 1], -steps[:, 0]
+    return before, own
+
+
+def _flat(columns: IntArray, slopes: FloatArray, residuals: FloatArray, sigmas: FloatArray) -> Rows:
+    width = columns.shape[2]
+    return Rows(
+        columns.reshape(-1, width).astype(np.int64),
+        slopes.reshape(-1, width).astype(np.float64),
+        residuals.ravel(),
+        (sigmas**-2.0).ravel(),
+    )
