@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 import scenes
-from echoplan.extraction import ClusteringSettings, differential_clusters, hub_distances
+from echoplan.errors import InvalidValueError
+from echoplan.extraction import Cluster, ClusteringSettings, differential_clusters, hub_distances
 
 
 def test_hub_distance_is_range_plus_arm() -> None:
@@ -52,3 +53,35 @@ def test_a_run_of_too_few_pings_is_no_cluster() -> None:
 
 def test_no_pings_make_no_clusters() -> None:
     assert differential_clusters(scenes.pings(np.zeros(0), np.zeros(0))) == []
+
+
+def test_what_lies_beyond_a_gap_is_no_neighbour() -> None:
+    bearings = np.concatenate([scenes.around(0.0, np.radians(10)), scenes.around(0.6, np.radians(10))])
+    first, second = differential_clusters(scenes.pings(bearings, np.where(bearings < 0.3, 1.0, 0.5)))
+    assert (first.left, second.right) == (np.inf, np.inf)
+
+
+def test_a_slope_is_one_reflector_as_long_as_no_step_of_it_is_a_jump() -> None:
+    bearings = scenes.around(0.0, np.radians(20))
+    gentle, steep = (1.0 + slope * np.arange(len(bearings), dtype=np.float64) for slope in (0.019, 0.021))
+    settings = ClusteringSettings(jump=0.02, reach=1)
+    assert len(differential_clusters(scenes.pings(bearings, gentle), settings)) == 1
+    assert differential_clusters(scenes.pings(bearings, steep), settings) == []
+
+
+def test_without_reach_a_stray_splits_a_run() -> None:
+    bearings = scenes.around(0.5, np.radians(25))
+    ranges = np.full(len(bearings), 1.5)
+    ranges[20] = 0.4
+    split = differential_clusters(scenes.pings(bearings, ranges), ClusteringSettings(reach=1))
+    assert sorted(len(cluster.pings) for cluster in split) == [20, 30]
+
+
+def test_a_cluster_has_as_many_bearings_as_pings_and_knows_its_hub() -> None:
+    bearings = scenes.around(0.0, 0.2)
+    pings = scenes.pings(bearings, np.ones(len(bearings)), hub=(2.0, -1.0))
+    (cluster,) = differential_clusters(pings)
+    assert cluster.hub_xy == pytest.approx([2.0, -1.0])
+    assert cluster.distances == pytest.approx(np.full(len(bearings), 1.0 + scenes.ARM))
+    with pytest.raises(InvalidValueError, match="bearings"):
+        Cluster(pings=pings, bearings=bearings[1:], right=np.inf, left=np.inf)

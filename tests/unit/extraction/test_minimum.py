@@ -2,7 +2,18 @@ import numpy as np
 import pytest
 
 import scenes
-from echoplan.extraction import compensated_distances, fit_parabola, middle_point, minimum_distance_point
+from echoplan.errors import InvalidValueError
+from echoplan.extraction import (
+    Cluster,
+    LocatedPoint,
+    MdpSettings,
+    compensated_distances,
+    fit_parabola,
+    middle_point,
+    minimum_distance_point,
+)
+from echoplan.geometry import directions
+from echoplan.model import Pings
 
 
 def test_the_parabola_is_the_least_squares_one() -> None:
@@ -104,3 +115,47 @@ def test_the_middle_of_a_window_stands_for_a_point() -> None:
     assert point.bearing == pytest.approx(0.7)
     assert point.distance == pytest.approx(1.5 + scenes.ARM)
     assert np.sqrt(np.diag(point.covariance)) == pytest.approx([np.radians(16), 0.005] / np.sqrt(12))
+
+
+def test_rounds_of_compensation_settle_on_the_normal_where_the_echo_walks_more_than_the_arm_adds() -> None:
+    # The least reading, from which the rounds start, lies 8 degrees beside the normal.  A start that is wrong by n
+    # comes back as b / (2 a) times n on the other side, with a the curvature that is left without the arm.
+    arm, curvature = 0.05, 0.1
+    bearings = scenes.around(0.0, np.radians(35))
+    ranges = scenes.wall_ranges(bearings, normal=0.0, distance=1.0) + curvature * bearings**2
+    ranges[43] = ranges.min() - 1e-6
+    cluster = scenes.cluster(bearings, ranges)
+    located = [minimum_distance_point(cluster, MdpSettings(iterations=rounds)) for rounds in (1, 2, 20)]
+    once, twice, settled = (point.bearing for point in located if point is not None)
+    assert abs(settled) < np.radians(0.05)
+    assert (once - settled) / (np.radians(8) - settled) == pytest.approx(-arm / (2 * curvature), abs=0.03)
+    assert (twice - settled) / (once - settled) == pytest.approx(-arm / (2 * curvature), abs=0.03)
+
+
+def test_readings_in_steps_are_never_surer_than_their_steps() -> None:
+    bearings = scenes.around(0.0, np.radians(30))
+    cluster = scenes.cluster(bearings, scenes.wall_ranges(bearings, normal=0.0, distance=1.0) + 0.05 * bearings**2)
+    smooth, stepped = (minimum_distance_point(cluster, resolution=step) for step in (0.0, 0.005))
+    assert smooth is not None
+    assert stepped is not None
+    assert stepped.covariance[0, 0] > 100 * smooth.covariance[0, 0]
+    assert stepped.distance == smooth.distance
+
+
+def test_sensors_on_arms_of_different_lengths_tell_the_same_distance() -> None:
+    bearings = scenes.around(0.0, np.radians(30))
+    arms = np.where(np.arange(len(bearings)) % 2, 0.05, 0.12)
+    pings = Pings(
+        origins_xy=arms[:, None] * directions(bearings),
+        hubs_xy=np.zeros((len(bearings), 2)),
+        bearings=bearings,
+        ranges=1.2 - arms * np.cos(bearings),
+        sensors=np.arange(len(bearings)) % 2,
+    )
+    cluster = Cluster(pings=pings, bearings=bearings, right=np.inf, left=np.inf)
+    assert compensated_distances(cluster, normal=0.0, depth=1.1) == pytest.approx(np.full(len(bearings), 1.2))
+
+
+def test_a_point_with_an_impossible_covariance_is_refused() -> None:
+    with pytest.raises(InvalidValueError, match="covariance"):
+        LocatedPoint(hub_xy=np.zeros(2), bearing=0.0, distance=1.0, covariance=np.diag([-1.0, 1.0]))
