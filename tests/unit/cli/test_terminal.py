@@ -1,0 +1,63 @@
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import scenes
+from echoplan.cli.terminal import Progressing, console, report_files, show, tracked
+from echoplan.model import Recording, Table
+
+
+@pytest.fixture
+def recording() -> Recording:
+    sweeps = tuple(scenes.sweep_of(np.ones(360), index=index) for index in range(3))
+    return Recording(name="take", rig=scenes.rig(), sweeps=sweeps)
+
+
+def test_a_source_that_shows_a_bar_is_the_same_source(recording: Recording) -> None:
+    progressing = Progressing(recording, "reading")
+    assert (progressing.name, progressing.rig, len(progressing)) == ("take", recording.rig, 3)
+    assert list(progressing) == list(recording)
+    assert [sweep.index for sweep in progressing] == [0, 1, 2]
+
+
+def test_sweeps_are_passed_on_one_by_one_and_not_hoarded() -> None:
+    passed: list[int] = []
+
+    def numbers() -> Iterator[int]:
+        for number in range(3):
+            passed.append(number)
+            yield number
+
+    items = tracked(numbers(), total=3, task="counting")
+    assert next(items) == 0
+    assert passed == [0]
+    assert list(items) == [1, 2]
+
+
+def test_a_pipe_is_shown_no_bar(recording: Recording, capsys: pytest.CaptureFixture[str]) -> None:
+    assert len(list(Progressing(recording, "reading"))) == 3
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_pipe_gets_wide_plain_lines(capsys: pytest.CaptureFixture[str]) -> None:
+    line = "word " * 39
+    console().print(line.strip())
+    assert capsys.readouterr().out == line.strip() + "\n"
+
+
+def test_a_table_has_its_names_to_the_left_and_its_numbers_to_the_right(capsys: pytest.CaptureFixture[str]) -> None:
+    rows = (("mean", "5.2"), ("greatest", "12.8"))
+    show(Table(title="Walls", columns=("wall", "off (mm)"), rows=rows))
+    title, head, *lines = (line.rstrip() for line in capsys.readouterr().out.splitlines())
+    assert title == "Walls"
+    assert head.split() == ["wall", "off", "(mm)"]
+    assert [line.split() for line in lines[:2]] == [["mean", "5.2"], ["greatest", "12.8"]]
+    assert len(lines[0]) == len(lines[1]) == len(head)
+    assert lines[0].startswith("mean ")
+
+
+def test_files_are_reported_with_their_folder(capsys: pytest.CaptureFixture[str]) -> None:
+    report_files(Path("out"), ["map.json", "map.svg"])
+    assert capsys.readouterr().out == "Written to out: map.json, map.svg\n"
