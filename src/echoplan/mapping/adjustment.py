@@ -19,6 +19,7 @@ from echoplan.geometry import intersections, wrap
 from echoplan.mapping.crossings import crossing_slopes
 from echoplan.mapping.poses import PoseBeliefs, displaced, pose_rows
 from echoplan.mapping.rows import Rows, normal_equations, prior, solve
+from echoplan.mapping.squareness import off_square
 from echoplan.mapping.unknowns import SONAR_UNKNOWNS, Unknowns
 from echoplan.preprocessing.soundings import Soundings, late_by
 
@@ -31,6 +32,8 @@ _UNCERTAIN, _FAINT = 6.0, -2.0
 _BORDER, _WALK = 0.1, 0.1
 # Features move no farther than this in a step [rad or m, m, m]; radii stay between these [m].
 _LONGEST, _THIN, _THICK = 0.05, 0.01, 0.5
+# Walls within this of a square direction are drawn to it [rad].
+_NEARLY_SQUARE = math.radians(12)
 # Information about features that holds them in place where no reading does.
 _HOLD = 0.1
 
@@ -67,6 +70,8 @@ class Beliefs(NamedTuple):
         What is believed of the poses, if they are to be corrected.
     pair_sigma : float
         What all pings of one station say of one feature is wrong together by this [m]; 0 if they are independent.
+    square : tuple of float or None
+        Main direction of the walls and standard deviation about it [rad], where right angles are believed in.
     """
 
     noise: float
@@ -75,6 +80,7 @@ class Beliefs(NamedTuple):
     has_servo: bool
     poses: PoseBeliefs | None = None
     pair_sigma: float = 0.0
+    square: tuple[float, float] | None = None
 
 
 class Features(NamedTuple):
@@ -318,6 +324,11 @@ def _priors(state: Start, unknowns: Unknowns, beliefs: Beliefs, settings: Adjust
     # Without a servo nothing lags: the unknown stays where it is.
     latency_sigma = settings.latency_sigma if beliefs.has_servo else 1e-9
     yield prior(first + 3, sigma=latency_sigma, residual=-state.latency)
+    if beliefs.square is not None:
+        for number in np.flatnonzero(unknowns.kinds == _WALL):
+            off = off_square(float(state.features.reflectors[number, 1]), beliefs.square[0])
+            if abs(off) < _NEARLY_SQUARE:
+                yield prior(int(unknowns.starts[number]), sigma=beliefs.square[1], residual=-off)
     if beliefs.poses is not None:
         yield pose_rows(beliefs.poses, state.poses, unknowns.pose)
     for column in range(first):

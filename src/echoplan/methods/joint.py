@@ -25,6 +25,7 @@ from echoplan.mapping.paths import trace_paths
 from echoplan.mapping.poses import PoseBeliefs, PoseSettings, displaced, waypoint_beliefs
 from echoplan.mapping.rivals import class_probabilities
 from echoplan.mapping.search import Search, SearchSettings
+from echoplan.mapping.squareness import SquarenessSettings, main_direction, off_square
 from echoplan.mapping.survey import Survey, SurveySettings
 from echoplan.mapping.vertices import VertexSettings, find_vertices
 from echoplan.model import FeatureMap, Rig, Sweep
@@ -51,6 +52,7 @@ class JointSettings(BaseModel, frozen=True, extra="forbid"):
     search: SearchSettings = Field(default_factory=SearchSettings)
     adjustment: AdjustmentSettings = Field(default_factory=AdjustmentSettings)
     pose_errors: PoseSettings = Field(default_factory=PoseSettings)
+    squareness: SquarenessSettings = Field(default_factory=SquarenessSettings)
     faces: FaceSettings = Field(default_factory=FaceSettings)
     vertices: VertexSettings = Field(default_factory=VertexSettings)
     survey: SurveySettings = Field(default_factory=SurveySettings)
@@ -131,12 +133,13 @@ class _Account:
         self.noise = max(settings.first_noise, 0.9 * self.resolution)
         self.features: list[Hypothesis] = []
         self.adjusted: Adjusted | None = None
+        self.direction: float | None = None
 
     def settled(self) -> "_Account":
         """Explain everything from the poses as they are, and with better ones if the pings disagree."""
         self.explain()
         mode = self.settings.poses
-        if mode is PoseMode.CORRECT or (mode is PoseMode.AUTO and self.agreement() < self.settings.agreement):
+        if mode is PoseMode.CORRECT or (mode is PoseMode.AUTO and not self.agrees()):
             self.correct(waypoint_beliefs(self.given, self.settings.pose_errors))
         return self
 
@@ -156,16 +159,25 @@ class _Account:
         self.judge(self.noise)
 
     def correct(self, beliefs: PoseBeliefs) -> None:
-        """Move the poses to where the pings agree, from coarse to fine."""
-        for noise in (0.020, 0.015, 0.012):
+        """Start over, and move the poses to where the pings agree, from coarse to fine."""
+        self.features = []
+        for noise in self.settings.pose_errors.noises:
             self.noise = noise
             self.search()
+            self.square_up()
             for _ in range(6):
                 self.adjust(noise, beliefs)
                 self.judge(noise)
         self.features = self._search().settled(self.features)
         self.adjust(self.noise, beliefs)
         self.judge(self.noise)
+
+    def square_up(self) -> None:
+        """Drop weak walls that stand askew where almost all stand at right angles."""
+        settings = self.settings.squareness
+        self.direction = main_direction(self.features, settings)
+        if self.direction is not None:
+            self.features = [each for each in self.features if self._is_square(each) or each.total > settings.cost]
 
     def search(self) -> None:
         """Find the features that explain the pings, from those known."""
@@ -184,7 +196,10 @@ class _Account:
             walk_gain=self.prior.walk_gain,
             has_servo=bool(np.any(self.recorded.rates)),
             poses=poses,
-            pair_sigma=0.0 if poses is None else 0.012,
+            pair_sigma=0.0 if poses is None else self.settings.pose_errors.pair_sigma,
+            square=None
+            if poses is None or self.direction is None
+            else (self.direction, self.settings.squareness.sigma),
         )
         start = Start(
             features=_as_arrays(self.features, len(self.given)),
@@ -206,6 +221,11 @@ class _Account:
         scatter = 1.25 * self.adjusted.scatter if self.adjusted else math.nan
         if not math.isnan(scatter):
             self.noise = min(max(scatter, self.settings.least_noise), self.settings.greatest_noise)
+
+    def agrees(self) -> bool:
+        """Whether the pings fit together, as they do from exact poses."""
+        usual = max(self.settings.first_noise, 0.9 * self.resolution)
+        return self.agreement() >= self.settings.agreement and self.noise <= usual
 
     def agreement(self) -> float:
         """Share of the pings of arcs that features or their ghosts explain."""
@@ -245,6 +265,11 @@ class _Account:
             probabilities=class_probabilities(search.explanation, self.features, radius_cost=cost),
             settings=self.settings.survey,
         )
+
+    def _is_square(self, feature: Hypothesis) -> bool:
+        if not feature.is_wall or self.direction is None:
+            return True
+        return abs(off_square(feature.line[0], self.direction)) < self.settings.squareness.within
 
     def _search(self) -> Search:
         explanation = Explanation(self.soundings, self.model.tabulated(), self.noise)
