@@ -115,14 +115,15 @@ def solve(information: FloatArray, right: ArrayLike) -> FloatArray:
     from scipy.sparse.linalg import splu  # noqa: PLC0415
 
     given = np.asarray(right, dtype=np.float64)
-    if len(information) > _DENSE:
-        sparse: FloatArray = splu(csc_array(information)).solve(given)
-        return sparse
+    solution: FloatArray
     try:
-        dense: FloatArray = cho_solve(cho_factor(information), given)
-    except LinAlgError:
+        if len(information) > _DENSE:
+            solution = splu(csc_array(information)).solve(given)
+        else:
+            solution = cho_solve(cho_factor(information), given)
+    except (LinAlgError, RuntimeError):  # SuperLU says so by a RuntimeError
         raise InvalidValueError("the observations leave an unknown undetermined") from None
-    return dense
+    return solution
 
 
 @compiled
