@@ -15,7 +15,7 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.classification.candidates import CandidateSettings, Sightings, suggest
 from echoplan.classification.hypotheses import Explanation, Hypothesis
 from echoplan.extraction.arcs import Arc, arc_planes
-from echoplan.geometry import directions, wrap
+from echoplan.mapping.copies import CopySettings, are_copies
 from echoplan.mapping.refinement import refine
 from echoplan.preprocessing.soundings import chosen_soundings, independent
 
@@ -29,6 +29,8 @@ _SURE_STATIONS = 3
 _FEW_STATIONS = 3
 # Steps between single echoes of rings [rad].
 _COARSE = math.radians(10.0)
+# Walls nearer than this to each other are one.
+_SAME_WALL = CopySettings(turn=0.035, beside=0.012, apart=0.05)
 # Candidates of one kind this near to each other are one [rad and m; m; m and radius].
 _CELLS = {
     Kind.WALL: (0.01, 0.006, 1.0),
@@ -353,12 +355,7 @@ def _same(one: Hypothesis, other: Hypothesis) -> bool:
     if not one.is_wall:
         apart = one.reflector[1:] - other.reflector[1:]
         return bool(np.hypot(apart[0], apart[1]) < 0.02 and abs(apart[2]) < 0.03)
-    (low, high), (other_low, other_high) = one.extent, other.extent
-    angle, offset = other.line
-    middle = offset * directions(angle) + 0.5 * (other_low + other_high) * directions(angle + np.pi / 2)
-    beside = abs(float(middle @ directions(one.line[0])) - one.line[1])
-    turned = abs(float(wrap(one.line[0] - angle)))
-    return turned < 0.035 and beside < 0.012 and high > other_low - 0.05 and low < other_high + 0.05
+    return are_copies(one, other, _SAME_WALL)
 
 
 def _apart(rows: FloatArray, cell: tuple[float, float, float]) -> FloatArray:

@@ -19,6 +19,7 @@ from echoplan.arrays import FloatArray
 from echoplan.classification.hypotheses import Explanation, Hypothesis
 from echoplan.extraction.arcs import ArcSettings, find_arcs
 from echoplan.mapping.adjustment import Adjusted, AdjustmentSettings, Beliefs, Features, Start, adjust
+from echoplan.mapping.copies import CopySettings, without_copies
 from echoplan.mapping.faces import FaceSettings, corner_echoes, find_faces
 from echoplan.mapping.loudness import fit_loudness
 from echoplan.mapping.paths import trace_paths
@@ -53,6 +54,7 @@ class JointSettings(BaseModel, frozen=True, extra="forbid"):
     adjustment: AdjustmentSettings = Field(default_factory=AdjustmentSettings)
     pose_errors: PoseSettings = Field(default_factory=PoseSettings)
     squareness: SquarenessSettings = Field(default_factory=SquarenessSettings)
+    copies: CopySettings = Field(default_factory=CopySettings)
     faces: FaceSettings = Field(default_factory=FaceSettings)
     vertices: VertexSettings = Field(default_factory=VertexSettings)
     survey: SurveySettings = Field(default_factory=SurveySettings)
@@ -173,8 +175,9 @@ class _Account:
         self.judge(self.noise)
 
     def square_up(self) -> None:
-        """Drop weak walls that stand askew where almost all stand at right angles."""
+        """Join walls that poses pulled apart; drop weak ones that stand askew where almost all are at right angles."""
         settings = self.settings.squareness
+        self.features = without_copies(self.features, self.settings.copies)
         self.direction = main_direction(self.features, settings)
         if self.direction is not None:
             self.features = [each for each in self.features if self._is_square(each) or each.total > settings.cost]

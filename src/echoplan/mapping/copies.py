@@ -1,0 +1,72 @@
+"""Copies: one wall that poses in error made two of."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.classification.hypotheses import Hypothesis
+from echoplan.geometry import directions, wrap
+
+__all__ = ["CopySettings", "are_copies", "without_copies"]
+
+
+class CopySettings(BaseModel, frozen=True, extra="forbid"):
+    """How far apart two copies of a wall may lie."""
+
+    turn: float = Field(default=math.radians(12), gt=0.0, description="between them [rad]")
+    beside: float = Field(default=0.08, gt=0.0, description="between their lines, at the middle of either [m]")
+    apart: float = Field(default=0.3, ge=0.0, description="between their ends [m]")
+
+
+def without_copies(features: Sequence[Hypothesis], settings: CopySettings) -> list[Hypothesis]:
+    """Keep one of several copies of each wall: the one that explains most.
+
+    Parameters
+    ----------
+    features : sequence of Hypothesis
+        What is there.
+    settings : CopySettings
+        What copies are.
+
+    Returns
+    -------
+    list of Hypothesis
+        The others are left for it to explain.
+    """
+    kept: list[Hypothesis] = []
+    for feature in sorted(features, key=lambda each: each.total, reverse=True):
+        if not any(are_copies(feature, each, settings) for each in kept):
+            kept.append(feature)
+    return kept
+
+
+def are_copies(one: Hypothesis, other: Hypothesis, settings: CopySettings) -> bool:
+    """Tell whether two features may be the same wall.
+
+    Parameters
+    ----------
+    one, other : Hypothesis
+        Two features.
+    settings : CopySettings
+        How far apart they may lie.
+
+    Returns
+    -------
+    bool
+        False if either is no wall.
+    """
+    if not (one.is_wall and other.is_wall):
+        return False
+    if abs(float(wrap(one.line[0] - other.line[0]))) > settings.turn:
+        return False
+    beside = min(_beside(one, other), _beside(other, one))
+    apart = max(one.extent[0] - other.extent[1], other.extent[0] - one.extent[1])
+    return beside < settings.beside and apart < settings.apart
+
+
+def _beside(one: Hypothesis, other: Hypothesis) -> float:
+    angle, offset = other.line
+    middle = offset * directions(angle) + np.mean(other.extent) * directions(angle + math.pi / 2)
+    return abs(float(middle @ directions(one.line[0])) - float(one.line[1]))
