@@ -72,6 +72,16 @@ class Ballot:
         self._votes -= self._count(voters, size=len(self._votes))
         self._weights[voters] = 0.0
 
+    def strike(self, cells: IntArray) -> None:
+        """Take cells off the ballot: they lead no more.
+
+        Parameters
+        ----------
+        cells : ndarray of int
+            The cells.
+        """
+        self._votes[cells] = -np.inf
+
     def _count(self, voters: IntArray, *, size: int) -> FloatArray:
         named = self._cells[voters]
         weights = np.repeat(self._weights[voters], named.shape[1])

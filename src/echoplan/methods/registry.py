@@ -119,6 +119,42 @@ METHODS: Mapping[str, Method] = {
             settings="TbfSettings",
         ),
         Method(
+            name="arc-carving",
+            summary="arc carving: newer echoes cut what they show to be free out of older arcs",
+            mapper="ArcCarvingMapper",
+            settings="ArcCarvingSettings",
+        ),
+        Method(
+            name="directional-maximum",
+            summary="directional maximum: arcs thinned to their densest cells along many directions",
+            mapper="DirectionalMaximumMapper",
+            settings="DirectionalMaximumSettings",
+        ),
+        Method(
+            name="hough",
+            summary="Hough votes of echoes for the lines and points that they may come from",
+            mapper="HoughMapper",
+            settings="HoughSettings",
+        ),
+        Method(
+            name="arc-hough-tbf",
+            summary="tangents of arcs fused with Hough lines of triangulated points",
+            mapper="ArcHoughTbfMapper",
+            settings="ArcHoughTbfSettings",
+        ),
+        Method(
+            name="iepf-kalman",
+            summary="segments of consecutive echoes by iterative end-point fit and Kalman filter",
+            mapper="IepfKalmanMapper",
+            settings="IepfKalmanSettings",
+        ),
+        Method(
+            name="gmm",
+            summary="incremental Gaussian mixture: each component is a patch of a surface",
+            mapper="GmmMapper",
+            settings="GmmSettings",
+        ),
+        Method(
             name="salient-ekf",
             summary="salient features and an extended Kalman filter that corrects the poses",
             mapper="SalientEkfMapper",

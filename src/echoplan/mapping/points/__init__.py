@@ -2,15 +2,15 @@
 
 from echoplan.mapping.points.circles import Circle, CircleSettings, circle_covariance, find_circles, fit_taubin
 from echoplan.mapping.points.clouds import Cloud
-from echoplan.mapping.points.features import PointFeatures, PointFeatureSettings, features_of_points
+from echoplan.mapping.points.features import PointFeatures, PointFeatureSettings, features_of_points, join_segments
 from echoplan.mapping.points.maps import map_of_features
+from echoplan.mapping.points.peaks import Segments, find_segments
 from echoplan.mapping.points.segments import (
     Segment,
-    Segments,
     SegmentSettings,
-    find_segments,
     fit_orthogonal,
     line_covariance,
+    segment_of,
 )
 
 __all__ = [
@@ -28,6 +28,8 @@ __all__ = [
     "find_segments",
     "fit_orthogonal",
     "fit_taubin",
+    "join_segments",
     "line_covariance",
     "map_of_features",
+    "segment_of",
 ]

@@ -1,24 +1,22 @@
 """Features of points: walls with their ends, the corners in which they meet, circles of what is left."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray, checked_floats
-from echoplan.geometry import along, signed_distances, wrap
+from echoplan.geometry import signed_distances
 from echoplan.mapping.corners import crossing_covariance
 from echoplan.mapping.junctions import Junction, Span, junctions, settle
 from echoplan.mapping.points.circles import Circle, CircleSettings, find_circles
 from echoplan.mapping.points.clouds import Cloud
-from echoplan.mapping.points.segments import Segment, SegmentSettings, find_segments
+from echoplan.mapping.points.peaks import find_segments
+from echoplan.mapping.points.segments import Segment, SegmentSettings
 from echoplan.model import Corner, Cylinder, Wall
 
-__all__ = ["PointFeatureSettings", "PointFeatures", "features_of_points"]
-
-# The normal of a line may be turned round: (normal_angle, offset) and its covariance, as seen from the other side.
-_TURN = np.array([np.pi, 0.0])
-_MIRROR = np.diag([1.0, -1.0])
+__all__ = ["PointFeatureSettings", "PointFeatures", "features_of_points", "join_segments"]
 
 
 class PointFeatureSettings(BaseModel, frozen=True, extra="forbid"):
@@ -103,27 +101,30 @@ def features_of_points(
     lines = find_segments(cloud, settings.segments)
     segments = [_facing(segment, cloud, origins) for segment in lines.found]
     circles = find_circles(cloud[lines.rest], settings.circles)
-    return _assembled(cloud, segments, circles, settings)
+    return join_segments(segments, circles, max_extension=settings.max_extension)
 
 
-def _facing(segment: Segment, cloud: Cloud, origins_xy: FloatArray) -> Segment:
-    """Turn the normal of a segment away from where most of its weight was heard."""
-    members = segment.members
-    beyond = signed_distances(segment.line, origins_xy[members])
-    if cloud.weights[members] @ np.sign(beyond) <= 0:
-        return segment
-    return Segment(
-        line=np.array([wrap(segment.line[0] + np.pi), -segment.line[1]]),
-        covariance=_MIRROR @ segment.covariance @ _MIRROR,
-        members=members,
-    )
-
-
-def _assembled(
-    cloud: Cloud, segments: list[Segment], circles: list[Circle], settings: PointFeatureSettings
+def join_segments(
+    segments: Sequence[Segment], circles: Sequence[Circle] = (), *, max_extension: float
 ) -> PointFeatures:
-    spans = [_span(cloud, segment) for segment in segments]
-    meetings = settle(junctions(spans, max_extension=settings.max_extension))
+    """Make walls of segments, lengthened to where they meet, and corners of the meetings.
+
+    Parameters
+    ----------
+    segments : sequence of Segment
+        Their normals away from the side from which they were heard.
+    circles : sequence of Circle, optional
+        What becomes cylinders.
+    max_extension : float
+        Greatest length by which a segment is extended to meet its neighbour [m].
+
+    Returns
+    -------
+    PointFeatures
+        Walls and cylinders in the given order.
+    """
+    spans = [Span(line=segment.line, low=segment.low, high=segment.high) for segment in segments]
+    meetings = settle(junctions(spans, max_extension=max_extension))
     ends = {end: meeting.position_xy for meeting in meetings for end in meeting.ends}
     walls = tuple(
         _wall(
@@ -140,9 +141,10 @@ def _assembled(
     )
 
 
-def _span(cloud: Cloud, segment: Segment) -> Span:
-    coordinates = along(segment.line, cloud.points_xy[segment.members])
-    return Span(line=segment.line, low=float(coordinates.min()), high=float(coordinates.max()))
+def _facing(segment: Segment, cloud: Cloud, origins_xy: FloatArray) -> Segment:
+    """Turn the normal of a segment away from where most of its weight was heard."""
+    beyond = signed_distances(segment.line, origins_xy[segment.members])
+    return segment.turned() if cloud.weights[segment.members] @ np.sign(beyond) > 0 else segment
 
 
 def _wall(segment: Segment, start_xy: FloatArray, end_xy: FloatArray) -> Wall:

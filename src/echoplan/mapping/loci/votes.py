@@ -1,0 +1,104 @@
+"""Votes of echoes for the lines and points that they may come from (Tardos, Neira, Newman and Leonard 2002).
+
+An echo of range r heard from (x, y) in a beam about theta comes from a wall ``(alpha, r + x cos(alpha) +
+y sin(alpha))`` or from a corner ``(x + r cos(alpha), y + r sin(alpha))``, for some alpha within the beam.
+"""
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.geometry import directions
+from echoplan.mapping.ballots import Ballot
+from echoplan.mapping.loci.loci import Loci
+
+__all__ = ["VoteSettings", "line_ballot", "point_ballot"]
+
+
+class VoteSettings(BaseModel, frozen=True, extra="forbid"):
+    """Cells of the accumulators, and what wins."""
+
+    angle_step: float = Field(default=0.0175, gt=0.0, le=0.2, description="step of alpha, and of a line's normal [rad]")
+    offset_step: float = Field(default=0.03, gt=0.0, description="step of a line's offset [m]")
+    cell: float = Field(default=0.05, gt=0.0, description="side of a point's cell [m]")
+    gate: float = Field(default=0.03, gt=0.0, description="greatest distance of an arc from what it comes from [m]")
+    min_votes: int = Field(default=4, ge=1, description="least votes of a winner")
+    min_sweeps: int = Field(
+        default=3, ge=1, description="sweeps that must vote for a winner: any two arcs share tangents and crossings"
+    )
+
+
+def line_ballot(loci: Loci, settings: VoteSettings) -> Ballot:
+    """Let arcs vote for the lines that they touch.
+
+    Parameters
+    ----------
+    loci : Loci
+        The arcs.
+    settings : VoteSettings
+        Cells of normal angle and offset.
+
+    Returns
+    -------
+    Ballot
+        Only cells for which enough sweeps vote can lead.
+    """
+    alphas, inside = _alphas(loci, settings.angle_step)
+    rays = directions(alphas)
+    offsets = loci.ranges[:, None] + np.sum(loci.centers_xy[:, None] * rays, axis=2)
+    turn = round(2 * np.pi / settings.angle_step)
+    columns = np.mod(np.rint(alphas / settings.angle_step).astype(np.int64), turn)
+    return _ballot(columns, np.floor(offsets / settings.offset_step), inside, loci, settings)
+
+
+def point_ballot(loci: Loci, settings: VoteSettings) -> Ballot:
+    """Let arcs vote for the points on them.
+
+    Parameters
+    ----------
+    loci : Loci
+        The arcs.
+    settings : VoteSettings
+        Cells of x and y.
+
+    Returns
+    -------
+    Ballot
+        Only cells for which enough sweeps vote can lead.
+    """
+    alphas, inside = _alphas(loci, settings.angle_step)
+    points = loci.centers_xy[:, None] + loci.ranges[:, None, None] * directions(alphas)
+    columns, rows = np.floor(np.moveaxis(points, -1, 0) / settings.cell)
+    return _ballot(columns, rows, inside, loci, settings)
+
+
+def _alphas(loci: Loci, step: float) -> tuple[FloatArray, BoolArray]:
+    """Multiples of a step about each beam axis, and whether they lie within the beam."""
+    most = int(np.ceil(loci.half_apertures.max(initial=0.0) / step))
+    middles = np.rint(loci.bearings / step)[:, None]
+    alphas: FloatArray = step * (middles + np.arange(-most, most + 1, dtype=np.float64))
+    inside: BoolArray = np.abs(alphas - loci.bearings[:, None]) <= loci.half_apertures[:, None]
+    return alphas, inside
+
+
+def _ballot(
+    columns: FloatArray | IntArray, rows: FloatArray, inside: BoolArray, loci: Loci, settings: VoteSettings
+) -> Ballot:
+    """Give the cells numbers from 1; cell 0 takes the votes that do not count."""
+    columns = (columns - columns.min(initial=0)).astype(np.int64)
+    rows = (rows - rows.min(initial=0)).astype(np.int64)
+    cells = 1 + rows * (columns.max(initial=0) + 1) + columns
+    again = np.diff(cells, axis=1, prepend=-1) == 0
+    cells = np.where(inside & ~again, cells, 0)
+    ballot = Ballot(cells, np.ones(len(loci)))
+    ballot.strike(_contested_by_few(cells, loci.sweeps, settings.min_sweeps))
+    return ballot
+
+
+def _contested_by_few(cells: IntArray, sweeps: IntArray, min_sweeps: int) -> IntArray:
+    """Cells for which too few sweeps vote, and cell 0."""
+    span = int(sweeps.max(initial=0)) + 1
+    pairs = np.unique(cells * span + sweeps[:, None])
+    counts = np.bincount(pairs // span, minlength=int(cells.max(initial=0)) + 1)
+    counts[0] = 0
+    return np.flatnonzero(counts < min_sweeps)

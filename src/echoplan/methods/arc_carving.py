@@ -1,0 +1,80 @@
+"""Arc carving (Silver et al. 2004; as recalled): newer echoes cut what they show to be free out of older arcs."""
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.arrays import FloatArray
+from echoplan.mapping import PointFeatureSettings, features_of_points
+from echoplan.mapping.loci import Loci
+from echoplan.mapping.loci.carving import CarvingSettings, carve, longest_runs, sample_turns
+from echoplan.mapping.points import map_of_features
+from echoplan.model import FeatureMap, Rig, Sweep
+
+__all__ = ["ArcCarvingMapper", "ArcCarvingSettings"]
+
+
+class ArcCarvingSettings(BaseModel, frozen=True, extra="forbid"):
+    """Settings of all stages of arc carving."""
+
+    carving: CarvingSettings = Field(default_factory=CarvingSettings)
+    features: PointFeatureSettings = Field(default_factory=PointFeatureSettings)
+
+
+class ArcCarvingMapper:
+    """Maps by the middles of what carving leaves of arcs.
+
+    Parameters
+    ----------
+    rig : Rig
+        What made the sweeps.
+    settings : ArcCarvingSettings, optional
+        Settings of the stages.
+    """
+
+    def __init__(self, rig: Rig, settings: ArcCarvingSettings | None = None) -> None:
+        self.rig = rig
+        self.settings = settings or ArcCarvingSettings()
+        self._sweeps: list[Sweep] = []
+        self._loci = Loci.joined([])
+        self._left = np.ones((0, self.settings.carving.samples), dtype=bool)
+
+    def add(self, sweep: Sweep) -> None:
+        """Add the arcs of one more sweep, and let it carve all arcs so far.
+
+        Parameters
+        ----------
+        sweep : Sweep
+            The pings of one pass of the array.
+        """
+        newest, settings = Loci.of(sweep, self.rig), self.settings.carving
+        self._loci = Loci.joined([self._loci, newest])
+        left = np.concatenate([self._left, np.ones((len(newest), settings.samples), dtype=bool)])
+        points = self._loci.points_xy(sample_turns(self._loci, settings.samples))
+        self._left = carve(points, left, newest, margin=settings.margin, core=settings.core)
+        self._sweeps.append(sweep)
+
+    def result(self) -> FeatureMap:
+        """Find features among what is left of the arcs.
+
+        Returns
+        -------
+        FeatureMap
+            Walls, corners and cylinders.
+        """
+        points, origins = self._placed()
+        features = features_of_points(points, np.ones(len(points)), self.settings.features, origins_xy=origins)
+        return map_of_features(
+            features, self._sweeps, method="arc-carving", parameters=self.settings.model_dump(mode="json")
+        )
+
+    @property
+    def points_xy(self) -> FloatArray:
+        """Middles of what is left of the arcs, where that is narrow enough [m], shape (n, 2)."""
+        return self._placed()[0]
+
+    def _placed(self) -> tuple[FloatArray, FloatArray]:
+        """Points, and the acoustic centres from which they were heard."""
+        pieces = longest_runs(self._left, sample_turns(self._loci, self.settings.carving.samples))
+        narrow = pieces.widths <= self.settings.carving.max_width
+        own = self._loci[pieces.arcs[narrow]]
+        return own.points_xy(pieces.turns[narrow]), own.centers_xy
