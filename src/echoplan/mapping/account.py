@@ -1,0 +1,274 @@
+"""An account of everything that was heard: features, sonar, noise and poses, better with every step."""
+
+import copy
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from enum import StrEnum
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.acoustics import typical_transducer
+from echoplan.acoustics.expectation import EchoModel
+from echoplan.arrays import BoolArray, FloatArray
+from echoplan.classification.hypotheses import Explanation, Hypothesis
+from echoplan.extraction.arcs import ArcSettings, find_arcs
+from echoplan.mapping.adjustment import Adjusted, AdjustmentSettings, Beliefs, Features, Start, adjust
+from echoplan.mapping.copies import CopySettings, without_copies
+from echoplan.mapping.faces import FaceSettings, corner_echoes, find_faces
+from echoplan.mapping.localisation import LocalisationSettings
+from echoplan.mapping.loudness import fit_loudness
+from echoplan.mapping.paths import trace_paths
+from echoplan.mapping.poses import PoseBeliefs, PoseSettings, displaced
+from echoplan.mapping.rivals import class_probabilities
+from echoplan.mapping.search import Search, SearchSettings
+from echoplan.mapping.squareness import SquarenessSettings, main_direction, off_square
+from echoplan.mapping.survey import Survey, SurveySettings
+from echoplan.mapping.vertices import VertexSettings, find_vertices
+from echoplan.model import Rig
+from echoplan.preprocessing.health import HealthSettings, healthy
+from echoplan.preprocessing.soundings import Soundings, chosen_soundings, join_soundings
+
+__all__ = ["Account", "AccountSettings", "PoseMode"]
+
+
+class PoseMode(StrEnum):
+    """What to do about the poses of the robot."""
+
+    TRUST = "trust"
+    CORRECT = "correct"
+    AUTO = "auto"
+
+
+class AccountSettings(BaseModel, frozen=True, extra="forbid"):
+    """Settings of all stages."""
+
+    poses: PoseMode = Field(default=PoseMode.AUTO, description="trust, correct, or correct if the pings disagree")
+    health: HealthSettings = Field(default_factory=HealthSettings)
+    arcs: ArcSettings = Field(default_factory=ArcSettings)
+    search: SearchSettings = Field(default_factory=SearchSettings)
+    adjustment: AdjustmentSettings = Field(default_factory=AdjustmentSettings)
+    pose_errors: PoseSettings = Field(default_factory=PoseSettings)
+    squareness: SquarenessSettings = Field(default_factory=SquarenessSettings)
+    copies: CopySettings = Field(default_factory=CopySettings)
+    localisation: LocalisationSettings = Field(default_factory=LocalisationSettings)
+    faces: FaceSettings = Field(default_factory=FaceSettings)
+    vertices: VertexSettings = Field(default_factory=VertexSettings)
+    survey: SurveySettings = Field(default_factory=SurveySettings)
+    first_noise: float = Field(default=0.008, gt=0.0, description="of readings before anything is known [m]")
+    least_noise: float = Field(default=0.0025, gt=0.0, description="of the best sensors [m]")
+    greatest_noise: float = Field(default=0.05, gt=0.0, description="of readings that still make a map [m]")
+    agreement: float = Field(default=0.88, gt=0.0, le=1.0, description="share of echoes that exact poses explain")
+
+
+class Account:
+    """An account of everything heard: features, sonar, noise and poses, better with every step."""
+
+    def __init__(self, rig: Rig, parts: Sequence[Soundings], given: FloatArray, settings: AccountSettings) -> None:
+        self.settings = settings
+        self.resolution = max(sensor.resolution for sensor in rig.sensors)
+        self.half_aperture = float(np.median([sensor.half_aperture for sensor in rig.sensors]))
+        self.prior = EchoModel.of(rig.transducer or typical_transducer(rig.sensors[0]))
+        everything = join_soundings(parts)
+        self.recorded = chosen_soundings(everything, healthy(everything, settings.health))
+        self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=settings.arcs)
+        self.given = self.poses = given
+        self.soundings = self.recorded
+        self.model = self.prior
+        self.noise = max(settings.first_noise, 0.9 * self.resolution)
+        self.features: list[Hypothesis] = []
+        self.adjusted: Adjusted | None = None
+        self.direction: float | None = None
+
+    def explain(self) -> None:
+        """Explain everything, learn the sonar from it, and explain it again."""
+        first = self.settings.first_noise
+        self.search()
+        self.adjust(first)
+        self.judge(first)
+        self.model = fit_loudness(self.soundings, self.model, self.features, believed=self.prior.figure_of_merit)
+        self.adjust(0.75 * first)
+        self.learn_noise()
+        self.search()
+        self.adjust(self.noise)
+        self.features = self._search().settled(self.features)
+        self.adjust(self.noise)
+        self.judge(self.noise)
+
+    def correct(self, beliefs: PoseBeliefs) -> None:
+        """Start over, and move the poses to where the pings agree, from coarse to fine."""
+        self.features, self.poses, self.soundings = [], self.given, self.recorded
+        for noise in self.settings.pose_errors.noises:
+            self.noise = noise
+            self.search()
+            self.square_up()
+            self._adjust_often(noise, beliefs, 6)
+        self.features = self._search().settled(self.features)
+        self.adjust(self.noise, beliefs)
+        self.judge(self.noise)
+
+    def settle(self, beliefs: PoseBeliefs) -> None:
+        """Explain everything from poses that are nearly right, learn the sonar, and refine all together."""
+        for noise in (0.012, self.settings.first_noise):
+            self.noise = noise
+            self.search()
+            self._adjust_often(noise, beliefs, 3)
+        self.model = fit_loudness(self.soundings, self.model, self.features, believed=self.prior.figure_of_merit)
+        self._adjust_often(0.75 * self.settings.first_noise, beliefs, 2)
+        self.learn_noise()
+        self.search()
+        self._adjust_often(self.noise, beliefs, 3)
+        self.features = self._search().settled(self.features)
+        self._adjust_often(self.noise, beliefs, 2)
+
+    def _adjust_often(self, noise: float, beliefs: PoseBeliefs, rounds: int) -> None:
+        for _ in range(rounds):
+            self.adjust(noise, beliefs)
+            self.judge(noise)
+
+    def square_up(self) -> None:
+        """Join walls that poses pulled apart; drop weak ones that stand askew where almost all are at right angles."""
+        settings = self.settings.squareness
+        self.features = without_copies(self.features, self.settings.copies)
+        self.direction = main_direction(self.features, settings)
+        if self.direction is not None:
+            self.features = [each for each in self.features if self._is_square(each) or each.total > settings.cost]
+
+    def until(self, count: int) -> "Account":
+        """Return an account of the first stations only, with the poses and features of now.
+
+        Parameters
+        ----------
+        count : int
+            How many stations.
+
+        Returns
+        -------
+        Account
+            Another one; this one stays as it is.
+        """
+        part = copy.copy(self)
+        part.recorded = _until(self.recorded, count)
+        part.given, part.poses = self.given[:count], self.poses[:count]
+        part.soundings = displaced(part.recorded, part.given, part.poses)
+        part.arcs = [arc for arc in self.arcs if arc.station < count]
+        return part
+
+    def search(self) -> None:
+        """Find the features that explain the pings, from those known."""
+        self.features = self._search().run(self.features)
+
+    def judge(self, noise: float) -> None:
+        """Collect fresh evidence for the features."""
+        self.noise = noise
+        self.features = self._search().judged(self.features)
+
+    def adjust(self, noise: float, poses: PoseBeliefs | None = None) -> None:
+        """Adjust features and sonar, and poses if they may be off."""
+        beliefs = Beliefs(
+            noise=noise,
+            offset_sigma=self.resolution / math.sqrt(12.0),
+            walk_gain=self.prior.walk_gain,
+            has_servo=bool(np.any(self.recorded.rates)),
+            poses=poses,
+            pair_sigma=0.0 if poses is None or poses.relative else self.settings.pose_errors.pair_sigma,
+            square=None
+            if poses is None or self.direction is None
+            else (self.direction, self.settings.squareness.sigma),
+        )
+        start = Start(
+            features=_as_arrays(self.features, len(self.given)),
+            model=self.model,
+            poses=self.poses if poses is not None else np.zeros((0, 3)),
+        )
+        soundings = self.soundings if poses is None else self.recorded
+        self.adjusted = adjust(soundings, start, beliefs, self.settings.adjustment)
+        self.model = self.adjusted.model
+        self.features = [
+            replace(each, reflector=row) for each, row in zip(self.features, self.adjusted.reflectors, strict=True)
+        ]
+        if poses is not None:
+            self.poses = self.adjusted.poses
+            self.soundings = displaced(self.recorded, self.given, self.poses)
+
+    def learn_noise(self) -> None:
+        """Take the noise from what is left of the readings."""
+        scatter = 1.25 * self.adjusted.scatter if self.adjusted else math.nan
+        if not math.isnan(scatter):
+            self.noise = min(max(scatter, self.settings.least_noise), self.settings.greatest_noise)
+
+    def agrees(self) -> bool:
+        """Whether the pings fit together, as they do from exact poses."""
+        usual = max(self.settings.first_noise, 0.9 * self.resolution)
+        return self.agreement() >= self.settings.agreement and self.noise <= usual
+
+    def agreement(self) -> float:
+        """Share of the pings of arcs that features or their ghosts explain."""
+        heard = np.concatenate([arc.pings for arc in self.arcs]) if self.arcs else np.zeros(0, dtype=np.int64)
+        return float(self.explained(self.features)[heard].mean()) if len(heard) else 1.0
+
+    def explained(self, features: Sequence[Hypothesis]) -> BoolArray:
+        """Tell which pings features or their ghosts explain."""
+        explanation = self._search().explanation
+        explained: BoolArray = explanation.levels(features) > explanation.floor + math.log(20.0)
+        return explained
+
+    def refreshed(self) -> list[Hypothesis]:
+        """Collect fresh evidence for the features, without keeping it."""
+        return self._search().judged(self.features)
+
+    def calibration(self) -> dict[str, object]:
+        """Tell what was learned of the sonar, and how well."""
+        if self.adjusted is None:
+            return {}
+        sigmas = self.adjusted.sonar_sigmas()
+        values = {
+            "range_offset": self.model.range_offset,
+            "walk_gain": self.model.walk_gain,
+            "range_scale": self.model.range_scale,
+            "servo_latency": self.adjusted.latency,
+        }
+        learned = {name: {"value": value, "sigma": sigmas[name]} for name, value in values.items()}
+        beam = {"figure_of_merit": self.model.figure_of_merit, "ka": self.model.ka, "noise": self.noise}
+        return {**learned, **beam, "agreement": self.agreement()}
+
+    def survey(self) -> Survey:
+        """Draw what was found."""
+        search = self._search()
+        paths = trace_paths(search.explanation, self.features, step=search.step)
+        echoes = corner_echoes(search.explanation, self.features)
+        faces = find_faces(self.features, paths, echoes, step=search.step, settings=self.settings.faces)
+        cost = self.settings.search.radius_cost
+        assert self.adjusted is not None
+        return Survey(
+            features=self.features,
+            adjusted=self.adjusted,
+            faces=faces,
+            vertices=find_vertices(faces, echoes, self.settings.vertices),
+            probabilities=class_probabilities(search.explanation, self.features, radius_cost=cost),
+            settings=self.settings.survey,
+        )
+
+    def _is_square(self, feature: Hypothesis) -> bool:
+        if not feature.is_wall or self.direction is None:
+            return True
+        return abs(off_square(feature.line[0], self.direction)) < self.settings.squareness.within
+
+    def _search(self) -> Search:
+        explanation = Explanation(self.soundings, self.model.tabulated(), self.noise)
+        return Search(explanation, self.arcs, half_aperture=self.half_aperture, settings=self.settings.search)
+
+
+def _as_arrays(features: Sequence[Hypothesis], stations: int) -> Features:
+    return Features(
+        reflectors=np.array([each.reflector for each in features]).reshape(-1, 4),
+        extents=np.array([each.extent for each in features]).reshape(-1, 2),
+        heard=np.array([each.gains > 0.0 for each in features]).reshape(-1, stations),
+    )
+
+
+def _until(soundings: Soundings, stations: int) -> Soundings:
+    """Keep the first stations; pings are in their order."""
+    heard = chosen_soundings(soundings, soundings.stations < stations)
+    return heard._replace(centers=soundings.centers[:stations])

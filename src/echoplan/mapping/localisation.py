@@ -1,0 +1,180 @@
+"""Localisation: where a sweep was heard, by its arcs against what is known of the room."""
+
+from typing import NamedTuple
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.acoustics.expectation import Hearing, Kind
+from echoplan.arrays import FloatArray
+from echoplan.extraction.arcs import Arc, arc_planes
+from echoplan.geometry import compose, directions, wrap
+from echoplan.mapping.refinement import refine
+from echoplan.preprocessing.soundings import Soundings
+
+__all__ = ["Catalogue", "LocalisationSettings", "Sightline", "locate", "sightlines"]
+
+
+class LocalisationSettings(BaseModel, frozen=True, extra="forbid"):
+    """How a pose is searched."""
+
+    deviations: float = Field(default=3.0, gt=0.0, description="of odometry, within which a pose is searched")
+    steps: int = Field(default=7, ge=1, description="to either side in each direction")
+    depth_sigma: float = Field(default=0.025, gt=0.0, description="of the depth of an arc, at first [m]")
+    normal_sigma: float = Field(default=np.radians(2.0), gt=0.0, description="of its normal, at first [rad]")
+    refinements: int = Field(default=3, ge=0, description="rounds in which all of this is halved")
+    stray: float = Field(default=0.05, gt=0.0, description="likelihood of an arc that nothing explains")
+
+
+class Sightline(NamedTuple):
+    """The arcs of one sweep, in the frame of the robot.
+
+    Attributes
+    ----------
+    origins_xy : ndarray, shape (a, 2)
+        Where each was heard [m].
+    normals : ndarray, shape (a,)
+        Directions of the planes that explain them [rad].
+    depths : ndarray, shape (a,)
+        Distances of these planes [m].
+    weights : ndarray, shape (a,)
+        How much each counts, up to 1.
+    """
+
+    origins_xy: FloatArray
+    normals: FloatArray
+    depths: FloatArray
+    weights: FloatArray
+
+
+class Catalogue(NamedTuple):
+    """What is known of the room.
+
+    Attributes
+    ----------
+    reflectors : ndarray, shape (f, 4)
+        Kind and parameters, in the frame of the map.
+    weights : ndarray, shape (f,)
+        How sure each is, up to 1.
+    extents : ndarray, shape (f, 2)
+        Ends of walls along them [m]; a wall may be heard a little beyond.
+    """
+
+    reflectors: FloatArray
+    weights: FloatArray
+    extents: FloatArray
+
+
+def sightlines(arcs: list[Arc], soundings: Soundings, hearing: Hearing, pose: FloatArray) -> Sightline:
+    """Turn the arcs of one sweep into planes about the robot.
+
+    Parameters
+    ----------
+    arcs : list of Arc
+        Its arcs, with indices into the soundings.
+    soundings : Soundings
+        As heard from ``pose``.
+    hearing : Hearing
+        The sonar.
+    pose : ndarray, shape (3,)
+        Where the robot is taken to be [m, m, rad].
+
+    Returns
+    -------
+    Sightline
+        The arcs as seen by the robot.
+    """
+    if not arcs:
+        return Sightline(np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
+    planes = arc_planes(arcs, soundings, hearing)
+    normals, depths, origins = np.zeros(len(arcs)), np.zeros(len(arcs)), np.zeros((len(arcs), 2))
+    for number, (arc, plane) in enumerate(zip(arcs, planes, strict=True)):
+        wall = np.array([Kind.WALL, plane[0], plane[1], 0.0])
+        wall = refine(soundings, hearing, wall, arc.pings, (0.006, 0.03), 4)
+        origins[number] = soundings.x[arc.pings].mean(), soundings.y[arc.pings].mean()
+        normals[number] = wall[1]
+        depths[number] = wall[2] - origins[number] @ directions(wall[1])
+    turned = np.exp(-1j * pose[2]) * ((origins[:, 0] - pose[0]) + 1j * (origins[:, 1] - pose[1]))
+    weights = np.minimum(1.0, np.array([soundings.weights[arc.pings].sum() for arc in arcs]) / 8.0)
+    return Sightline(np.column_stack([turned.real, turned.imag]), wrap(normals - pose[2]), depths, weights)
+
+
+def locate(
+    sight: Sightline, catalogue: Catalogue, guess: FloatArray, sigmas: FloatArray, settings: LocalisationSettings
+) -> tuple[FloatArray, float]:
+    """Find the pose from which the arcs of a sweep fit best to what is known.
+
+    Parameters
+    ----------
+    sight : Sightline
+        The arcs.
+    catalogue : Catalogue
+        What is known.
+    guess : ndarray, shape (3,)
+        Where odometry says that the robot is [m, m, rad].
+    sigmas : ndarray, shape (3,)
+        How far it may be off, in the frame of the robot [m, m, rad].
+    settings : LocalisationSettings
+        How it is searched.
+
+    Returns
+    -------
+    pose : ndarray, shape (3,)
+        The best pose [m, m, rad].
+    score : float
+        Its log likelihood [nats]; 0 if nothing fits.
+    """
+    best, score = guess, 0.0
+    if not len(sight.depths) or not len(catalogue.reflectors):
+        return best, score
+    span, scale = settings.deviations * sigmas, 1.0
+    for turn in range(settings.refinements + 1):
+        offsets = _grid(span * scale, settings.steps if turn == 0 else 3)
+        poses = compose(np.broadcast_to(best, offsets.shape), offsets)
+        tolerances = (max(settings.depth_sigma * scale, 0.008), max(settings.normal_sigma * scale, np.radians(0.7)))
+        scores = _scores(sight, catalogue, poses, tolerances, settings.stray)
+        scores -= 0.5 * _misfit(poses, guess, sigmas)
+        place = int(np.argmax(scores))
+        best, score = poses[place], float(scores[place])
+        scale /= settings.steps / 2.0 if turn == 0 else 2.0
+    return best, score
+
+
+def _grid(span: FloatArray, steps: int) -> FloatArray:
+    axis = np.linspace(-1.0, 1.0, 2 * steps + 1)
+    return np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3) * span
+
+
+def _misfit(poses: FloatArray, guess: FloatArray, sigmas: FloatArray) -> FloatArray:
+    """Squared deviations from odometry."""
+    away = np.exp(-1j * guess[2]) * ((poses[:, 0] - guess[0]) + 1j * (poses[:, 1] - guess[1]))
+    turned = wrap(poses[:, 2] - guess[2])
+    misfit: FloatArray = (away.real / sigmas[0]) ** 2 + (away.imag / sigmas[1]) ** 2 + (turned / sigmas[2]) ** 2
+    return misfit
+
+
+def _scores(
+    sight: Sightline, catalogue: Catalogue, poses: FloatArray, tolerances: tuple[float, float], stray: float
+) -> FloatArray:
+    """Log likelihood of each pose: every arc is one of the known reflectors, or a stray."""
+    turn = np.exp(1j * poses[:, 2])[:, None]
+    places = poses[:, :1] + 1j * poses[:, 1:2] + turn * (sight.origins_xy[:, 0] + 1j * sight.origins_xy[:, 1])
+    bearings = poses[:, 2:] + sight.normals
+    best = np.zeros(places.shape)
+    for reflector, weight, extent in zip(*catalogue, strict=True):
+        depths, normals, inside = _seen(reflector, extent, places)
+        off = ((sight.depths - depths) / tolerances[0]) ** 2 + (wrap(bearings - normals) / tolerances[1]) ** 2
+        np.maximum(best, np.where(inside, weight * np.exp(-0.5 * off), 0.0), out=best)
+    scores: FloatArray = (sight.weights * np.log1p(best / stray)).sum(axis=1)
+    return scores
+
+
+def _seen(reflector: FloatArray, extent: FloatArray, places: np.ndarray) -> tuple[FloatArray, FloatArray, np.ndarray]:
+    """Depth and direction of a reflector from places, and whether these face it."""
+    if reflector[0] == Kind.WALL:
+        normal, offset = reflector[1], reflector[2]
+        turned = places * np.exp(-1j * normal)
+        facing = (turned.imag > extent[0] - 0.5) & (turned.imag < extent[1] + 0.5)
+        return offset - turned.real, np.full(places.shape, normal), facing
+    away = reflector[1] + 1j * reflector[2] - places
+    return np.abs(away) - reflector[3], np.angle(away), np.ones(places.shape, dtype=bool)
