@@ -110,9 +110,10 @@ class Account:
 
     def settle(self, beliefs: PoseBeliefs) -> None:
         """Explain everything from poses that are nearly right, learn the sonar, and refine all together."""
-        for noise in (0.012, self.settings.first_noise):
+        for noise in (self.settings.pose_errors.tracking_noise, self.settings.first_noise):
             self.noise = noise
             self.search()
+            self.features = without_copies(self.features, self.settings.pose_errors.copies)
             self._adjust_often(noise, beliefs, 3)
         self.model = fit_loudness(self.soundings, self.model, self.features, believed=self.prior.figure_of_merit)
         self._adjust_often(0.75 * self.settings.first_noise, beliefs, 2)

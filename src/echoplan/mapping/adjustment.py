@@ -45,6 +45,7 @@ class AdjustmentSettings(BaseModel, frozen=True, extra="forbid"):
     robust: float = Field(default=2.5, gt=0.0, description="deviations at which a reading counts a quarter")
     gain_share: float = Field(default=0.24, gt=0.0, description="uncertainty of the range walk, as a share of it")
     scale_sigma: float = Field(default=0.03, gt=0.0, description="of the range scale: 50 degrees of temperature")
+    drifting_scale_sigma: float = Field(default=0.002, gt=0.0, description="likewise, while the poses drift")
     latency_sigma: float = Field(default=0.02, gt=0.0, description="of the servo's latency [s]")
     radius: float = Field(default=0.12, gt=0.0, description="of a cylinder of which little was heard [m]")
     radius_sigma: float = Field(default=0.1, gt=0.0, description="of that guess [m]")
@@ -320,7 +321,10 @@ def _priors(state: Start, unknowns: Unknowns, beliefs: Beliefs, settings: Adjust
     model, first = state.model, unknowns.sonar
     yield prior(first, sigma=beliefs.offset_sigma, residual=-model.range_offset)
     yield prior(first + 1, sigma=settings.gain_share * beliefs.walk_gain, residual=beliefs.walk_gain - model.walk_gain)
-    yield prior(first + 2, sigma=settings.scale_sigma, residual=-model.range_scale)
+    # Where the way itself is uncertain it cannot tell the scale of the map: that is left to the sonar's maker.
+    drifting = beliefs.poses is not None and beliefs.poses.relative
+    scale_sigma = settings.drifting_scale_sigma if drifting else settings.scale_sigma
+    yield prior(first + 2, sigma=scale_sigma, residual=-model.range_scale)
     # Without a servo nothing lags: the unknown stays where it is.
     latency_sigma = settings.latency_sigma if beliefs.has_servo else 1e-9
     yield prior(first + 3, sigma=latency_sigma, residual=-state.latency)

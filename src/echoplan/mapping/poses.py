@@ -8,6 +8,7 @@ from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.geometry import compose, invert, wrap
+from echoplan.mapping.copies import CopySettings
 from echoplan.mapping.rows import Rows
 from echoplan.preprocessing.soundings import Soundings
 
@@ -28,6 +29,9 @@ class PoseSettings(BaseModel, frozen=True, extra="forbid"):
     turn_floor: float = Field(default=math.radians(0.3), gt=0.0, description="of any turn, however small [rad]")
     noises: tuple[float, ...] = Field(default=(0.020, 0.015, 0.012), description="of readings, from coarse to fine [m]")
     tracking_noise: float = Field(default=0.012, gt=0.0, description="of readings while the robot is tracked [m]")
+    copies: CopySettings = Field(
+        default_factory=lambda: CopySettings(turn=math.radians(4), beside=0.05), description="made by poses in error"
+    )
     pair_sigma: float = Field(default=0.012, ge=0.0, description="common to all a station says of a feature [m]")
     waypoint: float = Field(default=0.02, gt=0.0, description="of a way-point placed by hand [m]")
     waypoint_turn: float = Field(default=0.1, gt=0.0, description="of the heading there [rad]")
