@@ -160,6 +160,12 @@ METHODS: Mapping[str, Method] = {
             mapper="SalientEkfMapper",
             settings="SalientEkfSettings",
         ),
+        Method(
+            name="topological",
+            summary="places and the passages between them, from free space; walls as mdp-fuzzy",
+            mapper="TopologicalMapper",
+            settings="TopologicalSettings",
+        ),
     )
 }
 
