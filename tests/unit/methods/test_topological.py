@@ -6,12 +6,12 @@ import pytest
 from echoplan.methods import map_sweeps
 from echoplan.methods.mdp_fuzzy import MdpFuzzyMapper
 from echoplan.methods.topological import TopologicalMapper
-from echoplan.simulation import Simulation
+from echoplan.model import Recording
 from soundings import array, simulation, world
 
 
 @pytest.fixture(scope="module")
-def two_rooms() -> Simulation:
+def two_rooms() -> Recording:
     """Two rooms of 2.4 m by 3 m, and a door of 0.7 m in the wall between them."""
     walls: list[list[float]] = [[0, 0], [2.4, 0], [2.4, 1.2], [2.6, 1.2], [2.6, 0], [5.2, 0]]
     walls += [[5.2, 3], [2.6, 3], [2.6, 1.9], [2.4, 1.9], [2.4, 3], [0, 3]]
@@ -21,7 +21,7 @@ def two_rooms() -> Simulation:
 
 
 @pytest.fixture(scope="module")
-def mapper(two_rooms: Simulation) -> TopologicalMapper:
+def mapper(two_rooms: Recording) -> TopologicalMapper:
     made = TopologicalMapper(two_rooms.rig)
     for sweep in two_rooms:
         made.add(sweep)
@@ -42,12 +42,12 @@ def test_the_middle_of_each_room_is_free_and_the_world_outside_is_not(mapper: To
     assert not free.at([[2.5, 0.2], [2.5, 2.8], [-0.8, 1.5], [6.0, 1.5]]).any()
 
 
-def test_the_walls_are_those_of_the_papers_method(mapper: TopologicalMapper, two_rooms: Simulation) -> None:
+def test_the_walls_are_those_of_the_papers_method(mapper: TopologicalMapper, two_rooms: Recording) -> None:
     found, alone = mapper.result(), map_sweeps(MdpFuzzyMapper(two_rooms.rig), two_rooms)
     assert found.method == "topological"
     assert [wall.offset for wall in found.walls] == [wall.offset for wall in alone.walls]
 
 
-def test_nothing_heard_is_no_place(two_rooms: Simulation) -> None:
+def test_nothing_heard_is_no_place(two_rooms: Recording) -> None:
     graph = TopologicalMapper(two_rooms.rig).graph()
     assert (graph.places, graph.passages) == ((), ())
