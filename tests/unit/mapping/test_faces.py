@@ -1,0 +1,181 @@
+import numpy as np
+import pytest
+
+from echoplan.arrays import FloatArray
+from echoplan.classification.hypotheses import Hypothesis
+from echoplan.mapping.faces import Echoes, Face, FaceSettings, corner_echoes, find_faces
+from echoplan.mapping.paths import Paths
+from expectations import ROOM, corner, cylinder, explanation, feature, hearing, judged, listening, wall
+
+STEP = np.radians(3.0)
+EAST = feature(wall(0.0, 1.0), extent=(-1.0, 1.0))
+BEHIND = feature(cylinder(2.5, 0.0, 0.1))
+SILENT = Echoes(counts={}, corners_xy=np.zeros((0, 2)))
+# A sound path crosses the wall for each of these degrees; fewer than 25 degrees of them may be chance.
+ENOUGH = 9
+
+
+def paths(feet: FloatArray, crossings: FloatArray) -> Paths:
+    """Pings straight at the wall x = 1 from these places, and pings of something behind it that cross it there."""
+    starts = np.column_stack([np.zeros(len(feet) + len(crossings)), np.concatenate([feet, crossings])])
+    ends = starts + np.where(np.arange(len(starts)) < len(feet), 1.0, 2.0)[:, None] * [1.0, 0.0]
+    owners = np.repeat([0, 1], [len(feet), len(crossings)])
+    return Paths(starts_xy=starts, ends_xy=ends, owners=owners, sure=np.ones(len(starts), dtype=bool))
+
+
+def with_gap(low: float, high: float) -> FloatArray:
+    """Feet all along the wall but there."""
+    feet = np.round(np.arange(-1.0, 1.001, 0.02), 6)
+    kept: FloatArray = feet[(feet <= low + 1e-9) | (feet >= high - 1e-9)]
+    return kept
+
+
+def cut(feet: FloatArray, crossings: FloatArray, *others: Hypothesis, echoes: Echoes = SILENT) -> list[Face]:
+    """The faces of the wall x = 1."""
+    found = find_faces([EAST, BEHIND, *others], paths(feet, crossings), echoes, step=STEP, settings=FaceSettings())
+    return [each for each in found if each.owner == 0]
+
+
+def spans(faces: list[Face]) -> list[tuple[float, float]]:
+    return [(round(each.low, 6), round(each.high, 6)) for each in faces]
+
+
+def test_a_gap_that_sound_went_through_makes_two_walls() -> None:
+    faces = cut(with_gap(-0.3, 0.3), np.linspace(-0.2, 0.2, ENOUGH))
+    assert spans(faces) == [(-1.0, -0.3), (0.3, 1.0)]
+    assert [each.pings for each in faces] == [36, 36]
+    assert all(each.wall is EAST for each in faces)
+
+
+def test_a_gap_that_nothing_went_through_is_wall_that_was_not_heard() -> None:
+    assert spans(cut(with_gap(-0.3, 0.3), np.zeros(0))) == [(-1.0, 1.0)]
+
+
+def test_a_few_pings_through_a_gap_may_be_chance() -> None:
+    assert spans(cut(with_gap(-0.3, 0.3), np.linspace(-0.2, 0.2, ENOUGH - 1))) == [(-1.0, 1.0)]
+
+
+def test_what_grazes_the_ends_of_a_gap_did_not_go_through() -> None:
+    assert spans(cut(with_gap(-0.3, 0.3), np.repeat([-0.29, 0.29], ENOUGH))) == [(-1.0, 1.0)]
+
+
+def test_sound_through_what_was_heard_as_wall_cuts_nothing() -> None:
+    assert spans(cut(with_gap(-0.3, 0.3), np.linspace(0.5, 0.8, 40))) == [(-1.0, 1.0)]
+
+
+@pytest.mark.parametrize(("width", "parts"), [(0.10, 1), (0.14, 2)])
+def test_no_sound_goes_through_a_gap_narrower_than_a_beam(width: float, parts: int) -> None:
+    faces = cut(with_gap(-width / 2, width / 2), np.linspace(-0.02, 0.02, 20))
+    assert len(faces) == parts
+
+
+def test_a_wall_with_two_doorways_is_three_walls() -> None:
+    feet = np.concatenate([np.linspace(-1.0, -0.6, 20), np.linspace(-0.2, 0.2, 20), np.linspace(0.6, 1.0, 20)])
+    crossings = np.concatenate([np.linspace(-0.5, -0.3, ENOUGH), np.linspace(0.3, 0.5, ENOUGH)])
+    assert spans(cut(feet, crossings)) == [(-1.0, -0.6), (-0.2, 0.2), (0.6, 1.0)]
+
+
+def test_a_crumb_beside_a_doorway_is_no_wall() -> None:
+    feet = np.concatenate([np.linspace(-1.0, -0.3, 100), [0.3, 0.31, 0.32]])
+    assert spans(cut(feet, np.linspace(-0.2, 0.2, ENOUGH))) == [(-1.0, -0.3)]
+    six = np.concatenate([np.linspace(-1.0, -0.3, 200), np.linspace(0.3, 0.35, 6)])
+    assert spans(cut(six, np.linspace(-0.2, 0.2, ENOUGH))) == [(-1.0, -0.3), (0.3, 0.35)]
+
+
+NORTH = feature(wall(np.pi / 2, 0.3), extent=(-0.5, 0.5))
+SQUARE = Echoes(counts={(0, 2): 5}, corners_xy=np.zeros((0, 2)))
+
+
+def test_beyond_a_corner_that_was_heard_there_is_another_wall() -> None:
+    # North and east meet at (1, 0.3); both walls reach their corner, so what is heard beyond is no part of it.
+    assert spans(cut(with_gap(-0.3, 0.3), np.zeros(0), NORTH, echoes=SQUARE)) == [(-1.0, -0.3), (0.3, 1.0)]
+
+
+def test_a_corner_that_was_heard_as_such_cuts_as_well() -> None:
+    heard = Echoes(counts={}, corners_xy=np.array([[1.01, 0.29]]))
+    assert len(cut(with_gap(-0.3, 0.3), np.zeros(0), NORTH, echoes=heard)) == 2
+
+
+@pytest.mark.parametrize(
+    ("feet", "other", "echoes"),
+    [
+        (with_gap(-0.3, 0.3), NORTH, SILENT),
+        (with_gap(-0.3, 0.3), NORTH, Echoes(counts={(0, 2): 1}, corners_xy=np.zeros((0, 2)))),
+        (with_gap(-0.3, 0.3), NORTH, Echoes(counts={}, corners_xy=np.array([[1.0, 0.36]]))),
+        (with_gap(-0.1, 0.3), NORTH, SQUARE),
+        (with_gap(-0.3, 0.2), NORTH, SQUARE),
+        (with_gap(-0.3, 0.3), feature(wall(np.radians(80), 0.3), extent=(-0.5, 0.5)), SQUARE),
+        (with_gap(-0.3, 0.3), feature(wall(np.pi / 2, 0.3), extent=(0.2, 0.5)), SQUARE),
+    ],
+    ids=["unheard", "once", "elsewhere", "narrow gap", "corner not in the gap", "oblique", "too far away"],
+)
+def test_without_such_a_corner_in_a_wide_gap_a_wall_stays_whole(
+    feet: FloatArray, other: Hypothesis, echoes: Echoes
+) -> None:
+    assert len(cut(feet, np.zeros(0), other, echoes=echoes)) == 1
+
+
+def test_a_wall_that_explains_no_ping_is_as_long_as_it_was_known() -> None:
+    (face,) = cut(np.zeros(0), np.zeros(0))
+    assert (face.low, face.high) == EAST.extent
+
+
+def test_only_walls_have_faces() -> None:
+    known = [feature(corner(1.0, 1.0)), feature(cylinder(0.0, 1.0, 0.1)), EAST]
+    nothing = Paths(
+        starts_xy=np.zeros((0, 2)),
+        ends_xy=np.zeros((0, 2)),
+        owners=np.zeros(0, dtype=np.int64),
+        sure=np.zeros(0, dtype=bool),
+    )
+    assert [each.owner for each in find_faces(known, nothing, SILENT, step=STEP, settings=FaceSettings())] == [2]
+    assert find_faces([], nothing, SILENT, step=STEP, settings=FaceSettings()) == []
+
+
+def test_places_along_a_face_are_points_on_its_line() -> None:
+    slanted = feature(wall(0.7, 1.2))
+    face = Face(owner=0, wall=slanted, low=0.2, high=0.8, crossings=np.zeros(0), pings=1)
+    normal = np.array([np.cos(0.7), np.sin(0.7)])
+    assert face.point(0.2) @ normal == pytest.approx(1.2)
+    assert face.point(0.2) @ face.along == pytest.approx(0.2)
+    assert face.middle_xy == pytest.approx(0.5 * (face.point(0.2) + face.point(0.8)))
+
+
+def test_it_takes_four_pings_to_open_a_line() -> None:
+    crossings = np.array([0.1, 0.2, 0.3, 0.4, 0.9])
+    face = Face(owner=0, wall=EAST, low=-1.0, high=0.0, crossings=crossings, pings=9)
+    assert face.is_open(0.0, 0.5)
+    assert not face.is_open(0.15, 1.0 - 0.15)
+    assert not face.is_open(2.0, 3.0)
+
+
+def test_pairs_of_walls_may_be_named_in_either_order() -> None:
+    echoes = Echoes(counts={(1, 3): 7}, corners_xy=np.zeros((0, 2)))
+    assert echoes.count(1, 3) == echoes.count(3, 1) == 7
+    assert echoes.count(1, 2) == 0
+
+
+def test_a_corner_is_heard_only_near_itself() -> None:
+    echoes = Echoes(counts={}, corners_xy=np.array([[1.0, 1.0], [2.0, 0.0]]))
+    assert echoes.heard_at(np.array([1.0, 1.02]), within=0.03)
+    assert not echoes.heard_at(np.array([1.0, 1.04]), within=0.03)
+    assert not SILENT.heard_at(np.array([0.0, 0.0]), within=9.0)
+
+
+def test_corner_echoes_are_counted_for_the_walls_that_make_the_corner() -> None:
+    truth = [*ROOM, corner(2.0, 1.5)]
+    account = explanation(hearing(listening(step=STEP), truth))
+    echoes = corner_echoes(account, judged(account, truth))
+    assert echoes.count(0, 1) > 10
+    assert echoes.count(0, 3) == echoes.count(1, 2) == echoes.count(2, 3) == 0
+    assert echoes.corners_xy.tolist() == [[2.0, 1.5]]
+
+
+def test_an_echo_that_a_column_explains_is_none_of_a_corner() -> None:
+    # From one station a column, whose echo is fainter and so read as from a little farther, sounds like the corner.
+    away = np.array([1.5, 1.2]) / np.hypot(1.5, 1.2)
+    x, y = np.array([2.0, 1.5]) + 0.39 * away
+    account = explanation(hearing(listening([(0.5, 0.3)], step=STEP), [*ROOM, cylinder(x, y, 0.4)]))
+    plain, hidden = (corner_echoes(account, judged(account, k)) for k in (ROOM, [*ROOM, cylinder(x, y, 0.4)]))
+    assert plain.count(0, 1) > 1
+    assert hidden.count(0, 1) == 0
