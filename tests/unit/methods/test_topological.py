@@ -17,7 +17,9 @@ def two_rooms() -> Recording:
     walls += [[5.2, 3], [2.6, 3], [2.6, 1.9], [2.4, 1.9], [2.4, 3], [0, 3]]
     left = [[0.8, 0.8, 0.0], [0.8, 2.2, 0.4], [1.7, 2.3, 0.8], [1.6, 0.8, 0.1], [1.2, 1.6, 0.5]]
     right = [[3.9, 1.5, 0.1], [3.5, 0.8, 0.3], [3.4, 2.2, 0.9], [4.3, 0.8, 0.2], [4.4, 2.1, 0.4]]
-    return simulation(world(walls, closed=True), using=array(), poses=[*left, [2.5, 1.55, 0.6], *right], jitter=0.001)
+    poses = [*left, [2.5, 1.55, 0.6], *right]
+    made = simulation(world(walls, closed=True), using=array(), poses=poses, jitter=0.001)
+    return Recording(name="two rooms", rig=made.rig, sweeps=tuple(made))
 
 
 @pytest.fixture(scope="module")
