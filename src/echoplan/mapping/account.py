@@ -59,6 +59,7 @@ class AccountSettings(BaseModel, frozen=True, extra="forbid"):
     first_noise: float = Field(default=0.008, gt=0.0, description="of readings before anything is known [m]")
     least_noise: float = Field(default=0.0025, gt=0.0, description="of the best sensors [m]")
     greatest_noise: float = Field(default=0.05, gt=0.0, description="of readings that still make a map [m]")
+    torn: float = Field(default=0.35, gt=0.0, le=1.0, description="share of walls that are there twice if poses drift")
     agreement: float = Field(default=0.88, gt=0.0, le=1.0, description="share of echoes that exact poses explain")
 
 
@@ -80,6 +81,10 @@ class Account:
         self.features: list[Hypothesis] = []
         self.adjusted: Adjusted | None = None
         self.direction: float | None = None
+
+    def glance(self) -> None:
+        """Take a first look at what the pings suggest."""
+        self.features = self._search(rounds=1).run()
 
     def explain(self) -> None:
         """Explain everything, learn the sonar from it, and explain it again."""
@@ -199,6 +204,12 @@ class Account:
         if not math.isnan(scatter):
             self.noise = min(max(scatter, self.settings.least_noise), self.settings.greatest_noise)
 
+    def is_torn(self) -> bool:
+        """Whether many walls are there twice: poses that drift do that."""
+        walls = [each for each in self.features if each.is_wall]
+        copies = len(walls) - len(without_copies(walls, self.settings.copies))
+        return copies > self.settings.torn * len(walls)
+
     def agrees(self) -> bool:
         """Whether the pings fit together, as they do from exact poses."""
         usual = max(self.settings.first_noise, 0.9 * self.resolution)
@@ -256,9 +267,12 @@ class Account:
             return True
         return abs(off_square(feature.line[0], self.direction)) < self.settings.squareness.within
 
-    def _search(self) -> Search:
+    def _search(self, *, rounds: int | None = None) -> Search:
         explanation = Explanation(self.soundings, self.model.tabulated(), self.noise)
-        return Search(explanation, self.arcs, half_aperture=self.half_aperture, settings=self.settings.search)
+        settings = self.settings.search
+        if rounds is not None:
+            settings = settings.model_copy(update={"rounds": rounds})
+        return Search(explanation, self.arcs, half_aperture=self.half_aperture, settings=settings)
 
 
 def _as_arrays(features: Sequence[Hypothesis], stations: int) -> Features:

@@ -5,8 +5,6 @@ that touches them (Leonard and Durrant-Whyte 1992).  A physical model of loudnes
 which of these explains the pings, including those that are missing.
 """
 
-import copy
-
 import numpy as np
 
 from echoplan.arrays import FloatArray
@@ -78,13 +76,14 @@ class JointMapper:
 
     def _account(self, given: FloatArray) -> Account:
         """Explain everything from the poses as they are, and from better ones if the pings disagree."""
-        account = Account(self.rig, self._soundings, given, self.settings)
-        if self.settings.poses is not PoseMode.CORRECT:
-            account.explain()
-        if self.settings.poses is PoseMode.TRUST or (self.settings.poses is PoseMode.AUTO and account.agrees()):
+        account, errors = Account(self.rig, self._soundings, given, self.settings), self.settings.pose_errors
+        mode = self.settings.poses
+        if mode is PoseMode.AUTO:
+            account.glance()
+        if mode is PoseMode.CORRECT or (mode is PoseMode.AUTO and account.is_torn()):
+            track(account, odometry_beliefs(given, errors))
             return account
-        errors = self.settings.pose_errors
-        placed, driven = copy.copy(account), copy.copy(account)
-        placed.correct(waypoint_beliefs(given, errors))
-        track(driven, odometry_beliefs(given, errors))
-        return max(placed, driven, key=Account.agreement)
+        account.explain()
+        if mode is PoseMode.AUTO and not account.agrees():
+            account.correct(waypoint_beliefs(given, errors))
+        return account
