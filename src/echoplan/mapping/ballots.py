@@ -28,11 +28,16 @@ class Ballot:
     """
 
     def __init__(self, cells: IntArray, weights: FloatArray) -> None:
-        self._cells = cells
         self._weights = weights.copy()
-        self._votes = self._count(np.arange(len(cells)), size=int(cells.max(initial=0)) + 1)
+        # Only cells that are named are kept, so that a stray point a mile away costs no memory.
         self._by_cell = np.argsort(cells, axis=None, kind="stable")
-        self._starts = np.searchsorted(cells.ravel()[self._by_cell], np.arange(len(self._votes) + 1))
+        ordered = cells.ravel()[self._by_cell]
+        opens = np.diff(ordered, prepend=ordered[:1] - 1) != 0
+        self._names, self._starts = ordered[opens], np.append(np.flatnonzero(opens), len(ordered))
+        numbers = np.empty(cells.size, dtype=np.int64)
+        numbers[self._by_cell] = np.cumsum(opens) - 1
+        self._numbers: IntArray = numbers.reshape(cells.shape)
+        self._votes = self._count(np.arange(len(cells)))
 
     def leader(self) -> tuple[int, float]:
         """Find the cell with the most votes.
@@ -40,10 +45,12 @@ class Ballot:
         Returns
         -------
         tuple of int and float
-            The cell, the first one if several lead, and the weight of its votes.
+            The cell, the first one if several lead, and the weight of its votes; 0 and no votes if nobody voted.
         """
-        cell = int(np.argmax(self._votes))
-        return cell, float(self._votes[cell])
+        if not len(self._votes):
+            return 0, 0.0
+        number = int(np.argmax(self._votes))
+        return int(self._names[number]), float(self._votes[number])
 
     def voters(self, cell: int) -> IntArray:
         """Tell who votes for a cell.
@@ -51,14 +58,15 @@ class Ballot:
         Parameters
         ----------
         cell : int
-            The cell.
+            A cell that was named.
 
         Returns
         -------
         ndarray of int, shape (v,)
             Those who name it and have not withdrawn, in order.
         """
-        named: IntArray = self._by_cell[self._starts[cell] : self._starts[cell + 1]] // self._cells.shape[1]
+        number = np.searchsorted(self._names, cell)
+        named: IntArray = self._by_cell[self._starts[number] : self._starts[number + 1]] // self._numbers.shape[1]
         return named[self._weights[named] > 0]
 
     def withdraw(self, voters: IntArray) -> None:
@@ -69,7 +77,7 @@ class Ballot:
         voters : ndarray of int
             Whose votes; those who did so before change nothing.
         """
-        self._votes -= self._count(voters, size=len(self._votes))
+        self._votes -= self._count(voters)
         self._weights[voters] = 0.0
 
     def strike(self, cells: IntArray) -> None:
@@ -78,11 +86,11 @@ class Ballot:
         Parameters
         ----------
         cells : ndarray of int
-            The cells.
+            Cells that were named.
         """
-        self._votes[cells] = -np.inf
+        self._votes[np.searchsorted(self._names, cells)] = -np.inf
 
-    def _count(self, voters: IntArray, *, size: int) -> FloatArray:
-        named = self._cells[voters]
+    def _count(self, voters: IntArray) -> FloatArray:
+        named = self._numbers[voters]
         weights = np.repeat(self._weights[voters], named.shape[1])
-        return np.bincount(named.ravel(), weights=weights, minlength=size).astype(np.float64)
+        return np.bincount(named.ravel(), weights=weights, minlength=len(self._names)).astype(np.float64)

@@ -72,4 +72,6 @@ def segment_of_wall(wall: Wall) -> Segment:
     """
     line = np.array([wall.normal_angle, wall.offset])
     ends = along(line, wall.endpoints_xy)
-    return Segment(line=line, covariance=wall.covariance, low=float(ends.min()), high=float(ends.max()))
+    return Segment(
+        line=line, covariance=wall.covariance, low=float(ends.min()), high=float(ends.max()), stations=wall.stations
+    )

@@ -66,6 +66,7 @@ def update(segment: Segment, measured: Segment) -> Segment:
         low=float(ends.min()),
         high=float(ends.max()),
         members=np.concatenate([segment.members, measured.members]),
+        stations=max(segment.stations, measured.stations),
     )
 
 

@@ -61,8 +61,10 @@ class ArcCarvingMapper:
         FeatureMap
             Walls, corners and cylinders.
         """
-        points, origins = self._placed()
-        features = features_of_points(points, np.ones(len(points)), self.settings.features, origins_xy=origins)
+        own, points = self._placed()
+        features = features_of_points(
+            points, np.ones(len(own)), self.settings.features, origins_xy=own.centers_xy, sweeps=own.sweeps
+        )
         return map_of_features(
             features, self._sweeps, method="arc-carving", parameters=self.settings.model_dump(mode="json")
         )
@@ -70,11 +72,11 @@ class ArcCarvingMapper:
     @property
     def points_xy(self) -> FloatArray:
         """Middles of what is left of the arcs, where that is narrow enough [m], shape (n, 2)."""
-        return self._placed()[0]
+        return self._placed()[1]
 
-    def _placed(self) -> tuple[FloatArray, FloatArray]:
-        """Points, and the acoustic centres from which they were heard."""
+    def _placed(self) -> tuple[Loci, FloatArray]:
+        """Arcs of which a narrow piece is left, and the middle of it."""
         pieces = longest_runs(self._left, sample_turns(self._loci, self.settings.carving.samples))
         narrow = pieces.widths <= self.settings.carving.max_width
         own = self._loci[pieces.arcs[narrow]]
-        return own.points_xy(pieces.turns[narrow]), own.centers_xy
+        return own, own.points_xy(pieces.turns[narrow])

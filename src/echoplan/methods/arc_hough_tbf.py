@@ -17,7 +17,7 @@ _IN_FRONT = 0.02
 
 
 def _biased() -> TbfSettings:
-    return TbfSettings(features=PointFeatureSettings(segments=SegmentSettings(common=_IN_FRONT)))
+    return TbfSettings(features=PointFeatureSettings(segments=SegmentSettings(common=_IN_FRONT), min_stations=1))
 
 
 class ArcHoughTbfSettings(BaseModel, frozen=True, extra="forbid"):

@@ -55,18 +55,20 @@ class AtmMapper:
         FeatureMap
             Walls, corners and cylinders.
         """
-        points, origins = self._placed()
-        features = features_of_points(points, np.ones(len(points)), self.settings.features, origins_xy=origins)
+        own, points = self._placed()
+        features = features_of_points(
+            points, np.ones(len(own)), self.settings.features, origins_xy=own.centers_xy, sweeps=own.sweeps
+        )
         return map_of_features(features, self._sweeps, method="atm", parameters=self.settings.model_dump(mode="json"))
 
     @property
     def points_xy(self) -> FloatArray:
         """A point for each arc that others cross [m], shape (n, 2)."""
-        return self._placed()[0]
+        return self._placed()[1]
 
-    def _placed(self) -> tuple[FloatArray, FloatArray]:
-        """Medians, and the acoustic centres from which they were heard."""
+    def _placed(self) -> tuple[Loci, FloatArray]:
+        """Arcs that have a median, and where it lies."""
         loci = Loci.joined(self._loci)
         medians = transversal_medians(loci, loci, self.settings.medians)
         own = loci[medians.arcs]
-        return own.points_xy(medians.turns), own.centers_xy
+        return own, own.points_xy(medians.turns)

@@ -1,6 +1,6 @@
 """Line segments by iterative end-point fit and Kalman filter (Yuan et al. 2014; as recalled)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pydantic import BaseModel, Field
@@ -88,7 +88,7 @@ class IepfKalmanMapper:
             for measured in self._measured(self._echoes(sensor)):
                 tracks = tracked(tracks, measured, self.settings.filter)
         sure = [
-            track.segment
+            replace(track.segment, stations=len(track.sweeps))
             for track in merged(tracks, self.settings.filter)
             if len(track.sweeps) >= self.settings.min_sweeps
         ]

@@ -12,11 +12,16 @@ from echoplan.model import FeatureMap, Rig, Sweep
 __all__ = ["TbfMapper", "TbfSettings"]
 
 
+def _of_agreed_points() -> PointFeatureSettings:
+    # Each point has its witnesses already; which sweep was the newest of them says nothing.
+    return PointFeatureSettings(min_stations=1)
+
+
 class TbfSettings(BaseModel, frozen=True, extra="forbid"):
     """Settings of all stages of triangulation-based fusion."""
 
     triangulation: TriangulationSettings = Field(default_factory=TriangulationSettings)
-    features: PointFeatureSettings = Field(default_factory=PointFeatureSettings)
+    features: PointFeatureSettings = Field(default_factory=_of_agreed_points)
 
 
 class TbfMapper:
@@ -60,7 +65,11 @@ class TbfMapper:
         """
         found = Triangulated.joined(self._found)
         features = features_of_points(
-            found.points_xy, np.ones(len(found.counts)), self.settings.features, origins_xy=found.origins_xy
+            found.points_xy,
+            np.ones(len(found.counts)),
+            self.settings.features,
+            origins_xy=found.origins_xy,
+            sweeps=found.sweeps,
         )
         return map_of_features(features, self._sweeps, method="tbf", parameters=self.settings.model_dump(mode="json"))
 

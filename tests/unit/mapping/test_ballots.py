@@ -30,5 +30,23 @@ def test_the_weights_of_the_caller_stay_as_they_are() -> None:
     assert weights.tolist() == [1.0] * 4
 
 
+def test_a_cell_off_the_ballot_leads_no_more() -> None:
+    ballot = Ballot(CELLS, np.ones(4))
+    ballot.strike(np.array([2, 3]))
+    assert ballot.leader() == (0, 2.0)
+    ballot.withdraw(np.array([0]))
+    assert ballot.leader() == (0, 1.0)
+    assert ballot.voters(2).tolist() == [2, 3, 3]
+
+
+def test_cells_may_have_any_numbers() -> None:
+    ballot = Ballot(np.array([[-(10**15), 7], [10**15, -(10**15)]]), np.ones(2))
+    assert ballot.leader() == (-(10**15), 2.0)
+    ballot.withdraw(np.array([0]))
+    ballot.strike(np.array([-(10**15)]))
+    assert ballot.leader() == (10**15, 1.0)
+    assert ballot.voters(10**15).tolist() == [1]
+
+
 def test_nobody_votes_for_nothing() -> None:
     assert Ballot(np.zeros((0, 5), dtype=np.int64), np.zeros(0)).leader() == (0, 0.0)

@@ -16,8 +16,8 @@ from echoplan.mapping.loci.loci import Loci
 
 __all__ = ["Crossings", "find_crossings"]
 
-# So many arcs are held against all others at a time: what fits into a few megabytes.
-_CHUNK = 256
+# So many pairs of arcs are held against each other at a time: what fits into some megabytes.
+_PAIRS = 1 << 20
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -59,8 +59,9 @@ def find_crossings(first: Loci, second: Loci, *, min_angle: float) -> Crossings:
     >>> find_crossings(one, other, min_angle=0.5).points_xy.round(6)
     array([[3., 4.]])
     """
-    starts = range(0, len(first), _CHUNK)
-    parts = [_crossings(first[start : start + _CHUNK], second, min_angle=min_angle) for start in starts]
+    rows = max(_PAIRS // max(len(second), 1), 1)
+    starts = range(0, len(first), rows)
+    parts = [_crossings(first[start : start + rows], second, min_angle=min_angle) for start in starts]
     return Crossings(
         first=np.concatenate([_none(), *(part.first + start for start, part in zip(starts, parts, strict=True))]),
         second=np.concatenate([_none(), *(part.second for part in parts)]),

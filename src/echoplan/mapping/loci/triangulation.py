@@ -36,12 +36,15 @@ class Triangulated:
         The points [m].
     origins_xy : ndarray, shape (t, 2)
         Acoustic centres of the newest readings that found them [m].
+    sweeps : ndarray of int, shape (t,)
+        Numbers of the newest sweeps.
     counts : ndarray of int, shape (t,)
         How many earlier sweeps agree with the newest.
     """
 
     points_xy: FloatArray
     origins_xy: FloatArray
+    sweeps: IntArray
     counts: IntArray
 
     @classmethod
@@ -61,6 +64,7 @@ class Triangulated:
         return cls(
             points_xy=np.concatenate([np.zeros((0, 2)), *(part.points_xy for part in parts)]),
             origins_xy=np.concatenate([np.zeros((0, 2)), *(part.origins_xy for part in parts)]),
+            sweeps=np.concatenate([np.zeros(0, dtype=np.int64), *(part.sweeps for part in parts)]),
             counts=np.concatenate([np.zeros(0, dtype=np.int64), *(part.counts for part in parts)]),
         )
 
@@ -120,5 +124,6 @@ def _means(newest: Loci, crossings: Crossings, places: IntArray, fullest: IntArr
     return Triangulated(
         points_xy=np.column_stack(sums) / weights[:, None],
         origins_xy=newest.centers_xy[fullest[:, 0]],
+        sweeps=newest.sweeps[fullest[:, 0]],
         counts=fullest[:, 2],
     )

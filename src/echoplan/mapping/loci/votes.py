@@ -98,7 +98,6 @@ def _ballot(
 def _contested_by_few(cells: IntArray, sweeps: IntArray, min_sweeps: int) -> IntArray:
     """Cells for which too few sweeps vote, and cell 0."""
     span = int(sweeps.max(initial=0)) + 1
-    pairs = np.unique(cells * span + sweeps[:, None])
-    counts = np.bincount(pairs // span, minlength=int(cells.max(initial=0)) + 1)
-    counts[0] = 0
-    return np.flatnonzero(counts < min_sweeps)
+    names, counts = np.unique(np.unique(cells * span + sweeps[:, None]) // span, return_counts=True)
+    few: IntArray = names[(counts < min_sweeps) | (names == 0)]
+    return few

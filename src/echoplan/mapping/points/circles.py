@@ -11,6 +11,8 @@ from echoplan.mapping.points.clouds import Cloud
 __all__ = ["Circle", "CircleSettings", "circle_covariance", "find_circles", "fit_taubin"]
 
 _ROUNDS = 20
+# Points so many times farther off the rim than the median do not belong to it.
+_FARTHER = 2.0
 
 
 class CircleSettings(BaseModel, frozen=True, extra="forbid"):
@@ -37,11 +39,14 @@ class Circle:
         Of the parameters.
     members : ndarray of int, shape (m,)
         Indices of its points.
+    stations : int, optional
+        From how many stations they were heard.
     """
 
     parameters: FloatArray
     covariance: FloatArray
     members: IntArray
+    stations: int = 0
 
 
 def find_circles(cloud: Cloud, settings: CircleSettings) -> list[Circle]:
@@ -151,21 +156,23 @@ def _links(pairs: IntArray, count: int) -> object:
 
 
 def _settled(cloud: Cloud, knot: IntArray, settings: CircleSettings) -> Circle | None:
-    """Fit and drop what lies off the rim, until the points stay the same."""
+    """Fit and drop what lies farther off the rim than most, until all that is left lies on it."""
     members, circle = knot, fit_taubin(cloud[knot])
     for _ in range(_ROUNDS):
-        if circle is None or not settings.min_radius <= circle[2] <= settings.max_radius:
+        if circle is None:
             return None
-        on_rim = np.abs(np.hypot(*(cloud.points_xy[knot] - circle[:2]).T) - circle[2]) <= settings.band
-        if np.array_equal(knot[on_rim], members):
-            return _accepted(cloud[members], circle, members, settings)
-        members = knot[on_rim]
-        circle = fit_taubin(cloud[members])
-    return None
+        off = np.abs(np.hypot(*(cloud.points_xy[knot] - circle[:2]).T) - circle[2])
+        on_rim = knot[off <= max(settings.band, _FARTHER * float(np.median(off)))]
+        if np.array_equal(on_rim, members):
+            break
+        members, circle = on_rim, fit_taubin(cloud[on_rim])
+    return None if circle is None else _accepted(cloud[members], circle, members, settings)
 
 
 def _accepted(own: Cloud, circle: FloatArray, members: IntArray, settings: CircleSettings) -> Circle | None:
-    if own.weight < settings.min_weight or _arc(own, circle) < settings.min_arc:
+    off = np.abs(np.hypot(*(own.points_xy - circle[:2]).T) - circle[2])
+    likely = settings.min_radius <= circle[2] <= settings.max_radius and off.max() <= settings.band
+    if not likely or own.weight < settings.min_weight or _arc(own, circle) < settings.min_arc:
         return None
     covariance = circle_covariance(own, circle, settings)
     if covariance is None or covariance[2, 2] > (circle[2] / 2) ** 2:

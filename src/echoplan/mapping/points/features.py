@@ -1,12 +1,13 @@
 """Features of points: walls with their ends, the corners in which they meet, circles of what is left."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from pydantic import BaseModel, Field
 
-from echoplan.arrays import FloatArray, checked_floats
+from echoplan.arrays import FloatArray, IntArray, checked_floats, checked_integers
 from echoplan.geometry import signed_distances
 from echoplan.mapping.corners import crossing_covariance
 from echoplan.mapping.junctions import Junction, Span, junctions, settle
@@ -18,12 +19,17 @@ from echoplan.model import Corner, Cylinder, Wall
 
 __all__ = ["PointFeatureSettings", "PointFeatures", "features_of_points", "join_segments"]
 
+Found = TypeVar("Found", Segment, Circle)
+
 
 class PointFeatureSettings(BaseModel, frozen=True, extra="forbid"):
     """What makes walls, corners and cylinders of points."""
 
     segments: SegmentSettings = Field(default_factory=SegmentSettings)
     circles: CircleSettings = Field(default_factory=CircleSettings)
+    min_stations: int = Field(
+        default=2, ge=1, description="a feature heard from fewer stations is none, where the stations are known"
+    )
     max_extension: float = Field(
         default=0.5, ge=0.0, description="greatest length by which a wall is extended to meet its neighbour [m]"
     )
@@ -54,6 +60,7 @@ def features_of_points(
     settings: PointFeatureSettings | None = None,
     *,
     origins_xy: FloatArray | None = None,
+    sweeps: IntArray | None = None,
 ) -> PointFeatures:
     """Find walls, corners and cylinders among points.
 
@@ -71,6 +78,8 @@ def features_of_points(
     origins_xy : ndarray, shape (n, 2), optional
         From where each point was heard [m].  It tells on which side of a wall one stood, and so concave corners
         from convex ones.  Without it, one stood in the middle of all points.
+    sweeps : ndarray of int, shape (n,), optional
+        In which sweep each was heard.  It tells from how many stations a feature was heard.
 
     Returns
     -------
@@ -98,10 +107,18 @@ def features_of_points(
         return PointFeatures()
     origins = np.tile(cloud.centroid_xy, (len(points), 1)) if origins_xy is None else origins_xy
     origins = checked_floats(origins, name="origins_xy", shape=(len(points), 2))[counted]
+    heard = None if sweeps is None else checked_integers(sweeps, name="sweeps", shape=(len(points),))[counted]
     lines = find_segments(cloud, settings.segments)
     segments = [_facing(segment, cloud, origins) for segment in lines.found]
-    circles = find_circles(cloud[lines.rest], settings.circles)
-    return join_segments(segments, circles, max_extension=settings.max_extension)
+    circles = [
+        replace(circle, members=lines.rest[circle.members])
+        for circle in find_circles(cloud[lines.rest], settings.circles)
+    ]
+    return join_segments(
+        _confirmed(segments, heard, settings.min_stations),
+        _confirmed(circles, heard, settings.min_stations),
+        max_extension=settings.max_extension,
+    )
 
 
 def join_segments(
@@ -141,6 +158,14 @@ def join_segments(
     )
 
 
+def _confirmed(found: Sequence[Found], sweeps: IntArray | None, min_stations: int) -> list[Found]:
+    """Count the stations of what was found, and keep what enough of them heard; all, if nobody knows the stations."""
+    if sweeps is None:
+        return list(found)
+    counted = [replace(each, stations=len(np.unique(sweeps[each.members]))) for each in found]
+    return [each for each in counted if each.stations >= min_stations]
+
+
 def _facing(segment: Segment, cloud: Cloud, origins_xy: FloatArray) -> Segment:
     """Turn the normal of a segment away from where most of its weight was heard."""
     beyond = signed_distances(segment.line, origins_xy[segment.members])
@@ -154,6 +179,7 @@ def _wall(segment: Segment, start_xy: FloatArray, end_xy: FloatArray) -> Wall:
         endpoints_xy=np.stack([start_xy, end_xy]),
         covariance=segment.covariance,
         pings=len(segment.members),
+        stations=segment.stations,
     )
 
 
@@ -171,4 +197,5 @@ def _cylinder(circle: Circle) -> Cylinder:
         radius=float(circle.parameters[2]),
         covariance=circle.covariance,
         pings=len(circle.members),
+        stations=circle.stations,
     )

@@ -72,8 +72,8 @@ def find_segments(cloud: Cloud, settings: SegmentSettings) -> Segments:
 def _line_cells(points_xy: FloatArray, settings: SegmentSettings) -> IntArray:
     """Cells of all lines through each point: directions over half a turn, offsets in steps of the band."""
     angles = np.arange(0.0, np.pi, settings.angle_step)
-    rows = np.floor(points_xy @ directions(angles).T / settings.band).astype(np.int64)
-    rows -= rows.min(initial=0)
+    away = points_xy - points_xy.mean(axis=0) if len(points_xy) else points_xy
+    rows = np.floor(away @ directions(angles).T / settings.band).astype(np.int64)
     cells: IntArray = rows * len(angles) + np.arange(len(angles))
     return cells
 

@@ -1,6 +1,6 @@
 """Straight segments: stretches of lines through weighted points, by orthogonal regression."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from pydantic import BaseModel, Field
@@ -44,6 +44,8 @@ class Segment:
         Coordinates of its first and last point along the line [m].
     members : ndarray of int, shape (m,), optional
         Indices of its points.
+    stations : int, optional
+        From how many stations they were heard.
     """
 
     line: FloatArray
@@ -51,6 +53,7 @@ class Segment:
     low: float
     high: float
     members: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    stations: int = 0
 
     @property
     def ends_xy(self) -> FloatArray:
@@ -62,12 +65,12 @@ class Segment:
     def turned(self) -> "Segment":
         """Return the same segment with its normal to the other side."""
         mirror = np.diag([1.0, -1.0])
-        return Segment(
+        return replace(
+            self,
             line=np.array([wrap(self.line[0] + np.pi), -self.line[1]]),
             covariance=mirror @ self.covariance @ mirror,
             low=-self.high,
             high=-self.low,
-            members=self.members,
         )
 
 

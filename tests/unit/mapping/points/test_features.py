@@ -4,7 +4,7 @@ import pytest
 from echoplan.arrays import FloatArray
 from echoplan.errors import InvalidValueError
 from echoplan.geometry import directions
-from echoplan.mapping import PointFeatures, features_of_points
+from echoplan.mapping import PointFeatures, PointFeatureSettings, features_of_points
 from echoplan.model import CornerKind
 
 # An oblong room that does not hold the origin in its middle, with a column off its axes.
@@ -99,6 +99,42 @@ def test_weights_count_like_points() -> None:
     assert [wall.offset for wall in twice.walls] == pytest.approx([wall.offset for wall in again.walls])
     for one, other in zip(twice.walls, again.walls, strict=True):
         assert one.covariance == pytest.approx(other.covariance)
+
+
+def test_features_know_from_how_many_stations_they_were_heard() -> None:
+    points = room()
+    features = features_of_points(points, np.ones(len(points)), sweeps=np.arange(len(points)) % 5)
+    assert [wall.stations for wall in features.walls] == [5] * 4
+    assert [column.stations for column in features.cylinders] == [5]
+    assert [wall.stations for wall in found(points).walls] == [0] * 4
+
+
+def test_what_one_station_heard_alone_is_no_feature() -> None:
+    points = room()
+    # Two walls and the column were heard in the first sweep only.
+    sweeps = np.where((points[:, 1] > 0.51) & (points[:, 0] < 1.99), 0, np.arange(len(points)) % 2)
+    features = features_of_points(points, np.ones(len(points)), sweeps=sweeps)
+    assert len(features.walls) == 2
+    assert features.cylinders == ()
+    once = PointFeatureSettings(min_stations=1)
+    assert len(features_of_points(points, np.ones(len(points)), once, sweeps=sweeps).walls) == 4
+
+
+def test_points_in_another_order_show_the_same() -> None:
+    points = room() + np.random.default_rng(9).normal(0, 0.005, (len(room()), 2))
+    order = np.random.default_rng(10).permutation(len(points))
+    one, other = found(points), found(points[order])
+    for wall, same in zip(one.walls, other.walls, strict=True):
+        assert (wall.normal_angle, wall.offset) == pytest.approx((same.normal_angle, same.offset))
+    assert len(one.corners) == len(other.corners) == 4
+
+
+def test_a_room_far_from_the_origin_and_a_point_far_from_the_room_cost_nothing() -> None:
+    away = np.array([4.5e5, 5.2e6])
+    points = np.concatenate([room() + away, [[0.0, 0.0]]])
+    features = found(points)
+    assert len(features.walls) == 4
+    assert len(features.cylinders) == 1
 
 
 def test_nothing_shows_nothing() -> None:
