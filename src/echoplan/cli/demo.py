@@ -9,6 +9,7 @@ from echoplan.cli.results import Results, write_results
 from echoplan.cli.terminal import Progressing, console, report_files, show
 
 if TYPE_CHECKING:
+    from echoplan.arrays import FloatArray
     from echoplan.methods.mdp_fuzzy import MdpFuzzyMapper
     from echoplan.model import FeatureMap, Sweep, Table
     from echoplan.simulation import Simulation
@@ -52,7 +53,7 @@ def run(
     write_truth(out / "recording" / "truth.json", simulation.truth)
     mapper = MdpFuzzyMapper(simulation.rig)
     maps = {"mdp-fuzzy": _mapped(mapper, sweeps), "rcd": _mapped_by("rcd", simulation, sweeps)}
-    plan, pictures = _drawn(mapper, sweeps, maps["mdp-fuzzy"], simulation)
+    plan, pictures, times = _drawn(mapper, sweeps, maps["mdp-fuzzy"], simulation)
     table = _table5(maps, simulation)
     show(table)
     _write_pictures(out / "pictures", pictures)
@@ -61,6 +62,7 @@ def run(
         run=Run(source=f"sim:{_WORLD},rig={_RIG},seed={seed}", method="mdp-fuzzy", seed=seed),
         settings={"simulation": simulation.settings, "method": mapper.settings},
         plan=plan,
+        times=times,
         sections=(Text(title="What this is", paragraphs=_INTRODUCTION), table, *pictures),
     )
     write_results(out, results)
@@ -95,7 +97,7 @@ def _mapped_by(name: str, simulation: "Simulation", sweeps: "list[Sweep]") -> "F
 
 def _drawn(
     mapper: "MdpFuzzyMapper", sweeps: "list[Sweep]", feature_map: "FeatureMap", simulation: "Simulation"
-) -> "tuple[Plan, tuple[Picture, ...]]":
+) -> "tuple[Plan, tuple[Picture, ...], FloatArray]":
     from echoplan.viewer import EchoListener, Plan, paper_pictures, sweep_stages  # noqa: PLC0415
 
     listener = EchoListener(simulation.rig)
@@ -106,7 +108,7 @@ def _drawn(
         heard=tuple(mapper.observations),
         echoes_xy=listener.points_xy,
     )
-    return plan, paper_pictures(stages, plan)
+    return plan, paper_pictures(stages, plan), listener.times
 
 
 def _write_pictures(folder: Path, pictures: "tuple[Picture, ...]") -> None:

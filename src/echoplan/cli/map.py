@@ -1,12 +1,15 @@
 """``echoplan map``: sweeps in, a map with its pictures and its settings out."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from echoplan.cli.results import Results, say_what_was_found, write_results
 from echoplan.cli.terminal import Progressing
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
 __all__ = ["run"]
 
@@ -14,7 +17,10 @@ __all__ = ["run"]
 def run(
     source: Annotated[str, typer.Argument(help="A recording's folder, or sim:WORLD.")],
     out: Annotated[Path, typer.Option(help="Folder for the map.")],
-    method: Annotated[str, typer.Option(help="How to map: mdp-fuzzy or rcd.")] = "mdp-fuzzy",
+    method: Annotated[
+        str, typer.Option(help="How to map: joint, or one of those that echoplan compare knows.")
+    ] = "joint",
+    poses: Annotated[str | None, typer.Option(help="Of joint: trust, correct, or auto.", show_default="auto")] = None,
     config: Annotated[Path | None, typer.Option(help="Settings of the method, in a [method] table.")] = None,
 ) -> None:
     """Map a recording: map.json, map.svg, report.html and the settings of the run.
@@ -29,6 +35,7 @@ def run(
     chosen = find_method(method)
     sections = {"method": chosen.settings_type}
     settings = read_config(config, sections)["method"] if config else chosen.settings_type()
+    settings = settings if poses is None else _with_poses(settings, poses, method)
     opened = open_source(source)
     mapper, listener = chosen.build(opened.rig, settings), EchoListener(opened.rig)
     feature_map = map_sweeps(mapper, listener.listen(Progressing(opened, "mapping")))
@@ -40,4 +47,16 @@ def run(
     )
     say_what_was_found(plan)
     record = Run(source=source, method=method)
-    write_results(out, Results(title=f"Map of {opened.name}", run=record, settings={"method": settings}, plan=plan))
+    title = f"Map of {opened.name}"
+    write_results(out, Results(title=title, run=record, settings={"method": settings}, plan=plan, times=listener.times))
+
+
+def _with_poses(settings: "BaseModel", poses: str, method: str) -> "BaseModel":
+    from echoplan.errors import InputError, UnknownNameError  # noqa: PLC0415
+
+    if "poses" not in type(settings).model_fields:
+        raise InputError("--poses", f"the method {method} does as it does about poses", remedy="use --method joint")
+    modes = ("auto", "correct", "trust")
+    if poses not in modes:
+        raise UnknownNameError("value of --poses", poses, known=modes)
+    return type(settings)(**{**settings.model_dump(), "poses": poses})

@@ -10,8 +10,9 @@ from echoplan.cli.terminal import console, report_files
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+    from echoplan.arrays import FloatArray
     from echoplan.config import Run
-    from echoplan.viewer import Plan, Section
+    from echoplan.viewer import Definitions, Plan, Section
 
 __all__ = ["Results", "say_what_was_found", "write_results"]
 
@@ -30,6 +31,8 @@ class Results:
         Settings of the stages by the name of their table.
     plan : Plan
         The map, and what lies beneath it.
+    times : ndarray, shape (s,)
+        When each sweep began [s].
     sections : tuple of Section, optional
         What else the report tells, before the tables of the evaluation.
     """
@@ -38,11 +41,12 @@ class Results:
     run: "Run"
     settings: "dict[str, BaseModel]"
     plan: "Plan"
+    times: "FloatArray"
     sections: "tuple[Section, ...]" = ()
 
 
 def write_results(folder: Path, results: Results) -> None:
-    """Write ``map.json``, ``map.svg``, ``report.html`` and ``run.toml``, and say so.
+    """Write ``map.json``, ``map.svg``, ``report.html``, ``trajectory.tum`` and ``run.toml``, and say so.
 
     Parameters
     ----------
@@ -57,16 +61,17 @@ def write_results(folder: Path, results: Results) -> None:
         If a file cannot be written.
     """
     from echoplan.config import write_run  # noqa: PLC0415 - --help must not wait for NumPy
-    from echoplan.io import write_map, write_text  # noqa: PLC0415
+    from echoplan.io import write_map, write_text, write_trajectory  # noqa: PLC0415
     from echoplan.viewer import Report, plan_svg, report_html  # noqa: PLC0415
 
     plan = results.plan
-    sections = (*results.sections, *_evaluated(plan), *_settings(results))
+    sections = (*results.sections, *_learned(plan), *_evaluated(plan), *_settings(results))
     write_map(folder / "map.json", plan.feature_map)
     write_text(folder / "map.svg", plan_svg(plan))
     write_text(folder / "report.html", report_html(Report(title=results.title, plan=plan, sections=sections)))
+    write_trajectory(folder / "trajectory.tum", results.times, plan.feature_map.poses)
     write_run(folder / "run.toml", results.run, results.settings)
-    report_files(folder, ["map.json", "map.svg", "report.html", "run.toml"])
+    report_files(folder, ["map.json", "map.svg", "report.html", "trajectory.tum", "run.toml"])
 
 
 def say_what_was_found(plan: "Plan") -> None:
@@ -80,6 +85,15 @@ def say_what_was_found(plan: "Plan") -> None:
     from echoplan.viewer import found_in_words  # noqa: PLC0415
 
     console().print(found_in_words(plan.feature_map))
+    for section in _learned(plan):
+        for name, text in section.items:
+            console().print(f"{name}: {text}")
+
+
+def _learned(plan: "Plan") -> "tuple[Definitions, ...]":
+    from echoplan.viewer import learned_in_words  # noqa: PLC0415
+
+    return learned_in_words(plan.feature_map)
 
 
 def _evaluated(plan: "Plan") -> "tuple[Section, ...]":

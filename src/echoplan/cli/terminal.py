@@ -28,8 +28,8 @@ def console() -> Console:
         Of standard output; plain text where that is no terminal.
     """
     # What goes into a pipe or a file must not be folded at the width of a terminal that is not there.
-    plain = Console(highlight=False)
-    return plain if plain.is_terminal else Console(highlight=False, width=_PIPE_WIDTH)
+    plain = Console(highlight=False, markup=False)
+    return plain if plain.is_terminal else Console(highlight=False, markup=False, width=_PIPE_WIDTH)
 
 
 def show(table: "Table") -> None:

@@ -13,6 +13,7 @@ from echoplan.io.files import read_text, write_bytes, write_text, written_whole
 from echoplan.io.recording import RecordingFolder, read_recording, write_recording
 from echoplan.io.rig import read_rig, write_rig
 from echoplan.io.route import read_route, write_route
+from echoplan.io.trajectory import read_trajectory, write_trajectory
 from echoplan.io.truth import read_truth, write_truth
 from echoplan.io.world import read_world, write_world
 
@@ -26,6 +27,7 @@ __all__ = [
     "read_rig",
     "read_route",
     "read_text",
+    "read_trajectory",
     "read_truth",
     "read_world",
     "rig_names",
@@ -37,6 +39,7 @@ __all__ = [
     "write_rig",
     "write_route",
     "write_text",
+    "write_trajectory",
     "write_truth",
     "write_world",
     "written_whole",

@@ -81,6 +81,17 @@ class Account:
         self.features: list[Hypothesis] = []
         self.adjusted: Adjusted | None = None
         self.direction: float | None = None
+        self.verdict = "trusted, as asked for"
+
+    @property
+    def offset_sigma(self) -> float:
+        """How well a maker sets a module right: within a step of its readings [m]."""
+        return self.resolution / math.sqrt(12.0)
+
+    @property
+    def has_servo(self) -> bool:
+        """Whether anything turned while it listened."""
+        return bool(np.any(self.recorded.rates))
 
     def glance(self) -> None:
         """Take a first look at what the pings suggest."""
@@ -174,9 +185,9 @@ class Account:
         """Adjust features and sonar, and poses if they may be off."""
         beliefs = Beliefs(
             noise=noise,
-            offset_sigma=self.resolution / math.sqrt(12.0),
+            offset_sigma=self.offset_sigma,
             walk_gain=self.prior.walk_gain,
-            has_servo=bool(np.any(self.recorded.rates)),
+            has_servo=self.has_servo,
             poses=poses,
             pair_sigma=0.0 if poses is None or poses.relative else self.settings.pose_errors.pair_sigma,
             square=None
@@ -234,16 +245,20 @@ class Account:
         """Tell what was learned of the sonar, and how well."""
         if self.adjusted is None:
             return {}
-        sigmas = self.adjusted.sonar_sigmas()
-        values = {
-            "range_offset": self.model.range_offset,
-            "walk_gain": self.model.walk_gain,
-            "range_scale": self.model.range_scale,
-            "servo_latency": self.adjusted.latency,
+        sigmas, settings = self.adjusted.sonar_sigmas(), self.settings.adjustment
+        numbers = {
+            "range_offset": (self.model.range_offset, self.offset_sigma),
+            "walk_gain": (self.model.walk_gain, settings.gain_share * self.prior.walk_gain),
+            "range_scale": (self.model.range_scale, settings.scale_sigma),
+            "servo_latency": (self.adjusted.latency, settings.latency_sigma),
         }
-        learned = {name: {"value": value, "sigma": sigmas[name]} for name, value in values.items()}
+        learned = {
+            name: {"value": value, "sigma": sigmas[name], "believed": believed}
+            for name, (value, believed) in numbers.items()
+            if name != "servo_latency" or self.has_servo
+        }
         beam = {"figure_of_merit": self.model.figure_of_merit, "ka": self.model.ka, "noise": self.noise}
-        return {**learned, **beam, "agreement": self.agreement()}
+        return {**learned, **beam, "agreement": self.agreement(), "poses": self.verdict}
 
     def survey(self) -> Survey:
         """Draw what was found."""

@@ -82,8 +82,14 @@ class JointMapper:
             account.glance()
         if mode is PoseMode.CORRECT or (mode is PoseMode.AUTO and account.is_torn()):
             track(account, odometry_beliefs(given, errors))
+            drifted = "corrected: from the poses as recorded most walls were there twice"
+            account.verdict = "corrected, as asked for" if mode is PoseMode.CORRECT else drifted
             return account
         account.explain()
-        if mode is PoseMode.AUTO and not account.agrees():
-            account.correct(waypoint_beliefs(given, errors))
+        if mode is PoseMode.AUTO:
+            share = f"{100 * account.agreement():.0f} % of the echoes agree from the poses as recorded"
+            account.verdict = f"trusted: {share}"
+            if not account.agrees():
+                account.correct(waypoint_beliefs(given, errors))
+                account.verdict = f"corrected by a few centimetres: only {share}"
         return account

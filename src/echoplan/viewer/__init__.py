@@ -1,6 +1,7 @@
 """Pictures of maps and of how they came about: figures, drawings to scale, reports."""
 
 from echoplan.viewer.gallery import Exhibit, Gallery, gallery_html
+from echoplan.viewer.learning import learned_in_words
 from echoplan.viewer.listening import EchoListener
 from echoplan.viewer.pictures import paper_pictures
 from echoplan.viewer.plan import Plan
@@ -23,6 +24,7 @@ __all__ = [
     "flattened",
     "found_in_words",
     "gallery_html",
+    "learned_in_words",
     "paper_pictures",
     "plan_svg",
     "report_html",

@@ -22,18 +22,20 @@ def results(truth: Truth | None = None) -> Results:
         run=Run(source="rec/", method="by hand", seed=7),
         settings={"method": KmeansSettings(min_members=4)},
         plan=Plan(feature_map=found, truth=truth, heard=(), echoes_xy=np.zeros((0, 2))),
+        times=np.arange(float(len(found.sweeps))),
     )
 
 
-def test_four_files_are_left_and_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_five_files_are_left_and_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write_results(tmp_path / "out", results())
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
         "map.json",
         "map.svg",
         "report.html",
         "run.toml",
+        "trajectory.tum",
     ]
-    assert "map.json, map.svg, report.html, run.toml" in capsys.readouterr().out
+    assert "map.json, map.svg, report.html, trajectory.tum, run.toml" in capsys.readouterr().out
 
 
 def test_the_map_and_the_settings_are_those_of_the_run(tmp_path: Path) -> None:

@@ -1,0 +1,43 @@
+import pytest
+
+from echoplan.model import FeatureMap
+from echoplan.viewer import learned_in_words
+
+
+def told(**changed: object) -> dict[str, str]:
+    """Items about a recording of which one number is known."""
+    found: dict[str, object] = {
+        "range_scale": {"value": 0.0199, "sigma": 0.0003, "believed": 0.03},
+        "noise": 0.0031,
+        "poses": "trusted: 99 % of the echoes agree",
+    }
+    (section,) = learned_in_words(FeatureMap(method="joint", parameters={"found": {**found, **changed}}))
+    return dict(section.items)
+
+
+def test_a_number_comes_with_its_uncertainty_and_unit() -> None:
+    assert told()["Ranges are too short by"] == "1.990 \N{PLUS-MINUS SIGN} 0.030 %"
+
+
+def test_what_the_pings_do_not_narrow_down_is_said_to_be_unknown() -> None:
+    offset = {"value": 0.0002, "sigma": 0.0013, "believed": 0.0014}
+    assert told(range_offset=offset)["Ranges at 1 m are too long by"] == "not determined by this recording"
+
+
+def test_noise_is_told_in_millimetres() -> None:
+    assert told()["Readings scatter by"] == "3.1 mm"
+
+
+def test_it_is_said_what_was_done_about_the_poses_and_why() -> None:
+    assert told(poses="corrected: walls were there twice")["Poses"] == "corrected: walls were there twice"
+
+
+@pytest.mark.parametrize("sigma", [1e-9, 1.0])
+def test_any_uncertainty_can_be_written(sigma: float) -> None:
+    number = {"value": 0.5, "sigma": sigma, "believed": 1e9}
+    assert "%" in told(range_scale=number)["Ranges are too short by"]
+
+
+def test_methods_that_learn_nothing_say_nothing() -> None:
+    assert learned_in_words(FeatureMap(method="rcd")) == ()
+    assert learned_in_words(FeatureMap(method="joint", parameters={"found": {}})) == ()
