@@ -7,17 +7,25 @@ from echoplan.arrays import FloatArray
 from echoplan.mapping import PointFeatureSettings, features_of_points
 from echoplan.mapping.loci import Loci
 from echoplan.mapping.loci.carving import CarvingSettings, carve, longest_runs, sample_turns
-from echoplan.mapping.points import map_of_features
+from echoplan.mapping.points import SegmentSettings, map_of_features
 from echoplan.model import FeatureMap, Rig, Sweep
 
 __all__ = ["ArcCarvingMapper", "ArcCarvingSettings"]
+
+
+# The middle of a piece of 30 degrees of an arc of radius r may lie r (1 - cos(15 degrees)) in front of a wall [m].
+_IN_FRONT = 0.05
+
+
+def _in_front_of_walls() -> PointFeatureSettings:
+    return PointFeatureSettings(segments=SegmentSettings(common=_IN_FRONT))
 
 
 class ArcCarvingSettings(BaseModel, frozen=True, extra="forbid"):
     """Settings of all stages of arc carving."""
 
     carving: CarvingSettings = Field(default_factory=CarvingSettings)
-    features: PointFeatureSettings = Field(default_factory=PointFeatureSettings)
+    features: PointFeatureSettings = Field(default_factory=_in_front_of_walls)
 
 
 class ArcCarvingMapper:

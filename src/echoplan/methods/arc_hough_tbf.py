@@ -3,28 +3,21 @@
 from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray
-from echoplan.mapping import PointFeatures, PointFeatureSettings
+from echoplan.mapping import PointFeatures
 from echoplan.mapping.fusion import FusionSettings, fuse_walls
-from echoplan.mapping.points import SegmentSettings, join_segments, map_of_features
+from echoplan.mapping.points import join_segments, map_of_features
 from echoplan.methods.rcd import RcdMapper, RcdMapperSettings
 from echoplan.methods.tbf import TbfMapper, TbfSettings
 from echoplan.model import FeatureMap, Rig, Sweep
 
 __all__ = ["ArcHoughTbfMapper", "ArcHoughTbfSettings"]
 
-# Arcs of two stations whose feet on a wall are s apart cross s**2 / 8 r in front of it: 2 cm for 0.5 m and 1.5 m.
-_IN_FRONT = 0.02
-
-
-def _biased() -> TbfSettings:
-    return TbfSettings(features=PointFeatureSettings(segments=SegmentSettings(common=_IN_FRONT), min_stations=1))
-
 
 class ArcHoughTbfSettings(BaseModel, frozen=True, extra="forbid"):
     """Settings of both parts and of their fusion."""
 
     arcs: RcdMapperSettings = Field(default_factory=RcdMapperSettings)
-    points: TbfSettings = Field(default_factory=_biased)
+    points: TbfSettings = Field(default_factory=TbfSettings)
     fusion: FusionSettings = Field(default_factory=FusionSettings)
 
 

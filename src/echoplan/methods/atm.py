@@ -6,17 +6,25 @@ from pydantic import BaseModel, Field
 from echoplan.arrays import FloatArray
 from echoplan.mapping import PointFeatureSettings, features_of_points
 from echoplan.mapping.loci import Loci, MedianSettings, transversal_medians
-from echoplan.mapping.points import map_of_features
+from echoplan.mapping.points import SegmentSettings, map_of_features
 from echoplan.model import FeatureMap, Rig, Sweep
 
 __all__ = ["AtmMapper", "AtmSettings"]
+
+
+# Arcs that touch a wall from a depth r and cross at 30 degrees do so r (1 - cos(15 degrees)) in front of it [m].
+_IN_FRONT = 0.05
+
+
+def _in_front_of_walls() -> PointFeatureSettings:
+    return PointFeatureSettings(segments=SegmentSettings(common=_IN_FRONT))
 
 
 class AtmSettings(BaseModel, frozen=True, extra="forbid"):
     """Settings of all stages of the arc-transversal median."""
 
     medians: MedianSettings = Field(default_factory=MedianSettings)
-    features: PointFeatureSettings = Field(default_factory=PointFeatureSettings)
+    features: PointFeatureSettings = Field(default_factory=_in_front_of_walls)
 
 
 class AtmMapper:

@@ -5,11 +5,19 @@ from pydantic import BaseModel, Field
 from echoplan.arrays import FloatArray
 from echoplan.mapping import PointFeatureSettings, features_of_points
 from echoplan.mapping.mixture import Mixture, MixtureSettings, learn
-from echoplan.mapping.points import map_of_features
+from echoplan.mapping.points import SegmentSettings, map_of_features
 from echoplan.model import FeatureMap, Pings, Rig, Sweep
 from echoplan.preprocessing import echo_points, valid_pings
 
 __all__ = ["GmmMapper", "GmmSettings"]
+
+
+# A component starts as wide as 10 cm, and the bow of an arc keeps it so: its middle is known to half of that [m].
+_BOW = 0.05
+
+
+def _of_bows() -> PointFeatureSettings:
+    return PointFeatureSettings(segments=SegmentSettings(common=_BOW))
 
 
 class GmmSettings(BaseModel, frozen=True, extra="forbid"):
@@ -17,7 +25,7 @@ class GmmSettings(BaseModel, frozen=True, extra="forbid"):
 
     mixture: MixtureSettings = Field(default_factory=MixtureSettings)
     spacing: float = Field(default=0.05, gt=0.0, description="distance of the points that stand for a component [m]")
-    features: PointFeatureSettings = Field(default_factory=PointFeatureSettings)
+    features: PointFeatureSettings = Field(default_factory=_of_bows)
 
 
 class GmmMapper:

@@ -1,5 +1,7 @@
 """Hough votes of echoes for lines and points (Tardos, Neira, Newman and Leonard 2002)."""
 
+from dataclasses import replace
+
 import numpy as np
 from pydantic import BaseModel, Field
 
@@ -27,6 +29,9 @@ class HoughSettings(BaseModel, frozen=True, extra="forbid"):
 
     votes: VoteSettings = Field(default_factory=VoteSettings)
     assembly: AssemblySettings = Field(default_factory=AssemblySettings)
+    common: float = Field(
+        default=0.005, ge=0.0, description="what all echoes of a wall have in common [m]: range walk of a module's step"
+    )
     point_radius: float = Field(default=0.03, gt=0.0, description="a circle smaller than this is a corner [m]")
 
 
@@ -94,14 +99,10 @@ class HoughMapper:
             kind: [observations_of_reflector(each, loci, degrees=degrees) for each in reflectors if each.kind is kind]
             for kind, degrees in _DEGREES.items()
         }
-        floor = (self.settings.assembly.association.bearing_floor, self.settings.assembly.association.distance_floor)
         points = [tuple(members) for members in heard[ReflectorKind.POINT]]
         round_ones = [members for members in points if self._radius(members) > self.settings.point_radius]
         return Grouped(
-            lines=[
-                Group(members=tuple(members), fit=fit_line(Stack.of(members, floor=floor)))
-                for members in heard[ReflectorKind.LINE]
-            ],
+            lines=[self._wall(members) for members in heard[ReflectorKind.LINE]],
             corners=[each for members in points if members not in round_ones for each in members],
             cylinders=round_ones,
         )
@@ -112,6 +113,12 @@ class HoughMapper:
         loci = Loci.joined(self._loci)
         reflectors = find_reflectors(loci, self.settings.votes)
         return np.concatenate([np.zeros((0, 2)), *(echo_points(each, loci) for each in reflectors)])
+
+    def _wall(self, members: list[Observation]) -> Group:
+        gates = self.settings.assembly.association
+        fit = fit_line(Stack.of(members, floor=(gates.bearing_floor, gates.distance_floor)))
+        shared = np.diag([0.0, self.settings.common**2])
+        return Group(members=tuple(members), fit=replace(fit, covariance=fit.covariance + shared))
 
     def _radius(self, members: tuple[Observation, ...]) -> float:
         assembly = self.settings.assembly

@@ -6,15 +6,19 @@ from pydantic import BaseModel, Field
 from echoplan.arrays import FloatArray
 from echoplan.mapping import PointFeatureSettings, features_of_points
 from echoplan.mapping.loci import Loci, Triangulated, TriangulationSettings, triangulate
-from echoplan.mapping.points import map_of_features
+from echoplan.mapping.points import SegmentSettings, map_of_features
 from echoplan.model import FeatureMap, Rig, Sweep
 
 __all__ = ["TbfMapper", "TbfSettings"]
 
 
+# Arcs of two stations whose feet on a wall are s apart cross s**2 / 8 r in front of it: 2 cm for 0.5 m and 1.5 m.
+_IN_FRONT = 0.02
+
+
 def _of_agreed_points() -> PointFeatureSettings:
     # Each point has its witnesses already; which sweep was the newest of them says nothing.
-    return PointFeatureSettings(min_stations=1)
+    return PointFeatureSettings(segments=SegmentSettings(common=_IN_FRONT), min_stations=1)
 
 
 class TbfSettings(BaseModel, frozen=True, extra="forbid"):
