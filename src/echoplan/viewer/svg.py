@@ -27,6 +27,9 @@ _NAMESPACE = "http://www.w3.org/2000/svg"
 # Sizes on paper [mm].
 _MARGIN, _LEGEND, _ARROW = 10.0, 16.0, 6.0
 
+# Below this width the legend would not fit [mm].
+_NARROWEST = 110.0
+
 # The axes of the map as directions on paper.
 _AXES = {"x": (1.0, 0.0), "y": (0.0, -1.0)}
 
@@ -45,7 +48,7 @@ def plan_svg(plan: Plan) -> str:
         An SVG document of the size of the drawing: printed as it is, it is to scale.
     """
     drawing = plan_element(plan)
-    width, height = Sheet(bounds_xy=plan.bounds_xy).size
+    width, height = _sheet(plan).size
     style = element("style", text=_style())
     drawing.insert(1, style)
     drawing.attrib |= {"xmlns": _NAMESPACE, "width": f"{size(width)}mm", "height": f"{size(height)}mm"}
@@ -68,7 +71,7 @@ def plan_element(plan: Plan) -> ET.Element:
         know of it in its title.  Its unit is a millimetre on paper; ``data-scale`` says how many it stands for, and
         ``data-origin`` where the origin of the map lies.
     """
-    sheet = Sheet(bounds_xy=plan.bounds_xy)
+    sheet = _sheet(plan)
     layers = {
         "grid": _grid(sheet),
         "echoes": [_window(sheet, echo_marks(plan, sheet))],
@@ -91,6 +94,13 @@ def plan_element(plan: Plan) -> ET.Element:
         data_scale=f"{sheet.scale:g}",
         data_origin=coordinates(sheet.paper([0.0, 0.0])),
     )
+
+
+def _sheet(plan: Plan) -> Sheet:
+    """Lay a map on paper, in the middle of what its legend needs."""
+    sheet = Sheet(bounds_xy=plan.bounds_xy)
+    short = max(_NARROWEST - float(sheet.size[0]), 0.0) / 2 / sheet.millimetres
+    return Sheet(bounds_xy=sheet.bounds_xy + np.array([[-short, 0.0], [short, 0.0]]))
 
 
 def _style() -> str:
