@@ -1,5 +1,6 @@
 """Elements of SVG and HTML; whatever text they carry is escaped when they are written."""
 
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 
@@ -7,6 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 __all__ = ["coordinates", "element", "path", "size"]
+
+# What no XML document may hold, not even escaped (XML 1.0, production 2).
+_FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def element(tag: str, *children: ET.Element, text: str = "", **attributes: str) -> ET.Element:
@@ -19,7 +23,7 @@ def element(tag: str, *children: ET.Element, text: str = "", **attributes: str) 
     *children : Element
         What is in it.
     text : str, optional
-        What it says, before its children.
+        What it says, before its children; characters that no document may hold become replacement characters.
     **attributes : str
         Its attributes; a trailing underscore is dropped and others become dashes, as in ``class_``, ``data_key``.
 
@@ -33,8 +37,8 @@ def element(tag: str, *children: ET.Element, text: str = "", **attributes: str) 
     >>> ET.tostring(element("text", text="1 < 2", class_="tick"))
     b'<text class="tick">1 &lt; 2</text>'
     """
-    made = ET.Element(tag, {name.rstrip("_").replace("_", "-"): value for name, value in attributes.items()})
-    made.text = text or None
+    made = ET.Element(tag, {name.rstrip("_").replace("_", "-"): _allowed(value) for name, value in attributes.items()})
+    made.text = _allowed(text) or None
     made.extend(children)
     return made
 
@@ -103,3 +107,7 @@ def path(strokes: Iterable[ArrayLike], *, closed: bool = False) -> str:
     """
     end = "Z" if closed else ""
     return "".join("M" + "L".join(coordinates(point) for point in np.asarray(stroke)) + end for stroke in strokes)
+
+
+def _allowed(text: str) -> str:
+    return _FORBIDDEN.sub("\N{REPLACEMENT CHARACTER}", text)
