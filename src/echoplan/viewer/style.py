@@ -114,7 +114,7 @@ def letter(axes: Axes, text: str) -> None:
 
 
 def tell(axes: Axes, *, columns: int = 1, where: str = "best") -> None:
-    """Explain the marks that have a label.
+    """Explain the marks that have a label; where none has, say nothing.
 
     Parameters
     ----------
@@ -125,6 +125,8 @@ def tell(axes: Axes, *, columns: int = 1, where: str = "best") -> None:
     where : str, optional
         A place of matplotlib's, or ``above`` for a line over the axes.
     """
+    if not axes.get_legend_handles_labels()[1]:
+        return
     place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0)} if where == "above" else {"loc": where}
     legend = axes.legend(
         **place,
