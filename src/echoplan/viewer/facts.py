@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from echoplan.arrays import FloatArray
+from echoplan.geometry import wrap
 from echoplan.model import Corner, Cylinder, FeatureClass, FeatureMap, Wall
 from echoplan.viewer.plan import station_labels
 from echoplan.viewer.uncertainty import error_ellipse, middle_sigma, sigma
@@ -154,7 +155,7 @@ def station_facts(feature_map: FeatureMap) -> list[Facts]:
     return [
         Facts(
             title=f"station {sweep}",
-            items=(("label", label or "none"), ("at", point(pose[:2])), ("heading", in_degrees(pose[2]))),
+            items=(("label", label or "none"), ("at", point(pose[:2])), ("heading", in_degrees(float(wrap(pose[2]))))),
         )
         for label, sweep, pose in zip(labels, feature_map.sweeps.tolist(), feature_map.poses, strict=True)
     ]

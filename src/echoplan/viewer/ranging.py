@@ -11,6 +11,7 @@ from echoplan.model import FeatureClass
 from echoplan.viewer.palette import COLORS, INK, MUTED
 from echoplan.viewer.stages import Fitted, WallProfile
 from echoplan.viewer.style import dress, tell
+from echoplan.viewer.wording import in_degrees, in_metres
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,11 +70,11 @@ def draw_fit(axes: Axes, fitted: Fitted) -> None:
     x = bearings - fitted.parabola.center
     axes.plot(degrees, fitted.distances, "o", markersize=3, color=MUTED, alpha=0.7, mew=0, label="compensated echoes")
     axes.plot(np.degrees(bearings), a0 + a1 * x + a2 * x**2, color=_AFTER, linewidth=1.2, label="polynomial")
-    bearing, distance = np.degrees(fitted.point.bearing), fitted.point.distance
-    axes.plot(bearing, distance, "v", markersize=7, color=_BEFORE, label="minimum-distance point")
+    minimum = (float(np.degrees(fitted.point.bearing)), fitted.point.distance)
+    axes.plot(*minimum, "v", markersize=7, color=_BEFORE, label="minimum-distance point")
     axes.annotate(
-        f"{bearing:.1f}°, {distance:.3f} m",
-        (bearing, distance),
+        f"{in_degrees(fitted.point.bearing)}, {in_metres(fitted.point.distance)}",
+        minimum,
         xytext=(0, -14),
         textcoords="offset points",
         ha="center",
