@@ -1,0 +1,140 @@
+"""Random rooms: another one for each seed, to measure methods on rooms that nobody chose."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from echoplan.acoustics import Air
+from echoplan.arrays import FloatArray
+from echoplan.geometry import directions, distances_to_segments, wrap
+from echoplan.io import builtin_rig
+from echoplan.model import Pillar, Polyline, Route, World
+from echoplan.simulation import Simulation, SimulationSettings
+
+__all__ = ["STATIONS", "is_oblique", "random_simulation"]
+
+STATIONS = 14
+
+# Sides of a room, of a box [m]; of the part that an L lacks, as a share of the room's; radii of cylinders [m].
+_SIDES, _BOX, _CUT, _RADII = (3.0, 5.5), (0.35, 0.9), (0.3, 0.45), (0.05, 0.2)
+# How far the vertices of an oblique room are moved each way [m], and how far its boxes are turned [rad].
+_ASKEW, _TURNED = 0.35, 0.6
+# What must be free about a box, a cylinder, a station; least way between two of 14 stations [m].
+_PASSAGE, _GAP, _BODY, _STRIDE = 0.6, 0.5, 0.33, 0.35
+# The air of rooms; the modules take it to be of 20 [degrees Celsius].
+_TEMPERATURES = (10.0, 30.0)
+# Places that are tried before a thing is left out, and for all stations together.
+_TRIES, _STATION_TRIES = 50, 4000
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class _Floor:
+    """Where there is room: inside an outline, outside of discs (x, y, radius) about what stands there."""
+
+    outline_xy: FloatArray
+    discs: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+
+    def is_free(self, point_xy: FloatArray, clearance: float) -> bool:
+        """Tell whether a disc about a point fits."""
+        sights = np.arctan2(*(self.outline_xy - point_xy).T[::-1])
+        is_inside = abs(float(wrap(np.roll(sights, -1) - sights).sum())) > np.pi
+        sides = np.stack([self.outline_xy, np.roll(self.outline_xy, -1, axis=0)], axis=1)
+        apart = np.hypot(*(self.discs[:, :2] - point_xy).T) - self.discs[:, 2]
+        nearest = min(float(distances_to_segments(point_xy[None], sides).min()), float(apart.min(initial=np.inf)))
+        return is_inside and nearest > clearance
+
+    def places(self, rng: np.random.Generator, *, clearance: float, tries: int = _TRIES) -> Iterator[FloatArray]:
+        """Draw points about which a disc fits."""
+        low, high = self.outline_xy.min(axis=0), self.outline_xy.max(axis=0)
+        points = (rng.uniform(low, high) for _ in range(tries))
+        return (point for point in points if self.is_free(point, clearance))
+
+    def beside(self, center_xy: FloatArray, radius: float) -> "_Floor":
+        """Return what is left of the floor beside one more disc."""
+        return _Floor(outline_xy=self.outline_xy, discs=np.vstack([self.discs, [*center_xy, radius]]))
+
+
+def is_oblique(seed: int) -> bool:
+    """Tell whether a seed makes a room of oblique walls: every other one does."""
+    return seed % 2 == 1
+
+
+def random_simulation(seed: int, *, stations: int = STATIONS) -> Simulation:
+    """Sound a random room with the built-in rotary array.
+
+    A rectangle or an L with up to two boxes and three cylinders, at right angles for even seeds and oblique for odd
+    ones.  Everything that the simulator knows takes part, with 2 % dropouts, 2 % stray echoes and air of 10 to 30
+    degrees Celsius that the modules take to be of 20.
+
+    Parameters
+    ----------
+    seed : int
+        Of the room, the way through it and the noise.
+    stations : int, optional
+        From how many stations; more of them stand closer together.
+
+    Returns
+    -------
+    Simulation
+        With the truth beside it.
+    """
+    rng = np.random.default_rng(seed)
+    floor = _Floor(outline_xy=_outline(rng, oblique=is_oblique(seed)))
+    floor, boxes = _boxes(floor, rng, oblique=is_oblique(seed))
+    floor, pillars = _pillars(floor, rng)
+    room = Polyline(points_xy=floor.outline_xy, closed=True)
+    air = Air(temperature=float(rng.uniform(*_TEMPERATURES)))
+    return Simulation(
+        world=World(name=f"random room {seed}", polylines=(room, *boxes), pillars=pillars),
+        rig=builtin_rig("rotary-array"),
+        route=_route(floor, rng, stations),
+        settings=SimulationSettings(dropout=0.02, stray=0.02, air=air),
+        seed=seed,
+    )
+
+
+def _outline(rng: np.random.Generator, *, oblique: bool) -> FloatArray:
+    """Draw a rectangle or an L, and move its vertices if it is to be oblique."""
+    x, y = rng.uniform(*_SIDES, 2)
+    lacking_x, lacking_y = rng.uniform(*_CUT, 2) * (x, y)
+    notch = [[x, y - lacking_y], [x - lacking_x, y - lacking_y], [x - lacking_x, y]]
+    vertices = np.array([[0.0, 0.0], [x, 0.0], *(notch if rng.random() < 0.5 else [[x, y]]), [0.0, y]])
+    moved: FloatArray = vertices + oblique * rng.uniform(-_ASKEW, _ASKEW, vertices.shape)
+    return moved
+
+
+def _boxes(floor: _Floor, rng: np.random.Generator, *, oblique: bool) -> tuple[_Floor, tuple[Polyline, ...]]:
+    """Put up to two boxes on the floor."""
+    boxes = []
+    for _ in range(rng.integers(0, 3)):
+        sides, turn = rng.uniform(*_BOX, 2), oblique * rng.uniform(-_TURNED, _TURNED)
+        reach = 0.5 * float(np.hypot(*sides))
+        for center in floor.places(rng, clearance=reach + _PASSAGE):
+            axes = directions(np.array([turn, turn + np.pi / 2]))
+            corners = center + 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * sides @ axes
+            boxes.append(Polyline(points_xy=corners, closed=True))
+            floor = floor.beside(center, reach)
+            break
+    return floor, tuple(boxes)
+
+
+def _pillars(floor: _Floor, rng: np.random.Generator) -> tuple[_Floor, tuple[Pillar, ...]]:
+    """Put one to three cylinders on the floor."""
+    pillars = []
+    for _ in range(rng.integers(1, 4)):
+        radius = float(rng.uniform(*_RADII))
+        for center in floor.places(rng, clearance=radius + _GAP):
+            pillars.append(Pillar(center_xy=center, radius=radius))
+            floor = floor.beside(center, radius)
+            break
+    return floor, tuple(pillars)
+
+
+def _route(floor: _Floor, rng: np.random.Generator, stations: int) -> Route:
+    """Choose stations with any heading; the more there are the closer they stand."""
+    stride, chosen = _STRIDE * min(1.0, float(np.sqrt(STATIONS / stations))), np.zeros((0, 2))
+    for place in floor.places(rng, clearance=_BODY, tries=_STATION_TRIES):
+        if len(chosen) < stations and np.hypot(*(chosen - place).T).min(initial=np.inf) > stride:
+            chosen = np.vstack([chosen, place])
+    return Route(map_from_base=np.column_stack([chosen, rng.uniform(-np.pi, np.pi, len(chosen))]))
