@@ -84,7 +84,7 @@ class Search:
         self.half_aperture = half_aperture
         self._few = independent(explanation.soundings)
         few = chosen_soundings(explanation.soundings, self._few)
-        few = few._replace(weights=few.weights / max(float(self._few.mean()), 1e-9))
+        few = few._replace(weights=few.weights * (len(self._few) / max(len(few.weights), 1)))
         self._rough = Explanation(few, explanation.hearing, max(0.012, 2 * explanation.noise))
 
     def run(self, known: Sequence[Hypothesis] = ()) -> list[Hypothesis]:
@@ -204,7 +204,8 @@ class Search:
 
     def _best(self, contenders: Sequence[Hypothesis], levels: FloatArray, features: Sequence[Hypothesis]) -> Hypothesis:
         """Refine the best few once more on the pings that are still open, and return the best of them."""
-        near = [each for each in contenders if self._worth(each) >= 0.8 * self._worth(contenders[0])]
+        best = self._worth(contenders[0])
+        near = [each for each in contenders if self._worth(each) >= min(best, 0.8 * best)]
         refined = [self._polished(each, levels, features) for each in near]
         return max([*near, *refined], key=self._worth)
 
