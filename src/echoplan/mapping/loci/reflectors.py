@@ -158,7 +158,9 @@ def _normals(reflector: Reflector, centers_xy: FloatArray) -> FloatArray:
 def _settled(
     kind: ReflectorKind, voters: IntArray, loci: Loci, free: BoolArray, settings: VoteSettings
 ) -> Reflector | None:
-    """Fit and gather in turn until the arcs stay the same."""
+    """Fit and gather in turn until the arcs stay the same; None if too few sweeps have some."""
+    if len(np.unique(loci.sweeps[voters])) < settings.min_sweeps:
+        return None
     reflector = _fitted(kind, voters, loci, settings)
     for _ in range(_ROUNDS):
         members = np.flatnonzero(free & _fits(reflector, loci, settings))

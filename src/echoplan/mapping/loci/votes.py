@@ -4,6 +4,8 @@ An echo of range r heard from (x, y) in a beam about theta comes from a wall ``(
 y sin(alpha))`` or from a corner ``(x + r cos(alpha), y + r sin(alpha))``, for some alpha within the beam.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from pydantic import BaseModel, Field
 
@@ -19,7 +21,7 @@ class VoteSettings(BaseModel, frozen=True, extra="forbid"):
     """Cells of the accumulators, and what wins."""
 
     angle_step: float = Field(default=0.0175, gt=0.0, le=0.2, description="step of alpha, and of a line's normal [rad]")
-    offset_step: float = Field(default=0.03, gt=0.0, description="step of a line's offset [m]")
+    offset_step: float = Field(default=0.03, gt=0.0, description="width of a line's cell in offset [m]")
     cell: float = Field(default=0.05, gt=0.0, description="side of a point's cell [m]")
     gate: float = Field(default=0.03, gt=0.0, description="greatest distance of an arc from what it comes from [m]")
     min_votes: int = Field(default=4, ge=1, description="least votes of a winner")
@@ -48,7 +50,8 @@ def line_ballot(loci: Loci, settings: VoteSettings) -> Ballot:
     offsets = loci.ranges[:, None] + np.sum(loci.centers_xy[:, None] * rays, axis=2)
     turn = round(2 * np.pi / settings.angle_step)
     columns = np.mod(np.rint(alphas / settings.angle_step).astype(np.int64), turn)
-    return _ballot(columns, np.floor(offsets / settings.offset_step), inside, loci, settings)
+    rows = _halves(offsets, settings.offset_step)
+    return _ballot([(rows, columns), (rows - 1, columns)], inside, loci, settings)
 
 
 def point_ballot(loci: Loci, settings: VoteSettings) -> Ballot:
@@ -68,8 +71,9 @@ def point_ballot(loci: Loci, settings: VoteSettings) -> Ballot:
     """
     alphas, inside = _alphas(loci, settings.angle_step)
     points = loci.centers_xy[:, None] + loci.ranges[:, None, None] * directions(alphas)
-    columns, rows = np.floor(np.moveaxis(points, -1, 0) / settings.cell)
-    return _ballot(columns, rows, inside, loci, settings)
+    columns, rows = np.moveaxis(_halves(points, settings.cell), -1, 0)
+    overlapping = [(rows - up, columns - right) for up in (0, 1) for right in (0, 1)]
+    return _ballot(overlapping, inside, loci, settings)
 
 
 def _alphas(loci: Loci, step: float) -> tuple[FloatArray, BoolArray]:
@@ -81,17 +85,23 @@ def _alphas(loci: Loci, step: float) -> tuple[FloatArray, BoolArray]:
     return alphas, inside
 
 
+def _halves(values: FloatArray, step: float) -> IntArray:
+    """Count half steps: cells overlap by half, so that nothing lies on the border of all of them."""
+    return np.floor(2 * values / step).astype(np.int64)
+
+
 def _ballot(
-    columns: FloatArray | IntArray, rows: FloatArray, inside: BoolArray, loci: Loci, settings: VoteSettings
+    cells: Sequence[tuple[IntArray, IntArray]], inside: BoolArray, loci: Loci, settings: VoteSettings
 ) -> Ballot:
-    """Give the cells numbers from 1; cell 0 takes the votes that do not count."""
-    columns = (columns - columns.min(initial=0)).astype(np.int64)
-    rows = (rows - rows.min(initial=0)).astype(np.int64)
-    cells = 1 + rows * (columns.max(initial=0) + 1) + columns
-    again = np.diff(cells, axis=1, prepend=-1) == 0
-    cells = np.where(inside & ~again, cells, 0)
-    ballot = Ballot(cells, np.ones(len(loci)))
-    ballot.strike(_contested_by_few(cells, loci.sweeps, settings.min_sweeps))
+    """Name each cell of rows and columns once for each arc; cell 0 takes the votes that do not count."""
+    lowest = min(int(columns.min(initial=0)) for _, columns in cells)
+    width = max(int(columns.max(initial=0)) for _, columns in cells) - lowest + 1
+    bottom = min(int(rows.min(initial=0)) for rows, _ in cells)
+    named = [np.where(inside, 1 + (rows - bottom) * width + columns - lowest, 0) for rows, columns in cells]
+    sorted_cells = np.sort(np.concatenate(named, axis=1), axis=1)
+    once = np.where(np.diff(sorted_cells, axis=1, prepend=-1) == 0, 0, sorted_cells)
+    ballot = Ballot(once, np.ones(len(loci)))
+    ballot.strike(_contested_by_few(once, loci.sweeps, settings.min_sweeps))
     return ballot
 
 
