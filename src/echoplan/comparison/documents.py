@@ -27,6 +27,7 @@ _SCORES: Mapping[str, Callable[[Evaluation], float]] = {
     "cylinder_recall": lambda each: each.matches.cylinders.tally.recall,
     "cylinder_precision": lambda each: each.matches.cylinders.tally.precision,
     "map_error_mm": lambda each: 1000 * each.map_error.mean,
+    "pose_error_mm": lambda each: 1000 * each.trajectory.absolute_error if each.trajectory else nan,
 }
 
 

@@ -19,6 +19,7 @@ _RIGHTNESS = (
     "corners (%)",
     "cylinders (%)",
     "map error (mm)",
+    "poses (mm)",
 )
 
 
@@ -34,7 +35,7 @@ def score_table(scores: Sequence[MethodScore]) -> Table:
     -------
     Table
         A row a method: recall / precision of walls, corners and cylinders, mean deviations of the right walls, mean
-        map error, cost.  What only a truth can tell is left out where there is none.
+        map error, mean error of the poses, cost.  What only a truth can tell is left out where there is none.
     """
     scored = any(score.summary for score in scores)
     return Table(
@@ -84,6 +85,7 @@ def _rightness(summary: Summary | None) -> tuple[str, ...]:
         corners,
         cylinders,
         _number(1000 * summary.map_error.mean.value, digits=1),
+        _number(1000 * summary.position.mean.value),
     )
 
 
