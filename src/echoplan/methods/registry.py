@@ -161,6 +161,36 @@ METHODS: Mapping[str, Method] = {
             settings="SalientEkfSettings",
         ),
         Method(
+            name="grid-elfes",
+            summary="certainty grid of Moravec and Elfes: empty and occupied apart, cancelled and normalised",
+            mapper="grid_elfes_mapper",
+            settings="GridElfesSettings",
+        ),
+        Method(
+            name="grid-bayes",
+            summary="Bayesian occupancy grid: log odds of an inverse sensor model",
+            mapper="grid_bayes_mapper",
+            settings="GridBayesSettings",
+        ),
+        Method(
+            name="grid-muriel",
+            summary="MURIEL grid: evidence of each place counts once, sound may be thrown away",
+            mapper="grid_muriel_mapper",
+            settings="GridMurielSettings",
+        ),
+        Method(
+            name="grid-cemal",
+            summary="maximum-likelihood grid: readings that contradict shorter ones are discarded",
+            mapper="grid_cemal_mapper",
+            settings="GridCemalSettings",
+        ),
+        Method(
+            name="grid-range-layer",
+            summary="what Nav2's range_sensor_layer would map, with its defects",
+            mapper="grid_range_layer_mapper",
+            settings="GridRangeLayerSettings",
+        ),
+        Method(
             name="topological",
             summary="places and the passages between them, from free space; walls as mdp-fuzzy",
             mapper="TopologicalMapper",

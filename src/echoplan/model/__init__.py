@@ -9,6 +9,7 @@ from echoplan.model.features import (
     FeatureMap,
     Wall,
 )
+from echoplan.model.grid import OccupancyGrid
 from echoplan.model.rig import Firing, Rig, Servo
 from echoplan.model.sensor import Sensor, Transducer
 from echoplan.model.sweep import Pings, Recording, Source, Sweep
@@ -23,6 +24,7 @@ __all__ = [
     "FeatureClass",
     "FeatureMap",
     "Firing",
+    "OccupancyGrid",
     "Pillar",
     "Pings",
     "Polyline",

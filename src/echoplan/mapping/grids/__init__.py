@@ -1,0 +1,44 @@
+"""Occupancy grids of the cones of pings, by five rules; walls, corners and cylinders among their cells.
+
+What is compiled is imported here too: import this package where it is used.
+"""
+
+from echoplan.mapping.grids.bayes import BayesRule, BayesSettings
+from echoplan.mapping.grids.canvas import Canvas, CanvasSettings
+from echoplan.mapping.grids.cemal import CemalRule, CemalSettings
+from echoplan.mapping.grids.cones import Cones, boxes_of, chosen_cones, cones_of, join_cones
+from echoplan.mapping.grids.elfes import ElfesRule, ElfesSettings
+from echoplan.mapping.grids.features import GridFeatureSettings, features_of_grid, free_sides, occupied_cells
+from echoplan.mapping.grids.muriel import MurielRule, MurielSettings
+from echoplan.mapping.grids.range_layer import RangeLayerRule, RangeLayerSettings
+from echoplan.mapping.grids.rules import GridRule
+from echoplan.mapping.grids.sectors import Raster, Trace, trace_for, trace_sector
+
+__all__ = [
+    "BayesRule",
+    "BayesSettings",
+    "Canvas",
+    "CanvasSettings",
+    "CemalRule",
+    "CemalSettings",
+    "Cones",
+    "ElfesRule",
+    "ElfesSettings",
+    "GridFeatureSettings",
+    "GridRule",
+    "MurielRule",
+    "MurielSettings",
+    "RangeLayerRule",
+    "RangeLayerSettings",
+    "Raster",
+    "Trace",
+    "boxes_of",
+    "chosen_cones",
+    "cones_of",
+    "features_of_grid",
+    "free_sides",
+    "join_cones",
+    "occupied_cells",
+    "trace_for",
+    "trace_sector",
+]

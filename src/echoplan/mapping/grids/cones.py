@@ -1,0 +1,147 @@
+"""Cones: what pings say about the space before them, as plain arrays for compiled functions."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.geometry import directions
+from echoplan.model import Pings, Rig, Sweep
+
+__all__ = ["Cones", "boxes_of", "chosen_cones", "cones_of", "join_cones"]
+
+
+class Cones(NamedTuple):
+    """The cones of n pings.
+
+    Attributes
+    ----------
+    x, y : ndarray, shape (n,)
+        Acoustic centres [m].
+    ux, uy : ndarray, shape (n,)
+        Unit vectors of the beam axes.
+    half_apertures : ndarray, shape (n,)
+        How far the cone goes to either side of its axis [rad], a quarter turn at most: no sensor hears behind itself.
+    readings : ndarray, shape (n,)
+        Readings [m]; ``inf`` where nothing was heard.
+    blanks : ndarray, shape (n,)
+        Dead distances, within which nothing can be heard [m].
+    reaches : ndarray, shape (n,)
+        How far the sensors hear [m].
+    hub_x, hub_y : ndarray, shape (n,)
+        Where the turret's axis was [m]: it stays in place while the sensors turn about it.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    ux: FloatArray
+    uy: FloatArray
+    half_apertures: FloatArray
+    readings: FloatArray
+    blanks: FloatArray
+    reaches: FloatArray
+    hub_x: FloatArray
+    hub_y: FloatArray
+
+
+def cones_of(sweep: Sweep, rig: Rig) -> Cones:
+    """Take the cones of a sweep.
+
+    Faulty readings and those within the dead distance say nothing.  A reading within a step of the reach means that
+    nothing was heard: many modules say so by their greatest range.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        The pings.
+    rig : Rig
+        What made them.
+
+    Returns
+    -------
+    Cones
+        Of the pings that say something, in the same order.
+
+    Raises
+    ------
+    UnknownNameError
+        If the sweep has a sensor id that the rig has not.
+    """
+    pings = Pings.from_sweep(sweep, rig)
+    apertures, resolutions = np.array([[each.half_aperture, each.resolution] for each in rig.sensors])[pings.sensors].T
+    reaches, blanks = rig.max_ranges[pings.sensors], rig.min_ranges[pings.sensors]
+    axes = directions(pings.bearings)
+    every = Cones(
+        x=pings.origins_xy[:, 0],
+        y=pings.origins_xy[:, 1],
+        ux=axes[:, 0],
+        uy=axes[:, 1],
+        half_apertures=np.minimum(apertures, np.pi / 2),
+        readings=np.where(pings.ranges >= reaches - 1.01 * resolutions, np.inf, pings.ranges),
+        blanks=blanks,
+        reaches=reaches,
+        hub_x=pings.hubs_xy[:, 0],
+        hub_y=pings.hubs_xy[:, 1],
+    )
+    with np.errstate(invalid="ignore"):
+        return chosen_cones(every, every.readings >= blanks)
+
+
+def chosen_cones(cones: Cones, chosen: BoolArray | IntArray | slice) -> Cones:
+    """Keep some cones.
+
+    Parameters
+    ----------
+    cones : Cones
+        The cones.
+    chosen : ndarray or slice
+        A mask, indices or a slice.
+
+    Returns
+    -------
+    Cones
+        Those, in memory of their own.
+    """
+    return Cones(*(np.array(field[chosen]) for field in cones))
+
+
+def join_cones(parts: Sequence[Cones]) -> Cones:
+    """Put cones together.
+
+    Parameters
+    ----------
+    parts : sequence of Cones
+        Any number of them.
+
+    Returns
+    -------
+    Cones
+        All of them, in order.
+    """
+    fields = zip(*parts, strict=True) if parts else ((),) * len(Cones._fields)
+    return Cones(*(np.concatenate([np.zeros(0), *arrays]) for arrays in fields))
+
+
+def boxes_of(cones: Cones, radii: FloatArray) -> FloatArray:
+    """Find the upright boxes about cones.
+
+    Parameters
+    ----------
+    cones : Cones
+        n cones.
+    radii : ndarray, shape (n,)
+        How far each goes [m].
+
+    Returns
+    -------
+    ndarray, shape (n, 2, 2)
+        Lower left and upper right corner of each, x before y [m].
+    """
+    away = np.arctan2(cones.uy, cones.ux)[:, None] - 0.5 * np.pi * np.arange(4)
+    off_axis = np.abs((away + np.pi) % (2 * np.pi) - np.pi)
+    # How far the arc goes to the right, up, left and down: an end of it, unless it faces that way.
+    reach = radii[:, None] * np.cos(np.maximum(off_axis - cones.half_apertures[:, None], 0.0))
+    right, up, left, down = np.maximum(reach, 0.0).T
+    low = np.column_stack([cones.x - left, cones.y - down])
+    return np.stack([low, np.column_stack([cones.x + right, cones.y + up])], axis=1)
