@@ -1,0 +1,140 @@
+import numpy as np
+import pytest
+
+from echoplan.arrays import FloatArray
+from echoplan.model import Wall
+from echoplan.viewer.outline import wall_bodies
+from maps import ROOM, wall
+
+INSIDE = np.array([[1.0, 1.0], [1.0, 2.0]])
+NOBODY = np.zeros((0, 2))
+FLOOR = wall([0.0, 0.0], [4.0, 0.0])
+
+
+def box(*, clockwise: bool = False) -> list[Wall]:
+    """The walls of a room of 4 m by 3 m."""
+    corners = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]])
+    corners = corners[::-1] if clockwise else corners
+    return [wall(start, end) for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True)]
+
+
+def body(*walls: Wall, heard_from: FloatArray = INSIDE, thickness: float = 0.1) -> FloatArray:
+    """The body of the first of some walls."""
+    return wall_bodies(walls, heard_from, thickness=thickness)[0]
+
+
+def wedge(degrees: float) -> list[Wall]:
+    """Two walls that meet at the origin under an angle, to be heard from between them."""
+    half = np.radians(degrees) / 2
+    return [wall([0.0, 0.0], [3 * np.cos(turn), 3 * np.sin(turn)]) for turn in (half, -half)]
+
+
+def area(corners: FloatArray) -> float:
+    """Area of a polygon by the shoelace formula."""
+    x, y = corners.T
+    return abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2
+
+
+def test_no_walls_have_no_bodies() -> None:
+    assert wall_bodies([], INSIDE, thickness=0.1) == []
+    assert wall_bodies([], NOBODY, thickness=0.1) == []
+
+
+def test_a_wall_alone_has_a_rectangle_behind_the_face_that_was_heard() -> None:
+    np.testing.assert_allclose(body(FLOOR), [[0.0, 0.0], [4.0, 0.0], [4.0, -0.1], [0.0, -0.1]], atol=1e-12)
+
+
+def test_the_same_wall_heard_from_the_other_side_has_its_body_on_this_one() -> None:
+    np.testing.assert_allclose(body(FLOOR, heard_from=-INSIDE)[2:, 1], 0.1)
+
+
+def test_it_does_not_matter_which_way_a_wall_runs_or_its_normal_points() -> None:
+    other = Wall(
+        normal_angle=FLOOR.normal_angle + np.pi,
+        offset=-FLOOR.offset,
+        endpoints_xy=FLOOR.endpoints_xy[::-1],
+        covariance=FLOOR.covariance,
+    )
+    np.testing.assert_allclose(body(other)[2:, 1], -0.1)
+    np.testing.assert_allclose(body(wall([4.0, 0.0], [0.0, 0.0]))[2:, 1], -0.1)
+
+
+def test_stations_beside_a_wall_do_not_outvote_one_opposite_to_it() -> None:
+    beside = np.array([[5.0, -1.0], [6.0, -1.0], [-3.0, -2.0]])
+    np.testing.assert_allclose(body(FLOOR, heard_from=np.vstack([beside, [2.0, 1.0]]))[2:, 1], -0.1)
+
+
+def test_where_nobody_stood_opposite_the_majority_tells_the_side() -> None:
+    beside = np.array([[5.0, -1.0], [6.0, -1.0], [-3.0, 2.0]])
+    np.testing.assert_allclose(body(FLOOR, heard_from=beside)[2:, 1], 0.1)
+
+
+@pytest.mark.parametrize("heard_from", [NOBODY, np.array([[1.0, 1.0], [1.0, -1.0]])])
+def test_where_stations_cannot_tell_the_normal_does(heard_from: FloatArray) -> None:
+    normal = FLOOR.normal_xy[1]
+    np.testing.assert_allclose(body(FLOOR, heard_from=heard_from)[2:, 1], 0.1 * normal, atol=1e-12)
+    assert normal == pytest.approx(-1.0)
+
+
+def test_without_stations_a_normal_that_was_turned_round_turns_the_body_round() -> None:
+    turned = Wall(
+        normal_angle=FLOOR.normal_angle + np.pi,
+        offset=-FLOOR.offset,
+        endpoints_xy=FLOOR.endpoints_xy,
+        covariance=FLOOR.covariance,
+    )
+    np.testing.assert_allclose(body(turned, heard_from=NOBODY)[2:, 1], 0.1)
+
+
+@pytest.mark.parametrize("clockwise", [False, True])
+def test_walls_of_a_room_meet_in_mitres(clockwise: bool) -> None:  # noqa: FBT001 - both ways round
+    bodies = wall_bodies(box(clockwise=clockwise), INSIDE, thickness=0.1)
+    backs = np.concatenate([each[2:] for each in bodies])
+    outer = {(-0.1, -0.1), (4.1, -0.1), (4.1, 3.1), (-0.1, 3.1)}
+    assert {tuple(point) for point in backs.round(9).tolist()} == outer
+    assert sum(area(each) for each in bodies) == pytest.approx(4.2 * 3.2 - 4.0 * 3.0)
+
+
+def test_the_faces_stay_where_they_were_heard() -> None:
+    walls = box()
+    for one, each in zip(walls, wall_bodies(walls, INSIDE, thickness=0.1), strict=True):
+        np.testing.assert_array_equal(each[:2], one.endpoints_xy)
+
+
+def test_around_an_edge_the_backs_meet_within_the_wall() -> None:
+    walls = [wall(start, end) for start, end in ROOM.walls_xy]
+    bodies = wall_bodies(walls, np.array([[1.0, 1.0], [3.0, 0.7]]), thickness=0.1)
+    # The edge at (2, 1.5) stands out into the L, so its body lies in the notch, beyond both faces.
+    for number in (2, 3):
+        assert [2.1, 1.6] in bodies[number].round(9).tolist()
+
+
+def test_walls_whose_ends_are_a_hand_apart_do_not_meet() -> None:
+    bodies = wall_bodies([FLOOR, wall([4.1, 0.0], [4.1, 3.0])], INSIDE, thickness=0.1)
+    np.testing.assert_allclose(bodies[0][2], [4.0, -0.1], atol=1e-12)
+
+
+def test_walls_that_meet_to_a_rounding_do() -> None:
+    bodies = wall_bodies([FLOOR, wall([4.0004, 0.0], [4.0, 3.0])], INSIDE, thickness=0.1)
+    np.testing.assert_allclose(bodies[0][2], [4.1, -0.1], atol=1e-3)
+
+
+def test_walls_in_one_line_that_meet_end_square() -> None:
+    bodies = wall_bodies([FLOOR, wall([4.0, 0.0], [6.0, 0.0])], INSIDE, thickness=0.1)
+    np.testing.assert_allclose(bodies[0][2], [4.0, -0.1], atol=1e-12)
+
+
+@pytest.mark.parametrize("degrees", [60, 90, 120, 170])
+def test_a_mitre_is_as_long_as_the_thickness_over_the_sine_of_half_the_angle(degrees: float) -> None:
+    first, second = wall_bodies(wedge(degrees), np.array([[1.0, 0.0]]), thickness=0.1)
+    np.testing.assert_allclose(first[3], [-0.1 / np.sin(np.radians(degrees) / 2), 0.0], atol=1e-9)
+    np.testing.assert_allclose(second[3], first[3], atol=1e-9)
+
+
+def test_a_mitre_that_would_be_a_spike_is_cut_off() -> None:
+    first, _ = wall_bodies(wedge(10), np.array([[1.0, 0.0]]), thickness=0.1)
+    assert np.hypot(*first[3]) == pytest.approx(0.1)
+
+
+def test_a_thin_wall_is_thin() -> None:
+    assert area(body(FLOOR, thickness=0.02)) == pytest.approx(0.08)
