@@ -1,4 +1,8 @@
-"""Line segments by iterative end-point fit and Kalman filter (Yuan et al. 2014; as recalled)."""
+"""Line segments by iterative end-point fit and Kalman filter (Yuan et al. 2014; as recalled).
+
+Consecutive echo points of one sensor are taken for points of walls.  A robot that drives along a wall sees them so;
+a turning array sees arcs, of which the fit makes chords whose covariances know of the noise and not of the tilt.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -31,11 +35,7 @@ class IepfKalmanSettings(BaseModel, frozen=True, extra="forbid"):
     min_points: int = Field(default=4, ge=2, description="a piece of fewer points is no segment")
     min_length: float = Field(default=0.2, gt=0.0, description="a shorter piece is no segment [m]")
     min_sweeps: int = Field(default=2, ge=1, description="a line measured in fewer sweeps is none")
-    bow: float = Field(
-        default=0.03,
-        gt=0.0,
-        description="how far a chord may be off at either end, being one of an arc [m]: the tolerance",
-    )
+    segments: SegmentSettings = Field(default_factory=SegmentSettings)
     filter: KalmanSettings = Field(default_factory=KalmanSettings)
     max_extension: float = Field(
         default=0.5, ge=0.0, description="greatest length by which a wall is extended to meet its neighbour [m]"
@@ -133,6 +133,6 @@ class IepfKalmanMapper:
     def _track(self, echoes: _Echoes, piece: IntArray) -> Track:
         cloud = Cloud(points_xy=echoes.points_xy[piece], weights=np.ones(len(piece)))
         line = fit_orthogonal(cloud)
-        segment = segment_of(cloud, line, SegmentSettings(common=self.settings.bow), members=piece)
+        segment = segment_of(cloud, line, self.settings.segments, members=piece)
         beyond = signed_distances(line, echoes.origins_xy[piece]).mean() > 0
         return Track(segment=segment.turned() if beyond else segment, sweeps=frozenset(echoes.sweeps[piece].tolist()))

@@ -87,11 +87,21 @@ def _crossings(first: Loci, second: Loci, *, min_angle: float) -> Crossings:
 
 
 def _is_transversal(first: Loci, second: Loci, *, min_angle: float) -> BoolArray:
-    gaps = first.centers_xy[:, None] - second.centers_xy[None]
-    squares = gaps[..., 0] ** 2 + gaps[..., 1] ** 2
-    product = 2 * np.cos(min_angle) * first.ranges[:, None] * second.ranges
-    meet: BoolArray = np.abs(first.ranges[:, None] ** 2 + second.ranges**2 - squares) <= product
-    return meet & (squares > 0)
+    """Tell which pairs of arcs, (n, m), may cross at a wide enough angle: their circles do, and they are near."""
+    squares = _squared_distances(first.centers_xy, second.centers_xy)
+    product = 2 * np.cos(min_angle) * np.multiply.outer(first.ranges, second.ranges)
+    meet = np.abs(np.add.outer(first.ranges**2, second.ranges**2) - squares) <= product
+    # No point of an arc is farther from its middle than the chord to its end.
+    chords = [2 * loci.ranges * np.sin(np.minimum(loci.half_apertures, np.pi) / 2) for loci in (first, second)]
+    near = _squared_distances(first.middles_xy, second.middles_xy) <= np.add.outer(*chords) ** 2
+    transversal: BoolArray = meet & near & (squares > 0)
+    return transversal
+
+
+def _squared_distances(first_xy: FloatArray, second_xy: FloatArray) -> FloatArray:
+    squares: FloatArray = np.subtract.outer(first_xy[:, 0], second_xy[:, 0]) ** 2
+    squares += np.subtract.outer(first_xy[:, 1], second_xy[:, 1]) ** 2
+    return squares
 
 
 def _in_beam(loci: Loci, which: IntArray, points_xy: FloatArray) -> BoolArray:
