@@ -46,8 +46,9 @@ class JointMapper:
         sweep : Sweep
             The pings of one pass of the array.
         """
-        self._sweeps.append(sweep)
-        self._soundings.append(soundings_of(sweep, self.rig))
+        if len(sweep):
+            self._sweeps.append(sweep)
+            self._soundings.append(soundings_of(sweep, self.rig))
 
     def result(self) -> FeatureMap:
         """Explain everything that was heard so far.
