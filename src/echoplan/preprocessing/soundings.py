@@ -130,14 +130,11 @@ def join_soundings(parts: Sequence[Soundings]) -> Soundings:
         The stations are numbered in the given order.
     """
     counts = [len(part.readings) for part in parts]
-    starts = np.cumsum([0, *counts[:-1]])
-    width = max(part.mates.shape[1] for part in parts)
-    mates = [_widened(part.mates, width) for part in parts]
     joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _BY_PING if name != "mates"}
     joined["stations"] = np.repeat(np.arange(len(parts)), counts)
     return Soundings(
         **joined,
-        mates=np.concatenate([np.where(m < 0, -1, m + start) for m, start in zip(mates, starts, strict=True)]),
+        mates=_joined_mates(parts, np.cumsum([0, *counts[:-1]])),
         centers=np.concatenate([part.centers for part in parts]),
         min_range=max(part.min_range for part in parts),
         max_range=max(part.max_range for part in parts),
@@ -179,7 +176,8 @@ def independent(soundings: Soundings) -> BoolArray:
     ndarray of bool, shape (n,)
         Every k-th ping around each station; all of them where they are far apart.
     """
-    stride = int(1.0 / float(np.median(soundings.weights))) if len(soundings.weights) else 1
+    # A step of 2 degrees may come out a rounding above it: it still takes two of them.
+    stride = int(1.0 / float(np.median(soundings.weights)) + 1e-6) if len(soundings.weights) else 1
     order = np.lexsort((soundings.bearings, soundings.stations))
     kept = np.zeros(len(order), dtype=bool)
     kept[order[:: max(stride, 1)]] = True
@@ -242,5 +240,9 @@ def _mates(stamps_ns: IntArray) -> IntArray:
     return np.where(present, np.repeat(starts, sizes)[:, None] + others, -1)
 
 
-def _widened(mates: IntArray, width: int) -> IntArray:
-    return np.pad(mates, ((0, 0), (0, width - mates.shape[1])), constant_values=-1)
+def _joined_mates(parts: Sequence[Soundings], starts: IntArray) -> IntArray:
+    width = max(part.mates.shape[1] for part in parts)
+    shifted = [np.where(part.mates < 0, -1, part.mates + start) for part, start in zip(parts, starts, strict=True)]
+    return np.concatenate(
+        [np.pad(mates, ((0, 0), (0, width - mates.shape[1])), constant_values=-1) for mates in shifted]
+    )
