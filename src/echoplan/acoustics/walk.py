@@ -108,7 +108,7 @@ def physical_walk(transducer: Transducer) -> WalkCurve:
     Examples
     --------
     >>> physical_walk(Transducer())([0.0, 6.0, 20.0]).round(2)
-    array([1.  , 0.5 , 0.19])
+    array([1.  , 0.49, 0.18])
     """
     delays = crossing_delay(_grid(), transducer) / peak_delay(transducer)
     return WalkCurve(values=np.minimum.accumulate((delays - delays[-1]) / (1 - delays[-1])))

@@ -185,12 +185,19 @@ def _ask(
         return False, False, False, 0.0, 0.0
     late = soundings.readings[ping] * hearing.scale - reading
     scatter = noise * _SCATTER if excess < _UNCERTAIN else noise
-    density, miss = UNHEARD, 0.0
-    if abs(late) < _NEAR * scatter:
-        density = math.log(audibility(excess) / (_ROOT_TAU * scatter)) - 0.5 * (late / scatter) ** 2
-    if late > _BEYOND * scatter:
-        miss = _SURE_MISS if excess > _SURE else math.log(max(1.0 - _HEARD * audibility(excess), _WRONG))
+    density = _density(late, scatter, excess) if abs(late) < _NEAR * scatter else UNHEARD
+    miss = _miss(excess) if late > _BEYOND * scatter else 0.0
     return True, excess > 0.0, late > -_MASKING, density, miss
+
+
+@compiled
+def _density(late: float, scatter: float, excess: float) -> float:
+    return math.log(audibility(excess) / (_ROOT_TAU * scatter)) - 0.5 * (late / scatter) ** 2
+
+
+@compiled
+def _miss(excess: float) -> float:
+    return _SURE_MISS if excess > _SURE else math.log(max(1.0 - _HEARD * audibility(excess), _WRONG))
 
 
 @compiled

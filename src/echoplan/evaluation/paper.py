@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from echoplan.evaluation.deviations import deviations
+from echoplan.evaluation.deviations import Deviation, deviations
 from echoplan.evaluation.evaluation import Evaluation
 from echoplan.evaluation.matches import WallMatch
 from echoplan.model import Table
@@ -29,21 +29,29 @@ def table5(evaluations: Mapping[str, Evaluation]) -> Table:
         A row for each wall, and the mean and the greatest of each column; where walls are missing these are of the
         others.
     """
-    found = [deviations(each.matches.walls) for each in evaluations.values()]
-    distances = [PAPER_DISTANCES, *([_of(each.match, "distance") for each in walls] for walls in found)]
-    angles = [PAPER_ANGLES, *([_of(each.match, "angle") for each in walls] for walls in found)]
+    names, found = ("paper", *evaluations), [deviations(each.matches.walls) for each in evaluations.values()]
     columns = [
-        *(_column(values, scale=1000.0, digits=1) for values in distances),
-        *(_column(values, scale=math.degrees(1.0), digits=2) for values in angles),
+        *_columns(PAPER_DISTANCES, found, "distance", scale=1000.0, digits=1),
+        *_columns(PAPER_ANGLES, found, "angle", scale=math.degrees(1.0), digits=2),
     ]
-    names = ("paper", *evaluations)
-    heads = ("wall", "mean", "greatest")
-    rows = (*map(str, range(1, len(PAPER_DISTANCES) + 1)), *heads[1:])
+    heads = (*map(str, range(1, len(PAPER_DISTANCES) + 1)), "mean", "greatest")
     return Table(
         title="Table 5: deviation of the walls, the paper's beside ours",
-        columns=(heads[0], *(f"{name} (mm)" for name in names), *(f"{name} (°)" for name in names)),
-        rows=tuple((row, *cells) for row, *cells in zip(rows, *columns, strict=True)),
+        columns=("wall", *(f"{name} (mm)" for name in names), *(f"{name} (°)" for name in names)),
+        rows=tuple((head, *cells) for head, *cells in zip(heads, *columns, strict=True)),
     )
+
+
+def _columns(
+    paper: Sequence[float],
+    found: Sequence[Sequence[Deviation[WallMatch]]],
+    name: str,
+    *,
+    scale: float,
+    digits: int,
+) -> list[list[str]]:
+    ours = [[_of(each.match, name) for each in walls] for walls in found]
+    return [_column(values, scale=scale, digits=digits) for values in (paper, *ours)]
 
 
 def _of(match: WallMatch | None, name: str) -> float:

@@ -183,7 +183,23 @@ class Account:
 
     def adjust(self, noise: float, poses: PoseBeliefs | None = None) -> None:
         """Adjust features and sonar, and poses if they may be off."""
-        beliefs = Beliefs(
+        soundings = self.soundings if poses is None else self.recorded
+        start = Start(
+            features=_as_arrays(self.features, len(self.given)),
+            model=self.model,
+            poses=self.poses if poses is not None else np.zeros((0, 3)),
+        )
+        self.adjusted = adjust(soundings, start, self._beliefs(noise, poses), self.settings.adjustment)
+        self.model = self.adjusted.model
+        self.features = [
+            replace(each, reflector=row) for each, row in zip(self.features, self.adjusted.reflectors, strict=True)
+        ]
+        if poses is not None:
+            self.poses = self.adjusted.poses
+            self.soundings = displaced(self.recorded, self.given, self.poses)
+
+    def _beliefs(self, noise: float, poses: PoseBeliefs | None) -> Beliefs:
+        return Beliefs(
             noise=noise,
             offset_sigma=self.offset_sigma,
             walk_gain=self.prior.walk_gain,
@@ -194,20 +210,6 @@ class Account:
             if poses is None or self.direction is None
             else (self.direction, self.settings.squareness.sigma),
         )
-        start = Start(
-            features=_as_arrays(self.features, len(self.given)),
-            model=self.model,
-            poses=self.poses if poses is not None else np.zeros((0, 3)),
-        )
-        soundings = self.soundings if poses is None else self.recorded
-        self.adjusted = adjust(soundings, start, beliefs, self.settings.adjustment)
-        self.model = self.adjusted.model
-        self.features = [
-            replace(each, reflector=row) for each, row in zip(self.features, self.adjusted.reflectors, strict=True)
-        ]
-        if poses is not None:
-            self.poses = self.adjusted.poses
-            self.soundings = displaced(self.recorded, self.given, self.poses)
 
     def learn_noise(self) -> None:
         """Take the noise from what is left of the readings."""

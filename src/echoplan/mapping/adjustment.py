@@ -12,12 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import BaseModel, Field
 
-from echoplan.acoustics.expectation import EchoModel, Hearing, Kind, differentiate, excess_of, look, shape_of, walk_of
-from echoplan.arrays import BoolArray, FloatArray, IntArray
-from echoplan.compiled import compiled
-from echoplan.geometry import intersections, wrap
-from echoplan.mapping.crossings import crossing_slopes
+from echoplan.acoustics.expectation import EchoModel, Kind
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.mapping.crossings import TieSettings, corner_ties
 from echoplan.mapping.poses import PoseBeliefs, displaced, pose_rows
+from echoplan.mapping.readings import Features, Matched, differentiate_readings, match_readings
 from echoplan.mapping.rows import Rows, normal_equations, prior, solve
 from echoplan.mapping.squareness import off_square
 from echoplan.mapping.unknowns import SONAR_UNKNOWNS, Unknowns
@@ -25,11 +24,9 @@ from echoplan.preprocessing.soundings import Soundings, late_by
 
 __all__ = ["Adjusted", "AdjustmentSettings", "Beliefs", "Features", "Start", "adjust"]
 
-_WALL, _CYLINDER = int(Kind.WALL), int(Kind.CYLINDER)
-# Below this excess readings count half: a detector scatters more there [dB].  Fainter than -2 dB nothing is expected.
-_UNCERTAIN, _FAINT = 6.0, -2.0
-# A wall may explain readings this far beyond what was heard of it; no walk is longer than this [m].
-_BORDER, _WALK = 0.1, 0.1
+_CYLINDER = int(Kind.CYLINDER)
+# Below this excess readings count half: a detector scatters more there [dB].
+_UNCERTAIN = 6.0
 # Features move no farther than this in a step [rad or m, m, m]; radii stay between these [m].
 _LONGEST, _THIN, _THICK = 0.05, 0.01, 0.5
 # Walls within this of a square direction are drawn to it [rad].
@@ -49,9 +46,7 @@ class AdjustmentSettings(BaseModel, frozen=True, extra="forbid"):
     latency_sigma: float = Field(default=0.02, gt=0.0, description="of the servo's latency [s]")
     radius: float = Field(default=0.12, gt=0.0, description="of a cylinder of which little was heard [m]")
     radius_sigma: float = Field(default=0.1, gt=0.0, description="of that guess [m]")
-    tie: float = Field(default=0.001, gt=0.0, description="of a corner from the crossing of its walls [m]")
-    tie_gate: float = Field(default=0.05, gt=0.0, description="greatest distance of such a pair [m]")
-    right_angle: float = Field(default=math.radians(3), gt=0.0, description="of walls that echo at their vertex [rad]")
+    ties: TieSettings = Field(default_factory=TieSettings)
 
 
 class Beliefs(NamedTuple):
@@ -82,24 +77,6 @@ class Beliefs(NamedTuple):
     poses: PoseBeliefs | None = None
     pair_sigma: float = 0.0
     square: tuple[float, float] | None = None
-
-
-class Features(NamedTuple):
-    """Features as plain arrays.
-
-    Attributes
-    ----------
-    reflectors : ndarray, shape (f, 4)
-        Kind and parameters.
-    extents : ndarray, shape (f, 2)
-        Ends of walls along them [m].
-    heard : ndarray of bool, shape (f, s)
-        From which stations each was heard.
-    """
-
-    reflectors: FloatArray
-    extents: FloatArray
-    heard: BoolArray
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -201,7 +178,10 @@ def adjust(soundings: Soundings, start: Start, beliefs: Beliefs, settings: Adjus
     now = start
     for _ in range(settings.rounds):
         matched, readings = _linearised(_as_heard(soundings, now, beliefs), now, beliefs, settings)
-        held = [*_priors(now, unknowns, beliefs, settings), *_ties(now.features.reflectors, unknowns, settings)]
+        held = [
+            *_priors(now, unknowns, beliefs, settings),
+            *corner_ties(now.features.reflectors, unknowns, settings.ties),
+        ]
         information, right = normal_equations([_placed(readings, unknowns), *held], unknowns.size)
         step = solve(information, right)
         now = _moved(now, step, unknowns)
@@ -230,14 +210,6 @@ class _Readings(NamedTuple):
     weights: FloatArray
 
 
-class _Matched(NamedTuple):
-    """Which feature explains each ping, by how much it misses it, and how loud it should be."""
-
-    owners: IntArray
-    residuals: FloatArray
-    excesses: FloatArray
-
-
 def _as_heard(soundings: Soundings, now: Start, beliefs: Beliefs) -> Soundings:
     """Place the pings where the servo and the robot were."""
     turned = late_by(soundings, now.latency)
@@ -246,12 +218,12 @@ def _as_heard(soundings: Soundings, now: Start, beliefs: Beliefs) -> Soundings:
 
 def _linearised(
     soundings: Soundings, now: Start, beliefs: Beliefs, settings: AdjustmentSettings
-) -> tuple[_Matched, _Readings]:
+) -> tuple[Matched, _Readings]:
     hearing = now.model.tabulated()
-    matched = _match(soundings, hearing, now.features, max(0.025, 6.0 * beliefs.noise))
+    matched = match_readings(soundings, hearing, now.features, max(0.025, 6.0 * beliefs.noise))
     explained = np.flatnonzero(matched.owners >= 0)
     walk = (now.model.range_offset, now.model.walk_gain)
-    slopes = _slopes(soundings, hearing, now.features.reflectors, matched, explained, walk)
+    slopes = differentiate_readings(soundings, hearing, now.features.reflectors, matched, explained, walk)
     residuals, excesses = matched.residuals[explained], matched.excesses[explained]
     doubts = (1.0 + (residuals / (settings.robust * beliefs.noise)) ** 2) ** 2
     doubts *= np.where(excesses < _UNCERTAIN, 2.0, 1.0) * beliefs.noise**2
@@ -268,7 +240,7 @@ def _linearised(
 
 
 def _capped(
-    weights: FloatArray, matched: _Matched, explained: IntArray, soundings: Soundings, pair_sigma: float
+    weights: FloatArray, matched: Matched, explained: IntArray, soundings: Soundings, pair_sigma: float
 ) -> FloatArray:
     """Let all that a station says of a feature count no more than its common error allows."""
     if pair_sigma == 0.0 or not len(weights):
@@ -317,113 +289,34 @@ def _moved(now: Start, step: FloatArray, unknowns: Unknowns) -> Start:
     )
 
 
-def _priors(state: Start, unknowns: Unknowns, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:
-    model, first = state.model, unknowns.sonar
-    yield prior(first, sigma=beliefs.offset_sigma, residual=-model.range_offset)
-    yield prior(first + 1, sigma=settings.gain_share * beliefs.walk_gain, residual=beliefs.walk_gain - model.walk_gain)
-    # Where the way itself is uncertain it cannot tell the scale of the map: that is left to the sonar's maker.
-    drifting = beliefs.poses is not None and beliefs.poses.relative
-    scale_sigma = settings.drifting_scale_sigma if drifting else settings.scale_sigma
-    yield prior(first + 2, sigma=scale_sigma, residual=-model.range_scale)
-    # Without a servo nothing lags: the unknown stays where it is.
-    latency_sigma = settings.latency_sigma if beliefs.has_servo else 1e-9
-    yield prior(first + 3, sigma=latency_sigma, residual=-state.latency)
+def _priors(now: Start, unknowns: Unknowns, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:
+    yield from _sonar_priors(now, unknowns.sonar, beliefs, settings)
     if beliefs.square is not None:
-        for number in np.flatnonzero(unknowns.kinds == _WALL):
-            off = off_square(float(state.features.reflectors[number, 1]), beliefs.square[0])
-            if abs(off) < _NEARLY_SQUARE:
-                yield prior(int(unknowns.starts[number]), sigma=beliefs.square[1], residual=-off)
+        yield from _square_priors(now, unknowns, *beliefs.square)
     if beliefs.poses is not None:
-        yield pose_rows(beliefs.poses, state.poses, unknowns.pose)
-    for column in range(first):
+        yield pose_rows(beliefs.poses, now.poses, unknowns.pose)
+    for column in range(unknowns.sonar):
         yield prior(column, sigma=1.0 / _HOLD, residual=0.0)
     for number in np.flatnonzero(unknowns.kinds == _CYLINDER):
-        residual = settings.radius - float(state.features.reflectors[number, 3])
+        residual = settings.radius - float(now.features.reflectors[number, 3])
         yield prior(int(unknowns.starts[number]) + 2, sigma=settings.radius_sigma, residual=residual)
 
 
-def _ties(reflectors: FloatArray, unknowns: Unknowns, settings: AdjustmentSettings) -> Iterator[Rows]:
-    """Tie each corner that was heard to the crossing of the two walls that make it.
-
-    Sound that is reflected by both of two walls at a right angle comes back as from their vertex.
-    """
-    for number in np.flatnonzero(unknowns.kinds == Kind.CORNER):
-        pair = _walls_of(reflectors, int(number), settings)
-        if pair is None:
-            continue
-        lines = reflectors[list(pair), 1:3]
-        crossing = intersections(lines[0], lines[1])
-        columns = np.concatenate([unknowns.starts[k] + np.arange(2) for k in (*pair, number)])
-        slopes = np.concatenate([crossing_slopes(lines, crossing), -np.eye(2)], axis=1)
-        yield Rows(
-            np.stack([columns, columns]),
-            slopes,
-            -(crossing - reflectors[number, 1:3]),
-            np.full(2, settings.tie**-2),
-        )
+def _sonar_priors(now: Start, first: int, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:
+    model, gain_sigma = now.model, settings.gain_share * beliefs.walk_gain
+    # Where the way itself is uncertain it cannot tell the scale of the map: that is left to the sonar's maker.
+    drifting = beliefs.poses is not None and beliefs.poses.relative
+    scale_sigma = settings.drifting_scale_sigma if drifting else settings.scale_sigma
+    # Without a servo nothing lags: the unknown stays where it is.
+    latency_sigma = settings.latency_sigma if beliefs.has_servo else 1e-9
+    yield prior(first, sigma=beliefs.offset_sigma, residual=-model.range_offset)
+    yield prior(first + 1, sigma=gain_sigma, residual=beliefs.walk_gain - model.walk_gain)
+    yield prior(first + 2, sigma=scale_sigma, residual=-model.range_scale)
+    yield prior(first + 3, sigma=latency_sigma, residual=-now.latency)
 
 
-def _walls_of(reflectors: FloatArray, corner: int, settings: AdjustmentSettings) -> tuple[int, int] | None:
-    """Find the two walls at a right angle that cross nearest to a corner."""
-    walls = np.flatnonzero(reflectors[:, 0] == _WALL)
-    first, second = (walls[each] for each in np.triu_indices(len(walls), 1))
-    turned = np.abs(np.abs(wrap(reflectors[first, 1] - reflectors[second, 1])) - math.pi / 2)
-    square = turned < settings.right_angle
-    first, second = first[square], second[square]
-    if not len(first):
-        return None
-    crossings = np.array(
-        [intersections(reflectors[a, 1:3], reflectors[b, 1:3]) for a, b in zip(first, second, strict=True)]
-    )
-    distances = np.hypot(*(crossings - reflectors[corner, 1:3]).T)
-    best = int(np.argmin(distances))
-    return (int(first[best]), int(second[best])) if distances[best] < settings.tie_gate else None
-
-
-@compiled
-def _match(soundings: Soundings, hearing: Hearing, features: Features, band: float) -> _Matched:
-    """Give each reading to the feature that comes nearest to it, of those that its station heard."""
-    count = len(soundings.readings)
-    owners, residuals, excesses = np.full(count, -1), np.zeros(count), np.zeros(count)
-    for feature in range(len(features.reflectors)):
-        shape, extent = shape_of(features.reflectors[feature]), features.extents[feature]
-        for ping in range(count):
-            late = soundings.readings[ping] * hearing.scale
-            if not math.isfinite(late) or not features.heard[feature, soundings.stations[ping]]:
-                continue
-            x, y = soundings.x[ping], soundings.y[ping]
-            sight = look(shape, (x, y, soundings.ux[ping], soundings.uy[ping]))
-            if sight[0] <= 0.0 or abs(late - sight[0]) > band + _WALK:
-                continue
-            foot = shape[1] * y - shape[2] * x
-            if shape[0] == _WALL and not extent[0] - _BORDER < foot < extent[1] + _BORDER:
-                continue
-            excess = excess_of(hearing, sight)
-            late -= sight[0] + walk_of(hearing, excess)
-            if excess > _FAINT and abs(late) < band and (owners[ping] < 0 or abs(late) < abs(residuals[ping])):
-                owners[ping], residuals[ping], excesses[ping] = feature, late, excess
-    return _Matched(owners, residuals, excesses)
-
-
-@compiled
-def _slopes(
-    soundings: Soundings,
-    hearing: Hearing,
-    reflectors: FloatArray,
-    matched: _Matched,
-    explained: IntArray,
-    walk: tuple[float, float],
-) -> FloatArray:
-    """Differentiate readings by the parameters of their feature, by the unknowns of the sonar and by place and axis."""
-    slopes, own = np.zeros((len(explained), 10)), np.zeros(6)
-    for row, ping in enumerate(explained):
-        place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
-        differentiate(hearing, shape_of(reflectors[matched.owners[ping]]), place, own)
-        slopes[row, :3] = own[:3]
-        slopes[row, 3] = 1.0
-        slopes[row, 4] = (walk_of(hearing, matched.excesses[ping]) - walk[0]) / walk[1]
-        slopes[row, 5] = -soundings.readings[ping]
-        turning = own[4] * soundings.arms_x[ping] - own[3] * soundings.arms_y[ping] + own[5]
-        slopes[row, 6] = -soundings.rates[ping] * turning
-        slopes[row, 7:] = own[3:]
-    return slopes
+def _square_priors(now: Start, unknowns: Unknowns, direction: float, sigma: float) -> Iterator[Rows]:
+    for number in np.flatnonzero(unknowns.kinds == Kind.WALL):
+        off = off_square(float(now.features.reflectors[number, 1]), direction)
+        if abs(off) < _NEARLY_SQUARE:
+            yield prior(int(unknowns.starts[number]), sigma=sigma, residual=-off)

@@ -1,13 +1,26 @@
-"""Crossings of lines, and how they move with the lines."""
+"""Crossings of lines: how they move with the lines, and the corners that are heard there."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
+from pydantic import BaseModel, Field
 
+from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray
-from echoplan.geometry import directions
+from echoplan.geometry import directions, intersections, wrap
+from echoplan.mapping.rows import Rows
+from echoplan.mapping.unknowns import Unknowns
 
-__all__ = ["crossing_slopes"]
+__all__ = ["TieSettings", "corner_ties", "crossing_slopes"]
+
+
+class TieSettings(BaseModel, frozen=True, extra="forbid"):
+    """Which corners are those of which walls."""
+
+    sigma: float = Field(default=0.001, gt=0.0, description="of a corner from the crossing of its walls [m]")
+    gate: float = Field(default=0.05, gt=0.0, description="greatest distance of such a pair [m]")
+    right_angle: float = Field(default=math.radians(3), gt=0.0, description="of walls that echo at their vertex [rad]")
 
 
 def crossing_slopes(lines: FloatArray, crossing_xy: FloatArray) -> FloatArray:
@@ -34,3 +47,55 @@ def crossing_slopes(lines: FloatArray, crossing_xy: FloatArray) -> FloatArray:
     inverse = np.linalg.inv(directions(lines[:, 0]))
     along = directions(lines[:, 0] + math.pi / 2) @ crossing_xy
     return np.column_stack([-along[0] * inverse[:, 0], inverse[:, 0], -along[1] * inverse[:, 1], inverse[:, 1]])
+
+
+def corner_ties(reflectors: FloatArray, unknowns: Unknowns, settings: TieSettings) -> Iterator[Rows]:
+    """Tie each corner that was heard to the crossing of the two walls that make it.
+
+    Sound that is reflected by both of two walls at a right angle comes back as from their vertex.
+
+    Parameters
+    ----------
+    reflectors : ndarray, shape (f, 4)
+        Kind and parameters of all features.
+    unknowns : Unknowns
+        Where their parameters stand.
+    settings : TieSettings
+        Which belong together.
+
+    Yields
+    ------
+    Rows
+        Two rows a corner.
+    """
+    for number in np.flatnonzero(unknowns.kinds == Kind.CORNER):
+        pair = _walls_of(reflectors, int(number), settings)
+        if pair is None:
+            continue
+        lines = reflectors[list(pair), 1:3]
+        crossing = intersections(lines[0], lines[1])
+        columns = np.concatenate([unknowns.starts[k] + np.arange(2) for k in (*pair, number)])
+        slopes = np.concatenate([crossing_slopes(lines, crossing), -np.eye(2)], axis=1)
+        yield Rows(
+            np.stack([columns, columns]),
+            slopes,
+            -(crossing - reflectors[number, 1:3]),
+            np.full(2, settings.sigma**-2),
+        )
+
+
+def _walls_of(reflectors: FloatArray, corner: int, settings: TieSettings) -> tuple[int, int] | None:
+    """Find the two walls at a right angle that cross nearest to a corner."""
+    walls = np.flatnonzero(reflectors[:, 0] == Kind.WALL)
+    first, second = (walls[each] for each in np.triu_indices(len(walls), 1))
+    turned = np.abs(np.abs(wrap(reflectors[first, 1] - reflectors[second, 1])) - math.pi / 2)
+    square = turned < settings.right_angle
+    first, second = first[square], second[square]
+    if not len(first):
+        return None
+    crossings = np.array(
+        [intersections(reflectors[a, 1:3], reflectors[b, 1:3]) for a, b in zip(first, second, strict=True)]
+    )
+    distances = np.hypot(*(crossings - reflectors[corner, 1:3]).T)
+    best = int(np.argmin(distances))
+    return (int(first[best]), int(second[best])) if distances[best] < settings.gate else None

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from echoplan.acoustics.beam import two_way_loss
-from echoplan.acoustics.expectation import EchoModel, Kind, look, shape_of
+from echoplan.acoustics.expectation import EchoModel, Kind, Shape, look, shape_of
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.compiled import compiled
@@ -28,6 +28,9 @@ _EARLY, _LATE, _BEHIND, _RIM = -0.02, 0.06, 0.08, 0.1
 # Where the first null would be, no echo is expected [circumferences of the piston in wavelengths].
 _NULL, _SILENT = 3.6, 40.0
 _ROWS = 6000
+_WALL = int(Kind.WALL)
+# Pings that look farther away than this from a feature say nothing of the beam (cosine).
+_STEEP = math.cos(1.2)
 
 
 def fit_loudness(
@@ -100,10 +103,7 @@ def _faced(soundings: Soundings, reflector: FloatArray, extent: tuple[float, flo
     for ping in range(len(soundings.readings)):
         x, y = soundings.x[ping], soundings.y[ping]
         depth, cosine, sine, _, strength = look(shape, (x, y, soundings.ux[ping], soundings.uy[ping]))
-        foot = shape[1] * y - shape[2] * x
-        if depth <= 0.02 or cosine <= math.cos(1.2):
-            continue
-        if shape[0] == 0 and not extent[0] + _EARLY <= foot <= extent[1] - _EARLY:
+        if not (_within(shape, extent, x, y) and depth > 0.02 and cosine > _STEEP):
             continue
         late = soundings.readings[ping] * scale - depth
         heard = _EARLY < late < _LATE
@@ -111,3 +111,9 @@ def _faced(soundings: Soundings, reflector: FloatArray, extent: tuple[float, flo
             rows[count] = depth, abs(sine), strength, 1.0 if heard else 0.0
             count += 1
     return rows[:count].copy()
+
+
+@compiled
+def _within(shape: Shape, extent: tuple[float, float], x: float, y: float) -> bool:
+    """Whether a place lies before what was heard of a wall."""
+    return shape[0] != _WALL or extent[0] + _EARLY <= shape[1] * y - shape[2] * x <= extent[1] - _EARLY

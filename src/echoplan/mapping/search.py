@@ -194,13 +194,18 @@ class Search:
             if self._worth(best) <= self.settings.accept:
                 return features
             if not self._stands(best, levels):
-                fallen = [each for each in contenders if not self._stands(each, levels)]
-                fallen.append(contenders[0])
-                pool = [each for each in pool if not any(each is other for other in fallen)]
+                pool = self._without_fallen(pool, contenders, levels)
                 continue
             pool = [each for each in pool if not _same(each, best)]
             features = self.tested([*features, best])
         return features
+
+    def _without_fallen(
+        self, pool: Sequence[Hypothesis], contenders: Sequence[Hypothesis], levels: FloatArray
+    ) -> list[Hypothesis]:
+        """Leave out the contenders that are not believed, and the first of them at any rate."""
+        fallen = [contenders[0], *(each for each in contenders if not self._stands(each, levels))]
+        return [each for each in pool if not any(each is other for other in fallen)]
 
     def _best(self, contenders: Sequence[Hypothesis], levels: FloatArray, features: Sequence[Hypothesis]) -> Hypothesis:
         """Refine the best few once more on the pings that are still open, and return the best of them."""

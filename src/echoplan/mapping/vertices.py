@@ -89,11 +89,12 @@ def _vertex(faces: Sequence[Face], pair: tuple[int, int], echoes: Echoes, settin
     if abs(math.sin(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.least_turn):
         return None
     point, kind = intersections(one.wall.line, other.wall.line), _kind(one, other)
-    extensions = [_extension(face, point) for face in (one, other)]
+    extensions = (_extension(one, point), _extension(other, point))
     if kind is None or not _reachable((one, other), point, extensions, settings):
         return None
     heard = echoes.heard_at(point, within=settings.reach)
-    heard |= kind is CornerKind.CONCAVE and _is_heard(one, other, max(extensions), echoes, settings)
+    if kind is CornerKind.CONCAVE:
+        heard |= _is_heard(one, other, max(extensions), echoes, settings)
     if max(extensions) > settings.extension and not heard:
         return None
     return Vertex(
@@ -102,8 +103,12 @@ def _vertex(faces: Sequence[Face], pair: tuple[int, int], echoes: Echoes, settin
         position_xy=point,
         kind=kind,
         heard=heard,
-        cost=sum(max(each, 0.0) for each in extensions) - 10.0 * heard,
+        cost=_cost(extensions, heard=heard),
     )
+
+
+def _cost(extensions: Sequence[float], *, heard: bool) -> float:
+    return sum(max(each, 0.0) for each in extensions) - (10.0 if heard else 0.0)
 
 
 def _reachable(

@@ -16,7 +16,7 @@ def test_what_was_written_is_read_again(
     rows: list[tuple[float, float, float]], tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     path = tmp_path_factory.mktemp("trajectory") / "trajectory.tum"
-    poses, times = np.array(rows).reshape(-1, 3), 0.5 * np.arange(len(rows))
+    poses, times = np.array(rows).reshape(-1, 3), np.arange(len(rows), dtype=np.float64)
     write_trajectory(path, times, poses)
     read_times, read_poses = read_trajectory(path)
     np.testing.assert_allclose(read_times, times, atol=1e-6)
