@@ -1,0 +1,233 @@
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from echoplan.arrays import FloatArray
+from echoplan.methods import map_sweeps
+from echoplan.methods.joint import JointMapper, JointSettings
+from echoplan.model import CornerKind, FeatureMap, Rig, Sweep
+from echoplan.simulation import Simulation, SimulationSettings
+from echoplan.sources import find_rig, find_route, find_world
+
+# East, north, west and south wall of the square: normal angles and offsets.
+SQUARE = np.array([[0.0, 2.0], [np.pi / 2, 2.5], [np.pi, 1.0], [-np.pi / 2, 0.5]])
+VERTICES = np.array([[x, y] for x in (-1.0, 2.0) for y in (-0.5, 2.5)])
+ARRAY, RING = "rotary-array", "ring-16"
+# A turning array places walls to millimetres; sixteen pings a station, in steps of 3 mm, do not.
+WITHIN = {ARRAY: 0.003, RING: 0.008}
+both_rigs = pytest.mark.parametrize("rig", [ARRAY, RING])
+
+
+@cache
+def simulated(
+    rig: str, *, quality_factor: float = 20.0, temperature: float = 20.0, **settings: float | str
+) -> tuple[Sweep, ...]:
+    """Sweeps from five stations in a square of 3 x 3 m."""
+    using = find_rig(rig)
+    assert using.transducer
+    using = replace(using, transducer=replace(using.transducer, quality_factor=quality_factor))
+    told = SimulationSettings.model_validate({"air": {"temperature": temperature}} | settings)
+    return tuple(Simulation(world=find_world("square"), rig=using, route=find_route("square"), settings=told, seed=2))
+
+
+def mapped(rig: str | Rig, sweeps: Sequence[Sweep], settings: JointSettings | None = None) -> FeatureMap:
+    return map_sweeps(JointMapper(find_rig(rig) if isinstance(rig, str) else rig, settings), sweeps)
+
+
+def changed(sweeps: Sequence[Sweep], change: Callable[[Sweep], FloatArray]) -> list[Sweep]:
+    """The same sweeps with other readings."""
+    return [replace(sweep, ranges=change(sweep)) for sweep in sweeps]
+
+
+def assert_square(found: FeatureMap, *, within: float) -> None:
+    """Exactly the four walls, each from end to end to within a length, and nothing that is not there."""
+    assert len(found.walls) == 4
+    for angle, offset in SQUARE:
+        (own,) = [each for each in found.walls if np.cos(each.normal_angle - angle) > 0.99]
+        normal = np.array([np.cos(angle), np.sin(angle)])
+        assert own.endpoints_xy @ normal == pytest.approx([offset, offset], abs=within)
+    assert found.cylinders == ()
+    assert all(np.hypot(*(VERTICES - each.position_xy).T).min() < 2 * within for each in found.corners)
+
+
+@both_rigs
+def test_a_square_room_comes_out_square(rig: str) -> None:
+    found = mapped(rig, simulated(rig))
+    assert_square(found, within=WITHIN[rig])
+    assert len(found.corners) == 4
+    assert all(each.kind is CornerKind.CONCAVE for each in found.corners)
+    assert [each.length for each in found.walls] == pytest.approx([3.0] * 4, abs=2 * WITHIN[rig])
+
+
+@both_rigs
+def test_errors_are_as_large_as_the_covariances_say(rig: str) -> None:
+    for wall in mapped(rig, simulated(rig)).walls:
+        own = SQUARE[np.argmax(np.cos(SQUARE[:, 0] - wall.normal_angle))]
+        error = np.array([np.sin(wall.normal_angle - own[0]), wall.offset - own[1]])
+        assert error @ np.linalg.solve(wall.covariance, error) < 16.0
+        assert np.sqrt(wall.covariance[1, 1]) < WITHIN[rig]
+
+
+@both_rigs
+def test_classes_are_as_sure_as_a_square_room_can_be(rig: str) -> None:
+    found = mapped(rig, simulated(rig))
+    assert min(each.class_probabilities.wall for each in found.walls) > 0.99
+
+
+@both_rigs
+def test_a_fifth_of_the_readings_may_be_missing(rig: str) -> None:
+    assert_square(mapped(rig, simulated(rig, dropout=0.2)), within=WITHIN[rig])
+
+
+@both_rigs
+def test_a_tenth_of_the_readings_may_be_stray_echoes(rig: str) -> None:
+    assert_square(mapped(rig, simulated(rig, stray=0.1)), within=WITHIN[rig])
+
+
+@both_rigs
+@pytest.mark.parametrize("reading", [np.inf, np.nan, -np.inf, 1.0], ids=["deaf", "faulty", "blocked", "stuck"])
+def test_one_sensor_may_be_ill(rig: str, reading: float) -> None:
+    ill = changed(simulated(rig), lambda sweep: np.where(sweep.sensor_ids == 2, reading, sweep.ranges))
+    assert_square(mapped(rig, ill), within=WITHIN[rig])
+
+
+def walking(sweep: Sweep) -> FloatArray:
+    """Hide part of the view behind a person, who stands elsewhere in each of three sweeps."""
+    if sweep.index > 2:
+        return sweep.ranges
+    bearings = sweep.servo_angles + find_rig(ARRAY).turret_from_sensors[sweep.sensor_ids, 2]
+    toward = np.abs(np.angle(np.exp(1j * (bearings - 2.0 * sweep.index)))) < np.radians(25.0)
+    legs = 0.6 + 0.1 * sweep.index + 0.02 * np.sin(40.0 * bearings)
+    return np.where(toward, np.minimum(legs, sweep.ranges), sweep.ranges)
+
+
+def test_a_person_may_walk_through_the_room() -> None:
+    hidden = changed(simulated(ARRAY), walking)
+    assert sum(int((a.ranges != b.ranges).sum()) for a, b in zip(hidden, simulated(ARRAY), strict=True)) > 60
+    assert_square(mapped(ARRAY, hidden), within=WITHIN[ARRAY])
+
+
+@both_rigs
+@pytest.mark.parametrize("reading", [np.inf, np.nan])
+def test_a_sweep_may_hear_nothing_at_all(rig: str, reading: float) -> None:
+    sweeps = list(simulated(rig))
+    sweeps[1] = replace(sweeps[1], ranges=np.full(len(sweeps[1]), reading))
+    found = mapped(rig, sweeps)
+    assert found.sweeps.tolist() == [0, 1, 2, 3, 4]
+    assert len(found.walls) == 4
+    assert found.cylinders == ()
+
+
+def test_a_sweep_without_pings_is_passed_over() -> None:
+    nothing = np.zeros(0)
+    empty = Sweep(
+        index=5,
+        stamps_ns=nothing.astype(np.int64),
+        sensor_ids=nothing.astype(np.int64),
+        servo_angles=nothing,
+        ranges=nothing,
+        map_from_base=np.zeros((0, 3)),
+    )
+    found = mapped(RING, [*simulated(RING), empty])
+    assert found.sweeps.tolist() == [0, 1, 2, 3, 4]
+    assert len(found.walls) == 4
+    assert mapped(RING, [empty]).walls == ()
+
+
+@both_rigs
+def test_where_nothing_is_in_reach_the_map_is_empty(rig: str) -> None:
+    found = mapped(rig, changed(simulated(rig), lambda sweep: np.full(len(sweep), np.inf)))
+    assert (found.walls, found.corners, found.cylinders) == ((), (), ())
+    assert len(found.poses) == 5
+
+
+def test_without_a_sweep_the_map_is_empty() -> None:
+    found = mapped(ARRAY, [])
+    assert (found.walls, found.corners, found.cylinders) == ((), (), ())
+    assert found.poses.shape == (0, 3)
+
+
+def test_where_every_sensor_is_ill_the_map_is_empty() -> None:
+    # Always the same reading, wherever the robot stands: that is no room.
+    found = mapped(ARRAY, changed(simulated(ARRAY), lambda sweep: np.full(len(sweep), 1.0)))
+    assert (found.walls, found.corners, found.cylinders) == ((), (), ())
+
+
+def test_readings_by_mere_chance_make_no_map() -> None:
+    rng = np.random.default_rng(1)
+    found = mapped(ARRAY, changed(simulated(ARRAY), lambda sweep: rng.uniform(0.1, 2.9, len(sweep))))
+    assert (found.walls, found.corners, found.cylinders) == ((), (), ())
+
+
+def test_one_station_gives_the_walls_that_it_faces_and_knows_how_vaguely() -> None:
+    found = mapped(ARRAY, simulated(ARRAY)[1:2])
+    assert len(found.walls) == 4
+    for wall in found.walls:
+        own = SQUARE[np.argmax(np.cos(SQUARE[:, 0] - wall.normal_angle))]
+        # How warm it was one station cannot tell.
+        assert wall.offset == pytest.approx(own[1], abs=0.05)
+        assert abs(wall.offset - own[1]) < 3 * np.sqrt(wall.covariance[1, 1])
+
+
+def drawn(found: FeatureMap) -> FloatArray:
+    """All numbers of a map."""
+    walls = [[each.normal_angle, each.offset, *each.endpoints_xy.flat, *each.covariance.flat] for each in found.walls]
+    corners = [[*each.position_xy, *each.covariance.flat] for each in found.corners]
+    return np.array([number for row in walls + corners for number in row])
+
+
+@both_rigs
+def test_asking_twice_gives_the_same_answer(rig: str) -> None:
+    mapper = JointMapper(find_rig(rig))
+    first = map_sweeps(mapper, simulated(rig))
+    second = mapper.result()
+    assert (drawn(first) == drawn(second)).all()
+    assert first.parameters == second.parameters
+
+
+def test_asking_in_between_changes_nothing() -> None:
+    mapper = JointMapper(find_rig(RING))
+    for sweep in simulated(RING):
+        mapper.add(sweep)
+        between = mapper.result()
+    assert (drawn(between) == drawn(mapped(RING, simulated(RING)))).all()
+
+
+def test_poses_that_agree_are_left_as_they_are() -> None:
+    found = mapped(ARRAY, simulated(ARRAY))
+    assert found.poses == pytest.approx(np.array([sweep.station for sweep in simulated(ARRAY)]))
+    assert found.sweeps.tolist() == [0, 1, 2, 3, 4]
+
+
+def test_what_was_learned_of_the_sonar_is_told_with_the_settings() -> None:
+    found = mapped(ARRAY, simulated(ARRAY))
+    told = json.loads(json.dumps(found.parameters))
+    assert found.method == "joint"
+    assert told["search"]["accept"] == JointSettings().search.accept
+    assert told["found"]["range_scale"]["value"] == pytest.approx(0.0, abs=4 * told["found"]["range_scale"]["sigma"])
+    assert told["found"]["agreement"] > 0.95
+    assert 0.001 < told["found"]["noise"] < 0.005
+
+
+@both_rigs
+@pytest.mark.parametrize(("temperature", "scale"), [(14.0, -0.0103), (26.0, 0.0102)])
+def test_a_cool_room_is_as_large_as_a_warm_one(rig: str, temperature: float, scale: float) -> None:
+    # The module takes sound to be as fast as at 20 degrees.
+    found = mapped(rig, simulated(rig, temperature=temperature))
+    told = json.loads(json.dumps(found.parameters))
+    assert told["found"]["range_scale"]["value"] == pytest.approx(scale, abs=0.003)
+    assert_square(found, within=WITHIN[rig])
+
+
+def test_a_detector_that_jumps_by_whole_periods_moves_walls_by_less_than_one() -> None:
+    assert_square(mapped(ARRAY, simulated(ARRAY, detector="carrier")), within=WITHIN[ARRAY])
+
+
+@pytest.mark.parametrize("quality_factor", [10.0, 40.0])
+def test_a_transducer_that_rings_longer_or_shorter_than_thought_moves_no_wall(quality_factor: float) -> None:
+    # The range walk is half or twice of what the rig says.
+    assert_square(mapped(ARRAY, simulated(ARRAY, quality_factor=quality_factor)), within=WITHIN[ARRAY])
