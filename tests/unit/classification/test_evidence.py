@@ -1,0 +1,302 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from echoplan.acoustics.expectation import Kind
+from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.classification.evidence import UNHEARD, Evidence, Frame, Verdict, audibility, judge, weigh
+from echoplan.preprocessing.soundings import Soundings
+from expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, edge, expected, hearing, listening, wall
+
+HEARING = SONAR.tabulated()
+FLOOR = float(np.log(0.04 / REACH))
+OPEN = Frame(np.zeros((0, 4)), np.zeros((0, 2)))
+EAST = ROOM[0]
+
+
+@pytest.fixture(scope="module")
+def room() -> Soundings:
+    """A room without noise."""
+    return hearing(listening(), ROOM)
+
+
+def evidence_for(soundings: Soundings, reflector: FloatArray) -> Evidence:
+    """What pings say, at the usual noise."""
+    return weigh(soundings, HEARING, reflector, NOISE)
+
+
+def verdict_on(
+    soundings: Soundings, reflector: FloatArray, *, levels: float | FloatArray = FLOOR, frame: Frame = OPEN
+) -> Verdict:
+    """Verdict when nothing is explained yet, unless told otherwise."""
+    known = np.broadcast_to(levels, soundings.readings.shape).astype(float)
+    return judge(soundings, reflector, evidence_for(soundings, reflector), known, frame)
+
+
+def silenced(soundings: Soundings, *stations: int) -> Soundings:
+    """Soundings in which some stations heard nothing."""
+    gone = np.isin(soundings.stations, stations)
+    return soundings._replace(readings=np.where(gone, np.inf, soundings.readings))
+
+
+def sums_of(soundings: Soundings, evidence: Evidence, levels: FloatArray) -> FloatArray:
+    """What the pings of each station say together."""
+    gained = np.maximum(evidence.densities - levels[evidence.pings], 0.0) + evidence.misses
+    own, weights = soundings.stations[evidence.pings], soundings.weights[evidence.pings]
+    sums: FloatArray = np.bincount(own, weights * gained, minlength=len(soundings.centers)).astype(np.float64)
+    return sums
+
+
+def twin(soundings: Soundings, reflector: FloatArray, noise: float) -> Evidence:
+    """The evidence of all pings at once, by the formulas."""
+    excess, reading = expected(soundings, reflector)
+    if reflector[0] == Kind.WALL:
+        normal = np.array([np.cos(reflector[1]), np.sin(reflector[1])])
+        depth = reflector[2] - normal @ [soundings.x, soundings.y]
+        ahead = np.broadcast_to(normal[:, None], (2, len(depth)))
+        feet = normal[0] * soundings.y - normal[1] * soundings.x
+    else:
+        away = reflector[1:3, None] - [soundings.x, soundings.y]
+        depth, ahead, feet = np.hypot(*away) - reflector[3], away / np.hypot(*away), np.zeros(len(soundings.x))
+    cosine = ahead[0] * soundings.ux + ahead[1] * soundings.uy
+    able = (cosine >= 0.2588) & (depth > 0) & (depth <= REACH) & (excess > -4)
+    able &= (reading >= soundings.min_range) & (reading <= REACH - 0.02)
+    chance = 1 / (1 + np.exp(-excess / 1.2))
+    scatter = noise * np.where(excess < 6, 1.6, 1.0)
+    late = soundings.readings - reading
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        normal_log = np.log(chance) - np.log(np.sqrt(2 * np.pi) * scatter) - 0.5 * (late / scatter) ** 2
+        densities = np.where(np.abs(late) < 6 * scatter, normal_log, UNHEARD)
+        misses = np.where(late > 4 * scatter, np.log(np.maximum(1 - 0.97 * chance, 0.06)), 0.0)
+    columns = (densities, misses, excess > 0, late > -0.03, feet)
+    return Evidence(np.flatnonzero(able), *(each[able] for each in columns))
+
+
+@pytest.mark.parametrize(
+    "reflector", [EAST, wall(0.1, 1.6), cylinder(0.4, 1.0, 0.1), corner(2.0, 1.5), edge(0.3, 0.9), wall(2.0, 3.9)]
+)
+def test_evidence_is_what_the_formulas_say(room: Soundings, reflector: FloatArray) -> None:
+    noisy = hearing(listening(), [*ROOM, cylinder(0.4, 1.0, 0.1)], noise=0.006, rng=np.random.default_rng(4))
+    for soundings in (room, noisy):
+        for found, truth in zip(evidence_for(soundings, reflector), twin(soundings, reflector, NOISE), strict=True):
+            assert found == pytest.approx(truth, abs=1e-6)
+
+
+def test_half_of_the_echoes_at_the_threshold_are_heard() -> None:
+    assert audibility(0.0) == 0.5
+    assert audibility(1.2) == pytest.approx(1 / (1 + np.exp(-1)))
+    assert audibility(3.0) + audibility(-3.0) == pytest.approx(1.0)
+    assert audibility(-1e6) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_hit_is_the_density_of_a_reading_about_the_expected_one() -> None:
+    soundings = hearing(listening(), [EAST])
+    late = soundings._replace(readings=soundings.readings + NOISE)
+    exact, shifted = evidence_for(soundings, EAST), evidence_for(late, EAST)
+    excess = expected(soundings, EAST)[0][exact.pings]
+    sure = (excess > 12.0) & (exact.densities > 0.0)
+    assert sure.any()
+    assert exact.densities[sure] == pytest.approx(-np.log(np.sqrt(2 * np.pi) * NOISE), abs=1e-3)
+    assert shifted.densities[sure] == pytest.approx(exact.densities[sure] - 0.5, abs=1e-3)
+    assert not exact.misses[exact.densities > 0].any()
+
+
+def test_a_missed_echo_counts_the_more_the_louder_it_should_be_but_never_for_certain() -> None:
+    silent = listening()
+    evidence = evidence_for(silent, EAST)
+    excess = expected(silent, EAST)[0][evidence.pings]
+    order = np.argsort(excess)
+    assert (np.diff(evidence.misses[order]) <= 1e-12).all()
+    assert evidence.misses.min() == pytest.approx(np.log(0.06))
+    assert (evidence.densities == UNHEARD).all()
+
+
+def told(shift: float) -> tuple[Evidence, BoolArray]:
+    """What pings say that heard a wall, when all their readings are shifted, and which of them they are."""
+    soundings = hearing(listening(), [EAST])
+    evidence = evidence_for(soundings._replace(readings=soundings.readings + shift), EAST)
+    return evidence, np.isfinite(soundings.readings)[evidence.pings]
+
+
+@pytest.mark.parametrize("shift", [-0.2, -0.05])
+def test_readings_of_something_nearer_say_nothing(shift: float) -> None:
+    evidence, heard = told(shift)
+    assert not evidence.unmasked[heard].any()
+    assert not evidence.misses[heard].any()
+    assert (evidence.densities[heard] == UNHEARD).all()
+
+
+def test_readings_a_little_too_short_neither_hit_nor_mask_a_reflector() -> None:
+    evidence, heard = told(-0.0295)
+    assert evidence.unmasked[heard].all()
+    assert not evidence.misses[heard].any()
+    assert (evidence.densities[heard] == UNHEARD).all()
+
+
+def test_readings_of_something_farther_speak_against_a_reflector() -> None:
+    evidence, heard = told(0.2)
+    assert evidence.unmasked[heard].all()
+    assert (evidence.misses[heard] < -0.5).all()
+    assert (evidence.densities[heard] == UNHEARD).all()
+
+
+def test_audible_are_echoes_above_the_threshold(room: Soundings) -> None:
+    evidence = evidence_for(room, EAST)
+    assert (evidence.audible == (expected(room, EAST)[0][evidence.pings] > 0.0)).all()
+    assert evidence.audible.any()
+    assert not evidence.audible.all()
+
+
+@pytest.mark.parametrize("reflector", [wall(0.0, -3.0), wall(0.0, 9.0), cylinder(6.0, 0.0, 0.1)])
+def test_nobody_can_hear_what_is_behind_or_beyond_the_reach(room: Soundings, reflector: FloatArray) -> None:
+    assert len(evidence_for(room, reflector).pings) == 0
+    verdict = verdict_on(room, reflector)
+    assert (verdict.total, verdict.low, verdict.high) == (0.0, 0.0, 0.0)
+    assert not verdict.gains.any()
+
+
+def test_feet_are_where_perpendiculars_meet_a_wall(room: Soundings) -> None:
+    evidence = evidence_for(room, EAST)
+    assert evidence.feet == pytest.approx(room.y[evidence.pings])
+    assert not evidence_for(room, cylinder(1.0, 0.0, 0.1)).feet.any()
+
+
+def test_walls_of_a_room_gain_and_walls_that_are_not_there_do_not(room: Soundings) -> None:
+    assert min(verdict_on(room, each).total for each in ROOM) > 50.0
+    for absent in (wall(0.0, 1.5), wall(0.8, 1.2), wall(np.pi / 2, 1.4)):
+        assert verdict_on(room, absent).total < 5.0
+
+
+def test_pings_count_by_their_weights() -> None:
+    soundings = hearing(listening(), [EAST])
+    halved = soundings._replace(weights=0.5 * soundings.weights)
+    assert verdict_on(halved, EAST).gains == pytest.approx(0.5 * verdict_on(soundings, EAST).gains)
+
+
+def test_gains_are_the_sums_over_the_pings_of_each_station() -> None:
+    soundings = hearing(listening(), [EAST])
+    evidence, verdict = evidence_for(soundings, EAST), verdict_on(soundings, EAST)
+    sums = sums_of(soundings, evidence, np.full(len(soundings.readings), FLOOR))
+    assert verdict.gains == pytest.approx(sums)
+    assert verdict.total == pytest.approx(sums.sum())
+
+
+def test_what_is_explained_already_gains_nothing_again(room: Soundings) -> None:
+    evidence = evidence_for(room, EAST)
+    levels = np.full(len(room.readings), FLOOR)
+    levels[evidence.pings] = np.maximum(evidence.densities, FLOOR)
+    assert verdict_on(room, EAST, levels=levels).total <= 0.0
+
+
+def test_one_station_speaks_against_a_reflector_no_louder_than_twelve_nats() -> None:
+    silent = listening(step=np.radians(4.0))
+    assert verdict_on(silent, cylinder(0.0, 0.5, 0.3)).gains == pytest.approx(-12.0)
+
+
+def test_a_station_that_misses_more_than_it_hears_does_not_speak_for_a_reflector() -> None:
+    post = cylinder(0.2, 1.0, 0.1)
+    soundings = hearing(listening(), [post])
+    complete = verdict_on(soundings, post).gains[1]
+    own = np.flatnonzero((soundings.stations == 1) & np.isfinite(soundings.readings))
+    readings = soundings.readings.copy()
+    readings[own[: round(0.7 * len(own))]] = np.inf
+    partial = verdict_on(soundings._replace(readings=readings), post).gains[1]
+    assert complete > 0.0 >= partial
+
+
+def test_the_extent_of_a_wall_is_where_it_was_heard() -> None:
+    verdict = verdict_on(hearing(listening(arm=0.0), [EAST]), EAST)
+    assert (verdict.low, verdict.high) == pytest.approx((-0.5, 0.3))
+
+
+def in_a_row(count: int) -> Soundings:
+    """Stations in front of the east wall, half a metre from one to the next, not in the order of their numbers."""
+    places = np.random.default_rng(count).permutation(count)
+    return hearing(listening([(0.5, 0.5 * place) for place in places], arm=0.0), [EAST])
+
+
+def places_of(soundings: Soundings) -> IntArray:
+    """Which station of a row each is, from the south."""
+    return np.round(soundings.centers[:, 1] / 0.5).astype(np.int64)
+
+
+def test_of_a_wall_the_best_run_of_stations_counts() -> None:
+    soundings = in_a_row(7)
+    places = places_of(soundings)
+    broken = silenced(soundings, *np.flatnonzero(np.isin(places, [1, 2])))
+    # What the southernmost station hears is nearly explained: it does not make up for the two that are silent.
+    levels = np.where(places[broken.stations] == 0, FLOOR + 8.0, FLOOR)
+    verdict = verdict_on(broken, EAST, levels=levels)
+    assert sorted(places[verdict.gains != 0.0]) == [3, 4, 5, 6]
+    assert (verdict.low, verdict.high) == pytest.approx((1.5, 3.0))
+
+
+def test_a_run_spans_a_station_that_says_less_against_it_than_the_others_say_for_it() -> None:
+    soundings = in_a_row(5)
+    places = places_of(soundings)
+    verdict = verdict_on(silenced(soundings, int(np.flatnonzero(places == 2)[0])), EAST)
+    assert (verdict.low, verdict.high) == pytest.approx((0.0, 2.0))
+    assert verdict.gains[places == 2] < 0.0
+
+
+def test_the_best_run_is_the_greatest_sum_of_all_runs() -> None:
+    rng, soundings = np.random.default_rng(8), in_a_row(6)
+    for _ in range(20):
+        muted = silenced(soundings, *np.flatnonzero(rng.random(6) < 0.5))
+        levels = FLOOR + rng.uniform(0.0, 6.0, 6)[soundings.stations]
+        gains = np.maximum(sums_of(muted, evidence_for(muted, EAST), levels), -12.0)[np.argsort(places_of(muted))]
+        runs = [gains[first:last].sum() for first in range(7) for last in range(first, 7)]
+        assert verdict_on(muted, EAST, levels=levels).total == pytest.approx(max(runs))
+
+
+SCREEN = Frame(np.array([wall(0.0, 1.0)]), np.array([[-0.8, -0.2]]))
+POST = Frame(np.array([cylinder(1.0, -0.5, 0.1)]), np.zeros((1, 2)))
+
+
+@pytest.mark.parametrize("frame", [SCREEN, POST])
+@pytest.mark.parametrize("reflector", [EAST, cylinder(2.0, -0.5, 0.1)])
+def test_a_station_whose_view_is_blocked_does_not_speak_against_a_reflector(
+    frame: Frame, reflector: FloatArray
+) -> None:
+    stations = [(0.0, -0.5), (1.5, -0.45), (1.5, 0.0), (1.4, 0.4)]
+    soundings = silenced(hearing(listening(stations), [reflector]), 0)
+    assert verdict_on(soundings, cylinder(2.0, -0.5, 0.1)).gains[0] <= 0.0
+    free, blocked = verdict_on(soundings, reflector), verdict_on(soundings, reflector, frame=frame)
+    assert blocked.gains[0] == 0.0
+    assert blocked.gains[1:] == pytest.approx(free.gains[1:])
+    assert blocked.total >= free.total
+
+
+@pytest.mark.parametrize(
+    "frame",
+    [
+        Frame(np.array([wall(0.0, 1.0)]), np.array([[0.2, 0.8]])),
+        Frame(np.array([wall(0.0, 2.5)]), np.array([[-2.0, 2.0]])),
+        Frame(np.array([wall(np.pi / 2, -0.5)]), np.array([[-3.0, 3.0]])),
+        Frame(np.array([cylinder(1.0, -0.2, 0.1)]), np.zeros((1, 2))),
+        Frame(np.array([corner(1.0, -0.5)]), np.zeros((1, 2))),
+    ],
+)
+def test_what_stands_beside_or_behind_a_view_blocks_nothing(frame: Frame) -> None:
+    post = cylinder(2.0, -0.5, 0.1)
+    soundings = silenced(hearing(listening([(0.0, -0.5), (1.5, -0.45), (1.5, 0.0)]), [post]), 0)
+    free = verdict_on(soundings, post).gains
+    assert free[0] < -1.0
+    assert verdict_on(soundings, post, frame=frame).gains == pytest.approx(free)
+
+
+def test_a_blocked_station_may_still_speak_for_a_reflector() -> None:
+    post = cylinder(2.0, -0.5, 0.1)
+    soundings = silenced(hearing(listening([(0.0, -0.5), (1.5, -0.45), (1.5, 0.0)]), [post]), 2)
+    assert verdict_on(soundings, post, frame=SCREEN).gains[0] == pytest.approx(verdict_on(soundings, post).gains[0])
+
+
+def test_readings_that_are_too_short_speak_for_a_reflector_once_they_are_scaled() -> None:
+    warm = replace(SONAR, range_scale=0.02)
+    soundings = hearing(listening(), [EAST], sonar=warm)
+    levels = np.full(len(soundings.readings), FLOOR)
+    right, wrong = (
+        judge(soundings, EAST, weigh(soundings, each.tabulated(), EAST, NOISE), levels, OPEN) for each in (warm, SONAR)
+    )
+    assert right.total > 50.0 > wrong.total
