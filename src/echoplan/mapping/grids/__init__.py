@@ -6,13 +6,13 @@ What is compiled is imported here too: import this package where it is used.
 from echoplan.mapping.grids.bayes import BayesRule, BayesSettings
 from echoplan.mapping.grids.canvas import Canvas, CanvasSettings
 from echoplan.mapping.grids.cemal import CemalRule, CemalSettings
-from echoplan.mapping.grids.cones import Cones, boxes_of, chosen_cones, cones_of, join_cones
+from echoplan.mapping.grids.cones import Cones, chosen_cones, cones_of, join_cones
 from echoplan.mapping.grids.elfes import ElfesRule, ElfesSettings
 from echoplan.mapping.grids.features import GridFeatureSettings, features_of_grid, free_sides, occupied_cells
 from echoplan.mapping.grids.muriel import MurielRule, MurielSettings
 from echoplan.mapping.grids.range_layer import RangeLayerRule, RangeLayerSettings
 from echoplan.mapping.grids.rules import GridRule
-from echoplan.mapping.grids.sectors import Raster, Trace, trace_for, trace_sector
+from echoplan.mapping.grids.sectors import Raster, Trace, box_about, trace_for, trace_sector
 
 __all__ = [
     "BayesRule",
@@ -32,7 +32,7 @@ __all__ = [
     "RangeLayerSettings",
     "Raster",
     "Trace",
-    "boxes_of",
+    "box_about",
     "chosen_cones",
     "cones_of",
     "features_of_grid",

@@ -2,6 +2,10 @@
 
 A cell of the cone that is nearer than the echo is probably free, one as far away as the echo probably occupied, and
 about one behind it nothing is known.  Cells are taken to be independent of each other, and so are the pings.
+
+All that is needed of a cell is how many pings called it occupied and how many free.  A row of a cone is a run of free
+cells between two of occupied ones, so it is enough to keep where runs begin and end and to add up in the end: a ping
+costs what it has rows, not what it has cells.
 """
 
 import math
@@ -12,8 +16,8 @@ from pydantic import BaseModel, Field
 from echoplan.arrays import FloatArray
 from echoplan.compiled import compiled
 from echoplan.mapping.grids.canvas import Canvas, CanvasSettings
-from echoplan.mapping.grids.cones import Cones, boxes_of
-from echoplan.mapping.grids.sectors import Raster, chord_of, columns_of, rows_of, sector_of
+from echoplan.mapping.grids.cones import Cones
+from echoplan.mapping.grids.sectors import Raster, box_about, chord_of, columns_of, rows_of, sector_of
 from echoplan.model import OccupancyGrid
 
 __all__ = ["BayesRule", "BayesSettings"]
@@ -46,7 +50,8 @@ class BayesRule:
 
     def __init__(self, settings: BayesSettings, canvas: CanvasSettings) -> None:
         self.settings = settings
-        self._canvas = Canvas(canvas)
+        # Of occupied and free runs of cells, row by row: how many begin in a cell less how many ended before it.
+        self._canvas = Canvas(canvas, fills=(0.0, 0.0))
 
     def add(self, cones: Cones) -> None:
         """Add the cones of more pings.
@@ -64,42 +69,42 @@ class BayesRule:
         settings = self.settings
         silent = cones.reaches if settings.clear_without_echo else np.zeros(len(cones.x))
         radii = np.where(np.isinf(cones.readings), silent, cones.readings + settings.thickness / 2)
-        self._canvas.cover(boxes_of(cones, radii))
-        evidence = (_log_odds(settings.occupied), _log_odds(settings.free))
-        add_log_odds(self._canvas.layers[0], self._canvas.raster, cones, radii, settings.thickness, evidence)
+        # Runs end in the cell after their last.
+        self._canvas.cover(box_about(cones, radii + self._canvas.settings.resolution))
+        add_runs(self._canvas.layers, self._canvas.raster, cones, radii, settings.thickness)
 
     @property
     def grid(self) -> OccupancyGrid:
         """The map of all cones so far."""
-        return self._canvas.grid(1.0 / (1.0 + np.exp(-self._canvas.layers[0])))
+        occupied, free = np.cumsum(self._canvas.layers, axis=2)
+        odds = occupied * _log_odds(self.settings.occupied) + free * _log_odds(self.settings.free)
+        return self._canvas.grid(0.5 + 0.5 * np.tanh(0.5 * odds))
 
 
 @compiled
-def add_log_odds(
-    layer: FloatArray, raster: Raster, cones: Cones, radii: FloatArray, thickness: float, evidence: tuple[float, float]
-) -> None:
-    """Add the log odds of occupied and free cells of cones to a layer."""
-    occupied, free = evidence
+def add_runs(layers: FloatArray, raster: Raster, cones: Cones, radii: FloatArray, thickness: float) -> None:
+    """Add where in each row of a cone its free cells begin and end, and its occupied ones to either side of them."""
+    occupied, free = layers
     for ping in range(len(radii)):
         sector = sector_of(cones, ping, radii[ping])
-        inner = radii[ping] - thickness
-        rim = free if math.isinf(cones.readings[ping]) else occupied
+        rim, inner = (free, radii[ping]) if math.isinf(cones.readings[ping]) else (occupied, radii[ping] - thickness)
         first_row, end_row = rows_of(sector, raster)
         for row in range(first_row, end_row):
             first, end = columns_of(sector, raster, row)
             near, beyond = chord_of(sector, raster, row, inner)
             near = min(max(near, first), end)
             beyond = min(max(beyond, near), end)
-            shift(layer[row, first:near], rim)
-            shift(layer[row, near:beyond], free)
-            shift(layer[row, beyond:end], rim)
+            add_run(rim, row, first, near)
+            add_run(free, row, near, beyond)
+            add_run(rim, row, beyond, end)
 
 
 @compiled
-def shift(cells: FloatArray, amount: float) -> None:
-    """Add an amount to cells in a row."""
-    for place in range(len(cells)):
-        cells[place] += amount
+def add_run(layer: FloatArray, row: int, first: int, end: int) -> None:
+    """Add one run of cells of a row, nothing if it ends before it begins."""
+    if end > first:
+        layer[row, first] += 1.0
+        layer[row, end] -= 1.0
 
 
 def _log_odds(probability: float) -> float:

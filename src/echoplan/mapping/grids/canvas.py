@@ -51,28 +51,27 @@ class Canvas:
         resolution = self.settings.resolution
         return Raster(column * resolution, row * resolution, resolution, end_row - row, end_column - column)
 
-    def cover(self, boxes: FloatArray) -> None:
-        """Grow until boxes lie on the canvas.
+    def cover(self, box: FloatArray) -> None:
+        """Grow until a box lies on the canvas.
 
         Parameters
         ----------
-        boxes : ndarray, shape (n, 2, 2)
-            Lower left and upper right corners, x before y [m].
+        box : ndarray, shape (2, 2)
+            Lower left and upper right corner, x before y [m]; infinite where there is nothing to cover.
 
         Raises
         ------
         InvalidValueError
             If the canvas would have more cells than it may.
         """
-        if not len(boxes):
+        if not np.isfinite(box).all():
             return
-        low, high = boxes[:, 0].min(axis=0)[::-1], boxes[:, 1].max(axis=0)[::-1]
-        step = _CHUNK * self.settings.resolution
-        box = _CHUNK * np.stack([np.floor(low / step), np.floor(high / step) + 1.0])
+        steps = box[:, ::-1] / (_CHUNK * self.settings.resolution)
+        wanted = _CHUNK * np.stack([np.floor(steps[0]), np.floor(steps[1]) + 1.0])
         if self.layers.size:
-            box = np.stack([np.minimum(box[0], self.box[0]), np.maximum(box[1], self.box[1])])
-        self._check(box)
-        self._grow(box.astype(np.int64))
+            wanted = np.stack([np.minimum(wanted[0], self.box[0]), np.maximum(wanted[1], self.box[1])])
+        self._check(wanted)
+        self._grow(wanted.astype(np.int64))
 
     def add(self, other: "Canvas", values: FloatArray) -> None:
         """Add the cells of another canvas to the first layer of this one.

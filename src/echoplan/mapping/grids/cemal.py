@@ -11,9 +11,9 @@ from pydantic import BaseModel, Field
 
 from echoplan.arrays import BoolArray, IntArray
 from echoplan.mapping.grids.canvas import Canvas, CanvasSettings
-from echoplan.mapping.grids.cones import Cones, boxes_of, chosen_cones, join_cones
+from echoplan.mapping.grids.cones import Cones, chosen_cones, join_cones
 from echoplan.mapping.grids.conflicts import Claims, claims_of, explanations, settle_conflicts
-from echoplan.mapping.grids.sectors import trace_for
+from echoplan.mapping.grids.sectors import box_about, trace_for
 from echoplan.model import OccupancyGrid
 
 __all__ = ["CemalRule", "CemalSettings"]
@@ -86,7 +86,7 @@ class CemalRule:
         cones, thickness = chosen_cones(every, order), self.settings.thickness
         radii = np.minimum(cones.readings, cones.reaches) + thickness / 2
         canvas = Canvas(self._lattice)
-        canvas.cover(boxes_of(cones, radii))
+        canvas.cover(box_about(cones, radii))
         trace = trace_for(cones, radii, self._lattice.resolution)
         claims = claims_of(cones, canvas.raster, trace, thickness=thickness)
         settle_conflicts(claims, canvas.raster, cones, trace, thickness)

@@ -9,7 +9,7 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.geometry import directions
 from echoplan.model import Pings, Rig, Sweep
 
-__all__ = ["Cones", "boxes_of", "chosen_cones", "cones_of", "join_cones"]
+__all__ = ["Cones", "chosen_cones", "cones_of", "join_cones"]
 
 
 class Cones(NamedTuple):
@@ -121,27 +121,3 @@ def join_cones(parts: Sequence[Cones]) -> Cones:
     """
     fields = zip(*parts, strict=True) if parts else ((),) * len(Cones._fields)
     return Cones(*(np.concatenate([np.zeros(0), *arrays]) for arrays in fields))
-
-
-def boxes_of(cones: Cones, radii: FloatArray) -> FloatArray:
-    """Find the upright boxes about cones.
-
-    Parameters
-    ----------
-    cones : Cones
-        n cones.
-    radii : ndarray, shape (n,)
-        How far each goes [m].
-
-    Returns
-    -------
-    ndarray, shape (n, 2, 2)
-        Lower left and upper right corner of each, x before y [m].
-    """
-    away = np.arctan2(cones.uy, cones.ux)[:, None] - 0.5 * np.pi * np.arange(4)
-    off_axis = np.abs((away + np.pi) % (2 * np.pi) - np.pi)
-    # How far the arc goes to the right, up, left and down: an end of it, unless it faces that way.
-    reach = radii[:, None] * np.cos(np.maximum(off_axis - cones.half_apertures[:, None], 0.0))
-    right, up, left, down = np.maximum(reach, 0.0).T
-    low = np.column_stack([cones.x - left, cones.y - down])
-    return np.stack([low, np.column_stack([cones.x + right, cones.y + up])], axis=1)

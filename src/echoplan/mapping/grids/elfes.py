@@ -12,8 +12,8 @@ from pydantic import BaseModel, Field
 from echoplan.arrays import FloatArray
 from echoplan.compiled import compiled
 from echoplan.mapping.grids.canvas import Canvas, CanvasSettings
-from echoplan.mapping.grids.cones import Cones, boxes_of, chosen_cones
-from echoplan.mapping.grids.sectors import Raster, Trace, trace_for, trace_sector
+from echoplan.mapping.grids.cones import Cones, chosen_cones
+from echoplan.mapping.grids.sectors import Raster, Trace, box_about, trace_for, trace_sector
 from echoplan.model import OccupancyGrid
 
 __all__ = ["ElfesRule", "ElfesSettings"]
@@ -61,7 +61,7 @@ class ElfesRule:
         farthest = math.inf if self.settings.max_range is None else self.settings.max_range
         heard = chosen_cones(cones, np.isfinite(cones.readings) & (cones.readings <= farthest))
         radii = heard.readings + self.settings.error
-        self._canvas.cover(boxes_of(heard, radii))
+        self._canvas.cover(box_about(heard, radii))
         trace = trace_for(heard, radii, self._canvas.settings.resolution)
         for superpose in (superpose_empty, superpose_occupied):
             superpose(self._canvas.layers, self._canvas.raster, heard, trace, self.settings.error)

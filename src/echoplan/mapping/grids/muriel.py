@@ -23,8 +23,8 @@ from pydantic import BaseModel, Field
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.mapping.grids.canvas import Canvas, CanvasSettings
-from echoplan.mapping.grids.cones import Cones, boxes_of, chosen_cones, join_cones
-from echoplan.mapping.grids.sectors import Raster, Trace, trace_for, trace_sector
+from echoplan.mapping.grids.cones import Cones, chosen_cones, join_cones
+from echoplan.mapping.grids.sectors import Raster, Trace, box_about, trace_for, trace_sector
 from echoplan.model import OccupancyGrid
 
 __all__ = ["MurielRule", "MurielSettings"]
@@ -94,18 +94,17 @@ class MurielRule:
         """
         cones = join_cones(self._parts)
         radii = np.minimum(cones.readings + _TAIL * self.settings.deviation, cones.reaches)
-        boxes = boxes_of(cones, radii)
         canvas = Canvas(self._lattice)
-        canvas.cover(boxes)
+        canvas.cover(box_about(cones, radii))
         trace = trace_for(cones, radii, self._lattice.resolution)
         for chosen in _places(cones, self.settings.place):
             place = Canvas(self._lattice, fills=(0.0, 0.0))
-            place.cover(boxes[chosen])
             self._gather(place, chosen_cones(cones, chosen), radii[chosen], trace)
             canvas.add(place, _of_place(place.layers, cones.half_apertures[chosen]))
-        return canvas.grid(1.0 / (1.0 + np.exp(-canvas.layers[0])))
+        return canvas.grid(0.5 + 0.5 * np.tanh(0.5 * canvas.layers[0]))
 
     def _gather(self, place: Canvas, cones: Cones, radii: FloatArray, trace: Trace) -> None:
+        place.cover(box_about(cones, radii))
         model = Model(self.settings.detection, self.settings.deviation, self.settings.background)
         keep_strongest(place.layers, place.raster, cones, radii, trace, model)
 

@@ -3,7 +3,8 @@
 The model has no published source.  What is known to go wrong is kept: the side of a cell is used as a relative error
 of the range; cells farther than ``phi`` from the sensor hardly count; all cells of the rectangle about a triangle are
 updated, which for wide beams does not even reach the echo; the cell on the axis is marked whatever was known of it;
-costs are whole numbers, cut off and not rounded, so that they sink by themselves; a cell that fell to 0 stays there.
+costs are whole numbers, cut off and not rounded, so that the faintest hint of free space lowers them and none of an
+obstacle raises them; a cell that fell to 0 stays there.
 """
 
 import math
@@ -67,7 +68,8 @@ class RangeLayerRule:
         if not self.settings.clear_on_max_reading:
             used = chosen_cones(cones, np.isfinite(cones.readings))
         boxes = _rectangles(used)
-        self._canvas.cover(boxes)
+        if len(boxes):
+            self._canvas.cover(np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)]))
         update_costs(self._canvas.layers[0], self._canvas.raster, used, boxes, self.settings.phi)
 
     @property
@@ -129,8 +131,9 @@ def cell_of(coordinate: float, origin: float, raster: Raster) -> int:
 @compiled
 def weight_of(distance: float, turn: float, phi: float) -> float:
     """How much a cell counts: less, the farther from the sensor and from the axis it is."""
-    aside = 1.0 - turn**2 if abs(turn) <= 1.0 else 0.0
-    return (1.0 - (1.0 + math.tanh(2.0 * (distance - phi))) / 2.0) * aside
+    if abs(turn) > 1.0:
+        return 0.0
+    return (1.0 - (1.0 + math.tanh(2.0 * (distance - phi))) / 2.0) * (1.0 - turn**2)
 
 
 @compiled

@@ -9,7 +9,18 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.mapping.grids.cones import Cones
 
-__all__ = ["Raster", "Sector", "Trace", "chord_of", "columns_of", "rows_of", "sector_of", "trace_for", "trace_sector"]
+__all__ = [
+    "Raster",
+    "Sector",
+    "Trace",
+    "box_about",
+    "chord_of",
+    "columns_of",
+    "rows_of",
+    "sector_of",
+    "trace_for",
+    "trace_sector",
+]
 
 
 class Raster(NamedTuple):
@@ -116,15 +127,45 @@ def sector_of(cones: Cones, ping: int, radius: float) -> Sector:
 
 
 @compiled
-def rows_of(sector: Sector, raster: Raster) -> tuple[int, int]:
-    """Find the first row that has a centre within a sector's height, and the one after the last."""
+def heights_of(sector: Sector) -> tuple[float, float]:
+    """Find how far a sector goes down and up from its centre [m]."""
     faces_up = sector.right_x >= 0.0 >= sector.left_x
     faces_down = sector.right_x <= 0.0 <= sector.left_x
-    high = sector.radius * (1.0 if faces_up else max(sector.left_y, sector.right_y, 0.0))
-    low = sector.radius * (-1.0 if faces_down else min(sector.left_y, sector.right_y, 0.0))
+    high = 1.0 if faces_up else max(sector.left_y, sector.right_y, 0.0)
+    low = -1.0 if faces_down else min(sector.left_y, sector.right_y, 0.0)
+    return sector.radius * low, sector.radius * high
+
+
+@compiled
+def widths_of(sector: Sector) -> tuple[float, float]:
+    """Find how far a sector goes to the left and to the right from its centre [m]."""
+    faces_right = sector.right_y <= 0.0 <= sector.left_y
+    faces_left = sector.right_y >= 0.0 >= sector.left_y
+    high = 1.0 if faces_right else max(sector.left_x, sector.right_x, 0.0)
+    low = -1.0 if faces_left else min(sector.left_x, sector.right_x, 0.0)
+    return sector.radius * low, sector.radius * high
+
+
+@compiled
+def box_about(cones: Cones, radii: FloatArray) -> FloatArray:
+    """Find the upright box about cones: lower left and upper right corner [m], infinite if there is none."""
+    low_x = low_y = math.inf
+    high_x = high_y = -math.inf
+    for ping in range(len(radii)):
+        sector = sector_of(cones, ping, max(radii[ping], 0.0))
+        left, right = widths_of(sector)
+        down, up = heights_of(sector)
+        low_x, low_y = min(low_x, sector.x + left), min(low_y, sector.y + down)
+        high_x, high_y = max(high_x, sector.x + right), max(high_y, sector.y + up)
+    return np.array([[low_x, low_y], [high_x, high_y]])
+
+
+@compiled
+def rows_of(sector: Sector, raster: Raster) -> tuple[int, int]:
+    """Find the first row that has a centre within a sector's height, and the one after the last."""
+    low, high = heights_of(sector)
     start = (sector.y - raster.y) / raster.resolution - 0.5
-    first = math.ceil(start + low / raster.resolution)
-    last = math.floor(start + high / raster.resolution)
+    first, last = math.ceil(start + low / raster.resolution), math.floor(start + high / raster.resolution)
     return max(first, 0), min(last + 1, raster.rows)
 
 

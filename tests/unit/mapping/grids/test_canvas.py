@@ -1,19 +1,20 @@
 import numpy as np
 import pytest
 
+from echoplan.arrays import FloatArray
 from echoplan.errors import InvalidValueError
 from echoplan.mapping.grids import Canvas, CanvasSettings
 
 SETTINGS = CanvasSettings(resolution=0.1, max_cells=20_000)
 
 
-def box(low: float, high: float) -> np.ndarray:
-    return np.array([[[low, low], [high, high]]])
+def box(low: float, high: float) -> FloatArray:
+    return np.array([[low, low], [high, high]])
 
 
 def test_a_canvas_begins_with_nothing_and_gives_one_unknown_cell() -> None:
     canvas = Canvas(SETTINGS)
-    canvas.cover(np.zeros((0, 2, 2)))
+    canvas.cover(box(np.inf, -np.inf))
     assert canvas.layers.shape == (1, 0, 0)
     assert canvas.grid(canvas.layers[0]).values.tolist() == [[0.5]]
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import cells
-from echoplan.mapping.grids import Raster, boxes_of, trace_for, trace_sector
+from echoplan.mapping.grids import Raster, box_about, chosen_cones, trace_for, trace_sector
 
 RASTER = Raster(-4.0, -4.0, 0.1, 80, 80)
 
@@ -49,14 +49,15 @@ def test_a_sensor_in_the_middle_of_a_cell_sees_as_much_in_opposite_directions(be
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_the_box_about_a_cone_touches_it_on_all_sides(seed: int) -> None:
+def test_the_box_about_cones_touches_them_on_all_sides(seed: int) -> None:
     cones = cells.random_cones(np.random.default_rng(seed))
     radii = np.minimum(cones.readings, cones.reaches)
     shares = np.linspace(-1.0, 1.0, 4001)
     angles = np.arctan2(cones.uy, cones.ux)[:, None] + cones.half_apertures[:, None] * shares
     x = np.column_stack([cones.x, cones.x[:, None] + radii[:, None] * np.cos(angles)])
     y = np.column_stack([cones.y, cones.y[:, None] + radii[:, None] * np.sin(angles)])
-    wanted = np.stack(
-        [np.column_stack([x.min(axis=1), y.min(axis=1)]), np.column_stack([x.max(axis=1), y.max(axis=1)])], axis=1
-    )
-    np.testing.assert_allclose(boxes_of(cones, radii), wanted, atol=1e-6)
+    assert box_about(cones, radii) == pytest.approx(np.array([[x.min(), y.min()], [x.max(), y.max()]]), abs=1e-6)
+    for ping in range(len(radii)):
+        alone = box_about(chosen_cones(cones, slice(ping, ping + 1)), radii[ping : ping + 1])
+        wanted = [[x[ping].min(), y[ping].min()], [x[ping].max(), y[ping].max()]]
+        assert alone == pytest.approx(np.array(wanted), abs=1e-6)
