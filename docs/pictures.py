@@ -3,10 +3,20 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
 from echoplan.io import builtin_rig, builtin_route, builtin_world, write_bytes
+from echoplan.methods import METHODS, map_sweeps
 from echoplan.methods.mdp_fuzzy import MdpFuzzyMapper
+from echoplan.methods.topological import TopologicalMapper
+from echoplan.model import FeatureMap, Recording, Truth
 from echoplan.simulation import Simulation, SimulationSettings
+from echoplan.simulation.settings import OdometryNoise
+from echoplan.sources import find_truth, open_source
 from echoplan.viewer import EchoListener, Plan, paper_pictures, sweep_stages
+from echoplan.viewer.maps import draw_cylinders, draw_truth, draw_walls
 
 PICTURES = Path(__file__).parent / "pictures"
 
@@ -34,7 +44,84 @@ def paper_room() -> None:
         write_bytes(PICTURES / f"{picture.name}.png", picture.png)
 
 
-DRAWINGS: tuple[Callable[[], None], ...] = (paper_room,)
+def methods_side_by_side() -> None:
+    """Map one room by every method: what docs/methods.md shows."""
+    source = open_source("sim:paper-room")
+    truth = find_truth("sim:paper-room", source)
+    recording = Recording(name=source.name, rig=source.rig, sweeps=tuple(source))
+    figure, panels = _panels(len(METHODS), columns=6)
+    for panel, method in zip(panels, METHODS.values(), strict=False):
+        _draw_map(panel, map_sweeps(method.build(recording.rig), recording), truth)
+        panel.set_title(method.name, fontsize=8)
+    _save(figure, "methods")
+
+
+def drifting_odometry() -> None:
+    """Map one room from poses that drift, by a method that believes them and by one that corrects them."""
+    noise = OdometryNoise(along=0.02, lateral=0.02, yaw_per_metre=0.035, yaw_per_radian=0.035)
+    simulation = Simulation(
+        world=builtin_world("paper-room"),
+        rig=builtin_rig("rotary-array"),
+        route=builtin_route("paper-room"),
+        settings=SimulationSettings(odometry=noise),
+        seed=1,
+    )
+    sweeps = tuple(simulation)
+    figure, panels = _panels(2, columns=2)
+    for panel, name in zip(panels, ("mdp-fuzzy", "salient-ekf"), strict=True):
+        _draw_map(panel, map_sweeps(METHODS[name].build(simulation.rig), sweeps), simulation.truth)
+        panel.plot(*simulation.truth.poses[:, :2].T, "x", color="black", markersize=3)
+        panel.set_title(name, fontsize=8)
+    _save(figure, "drift")
+
+
+def places() -> None:
+    """Draw the places and the passage of a corridor with a bend, on the free space that its echoes show."""
+    source = open_source("sim:corridor")
+    mapper = TopologicalMapper(source.rig)
+    map_sweeps(mapper, source)
+    free, graph = mapper.free_space(), mapper.graph()
+    figure, (panel,) = _panels(1, columns=1)
+    low, high = free.origin_xy, free.origin_xy + free.resolution * np.array(free.data.shape[::-1])
+    panel.imshow(free.data, origin="lower", extent=(low[0], high[0], low[1], high[1]), cmap="Greys_r", vmin=-2)
+    truth = find_truth("sim:corridor", source)
+    if truth is not None:
+        draw_truth(panel, truth)
+    for place in graph.places:
+        panel.plot(*place.center_xy, "o", color="tab:blue", markersize=8)
+    for passage in graph.passages:
+        ends = [graph.places[passage.first].center_xy, passage.position_xy, graph.places[passage.second].center_xy]
+        panel.plot(*np.transpose(ends), "-", color="tab:blue", linewidth=1.5)
+        panel.plot(*passage.position_xy, "s", color="tab:orange", markersize=7)
+    _save(figure, "places")
+
+
+def _panels(count: int, *, columns: int) -> tuple[Figure, list[Axes]]:
+    figure = Figure(figsize=(1.65 * columns if columns > 2 else 3.2 * columns, 1.8 * -(-count // columns) + 1.0))
+    grid = figure.subplots(-(-count // columns), columns, squeeze=False)
+    for panel in grid.flat:
+        panel.set_aspect("equal")
+        panel.axis("off")
+    return figure, list(grid.flat)
+
+
+def _draw_map(panel: Axes, found: FeatureMap, truth: Truth | None) -> None:
+    if truth is not None:
+        draw_truth(panel, truth)
+        low, high = truth.walls_xy.reshape(-1, 2).min(axis=0) - 0.3, truth.walls_xy.reshape(-1, 2).max(axis=0) + 0.3
+        panel.set_xlim(low[0], high[0])
+        panel.set_ylim(low[1], high[1])
+    draw_walls(panel, found.walls, found.poses[:, :2], thickness=0.06)
+    draw_cylinders(panel, found.cylinders)
+    panel.plot(*found.poses[:, :2].T, ".", color="gray", markersize=2)
+
+
+def _save(figure: Figure, name: str) -> None:
+    figure.tight_layout(pad=0.4)
+    figure.savefig(PICTURES / f"{name}.png", dpi=90)
+
+
+DRAWINGS: tuple[Callable[[], None], ...] = (paper_room, methods_side_by_side, drifting_odometry, places)
 
 if __name__ == "__main__":
     main()

@@ -47,3 +47,35 @@ def test_an_unknown_method_or_source_is_refused_in_one_line(tmp_path: Path) -> N
     assert method.stderr.startswith("echoplan: unknown method 'mdp-fuzy'; did you mean 'mdp-fuzzy'?")
     source = compare(tmp_path, "nowhere", "--methods", "rcd")
     assert (source.returncode, len(source.stderr.splitlines())) == (2, 1)
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("recording")
+    command = [sys.executable, "-m", "echoplan", "simulate", "square", "--seed", "2", "--out", "rec"]
+    subprocess.run(command, cwd=folder, capture_output=True, check=True)
+    return folder / "rec"
+
+
+def test_without_truth_maps_and_costs_are_told(recording: Path, tmp_path: Path) -> None:
+    for name in ("pings.csv", "rig.toml"):
+        (tmp_path / name).write_bytes((recording / name).read_bytes())
+    done = compare(tmp_path, ".", "--methods", "rcd", "--out", "out")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.splitlines()[1].split()[:3] == ["method", "maps", "ms"]
+    page = (tmp_path / "out" / "comparison.html").read_text(encoding="utf-8")
+    assert page.count("<svg") == 1
+    assert "map error" not in page
+
+
+def test_a_truth_may_be_named_by_its_file_or_its_folder(recording: Path, tmp_path: Path) -> None:
+    for name in ("pings.csv", "rig.toml"):
+        (tmp_path / name).write_bytes((recording / name).read_bytes())
+    for truth in (recording, recording / "truth.json"):
+        done = compare(tmp_path, ".", "--methods", "rcd", "--truth", str(truth))
+        assert "map error (mm)" in done.stdout, done.stderr
+
+
+def test_a_source_that_is_named_twice_is_compared_once(recording: Path) -> None:
+    done = compare(recording.parent, "rec", "rec", "--methods", "rcd,rcd")
+    assert [line.split()[:4] for line in done.stdout.splitlines()[2:3]] == [["rcd", "1", "of", "1"]]

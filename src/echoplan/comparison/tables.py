@@ -39,7 +39,7 @@ def score_table(scores: Sequence[MethodScore]) -> Table:
     """
     scored = any(score.summary for score in scores)
     return Table(
-        title="Methods on the same recordings; walls, corners, cylinders: recall / precision",
+        title="Methods on the same recordings" + ("; shares are recall / precision" if scored else ""),
         columns=("method", "maps", *(_RIGHTNESS if scored else ()), *_COST),
         rows=tuple(
             (
