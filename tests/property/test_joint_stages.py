@@ -1,0 +1,227 @@
+"""Laws of what is expected and explained: no place, direction or handedness is better than another."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from echoplan.acoustics.expectation import EchoModel, Kind, differentiate, shape_of
+from echoplan.acoustics.walk import WalkCurve, fitted_walk
+from echoplan.arrays import FloatArray
+from echoplan.classification.evidence import UNHEARD, Frame, judge, weigh
+from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_volley, ghosts_of_walls
+from echoplan.extraction.arcs import ArcSettings, arc_planes, find_arcs
+from echoplan.geometry import directions, transform_points, wrap
+from echoplan.preprocessing.soundings import Soundings, chosen_soundings, late_by
+from expectations import NOISE, ROOM, SONAR, cylinder, edge, expected, hearing, listening, wall
+
+POSES = st.tuples(st.floats(-10, 10), st.floats(-10, 10), st.floats(-3, 3))
+SEEDS = st.integers(0, 10_000)
+KINDS = st.sampled_from(list(Kind))
+HEARING = SONAR.tabulated()
+POST = cylinder(0.3, 0.9, 0.1)
+# Readings anywhere are near some ghost, if they scatter so much [m].
+ROUGH = 0.02
+ENDS = np.array([-3.0, 3.0])
+SCENE = hearing(listening(step=np.radians(5.0)), [*ROOM, POST], noise=0.002, rng=np.random.default_rng(0))
+
+
+def some_reflector(kind: Kind, seed: int) -> FloatArray:
+    """A reflector within reach of the middle of the room."""
+    rng = np.random.default_rng(seed)
+    way, depth = rng.uniform(-np.pi, np.pi), rng.uniform(0.3, 2.5)
+    if kind is Kind.WALL:
+        return wall(way, depth)
+    x, y = depth * directions(way)
+    return np.array([kind, x, y, rng.uniform(0.02, 0.2) if kind is Kind.CYLINDER else 0.0])
+
+
+def moved(reflector: FloatArray, pose: tuple[float, float, float]) -> FloatArray:
+    """A reflector taken by a pose."""
+    if reflector[0] == Kind.WALL:
+        angle = reflector[1] + pose[2]
+        return wall(angle, float(reflector[2] + directions(angle) @ pose[:2]))
+    return np.array([reflector[0], *transform_points(pose, reflector[1:3]), reflector[3]])
+
+
+def moved_along(reflector: FloatArray, pose: tuple[float, float, float]) -> float:
+    """By how much places along a wall change with it."""
+    return float(directions(reflector[1] + pose[2] + np.pi / 2) @ pose[:2])
+
+
+def taken(soundings: Soundings, pose: tuple[float, float, float]) -> Soundings:
+    """Soundings taken by a pose."""
+    turn = np.exp(1j * pose[2])
+    places, axes, arms = (
+        turn * (x + 1j * y)
+        for x, y in (
+            (soundings.x, soundings.y),
+            (soundings.ux, soundings.uy),
+            (soundings.arms_x, soundings.arms_y),
+        )
+    )
+    return soundings._replace(
+        x=places.real + pose[0],
+        y=places.imag + pose[1],
+        ux=axes.real.copy(),
+        uy=axes.imag.copy(),
+        arms_x=arms.real.copy(),
+        arms_y=arms.imag.copy(),
+        centers=transform_points(pose, soundings.centers),
+    )
+
+
+def mirrored(soundings: Soundings) -> Soundings:
+    """Soundings in a mirror along the x axis."""
+    return soundings._replace(
+        y=-soundings.y,
+        uy=-soundings.uy,
+        arms_y=-soundings.arms_y,
+        rates=-soundings.rates,
+        centers=soundings.centers * [1.0, -1.0],
+    )
+
+
+def reflected(reflector: FloatArray) -> FloatArray:
+    """A reflector in a mirror along the x axis."""
+    sign = np.array([1.0, -1.0, 1.0, 1.0] if reflector[0] == Kind.WALL else [1.0, 1.0, -1.0, 1.0])
+    image: FloatArray = reflector * sign
+    return image
+
+
+@settings(max_examples=30)
+@given(KINDS, SEEDS, POSES)
+def test_no_place_or_direction_changes_what_is_expected(
+    kind: Kind, seed: int, pose: tuple[float, float, float]
+) -> None:
+    reflector, pings = some_reflector(kind, seed), chosen_soundings(SCENE, SCENE.stations == 0)
+    here, there = expected(pings, reflector), expected(taken(pings, pose), moved(reflector, pose))
+    assert there[0] == pytest.approx(here[0], abs=1e-5)
+    assert there[1] == pytest.approx(here[1], abs=1e-7)
+
+
+@settings(max_examples=30)
+@given(KINDS, SEEDS)
+def test_in_a_mirror_the_same_is_expected(kind: Kind, seed: int) -> None:
+    reflector, pings = some_reflector(kind, seed), chosen_soundings(SCENE, SCENE.stations == 1)
+    for here, there in zip(expected(pings, reflector), expected(mirrored(pings), reflected(reflector)), strict=True):
+        assert there == pytest.approx(here, abs=1e-7)
+
+
+@given(KINDS, SEEDS)
+def test_moving_sensor_and_reflector_together_changes_no_reading(kind: Kind, seed: int) -> None:
+    reflector, rng, slopes = some_reflector(kind, seed), np.random.default_rng(seed), np.empty(6)
+    x, y, bearing = rng.uniform([-0.1, -0.1, -np.pi], [0.1, 0.1, np.pi]).tolist()
+    differentiate(HEARING, shape_of(reflector), (x, y, float(np.cos(bearing)), float(np.sin(bearing))), slopes)
+    if kind is Kind.WALL:
+        nx, ny = directions(reflector[1])
+        shifts = np.array([nx * slopes[1] + slopes[3], ny * slopes[1] + slopes[4]])
+        turn = slopes[0] + slopes[5] - y * slopes[3] + x * slopes[4]
+    else:
+        shifts = slopes[:2] + slopes[3:5]
+        turn = slopes[5] - y * slopes[3] + x * slopes[4] - reflector[2] * slopes[0] + reflector[1] * slopes[1]
+    assert shifts == pytest.approx(0.0, abs=1e-9)
+    assert turn == pytest.approx(0.0, abs=1e-9)
+
+
+@settings(max_examples=30)
+@given(st.sampled_from([*ROOM, POST, edge(0.3, 0.9), wall(0.3, 1.0)]), POSES)
+def test_no_place_or_direction_changes_a_verdict(reflector: FloatArray, pose: tuple[float, float, float]) -> None:
+    nothing, levels = Frame(np.zeros((0, 4)), np.zeros((0, 2))), np.full(len(SCENE.readings), np.log(0.01))
+    elsewhere = taken(SCENE, pose)
+    here = judge(SCENE, reflector, weigh(SCENE, HEARING, reflector, NOISE), levels, nothing)
+    place = moved(reflector, pose)
+    there = judge(elsewhere, place, weigh(elsewhere, HEARING, place, NOISE), levels, nothing)
+    assert there.gains == pytest.approx(here.gains, abs=1e-3)
+    if reflector[0] == Kind.WALL and here.total > 0.0:
+        shift = moved_along(reflector, pose)
+        assert (there.low - shift, there.high - shift) == pytest.approx((here.low, here.high), abs=1e-6)
+
+
+@settings(max_examples=30)
+@given(st.sampled_from([*ROOM, POST, edge(0.3, 0.9), wall(0.3, 1.0)]))
+def test_in_a_mirror_a_verdict_is_the_same_and_a_wall_runs_the_other_way(reflector: FloatArray) -> None:
+    nothing, levels = Frame(np.zeros((0, 4)), np.zeros((0, 2))), np.full(len(SCENE.readings), np.log(0.01))
+    image, turned = mirrored(SCENE), reflected(reflector)
+    here = judge(SCENE, reflector, weigh(SCENE, HEARING, reflector, NOISE), levels, nothing)
+    there = judge(image, turned, weigh(image, HEARING, turned, NOISE), levels, nothing)
+    assert there.gains == pytest.approx(here.gains, abs=1e-6)
+    assert (-there.high, -there.low) == pytest.approx((here.low, here.high), abs=1e-9)
+
+
+@settings(max_examples=30)
+@given(POSES)
+def test_no_place_or_direction_changes_a_ghost(pose: tuple[float, float, float]) -> None:
+    rng, count = np.random.default_rng(1), len(SCENE.readings)
+    mates = SCENE._replace(readings=rng.uniform(0.3, 3.9, count), mates=np.roll(np.arange(count), 3)[:, None])
+    elsewhere, east, north = taken(mates, pose), moved(ROOM[0], pose), moved(ROOM[1], pose)
+    spans = [ENDS + moved_along(each, pose) for each in (ROOM[0], ROOM[1])]
+    pairs = (
+        (
+            ghosts_of_walls(mates, HEARING, (ROOM[0], ROOM[1]), (ENDS, ENDS), ROUGH),
+            ghosts_of_walls(elsewhere, HEARING, (east, north), (spans[0], spans[1]), ROUGH),
+        ),
+        (
+            ghosts_of_cylinder(mates, HEARING, ROOM[0], POST, ROUGH),
+            ghosts_of_cylinder(elsewhere, HEARING, east, moved(POST, pose), ROUGH),
+        ),
+        (
+            ghosts_of_volley(mates, HEARING, ROOM[1], ENDS, ROUGH),
+            ghosts_of_volley(elsewhere, HEARING, north, spans[1], ROUGH),
+        ),
+    )
+    for here, there in pairs:
+        assert (here > UNHEARD).sum() > 5
+        assert there == pytest.approx(here, abs=1e-4)
+
+
+@settings(max_examples=50)
+@given(SEEDS)
+def test_the_order_of_two_walls_does_not_change_their_ghosts(seed: int) -> None:
+    first, second = some_reflector(Kind.WALL, seed), some_reflector(Kind.WALL, seed + 1)
+    one = ghosts_of_walls(SCENE, HEARING, (first, second), (ENDS, ENDS), NOISE)
+    other = ghosts_of_walls(SCENE, HEARING, (second, first), (ENDS, ENDS), NOISE)
+    assert one == pytest.approx(other, abs=1e-6)
+
+
+@settings(max_examples=20)
+@given(POSES)
+def test_arcs_and_their_planes_move_with_the_scene(pose: tuple[float, float, float]) -> None:
+    elsewhere = taken(SCENE, pose)
+    arcs = find_arcs(SCENE, resolution=0.001, settings=ArcSettings())
+    others = find_arcs(elsewhere, resolution=0.001, settings=ArcSettings())
+    assert {frozenset(arc.pings.tolist()) for arc in arcs} == {frozenset(arc.pings.tolist()) for arc in others}
+    here, there = arc_planes(arcs, SCENE, HEARING), arc_planes(arcs, elsewhere, HEARING)
+    for plane, image in zip(here, there, strict=True):
+        truth = moved(wall(*plane), pose)
+        assert wrap(image[0] - truth[1]) == pytest.approx(0.0, abs=1e-6)
+        assert image[1] == pytest.approx(truth[2], abs=1e-6)
+
+
+@given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), SEEDS)
+def test_a_servo_late_twice_is_late_by_the_sum(first: float, second: float, seed: int) -> None:
+    rates = np.random.default_rng(seed).uniform(-2.0, 2.0, len(SCENE.readings))
+    turning = SCENE._replace(rates=rates)
+    twice, once = late_by(late_by(turning, first), second), late_by(turning, first + second)
+    for name in ("x", "y", "ux", "uy", "arms_x", "arms_y"):
+        assert getattr(twice, name) == pytest.approx(getattr(once, name), abs=1e-12)
+    assert np.hypot(twice.ux, twice.uy) == pytest.approx(1.0)
+    assert np.hypot(twice.arms_x, twice.arms_y) == pytest.approx(np.hypot(SCENE.arms_x, SCENE.arms_y))
+
+
+@given(SEEDS, st.floats(1e-3, 1e3), st.floats(-5, 5))
+def test_unit_and_zero_of_residuals_do_not_change_a_fitted_walk(seed: int, unit: float, zero: float) -> None:
+    rng = np.random.default_rng(seed)
+    excess = rng.uniform(0.0, 40.0, 200)
+    residuals, weights = np.exp(-excess / 8.0) + rng.normal(0.0, 0.05, 200), rng.uniform(0.1, 1.0, 200)
+    plain, scaled = (fitted_walk(excess, each, weights=weights) for each in (residuals, unit * residuals + zero))
+    assert (np.diff(plain.values) <= 1e-12).all()
+    assert scaled.values == pytest.approx(plain.values, abs=1e-6)
+
+
+@given(st.floats(20.0, 45.0), st.floats(3.0, 8.0), st.floats(0.0, 0.04))
+def test_whatever_the_sonar_an_aimed_plane_at_one_metre_is_read_right(loud: float, ka: float, gain: float) -> None:
+    walk = WalkCurve.from_table([0.0, 6.0, 40.0], [3.0, 1.0, 0.0])
+    sonar = EchoModel(figure_of_merit=loud, ka=ka, absorption=1.3, walk=walk, walk_gain=gain)
+    aimed = listening([(0.0, 0.0)], arm=0.0, step=np.radians(90.0))
+    assert expected(aimed, wall(0.0, 1.0), sonar)[1][2] == pytest.approx(1.0, abs=1e-9)

@@ -1,0 +1,269 @@
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize, minimize_scalar
+
+from echoplan.acoustics import bistatic_cylinder_echo, directivity, signal_excess
+from echoplan.acoustics.air import Air
+from echoplan.arrays import FloatArray
+from echoplan.classification.evidence import UNHEARD, audibility
+from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_volley, ghosts_of_walls
+from echoplan.geometry import directions
+from echoplan.preprocessing.soundings import Soundings
+from expectations import NOISE, REACH, SONAR, cylinder, wall
+from soundings import PAPER
+
+# Without a walk a reading is the depth itself.
+PLAIN = replace(SONAR, walk_gain=0.0)
+ENDLESS = np.array([-50.0, 50.0])
+EAST, NORTH = wall(0.0, 1.0), wall(np.pi / 2, 0.8)
+# Only walls that meet at no more than a right angle send sound back over both.
+OBLIQUE = wall(np.radians(110.0), 1.1)
+
+
+def one_ping(
+    place: tuple[float, float], bearing: float, *, mate: tuple[float, float] | None = None, mate_bearing: float = 0.0
+) -> Soundings:
+    """One ping at a place, as often as there are readings to try, a tenth of a millimetre apart, and its mate."""
+    readings = np.append(np.arange(0.3, REACH - 0.1, 1e-4), np.inf)
+    count = len(readings)
+    x, y = np.full(count, place[0]), np.full(count, place[1])
+    axes, mates = np.tile(directions(bearing), (count, 1)), np.full((count, 2), -1)
+    if mate:
+        x, y, axes[-1], mates[:-1, 1] = (
+            np.append(x[1:], mate[0]),
+            np.append(y[1:], mate[1]),
+            directions(mate_bearing),
+            count - 1,
+        )
+    nothing = np.zeros(count)
+    return Soundings(
+        x=x,
+        y=y,
+        ux=axes[:, 0].copy(),
+        uy=axes[:, 1].copy(),
+        arms_x=nothing,
+        arms_y=nothing,
+        rates=nothing,
+        readings=readings,
+        stations=np.zeros(count, dtype=np.int64),
+        sensors=np.zeros(count, dtype=np.int64),
+        mates=mates,
+        weights=nothing + 1.0,
+        centers=np.array([place]),
+        min_range=0.03,
+        max_range=REACH,
+    )
+
+
+def likeliest(soundings: Soundings, levels: FloatArray) -> float:
+    """The reading that a ghost explains best [m]."""
+    assert levels.max() > UNHEARD
+    return float(soundings.readings[np.argmax(levels)])
+
+
+def point_on(reflector: FloatArray, along: float) -> FloatArray:
+    """A place along a wall."""
+    point: FloatArray = reflector[2] * directions(reflector[1]) + along * directions(reflector[1] + np.pi / 2)
+    return point
+
+
+def length(*points: FloatArray) -> float:
+    """Length of a way through points."""
+    return float(sum(np.hypot(*(b - a)) for a, b in itertools.pairwise(points)))
+
+
+def between_walls(place: tuple[float, float], first: FloatArray, second: FloatArray) -> tuple[float, FloatArray]:
+    """Shortest way from a place to one wall, the other, and back, and where it strikes them: Fermat's principle."""
+    start = np.array(place)
+
+    def way(alongs: FloatArray) -> float:
+        return length(start, point_on(first, alongs[0]), point_on(second, alongs[1]), start)
+
+    found = minimize(way, np.zeros(2), method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-12, "maxiter": 4000})
+    return float(found.fun), found.x
+
+
+def walls_at(
+    soundings: Soundings,
+    first: FloatArray,
+    second: FloatArray,
+    extents: tuple[FloatArray, FloatArray] = (ENDLESS, ENDLESS),
+) -> FloatArray:
+    """Ghosts of two walls without a walk."""
+    return ghosts_of_walls(soundings, PLAIN.tabulated(), (first, second), extents, NOISE)
+
+
+@pytest.mark.parametrize("place", [(0.2, 0.1), (-0.5, 0.4), (0.7, -0.6)])
+def test_in_a_right_angled_corner_a_double_echo_comes_from_the_corner_itself(place: tuple[float, float]) -> None:
+    away = np.array([1.0, 0.8]) - place
+    soundings = one_ping(place, float(np.arctan2(away[1], away[0])))
+    reading = likeliest(soundings, walls_at(soundings, EAST, NORTH))
+    assert reading == pytest.approx(np.hypot(*away), abs=1e-4)
+
+
+@pytest.mark.parametrize("place", [(0.2, 0.1), (-0.3, 0.4), (0.1, -0.6)])
+@pytest.mark.parametrize("second", [OBLIQUE, wall(np.radians(-125.0), 1.2)])
+def test_a_double_echo_takes_the_shortest_way_over_both_walls(place: tuple[float, float], second: FloatArray) -> None:
+    soundings = one_ping(place, float(second[1] / 2))
+    shortest, _ = between_walls(place, EAST, second)
+    there, back = (likeliest(soundings, walls_at(soundings, *pair)) for pair in ((EAST, second), (second, EAST)))
+    assert there == back == pytest.approx(shortest / 2, abs=1e-4)
+
+
+def test_parallel_walls_echo_after_the_way_across_and_back() -> None:
+    soundings = one_ping((0.3, 0.0), 0.0)
+    levels = walls_at(soundings, EAST, wall(np.pi, 1.0))
+    assert likeliest(soundings, levels) == pytest.approx(2.0, abs=1e-4)
+
+
+@pytest.mark.parametrize("hidden", [0, 1])
+def test_a_double_echo_needs_both_walls_to_reach_where_it_strikes_them(hidden: int) -> None:
+    place, walls = (0.2, 0.1), (EAST, OBLIQUE)
+    _, strikes = between_walls(place, *walls)
+    soundings = one_ping(place, 0.9)
+    around = [strike + np.array([-0.05, 0.05]) for strike in strikes]
+    assert walls_at(soundings, *walls, (around[0], around[1])).max() > 0.0
+    beside = [each + (0.2 if number == hidden else 0.0) for number, each in enumerate(around)]
+    assert (walls_at(soundings, *walls, (beside[0], beside[1])) == UNHEARD).all()
+
+
+@pytest.mark.parametrize("place", [(1.2, 0.1), (0.2, 0.9)])
+def test_nothing_is_heard_from_behind_a_wall(place: tuple[float, float]) -> None:
+    assert (walls_at(one_ping(place, 0.7), EAST, NORTH) == UNHEARD).all()
+
+
+def test_a_ghost_spreads_half_as_much_again_as_an_echo() -> None:
+    soundings = one_ping((0.2, 0.1), 0.7188)
+    levels = walls_at(soundings, EAST, NORTH)
+    heard = levels > UNHEARD
+    late = soundings.readings[heard] - np.hypot(0.8, 0.7)
+    assert levels[heard] - levels.max() == pytest.approx(-0.5 * (late / (1.5 * NOISE)) ** 2, abs=1e-3)
+    assert np.abs(late).max() == pytest.approx(6 * 1.5 * NOISE, abs=2e-4)
+
+
+def test_silence_is_no_ghost() -> None:
+    assert walls_at(one_ping((0.2, 0.1), 0.7), EAST, NORTH)[-1] == UNHEARD
+
+
+def test_a_double_echo_fades_by_the_beam_at_its_departure_and_at_its_arrival() -> None:
+    # In an oblique corner sound leaves and comes back at different angles.
+    place, bearing = np.array([0.2, 0.1]), 0.8
+    soundings = one_ping((0.2, 0.1), bearing)
+    shortest, strikes = between_walls((0.2, 0.1), EAST, OBLIQUE)
+    ends = [point_on(each, strike) - place for each, strike in zip((EAST, OBLIQUE), strikes, strict=True)]
+    offs = [float(np.arctan2(way[1], way[0])) - bearing for way in ends]
+    beams = np.prod([directivity(off, PLAIN.ka) for off in offs])
+    excess = float(signal_excess(1 / shortest, shortest, transducer=PAPER, air=Air(), beams=beams))
+    peak = np.log(audibility(excess) / (np.sqrt(2 * np.pi) * 1.5 * NOISE))
+    assert abs(offs[0] - offs[1]) > 0.5
+    assert walls_at(soundings, EAST, OBLIQUE).max() == pytest.approx(peak, abs=1e-2)
+
+
+def test_ghosts_are_read_with_the_walk_of_their_loudness() -> None:
+    soundings, depth = one_ping((-1.5, -1.4), 0.7), np.hypot(2.5, 2.2)
+    walking = ghosts_of_walls(soundings, SONAR.tabulated(), (EAST, NORTH), (ENDLESS, ENDLESS), NOISE)
+    assert likeliest(soundings, walls_at(soundings, EAST, NORTH)) == pytest.approx(depth, abs=1e-4)
+    assert depth + 0.001 < likeliest(soundings, walking) < depth + SONAR.walk_gain
+
+
+def test_readings_that_are_too_short_are_scaled_before_they_are_explained() -> None:
+    soundings = one_ping((0.2, 0.1), 0.7188)
+    levels = ghosts_of_walls(
+        soundings, replace(PLAIN, range_scale=0.05).tabulated(), (EAST, NORTH), (ENDLESS, ENDLESS), NOISE
+    )
+    assert likeliest(soundings, levels) == pytest.approx(np.hypot(0.8, 0.7) / 1.05, abs=1e-4)
+
+
+def over_cylinder(place: tuple[float, float], reflector: FloatArray, disc: tuple[float, float, float]) -> float:
+    """Shortest way from a place over a cylinder and a wall back, by trying places on both."""
+    start, center = np.array(place), np.array(disc[:2])
+    depth = reflector[2] - start @ directions(reflector[1])
+    image = start + 2 * depth * directions(reflector[1])
+    facing = float(np.arctan2(*(start - center)[::-1]))
+
+    def way(angle: float) -> float:
+        spot = center + disc[2] * directions(angle)
+        return length(start, spot, image)
+
+    return float(
+        minimize_scalar(way, bounds=(facing - 1.5, facing + 1.5), method="bounded", options={"xatol": 1e-10}).fun
+    )
+
+
+@pytest.mark.parametrize("radius", [0.02, 0.05, 0.12])
+@pytest.mark.parametrize("center", [(0.5, 1.0), (-0.4, 1.4), (0.2, -1.2)])
+def test_the_echo_of_a_cylinder_in_a_wall_takes_the_way_over_both(radius: float, center: tuple[float, float]) -> None:
+    soundings = one_ping((0.0, 0.0), float(np.arctan2(center[1], center[0] + 0.5)))
+    levels = ghosts_of_cylinder(soundings, PLAIN.tabulated(), EAST, cylinder(center[0], center[1], radius), NOISE)
+    shortest = over_cylinder((0.0, 0.0), EAST, (*center, radius))
+    # The specular point is halfway between both ends, up to the square of the radius over the distance.
+    assert likeliest(soundings, levels) == pytest.approx(shortest / 2, abs=0.5 * radius**2 + 1e-4)
+
+
+def test_the_echo_of_a_cylinder_in_a_wall_is_about_as_loud_as_its_law_says() -> None:
+    center, radius, bearing = np.array([-0.3, 1.5]), 0.1, 1.3
+    soundings = one_ping((0.0, 0.0), bearing)
+    levels = ghosts_of_cylinder(soundings, PLAIN.tabulated(), wall(0.0, 0.6), cylinder(-0.3, 1.5, radius), NOISE)
+    image = np.array([1.2 - center[0], center[1]])
+    near, far = np.hypot(*center), np.hypot(*image)
+    incidence = (np.arctan2(*center[::-1]) - np.arctan2(*image[::-1])) / 2
+    amplitude = bistatic_cylinder_echo(near - radius, far - radius, radius, incidence=incidence)
+    offs = [np.arctan2(*way[::-1]) - bearing for way in (center, image)]
+    beams = np.prod([directivity(off, PLAIN.ka) for off in offs])
+    excess = float(signal_excess(amplitude, near + far - 2 * radius, transducer=PAPER, air=Air(), beams=beams))
+    truth = np.log(audibility(excess) / (np.sqrt(2 * np.pi) * 2 * NOISE))
+    assert levels.max() == pytest.approx(truth, abs=1.0)
+
+
+def test_a_sensor_behind_the_wall_hears_no_cylinder_in_it() -> None:
+    soundings = one_ping((1.5, 0.0), 1.5)
+    levels = ghosts_of_cylinder(soundings, PLAIN.tabulated(), EAST, cylinder(0.5, 1.0, 0.05), NOISE)
+    assert (levels == UNHEARD).all()
+
+
+@pytest.mark.parametrize("mate", [(0.05, 0.0), (0.0, -0.4), (-0.6, 0.5)])
+def test_the_burst_of_a_mate_comes_back_from_its_image_in_the_wall(mate: tuple[float, float]) -> None:
+    soundings = one_ping((0.0, 0.0), 0.2, mate=mate, mate_bearing=0.3)
+    levels = ghosts_of_volley(soundings, PLAIN.tabulated(), EAST, ENDLESS, NOISE)
+    image = np.array([2.0 - mate[0], mate[1]])
+    assert likeliest(soundings, levels) == pytest.approx(np.hypot(*image) / 2, abs=1e-4)
+
+
+def test_without_mates_there_is_no_crosstalk() -> None:
+    soundings = one_ping((0.0, 0.0), 0.2)
+    assert (ghosts_of_volley(soundings, PLAIN.tabulated(), EAST, ENDLESS, NOISE) == UNHEARD).all()
+
+
+def test_crosstalk_strikes_the_wall_within_its_extent() -> None:
+    # The burst strikes the wall halfway between the sensors, which are equally far from it.
+    soundings = one_ping((0.0, 0.0), 0.2, mate=(0.0, 0.6), mate_bearing=0.0)
+    inside, outside = (
+        ghosts_of_volley(soundings, PLAIN.tabulated(), EAST, np.array(extent), NOISE)
+        for extent in ([0.29, 0.31], [0.31, 0.9])
+    )
+    assert inside.max() > 0.0
+    assert (outside == UNHEARD).all()
+
+
+@pytest.mark.parametrize(("place", "mate"), [((0.0, 0.0), (1.5, 0.0)), ((1.5, 0.0), (0.0, 0.0))])
+def test_crosstalk_does_not_pass_through_a_wall(place: tuple[float, float], mate: tuple[float, float]) -> None:
+    soundings = one_ping(place, 0.0, mate=mate)
+    assert (ghosts_of_volley(soundings, PLAIN.tabulated(), EAST, ENDLESS, NOISE) == UNHEARD).all()
+
+
+def test_a_mate_that_looks_away_is_heard_less() -> None:
+    toward, away = (
+        ghosts_of_volley(
+            one_ping((0.0, 0.0), 0.2, mate=(0.0, -0.4), mate_bearing=bearing),
+            PLAIN.tabulated(),
+            wall(0.0, 2.5),
+            ENDLESS,
+            NOISE,
+        ).max()
+        for bearing in (0.1, 2.0)
+    )
+    assert toward > 0.0
+    assert away < toward - 5.0

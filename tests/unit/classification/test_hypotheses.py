@@ -1,0 +1,211 @@
+import itertools
+
+import numpy as np
+import pytest
+
+from echoplan.acoustics.expectation import Kind
+from echoplan.arrays import FloatArray
+from echoplan.classification.evidence import UNHEARD, Frame, judge
+from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_volley, ghosts_of_walls
+from echoplan.classification.hypotheses import Explanation, Hypothesis
+from expectations import NOISE, REACH, ROOM, corner, cylinder, explanation, feature, hearing, judged, listening, wall
+
+POST = cylinder(0.3, 0.9, 0.1)
+
+
+@pytest.fixture(scope="module")
+def room() -> Explanation:
+    """A room with a post in it, as heard with a little noise."""
+    soundings = hearing(listening(), [*ROOM, POST], noise=0.001, rng=np.random.default_rng(6))
+    return explanation(soundings)
+
+
+@pytest.fixture(scope="module")
+def walls(room: Explanation) -> list[Hypothesis]:
+    """The walls of the room, each judged alone."""
+    return judged(room, ROOM)
+
+
+@pytest.fixture(scope="module")
+def post(room: Explanation) -> Hypothesis:
+    """The post, judged alone."""
+    return judged(room, [POST])[0]
+
+
+def bare(room: Explanation) -> FloatArray:
+    """What explains the pings before anything is known."""
+    return np.full(len(room.soundings.readings), room.floor)
+
+
+def test_one_reading_in_25_may_be_anything_within_reach(room: Explanation) -> None:
+    assert np.exp(room.floor) * REACH == pytest.approx(0.04)
+
+
+def test_a_hypothesis_tells_its_kind_and_parameters() -> None:
+    plane, round_, point = (feature(each) for each in (wall(0.5, 1.2), POST, corner(1.0, 2.0)))
+    assert (plane.kind, round_.kind, point.kind) == (Kind.WALL, Kind.CYLINDER, Kind.CORNER)
+    assert [each.is_wall for each in (plane, round_, point)] == [True, False, False]
+    assert plane.line.tolist() == plane.parameters.tolist() == [0.5, 1.2]
+    assert round_.parameters.tolist() == [0.3, 0.9, 0.1]
+    assert point.parameters.tolist() == [1.0, 2.0]
+
+
+def test_hypotheses_differ_by_kind_place_and_extent() -> None:
+    given = [
+        feature(corner(1.0, 2.0)),
+        feature(cylinder(1.0, 2.0, 0.0)),
+        feature(corner(1.0, 2.1)),
+        feature(wall(1.0, 2.0)),
+    ]
+    stretched = feature(wall(1.0, 2.0), extent=(0.0, 1.0))
+    assert len({each.key for each in (*given, stretched)}) == 5
+    assert stretched.key == feature(wall(1.0, 2.0), extent=(0.0, 1.0), gains=(3.0,)).key
+
+
+def test_a_proposed_hypothesis_is_not_judged_yet(room: Explanation) -> None:
+    proposed = room.propose(ROOM[0])
+    assert proposed.total == 0.0
+    assert not proposed.gains.any()
+    assert len(proposed.evidence.pings) > 0
+
+
+def test_a_verdict_is_written_into_the_hypothesis(room: Explanation, walls: list[Hypothesis]) -> None:
+    nothing = Frame(np.zeros((0, 4)), np.zeros((0, 2)))
+    verdict = judge(room.soundings, ROOM[1], walls[1].evidence, bare(room), nothing)
+    assert walls[1].total == verdict.total > 20.0
+    assert walls[1].extent == (verdict.low, verdict.high)
+    assert walls[1].gains == pytest.approx(verdict.gains)
+
+
+def test_judging_one_by_one_is_judging_all(room: Explanation, walls: list[Hypothesis], post: Hypothesis) -> None:
+    levels = room.levels([walls[0], post])
+    together = room.judge_all(walls[1:], levels, [walls[0], post])
+    single = [room.judged(each, levels, [walls[0], post]) for each in walls[1:]]
+    assert [each.total for each in together] == [each.total for each in single]
+
+
+def test_others_are_seen_to_block_the_view() -> None:
+    stations = [(0.0, 0.0), (1.5, 0.05), (1.5, 0.5)]
+    target = cylinder(2.0, 0.0, 0.1)
+    soundings = hearing(listening(stations), [target])
+    deaf = soundings._replace(readings=np.where(soundings.stations == 0, np.inf, soundings.readings))
+    room = explanation(deaf)
+    screen = feature(wall(0.0, 1.0), extent=(-0.3, 0.3))
+    seen = room.judged(room.propose(target), bare(room), [])
+    hidden = room.judged(room.propose(target), bare(room), [screen])
+    assert seen.gains[0] < 0.0
+    assert hidden.gains[0] == 0.0
+
+
+def test_features_explain_what_they_were_heard_as(room: Explanation, walls: list[Hypothesis], post: Hypothesis) -> None:
+    heard = np.isfinite(room.soundings.readings)
+    explained = room.levels([*walls, post]) > room.floor + 3.0
+    assert explained[heard].mean() > 0.9
+    assert not explained[~heard].any()
+
+
+def test_the_best_explanation_counts_and_not_the_sum(
+    room: Explanation, walls: list[Hypothesis], post: Hypothesis
+) -> None:
+    features = [*walls, post]
+    parts = [room.levels_of(each) for each in features]
+    best = np.max([bare(room), room.ghost_levels(features), *parts], axis=0)
+    assert room.levels(features).tolist() == best.tolist()
+
+
+def test_a_second_copy_of_a_wall_gains_nothing(room: Explanation, walls: list[Hypothesis]) -> None:
+    again = room.judged(room.propose(ROOM[0]), room.levels([walls[0]]), [walls[0]])
+    assert walls[0].total > 20.0
+    assert again.total <= 0.0
+    near = room.propose(ROOM[0] + np.array([0.0, 0.002, 0.001, 0.0]))
+    assert room.judged(near, room.levels([walls[0]]), [walls[0]]).total < 0.1 * walls[0].total
+
+
+def test_without_features_nothing_is_explained(room: Explanation) -> None:
+    assert (room.levels([]) == room.floor).all()
+    assert (room.ghost_levels([]) == UNHEARD).all()
+
+
+def test_a_wall_explains_pings_no_farther_than_it_was_heard(room: Explanation, walls: list[Hypothesis]) -> None:
+    east = walls[0]
+    evidence = east.evidence
+    middle = float(np.median(evidence.feet))
+    short = Hypothesis(
+        reflector=east.reflector, evidence=evidence, gains=east.gains, extent=(middle - 0.1, middle + 0.1)
+    )
+    inside = np.abs(evidence.feet - middle) < 0.2
+    levels = room.levels_of(short)
+    assert levels[evidence.pings[inside]].tolist() == evidence.densities[inside].tolist()
+    assert (levels[evidence.pings[~inside]] == UNHEARD).all()
+    assert (evidence.densities[~inside] > UNHEARD).any()
+
+
+def test_a_cylinder_explains_pings_wherever_they_are(room: Explanation, post: Hypothesis) -> None:
+    levels = room.levels_of(post)
+    assert levels[post.evidence.pings].tolist() == post.evidence.densities.tolist()
+
+
+def test_ghosts_are_those_of_each_pair_of_walls_each_cylinder_and_each_volley(
+    room: Explanation, walls: list[Hypothesis], post: Hypothesis
+) -> None:
+    told = room.soundings, room.hearing
+    pairs = [room.pair_levels(one, other) for one, other in itertools.combinations(walls, 2)]
+    posts = [ghosts_of_cylinder(*told, each.reflector, post.reflector, NOISE) for each in walls]
+    volleys = [ghosts_of_volley(*told, each.reflector, np.add(each.extent, (-0.4, 0.4)), NOISE) for each in walls]
+    expected = np.max([*pairs, *posts, *volleys], axis=0)
+    assert room.ghost_levels([post, *walls]) == pytest.approx(expected)
+    assert all(each.max() > UNHEARD for each in (np.array(pairs), np.array(posts)))
+
+
+def test_corners_cast_no_ghosts(room: Explanation, walls: list[Hypothesis]) -> None:
+    point = feature(corner(2.0, 1.5))
+    assert room.ghost_levels([walls[0], point]).tolist() == room.ghost_levels([walls[0]]).tolist()
+
+
+def test_a_ghost_is_worked_out_once(room: Explanation, walls: list[Hypothesis]) -> None:
+    assert room.pair_levels(walls[0], walls[1]) is room.pair_levels(walls[0], walls[1])
+    assert room.levels_of(walls[0]) is room.levels_of(walls[0])
+    assert room.pair_levels(walls[0], walls[1]) is not room.pair_levels(walls[0], walls[2])
+
+
+@pytest.mark.parametrize(
+    ("extent", "reflecting"),
+    [
+        # The north wall crosses the east wall at 1.5 m along it.
+        ((-0.5, 0.5), (-0.9, 1.55)),
+        ((1.0, 1.8), (0.6, 2.2)),
+        ((-2.5, -1.0), (-2.9, -0.6)),
+        ((3.0, 3.2), (1.45, 3.6)),
+        ((4.0, 4.2), (3.6, 4.6)),
+    ],
+)
+def test_walls_reflect_up_to_where_they_cross_if_that_is_near(
+    room: Explanation, extent: tuple[float, float], reflecting: tuple[float, float]
+) -> None:
+    east, north = feature(ROOM[0], extent=extent), feature(ROOM[1], extent=(-2.5, 0.0))
+    # Along the north wall the east wall is crossed at -2 m.
+    ends = (np.array(reflecting), np.array([-2.9, 0.4]))
+    truth = ghosts_of_walls(room.soundings, room.hearing, (ROOM[0], ROOM[1]), ends, NOISE)
+    assert room.pair_levels(east, north).tolist() == truth.tolist()
+
+
+def test_walls_that_hardly_turn_from_each_other_reflect_a_little_beyond_what_was_heard(room: Explanation) -> None:
+    tilted = wall(np.pi - 0.05, 2.0)
+    east, west = feature(ROOM[0], extent=(-0.2, 0.2)), feature(tilted, extent=(-0.3, 0.1))
+    ends = (np.array([-0.6, 0.6]), np.array([-0.7, 0.5]))
+    truth = ghosts_of_walls(room.soundings, room.hearing, (ROOM[0], tilted), ends, NOISE)
+    assert room.pair_levels(east, west).tolist() == truth.tolist()
+
+
+def test_a_ghost_gains_little_as_a_corner_once_the_walls_that_cast_it_are_known() -> None:
+    # In a right angle the echo of one wall in the other is that of a point at the crossing.
+    soundings = hearing(listening([(0.1, 0.0), (0.4, 0.0)]), [corner(1.2, 0.9)])
+    room = explanation(soundings)
+    east, north = (
+        feature(wall(0.0, 1.2), extent=(-0.5, 0.5)),
+        feature(wall(np.pi / 2, 0.9), extent=(-1.0, 0.0)),
+    )
+    alone = room.judged(room.propose(corner(1.2, 0.9)), bare(room), [])
+    known = room.judged(room.propose(corner(1.2, 0.9)), room.levels([east, north]), [east, north])
+    assert alone.total > 50.0
+    assert known.total < 0.25 * alone.total
