@@ -6,6 +6,8 @@ from echoplan.evaluation.consistency import Consistency
 from echoplan.evaluation.deviations import Deviation, deviations
 from echoplan.evaluation.documents import evaluation_document, summary_document
 from echoplan.evaluation.evaluation import Evaluation, EvaluationSettings, evaluate
+from echoplan.evaluation.grids import GridScore, score_grid, true_grid
+from echoplan.evaluation.map_error import map_error
 from echoplan.evaluation.matches import CylinderMatch, Match, Matches, Matching, WallMatch
 from echoplan.evaluation.matching import MatchingSettings, match_map
 from echoplan.evaluation.outlines import MapError, Outline, OutlineSettings
@@ -35,6 +37,7 @@ __all__ = [
     "Distribution",
     "Evaluation",
     "EvaluationSettings",
+    "GridScore",
     "Interval",
     "MapError",
     "Match",
@@ -54,10 +57,13 @@ __all__ = [
     "deviations",
     "evaluate",
     "evaluation_document",
+    "map_error",
     "match_map",
     "pool",
+    "score_grid",
     "summary_document",
     "table5",
     "tally_table",
+    "true_grid",
     "wall_table",
 ]

@@ -1,0 +1,94 @@
+from dataclasses import replace
+from math import isnan
+
+import numpy as np
+import pytest
+from scipy.ndimage import label
+
+import maps
+from echoplan.arrays import FloatArray
+from echoplan.evaluation import score_grid, true_grid
+from echoplan.model import OccupancyGrid, Truth
+
+RESOLUTION = 0.1
+
+
+def unknown(value: float = 0.5) -> OccupancyGrid:
+    """Cells about the room of the truth by hand, all alike."""
+    return OccupancyGrid(origin_xy=np.array([-0.55, -0.55]), resolution=RESOLUTION, values=np.full((41, 61), value))
+
+
+def drawn(values: FloatArray) -> OccupancyGrid:
+    return replace(unknown(), values=values)
+
+
+def at(grid: OccupancyGrid, *point: float) -> float:
+    return float(grid.values[tuple(grid.cells_of(point))])
+
+
+def test_walls_and_cylinders_are_occupied_what_is_seen_is_free_and_the_rest_unknown() -> None:
+    wanted = true_grid(maps.ROOM, unknown())
+    on_walls = [(2.5, 0.0), (0.0, 1.5), (5.0, 0.7), (1.0, 3.0)]
+    assert {at(wanted, *point) for point in on_walls} == {1.0}
+    assert at(wanted, 3.6, 0.6) == 1.0
+    assert at(wanted, 1.5, 1.0) == at(wanted, 0.5, 2.5) == 0.0
+    # Outside, round the corner of the L, in a column and in its shadow.
+    assert {at(wanted, *point) for point in ((5.3, 1.0), (4.0, 2.5), (3.5, 0.6), (4.4, 0.45), (1.0, 2.5))} == {0.5}
+
+
+def test_a_face_along_the_border_of_cells_is_in_both_rows_and_one_through_their_middle_in_one() -> None:
+    wide = OccupancyGrid(origin_xy=np.array([-0.5, -0.5]), resolution=RESOLUTION, values=np.full((40, 60), 0.5))
+    thickness = [int((true_grid(maps.ROOM, grid).values[:12, 30] == 1.0).sum()) for grid in (unknown(), wide)]
+    assert thickness == [1, 2]
+
+
+@pytest.mark.parametrize("rise", [0.0, 0.3, 0.71, 1.0, 2.6])
+def test_no_way_leads_from_cell_to_cell_through_a_wall(rise: float) -> None:
+    across = np.array([[[-9.0, 1.5 - 11.6 * rise], [14.0, 1.5 + 11.4 * rise]]])
+    slanted = Truth(walls_xy=across, walls_heard=np.array([1]))
+    ways, count = label(true_grid(slanted, unknown()).values != 1.0)
+    assert count == 2
+    assert ways[0, -1] != ways[-1, 0]
+
+
+def test_the_truth_itself_scores_nothing_ignorance_a_half_and_the_contrary_one() -> None:
+    wanted = true_grid(maps.ROOM, unknown()).values
+    errors = [
+        (score.occupied, score.free, score.error, score.balanced_error)
+        for score in (
+            score_grid(drawn(values), maps.ROOM) for values in (wanted, np.full_like(wanted, 0.5), 1 - wanted)
+        )
+    ]
+    assert errors == [(0.0,) * 4, (0.5,) * 4, (1.0,) * 4]
+
+
+def test_the_error_is_murphys_sum_over_the_cells_that_count() -> None:
+    values = np.random.default_rng(0).random((41, 61))
+    wanted = true_grid(maps.ROOM, unknown()).values
+    counts = wanted != 0.5
+    score = score_grid(drawn(values), maps.ROOM)
+    assert score.occupied_cells + score.free_cells == counts.sum()
+    assert score.error == pytest.approx(np.abs(wanted - values)[counts].mean())
+    assert score.balanced_error == pytest.approx((score.occupied + score.free) / 2)
+
+
+def test_cells_that_nobody_can_see_do_not_count() -> None:
+    values = true_grid(maps.ROOM, unknown()).values.copy()
+    values[values == 0.5] = 0.99
+    assert score_grid(drawn(values), maps.ROOM).error == 0.0
+
+
+def test_without_poses_nothing_is_known_to_be_free() -> None:
+    blind = replace(maps.ROOM, poses=np.zeros((0, 3)), given=np.zeros((0, 3)))
+    score = score_grid(unknown(0.9), blind)
+    assert isnan(score.free)
+    assert score.error == score.occupied == pytest.approx(0.1)
+    assert isnan(score.balanced_error)
+
+
+def test_a_grid_far_from_all_that_is_true_has_no_score() -> None:
+    blind = replace(maps.ROOM, poses=np.zeros((0, 3)), given=np.zeros((0, 3)))
+    away = OccupancyGrid(origin_xy=np.array([50.0, 50.0]), resolution=RESOLUTION, values=np.full((3, 4), 0.5))
+    score = score_grid(away, blind)
+    assert (score.occupied_cells, score.free_cells) == (0, 0)
+    assert isnan(score.error)
