@@ -12,8 +12,8 @@ __all__ = ["wall_bodies"]
 
 # Ends nearer than this are one corner [m].
 _JOINED = 1e-3
-# A mitre longer than this many thicknesses is cut off square, as strokes are.
-_MITRE_LIMIT = 4.0
+# A mitre longer than this many thicknesses is cut off square, as strokes are; longer ones would leave the paper.
+_MITRE_LIMIT = 3.0
 
 
 def wall_bodies(walls: Sequence[Wall], stations_xy: FloatArray, *, thickness: float) -> list[FloatArray]:

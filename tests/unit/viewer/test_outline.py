@@ -124,15 +124,16 @@ def test_walls_in_one_line_that_meet_end_square() -> None:
     np.testing.assert_allclose(bodies[0][2], [4.0, -0.1], atol=1e-12)
 
 
-@pytest.mark.parametrize("degrees", [60, 90, 120, 170])
+@pytest.mark.parametrize("degrees", [40, 60, 90, 120, 170])
 def test_a_mitre_is_as_long_as_the_thickness_over_the_sine_of_half_the_angle(degrees: float) -> None:
     first, second = wall_bodies(wedge(degrees), np.array([[1.0, 0.0]]), thickness=0.1)
     np.testing.assert_allclose(first[3], [-0.1 / np.sin(np.radians(degrees) / 2), 0.0], atol=1e-9)
     np.testing.assert_allclose(second[3], first[3], atol=1e-9)
 
 
-def test_a_mitre_that_would_be_a_spike_is_cut_off() -> None:
-    first, _ = wall_bodies(wedge(10), np.array([[1.0, 0.0]]), thickness=0.1)
+@pytest.mark.parametrize("degrees", [10, 38])
+def test_a_mitre_that_would_be_a_spike_is_cut_off(degrees: float) -> None:
+    first, _ = wall_bodies(wedge(degrees), np.array([[1.0, 0.0]]), thickness=0.1)
     assert np.hypot(*first[3]) == pytest.approx(0.1)
 
 

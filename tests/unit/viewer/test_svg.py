@@ -168,6 +168,20 @@ def test_a_narrow_map_lies_in_the_middle_of_its_paper() -> None:
     assert made.attrib["data-origin"].split()[0] == "55"
 
 
+@pytest.mark.parametrize("degrees", [20, 28, 32, 38, 42, 60])
+def test_the_mitre_of_a_sharp_corner_stays_on_its_paper(degrees: float) -> None:
+    # As high as a page allows, so that walls are at their thickest.
+    reach = 2.45 * np.tan(np.radians(degrees) / 2)
+    sides = [wall([0.0, 0.0], [side * reach, 2.45]) for side in (-1, 1)]
+    made = plan_element(Plan(feature_map=drawn(*sides, poses=[[0.0, 1.0, 0.0]])))
+    _, _, width, height = view_box(made)
+    points = np.concatenate([stroke(each) for each in marked(made, "body")])
+    assert (points >= 0).all()
+    assert (points <= [width, height]).all()
+    # The paper ends 10 mm and a foot of 12 mm below the corner, which the legend has for itself.
+    assert points[:, 1].max() <= height - 12
+
+
 def test_what_was_heard_and_echoes_are_cut_off_at_the_edge_of_the_map(drawing: ET.Element) -> None:
     for name in ("echoes", "heard"):
         (window,) = layer(drawing, name)
