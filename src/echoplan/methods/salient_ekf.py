@@ -86,23 +86,15 @@ class SalientEkfMapper:
         FeatureMap
             Walls, corners and cylinders, and the corrected poses.
         """
-        lines = [each for each in self.slam.landmarks if each.shape is LINE]
-        circles = [each for each in self.slam.landmarks if each.shape is CIRCLE]
-        corners = [each for each in circles if not self._is_round(each)]
-        cylinders = [each for each in circles if self._is_round(each) and self._is_confirmed(each)]
-        grouped = Grouped(
-            lines=[self._group(landmark) for landmark in lines],
-            corners=[member for each in corners for member in self._members(each, _CORNER)],
-        )
         assembled = assemble(
-            grouped,
+            self._grouped(),
             self._sweeps,
             self.settings.assembly,
             method="salient-ekf",
             parameters=self.settings.model_dump(mode="json"),
         )
-        found = tuple(self._cylinder(landmark) for landmark in cylinders)
-        return replace(assembled, cylinders=found, poses=self.slam.poses)
+        cylinders = tuple(self._cylinder(each) for each in self._circles(round_ones=True) if self._is_confirmed(each))
+        return replace(assembled, cylinders=cylinders, poses=self.slam.poses)
 
     @property
     def observations(self) -> list[Observation]:
@@ -117,6 +109,17 @@ class SalientEkfMapper:
         return Observation(
             sweep=sweep.index, point=_placed(point, invert(sweep.station)), degrees=_UNDECIDED, pings=len(cluster.pings)
         )
+
+    def _grouped(self) -> Grouped:
+        """Hand lines and corners to the assembly; cylinders are the filter's own."""
+        return Grouped(
+            lines=[self._group(each) for each in self.slam.landmarks if each.shape is LINE],
+            corners=[seen for each in self._circles(round_ones=False) for seen in self._members(each, _CORNER)],
+        )
+
+    def _circles(self, *, round_ones: bool) -> list[Landmark]:
+        circles = [each for each in self.slam.landmarks if each.shape is CIRCLE]
+        return [each for each in circles if self._is_round(each) is round_ones]
 
     def _members(self, landmark: Landmark, degrees: FloatArray | None = None) -> tuple[Observation, ...]:
         decided = _DEGREES[landmark.shape.name] if degrees is None else degrees
