@@ -10,6 +10,7 @@ from echoplan.io.builtin import (
 )
 from echoplan.io.feature_map import read_map, write_map
 from echoplan.io.files import read_text, write_bytes, write_text, written_whole
+from echoplan.io.grid_map import read_grid, write_grid
 from echoplan.io.recording import RecordingFolder, read_recording, write_recording
 from echoplan.io.rig import read_rig, write_rig
 from echoplan.io.route import read_route, write_route
@@ -22,6 +23,7 @@ __all__ = [
     "builtin_rig",
     "builtin_route",
     "builtin_world",
+    "read_grid",
     "read_map",
     "read_recording",
     "read_rig",
@@ -34,6 +36,7 @@ __all__ = [
     "route_names",
     "world_names",
     "write_bytes",
+    "write_grid",
     "write_map",
     "write_recording",
     "write_rig",

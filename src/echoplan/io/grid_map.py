@@ -1,0 +1,139 @@
+"""Occupancy grids as ROS keeps them: a picture and a YAML file beside it that says where it lies (map_server)."""
+
+import re
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, ValidationError
+
+from echoplan.arrays import FloatArray
+from echoplan.errors import InputError
+from echoplan.io.files import read_text, write_text
+from echoplan.io.pgm import read_pgm, write_pgm
+from echoplan.io.structure import Form
+from echoplan.model import OccupancyGrid
+
+__all__ = ["read_grid", "write_grid"]
+
+# Grey values of map_saver.  205 stands for a probability of 0.1961: the threshold below is just less.
+_OCCUPIED, _UNKNOWN, _FREE = 0, 205, 254
+_OCCUPIED_THRESHOLD, _FREE_THRESHOLD = 0.65, 0.196
+
+_ENTRY = re.compile(r"(\w+)\s*:\s*(.*?)\s*(?:#.*)?$")
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+Origin = Annotated[list[float], Field(min_length=3, max_length=3)]
+
+
+class _GridForm(Form):
+    image: str = Field(min_length=1)
+    resolution: float = Field(gt=0.0)
+    origin: Origin
+    negate: Literal[0, 1] = 0
+    occupied_thresh: float = Field(default=_OCCUPIED_THRESHOLD, ge=0.0, le=1.0)
+    free_thresh: float = Field(default=_FREE_THRESHOLD, ge=0.0, le=1.0)
+    mode: Literal["trinary", "scale", "raw"] = "trinary"
+
+
+def read_grid(path: Path) -> OccupancyGrid:
+    """Read a grid of map_server.
+
+    Parameters
+    ----------
+    path : Path
+        The YAML file; the picture that it names must be a binary PGM.
+
+    Returns
+    -------
+    OccupancyGrid
+        In the mode ``trinary`` 0, 1/2 and 1; in ``scale`` the grey values as probabilities, in ``raw`` as per cent.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, an entry is missing or wrong, or the map is turned.
+    """
+    form = _read_form(path)
+    x, y, yaw = form.origin
+    if yaw != 0.0:
+        raise InputError(path, f"the map is turned by {yaw:g} rad", place="origin", remedy="save it with a yaw of 0")
+    pixels = read_pgm(path.parent / form.image)
+    if not pixels.size:
+        raise InputError(path.parent / form.image, "it has no pixel", remedy="write the file again")
+    values = _probabilities(pixels, form)
+    return OccupancyGrid(origin_xy=np.array([x, y]), resolution=form.resolution, values=np.flipud(values))
+
+
+def write_grid(path: Path, grid: OccupancyGrid) -> None:
+    """Write a grid for map_server and whatever else reads its files.
+
+    Parameters
+    ----------
+    path : Path
+        The YAML file; the picture lies beside it under the same name with ``.pgm``.
+    grid : OccupancyGrid
+        The grid; of the probabilities only occupied, free and unknown are kept.
+
+    Raises
+    ------
+    OutputError
+        If a file cannot be written.
+
+    Examples
+    --------
+    >>> path = getfixture("tmp_path") / "map.yaml"
+    >>> write_grid(path, OccupancyGrid(origin_xy=[-1, 2], resolution=0.05, values=[[0.5, 0.1, 0.9]]))
+    >>> read_grid(path).values.tolist()
+    [[0.5, 0.0, 1.0]]
+    """
+    shades = np.select([grid.values > _OCCUPIED_THRESHOLD, grid.values < _FREE_THRESHOLD], [_OCCUPIED, _FREE], _UNKNOWN)
+    picture = path.with_suffix(".pgm")
+    x, y = grid.origin_xy.tolist()
+    entries = {
+        "image": picture.name,
+        "mode": "trinary",
+        "resolution": grid.resolution,
+        "origin": [x, y, 0.0],
+        "negate": 0,
+        "occupied_thresh": _OCCUPIED_THRESHOLD,
+        "free_thresh": _FREE_THRESHOLD,
+    }
+    write_pgm(picture, np.flipud(shades).astype(np.uint8))
+    write_text(path, "".join(f"{name}: {value}\n" for name, value in entries.items()))
+
+
+def _read_form(path: Path) -> _GridForm:
+    entries: dict[str, object] = {}
+    for number, line in enumerate(read_text(path).splitlines(), start=1):
+        if line.strip() in ("", "---") or line.lstrip().startswith("#"):
+            continue
+        entry = _ENTRY.match(line)
+        if entry is None:
+            remedy = "write one entry a line: name: value"
+            raise InputError(path, f"{line.strip()!r} is no entry of a map", place=f"line {number}", remedy=remedy)
+        entries[entry[1]] = _value(entry[2])
+    try:
+        return _GridForm.model_validate(entries)
+    except ValidationError as error:
+        fault = error.errors()[0]
+        place, problem = str(fault["loc"][0]), f"{fault['msg'].lower()}, not {entries.get(str(fault['loc'][0]))!r}"
+        raise InputError(path, problem, place=place, remedy="see the documentation of map_server") from error
+
+
+def _value(text: str) -> object:
+    """Read a scalar or a list of numbers, as far as YAML is needed here."""
+    if text.startswith("[") and text.endswith("]"):
+        return [_value(item.strip()) for item in text[1:-1].split(",")]
+    if _NUMBER.fullmatch(text):
+        return float(text) if set(text) & set(".eE") else int(text)
+    return {"true": 1, "false": 0}.get(text.lower(), text.strip("\"'"))
+
+
+def _probabilities(pixels: NDArray[np.uint8], form: _GridForm) -> FloatArray:
+    if form.mode == "raw":
+        return np.where(pixels <= 100, pixels / 100.0, 0.5)
+    shades: FloatArray = pixels / 255.0 if form.negate else (255 - pixels) / 255.0
+    if form.mode == "scale":
+        return shades
+    return np.select([shades >= form.occupied_thresh, shades <= form.free_thresh], [1.0, 0.0], 0.5)
