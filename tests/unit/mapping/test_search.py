@@ -186,6 +186,16 @@ def test_two_stations_that_hear_all_of_a_wall_make_one() -> None:
     assert rows(search.run()) == pytest.approx(truth[None], abs=0.002)
 
 
+@pytest.mark.parametrize(("share", "count"), [(0.4, 0), (0.05, 1)])
+def test_of_what_only_two_stations_know_each_must_hear_a_good_part(share: float, count: int) -> None:
+    # All but the middle of each arc is hidden behind something nearer, which speaks neither for nor against a wall.
+    truth = wall(np.pi / 2, 1.2)
+    soundings = hearing(listening(APART, step=np.radians(2.0)), [truth])
+    middle = soundings.uy > np.cos(np.radians(9.0))
+    search = search_in(soundings._replace(readings=np.where(middle, soundings.readings, 0.3)), heard_share=share)
+    assert len(search.tested(proposed(search, truth))) == count
+
+
 def half_of_a_wall() -> Soundings:
     """One station hears a wall to the left of its normal and nothing to the right."""
     soundings = hearing(listening(APART[:1], step=np.radians(2.0)), [wall(np.pi / 2, 1.2)])
