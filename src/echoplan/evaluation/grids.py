@@ -1,7 +1,7 @@
 """Occupancy grids against the truth, cell by cell (Murphy 2000, Section 11.16)."""
 
 from dataclasses import dataclass
-from math import ceil, nan
+from math import ceil, inf, nan
 
 import numpy as np
 
@@ -53,7 +53,7 @@ class GridScore:
         return (self.occupied + self.free) / 2
 
 
-def score_grid(grid: OccupancyGrid, truth: Truth) -> GridScore:
+def score_grid(grid: OccupancyGrid, truth: Truth, *, reach: float = inf) -> GridScore:
     """Hold a grid against the truth.
 
     Parameters
@@ -62,11 +62,13 @@ def score_grid(grid: OccupancyGrid, truth: Truth) -> GridScore:
         The grid, in the frame of the truth.
     truth : Truth
         What is there, and from where it was looked at.
+    reach : float, optional
+        How far the sensors hear [m].
 
     Returns
     -------
     GridScore
-        Cells that no pose of the truth can see, behind walls and in cylinders, do not count.
+        Free cells that no pose of the truth can see, behind walls, in cylinders or beyond reach, do not count.
 
     Examples
     --------
@@ -76,7 +78,7 @@ def score_grid(grid: OccupancyGrid, truth: Truth) -> GridScore:
     >>> round(score.occupied, 3), round(score.free, 3), score.free_cells
     (0.3, 0.133, 3)
     """
-    wanted = true_grid(truth, grid).values
+    wanted = true_grid(truth, grid, reach=reach).values
     off = np.abs(wanted - grid.values)
     occupied, free = off[wanted == 1.0], off[wanted == 0.0]
     return GridScore(
@@ -87,7 +89,7 @@ def score_grid(grid: OccupancyGrid, truth: Truth) -> GridScore:
     )
 
 
-def true_grid(truth: Truth, like: OccupancyGrid) -> OccupancyGrid:
+def true_grid(truth: Truth, like: OccupancyGrid, *, reach: float = inf) -> OccupancyGrid:
     """Draw the truth on cells.
 
     Parameters
@@ -96,6 +98,8 @@ def true_grid(truth: Truth, like: OccupancyGrid) -> OccupancyGrid:
         What is there, and from where it was looked at.
     like : OccupancyGrid
         Where the cells are.
+    reach : float, optional
+        How far the poses see [m].
 
     Returns
     -------
@@ -107,7 +111,7 @@ def true_grid(truth: Truth, like: OccupancyGrid) -> OccupancyGrid:
     centers = like.centers_xy.reshape(-1, 2)
     # A face along the border of two cells is in both, however it is rounded.
     occupied = outline.distances(centers) <= like.resolution / 2 * (1 + 1e-9)
-    values = np.where(occupied, 1.0, np.where(_visible(centers, truth), 0.0, 0.5))
+    values = np.where(occupied, 1.0, np.where(_visible(centers, truth, reach), 0.0, 0.5))
     return OccupancyGrid(
         origin_xy=like.origin_xy,
         resolution=like.resolution,
@@ -116,15 +120,16 @@ def true_grid(truth: Truth, like: OccupancyGrid) -> OccupancyGrid:
     )
 
 
-def _visible(points_xy: FloatArray, truth: Truth) -> BoolArray:
+def _visible(points_xy: FloatArray, truth: Truth, reach: float) -> BoolArray:
     """Tell which points some pose sees."""
     blocks = np.array_split(points_xy, max(ceil(len(points_xy) / _BLOCK), 1))
-    return np.concatenate([_visible_at_once(block, truth) for block in blocks])
+    return np.concatenate([_visible_at_once(block, truth, reach) for block in blocks])
 
 
-def _visible_at_once(points_xy: FloatArray, truth: Truth) -> BoolArray:
-    hidden = np.ones(len(points_xy), dtype=bool)
+def _visible_at_once(points_xy: FloatArray, truth: Truth, reach: float) -> BoolArray:
+    visible = np.zeros(len(points_xy), dtype=bool)
     for pose in truth.poses:
-        origins = np.broadcast_to(pose[:2], points_xy.shape)
-        hidden &= is_blocked(origins, points_xy, segments_xy=truth.walls_xy, discs=truth.cylinders)
-    return ~hidden
+        near = np.flatnonzero(~visible & (np.hypot(*(points_xy - pose[:2]).T) <= reach))
+        origins = np.broadcast_to(pose[:2], (len(near), 2))
+        visible[near] = ~is_blocked(origins, points_xy[near], segments_xy=truth.walls_xy, discs=truth.cylinders)
+    return visible

@@ -89,7 +89,8 @@ def write_grid(path: Path, grid: OccupancyGrid) -> None:
     """
     shades = np.select([grid.values > _OCCUPIED_THRESHOLD, grid.values < _FREE_THRESHOLD], [_OCCUPIED, _FREE], _UNKNOWN)
     picture = path.with_suffix(".pgm")
-    x, y = grid.origin_xy.tolist()
+    # To a nanometre: whole cells are seldom whole numbers of metres in binary.
+    x, y = grid.origin_xy.round(9).tolist()
     entries = {
         "image": picture.name,
         "mode": "trinary",

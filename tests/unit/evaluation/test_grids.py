@@ -36,6 +36,15 @@ def test_walls_and_cylinders_are_occupied_what_is_seen_is_free_and_the_rest_unkn
     assert {at(wanted, *point) for point in ((5.3, 1.0), (4.0, 2.5), (3.5, 0.6), (4.4, 0.45), (1.0, 2.5))} == {0.5}
 
 
+def test_nobody_sees_beyond_the_reach_but_walls_are_where_they_are() -> None:
+    near = true_grid(maps.ROOM, unknown(), reach=0.5)
+    assert at(near, 1.4, 1.0) == 0.0
+    assert at(near, 1.6, 1.0) == 0.5
+    assert at(near, 4.5, 0.0) == 1.0
+    assert score_grid(near, maps.ROOM, reach=0.5).error == 0.0
+    assert score_grid(near, maps.ROOM).free > 0.3
+
+
 def test_a_face_along_the_border_of_cells_is_in_both_rows_and_one_through_their_middle_in_one() -> None:
     wide = OccupancyGrid(origin_xy=np.array([-0.5, -0.5]), resolution=RESOLUTION, values=np.full((40, 60), 0.5))
     thickness = [int((true_grid(maps.ROOM, grid).values[:12, 30] == 1.0).sum()) for grid in (unknown(), wide)]

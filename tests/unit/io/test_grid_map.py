@@ -30,6 +30,12 @@ def test_what_is_read_is_what_was_written_with_each_cell_where_it_was(tmp_path: 
     assert read_grid(tmp_path / "again.yaml").values.tolist() == again.values.tolist()
 
 
+def test_the_origin_is_written_without_the_dust_of_binary_numbers(tmp_path: Path) -> None:
+    grid = OccupancyGrid(origin_xy=np.array([-96 * 0.05, 0.1 + 0.2]), resolution=0.05, values=VALUES)
+    write_grid(tmp_path / "map.yaml", grid)
+    assert "origin: [-4.8, 0.3, 0.0]" in (tmp_path / "map.yaml").read_text(encoding="utf-8")
+
+
 def test_the_files_say_it_in_the_words_of_map_server(tmp_path: Path) -> None:
     write_grid(tmp_path / "room.yaml", GRID)
     assert (tmp_path / "room.yaml").read_text(encoding="utf-8") == (
