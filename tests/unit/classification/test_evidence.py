@@ -286,6 +286,14 @@ def test_what_stands_beside_or_behind_a_view_blocks_nothing(frame: Frame) -> Non
     assert verdict_on(soundings, post, frame=frame).gains == pytest.approx(free)
 
 
+def test_a_wall_behind_a_wall_does_not_block_the_view_of_it() -> None:
+    soundings = silenced(hearing(listening([(0.0, 0.0), (0.5, 0.2), (0.5, 0.4)]), [EAST]), 1)
+    behind = Frame(np.array([wall(0.0, 2.2)]), np.array([[-2.0, 2.0]]))
+    free = verdict_on(soundings, EAST).gains
+    assert free[1] < -1.0
+    assert verdict_on(soundings, EAST, frame=behind).gains == pytest.approx(free)
+
+
 def test_a_blocked_station_may_still_speak_for_a_reflector() -> None:
     post = cylinder(2.0, -0.5, 0.1)
     soundings = silenced(hearing(listening([(0.0, -0.5), (1.5, -0.45), (1.5, 0.0)]), [post]), 2)

@@ -232,3 +232,10 @@ def test_independent_pings_surround_every_station() -> None:
     soundings = join_soundings([soundings_of(heard(index=k), rig()) for k in range(3)])
     kept = independent(soundings)
     assert np.bincount(soundings.stations[kept]).tolist() == [90, 90, 90]
+
+
+def test_a_rounding_in_the_step_keeps_no_more_pings() -> None:
+    soundings = listening([(0.0, 0.0)], step=np.radians(2.0))
+    for weight in (0.5 - 1e-15, 0.5, 0.5 + 1e-15):
+        kept = independent(soundings._replace(weights=np.full(len(soundings.weights), weight)))
+        assert kept.sum() == len(kept) / 2
