@@ -26,6 +26,7 @@ class CandidateSettings(BaseModel, frozen=True, extra="forbid"):
     coarse_turn: float = Field(default=np.radians(25), gt=0.0, description="either, for single echoes of a ring [rad]")
     radii: tuple[float, ...] = Field(default=(0.04, 0.08, 0.12, 0.18, 0.26), description="of cylinders to try [m]")
     nearest: float = Field(default=0.05, gt=0.0, description="stations nearer to each other tell nothing new [m]")
+    farthest: float = Field(default=6.0, gt=0.0, description="stations farther apart hear little in common [m]")
     most: int = Field(default=1500, ge=1, description="candidates of one kind; those that more pairs suggest stay")
 
 
@@ -92,7 +93,7 @@ def suggest(sightings: Sightings, fresh: BoolArray, *, coarse: bool, settings: C
     ndarray, shape (c, 4)
         Kind and parameters of each candidate: walls, corners (which may as well be edges) and cylinders.
     """
-    pairs = _pairs(sightings, fresh, settings.nearest)
+    pairs = _pairs(sightings, fresh, settings)
     alone = sightings.planes[fresh]
     walls = np.concatenate([alone, _tangents(sightings, pairs, settings.coarse_turn if coarse else settings.wall_turn)])
     turn = settings.coarse_turn if coarse else settings.point_turn
@@ -109,13 +110,13 @@ def suggest(sightings: Sightings, fresh: BoolArray, *, coarse: bool, settings: C
     )
 
 
-def _pairs(sightings: Sightings, fresh: BoolArray, nearest: float) -> _Pairs:
+def _pairs(sightings: Sightings, fresh: BoolArray, settings: CandidateSettings) -> _Pairs:
     first, second = np.triu_indices(len(fresh), 1)
     base = sightings.centers[second] - sightings.centers[first]
     length = np.hypot(*base.T)
     new = (fresh[first] | fresh[second]) & (sightings.stations[first] != sightings.stations[second])
     pairs = _Pairs(first=first, second=second, length=length, bearing=np.arctan2(base[:, 1], base[:, 0]))
-    return pairs[new & (length > nearest)]
+    return pairs[new & (length > settings.nearest) & (length < settings.farthest)]
 
 
 def _tangents(sightings: Sightings, pairs: _Pairs, turn: float) -> FloatArray:

@@ -194,12 +194,14 @@ class Explanation:
         """
         levels = np.full(len(self.soundings.readings), UNHEARD)
         walls = [each for each in features if each.is_wall]
+        columns = [each for each in features if each.kind is Kind.CYLINDER]
         for number, wall in enumerate(walls):
             np.maximum(levels, self._volley(wall), out=levels)
             for other in walls[number + 1 :]:
-                np.maximum(levels, self.pair_levels(wall, other), out=levels)
-            for other in features:
-                if other.kind is Kind.CYLINDER:
+                if _within_earshot(wall, other):
+                    np.maximum(levels, self.pair_levels(wall, other), out=levels)
+            for other in columns:
+                if _within_earshot(wall, other):
                     np.maximum(levels, self._reflected(wall, other), out=levels)
         return levels
 
@@ -263,6 +265,11 @@ class Explanation:
         if key not in self._known:
             self._known[key] = explain()
         return self._known[key]
+
+
+def _within_earshot(one: Hypothesis, other: Hypothesis) -> bool:
+    """Tell whether some station heard both: else none can hear one in the other."""
+    return bool(((one.gains > 0.0) & (other.gains > 0.0)).any())
 
 
 def _frame(features: Sequence[Hypothesis]) -> Frame:

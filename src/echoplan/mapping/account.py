@@ -28,9 +28,14 @@ from echoplan.mapping.survey import Survey, SurveySettings
 from echoplan.mapping.vertices import VertexSettings, find_vertices
 from echoplan.model import Rig
 from echoplan.preprocessing.health import HealthSettings, healthy
-from echoplan.preprocessing.soundings import Soundings, chosen_soundings, join_soundings
+from echoplan.preprocessing.soundings import Soundings, chosen_soundings
+from echoplan.preprocessing.stations import StationSettings
 
 __all__ = ["Account", "AccountSettings", "PoseMode"]
+
+
+# No module is set right to less than this [m].
+_FINEST = 0.001
 
 
 class PoseMode(StrEnum):
@@ -45,6 +50,7 @@ class AccountSettings(BaseModel, frozen=True, extra="forbid"):
     """Settings of all stages."""
 
     poses: PoseMode = Field(default=PoseMode.AUTO, description="trust, correct, or correct if the pings disagree")
+    stations: StationSettings = Field(default_factory=StationSettings)
     health: HealthSettings = Field(default_factory=HealthSettings)
     arcs: ArcSettings = Field(default_factory=ArcSettings)
     search: SearchSettings = Field(default_factory=SearchSettings)
@@ -60,19 +66,19 @@ class AccountSettings(BaseModel, frozen=True, extra="forbid"):
     least_noise: float = Field(default=0.0025, gt=0.0, description="of the best sensors [m]")
     greatest_noise: float = Field(default=0.05, gt=0.0, description="of readings that still make a map [m]")
     torn: float = Field(default=0.35, gt=0.0, le=1.0, description="share of walls that are there twice if poses drift")
+    most_tracked: int = Field(default=80, ge=1, description="stations that are corrected without being asked")
     agreement: float = Field(default=0.88, gt=0.0, le=1.0, description="share of echoes that exact poses explain")
 
 
 class Account:
     """An account of everything heard: features, sonar, noise and poses, better with every step."""
 
-    def __init__(self, rig: Rig, parts: Sequence[Soundings], given: FloatArray, settings: AccountSettings) -> None:
+    def __init__(self, rig: Rig, heard: Soundings, given: FloatArray, settings: AccountSettings) -> None:
         self.settings = settings
         self.resolution = max(sensor.resolution for sensor in rig.sensors)
         self.half_aperture = float(np.median([sensor.half_aperture for sensor in rig.sensors]))
         self.prior = EchoModel.of(rig.transducer or typical_transducer(rig.sensors[0]))
-        everything = join_soundings(parts)
-        self.recorded = chosen_soundings(everything, healthy(everything, settings.health))
+        self.recorded = chosen_soundings(heard, healthy(heard, settings.health))
         self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=settings.arcs)
         self.given = self.poses = given
         self.soundings = self.recorded
@@ -86,7 +92,7 @@ class Account:
     @property
     def offset_sigma(self) -> float:
         """How well a maker sets a module right: within a step of its readings [m]."""
-        return self.resolution / math.sqrt(12.0)
+        return max(self.resolution, _FINEST) / math.sqrt(12.0)
 
     @property
     def has_servo(self) -> bool:
@@ -221,7 +227,7 @@ class Account:
         """Whether many walls are there twice: poses that drift do that."""
         walls = [each for each in self.features if each.is_wall]
         copies = len(walls) - len(without_copies(walls, self.settings.copies))
-        return copies > self.settings.torn * len(walls)
+        return copies > self.settings.torn * len(walls) and len(self.given) <= self.settings.most_tracked
 
     def agrees(self) -> bool:
         """Whether the pings fit together, as they do from exact poses."""

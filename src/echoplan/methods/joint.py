@@ -12,7 +12,8 @@ from echoplan.mapping.account import Account, AccountSettings, PoseMode
 from echoplan.mapping.poses import odometry_beliefs, waypoint_beliefs
 from echoplan.mapping.tracking import track
 from echoplan.model import FeatureMap, Rig, Sweep
-from echoplan.preprocessing.soundings import Soundings, soundings_of
+from echoplan.preprocessing.soundings import Soundings, join_soundings, soundings_of
+from echoplan.preprocessing.stations import at_stations, group_sweeps
 
 __all__ = ["JointMapper", "JointSettings"]
 
@@ -63,7 +64,10 @@ class JointMapper:
         parameters = self.settings.model_dump(mode="json")
         if not any(len(part.readings) for part in self._soundings):
             return FeatureMap(method="joint", parameters=parameters, sweeps=sweeps, poses=given)
-        found = self._account(given)
+        stations = group_sweeps(
+            given, np.array([len(each.readings) for each in self._soundings]), self.settings.stations
+        )
+        found = self._account(at_stations(join_soundings(self._soundings), stations), stations.poses)
         survey = found.survey()
         return FeatureMap(
             method="joint",
@@ -72,12 +76,12 @@ class JointMapper:
             corners=survey.corners(),
             cylinders=survey.cylinders(),
             sweeps=sweeps,
-            poses=found.poses,
+            poses=stations.of_sweeps(given, found.poses),
         )
 
-    def _account(self, given: FloatArray) -> Account:
+    def _account(self, heard: Soundings, given: FloatArray) -> Account:
         """Explain everything from the poses as they are, and from better ones if the pings disagree."""
-        account, errors = Account(self.rig, self._soundings, given, self.settings), self.settings.pose_errors
+        account, errors = Account(self.rig, heard, given, self.settings), self.settings.pose_errors
         mode = self.settings.poses
         if mode is PoseMode.AUTO:
             account.glance()

@@ -12,7 +12,7 @@ from echoplan.mapping.account import Account, AccountSettings
 from echoplan.mapping.poses import odometry_beliefs
 from echoplan.mapping.tracking import track
 from echoplan.model import Route, Sweep
-from echoplan.preprocessing.soundings import soundings_of
+from echoplan.preprocessing.soundings import join_soundings, soundings_of
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 
 WAY = np.array(
@@ -46,7 +46,8 @@ def drive() -> tuple[Sweep, ...]:
 def account_of(sweeps: tuple[Sweep, ...]) -> Account:
     rig = builtin_rig("rotary-array")
     given = np.array([sweep.station for sweep in sweeps])
-    return Account(rig, [soundings_of(sweep, rig) for sweep in sweeps], given, AccountSettings())
+    heard = join_soundings([soundings_of(sweep, rig) for sweep in sweeps])
+    return Account(rig, heard, given, AccountSettings())
 
 
 @cache
