@@ -64,6 +64,14 @@ def test_stations_beside_a_wall_do_not_outvote_one_opposite_to_it() -> None:
     np.testing.assert_allclose(body(FLOOR, heard_from=np.vstack([beside, [2.0, 1.0]]))[2:, 1], -0.1)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_who_stood_opposite_is_told_by_the_ends_of_the_wall_wherever_it_lies(side: float) -> None:
+    far_off = wall([10.0, 5.0], [14.0, 5.0])
+    beside = np.array([[9.0, 5.0 - side], [15.0, 5.0 - side]])
+    stations = np.vstack([beside, [12.0, 5.0 + side]])
+    np.testing.assert_allclose(body(far_off, heard_from=stations)[2:, 1], 5.0 - 0.1 * side)
+
+
 def test_where_nobody_stood_opposite_the_majority_tells_the_side() -> None:
     beside = np.array([[5.0, -1.0], [6.0, -1.0], [-3.0, 2.0]])
     np.testing.assert_allclose(body(FLOOR, heard_from=beside)[2:, 1], 0.1)
