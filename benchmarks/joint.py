@@ -1,0 +1,304 @@
+"""The method joint in random rooms: python benchmarks/joint.py [ROOMS] [--save FILE].
+
+Draws so many rooms (100 unless told otherwise), sounds them by the simulator, maps them, and prints what is found and
+how exactly, which rooms are not right, whether covariances and class probabilities are true, how near the errors come
+to the Cramer-Rao bound, what was learned of the sonar, and the time.  ``--save`` keeps what docs/pictures.py draws.
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bound import against_bound, true_scale  # type: ignore[import-not-found]  # beside this file
+from echoplan.arrays import FloatArray
+from echoplan.cli.terminal import show, tracked
+from echoplan.evaluation import Evaluation, Interval, Summary, consistency_table, deviation_table, evaluate, pool
+from echoplan.evaluation.consistency import PARAMETERS
+from echoplan.methods import find_method, map_sweeps
+from echoplan.model import Corner, Cylinder, FeatureClass, FeatureMap, Sweep, Table, Wall
+from echoplan.simulation import Simulation
+from rooms import is_oblique, random_simulation  # type: ignore[import-not-found]
+
+ROOMS = 100
+# Rooms that are sounded from ever more stations.
+CROWDED, STATIONS = (0, 1), (14, 28, 50, 100, 200)
+# Borders between classes of confidence.
+CONFIDENCES = (0.0, 0.5, 0.9, 0.99, 0.999, 1.0)
+# Numbers of the sonar, and what turns them into units that are easily read.
+LEARNED = {"range_offset": ("mm", 1e3), "range_scale": ("per mille", 1e3), "servo_latency": ("ms", 1e3)}
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Outcome:
+    """What came of one room.
+
+    Parameters
+    ----------
+    seed : int
+        Of the room.
+    evaluation : Evaluation
+        The map against the truth.
+    bounded : mapping of str to list of float
+        NEES of walls and cylinders with the Cramer-Rao bound for their covariance.
+    beliefs : list of tuple of float
+        Probability that the map gives to the class of each feature, and 1 if it is right, else 0.
+    learned : mapping of str to tuple of float
+        Error of each number of the sonar, and its standard deviation by the map.
+    pings : int
+        How many were made.
+    seconds : float
+        Of the processor, to map the room.
+    """
+
+    seed: int
+    evaluation: Evaluation
+    bounded: Mapping[str, list[float]]
+    beliefs: list[tuple[float, float]]
+    learned: Mapping[str, tuple[float, float]]
+    pings: int
+    seconds: float
+
+
+def main() -> None:
+    """Map all rooms and print what came of them."""
+    arguments = parse()
+    crowded = list(product(CROWDED, STATIONS))
+    with ProcessPoolExecutor() as workers:
+        outcomes = list(tracked(workers.map(run, range(arguments.rooms)), total=arguments.rooms, task="mapping"))
+        times = list(tracked(workers.map(crowd, *zip(*crowded, strict=True)), total=len(crowded), task="crowding"))
+    for table in (*tables(outcomes), duration_table(outcomes), crowd_table(times)):
+        show(table)
+    if arguments.save:
+        arguments.save.write_text(json.dumps(document(outcomes)) + "\n", encoding="utf-8")
+
+
+def parse() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description="The method joint in random rooms.")
+    parser.add_argument("rooms", type=int, nargs="?", default=ROOMS)
+    parser.add_argument("--save", type=Path)
+    return parser.parse_args()
+
+
+def run(seed: int) -> Outcome:
+    """Sound one room, map it and hold the map against the truth."""
+    simulation = random_simulation(seed)
+    sweeps, truth = tuple(simulation), simulation.truth
+    feature_map, seconds = mapped(simulation, sweeps)
+    evaluation = evaluate(feature_map, truth)
+    return Outcome(
+        seed=seed,
+        evaluation=evaluation,
+        bounded=against_bound(feature_map, truth, evaluation.matches, simulation=simulation, sweeps=sweeps),
+        beliefs=beliefs_of(feature_map, evaluation),
+        learned=learned_of(feature_map, simulation),
+        pings=sum(map(len, sweeps)),
+        seconds=seconds,
+    )
+
+
+def mapped(simulation: Simulation, sweeps: Sequence[Sweep]) -> tuple[FeatureMap, float]:
+    """Map sweeps, and count the seconds of the processor."""
+    begun = time.process_time()
+    feature_map = map_sweeps(find_method("joint").build(simulation.rig), sweeps)
+    return feature_map, time.process_time() - begun
+
+
+def beliefs_of(feature_map: FeatureMap, evaluation: Evaluation) -> list[tuple[float, float]]:
+    """Say of all features that were heard how sure their class is, and whether it is right."""
+    found: tuple[Sequence[Wall | Corner | Cylinder], ...] = (
+        feature_map.walls,
+        feature_map.corners,
+        feature_map.cylinders,
+    )
+    return [
+        (getattr(feature.class_probabilities, name), float(number not in matching.spurious))
+        for (name, matching), features in zip(evaluation.matches.by_class.items(), found, strict=True)
+        for number, feature in enumerate(features)
+        if feature.pings
+    ]
+
+
+def learned_of(feature_map: FeatureMap, simulation: Simulation) -> dict[str, tuple[float, float]]:
+    """Hold what was learned of the sonar against what the simulator put in."""
+    found: Any = feature_map.parameters["found"]
+    true = {"range_scale": true_scale(simulation), "servo_latency": simulation.settings.servo_latency}
+    return {name: (found[name]["value"] - true.get(name, 0.0), found[name]["sigma"]) for name in LEARNED}
+
+
+def crowd(seed: int, stations: int) -> tuple[int, int, float, Evaluation]:
+    """Map a room from some number of stations: stations, pings, seconds of the processor, and the map's scores."""
+    simulation = random_simulation(seed, stations=stations)
+    sweeps = tuple(simulation)
+    feature_map, seconds = mapped(simulation, sweeps)
+    return stations, sum(map(len, sweeps)), seconds, evaluate(feature_map, simulation.truth)
+
+
+def tables(outcomes: Sequence[Outcome]) -> list[Table]:
+    """Lay out everything but time."""
+    summary = summed(outcomes)
+    return [
+        score_table(outcomes),
+        deviation_table(summary),
+        fault_table(outcomes),
+        consistency_table({name: each.consistency for name, each in summary.classes.items()}),
+        bound_table(outcomes),
+        belief_table(outcomes),
+        sonar_table(outcomes),
+    ]
+
+
+def summed(outcomes: Sequence[Outcome]) -> Summary:
+    """Pool rooms."""
+    return pool((each.evaluation for each in outcomes), rng=np.random.default_rng(0))
+
+
+def score_table(outcomes: Sequence[Outcome]) -> Table:
+    """Tell how complete and how right the maps are, in both kinds of rooms and in all."""
+    groups = {
+        "right-angled": [each for each in outcomes if not is_oblique(each.seed)],
+        "oblique": [each for each in outcomes if is_oblique(each.seed)],
+        "all": outcomes,
+    }
+    rows = [
+        (f"{group}: {name}s", str(each.tally.wanted), percent(each.recall), percent(each.precision))
+        for group, members in groups.items()
+        for name, each in summed(members).classes.items()
+    ]
+    return Table(
+        title=f"joint in {len(outcomes)} random rooms [95 % intervals over rooms]",
+        columns=("rooms", "wanted", "recall (%)", "precision (%)"),
+        rows=tuple(rows),
+    )
+
+
+def fault_table(outcomes: Sequence[Outcome]) -> Table:
+    """List the rooms in which something is missing or false: true objects by number and estimates by number."""
+    rows = []
+    for each in outcomes:
+        matchings = each.evaluation.matches.by_class
+        missed = [f"{name} {k}" for name, m in matchings.items() for k in sorted(set(m.wanted) - set(m.found))]
+        false = [f"{name} {k}" for name, m in matchings.items() for k in m.spurious]
+        twice = [f"{name} {match.truth}" for name, m in matchings.items() for match in m.duplicate]
+        if missed or false or twice:
+            rows.append((str(each.seed), *(", ".join(names) or "-" for names in (missed, false, twice))))
+    return Table(
+        title=f"Rooms with faults: {len(rows)} of {len(outcomes)}",
+        columns=("seed", "missed", "false", "twice"),
+        rows=tuple(rows),
+    )
+
+
+def bound_table(outcomes: Sequence[Outcome]) -> Table:
+    """Tell how many times the Cramer-Rao bound the errors are: root of NEES over the number of parameters."""
+    rows = []
+    for name in (FeatureClass.WALL, FeatureClass.CYLINDER):
+        squares = np.concatenate([each.bounded[name] for each in outcomes]) / PARAMETERS[name]
+        ratios = np.sqrt(np.quantile(squares, [0.5, 0.95])) if len(squares) else np.full(2, np.nan)
+        ideal = [np.sqrt(quantile(share, PARAMETERS[name]) / PARAMETERS[name]) for share in (0.5, 0.95)]
+        rows.append((name, str(len(squares)), *(f"{value:.2f}" for value in (*ratios, *ideal))))
+    return Table(
+        title="Errors over the Cramer-Rao bound",
+        columns=("class", "count", "median", "95th percentile", "ideal median", "ideal 95th"),
+        rows=tuple(rows),
+    )
+
+
+def quantile(share: float, freedom: int) -> float:
+    """Quantile of the chi-square distribution."""
+    from scipy.stats import chi2  # noqa: PLC0415 - a second of import
+
+    return float(chi2.ppf(share, freedom))
+
+
+def belief_table(outcomes: Sequence[Outcome]) -> Table:
+    """Tell how often a class is right that the map holds so likely."""
+    beliefs = np.array([pair for each in outcomes for pair in each.beliefs]).reshape(-1, 2)
+    places = np.clip(np.digitize(beliefs[:, 0], CONFIDENCES) - 1, 0, len(CONFIDENCES) - 2)
+    groups = [beliefs[places == place] for place in range(len(CONFIDENCES) - 1)]
+    error = sum(abs(float((group[:, 0] - group[:, 1]).sum())) for group in groups) / max(len(beliefs), 1)
+    rows = [
+        (f"{low:g} to {high:g}", str(len(group)), *(f"{value:.3f}" for value in group.mean(axis=0)))
+        for low, high, group in zip(CONFIDENCES, CONFIDENCES[1:], groups, strict=False)
+        if len(group)
+    ]
+    return Table(
+        title=f"Class probabilities: expected calibration error {error:.4f}",
+        columns=("probability", "count", "mean", "share right"),
+        rows=tuple(rows),
+    )
+
+
+def sonar_table(outcomes: Sequence[Outcome]) -> Table:
+    """Tell how well the numbers of the sonar were learned."""
+    rows = []
+    for name, (unit, factor) in LEARNED.items():
+        errors, sigmas = np.array([each.learned[name] for each in outcomes]).T
+        values = (errors.mean() * factor, np.sqrt((errors**2).mean()) * factor, np.median(sigmas) * factor)
+        inside = 100 * float((np.abs(errors) < 1.96 * sigmas).mean())
+        rows.append((f"{name} ({unit})", *(f"{value:.2f}" for value in values), f"{inside:.0f}"))
+    return Table(
+        title="What was learned of the sonar",
+        columns=("number", "mean error", "RMS error", "median sigma", "inside 95 % (%)"),
+        rows=tuple(rows),
+    )
+
+
+def duration_table(outcomes: Sequence[Outcome]) -> Table:
+    """Tell how long a room takes; the first rooms of each process also load compiled code, so medians count."""
+    seconds = np.array([each.seconds for each in outcomes])
+    paces = 1000 * seconds / np.array([each.pings for each in outcomes])
+    values = (np.median(seconds), np.quantile(seconds, 0.95), np.median(paces))
+    return Table(
+        title="Seconds of the processor",
+        columns=("median room", "95th percentile", "median per thousand pings"),
+        rows=(tuple(f"{value:.2f}" for value in values),),
+    )
+
+
+def crowd_table(times: Sequence[tuple[int, int, float, Evaluation]]) -> Table:
+    """Tell how time grows with the number of stations in the same rooms."""
+    rows = []
+    for count in STATIONS:
+        group = [each for each in times if each[0] == count]
+        pings, seconds = (float(np.mean([each[column] for each in group])) for column in (1, 2))
+        walls = pool((each[3] for each in group), rng=np.random.default_rng(0)).classes[FeatureClass.WALL].tally
+        cells = (f"{seconds:.1f}", f"{1000 * seconds / pings:.2f}", f"{walls.recall:.0%}", f"{walls.precision:.0%}")
+        rows.append((str(count), f"{pings:.0f}", *cells))
+    return Table(
+        title=f"Time against stations, mean of rooms {', '.join(map(str, CROWDED))}",
+        columns=("stations", "pings", "seconds", "per thousand pings", "wall recall", "wall precision"),
+        rows=tuple(rows),
+    )
+
+
+def percent(interval: Interval) -> str:
+    """Write a share with its interval."""
+    return f"{100 * interval.value:.1f} [{100 * interval.low:.1f}, {100 * interval.high:.1f}]"
+
+
+def document(outcomes: Sequence[Outcome]) -> dict[str, object]:
+    """Keep what pictures are made of: NEES by class, and beliefs with whether they are right."""
+    summary = summed(outcomes)
+    return {
+        "rooms": len(outcomes),
+        "nees": {name: rounded(each.consistency.nees) for name, each in summary.classes.items()},
+        "beliefs": [rounded(pair, digits=6) for each in outcomes for pair in each.beliefs],
+    }
+
+
+def rounded(values: FloatArray | Sequence[float], *, digits: int = 3) -> list[float]:
+    """Round numbers for a file."""
+    return [round(float(value), digits) for value in values]
+
+
+if __name__ == "__main__":
+    main()
