@@ -12,7 +12,7 @@ from echoplan.geometry import directions
 from echoplan.model import FeatureClass, Pings
 from echoplan.viewer.echoes import draw_classes, draw_clusters, draw_echoes
 from echoplan.viewer.palette import COLORS, MARKERS
-from echoplan.viewer.stages import SweepStages
+from echoplan.viewer.stages import Located, SweepStages
 
 MINIMA, STRAY = "minimum-distance point", "in no cluster"
 SILENCE = SweepStages(
@@ -96,6 +96,18 @@ def test_no_cluster_is_torn_apart_and_its_middle_lies_within_half_a_turn(cluster
             bearings = data(drawn)[:, 0]
             assert np.ptp(bearings) <= 41
             assert -180 - 1e-6 <= bearings[[0, -1]].mean() <= 180
+
+
+@pytest.mark.parametrize(("first", "drawn_from"), [(-20, -20), (150, 150), (170, -190), (-230, 130), (-200, -200)])
+def test_a_cluster_is_drawn_where_its_middle_is_within_half_a_turn(first: int, drawn_from: int) -> None:
+    bearings = np.radians(np.arange(first, first + 50.0))
+    cluster = scenes.cluster(bearings, np.ones(50))
+    stages = SweepStages(
+        index=0, valid=cluster.pings, kept=cluster.pings, located=(Located(cluster=cluster, observation=None),)
+    )
+    axes = axes_of(lambda axes: draw_clusters(axes, stages))
+    (own,) = (data(each) for each in axes.lines if each.get_marker() == ".")
+    np.testing.assert_allclose(own[:, 0], np.arange(drawn_from, drawn_from + 50.0), atol=1e-9)
 
 
 def test_each_located_cluster_has_its_minimum_among_its_own_echoes(clusters: Axes) -> None:

@@ -226,6 +226,21 @@ def test_a_wall_through_the_point_but_across_the_beam_is_not_taken() -> None:
     assert profile.distance == pytest.approx(1.05)
 
 
+def test_a_wall_of_the_other_sense_is_as_near_as_one_of_this() -> None:
+    profile = wall_profile(at_wall(normal=0.3), np.array([[0.3, 1.05], [0.3 + np.pi, -1.0]]))
+    assert profile is not None
+    assert profile.distance == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("away", "chosen"), [(0.45, 1.45), (0.55, np.cos(np.radians(30)))])
+def test_a_wall_that_leans_is_as_bad_as_one_that_is_off_by_as_much_at_its_distance(away: float, chosen: float) -> None:
+    # A wall through the point (1, 0) that leans by 30 degrees is as bad as one half a metre behind it.
+    lean = np.radians(30)
+    profile = wall_profile(at_wall(normal=0.0), np.array([[lean, np.cos(lean)], [0.0, 1.0 + away]]))
+    assert profile is not None
+    assert profile.distance == pytest.approx(chosen)
+
+
 def test_without_a_wall_or_without_a_place_there_is_no_profile() -> None:
     assert wall_profile(at_wall(), np.zeros((0, 2))) is None
     assert wall_profile(replace(at_wall(), observation=None), LINES) is None

@@ -220,6 +220,11 @@ def test_a_file_holds_the_same_drawing_as_a_page(document: ET.Element, drawing: 
     assert [each.attrib for each in within[1:]] == [each.attrib for each in list(drawing.iter())[1:]]
 
 
+def test_a_file_is_made_of_elements_that_every_program_draws(document: ET.Element) -> None:
+    known = {"svg", "title", "style", "rect", "g", "path", "circle", "ellipse", "text"}
+    assert {each.tag.removeprefix(SVG) for each in document.iter()} == known
+
+
 def test_a_file_ends_its_last_line() -> None:
     assert plan_svg(NOTHING).endswith("</svg>\n")
 
