@@ -29,6 +29,14 @@ class GridMapper:
         Name of the method.
     rule : GridRule
         How cones become a grid.
+
+    Examples
+    --------
+    >>> from echoplan.io import builtin_rig
+    >>> from echoplan.methods import find_method
+    >>> mapper = find_method("grid-bayes").build(builtin_rig("rotary-array"))
+    >>> mapper.grid.values
+    array([[0.5]])
     """
 
     def __init__(self, rig: Rig, settings: GridSettings, *, method: str, rule: GridRule) -> None:

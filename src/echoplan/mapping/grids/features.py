@@ -41,6 +41,15 @@ def features_of_grid(grid: OccupancyGrid, settings: GridFeatureSettings) -> Poin
     -------
     PointFeatures
         Features of the centres of the occupied cells, each weighted by how far it is from unknown.
+
+    Examples
+    --------
+    >>> values = np.full((20, 60), 0.1)
+    >>> values[10, 5:55] = 0.9
+    >>> grid = OccupancyGrid(origin_xy=[0, 0], resolution=0.05, values=values)
+    >>> (wall,) = features_of_grid(grid, GridFeatureSettings()).walls
+    >>> round(abs(wall.offset), 3), round(wall.length, 2)
+    (0.525, 2.45)
     """
     cells = occupied_cells(grid, settings.occupied)
     rows, columns = cells.T
@@ -63,6 +72,12 @@ def occupied_cells(grid: OccupancyGrid, threshold: float) -> IntArray:
     -------
     ndarray of int, shape (n, 2)
         Row and column of each.
+
+    Examples
+    --------
+    >>> grid = OccupancyGrid(origin_xy=[0, 0], resolution=0.05, values=[[0.5, 0.9], [0.1, 0.6]])
+    >>> occupied_cells(grid, 0.65)
+    array([[0, 1]])
     """
     return np.argwhere(grid.values > threshold)
 
@@ -81,6 +96,12 @@ def free_sides(grid: OccupancyGrid, cells: IntArray) -> FloatArray:
     -------
     ndarray, shape (n, 2)
         Towards the middle of the free cells around each [m]; no way at all where there is none.
+
+    Examples
+    --------
+    >>> grid = OccupancyGrid(origin_xy=[0, 0], resolution=1.0, values=[[0.5, 0.9, 0.0]])
+    >>> free_sides(grid, np.array([[0, 1]]))
+    array([[0.5, 0. ]])
     """
     free = np.pad(np.maximum(0.5 - grid.values, 0.0), _AROUND)
     steps = np.stack(np.meshgrid(*[np.arange(-_AROUND, _AROUND + 1)] * 2, indexing="ij"), axis=-1).reshape(-1, 2)
