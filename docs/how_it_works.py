@@ -1,0 +1,195 @@
+"""Makes the pictures of docs/how-it-works.md anew: python docs/how_it_works.py.
+
+Those of consistency and of class probabilities show what ``python benchmarks/joint.py --save`` kept.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+from collections.abc import Callable
+from pathlib import Path
+from runpy import run_path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from echoplan.acoustics.expectation import EchoModel, Hearing, Kind, expect, shape_of
+from echoplan.arrays import FloatArray
+from echoplan.geometry import directions, wrap
+from echoplan.io import builtin_rig
+from echoplan.mapping.refinement import refine
+from echoplan.methods import find_method, map_sweeps
+from echoplan.model import Polyline, Route, World
+from echoplan.preprocessing.soundings import Soundings, soundings_of
+from echoplan.simulation import Simulation
+from echoplan.viewer import Plan
+from echoplan.viewer.figures import plan_figure
+from echoplan.viewer.palette import COLORS, FAINT, INK, MUTED, TRUTH
+from echoplan.viewer.style import dress, dress_map, letter, new_figure, tell
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+PICTURES = Path(__file__).parent / "pictures"
+MEASURED = PICTURES / "joint.json"
+ROOMS = Path(__file__).parents[1] / "benchmarks" / "rooms.py"
+# An oblique L with a box and cylinders.
+SEED = 5
+# From the axis of the rotary array to its sensors [m].
+_ARM = 0.05
+WALL, CORNER, CYLINDER = COLORS.values()
+
+
+def main() -> None:
+    """Draw all of them."""
+    for draw in DRAWINGS:
+        draw()
+
+
+def arcs() -> None:
+    """Draw what three stations hear of one wall: points on arcs, and the tangent that the arcs share."""
+    wall = np.array([[-0.2, 1.5], [2.4, 1.5]])
+    stations = np.array([[0.2, 0.3, 1.5], [1.1, 0.7, 1.7], [1.9, -0.1, 1.6]])
+    figure = new_figure(height=3.3)
+    axes = figure.subplots()
+    axes.plot(*wall.T, color=TRUTH, linewidth=5, alpha=0.6, label="the wall")
+    for number, heard in enumerate(_soundings([wall], stations)):
+        center, facing = heard.centers[0], np.pi / 2
+        near = np.isfinite(heard.readings) & (np.abs(wrap(heard.bearings - facing)) < np.radians(60))
+        ends = np.column_stack([heard.x, heard.y]) + heard.readings[:, None] * np.column_stack([heard.ux, heard.uy])
+        axes.plot(
+            *ends[near].T, ".", color=CORNER, markersize=2.5, label="readings as if sound were a ray" * (not number)
+        )
+        radius = float(np.hypot(*(ends[near] - center).T).min())
+        circle = center + radius * directions(facing + np.radians(np.linspace(-50, 50, 101)))
+        axes.plot(*circle.T, color=MUTED, linewidth=0.8, label="circle of the nearest reading" * (not number))
+        axes.plot(*center, "o", color=INK, markersize=4)
+        axes.plot(*np.array([center, center + radius * directions(facing)]).T, color=FAINT, linewidth=0.8, zorder=0)
+    axes.plot(wall[:, 0], [1.5, 1.5], "--", color=WALL, linewidth=1.2, label="common tangent")
+    dress_map(axes)
+    tell(axes, columns=2, where="above")
+    _save(figure, "joint-arcs")
+
+
+def evidence() -> None:
+    """Hold what two stations hear against what they should hear of two walls, and of a wall that is not there."""
+    turn = np.radians(70)
+    corner = [2.6 * directions(0.0), np.zeros(2), 2.6 * directions(turn)]
+    stations = np.column_stack([np.array([1.5, 2.0])[:, None] * directions(np.array([0.65, 0.35])), [0.0, 0.0]])
+    transducer = builtin_rig("rotary-array").transducer
+    assert transducer is not None
+    hearing = EchoModel.of(transducer).tabulated()
+    walls = [np.array([Kind.WALL, -np.pi / 2, 0.0, 0.0]), np.array([Kind.WALL, turn + np.pi / 2, 0.0, 0.0])]
+    heard = _soundings([np.array(corner)], stations)
+    # Sound that goes over both walls comes back as if from the image of the image.
+    ghost = _as_wall(heard[0], hearing, float(np.hypot(*stations[0, :2]) * np.sin(turn)))
+    figure = new_figure(height=3.3)
+    for panel, soundings, name in zip(figure.subplots(1, 2, sharey=True), heard, "ab", strict=True):
+        finite = np.isfinite(soundings.readings)
+        bearings = np.degrees(wrap(soundings.bearings - np.pi - turn / 2))
+        panel.plot(bearings[finite], soundings.readings[finite], ".", color=MUTED, markersize=3, label="heard")
+        for number, wall in enumerate(walls):
+            _draw_expected(panel, soundings, hearing, wall, color=WALL, label="expected of the walls" * (not number))
+        _draw_expected(panel, soundings, hearing, ghost, color=CORNER, label="expected of the ghost as a wall")
+        letter(panel, f"({name}) station {'AB'['ab'.index(name)]}")
+        dress(panel, x="beam against the bisector (degrees)", y="reading (m)")
+        panel.set(xlim=(-120, 120), ylim=(0.0, 2.2))
+    tell(panel)
+    _save(figure, "joint-evidence")
+
+
+def random_room() -> None:
+    """Draw the map of a random room over the truth."""
+    simulation: Simulation = run_path(str(ROOMS))["random_simulation"](SEED)
+    found = map_sweeps(find_method("joint").build(simulation.rig), simulation)
+    _save(plan_figure(Plan(feature_map=found, truth=simulation.truth)), "joint-map", dots=120)
+
+
+def consistency() -> None:
+    """Draw how great errors are against their covariances, beside the distribution of true covariances."""
+    from scipy.stats import chi2  # noqa: PLC0415 - slow to import
+
+    measured = _measured()["nees"]
+    figure = new_figure(height=2.6)
+    for panel, (name, color) in zip(figure.subplots(1, 3), COLORS.items(), strict=True):
+        squares, freedom = np.array(measured[name]), 3 if name == "cylinder" else 2
+        edges = np.linspace(0.0, 12.0, 25)
+        panel.hist(np.minimum(squares, 11.99), edges, density=True, color=color, alpha=0.75, label="rooms")
+        panel.plot(edges, chi2.pdf(edges, freedom), color=INK, linewidth=1.0, label=f"chi-square, {freedom}")
+        letter(panel, f"{len(squares)} {name}s")
+        dress(panel, x="NEES", y="density")
+        tell(panel)
+    _save(figure, "joint-consistency")
+
+
+def beliefs() -> None:
+    """Draw how often features are what the map takes them for, beside how sure it is."""
+    from scipy.stats import binomtest  # noqa: PLC0415 - slow to import
+
+    pairs = np.array(_measured()["beliefs"])
+    edges = np.array([0.0, 0.5, 0.9, 0.99, 0.999, 1.0])
+    places = np.clip(np.digitize(pairs[:, 0], edges) - 1, 0, len(edges) - 2)
+    groups = {place: pairs[places == place] for place in range(len(edges) - 1) if (places == place).any()}
+    figure = new_figure(width=4.6, height=2.8)
+    axes = figure.subplots()
+    for place, group in groups.items():
+        believed, right = group.mean(axis=0)
+        interval = binomtest(int(group[:, 1].sum()), len(group)).proportion_ci(method="wilson")
+        first = place == min(groups)
+        axes.plot(place - 0.08, believed, "s", color=CORNER, markersize=5, label="mean probability" if first else None)
+        axes.plot([place + 0.08] * 2, [interval.low, interval.high], color=WALL, linewidth=1.2)
+        axes.plot(place + 0.08, right, "o", color=WALL, markersize=5, label="share right, 95 %" if first else None)
+    names = [
+        f"{low:g} to {high:g}\n{len(groups.get(k, ()))}" for k, (low, high) in enumerate(itertools.pairwise(edges))
+    ]
+    dress(axes, x="probability of the class; number of features", y="share")
+    axes.set_xticks(range(len(names)), names)
+    axes.set_ylim(0.0, 1.05)
+    tell(axes, columns=2, where="above")
+    _save(figure, "joint-beliefs")
+
+
+def _soundings(lines: list[FloatArray], stations: FloatArray) -> list[Soundings]:
+    """Simulate what the rotary array hears of open polylines."""
+    world = World(name="lines", polylines=tuple(Polyline(points_xy=line) for line in lines))
+    rig = builtin_rig("rotary-array")
+    simulation = Simulation(world=world, rig=rig, route=Route(map_from_base=stations))
+    return [soundings_of(sweep, rig) for sweep in simulation]
+
+
+def _as_wall(heard: Soundings, hearing: Hearing, depth: float) -> FloatArray:
+    """Take echoes of about one depth for those of one wall, and fit it: a reflector."""
+    near = np.flatnonzero(np.abs(heard.readings + _ARM - depth) < 0.05)
+    angle = float(np.angle(np.mean(np.exp(1j * heard.bearings[near]))))
+    start = np.array([Kind.WALL, angle, float(heard.centers[0] @ directions(angle)) + depth, 0.0])
+    return refine(heard, hearing, start, near, (0.005, 0.05), 8)
+
+
+def _draw_expected(
+    axes: Axes, soundings: Soundings, hearing: Hearing, reflector: FloatArray, *, color: str, label: str
+) -> None:
+    """Draw the readings that a reflector should give, where it should be heard."""
+    order = np.argsort(soundings.bearings)
+    shape = shape_of(reflector)
+    pings = zip(soundings.x[order], soundings.y[order], soundings.ux[order], soundings.uy[order], strict=True)
+    echoes = np.array([expect(hearing, shape, ping) for ping in pings])
+    bearings = np.degrees(wrap(soundings.bearings[order] - np.pi - np.radians(35)))
+    readings = np.where(echoes[:, 1] > 0.0, echoes[:, 2], np.nan)
+    turned = np.argsort(bearings)
+    axes.plot(bearings[turned], readings[turned], color=color, linewidth=1.4, label=label or None)
+
+
+def _measured() -> Any:
+    return json.loads(MEASURED.read_text(encoding="utf-8"))
+
+
+def _save(figure: Figure, name: str, *, dots: int = 180) -> None:
+    figure.savefig(PICTURES / f"{name}.png", dpi=dots, metadata={"Software": None})
+
+
+DRAWINGS: tuple[Callable[[], None], ...] = (arcs, evidence, random_room, consistency, beliefs)
+
+if __name__ == "__main__":
+    main()
