@@ -38,6 +38,10 @@ __all__ = ["Account", "AccountSettings", "PoseMode"]
 _FINEST = 0.001
 
 
+# So often a first look may be taken.
+_GLANCES = 3
+
+
 class PoseMode(StrEnum):
     """What to do about the poses of the robot."""
 
@@ -67,6 +71,7 @@ class AccountSettings(BaseModel, frozen=True, extra="forbid"):
     greatest_noise: float = Field(default=0.05, gt=0.0, description="of readings that still make a map [m]")
     torn: float = Field(default=0.35, gt=0.0, le=1.0, description="share of walls that are there twice if poses drift")
     most_tracked: int = Field(default=80, ge=1, description="stations that are corrected without being asked")
+    scale_step: float = Field(default=0.004, gt=0.0, description="of the range scale that calls for another look")
     agreement: float = Field(default=0.88, gt=0.0, le=1.0, description="share of echoes that exact poses explain")
 
 
@@ -100,8 +105,13 @@ class Account:
         return bool(np.any(self.recorded.rates))
 
     def glance(self) -> None:
-        """Take a first look at what the pings suggest."""
-        self.features = self._search(rounds=1).run()
+        """Take a first look; and another where the air turns out to be warmer or colder than the modules assume."""
+        for _ in range(_GLANCES):
+            scale = self.model.range_scale
+            self.features = self._search(rounds=1).run()
+            self.adjust(self.settings.first_noise)
+            if abs(self.model.range_scale - scale) < self.settings.scale_step:
+                break
 
     def explain(self) -> None:
         """Explain everything, learn the sonar from it, and explain it again."""

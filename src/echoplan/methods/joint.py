@@ -83,8 +83,7 @@ class JointMapper:
         """Explain everything from the poses as they are, and from better ones if the pings disagree."""
         account, errors = Account(self.rig, heard, given, self.settings), self.settings.pose_errors
         mode = self.settings.poses
-        if mode is PoseMode.AUTO:
-            account.glance()
+        account.glance()
         if mode is PoseMode.CORRECT or (mode is PoseMode.AUTO and account.is_torn()):
             track(account, odometry_beliefs(given, errors))
             drifted = "corrected: from the poses as recorded most walls were there twice"
