@@ -24,6 +24,7 @@ from echoplan.mapping.grids import (
     RangeLayerSettings,
     chosen_cones,
 )
+from echoplan.model import OccupancyGrid
 
 RULES: dict[str, Callable[[], GridRule]] = {
     "bayes": lambda: BayesRule(BayesSettings(thickness=0.2, clear_without_echo=True), cells.COARSE),
@@ -129,3 +130,19 @@ def test_every_value_is_a_probability_however_often_the_same_is_heard(name: str,
         rule.add(off_the_lattice(seed, count=2))
     assert rule.grid.values.min() >= 0.0
     assert rule.grid.values.max() <= 1.0
+
+
+@given(
+    x=st.floats(-50.0, 50.0),
+    y=st.floats(-50.0, 50.0),
+    resolution=st.floats(0.01, 2.0),
+    shape=st.tuples(st.integers(1, 9), st.integers(1, 9)),
+)
+def test_every_centre_lies_in_its_own_cell_and_on_the_grid(
+    x: float, y: float, resolution: float, shape: tuple[int, int]
+) -> None:
+    grid = OccupancyGrid(origin_xy=np.array([x, y]), resolution=resolution, values=np.full(shape, 0.5))
+    assert np.array_equal(grid.cells_of(grid.centers_xy), np.moveaxis(np.indices(shape), 0, -1))
+    assert grid.contains(grid.centers_xy).all()
+    outside = [grid.origin_xy - 0.5 * resolution, grid.origin_xy + grid.size_xy + 0.5 * resolution]
+    assert not grid.contains(outside).any()

@@ -3,6 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 import scenes
 from echoplan.arrays import BoolArray, FloatArray
@@ -145,3 +146,47 @@ def test_finer_cells_cover_the_same_ground() -> None:
         areas.append(resolution**2 * (mapper.grid.values < 0.5).sum())
     assert areas[0] == pytest.approx(areas[1], rel=0.05)
     assert 3.0 < areas[1] < WIDTH * DEPTH
+
+
+def test_asking_for_the_grid_changes_nothing(build: Callable[[], GridMapper]) -> None:
+    asked, silent = build(), build()
+    for index, station in enumerate(STATIONS[:3]):
+        for mapper in (asked, silent):
+            mapper.add(rough_sweep(station, index=index))
+        assert asked.grid.values.size
+    assert np.array_equal(asked.grid.values, silent.grid.values)
+    assert asked.grid.origin_xy.tolist() == silent.grid.origin_xy.tolist()
+
+
+def test_a_stricter_threshold_leaves_fewer_walls() -> None:
+    found = []
+    for occupied in (0.65, 0.999):
+        method = METHODS["grid-muriel"]
+        settings = method.settings_type.model_validate({"features": {"occupied": occupied}})
+        mapper = method.build(scenes.rig(), settings)
+        for index, station in enumerate(STATIONS):
+            mapper.add(rough_sweep(station, index=index))
+        feature_map = mapper.result()
+        assert feature_map.parameters["features"]["occupied"] == occupied  # type: ignore[index]
+        found.append(len(feature_map.walls))
+    assert found[0] > found[1]
+
+
+@pytest.mark.parametrize(
+    ("name", "rule", "message"),
+    [
+        ("grid-bayes", {"occupied": 0.5}, "greater than 0.5"),
+        ("grid-bayes", {"free": 0.5}, "less than 0.5"),
+        ("grid-bayes", {"thickness": 0.0}, "greater than 0"),
+        ("grid-elfes", {"error": -0.1}, "greater than 0"),
+        ("grid-elfes", {"max_range": 0.0}, "greater than 0"),
+        ("grid-muriel", {"detection": 1.0}, "less than 1"),
+        ("grid-muriel", {"background": 0.0}, "greater than 0"),
+        ("grid-cemal", {"share": 0.0}, "greater than 0"),
+        ("grid-cemal", {"thicknes": 0.1}, "Extra inputs are not permitted"),
+        ("grid-range-layer", {"phi": 0.0}, "greater than 0"),
+    ],
+)
+def test_settings_without_a_meaning_are_refused(name: str, rule: dict[str, float], message: str) -> None:
+    with pytest.raises(ValidationError, match=message):
+        METHODS[name].settings_type.model_validate({"rule": rule})
