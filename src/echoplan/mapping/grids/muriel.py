@@ -12,6 +12,8 @@ within half the aperture beta, which one of unknown direction does with probabil
 pings of a place or for none.  So no place can tell more against a cell than that it does not face it::
 
     LR(place) = F LR(strongest for) LR(strongest against) + 1 - F
+
+Pose buckets and a forward model with specular terms are Konolige's; the forms of q and F are this module's own.
 """
 
 import math
