@@ -1,8 +1,9 @@
-"""The method joint in random rooms: python benchmarks/joint.py [ROOMS] [--save FILE].
+"""The method joint in random rooms: python benchmarks/joint.py [ROOMS] [--poses trust] [--save FILE].
 
 Draws so many rooms (100 unless told otherwise), sounds them by the simulator, maps them, and prints what is found and
 how exactly, which rooms are not right, whether covariances and class probabilities are true, how near the errors come
-to the Cramer-Rao bound, what was learned of the sonar, and the time.  ``--save`` keeps what docs/pictures.py draws.
+to the Cramer-Rao bound, what was learned of the sonar, and the time.  The poses are exact: ``--poses trust`` tells the
+method so.  ``--save`` keeps what docs/how_it_works.py draws.
 """
 
 import argparse
@@ -11,6 +12,7 @@ import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -22,7 +24,9 @@ from echoplan.arrays import FloatArray
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Evaluation, Interval, Summary, consistency_table, deviation_table, evaluate, pool
 from echoplan.evaluation.consistency import PARAMETERS
-from echoplan.methods import find_method, map_sweeps
+from echoplan.mapping.account import PoseMode
+from echoplan.methods import map_sweeps
+from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import Corner, Cylinder, FeatureClass, FeatureMap, Sweep, Table, Wall
 from echoplan.simulation import Simulation
 from rooms import is_oblique, random_simulation  # type: ignore[import-not-found]
@@ -72,8 +76,9 @@ def main() -> None:
     arguments = parse()
     crowded = list(product(CROWDED, STATIONS))
     with ProcessPoolExecutor() as workers:
-        outcomes = list(tracked(workers.map(run, range(arguments.rooms)), total=arguments.rooms, task="mapping"))
-        times = list(tracked(workers.map(crowd, *zip(*crowded, strict=True)), total=len(crowded), task="crowding"))
+        runs = workers.map(partial(run, poses=arguments.poses), range(arguments.rooms))
+        outcomes = list(tracked(runs, total=arguments.rooms, task="mapping"))
+        times = list(tracked(workers.map(crowd, crowded), total=len(crowded), task="crowding"))
     for table in (*tables(outcomes), duration_table(outcomes), crowd_table(times)):
         show(table)
     if arguments.save:
@@ -84,15 +89,16 @@ def parse() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description="The method joint in random rooms.")
     parser.add_argument("rooms", type=int, nargs="?", default=ROOMS)
+    parser.add_argument("--poses", type=PoseMode, choices=list(PoseMode), default=PoseMode.AUTO)
     parser.add_argument("--save", type=Path)
     return parser.parse_args()
 
 
-def run(seed: int) -> Outcome:
+def run(seed: int, *, poses: PoseMode = PoseMode.AUTO) -> Outcome:
     """Sound one room, map it and hold the map against the truth."""
     simulation = random_simulation(seed)
     sweeps, truth = tuple(simulation), simulation.truth
-    feature_map, seconds = mapped(simulation, sweeps)
+    feature_map, seconds = mapped(simulation, sweeps, poses)
     evaluation = evaluate(feature_map, truth)
     return Outcome(
         seed=seed,
@@ -105,10 +111,10 @@ def run(seed: int) -> Outcome:
     )
 
 
-def mapped(simulation: Simulation, sweeps: Sequence[Sweep]) -> tuple[FeatureMap, float]:
+def mapped(simulation: Simulation, sweeps: Sequence[Sweep], poses: PoseMode) -> tuple[FeatureMap, float]:
     """Map sweeps, and count the seconds of the processor."""
     begun = time.process_time()
-    feature_map = map_sweeps(find_method("joint").build(simulation.rig), sweeps)
+    feature_map = map_sweeps(JointMapper(simulation.rig, JointSettings(poses=poses)), sweeps)
     return feature_map, time.process_time() - begun
 
 
@@ -134,11 +140,12 @@ def learned_of(feature_map: FeatureMap, simulation: Simulation) -> dict[str, tup
     return {name: (found[name]["value"] - true.get(name, 0.0), found[name]["sigma"]) for name in LEARNED}
 
 
-def crowd(seed: int, stations: int) -> tuple[int, int, float, Evaluation]:
-    """Map a room from some number of stations: stations, pings, seconds of the processor, and the map's scores."""
+def crowd(case: tuple[int, int]) -> tuple[int, int, float, Evaluation]:
+    """Map a room from so many stations: stations, pings, seconds of the processor, and the map's scores."""
+    seed, stations = case
     simulation = random_simulation(seed, stations=stations)
     sweeps = tuple(simulation)
-    feature_map, seconds = mapped(simulation, sweeps)
+    feature_map, seconds = mapped(simulation, sweeps, PoseMode.TRUST)
     return stations, sum(map(len, sweeps)), seconds, evaluate(feature_map, simulation.truth)
 
 
@@ -162,22 +169,37 @@ def summed(outcomes: Sequence[Outcome]) -> Summary:
 
 
 def score_table(outcomes: Sequence[Outcome]) -> Table:
-    """Tell how complete and how right the maps are, in both kinds of rooms and in all."""
+    """Tell how complete, right and exact the maps are, by kind of room, by what became of the poses, and in all."""
     groups = {
         "right-angled": [each for each in outcomes if not is_oblique(each.seed)],
         "oblique": [each for each in outcomes if is_oblique(each.seed)],
+        "poses kept": [each for each in outcomes if not is_moved(each)],
+        "poses moved": [each for each in outcomes if is_moved(each)],
         "all": outcomes,
     }
     rows = [
-        (f"{group}: {name}s", str(each.tally.wanted), percent(each.recall), percent(each.precision))
+        (
+            f"{len(members)} {group}: {name}s",
+            str(each.tally.wanted),
+            percent(each.recall),
+            percent(each.precision),
+            f"{1000 * each.distance.median.value:.2f}",
+            f"{1000 * each.distance.percentile95.value:.1f}",
+        )
         for group, members in groups.items()
         for name, each in summed(members).classes.items()
     ]
     return Table(
         title=f"joint in {len(outcomes)} random rooms [95 % intervals over rooms]",
-        columns=("rooms", "wanted", "recall (%)", "precision (%)"),
+        columns=("rooms", "wanted", "recall (%)", "precision (%)", "median error (mm)", "95th percentile"),
         rows=tuple(rows),
     )
+
+
+def is_moved(outcome: Outcome) -> bool:
+    """Tell whether the map moved the poses, which were right."""
+    trajectory = outcome.evaluation.trajectory
+    return trajectory is not None and trajectory.absolute_error > 0.0
 
 
 def fault_table(outcomes: Sequence[Outcome]) -> Table:
@@ -274,7 +296,7 @@ def crowd_table(times: Sequence[tuple[int, int, float, Evaluation]]) -> Table:
         cells = (f"{seconds:.1f}", f"{1000 * seconds / pings:.2f}", f"{walls.recall:.0%}", f"{walls.precision:.0%}")
         rows.append((str(count), f"{pings:.0f}", *cells))
     return Table(
-        title=f"Time against stations, mean of rooms {', '.join(map(str, CROWDED))}",
+        title=f"Time against stations, poses trusted, mean of rooms {', '.join(map(str, CROWDED))}",
         columns=("stations", "pings", "seconds", "per thousand pings", "wall recall", "wall precision"),
         rows=tuple(rows),
     )
