@@ -21,7 +21,7 @@ from echoplan.cli.main import main
 from echoplan.io import builtin_world, read_map, read_recording, read_truth, write_world
 
 COMMAND = [sys.executable, "-m", "echoplan"]
-RESULTS = ["map.json", "map.svg", "report.html", "run.toml"]
+RESULTS = ["map.json", "map.svg", "report.html", "run.toml", "trajectory.tum"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,7 +119,7 @@ class TestMap:
     def test_it_leaves_a_map_a_drawing_a_report_and_its_settings(self, recording: Path, mapped: Path) -> None:
         assert names(mapped) == RESULTS
         found = read_map(mapped / "map.json")
-        assert (found.method, len(found.walls), len(found.poses)) == ("mdp-fuzzy", 4, 5)
+        assert (found.method, len(found.walls), len(found.poses)) == ("joint", 4, 5)
         assert ET.parse(mapped / "map.svg").getroot().tag.endswith("svg")
         assert "<svg" in (mapped / "report.html").read_text(encoding="utf-8")
         run = tomllib.loads((mapped / "run.toml").read_text(encoding="utf-8"))
@@ -162,7 +162,7 @@ class TestEvaluate:
 
     def test_on_request_all_numbers_are_json(self, recording: Path, mapped: Path) -> None:
         document = json.loads(succeed("evaluate", mapped, recording, "--json"))
-        assert document["method"] == "mdp-fuzzy"
+        assert document["method"] == "joint"
         assert (document["walls"]["recall"], document["walls"]["precision"]) == (1.0, 1.0)
         table = succeed("evaluate", mapped, recording)
         rows = [line.split() for line in table.splitlines() if re.match(r"[1-4]\s", line)]
@@ -194,10 +194,18 @@ BAD_INPUT = {
         "unknown method 'rdc'; did you mean 'rcd'?",
     ),
     "map by a misspelt key": (
-        ["map", "REC", "--config", "typo.toml", "--out", "out"],
+        ["map", "REC", "--method", "mdp-fuzzy", "--config", "typo.toml", "--out", "out"],
         "typo.toml, line 2, method.filtre: the key 'filtre' is unknown; did you mean 'filter'?",
     ),
-    "map by a bad value": (["map", "REC", "--config", "value.toml", "--out", "out"], "must be greater than"),
+    "map by a bad value": (
+        ["map", "REC", "--method", "mdp-fuzzy", "--config", "value.toml", "--out", "out"],
+        "must be greater than",
+    ),
+    "map with no such poses": (["map", "REC", "--poses", "guess", "--out", "out"], "unknown value of --poses 'guess'"),
+    "poses of another method": (
+        ["map", "REC", "--method", "rcd", "--poses", "trust", "--out", "out"],
+        "use --method joint",
+    ),
     "map by no config": (["map", "REC", "--config", "none.toml", "--out", "out"], "none.toml: there is no such file"),
     "map into a file": (["map", "REC", "--out", "typo.toml"], "typo.toml/map.json: it lies below a file"),
     "map of a broken recording": (["map", "broken", "--out", "out"], "broken/pings.csv"),
