@@ -9,14 +9,14 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 # What to run, in this order; the last one only where there are recordings.
-BENCHMARKS = ("simulator.py", "reading.py", "grids.py", "paper_room.py")
+BENCHMARKS = ("simulator.py", "reading.py", "grids.py", "paper_room.py", "joint.py", "joint.py --poses trust")
 RECORDINGS = "recordings.py"
 
 
 def main(folders: list[str]) -> None:
     """Run them all and stop at the first that fails."""
     for name in BENCHMARKS:
-        run(name)
+        run(*name.split())
     if folders:
         run(RECORDINGS, *folders)
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from how_it_works import DRAWINGS as HOW_IT_WORKS  # type: ignore[import-not-found]  # beside this file
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -121,7 +122,7 @@ def _save(figure: Figure, name: str) -> None:
     figure.savefig(PICTURES / f"{name}.png", dpi=90)
 
 
-DRAWINGS: tuple[Callable[[], None], ...] = (paper_room, methods_side_by_side, drifting_odometry, places)
+DRAWINGS: tuple[Callable[[], None], ...] = (paper_room, methods_side_by_side, drifting_odometry, places, *HOW_IT_WORKS)
 
 if __name__ == "__main__":
     main()
