@@ -187,6 +187,7 @@ def score_table(outcomes: Sequence[Outcome]) -> Table:
             f"{1000 * each.distance.percentile95.value:.1f}",
         )
         for group, members in groups.items()
+        if members
         for name, each in summed(members).classes.items()
     ]
     return Table(
