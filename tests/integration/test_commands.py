@@ -124,7 +124,7 @@ class TestMap:
         assert "<svg" in (mapped / "report.html").read_text(encoding="utf-8")
         run = tomllib.loads((mapped / "run.toml").read_text(encoding="utf-8"))
         assert run["run"]["source"] == str(recording)
-        assert run["method"]["filter"]["min_members"] == 3
+        assert run["method"]["poses"] == "auto"
 
     def test_it_says_what_it_found(self, recording: Path, tmp_path: Path) -> None:
         assert "4 walls, 4 corners and 0 cylinders" in succeed("map", recording, "--out", tmp_path)

@@ -69,7 +69,7 @@ class AccountSettings(BaseModel, frozen=True, extra="forbid"):
     first_noise: float = Field(default=0.008, gt=0.0, description="of readings before anything is known [m]")
     least_noise: float = Field(default=0.0025, gt=0.0, description="of the best sensors [m]")
     greatest_noise: float = Field(default=0.05, gt=0.0, description="of readings that still make a map [m]")
-    torn: float = Field(default=0.35, gt=0.0, le=1.0, description="share of walls that are there twice if poses drift")
+    torn: float = Field(default=0.25, gt=0.0, le=1.0, description="share of walls that are there twice if poses drift")
     most_tracked: int = Field(default=80, ge=1, description="stations that are corrected without being asked")
     scale_step: float = Field(default=0.004, gt=0.0, description="of the range scale that calls for another look")
     agreement: float = Field(default=0.88, gt=0.0, le=1.0, description="share of echoes that exact poses explain")
