@@ -72,6 +72,9 @@ class AccountSettings(BaseModel, frozen=True, extra="forbid"):
     torn: float = Field(default=0.25, gt=0.0, le=1.0, description="share of walls that are there twice if poses drift")
     most_tracked: int = Field(default=80, ge=1, description="stations that are corrected without being asked")
     scale_step: float = Field(default=0.004, gt=0.0, description="of the range scale that calls for another look")
+    turned: float = Field(
+        default=math.radians(1), ge=0.0, description="mean turn of the poses, below which they were right [rad]"
+    )
     agreement: float = Field(default=0.88, gt=0.0, le=1.0, description="share of echoes that exact poses explain")
 
 

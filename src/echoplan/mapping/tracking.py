@@ -31,6 +31,8 @@ def track(account: Account, beliefs: PoseBeliefs) -> None:
     beliefs : PoseBeliefs
         Odometry.
     """
+    # What a first look learned of the sonar it learned from poses in error.
+    account.model = account.prior
     sights = _sights(account)
     account.poses, account.features = account.given.copy(), []
     for station in range(1, len(account.given)):

@@ -5,9 +5,12 @@ that touches them (Leonard and Durrant-Whyte 1992).  A physical model of loudnes
 which of these explains the pings, including those that are missing.
 """
 
+import copy
+
 import numpy as np
 
 from echoplan.arrays import FloatArray
+from echoplan.geometry import wrap
 from echoplan.mapping.account import Account, AccountSettings, PoseMode
 from echoplan.mapping.poses import odometry_beliefs, waypoint_beliefs
 from echoplan.mapping.tracking import track
@@ -16,6 +19,10 @@ from echoplan.preprocessing.soundings import Soundings, join_soundings, sounding
 from echoplan.preprocessing.stations import at_stations, group_sweeps
 
 __all__ = ["JointMapper", "JointSettings"]
+
+
+# From fewer stations there is nothing to hold a pose against.
+_FEWEST = 3
 
 
 class JointSettings(AccountSettings, frozen=True, extra="forbid"):
@@ -90,10 +97,20 @@ class JointMapper:
             account.verdict = "corrected, as asked for" if mode is PoseMode.CORRECT else drifted
             return account
         account.explain()
-        if mode is PoseMode.AUTO:
-            share = f"{100 * account.agreement():.0f} % of the echoes agree from the poses as recorded"
-            account.verdict = f"trusted: {share}"
-            if not account.agrees():
-                account.correct(waypoint_beliefs(given, errors))
-                account.verdict = f"corrected by a few centimetres: only {share}"
-        return account
+        return account if mode is PoseMode.TRUST else self._nudged(account)
+
+    def _nudged(self, account: Account) -> Account:
+        """Move poses a little if the pings do not agree and want the headings otherwise: way-points are set by eye.
+
+        Headings that were measured stay where they are, and then what disagrees is no matter of poses.
+        """
+        share = f"{100 * account.agreement():.0f} % of the echoes agree from the poses as recorded"
+        account.verdict = f"trusted: {share}"
+        if account.agrees() or len(account.given) < _FEWEST:
+            return account
+        moved = copy.copy(account)
+        moved.correct(waypoint_beliefs(account.given, self.settings.pose_errors))
+        turned = float(np.abs(wrap(moved.poses[:, 2] - account.given[:, 2])).mean())
+        moved.verdict = f"corrected by a few centimetres: only {share}"
+        account.verdict = f"trusted: {share}, but their headings hardly move"
+        return moved if turned > self.settings.turned else account
