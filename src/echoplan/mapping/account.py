@@ -154,6 +154,7 @@ class Account:
         self._adjust_often(0.75 * self.settings.first_noise, beliefs, 2)
         self.learn_noise()
         self.search()
+        self.features = without_copies(self.features, self.settings.pose_errors.copies)
         self._adjust_often(self.noise, beliefs, 3)
         self.features = self._search().settled(self.features)
         self._adjust_often(self.noise, beliefs, 2)
