@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from echoplan.acoustics.expectation import Hearing, Kind, Shape, excess_of, look, shape_of, walk_of
+from echoplan.acoustics.views import in_view, views_of
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
@@ -150,8 +151,10 @@ def weigh(soundings: Soundings, hearing: Hearing, reflector: FloatArray, noise: 
     pings = np.empty(count, np.int64)
     densities, misses, feet = np.empty(count), np.empty(count), np.zeros(count)
     audible, unmasked = np.empty(count, np.bool_), np.empty(count, np.bool_)
-    kept = 0
+    kept, views = 0, views_of(hearing, shape, _INAUDIBLE, soundings.max_range)
     for ping in range(count):
+        if not in_view(views, shape, (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])):
+            continue
         heard, audible[kept], unmasked[kept], densities[kept], misses[kept] = _ask(
             soundings, hearing, shape, noise, ping
         )

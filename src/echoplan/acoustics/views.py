@@ -1,0 +1,107 @@
+"""Views: how far off its axis a sonar could hear a reflector at all, so that most pings need not be asked about it."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from echoplan.acoustics.expectation import Hearing, Kind, Ping, Shape, excess_of, look
+from echoplan.arrays import FloatArray
+from echoplan.compiled import compiled
+
+__all__ = ["Views", "in_view", "views_of"]
+
+_WALL = int(Kind.WALL)
+# Steps of depth, and halvings of the squared sine in each.
+_DEPTHS, _HALVINGS = 64, 12
+# Nearer than this everything is as loud as here [m].
+_NEAREST = 0.02
+
+
+class Views(NamedTuple):
+    """Views of one reflector.
+
+    Attributes
+    ----------
+    cosines : ndarray, shape (65,)
+        Least cosine off the axis at which it could be heard, by even steps of its depth up to the reach.
+    reach : float
+        Depth of the farthest echo [m].
+    """
+
+    cosines: FloatArray
+    reach: float
+
+
+@compiled
+def views_of(hearing: Hearing, shape: Shape, least: float, reach: float) -> Views:
+    """Find from how far off its axis a sonar could hear a reflector.
+
+    Parameters
+    ----------
+    hearing : Hearing
+        The sonar; its main lobe only falls off to the sides.
+    shape : Shape
+        The reflector.
+    least : float
+        Signal excess of the faintest echo that counts [dB].
+    reach : float
+        Depth of the farthest [m].
+
+    Returns
+    -------
+    Views
+        Never narrower than the formulas for a single ping.
+    """
+    cosines = np.empty(_DEPTHS + 1)
+    for step in range(_DEPTHS + 1):
+        # Of all the depths in a step the nearest is the loudest.
+        sight = look(shape, _before(shape, max(step * reach / _DEPTHS, _NEAREST)))
+        inside, outside = 0.0, 1.0
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (inside + outside)
+            turned = (sight[0], math.sqrt(1.0 - middle), math.sqrt(middle), sight[3], sight[4])
+            if excess_of(hearing, turned) > least:
+                inside = middle
+            else:
+                outside = middle
+        cosines[step] = math.sqrt(1.0 - outside)
+    return Views(cosines, reach)
+
+
+@compiled
+def in_view(views: Views, shape: Shape, ping: Ping) -> bool:
+    """Tell whether a sensor could hear a reflector.
+
+    Parameters
+    ----------
+    views : Views
+        Views of the reflector.
+    shape : Shape
+        The reflector.
+    ping : Ping
+        Where the sensor is and where it looks.
+
+    Returns
+    -------
+    bool
+        False if it is behind, out of reach or too far off the axis.
+    """
+    kind, a, b, radius = shape
+    x, y, ux, uy = ping
+    if kind == _WALL:
+        depth, cosine = radius - a * x - b * y, ux * a + uy * b
+    else:
+        dx, dy = a - x, b - y
+        distance = math.sqrt(dx * dx + dy * dy) + 1e-12
+        depth, cosine = distance - radius, (ux * dx + uy * dy) / distance
+    return 0.0 < depth <= views.reach and cosine >= views.cosines[int(depth / views.reach * _DEPTHS)]
+
+
+@compiled
+def _before(shape: Shape, depth: float) -> Ping:
+    """Place a sensor so deep before a reflector, looking at it."""
+    kind, a, b, radius = shape
+    if kind == _WALL:
+        return a * (radius - depth), b * (radius - depth), a, b
+    return a - depth - radius, b, 1.0, 0.0
