@@ -182,6 +182,9 @@ def minimum_distance_point(
 ) -> LocatedPoint | None:
     """Locate the object of a cluster: compensate, fit, and again with the better normal.
 
+    With a the curvature that is left without the arm b, a normal wrong by n moves the vertex by -n b / (2 a), so a
+    Newton step divides the change by 1 + b / (2 a).
+
     Parameters
     ----------
     cluster : Cluster
@@ -209,9 +212,12 @@ def minimum_distance_point(
         parabola = fit_parabola(cluster.bearings, distances, floor=resolution / np.sqrt(12))
         if parabola is None or not parabola.opens_upward:
             return None
-        normal, distance = parabola.vertex
-        normal = float(np.clip(normal, cluster.bearings[0], cluster.bearings[-1]))
+        bearing, distance = parabola.vertex
         depth = max(float(distance) - arm, 0.0)
+        # A normal that is off by n comes back off by -gain n, and would run away from a gain above 1 if taken whole.
+        gain = arm / (2 * float(parabola.coefficients[2]))
+        normal += (float(bearing) - normal) / (1 + gain)
+        normal = float(np.clip(normal, cluster.bearings[0], cluster.bearings[-1]))
     if parabola is None or not cluster.bearings[0] <= parabola.vertex[0] <= cluster.bearings[-1]:
         return None
     bearing, distance = parabola.vertex

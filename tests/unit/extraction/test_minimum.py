@@ -117,19 +117,35 @@ def test_the_middle_of_a_window_stands_for_a_point() -> None:
     assert np.sqrt(np.diag(point.covariance)) == pytest.approx([np.radians(16), 0.005] / np.sqrt(12))
 
 
-def test_rounds_of_compensation_settle_on_the_normal_where_the_echo_walks_more_than_the_arm_adds() -> None:
-    # The least reading, from which the rounds start, lies 8 degrees beside the normal.  A start that is wrong by n
-    # comes back as b / (2 a) times n on the other side, with a the curvature that is left without the arm.
-    arm, curvature = 0.05, 0.1
+@pytest.mark.parametrize("curvature", [0.1, 0.02, 0.005])
+@pytest.mark.parametrize("radius", [np.inf, 0.1, 0.0])
+def test_rounds_of_compensation_settle_on_the_normal_also_where_the_arm_adds_more_than_the_echo_walks(
+    curvature: float, radius: float
+) -> None:
+    # The least reading, from which the rounds start, lies 8 degrees beside the normal.  Taken whole, an error of the
+    # start would come back b / (2 a) times as great: 0.25, 1.25 and 5 times with an arm b of 5 cm.
+    bearings = scenes.around(0.0, np.radians(35))
+    ranges = (
+        scenes.wall_ranges(bearings, normal=0.0, distance=1.0)
+        if np.isinf(radius)
+        else scenes.cylinder_ranges(bearings, normal=0.0, distance=1.0, radius=radius)
+    )
+    ranges += curvature * bearings**2
+    ranges[43] = ranges.min() - 1e-6
+    point = minimum_distance_point(scenes.cluster(bearings, ranges), radius=radius)
+    assert point is not None
+    assert abs(point.bearing) < np.radians(0.5)
+    assert point.distance == pytest.approx(1.0, abs=0.001)
+
+
+def test_one_round_of_compensation_is_not_enough_for_a_start_beside_the_normal() -> None:
+    arm, curvature, start = 0.05, 0.1, np.radians(8)
     bearings = scenes.around(0.0, np.radians(35))
     ranges = scenes.wall_ranges(bearings, normal=0.0, distance=1.0) + curvature * bearings**2
     ranges[43] = ranges.min() - 1e-6
-    cluster = scenes.cluster(bearings, ranges)
-    located = [minimum_distance_point(cluster, MdpSettings(iterations=rounds)) for rounds in (1, 2, 20)]
-    once, twice, settled = (point.bearing for point in located if point is not None)
-    assert abs(settled) < np.radians(0.05)
-    assert (once - settled) / (np.radians(8) - settled) == pytest.approx(-arm / (2 * curvature), abs=0.03)
-    assert (twice - settled) / (once - settled) == pytest.approx(-arm / (2 * curvature), abs=0.03)
+    located = [minimum_distance_point(scenes.cluster(bearings, ranges), MdpSettings(iterations=n)) for n in (1, 20)]
+    once, settled = (point.bearing for point in located if point is not None)
+    assert (once - settled) / (start - settled) == pytest.approx(-arm / (2 * curvature), abs=0.03)
 
 
 def test_readings_in_steps_are_never_surer_than_their_steps() -> None:
