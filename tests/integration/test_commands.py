@@ -1,6 +1,7 @@
 """The commands as they are typed: what they write, what they say, and how they refuse."""
 
 import contextlib
+import errno
 import io
 import json
 import os
@@ -186,6 +187,19 @@ class TestInfo:
         for row in rows:
             assert sum(map(float, row[2:6])) == pytest.approx(100.0, abs=0.2)
 
+    def test_on_request_all_numbers_are_json(self, recording: Path) -> None:
+        document = json.loads(succeed("info", recording, "--json"))
+        assert (document["sweeps"], document["pings"], document["rig"]) == (5, 1820, "rotary array")
+        assert [sensor["pings"] for sensor in document["sensors"]] == [455] * 4
+        assert document["sensors"][0]["shortest"] < document["sensors"][0]["longest"] < 3.0
+
+    def test_what_a_deaf_sensor_heard_is_null(self, recording: Path, tmp_path: Path) -> None:
+        (tmp_path / "rig.toml").write_bytes((recording / "rig.toml").read_bytes())
+        rows = "t,sweep,sensor,servo,range,x,y,yaw\n0.1,0,0,0,1.5,0,0,0\n0.2,0,1,0,inf,0,0,0\n"
+        (tmp_path / "pings.csv").write_text(rows, encoding="utf-8")
+        document = json.loads(succeed("info", tmp_path, "--json"))
+        assert [sensor["longest"] for sensor in document["sensors"][:2]] == [1.5, None]
+
 
 BAD_INPUT = {
     "map of nothing": (["map", "nowhere", "--out", "out"], "nowhere: there is no such file or folder"),
@@ -207,7 +221,10 @@ BAD_INPUT = {
         "use --method joint",
     ),
     "map by no config": (["map", "REC", "--config", "none.toml", "--out", "out"], "none.toml: there is no such file"),
-    "map into a file": (["map", "REC", "--out", "typo.toml"], "typo.toml/map.json: it lies below a file"),
+    "map into a file": (
+        ["map", "REC", "--out", "typo.toml"],
+        "typo.toml: there is a file of that name",
+    ),
     "map of a broken recording": (["map", "broken", "--out", "out"], "broken/pings.csv"),
     "map of no world": (["map", "sim:sqare", "--out", "out"], "unknown world 'sqare'; did you mean 'square'?"),
     "map of a bad option": (["map", "sim:square,sead=3", "--out", "out"], "unknown option 'sead'"),
@@ -265,6 +282,28 @@ class TestBadInput:
         assert (mapped / "map.json").read_bytes() == kept
         assert names(mapped) == RESULTS
 
+    def test_a_place_that_cannot_be_written_is_told_before_any_work(
+        self, place: Path, recording: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr("echoplan.sources.open_source", lambda _: pytest.fail("the recording was opened"))
+        for command in ("map REC", "compare REC --methods rcd"):
+            done = echoplan(*command.replace("REC", str(recording)).split(), "--out", "typo.toml")
+            assert done.status == 2
+            assert done.err.startswith("echoplan: typo.toml: there is a file of that name; choose another place")
+
+    def test_a_disk_that_fills_up_leaves_nothing_of_the_results(
+        self, recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        def full(*_: object) -> None:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+        monkeypatch.setattr("echoplan.config.write_text", full)
+        for command in (f"map {recording} --method rcd", "simulate square"):
+            done = echoplan(*command.split(), "--out", tmp_path / "out")
+            assert (done.status, len(done.err.splitlines())) == (2, 1)
+            assert "No space left on device; free some space" in done.err
+            assert list(tmp_path.iterdir()) == []
+
     def test_no_traceback_reaches_the_terminal(self, place: Path) -> None:
         command = [*COMMAND, "info", "broken"]
         done = subprocess.run(command, cwd=place, capture_output=True, text=True, check=False)
@@ -300,14 +339,26 @@ class TestTerminal:
         assert "mapping" not in printed
         assert "\x1b" not in printed
 
-    def test_a_reader_that_has_had_enough_is_told_nothing(self, recording: Path) -> None:
-        with subprocess.Popen(
-            [*COMMAND, "info", str(recording)], stdout=subprocess.PIPE, stderr=subprocess.PIPE
-        ) as process:
+    @pytest.mark.parametrize("words", ["info REC", "info REC --json", "map REC --method rcd --out map"])
+    def test_a_reader_that_has_had_enough_is_told_nothing_and_the_work_is_done(
+        self, words: str, recording: Path, tmp_path: Path
+    ) -> None:
+        command = [*COMMAND, *words.replace("REC", str(recording)).split()]
+        with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
             assert process.stdout is not None
             assert process.stderr is not None
             process.stdout.close()
             assert process.stderr.read() == b""
+        assert process.returncode == 0
+        assert (tmp_path / "map" / "run.toml").exists() == words.startswith("map")
+
+    def test_what_is_printed_into_a_full_disk_is_told_in_one_line(self, recording: Path) -> None:
+        with Path("/dev/full").open("w", encoding="utf-8") as full:
+            command = [*COMMAND, "info", str(recording)]
+            done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        assert done.returncode == 2
+        assert done.stderr.startswith("echoplan: standard output: No space left on device; free some space")
+        assert len(done.stderr.splitlines()) == 1
 
     def test_help_does_not_wait_for_numpy(self) -> None:
         probe = (

@@ -13,8 +13,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from echoplan.comparison import MethodScore, Outcome, Subject
+    from echoplan.model import Table
 
 __all__ = ["run"]
+
+_RESULTS = ("comparison.json", "comparison.csv", "comparison.html")
 
 
 def run(
@@ -32,16 +35,17 @@ def run(
     """
     # --help must not wait for NumPy.
     from echoplan.comparison import Trial, failure_table, run_trials, score_methods, score_table  # noqa: PLC0415
+    from echoplan.io import check_folder  # noqa: PLC0415
 
     names = _chosen(methods)
+    if out is not None:
+        check_folder(out, _RESULTS)
     subjects = [_subject(source, truth) for source in dict.fromkeys(sources)]
     trials = [Trial(subject=subject, method=name) for subject in subjects for name in names]
     done = tracked(run_trials(trials, workers=jobs), total=len(trials), task="comparing")
     outcomes = _in_order(done, subjects)
     scores = score_methods(outcomes, names)
-    for table in (score_table(scores), failure_table(outcomes)):
-        if table.rows:
-            show(table)
+    _show(score_table(scores), failure_table(outcomes))
     if out is not None:
         _write(out, scores)
 
@@ -68,6 +72,12 @@ def _subject(text: str, truth: Path | None) -> "Subject":
     )
 
 
+def _show(*tables: "Table") -> None:
+    for table in tables:
+        if table.rows:
+            show(table)
+
+
 def _in_order(outcomes: "Iterable[Outcome]", subjects: "Sequence[Subject]") -> "list[Outcome]":
     places = {subject.name: place for place, subject in enumerate(subjects)}
     return sorted(outcomes, key=lambda outcome: places[outcome.trial.subject.name])
@@ -75,10 +85,11 @@ def _in_order(outcomes: "Iterable[Outcome]", subjects: "Sequence[Subject]") -> "
 
 def _write(folder: Path, scores: "Sequence[MethodScore]") -> None:
     from echoplan.comparison import comparison_csv, comparison_document, comparison_page  # noqa: PLC0415
-    from echoplan.io import write_text  # noqa: PLC0415
+    from echoplan.io import write_text, written_whole  # noqa: PLC0415
     from echoplan.io.text import format_json  # noqa: PLC0415
 
-    write_text(folder / "comparison.json", format_json(comparison_document(scores)))
-    write_text(folder / "comparison.csv", comparison_csv(scores))
-    write_text(folder / "comparison.html", comparison_page(scores))
-    report_files(folder, ["comparison.json", "comparison.csv", "comparison.html"])
+    with written_whole(folder) as draft:
+        write_text(draft / "comparison.json", format_json(comparison_document(scores)))
+        write_text(draft / "comparison.csv", comparison_csv(scores))
+        write_text(draft / "comparison.html", comparison_page(scores))
+    report_files(folder, _RESULTS)

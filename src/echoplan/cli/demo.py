@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from echoplan.cli.results import Results, write_results
-from echoplan.cli.terminal import Progressing, console, report_files, show
+from echoplan.cli.results import RESULTS, Results, write_results
+from echoplan.cli.terminal import Progressing, put, report_files, show
 
 if TYPE_CHECKING:
     from echoplan.arrays import FloatArray
@@ -43,14 +43,16 @@ def run(
     Example: echoplan demo --seed 1
     """
     from echoplan.config import Run  # noqa: PLC0415 - --help must not wait for NumPy
-    from echoplan.io import write_recording, write_truth  # noqa: PLC0415
+    from echoplan.io import check_folder, write_recording, write_truth, written_whole  # noqa: PLC0415
     from echoplan.methods.mdp_fuzzy import MdpFuzzyMapper  # noqa: PLC0415
     from echoplan.viewer import Text  # noqa: PLC0415
 
+    check_folder(out, RESULTS)
     simulation = _simulation(seed)
     sweeps = list(Progressing(simulation, "simulating"))
-    write_recording(out / "recording", simulation)
-    write_truth(out / "recording" / "truth.json", simulation.truth)
+    with written_whole(out / "recording") as draft:
+        write_recording(draft, simulation)
+        write_truth(draft / "truth.json", simulation.truth)
     mapper = MdpFuzzyMapper(simulation.rig)
     maps = {"mdp-fuzzy": _mapped(mapper, sweeps), "rcd": _mapped_by("rcd", simulation, sweeps)}
     plan, pictures, times = _drawn(mapper, sweeps, maps["mdp-fuzzy"], simulation)
@@ -67,7 +69,7 @@ def run(
     )
     write_results(out, results)
     report_files(out / "recording", ["pings.csv", "rig.toml", "truth.json"])
-    console().print(f"Now open {out / 'report.html'} in a browser.")
+    put(f"Now open {out / 'report.html'} in a browser.")
 
 
 def _simulation(seed: int) -> "Simulation":
@@ -112,10 +114,11 @@ def _drawn(
 
 
 def _write_pictures(folder: Path, pictures: "tuple[Picture, ...]") -> None:
-    from echoplan.io import write_bytes  # noqa: PLC0415
+    from echoplan.io import write_bytes, written_whole  # noqa: PLC0415
 
-    for picture in pictures:
-        write_bytes(folder / f"{picture.name}.png", picture.png)
+    with written_whole(folder) as draft:
+        for picture in pictures:
+            write_bytes(draft / f"{picture.name}.png", picture.png)
     report_files(folder, [f"{picture.name}.png" for picture in pictures])
 
 

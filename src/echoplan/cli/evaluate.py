@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from echoplan.cli.terminal import show
+from echoplan.cli.terminal import put, show
 
 if TYPE_CHECKING:
     from echoplan.evaluation import Evaluation
@@ -39,7 +39,7 @@ def run(
         EvaluationSettings(matching=MatchingSettings(min_heard=min_heard)),
     )
     if as_json:
-        typer.echo(format_json(evaluation_document(evaluation)))
+        put(format_json(evaluation_document(evaluation)))
         return
     for table in evaluation_tables(evaluation):
         show(table)

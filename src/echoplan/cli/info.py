@@ -1,10 +1,12 @@
 """``echoplan info``: what is in a recording, and how well it was heard."""
 
-from typing import TYPE_CHECKING, Annotated
+from dataclasses import asdict
+from math import isnan
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from echoplan.cli.terminal import Progressing, console, show
+from echoplan.cli.terminal import Progressing, put, show
 
 if TYPE_CHECKING:
     from echoplan.model import Rig, Table
@@ -15,18 +17,39 @@ __all__ = ["run"]
 
 def run(
     source: Annotated[str, typer.Argument(help="A recording's folder, or sim:WORLD.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print all numbers as JSON.")] = False,
 ) -> None:
     """Tell what is in a recording: rig, sweeps, pings, echoes.
 
     Example: echoplan info rec/
     """
-    from echoplan.preprocessing import survey  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.io.text import format_json  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.preprocessing import survey  # noqa: PLC0415
     from echoplan.sources import open_source  # noqa: PLC0415
 
     opened = open_source(source)
     found = survey(Progressing(opened, "reading"), opened.rig)
-    console().print(_headline(opened.name, opened.rig, found))
+    if as_json:
+        put(format_json(_document(opened.name, opened.rig, found)))
+        return
+    put(_headline(opened.name, opened.rig, found))
     show(_sensor_table(found))
+
+
+def _document(name: str, rig: "Rig", found: "Survey") -> dict[str, Any]:
+    return {
+        "name": name,
+        "rig": rig.name,
+        "sweeps": found.sweeps,
+        "pings": sum(sensor.pings for sensor in found.sensors),
+        "duration": found.duration,
+        "way": found.way,
+        "within": [found.low_xy.tolist(), found.high_xy.tolist()],
+        "sensors": [
+            {key: None if isnan(number) else number for key, number in asdict(sensor).items()}
+            for sensor in found.sensors
+        ],
+    }
 
 
 def _headline(name: str, rig: "Rig", found: "Survey") -> str:

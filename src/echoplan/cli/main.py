@@ -1,8 +1,10 @@
 """The command line: one line a subcommand, and the one place where errors become messages."""
 
 import sys
+from typing import NoReturn
 
 import typer
+from typer.exceptions import TyperException
 
 from echoplan.cli import compare, demo, evaluate, info, simulate
 from echoplan.cli import map as map_command
@@ -13,7 +15,6 @@ __all__ = ["app", "main"]
 app = typer.Typer(
     name="echoplan",
     help="Floor plans from echoes: maps of walls, corners and cylinders from cheap ultrasonic sensors.",
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
@@ -27,13 +28,27 @@ app.command("info")(info.run)
 
 
 def main() -> None:
-    """Run the command line; errors of ours become one line on standard error and exit status 2."""
+    """Run the command line; bad words and errors of ours become one line on standard error and exit status 2."""
+    words = sys.argv[1:]
     try:
-        app()
+        sys.exit(app(words or ["--help"], prog_name="echoplan", standalone_mode=False))
     except EchoplanError as error:
-        sys.stderr.write(f"echoplan: {error}\n")
-        sys.exit(2)
-    except BrokenPipeError:
-        # Whoever read our output has had enough: that is no error of theirs or ours.
-        sys.stderr.close()
-        sys.exit(0)
+        _refuse(str(error))
+    except TyperException as error:
+        _refuse(f"{_as_clause(error.format_message())}; see {_help_for(words)}")
+
+
+def _refuse(message: str) -> NoReturn:
+    sys.stderr.write(f"echoplan: {message}\n")
+    sys.exit(2)
+
+
+def _as_clause(sentence: str) -> str:
+    words = " ".join(sentence.split()).rstrip(".")
+    return words[:1].lower() + words[1:]
+
+
+def _help_for(words: list[str]) -> str:
+    commands = {command.name for command in app.registered_commands}
+    named = [word for word in words[:1] if word in commands]
+    return " ".join(["echoplan", *named, "--help"])

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from echoplan.cli.results import Results, say_what_was_found, write_results
+from echoplan.cli.results import RESULTS, Results, say_what_was_found, write_results
 from echoplan.cli.terminal import Progressing
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ def run(
     Example: echoplan map rec/ --out map/
     """
     from echoplan.config import Run, read_config  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.io import check_folder  # noqa: PLC0415
     from echoplan.methods import find_method, map_sweeps, observations_of  # noqa: PLC0415
     from echoplan.sources import find_truth, open_source  # noqa: PLC0415
     from echoplan.viewer import EchoListener, Plan  # noqa: PLC0415
@@ -36,6 +37,7 @@ def run(
     sections = {"method": chosen.settings_type}
     settings = read_config(config, sections)["method"] if config else chosen.settings_type()
     settings = settings if poses is None else _with_poses(settings, poses, method)
+    check_folder(out, RESULTS)
     opened = open_source(source)
     mapper, listener = chosen.build(opened.rig, settings), EchoListener(opened.rig)
     feature_map = map_sweeps(mapper, listener.listen(Progressing(opened, "mapping")))

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from echoplan.cli.evaluate import evaluation_tables
-from echoplan.cli.terminal import console, report_files
+from echoplan.cli.terminal import put, report_files
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -14,7 +14,9 @@ if TYPE_CHECKING:
     from echoplan.config import Run
     from echoplan.viewer import Definitions, Plan, Section
 
-__all__ = ["Results", "say_what_was_found", "write_results"]
+__all__ = ["RESULTS", "Results", "say_what_was_found", "write_results"]
+
+RESULTS = ("map.json", "map.svg", "report.html", "trajectory.tum", "run.toml")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +48,7 @@ class Results:
 
 
 def write_results(folder: Path, results: Results) -> None:
-    """Write ``map.json``, ``map.svg``, ``report.html``, ``trajectory.tum`` and ``run.toml``, and say so.
+    """Write the files of ``RESULTS``, all of them or none, and say so.
 
     Parameters
     ----------
@@ -58,20 +60,21 @@ def write_results(folder: Path, results: Results) -> None:
     Raises
     ------
     OutputError
-        If a file cannot be written.
+        If one of them cannot be written.
     """
     from echoplan.config import write_run  # noqa: PLC0415 - --help must not wait for NumPy
-    from echoplan.io import write_map, write_text, write_trajectory  # noqa: PLC0415
+    from echoplan.io import write_map, write_text, write_trajectory, written_whole  # noqa: PLC0415
     from echoplan.viewer import Report, plan_svg, report_html  # noqa: PLC0415
 
     plan = results.plan
     sections = (*results.sections, *_learned(plan), *_evaluated(plan), *_settings(results))
-    write_map(folder / "map.json", plan.feature_map)
-    write_text(folder / "map.svg", plan_svg(plan))
-    write_text(folder / "report.html", report_html(Report(title=results.title, plan=plan, sections=sections)))
-    write_trajectory(folder / "trajectory.tum", results.times, plan.feature_map.poses)
-    write_run(folder / "run.toml", results.run, results.settings)
-    report_files(folder, ["map.json", "map.svg", "report.html", "trajectory.tum", "run.toml"])
+    with written_whole(folder) as draft:
+        write_map(draft / "map.json", plan.feature_map)
+        write_text(draft / "map.svg", plan_svg(plan))
+        write_text(draft / "report.html", report_html(Report(title=results.title, plan=plan, sections=sections)))
+        write_trajectory(draft / "trajectory.tum", results.times, plan.feature_map.poses)
+        write_run(draft / "run.toml", results.run, results.settings)
+    report_files(folder, RESULTS)
 
 
 def say_what_was_found(plan: "Plan") -> None:
@@ -84,10 +87,10 @@ def say_what_was_found(plan: "Plan") -> None:
     """
     from echoplan.viewer import found_in_words  # noqa: PLC0415
 
-    console().print(found_in_words(plan.feature_map))
+    put(found_in_words(plan.feature_map))
     for section in _learned(plan):
         for name, text in section.items:
-            console().print(f"{name}: {text}")
+            put(f"{name}: {text}")
 
 
 def _learned(plan: "Plan") -> "tuple[Definitions, ...]":

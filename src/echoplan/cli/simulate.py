@@ -23,7 +23,7 @@ def run(
     Example: echoplan simulate paper-room --out rec/ --seed 1
     """
     from echoplan.config import Run, read_config, write_run  # noqa: PLC0415 - --help must not wait for NumPy
-    from echoplan.io import write_recording, write_truth  # noqa: PLC0415
+    from echoplan.io import write_recording, write_truth, written_whole  # noqa: PLC0415
     from echoplan.simulation import Simulation, SimulationSettings  # noqa: PLC0415
     from echoplan.sources import find_rig, find_route, find_world  # noqa: PLC0415
 
@@ -32,7 +32,8 @@ def run(
     simulation = Simulation(
         world=find_world(world), rig=find_rig(rig), route=find_route(route or world), settings=settings, seed=seed
     )
-    write_recording(out, Progressing(simulation, "simulating"))
-    write_truth(out / "truth.json", simulation.truth)
-    write_run(out / "run.toml", Run(source=world, seed=seed), {"simulation": settings})
+    with written_whole(out) as draft:
+        write_recording(draft, Progressing(simulation, "simulating"))
+        write_truth(draft / "truth.json", simulation.truth)
+        write_run(draft / "run.toml", Run(source=world, seed=seed), {"simulation": settings})
     report_files(out, ["pings.csv", "rig.toml", "truth.json", "run.toml"])

@@ -1,6 +1,7 @@
 """What the commands have in common on the terminal: progress, tables, and where results went."""
 
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -8,28 +9,52 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table as RichTable
 
+from echoplan.errors import OutputError
+
 if TYPE_CHECKING:
+    from rich.console import RenderableType
+
     from echoplan.model import Rig, Source, Sweep, Table
 
 
-__all__ = ["Progressing", "console", "report_files", "show", "tracked"]
+__all__ = ["Progressing", "put", "report_files", "show", "tracked"]
 
 Item = TypeVar("Item")
 
 _PIPE_WIDTH = 200
 
 
-def console() -> Console:
-    """Return the console that commands print to.
+class _Output(Console):
+    """Standard output; work goes on when whoever read it has had enough, as ``head`` has."""
 
-    Returns
-    -------
-    Console
-        Of standard output; plain text where that is no terminal.
+    def on_broken_pipe(self) -> None:
+        """Send what is still to come nowhere."""
+        with suppress(SystemExit):
+            super().on_broken_pipe()
+
+
+def put(thing: "RenderableType" = "") -> None:
+    """Print a text or a table to standard output; plain text where that is no terminal.
+
+    Parameters
+    ----------
+    thing : RenderableType, optional
+        What to print; a text is never folded in a pipe.
+
+    Raises
+    ------
+    OutputError
+        If it goes into a file on a full disk.
     """
+    plain = _Output(highlight=False, markup=False)
     # What goes into a pipe or a file must not be folded at the width of a terminal that is not there.
-    plain = Console(highlight=False, markup=False)
-    return plain if plain.is_terminal else Console(highlight=False, markup=False, width=_PIPE_WIDTH)
+    output = plain if plain.is_terminal else _Output(highlight=False, markup=False, width=_PIPE_WIDTH)
+    try:
+        output.print(thing, soft_wrap=isinstance(thing, str) and not plain.is_terminal)
+    except OSError as error:
+        output.on_broken_pipe()
+        remedy = "free some space or print to another place"
+        raise OutputError("standard output", error.strerror or str(error), remedy=remedy) from error
 
 
 def show(table: "Table") -> None:
@@ -45,8 +70,8 @@ def show(table: "Table") -> None:
         drawn.add_column(head, justify="right" if number else "left")
     for row in table.rows:
         drawn.add_row(*row)
-    console().print(drawn)
-    console().print()
+    put(drawn)
+    put()
 
 
 class Progressing:
@@ -105,14 +130,14 @@ def tracked(items: Iterable[Item], *, total: int, task: str) -> Iterator[Item]:
         yield from progress.track(items, total=total, description=task)
 
 
-def report_files(folder: Path, names: list[str]) -> None:
+def report_files(folder: Path, names: Iterable[str]) -> None:
     """Say which files were written.
 
     Parameters
     ----------
     folder : Path
         Where they are.
-    names : list of str
+    names : iterable of str
         What they are called.
     """
-    console().print(f"Written to {folder}: {', '.join(names)}")
+    put(f"Written to {folder}: {', '.join(names)}")

@@ -9,7 +9,7 @@ from echoplan.io.builtin import (
     world_names,
 )
 from echoplan.io.feature_map import read_map, write_map
-from echoplan.io.files import read_text, write_bytes, write_text, written_whole
+from echoplan.io.files import check_folder, read_text, write_bytes, write_text, written_whole
 from echoplan.io.grid_map import read_grid, write_grid
 from echoplan.io.recording import RecordingFolder, read_recording, write_recording
 from echoplan.io.rig import read_rig, write_rig
@@ -23,6 +23,7 @@ __all__ = [
     "builtin_rig",
     "builtin_route",
     "builtin_world",
+    "check_folder",
     "read_grid",
     "read_map",
     "read_recording",

@@ -2,7 +2,7 @@
 
 import errno
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -10,7 +10,7 @@ from typing import TextIO
 
 from echoplan.errors import InputError, OutputError
 
-__all__ = ["open_text", "read_text", "readable", "write_bytes", "write_text", "written_whole"]
+__all__ = ["check_folder", "open_text", "read_text", "readable", "write_bytes", "write_text", "written_whole"]
 
 _UNREADABLE = {
     errno.ENOENT: ("there is no such file", "check the name"),
@@ -130,7 +130,7 @@ def written_whole(path: Path) -> Iterator[Path]:
     >>> (folder / "recording" / "note.txt").read_text()
     'two sweeps'
     """
-    try:
+    with _writable(path):
         target = path.resolve()
         _check_replaceable(target)
         beside = target if target.is_dir() else target.parent
@@ -139,12 +139,38 @@ def written_whole(path: Path) -> Iterator[Path]:
             draft = Path(scratch) / target.name
             yield draft
             _flush(draft)
+            _check_movable(draft, target)
             _move(draft, target)
-    except OutputError as error:
-        raise OutputError(path, error.problem, remedy=error.remedy) from error
-    except OSError as error:
-        remedy = _UNWRITABLE.get(error.errno or 0, "choose another place")
-        raise OutputError(path, error.strerror or str(error), remedy=remedy) from error
+
+
+def check_folder(path: Path, names: Iterable[str]) -> None:
+    """Refuse a folder for results before any work is done for them.
+
+    Parameters
+    ----------
+    path : Path
+        The folder; it need not be there yet.
+    names : iterable of str
+        The files that shall be written into it.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be made or written to, or something that is no file bears one of the names.
+    """
+    with _writable(path):
+        target = path.resolve()
+        _check_replaceable(target)
+        if target.is_file():
+            raise _in_the_way(target)
+        nearest = next(folder for folder in (target, *target.parents) if folder.exists())
+        if not os.access(nearest, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    for name in names:
+        with _writable(path / name):
+            _check_replaceable(target / name)
+            if (target / name).is_dir():
+                raise _in_the_way(target / name)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -184,6 +210,17 @@ def write_bytes(path: Path, data: bytes) -> None:
         draft.write_bytes(data)
 
 
+@contextmanager
+def _writable(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OutputError as error:
+        raise OutputError(path, error.problem, remedy=error.remedy) from error
+    except OSError as error:
+        remedy = _UNWRITABLE.get(error.errno or 0, "choose another place")
+        raise OutputError(path, error.strerror or str(error), remedy=remedy) from error
+
+
 def _undecodable_line(path: Path) -> int:
     with path.open(encoding="utf-8", errors="replace") as file:
         return next(number for number, line in enumerate(file, start=1) if "\N{REPLACEMENT CHARACTER}" in line)
@@ -203,12 +240,22 @@ def _flush(draft: Path) -> None:
                 os.fsync(file.fileno())
 
 
-def _move(draft: Path, target: Path) -> None:
+def _in_the_way(target: Path) -> OSError:
+    return FileExistsError(errno.EEXIST, f"there is a {'folder' if target.is_dir() else 'file'} of that name")
+
+
+def _check_movable(draft: Path, target: Path) -> None:
+    # All of it before any of it is moved.
     if not target.exists():
-        draft.rename(target)
-    elif draft.is_dir() != target.is_dir():
-        raise OSError(errno.EEXIST, f"there is a {'folder' if target.is_dir() else 'file'} of that name")
-    elif draft.is_dir():
+        return
+    if draft.is_dir() != target.is_dir():
+        raise _in_the_way(target)
+    for child in draft.iterdir() if draft.is_dir() else ():
+        _check_movable(child, target / child.name)
+
+
+def _move(draft: Path, target: Path) -> None:
+    if draft.is_dir() and target.exists():
         for child in draft.iterdir():
             _move(child, target / child.name)
     else:

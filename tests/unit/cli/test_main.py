@@ -63,3 +63,40 @@ def test_every_option_says_what_it_is_for() -> None:
         if each.name != "help" and not each.help
     ]
     assert silent == []
+
+
+USAGE = {
+    "no argument": ("map", "missing argument 'source'; see echoplan map --help"),
+    "no value": ("map rec --out", "option '--out' requires an argument; see echoplan map --help"),
+    "a misspelt option": ("map rec --ouut out", "no such option: --ouut (Possible options: --out); see echoplan map"),
+    "an argument too many": ("info one two", "got unexpected extra argument(s) (two); see echoplan info --help"),
+    "a word for a number": ("simulate square --out out --seed x", "invalid value for '--seed'"),
+    "a number out of bounds": ("compare rec --jobs 0", "invalid value for '--jobs'"),
+    "no such command": ("mapp rec", "no such command 'mapp'"),
+    "an option of no command": ("--bogus", "no such option: --bogus; see echoplan --help"),
+}
+
+
+@pytest.mark.parametrize(("words", "told"), USAGE.values(), ids=list(USAGE))
+def test_what_is_typed_wrongly_is_told_in_one_line_with_where_to_look(
+    words: str, told: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["echoplan", *words.split()])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    out, err = capsys.readouterr()
+    (line,) = err.splitlines()
+    assert (ended.value.code, out) == (2, "")
+    assert line.startswith(f"echoplan: {told}")
+    assert "--help" in line
+
+
+def test_without_any_words_the_commands_are_listed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["echoplan"])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    out, err = capsys.readouterr()
+    assert (ended.value.code or 0, err) == (0, "")
+    assert "simulate" in out

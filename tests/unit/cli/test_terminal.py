@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import scenes
-from echoplan.cli.terminal import Progressing, console, report_files, show, tracked
+from echoplan.cli.terminal import Progressing, put, report_files, show, tracked
 from echoplan.model import Recording, Table
 
 
@@ -43,7 +43,7 @@ def test_a_pipe_is_shown_no_bar(recording: Recording, capsys: pytest.CaptureFixt
 
 def test_a_pipe_gets_wide_plain_lines(capsys: pytest.CaptureFixture[str]) -> None:
     line = "word " * 39
-    console().print(line.strip())
+    put(line.strip())
     assert capsys.readouterr().out == line.strip() + "\n"
 
 

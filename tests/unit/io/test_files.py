@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from echoplan.errors import InputError, OutputError
-from echoplan.io.files import open_text, read_text, readable, write_bytes, write_text, written_whole
+from echoplan.io.files import check_folder, open_text, read_text, readable, write_bytes, write_text, written_whole
 
 
 def test_text_is_read_alike_with_and_without_byte_order_mark_and_with_any_line_ends(tmp_path: Path) -> None:
@@ -208,3 +208,42 @@ def test_an_error_from_a_draft_names_the_target(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="out: it lies below a file") as caught:
         write_below_a_file()
     assert ".echoplan-" not in str(caught.value)
+
+
+def test_of_a_folder_all_is_replaced_or_nothing(tmp_path: Path) -> None:
+    target = tmp_path / "out"
+    (target / "map.svg").mkdir(parents=True)
+    (target / "map.json").write_text("old")
+
+    def replace_both() -> None:
+        with written_whole(target) as draft:
+            draft.mkdir()
+            (draft / "map.json").write_text("new")
+            (draft / "map.svg").write_text("new")
+
+    with pytest.raises(OutputError, match="there is a folder of that name"):
+        replace_both()
+    assert (target / "map.json").read_text() == "old"
+    assert sorted(path.name for path in target.iterdir()) == ["map.json", "map.svg"]
+
+
+def test_a_folder_that_can_be_made_or_filled_is_let_pass_and_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "map.json").write_text("old")
+    for folder in (tmp_path, tmp_path / "new", tmp_path / "deep" / "down"):
+        check_folder(folder, ["map.json"])
+    assert list(tmp_path.iterdir()) == [tmp_path / "map.json"]
+
+
+def test_a_folder_that_cannot_be_filled_is_refused_beforehand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").touch()
+    (tmp_path / "map.json").mkdir()
+    for folder, told in (
+        (tmp_path / "file", r"file: there is a file of that name; choose another place"),
+        (tmp_path / "file" / "out", r"file/out: it lies below a file, not a folder; choose another place"),
+        (tmp_path, r"map\.json: there is a folder of that name; choose another place"),
+    ):
+        with pytest.raises(OutputError, match=told):
+            check_folder(folder, ["map.json"])
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    with pytest.raises(OutputError, match="new: Permission denied; choose a folder that you may write to"):
+        check_folder(tmp_path / "new", ["map.json"])
