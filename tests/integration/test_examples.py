@@ -5,6 +5,11 @@ import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
+from echoplan.evaluation import evaluate
+from echoplan.io import builtin_rig, builtin_route, builtin_world, read_recording
+from echoplan.methods import find_method, map_sweeps
+from echoplan.simulation import Simulation
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
@@ -15,3 +20,27 @@ def test_the_square_room_comes_out_square(tmp_path: Path) -> None:
     assert len(errors) == 4
     assert max(errors) < 5.0
     assert ET.parse(tmp_path / "square-room.svg").getroot().tag.endswith("svg")
+
+
+def test_the_log_of_a_serial_port_becomes_a_recording_that_maps_to_the_room(tmp_path: Path) -> None:
+    # The log was made by the simulator, in the built-in square room.
+    command = [sys.executable, str(EXAMPLES / "from_serial_log.py"), str(EXAMPLES / "serial-log.txt"), "recording"]
+    subprocess.run(command, cwd=tmp_path, capture_output=True, check=True)
+    recording = read_recording(tmp_path / "recording")
+    assert [len(sweep) for sweep in recording] == [91] * 5
+    found = map_sweeps(find_method("joint").build(recording.rig), recording)
+    truth = Simulation(
+        world=builtin_world("square"), rig=builtin_rig("hc-sr04-servo"), route=builtin_route("square")
+    ).truth
+    matches = evaluate(found, truth).matches.walls
+    assert len(found.walls) == len(matches.right) == 4
+    assert max(match.distance for match in matches.right) < 0.01
+
+
+def test_a_log_with_the_line_ends_of_a_serial_monitor_and_a_silent_reading_is_understood(tmp_path: Path) -> None:
+    (tmp_path / "log.txt").write_bytes(b"100,50,90\r\r\n-90,123.4\r\n-88,0.0\r\n\r\n")
+    command = [sys.executable, str(EXAMPLES / "from_serial_log.py"), "log.txt", "recording"]
+    subprocess.run(command, cwd=tmp_path, capture_output=True, check=True)
+    (sweep,) = read_recording(tmp_path / "recording")
+    assert sweep.ranges.tolist() == [1.234, float("inf")]
+    assert sweep.map_from_base[0].round(4).tolist() == [1.0, 0.5, 1.5708]

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from echoplan.cli.results import RESULTS, Results, write_results
+from echoplan.cli.results import RESULTS, Results, say_what_was_found, write_results
 from echoplan.cli.terminal import Progressing, put, report_files, show
 
 if TYPE_CHECKING:
@@ -57,6 +57,8 @@ def run(
     maps = {"mdp-fuzzy": _mapped(mapper, sweeps), "rcd": _mapped_by("rcd", simulation, sweeps)}
     plan, pictures, times = _drawn(mapper, sweeps, maps["mdp-fuzzy"], simulation)
     table = _table5(maps, simulation)
+    say_what_was_found(plan)
+    put()
     show(table)
     _write_pictures(out / "pictures", pictures)
     results = Results(

@@ -26,7 +26,7 @@ def table5(evaluations: Mapping[str, Evaluation]) -> Table:
     Returns
     -------
     Table
-        A row for each wall, and the mean and the greatest of each column; where walls are missing these are of the
+        A row for each wall, and the mean and the worst of each column; where walls are missing these are of the
         others.
     """
     names, found = ("paper", *evaluations), [deviations(each.matches.walls) for each in evaluations.values()]
@@ -34,9 +34,9 @@ def table5(evaluations: Mapping[str, Evaluation]) -> Table:
         *_columns(PAPER_DISTANCES, found, "distance", scale=1000.0, digits=1),
         *_columns(PAPER_ANGLES, found, "angle", scale=math.degrees(1.0), digits=2),
     ]
-    heads = (*map(str, range(1, len(PAPER_DISTANCES) + 1)), "mean", "greatest")
+    heads = (*map(str, range(1, len(PAPER_DISTANCES) + 1)), "mean", "worst")
     return Table(
-        title="Table 5: deviation of the walls, the paper's beside ours",
+        title="Table 5: deviation of the walls (paper: a real room; ours: a simulated one)",
         columns=("wall", *(f"{name} (mm)" for name in names), *(f"{name} (°)" for name in names)),
         rows=tuple((head, *cells) for head, *cells in zip(heads, *columns, strict=True)),
     )

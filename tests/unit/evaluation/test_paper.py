@@ -33,7 +33,7 @@ def test_ours_stand_beside_the_papers_wall_by_wall() -> None:
     assert table.columns == ("wall", "paper (mm)", "ours (mm)", "paper (°)", "ours (°)")
     assert table.rows[0] == ("1", "12.8", "4.0", "3.00", "0.00")
     assert table.rows[8] == ("mean", "5.2", "4.0", "1.25", "0.00")
-    assert table.rows[9] == ("greatest", "12.8", "4.0", "3.00", "0.00")
+    assert table.rows[9] == ("worst", "12.8", "4.0", "3.00", "0.00")
 
 
 def test_a_wall_that_is_missing_has_a_dash_and_no_part_in_the_mean() -> None:
