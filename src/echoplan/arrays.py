@@ -1,12 +1,16 @@
 """Checked numbers and read-only arrays: what the values of the model are made of."""
 
 import math
-from typing import Any, TypeAlias
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from echoplan.errors import InvalidValueError
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 __all__ = [
     "BoolArray",
@@ -17,6 +21,7 @@ __all__ = [
     "checked_floats",
     "checked_integers",
     "checked_number",
+    "chosen_items",
     "store",
 ]
 
@@ -25,6 +30,7 @@ IntArray: TypeAlias = NDArray[np.int64]
 BoolArray: TypeAlias = NDArray[np.bool_]
 ComplexArray: TypeAlias = NDArray[np.complex128]
 
+Columns = TypeVar("Columns", bound="DataclassInstance")
 Shape: TypeAlias = tuple[int | None, ...]
 
 
@@ -193,6 +199,24 @@ def checked_covariance(value: ArrayLike, *, name: str, size: int) -> FloatArray:
     if scale > 0 and float(np.linalg.eigvalsh(matrix / scale)[0]) < -1e-9:
         raise InvalidValueError(f"{name} must have no negative eigenvalue, not {matrix.tolist()}")
     return matrix
+
+
+def chosen_items(value: Columns, chosen: BoolArray | IntArray | slice) -> Columns:
+    """Keep some of the items of a value that holds nothing but arrays, each with an entry for every item.
+
+    Parameters
+    ----------
+    value : dataclass
+        The value.
+    chosen : ndarray or slice
+        A mask, indices or a slice.
+
+    Returns
+    -------
+    dataclass
+        One of the same kind.
+    """
+    return replace(value, **{field.name: getattr(value, field.name)[chosen] for field in fields(value)})
 
 
 def store(value: object, /, **fields: object) -> None:

@@ -1,10 +1,19 @@
 import re
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pytest
 
-from echoplan.arrays import checked_covariance, checked_floats, checked_integers, checked_number
+from echoplan.arrays import (
+    FloatArray,
+    checked_covariance,
+    checked_floats,
+    checked_integers,
+    checked_number,
+    chosen_items,
+    store,
+)
 from echoplan.errors import InvalidValueError
 
 LARGEST = 2**63 - 1
@@ -109,3 +118,23 @@ def test_what_is_no_covariance_is_refused(matrix: list[list[float]], message: st
 def test_a_singular_covariance_passes_at_any_scale(scale: float) -> None:
     matrix = scale * np.outer([1.0, 3.0], [1.0, 3.0])
     assert np.array_equal(checked_covariance(matrix, name="covariance", size=2), matrix)
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Places:
+    """Points with weights, checked as the values of the model are."""
+
+    points_xy: FloatArray
+    weights: FloatArray
+
+    def __post_init__(self) -> None:
+        store(self, points_xy=checked_floats(self.points_xy, name="points_xy", shape=(len(self.weights), 2)))
+
+
+@pytest.mark.parametrize("chosen", [np.array([True, False, True]), np.array([0, 2]), slice(0, 3, 2)])
+def test_of_each_array_the_same_items_are_kept(chosen: Any) -> None:
+    kept = chosen_items(Places(points_xy=np.arange(6.0).reshape(3, 2), weights=np.arange(3.0)), chosen)
+    assert isinstance(kept, Places)
+    assert kept.points_xy.tolist() == [[0.0, 1.0], [4.0, 5.0]]
+    assert kept.weights.tolist() == [0.0, 2.0]
+    assert not kept.points_xy.flags.writeable

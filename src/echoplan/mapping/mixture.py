@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import BaseModel, Field
 
-from echoplan.arrays import BoolArray, FloatArray
+from echoplan.arrays import BoolArray, FloatArray, chosen_items
 
 __all__ = ["Mixture", "MixtureSettings", "learn"]
 
@@ -58,12 +58,7 @@ class Mixture:
 
     def __getitem__(self, chosen: BoolArray) -> "Mixture":
         """Return some of the components."""
-        return Mixture(
-            means_xy=self.means_xy[chosen],
-            covariances=self.covariances[chosen],
-            masses=self.masses[chosen],
-            ages=self.ages[chosen],
-        )
+        return chosen_items(self, chosen)
 
     def spread(self, *, spacing: float) -> tuple[FloatArray, FloatArray]:
         """Spread points along the long axes of the components.

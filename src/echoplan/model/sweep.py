@@ -13,6 +13,7 @@ from echoplan.arrays import (
     checked_floats,
     checked_integers,
     checked_number,
+    chosen_items,
     store,
 )
 from echoplan.errors import InvalidValueError
@@ -128,13 +129,7 @@ class Pings:
 
     def __getitem__(self, chosen: BoolArray | IntArray | slice) -> "Pings":
         """Return some of the pings: a mask, indices or a slice."""
-        return Pings(
-            origins_xy=self.origins_xy[chosen],
-            hubs_xy=self.hubs_xy[chosen],
-            bearings=self.bearings[chosen],
-            ranges=self.ranges[chosen],
-            sensors=self.sensors[chosen],
-        )
+        return chosen_items(self, chosen)
 
     @classmethod
     def from_sweep(cls, sweep: Sweep, rig: Rig) -> "Pings":

@@ -2,7 +2,7 @@
 
 from echoplan.preprocessing.kmeans import KmeansSettings, echo_points, kmeans_filter
 from echoplan.preprocessing.survey import SensorSurvey, Survey, survey
-from echoplan.preprocessing.validity import is_valid, valid_pings
+from echoplan.preprocessing.validity import is_valid, told_ranges, valid_pings
 
 __all__ = [
     "KmeansSettings",
@@ -12,5 +12,6 @@ __all__ = [
     "is_valid",
     "kmeans_filter",
     "survey",
+    "told_ranges",
     "valid_pings",
 ]

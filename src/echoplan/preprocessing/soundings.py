@@ -8,6 +8,7 @@ import numpy as np
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.geometry import directions, rotation_step
 from echoplan.model import Pings, Rig, Sweep
+from echoplan.preprocessing.validity import told_ranges
 
 __all__ = ["Soundings", "chosen_soundings", "independent", "join_soundings", "late_by", "soundings_of"]
 
@@ -71,10 +72,7 @@ class Soundings(NamedTuple):
 
 
 def soundings_of(sweep: Sweep, rig: Rig) -> Soundings:
-    """Take what a sweep says.
-
-    Faulty readings and those within the dead distance say nothing.  A reading within a step of the reach means that
-    nothing was heard: many modules say so by their greatest range.
+    """Take what a sweep says, as ``told_ranges`` understands it.
 
     Parameters
     ----------
@@ -89,11 +87,8 @@ def soundings_of(sweep: Sweep, rig: Rig) -> Soundings:
         One station.
     """
     pings = Pings.from_sweep(sweep, rig)
-    resolutions = np.array([sensor.resolution for sensor in rig.sensors])[pings.sensors]
-    silent = pings.ranges >= rig.max_ranges[pings.sensors] - 1.01 * resolutions
-    readings = np.where(silent, np.inf, pings.ranges)
-    with np.errstate(invalid="ignore"):
-        telling = readings >= rig.min_ranges[pings.sensors]
+    readings = told_ranges(pings, rig)
+    telling = ~np.isnan(readings)
     kept = pings[telling]
     axes = directions(kept.bearings)
     center = kept.origins_xy.mean(axis=0) if len(kept) else sweep.station[:2]

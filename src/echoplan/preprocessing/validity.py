@@ -1,11 +1,14 @@
-"""Which readings are ranges at all (REP 117)."""
+"""Which readings are ranges at all, and which say something (REP 117)."""
 
 import numpy as np
 
-from echoplan.arrays import BoolArray
+from echoplan.arrays import BoolArray, FloatArray
 from echoplan.model import Pings, Rig
 
-__all__ = ["is_valid", "valid_pings"]
+__all__ = ["is_valid", "told_ranges", "valid_pings"]
+
+# A little more than a step of the readings, so that rounding does not tell.
+_STEP = 1.01
 
 
 def is_valid(pings: Pings, rig: Rig) -> BoolArray:
@@ -28,6 +31,31 @@ def is_valid(pings: Pings, rig: Rig) -> BoolArray:
             pings.ranges <= rig.max_ranges[pings.sensors]
         )
     return valid
+
+
+def told_ranges(pings: Pings, rig: Rig) -> FloatArray:
+    """Tell how far each ping found nothing in its way.
+
+    Faulty readings and those within the dead distance say nothing.  A reading within a step of the reach means that
+    nothing was heard: many modules say so by their greatest range.
+
+    Parameters
+    ----------
+    pings : Pings
+        Readings of n pings.
+    rig : Rig
+        The sensors.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Ranges [m]: ``inf`` where nothing was heard, ``nan`` where the ping says nothing.
+    """
+    steps = np.array([sensor.resolution for sensor in rig.sensors])[pings.sensors]
+    with np.errstate(invalid="ignore"):
+        silent = pings.ranges >= rig.max_ranges[pings.sensors] - _STEP * steps
+        telling = pings.ranges >= rig.min_ranges[pings.sensors]
+    return np.where(silent, np.inf, np.where(telling, pings.ranges, np.nan))
 
 
 def valid_pings(pings: Pings, rig: Rig) -> Pings:

@@ -8,6 +8,7 @@ import numpy as np
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.geometry import directions
 from echoplan.model import Pings, Rig, Sweep
+from echoplan.preprocessing import told_ranges
 
 __all__ = ["Cones", "chosen_cones", "cones_of", "join_cones"]
 
@@ -46,10 +47,7 @@ class Cones(NamedTuple):
 
 
 def cones_of(sweep: Sweep, rig: Rig) -> Cones:
-    """Take the cones of a sweep.
-
-    Faulty readings and those within the dead distance say nothing.  A reading within a step of the reach means that
-    nothing was heard: many modules say so by their greatest range.
+    """Take the cones of a sweep, as ``told_ranges`` understands it.
 
     Parameters
     ----------
@@ -69,8 +67,7 @@ def cones_of(sweep: Sweep, rig: Rig) -> Cones:
         If the sweep has a sensor id that the rig has not.
     """
     pings = Pings.from_sweep(sweep, rig)
-    apertures, resolutions = np.array([[each.half_aperture, each.resolution] for each in rig.sensors])[pings.sensors].T
-    reaches, blanks = rig.max_ranges[pings.sensors], rig.min_ranges[pings.sensors]
+    apertures = np.array([sensor.half_aperture for sensor in rig.sensors])[pings.sensors]
     axes = directions(pings.bearings)
     every = Cones(
         x=pings.origins_xy[:, 0],
@@ -78,14 +75,13 @@ def cones_of(sweep: Sweep, rig: Rig) -> Cones:
         ux=axes[:, 0],
         uy=axes[:, 1],
         half_apertures=np.minimum(apertures, np.pi / 2),
-        readings=np.where(pings.ranges >= reaches - 1.01 * resolutions, np.inf, pings.ranges),
-        blanks=blanks,
-        reaches=reaches,
+        readings=told_ranges(pings, rig),
+        blanks=rig.min_ranges[pings.sensors],
+        reaches=rig.max_ranges[pings.sensors],
         hub_x=pings.hubs_xy[:, 0],
         hub_y=pings.hubs_xy[:, 1],
     )
-    with np.errstate(invalid="ignore"):
-        return chosen_cones(every, every.readings >= blanks)
+    return chosen_cones(every, ~np.isnan(every.readings))
 
 
 def chosen_cones(cones: Cones, chosen: BoolArray | IntArray | slice) -> Cones:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from echoplan.arrays import BoolArray, FloatArray, IntArray, checked_floats, checked_integers, store
+from echoplan.arrays import BoolArray, FloatArray, IntArray, checked_floats, checked_integers, chosen_items, store
 from echoplan.geometry import directions, wrap
 from echoplan.model import Pings, Rig, Sweep
 from echoplan.preprocessing import valid_pings
@@ -59,13 +59,7 @@ class Loci:
 
     def __getitem__(self, chosen: BoolArray | IntArray | slice) -> "Loci":
         """Return some of the arcs: a mask, indices or a slice."""
-        return Loci(
-            centers_xy=self.centers_xy[chosen],
-            ranges=self.ranges[chosen],
-            bearings=self.bearings[chosen],
-            half_apertures=self.half_apertures[chosen],
-            sweeps=self.sweeps[chosen],
-        )
+        return chosen_items(self, chosen)
 
     @classmethod
     def of(cls, sweep: Sweep, rig: Rig) -> "Loci":

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from echoplan.arrays import BoolArray, FloatArray, IntArray, checked_floats, store
+from echoplan.arrays import BoolArray, FloatArray, IntArray, checked_floats, chosen_items, store
 from echoplan.errors import InvalidValueError
 
 __all__ = ["Cloud"]
@@ -43,7 +43,7 @@ class Cloud:
 
     def __getitem__(self, chosen: BoolArray | IntArray) -> "Cloud":
         """Return some of the points: a mask or indices."""
-        return Cloud(points_xy=self.points_xy[chosen], weights=self.weights[chosen])
+        return chosen_items(self, chosen)
 
     @property
     def weight(self) -> float:
