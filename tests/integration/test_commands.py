@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 from echoplan.cli.main import main
-from echoplan.io import builtin_world, read_map, read_recording, read_truth, write_world
+from echoplan.io import builtin_world, read_grid, read_map, read_recording, read_truth, write_world
 
 COMMAND = [sys.executable, "-m", "echoplan"]
 RESULTS = ["map.json", "map.svg", "report.html", "run.toml", "trajectory.tum"]
@@ -146,6 +146,14 @@ class TestMap:
         found = read_map(first)
         assert found.method == "rcd"
         assert dict(found.parameters)["clustering"]["min_pings"] == 6  # type: ignore[index]
+
+    def test_a_method_of_grids_leaves_its_grid_for_map_server_too(self, recording: Path, tmp_path: Path) -> None:
+        said = succeed("map", recording, "--method", "grid-bayes", "--out", tmp_path)
+        assert names(tmp_path) == sorted([*RESULTS, "map.pgm", "map.yaml"])
+        assert "map.yaml, map.pgm" in said
+        grid = read_grid(tmp_path / "map.yaml")
+        first, *_ = read_recording(recording)
+        assert grid.values[tuple(grid.cells_of(first.station[:2]))] == 0.0
 
     def test_other_files_in_the_folder_stay(self, recording: Path, tmp_path: Path) -> None:
         (tmp_path / "notes.txt").write_text("mine", encoding="utf-8")

@@ -11,16 +11,19 @@ import pytest
 from echoplan.config import read_config
 from echoplan.errors import InputError
 from echoplan.io import (
+    read_grid,
     read_map,
     read_recording,
     read_rig,
     read_route,
+    read_trajectory,
     read_truth,
     read_world,
     rig_names,
     world_names,
     write_map,
 )
+from echoplan.io.pgm import write_pgm
 from echoplan.methods import find_method
 from echoplan.model import CornerKind
 
@@ -70,6 +73,15 @@ def test_every_key_of_a_map_is_explained(examples: Path) -> None:
     features = [document[kind][0] for kind in ("walls", "corners", "cylinders")]
     keys = {key for table in (document, *features) for key in table}
     assert [key for key in sorted(keys) if f"`{key}`" not in TEXT] == []
+
+
+def test_the_trajectory_and_the_grid_are_read(examples: Path) -> None:
+    times, poses = read_trajectory(examples / "trajectory.tum")
+    assert (times.tolist(), poses.round(4).tolist()) == ([0.025], [[0.5, 0.25, 1.5708]])
+    write_pgm(examples / "map.pgm", np.array([[254, 0]], dtype=np.uint8))
+    grid = read_grid(examples / "map.yaml")
+    assert grid.values.tolist() == [[0.0, 1.0]]
+    assert (grid.origin_xy.tolist(), grid.resolution) == ([-1.0, 2.0], 0.05)
 
 
 def test_the_configurations_are_read(examples: Path) -> None:

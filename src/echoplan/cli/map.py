@@ -29,7 +29,7 @@ def run(
     """
     from echoplan.config import Run, read_config  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.io import check_folder  # noqa: PLC0415
-    from echoplan.methods import find_method, map_sweeps, observations_of  # noqa: PLC0415
+    from echoplan.methods import find_method, grid_of, map_sweeps, observations_of  # noqa: PLC0415
     from echoplan.sources import find_truth, open_source  # noqa: PLC0415
     from echoplan.viewer import EchoListener, Plan  # noqa: PLC0415
 
@@ -48,9 +48,15 @@ def run(
         echoes_xy=listener.points_xy,
     )
     say_what_was_found(plan)
-    record = Run(source=source, method=method)
-    title = f"Map of {opened.name}"
-    write_results(out, Results(title=title, run=record, settings={"method": settings}, plan=plan, times=listener.times))
+    results = Results(
+        title=f"Map of {opened.name}",
+        run=Run(source=source, method=method),
+        settings={"method": settings},
+        plan=plan,
+        times=listener.times,
+        grid=grid_of(mapper),
+    )
+    write_results(out, results)
 
 
 def _with_poses(settings: "BaseModel", poses: str, method: str) -> "BaseModel":

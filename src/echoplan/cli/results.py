@@ -12,11 +12,13 @@ if TYPE_CHECKING:
 
     from echoplan.arrays import FloatArray
     from echoplan.config import Run
+    from echoplan.model import OccupancyGrid
     from echoplan.viewer import Definitions, Plan, Section
 
 __all__ = ["RESULTS", "Results", "say_what_was_found", "write_results"]
 
 RESULTS = ("map.json", "map.svg", "report.html", "trajectory.tum", "run.toml")
+_GRID = ("map.yaml", "map.pgm")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,6 +39,8 @@ class Results:
         When each sweep began [s].
     sections : tuple of Section, optional
         What else the report tells, before the tables of the evaluation.
+    grid : OccupancyGrid, optional
+        What lies beneath the map of a method of grids.
     """
 
     title: str
@@ -45,10 +49,11 @@ class Results:
     plan: "Plan"
     times: "FloatArray"
     sections: "tuple[Section, ...]" = ()
+    grid: "OccupancyGrid | None" = None
 
 
 def write_results(folder: Path, results: Results) -> None:
-    """Write the files of ``RESULTS``, all of them or none, and say so.
+    """Write the files of ``RESULTS``, and ``map.yaml`` with its picture if there is a grid; all or none, and say so.
 
     Parameters
     ----------
@@ -63,7 +68,7 @@ def write_results(folder: Path, results: Results) -> None:
         If one of them cannot be written.
     """
     from echoplan.config import write_run  # noqa: PLC0415 - --help must not wait for NumPy
-    from echoplan.io import write_map, write_text, write_trajectory, written_whole  # noqa: PLC0415
+    from echoplan.io import write_grid, write_map, write_text, write_trajectory, written_whole  # noqa: PLC0415
     from echoplan.viewer import Report, plan_svg, report_html  # noqa: PLC0415
 
     plan = results.plan
@@ -74,7 +79,9 @@ def write_results(folder: Path, results: Results) -> None:
         write_text(draft / "report.html", report_html(Report(title=results.title, plan=plan, sections=sections)))
         write_trajectory(draft / "trajectory.tum", results.times, plan.feature_map.poses)
         write_run(draft / "run.toml", results.run, results.settings)
-    report_files(folder, RESULTS)
+        if results.grid is not None:
+            write_grid(draft / "map.yaml", results.grid)
+    report_files(folder, (*RESULTS, *(_GRID if results.grid is not None else ())))
 
 
 def say_what_was_found(plan: "Plan") -> None:

@@ -9,9 +9,9 @@ from pydantic import BaseModel
 
 from echoplan.errors import UnknownNameError
 from echoplan.mapping import Observation
-from echoplan.model import FeatureMap, Rig, Sweep
+from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep
 
-__all__ = ["METHODS", "Mapper", "Method", "find_method", "map_sweeps", "observations_of"]
+__all__ = ["METHODS", "Mapper", "Method", "find_method", "grid_of", "map_sweeps", "observations_of"]
 
 
 class Mapper(Protocol):
@@ -263,3 +263,19 @@ def observations_of(mapper: Mapper) -> tuple[Observation, ...]:
         What was located, sweep by sweep; empty if the mapper locates nothing in single sweeps.
     """
     return tuple(getattr(mapper, "observations", ()))
+
+
+def grid_of(mapper: Mapper) -> OccupancyGrid | None:
+    """Ask a mapper for the grid beneath its map.
+
+    Parameters
+    ----------
+    mapper : Mapper
+        A mapper that was given sweeps.
+
+    Returns
+    -------
+    OccupancyGrid or None
+        None if the mapper keeps no grid.
+    """
+    return getattr(mapper, "grid", None)
