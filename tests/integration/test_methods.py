@@ -16,7 +16,7 @@ from echoplan.sources import open_source
 
 # Five stations are few for these: they map points, or ask for a third witness of each wall.
 RELUCTANT = {"arc-hough-tbf", "iepf-kalman", "tbf"}
-# Walls are mirrors for sound, and what a long way round makes empty, this one never takes back.
+# Walls are mirrors for sound, and what a long way round makes empty, this one never takes back: see test_grids.py.
 HELPLESS = {"grid-elfes"}
 
 
