@@ -3,11 +3,12 @@
 import numpy as np
 
 from echoplan.comparison import Outcome, Subject, Trial
-from echoplan.evaluation import evaluate
+from echoplan.evaluation import GridScore, evaluate
 from echoplan.model import FeatureMap, Recording, Truth
 from maps import ROOM, drawn, wall
 from scenes import rig, sweep_of
 
+GRID_SCORE = GridScore(occupied=0.2, free=0.05, occupied_cells=10, free_cells=30)
 WALLS = [wall(start, end) for start, end in ROOM.walls_xy]
 
 
@@ -17,12 +18,15 @@ def subject(name: str = "sim:room", *, truth: Truth | None = ROOM) -> Subject:
     return Subject(name=name, recording=Recording(name="room", rig=rig(), sweeps=sweeps), truth=truth)
 
 
-def mapped(method: str, found: FeatureMap, *, of: Subject, seconds: float = 0.36) -> Outcome:
+def mapped(
+    method: str, found: FeatureMap, *, of: Subject, seconds: float = 0.36, grid_score: GridScore | None = None
+) -> Outcome:
     """A trial that gave a map."""
     return Outcome(
         trial=Trial(subject=of, method=method),
         feature_map=found,
         evaluation=None if of.truth is None else evaluate(found, of.truth),
+        grid_score=grid_score,
         seconds=seconds,
         peak_memory=5e7,
     )
@@ -34,11 +38,12 @@ def failed(method: str, reason: str, *, of: Subject) -> Outcome:
 
 
 def some(truth: Truth | None = ROOM) -> list[Outcome]:
-    """Two methods on two recordings: one is all right, the other has half the walls and fails once."""
+    """Two methods on two recordings: one has a grid and is all right, the other has half the walls and fails once."""
     first, second = subject("sim:room", truth=truth), subject("rec/<two>", truth=truth)
+    grid = GRID_SCORE if truth else None
     return [
-        mapped("good", drawn(*WALLS, poses=[[1.0, 1.0, 0.0]]), of=first),
+        mapped("good", drawn(*WALLS, poses=[[1.0, 1.0, 0.0]]), of=first, grid_score=grid),
         mapped("poor", drawn(*WALLS[:3], poses=[[1.0, 1.0, 0.0]]), of=first, seconds=0.72),
-        mapped("good", drawn(*WALLS, poses=[[1.0, 1.0, 0.0]]), of=second),
+        mapped("good", drawn(*WALLS, poses=[[1.0, 1.0, 0.0]]), of=second, grid_score=grid),
         failed("poor", "ValueError: no <walls>", of=second),
     ]

@@ -10,13 +10,13 @@ from typing import Any
 from echoplan import __version__
 from echoplan.comparison.scores import MethodScore
 from echoplan.comparison.trials import Outcome
-from echoplan.evaluation import Evaluation, evaluation_document, summary_document
+from echoplan.evaluation import Evaluation, GridScore, evaluation_document, summary_document
 
 __all__ = ["comparison_csv", "comparison_document"]
 
 _MEGABYTE = 1e6
 
-# Columns that tell how right a map is.
+# Columns that tell how right a map is, and how right a grid.
 _SCORES: Mapping[str, Callable[[Evaluation], float]] = {
     "wall_recall": lambda each: each.matches.walls.tally.recall,
     "wall_precision": lambda each: each.matches.walls.tally.precision,
@@ -28,6 +28,12 @@ _SCORES: Mapping[str, Callable[[Evaluation], float]] = {
     "cylinder_precision": lambda each: each.matches.cylinders.tally.precision,
     "map_error_mm": lambda each: 1000 * each.map_error.mean,
     "pose_error_mm": lambda each: 1000 * each.trajectory.absolute_error if each.trajectory else nan,
+}
+
+_GRID_SCORES: Mapping[str, Callable[[GridScore], float]] = {
+    "grid_error": lambda each: each.error,
+    "grid_occupied_error": lambda each: each.occupied,
+    "grid_free_error": lambda each: each.free,
 }
 
 
@@ -42,8 +48,9 @@ def comparison_document(scores: Sequence[MethodScore]) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``methods``: name, summary (as ``summary_document``; null without truth), cost and trials, each with source,
-        evaluation (as ``evaluation_document``), cost and failure (null where there is a map).
+        ``methods``: name, summary (as ``summary_document``; null without truth), errors of the grid (null without
+        one), cost and trials, each with source, evaluation (as ``evaluation_document``), errors of the grid, cost and
+        failure (null where there is a map).
     """
     return {
         "format": "echoplan-comparison/1",
@@ -52,6 +59,7 @@ def comparison_document(scores: Sequence[MethodScore]) -> dict[str, Any]:
             {
                 "method": score.method,
                 "summary": summary_document(score.summary) if score.summary else None,
+                **_grid_scores(score.grid_score),
                 "seconds_per_1000_pings": _known(score.seconds_per_thousand_pings),
                 "peak_memory_mb": _known(score.peak_memory / _MEGABYTE),
                 "trials": [_trial(outcome) for outcome in score.outcomes],
@@ -87,6 +95,7 @@ def _trial(outcome: Outcome) -> dict[str, Any]:
         "source": outcome.trial.subject.name,
         "pings": outcome.trial.subject.pings,
         "evaluation": evaluation_document(outcome.evaluation) if outcome.evaluation else None,
+        **_grid_scores(outcome.grid_score),
         **_cost(outcome),
         "failure": outcome.failure or None,
     }
@@ -98,6 +107,7 @@ def _row(outcome: Outcome) -> Mapping[str, object]:
         "method": outcome.trial.method,
         "pings": outcome.trial.subject.pings,
         **_scores(outcome.evaluation),
+        **_grid_scores(outcome.grid_score),
         **_cost(outcome),
         "failure": outcome.failure,
     }
@@ -105,6 +115,10 @@ def _row(outcome: Outcome) -> Mapping[str, object]:
 
 def _scores(evaluation: Evaluation | None) -> Mapping[str, float | None]:
     return {name: _known(score(evaluation)) if evaluation else None for name, score in _SCORES.items()}
+
+
+def _grid_scores(grid: GridScore | None) -> Mapping[str, float | None]:
+    return {name: _known(score(grid)) if grid else None for name, score in _GRID_SCORES.items()}
 
 
 def _cost(outcome: Outcome) -> Mapping[str, float | None]:

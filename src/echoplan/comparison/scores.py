@@ -7,7 +7,7 @@ from math import nan
 import numpy as np
 
 from echoplan.comparison.trials import Outcome
-from echoplan.evaluation import Summary, pool
+from echoplan.evaluation import GridScore, Summary, pool, pool_grid_scores
 
 __all__ = ["MethodScore", "score_methods"]
 
@@ -34,6 +34,12 @@ class MethodScore:
     def maps(self) -> int:
         """How many of its trials gave a map."""
         return sum(outcome.feature_map is not None for outcome in self.outcomes)
+
+    @property
+    def grid_score(self) -> GridScore | None:
+        """Its grids against the truth, cell by cell; None if it drew none that could be scored."""
+        grids = [outcome.grid_score for outcome in self.outcomes if outcome.grid_score is not None]
+        return pool_grid_scores(grids) if grids else None
 
     @property
     def seconds_per_thousand_pings(self) -> float:

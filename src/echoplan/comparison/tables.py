@@ -5,12 +5,13 @@ from math import degrees, isnan
 
 from echoplan.comparison.scores import MethodScore
 from echoplan.comparison.trials import Outcome
-from echoplan.evaluation import Summary
+from echoplan.evaluation import GridScore, Summary
 from echoplan.model import FeatureClass, Table
 
 __all__ = ["failure_table", "score_table"]
 
 _UNKNOWN = "-"
+_MEANING = "; shares are recall / precision, of grids errors of occupied / free cells"
 _COST = ("ms / 1000 pings", "memory (MB)")
 _RIGHTNESS = (
     "walls (%)",
@@ -19,6 +20,7 @@ _RIGHTNESS = (
     "corners (%)",
     "cylinders (%)",
     "map error (mm)",
+    "grid (%)",
     "poses (mm)",
 )
 
@@ -35,17 +37,18 @@ def score_table(scores: Sequence[MethodScore]) -> Table:
     -------
     Table
         A row a method: recall / precision of walls, corners and cylinders, mean deviations of the right walls, mean
-        map error, mean error of the poses, cost.  What only a truth can tell is left out where there is none.
+        map error, mean errors of the occupied / free cells of its grid (Murphy 2000), mean error of the poses, cost.
+        What only a truth can tell is left out where there is none.
     """
     scored = any(score.summary for score in scores)
     return Table(
-        title="Methods on the same recordings" + ("; shares are recall / precision" if scored else ""),
+        title="Methods on the same recordings" + (_MEANING if scored else ""),
         columns=("method", "maps", *(_RIGHTNESS if scored else ()), *_COST),
         rows=tuple(
             (
                 score.method,
                 f"{score.maps} of {len(score.outcomes)}",
-                *(_rightness(score.summary) if scored else ()),
+                *(_rightness(score) if scored else ()),
                 _number(1000 * score.seconds_per_thousand_pings),
                 _number(score.peak_memory / 1e6),
             )
@@ -74,7 +77,8 @@ def failure_table(outcomes: Sequence[Outcome]) -> Table:
     )
 
 
-def _rightness(summary: Summary | None) -> tuple[str, ...]:
+def _rightness(score: MethodScore) -> tuple[str, ...]:
+    summary = score.summary
     if summary is None:
         return (_UNKNOWN,) * len(_RIGHTNESS)
     walls, corners, cylinders = (_shares(summary, name) for name in FeatureClass)
@@ -85,8 +89,13 @@ def _rightness(summary: Summary | None) -> tuple[str, ...]:
         corners,
         cylinders,
         _number(1000 * summary.map_error.mean.value, digits=1),
+        _cells(score.grid_score),
         _number(1000 * summary.position.mean.value),
     )
+
+
+def _cells(score: GridScore | None) -> str:
+    return _UNKNOWN if score is None else f"{_number(100 * score.occupied)} / {_number(100 * score.free)}"
 
 
 def _shares(summary: Summary, name: FeatureClass) -> str:

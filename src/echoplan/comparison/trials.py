@@ -5,9 +5,9 @@ from math import nan
 from pathlib import Path
 from time import process_time
 
-from echoplan.evaluation import Evaluation, evaluate
-from echoplan.methods import find_method, map_sweeps
-from echoplan.model import FeatureMap, Recording, Truth
+from echoplan.evaluation import Evaluation, GridScore, evaluate, score_grid
+from echoplan.methods import find_method, grid_of, map_sweeps
+from echoplan.model import FeatureMap, OccupancyGrid, Recording, Truth
 
 __all__ = ["Outcome", "Subject", "Trial", "measure"]
 
@@ -66,6 +66,10 @@ class Outcome:
         The map; None if the method failed.
     evaluation : Evaluation, optional
         Of the map; None if there is no map or no truth.
+    grid : OccupancyGrid, optional
+        What the method drew on cells; None if it draws none.
+    grid_score : GridScore, optional
+        Of the grid; None if there is no grid or no truth.
     seconds : float, optional
         Processor time for the map [s].
     peak_memory : float, optional
@@ -78,6 +82,8 @@ class Outcome:
     trial: Trial
     feature_map: FeatureMap | None = None
     evaluation: Evaluation | None = None
+    grid: OccupancyGrid | None = None
+    grid_score: GridScore | None = None
     seconds: float = nan
     peak_memory: float = nan
     failure: str = ""
@@ -108,16 +114,25 @@ def measure(trial: Trial) -> Outcome:
     recording, truth = trial.subject.recording, trial.subject.truth
     method = find_method(trial.method)
     map_sweeps(method.build(recording.rig), recording.sweeps[:1])
+    mapper = method.build(recording.rig)
     start = process_time()
-    feature_map = map_sweeps(method.build(recording.rig), recording)
+    feature_map = map_sweeps(mapper, recording)
     seconds = process_time() - start
+    grid = grid_of(mapper)
     return Outcome(
         trial=trial,
         feature_map=feature_map,
         evaluation=None if truth is None else evaluate(feature_map, truth),
+        grid=grid,
+        grid_score=None if truth is None or grid is None else score_grid(grid, truth, reach=_reach(recording)),
         seconds=seconds,
         peak_memory=_peak_memory(),
     )
+
+
+def _reach(recording: Recording) -> float:
+    """How far the sensors hear [m]."""
+    return float(recording.rig.max_ranges.max())
 
 
 def _peak_memory() -> float:

@@ -6,7 +6,7 @@ from echoplan.evaluation.consistency import Consistency
 from echoplan.evaluation.deviations import Deviation, deviations
 from echoplan.evaluation.documents import evaluation_document, summary_document
 from echoplan.evaluation.evaluation import Evaluation, EvaluationSettings, evaluate
-from echoplan.evaluation.grids import GridScore, score_grid, true_grid
+from echoplan.evaluation.grids import GridScore, pool_grid_scores, score_grid, true_grid
 from echoplan.evaluation.map_error import map_error
 from echoplan.evaluation.matches import CylinderMatch, Match, Matches, Matching, WallMatch
 from echoplan.evaluation.matching import MatchingSettings, match_map
@@ -60,6 +60,7 @@ __all__ = [
     "map_error",
     "match_map",
     "pool",
+    "pool_grid_scores",
     "score_grid",
     "summary_document",
     "table5",

@@ -20,6 +20,15 @@ def test_the_document_survives_json() -> None:
     assert [trial["source"] for trial in poor["trials"]] == ["sim:room", "rec/<two>"]
 
 
+def test_grids_have_their_errors_and_other_methods_none() -> None:
+    good, poor = comparison_document(SCORES)["methods"]
+    assert (good["grid_occupied_error"], good["grid_free_error"]) == (pytest.approx(0.2), pytest.approx(0.05))
+    assert good["trials"][0]["grid_error"] == pytest.approx((0.2 * 10 + 0.05 * 30) / 40)
+    assert (poor["grid_error"], poor["trials"][0]["grid_error"]) == (None, None)
+    rows = list(csv.DictReader(comparison_csv(SCORES).splitlines()))
+    assert [row["grid_free_error"] for row in rows] == ["0.05", "0.05", "", ""]
+
+
 def test_a_failed_trial_has_a_reason_and_no_numbers() -> None:
     trial = comparison_document(SCORES)["methods"][1]["trials"][1]
     assert trial["failure"] == "ValueError: no <walls>"

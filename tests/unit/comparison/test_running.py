@@ -40,6 +40,14 @@ def test_a_trial_gives_the_map_of_the_method_and_its_evaluation(square: Subject)
     assert outcome.seconds > 0.0
 
 
+def test_a_grid_is_kept_and_scored_where_a_method_draws_one(square: Subject) -> None:
+    drawn, none = (measure(Trial(subject=square, method=name)) for name in ("grid-range-layer", "rcd"))
+    assert (none.grid, none.grid_score) == (None, None)
+    assert drawn.grid is not None
+    assert drawn.grid_score is not None
+    assert 0.0 < drawn.grid_score.free < 0.5 < drawn.grid_score.occupied < 1.0
+
+
 def test_a_process_tells_the_memory_that_it_needed(square: Subject) -> None:
     memory = measure(Trial(subject=square, method="rcd")).peak_memory
     assert math.isnan(memory) or 2e7 < memory < 8e9

@@ -14,6 +14,7 @@ def test_a_row_tells_rightness_and_cost_of_a_method() -> None:
     assert (rows["good"]["ms / 1000 pings"], rows["poor"]["ms / 1000 pings"]) == ("1000", "2000")
     assert rows["good"]["memory (MB)"] == "50"
     assert rows["good"]["poses (mm)"] == "-"
+    assert (rows["good"]["grid (%)"], rows["poor"]["grid (%)"]) == ("20 / 5", "-")
 
 
 def test_dashes_stand_for_what_is_not_known() -> None:

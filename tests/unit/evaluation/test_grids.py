@@ -1,5 +1,5 @@
 from dataclasses import replace
-from math import isnan
+from math import isnan, nan
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from scipy.ndimage import label
 
 import maps
 from echoplan.arrays import FloatArray
-from echoplan.evaluation import score_grid, true_grid
+from echoplan.evaluation import GridScore, pool_grid_scores, score_grid, true_grid
 from echoplan.model import OccupancyGrid, Truth
 
 RESOLUTION = 0.1
@@ -95,9 +95,35 @@ def test_without_poses_nothing_is_known_to_be_free() -> None:
     assert isnan(score.balanced_error)
 
 
-def test_a_grid_far_from_all_that_is_true_has_no_score() -> None:
-    blind = replace(maps.ROOM, poses=np.zeros((0, 3)), given=np.zeros((0, 3)))
-    away = OccupancyGrid(origin_xy=np.array([50.0, 50.0]), resolution=RESOLUTION, values=np.full((3, 4), 0.5))
-    score = score_grid(away, blind)
-    assert (score.occupied_cells, score.free_cells) == (0, 0)
-    assert isnan(score.error)
+def test_a_grid_far_from_all_that_is_true_knows_nothing() -> None:
+    for corner in ([50.0, 50.0], [-50.0, 0.0]):
+        away = OccupancyGrid(origin_xy=np.array(corner), resolution=RESOLUTION, values=np.full((3, 4), 0.9))
+        score = score_grid(away, maps.ROOM)
+        assert (score.occupied, score.free) == (0.5, 0.5)
+        assert score.free_cells > 500
+
+
+@pytest.mark.parametrize("away", [0, 4, 40])
+def test_how_far_a_grid_goes_beyond_the_room_changes_nothing(away: int) -> None:
+    grid = drawn(np.random.default_rng(1).random((41, 61)))
+    origin = grid.origin_xy - away * RESOLUTION
+    wider = replace(grid, origin_xy=origin, values=np.pad(grid.values, away, constant_values=0.5))
+    assert score_grid(wider, maps.ROOM) == score_grid(grid, maps.ROOM)
+
+
+def test_walls_that_a_grid_lacks_count_as_unknown() -> None:
+    right = true_grid(maps.ROOM, unknown())
+    half = replace(right, values=right.values[:20])
+    whole, part = score_grid(right, maps.ROOM), score_grid(half, maps.ROOM)
+    assert (whole.error, whole.occupied_cells) == (0.0, part.occupied_cells)
+    assert 0.1 < part.occupied < 0.5
+
+
+def test_pooled_scores_are_those_of_all_cells_together() -> None:
+    few = GridScore(occupied=0.2, free=0.4, occupied_cells=10, free_cells=30)
+    many = GridScore(occupied=0.6, free=nan, occupied_cells=30, free_cells=0)
+    pooled = pool_grid_scores([few, many])
+    assert pooled.occupied == pytest.approx(0.5)
+    assert pooled.free == pytest.approx(0.4)
+    assert (pooled.occupied_cells, pooled.free_cells) == (40, 30)
+    assert isnan(pool_grid_scores([]).error)
