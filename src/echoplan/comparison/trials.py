@@ -1,12 +1,22 @@
 """Trials: one method on one recording, measured in the process in which it runs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import nan
 from pathlib import Path
 from time import process_time
 
-from echoplan.evaluation import Evaluation, GridScore, evaluate, score_grid
-from echoplan.methods import find_method, grid_of, map_sweeps
+import numpy as np
+
+from echoplan.arrays import FloatArray
+from echoplan.evaluation import (
+    Evaluation,
+    EvaluationSettings,
+    GridScore,
+    MatchingSettings,
+    evaluate,
+    score_grid,
+)
+from echoplan.methods import find_method, grid_of, map_sweeps, points_of
 from echoplan.model import FeatureMap, OccupancyGrid, Recording, Truth
 
 __all__ = ["Outcome", "Subject", "Trial", "measure"]
@@ -26,11 +36,19 @@ class Subject:
         The sweeps.
     truth : Truth, optional
         What a map of it should say; None where nobody knows.
+    min_heard : int, optional
+        Objects that can be heard from fewer stations are not asked for.
     """
 
     name: str
     recording: Recording
     truth: Truth | None = None
+    min_heard: int = MatchingSettings().min_heard
+
+    @property
+    def settings(self) -> EvaluationSettings:
+        """How maps of it are evaluated."""
+        return EvaluationSettings(matching=MatchingSettings(min_heard=self.min_heard))
 
     @property
     def pings(self) -> int:
@@ -66,6 +84,8 @@ class Outcome:
         The map; None if the method failed.
     evaluation : Evaluation, optional
         Of the map; None if there is no map or no truth.
+    points_xy : ndarray, shape (n, 2), optional
+        Points of which the method made its map [m]; none if it makes it of something else.
     grid : OccupancyGrid, optional
         What the method drew on cells; None if it draws none.
     grid_score : GridScore, optional
@@ -82,6 +102,7 @@ class Outcome:
     trial: Trial
     feature_map: FeatureMap | None = None
     evaluation: Evaluation | None = None
+    points_xy: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     grid: OccupancyGrid | None = None
     grid_score: GridScore | None = None
     seconds: float = nan
@@ -122,7 +143,8 @@ def measure(trial: Trial) -> Outcome:
     return Outcome(
         trial=trial,
         feature_map=feature_map,
-        evaluation=None if truth is None else evaluate(feature_map, truth),
+        evaluation=None if truth is None else evaluate(feature_map, truth, trial.subject.settings),
+        points_xy=points_of(mapper),
         grid=grid,
         grid_score=None if truth is None or grid is None else score_grid(grid, truth, reach=_reach(recording)),
         seconds=seconds,

@@ -5,13 +5,15 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Protocol
 
+import numpy as np
 from pydantic import BaseModel
 
+from echoplan.arrays import FloatArray
 from echoplan.errors import UnknownNameError
 from echoplan.mapping import Observation
 from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep
 
-__all__ = ["METHODS", "Mapper", "Method", "find_method", "grid_of", "map_sweeps", "observations_of"]
+__all__ = ["METHODS", "Mapper", "Method", "find_method", "grid_of", "map_sweeps", "observations_of", "points_of"]
 
 
 class Mapper(Protocol):
@@ -105,6 +107,12 @@ METHODS: Mapping[str, Method] = {
             summary="regions of constant depth, the conventional approach of the paper's Section 3.1",
             mapper="RcdMapper",
             settings="RcdMapperSettings",
+        ),
+        Method(
+            name="point-plot",
+            summary="the plain plot of points, each echo on the axis of its beam: what everyone draws first",
+            mapper="PointPlotMapper",
+            settings="PointPlotSettings",
         ),
         Method(
             name="atm",
@@ -247,6 +255,23 @@ def map_sweeps(mapper: Mapper, sweeps: Iterable[Sweep]) -> FeatureMap:
     for sweep in sweeps:
         mapper.add(sweep)
     return mapper.result()
+
+
+def points_of(mapper: Mapper) -> FloatArray:
+    """Ask a mapper for the points of which it makes its map.
+
+    Parameters
+    ----------
+    mapper : Mapper
+        A mapper that was given sweeps.
+
+    Returns
+    -------
+    ndarray, shape (n, 2)
+        The points [m]; none if it makes its map of something else.
+    """
+    points: FloatArray = getattr(mapper, "points_xy", np.zeros((0, 2)))
+    return points
 
 
 def observations_of(mapper: Mapper) -> tuple[Observation, ...]:
