@@ -1,6 +1,7 @@
 """The page of a comparison: the table, and all maps over the truth."""
 
 from collections.abc import Sequence
+from math import isnan
 
 from echoplan.comparison.scores import MethodScore
 from echoplan.comparison.tables import failure_table, score_table
@@ -11,7 +12,7 @@ __all__ = ["comparison_page"]
 
 
 def comparison_page(scores: Sequence[MethodScore]) -> str:
-    """Write a comparison as one page, a row of maps a recording, a column a method.
+    """Write a comparison as one page, a group of maps a recording, a map a method.
 
     Parameters
     ----------
@@ -24,36 +25,48 @@ def comparison_page(scores: Sequence[MethodScore]) -> str:
         An HTML document without references to other files.
     """
     outcomes = [outcome for score in scores for outcome in score.outcomes]
-    subjects = dict.fromkeys(outcome.trial.subject.name for outcome in outcomes)
+    subjects = {outcome.trial.subject.name: outcome.trial.subject for outcome in outcomes}
     tables = (score_table(scores), failure_table(outcomes))
     return gallery_html(
         Gallery(
-            title="Comparison of methods",
-            lead=f"Methods: {len(scores)}. Recordings: {len(subjects)}.",
-            sections=tuple(table for table in tables if table.rows),
-            columns=tuple(score.method for score in scores),
-            rows=tuple(
+            title=f"{_counted(len(scores), 'method')}, side by side",
+            lead=f"{_counted(len(subjects), 'recording')}, "
+            f"{_counted(sum(subject.pings for subject in subjects.values()), 'ping')}.",
+            rooms=tuple(
                 (name, tuple(_exhibit(each) for each in outcomes if each.trial.subject.name == name))
                 for name in subjects
             ),
+            sections=tuple(table for table in tables if table.rows),
         )
     )
 
 
+def _counted(count: int, noun: str) -> str:
+    return f"{count:,} {noun}{'' if count == 1 else 's'}"
+
+
 def _exhibit(outcome: Outcome) -> Exhibit:
     if outcome.feature_map is None:
-        return Exhibit(caption=f"failed: {outcome.failure}")
-    return Exhibit(
-        caption=_caption(outcome), plan=Plan(feature_map=outcome.feature_map, truth=outcome.trial.subject.truth)
+        return Exhibit(name=outcome.trial.method, words=f"failed: {outcome.failure}")
+    plan = Plan(
+        feature_map=outcome.feature_map,
+        truth=outcome.trial.subject.truth,
+        echoes_xy=outcome.points_xy,
+        grid=outcome.grid,
     )
+    return Exhibit(name=outcome.trial.method, plan=plan, numbers=(*_rightness(outcome), *_cost(outcome)))
 
 
-def _caption(outcome: Outcome) -> str:
-    cost = f"{1000 * outcome.seconds_per_thousand_pings:.0f} ms / 1000 pings"
+def _rightness(outcome: Outcome) -> tuple[tuple[str, str], ...]:
     if outcome.evaluation is None:
-        return cost
-    tally = outcome.evaluation.matches.walls.tally
+        return ()
+    tally, error = outcome.evaluation.matches.walls.tally, outcome.evaluation.map_error.mean
     return (
-        f"walls {tally.found} of {tally.wanted}, {tally.estimates - tally.right} too many; "
-        f"map error {1000 * outcome.evaluation.map_error.mean:.0f} mm; {cost}"
+        ("walls", f"{tally.found} of {tally.wanted}"),
+        ("too many", f"{tally.estimates - tally.right}"),
+        ("error", "-" if isnan(error) else f"{1000 * error:.1f} mm"),
     )
+
+
+def _cost(outcome: Outcome) -> tuple[tuple[str, str], ...]:
+    return (("time", f"{outcome.seconds:.2f} s"),)

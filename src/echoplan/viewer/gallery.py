@@ -1,22 +1,32 @@
-"""Galleries: many maps side by side on one page, a row a recording, a column a method."""
+"""Galleries: many maps side by side on one page, a group a recording."""
 
 import xml.etree.ElementTree as ET
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from string import Template
 
 import numpy as np
 
-from echoplan.viewer.marks import corner_marks, cylinder_marks, station_marks, truth_marks, wall_marks
+from echoplan.viewer.cells import grid_marks
+from echoplan.viewer.marks import (
+    corner_marks,
+    cylinder_marks,
+    echo_marks,
+    station_marks,
+    truth_marks,
+    wall_marks,
+)
 from echoplan.viewer.markup import element, size
 from echoplan.viewer.plan import Plan
 from echoplan.viewer.sections import Section
 from echoplan.viewer.sheet import Sheet
-from echoplan.viewer.writing import escaped, html_of, own_file, section_element
+from echoplan.viewer.writing import escaped, html_of, own_file, section_element, titled
 
 __all__ = ["Exhibit", "Gallery", "gallery_html"]
 
 # What is cut off the border and the foot of a sheet, which a small map does not need [mm].
 _TRIM, _FOOT = 5.0, 12.0
+# More points than this are thinned out: they are many maps.
+_MOST_POINTS = 1500
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,14 +35,20 @@ class Exhibit:
 
     Parameters
     ----------
-    caption : str
-        What to say of it.
+    name : str
+        What stands above it.
     plan : Plan, optional
         The map; None where there is none to be shown.
+    numbers : tuple of tuple of str, optional
+        Names and values that stand below it.
+    words : str, optional
+        What else is to be said of it.
     """
 
-    caption: str
+    name: str
     plan: Plan | None = None
+    numbers: tuple[tuple[str, str], ...] = ()
+    words: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,19 +61,16 @@ class Gallery:
         Title of the page.
     lead : str
         A line below it.
-    sections : tuple of Section
-        What comes before the maps.
-    columns : tuple of str
-        Heads of the columns.
-    rows : tuple of tuple
-        Head of each row and its exhibits, one a column.
+    rooms : tuple of tuple
+        Title of each group of maps, and its exhibits.
+    sections : tuple of Section, optional
+        What comes after the maps.
     """
 
     title: str
     lead: str
-    sections: tuple[Section, ...]
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, tuple[Exhibit, ...]], ...]
+    rooms: tuple[tuple[str, tuple[Exhibit, ...]], ...]
+    sections: tuple[Section, ...] = ()
 
 
 def gallery_html(gallery: Gallery) -> str:
@@ -66,7 +79,7 @@ def gallery_html(gallery: Gallery) -> str:
     Parameters
     ----------
     gallery : Gallery
-        What it shows; all maps of a row are drawn to one scale.
+        What it shows; all maps of a group are drawn to one scale.
 
     Returns
     -------
@@ -78,36 +91,33 @@ def gallery_html(gallery: Gallery) -> str:
         lead=escaped(gallery.lead),
         style=own_file("report.css") + own_file("gallery.css"),
         script=own_file("sorting.js"),
+        rooms="\n".join(html_of(_room(name, exhibits)) for name, exhibits in gallery.rooms),
         sections="\n".join(html_of(section_element(each)) for each in gallery.sections),
-        maps=html_of(_maps(gallery)),
     )
 
 
-def _maps(gallery: Gallery) -> ET.Element:
-    corner = element("td")
-    heads = [element("th", text=name, scope="col") for name in gallery.columns]
-    rows = [_row(name, exhibits) for name, exhibits in gallery.rows]
-    table = element("table", element("thead", element("tr", corner, *heads)), element("tbody", *rows))
-    return element("div", table, class_="scroll gallery")
-
-
-def _row(name: str, exhibits: tuple[Exhibit, ...]) -> ET.Element:
+def _room(name: str, exhibits: tuple[Exhibit, ...]) -> ET.Element:
     bounds = [exhibit.plan.bounds_xy for exhibit in exhibits if exhibit.plan is not None]
     # One map that is far off must not make all the others small.
     sheet = Sheet(bounds_xy=np.median(bounds, axis=0)) if bounds else None
-    cells = [element("td", *_exhibit(exhibit, sheet)) for exhibit in exhibits]
-    return element("tr", element("th", text=name, scope="row"), *cells)
+    figures = [element("figure", *_exhibit(exhibit, sheet)) for exhibit in exhibits]
+    return titled(element("div", *figures, class_="maps"), title=name, kind="gallery")
 
 
 def _exhibit(exhibit: Exhibit, sheet: Sheet | None) -> list[ET.Element]:
     drawn = [] if exhibit.plan is None or sheet is None else [_miniature(exhibit.plan, sheet)]
-    return [*drawn, element("p", text=exhibit.caption)]
+    pairs = [element("div", element("dt", text=name), element("dd", text=value)) for name, value in exhibit.numbers]
+    told = [element("dl", *pairs)] if pairs else []
+    words = [element("p", text=exhibit.words)] if exhibit.words else []
+    return [element("figcaption", text=exhibit.name), *drawn, *told, *words]
 
 
 def _miniature(plan: Plan, sheet: Sheet) -> ET.Element:
     layers = {
-        "walls": wall_marks(plan, sheet),
         "truth": truth_marks(plan.truth, sheet) if plan.truth else [],
+        "cells": grid_marks(plan.grid, sheet) if plan.grid else [],
+        "echoes": echo_marks(_thinned(plan), sheet),
+        "walls": wall_marks(plan, sheet),
         "cylinders": cylinder_marks(plan, sheet),
         "corners": corner_marks(plan, sheet),
         "stations": station_marks(plan, sheet),
@@ -126,3 +136,7 @@ def _miniature(plan: Plan, sheet: Sheet) -> ET.Element:
         each.attrib.pop("id", None)
         each.attrib.pop("tabindex", None)
     return drawing
+
+
+def _thinned(plan: Plan) -> Plan:
+    return replace(plan, echoes_xy=plan.echoes_xy[:: -(-len(plan.echoes_xy) // _MOST_POINTS) or 1])

@@ -7,7 +7,7 @@ import numpy as np
 
 from echoplan.arrays import FloatArray, IntArray, checked_floats, store
 from echoplan.mapping import Observation
-from echoplan.model import FeatureMap, Truth
+from echoplan.model import FeatureMap, OccupancyGrid, Truth
 from echoplan.viewer.uncertainty import Ellipse, error_ellipse
 
 __all__ = ["MOST_LABELS", "Plan", "station_labels"]
@@ -36,12 +36,15 @@ class Plan:
         What single sweeps heard: each becomes a beam.
     echoes_xy : ndarray, shape (n, 2), optional
         Points that the readings would mean if sound were a ray [m].
+    grid : OccupancyGrid, optional
+        Cells of which the map was made.
     """
 
     feature_map: FeatureMap
     truth: Truth | None = None
     heard: tuple[Observation, ...] = ()
     echoes_xy: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    grid: OccupancyGrid | None = None
 
     def __post_init__(self) -> None:
         store(self, echoes_xy=checked_floats(self.echoes_xy, name="echoes_xy", shape=(None, 2)))

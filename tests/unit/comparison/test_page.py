@@ -2,40 +2,65 @@
 
 import re
 import xml.etree.ElementTree as ET
+from dataclasses import replace
+
+import numpy as np
 
 from echoplan.comparison import comparison_page, score_methods
+from echoplan.model import OccupancyGrid
 from outcomes import some
 
 PAGE = comparison_page(score_methods(some(), ["good", "poor"]))
 
 
-def gallery(page: str) -> ET.Element:
-    found = re.search(r'<div class="scroll gallery">.*?</table></div>', page, re.DOTALL)
-    assert found
-    return ET.fromstring(found[0])
+def rooms(page: str) -> list[ET.Element]:
+    return [ET.fromstring(each) for each in re.findall(r'<section class="gallery">.*?</section>', page, re.DOTALL)]
 
 
-def test_there_is_a_row_for_each_recording_and_a_column_for_each_method() -> None:
-    table = gallery(PAGE)
-    assert [head.text for head in table.findall(".//thead//th")] == ["good", "poor"]
-    assert [row.findtext("th") for row in table.findall(".//tbody/tr")] == ["sim:room", "rec/<two>"]
+def test_there_is_a_group_for_each_recording_and_in_it_a_map_for_each_method() -> None:
+    groups = rooms(PAGE)
+    assert [group.findtext("h2") for group in groups] == ["sim:room", "rec/<two>"]
+    for group in groups:
+        assert [each.text for each in group.iter("figcaption")] == ["good", "poor"]
 
 
 def test_every_map_lies_over_the_truth() -> None:
-    drawings = gallery(PAGE).findall(".//svg")
+    drawings = [drawing for group in rooms(PAGE) for drawing in group.iter("svg")]
     assert len(drawings) == 3
-    assert all(drawing.find("./g[@class='truth']/path") is not None for drawing in drawings)
+    for drawing in drawings:
+        layers = [layer.get("class") for layer in drawing.findall("g")]
+        assert layers.index("truth") < layers.index("walls")
+        assert drawing.find("./g[@class='truth']/path") is not None
 
 
-def test_all_maps_of_a_row_have_one_frame() -> None:
-    first, _ = gallery(PAGE).findall(".//tbody/tr")
-    assert len({drawing.get("viewBox") for drawing in first.iter("svg")}) == 1
+def test_all_maps_of_a_group_have_one_frame() -> None:
+    assert len({drawing.get("viewBox") for drawing in rooms(PAGE)[0].iter("svg")}) == 1
+
+
+def test_numbers_stand_below_each_map() -> None:
+    good, poor = (figure.findall("dl/div") for figure in rooms(PAGE)[0].iter("figure"))
+    told = [{pair.findtext("dt"): pair.findtext("dd") for pair in pairs} for pairs in (good, poor)]
+    assert [each["walls"] for each in told] == ["5 of 5", "3 of 5"]
+    assert [each["too many"] for each in told] == ["0", "0"]
+    assert [each["time"] for each in told] == ["0.36 s", "0.72 s"]
+
+
+def test_points_and_cells_of_which_a_map_was_made_lie_beneath_it() -> None:
+    cells = OccupancyGrid(origin_xy=np.zeros(2), resolution=0.5, values=np.full((6, 10), 0.9))
+    outcomes = [replace(each, points_xy=np.ones((7, 2)), grid=cells) for each in some()[:1]]
+    (group,) = rooms(comparison_page(score_methods(outcomes, ["good"])))
+    assert [dots.get("d", "").count("h0") for dots in group.iter("path") if dots.get("class") == "dots"] == [7]
+    assert len(list(group.iter("image"))) == 1
 
 
 def test_a_failure_stands_in_the_place_of_the_map() -> None:
-    cell = gallery(PAGE).findall(".//tbody/tr")[1].findall("td")[1]
-    assert cell.findtext("p") == "failed: ValueError: no <walls>"
-    assert cell.find("svg") is None
+    figure = list(rooms(PAGE)[1].iter("figure"))[1]
+    assert figure.findtext("p") == "failed: ValueError: no <walls>"
+    assert figure.find("svg") is None
+
+
+def test_the_numbers_of_all_come_below_the_maps() -> None:
+    assert PAGE.index('class="gallery"') < PAGE.index("Methods on the same recordings") < PAGE.index("What failed")
 
 
 def test_names_of_elements_occur_but_once() -> None:
@@ -49,5 +74,6 @@ def test_the_page_asks_for_no_other_file() -> None:
 
 def test_without_truth_the_maps_are_shown_all_the_same() -> None:
     page = comparison_page(score_methods(some(truth=None), ["good", "poor"]))
-    assert len(gallery(page).findall(".//svg")) == 3
+    assert sum(len(list(group.iter("svg"))) for group in rooms(page)) == 3
     assert "map error" not in page
+    assert "<dt>walls</dt>" not in page
