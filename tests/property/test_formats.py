@@ -36,6 +36,7 @@ from echoplan.model import (
     Cylinder,
     FeatureMap,
     Firing,
+    Odometry,
     Pillar,
     Polyline,
     Recording,
@@ -98,6 +99,7 @@ def rigs(draw: st.DrawFn) -> Rig:
         servo=draw(st.sampled_from([None, servo])),
         firing=draw(st.sampled_from([None, Firing(period=step, groups=groups)])),
         transducer=draw(st.none() | st.builds(Transducer, frequency=sizes, figure_of_merit=lengths)),
+        odometry=draw(st.none() | st.builds(Odometry, along=sizes, lateral=sizes, yaw_per_metre=sizes)),
     )
 
 
@@ -213,6 +215,7 @@ json_values = st.recursive(
 @st.composite
 def maps(draw: st.DrawFn) -> FeatureMap:
     sweeps = draw(st.lists(counts, max_size=4))
+    known = draw(st.sampled_from([sweeps, []]))
     return FeatureMap(
         method=draw(names),
         walls=tuple(draw(st.lists(walls(), max_size=2))),
@@ -220,6 +223,7 @@ def maps(draw: st.DrawFn) -> FeatureMap:
         cylinders=tuple(draw(st.lists(cylinders(), max_size=2))),
         sweeps=np.array(sweeps, dtype=np.int64),
         poses=np.array([draw(poses) for _ in sweeps]).reshape(-1, 3),
+        pose_covariances=np.array([draw(covariances(3)) for _ in known]).reshape(-1, 3, 3),
         frame=draw(st.sampled_from(["map", "odom"])),
         parameters=draw(st.dictionaries(names, json_values, max_size=3)),
     )

@@ -20,17 +20,23 @@ def run(
 ) -> None:
     """Simulate a recording: pings.csv, rig.toml and truth.json.
 
+    Where odometry is noisy rig.toml tells by how much, as a careful maker would.
+
     Example: echoplan simulate paper-room --out rec/ --seed 1
     """
     from echoplan.config import Run, read_config, write_run  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.io import write_recording, write_truth, written_whole  # noqa: PLC0415
-    from echoplan.simulation import Simulation, SimulationSettings  # noqa: PLC0415
+    from echoplan.simulation import Simulation, SimulationSettings, with_odometry  # noqa: PLC0415
     from echoplan.sources import find_rig, find_route, find_world  # noqa: PLC0415
 
     sections = {"simulation": SimulationSettings}
     settings = read_config(config, sections)["simulation"] if config else SimulationSettings()
     simulation = Simulation(
-        world=find_world(world), rig=find_rig(rig), route=find_route(route or world), settings=settings, seed=seed
+        world=find_world(world),
+        rig=with_odometry(find_rig(rig), settings.odometry),
+        route=find_route(route or world),
+        settings=settings,
+        seed=seed,
     )
     with written_whole(out) as draft:
         write_recording(draft, Progressing(simulation, "simulating"))

@@ -105,6 +105,7 @@ class _PoseForm(Form):
     x: float = Field(description="where the robot was [m]")
     y: float = Field(description="where the robot was [m]")
     yaw: float = Field(description="where the robot looked [rad]")
+    covariance: _Matrix3 | None = Field(default=None, description="the 3 x 3 covariance of x, y and yaw")
 
 
 class _MapForm(Form):
@@ -126,6 +127,7 @@ class _MapForm(Form):
             cylinders=tuple(cylinder.value() for cylinder in self.cylinders),
             sweeps=np.array([pose.sweep for pose in self.poses], dtype=np.int64),
             poses=np.reshape([[pose.x, pose.y, pose.yaw] for pose in self.poses], (-1, 3)),
+            pose_covariances=np.reshape([pose.covariance for pose in self.poses if pose.covariance], (-1, 3, 3)),
             frame=self.frame,
             parameters=self.parameters,
         )
@@ -184,16 +186,24 @@ def write_map(path: Path, feature_map: FeatureMap) -> None:
         "walls": _numbered(map(_wall, feature_map.walls)),
         "corners": _numbered(map(_corner, feature_map.corners)),
         "cylinders": _numbered(map(_cylinder, feature_map.cylinders)),
-        "poses": [
-            {"sweep": sweep, "x": x, "y": y, "yaw": yaw}
-            for sweep, (x, y, yaw) in zip(feature_map.sweeps.tolist(), feature_map.poses.tolist(), strict=True)
-        ],
+        "poses": _poses(feature_map),
     }
     write_text(path, format_json(document) + "\n")
 
 
 def _numbered(features: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
     return [{"id": number, **feature} for number, feature in enumerate(features)]
+
+
+def _poses(feature_map: FeatureMap) -> list[dict[str, Any]]:
+    poses = [
+        {"sweep": sweep, "x": x, "y": y, "yaw": yaw}
+        for sweep, (x, y, yaw) in zip(feature_map.sweeps.tolist(), feature_map.poses.tolist(), strict=True)
+    ]
+    if not len(feature_map.pose_covariances):
+        return poses
+    covariances = feature_map.pose_covariances.tolist()
+    return [{**pose, "covariance": covariance} for pose, covariance in zip(poses, covariances, strict=True)]
 
 
 def _wall(wall: Wall) -> dict[str, Any]:

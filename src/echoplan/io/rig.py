@@ -10,7 +10,7 @@ from echoplan.io.files import write_text
 from echoplan.io.structure import Form, Whole, read_toml
 from echoplan.io.text import format_toml
 from echoplan.io.units import HalfAperture, Metres, Radians
-from echoplan.model import Firing, Rig, Sensor, Servo, Transducer
+from echoplan.model import Firing, Odometry, Rig, Sensor, Servo, Transducer
 
 __all__ = ["format_rig", "read_rig", "write_rig"]
 
@@ -67,6 +67,17 @@ class _TransducerForm(Form, extra="forbid"):
         return Transducer(**self.model_dump(exclude_none=True))
 
 
+class _OdometryForm(Form, extra="forbid"):
+    along: float = Field(default=0.0, description="the deviation along the way after 1 m [m]")
+    lateral: float = Field(default=0.0, description="the deviation across the way after 1 m [m]")
+    yaw_per_metre: Radians = Field(default=0.0, description="the deviation of the heading after 1 m [rad]")
+    yaw_per_radian: Radians = Field(default=0.0, description="the deviation of the heading after a turn of 1 rad [rad]")
+
+    def value(self) -> Odometry:
+        """Make what is known of dead reckoning."""
+        return Odometry(**self.model_dump())
+
+
 class _RigForm(Form, extra="forbid"):
     name: str = Field(default="rig", description="what people call the rig")
     turret: _TurretForm = Field(default=_TurretForm(), description="the pose of the servo's axis in base_link")
@@ -74,6 +85,7 @@ class _RigForm(Form, extra="forbid"):
     servo: _ServoForm | None = Field(default=None, description="the turn of the turret in one sweep")
     firing: _FiringForm | None = Field(default=None, description="the order in which the sensors fire")
     transducer: _TransducerForm | None = Field(default=None, description="what the simulator needs to know")
+    odometry: _OdometryForm | None = Field(default=None, description="how far dead reckoning may be off")
 
     def value(self) -> Rig:
         """Make the rig."""
@@ -84,6 +96,7 @@ class _RigForm(Form, extra="forbid"):
             servo=self.servo.value() if self.servo else None,
             firing=self.firing.value() if self.firing else None,
             transducer=self.transducer.value() if self.transducer else None,
+            odometry=self.odometry.value() if self.odometry else None,
         )
 
 
@@ -155,6 +168,7 @@ def format_rig(rig: Rig) -> str:
             "servo": rig.servo and asdict(rig.servo),
             "firing": rig.firing and asdict(rig.firing),
             "transducer": rig.transducer and asdict(rig.transducer),
+            "odometry": rig.odometry and asdict(rig.odometry),
             "sensor": [_sensor(sensor) for sensor in rig.sensors],
         }
     )

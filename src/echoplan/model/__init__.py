@@ -10,6 +10,7 @@ from echoplan.model.features import (
     Wall,
 )
 from echoplan.model.grid import OccupancyGrid
+from echoplan.model.odometry import Odometry
 from echoplan.model.rig import Firing, Rig, Servo
 from echoplan.model.sensor import Sensor, Transducer
 from echoplan.model.sweep import Pings, Recording, Source, Sweep
@@ -25,6 +26,7 @@ __all__ = [
     "FeatureMap",
     "Firing",
     "OccupancyGrid",
+    "Odometry",
     "Pillar",
     "Pings",
     "Polyline",

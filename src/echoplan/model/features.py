@@ -221,6 +221,9 @@ class FeatureMap:
         Numbers of the sweeps that were mapped.
     poses : ndarray, shape (s, 3), optional
         Pose of each sweep [m, m, rad]; corrected where the method corrects poses, else as given.
+    pose_covariances : ndarray, shape (s, 3, 3), optional
+        Of x, y and yaw of each pose in the frame of the map [m, m, rad]; of shape (0, 3, 3) where poses were not
+        corrected.
     frame : str, optional
         Frame of all coordinates (REP 105).
     parameters : mapping, optional
@@ -229,7 +232,8 @@ class FeatureMap:
     Raises
     ------
     InvalidValueError
-        If sweeps and poses differ in number.
+        If sweeps and poses differ in number, or poses and those of their covariances that there are; or if one of
+        these is none.
     """
 
     method: str
@@ -238,9 +242,15 @@ class FeatureMap:
     cylinders: tuple[Cylinder, ...] = ()
     sweeps: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     poses: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    pose_covariances: FloatArray = field(default_factory=lambda: np.zeros((0, 3, 3)))
     frame: str = "map"
     parameters: Mapping[str, object] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         sweeps = checked_integers(self.sweeps, name="sweeps", shape=(None,))
-        store(self, sweeps=sweeps, poses=checked_floats(self.poses, name="poses", shape=(len(sweeps), 3)))
+        count = len(sweeps) if len(self.pose_covariances) else 0
+        covariances = checked_floats(self.pose_covariances, name="pose_covariances", shape=(count, 3, 3))
+        for number, covariance in enumerate(covariances):
+            checked_covariance(covariance, name=f"pose_covariances[{number}]", size=3)
+        poses = checked_floats(self.poses, name="poses", shape=(len(sweeps), 3))
+        store(self, sweeps=sweeps, poses=poses, pose_covariances=covariances)

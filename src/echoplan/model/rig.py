@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from echoplan.arrays import FloatArray, IntArray, checked_floats, checked_number, store
 from echoplan.errors import InvalidValueError, UnknownNameError
 from echoplan.geometry import compose, identity
+from echoplan.model.odometry import Odometry
 from echoplan.model.sensor import Sensor, Transducer
 
 __all__ = ["Firing", "Rig", "Servo"]
@@ -97,6 +98,8 @@ class Rig:
         Order of firing; None where a recording does not tell.
     transducer : Transducer, optional
         What the simulator needs; None where a recording does not tell.
+    odometry : Odometry, optional
+        How far dead reckoning may be off; None where a recording does not tell.
 
     Raises
     ------
@@ -110,6 +113,7 @@ class Rig:
     servo: Servo | None = None
     firing: Firing | None = None
     transducer: Transducer | None = None
+    odometry: Odometry | None = None
 
     def __post_init__(self) -> None:
         ids = Counter(sensor.sensor_id for sensor in self.sensors)

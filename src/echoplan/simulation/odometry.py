@@ -1,12 +1,15 @@
 """Dead reckoning: where a robot believes to be that adds up its own motion."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, invert, wrap
+from echoplan.model import Odometry, Rig
 from echoplan.simulation.settings import OdometryNoise
 
-__all__ = ["dead_reckoning"]
+__all__ = ["dead_reckoning", "with_odometry"]
 
 
 def dead_reckoning(map_from_base: FloatArray, noise: OdometryNoise, rng: np.random.Generator) -> FloatArray:
@@ -67,3 +70,27 @@ def _add_up(first: FloatArray, motions: FloatArray) -> FloatArray:
     )
     places = first[:2] + np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
     return np.column_stack([places, wrap(yaws)])
+
+
+def with_odometry(rig: Rig, noise: OdometryNoise) -> Rig:
+    """Let a rig tell how far its dead reckoning may be off, as a careful maker would.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    noise : OdometryNoise
+        How large the errors are.
+
+    Returns
+    -------
+    Rig
+        The same rig if there is no noise.
+
+    Examples
+    --------
+    >>> from echoplan.io import builtin_rig
+    >>> with_odometry(builtin_rig("ring-16"), OdometryNoise(along=0.02)).odometry.along
+    0.02
+    """
+    return rig if noise == OdometryNoise() else replace(rig, odometry=Odometry(**noise.model_dump()))

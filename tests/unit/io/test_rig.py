@@ -9,7 +9,7 @@ import pytest
 
 from echoplan.errors import InputError
 from echoplan.io import builtin_rig, read_rig, write_rig
-from echoplan.model import Rig, Sensor, Transducer
+from echoplan.model import Odometry, Rig, Sensor, Transducer
 
 PLAIN = """\
 name = "bumper"
@@ -33,6 +33,9 @@ period = 0.06
 groups = [[4]]
 [transducer]
 piston_radius = 0.008
+[odometry]
+along = 0.02
+yaw_per_metre = 0.03
 """
 
 
@@ -46,7 +49,7 @@ def test_what_is_not_told_is_the_origin_or_unknown(tmp_path: Path) -> None:
     rig = read(tmp_path, PLAIN)
     assert rig.name == "bumper"
     assert rig.base_from_turret.tolist() == [0.0, 0.0, 0.0]
-    assert (rig.servo, rig.firing, rig.transducer) == (None, None, None)
+    assert (rig.servo, rig.firing, rig.transducer, rig.odometry) == (None, None, None, None)
     assert rig.sensors == (Sensor(sensor_id=4, half_aperture=0.26, min_range=0.02, max_range=4.0, resolution=0.003),)
 
 
@@ -58,6 +61,7 @@ def test_everything_else_can_be_told(tmp_path: Path) -> None:
     assert (rig.servo.start, rig.servo.stop, rig.servo.step) == (-1.5, 1.5, 0.1)
     assert rig.firing is not None
     assert (rig.firing.period, rig.firing.groups) == (0.06, ((4,),))
+    assert rig.odometry == Odometry(along=0.02, yaw_per_metre=0.03)
     assert rig.transducer == Transducer(piston_radius=0.008)
 
 

@@ -77,6 +77,18 @@ def test_a_map_has_one_pose_for_each_sweep() -> None:
         FeatureMap(method="rcd", sweeps=[0, 1], poses=[[0.0, 0.0, 0.0]])  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize(
+    ("covariances", "message"),
+    [
+        (np.zeros((1, 3, 3)), "pose_covariances must have shape (2, 3, 3), not (1, 3, 3)"),
+        (np.stack([np.eye(3), -np.eye(3)]), "pose_covariances[1] must have no negative eigenvalue"),
+    ],
+)
+def test_all_poses_have_covariances_or_none(covariances: Any, message: str) -> None:
+    with pytest.raises(InvalidValueError, match=re.escape(message)):
+        FeatureMap(method="joint", sweeps=np.arange(2), poses=np.zeros((2, 3)), pose_covariances=covariances)
+
+
 def test_an_empty_map_has_nothing_in_the_map_frame() -> None:
     empty = FeatureMap(method="rcd")
     assert (empty.walls, empty.corners, empty.cylinders) == ((), (), ())

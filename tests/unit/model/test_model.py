@@ -26,7 +26,15 @@ CASES: list[tuple[Any, dict[str, Any]]] = [
     (Wall, {"normal_angle": 0.0, "offset": 1.0, "endpoints_xy": np.eye(2), "covariance": np.eye(2)}),
     (Corner, {"position_xy": np.ones(2), "kind": "concave", "covariance": np.eye(2)}),
     (Cylinder, {"center_xy": np.ones(2), "radius": 0.1, "covariance": np.eye(3)}),
-    (FeatureMap, {"method": "rcd", "sweeps": np.arange(2), "poses": np.ones((2, 3))}),
+    (
+        FeatureMap,
+        {
+            "method": "rcd",
+            "sweeps": np.arange(2),
+            "poses": np.ones((2, 3)),
+            "pose_covariances": np.tile(np.eye(3), (2, 1, 1)),
+        },
+    ),
     (Rig, {"name": "one", "sensors": (SENSOR,), "base_from_turret": np.ones(3)}),
     (
         Sweep,

@@ -2,7 +2,9 @@ import numpy as np
 import pytest
 
 from echoplan.arrays import FloatArray
-from echoplan.simulation import OdometryNoise
+from echoplan.io import builtin_rig
+from echoplan.model import Odometry
+from echoplan.simulation import OdometryNoise, with_odometry
 from echoplan.simulation.odometry import dead_reckoning
 
 
@@ -54,3 +56,14 @@ def test_a_wrong_heading_leads_astray() -> None:
     found = spread(OdometryNoise(yaw_per_metre=0.03), poses)
     # Headings 0.03, 0.042, 0.052 off after 1, 2 and 3 m, each for a metre on.
     assert found[1] == pytest.approx(0.03 * np.sqrt(3**2 + 2**2 + 1), rel=0.08)
+
+
+def test_a_rig_tells_the_noise_it_is_given() -> None:
+    noise = OdometryNoise(along=0.02, lateral=0.01, yaw_per_metre=0.03, yaw_per_radian=0.04)
+    told = with_odometry(builtin_rig("rotary-array"), noise).odometry
+    assert told == Odometry(along=0.02, lateral=0.01, yaw_per_metre=0.03, yaw_per_radian=0.04)
+
+
+def test_a_rig_of_a_robot_that_knows_where_it_is_tells_nothing() -> None:
+    rig = builtin_rig("rotary-array")
+    assert with_odometry(rig, OdometryNoise()) is rig
