@@ -56,13 +56,14 @@ def evaluation_tables(evaluation: "Evaluation") -> tuple["Table", ...]:
     Returns
     -------
     tuple of Table
-        Walls, cylinders, recall and precision, classes, consistency; without those that would be empty.
+        Walls, cylinders, recall and precision, classes, consistency, poses; without those that would be empty.
     """
     from echoplan.evaluation import (  # noqa: PLC0415
         confusion_table,
         consistency_table,
         cylinder_table,
         tally_table,
+        trajectory_table,
         wall_table,
     )
 
@@ -72,6 +73,7 @@ def evaluation_tables(evaluation: "Evaluation") -> tuple["Table", ...]:
         tally_table({name: matching.tally for name, matching in evaluation.matches.by_class.items()}),
         confusion_table(evaluation.confusion),
         consistency_table(evaluation.consistency),
+        trajectory_table(evaluation.trajectory),
     )
     return tuple(table for table in tables if table.rows)
 

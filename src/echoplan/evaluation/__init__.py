@@ -22,7 +22,7 @@ from echoplan.evaluation.tables import (
     wall_table,
 )
 from echoplan.evaluation.tally import Tally
-from echoplan.evaluation.trajectory import Trajectory
+from echoplan.evaluation.trajectory import Trajectory, trajectory_table
 
 __all__ = [
     "MAP_CLASSES",
@@ -65,6 +65,7 @@ __all__ = [
     "summary_document",
     "table5",
     "tally_table",
+    "trajectory_table",
     "true_grid",
     "wall_table",
 ]

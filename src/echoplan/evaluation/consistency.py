@@ -18,7 +18,7 @@ from echoplan.evaluation.vertices import true_vertices
 from echoplan.geometry import lines_through, wrap
 from echoplan.model import FeatureClass, FeatureMap, Truth, Wall
 
-__all__ = ["PARAMETERS", "Consistency", "check_consistency", "nees", "pool_consistency", "wall_error"]
+__all__ = ["PARAMETERS", "Consistency", "check_consistency", "check_errors", "nees", "pool_consistency", "wall_error"]
 
 # How many parameters the features of each class have.
 PARAMETERS: Mapping[FeatureClass, int] = {FeatureClass.WALL: 2, FeatureClass.CORNER: 2, FeatureClass.CYLINDER: 3}
@@ -94,6 +94,25 @@ def check_consistency(feature_map: FeatureMap, truth: Truth, matches: Matches) -
         name: Consistency(parameters=PARAMETERS[name], nees=np.array(list(filter(isfinite, values))))
         for name, values in squares.items()
     }
+
+
+def check_errors(errors: FloatArray, covariances: FloatArray) -> Consistency:
+    """Hold errors against covariances, one by one.
+
+    Parameters
+    ----------
+    errors : ndarray, shape (n, k)
+        Estimated less true.
+    covariances : ndarray, shape (n, k, k)
+        What the estimator holds them to be.
+
+    Returns
+    -------
+    Consistency
+        Of those whose covariance can be inverted.
+    """
+    squares = (nees(error, covariance) for error, covariance in zip(errors, covariances, strict=True))
+    return Consistency(parameters=errors.shape[1], nees=np.array(list(filter(isfinite, squares))))
 
 
 def pool_consistency(several: Iterable[Consistency], *, parameters: int) -> Consistency:

@@ -191,4 +191,8 @@ def _poses(trajectory: Trajectory | None) -> Document | None:
         "count": len(trajectory.distances),
         "ate_mm": trajectory.absolute_error * _MILLIMETRES,
         "heading_deg": trajectory.heading_error * _DEGREES,
+        "rpe_mm": _number(trajectory.relative_error, _MILLIMETRES),
+        "rpe_deg": _number(trajectory.relative_heading_error, _DEGREES),
+        "positions": _consistency(trajectory.positions),
+        "headings": _consistency(trajectory.headings),
     }

@@ -39,9 +39,12 @@ def test_neither_a_field_nor_an_array_of_a_value_can_be_changed(value: Any) -> N
                 content[...] = 0
 
 
+NONE = Consistency(parameters=2, nees=np.zeros(0))
+
+
 def test_arrays_that_do_not_go_together_are_refused() -> None:
     with pytest.raises(InvalidValueError, match="angles must have shape"):
-        Trajectory(distances=np.zeros(3), angles=np.zeros(2))
+        Trajectory(distances=np.zeros(3), angles=np.zeros(2), steps=np.zeros((2, 3)), positions=NONE, headings=NONE)
     with pytest.raises(InvalidValueError, match="nees must be finite, not nan"):
         Consistency(parameters=2, nees=np.array([1.0, np.nan]))
     with pytest.raises(InvalidValueError, match="circles must have shape"):
