@@ -1,5 +1,6 @@
 """Random rooms: another one for each seed, to measure methods on rooms that nobody chose."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -10,11 +11,14 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, distances_to_segments, wrap
 from echoplan.io import builtin_rig
 from echoplan.model import Pillar, Polyline, Route, World
-from echoplan.simulation import Simulation, SimulationSettings
+from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 
-__all__ = ["STATIONS", "is_oblique", "random_simulation"]
+__all__ = ["DRIFT", "LEGS", "STATIONS", "is_oblique", "random_drive", "random_simulation"]
 
 STATIONS = 14
+# Stations of a drive, and the odometry of its robot: 2 % of the way, 2 degrees a metre and 2 degrees a turn of 1 rad.
+LEGS = 22
+DRIFT = OdometryNoise(along=0.02, yaw_per_metre=math.radians(2.0), yaw_per_radian=math.radians(2.0))
 
 # Sides of a room, of a box [m]; of the part that an L lacks, as a share of the room's; radii of cylinders [m].
 _SIDES, _BOX, _CUT, _RADII = (3.0, 5.5), (0.35, 0.9), (0.3, 0.45), (0.05, 0.2)
@@ -23,7 +27,11 @@ _ASKEW, _TURNED = 0.35, 0.6
 # What must be free about a box, a cylinder, a station; least way between two of 14 stations [m].
 _PASSAGE, _GAP, _BODY, _STRIDE = 0.6, 0.5, 0.33, 0.35
 # The air of rooms; the modules take it to be of 20 [degrees Celsius].
-_TEMPERATURES = (10.0, 30.0)
+_TEMPERATURES, _KNOWN_TEMPERATURES = (10.0, 30.0), (18.0, 22.0)
+# How far a robot drives from one station to the next [m].
+_NEAREST, _FARTHEST = 0.4, 1.1
+# Points of a leg that must be free, this far apart [m].
+_FOOT = 0.05
 # Places that are tried before a thing is left out, and for all stations together.
 _TRIES, _STATION_TRIES = 50, 4000
 
@@ -58,6 +66,45 @@ class _Floor:
 def is_oblique(seed: int) -> bool:
     """Tell whether a seed makes a room of oblique walls: every other one does."""
     return seed % 2 == 1
+
+
+def random_drive(
+    seed: int, *, odometry: OdometryNoise = DRIFT, noise: tuple[float, float] = (0.02, 0.02)
+) -> Simulation:
+    """Drive through a random room with the built-in rotary array, by dead reckoning.
+
+    The rooms are those of ``random_simulation``, in air of 18 to 22 degrees Celsius: odometry that is 2 % off tells
+    nothing of the 1.7 % by which ten degrees stretch the ranges, so that whoever drifts must know them better.
+    From each station the robot turns to a place nearby to which the way is free, and drives there.
+
+    Parameters
+    ----------
+    seed : int
+        Of the room, the way through it and the noise.
+    odometry : OdometryNoise, optional
+        How dead reckoning goes astray.
+    noise : tuple of float, optional
+        Shares of dropouts and of stray echoes.
+
+    Returns
+    -------
+    Simulation
+        With the true poses beside it.
+    """
+    rng = np.random.default_rng(seed)
+    floor = _Floor(outline_xy=_outline(rng, oblique=is_oblique(seed)))
+    floor, boxes = _boxes(floor, rng, oblique=is_oblique(seed))
+    floor, pillars = _pillars(floor, rng)
+    room = Polyline(points_xy=floor.outline_xy, closed=True)
+    dropout, stray = noise
+    route, air = _drive(floor, rng, LEGS), Air(temperature=float(rng.uniform(*_KNOWN_TEMPERATURES)))
+    return Simulation(
+        world=World(name=f"drive {seed}", polylines=(room, *boxes), pillars=pillars),
+        rig=builtin_rig("rotary-array"),
+        route=route,
+        settings=SimulationSettings(dropout=dropout, stray=stray, odometry=odometry, air=air),
+        seed=seed,
+    )
 
 
 def random_simulation(seed: int, *, stations: int = STATIONS) -> Simulation:
@@ -138,3 +185,23 @@ def _route(floor: _Floor, rng: np.random.Generator, stations: int) -> Route:
         if len(chosen) < stations and np.hypot(*(chosen - place).T).min(initial=np.inf) > stride:
             chosen = np.vstack([chosen, place])
     return Route(map_from_base=np.column_stack([chosen, rng.uniform(-np.pi, np.pi, len(chosen))]))
+
+
+def _drive(floor: _Floor, rng: np.random.Generator, stations: int) -> Route:
+    """Drive from place to place."""
+    way = [next(floor.places(rng, clearance=_BODY, tries=_STATION_TRIES))]
+    while len(way) < stations:
+        choices = floor.places(rng, clearance=_BODY, tries=_STATION_TRIES)
+        way.append(next(place for place in choices if _is_free(floor, way[-1], place)))
+    legs = np.diff(way, axis=0)
+    yaws = np.arctan2(legs[:, 1], legs[:, 0])
+    return Route(map_from_base=np.column_stack([way, np.append(yaws, yaws[-1])]))
+
+
+def _is_free(floor: _Floor, start: FloatArray, stop: FloatArray) -> bool:
+    """Tell whether a leg is neither short nor long, and a robot fits all along it."""
+    length = math.dist(start, stop)
+    if not _NEAREST < length < _FARTHEST:
+        return False
+    shares = np.linspace(0.0, 1.0, max(2, int(length / _FOOT)))
+    return all(floor.is_free(point, _BODY) for point in start + shares[:, None] * (stop - start))

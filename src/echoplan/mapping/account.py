@@ -15,8 +15,17 @@ from echoplan.arrays import BoolArray, FloatArray
 from echoplan.classification.hypotheses import Explanation, Hypothesis
 from echoplan.extraction.arcs import ArcSettings, find_arcs
 from echoplan.mapping.adjustment import Adjusted, AdjustmentSettings, Beliefs, Features, Start, adjust
+from echoplan.mapping.certainty import (
+    CertaintySettings,
+    Undetermined,
+    pose_covariances,
+    reckoned_covariances,
+    undetermined,
+)
 from echoplan.mapping.copies import CopySettings, without_copies
+from echoplan.mapping.drift import DriftSettings, learn_drift
 from echoplan.mapping.faces import FaceSettings, corner_echoes, find_faces
+from echoplan.mapping.independence import independence
 from echoplan.mapping.localisation import LocalisationSettings
 from echoplan.mapping.loudness import fit_loudness
 from echoplan.mapping.paths import trace_paths
@@ -60,6 +69,8 @@ class AccountSettings(BaseModel, frozen=True, extra="forbid"):
     search: SearchSettings = Field(default_factory=SearchSettings)
     adjustment: AdjustmentSettings = Field(default_factory=AdjustmentSettings)
     pose_errors: PoseSettings = Field(default_factory=PoseSettings)
+    drift: DriftSettings = Field(default_factory=DriftSettings)
+    certainty: CertaintySettings = Field(default_factory=CertaintySettings)
     squareness: SquarenessSettings = Field(default_factory=SquarenessSettings)
     copies: CopySettings = Field(default_factory=CopySettings)
     localisation: LocalisationSettings = Field(default_factory=LocalisationSettings)
@@ -95,6 +106,8 @@ class Account:
         self.features: list[Hypothesis] = []
         self.adjusted: Adjusted | None = None
         self.direction: float | None = None
+        self.independence = 1.0
+        self.believed: PoseBeliefs | None = None
         self.verdict = "trusted, as asked for"
 
     @property
@@ -145,19 +158,28 @@ class Account:
 
     def settle(self, beliefs: PoseBeliefs) -> None:
         """Explain everything from poses that are nearly right, learn the sonar, and refine all together."""
-        for noise in (self.settings.pose_errors.tracking_noise, self.settings.first_noise):
-            self.noise = noise
-            self.search()
-            self.features = without_copies(self.features, self.settings.pose_errors.copies)
-            self._adjust_often(noise, beliefs, 3)
-        self.model = fit_loudness(self.soundings, self.model, self.features, believed=self.prior.figure_of_merit)
-        self._adjust_often(0.75 * self.settings.first_noise, beliefs, 2)
-        self.learn_noise()
+        self.noise, self.soundings = self.settings.first_noise, displaced(self.recorded, self.given, self.poses)
         self.search()
         self.features = without_copies(self.features, self.settings.pose_errors.copies)
         self._adjust_often(self.noise, beliefs, 3)
+        self.model = fit_loudness(self.soundings, self.model, self.features, believed=self.prior.figure_of_merit)
+        self._adjust_often(0.75 * self.settings.first_noise, self._drifting(beliefs), 2)
+        self.learn_noise()
+        self.search()
+        self.features = without_copies(self.features, self.settings.pose_errors.copies)
+        self._adjust_often(self.noise, self._drifting(beliefs), 3)
         self.features = self._search().settled(self.features)
-        self._adjust_often(self.noise, beliefs, 2)
+        if self.adjusted is not None:
+            heard, left = self.adjusted.owners, self.adjusted.residuals
+            self.independence = independence(self.soundings, heard, left, noise=self.noise)
+        self._adjust_often(self.noise, self._drifting(beliefs), 2)
+
+    def _drifting(self, beliefs: PoseBeliefs) -> PoseBeliefs:
+        """Learn how far odometry is off, unless the rig tells."""
+        if self.adjusted is None or not beliefs.relative or beliefs.told:
+            return beliefs
+        poses = slice(self.adjusted.unknowns.pose, None)
+        return learn_drift(beliefs, self.poses, self.adjusted.covariance[poses, poses], self.settings.drift)
 
     def _adjust_often(self, noise: float, beliefs: PoseBeliefs, rounds: int) -> None:
         for _ in range(rounds):
@@ -214,6 +236,7 @@ class Account:
         self.features = [
             replace(each, reflector=row) for each, row in zip(self.features, self.adjusted.reflectors, strict=True)
         ]
+        self.believed = poses
         if poses is not None:
             self.poses = self.adjusted.poses
             self.soundings = displaced(self.recorded, self.given, self.poses)
@@ -225,6 +248,7 @@ class Account:
             walk_gain=self.prior.walk_gain,
             has_servo=self.has_servo,
             poses=poses,
+            independence=self.independence,
             pair_sigma=0.0 if poses is None or poses.relative else self.settings.pose_errors.pair_sigma,
             square=None
             if poses is None or self.direction is None
@@ -281,6 +305,18 @@ class Account:
         }
         beam = {"figure_of_merit": self.model.figure_of_merit, "ka": self.model.ka, "noise": self.noise}
         return {**learned, **beam, "agreement": self.agreement(), "poses": self.verdict}
+
+    def pose_covariances(self) -> FloatArray:
+        """Tell how well the poses of the stations are known; nothing where they are trusted."""
+        return np.zeros((0, 3, 3)) if self.adjusted is None else pose_covariances(self.adjusted)
+
+    def undetermined(self) -> tuple[Undetermined, ...]:
+        """Tell where nothing but odometry fixes a position one way."""
+        if self.believed is None or not self.believed.relative:
+            return ()
+        sigmas = self.believed.sigmas * [1.0, 1.0, 0.0]
+        reckoned = reckoned_covariances(self.believed._replace(sigmas=sigmas), self.poses)
+        return undetermined(self.pose_covariances(), reckoned, self.settings.certainty)
 
     def survey(self) -> Survey:
         """Draw what was found."""

@@ -27,12 +27,14 @@ __all__ = ["Adjusted", "AdjustmentSettings", "Beliefs", "Features", "Start", "ad
 _CYLINDER = int(Kind.CYLINDER)
 # Below this excess readings count half: a detector scatters more there [dB].
 _UNCERTAIN = 6.0
-# Features move no farther than this in a step [rad or m, m, m]; radii stay between these [m].
+# Features and poses move no farther than this in a step [rad or m, m, m]; radii stay between these [m].
 _LONGEST, _THIN, _THICK = 0.05, 0.01, 0.5
 # Walls within this of a square direction are drawn to it [rad].
 _NEARLY_SQUARE = math.radians(12)
 # Information about features that holds them in place where no reading does.
 _HOLD = 0.1
+# Information that pins an unknown down.
+_FIRM = 1e12
 
 
 class AdjustmentSettings(BaseModel, frozen=True, extra="forbid"):
@@ -66,6 +68,8 @@ class Beliefs(NamedTuple):
         What is believed of the poses, if they are to be corrected.
     pair_sigma : float
         What all pings of one station say of one feature is wrong together by this [m]; 0 if they are independent.
+    independence : float
+        How many times more readings count than their weights say.
     square : tuple of float or None
         Main direction of the walls and standard deviation about it [rad], where right angles are believed in.
     """
@@ -76,6 +80,7 @@ class Beliefs(NamedTuple):
     has_servo: bool
     poses: PoseBeliefs | None = None
     pair_sigma: float = 0.0
+    independence: float = 1.0
     square: tuple[float, float] | None = None
 
 
@@ -183,7 +188,7 @@ def adjust(soundings: Soundings, start: Start, beliefs: Beliefs, settings: Adjus
             *corner_ties(now.features.reflectors, unknowns, settings.ties),
         ]
         information, right = normal_equations([_placed(readings, unknowns), *held], unknowns.size)
-        step = solve(information, right)
+        step = solve(*_held_scale(information, right, now, unknowns)) if _drifts(beliefs) else solve(information, right)
         now = _moved(now, step, unknowns)
         if np.abs(step).max() < 1e-6:
             break
@@ -198,6 +203,24 @@ def adjust(soundings: Soundings, start: Start, beliefs: Beliefs, settings: Adjus
         residuals=matched.residuals,
         excesses=matched.excesses,
     )
+
+
+def _drifts(beliefs: Beliefs) -> bool:
+    return beliefs.poses is not None and beliefs.poses.relative
+
+
+def _held_scale(
+    information: FloatArray, right: FloatArray, now: Start, unknowns: Unknowns
+) -> tuple[FloatArray, FloatArray]:
+    """Keep the range scale at what the modules take it for, where the way itself is uncertain (Schmidt 1966).
+
+    What is left to tell it are the arms of the array, a few centimetres long: an error of the beam's shape by tenths
+    of a millimetre would pass for a percent.  Its uncertainty stays in the covariance.
+    """
+    held, aim, place = information.copy(), right.copy(), unknowns.sonar + SONAR_UNKNOWNS.index("range_scale")
+    held[place, place] += _FIRM
+    aim[place] -= _FIRM * now.model.range_scale
+    return held, aim
 
 
 class _Readings(NamedTuple):
@@ -227,12 +250,13 @@ def _linearised(
     residuals, excesses = matched.residuals[explained], matched.excesses[explained]
     doubts = (1.0 + (residuals / (settings.robust * beliefs.noise)) ** 2) ** 2
     doubts *= np.where(excesses < _UNCERTAIN, 2.0, 1.0) * beliefs.noise**2
+    counts = beliefs.independence * soundings.weights[explained]
     readings = _Readings(
         owners=matched.owners[explained],
         stations=soundings.stations[explained],
         slopes=slopes if len(now.poses) else slopes[:, : 3 + len(SONAR_UNKNOWNS)],
         residuals=residuals,
-        weights=_capped(soundings.weights[explained] / doubts, matched, explained, soundings, beliefs.pair_sigma),
+        weights=_capped(counts / doubts, matched, explained, soundings, beliefs.pair_sigma),
     )
     if len(now.poses):
         slopes[:, 9] += _leverage(soundings, explained, now.poses, slopes)
@@ -285,7 +309,7 @@ def _moved(now: Start, step: FloatArray, unknowns: Unknowns) -> Start:
         features=now.features._replace(reflectors=reflectors),
         model=model,
         latency=now.latency + latency,
-        poses=now.poses + step[unknowns.pose :].reshape(-1, 3),
+        poses=now.poses + np.clip(step[unknowns.pose :], -_LONGEST, _LONGEST).reshape(-1, 3),
     )
 
 
@@ -305,8 +329,7 @@ def _priors(now: Start, unknowns: Unknowns, beliefs: Beliefs, settings: Adjustme
 def _sonar_priors(now: Start, first: int, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:
     model, gain_sigma = now.model, settings.gain_share * beliefs.walk_gain
     # Where the way itself is uncertain it cannot tell the scale of the map: that is left to the sonar's maker.
-    drifting = beliefs.poses is not None and beliefs.poses.relative
-    scale_sigma = settings.drifting_scale_sigma if drifting else settings.scale_sigma
+    scale_sigma = settings.drifting_scale_sigma if _drifts(beliefs) else settings.scale_sigma
     # Without a servo nothing lags: the unknown stays where it is.
     latency_sigma = settings.latency_sigma if beliefs.has_servo else 1e-9
     yield prior(first, sigma=beliefs.offset_sigma, residual=-model.range_offset)

@@ -10,10 +10,22 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.geometry import compose, invert, wrap
 from echoplan.mapping.copies import CopySettings
 from echoplan.mapping.rows import Rows
+from echoplan.model import Odometry
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["PoseBeliefs", "PoseSettings", "displaced", "odometry_beliefs", "pose_rows", "waypoint_beliefs"]
+__all__ = [
+    "PoseBeliefs",
+    "PoseSettings",
+    "displaced",
+    "odometry_beliefs",
+    "pose_rows",
+    "step_residuals",
+    "step_slopes",
+    "waypoint_beliefs",
+]
 
+# What the digits of recorded poses, or the ticks of a wheel, leave of any step [m, m, rad].
+_ROUNDED = (5e-4, 5e-4, 5e-4)
 # The first pose is the frame of the map: it stays [m, m, rad].
 _FIXED = (1e-4, 1e-4, 1e-5)
 
@@ -48,14 +60,17 @@ class PoseBeliefs(NamedTuple):
         Of each pose in its own frame if it is absolute, else of the step to it in the frame of the one before.
     relative : bool
         Whether errors add up from one pose to the next.
+    told : bool
+        Whether the rig told the deviations; else they are a guess, from which better ones may be learned.
     """
 
     given: FloatArray
     sigmas: FloatArray
     relative: bool
+    told: bool = False
 
 
-def odometry_beliefs(given: FloatArray, settings: PoseSettings) -> PoseBeliefs:
+def odometry_beliefs(given: FloatArray, settings: PoseSettings, told: Odometry | None = None) -> PoseBeliefs:
     """Believe in the steps from pose to pose.
 
     Parameters
@@ -63,25 +78,40 @@ def odometry_beliefs(given: FloatArray, settings: PoseSettings) -> PoseBeliefs:
     given : ndarray, shape (s, 3)
         Poses by dead reckoning [m, m, rad].
     settings : PoseSettings
-        How far steps may be off.
+        How far steps may be off where nobody tells.
+    told : Odometry, optional
+        How far they are off by the rig.
 
     Returns
     -------
     PoseBeliefs
         The first pose fixed, the others relative.
     """
-    steps = compose(invert(given[:-1]), given[1:])
-    length, turn = np.hypot(steps[:, 0], steps[:, 1]), np.abs(wrap(steps[:, 2]))
+    steps = _steps(given)
+    length, turn = np.hypot(steps[:, 0], steps[:, 1]), np.abs(steps[:, 2])
+    sigmas = _guessed(length, turn, settings) if told is None else _told(length, turn, told)
+    return PoseBeliefs(given, np.concatenate([[_FIXED], sigmas]), relative=True, told=told is not None)
+
+
+def _guessed(length: FloatArray, turn: FloatArray, settings: PoseSettings) -> FloatArray:
     floor = np.full(len(turn), settings.turn_floor)
     turning = np.stack([settings.turn_per_metre * length, settings.turn_share * turn, floor])
-    sigmas = np.column_stack(
+    return np.column_stack(
         [
             settings.along * length + settings.floor,
             settings.across * length + settings.floor,
             np.sqrt((turning**2).sum(axis=0)),
         ]
     )
-    return PoseBeliefs(given, np.concatenate([[_FIXED], sigmas]), relative=True)
+
+
+def _told(length: FloatArray, turn: FloatArray, told: Odometry) -> FloatArray:
+    variances = [
+        told.along**2 * length,
+        told.lateral**2 * length,
+        told.yaw_per_metre**2 * length + told.yaw_per_radian**2 * turn,
+    ]
+    return np.sqrt(np.column_stack(variances) + np.square(_ROUNDED))
 
 
 def waypoint_beliefs(given: FloatArray, settings: PoseSettings) -> PoseBeliefs:
@@ -161,19 +191,49 @@ def pose_rows(beliefs: PoseBeliefs, poses: FloatArray, first: int) -> Rows:
         slopes = np.broadcast_to(np.eye(3), (count, 3, 3))
         return _flat(own, slopes, residuals, beliefs.sigmas)
     before = np.concatenate([np.full((1, 3, 3), -1), own[:-1]])
-    residuals = np.concatenate([beliefs.given[:1] - poses[:1], _steps(beliefs.given) - _steps(poses)])
-    residuals[:, 2] = wrap(residuals[:, 2])
-    from_before, from_own = _step_slopes(poses)
+    first = beliefs.given[:1] - poses[:1]
+    first[:, 2] = wrap(first[:, 2])
+    residuals = np.concatenate([first, step_residuals(beliefs.given, poses)])
+    from_before, from_own = step_slopes(poses)
     columns = np.concatenate([before, own], axis=2)
     return _flat(columns, np.concatenate([from_before, from_own], axis=2), residuals, beliefs.sigmas)
+
+
+def step_residuals(given: FloatArray, poses: FloatArray) -> FloatArray:
+    """Tell by how much the steps from pose to pose are longer as given than they are now.
+
+    Parameters
+    ----------
+    given, poses : ndarray, shape (s, 3)
+        As recorded, and now [m, m, rad].
+
+    Returns
+    -------
+    ndarray, shape (s - 1, 3)
+        In the frame of the pose before [m, m, rad].
+    """
+    residuals = _steps(given) - _steps(poses)
+    residuals[:, 2] = wrap(residuals[:, 2])
+    return residuals
 
 
 def _steps(poses: FloatArray) -> FloatArray:
     return compose(invert(poses[:-1]), poses[1:])
 
 
-def _step_slopes(poses: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Differentiate each step by the pose before and by its own: ``p = R' (t - t0)``, ``dp/dyaw0 = (p_y, -p_x)``."""
+def step_slopes(poses: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Differentiate each step by the pose before and by its own: ``p = R' (t - t0)``, ``dp/dyaw0 = (p_y, -p_x)``.
+
+    Parameters
+    ----------
+    poses : ndarray, shape (s, 3)
+        The poses [m, m, rad].
+
+    Returns
+    -------
+    before, own : ndarray, shape (s, 3, 3)
+        By pose; the first has none before it and is taken as a step of its own.
+    """
     count, steps = len(poses), _steps(poses)
     cosine, sine = np.cos(poses[:-1, 2]), np.sin(poses[:-1, 2])
     own, before = np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3, 3))

@@ -12,6 +12,7 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.geometry import wrap
 from echoplan.mapping.account import Account, AccountSettings, PoseMode
+from echoplan.mapping.certainty import carried_covariances
 from echoplan.mapping.poses import odometry_beliefs, waypoint_beliefs
 from echoplan.mapping.tracking import track
 from echoplan.model import FeatureMap, Rig, Sweep
@@ -75,15 +76,17 @@ class JointMapper:
             given, np.array([len(each.readings) for each in self._soundings]), self.settings.stations
         )
         found = self._account(at_stations(join_soundings(self._soundings), stations), stations.poses)
-        survey = found.survey()
+        survey, poses = found.survey(), stations.of_sweeps(given, found.poses)
+        open_ways = [each.at_sweeps(stations, sweeps) for each in found.undetermined()]
         return FeatureMap(
             method="joint",
-            parameters={**parameters, "found": found.calibration()},
+            parameters={**parameters, "found": {**found.calibration(), "undetermined": open_ways}},
             walls=survey.walls(),
             corners=survey.corners(),
             cylinders=survey.cylinders(),
             sweeps=sweeps,
-            poses=stations.of_sweeps(given, found.poses),
+            poses=poses,
+            pose_covariances=carried_covariances(found.pose_covariances(), stations, poses),
         )
 
     def _account(self, heard: Soundings, given: FloatArray) -> Account:
@@ -92,7 +95,7 @@ class JointMapper:
         mode = self.settings.poses
         account.glance()
         if mode is PoseMode.CORRECT or (mode is PoseMode.AUTO and account.is_torn()):
-            track(account, odometry_beliefs(given, errors))
+            track(account, odometry_beliefs(given, errors, self.rig.odometry))
             drifted = "corrected: from the poses as recorded most walls were there twice"
             account.verdict = "corrected, as asked for" if mode is PoseMode.CORRECT else drifted
             return account

@@ -44,7 +44,17 @@ def learned_in_words(feature_map: FeatureMap) -> tuple[Definitions, ...]:
     items = [(words, _value(found[name], factor, unit)) for name, words, factor, unit in _NUMBERS if name in found]
     noise = ("Readings scatter by", f"{1000 * float(found['noise']):.1f} mm")
     poses = ("Poses", str(found.get("poses", "trusted")))
-    return (Definitions(title="What the recording tells of itself", items=(poses, *items, noise)),)
+    open_ways = [("Not determined", _open_way(each)) for each in found.get("undetermined", ())]
+    return (Definitions(title="What the recording tells of itself", items=(poses, *open_ways, *items, noise)),)
+
+
+def _open_way(found: Mapping[str, Any]) -> str:
+    direction = math.degrees(float(found["direction"]))
+    along, across = (1000 * float(found[name]) for name in ("along", "across"))
+    return (
+        f"the position along {direction:.0f}\N{DEGREE SIGN} from sweep {found['first']} to {found['last']}: only "
+        f"odometry tells it, to \N{PLUS-MINUS SIGN} {along:.0f} mm at worst, {across:.0f} mm across"
+    )
 
 
 def _value(number: Mapping[str, Any], factor: float, unit: str) -> str:

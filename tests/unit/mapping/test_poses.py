@@ -7,6 +7,7 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, invert, wrap
 from echoplan.mapping.poses import PoseBeliefs, PoseSettings, displaced, odometry_beliefs, pose_rows, waypoint_beliefs
 from echoplan.mapping.rows import Rows, normal_equations, solve
+from echoplan.model import Odometry
 from expectations import hearing, listening, wall
 
 WAY = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.5], [1.5, 0.8, 1.6], [1.4, 1.9, 3.0]])
@@ -38,6 +39,19 @@ def test_a_greater_turn_leaves_the_heading_less_sure() -> None:
     turned = odometry_beliefs(np.array([[0.0, 0, 0], [1.0, 0, 2.0]]), SETTINGS).sigmas[1]
     assert turned[2] > straight[2]
     assert turned[:2] == pytest.approx(straight[:2])
+
+
+def test_what_the_rig_tells_is_a_random_walk() -> None:
+    told = Odometry(along=0.02, lateral=0.01, yaw_per_metre=0.03, yaw_per_radian=0.04)
+    one = odometry_beliefs(np.array([[0.0, 0, 0], [4.0, 0, 1.0]]), SETTINGS, told)
+    assert one.sigmas[1] == pytest.approx([0.04, 0.02, np.sqrt(0.03**2 * 4 + 0.04**2)], rel=0.01)
+    assert one.told
+    many = odometry_beliefs(np.linspace([0.0, 0, 0], [4.0, 0, 1.0], 11), SETTINGS, told)
+    assert np.sqrt((many.sigmas[1:] ** 2).sum(axis=0)) == pytest.approx(one.sigmas[1], rel=0.03)
+
+
+def test_what_nobody_tells_is_a_guess() -> None:
+    assert not odometry_beliefs(WAY, SETTINGS).told
 
 
 def test_the_first_pose_is_the_frame_of_the_map() -> None:

@@ -43,6 +43,9 @@ def drive() -> tuple[Sweep, ...]:
     )
 
 
+original = Account.search
+
+
 def account_of(sweeps: tuple[Sweep, ...]) -> Account:
     rig = builtin_rig("rotary-array")
     given = np.array([sweep.station for sweep in sweeps])
@@ -77,6 +80,24 @@ def test_it_is_found_again_by_what_it_hears() -> None:
 
 def test_the_first_pose_stays() -> None:
     assert tracked().poses[0] == pytest.approx(tracked().given[0], abs=1e-4)
+
+
+def test_what_was_tracked_is_searched_from_where_the_robot_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    centers = list[FloatArray]()
+
+    class StoppedError(Exception):
+        """Enough was seen."""
+
+    def searched(account: Account) -> None:
+        centers.append(account.soundings.centers)
+        if len(account.given) == len(WAY) and len(centers) > len(WAY) - 1:
+            raise StoppedError
+
+    account = account_of(drive())
+    monkeypatch.setattr(Account, "search", lambda self: (searched(self), original(self))[1])
+    with pytest.raises(StoppedError):
+        track(account, odometry_beliefs(account.given, account.settings.pose_errors))
+    assert np.hypot(*(centers[-1] - WAY[:, :2]).T).max() < 0.03
 
 
 def test_the_walls_are_there_once_and_in_their_places() -> None:

@@ -32,6 +32,15 @@ def test_it_is_said_what_was_done_about_the_poses_and_why() -> None:
     assert told(poses="corrected: walls were there twice")["Poses"] == "corrected: walls were there twice"
 
 
+def test_it_is_said_where_a_recording_leaves_the_way_open() -> None:
+    way = {"first": 3, "last": 90, "direction": 0.5236, "along": 0.121, "across": 0.009}
+    assert told(undetermined=[way])["Not determined"] == (
+        "the position along 30\N{DEGREE SIGN} from sweep 3 to 90: only odometry tells it, "
+        "to \N{PLUS-MINUS SIGN} 121 mm at worst, 9 mm across"
+    )
+    assert "Not determined" not in told(undetermined=[])
+
+
 @pytest.mark.parametrize("sigma", [1e-9, 1.0])
 def test_any_uncertainty_can_be_written(sigma: float) -> None:
     number = {"value": 0.5, "sigma": sigma, "believed": 1e9}

@@ -1,0 +1,176 @@
+"""Certainty: how well corrected poses are known, and in which directions nothing but odometry tells them."""
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import wrap
+from echoplan.mapping.adjustment import Adjusted
+from echoplan.mapping.poses import PoseBeliefs, step_slopes
+from echoplan.preprocessing.stations import Stations
+
+__all__ = [
+    "CertaintySettings",
+    "Undetermined",
+    "carried_covariances",
+    "pose_covariances",
+    "reckoned_covariances",
+    "undetermined",
+]
+
+
+class CertaintySettings(BaseModel, frozen=True, extra="forbid"):
+    """When echoes determine a pose."""
+
+    narrowed: float = Field(default=0.5, gt=0.0, le=1.0, description="share of odometry's deviation that must go")
+    elongated: float = Field(default=3.0, ge=1.0, description="long axis of an ellipse over its short one")
+    least: float = Field(default=0.01, ge=0.0, description="deviation from which on it is worth telling [m]")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Undetermined:
+    """Poses in a row that odometry alone tells in one direction.
+
+    Parameters
+    ----------
+    first, last : int
+        Stations between which this holds.
+    direction : float
+        Which way, at the worst of them, modulo half a turn [rad].
+    along, across : float
+        Standard deviations that way and across it there [m].
+    """
+
+    first: int
+    last: int
+    direction: float
+    along: float
+    across: float
+
+    def at_sweeps(self, stations: Stations, sweeps: np.ndarray) -> dict[str, float]:
+        """Tell the same with numbers of sweeps instead of stations, ready for JSON.
+
+        Parameters
+        ----------
+        stations : Stations
+            Which sweeps belong to which station.
+        sweeps : ndarray of int, shape (w,)
+            Numbers of the sweeps.
+
+        Returns
+        -------
+        dict of str to float
+            By the names of the parameters.
+        """
+        members = sweeps[(stations.numbers >= self.first) & (stations.numbers <= self.last)]
+        return {**asdict(self), "first": int(members[0]), "last": int(members[-1])}
+
+
+def pose_covariances(adjusted: Adjusted) -> FloatArray:
+    """Take the covariances of the poses out of an adjustment.
+
+    Parameters
+    ----------
+    adjusted : Adjusted
+        Features, sonar and poses.
+
+    Returns
+    -------
+    ndarray, shape (s, 3, 3)
+        Of each pose [m, m, rad]; of shape (0, 3, 3) where poses were trusted.
+    """
+    first, count = adjusted.unknowns.pose, adjusted.unknowns.poses
+    places = first + 3 * np.arange(count)[:, None] + np.arange(3)
+    blocks = adjusted.covariance[places[:, :, None], places[:, None, :]]
+    symmetric: FloatArray = 0.5 * (blocks + blocks.transpose(0, 2, 1))
+    return symmetric
+
+
+def carried_covariances(covariances: FloatArray, stations: Stations, poses: FloatArray) -> FloatArray:
+    """Carry covariances of stations over to their sweeps, that stand a little aside.
+
+    Parameters
+    ----------
+    covariances : ndarray, shape (s, 3, 3)
+        Of the stations [m, m, rad].
+    stations : Stations
+        Which sweeps belong to which station.
+    poses : ndarray, shape (w, 3)
+        Corrected poses of the sweeps [m, m, rad].
+
+    Returns
+    -------
+    ndarray, shape (w, 3, 3)
+        Of the sweeps.
+    """
+    if not len(covariances):
+        return covariances
+    own = stations.numbers
+    firsts = np.searchsorted(own, np.arange(own[-1] + 1))
+    aside = poses[:, :2] - poses[firsts[own], :2]
+    slopes = np.tile(np.eye(3), (len(own), 1, 1))
+    slopes[:, 0, 2], slopes[:, 1, 2] = -aside[:, 1], aside[:, 0]
+    return np.einsum("kij,kjl,kml->kim", slopes, covariances[own], slopes)
+
+
+def reckoned_covariances(beliefs: PoseBeliefs, poses: FloatArray) -> FloatArray:
+    """Add up what odometry leaves open of each pose by itself.
+
+    Parameters
+    ----------
+    beliefs : PoseBeliefs
+        What is believed of its steps.
+    poses : ndarray, shape (s, 3)
+        Where the robot was [m, m, rad].
+
+    Returns
+    -------
+    ndarray, shape (s, 3, 3)
+        Of each pose in the frame of the map [m, m, rad].
+    """
+    before, own = step_slopes(poses)
+    noises = np.stack([np.diag(row) for row in beliefs.sigmas**2])
+    covariances = [noises[0]]
+    for past, now, noise in zip(before[1:], own[1:], noises[1:], strict=True):
+        moved, spread = np.linalg.solve(now, past), np.linalg.inv(now)
+        covariances.append(moved @ covariances[-1] @ moved.T + spread @ noise @ spread.T)
+    return np.array(covariances)
+
+
+def undetermined(
+    covariances: FloatArray, reckoned: FloatArray, settings: CertaintySettings
+) -> tuple[Undetermined, ...]:
+    """Find where echoes fix a position one way, and nothing but odometry does so the other way: in a corridor.
+
+    Parameters
+    ----------
+    covariances : ndarray, shape (s, 3, 3)
+        Of corrected poses [m, m, rad].
+    reckoned : ndarray, shape (s, 3, 3)
+        Of the same poses by odometry alone, with the heading known: that is what walls tell in any case.
+    settings : CertaintySettings
+        When a pose is determined.
+
+    Returns
+    -------
+    tuple of Undetermined
+        One for each row of stations.
+    """
+    variances, vectors = np.linalg.eigh(covariances[:, :2, :2])
+    sigmas = np.sqrt(np.maximum(variances, 0.0))
+    longest = vectors[:, :, 1]
+    alone = np.sqrt(np.einsum("ki,kij,kj->k", longest, reckoned[:, :2, :2], longest))
+    open_ = sigmas[:, 1] > np.maximum(settings.narrowed * alone, settings.elongated * sigmas[:, 0])
+    open_ &= sigmas[:, 1] > settings.least
+    # The first pose is the frame: it is known by decree.
+    open_[:1] = False
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], open_, [False]]).astype(np.int64)))
+    found = []
+    for first, end in edges.reshape(-1, 2).tolist():
+        worst = first + int(np.argmax(sigmas[first:end, 1]))
+        angle = float(wrap(2 * np.arctan2(longest[worst, 1], longest[worst, 0]))) / 2
+        across, along = sigmas[worst].tolist()
+        found.append(Undetermined(first=first, last=end - 1, direction=angle, along=along, across=across))
+    return tuple(found)

@@ -1,0 +1,57 @@
+"""Drift: how far odometry really goes astray, told by poses that were corrected."""
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.arrays import FloatArray
+from echoplan.mapping.poses import PoseBeliefs, step_residuals, step_slopes
+
+__all__ = ["DriftSettings", "learn_drift"]
+
+
+class DriftSettings(BaseModel, frozen=True, extra="forbid"):
+    """How fast belief in odometry gives way to what is seen of it."""
+
+    steps: float = Field(default=4.0, gt=0.0, description="for which what was believed before counts")
+    least: float = Field(default=0.1, gt=0.0, description="of what was believed, that may be learned")
+    greatest: float = Field(default=10.0, gt=0.0, description="likewise")
+
+
+def learn_drift(
+    beliefs: PoseBeliefs, poses: FloatArray, covariance: FloatArray, settings: DriftSettings
+) -> PoseBeliefs:
+    r"""Take the errors of odometry, axis by axis, from poses that were corrected.
+
+    One step of expectation and maximisation for a factor of each axis, with what was believed as the mean of so many
+    steps more (Dempster, Laird and Rubin 1977): the expected square of an error is that of the corrected step less
+    the given one, and its variance.
+
+    .. math:: f^2 = \frac{m + \sum_k (r_k^2 + J_k C J_k') / \sigma_k^2}{m + n}
+
+    Parameters
+    ----------
+    beliefs : PoseBeliefs
+        What was believed; relative.
+    poses : ndarray, shape (s, 3)
+        As corrected [m, m, rad].
+    covariance : ndarray, shape (3 s, 3 s)
+        Of the corrected poses.
+    settings : DriftSettings
+        How much what was believed counts.
+
+    Returns
+    -------
+    PoseBeliefs
+        The same with other deviations.
+    """
+    if len(poses) < 2:
+        return beliefs
+    slopes = np.concatenate(step_slopes(poses), axis=2)[1:]
+    places = 3 * np.arange(len(poses) - 1)[:, None] + np.arange(6)
+    blocks = covariance[places[:, :, None], places[:, None, :]]
+    variances = np.einsum("kij,kjl,kil->ki", slopes, blocks, slopes)
+    squares = (step_residuals(beliefs.given, poses) ** 2 + variances) / beliefs.sigmas[1:] ** 2
+    factors = np.sqrt((settings.steps + squares.sum(axis=0)) / (settings.steps + len(squares)))
+    sigmas = beliefs.sigmas.copy()
+    sigmas[1:] *= np.clip(factors, settings.least, settings.greatest)
+    return beliefs._replace(sigmas=sigmas)

@@ -1,0 +1,66 @@
+"""Independence: how much neighbouring pings repeat each other's errors, told by what is left of their readings."""
+
+import numpy as np
+
+from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.preprocessing.soundings import Soundings
+
+__all__ = ["independence"]
+
+# Residuals beyond so many deviations are no errors of readings.
+_WILD = 4.0
+# Fewer pairs of neighbours tell nothing.
+_FEWEST = 50
+
+
+def independence(soundings: Soundings, owners: IntArray, residuals: FloatArray, *, noise: float) -> float:
+    r"""Tell how many times more readings count than their weights say.
+
+    Weights take pings four degrees apart for independent, and nearer ones in proportion.  What is left of the
+    readings after an adjustment tells better: the variance of a mean of correlated errors is that of independent ones
+    times the sum of their autocorrelation (Priestley 1981, Section 5.3.2).
+
+    .. math:: \tau = 1 + 2 \sum_{k=1}^{1/w} \rho_k, \qquad f = 1 / (w \tau)
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+    owners : ndarray of int, shape (n,)
+        Which feature explains each; -1 for none.
+    residuals : ndarray, shape (n,)
+        What is left of their readings [m].
+    noise : float
+        Standard deviation of readings [m].
+
+    Returns
+    -------
+    float
+        At least 1, which stands for what the weights say, and at most one full count a ping.
+    """
+    weight = float(np.median(soundings.weights)) if len(soundings.weights) else 1.0
+    lags = round(1.0 / weight)
+    order = np.lexsort((soundings.bearings, soundings.sensors, soundings.stations))
+    left, whose = residuals[order], _groups(soundings, owners)[order]
+    told = (whose >= 0) & (np.abs(left) < _WILD * noise)
+    correlations = [_correlation(left, whose, told, lag) for lag in range(1, lags)]
+    spread = 1.0 + 2.0 * sum(correlations)
+    return max(1.0, 1.0 / (weight * max(spread, 1.0)))
+
+
+def _groups(soundings: Soundings, owners: IntArray) -> IntArray:
+    """Give a number to all pings that one sensor heard of one feature from one station; -1 for those of none."""
+    stations, sensors = len(soundings.centers), int(soundings.sensors.max(initial=0)) + 1
+    numbers = (owners * stations + soundings.stations) * sensors + soundings.sensors
+    groups: IntArray = np.where(owners >= 0, numbers, -1)
+    return groups
+
+
+def _correlation(residuals: FloatArray, whose: IntArray, told: BoolArray, lag: int) -> float:
+    pairs = told[:-lag] & told[lag:] & (whose[:-lag] == whose[lag:])
+    if pairs.sum() < _FEWEST:
+        # Where nothing is known neighbours are taken to say the same.
+        return 1.0
+    first, second = residuals[:-lag][pairs], residuals[lag:][pairs]
+    power = float(np.sqrt((first @ first) * (second @ second)))
+    return float(first @ second) / power if power > 0.0 else 1.0

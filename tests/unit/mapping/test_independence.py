@@ -1,0 +1,56 @@
+"""Neighbouring pings count by how much of their errors they share."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from echoplan.arrays import FloatArray
+from echoplan.mapping.independence import independence
+from expectations import listening
+
+# Eight stations all of whose pings, a degree apart, hear one wall; a full count is four times what weights say.
+HEARD = listening([(0.1 * k, 0.0) for k in range(8)], step=np.radians(1.0))
+PINGS = len(HEARD.readings)
+OWNERS = np.zeros(PINGS, dtype=np.int64)
+NOISE = 0.003
+WHITE = NOISE * np.random.default_rng(3).standard_normal(PINGS)
+
+
+def counted(residuals: FloatArray) -> float:
+    return independence(HEARD, OWNERS, residuals, noise=NOISE)
+
+
+def drawn_out(memory: float) -> FloatArray:
+    """Errors of which each keeps so much of the one before, with the same power."""
+    errors: FloatArray = lfilter([np.sqrt(1 - memory**2)], [1.0, -memory], WHITE)
+    return errors
+
+
+def test_errors_of_their_own_make_every_ping_count() -> None:
+    assert counted(WHITE) == pytest.approx(4.0, rel=0.1)
+
+
+def test_errors_in_common_count_as_weights_say() -> None:
+    assert counted(np.repeat(WHITE[::8], 8)) == pytest.approx(1.0, abs=0.05)
+
+
+def test_errors_that_fade_count_in_between() -> None:
+    # The autocorrelation of such errors is memory^k.
+    assert counted(drawn_out(0.5)) == pytest.approx(4.0 / (1 + 2 * (0.5 + 0.25 + 0.125)), rel=0.1)
+
+
+def test_wild_readings_do_not_hide_what_others_share() -> None:
+    wild = drawn_out(0.5)
+    wild[::50] = 0.5
+    assert counted(wild) == pytest.approx(counted(drawn_out(0.5)), rel=0.1)
+
+
+def test_where_little_is_explained_weights_are_believed() -> None:
+    few = np.where(np.arange(PINGS) < 20, 0, -1)
+    assert independence(HEARD, few, WHITE, noise=NOISE) == 1.0
+
+
+def test_pings_far_apart_count_in_full_already() -> None:
+    coarse = listening(step=np.radians(5.0))
+    nothing = np.zeros(len(coarse.readings))
+    assert independence(coarse, np.zeros(len(nothing), dtype=np.int64), nothing, noise=NOISE) == 1.0
