@@ -112,7 +112,8 @@ def carried_covariances(covariances: FloatArray, stations: Stations, poses: Floa
     aside = poses[:, :2] - poses[firsts[own], :2]
     slopes = np.tile(np.eye(3), (len(own), 1, 1))
     slopes[:, 0, 2], slopes[:, 1, 2] = -aside[:, 1], aside[:, 0]
-    return np.einsum("kij,kjl,kml->kim", slopes, covariances[own], slopes)
+    carried: FloatArray = np.einsum("kij,kjl,kml->kim", slopes, covariances[own], slopes)
+    return carried
 
 
 def reckoned_covariances(beliefs: PoseBeliefs, poses: FloatArray) -> FloatArray:

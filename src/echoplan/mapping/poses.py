@@ -191,9 +191,9 @@ def pose_rows(beliefs: PoseBeliefs, poses: FloatArray, first: int) -> Rows:
         slopes = np.broadcast_to(np.eye(3), (count, 3, 3))
         return _flat(own, slopes, residuals, beliefs.sigmas)
     before = np.concatenate([np.full((1, 3, 3), -1), own[:-1]])
-    first = beliefs.given[:1] - poses[:1]
-    first[:, 2] = wrap(first[:, 2])
-    residuals = np.concatenate([first, step_residuals(beliefs.given, poses)])
+    start = beliefs.given[:1] - poses[:1]
+    start[:, 2] = wrap(start[:, 2])
+    residuals = np.concatenate([start, step_residuals(beliefs.given, poses)])
     from_before, from_own = step_slopes(poses)
     columns = np.concatenate([before, own], axis=2)
     return _flat(columns, np.concatenate([from_before, from_own], axis=2), residuals, beliefs.sigmas)

@@ -66,7 +66,7 @@ def test_a_map_never_holds_a_number_that_is_none(tmp_path: Path) -> None:
 
 def test_a_pose_may_come_with_its_covariance(tmp_path: Path) -> None:
     covariance = [[1e-6, 0.0, 0.0], [0.0, 4e-6, 1e-7], [0.0, 1e-7, 1e-5]]
-    found = read(tmp_path, poses=[MAP["poses"][0] | {"covariance": covariance}])  # type: ignore[index, operator]
+    found = read(tmp_path, poses=[MAP["poses"][0] | {"covariance": covariance}])  # type: ignore[operator]
     assert found.pose_covariances.tolist() == [covariance]
     write_map(tmp_path / "again.json", found)
     assert json.loads((tmp_path / "again.json").read_text())["poses"][0]["covariance"] == covariance

@@ -44,7 +44,7 @@ def test_poses_that_nothing_tells_teach_nothing() -> None:
     # The covariance of a way that odometry alone adds up: what is expected of each step is what was believed.
     beliefs, _ = walked(np.ones(3))
     information, _ = normal_equations([pose_rows(beliefs, beliefs.given, 0)], 3 * STEPS + 3)
-    covariance = np.linalg.inv(information)
+    covariance: FloatArray = np.linalg.inv(information).astype(np.float64)
     assert factors(beliefs, learn_drift(beliefs, beliefs.given, covariance, SETTINGS)) == pytest.approx(np.ones(3))
 
 
