@@ -1,0 +1,231 @@
+"""Poses corrected by sonar on random drives: python benchmarks/poses.py [DRIVES] [--noisy] [--exact FOLDER].
+
+Draws so many rooms (50 unless told otherwise), drives through them by dead reckoning that is off by 2 % of the way and
+2 degrees a metre, maps them with ``--poses correct``, and prints how far poses and features are off, the worst drives,
+and whether the poses' ellipses are true.  ``--noisy`` doubles the errors of odometry, with 8 % dropouts and 6 % strays.
+``--exact`` maps recordings with exact poses as well, once trusted and once corrected, to show what harm is done.
+``--save`` keeps the figures of each drive as JSON.
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from echoplan.cli.terminal import show, tracked
+from echoplan.evaluation import Consistency, Evaluation, consistency_table, evaluate, pool, tally_table
+from echoplan.evaluation.consistency import pool_consistency
+from echoplan.io import read_recording, read_truth
+from echoplan.mapping.account import PoseMode
+from echoplan.methods import map_sweeps
+from echoplan.methods.joint import JointMapper, JointSettings
+from echoplan.model import FeatureClass, Rig, Source, Sweep, Table, Truth
+from echoplan.simulation import OdometryNoise
+from rooms import DRIFT, random_drive  # type: ignore[import-not-found]  # beside this file
+
+DRIVES = 50
+WORST = 5
+# Names of recordings whose poses are exact.
+EXACT = ("room*", "oblique*")
+DOUBLE = OdometryNoise(**{name: 2 * value for name, value in DRIFT.model_dump().items()})
+NOISY = (0.08, 0.06)
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Outcome:
+    """What came of one drive.
+
+    Parameters
+    ----------
+    name : str
+        Of the drive.
+    evaluation : Evaluation
+        The map against the truth.
+    reckoned : tuple of float
+        Root mean square errors of position [m] and heading [rad] by dead reckoning alone.
+    sweeps : int
+        How many were mapped.
+    seconds : float
+        Of the processor.
+    """
+
+    name: str
+    evaluation: Evaluation
+    reckoned: tuple[float, float]
+    sweeps: int
+    seconds: float
+
+
+def main() -> None:
+    """Map all drives and print what came of them."""
+    arguments = parse()
+    with ProcessPoolExecutor(arguments.workers) as workers:
+        runs = workers.map(partial(drive, noisy=arguments.noisy), range(arguments.drives))
+        outcomes = list(tracked(runs, total=arguments.drives, task="mapping"))
+    for table in (*tables(outcomes), *harm(arguments.exact)):
+        show(table)
+    if arguments.save:
+        arguments.save.write_text(json.dumps(document(outcomes)) + "\n", encoding="utf-8")
+
+
+def parse() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description="Poses corrected by sonar on random drives.")
+    parser.add_argument("drives", type=int, nargs="?", default=DRIVES)
+    parser.add_argument("--noisy", action="store_true")
+    parser.add_argument("--exact", type=Path)
+    parser.add_argument("--workers", type=int)
+    parser.add_argument("--save", type=Path)
+    return parser.parse_args()
+
+
+def drive(seed: int, *, noisy: bool = False) -> Outcome:
+    """Map one drive and hold the map against the truth."""
+    simulation = random_drive(seed, odometry=DOUBLE, noise=NOISY) if noisy else random_drive(seed)
+    return mapped(simulation, tuple(simulation), simulation.truth, PoseMode.CORRECT)
+
+
+def mapped(source: Source, sweeps: Sequence[Sweep], truth: Truth, poses: PoseMode) -> Outcome:
+    """Map sweeps, and count the seconds of the processor."""
+    rig: Rig = source.rig
+    begun = time.process_time()
+    feature_map = map_sweeps(JointMapper(rig, JointSettings(poses=poses)), sweeps)
+    seconds = time.process_time() - begun
+    off = truth.given - truth.poses
+    turned = np.angle(np.exp(1j * off[:, 2]))
+    return Outcome(
+        name=source.name,
+        evaluation=evaluate(feature_map, truth),
+        reckoned=(root_mean_square(np.hypot(off[:, 0], off[:, 1])), root_mean_square(turned)),
+        sweeps=len(sweeps),
+        seconds=seconds,
+    )
+
+
+def root_mean_square(values: np.ndarray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def tables(outcomes: Sequence[Outcome]) -> list[Table]:
+    """Lay out errors, the worst drives, recall and precision, and whether covariances are true."""
+    summary = pool((each.evaluation for each in outcomes), rng=np.random.default_rng(0))
+    return [
+        error_table(outcomes),
+        worst_table(outcomes),
+        tally_table({name: each.tally for name, each in summary.classes.items()}),
+        consistency_table({name: each.consistency for name, each in summary.classes.items()}),
+        ellipse_table(outcomes),
+    ]
+
+
+def error_table(outcomes: Sequence[Outcome]) -> Table:
+    """Tell the mean, the median and the worst of the errors of drives."""
+    rows = [(name, *(f"{each:.2f}" for each in spread(values))) for name, values in errors(outcomes).items()]
+    return Table(
+        title=f"{len(outcomes)} drives", columns=("of each drive", "mean", "median", "worst"), rows=tuple(rows)
+    )
+
+
+def errors(outcomes: Sequence[Outcome]) -> Mapping[str, list[float]]:
+    """List what is measured of each drive."""
+    trajectories = [each.evaluation.trajectory for each in outcomes if each.evaluation.trajectory]
+    matches = [each.evaluation.matches for each in outcomes]
+    return {
+        "ATE by dead reckoning (mm)": [1000 * each.reckoned[0] for each in outcomes],
+        "heading by dead reckoning (deg)": [float(np.degrees(each.reckoned[1])) for each in outcomes],
+        "ATE (mm)": [1000 * each.absolute_error for each in trajectories],
+        "RPE (mm)": [1000 * each.relative_error for each in trajectories],
+        "heading (deg)": [float(np.degrees(each.heading_error)) for each in trajectories],
+        "walls (mm)": [1000 * match.distance for each in matches for match in each.walls.right],
+        "walls (deg)": [float(np.degrees(match.angle)) for each in matches for match in each.walls.right],
+        "corners (mm)": [1000 * match.distance for each in matches for match in each.corners.right],
+        "cylinders (mm)": [1000 * match.distance for each in matches for match in each.cylinders.right],
+        "time a sweep (ms)": [1000 * each.seconds / each.sweeps for each in outcomes],
+    }
+
+
+def spread(values: Sequence[float]) -> tuple[float, float, float]:
+    """Mean, median and maximum; nan of nothing."""
+    return (float(np.mean(values)), float(np.median(values)), float(np.max(values))) if values else (np.nan,) * 3
+
+
+def worst_table(outcomes: Sequence[Outcome]) -> Table:
+    """List the drives whose poses are farthest off."""
+    order = sorted(outcomes, key=ate, reverse=True)[:WORST]
+    rows = [
+        (each.name, f"{1000 * ate(each):.1f}", f"{1000 * each.reckoned[0]:.0f}", str(walls.found), str(walls.wanted))
+        for each in order
+        for walls in (each.evaluation.matches.walls.tally,)
+    ]
+    columns = ("drive", "ATE (mm)", "by dead reckoning", "walls found", "wanted")
+    return Table(title="The worst drives", columns=columns, rows=tuple(rows))
+
+
+def ate(outcome: Outcome) -> float:
+    """Absolute trajectory error [m]."""
+    trajectory = outcome.evaluation.trajectory
+    return trajectory.absolute_error if trajectory else np.inf
+
+
+def ellipse_table(outcomes: Sequence[Outcome]) -> Table:
+    """Tell whether the poses are as certain as they say."""
+    pooled = poses_consistency(outcomes)
+    rows = [
+        (name, str(len(each.nees)), f"{each.mean:.2f}", str(each.parameters), f"{100 * each.share_inside:.1f}")
+        for name, each in pooled.items()
+    ]
+    columns = ("poses", "count", "mean NEES", "ideal", "inside 95 % (%)")
+    return Table(title="Are poses as certain as they say?", columns=columns, rows=tuple(rows))
+
+
+def poses_consistency(outcomes: Sequence[Outcome]) -> Mapping[str, Consistency]:
+    """Pool errors of poses against their covariances."""
+    trajectories = [each.evaluation.trajectory for each in outcomes if each.evaluation.trajectory]
+    return {
+        "position": pool_consistency((each.positions for each in trajectories), parameters=2),
+        "heading": pool_consistency((each.headings for each in trajectories), parameters=1),
+    }
+
+
+def harm(folder: Path | None) -> list[Table]:
+    """Map recordings with exact poses, trusted and corrected."""
+    found = sorted(path for name in EXACT for path in folder.glob(name)) if folder else []
+    rows = [(path.name, *cells) for path in found for cells in exact(path)]
+    columns = ("recording", "poses", "walls", "right", "walls (mm)", "ATE (mm)")
+    return [Table(title="Exact poses", columns=columns, rows=tuple(rows))] if rows else []
+
+
+def exact(folder: Path) -> list[tuple[str, ...]]:
+    """Map one recording with exact poses in both ways."""
+    source, truth = read_recording(folder), read_truth(folder / "truth.json")
+    sweeps, rows = tuple(source), list[tuple[str, ...]]()
+    for mode in (PoseMode.TRUST, PoseMode.CORRECT):
+        outcome = mapped(source, sweeps, truth, mode)
+        walls = outcome.evaluation.matches.walls
+        off = 1000 * float(np.mean([match.distance for match in walls.right])) if walls.right else np.nan
+        counts = (f"{walls.tally.found}/{walls.tally.wanted}", f"{walls.tally.right}/{walls.tally.estimates}")
+        rows.append((mode.value, *counts, f"{off:.2f}", f"{1000 * ate(outcome):.1f}"))
+    return rows
+
+
+def document(outcomes: Sequence[Outcome]) -> dict[str, object]:
+    """Keep the figures of all drives for other programs, with their units in the names."""
+    summary = pool((each.evaluation for each in outcomes), rng=np.random.default_rng(0))
+    return {
+        "drives": len(outcomes),
+        "errors": {name: [round(value, 4) for value in values] for name, values in errors(outcomes).items()},
+        "recall": {name: summary.classes[name].recall.value for name in FeatureClass},
+        "precision": {name: summary.classes[name].precision.value for name in FeatureClass},
+        "nees": {name: [round(v, 3) for v in each.nees.tolist()] for name, each in poses_consistency(outcomes).items()},
+    }
+
+
+if __name__ == "__main__":
+    main()
