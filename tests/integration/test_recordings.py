@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from echoplan.io import read_recording, read_truth, write_recording, write_truth
+from echoplan.methods import METHODS, map_sweeps
+from echoplan.model import Recording, Rig, Sensor, Sweep
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
 NAMES = [
@@ -21,6 +23,35 @@ def folder(request: pytest.FixtureRequest) -> Path:
     if not path.is_dir():
         pytest.skip(f"the recording {request.param} is not here")
     return path
+
+
+def hand_turned(path: Path) -> Recording:
+    """One HC-SR04 turned by hand: pairs of a compass bearing, clockwise, and a range."""
+    rows = np.genfromtxt(path, delimiter=",", names=True)
+    sensor = Sensor(sensor_id=0, half_aperture=0.26, min_range=0.02, max_range=4.0, resolution=0.003)
+    sweep = Sweep(
+        index=0,
+        stamps_ns=np.arange(len(rows)) * 100_000_000,
+        sensor_ids=np.zeros(len(rows), dtype=np.int64),
+        servo_angles=-np.radians(rows["bearing_deg_cw"]),
+        ranges=rows["sonar_m"],
+        map_from_base=np.zeros((len(rows), 3)),
+    )
+    return Recording(name=path.stem, rig=Rig(name="turned by hand", sensors=(sensor,)), sweeps=(sweep,))
+
+
+# One of each kind; benchmarks/recordings.py and ``echoplan compare`` map all of them.
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", ["arena-b", "hcsr04-lidar/KalmanFilter.csv", "hcsr04-lidar/noKalmanFilter.csv"])
+def test_every_method_maps_what_others_recorded(name: str, method: str) -> None:
+    path = DATA / name
+    if not path.exists():
+        pytest.skip(f"the recording {name} is not here")
+    recording = read_recording(path) if path.is_dir() else hand_turned(path)
+    found = map_sweeps(METHODS[method].build(recording.rig), recording)
+    assert len(found.poses) == len(list(recording))
+    assert np.isfinite(found.poses).all()
+    assert all(np.isfinite([wall.normal_angle, wall.offset]).all() for wall in found.walls)
 
 
 def test_a_recording_is_what_its_rows_say(folder: Path) -> None:

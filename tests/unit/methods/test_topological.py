@@ -38,6 +38,12 @@ def test_two_rooms_joined_by_a_door_are_two_places_and_one_passage(mapper: Topol
     assert graph.neighbours(0) == (1,)
 
 
+def test_a_door_comes_out_wider_than_it_is(mapper: TopologicalMapper) -> None:
+    (passage,) = mapper.graph().passages
+    # Jambs are edges, which answer hardly at all: beams that slip past them show the space beside the door as free.
+    assert 0.7 < passage.width < 1.5
+
+
 def test_the_middle_of_each_room_is_free_and_the_world_outside_is_not(mapper: TopologicalMapper) -> None:
     free = mapper.free_space()
     assert free.at([[1.2, 1.5], [3.9, 1.5], [2.5, 1.55]]).all()
