@@ -44,7 +44,10 @@ def main(arguments: list[str]) -> None:
     """Map the square room by every method and print how square it comes out."""
     seeds = [int(each) for each in arguments] or [0, 1, 2]
     rooms = [square_room(seed) for seed in seeds]
-    rows = [row(name, [judged(room, name) for room in rooms]) for name in METHODS]
+    truth = rooms[0].truth
+    itself = squareness(Outline(segments_xy=truth.walls_xy, circles=truth.cylinders).samples(SPACING), truth)
+    rows = [("the room itself", "-", "-", "-", *cells([itself]))]
+    rows += [row(name, [judged(room, name) for room in rooms]) for name in METHODS]
     show(
         Table(
             title=f"The square room by every method, means of seeds {', '.join(map(str, seeds))}",

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from echoplan.io import builtin_rig, builtin_route, builtin_world, write_bytes
-from echoplan.methods import METHODS, map_sweeps
+from echoplan.methods import METHODS, Mapper, grid_of, map_sweeps, points_of
 from echoplan.methods.mdp_fuzzy import MdpFuzzyMapper
 from echoplan.methods.topological import TopologicalMapper
 from echoplan.model import FeatureMap, Recording, Truth
@@ -46,15 +46,18 @@ def paper_room() -> None:
 
 
 def methods_side_by_side() -> None:
-    """Map one room by every method: what docs/methods.md shows."""
-    source = open_source("sim:paper-room")
-    truth = find_truth("sim:paper-room", source)
-    recording = Recording(name=source.name, rig=source.rig, sweeps=tuple(source))
-    figure, panels = _panels(len(METHODS), columns=6)
-    for panel, method in zip(panels, METHODS.values(), strict=False):
-        _draw_map(panel, map_sweeps(method.build(recording.rig), recording), truth)
-        panel.set_title(method.name, fontsize=8)
-    _save(figure, "methods")
+    """Map two rooms by every method: what docs/methods.md shows."""
+    for room, name in (("sim:paper-room", "methods"), ("sim:square", "square")):
+        source = open_source(room)
+        truth = find_truth(room, source)
+        recording = Recording(name=source.name, rig=source.rig, sweeps=tuple(source))
+        figure, panels = _panels(len(METHODS), columns=5)
+        for panel, method in zip(panels, METHODS.values(), strict=False):
+            mapper = method.build(recording.rig)
+            _draw_map(panel, map_sweeps(mapper, recording), truth)
+            _draw_beneath(panel, mapper)
+            panel.set_title(method.name, fontsize=8)
+        _save(figure, name)
 
 
 def drifting_odometry() -> None:
@@ -112,9 +115,21 @@ def _draw_map(panel: Axes, found: FeatureMap, truth: Truth | None) -> None:
         low, high = truth.walls_xy.reshape(-1, 2).min(axis=0) - 0.3, truth.walls_xy.reshape(-1, 2).max(axis=0) + 0.3
         panel.set_xlim(low[0], high[0])
         panel.set_ylim(low[1], high[1])
-    draw_walls(panel, found.walls, found.poses[:, :2], thickness=0.06)
+    draw_walls(panel, found.walls, found.poses[:, :2], thickness=0.04)
     draw_cylinders(panel, found.cylinders)
     panel.plot(*found.poses[:, :2].T, ".", color="gray", markersize=2)
+
+
+def _draw_beneath(panel: Axes, mapper: Mapper) -> None:
+    """Draw the points or the occupied cells of which a method made its map."""
+    panel.plot(*points_of(mapper).T, ",", color="tab:red", alpha=0.8, zorder=5)
+    grid = grid_of(mapper)
+    if grid is not None:
+        low, high = grid.origin_xy, grid.origin_xy + grid.size_xy
+        extent = (low[0], high[0], low[1], high[1])
+        limits = (panel.get_xlim(), panel.get_ylim())
+        panel.imshow(grid.values, origin="lower", extent=extent, cmap="Greys", vmin=0.1, vmax=1.6, zorder=-1)
+        panel.set(xlim=limits[0], ylim=limits[1])
 
 
 def _save(figure: Figure, name: str) -> None:
