@@ -9,7 +9,15 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 # What to run, in this order; the last one only where there are recordings.
-BENCHMARKS = ("simulator.py", "reading.py", "grids.py", "square.py", "paper_room.py", "joint.py", "joint.py --poses trust")
+BENCHMARKS = (
+    "simulator.py",
+    "reading.py",
+    "grids.py",
+    "square.py",
+    "paper_room.py",
+    "joint.py",
+    "joint.py --poses trust",
+)
 RECORDINGS = "recordings.py"
 
 

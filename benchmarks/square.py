@@ -46,7 +46,7 @@ def main(arguments: list[str]) -> None:
     rooms = [square_room(seed) for seed in seeds]
     truth = rooms[0].truth
     itself = squareness(Outline(segments_xy=truth.walls_xy, circles=truth.cylinders).samples(SPACING), truth)
-    rows = [("the room itself", "-", "-", "-", *cells([itself]))]
+    rows: list[tuple[str, ...]] = [("the room itself", "-", "-", "-", *cells([itself]))]
     rows += [row(name, [judged(room, name) for room in rooms]) for name in METHODS]
     show(
         Table(
