@@ -25,6 +25,7 @@ from echoplan.preprocessing.soundings import Soundings, soundings_of
 from echoplan.simulation import Simulation
 from echoplan.viewer import Plan
 from echoplan.viewer.figures import plan_figure
+from echoplan.viewer.maps import draw_truth
 from echoplan.viewer.palette import COLORS, FAINT, INK, MUTED, TRUTH
 from echoplan.viewer.style import dress, dress_map, letter, new_figure, tell
 
@@ -37,6 +38,8 @@ MEASURED = PICTURES / "joint.json"
 ROOMS = Path(__file__).parents[1] / "benchmarks" / "rooms.py"
 # An oblique L with a box and cylinders.
 SEED = 5
+# A drive through a right-angled room with cylinders.
+DRIVE = 8
 # From the axis of the rotary array to its sensors [m].
 _ARM = 0.05
 WALL, CORNER, CYLINDER = COLORS.values()
@@ -105,6 +108,26 @@ def random_room() -> None:
     simulation: Simulation = run_path(str(ROOMS))["random_simulation"](SEED)
     found = map_sweeps(find_method("joint").build(simulation.rig), simulation)
     _save(plan_figure(Plan(feature_map=found, truth=simulation.truth)), "joint-map", dots=120)
+
+
+def drift() -> None:
+    """Draw the map of a drive by dead reckoning, as recorded and corrected, over the true room and way."""
+    simulation = run_path(str(ROOMS))["random_drive"](DRIVE)
+    sweeps, truth = tuple(simulation), simulation.truth
+    figure = new_figure(width=7.2, height=3.9)
+    for axes, mode, words in zip(
+        figure.subplots(1, 2), ("trust", "correct"), ("as recorded", "corrected"), strict=True
+    ):
+        method = find_method("joint")
+        found = map_sweeps(method.build(simulation.rig, method.settings_type(poses=mode)), sweeps)
+        draw_truth(axes, truth)
+        axes.plot(*truth.poses[:, :2].T, color=TRUTH, linewidth=0.8)
+        for wall in found.walls:
+            axes.plot(*wall.endpoints_xy.T, color=WALL, linewidth=1.4)
+        axes.plot(*found.poses[:, :2].T, "o-", color=CORNER, markersize=2.5, linewidth=0.8)
+        dress_map(axes)
+        letter(axes, words)
+    _save(figure, "joint-drift")
 
 
 def consistency() -> None:
@@ -189,7 +212,7 @@ def _save(figure: Figure, name: str, *, dots: int = 180) -> None:
     figure.savefig(PICTURES / f"{name}.png", dpi=dots, metadata={"Software": None})
 
 
-DRAWINGS: tuple[Callable[[], None], ...] = (arcs, evidence, random_room, consistency, beliefs)
+DRAWINGS: tuple[Callable[[], None], ...] = (arcs, evidence, random_room, drift, consistency, beliefs)
 
 if __name__ == "__main__":
     main()

@@ -152,13 +152,26 @@ def station_facts(feature_map: FeatureMap) -> list[Facts]:
         One a station.
     """
     labels = station_labels(feature_map.sweeps)
+    spreads = [_pose_spread(*each) for each in zip(feature_map.poses, feature_map.pose_covariances, strict=False)]
     return [
         Facts(
             title=f"station {sweep}",
-            items=(("label", label or "none"), ("at", point(pose[:2])), ("heading", in_degrees(float(wrap(pose[2]))))),
+            items=(
+                ("label", label or "none"),
+                ("at", point(pose[:2])),
+                ("heading", in_degrees(float(wrap(pose[2])))),
+                *spread,
+            ),
         )
-        for label, sweep, pose in zip(labels, feature_map.sweeps.tolist(), feature_map.poses, strict=True)
+        for label, sweep, pose, spread in zip(
+            labels, feature_map.sweeps.tolist(), feature_map.poses, spreads or [()] * len(labels), strict=True
+        )
     ]
+
+
+def _pose_spread(pose: FloatArray, covariance: FloatArray) -> tuple[tuple[str, str], ...]:
+    turn = in_degrees(sigma(covariance, 2), digits=2)
+    return (*_spread(pose[:2], covariance[:2, :2]), (f"{SIGMA} of the heading", turn))
 
 
 def _spread(position_xy: FloatArray, covariance: FloatArray) -> tuple[tuple[str, str], ...]:

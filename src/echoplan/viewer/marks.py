@@ -128,14 +128,15 @@ def station_marks(plan: Plan, sheet: Sheet) -> list[ET.Element]:
         The way, then one a station.
     """
     found = plan.feature_map
-    stations = zip(
-        found.poses[:, :2], found.sweeps.tolist(), station_labels(found.sweeps), station_facts(found), strict=True
-    )
+    spreads = [[_ellipse(each, sheet)] for each in plan.pose_ellipses] or [[] for _ in found.sweeps]
+    labels = station_labels(found.sweeps)
+    stations = zip(found.poses[:, :2], found.sweeps.tolist(), labels, station_facts(found), spreads, strict=True)
     return [
         element("path", class_="way", d=path([sheet.paper(found.poses[:, :2])]) if len(found.poses) else ""),
         *(
             _feature(
                 facts,
+                *spread,
                 _fixed(
                     position,
                     sheet,
@@ -144,7 +145,7 @@ def station_marks(plan: Plan, sheet: Sheet) -> list[ET.Element]:
                 ),
                 sweep=str(sweep),
             )
-            for position, sweep, label, facts in stations
+            for position, sweep, label, facts, spread in stations
         ),
     ]
 

@@ -72,6 +72,13 @@ class Plan:
         ]
 
     @property
+    def pose_ellipses(self) -> list[Ellipse]:
+        """Where the robot stood with 95 % probability; empty where poses were not corrected."""
+        found = self.feature_map
+        known = zip(found.poses, found.pose_covariances, strict=False)
+        return [error_ellipse(pose[:2], covariance[:2, :2]) for pose, covariance in known]
+
+    @property
     def magnification(self) -> int:
         """How many times to enlarge the ellipses: good ones are millimetres in a room of metres."""
         longest = 2 * max((float(each.semi_axes[0]) for each in self.ellipses), default=0.0)

@@ -157,3 +157,10 @@ def test_stations_that_would_crowd_the_drawing_have_no_label_but_all_else() -> N
     assert len({each.key for each in facts}) == 1000
     assert table(facts[1])["label"] == "none"
     assert table(facts[39])["label"] == "39"
+
+
+def test_a_corrected_station_is_told_with_its_uncertainty() -> None:
+    covariance = np.diag([4e-6, 1e-6, np.radians(0.25) ** 2])
+    (only,) = station_facts(replace(drawn(poses=[[1.0, -2.0, 0.0]]), pose_covariances=covariance[None]))
+    assert table(only)[f"{SIGMA} in x, y"] == "2.0 mm, 1.0 mm"
+    assert table(only)[f"{SIGMA} of the heading"] == "0.25°"

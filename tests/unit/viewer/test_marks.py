@@ -177,6 +177,15 @@ def test_stations_have_their_letters_and_know_their_sweeps() -> None:
         np.testing.assert_allclose(placed(group_of(each, "fixed"))[0], paper(x, y))
 
 
+def test_corrected_stations_have_their_ellipses_and_trusted_ones_none() -> None:
+    known = replace(drawn(poses=STATIONS), pose_covariances=np.tile(np.diag([4e-4, 1e-4, 1e-4]), (3, 1, 1)))
+    _, *made = station_marks(Plan(feature_map=known), SHEET)
+    radii = [float(the(each, "ellipse").attrib["rx"]) for each in made]
+    assert radii == pytest.approx([SHEET.millimetres * 0.02 * np.sqrt(5.991)] * 3, rel=1e-2)
+    _, *trusted = station_marks(plan(poses=STATIONS), SHEET)
+    assert not [each for station in trusted for each in station.iter() if each.attrib.get("class") == "ellipse"]
+
+
 def test_one_station_is_a_way_of_one_point() -> None:
     way, only = station_marks(plan(poses=[[1.0, 1.0, 0.0]]), SHEET)
     np.testing.assert_allclose(strokes(way), [[paper(1.0, 1.0)]])
