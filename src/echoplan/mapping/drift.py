@@ -12,7 +12,7 @@ __all__ = ["DriftSettings", "learn_drift"]
 class DriftSettings(BaseModel, frozen=True, extra="forbid"):
     """How fast belief in odometry gives way to what is seen of it."""
 
-    steps: float = Field(default=4.0, gt=0.0, description="for which what was believed before counts")
+    steps: float = Field(default=1.0, gt=0.0, description="for which what was believed before, a mere guess, counts")
     least: float = Field(default=0.1, gt=0.0, description="of what was believed, that may be learned")
     greatest: float = Field(default=10.0, gt=0.0, description="likewise")
 
