@@ -11,7 +11,8 @@ from echoplan.arrays import FloatArray
 from echoplan.evaluation.consistency import nees, wall_error
 from echoplan.evaluation.matches import Matches
 from echoplan.geometry import along
-from echoplan.mapping.adjustment import AdjustmentSettings, Beliefs, Features, Start, adjust
+from echoplan.mapping.adjustment import AdjustmentSettings, Beliefs, Features, adjust
+from echoplan.mapping.state import State
 from echoplan.model import FeatureMap, Sweep, Truth
 from echoplan.preprocessing.soundings import join_soundings, soundings_of
 from echoplan.simulation import Simulation
@@ -85,7 +86,7 @@ def _of_cylinder(feature_map: FeatureMap, truth: Truth, estimate: int, true: int
 
 
 def _bounds(features: Sequence[_Error], simulation: Simulation, sweeps: Sequence[Sweep]) -> list[FloatArray]:
-    start = Start(
+    start = State(
         features=Features(
             reflectors=np.array([each.reflector for each in features]).reshape(-1, 4),
             extents=np.array([each.extent for each in features]).reshape(-1, 2),

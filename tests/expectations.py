@@ -6,7 +6,7 @@ import numpy as np
 
 from echoplan.acoustics.expectation import EchoModel, Kind, expect, shape_of
 from echoplan.arrays import FloatArray
-from echoplan.classification.evidence import Evidence
+from echoplan.classification.evidence import NO_EVIDENCE
 from echoplan.classification.hypotheses import Explanation, Hypothesis
 from echoplan.geometry import directions
 from echoplan.preprocessing.soundings import Soundings
@@ -118,8 +118,6 @@ def feature(
     reflector: FloatArray, *, extent: tuple[float, float] = (0.0, 0.0), gains: Sequence[float] = (20.0,)
 ) -> Hypothesis:
     """A hypothesis that is taken for granted: there is no evidence for it."""
-    empty, none = np.zeros(0), np.zeros(0, dtype=bool)
-    evidence = Evidence(np.zeros(0, dtype=np.int64), empty, empty, none, none, empty)
     return Hypothesis(
-        reflector=reflector, evidence=evidence, gains=np.array(gains), total=float(sum(gains)), extent=extent
+        reflector=reflector, evidence=NO_EVIDENCE, gains=np.array(gains), total=float(sum(gains)), extent=extent
     )

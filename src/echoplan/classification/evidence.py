@@ -11,7 +11,7 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["UNHEARD", "Evidence", "Frame", "Verdict", "audibility", "judge", "weigh"]
+__all__ = ["NO_EVIDENCE", "UNHEARD", "Evidence", "Frame", "Verdict", "audibility", "judge", "weigh"]
 
 _WALL, _CYLINDER = int(Kind.WALL), int(Kind.CYLINDER)
 
@@ -71,6 +71,12 @@ class Evidence(NamedTuple):
     audible: BoolArray
     unmasked: BoolArray
     feet: FloatArray
+
+
+# Of a feature that no ping at hand was asked about.
+NO_EVIDENCE = Evidence(
+    np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0, np.bool_), np.zeros(0, np.bool_), np.zeros(0)
+)
 
 
 class Frame(NamedTuple):
@@ -204,7 +210,14 @@ def _miss(excess: float) -> float:
 
 
 @compiled
-def judge(soundings: Soundings, reflector: FloatArray, evidence: Evidence, levels: FloatArray, frame: Frame) -> Verdict:
+def judge(
+    soundings: Soundings,
+    reflector: FloatArray,
+    evidence: Evidence,
+    levels: FloatArray,
+    frame: Frame,
+    known: tuple[float, float] = (math.inf, -math.inf),
+) -> Verdict:
     """Sum up the evidence for a reflector, given what explains the pings without it.
 
     The better explanation counts, not the sum of both: a second copy of a wall explains nothing.  Of a wall, the best
@@ -222,6 +235,8 @@ def judge(soundings: Soundings, reflector: FloatArray, evidence: Evidence, level
         Logarithm of the density of each reading by what explains it so far [log 1/m].
     frame : Frame
         The other features.
+    known : tuple of float, optional
+        Ends of what is known of a wall from other stations [m].
 
     Returns
     -------
@@ -236,7 +251,7 @@ def judge(soundings: Soundings, reflector: FloatArray, evidence: Evidence, level
                 gains[station] = max(gains[station], 0.0)
     if reflector[0] != _WALL:
         return Verdict(gains.sum(), 0.0, 0.0, gains)
-    _best_run(soundings, evidence, gains)
+    _best_run(soundings, evidence, gains, known)
     low, high = _extent(soundings, evidence, gains)
     return Verdict(gains.sum(), low, high, gains)
 
@@ -258,26 +273,49 @@ def _by_station(soundings: Soundings, evidence: Evidence, levels: FloatArray) ->
 
 
 @compiled
-def _best_run(soundings: Soundings, evidence: Evidence, gains: FloatArray) -> None:
-    """Keep the gains of the best run of stations along a wall (Kadane's greatest sum), and clear the others."""
+def _best_run(soundings: Soundings, evidence: Evidence, gains: FloatArray, known: tuple[float, float]) -> None:
+    """Keep the gains of the best run of stations along a wall, and clear the others."""
     count = len(gains)
     feet, pings = np.zeros(count), np.zeros(count)
     for number, ping in enumerate(evidence.pings):
         feet[soundings.stations[ping]] += evidence.feet[number]
         pings[soundings.stations[ping]] += 1.0
-    order = np.argsort(np.where(pings > 0, feet / np.maximum(pings, 1.0), np.inf))
+    feet = np.where(pings > 0, feet / np.maximum(pings, 1.0), np.inf)
+    order = np.argsort(feet)[: int((pings > 0).sum())]
+    first, last = _greatest_run(gains[order]) if known[0] > known[1] else _run_about(gains[order], feet[order], known)
+    kept = gains[order[first:last]]
+    gains[:] = 0.0
+    gains[order[first:last]] = kept
+
+
+@compiled
+def _greatest_run(gains: FloatArray) -> tuple[int, int]:
+    """Find the run of the greatest sum (Kadane), from the first to before the last."""
     best, first, last, start, total = 0.0, 0, 0, 0, 0.0
-    for place, station in enumerate(order):
-        if pings[station] == 0:
-            break
-        total += gains[station]
+    for number in range(len(gains)):
+        total += gains[number]
         if total <= 0.0:
-            total, start = 0.0, place + 1
+            total, start = 0.0, number + 1
         elif total > best:
-            best, first, last = total, start, place + 1
-    for place, station in enumerate(order):
-        if not first <= place < last:
-            gains[station] = 0.0
+            best, first, last = total, start, number + 1
+    return first, last
+
+
+@compiled
+def _run_about(gains: FloatArray, feet: FloatArray, known: tuple[float, float]) -> tuple[int, int]:
+    """Find the run of the greatest sum that takes in all that is known of a wall: nobody is left out who faces it."""
+    first, last = int(np.searchsorted(feet, known[0])), int(np.searchsorted(feet, known[1]))
+    best = total = 0.0
+    for number in range(first - 1, -1, -1):
+        total += gains[number]
+        if total > best:
+            best, first = total, number
+    best = total = 0.0
+    for number in range(last, len(gains)):
+        total += gains[number]
+        if total > best:
+            best, last = total, number + 1
+    return first, last
 
 
 @compiled

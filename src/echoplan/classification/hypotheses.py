@@ -8,8 +8,9 @@ import numpy as np
 
 from echoplan.acoustics.expectation import Hearing, Kind
 from echoplan.arrays import FloatArray
-from echoplan.classification.evidence import UNHEARD, Evidence, Frame, judge, weigh
+from echoplan.classification.evidence import UNHEARD, Evidence, Frame, Verdict, judge, weigh
 from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_volley, ghosts_of_walls
+from echoplan.classification.past import NO_PAST, Past
 from echoplan.geometry import directions, intersections
 from echoplan.preprocessing.soundings import Soundings
 
@@ -23,6 +24,9 @@ _STRETCH, _TO_CROSSING = 0.4, 2.0
 _BORDER = 0.1
 # Walls that turn less than this toward each other cross too far away (sine).
 _PARALLEL = 0.1
+
+# Plain numbers are faster to compare than members of an enumeration.
+_WALL = int(Kind.WALL)
 
 _Key: TypeAlias = tuple[object, ...]
 
@@ -43,6 +47,8 @@ class Hypothesis:
         Their sum [nats].
     extent : tuple of float, optional
         Ends of a wall along it [m].
+    past : Past, optional
+        What stations said of it whose pings are no longer at hand; it counts in the total and the extent.
     """
 
     reflector: FloatArray
@@ -50,6 +56,17 @@ class Hypothesis:
     gains: FloatArray
     total: float = 0.0
     extent: tuple[float, float] = (0.0, 0.0)
+    past: Past = NO_PAST
+
+    @property
+    def best(self) -> float:
+        """Gain of the station that says most for it [nats]."""
+        return max(float(self.gains.max(initial=0.0)), self.past.best)
+
+    @property
+    def is_known(self) -> bool:
+        """Whether it was believed before any of the stations at hand."""
+        return self.past.number >= 0
 
     @property
     def kind(self) -> Kind:
@@ -59,7 +76,7 @@ class Hypothesis:
     @property
     def is_wall(self) -> bool:
         """Whether it is a wall."""
-        return bool(self.reflector[0] == Kind.WALL)
+        return bool(self.reflector[0] == _WALL)
 
     @property
     def parameters(self) -> FloatArray:
@@ -70,6 +87,10 @@ class Hypothesis:
     def line(self) -> FloatArray:
         """Normal angle and offset of a wall [rad, m], shape (2,)."""
         return self.reflector[1:3]
+
+    def speaking(self, least: float) -> int:
+        """Count the stations that speak for it by more than this [nats]."""
+        return int((self.gains > least).sum()) + self.past.speaking
 
     @property
     def key(self) -> _Key:
@@ -94,7 +115,8 @@ class Explanation:
         self.soundings = soundings
         self.hearing = hearing
         self.noise = noise
-        self._known: dict[_Key, FloatArray] = {}
+        self._silence = np.full(len(soundings.readings), UNHEARD)
+        self._known: dict[_Key, FloatArray | None] = {}
 
     @property
     def floor(self) -> float:
@@ -157,8 +179,9 @@ class Explanation:
         """
         frame, judged = _frame(others), []
         for each in hypotheses:
-            verdict = judge(self.soundings, each.reflector, each.evidence, levels, frame)
-            judged.append(replace(each, gains=verdict.gains, total=verdict.total, extent=(verdict.low, verdict.high)))
+            verdict = judge(self.soundings, each.reflector, each.evidence, levels, frame, each.past.extent)
+            total = verdict.total + each.past.total
+            judged.append(replace(each, gains=verdict.gains, total=total, extent=_joined(verdict, each.past)))
         return judged
 
     def levels(self, features: Sequence[Hypothesis]) -> FloatArray:
@@ -193,16 +216,16 @@ class Explanation:
             As ``levels``; ``UNHEARD`` where no ghost explains a ping.
         """
         levels = np.full(len(self.soundings.readings), UNHEARD)
-        walls = [each for each in features if each.is_wall]
-        columns = [each for each in features if each.kind is Kind.CYLINDER]
-        for number, wall in enumerate(walls):
-            np.maximum(levels, self._volley(wall), out=levels)
-            for other in walls[number + 1 :]:
-                if _within_earshot(wall, other):
-                    np.maximum(levels, self.pair_levels(wall, other), out=levels)
-            for other in columns:
-                if _within_earshot(wall, other):
-                    np.maximum(levels, self._reflected(wall, other), out=levels)
+        walls = [(each, _listeners(each)) for each in features if each.is_wall]
+        columns = [(each, _listeners(each)) for each in features if each.kind is Kind.CYLINDER]
+        for number, (wall, listeners) in enumerate(walls):
+            ghosts = [self._volley(wall)]
+            # If no station heard both, none can hear one in the other.
+            ghosts += [self._mirrored(wall, other) for other, others in walls[number + 1 :] if listeners & others]
+            ghosts += [self._reflected(wall, other) for other, others in columns if listeners & others]
+            for ghost in ghosts:
+                if ghost is not None:
+                    np.maximum(levels, ghost, out=levels)
         return levels
 
     def levels_of(self, feature: Hypothesis) -> FloatArray:
@@ -226,7 +249,7 @@ class Explanation:
             levels[evidence.pings[inside]] = evidence.densities[inside]
             return levels
 
-        return self._once(("alone", *feature.key), alone)
+        return self._or_nothing(self._once(("alone", *feature.key), alone))
 
     def pair_levels(self, wall: Hypothesis, other: Hypothesis) -> FloatArray:
         """Explain pings by echoes of one wall in another.
@@ -241,35 +264,51 @@ class Explanation:
         ndarray, shape (n,)
             As ``levels``; ``UNHEARD`` where there is no such echo.
         """
+        return self._or_nothing(self._mirrored(wall, other))
 
+    def _mirrored(self, wall: Hypothesis, other: Hypothesis) -> FloatArray | None:
         def between() -> FloatArray:
             pair, ends = (wall.reflector, other.reflector), _reflecting(wall, other)
             return ghosts_of_walls(self.soundings, self.hearing, pair, ends, self.noise)
 
         return self._once(("walls", *wall.key, *other.key), between)
 
-    def _reflected(self, wall: Hypothesis, cylinder: Hypothesis) -> FloatArray:
+    def _reflected(self, wall: Hypothesis, cylinder: Hypothesis) -> FloatArray | None:
         return self._once(
             ("cylinder", *wall.reflector.tolist(), *cylinder.reflector.tolist()),
             lambda: ghosts_of_cylinder(self.soundings, self.hearing, wall.reflector, cylinder.reflector, self.noise),
         )
 
-    def _volley(self, wall: Hypothesis) -> FloatArray:
+    def _volley(self, wall: Hypothesis) -> FloatArray | None:
         extent = np.array([wall.extent[0] - _STRETCH, wall.extent[1] + _STRETCH])
         return self._once(
             ("volley", *wall.key),
             lambda: ghosts_of_volley(self.soundings, self.hearing, wall.reflector, extent, self.noise),
         )
 
-    def _once(self, key: _Key, explain: Callable[[], FloatArray]) -> FloatArray:
+    def _once(self, key: _Key, explain: Callable[[], FloatArray]) -> FloatArray | None:
+        """Explain once; most ghosts explain nothing, and are remembered as such."""
         if key not in self._known:
-            self._known[key] = explain()
+            levels = explain()
+            self._known[key] = levels if levels.max(initial=UNHEARD) > UNHEARD else None
         return self._known[key]
 
+    def _or_nothing(self, levels: FloatArray | None) -> FloatArray:
+        return self._silence if levels is None else levels
 
-def _within_earshot(one: Hypothesis, other: Hypothesis) -> bool:
-    """Tell whether some station heard both: else none can hear one in the other."""
-    return bool(((one.gains > 0.0) & (other.gains > 0.0)).any())
+
+def _joined(verdict: Verdict, past: Past) -> tuple[float, float]:
+    """Join what was heard of a wall now with what was heard before."""
+    low, high = verdict.low, verdict.high
+    if past.extent[0] > past.extent[1]:
+        return low, high
+    # A wall that none of the stations at hand heard has no extent of its own.
+    return past.extent if low == high == 0.0 else (min(low, past.extent[0]), max(high, past.extent[1]))
+
+
+def _listeners(feature: Hypothesis) -> int:
+    """Collect the stations that heard a feature as the bits of a number."""
+    return int.from_bytes(np.packbits(feature.gains > 0.0).tobytes(), "big")
 
 
 def _frame(features: Sequence[Hypothesis]) -> Frame:

@@ -14,7 +14,7 @@ from echoplan.acoustics.expectation import EchoModel
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.classification.hypotheses import Explanation, Hypothesis
 from echoplan.extraction.arcs import ArcSettings, find_arcs
-from echoplan.mapping.adjustment import Adjusted, AdjustmentSettings, Beliefs, Features, Start, adjust
+from echoplan.mapping.adjustment import Adjusted, AdjustmentSettings, Beliefs, Features, adjust
 from echoplan.mapping.certainty import (
     CertaintySettings,
     Undetermined,
@@ -24,23 +24,24 @@ from echoplan.mapping.certainty import (
 )
 from echoplan.mapping.copies import CopySettings, without_copies
 from echoplan.mapping.drift import DriftSettings, learn_drift
-from echoplan.mapping.faces import FaceSettings, corner_echoes, find_faces
+from echoplan.mapping.faces import FaceSettings
 from echoplan.mapping.independence import independence
 from echoplan.mapping.localisation import LocalisationSettings
 from echoplan.mapping.loudness import fit_loudness
-from echoplan.mapping.paths import trace_paths
-from echoplan.mapping.poses import PoseBeliefs, PoseSettings, displaced
-from echoplan.mapping.rivals import class_probabilities
+from echoplan.mapping.memory import Course, Memory
+from echoplan.mapping.poses import PoseBeliefs, PoseSettings, continued, displaced, odometry_beliefs
 from echoplan.mapping.search import Search, SearchSettings
 from echoplan.mapping.squareness import SquarenessSettings, main_direction, off_square
-from echoplan.mapping.survey import Survey, SurveySettings
-from echoplan.mapping.vertices import VertexSettings, find_vertices
+from echoplan.mapping.state import State
+from echoplan.mapping.survey import SurveySettings
+from echoplan.mapping.unknowns import SONAR_UNKNOWNS
+from echoplan.mapping.vertices import VertexSettings
 from echoplan.model import Rig
 from echoplan.preprocessing.health import HealthSettings, healthy
-from echoplan.preprocessing.soundings import Soundings, chosen_soundings
+from echoplan.preprocessing.soundings import Soundings, chosen_soundings, step_of
 from echoplan.preprocessing.stations import StationSettings
 
-__all__ = ["Account", "AccountSettings", "PoseMode"]
+__all__ = ["Account", "AccountSettings", "PoseMode", "WindowSettings", "as_arrays"]
 
 
 # No module is set right to less than this [m].
@@ -49,6 +50,8 @@ _FINEST = 0.001
 
 # So often a first look may be taken.
 _GLANCES = 3
+# Features this far beyond the reach of the stations may still matter [m].
+_AROUND = 0.5
 
 
 class PoseMode(StrEnum):
@@ -59,11 +62,19 @@ class PoseMode(StrEnum):
     AUTO = "auto"
 
 
+class WindowSettings(BaseModel, frozen=True, extra="forbid"):
+    """How many stations are explained together."""
+
+    stations: int = Field(default=24, ge=3, description="that stay at hand when others are let go")
+    step: int = Field(default=8, ge=1, description="that are let go together")
+
+
 class AccountSettings(BaseModel, frozen=True, extra="forbid"):
     """Settings of all stages."""
 
     poses: PoseMode = Field(default=PoseMode.AUTO, description="trust, correct, or correct if the pings disagree")
     stations: StationSettings = Field(default_factory=StationSettings)
+    window: WindowSettings = Field(default_factory=WindowSettings)
     health: HealthSettings = Field(default_factory=HealthSettings)
     arcs: ArcSettings = Field(default_factory=ArcSettings)
     search: SearchSettings = Field(default_factory=SearchSettings)
@@ -90,25 +101,67 @@ class AccountSettings(BaseModel, frozen=True, extra="forbid"):
 
 
 class Account:
-    """An account of everything heard: features, sonar, noise and poses, better with every step."""
+    """An account of everything heard: features, sonar, noise and poses, better with every step.
 
-    def __init__(self, rig: Rig, heard: Soundings, given: FloatArray, settings: AccountSettings) -> None:
+    Parameters
+    ----------
+    rig : Rig
+        What heard it.
+    heard : Soundings
+        The pings of s stations at hand.
+    given : ndarray, shape (s, 3)
+        Poses of these, as recorded [m, m, rad].
+    settings : AccountSettings
+        Settings of all stages.
+    memory : Memory, optional
+        What is known from stations before.
+    """
+
+    def __init__(
+        self, rig: Rig, heard: Soundings, given: FloatArray, settings: AccountSettings, memory: Memory | None = None
+    ) -> None:
         self.settings = settings
+        self.memory = memory or Memory()
         self.resolution = max(sensor.resolution for sensor in rig.sensors)
         self.half_aperture = float(np.median([sensor.half_aperture for sensor in rig.sensors]))
+        self.wheels = rig.odometry
         self.prior = EchoModel.of(rig.transducer or typical_transducer(rig.sensors[0]))
         self.recorded = chosen_soundings(heard, healthy(heard, settings.health))
         self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=settings.arcs)
-        self.given = self.poses = given
-        self.soundings = self.recorded
-        self.model = self.prior
-        self.noise = max(settings.first_noise, 0.9 * self.resolution)
-        self.features: list[Hypothesis] = []
+        self.given = given
+        self.poses = continued(given, self.memory.poses)
+        self.soundings = displaced(self.recorded, given, self.poses)
+        self.at_hand = self.memory.near(self.soundings.centers, _AROUND + heard.max_range)
+        self.model = self.memory.model or self.prior
+        first = max(settings.first_noise, 0.9 * self.resolution)
+        self.noise = first if self.memory.is_empty else self.memory.noise
+        self.features: list[Hypothesis] = self.known
         self.adjusted: Adjusted | None = None
-        self.direction: float | None = None
-        self.independence = 1.0
         self.believed: PoseBeliefs | None = None
+        self.course = Course.TRUSTED
+        self.direction: float | None = None
+        self.independence = self.memory.independence
         self.verdict = "trusted, as asked for"
+
+    @property
+    def known(self) -> list[Hypothesis]:
+        """Features to start from."""
+        return [*self.at_hand.features, *self.memory.pending]
+
+    @property
+    def explanation(self) -> Explanation:
+        """What explains the pings."""
+        return Explanation(self.soundings, self.model.tabulated(), self.noise)
+
+    @property
+    def step(self) -> float:
+        """Turn from one ping to the next [rad]."""
+        return step_of(self.soundings)
+
+    @property
+    def latency(self) -> float:
+        """By how much the servo lags behind what was recorded [s]."""
+        return self.adjusted.latency if self.adjusted else self.memory.latency
 
     @property
     def offset_sigma(self) -> float:
@@ -124,20 +177,21 @@ class Account:
         """Take a first look; and another where the air turns out to be warmer or colder than the modules assume."""
         for _ in range(_GLANCES):
             scale = self.model.range_scale
-            self.features = self._search(rounds=1).run()
+            self.features = self._search(rounds=1).run(self.known)
             self.adjust(self.settings.first_noise)
             if abs(self.model.range_scale - scale) < self.settings.scale_step:
                 break
 
     def explain(self) -> None:
         """Explain everything, learn the sonar from it, and explain it again."""
-        first = self.settings.first_noise
-        self.search()
-        self.adjust(first)
-        self.judge(first)
-        self.model = fit_loudness(self.soundings, self.model, self.features, believed=self.prior.figure_of_merit)
-        self.adjust(0.75 * first)
-        self.learn_noise()
+        if self.memory.is_empty:
+            first = self.settings.first_noise
+            self.search()
+            self.adjust(first)
+            self.judge(first)
+            self.learn_loudness()
+            self.adjust(0.75 * first)
+            self.learn_noise()
         self.search()
         self.adjust(self.noise)
         self.features = self._search().settled(self.features)
@@ -146,7 +200,8 @@ class Account:
 
     def correct(self, beliefs: PoseBeliefs) -> None:
         """Start over, and move the poses to where the pings agree, from coarse to fine."""
-        self.features, self.poses, self.soundings = [], self.given, self.recorded
+        self.features, self.poses = self.known, continued(self.given, self.memory.poses)
+        self.soundings = displaced(self.recorded, self.given, self.poses)
         for noise in self.settings.pose_errors.noises:
             self.noise = noise
             self.search()
@@ -162,7 +217,7 @@ class Account:
         self.search()
         self.features = without_copies(self.features, self.settings.pose_errors.copies)
         self._adjust_often(self.noise, beliefs, 3)
-        self.model = fit_loudness(self.soundings, self.model, self.features, believed=self.prior.figure_of_merit)
+        self.learn_loudness()
         self._adjust_often(0.75 * self.settings.first_noise, self._drifting(beliefs), 2)
         self.learn_noise()
         self.search()
@@ -226,27 +281,39 @@ class Account:
     def adjust(self, noise: float, poses: PoseBeliefs | None = None) -> None:
         """Adjust features and sonar, and poses if they may be off."""
         soundings = self.soundings if poses is None else self.recorded
-        start = Start(
-            features=_as_arrays(self.features, len(self.given)),
+        self.believed = poses
+        state = State(
+            features=as_arrays(self.features, len(self.given)),
             model=self.model,
+            latency=self.latency,
             poses=self.poses if poses is not None else np.zeros((0, 3)),
         )
-        self.adjusted = adjust(soundings, start, self._beliefs(noise, poses), self.settings.adjustment)
+        known = self.at_hand.about(self.features, state.unknowns)
+        self.adjusted = adjust(soundings, state, self.beliefs(noise, poses), self.settings.adjustment, known=known)
         self.model = self.adjusted.model
         self.features = [
             replace(each, reflector=row) for each, row in zip(self.features, self.adjusted.reflectors, strict=True)
         ]
-        self.believed = poses
         if poses is not None:
             self.poses = self.adjusted.poses
             self.soundings = displaced(self.recorded, self.given, self.poses)
 
-    def _beliefs(self, noise: float, poses: PoseBeliefs | None) -> Beliefs:
+    def odometry(self) -> PoseBeliefs:
+        """Believe in the steps of the robot."""
+        beliefs = odometry_beliefs(self.given, self.settings.pose_errors, self.wheels)
+        if self.at_hand.rest > len(SONAR_UNKNOWNS):
+            # Where the first pose at hand is, the memory tells.
+            beliefs.sigmas[0] = np.inf
+        return beliefs
+
+    def beliefs(self, noise: float, poses: PoseBeliefs | None) -> Beliefs:
+        """Tell what is believed of the sonar and the poses before the pings are asked."""
         return Beliefs(
             noise=noise,
             offset_sigma=self.offset_sigma,
             walk_gain=self.prior.walk_gain,
             has_servo=self.has_servo,
+            drifting=self.believed is not None and self.believed.relative,
             poses=poses,
             independence=self.independence,
             pair_sigma=0.0 if poses is None or poses.relative else self.settings.pose_errors.pair_sigma,
@@ -254,6 +321,10 @@ class Account:
             if poses is None or self.direction is None
             else (self.direction, self.settings.squareness.sigma),
         )
+
+    def learn_loudness(self) -> None:
+        """Take figure of merit and beam from who heard what."""
+        self.model = fit_loudness(self.soundings, self.model, self.features, believed=self.prior.figure_of_merit)
 
     def learn_noise(self) -> None:
         """Take the noise from what is left of the readings."""
@@ -279,7 +350,7 @@ class Account:
 
     def explained(self, features: Sequence[Hypothesis]) -> BoolArray:
         """Tell which pings features or their ghosts explain."""
-        explanation = self._search().explanation
+        explanation = self.explanation
         explained: BoolArray = explanation.levels(features) > explanation.floor + math.log(20.0)
         return explained
 
@@ -287,16 +358,14 @@ class Account:
         """Collect fresh evidence for the features, without keeping it."""
         return self._search().judged(self.features)
 
-    def calibration(self) -> dict[str, object]:
-        """Tell what was learned of the sonar, and how well."""
-        if self.adjusted is None:
-            return {}
-        sigmas, settings = self.adjusted.sonar_sigmas(), self.settings.adjustment
+    def calibration(self, adjusted: Adjusted) -> dict[str, object]:
+        """Tell what was learned of the sonar, and how well, by an adjustment of all that was ever heard."""
+        sigmas, model, settings = adjusted.sonar_sigmas(), adjusted.model, self.settings.adjustment
         numbers = {
-            "range_offset": (self.model.range_offset, self.offset_sigma),
-            "walk_gain": (self.model.walk_gain, settings.gain_share * self.prior.walk_gain),
-            "range_scale": (self.model.range_scale, settings.scale_sigma),
-            "servo_latency": (self.adjusted.latency, settings.latency_sigma),
+            "range_offset": (model.range_offset, self.offset_sigma),
+            "walk_gain": (model.walk_gain, settings.gain_share * self.prior.walk_gain),
+            "range_scale": (model.range_scale, settings.scale_sigma),
+            "servo_latency": (adjusted.latency, settings.latency_sigma),
         }
         learned = {
             name: {"value": value, "sigma": sigmas[name], "believed": believed}
@@ -314,26 +383,15 @@ class Account:
         """Tell where nothing but odometry fixes a position one way."""
         if self.believed is None or not self.believed.relative:
             return ()
-        sigmas = self.believed.sigmas * [1.0, 1.0, 0.0]
-        reckoned = reckoned_covariances(self.believed._replace(sigmas=sigmas), self.poses)
-        return undetermined(self.pose_covariances(), reckoned, self.settings.certainty)
+        return undetermined(self.pose_covariances(), self.reckoned(), self.settings.certainty)
 
-    def survey(self) -> Survey:
-        """Draw what was found."""
-        search = self._search()
-        paths = trace_paths(search.explanation, self.features, step=search.step)
-        echoes = corner_echoes(search.explanation, self.features)
-        faces = find_faces(self.features, paths, echoes, step=search.step, settings=self.settings.faces)
-        cost = self.settings.search.radius_cost
-        assert self.adjusted is not None
-        return Survey(
-            features=self.features,
-            adjusted=self.adjusted,
-            faces=faces,
-            vertices=find_vertices(faces, echoes, self.settings.vertices),
-            probabilities=class_probabilities(search.explanation, self.features, radius_cost=cost),
-            settings=self.settings.survey,
-        )
+    def reckoned(self) -> FloatArray:
+        """Add up what odometry leaves open of each position since the first station of all."""
+        assert self.believed is not None
+        sigmas = self.believed.sigmas * [1.0, 1.0, 0.0]
+        if not self.memory.is_empty:
+            sigmas[0] = self.memory.reckoned
+        return reckoned_covariances(self.believed._replace(sigmas=sigmas), self.poses)
 
     def _is_square(self, feature: Hypothesis) -> bool:
         if not feature.is_wall or self.direction is None:
@@ -341,18 +399,34 @@ class Account:
         return abs(off_square(feature.line[0], self.direction)) < self.settings.squareness.within
 
     def _search(self, *, rounds: int | None = None) -> Search:
-        explanation = Explanation(self.soundings, self.model.tabulated(), self.noise)
         settings = self.settings.search
         if rounds is not None:
             settings = settings.model_copy(update={"rounds": rounds})
-        return Search(explanation, self.arcs, half_aperture=self.half_aperture, settings=settings)
+        return Search(self.explanation, self.arcs, half_aperture=self.half_aperture, settings=settings)
 
 
-def _as_arrays(features: Sequence[Hypothesis], stations: int) -> Features:
+def as_arrays(features: Sequence[Hypothesis], stations: int) -> Features:
+    """Turn features into plain arrays.
+
+    Parameters
+    ----------
+    features : sequence of Hypothesis
+        What is there; those without gains were not heard from any station at hand.
+    stations : int
+        How many stations there are.
+
+    Returns
+    -------
+    Features
+        In the same order.
+    """
+    heard = np.zeros((len(features), stations), dtype=bool)
+    for row, each in zip(heard, features, strict=True):
+        row[: len(each.gains)] = each.gains > 0.0
     return Features(
         reflectors=np.array([each.reflector for each in features]).reshape(-1, 4),
         extents=np.array([each.extent for each in features]).reshape(-1, 2),
-        heard=np.array([each.gains > 0.0 for each in features]).reshape(-1, stations),
+        heard=heard,
     )
 
 

@@ -6,7 +6,7 @@ between corners and the walls that make them, and priors from the rig for what t
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -17,18 +17,24 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.mapping.crossings import TieSettings, corner_ties
 from echoplan.mapping.poses import PoseBeliefs, displaced, pose_rows
 from echoplan.mapping.readings import Features, Matched, differentiate_readings, match_readings
-from echoplan.mapping.rows import Rows, normal_equations, prior, solve
+from echoplan.mapping.rows import Rows, Summary, normal_equations, prior, solve
 from echoplan.mapping.squareness import off_square
+from echoplan.mapping.state import State
 from echoplan.mapping.unknowns import SONAR_UNKNOWNS, Unknowns
 from echoplan.preprocessing.soundings import Soundings, late_by
 
-__all__ = ["Adjusted", "AdjustmentSettings", "Beliefs", "Features", "Start", "adjust"]
+__all__ = [
+    "Adjusted",
+    "AdjustmentSettings",
+    "Beliefs",
+    "Features",
+    "adjust",
+    "reading_rows",
+]
 
 _CYLINDER = int(Kind.CYLINDER)
 # Below this excess readings count half: a detector scatters more there [dB].
 _UNCERTAIN = 6.0
-# Features and poses move no farther than this in a step [rad or m, m, m]; radii stay between these [m].
-_LONGEST, _THIN, _THICK = 0.05, 0.01, 0.5
 # Walls within this of a square direction are drawn to it [rad].
 _NEARLY_SQUARE = math.radians(12)
 # Information about features that holds them in place where no reading does.
@@ -64,6 +70,8 @@ class Beliefs(NamedTuple):
         Range walk at the threshold [m].
     has_servo : bool
         Whether there is a servo that may lag.
+    drifting : bool
+        Whether errors of the poses add up.
     poses : PoseBeliefs or None
         What is believed of the poses, if they are to be corrected.
     pair_sigma : float
@@ -78,32 +86,11 @@ class Beliefs(NamedTuple):
     offset_sigma: float
     walk_gain: float
     has_servo: bool
+    drifting: bool = False
     poses: PoseBeliefs | None = None
     pair_sigma: float = 0.0
     independence: float = 1.0
     square: tuple[float, float] | None = None
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Start:
-    """Where an adjustment starts, and where it is after each step.
-
-    Parameters
-    ----------
-    features : Features
-        The features.
-    model : EchoModel
-        The sonar.
-    latency : float, optional
-        By how much the servo lags behind what was recorded [s].
-    poses : ndarray, shape (s, 3), optional
-        Poses of the stations [m, m, rad]; empty if they are trusted.
-    """
-
-    features: Features
-    model: EchoModel
-    latency: float = 0.0
-    poses: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -160,26 +147,35 @@ class Adjusted:
         return dict(zip(SONAR_UNKNOWNS, np.sqrt(variances).tolist(), strict=True))
 
 
-def adjust(soundings: Soundings, start: Start, beliefs: Beliefs, settings: AdjustmentSettings) -> Adjusted:
+def adjust(
+    soundings: Soundings,
+    start: State,
+    beliefs: Beliefs,
+    settings: AdjustmentSettings,
+    *,
+    known: Summary | None = None,
+) -> Adjusted:
     """Adjust features, sonar and, if they may be off, poses to all readings.
 
     Parameters
     ----------
     soundings : Soundings
         The pings, as heard from the poses that were given.
-    start : Start
+    start : State
         Where to start.
     beliefs : Beliefs
         What is believed of the sonar.
     settings : AdjustmentSettings
         Priors and weights.
+    known : Summary, optional
+        What readings that are no longer at hand said.
 
     Returns
     -------
     Adjusted
         Features, sonar and covariance.
     """
-    unknowns = Unknowns(kinds=start.features.reflectors[:, 0].astype(np.int64), poses=len(start.poses))
+    unknowns = start.unknowns
     now = start
     for _ in range(settings.rounds):
         matched, readings = _linearised(_as_heard(soundings, now, beliefs), now, beliefs, settings)
@@ -188,8 +184,12 @@ def adjust(soundings: Soundings, start: Start, beliefs: Beliefs, settings: Adjus
             *corner_ties(now.features.reflectors, unknowns, settings.ties),
         ]
         information, right = normal_equations([_placed(readings, unknowns), *held], unknowns.size)
-        step = solve(*_held_scale(information, right, now, unknowns)) if _drifts(beliefs) else solve(information, right)
-        now = _moved(now, step, unknowns)
+        if known is not None:
+            places = np.ix_(known.columns, known.columns)
+            information[places] += known.information
+            right[known.columns] += known.vector - known.information @ now.values[known.columns]
+        step = solve(*_held_scale(information, right, now)) if _drifts(beliefs) else solve(information, right)
+        now = now.moved(step)
         if np.abs(step).max() < 1e-6:
             break
     return Adjusted(
@@ -206,21 +206,42 @@ def adjust(soundings: Soundings, start: Start, beliefs: Beliefs, settings: Adjus
 
 
 def _drifts(beliefs: Beliefs) -> bool:
-    return beliefs.poses is not None and beliefs.poses.relative
+    return beliefs.drifting or (beliefs.poses is not None and beliefs.poses.relative)
 
 
-def _held_scale(
-    information: FloatArray, right: FloatArray, now: Start, unknowns: Unknowns
-) -> tuple[FloatArray, FloatArray]:
+def _held_scale(information: FloatArray, right: FloatArray, now: State) -> tuple[FloatArray, FloatArray]:
     """Keep the range scale at what the modules take it for, where the way itself is uncertain (Schmidt 1966).
 
     What is left to tell it are the arms of the array, a few centimetres long: an error of the beam's shape by tenths
     of a millimetre would pass for a percent.  Its uncertainty stays in the covariance.
     """
-    held, aim, place = information.copy(), right.copy(), unknowns.sonar + SONAR_UNKNOWNS.index("range_scale")
+    held, aim, place = information.copy(), right.copy(), now.unknowns.sonar + SONAR_UNKNOWNS.index("range_scale")
     held[place, place] += _FIRM
     aim[place] -= _FIRM * now.model.range_scale
     return held, aim
+
+
+def reading_rows(soundings: Soundings, now: State, beliefs: Beliefs, settings: AdjustmentSettings) -> Rows:
+    """Linearise the readings that features explain.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings, as heard from the poses that were given.
+    now : State
+        Features, sonar and poses.
+    beliefs : Beliefs
+        What is believed of the sonar.
+    settings : AdjustmentSettings
+        Weights.
+
+    Returns
+    -------
+    Rows
+        One a reading.
+    """
+    _, readings = _linearised(_as_heard(soundings, now, beliefs), now, beliefs, settings)
+    return _placed(readings, now.unknowns)
 
 
 class _Readings(NamedTuple):
@@ -233,14 +254,14 @@ class _Readings(NamedTuple):
     weights: FloatArray
 
 
-def _as_heard(soundings: Soundings, now: Start, beliefs: Beliefs) -> Soundings:
+def _as_heard(soundings: Soundings, now: State, beliefs: Beliefs) -> Soundings:
     """Place the pings where the servo and the robot were."""
     turned = late_by(soundings, now.latency)
     return turned if beliefs.poses is None else displaced(turned, beliefs.poses.given, now.poses)
 
 
 def _linearised(
-    soundings: Soundings, now: Start, beliefs: Beliefs, settings: AdjustmentSettings
+    soundings: Soundings, now: State, beliefs: Beliefs, settings: AdjustmentSettings
 ) -> tuple[Matched, _Readings]:
     hearing = now.model.tabulated()
     matched = match_readings(soundings, hearing, now.features, max(0.025, 6.0 * beliefs.noise))
@@ -294,26 +315,7 @@ def _placed(readings: _Readings, unknowns: Unknowns) -> Rows:
     return Rows(np.concatenate(columns, axis=1), readings.slopes, readings.residuals, readings.weights)
 
 
-def _moved(now: Start, step: FloatArray, unknowns: Unknowns) -> Start:
-    reflectors = now.features.reflectors.copy()
-    reflectors[:, 1:] += np.clip(unknowns.steps(step), -_LONGEST, _LONGEST)
-    reflectors[:, 3] = np.where(unknowns.kinds == _CYLINDER, np.clip(reflectors[:, 3], _THIN, _THICK), 0.0)
-    offset, gain, scale, latency = step[unknowns.sonar : unknowns.pose].tolist()
-    model = replace(
-        now.model,
-        range_offset=now.model.range_offset + offset,
-        walk_gain=now.model.walk_gain + gain,
-        range_scale=now.model.range_scale + scale,
-    )
-    return Start(
-        features=now.features._replace(reflectors=reflectors),
-        model=model,
-        latency=now.latency + latency,
-        poses=now.poses + np.clip(step[unknowns.pose :], -_LONGEST, _LONGEST).reshape(-1, 3),
-    )
-
-
-def _priors(now: Start, unknowns: Unknowns, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:
+def _priors(now: State, unknowns: Unknowns, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:
     yield from _sonar_priors(now, unknowns.sonar, beliefs, settings)
     if beliefs.square is not None:
         yield from _square_priors(now, unknowns, *beliefs.square)
@@ -326,7 +328,7 @@ def _priors(now: Start, unknowns: Unknowns, beliefs: Beliefs, settings: Adjustme
         yield prior(int(unknowns.starts[number]) + 2, sigma=settings.radius_sigma, residual=residual)
 
 
-def _sonar_priors(now: Start, first: int, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:
+def _sonar_priors(now: State, first: int, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:
     model, gain_sigma = now.model, settings.gain_share * beliefs.walk_gain
     # Where the way itself is uncertain it cannot tell the scale of the map: that is left to the sonar's maker.
     scale_sigma = settings.drifting_scale_sigma if _drifts(beliefs) else settings.scale_sigma
@@ -338,7 +340,7 @@ def _sonar_priors(now: Start, first: int, beliefs: Beliefs, settings: Adjustment
     yield prior(first + 3, sigma=latency_sigma, residual=-now.latency)
 
 
-def _square_priors(now: Start, unknowns: Unknowns, direction: float, sigma: float) -> Iterator[Rows]:
+def _square_priors(now: State, unknowns: Unknowns, direction: float, sigma: float) -> Iterator[Rows]:
     for number in np.flatnonzero(unknowns.kinds == Kind.WALL):
         off = off_square(float(now.features.reflectors[number, 1]), direction)
         if abs(off) < _NEARLY_SQUARE:

@@ -8,11 +8,10 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from echoplan.acoustics.expectation import Kind
-from echoplan.arrays import FloatArray
+from echoplan.arrays import BoolArray, FloatArray
 from echoplan.classification.evidence import UNHEARD
 from echoplan.classification.hypotheses import Explanation, Hypothesis
 from echoplan.geometry import directions, intersections
-from echoplan.mapping.paths import Paths
 
 __all__ = ["Echoes", "Face", "FaceSettings", "corner_echoes", "find_faces"]
 
@@ -102,6 +101,12 @@ class Echoes:
     counts: dict[tuple[int, int], int]
     corners_xy: FloatArray
 
+    @classmethod
+    def of(cls, features: Sequence[Hypothesis], counts: dict[tuple[int, int], int]) -> "Echoes":
+        """Collect the corners among features."""
+        corners = [each.reflector[1:3] for each in features if each.kind is Kind.CORNER]
+        return cls(counts=counts, corners_xy=np.array(corners).reshape(-1, 2))
+
     def count(self, one: int, other: int) -> int:
         """Return how many pings heard the corner of two walls."""
         return self.counts.get((min(one, other), max(one, other)), 0)
@@ -111,7 +116,7 @@ class Echoes:
         return bool((np.hypot(*(self.corners_xy - point_xy).T) < within).any())
 
 
-def corner_echoes(explanation: Explanation, features: Sequence[Hypothesis]) -> Echoes:
+def corner_echoes(explanation: Explanation, features: Sequence[Hypothesis], among: BoolArray) -> Echoes:
     """Count the pings that heard one wall in another, and nothing that explains them better.
 
     Parameters
@@ -120,6 +125,8 @@ def corner_echoes(explanation: Explanation, features: Sequence[Hypothesis]) -> E
         The pings.
     features : sequence of Hypothesis
         What is there.
+    among : ndarray of bool, shape (n,)
+        Which of the pings to count.
 
     Returns
     -------
@@ -130,20 +137,17 @@ def corner_echoes(explanation: Explanation, features: Sequence[Hypothesis]) -> E
     for each in features:
         if each.kind in (Kind.WALL, Kind.CYLINDER):
             np.maximum(direct, explanation.levels_of(each), out=direct)
-    least = np.maximum(direct + math.log(5.0), explanation.floor + math.log(20.0))
+    least = np.maximum(np.maximum(direct + math.log(5.0), explanation.floor + math.log(20.0)), UNHEARD)
     walls = [number for number, each in enumerate(features) if each.is_wall]
     counts = {
-        (one, other): int((explanation.pair_levels(features[one], features[other]) > np.maximum(least, UNHEARD)).sum())
+        (one, other): int(((explanation.pair_levels(features[one], features[other]) > least) & among).sum())
         for place, one in enumerate(walls)
         for other in walls[place + 1 :]
     }
-    corners = [each.reflector[1:3] for each in features if each.kind is Kind.CORNER]
-    return Echoes(counts=counts, corners_xy=np.array(corners).reshape(-1, 2))
+    return Echoes.of(features, counts)
 
 
-def find_faces(
-    features: Sequence[Hypothesis], paths: Paths, echoes: Echoes, *, step: float, settings: FaceSettings
-) -> list[Face]:
+def find_faces(features: Sequence[Hypothesis], echoes: Echoes, *, step: float, settings: FaceSettings) -> list[Face]:
     """Cut the lines of walls where sound went through.
 
     Sound that reached something behind a line went through it there; and where a corner between two walls was heard,
@@ -152,9 +156,7 @@ def find_faces(
     Parameters
     ----------
     features : sequence of Hypothesis
-        What is there.
-    paths : Paths
-        The ways of sound.
+        What is there, with a past that tells where walls sent sound back, and where it went through.
     echoes : Echoes
         Where corners were heard.
     step : float
@@ -170,15 +172,15 @@ def find_faces(
     faces = []
     for number, feature in enumerate(features):
         if feature.is_wall:
-            feet = paths.feet(number, feature.line)
-            feet = feet if len(feet) else np.array(feature.extent)
+            past = feature.past
+            feet = past.feet if len(past.feet) else np.array(feature.extent)
             whole = Face(
                 owner=number,
                 wall=feature,
                 low=float(feet[0]),
                 high=float(feet[-1]),
-                crossings=paths.crossings(number, feature.line),
-                pings=len(feet),
+                crossings=past.crossings,
+                pings=past.pings,
             )
             corners = _heard_corners(number, features, echoes, step=step, settings=settings)
             faces += _cut(whole, feet, corners, step=step, settings=settings)
@@ -198,7 +200,7 @@ def _cut(whole: Face, feet: FloatArray, corners: Sequence[float], *, step: float
     parts.append(feet[start:])
     enough = max(settings.least_share * len(feet), 1.0)
     return [
-        replace(whole, low=float(part[0]), high=float(part[-1]), pings=len(part))
+        replace(whole, low=float(part[0]), high=float(part[-1]), pings=round(whole.pings * len(part) / len(feet)))
         for part in parts
         if len(part) >= min(enough, 6.0)
     ]

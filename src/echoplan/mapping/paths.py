@@ -41,6 +41,26 @@ class Paths:
     owners: IntArray
     sure: BoolArray
 
+    def chosen(self, pings: BoolArray) -> "Paths":
+        """Keep some of them.
+
+        Parameters
+        ----------
+        pings : ndarray of bool, shape (n,)
+            Which.
+
+        Returns
+        -------
+        Paths
+            Those.
+        """
+        return Paths(
+            starts_xy=self.starts_xy[pings],
+            ends_xy=self.ends_xy[pings],
+            owners=self.owners[pings],
+            sure=self.sure[pings],
+        )
+
     def feet(self, owner: int, line: FloatArray) -> FloatArray:
         """Tell where along a wall the pings that it explains were reflected.
 

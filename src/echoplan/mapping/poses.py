@@ -16,6 +16,7 @@ from echoplan.preprocessing.soundings import Soundings
 __all__ = [
     "PoseBeliefs",
     "PoseSettings",
+    "continued",
     "displaced",
     "odometry_beliefs",
     "pose_rows",
@@ -131,6 +132,27 @@ def waypoint_beliefs(given: FloatArray, settings: PoseSettings) -> PoseBeliefs:
     """
     sigmas = (settings.waypoint, settings.waypoint, settings.waypoint_turn)
     return PoseBeliefs(given, np.tile(sigmas, (len(given), 1)), relative=False)
+
+
+def continued(given: FloatArray, known: FloatArray) -> FloatArray:
+    """Go on from poses that are known by the steps that were recorded.
+
+    Parameters
+    ----------
+    given : ndarray, shape (s, 3)
+        Poses as recorded [m, m, rad].
+    known : ndarray, shape (k, 3)
+        What the first k of them are.
+
+    Returns
+    -------
+    ndarray, shape (s, 3)
+        The known ones, and the others as far from the last of these as they were recorded.
+    """
+    if not len(known) or (known == given[: len(known)]).all():
+        return given
+    rest = compose(known[-1], compose(invert(given[len(known) - 1]), given[len(known) :]))
+    return np.concatenate([known, rest])
 
 
 def displaced(soundings: Soundings, given: FloatArray, poses: FloatArray) -> Soundings:

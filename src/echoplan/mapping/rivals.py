@@ -1,6 +1,7 @@
 """Rivals: what else a feature could be, and so how sure its class is."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -51,7 +52,8 @@ def _probabilities(
     rivals = [_moved(explanation, row, spoken) for row in _rivals(explanation, feature) if row[0] != feature.kind]
     judged = explanation.judge_all([explanation.propose(row) for row in rivals], levels, others)
     worth = np.full(3, -np.inf)
-    for each in [feature, *judged]:
+    # Rivals were not there to be heard before: what is known from then decides nothing here.
+    for each in [replace(feature, total=feature.total - feature.past.total), *judged]:
         cost = radius_cost if each.kind is Kind.CYLINDER else 0.0
         place = {Kind.WALL: 0, Kind.CYLINDER: 2}.get(each.kind, 1)
         worth[place] = max(worth[place], each.total - cost)

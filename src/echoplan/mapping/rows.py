@@ -10,10 +10,12 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.errors import InvalidValueError
 
-__all__ = ["Rows", "normal_equations", "prior", "solve"]
+__all__ = ["Rows", "Summary", "normal_equations", "prior", "solve"]
 
 # Systems of more unknowns than this are mostly empty, and are solved as such.
 _DENSE = 250
+# Information that holds what nothing is known of.
+_TRACE = 1e-9
 
 
 class Rows(NamedTuple):
@@ -35,6 +37,51 @@ class Rows(NamedTuple):
     slopes: FloatArray
     residuals: FloatArray
     weights: FloatArray
+
+
+class Summary(NamedTuple):
+    """What many rows that are gone said of k unknowns, linearised where these were then.
+
+    Attributes
+    ----------
+    columns : ndarray of int, shape (k,)
+        Which unknowns.
+    information : ndarray, shape (k, k)
+        ``J' W J``, with all other unknowns eliminated.
+    vector : ndarray, shape (k,)
+        ``J' W J x + J' W r``: what the normal equations of the values themselves have on the right.
+    """
+
+    columns: IntArray
+    information: FloatArray
+    vector: FloatArray
+
+    def on(self, columns: IntArray) -> "Summary":
+        """Keep some unknowns, and eliminate the others (Schur complement).
+
+        Parameters
+        ----------
+        columns : ndarray of int, shape (m,)
+            Which to keep, by their places here.
+
+        Returns
+        -------
+        Summary
+            What the rows said of these, whatever the others are.
+        """
+        gone = np.setdiff1d(np.arange(len(self.columns)), columns)
+        if not len(gone):
+            return self
+        # A little information more: what was never heard would make the matrix singular.
+        inner = self.information[np.ix_(gone, gone)] + _TRACE * np.eye(len(gone))
+        cross = self.information[np.ix_(columns, gone)]
+        carried = solve(inner, np.column_stack([cross.T, self.vector[gone]]))
+        information = self.information[np.ix_(columns, columns)] - cross @ carried[:, :-1]
+        return Summary(
+            columns=self.columns[columns],
+            information=0.5 * (information + information.T),
+            vector=self.vector[columns] - cross @ carried[:, -1],
+        )
 
 
 def prior(column: int, *, sigma: float, residual: float) -> Rows:

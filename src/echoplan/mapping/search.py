@@ -6,6 +6,7 @@ feature has to stand up again beside it.  When nothing is left to accept, what i
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from pydantic import BaseModel, Field
@@ -17,7 +18,7 @@ from echoplan.classification.hypotheses import Explanation, Hypothesis
 from echoplan.extraction.arcs import Arc, arc_planes
 from echoplan.mapping.copies import CopySettings, are_copies
 from echoplan.mapping.refinement import refine
-from echoplan.preprocessing.soundings import chosen_soundings, independent
+from echoplan.preprocessing.soundings import chosen_soundings, independent, step_of
 
 __all__ = ["Search", "SearchSettings"]
 
@@ -80,7 +81,7 @@ class Search:
         self.explanation = explanation
         self.arcs = list(arcs)
         self.settings = settings
-        self.step = _step_of(explanation)
+        self.step = step_of(explanation.soundings)
         self.half_aperture = half_aperture
         self._few = independent(explanation.soundings)
         few = chosen_soundings(explanation.soundings, self._few)
@@ -178,7 +179,7 @@ class Search:
 
     def _renewed(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Collect the evidence anew: pings, noise or the sonar may have changed."""
-        fresh = [self.explanation.propose(each.reflector) for each in features]
+        fresh = [replace(self.explanation.propose(each.reflector), past=each.past) for each in features]
         bare = np.full(len(self.explanation.soundings.readings), self.explanation.floor)
         return self.explanation.judge_all(fresh, bare, [])
 
@@ -279,14 +280,14 @@ class Search:
     def _stands(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
         """Whether a feature is believed: three stations speak for it, or fewer that heard as much of it as they should.
 
-        Two arcs that nothing explains share some tangent by chance; three hardly do.
+        Two arcs that nothing explains share some tangent by chance; three hardly do.  What was believed when all its
+        stations were at hand stays believed until others speak against it.
         """
         settings = self.settings
-        if self._worth(hypothesis) <= settings.accept:
-            return False
-        best = float(hypothesis.gains.max(initial=0.0))
-        speaking = int((hypothesis.gains > settings.second_station).sum())
-        if speaking > 1 and hypothesis.total - best > settings.without_best:
+        if self._worth(hypothesis) <= settings.accept or hypothesis.is_known:
+            return self._worth(hypothesis) > settings.accept
+        speaking = hypothesis.speaking(settings.second_station)
+        if speaking > 1 and hypothesis.total - hypothesis.best > settings.without_best:
             return speaking > 2 or self.step > _COARSE or self._hears(hypothesis, levels) >= settings.heard_share
         return hypothesis.is_wall and self._is_whole(hypothesis, levels)
 
@@ -322,7 +323,7 @@ class Search:
         """
         for feature in features:
             stations = np.flatnonzero(feature.gains > self.settings.second_station)
-            if feature.kind is Kind.CYLINDER and len(stations) <= _FEW_STATIONS:
+            if feature.kind is Kind.CYLINDER and not feature.is_known and len(stations) <= _FEW_STATIONS:
                 others = [each for each in features if each is not feature]
                 walls = self._walls_instead(feature, stations, others)
                 if sum(each.total for each in walls) > feature.total:
@@ -347,12 +348,6 @@ class Search:
             if self._stands(wall, levels):
                 walls.append(wall)
         return walls
-
-
-def _step_of(explanation: Explanation) -> float:
-    """Turn from one ping to the next, as the weights tell it [rad]."""
-    weights = explanation.soundings.weights
-    return math.radians(4.0) * float(np.median(weights)) if len(weights) else math.inf
 
 
 def _same(one: Hypothesis, other: Hypothesis) -> bool:

@@ -35,15 +35,13 @@ class Survey:
     Parameters
     ----------
     features : sequence of Hypothesis
-        What is there, as adjusted.
+        What is there, as adjusted; their pasts tell who heard them.
     adjusted : Adjusted
         Covariances.
     faces : sequence of Face
         Walls.
     vertices : sequence of Vertex
         Where they meet.
-    probabilities : sequence of ClassProbabilities
-        How sure the class of each feature is.
     settings : SurveySettings
         What is drawn.
     """
@@ -52,7 +50,6 @@ class Survey:
     adjusted: Adjusted
     faces: Sequence[Face]
     vertices: Sequence[Vertex]
-    probabilities: Sequence[ClassProbabilities]
     settings: SurveySettings
 
     def walls(self) -> tuple[Wall, ...]:
@@ -78,7 +75,7 @@ class Survey:
                 center_xy=each.reflector[1:3],
                 radius=float(each.reflector[3]),
                 covariance=self._covariance([number]),
-                class_probabilities=self.probabilities[number],
+                class_probabilities=self._class_of(number),
                 pings=self._pings(number),
                 stations=self._stations(each),
             )
@@ -110,7 +107,7 @@ class Survey:
             offset=offset,
             endpoints_xy=np.stack([face.point(low), face.point(high)]),
             covariance=self._covariance([face.owner]),
-            class_probabilities=self.probabilities[face.owner],
+            class_probabilities=self._class_of(face.owner),
             pings=face.pings,
             stations=self._stations(face.wall),
         )
@@ -134,7 +131,7 @@ class Survey:
             position_xy=vertex.position_xy,
             kind=vertex.kind,
             covariance=slopes @ self._covariance(owners) @ slopes.T,
-            class_probabilities=ClassProbabilities(corner=1.0) if heard is None else self.probabilities[heard],
+            class_probabilities=ClassProbabilities(corner=1.0) if heard is None else self._class_of(heard),
             pings=0 if heard is None else self._pings(heard),
             stations=0 if heard is None else self._stations(self.features[heard]),
         )
@@ -144,7 +141,7 @@ class Survey:
             position_xy=feature.reflector[1:3],
             kind=CornerKind.CONCAVE if feature.kind is Kind.CORNER else CornerKind.CONVEX,
             covariance=self._covariance([number]),
-            class_probabilities=self.probabilities[number],
+            class_probabilities=self._class_of(number),
             pings=self._pings(number),
             stations=self._stations(feature),
         )
@@ -169,8 +166,11 @@ class Survey:
         symmetric: FloatArray = 0.5 * (block + block.T)
         return symmetric
 
+    def _class_of(self, number: int) -> ClassProbabilities:
+        return self.features[number].past.probabilities
+
     def _pings(self, number: int) -> int:
-        return int((self.adjusted.owners == number).sum())
+        return self.features[number].past.pings
 
     def _stations(self, feature: Hypothesis) -> int:
-        return int((feature.gains > self.settings.clear_station).sum())
+        return feature.past.speaking

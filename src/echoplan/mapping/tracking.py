@@ -8,7 +8,7 @@ from echoplan.extraction.arcs import arc_planes
 from echoplan.geometry import compose, directions, invert
 from echoplan.mapping.account import Account
 from echoplan.mapping.localisation import Catalogue, Sightline, locate, sightlines
-from echoplan.mapping.poses import PoseBeliefs
+from echoplan.mapping.poses import PoseBeliefs, continued
 
 __all__ = ["track"]
 
@@ -32,10 +32,10 @@ def track(account: Account, beliefs: PoseBeliefs) -> None:
         Odometry.
     """
     # What a first look learned of the sonar it learned from poses in error.
-    account.model = account.prior
+    account.model, account.adjusted = account.memory.model or account.prior, None
     sights = _sights(account)
-    account.poses, account.features = account.given.copy(), []
-    for station in range(1, len(account.given)):
+    account.poses, account.features = continued(account.given, account.memory.poses).copy(), account.known
+    for station in range(max(1, len(account.memory.poses)), len(account.given)):
         known = account.until(station)
         guess = _next(account, station)
         pose, _ = locate(

@@ -5,25 +5,19 @@ that touches them (Leonard and Durrant-Whyte 1992).  A physical model of loudnes
 which of these explains the pings, including those that are missing.
 """
 
-import copy
-
 import numpy as np
 
 from echoplan.arrays import FloatArray
-from echoplan.geometry import wrap
-from echoplan.mapping.account import Account, AccountSettings, PoseMode
-from echoplan.mapping.certainty import carried_covariances
-from echoplan.mapping.poses import odometry_beliefs, waypoint_beliefs
-from echoplan.mapping.tracking import track
+from echoplan.mapping.account import Account, AccountSettings
+from echoplan.mapping.explaining import explained
+from echoplan.mapping.legacy import leave, survey
+from echoplan.mapping.memory import Memory
+from echoplan.mapping.posed import Posed, joined, posed
 from echoplan.model import FeatureMap, Rig, Sweep
 from echoplan.preprocessing.soundings import Soundings, join_soundings, soundings_of
-from echoplan.preprocessing.stations import at_stations, group_sweeps
+from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps
 
 __all__ = ["JointMapper", "JointSettings"]
-
-
-# From fewer stations there is nothing to hold a pose against.
-_FEWEST = 3
 
 
 class JointSettings(AccountSettings, frozen=True, extra="forbid"):
@@ -31,7 +25,7 @@ class JointSettings(AccountSettings, frozen=True, extra="forbid"):
 
 
 class JointMapper:
-    """Maps all stations at once.
+    """Maps all stations at once; of a long way those of a window, with the memory of the stations before.
 
     Parameters
     ----------
@@ -44,20 +38,29 @@ class JointMapper:
     def __init__(self, rig: Rig, settings: JointSettings | None = None) -> None:
         self.rig = rig
         self.settings = settings or JointSettings()
+        self._memory = Memory()
+        self._indices: list[int] = []
+        self._done: list[Posed] = []
         self._sweeps: list[Sweep] = []
         self._soundings: list[Soundings] = []
 
     def add(self, sweep: Sweep) -> None:
-        """Take one more sweep.
+        """Take one more sweep; when there are more stations than a window holds, let the oldest go.
 
         Parameters
         ----------
         sweep : Sweep
             The pings of one pass of the array.
         """
-        if len(sweep):
-            self._sweeps.append(sweep)
-            self._soundings.append(soundings_of(sweep, self.rig))
+        if not len(sweep):
+            return
+        self._indices.append(sweep.index)
+        self._sweeps.append(sweep)
+        self._soundings.append(soundings_of(sweep, self.rig))
+        window, stations = self.settings.window, self._stations()
+        # The newest station may still grow.
+        if len(stations.poses) > window.stations + window.step:
+            self._let_go(stations, window.step)
 
     def result(self) -> FeatureMap:
         """Explain everything that was heard so far.
@@ -67,53 +70,41 @@ class JointMapper:
         FeatureMap
             Walls, corners and cylinders, and the poses from which they were heard.
         """
-        sweeps = np.array([sweep.index for sweep in self._sweeps], dtype=np.int64)
-        given = np.array([sweep.station for sweep in self._sweeps]).reshape(-1, 3)
-        parameters = self.settings.model_dump(mode="json")
-        if not any(len(part.readings) for part in self._soundings):
-            return FeatureMap(method="joint", parameters=parameters, sweeps=sweeps, poses=given)
-        stations = group_sweeps(
-            given, np.array([len(each.readings) for each in self._soundings]), self.settings.stations
-        )
-        found = self._account(at_stations(join_soundings(self._soundings), stations), stations.poses)
-        survey, poses = found.survey(), stations.of_sweeps(given, found.poses)
-        open_ways = [each.at_sweeps(stations, sweeps) for each in found.undetermined()]
+        parameters, sweeps = self.settings.model_dump(mode="json"), np.array(self._indices, dtype=np.int64)
+        if self._memory.is_empty and not any(len(part.readings) for part in self._soundings):
+            return FeatureMap(method="joint", parameters=parameters, sweeps=sweeps, poses=self._given())
+        stations = self._stations()
+        account = self._account(stations)
+        found, posed = survey(account), joined([*self._done, self._posed(account, stations)])
+        learned = {**account.calibration(found.adjusted), "undetermined": list(posed.undetermined)}
         return FeatureMap(
             method="joint",
-            parameters={**parameters, "found": {**found.calibration(), "undetermined": open_ways}},
-            walls=survey.walls(),
-            corners=survey.corners(),
-            cylinders=survey.cylinders(),
+            parameters={**parameters, "found": learned},
+            walls=found.walls(),
+            corners=found.corners(),
+            cylinders=found.cylinders(),
             sweeps=sweeps,
-            poses=poses,
-            pose_covariances=carried_covariances(found.pose_covariances(), stations, poses),
+            poses=posed.poses,
+            pose_covariances=posed.covariances,
         )
 
-    def _account(self, heard: Soundings, given: FloatArray) -> Account:
-        """Explain everything from the poses as they are, and from better ones if the pings disagree."""
-        account, errors = Account(self.rig, heard, given, self.settings), self.settings.pose_errors
-        mode = self.settings.poses
-        account.glance()
-        if mode is PoseMode.CORRECT or (mode is PoseMode.AUTO and account.is_torn()):
-            track(account, odometry_beliefs(given, errors, self.rig.odometry))
-            drifted = "corrected: from the poses as recorded most walls were there twice"
-            account.verdict = "corrected, as asked for" if mode is PoseMode.CORRECT else drifted
-            return account
-        account.explain()
-        return account if mode is PoseMode.TRUST else self._nudged(account)
+    def _account(self, stations: Stations) -> Account:
+        heard = at_stations(join_soundings(self._soundings), stations)
+        return explained(Account(self.rig, heard, stations.poses, self.settings, self._memory))
 
-    def _nudged(self, account: Account) -> Account:
-        """Move poses a little if the pings do not agree and want the headings otherwise: way-points are set by eye.
+    def _let_go(self, stations: Stations, count: int) -> None:
+        """Keep what the oldest stations said, but not their pings."""
+        account, gone = self._account(stations), int((stations.numbers < count).sum())
+        self._memory = leave(account, count)
+        self._done.append(self._posed(account, stations).first(gone))
+        del self._sweeps[:gone], self._soundings[:gone]
 
-        Headings that were measured stay where they are, and then what disagrees is no matter of poses.
-        """
-        share = f"{100 * account.agreement():.0f} % of the echoes agree from the poses as recorded"
-        account.verdict = f"trusted: {share}"
-        if account.agrees() or len(account.given) < _FEWEST:
-            return account
-        moved = copy.copy(account)
-        moved.correct(waypoint_beliefs(account.given, self.settings.pose_errors))
-        turned = float(np.abs(wrap(moved.poses[:, 2] - account.given[:, 2])).mean())
-        moved.verdict = f"corrected by a few centimetres: only {share}"
-        account.verdict = f"trusted: {share}, but their headings hardly move"
-        return moved if turned > self.settings.turned else account
+    def _posed(self, account: Account, stations: Stations) -> Posed:
+        return posed(account, stations, self._given(), np.array(self._indices[-len(self._sweeps) :]))
+
+    def _stations(self) -> Stations:
+        pings = np.array([len(each.readings) for each in self._soundings])
+        return group_sweeps(self._given(), pings, self.settings.stations)
+
+    def _given(self) -> FloatArray:
+        return np.array([sweep.station for sweep in self._sweeps]).reshape(-1, 3)

@@ -10,7 +10,7 @@ from echoplan.geometry import directions, rotation_step
 from echoplan.model import Pings, Rig, Sweep
 from echoplan.preprocessing.validity import told_ranges
 
-__all__ = ["Soundings", "chosen_soundings", "independent", "join_soundings", "late_by", "soundings_of"]
+__all__ = ["Soundings", "chosen_soundings", "independent", "join_soundings", "late_by", "soundings_of", "step_of"]
 
 # Pings this far apart hear a reflector independently of each other [rad]; nearer ones share their errors.
 _INDEPENDENT = np.radians(4.0)
@@ -177,6 +177,22 @@ def independent(soundings: Soundings) -> BoolArray:
     kept = np.zeros(len(order), dtype=bool)
     kept[order[:: max(stride, 1)]] = True
     return kept
+
+
+def step_of(soundings: Soundings) -> float:
+    """Tell how far a sonar turns from one ping to the next.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+
+    Returns
+    -------
+    float
+        As their weights tell it [rad]; ``inf`` without pings.
+    """
+    return float(_INDEPENDENT * np.median(soundings.weights)) if len(soundings.weights) else np.inf
 
 
 def late_by(soundings: Soundings, latency: float) -> Soundings:

@@ -7,8 +7,9 @@ import pytest
 from echoplan.acoustics.expectation import EchoModel, Kind
 from echoplan.arrays import FloatArray
 from echoplan.geometry import intersections
-from echoplan.mapping.adjustment import Adjusted, AdjustmentSettings, Beliefs, Features, Start, adjust
+from echoplan.mapping.adjustment import Adjusted, AdjustmentSettings, Beliefs, Features, adjust
 from echoplan.mapping.poses import PoseBeliefs, displaced
+from echoplan.mapping.state import State
 from echoplan.preprocessing.soundings import Soundings, chosen_soundings, late_by
 from expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, edge, expected, hearing, listening, wall
 
@@ -35,7 +36,7 @@ def adjusted(
     beliefs: Beliefs = BELIEFS,
     **settings: float,
 ) -> Adjusted:
-    start = Start(features=features(reflectors, len(soundings.centers)), model=sonar)
+    start = State(features=features(reflectors, len(soundings.centers)), model=sonar)
     return adjust(soundings, start, beliefs, AdjustmentSettings.model_validate(settings))
 
 
@@ -256,7 +257,7 @@ def test_only_stations_that_heard_a_feature_say_where_it_is() -> None:
     soundings = hearing(listening(), ROOM[:1])
     known = features(ROOM[:1])
     known.heard[0, :2] = False
-    found = adjust(soundings, Start(features=known, model=SONAR), BELIEFS, AdjustmentSettings())
+    found = adjust(soundings, State(features=known, model=SONAR), BELIEFS, AdjustmentSettings())
     assert set(soundings.stations[found.owners == 0]) == {2, 3}
 
 
@@ -264,7 +265,7 @@ def test_a_wall_explains_nothing_beside_it() -> None:
     soundings = hearing(listening(), ROOM[:1])
     known = features(ROOM[:1])
     known.extents[0] = (0.0, 1.0)
-    found = adjust(soundings, Start(features=known, model=SONAR), BELIEFS, AdjustmentSettings())
+    found = adjust(soundings, State(features=known, model=SONAR), BELIEFS, AdjustmentSettings())
     assert soundings.y[found.owners == 0].min() > -0.1
     assert soundings.y[np.isfinite(soundings.readings)].min() < -0.3
 
@@ -297,7 +298,7 @@ def test_a_recording_without_features_has_a_sonar_all_the_same() -> None:
 def test_nothing_that_was_given_is_changed() -> None:
     known = features(shaken(ROOM))
     before = known.reflectors.copy()
-    adjust(hearing(listening(), ROOM), Start(features=known, model=SONAR), BELIEFS, AdjustmentSettings())
+    adjust(hearing(listening(), ROOM), State(features=known, model=SONAR), BELIEFS, AdjustmentSettings())
     assert (known.reflectors == before).all()
 
 
@@ -308,7 +309,7 @@ def test_a_pose_that_is_off_moves_to_where_the_walls_agree() -> None:
     heard = hearing(displaced(recorded, given, truth), ROOM)
     sigmas = np.array([[1e-6] * 3, [1e-6] * 3, [1e-6] * 3, [0.05] * 3])
     beliefs = BELIEFS._replace(poses=PoseBeliefs(given, sigmas, relative=False))
-    start = Start(features=features(ROOM), model=SONAR, poses=given)
+    start = State(features=features(ROOM), model=SONAR, poses=given)
     found = adjust(recorded._replace(readings=heard.readings), start, beliefs, AdjustmentSettings(rounds=12))
     assert found.poses == pytest.approx(truth, abs=0.001)
     assert found.reflectors == pytest.approx(ROOM, abs=0.001)

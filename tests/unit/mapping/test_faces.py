@@ -1,10 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from echoplan.arrays import FloatArray
-from echoplan.classification.hypotheses import Hypothesis
+from echoplan.arrays import BoolArray, FloatArray
+from echoplan.classification.hypotheses import Explanation, Hypothesis
+from echoplan.classification.past import Past
 from echoplan.mapping.faces import Echoes, Face, FaceSettings, corner_echoes, find_faces
-from echoplan.mapping.paths import Paths
 from expectations import ROOM, corner, cylinder, explanation, feature, hearing, judged, listening, wall
 
 STEP = np.radians(3.0)
@@ -15,12 +17,10 @@ SILENT = Echoes(counts={}, corners_xy=np.zeros((0, 2)))
 ENOUGH = 9
 
 
-def paths(feet: FloatArray, crossings: FloatArray) -> Paths:
-    """Pings straight at the wall x = 1 from these places, and pings of something behind it that cross it there."""
-    starts = np.column_stack([np.zeros(len(feet) + len(crossings)), np.concatenate([feet, crossings])])
-    ends = starts + np.where(np.arange(len(starts)) < len(feet), 1.0, 2.0)[:, None] * [1.0, 0.0]
-    owners = np.repeat([0, 1], [len(feet), len(crossings)])
-    return Paths(starts_xy=starts, ends_xy=ends, owners=owners, sure=np.ones(len(starts), dtype=bool))
+def heard(feet: FloatArray, crossings: FloatArray) -> Hypothesis:
+    """The wall x = 1 that sent sound back from these places, and that sound went through there."""
+    past = Past(number=1, feet=np.sort(feet), crossings=np.sort(crossings), pings=len(feet))
+    return replace(EAST, past=past)
 
 
 def with_gap(low: float, high: float) -> FloatArray:
@@ -32,7 +32,8 @@ def with_gap(low: float, high: float) -> FloatArray:
 
 def cut(feet: FloatArray, crossings: FloatArray, *others: Hypothesis, echoes: Echoes = SILENT) -> list[Face]:
     """The faces of the wall x = 1."""
-    found = find_faces([EAST, BEHIND, *others], paths(feet, crossings), echoes, step=STEP, settings=FaceSettings())
+    known = [heard(feet, crossings), BEHIND, *others]
+    found = find_faces(known, echoes, step=STEP, settings=FaceSettings())
     return [each for each in found if each.owner == 0]
 
 
@@ -44,7 +45,7 @@ def test_a_gap_that_sound_went_through_makes_two_walls() -> None:
     faces = cut(with_gap(-0.3, 0.3), np.linspace(-0.2, 0.2, ENOUGH))
     assert spans(faces) == [(-1.0, -0.3), (0.3, 1.0)]
     assert [each.pings for each in faces] == [36, 36]
-    assert all(each.wall is EAST for each in faces)
+    assert all(each.wall.reflector is EAST.reflector for each in faces)
 
 
 def test_a_gap_that_nothing_went_through_is_wall_that_was_not_heard() -> None:
@@ -122,14 +123,8 @@ def test_a_wall_that_explains_no_ping_is_as_long_as_it_was_known() -> None:
 
 def test_only_walls_have_faces() -> None:
     known = [feature(corner(1.0, 1.0)), feature(cylinder(0.0, 1.0, 0.1)), EAST]
-    nothing = Paths(
-        starts_xy=np.zeros((0, 2)),
-        ends_xy=np.zeros((0, 2)),
-        owners=np.zeros(0, dtype=np.int64),
-        sure=np.zeros(0, dtype=bool),
-    )
-    assert [each.owner for each in find_faces(known, nothing, SILENT, step=STEP, settings=FaceSettings())] == [2]
-    assert find_faces([], nothing, SILENT, step=STEP, settings=FaceSettings()) == []
+    assert [each.owner for each in find_faces(known, SILENT, step=STEP, settings=FaceSettings())] == [2]
+    assert find_faces([], SILENT, step=STEP, settings=FaceSettings()) == []
 
 
 def test_places_along_a_face_are_points_on_its_line() -> None:
@@ -162,10 +157,30 @@ def test_a_corner_is_heard_only_near_itself() -> None:
     assert not SILENT.heard_at(np.array([0.0, 0.0]), within=9.0)
 
 
+def all_of(account: Explanation) -> BoolArray:
+    return np.ones(len(account.soundings.readings), dtype=bool)
+
+
+def test_only_the_pings_that_are_asked_for_are_counted() -> None:
+    account = explanation(hearing(listening(step=STEP), [*ROOM, corner(2.0, 1.5)]))
+    known = judged(account, [*ROOM, corner(2.0, 1.5)])
+    first = account.soundings.stations < 2
+    parts = [corner_echoes(account, known, among).count(0, 1) for among in (first, ~first, all_of(account))]
+    assert parts[0] > 0
+    assert parts[0] + parts[1] == parts[2]
+
+
+def test_a_face_has_its_share_of_the_pings_of_the_wall() -> None:
+    feet = with_gap(-0.3, 0.3)
+    known = replace(EAST, past=replace(heard(feet, np.linspace(-0.2, 0.2, ENOUGH)).past, pings=720))
+    faces = find_faces([known, BEHIND], SILENT, step=STEP, settings=FaceSettings())
+    assert [each.pings for each in faces] == [360, 360]
+
+
 def test_corner_echoes_are_counted_for_the_walls_that_make_the_corner() -> None:
     truth = [*ROOM, corner(2.0, 1.5)]
     account = explanation(hearing(listening(step=STEP), truth))
-    echoes = corner_echoes(account, judged(account, truth))
+    echoes = corner_echoes(account, judged(account, truth), all_of(account))
     assert echoes.count(0, 1) > 10
     assert echoes.count(0, 3) == echoes.count(1, 2) == echoes.count(2, 3) == 0
     assert echoes.corners_xy.tolist() == [[2.0, 1.5]]
@@ -176,6 +191,8 @@ def test_an_echo_that_a_column_explains_is_none_of_a_corner() -> None:
     away = np.array([1.5, 1.2]) / np.hypot(1.5, 1.2)
     x, y = np.array([2.0, 1.5]) + 0.39 * away
     account = explanation(hearing(listening([(0.5, 0.3)], step=STEP), [*ROOM, cylinder(x, y, 0.4)]))
-    plain, hidden = (corner_echoes(account, judged(account, k)) for k in (ROOM, [*ROOM, cylinder(x, y, 0.4)]))
+    plain, hidden = (
+        corner_echoes(account, judged(account, k), all_of(account)) for k in (ROOM, [*ROOM, cylinder(x, y, 0.4)])
+    )
     assert plain.count(0, 1) > 1
     assert hidden.count(0, 1) == 0

@@ -1,4 +1,5 @@
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -6,9 +7,11 @@ import pytest
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray
 from echoplan.classification.hypotheses import Hypothesis
+from echoplan.classification.past import Past
 from echoplan.geometry import intersections
-from echoplan.mapping.adjustment import AdjustmentSettings, Beliefs, Features, Start, adjust
+from echoplan.mapping.adjustment import AdjustmentSettings, Beliefs, Features, adjust
 from echoplan.mapping.faces import Echoes, Face
+from echoplan.mapping.state import State
 from echoplan.mapping.survey import Survey, SurveySettings
 from echoplan.mapping.vertices import VertexSettings, find_vertices
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Wall
@@ -17,6 +20,11 @@ from expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, edge, feat
 COLUMN = cylinder(0.2, 0.9, 0.1)
 SILENT = Echoes(counts={}, corners_xy=np.zeros((0, 2)))
 SURE = ClassProbabilities(wall=0.8, corner=0.15, cylinder=0.05)
+
+
+def past_of(known: Hypothesis, number: int, pings: int) -> Past:
+    """What stations whose gain is above five said."""
+    return Past(number=number, speaking=int((known.gains > 5.0).sum()), pings=pings, probabilities=SURE)
 
 
 def survey(
@@ -32,8 +40,12 @@ def survey(
     )
     truth = [*ROOM, *(each for each in reflectors if each[0] == Kind.CYLINDER)]
     beliefs = Beliefs(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False)
-    start = Start(features=features, model=SONAR)
+    start = State(features=features, model=SONAR)
     adjusted = adjust(hearing(listening(), truth), start, beliefs, AdjustmentSettings())
+    known = [
+        replace(each, past=past_of(each, number, int((adjusted.owners == number).sum())))
+        for number, each in enumerate(known)
+    ]
     faces = [
         Face(owner=number, wall=each, low=-heard_to, high=heard_to, crossings=np.zeros(0), pings=40 + number)
         for number, each in enumerate(known)
@@ -44,7 +56,6 @@ def survey(
         adjusted=adjusted,
         faces=faces,
         vertices=find_vertices(faces, SILENT, VertexSettings()) if joined else [],
-        probabilities=[SURE] * len(known),
         settings=SurveySettings(),
     )
 

@@ -9,6 +9,7 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import wrap
 from echoplan.io import builtin_rig, builtin_world
 from echoplan.mapping.account import Account, AccountSettings
+from echoplan.mapping.legacy import survey
 from echoplan.mapping.poses import odometry_beliefs
 from echoplan.mapping.tracking import track
 from echoplan.model import Route, Sweep
@@ -102,7 +103,7 @@ def test_what_was_tracked_is_searched_from_where_the_robot_was_found(monkeypatch
 
 
 def test_the_walls_are_there_once_and_in_their_places() -> None:
-    walls = tracked().survey().walls()
+    walls = survey(tracked()).walls()
     assert len(walls) == 4
     distances = sorted(abs(wall.offset) for wall in walls)
     assert distances == pytest.approx([0.5, 1.0, 2.0, 2.5], abs=0.01)
@@ -150,11 +151,10 @@ def test_what_the_data_sheet_says_is_believed_at_first() -> None:
     assert account.model.range_scale == 0.0
     assert account.offset_sigma == pytest.approx(0.005 / np.sqrt(12))
     assert account.has_servo
-    assert account.calibration() == {}
 
 
 def test_what_was_learned_comes_with_its_uncertainty() -> None:
-    learned = tracked().calibration()
+    learned = tracked().calibration(survey(tracked()).adjusted)
     scale = learned["range_scale"]
     assert isinstance(scale, dict)
     assert abs(scale["value"]) < 3 * scale["sigma"] + 0.002

@@ -1,0 +1,196 @@
+"""Legacy: what stations leave behind when their pings are let go, and the map that all of them together make."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from echoplan.arrays import BoolArray, FloatArray
+from echoplan.classification.evidence import NO_EVIDENCE
+from echoplan.classification.hypotheses import Hypothesis
+from echoplan.classification.past import Past
+from echoplan.mapping.account import Account, as_arrays
+from echoplan.mapping.adjustment import adjust, reading_rows
+from echoplan.mapping.faces import corner_echoes, find_faces
+from echoplan.mapping.memory import Memory, summarised
+from echoplan.mapping.paths import Paths, trace_paths
+from echoplan.mapping.poses import PoseBeliefs, pose_rows
+from echoplan.mapping.rivals import class_probabilities
+from echoplan.mapping.rows import Summary
+from echoplan.mapping.state import State
+from echoplan.mapping.survey import Survey
+from echoplan.mapping.vertices import find_vertices
+from echoplan.model import ClassProbabilities
+from echoplan.preprocessing.soundings import chosen_soundings
+
+__all__ = ["leave", "survey"]
+
+# Of all places along a wall within one cell, so many are worth keeping [m].
+_CELL, _KEPT = 0.01, 4
+
+
+def survey(account: Account) -> Survey:
+    """Draw all that was ever found.
+
+    Parameters
+    ----------
+    account : Account
+        Of the stations at hand, with the memory of all before them.
+
+    Returns
+    -------
+    Survey
+        What is there, adjusted once more to all that is known.
+    """
+    memory, settings = leave(account, len(account.given)), account.settings
+    state = State(features=as_arrays(memory.features, 0), model=account.model, latency=memory.latency)
+    nothing = chosen_soundings(account.recorded, np.zeros(len(account.recorded.readings), dtype=bool))
+    beliefs = account.beliefs(account.noise, None)
+    known = memory.about(memory.features, state.unknowns)
+    adjusted = adjust(nothing, state, beliefs, settings.adjustment, known=known)
+    features = [replace(each, reflector=row) for each, row in zip(memory.features, adjusted.reflectors, strict=True)]
+    echoes = memory.echoes_of(features)
+    faces = find_faces(features, echoes, step=account.step, settings=settings.faces)
+    return Survey(
+        features=features,
+        adjusted=adjusted,
+        faces=faces,
+        vertices=find_vertices(faces, echoes, settings.vertices),
+        settings=settings.survey,
+    )
+
+
+def leave(account: Account, count: int) -> Memory:
+    """Let the first stations go, and keep what they said.
+
+    Parameters
+    ----------
+    account : Account
+        Of the stations at hand, explained and adjusted.
+    count : int
+        How many stations to let go.
+
+    Returns
+    -------
+    Memory
+        All that is known without the pings of the stations that stay.
+    """
+    gone = account.recorded.stations < count
+    features = _with_pasts(account, gone, count)
+    known = [each for each in features if each.is_known]
+    everything = [*account.memory.beyond(account.at_hand), *known]
+    echoes = dict(account.memory.echoes)
+    counted = corner_echoes(account.explanation, account.features, gone).counts
+    for (one, other), pings in counted.items():
+        if pings and features[one].is_known and features[other].is_known:
+            pair = (features[one].past.number, features[other].past.number)
+            echoes[min(pair), max(pair)] = echoes.get((min(pair), max(pair)), 0) + pings
+    return Memory(
+        features=[_bare(each) for each in everything],
+        pending=[each for each in features if not each.is_known],
+        summary=_summary(account, everything, gone, count),
+        echoes=echoes,
+        poses=account.poses[count:],
+        course=account.course,
+        verdict=account.verdict,
+        model=account.model,
+        latency=account.latency,
+        noise=account.noise,
+        independence=account.independence,
+        reckoned=_reckoned(account, count),
+        issued=account.memory.issued + len(known),
+    )
+
+
+def _reckoned(account: Account, count: int) -> FloatArray:
+    """Tell what odometry alone leaves open of the first pose that stays."""
+    if account.believed is None or not account.believed.relative or count >= len(account.given):
+        return np.zeros(3)
+    return np.sqrt(np.diag(account.reckoned()[count]))
+
+
+def _summary(account: Account, everything: list[Hypothesis], gone: BoolArray, count: int) -> Summary:
+    """Sum up what the readings of the stations that go said, with their poses eliminated."""
+    believed = _believed(account, count)
+    state = State(
+        features=as_arrays(everything, len(account.given)),
+        model=account.model,
+        latency=account.latency,
+        poses=np.zeros((0, 3)) if believed is None else account.poses[: len(believed.given)],
+    )
+    heard = chosen_soundings(account.recorded if believed else account.soundings, gone)
+    heard = heard._replace(centers=heard.centers[: len(believed.given)]) if believed else heard
+    beliefs = account.beliefs(account.noise, believed)
+    rows = [reading_rows(heard, state, beliefs, account.settings.adjustment)]
+    if believed:
+        rows.append(pose_rows(believed, state.poses, state.unknowns.pose))
+    return summarised(state, rows, account.memory.about(everything, state.unknowns), count)
+
+
+def _believed(account: Account, count: int) -> PoseBeliefs | None:
+    """Believe in the poses that go, and in the step to the next."""
+    if account.believed is None:
+        return None
+    kept = count + 1 if account.believed.relative else count
+    return account.believed._replace(given=account.believed.given[:kept], sigmas=account.believed.sigmas[:kept])
+
+
+def _with_pasts(account: Account, gone: BoolArray, count: int) -> list[Hypothesis]:
+    """Add what the stations that go said to the pasts of the features that they heard."""
+    assert account.adjusted is not None
+    explanation, settings = account.explanation, account.settings
+    paths = trace_paths(explanation, account.features, step=account.step).chosen(gone)
+    classes = class_probabilities(explanation, account.features, radius_cost=settings.search.radius_cost)
+    owners, issued = account.adjusted.owners[gone], account.memory.issued
+    features = []
+    for number, (each, probabilities) in enumerate(zip(account.features, classes, strict=True)):
+        if each.is_known or (each.gains[:count] > 0.0).any():
+            issued += not each.is_known
+            past = each.past if each.is_known else replace(each.past, number=issued)
+            past = _heard(past, each, paths, number=number)
+            past = _certain(past, each, probabilities)
+            gains = each.gains[:count]
+            past = replace(
+                past,
+                total=past.total + float(gains.sum()),
+                best=max(past.best, float(gains.max(initial=0.0))),
+                speaking=past.speaking + int((gains > settings.survey.clear_station).sum()),
+                pings=past.pings + int((owners == number).sum()),
+            )
+            features.append(replace(each, past=past))
+        else:
+            features.append(each)
+    return features
+
+
+def _heard(past: Past, feature: Hypothesis, paths: Paths, *, number: int) -> Past:
+    """Add where sound came back from a wall, and where it went through its line."""
+    if not feature.is_wall:
+        return past
+    return replace(
+        past,
+        extent=feature.extent,
+        feet=_joined(past.feet, paths.feet(number, feature.line)),
+        crossings=_joined(past.crossings, paths.crossings(number, feature.line)),
+    )
+
+
+def _certain(past: Past, feature: Hypothesis, probabilities: ClassProbabilities) -> Past:
+    """Keep the class as it was told by those who heard most of the feature."""
+    certainty = feature.total - feature.past.total
+    return replace(past, probabilities=probabilities, certainty=certainty) if certainty > past.certainty else past
+
+
+def _joined(before: FloatArray, now: FloatArray) -> FloatArray:
+    """Join places along a line; of many in one cell a few stay, if some of them were there before."""
+    if not len(before):
+        return now
+    places = np.sort(np.concatenate([before, now]))
+    cells = np.floor(places / _CELL)
+    starts = np.searchsorted(cells, cells)
+    kept: FloatArray = places[np.arange(len(places)) - starts < _KEPT]
+    return kept
+
+
+def _bare(feature: Hypothesis) -> Hypothesis:
+    """Leave out all that belongs to pings at hand."""
+    return replace(feature, evidence=NO_EVIDENCE, gains=np.zeros(0), total=feature.past.total)

@@ -1,0 +1,79 @@
+"""State: values of all unknowns, before and after each step of an adjustment."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from echoplan.acoustics.expectation import EchoModel, Kind
+from echoplan.arrays import FloatArray
+from echoplan.mapping.readings import Features
+from echoplan.mapping.unknowns import Unknowns
+
+__all__ = ["State"]
+
+# Features and poses move no farther than this in a step [rad or m, m, m]; radii stay between these [m].
+_LONGEST, _THIN, _THICK = 0.05, 0.01, 0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class State:
+    """Where features, sonar and poses are now.
+
+    Parameters
+    ----------
+    features : Features
+        The features.
+    model : EchoModel
+        The sonar.
+    latency : float, optional
+        By how much the servo lags behind what was recorded [s].
+    poses : ndarray, shape (s, 3), optional
+        Poses of the stations [m, m, rad]; empty if they are trusted.
+    """
+
+    features: Features
+    model: EchoModel
+    latency: float = 0.0
+    poses: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+
+    @property
+    def unknowns(self) -> Unknowns:
+        """What stands where among the unknowns."""
+        return Unknowns(kinds=self.features.reflectors[:, 0].astype(np.int64), poses=len(self.poses))
+
+    @property
+    def values(self) -> FloatArray:
+        """All of them in one vector, shape (u,)."""
+        free = np.arange(3) < self.unknowns.counts[:, None]
+        sonar = [self.model.range_offset, self.model.walk_gain, self.model.range_scale, self.latency]
+        return np.concatenate([self.features.reflectors[:, 1:][free], sonar, self.poses.ravel()])
+
+    def moved(self, step: FloatArray) -> "State":
+        """Take a step.
+
+        Parameters
+        ----------
+        step : ndarray, shape (u,)
+            Of all unknowns.
+
+        Returns
+        -------
+        State
+            Nothing goes farther than 5 cm at once; radii stay within what a cylinder may have.
+        """
+        unknowns, reflectors = self.unknowns, self.features.reflectors.copy()
+        reflectors[:, 1:] += np.clip(unknowns.steps(step), -_LONGEST, _LONGEST)
+        reflectors[:, 3] = np.where(unknowns.kinds == Kind.CYLINDER, np.clip(reflectors[:, 3], _THIN, _THICK), 0.0)
+        offset, gain, scale, latency = step[unknowns.sonar : unknowns.pose].tolist()
+        model = replace(
+            self.model,
+            range_offset=self.model.range_offset + offset,
+            walk_gain=self.model.walk_gain + gain,
+            range_scale=self.model.range_scale + scale,
+        )
+        return State(
+            features=self.features._replace(reflectors=reflectors),
+            model=model,
+            latency=self.latency + latency,
+            poses=self.poses + np.clip(step[unknowns.pose :], -_LONGEST, _LONGEST).reshape(-1, 3),
+        )
