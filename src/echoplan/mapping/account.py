@@ -66,7 +66,7 @@ class WindowSettings(BaseModel, frozen=True, extra="forbid"):
     """How many stations are explained together."""
 
     stations: int = Field(default=24, ge=3, description="that stay at hand when others are let go")
-    step: int = Field(default=8, ge=1, description="that are let go together")
+    step: int = Field(default=12, ge=1, description="that are let go together")
 
 
 class AccountSettings(BaseModel, frozen=True, extra="forbid"):

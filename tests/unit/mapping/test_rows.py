@@ -3,7 +3,7 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.errors import InvalidValueError
-from echoplan.mapping.rows import Rows, normal_equations, prior, solve
+from echoplan.mapping.rows import Rows, Summary, normal_equations, prior, solve
 
 SIZE = 7
 
@@ -89,3 +89,30 @@ def test_an_unknown_that_no_row_determines_is_refused(size: int) -> None:
     information[size // 2], information[:, size // 2] = 0.0, 0.0
     with pytest.raises(InvalidValueError, match="undetermined"):
         solve(information, right)
+
+
+def summary() -> Summary:
+    information, vector = well_posed(5)
+    return Summary(np.arange(5), information, vector)
+
+
+@pytest.mark.parametrize("kept", [[0], [1, 3], [4, 0, 2], [0, 1, 2, 3, 4]])
+def test_what_is_kept_has_the_values_and_the_covariance_that_it_had_among_all(kept: list[int]) -> None:
+    whole, part = summary(), summary().on(np.array(kept))
+    covariance = np.linalg.inv(whole.information)
+    assert np.linalg.inv(part.information) == pytest.approx(covariance[np.ix_(kept, kept)], rel=1e-6)
+    values = np.linalg.solve(part.information, part.vector)
+    assert values == pytest.approx((covariance @ whole.vector)[kept], rel=1e-6)
+    assert part.columns.tolist() == kept
+
+
+def test_keeping_all_changes_nothing() -> None:
+    whole = summary()
+    assert whole.on(np.arange(5)) is whole
+
+
+def test_what_nothing_is_known_of_can_be_left_aside() -> None:
+    blind = Summary(np.arange(2), np.diag([4.0, 0.0]), np.array([8.0, 0.0]))
+    part = blind.on(np.array([0]))
+    assert part.information.tolist() == [[4.0]]
+    assert part.vector.tolist() == [8.0]

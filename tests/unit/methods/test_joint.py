@@ -1,4 +1,5 @@
 import json
+import pickle
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
@@ -7,9 +8,10 @@ import numpy as np
 import pytest
 
 from echoplan.arrays import FloatArray
+from echoplan.mapping.account import PoseMode, WindowSettings
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper, JointSettings
-from echoplan.model import CornerKind, FeatureMap, Rig, Sweep
+from echoplan.model import CornerKind, FeatureMap, Rig, Route, Sweep
 from echoplan.simulation import Simulation, SimulationSettings
 from echoplan.sources import find_rig, find_route, find_world
 
@@ -195,6 +197,37 @@ def test_asking_in_between_changes_nothing() -> None:
         mapper.add(sweep)
         between = mapper.result()
     assert (drawn(between) == drawn(mapped(RING, simulated(RING)))).all()
+
+
+@cache
+def round_and_round() -> tuple[Sweep, ...]:
+    """A thousand sweeps of a ring on twenty rounds through the square."""
+    turns = np.linspace(0.0, 40 * np.pi, 1000)
+    way = np.column_stack([0.5 + 0.8 * np.cos(turns), 1.0 + 0.8 * np.sin(turns), turns + np.pi / 2])
+    return tuple(Simulation(world=find_world("square"), rig=find_rig(RING), route=Route(map_from_base=way), seed=1))
+
+
+def test_a_thousand_stations_make_one_map_and_a_memory_that_does_not_grow() -> None:
+    mapper = JointMapper(find_rig(RING), JointSettings(poses=PoseMode.TRUST, window=WindowSettings(stations=6, step=6)))
+    sizes = []
+    for number, sweep in enumerate(round_and_round()):
+        mapper.add(sweep)
+        if number % 250 == 249:
+            sizes.append(len(pickle.dumps(mapper)))
+    found = mapper.result()
+    assert_square(found, within=0.003)
+    assert len(found.poses) == len(found.sweeps) == 1000
+    assert all(wall.stations > 100 for wall in found.walls)
+    # What is left of the way are indices and poses.
+    assert sizes[-1] - sizes[0] < 750 * 100
+
+
+def test_a_map_through_a_small_window_is_as_good_as_the_map_of_all_at_once() -> None:
+    sweeps = round_and_round()[:40]
+    small = JointSettings(poses=PoseMode.TRUST, window=WindowSettings(stations=4, step=3))
+    whole = JointSettings(poses=PoseMode.TRUST, window=WindowSettings(stations=99, step=1))
+    for settings in (small, whole):
+        assert_square(mapped(RING, sweeps, settings), within=0.006)
 
 
 def test_poses_that_agree_are_left_as_they_are() -> None:

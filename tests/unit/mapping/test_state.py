@@ -1,0 +1,47 @@
+import numpy as np
+import pytest
+
+from echoplan.mapping.readings import Features
+from echoplan.mapping.state import State
+from expectations import SONAR, corner, cylinder, wall
+
+
+def state() -> State:
+    rows = np.array([wall(0.2, 1.5), cylinder(0.4, 1.0, 0.1), corner(2.0, 1.5)])
+    features = Features(reflectors=rows, extents=np.zeros((3, 2)), heard=np.ones((3, 2), dtype=bool))
+    poses = np.array([[0.0, 0.0, 0.1], [1.0, 0.5, -0.2]])
+    return State(features=features, model=SONAR, latency=0.003, poses=poses)
+
+
+def test_values_stand_where_the_unknowns_say() -> None:
+    now = state()
+    unknowns, values = now.unknowns, now.values
+    assert len(values) == unknowns.size == 2 + 3 + 2 + 4 + 6
+    assert values[unknowns.feature(1)].tolist() == [0.4, 1.0, 0.1]
+    sonar = [SONAR.range_offset, SONAR.walk_gain, SONAR.range_scale, 0.003]
+    assert values[unknowns.sonar : unknowns.pose].tolist() == sonar
+    assert values[unknowns.pose :].reshape(-1, 3).tolist() == now.poses.tolist()
+
+
+def test_a_small_step_moves_every_value_by_itself() -> None:
+    now, step = state(), np.linspace(0.0, 0.002, 17)
+    assert now.moved(step).values == pytest.approx(now.values + step)
+
+
+def test_features_go_no_farther_than_five_centimetres_at_once() -> None:
+    moved = state().moved(np.ones(17))
+    assert moved.features.reflectors[0, 1:3] == pytest.approx([0.25, 1.55])
+    assert moved.poses == pytest.approx(state().poses + 1.0)
+
+
+@pytest.mark.parametrize(("step", "radius"), [(-1.0, 0.05), (1.0, 0.15)])
+def test_radii_change_by_no_more_either(step: float, radius: float) -> None:
+    moved = state().moved(np.full(17, step))
+    assert moved.features.reflectors[1, 3] == pytest.approx(radius)
+
+
+def test_no_radius_becomes_less_than_one_centimetre() -> None:
+    now = state()
+    for _ in range(5):
+        now = now.moved(np.full(17, -1.0))
+    assert now.features.reflectors[1, 3] == pytest.approx(0.01)
