@@ -98,14 +98,18 @@ def joined(parts: Sequence[Posed]) -> Posed:
     Posed
         Poses that were trusted have no covariance, that is zero, if others were corrected.
     """
-    known = any(len(part.covariances) for part in parts)
-    covariances = [part.covariances if len(part.covariances) else np.zeros((len(part.poses), 3, 3)) for part in parts]
     return Posed(
         sweeps=np.concatenate([part.sweeps for part in parts]),
         poses=np.concatenate([part.poses for part in parts]),
-        covariances=np.concatenate(covariances) if known else np.zeros((0, 3, 3)),
+        covariances=_covariances(parts),
         undetermined=_merged([each for part in parts for each in part.undetermined], parts),
     )
+
+
+def _covariances(parts: Sequence[Posed]) -> FloatArray:
+    corrected = any(len(part.covariances) for part in parts)
+    whole = [part.covariances if len(part.covariances) else np.zeros((len(part.poses), 3, 3)) for part in parts]
+    return np.concatenate(whole) if corrected else np.zeros((0, 3, 3))
 
 
 def _merged(rows: Sequence[dict[str, float]], parts: Sequence[Posed]) -> tuple[dict[str, float], ...]:
