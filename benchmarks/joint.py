@@ -24,7 +24,7 @@ from echoplan.arrays import FloatArray
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Evaluation, Interval, Summary, consistency_table, deviation_table, evaluate, pool
 from echoplan.evaluation.consistency import PARAMETERS
-from echoplan.mapping.account import PoseMode
+from echoplan.mapping.settings import PoseMode
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import Corner, Cylinder, FeatureClass, FeatureMap, Sweep, Table, Wall

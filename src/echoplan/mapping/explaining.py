@@ -5,9 +5,10 @@ import copy
 import numpy as np
 
 from echoplan.geometry import wrap
-from echoplan.mapping.account import Account, PoseMode
+from echoplan.mapping.account import Account
 from echoplan.mapping.memory import Course
 from echoplan.mapping.poses import waypoint_beliefs
+from echoplan.mapping.settings import PoseMode
 from echoplan.mapping.tracking import track
 
 __all__ = ["explained"]

@@ -8,11 +8,12 @@ which of these explains the pings, including those that are missing.
 import numpy as np
 
 from echoplan.arrays import FloatArray
-from echoplan.mapping.account import Account, AccountSettings
+from echoplan.mapping.account import Account
 from echoplan.mapping.explaining import explained
 from echoplan.mapping.legacy import leave, survey
 from echoplan.mapping.memory import Memory
 from echoplan.mapping.posed import Posed, joined, posed
+from echoplan.mapping.settings import AccountSettings
 from echoplan.model import FeatureMap, Rig, Sweep
 from echoplan.preprocessing.soundings import Soundings, join_soundings, soundings_of
 from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps

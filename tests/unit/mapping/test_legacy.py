@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from echoplan.geometry import wrap
-from echoplan.mapping.account import Account, AccountSettings, PoseMode
+from echoplan.mapping.account import Account
 from echoplan.mapping.explaining import explained
 from echoplan.mapping.legacy import leave, survey
 from echoplan.mapping.memory import Memory
+from echoplan.mapping.settings import AccountSettings, PoseMode
 from echoplan.model import Sweep
 from echoplan.preprocessing.soundings import join_soundings, soundings_of
 from echoplan.simulation import Simulation

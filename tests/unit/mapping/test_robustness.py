@@ -5,8 +5,9 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose
-from echoplan.mapping.adjustment import Adjusted, AdjustmentSettings, Beliefs, Features, Start, adjust
+from echoplan.mapping.adjustment import Adjusted, AdjustmentSettings, Beliefs, Features, adjust
 from echoplan.mapping.poses import PoseSettings, displaced, odometry_beliefs
+from echoplan.mapping.state import State
 from expectations import NOISE, REACH, ROOM, SONAR, hearing, listening
 
 # Where the stations of ``listening`` are said to be, and where they are.
@@ -28,7 +29,7 @@ def corrected(*, wrong: float = 0.0, scale: float = 0.0) -> Adjusted:
     east = (recorded.stations == 3) & (np.abs(recorded.bearings - 2.0) < np.radians(20)) & np.isfinite(heard)
     readings = np.where(east, heard - wrong, heard) / (1.0 + scale)
     features = Features(reflectors=ROOM, extents=np.tile([-REACH, REACH], (4, 1)), heard=np.ones((4, 4), dtype=bool))
-    start = Start(features=features, model=SONAR, poses=GIVEN)
+    start = State(features=features, model=SONAR, poses=GIVEN)
     return adjust(recorded._replace(readings=readings), start, BELIEFS, AdjustmentSettings(rounds=20))
 
 

@@ -8,9 +8,10 @@ import pytest
 from echoplan.arrays import FloatArray
 from echoplan.geometry import wrap
 from echoplan.io import builtin_rig, builtin_world
-from echoplan.mapping.account import Account, AccountSettings
+from echoplan.mapping.account import Account
 from echoplan.mapping.legacy import survey
 from echoplan.mapping.poses import odometry_beliefs
+from echoplan.mapping.settings import AccountSettings
 from echoplan.mapping.tracking import track
 from echoplan.model import Route, Sweep
 from echoplan.preprocessing.soundings import join_soundings, soundings_of

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from echoplan.arrays import FloatArray
-from echoplan.mapping.account import PoseMode, WindowSettings
+from echoplan.mapping.settings import PoseMode, WindowSettings
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import CornerKind, FeatureMap, Rig, Route, Sweep

@@ -1,0 +1,69 @@
+"""Settings of all stages of an account."""
+
+import math
+from enum import StrEnum
+
+from pydantic import BaseModel, Field
+
+from echoplan.extraction.arcs import ArcSettings
+from echoplan.mapping.adjustment import AdjustmentSettings
+from echoplan.mapping.certainty import CertaintySettings
+from echoplan.mapping.copies import CopySettings
+from echoplan.mapping.drift import DriftSettings
+from echoplan.mapping.faces import FaceSettings
+from echoplan.mapping.localisation import LocalisationSettings
+from echoplan.mapping.poses import PoseSettings
+from echoplan.mapping.search import SearchSettings
+from echoplan.mapping.squareness import SquarenessSettings
+from echoplan.mapping.survey import SurveySettings
+from echoplan.mapping.vertices import VertexSettings
+from echoplan.preprocessing.health import HealthSettings
+from echoplan.preprocessing.stations import StationSettings
+
+__all__ = ["AccountSettings", "PoseMode", "WindowSettings"]
+
+
+class PoseMode(StrEnum):
+    """What to do about the poses of the robot."""
+
+    TRUST = "trust"
+    CORRECT = "correct"
+    AUTO = "auto"
+
+
+class WindowSettings(BaseModel, frozen=True, extra="forbid"):
+    """How many stations are explained together."""
+
+    stations: int = Field(default=24, ge=3, description="that stay at hand when others are let go")
+    step: int = Field(default=12, ge=1, description="that are let go together")
+
+
+class AccountSettings(BaseModel, frozen=True, extra="forbid"):
+    """Settings of all stages."""
+
+    poses: PoseMode = Field(default=PoseMode.AUTO, description="trust, correct, or correct if the pings disagree")
+    stations: StationSettings = Field(default_factory=StationSettings)
+    window: WindowSettings = Field(default_factory=WindowSettings)
+    health: HealthSettings = Field(default_factory=HealthSettings)
+    arcs: ArcSettings = Field(default_factory=ArcSettings)
+    search: SearchSettings = Field(default_factory=SearchSettings)
+    adjustment: AdjustmentSettings = Field(default_factory=AdjustmentSettings)
+    pose_errors: PoseSettings = Field(default_factory=PoseSettings)
+    drift: DriftSettings = Field(default_factory=DriftSettings)
+    certainty: CertaintySettings = Field(default_factory=CertaintySettings)
+    squareness: SquarenessSettings = Field(default_factory=SquarenessSettings)
+    copies: CopySettings = Field(default_factory=CopySettings)
+    localisation: LocalisationSettings = Field(default_factory=LocalisationSettings)
+    faces: FaceSettings = Field(default_factory=FaceSettings)
+    vertices: VertexSettings = Field(default_factory=VertexSettings)
+    survey: SurveySettings = Field(default_factory=SurveySettings)
+    first_noise: float = Field(default=0.008, gt=0.0, description="of readings before anything is known [m]")
+    least_noise: float = Field(default=0.0025, gt=0.0, description="of the best sensors [m]")
+    greatest_noise: float = Field(default=0.05, gt=0.0, description="of readings that still make a map [m]")
+    torn: float = Field(default=0.25, gt=0.0, le=1.0, description="share of walls that are there twice if poses drift")
+    most_tracked: int = Field(default=80, ge=1, description="stations that are corrected without being asked")
+    scale_step: float = Field(default=0.004, gt=0.0, description="of the range scale that calls for another look")
+    turned: float = Field(
+        default=math.radians(1), ge=0.0, description="mean turn of the poses, below which they were right [rad]"
+    )
+    agreement: float = Field(default=0.88, gt=0.0, le=1.0, description="share of echoes that exact poses explain")
