@@ -9,7 +9,8 @@ from echoplan.acoustics.expectation import EchoModel, Kind, differentiate, shape
 from echoplan.acoustics.walk import WalkCurve, fitted_walk
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD, Frame, judge, weigh
-from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_volley, ghosts_of_walls
+from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
+from echoplan.classification.volleys import volleys_over
 from echoplan.extraction.arcs import ArcSettings, arc_planes, find_arcs
 from echoplan.geometry import directions, transform_points, wrap
 from echoplan.preprocessing.soundings import Soundings, chosen_soundings, late_by
@@ -166,8 +167,12 @@ def test_no_place_or_direction_changes_a_ghost(pose: tuple[float, float, float])
             ghosts_of_cylinder(elsewhere, HEARING, east, moved(POST, pose), ROUGH),
         ),
         (
-            ghosts_of_volley(mates, HEARING, ROOM[1], ENDS, ROUGH),
-            ghosts_of_volley(elsewhere, HEARING, north, spans[1], ROUGH),
+            volleys_over(mates, HEARING, ROOM[1][None], ROUGH).within(ENDS[None], count),
+            volleys_over(elsewhere, HEARING, north[None], ROUGH).within(spans[1][None], count),
+        ),
+        (
+            volleys_over(mates, HEARING, ROOM[:2], ROUGH).within(np.array([ENDS, ENDS]), count),
+            volleys_over(elsewhere, HEARING, np.array([east, north]), ROUGH).within(np.array(spans), count),
         ),
     )
     for here, there in pairs:

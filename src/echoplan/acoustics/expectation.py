@@ -5,20 +5,13 @@ compiled functions can ask for millions of echoes a second.  Importing this modu
 """
 
 import math
-from dataclasses import dataclass
 from enum import IntEnum
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
-import numpy as np
-
-from echoplan.acoustics.air import Air
-from echoplan.acoustics.beam import two_way_loss
-from echoplan.acoustics.detection import peak_delay
-from echoplan.acoustics.sonar import piston_ka
-from echoplan.acoustics.walk import EXCESS_STEP, WalkCurve, physical_walk
+from echoplan.acoustics.echo_model import COSINE_LIMIT, PER_SQUARED_SINE, SQUARED_SINES, EchoModel, Hearing
+from echoplan.acoustics.walk import EXCESS_STEP
 from echoplan.arrays import FloatArray
 from echoplan.compiled import compiled
-from echoplan.model import Transducer
 
 __all__ = [
     "SILENCE",
@@ -54,14 +47,6 @@ class Kind(IntEnum):
 # Plain numbers, for compiled functions fold constants but not members of an enumeration.
 _WALL, _CYLINDER, _EDGE = int(Kind.WALL), int(Kind.CYLINDER), int(Kind.EDGE)
 
-# The beam is tabulated over the squared sine of the angle off its axis, up to 75 degrees; beyond that nothing is
-# expected.  No sonar has a lobe there that anyone has measured.
-_SQUARED_SINES = 2048
-_COSINE_LIMIT = math.cos(math.radians(75.0))
-_SQUARED_LIMIT = 1.0 - _COSINE_LIMIT**2
-_PER_SQUARED_SINE = _SQUARED_SINES / _SQUARED_LIMIT
-_BEAM_FLOOR = -80.0
-
 # The face of a transducer is not a point: depths below this count as this [m].
 _NEAREST = 0.02
 # No cylinder is thinner than this [m]: it would be a fraction of a wavelength, and its echo law another.
@@ -70,114 +55,6 @@ _THINNEST = 1e-3
 _EDGE_LOSS = -36.0
 _PER_NEPER = 20.0 / math.log(10.0)
 SILENCE = -99.0
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class EchoModel:
-    """A sonar as a recording shows it: loudness, beam, and how its readings relate to ranges.
-
-    A reading z stands for the depth e by ``z (1 + range_scale) = e + range_offset + walk_gain (walk(M) - walk(M_1))``,
-    where M is the signal excess and M_1 that of an aimed plane at 1 m: that is where a maker sets a module right.
-
-    Parameters
-    ----------
-    figure_of_merit : float
-        Signal excess of a plane at 0.5 m, whose path is 1 m long, without absorption [dB].
-    ka : float
-        Circumference of the piston in wavelengths.
-    absorption : float
-        Of the air [dB/m].
-    walk : WalkCurve
-        Shape of the range walk.
-    walk_gain : float
-        Walk at the threshold [m].
-    range_offset : float
-        Error of the reading of an aimed plane at 1 m [m].
-    range_scale : float
-        Share by which readings are too short.
-    """
-
-    figure_of_merit: float
-    ka: float
-    absorption: float
-    walk: WalkCurve
-    walk_gain: float
-    range_offset: float = 0.0
-    range_scale: float = 0.0
-
-    @classmethod
-    def of(cls, transducer: Transducer) -> "EchoModel":
-        """Expect of a sonar what its transducer should do in air of 20 degrees Celsius.
-
-        Parameters
-        ----------
-        transducer : Transducer
-            Burst, resonators, piston and figure of merit.
-
-        Returns
-        -------
-        EchoModel
-            Set right, as by its maker.
-        """
-        air = Air()
-        return cls(
-            figure_of_merit=transducer.figure_of_merit,
-            ka=piston_ka(transducer, air),
-            absorption=float(air.absorption(transducer.frequency)),
-            walk=physical_walk(transducer),
-            walk_gain=0.5 * air.speed_of_sound * peak_delay(transducer),
-        )
-
-    @property
-    def reference_excess(self) -> float:
-        """Signal excess of an aimed plane at 1 m [dB]."""
-        return self.figure_of_merit - 20 * math.log10(2.0) - 2 * self.absorption
-
-    def tabulated(self) -> "Hearing":
-        """Turn the model into numbers and tables.
-
-        Returns
-        -------
-        Hearing
-            What compiled functions read.
-        """
-        sines = np.sqrt(np.linspace(0.0, _SQUARED_LIMIT, _SQUARED_SINES + 1))
-        gains = np.maximum(-two_way_loss(np.arcsin(sines), self.ka), _BEAM_FLOOR)
-        shape = self.walk.values - float(self.walk(self.reference_excess))
-        return Hearing(
-            figure_of_merit=self.figure_of_merit,
-            absorption=self.absorption,
-            scale=1.0 + self.range_scale,
-            # Behind the first null lobes come and go with the angle; a sonar is trusted no more there than in the null.
-            beam=np.minimum.accumulate(gains),
-            lobes=_lobes(self.ka),
-            walk=self.range_offset + self.walk_gain * shape,
-        )
-
-
-class Hearing(NamedTuple):
-    """An echo model as numbers and tables.
-
-    Attributes
-    ----------
-    figure_of_merit, absorption : float
-        As in the model [dB], [dB/m].
-    scale : float
-        What turns a reading into a range.
-    beam : ndarray
-        Two-way gain at even steps of the squared sine off the axis [dB].
-    lobes : ndarray
-        The same up to 90 degrees, as loud as the loudest lobe at or beyond each angle [dB].
-    walk : ndarray
-        Reading less depth at even steps of the signal excess [m].
-    """
-
-    figure_of_merit: float
-    absorption: float
-    scale: float
-    beam: FloatArray
-    lobes: FloatArray
-    walk: FloatArray
 
 
 # A reflector as compiled functions want it: its kind and, for a wall, its unit normal and offset; else as it is kept.
@@ -259,10 +136,10 @@ def excess_of(hearing: Hearing, sight: Sight) -> float:
         ``S - 20 lg(2 e) - 2 alpha e + B + X`` [dB]; silence beyond 75 degrees off the axis.
     """
     depth, cosine, sine, _, strength = sight
-    if cosine <= _COSINE_LIMIT:
+    if cosine <= COSINE_LIMIT:
         return SILENCE
-    place = sine * sine * _PER_SQUARED_SINE
-    node = min(int(place), _SQUARED_SINES - 1)
+    place = sine * sine * PER_SQUARED_SINE
+    node = min(int(place), SQUARED_SINES - 1)
     beam = hearing.beam[node] + (place - node) * (hearing.beam[node + 1] - hearing.beam[node])
     depth = max(depth, _NEAREST)
     spreading = 20.0 * math.log10(2.0 * depth) + 2.0 * hearing.absorption * depth
@@ -288,7 +165,7 @@ def lobe_excess_of(hearing: Hearing, sight: Sight) -> float:
     depth, cosine, sine, _, strength = sight
     if cosine <= 0.0:
         return SILENCE
-    node = min(int(sine * sine * _SQUARED_SINES), _SQUARED_SINES)
+    node = min(int(sine * sine * SQUARED_SINES), SQUARED_SINES)
     depth = max(depth, _NEAREST)
     spreading = 20.0 * math.log10(2.0 * depth) + 2.0 * hearing.absorption * depth
     return float(hearing.figure_of_merit - spreading + hearing.lobes[node] + strength)
@@ -388,13 +265,6 @@ def _slopes(hearing: Hearing, sight: Sight, excess: float) -> tuple[float, float
     node = int(excess / EXCESS_STEP)
     steepness = (hearing.walk[node + 1] - hearing.walk[node]) / EXCESS_STEP
     fading = -_PER_NEPER / depth - 2.0 * hearing.absorption if depth > _NEAREST else 0.0
-    node = min(int(sine * sine * _PER_SQUARED_SINE), _SQUARED_SINES - 1)
-    narrowing = (hearing.beam[node + 1] - hearing.beam[node]) * _PER_SQUARED_SINE * 2.0 * sine * cosine
+    node = min(int(sine * sine * PER_SQUARED_SINE), SQUARED_SINES - 1)
+    narrowing = (hearing.beam[node + 1] - hearing.beam[node]) * PER_SQUARED_SINE * 2.0 * sine * cosine
     return 1.0 + steepness * fading, steepness, steepness * narrowing
-
-
-def _lobes(ka: float) -> FloatArray:
-    sines = np.sqrt(np.linspace(0.0, 1.0, _SQUARED_SINES + 1))
-    gains = np.maximum(-two_way_loss(np.arcsin(sines), ka), _BEAM_FLOOR)
-    outward: FloatArray = np.maximum.accumulate(gains[::-1])[::-1]
-    return outward

@@ -9,8 +9,9 @@ import numpy as np
 from echoplan.acoustics.expectation import Hearing, Kind
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD, Evidence, Frame, Verdict, judge, weigh
-from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_volley, ghosts_of_walls
+from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
 from echoplan.classification.past import NO_PAST, Past
+from echoplan.classification.volleys import Volleys, volleys_over
 from echoplan.geometry import directions, intersections
 from echoplan.preprocessing.soundings import Soundings
 
@@ -117,6 +118,7 @@ class Explanation:
         self.noise = noise
         self._silence = np.full(len(soundings.readings), UNHEARD)
         self._known: dict[_Key, FloatArray | None] = {}
+        self._volleys: dict[_Key, Volleys] = {}
 
     @property
     def floor(self) -> float:
@@ -219,10 +221,12 @@ class Explanation:
         walls = [(each, _listeners(each)) for each in features if each.is_wall]
         columns = [(each, _listeners(each)) for each in features if each.kind is Kind.CYLINDER]
         for number, (wall, listeners) in enumerate(walls):
-            ghosts = [self._volley(wall)]
             # If no station heard both, none can hear one in the other.
-            ghosts += [self._mirrored(wall, other) for other, others in walls[number + 1 :] if listeners & others]
-            ghosts += [self._reflected(wall, other) for other, others in columns if listeners & others]
+            others = [other for other, heard in walls[number + 1 :] if listeners & heard]
+            ghosts = [self._volley(wall)]
+            ghosts += [self._mirrored(wall, other) for other in others]
+            ghosts += [self._volley_of_pair(wall, other) for other in others]
+            ghosts += [self._reflected(wall, other) for other, heard in columns if listeners & heard]
             for ghost in ghosts:
                 if ghost is not None:
                     np.maximum(levels, ghost, out=levels)
@@ -280,11 +284,22 @@ class Explanation:
         )
 
     def _volley(self, wall: Hypothesis) -> FloatArray | None:
-        extent = np.array([wall.extent[0] - _STRETCH, wall.extent[1] + _STRETCH])
-        return self._once(
-            ("volley", *wall.key),
-            lambda: ghosts_of_volley(self.soundings, self.hearing, wall.reflector, extent, self.noise),
-        )
+        return self._once(("volley", *wall.key), lambda: self._volley_over([wall], [_stretched(wall, None)]))
+
+    def _volley_of_pair(self, wall: Hypothesis, other: Hypothesis) -> FloatArray | None:
+        def both_ways() -> FloatArray:
+            first, second = _reflecting(wall, other)
+            there = self._volley_over([wall, other], [first, second])
+            return np.maximum(there, self._volley_over([other, wall], [second, first]))
+
+        return self._once(("volleys", *wall.key, *other.key), both_ways)
+
+    def _volley_over(self, walls: Sequence[Hypothesis], extents: Sequence[FloatArray]) -> FloatArray:
+        reflectors = np.array([each.reflector for each in walls])
+        key = tuple(reflectors.ravel().tolist())
+        if key not in self._volleys:
+            self._volleys[key] = volleys_over(self.soundings, self.hearing, reflectors, self.noise)
+        return self._volleys[key].within(np.array(extents), len(self.soundings.readings))
 
     def _once(self, key: _Key, explain: Callable[[], FloatArray]) -> FloatArray | None:
         """Explain once; most ghosts explain nothing, and are remembered as such."""

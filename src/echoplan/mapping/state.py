@@ -66,10 +66,9 @@ class State:
         reflectors[:, 3] = np.where(unknowns.kinds == Kind.CYLINDER, np.clip(reflectors[:, 3], _THIN, _THICK), 0.0)
         offset, gain, scale, latency = step[unknowns.sonar : unknowns.pose].tolist()
         model = replace(
-            self.model,
+            self.model.scaled(self.model.range_scale + scale),
             range_offset=self.model.range_offset + offset,
             walk_gain=self.model.walk_gain + gain,
-            range_scale=self.model.range_scale + scale,
         )
         return State(
             features=self.features._replace(reflectors=reflectors),

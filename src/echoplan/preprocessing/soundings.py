@@ -1,10 +1,11 @@
 """Soundings: the pings of many sweeps as plain arrays, cleared of what says nothing, for compiled functions."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from echoplan.acoustics import Air
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.geometry import directions, rotation_step
 from echoplan.model import Pings, Rig, Sweep
@@ -14,9 +15,13 @@ __all__ = ["Soundings", "chosen_soundings", "independent", "join_soundings", "la
 
 # Pings this far apart hear a reflector independently of each other [rad]; nearer ones share their errors.
 _INDEPENDENT = np.radians(4.0)
+# A burst older than this comes from farther than any sonar of this kind hears [s].
+_MEMORY = 0.06
+# What modules take the speed of sound to be [m/s].
+_SPEED = Air().speed_of_sound
 # What there is one of for each ping.
 _BY_PING = (
-    "x", "y", "ux", "uy", "arms_x", "arms_y", "rates", "readings", "stations", "sensors", "mates", "weights"
+    "x", "y", "ux", "uy", "arms_x", "arms_y", "rates", "readings", "stations", "sensors", "mates", "lags", "weights"
 )  # fmt: skip
 
 
@@ -40,7 +45,10 @@ class Soundings(NamedTuple):
     sensors : ndarray of int, shape (n,)
         Index of the sensor in the rig.
     mates : ndarray of int, shape (n, m)
-        Pings that other sensors fired at the same time, whose bursts this one may have heard; -1 fills up.
+        Pings whose bursts this one may have heard, too: those that other sensors fired at the same time, and those of
+        the firing before; -1 fills up.
+    lags : ndarray, shape (n, m)
+        How long before this ping each of them was fired [s].
     weights : ndarray, shape (n,)
         How much a ping counts beside its neighbours.
     centers : ndarray, shape (s, 2)
@@ -60,6 +68,7 @@ class Soundings(NamedTuple):
     stations: IntArray
     sensors: IntArray
     mates: IntArray
+    lags: FloatArray
     weights: FloatArray
     centers: FloatArray
     min_range: float
@@ -91,8 +100,9 @@ def soundings_of(sweep: Sweep, rig: Rig) -> Soundings:
     telling = ~np.isnan(readings)
     kept = pings[telling]
     axes = directions(kept.bearings)
+    mates, lags = _mates(sweep.stamps_ns[telling])
     center = kept.origins_xy.mean(axis=0) if len(kept) else sweep.station[:2]
-    return Soundings(
+    heard = Soundings(
         x=kept.origins_xy[:, 0].copy(),
         y=kept.origins_xy[:, 1].copy(),
         ux=axes[:, 0].copy(),
@@ -103,12 +113,14 @@ def soundings_of(sweep: Sweep, rig: Rig) -> Soundings:
         readings=readings[telling],
         stations=np.zeros(len(kept), dtype=np.int64),
         sensors=kept.sensors.copy(),
-        mates=_mates(sweep.stamps_ns[telling]),
+        mates=mates,
+        lags=lags,
         weights=np.full(len(kept), _weight(kept.bearings)),
         centers=center[None],
         min_range=float(rig.min_ranges.max()),
         max_range=float(rig.max_ranges.max()),
     )
+    return _halfway(heard)
 
 
 def join_soundings(parts: Sequence[Soundings]) -> Soundings:
@@ -125,11 +137,13 @@ def join_soundings(parts: Sequence[Soundings]) -> Soundings:
         The stations are numbered in the given order.
     """
     counts = [len(part.readings) for part in parts]
-    joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _BY_PING if name != "mates"}
+    names = set(_BY_PING) - {"mates", "lags"}
+    joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
     joined["stations"] = np.repeat(np.arange(len(parts)), counts)
     return Soundings(
         **joined,
-        mates=_joined_mates(parts, np.cumsum([0, *counts[:-1]])),
+        mates=_stacked(_renumbered(parts, np.cumsum([0, *counts[:-1]])), fill=-1),
+        lags=_stacked([part.lags for part in parts], fill=0),
         centers=np.concatenate([part.centers for part in parts]),
         min_range=max(part.min_range for part in parts),
         max_range=max(part.max_range for part in parts),
@@ -212,7 +226,23 @@ def late_by(soundings: Soundings, latency: float) -> Soundings:
     """
     if latency == 0.0:
         return soundings
-    turn = np.exp(-1j * latency * soundings.rates)
+    return _turned(soundings, -latency * soundings.rates)
+
+
+def _halfway(soundings: Soundings) -> Soundings:
+    """Turn soundings on to where they looked halfway between sending and hearing.
+
+    A servo turns on while sound is under way: a ping is sent in one direction and heard in another, and the beam there
+    and back is that of the direction between them.  Where nothing was heard, sound is taken to have come half as far as
+    it could.
+    """
+    ways = np.where(np.isfinite(soundings.readings), soundings.readings, 0.5 * soundings.max_range)
+    return _turned(soundings, soundings.rates * ways / _SPEED)
+
+
+def _turned(soundings: Soundings, angles: FloatArray) -> Soundings:
+    """Turn the servo under each ping by an angle [rad]."""
+    turn = np.exp(1j * angles)
     axes = (soundings.ux + 1j * soundings.uy) * turn
     arms = soundings.arms_x + 1j * soundings.arms_y
     turned = arms * turn
@@ -239,21 +269,30 @@ def _rates(stamps_ns: IntArray, angles: FloatArray) -> FloatArray:
     return np.asarray(np.interp(stamps_ns, times, slopes), dtype=np.float64)
 
 
-def _mates(stamps_ns: IntArray) -> IntArray:
-    """Find the other pings of each volley; pings of one time lie side by side."""
-    count = len(stamps_ns)
+def _mates(stamps_ns: IntArray) -> tuple[IntArray, FloatArray]:
+    """Find the other pings of each volley, and those of the volley before; pings of one time lie side by side."""
     starts = np.flatnonzero(np.diff(stamps_ns, prepend=stamps_ns[:1] - 1))
-    sizes = np.diff(starts, append=count)
-    width = int(sizes.max(initial=1)) - 1
-    places = np.arange(count) - np.repeat(starts, sizes)
-    others = (places[:, None] + np.arange(1, width + 1)) % np.repeat(sizes, sizes)[:, None]
-    present = np.arange(1, width + 1) < np.repeat(sizes, sizes)[:, None]
-    return np.where(present, np.repeat(starts, sizes)[:, None] + others, -1)
+    sizes = np.diff(starts, append=len(stamps_ns))
+    volleys, most = np.repeat(np.arange(len(starts)), sizes), int(sizes.max(initial=1))
+    beside = np.arange(len(stamps_ns)) - starts[volleys]
+    turns = np.arange(1, most)
+    own = starts[volleys][:, None] + (beside[:, None] + turns) % sizes[volleys][:, None]
+    own = np.where(turns < sizes[volleys][:, None], own, -1)
+    waits = np.diff(1e-9 * stamps_ns[starts], prepend=-np.inf)[volleys]
+    places = np.arange(most)
+    is_heard = (places < sizes[volleys - 1][:, None]) & (waits < _MEMORY)[:, None]
+    before = np.where(is_heard, starts[volleys - 1][:, None] + places, -1)
+    lags = np.concatenate([np.zeros(own.shape), np.where(is_heard, waits[:, None], 0.0)], axis=1)
+    return np.concatenate([own, before], axis=1), lags
 
 
-def _joined_mates(parts: Sequence[Soundings], starts: IntArray) -> IntArray:
-    width = max(part.mates.shape[1] for part in parts)
-    shifted = [np.where(part.mates < 0, -1, part.mates + start) for part, start in zip(parts, starts, strict=True)]
-    return np.concatenate(
-        [np.pad(mates, ((0, 0), (0, width - mates.shape[1])), constant_values=-1) for mates in shifted]
-    )
+def _renumbered(parts: Sequence[Soundings], starts: IntArray) -> list[IntArray]:
+    """Give mates the numbers that they have among the pings of all parts."""
+    return [np.where(part.mates < 0, -1, part.mates + start) for part, start in zip(parts, starts, strict=True)]
+
+
+def _stacked(parts: Sequence[Any], *, fill: int) -> Any:
+    """Put arrays one below the other, each as wide as the widest."""
+    width = max(part.shape[1] for part in parts)
+    padding = [((0, 0), (0, width - part.shape[1])) for part in parts]
+    return np.concatenate([np.pad(part, pad, constant_values=fill) for part, pad in zip(parts, padding, strict=True)])

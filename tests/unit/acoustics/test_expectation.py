@@ -221,6 +221,14 @@ def test_offset_and_scale_of_readings_are_those_of_the_model() -> None:
     assert hearing.scale == 1.02
 
 
+@pytest.mark.parametrize("temperature", [0.0, 10.0, 28.0])
+def test_the_range_scale_tells_how_much_the_air_absorbs(temperature: float) -> None:
+    air = Air(temperature=temperature)
+    scaled = EchoModel.of(PAPER).scaled(air.speed_of_sound / Air().speed_of_sound - 1.0)
+    assert scaled.absorption == pytest.approx(air.absorption(PAPER.frequency), rel=0.01)
+    assert scaled.range_scale == pytest.approx(air.speed_of_sound / Air().speed_of_sound - 1.0)
+
+
 def test_faint_echoes_are_read_too_long_and_loud_ones_too_short() -> None:
     hearing = EchoModel.of(PAPER).tabulated()
     far, near = (expect(hearing, shape_of(wall(0.0, depth)), ping(0.0, 0.0, 0.0))[2] - depth for depth in (3.0, 0.2))

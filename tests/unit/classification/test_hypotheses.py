@@ -6,7 +6,7 @@ import pytest
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD, Frame, judge
-from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_volley, ghosts_of_walls
+from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
 from echoplan.classification.hypotheses import Explanation, Hypothesis
 from expectations import NOISE, REACH, ROOM, corner, cylinder, explanation, feature, hearing, judged, listening, wall
 
@@ -145,14 +145,13 @@ def test_a_cylinder_explains_pings_wherever_they_are(room: Explanation, post: Hy
     assert levels[post.evidence.pings].tolist() == post.evidence.densities.tolist()
 
 
-def test_ghosts_are_those_of_each_pair_of_walls_each_cylinder_and_each_volley(
+def test_ghosts_are_those_of_each_pair_of_walls_and_each_cylinder(
     room: Explanation, walls: list[Hypothesis], post: Hypothesis
 ) -> None:
     told = room.soundings, room.hearing
     pairs = [room.pair_levels(one, other) for one, other in itertools.combinations(walls, 2)]
     posts = [ghosts_of_cylinder(*told, each.reflector, post.reflector, NOISE) for each in walls]
-    volleys = [ghosts_of_volley(*told, each.reflector, np.add(each.extent, (-0.4, 0.4)), NOISE) for each in walls]
-    expected = np.max([*pairs, *posts, *volleys], axis=0)
+    expected = np.max([*pairs, *posts], axis=0)
     assert room.ghost_levels([post, *walls]) == pytest.approx(expected)
     assert all(each.max() > UNHEARD for each in (np.array(pairs), np.array(posts)))
 

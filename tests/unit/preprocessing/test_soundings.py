@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from echoplan.acoustics import Air
 from echoplan.arrays import FloatArray
 from echoplan.geometry import wrap
 from echoplan.model import Rig, Sensor, Sweep
@@ -18,7 +19,7 @@ from expectations import listening
 from scenes import ARM, rig, sweep_of
 
 POSE = (0.7, -0.4, 0.3)
-BY_PING = ("x", "y", "ux", "uy", "arms_x", "arms_y", "rates", "readings", "stations", "sensors", "weights")
+BY_PING = ("x", "y", "ux", "uy", "arms_x", "arms_y", "rates", "readings", "stations", "sensors", "lags", "weights")
 
 
 def heard(*, pose: tuple[float, float, float] = POSE, index: int = 0, **changed: float) -> Sweep:
@@ -55,8 +56,20 @@ def test_pings_lie_where_the_rig_holds_its_sensors() -> None:
     assert np.hypot(*away.T) == pytest.approx(ARM)
     assert away / ARM == pytest.approx(np.column_stack([soundings.ux, soundings.uy]))
     assert np.column_stack([soundings.arms_x, soundings.arms_y]) == pytest.approx(away)
-    first = np.radians(-45.0) + POSE[2] + np.pi / 2 * np.arange(4)
-    assert soundings.bearings[:4] == pytest.approx(wrap(first))
+
+
+def test_a_ping_looks_where_the_sensor_looked_halfway_between_sending_and_hearing() -> None:
+    soundings = soundings_of(heard(a100=np.inf), rig())
+    told = np.radians(-45.0 + np.repeat(np.arange(90.0), 4) + np.tile(90.0 * np.arange(4), 90)) + POSE[2]
+    ways = np.where(np.isfinite(soundings.readings), soundings.readings, 1.5)
+    turned = wrap(soundings.bearings - told)
+    assert turned == pytest.approx(np.radians(40.0) * ways / Air().speed_of_sound, rel=1e-6)
+    assert 0.05 < np.degrees(turned.max()) < 0.3
+
+
+def test_without_a_servo_sensors_look_where_the_rig_holds_them() -> None:
+    soundings = soundings_of(*one_sensor(np.full(5, 0.3), np.ones(5)))
+    assert soundings.bearings == pytest.approx(0.3)
 
 
 def test_the_centre_of_a_station_is_the_mean_of_its_pings() -> None:
@@ -105,23 +118,39 @@ def test_each_sensor_is_held_to_its_own_limits() -> None:
 
 def test_mates_are_the_other_pings_of_the_same_time() -> None:
     soundings = soundings_of(heard(), rig())
-    assert soundings.mates.shape == (360, 3)
     volleys = np.repeat(np.arange(90), 4)
     for ping in (0, 5, 359):
         others = np.flatnonzero(volleys == volleys[ping])
-        assert sorted([ping, *soundings.mates[ping]]) == others.tolist()
+        assert sorted([ping, *soundings.mates[ping, :3]]) == others.tolist()
+    assert (soundings.lags[:, :3] == 0.0).all()
+
+
+def test_mates_are_the_pings_of_the_firing_before_too() -> None:
+    soundings = soundings_of(heard(), rig())
+    assert soundings.mates[:4, 3:].tolist() == [[-1] * 4] * 4
+    for ping in (4, 7, 358):
+        before = 4 * (ping // 4) - 4
+        assert soundings.mates[ping, 3:].tolist() == [before, before + 1, before + 2, before + 3]
+    assert soundings.lags[4:, 3:] == pytest.approx(0.025)
+
+
+def test_a_firing_that_is_too_long_ago_is_forgotten() -> None:
+    recorded = heard()
+    slowly = replace(recorded, stamps_ns=4 * recorded.stamps_ns)
+    assert (soundings_of(slowly, rig()).mates[:, 3:] == -1).all()
 
 
 def test_a_ping_that_is_left_out_is_nobodys_mate() -> None:
     soundings = soundings_of(heard(a90=np.nan), rig())
     # The sensor at 90 degrees from the first fires in the first volley.
     assert soundings.sensors[:3].tolist() == [0, 2, 3]
-    assert [sorted(row) for row in soundings.mates[:3].tolist()] == [[-1, 1, 2], [-1, 0, 2], [-1, 0, 1]]
+    assert [sorted(row) for row in soundings.mates[:3, :3].tolist()] == [[-1, 1, 2], [-1, 0, 2], [-1, 0, 1]]
 
 
-def test_a_single_sensor_has_no_mates() -> None:
+def test_a_single_sensor_has_no_mate_but_its_own_last_ping() -> None:
     soundings = soundings_of(*one_sensor(np.radians(np.arange(10.0)), np.ones(10)))
-    assert soundings.mates.shape == (10, 0)
+    assert soundings.mates.shape == (10, 1)
+    assert soundings.mates[:, 0].tolist() == list(range(-1, 9))
 
 
 def test_rates_are_how_fast_the_servo_turned_at_each_time() -> None:
@@ -187,9 +216,11 @@ def test_joined_stations_are_numbered_in_order_and_keep_their_pings() -> None:
 def test_mates_in_joined_stations_are_of_the_same_station_and_time() -> None:
     parts = [soundings_of(heard(index=k), rig()) for k in range(2)]
     joined = join_soundings([soundings_of(*one_sensor(np.radians(np.arange(5.0)), np.ones(5))), *parts])
-    assert (joined.mates[:5] == -1).all()
-    assert (joined.stations[joined.mates[5:]] == joined.stations[5:, None]).all()
-    assert joined.mates[5 + 360].tolist() == [366, 367, 368]
+    assert joined.mates[:5, 0].tolist() == [-1, 0, 1, 2, 3]
+    assert (joined.mates[:5, 1:] == -1).all()
+    elsewhere = joined.stations[joined.mates[5:]] != joined.stations[5:, None]
+    assert not (elsewhere & (joined.mates[5:] >= 0)).any()
+    assert joined.mates[5 + 360, :3].tolist() == [366, 367, 368]
 
 
 def test_the_limits_of_joined_stations_are_the_widest() -> None:

@@ -1,0 +1,172 @@
+"""A sonar as a recording shows it, and the tables that compiled functions read of it."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from echoplan.acoustics.air import Air, speed_of_sound
+from echoplan.acoustics.beam import two_way_loss
+from echoplan.acoustics.detection import peak_delay
+from echoplan.acoustics.sonar import piston_ka
+from echoplan.acoustics.walk import WalkCurve, physical_walk
+from echoplan.arrays import FloatArray
+from echoplan.model import Transducer
+
+__all__ = ["COSINE_LIMIT", "PER_SQUARED_SINE", "SQUARED_SINES", "EchoModel", "Hearing"]
+
+# The beam is tabulated over the squared sine of the angle off its axis, up to 75 degrees; beyond that nothing is
+# expected.  No sonar has a lobe there that anyone has measured.
+SQUARED_SINES = 2048
+COSINE_LIMIT = math.cos(math.radians(75.0))
+_SQUARED_LIMIT = 1.0 - COSINE_LIMIT**2
+PER_SQUARED_SINE = SQUARED_SINES / _SQUARED_LIMIT
+_BEAM_FLOOR = -80.0
+# In which sonars work [degrees Celsius].
+_TEMPERATURES = np.arange(-30.0, 61.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class EchoModel:
+    """A sonar as a recording shows it: loudness, beam, and how its readings relate to ranges.
+
+    A reading z stands for the depth e by ``z (1 + range_scale) = e + range_offset + walk_gain (walk(M) - walk(M_1))``,
+    where M is the signal excess and M_1 that of an aimed plane at 1 m: that is where a maker sets a module right.
+
+    Parameters
+    ----------
+    figure_of_merit : float
+        Signal excess of a plane at 0.5 m, whose path is 1 m long, without absorption [dB].
+    ka : float
+        Circumference of the piston in wavelengths.
+    absorption : float
+        Of the air [dB/m].
+    walk : WalkCurve
+        Shape of the range walk.
+    walk_gain : float
+        Walk at the threshold [m].
+    range_offset : float
+        Error of the reading of an aimed plane at 1 m [m].
+    range_scale : float
+        Share by which readings are too short.
+    frequency : float
+        Of the burst [Hz].
+    """
+
+    figure_of_merit: float
+    ka: float
+    absorption: float
+    walk: WalkCurve
+    walk_gain: float
+    range_offset: float = 0.0
+    range_scale: float = 0.0
+    frequency: float = 40_000.0
+
+    @classmethod
+    def of(cls, transducer: Transducer) -> "EchoModel":
+        """Expect of a sonar what its transducer should do in air of 20 degrees Celsius.
+
+        Parameters
+        ----------
+        transducer : Transducer
+            Burst, resonators, piston and figure of merit.
+
+        Returns
+        -------
+        EchoModel
+            Set right, as by its maker.
+        """
+        air = Air()
+        return cls(
+            figure_of_merit=transducer.figure_of_merit,
+            ka=piston_ka(transducer, air),
+            absorption=float(air.absorption(transducer.frequency)),
+            walk=physical_walk(transducer),
+            walk_gain=0.5 * air.speed_of_sound * peak_delay(transducer),
+            frequency=transducer.frequency,
+        )
+
+    def scaled(self, range_scale: float) -> "EchoModel":
+        """Expect the same of the sonar in air in which sound is faster than its modules assume.
+
+        The speed of sound tells the temperature, and the temperature how much the air absorbs, at a humidity of 50 %.
+
+        Parameters
+        ----------
+        range_scale : float
+            Share by which readings are too short.
+
+        Returns
+        -------
+        EchoModel
+            With another range scale and absorption.
+
+        Examples
+        --------
+        >>> model = EchoModel.of(Transducer())
+        >>> round(model.absorption, 2), round(model.scaled(-0.0177).absorption, 2)  # 20 and 10 degrees Celsius
+        (1.32, 0.85)
+        """
+        speed = (1.0 + range_scale) * Air().speed_of_sound
+        temperature = float(np.interp(speed, speed_of_sound(_TEMPERATURES), _TEMPERATURES))
+        absorption = Air(temperature=temperature).absorption(self.frequency)
+        return replace(self, range_scale=range_scale, absorption=absorption)
+
+    @property
+    def reference_excess(self) -> float:
+        """Signal excess of an aimed plane at 1 m [dB]."""
+        return self.figure_of_merit - 20 * math.log10(2.0) - 2 * self.absorption
+
+    def tabulated(self) -> "Hearing":
+        """Turn the model into numbers and tables.
+
+        Returns
+        -------
+        Hearing
+            What compiled functions read.
+        """
+        sines = np.sqrt(np.linspace(0.0, _SQUARED_LIMIT, SQUARED_SINES + 1))
+        gains = np.maximum(-two_way_loss(np.arcsin(sines), self.ka), _BEAM_FLOOR)
+        shape = self.walk.values - float(self.walk(self.reference_excess))
+        return Hearing(
+            figure_of_merit=self.figure_of_merit,
+            absorption=self.absorption,
+            scale=1.0 + self.range_scale,
+            # Behind the first null lobes come and go with the angle; a sonar is trusted no more there than in the null.
+            beam=np.minimum.accumulate(gains),
+            lobes=_lobes(self.ka),
+            walk=self.range_offset + self.walk_gain * shape,
+        )
+
+
+class Hearing(NamedTuple):
+    """An echo model as numbers and tables.
+
+    Attributes
+    ----------
+    figure_of_merit, absorption : float
+        As in the model [dB], [dB/m].
+    scale : float
+        What turns a reading into a range.
+    beam : ndarray
+        Two-way gain at even steps of the squared sine off the axis [dB].
+    lobes : ndarray
+        The same up to 90 degrees, as loud as the loudest lobe at or beyond each angle [dB].
+    walk : ndarray
+        Reading less depth at even steps of the signal excess [m].
+    """
+
+    figure_of_merit: float
+    absorption: float
+    scale: float
+    beam: FloatArray
+    lobes: FloatArray
+    walk: FloatArray
+
+
+def _lobes(ka: float) -> FloatArray:
+    sines = np.sqrt(np.linspace(0.0, 1.0, SQUARED_SINES + 1))
+    gains = np.maximum(-two_way_loss(np.arcsin(sines), ka), _BEAM_FLOOR)
+    outward: FloatArray = np.maximum.accumulate(gains[::-1])[::-1]
+    return outward

@@ -1,0 +1,112 @@
+import itertools
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from echoplan.acoustics import Air
+from echoplan.arrays import FloatArray
+from echoplan.classification.evidence import UNHEARD
+from echoplan.classification.volleys import volleys_over
+from echoplan.preprocessing.soundings import Soundings
+from expectations import NOISE, wall
+from single_ping import PLAIN, length, likeliest, one_ping, point_on
+
+ENDLESS = (-50.0, 50.0)
+EAST, OBLIQUE = wall(0.0, 1.0), wall(np.radians(110.0), 1.1)
+# What sound travels between two firings 25 ms apart, there and back [m].
+FIRING, WAIT = 0.025, 0.025 * Air().speed_of_sound / 2
+
+
+def heard(soundings: Soundings, *walls: FloatArray, extents: tuple[tuple[float, float], ...] = ()) -> FloatArray:
+    """What bursts explain that were not meant for these pings, without a walk."""
+    volleys = volleys_over(soundings, PLAIN.tabulated(), np.array(walls), NOISE)
+    return volleys.within(np.array(extents or [ENDLESS] * len(walls)), len(soundings.readings))
+
+
+def over_two(origin: tuple[float, float], place: tuple[float, float], *walls: FloatArray) -> tuple[float, FloatArray]:
+    """Shortest way from one place over two walls to another, and where it strikes them: Fermat's principle."""
+
+    def way(alongs: FloatArray) -> float:
+        spots = [point_on(each, along) for each, along in zip(walls, alongs, strict=True)]
+        return length(np.array(origin), *spots, np.array(place))
+
+    found = minimize(way, np.zeros(2), method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-12, "maxiter": 4000})
+    return float(found.fun), found.x
+
+
+@pytest.mark.parametrize("mate", [(0.05, 0.0), (0.0, -0.4), (-0.6, 0.5)])
+def test_the_burst_of_a_mate_comes_back_from_its_image_in_the_wall(mate: tuple[float, float]) -> None:
+    levels = heard(soundings := one_ping((0.0, 0.0), 0.2, mate=mate, mate_bearing=0.3), EAST)
+    image = np.array([2.0 - mate[0], mate[1]])
+    assert likeliest(soundings, levels) == pytest.approx(np.hypot(*image) / 2, abs=1e-4)
+
+
+@pytest.mark.parametrize("mate", [(0.05, 0.0), (0.3, -0.4), (-0.2, 0.3)])
+@pytest.mark.parametrize("walls", list(itertools.permutations([EAST, OBLIQUE])))
+def test_the_burst_of_a_mate_may_come_by_way_of_two_walls(
+    mate: tuple[float, float], walls: tuple[FloatArray, FloatArray]
+) -> None:
+    soundings = one_ping((0.1, 0.0), 1.0, mate=mate, mate_bearing=0.9)
+    shortest, _ = over_two(mate, (0.1, 0.0), *walls)
+    assert likeliest(soundings, heard(soundings, *walls)) == pytest.approx(shortest / 2, abs=1e-4)
+
+
+def test_sound_of_the_firing_before_reads_too_near_by_what_it_travelled_since() -> None:
+    soundings = one_ping((0.0, 0.0), 0.0, mate=(0.0, 0.0), lag=FIRING)
+    far = wall(0.0, WAIT + 0.7)
+    assert likeliest(soundings, heard(soundings, far)) == pytest.approx(0.7, abs=1e-4)
+
+
+def test_in_warm_air_sound_travels_farther_between_two_firings() -> None:
+    soundings, far = one_ping((0.0, 0.0), 0.0, mate=(0.0, 0.0), lag=FIRING), wall(0.0, 1.02 * (WAIT + 0.7))
+    warm = volleys_over(soundings, PLAIN.scaled(0.02).tabulated(), far[None], NOISE)
+    assert likeliest(soundings, warm.within(np.array([ENDLESS]), len(soundings.readings))) == pytest.approx(
+        0.7, abs=1e-4
+    )
+
+
+def test_without_mates_there_is_no_crosstalk() -> None:
+    for walls in ((EAST,), (EAST, OBLIQUE)):
+        assert (heard(one_ping((0.0, 0.0), 0.2), *walls) == UNHEARD).all()
+
+
+def test_crosstalk_strikes_the_wall_within_its_extent() -> None:
+    # The burst strikes the wall halfway between the sensors, which are equally far from it.
+    soundings = one_ping((0.0, 0.0), 0.2, mate=(0.0, 0.6), mate_bearing=0.0)
+    inside, outside = (heard(soundings, EAST, extents=(extent,)) for extent in ((0.29, 0.31), (0.31, 0.9)))
+    assert inside.max() > 0.0
+    assert (outside == UNHEARD).all()
+
+
+@pytest.mark.parametrize("hidden", [0, 1])
+def test_a_burst_over_two_walls_needs_both_where_it_strikes_them(hidden: int) -> None:
+    soundings = one_ping((0.1, 0.0), 1.0, mate=(0.3, -0.4), mate_bearing=0.9)
+    _, strikes = over_two((0.3, -0.4), (0.1, 0.0), EAST, OBLIQUE)
+    around = [(each - 0.05, each + 0.05) for each in strikes]
+    assert heard(soundings, EAST, OBLIQUE, extents=tuple(around)).max() > 0.0
+    around[hidden] = (strikes[hidden] + 0.1, strikes[hidden] + 0.2)
+    assert (heard(soundings, EAST, OBLIQUE, extents=tuple(around)) == UNHEARD).all()
+
+
+@pytest.mark.parametrize(("place", "mate"), [((0.0, 0.0), (1.5, 0.0)), ((1.5, 0.0), (0.0, 0.0))])
+def test_crosstalk_does_not_pass_through_a_wall(place: tuple[float, float], mate: tuple[float, float]) -> None:
+    soundings = one_ping(place, 0.0, mate=mate)
+    assert (heard(soundings, EAST) == UNHEARD).all()
+
+
+def test_a_mate_that_looks_away_is_heard_less() -> None:
+    toward, away = (
+        heard(one_ping((0.0, 0.0), 0.2, mate=(0.0, -0.4), mate_bearing=bearing), wall(0.0, 2.5)).max()
+        for bearing in (0.1, 2.0)
+    )
+    assert toward > 0.0
+    assert away < toward - 5.0
+
+
+def test_of_several_bursts_the_likeliest_explains_a_reading() -> None:
+    soundings = one_ping((0.0, 0.0), 0.2, mate=(0.0, -0.4), mate_bearing=0.1)
+    mates = soundings.mates.copy()
+    mates[:, 0] = mates[:, 1]
+    twice = soundings._replace(mates=mates)
+    assert heard(twice, EAST).tolist() == heard(soundings, EAST).tolist()
