@@ -286,10 +286,19 @@ class Search:
         settings = self.settings
         if self._worth(hypothesis) <= settings.accept or hypothesis.is_known:
             return self._worth(hypothesis) > settings.accept
+        if not self._is_overdetermined(hypothesis, levels):
+            return False
         speaking = hypothesis.speaking(settings.second_station)
         if speaking > 1 and hypothesis.total - hypothesis.best > settings.without_best:
             return speaking > 2 or self.step > _COARSE or self._hears(hypothesis, levels) >= settings.heard_share
         return hypothesis.is_wall and self._is_whole(hypothesis, levels)
+
+    def _is_overdetermined(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
+        """Whether more readings speak for a feature than it has parameters: through as many it can always be laid."""
+        evidence = hypothesis.evidence
+        anew = evidence.densities > np.maximum(levels[evidence.pings], 0.0)
+        speaking = (hypothesis.gains > 0.0)[self.explanation.soundings.stations[evidence.pings]]
+        return bool((anew & speaking).sum() > len(hypothesis.parameters))
 
     def _is_whole(self, wall: Hypothesis, levels: FloatArray) -> bool:
         """Whether one station heard a wall all over the beam, as it should."""

@@ -226,6 +226,17 @@ def test_a_ring_with_its_few_pings_needs_two_stations() -> None:
     assert rows(around.run()) == pytest.approx(truth[None], abs=0.01)
 
 
+def test_three_readings_through_which_a_circle_can_always_be_laid_make_no_cylinder() -> None:
+    stations, post = [(-0.9, 0.0), (0.0, 0.1), (0.9, 0.0)], cylinder(0.0, 1.0, 0.1)
+    soundings = hearing(listening(stations, step=np.radians(22.5)), [post])
+    heard = np.flatnonzero(np.isfinite(soundings.readings))
+    ahead = [heard[soundings.stations[heard] == k][0] for k in range(3)]
+    search = search_in(chosen_soundings(soundings, np.isin(np.arange(len(soundings.readings)), ahead)))
+    assert search.tested(proposed(search, post)) == []
+    everywhere = search_in(soundings)
+    assert rows(everywhere.tested(proposed(everywhere, post)), Kind.CYLINDER) == pytest.approx(post[None])
+
+
 def test_the_step_is_that_of_the_pings() -> None:
     assert search_in(listening(step=np.radians(2.0))).step == pytest.approx(np.radians(2.0))
 
