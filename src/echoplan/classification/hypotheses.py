@@ -1,6 +1,6 @@
 """Hypotheses: reflectors with the evidence for them, and what a set of them explains together."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -218,19 +218,21 @@ class Explanation:
             As ``levels``; ``UNHEARD`` where no ghost explains a ping.
         """
         levels = np.full(len(self.soundings.readings), UNHEARD)
+        for ghost in self._ghosts(features):
+            if ghost is not None:
+                np.maximum(levels, ghost, out=levels)
+        return levels
+
+    def _ghosts(self, features: Sequence[Hypothesis]) -> Iterator[FloatArray | None]:
+        """Work out the ghosts of features one by one; if no station heard both of two, none hears one in the other."""
         walls = [(each, _listeners(each)) for each in features if each.is_wall]
         columns = [(each, _listeners(each)) for each in features if each.kind is Kind.CYLINDER]
         for number, (wall, listeners) in enumerate(walls):
-            # If no station heard both, none can hear one in the other.
-            others = [other for other, heard in walls[number + 1 :] if listeners & heard]
-            ghosts = [self._volley(wall)]
-            ghosts += [self._mirrored(wall, other) for other in others]
-            ghosts += [self._volley_of_pair(wall, other) for other in others]
-            ghosts += [self._reflected(wall, other) for other, heard in columns if listeners & heard]
-            for ghost in ghosts:
-                if ghost is not None:
-                    np.maximum(levels, ghost, out=levels)
-        return levels
+            yield self._volley(wall)
+            for other in (each for each, heard in walls[number + 1 :] if listeners & heard):
+                yield self._mirrored(wall, other)
+                yield self._volley_of_pair(wall, other)
+            yield from (self._reflected(wall, other) for other, heard in columns if listeners & heard)
 
     def levels_of(self, feature: Hypothesis) -> FloatArray:
         """Explain pings by one feature alone.
