@@ -85,21 +85,46 @@ def volleys_over(soundings: Soundings, hearing: Hearing, walls: FloatArray, nois
         The readings.
     """
     walls_in_order = (shape_of(walls[0]), shape_of(walls[-1]), len(walls) > 1)
-    most = soundings.mates.size
-    pings, levels, places = np.empty(most, np.int64), np.empty(most), np.empty((most, len(walls)))
-    kept, half_speed, spots = 0, _HALF_SPEED * hearing.scale, np.zeros(2)
+    near = _nearby(soundings, hearing.scale, walls_in_order)
+    levels, places, spots = np.full(len(near), UNHEARD), np.empty((len(near), len(walls))), np.zeros(2)
+    for number in range(len(near)):
+        ping, beside = near[number]
+        ends, travelled = (soundings.mates[ping, beside], ping), _travelled(soundings, hearing.scale, (ping, beside))
+        levels[number] = _level(soundings, hearing, ends, walls_in_order, (travelled, noise), spots)
+        places[number] = spots[: len(walls)]
+    heard = levels > UNHEARD
+    return Volleys(near[heard, 0], levels[heard], places[heard])
+
+
+@compiled
+def _nearby(soundings: Soundings, scale: float, walls: tuple[Shape, Shape, bool]) -> IntArray:
+    """Find pings, and which of their mates, whose readings are about as long as the way over the walls.
+
+    Images are the same motion of every place: one look at three of them saves looking at the walls for each ping.
+    """
+    zero, east, north = _image(walls, (0.0, 0.0)), _image(walls, (1.0, 0.0)), _image(walls, (0.0, 1.0))
+    right, up = (east[0] - zero[0], east[1] - zero[1]), (north[0] - zero[0], north[1] - zero[1])
+    near, count = np.empty((soundings.mates.size, 2), np.int64), 0
     for ping in range(len(soundings.readings)):
-        reading = soundings.readings[ping] * hearing.scale
-        if not math.isfinite(reading):
-            continue
-        for number in range(soundings.mates.shape[1]):
-            mate = soundings.mates[ping, number]
-            travelled = reading + half_speed * soundings.lags[ping, number]
-            level = _level(soundings, hearing, (mate, ping), walls_in_order, (travelled, noise), spots)
-            if level > UNHEARD:
-                pings[kept], levels[kept], places[kept] = ping, level, spots[: len(walls)]
-                kept += 1
-    return Volleys(pings[:kept].copy(), levels[:kept].copy(), places[:kept].copy())
+        for beside in range(soundings.mates.shape[1]):
+            mate = soundings.mates[ping, beside]
+            travelled = _travelled(soundings, scale, (ping, beside))
+            if mate < 0 or not math.isfinite(travelled):
+                continue
+            x, y = soundings.x[mate], soundings.y[mate]
+            way_x = zero[0] + right[0] * x + up[0] * y - soundings.x[ping]
+            way_y = zero[1] + right[1] * x + up[1] * y - soundings.y[ping]
+            # Of the difference of the squares only as much as CLOSE may make of it.
+            if abs(0.25 * (way_x * way_x + way_y * way_y) - travelled * travelled) < CLOSE * (2.0 * travelled + CLOSE):
+                near[count, 0], near[count, 1] = ping, beside
+                count += 1
+    return near[:count]
+
+
+@compiled
+def _travelled(soundings: Soundings, scale: float, heard: tuple[int, int]) -> float:
+    """How far a burst of a mate came until the ping's echo: half the way, as readings tell it [m]."""
+    return soundings.readings[heard[0]] * scale + _HALF_SPEED * scale * soundings.lags[heard[0], heard[1]]
 
 
 @compiled
@@ -112,8 +137,6 @@ def _level(
     spots: FloatArray,
 ) -> float:
     """Follow sound from one ping's sensor over the walls to another's; fill in where it strikes them."""
-    if ends[0] < 0:
-        return UNHEARD
     origin = (soundings.x[ends[0]], soundings.y[ends[0]])
     place = (soundings.x[ends[1]], soundings.y[ends[1]])
     image = _image(walls, origin)
