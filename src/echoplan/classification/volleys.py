@@ -124,7 +124,9 @@ def _nearby(soundings: Soundings, scale: float, walls: tuple[Shape, Shape, bool]
 @compiled
 def _travelled(soundings: Soundings, scale: float, heard: tuple[int, int]) -> float:
     """How far a burst of a mate came until the ping's echo: half the way, as readings tell it [m]."""
-    return soundings.readings[heard[0]] * scale + _HALF_SPEED * scale * soundings.lags[heard[0], heard[1]]
+    reading: float = soundings.readings[heard[0]] * scale
+    before: float = soundings.lags[heard[0], heard[1]]
+    return reading + _HALF_SPEED * scale * before
 
 
 @compiled
