@@ -106,12 +106,13 @@ def _nearby(soundings: Soundings, scale: float, walls: tuple[Shape, Shape, bool]
     right, up = (east[0] - zero[0], east[1] - zero[1]), (north[0] - zero[0], north[1] - zero[1])
     near, count = np.empty((soundings.mates.size, 2), np.int64), 0
     for ping in range(len(soundings.readings)):
+        if not math.isfinite(soundings.readings[ping]):
+            continue
         for beside in range(soundings.mates.shape[1]):
             mate = soundings.mates[ping, beside]
-            travelled = _travelled(soundings, scale, (ping, beside))
-            if mate < 0 or not math.isfinite(travelled):
+            if mate < 0:
                 continue
-            x, y = soundings.x[mate], soundings.y[mate]
+            x, y, travelled = soundings.x[mate], soundings.y[mate], _travelled(soundings, scale, (ping, beside))
             way_x = zero[0] + right[0] * x + up[0] * y - soundings.x[ping]
             way_y = zero[1] + right[1] * x + up[1] * y - soundings.y[ping]
             # Of the difference of the squares only as much as CLOSE may make of it.

@@ -25,6 +25,7 @@ from echoplan.mapping.independence import independence
 from echoplan.mapping.loudness import fit_loudness
 from echoplan.mapping.memory import Course, Memory
 from echoplan.mapping.poses import PoseBeliefs, continued, displaced, odometry_beliefs
+from echoplan.mapping.reclassification import reclassified
 from echoplan.mapping.search import Search
 from echoplan.mapping.settings import AccountSettings
 from echoplan.mapping.squareness import main_direction, off_square
@@ -89,6 +90,7 @@ class Account:
         self.direction: float | None = None
         self.independence = self.memory.independence
         self.verdict = "trusted, as asked for"
+        self._explanation: tuple[tuple[Soundings, EchoModel, float], Explanation] | None = None
 
     @property
     def known(self) -> list[Hypothesis]:
@@ -97,8 +99,11 @@ class Account:
 
     @property
     def explanation(self) -> Explanation:
-        """What explains the pings."""
-        return Explanation(self.soundings, self.model.tabulated(), self.noise)
+        """What explains the pings; the same as long as these, the sonar and the noise stay, for it remembers ghosts."""
+        cause = (self.soundings, self.model, self.noise)
+        if self._explanation is None or any(a is not b for a, b in zip(cause, self._explanation[0], strict=True)):
+            self._explanation = cause, Explanation(self.soundings, self.model.tabulated(), self.noise)
+        return self._explanation[1]
 
     @property
     def step(self) -> float:
@@ -141,7 +146,7 @@ class Account:
             self.learn_noise()
         self.search()
         self.adjust(self.noise)
-        self.features = self._search().settled(self.features)
+        self.settle_features()
         self.adjust(self.noise)
         self.judge(self.noise)
 
@@ -154,7 +159,7 @@ class Account:
             self.search()
             self.square_up()
             self._adjust_often(noise, beliefs, 6)
-        self.features = self._search().settled(self.features)
+        self.settle_features()
         self.adjust(self.noise, beliefs)
         self.judge(self.noise)
 
@@ -170,7 +175,7 @@ class Account:
         self.search()
         self.features = without_copies(self.features, self.settings.pose_errors.copies)
         self._adjust_often(self.noise, self._drifting(beliefs), 3)
-        self.features = self._search().settled(self.features)
+        self.settle_features()
         if self.adjusted is not None:
             heard, left = self.adjusted.owners, self.adjusted.residuals
             self.independence = independence(self.soundings, heard, left, noise=self.noise)
@@ -215,6 +220,12 @@ class Account:
         part.soundings = displaced(part.recorded, part.given, part.poses)
         part.arcs = [arc for arc in self.arcs if arc.station < count]
         return part
+
+    def settle_features(self) -> None:
+        """Take features for what they are best taken for, and drop those that do not stand up."""
+        search = self._search()
+        features = reclassified(search.explanation, search.judged(self.features), search.belief)
+        self.features = search.settled(features)
 
     def search(self) -> None:
         """Find the features that explain the pings, from those known."""

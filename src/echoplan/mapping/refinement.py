@@ -1,5 +1,8 @@
 """Refinement: one reflector moved to where the pings near it would have it, by robust Gauss-Newton steps."""
 
+from collections.abc import Sequence
+from typing import TypeAlias
+
 import numpy as np
 
 from echoplan.acoustics.expectation import SILENCE, Hearing, Kind, Shape, differentiate, expect, look, shape_of
@@ -7,7 +10,10 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["refine"]
+__all__ = ["Course", "approach", "refine"]
+
+# Standard deviation of readings [m], how far one may be off to count [m], and steps at most; from coarse to fine.
+Course: TypeAlias = Sequence[tuple[float, float, int]]
 
 _WALL, _CYLINDER = int(Kind.WALL), int(Kind.CYLINDER)
 
@@ -19,6 +25,35 @@ _THIN, _THICK = 0.015, 0.45
 _HOLD = (0.3, 0.3, 0.15)
 _FAINT, _TINY = -3.0, 0.01
 _WALK = 0.05
+
+
+def approach(
+    soundings: Soundings, hearing: Hearing, reflector: FloatArray, pings: IntArray, course: Course
+) -> FloatArray:
+    """Move a reflector to where pings near it would have it, from coarse to fine.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+    hearing : Hearing
+        The sonar.
+    reflector : ndarray, shape (4,)
+        Kind and parameters to start from.
+    pings : ndarray of int, shape (m,)
+        Those that may be its echoes.
+    course : sequence of tuple
+        Standard deviation of readings [m], how far one may be off to count at all [m], and steps at most.
+
+    Returns
+    -------
+    ndarray, shape (4,)
+        The moved reflector.
+    """
+    moved = reflector
+    for noise, band, rounds in course:
+        moved = refine(soundings, hearing, moved, pings, (noise, band), rounds)
+    return moved
 
 
 @compiled

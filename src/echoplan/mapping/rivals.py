@@ -9,10 +9,10 @@ from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classification.hypotheses import Explanation, Hypothesis
 from echoplan.geometry import directions
-from echoplan.mapping.refinement import refine
+from echoplan.mapping.refinement import approach
 from echoplan.model import ClassProbabilities
 
-__all__ = ["class_probabilities"]
+__all__ = ["class_probabilities", "rivals_of"]
 
 # A cylinder that is to explain something else starts out this thick [m].
 _RADIUS = 0.12
@@ -46,11 +46,7 @@ def _probabilities(
     explanation: Explanation, features: Sequence[Hypothesis], number: int, radius_cost: float
 ) -> ClassProbabilities:
     feature = features[number]
-    others = [each for each in features if each is not feature]
-    levels = explanation.levels(others)
-    spoken = feature.evidence.pings[feature.evidence.densities > levels[feature.evidence.pings]]
-    rivals = [_moved(explanation, row, spoken) for row in _rivals(explanation, feature) if row[0] != feature.kind]
-    judged = explanation.judge_all([explanation.propose(row) for row in rivals], levels, others)
+    judged = rivals_of(explanation, feature, [each for each in features if each is not feature])
     worth = np.full(3, -np.inf)
     # Rivals were not there to be heard before: what is known from then decides nothing here.
     for each in [replace(feature, total=feature.total - feature.past.total), *judged]:
@@ -60,6 +56,29 @@ def _probabilities(
     chances = np.exp(worth - worth.max())
     wall, corner, cylinder = (chances / chances.sum()).tolist()
     return ClassProbabilities(wall=wall, corner=corner, cylinder=cylinder)
+
+
+def rivals_of(explanation: Explanation, feature: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Find what could stand in the place of a feature.
+
+    Parameters
+    ----------
+    explanation : Explanation
+        The pings.
+    feature : Hypothesis
+        The feature.
+    others : sequence of Hypothesis
+        What else is there.
+
+    Returns
+    -------
+    list of Hypothesis
+        One of each other kind, moved to where the pings of the feature want it, and judged beside the others.
+    """
+    levels = explanation.levels(others)
+    spoken = feature.evidence.pings[feature.evidence.densities > levels[feature.evidence.pings]]
+    rivals = [_moved(explanation, row, spoken) for row in _rivals(explanation, feature) if row[0] != feature.kind]
+    return explanation.judge_all([explanation.propose(row) for row in rivals], levels, others)
 
 
 def _rivals(explanation: Explanation, feature: Hypothesis) -> FloatArray:
@@ -85,8 +104,6 @@ def _rivals(explanation: Explanation, feature: Hypothesis) -> FloatArray:
 
 
 def _moved(explanation: Explanation, reflector: FloatArray, pings: IntArray) -> FloatArray:
-    moved = reflector
-    for deviations, band, rounds in _COURSE:
-        scales = (deviations * explanation.noise, max(band, 4 * explanation.noise))
-        moved = refine(explanation.soundings, explanation.hearing, moved, pings, scales, rounds)
-    return moved
+    noise = explanation.noise
+    course = [(deviations * noise, max(band, 4 * noise), rounds) for deviations, band, rounds in _COURSE]
+    return approach(explanation.soundings, explanation.hearing, reflector, pings, course)

@@ -9,16 +9,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.classification.candidates import CandidateSettings, Sightings, suggest
 from echoplan.classification.hypotheses import Explanation, Hypothesis
 from echoplan.extraction.arcs import Arc, arc_planes
+from echoplan.mapping.belief import Belief, BeliefSettings
 from echoplan.mapping.copies import CopySettings, are_copies
-from echoplan.mapping.refinement import refine
-from echoplan.preprocessing.soundings import chosen_soundings, independent, step_of
+from echoplan.mapping.reclassification import without_joining
+from echoplan.mapping.refinement import Course, approach
+from echoplan.preprocessing.soundings import chosen_soundings, independent
 
 __all__ = ["Search", "SearchSettings"]
 
@@ -26,10 +28,6 @@ __all__ = ["Search", "SearchSettings"]
 _OPEN, _UNEXPLAINED = math.log(30.0), math.log(20.0)
 # A reflector that so many stations speak for cannot be far off.
 _SURE_STATIONS = 3
-# A cylinder known from no more stations may be as many walls.
-_FEW_STATIONS = 3
-# Steps between single echoes of rings [rad].
-_COARSE = math.radians(10.0)
 # Walls nearer than this to each other are one.
 _SAME_WALL = CopySettings(turn=0.035, beside=0.012, apart=0.05)
 # Candidates of one kind this near to each other are one [rad and m; m; m and radius].
@@ -40,21 +38,10 @@ _CELLS = {
 }
 
 
-class SearchSettings(BaseModel, frozen=True, extra="forbid"):
-    """When a reflector is believed."""
+class SearchSettings(BeliefSettings, frozen=True, extra="forbid"):
+    """How long is searched, and when a reflector is believed."""
 
     candidates: CandidateSettings = Field(default_factory=CandidateSettings)
-    accept: float = Field(default=12.0, gt=0.0, description="least gain in log likelihood [nats]")
-    second_station: float = Field(default=5.0, description="least gain of the second best station [nats]")
-    without_best: float = Field(default=8.0, description="least gain without the best station [nats]")
-    radius_cost: float = Field(default=2.0, ge=0.0, description="cost of the third parameter of a cylinder [nats]")
-    hit_share: float = Field(
-        default=0.75, gt=0.0, description="of the unmasked pings that must hear a wall known from one station"
-    )
-    heard_share: float = Field(
-        default=0.4, gt=0.0, description="of the pings of the best station that must hear what only two stations know"
-    )
-    seen_share: float = Field(default=0.6, gt=0.0, description="of all such pings")
     rounds: int = Field(default=3, ge=1, description="how often what is unexplained may suggest anew")
     most: int = Field(default=200, ge=1, description="candidates of one kind that are refined")
     contenders: int = Field(default=6, ge=1, description="candidates that are refined again before one is accepted")
@@ -81,8 +68,7 @@ class Search:
         self.explanation = explanation
         self.arcs = list(arcs)
         self.settings = settings
-        self.step = step_of(explanation.soundings)
-        self.half_aperture = half_aperture
+        self.belief = Belief(explanation.soundings, half_aperture=half_aperture, settings=settings)
         self._few = independent(explanation.soundings)
         few = chosen_soundings(explanation.soundings, self._few)
         few = few._replace(weights=few.weights * (len(self._few) / max(len(few.weights), 1)))
@@ -104,7 +90,7 @@ class Search:
         features = self.tested(self._renewed(known))
         for _ in range(self.settings.rounds):
             pool = self._seeded(features)
-            grown = self._challenged(self._grown(features, pool))
+            grown = without_joining(self.explanation, self._grown(features, pool), self.belief)
             if [each.key for each in grown] == [each.key for each in features]:
                 return grown
             features = grown
@@ -128,7 +114,9 @@ class Search:
             others = [each for each in kept if each is not feature]
             levels = self.explanation.levels(others)
             judged = self.explanation.judged(feature, levels, others)
-            kept = [judged if each is feature else each for each in kept] if self._stands(judged, levels) else others
+            kept = (
+                [judged if each is feature else each for each in kept] if self.belief.holds(judged, levels) else others
+            )
         return kept
 
     def judged(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -174,7 +162,7 @@ class Search:
             others = [each for each in features if each is not feature]
             levels = self.explanation.levels(others)
             judged.append(self.explanation.judged(feature, levels, others))
-            standing.append(self._stands(judged[-1], levels))
+            standing.append(self.belief.holds(judged[-1], levels))
         return judged, standing
 
     def _renewed(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -188,13 +176,13 @@ class Search:
         explanation = self.explanation
         while pool:
             levels = explanation.levels(features)
-            scored = sorted(explanation.judge_all(pool, levels, features), key=self._worth, reverse=True)
-            pool = [each for each in scored if self._worth(each) > 0.0]
+            scored = sorted(explanation.judge_all(pool, levels, features), key=self.belief.worth, reverse=True)
+            pool = [each for each in scored if self.belief.worth(each) > 0.0]
             contenders = scored[: self.settings.contenders]
             best = self._best(contenders, levels, features)
-            if self._worth(best) <= self.settings.accept:
+            if self.belief.worth(best) <= self.settings.accept:
                 return features
-            if not self._stands(best, levels):
+            if not self.belief.holds(best, levels):
                 pool = self._without_fallen(pool, contenders, levels)
                 continue
             pool = [each for each in pool if not _same(each, best)]
@@ -205,15 +193,15 @@ class Search:
         self, pool: Sequence[Hypothesis], contenders: Sequence[Hypothesis], levels: FloatArray
     ) -> list[Hypothesis]:
         """Leave out the contenders that are not believed, and the first of them at any rate."""
-        fallen = [contenders[0], *(each for each in contenders if not self._stands(each, levels))]
+        fallen = [contenders[0], *(each for each in contenders if not self.belief.holds(each, levels))]
         return [each for each in pool if not any(each is other for other in fallen)]
 
     def _best(self, contenders: Sequence[Hypothesis], levels: FloatArray, features: Sequence[Hypothesis]) -> Hypothesis:
         """Refine the best few once more on the pings that are still open, and return the best of them."""
-        best = self._worth(contenders[0])
-        near = [each for each in contenders if self._worth(each) >= min(best, 0.8 * best)]
+        best = self.belief.worth(contenders[0])
+        near = [each for each in contenders if self.belief.worth(each) >= min(best, 0.8 * best)]
         refined = [self._polished(each, levels, features) for each in near]
-        return max([*near, *refined], key=self._worth)
+        return max([*near, *refined], key=self.belief.worth)
 
     def _polished(self, hypothesis: Hypothesis, levels: FloatArray, features: Sequence[Hypothesis]) -> Hypothesis:
         explanation, noise = self.explanation, self.explanation.noise
@@ -224,13 +212,10 @@ class Search:
             # Where few stations speak, the first guess may be farther off than readings scatter.
             courses.append([(4 * noise, max(0.03, 16 * noise), 3), *courses[0]])
         proposed = [explanation.propose(self._moved(hypothesis.reflector, free, course)) for course in courses]
-        return max(explanation.judge_all(proposed, levels, features), key=self._worth)
+        return max(explanation.judge_all(proposed, levels, features), key=self.belief.worth)
 
-    def _moved(self, reflector: FloatArray, pings: IntArray, course: Sequence[tuple[float, float, int]]) -> FloatArray:
-        moved, explanation = reflector, self.explanation
-        for noise, band, rounds in course:
-            moved = refine(explanation.soundings, explanation.hearing, moved, pings, (noise, band), rounds)
-        return moved
+    def _moved(self, reflector: FloatArray, pings: IntArray, course: Course) -> FloatArray:
+        return approach(self.explanation.soundings, self.explanation.hearing, reflector, pings, course)
 
     def _seeded(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Let arcs that are mostly unexplained suggest reflectors."""
@@ -247,7 +232,7 @@ class Search:
             planes=arc_planes(arcs, explanation.soundings, explanation.hearing),
         )
         fresh: BoolArray = np.ones(len(arcs), dtype=bool)
-        rows = suggest(sightings, fresh, coarse=self.step > _COARSE, settings=self.settings.candidates)
+        rows = suggest(sightings, fresh, coarse=self.belief.is_coarse, settings=self.settings.candidates)
         free = np.flatnonzero(levels < explanation.floor + _OPEN)
         pool = [each for kind in _CELLS for each in self._promising(kind, rows, levels, free)]
         return [each for each in pool if not any(_same(each, feature) for feature in features)]
@@ -273,90 +258,6 @@ class Search:
         """Rank candidates by a few of the pings, the best first."""
         judged = self._rough.judge_all([self._rough.propose(row) for row in rows], levels[self._few], [])
         return sorted(judged, key=lambda each: each.total, reverse=True)
-
-    def _worth(self, hypothesis: Hypothesis) -> float:
-        return hypothesis.total - (self.settings.radius_cost if hypothesis.kind is Kind.CYLINDER else 0.0)
-
-    def _stands(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
-        """Whether a feature is believed: three stations speak for it, or fewer that heard as much of it as they should.
-
-        Two arcs that nothing explains share some tangent by chance; three hardly do.  What was believed when all its
-        stations were at hand stays believed until others speak against it.
-        """
-        settings = self.settings
-        if self._worth(hypothesis) <= settings.accept or hypothesis.is_known:
-            return self._worth(hypothesis) > settings.accept
-        if not self._is_overdetermined(hypothesis, levels):
-            return False
-        speaking = hypothesis.speaking(settings.second_station)
-        if speaking > 1 and hypothesis.total - hypothesis.best > settings.without_best:
-            return speaking > 2 or self.step > _COARSE or self._hears(hypothesis, levels) >= settings.heard_share
-        return hypothesis.is_wall and self._is_whole(hypothesis, levels)
-
-    def _is_overdetermined(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
-        """Whether more readings speak for a feature than it has parameters: through as many it can always be laid."""
-        evidence = hypothesis.evidence
-        anew = evidence.densities > np.maximum(levels[evidence.pings], 0.0)
-        speaking = (hypothesis.gains > 0.0)[self.explanation.soundings.stations[evidence.pings]]
-        return bool((anew & speaking).sum() > len(hypothesis.parameters))
-
-    def _is_whole(self, wall: Hypothesis, levels: FloatArray) -> bool:
-        """Whether one station heard a wall all over the beam, as it should."""
-        if self.step > _COARSE or not len(wall.evidence.pings):
-            return False
-        here = self._at_best_station(wall)
-        unmasked = int((here & wall.evidence.unmasked).sum())
-        hits = self._hears(wall, levels) * here.sum()
-        return bool(
-            here.sum() >= self.half_aperture / self.step
-            and hits >= self.settings.hit_share * max(unmasked, 1)
-            and hits >= self.settings.seen_share * here.sum()
-        )
-
-    def _hears(self, hypothesis: Hypothesis, levels: FloatArray) -> float:
-        """Share of the pings of the best station that hear a reflector, of those that could."""
-        evidence, here = hypothesis.evidence, self._at_best_station(hypothesis)
-        hits = here & (evidence.densities > np.maximum(levels[evidence.pings], 0.0))
-        return float(hits.sum() / max(here.sum(), 1))
-
-    def _at_best_station(self, hypothesis: Hypothesis) -> BoolArray:
-        evidence = hypothesis.evidence
-        here: BoolArray = self.explanation.soundings.stations[evidence.pings] == np.argmax(hypothesis.gains)
-        return here & evidence.audible
-
-    def _challenged(self, features: list[Hypothesis]) -> list[Hypothesis]:
-        """Replace cylinders by walls, one for each of few stations, where these explain the pings better.
-
-        Any two walls that were heard from one station each have a cylinder that touches both, and it needs fewer
-        parameters; but it would be heard less loud, and so over a narrower angle.
-        """
-        for feature in features:
-            stations = np.flatnonzero(feature.gains > self.settings.second_station)
-            if feature.kind is Kind.CYLINDER and not feature.is_known and len(stations) <= _FEW_STATIONS:
-                others = [each for each in features if each is not feature]
-                walls = self._walls_instead(feature, stations, others)
-                if sum(each.total for each in walls) > feature.total:
-                    features = [*others, *walls]
-        return features
-
-    def _walls_instead(
-        self, cylinder: Hypothesis, stations: IntArray, others: Sequence[Hypothesis]
-    ) -> list[Hypothesis]:
-        explanation, walls = self.explanation, list[Hypothesis]()
-        for station in stations:
-            levels = explanation.levels([*others, *walls])
-            pings = cylinder.evidence.pings[cylinder.evidence.densities > levels[cylinder.evidence.pings]]
-            own = pings[explanation.soundings.stations[pings] == station]
-            away = cylinder.reflector[1:3] - explanation.soundings.centers[station]
-            normal = away / np.hypot(*away)
-            touched = cylinder.reflector[1:3] - cylinder.reflector[3] * normal
-            start = np.array([Kind.WALL, np.arctan2(normal[1], normal[0]), touched @ normal, 0.0])
-            course = [(4 * explanation.noise, 0.06, 4), (explanation.noise, 0.03, 4)]
-            wall = explanation.propose(self._moved(start, own, course))
-            wall = explanation.judged(wall, levels, [*others, *walls])
-            if self._stands(wall, levels):
-                walls.append(wall)
-        return walls
 
 
 def _same(one: Hypothesis, other: Hypothesis) -> bool:

@@ -238,7 +238,7 @@ def test_three_readings_through_which_a_circle_can_always_be_laid_make_no_cylind
 
 
 def test_the_step_is_that_of_the_pings() -> None:
-    assert search_in(listening(step=np.radians(2.0))).step == pytest.approx(np.radians(2.0))
+    assert search_in(listening(step=np.radians(2.0))).belief.step == pytest.approx(np.radians(2.0))
 
 
 def test_where_nothing_was_heard_nothing_is_found() -> None:

@@ -1,0 +1,131 @@
+"""Belief: when a reflector is taken to be there."""
+
+import math
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.acoustics.expectation import Kind
+from echoplan.arrays import BoolArray, FloatArray
+from echoplan.classification.hypotheses import Hypothesis
+from echoplan.preprocessing.soundings import Soundings, step_of
+
+__all__ = ["Belief", "BeliefSettings"]
+
+# Steps between single echoes of rings [rad].
+_COARSE = math.radians(10.0)
+
+
+class BeliefSettings(BaseModel, frozen=True, extra="forbid"):
+    """When a reflector is believed."""
+
+    accept: float = Field(default=12.0, gt=0.0, description="least gain in log likelihood [nats]")
+    second_station: float = Field(default=5.0, description="least gain of the second best station [nats]")
+    without_best: float = Field(default=8.0, description="least gain without the best station [nats]")
+    radius_cost: float = Field(default=2.0, ge=0.0, description="cost of the third parameter of a cylinder [nats]")
+    hit_share: float = Field(
+        default=0.75, gt=0.0, description="of the unmasked pings that must hear a wall known from one station"
+    )
+    heard_share: float = Field(
+        default=0.4, gt=0.0, description="of the pings of the best station that must hear what only two stations know"
+    )
+    seen_share: float = Field(default=0.6, gt=0.0, description="of all such pings")
+
+
+class Belief:
+    """Tells whether a reflector is believed.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+    half_aperture : float
+        Of the sensors [rad].
+    settings : BeliefSettings
+        When it is.
+    """
+
+    def __init__(self, soundings: Soundings, *, half_aperture: float, settings: BeliefSettings) -> None:
+        self.settings = settings
+        self.step = step_of(soundings)
+        self._stations = soundings.stations
+        self._half_aperture = half_aperture
+
+    @property
+    def is_coarse(self) -> bool:
+        """Whether there are only single echoes, as of rings."""
+        return self.step > _COARSE
+
+    def worth(self, hypothesis: Hypothesis) -> float:
+        """Tell the gain less the cost of parameters.
+
+        Parameters
+        ----------
+        hypothesis : Hypothesis
+            What was judged.
+
+        Returns
+        -------
+        float
+            Its worth [nats].
+        """
+        return hypothesis.total - (self.settings.radius_cost if hypothesis.kind is Kind.CYLINDER else 0.0)
+
+    def holds(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
+        """Whether a feature is believed: three stations speak for it, or fewer that heard as much of it as they should.
+
+        Two arcs that nothing explains share some tangent by chance; three hardly do.  What was believed when all its
+        stations were at hand stays believed until others speak against it.
+
+        Parameters
+        ----------
+        hypothesis : Hypothesis
+            What was judged.
+        levels : ndarray, shape (n,)
+            What all others explain.
+
+        Returns
+        -------
+        bool
+            Whether it is.
+        """
+        settings = self.settings
+        if self.worth(hypothesis) <= settings.accept or hypothesis.is_known:
+            return self.worth(hypothesis) > settings.accept
+        if not self._is_overdetermined(hypothesis, levels):
+            return False
+        speaking = hypothesis.speaking(settings.second_station)
+        if speaking > 1 and hypothesis.total - hypothesis.best > settings.without_best:
+            return speaking > 2 or self.is_coarse or self._hears(hypothesis, levels) >= settings.heard_share
+        return hypothesis.is_wall and self._is_whole(hypothesis, levels)
+
+    def _is_overdetermined(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
+        """Whether more readings speak for a feature than it has parameters: through as many it can always be laid."""
+        evidence = hypothesis.evidence
+        anew = evidence.densities > np.maximum(levels[evidence.pings], 0.0)
+        speaking = (hypothesis.gains > 0.0)[self._stations[evidence.pings]]
+        return bool((anew & speaking).sum() > len(hypothesis.parameters))
+
+    def _is_whole(self, wall: Hypothesis, levels: FloatArray) -> bool:
+        """Whether one station heard a wall all over the beam, as it should."""
+        if self.is_coarse or not len(wall.evidence.pings):
+            return False
+        here = self._at_best_station(wall)
+        unmasked = int((here & wall.evidence.unmasked).sum())
+        hits = self._hears(wall, levels) * here.sum()
+        return bool(
+            here.sum() >= self._half_aperture / self.step
+            and hits >= self.settings.hit_share * max(unmasked, 1)
+            and hits >= self.settings.seen_share * here.sum()
+        )
+
+    def _hears(self, hypothesis: Hypothesis, levels: FloatArray) -> float:
+        """Share of the pings of the best station that hear a reflector, of those that could."""
+        evidence, here = hypothesis.evidence, self._at_best_station(hypothesis)
+        hits = here & (evidence.densities > np.maximum(levels[evidence.pings], 0.0))
+        return float(hits.sum() / max(here.sum(), 1))
+
+    def _at_best_station(self, hypothesis: Hypothesis) -> BoolArray:
+        evidence = hypothesis.evidence
+        here: BoolArray = self._stations[evidence.pings] == np.argmax(hypothesis.gains)
+        return here & evidence.audible

@@ -1,0 +1,49 @@
+import numpy as np
+import pytest
+
+from echoplan.acoustics.expectation import Kind
+from echoplan.arrays import FloatArray
+from echoplan.classification.hypotheses import Explanation, Hypothesis
+from echoplan.mapping.belief import Belief, BeliefSettings
+from echoplan.mapping.reclassification import reclassified
+from expectations import NOISE, ROOM, corner, cylinder, explanation, hearing, judged, listening, wall
+
+COLUMN = cylinder(0.2, 0.9, 0.25)
+# What a greedy search may take first for the column: a wall that touches it where most stations hear it.
+TOUCHING = wall(np.pi / 2, 0.66)
+
+
+def heard(*truth: FloatArray, noise: float) -> Explanation:
+    """An explanation of what is heard of some reflectors."""
+    readings = hearing(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
+    return explanation(readings, noise=noise)
+
+
+def taken(account: Explanation, *known: FloatArray) -> list[Hypothesis]:
+    """What features become that are believed as they are."""
+    belief = Belief(account.soundings, half_aperture=0.61, settings=BeliefSettings())
+    return reclassified(account, judged(account, known), belief)
+
+
+def test_a_wall_that_touches_a_cylinder_becomes_it() -> None:
+    # From poses in error readings scatter by centimetres, so that the wall bears all stations.
+    account = heard(*ROOM, COLUMN, noise=0.03)
+    assert judged(account, [*ROOM, TOUCHING])[4].total > 12.0
+    features = taken(account, *ROOM, TOUCHING)
+    assert [each.kind for each in features] == [Kind.WALL] * 4 + [Kind.CYLINDER]
+    # All stations stand before it, so they tell where its face is better than how thick it is.
+    _, x, y, radius = features[4].reflector
+    assert (x, y - radius) == pytest.approx((0.2, 0.65), abs=0.01)
+
+
+def test_what_is_there_stays_what_it_is() -> None:
+    truth = [*ROOM, COLUMN, corner(2.0, 1.5)]
+    account = heard(*truth, noise=NOISE)
+    assert [each.reflector.tolist() for each in taken(account, *truth)] == [row.tolist() for row in truth]
+
+
+def test_a_corner_stays_one_even_if_a_cylinder_would_explain_more() -> None:
+    account = heard(*ROOM, COLUMN, noise=0.03)
+    vertex = corner(0.2, 0.66)
+    features = taken(account, *ROOM, vertex)
+    assert features[4].reflector.tolist() == vertex.tolist()
