@@ -105,7 +105,7 @@ class EchoModel:
         Examples
         --------
         >>> model = EchoModel.of(Transducer())
-        >>> round(model.absorption, 2), round(model.scaled(-0.0177).absorption, 2)  # 20 and 10 degrees Celsius
+        >>> round(model.absorption, 2), round(model.scaled(-0.0180).absorption, 2)  # 20 and 10 degrees Celsius
         (1.32, 0.85)
         """
         speed = (1.0 + range_scale) * Air().speed_of_sound
