@@ -12,8 +12,9 @@ help: ## List the targets
 demo: $(STAMPS)/base ## Simulate the paper's room, map it, print Table 5 and draw the figures into echoplan-demo/
 	@$(BIN)/echoplan demo
 
+# Rewriting the asserts and compiling the package costs each process 8 s wherever byte code is not kept.
 test: $(STAMPS)/test ## Run every test
-	@$(BIN)/python -m pytest -n auto
+	@PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto
 
 lint: $(STAMPS)/dev ## Linters, formatting, types and the import contracts
 	$(BIN)/ruff check .
