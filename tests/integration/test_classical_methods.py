@@ -1,5 +1,6 @@
 """Classical methods on recordings that others made: what they find there, and that none of them breaks."""
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from echoplan.evaluation import evaluate
 from echoplan.io import read_recording, read_truth
 from echoplan.methods import find_method, map_sweeps
-from echoplan.model import FeatureMap
+from echoplan.model import FeatureMap, Recording
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
 METHODS = [
@@ -16,11 +17,18 @@ METHODS = [
 ]
 
 
-def mapped(name: str, method: str) -> FeatureMap:
-    folder = DATA / name
-    if not folder.is_dir():
+@cache
+def recorded(name: str) -> Recording:
+    """A recording with its sweeps in memory."""
+    if not (DATA / name).is_dir():
         pytest.skip(f"the recording {name} is not here")
-    recording = read_recording(folder)
+    source = read_recording(DATA / name)
+    return Recording(name=name, rig=source.rig, sweeps=tuple(source))
+
+
+@cache
+def mapped(name: str, method: str) -> FeatureMap:
+    recording = recorded(name)
     return map_sweeps(find_method(method).build(recording.rig), recording)
 
 
@@ -33,7 +41,7 @@ def share_of_walls(name: str, method: str) -> float:
 @pytest.mark.parametrize("name", ["arena-a", "arena-b", "corridor", "rooms/ring00"])
 def test_fixed_rings_and_coarse_turrets_break_nothing(name: str, method: str) -> None:
     found = mapped(name, method)
-    assert len(found.poses) == len(read_recording(DATA / name))
+    assert len(found.poses) == len(recorded(name))
     for wall in found.walls:
         assert np.linalg.eigvalsh(wall.covariance).min() > 0
 

@@ -2,7 +2,6 @@
 
 import contextlib
 import errno
-import io
 import json
 import os
 import pty
@@ -11,48 +10,16 @@ import subprocess
 import sys
 import tomllib
 import xml.etree.ElementTree as ET
-from dataclasses import dataclass
 from pathlib import Path
-from unittest.mock import patch
 
 import numpy as np
 import pytest
 
-from echoplan.cli.main import main
 from echoplan.io import builtin_world, read_grid, read_map, read_recording, read_truth, write_world
+from typed import echoplan, succeed
 
 COMMAND = [sys.executable, "-m", "echoplan"]
 RESULTS = ["map.json", "map.svg", "report.html", "run.toml", "trajectory.tum"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Done:
-    """What came of a command."""
-
-    status: int
-    out: str
-    err: str
-
-
-def echoplan(*words: str | Path) -> Done:
-    """Run a command within this process, which has everything imported."""
-    out, err = io.StringIO(), io.StringIO()
-    typed = ["echoplan", *map(str, words)]
-    with (
-        patch.object(sys, "argv", typed),
-        contextlib.redirect_stdout(out),
-        contextlib.redirect_stderr(err),
-        pytest.raises(SystemExit) as ended,
-    ):
-        main()
-    return Done(status=int(ended.value.code or 0), out=out.getvalue(), err=err.getvalue())
-
-
-def succeed(*words: str | Path) -> str:
-    """Run a command that must work and say nothing on standard error; return what it printed."""
-    done = echoplan(*words)
-    assert (done.status, done.err) == (0, "")
-    return done.out
 
 
 def names(folder: Path) -> list[str]:
@@ -157,7 +124,7 @@ class TestMap:
 
     def test_other_files_in_the_folder_stay(self, recording: Path, tmp_path: Path) -> None:
         (tmp_path / "notes.txt").write_text("mine", encoding="utf-8")
-        succeed("map", recording, "--out", tmp_path)
+        succeed("map", recording, "--method", "rcd", "--out", tmp_path)
         assert names(tmp_path) == sorted([*RESULTS, "notes.txt"])
         assert (tmp_path / "notes.txt").read_text(encoding="utf-8") == "mine"
 
@@ -321,8 +288,8 @@ class TestBadInput:
 
 
 class TestTerminal:
-    def test_a_pipe_gets_plain_lines_and_no_bar(self, tmp_path: Path) -> None:
-        command = [*COMMAND, "map", "sim:square", "--method", "rcd", "--out", "map"]
+    def test_a_pipe_gets_plain_lines_and_no_bar(self, recording: Path, tmp_path: Path) -> None:
+        command = [*COMMAND, "map", str(recording), "--method", "rcd", "--out", "map"]
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
         assert done.stderr == ""
         assert re.search(r"[\x00-\x09\x0b-\x1f\x7f]", done.stdout) is None

@@ -8,16 +8,14 @@ from pathlib import Path
 
 import pytest
 
-
-def compare(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "echoplan", "compare", *words]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+from typed import echoplan, succeed
 
 
 @pytest.fixture(scope="module")
 def compared(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     folder = tmp_path_factory.mktemp("compare")
-    done = compare(folder, "sim:square,seed=3", "--methods", "mdp-fuzzy,rcd", "--out", "out")
+    command = [sys.executable, "-m", "echoplan", "compare", "sim:square,seed=3", "--methods", "mdp-fuzzy,rcd"]
+    done = subprocess.run([*command, "--out", "out"], cwd=folder, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     return folder / "out", done.stdout
 
@@ -41,28 +39,26 @@ def test_the_page_holds_both_maps(compared: tuple[Path, str]) -> None:
     assert (compared[0] / "comparison.html").read_text(encoding="utf-8").count("<svg") == 2
 
 
-def test_an_unknown_method_or_source_is_refused_in_one_line(tmp_path: Path) -> None:
-    method = compare(tmp_path, "sim:square", "--methods", "mdp-fuzy")
-    assert method.returncode == 2
-    assert method.stderr.startswith("echoplan: unknown method 'mdp-fuzy'; did you mean 'mdp-fuzzy'?")
-    source = compare(tmp_path, "nowhere", "--methods", "rcd")
-    assert (source.returncode, len(source.stderr.splitlines())) == (2, 1)
+def test_an_unknown_method_or_source_is_refused_in_one_line() -> None:
+    method = echoplan("compare", "sim:square", "--methods", "mdp-fuzy")
+    assert method.status == 2
+    assert method.err.startswith("echoplan: unknown method 'mdp-fuzy'; did you mean 'mdp-fuzzy'?")
+    source = echoplan("compare", "nowhere", "--methods", "rcd")
+    assert (source.status, len(source.err.splitlines())) == (2, 1)
 
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("recording")
-    command = [sys.executable, "-m", "echoplan", "simulate", "square", "--seed", "2", "--out", "rec"]
-    subprocess.run(command, cwd=folder, capture_output=True, check=True)
-    return folder / "rec"
+    folder = tmp_path_factory.mktemp("recording") / "rec"
+    succeed("simulate", "square", "--seed", "2", "--out", folder)
+    return folder
 
 
 def test_without_truth_maps_and_costs_are_told(recording: Path, tmp_path: Path) -> None:
     for name in ("pings.csv", "rig.toml"):
         (tmp_path / name).write_bytes((recording / name).read_bytes())
-    done = compare(tmp_path, ".", "--methods", "rcd", "--out", "out")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.splitlines()[1].split()[:3] == ["method", "maps", "ms"]
+    said = succeed("compare", tmp_path, "--methods", "rcd", "--out", tmp_path / "out")
+    assert said.splitlines()[1].split()[:3] == ["method", "maps", "ms"]
     page = (tmp_path / "out" / "comparison.html").read_text(encoding="utf-8")
     assert page.count("<svg") == 1
     assert "map error" not in page
@@ -72,10 +68,9 @@ def test_a_truth_may_be_named_by_its_file_or_its_folder(recording: Path, tmp_pat
     for name in ("pings.csv", "rig.toml"):
         (tmp_path / name).write_bytes((recording / name).read_bytes())
     for truth in (recording, recording / "truth.json"):
-        done = compare(tmp_path, ".", "--methods", "rcd", "--truth", str(truth))
-        assert "map error (mm)" in done.stdout, done.stderr
+        assert "map error (mm)" in succeed("compare", tmp_path, "--methods", "rcd", "--truth", truth)
 
 
 def test_a_source_that_is_named_twice_is_compared_once(recording: Path) -> None:
-    done = compare(recording.parent, "rec", "rec", "--methods", "rcd,rcd")
-    assert [line.split()[:4] for line in done.stdout.splitlines()[2:3]] == [["rcd", "1", "of", "1"]]
+    said = succeed("compare", recording, recording, "--methods", "rcd,rcd")
+    assert [line.split()[:4] for line in said.splitlines()[2:3]] == [["rcd", "1", "of", "1"]]

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from echoplan.evaluation import evaluate
 from echoplan.io import read_map, write_map
 from echoplan.methods import METHODS, Method, map_sweeps, observations_of
-from echoplan.model import FeatureMap, Rig, Sweep
+from echoplan.model import FeatureMap, Sweep
 from echoplan.simulation import Simulation
 from echoplan.sources import open_source
 
@@ -20,7 +20,7 @@ RELUCTANT = {"arc-hough-tbf", "iepf-kalman", "tbf"}
 HELPLESS = {"grid-elfes"}
 
 
-@pytest.fixture(params=METHODS.values(), ids=list(METHODS))
+@pytest.fixture(params=METHODS.values(), ids=list(METHODS), scope="module")
 def method(request: pytest.FixtureRequest) -> Method:
     """Each method in turn."""
     chosen: Method = request.param
@@ -40,8 +40,10 @@ def sweeps(square: Simulation) -> list[Sweep]:
     return list(square)
 
 
-def mapped(method: Method, rig: Rig, sweeps: list[Sweep]) -> FeatureMap:
-    return map_sweeps(method.build(rig), sweeps)
+@pytest.fixture(scope="module")
+def found(method: Method, square: Simulation, sweeps: list[Sweep]) -> FeatureMap:
+    """The map of the square by each method."""
+    return map_sweeps(method.build(square.rig), sweeps)
 
 
 def written(found: FeatureMap, path: Path) -> str:
@@ -54,15 +56,14 @@ def silent(sweep: Sweep) -> Sweep:
 
 
 def test_walls_of_a_square_room_are_found_to_a_hands_breadth(
-    method: Method, square: Simulation, sweeps: list[Sweep]
+    method: Method, square: Simulation, found: FeatureMap
 ) -> None:
-    walls = evaluate(mapped(method, square.rig, sweeps), square.truth).matches.walls
+    walls = evaluate(found, square.truth).matches.walls
     assert walls.tally.found >= (0 if method.name in HELPLESS else 1 if method.name in RELUCTANT else 3)
     assert max((match.distance for match in walls.right), default=0.0) < 0.1
 
 
-def test_the_map_says_how_it_was_made(method: Method, square: Simulation, sweeps: list[Sweep], tmp_path: Path) -> None:
-    found = mapped(method, square.rig, sweeps)
+def test_the_map_says_how_it_was_made(method: Method, sweeps: list[Sweep], found: FeatureMap, tmp_path: Path) -> None:
     assert found.method == method.name
     assert found.sweeps.tolist() == [sweep.index for sweep in sweeps]
     # A method may add what it found out by itself.
@@ -73,25 +74,22 @@ def test_the_map_says_how_it_was_made(method: Method, square: Simulation, sweeps
 
 
 def test_the_same_sweeps_give_the_same_map_however_often_it_is_asked_for(
-    method: Method, square: Simulation, sweeps: list[Sweep], tmp_path: Path
+    method: Method, square: Simulation, sweeps: list[Sweep], found: FeatureMap, tmp_path: Path
 ) -> None:
     mapper = method.build(square.rig)
-    for sweep in sweeps:
-        mapper.add(sweep)
-    maps = [mapper.result(), mapper.result(), mapped(method, square.rig, sweeps)]
-    first, again, anew = (written(found, tmp_path / f"{number}.json") for number, found in enumerate(maps))
+    maps = [map_sweeps(mapper, sweeps), mapper.result(), found]
+    first, again, anew = (written(each, tmp_path / f"{number}.json") for number, each in enumerate(maps))
     assert first == again == anew
 
 
 def test_a_map_may_be_asked_for_on_the_way(
-    method: Method, square: Simulation, sweeps: list[Sweep], tmp_path: Path
+    method: Method, square: Simulation, sweeps: list[Sweep], found: FeatureMap, tmp_path: Path
 ) -> None:
     mapper = method.build(square.rig)
     half = len(sweeps) // 2
     map_sweeps(mapper, sweeps[:half])
-    map_sweeps(mapper, sweeps[half:])
-    whole = written(mapped(method, square.rig, sweeps), tmp_path / "whole.json")
-    assert written(mapper.result(), tmp_path / "map.json") == whole
+    parted = map_sweeps(mapper, sweeps[half:])
+    assert written(parted, tmp_path / "map.json") == written(found, tmp_path / "whole.json")
 
 
 def test_nothing_heard_is_an_empty_map(method: Method, square: Simulation, sweeps: list[Sweep]) -> None:

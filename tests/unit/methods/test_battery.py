@@ -7,7 +7,7 @@ import pytest
 
 import soundings
 from echoplan.errors import UnknownNameError
-from echoplan.methods import METHODS, Method, map_sweeps
+from echoplan.methods import METHODS, Mapper, Method, map_sweeps
 from echoplan.model import FeatureMap, Pillar, Polyline, Sweep, World
 from echoplan.simulation import Simulation
 
@@ -38,8 +38,14 @@ def sweeps(cell: Simulation) -> list[Sweep]:
 
 
 @pytest.fixture(scope="module")
-def found(method: Method, cell: Simulation, sweeps: list[Sweep]) -> FeatureMap:
-    return map_sweeps(method.build(cell.rig), sweeps)
+def mapper(method: Method, cell: Simulation) -> Mapper:
+    """What makes the map of the cell, in ``found``."""
+    return method.build(cell.rig)
+
+
+@pytest.fixture(scope="module")
+def found(mapper: Mapper, sweeps: list[Sweep]) -> FeatureMap:
+    return map_sweeps(mapper, sweeps)
 
 
 def some(sweep: Sweep, chosen: slice) -> Sweep:
@@ -67,9 +73,8 @@ def test_walls_lie_on_their_lines(found: FeatureMap) -> None:
         assert wall.endpoints_xy @ wall.normal_xy == pytest.approx(wall.offset, abs=1e-6)
 
 
-def test_points_lie_within_reach(method: Method, cell: Simulation, sweeps: list[Sweep]) -> None:
-    mapper = method.build(cell.rig)
-    map_sweeps(mapper, sweeps)
+@pytest.mark.usefixtures("found")
+def test_points_lie_within_reach(mapper: Mapper) -> None:
     points = np.asarray(getattr(mapper, "points_xy", np.zeros((0, 2))))
     assert points.shape[1] == 2
     assert np.isfinite(points).all()
