@@ -7,7 +7,8 @@ import numpy as np
 from echoplan.acoustics.expectation import EchoModel, Kind, expect, shape_of
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import NO_EVIDENCE
-from echoplan.classification.hypotheses import Explanation, Hypothesis
+from echoplan.classification.explanation import Explanation
+from echoplan.classification.hypotheses import Hypothesis
 from echoplan.geometry import directions
 from echoplan.preprocessing.soundings import Soundings
 from soundings import PAPER

@@ -10,7 +10,8 @@ import numpy as np
 from echoplan.acoustics import typical_transducer
 from echoplan.acoustics.expectation import EchoModel
 from echoplan.arrays import BoolArray, FloatArray
-from echoplan.classification.hypotheses import Explanation, Hypothesis
+from echoplan.classification.explanation import Explanation
+from echoplan.classification.hypotheses import Hypothesis
 from echoplan.extraction.arcs import find_arcs
 from echoplan.mapping.adjustment import Adjusted, Beliefs, Features, adjust
 from echoplan.mapping.certainty import (
@@ -227,9 +228,9 @@ class Account:
         features = reclassified(search.explanation, search.judged(self.features), search.belief)
         self.features = search.settled(features)
 
-    def search(self) -> None:
-        """Find the features that explain the pings, from those known."""
-        self.features = self._search().run(self.features)
+    def search(self, *, rounds: int | None = None) -> None:
+        """Find the features that explain the pings, from those known; of stations still to come one round will do."""
+        self.features = self._search(rounds=rounds).run(self.features)
 
     def judge(self, noise: float) -> None:
         """Collect fresh evidence for the features."""
@@ -290,22 +291,6 @@ class Account:
         if not math.isnan(scatter):
             self.noise = min(max(scatter, self.settings.least_noise), self.settings.greatest_noise)
 
-    def is_torn(self) -> bool:
-        """Whether many walls are there twice: poses that drift do that."""
-        walls = [each for each in self.features if each.is_wall]
-        copies = len(walls) - len(without_copies(walls, self.settings.copies))
-        return copies > self.settings.torn * len(walls) and len(self.given) <= self.settings.most_tracked
-
-    def agrees(self) -> bool:
-        """Whether the pings fit together, as they do from exact poses."""
-        usual = max(self.settings.first_noise, 0.9 * self.resolution)
-        return self.agreement() >= self.settings.agreement and self.noise <= usual
-
-    def agreement(self) -> float:
-        """Share of the pings of arcs that features or their ghosts explain."""
-        heard = np.concatenate([arc.pings for arc in self.arcs]) if self.arcs else np.zeros(0, dtype=np.int64)
-        return float(self.explained(self.features)[heard].mean()) if len(heard) else 1.0
-
     def explained(self, features: Sequence[Hypothesis]) -> BoolArray:
         """Tell which pings features or their ghosts explain."""
         explanation = self.explanation
@@ -315,23 +300,6 @@ class Account:
     def refreshed(self) -> list[Hypothesis]:
         """Collect fresh evidence for the features, without keeping it."""
         return self._search().judged(self.features)
-
-    def calibration(self, adjusted: Adjusted) -> dict[str, object]:
-        """Tell what was learned of the sonar, and how well, by an adjustment of all that was ever heard."""
-        sigmas, model, settings = adjusted.sonar_sigmas(), adjusted.model, self.settings.adjustment
-        numbers = {
-            "range_offset": (model.range_offset, self.offset_sigma),
-            "walk_gain": (model.walk_gain, settings.gain_share * self.prior.walk_gain),
-            "range_scale": (model.range_scale, settings.scale_sigma),
-            "servo_latency": (adjusted.latency, settings.latency_sigma),
-        }
-        learned = {
-            name: {"value": value, "sigma": sigmas[name], "believed": believed}
-            for name, (value, believed) in numbers.items()
-            if name != "servo_latency" or self.has_servo
-        }
-        beam = {"figure_of_merit": self.model.figure_of_merit, "ka": self.model.ka, "noise": self.noise}
-        return {**learned, **beam, "agreement": self.agreement(), "poses": self.verdict}
 
     def pose_covariances(self) -> FloatArray:
         """Tell how well the poses of the stations are known; nothing where they are trusted."""
@@ -346,7 +314,8 @@ class Account:
     def reckoned(self) -> FloatArray:
         """Add up what odometry leaves open of each position since the first station of all."""
         assert self.believed is not None
-        sigmas = self.believed.sigmas * [1.0, 1.0, 0.0]
+        sigmas = self.believed.sigmas.copy()
+        sigmas[:, 2] = 0.0
         if not self.memory.is_empty:
             sigmas[0] = self.memory.reckoned
         return reckoned_covariances(self.believed._replace(sigmas=sigmas), self.poses)

@@ -6,6 +6,7 @@ import numpy as np
 
 from echoplan.geometry import wrap
 from echoplan.mapping.account import Account
+from echoplan.mapping.agreement import agreement, agrees, evidence, is_doubtful, is_torn
 from echoplan.mapping.memory import Course
 from echoplan.mapping.poses import waypoint_beliefs
 from echoplan.mapping.settings import PoseMode
@@ -33,17 +34,14 @@ def explained(account: Account) -> Account:
     mode = account.settings.poses
     if account.memory.course is Course.TRACKED:
         return _tracked(account, account.memory.verdict)
-    if account.memory.is_empty:
-        account.glance()
-    else:
-        account.explain()
     if mode is PoseMode.CORRECT:
         return _tracked(account, "corrected, as asked for")
-    if mode is PoseMode.AUTO and account.is_torn():
-        return _tracked(account, "corrected: from the poses as recorded most walls were there twice")
     if account.memory.is_empty:
-        account.explain()
-    return account if mode is PoseMode.TRUST else _nudged(account)
+        account.glance()
+        if mode is PoseMode.AUTO and is_torn(account):
+            return _tracked(account, "corrected: from the poses as recorded most walls were there twice")
+    account.explain()
+    return account if mode is PoseMode.TRUST else _reconsidered(account)
 
 
 def _tracked(account: Account, verdict: str) -> Account:
@@ -52,15 +50,30 @@ def _tracked(account: Account, verdict: str) -> Account:
     return account
 
 
-def _nudged(account: Account) -> Account:
-    """Move poses a little if the pings do not agree and want the headings otherwise: way-points are set by eye.
+def _reconsidered(account: Account) -> Account:
+    """Keep the poses as they are, or correct them as those of odometry, or as those of way-points set by eye."""
+    share = f"{100 * agreement(account):.0f} % of the echoes agree from the poses as recorded"
+    account.verdict = f"trusted: {share}"
+    if len(account.given) < _FEWEST or not is_doubtful(account):
+        return account
+    if len(account.given) > account.settings.by_hand and not agrees(account):
+        # Nobody sets so many way-points by hand: the robot added up its steps.
+        return _tracked(copy.copy(account), f"corrected: only {share}")
+    stepping = None if account.memory.course is Course.NUDGED else _stepping(account, share)
+    return stepping or (account if agrees(account) else _nudged(account, share))
+
+
+def _stepping(account: Account, share: str) -> Account | None:
+    """Correct poses as those of odometry, if that explains so much more that it pays."""
+    tracked = _tracked(copy.copy(account), f"corrected: {share}, and more of them by the steps of the robot")
+    return tracked if agrees(tracked) and evidence(tracked) > evidence(account) else None
+
+
+def _nudged(account: Account, share: str) -> Account:
+    """Move poses a little if the pings want the headings otherwise.
 
     Headings that were measured stay where they are, and then what disagrees is no matter of poses.
     """
-    share = f"{100 * account.agreement():.0f} % of the echoes agree from the poses as recorded"
-    account.verdict = f"trusted: {share}"
-    if account.agrees() or len(account.given) < _FEWEST:
-        return account
     moved = copy.copy(account)
     moved.correct(waypoint_beliefs(account.given, account.settings.pose_errors))
     turned = float(np.abs(wrap(moved.poses[:, 2] - account.given[:, 2])).mean())

@@ -10,7 +10,8 @@ from pydantic import BaseModel, Field
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.classification.evidence import UNHEARD
-from echoplan.classification.hypotheses import Explanation, Hypothesis
+from echoplan.classification.explanation import Explanation
+from echoplan.classification.hypotheses import Hypothesis
 from echoplan.geometry import directions, intersections
 
 __all__ = ["Echoes", "Face", "FaceSettings", "corner_echoes", "find_faces"]

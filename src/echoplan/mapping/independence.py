@@ -5,7 +5,7 @@ import numpy as np
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["independence"]
+__all__ = ["independence", "intraclass_correlation"]
 
 # Residuals beyond so many deviations are no errors of readings.
 _WILD = 4.0
@@ -46,6 +46,43 @@ def independence(soundings: Soundings, owners: IntArray, residuals: FloatArray, 
     correlations = [_correlation(left, whose, told, lag) for lag in range(1, lags)]
     spread = 1.0 + 2.0 * sum(correlations)
     return max(1.0, 1.0 / (weight * max(spread, 1.0)))
+
+
+def intraclass_correlation(soundings: Soundings, owners: IntArray, residuals: FloatArray, *, noise: float) -> float:
+    r"""Tell how much of their errors the readings of one feature from one station have in common.
+
+    It is that of a one-way analysis of variance, ICC(1) (Shrout and Fleiss 1979).  A station whose pose is off by
+    centimetres reads all of a wall too near or too far; readings from exact poses err one by one.
+
+    .. math:: \mathrm{ICC} = \frac{B - W}{B + (k - 1) W}
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+    owners : ndarray of int, shape (n,)
+        Which feature explains each; -1 for none.
+    residuals : ndarray, shape (n,)
+        What is left of their readings [m].
+    noise : float
+        Standard deviation of readings [m].
+
+    Returns
+    -------
+    float
+        B and W are the mean squares between and within the g groups of readings of one feature from one station, k
+        their mean size; 0 where no group has two.
+    """
+    told = (owners >= 0) & (np.abs(residuals) < _WILD * noise)
+    groups = owners[told] * len(soundings.centers) + soundings.stations[told]
+    _, members, sizes = np.unique(groups, return_inverse=True, return_counts=True)
+    if len(sizes) == len(members):
+        return 0.0
+    means = np.bincount(members, residuals[told]) / sizes
+    between = float(sizes @ means**2) / len(sizes)
+    within = float(np.sum((residuals[told] - means[members]) ** 2)) / (len(members) - len(sizes))
+    size = len(members) / len(sizes)
+    return (between - within) / max(between + (size - 1.0) * within, 1e-12)
 
 
 def _groups(soundings: Soundings, owners: IntArray) -> IntArray:

@@ -9,7 +9,8 @@ import numpy as np
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.classification.evidence import UNHEARD
-from echoplan.classification.hypotheses import Explanation, Hypothesis
+from echoplan.classification.explanation import Explanation
+from echoplan.classification.hypotheses import Hypothesis
 from echoplan.geometry import directions
 
 __all__ = ["Paths", "trace_paths"]

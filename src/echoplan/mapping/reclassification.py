@@ -6,7 +6,8 @@ import numpy as np
 
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import IntArray
-from echoplan.classification.hypotheses import Explanation, Hypothesis
+from echoplan.classification.explanation import Explanation
+from echoplan.classification.hypotheses import Hypothesis
 from echoplan.mapping.belief import Belief
 from echoplan.mapping.refinement import approach
 from echoplan.mapping.rivals import rivals_of

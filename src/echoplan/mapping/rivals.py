@@ -7,7 +7,8 @@ import numpy as np
 
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.classification.hypotheses import Explanation, Hypothesis
+from echoplan.classification.explanation import Explanation
+from echoplan.classification.hypotheses import Hypothesis
 from echoplan.geometry import directions
 from echoplan.mapping.refinement import approach
 from echoplan.model import ClassProbabilities

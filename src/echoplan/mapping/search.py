@@ -14,7 +14,8 @@ from pydantic import Field
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.classification.candidates import CandidateSettings, Sightings, suggest
-from echoplan.classification.hypotheses import Explanation, Hypothesis
+from echoplan.classification.explanation import Explanation
+from echoplan.classification.hypotheses import Hypothesis
 from echoplan.extraction.arcs import Arc, arc_planes
 from echoplan.mapping.belief import Belief, BeliefSettings
 from echoplan.mapping.copies import CopySettings, are_copies
@@ -109,14 +110,16 @@ class Search:
         list of Hypothesis
             Those that stay, judged beside each other.
         """
-        kept = list(features)
-        for feature in features:
-            others = [each for each in kept if each is not feature]
-            levels = self.explanation.levels(others)
-            judged = self.explanation.judged(feature, levels, others)
-            kept = (
-                [judged if each is feature else each for each in kept] if self.belief.holds(judged, levels) else others
-            )
+        kept, place = list(features), 0
+        without = self.explanation.levels_without(kept)
+        while place < len(kept):
+            feature, others = kept[place], [*kept[:place], *kept[place + 1 :]]
+            judged = self.explanation.judged(feature, without[place], others)
+            holds = self.belief.holds(judged, without[place])
+            kept = [*kept[:place], judged, *kept[place + 1 :]] if holds else others
+            place += holds
+            if not holds or judged.casts_otherwise_than(feature):
+                without = self.explanation.levels_without(kept)
         return kept
 
     def judged(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -158,10 +161,9 @@ class Search:
 
     def _beside_others(self, features: Sequence[Hypothesis]) -> tuple[list[Hypothesis], list[bool]]:
         judged, standing = [], []
-        for feature in features:
-            others = [each for each in features if each is not feature]
-            levels = self.explanation.levels(others)
-            judged.append(self.explanation.judged(feature, levels, others))
+        for place, levels in enumerate(self.explanation.levels_without(features)):
+            others = [*features[:place], *features[place + 1 :]]
+            judged.append(self.explanation.judged(features[place], levels, others))
             standing.append(self.belief.holds(judged[-1], levels))
         return judged, standing
 

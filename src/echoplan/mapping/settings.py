@@ -61,7 +61,11 @@ class AccountSettings(BaseModel, frozen=True, extra="forbid"):
     least_noise: float = Field(default=0.0025, gt=0.0, description="of the best sensors [m]")
     greatest_noise: float = Field(default=0.05, gt=0.0, description="of readings that still make a map [m]")
     torn: float = Field(default=0.25, gt=0.0, le=1.0, description="share of walls that are there twice if poses drift")
-    most_tracked: int = Field(default=80, ge=1, description="stations that are corrected without being asked")
+    # A pose that is off by a quarter of what readings scatter makes it 1 / (1 + 4^2).
+    shared_error: float = Field(
+        default=0.06, gt=0.0, le=1.0, description="of a station's readings of a wall, that makes poses doubtful"
+    )
+    by_hand: int = Field(default=24, ge=1, description="way-points that somebody sets by hand, at most")
     scale_step: float = Field(default=0.004, gt=0.0, description="of the range scale that calls for another look")
     turned: float = Field(
         default=math.radians(1), ge=0.0, description="mean turn of the poses, below which they were right [rad]"

@@ -64,7 +64,7 @@ def _learn(account: Account, beliefs: PoseBeliefs, count: int) -> None:
     """Find features from the first stations, and adjust their poses with them."""
     part = account.until(count)
     part.noise = account.settings.pose_errors.tracking_noise
-    part.search()
+    part.search(rounds=1)
     first = beliefs._replace(given=beliefs.given[:count], sigmas=beliefs.sigmas[:count])
     for _ in range(2):
         part.adjust(part.noise, first)

@@ -9,6 +9,7 @@ import numpy as np
 
 from echoplan.arrays import FloatArray
 from echoplan.mapping.account import Account
+from echoplan.mapping.calibration import calibration
 from echoplan.mapping.explaining import explained
 from echoplan.mapping.legacy import leave, survey
 from echoplan.mapping.memory import Memory
@@ -77,7 +78,7 @@ class JointMapper:
         stations = self._stations()
         account = self._account(stations)
         found, posed = survey(account), joined([*self._done, self._posed(account, stations)])
-        learned = {**account.calibration(found.adjusted), "undetermined": list(posed.undetermined)}
+        learned = {**calibration(account, found.adjusted), "undetermined": list(posed.undetermined)}
         return FeatureMap(
             method="joint",
             parameters={**parameters, "found": learned},

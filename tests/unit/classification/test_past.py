@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from echoplan.classification.hypotheses import Explanation, Hypothesis
+from echoplan.classification.explanation import Explanation
+from echoplan.classification.hypotheses import Hypothesis
 from echoplan.classification.past import NO_PAST, Past
 from expectations import ROOM, explanation, feature, hearing, listening, wall
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from echoplan.arrays import BoolArray, FloatArray
-from echoplan.classification.hypotheses import Explanation, Hypothesis
+from echoplan.classification.explanation import Explanation
+from echoplan.classification.hypotheses import Hypothesis
 from echoplan.classification.past import Past
 from echoplan.mapping.faces import Echoes, Face, FaceSettings, corner_echoes, find_faces
 from expectations import ROOM, corner, cylinder, explanation, feature, hearing, judged, listening, wall

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from echoplan.arrays import FloatArray
-from echoplan.mapping.independence import independence
+from echoplan.mapping.independence import independence, intraclass_correlation
 from expectations import listening
 
 # Eight stations all of whose pings, a degree apart, hear one wall; a full count is four times what weights say.
@@ -54,3 +54,24 @@ def test_pings_far_apart_count_in_full_already() -> None:
     coarse = listening(step=np.radians(5.0))
     nothing = np.zeros(len(coarse.readings))
     assert independence(coarse, np.zeros(len(nothing), dtype=np.int64), nothing, noise=NOISE) == 1.0
+
+
+def common(errors_of_stations: FloatArray) -> float:
+    """How much is in common to readings that err by themselves and with their station."""
+    residuals = WHITE + errors_of_stations[HEARD.stations]
+    return intraclass_correlation(HEARD, OWNERS, residuals, noise=2 * NOISE)
+
+
+def test_readings_that_err_one_by_one_have_nothing_in_common() -> None:
+    assert common(np.zeros(8)) == pytest.approx(0.0, abs=0.01)
+
+
+@pytest.mark.parametrize("share", [0.25, 1.0])
+def test_a_station_that_errs_by_a_share_of_the_scatter_shows_its_square(share: float) -> None:
+    errors = share * NOISE * np.array([1.0, -1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0])
+    assert common(errors) == pytest.approx(share**2 / (1 + share**2), abs=0.02)
+
+
+def test_without_two_readings_of_anything_nothing_is_in_common() -> None:
+    alone = np.where(np.arange(PINGS) % (PINGS // 8) == 0, 0, -1)
+    assert intraclass_correlation(HEARD, alone, WHITE, noise=NOISE) == 0.0

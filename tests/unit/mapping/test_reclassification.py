@@ -3,7 +3,8 @@ import pytest
 
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray
-from echoplan.classification.hypotheses import Explanation, Hypothesis
+from echoplan.classification.explanation import Explanation
+from echoplan.classification.hypotheses import Hypothesis
 from echoplan.mapping.belief import Belief, BeliefSettings
 from echoplan.mapping.reclassification import reclassified
 from expectations import NOISE, ROOM, corner, cylinder, explanation, hearing, judged, listening, wall

@@ -1,13 +1,16 @@
 import itertools
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray
+from echoplan.classification import multipath
 from echoplan.classification.evidence import UNHEARD, Frame, judge
+from echoplan.classification.explanation import Explanation
 from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
-from echoplan.classification.hypotheses import Explanation, Hypothesis
+from echoplan.classification.hypotheses import Hypothesis
 from expectations import NOISE, REACH, ROOM, corner, cylinder, explanation, feature, hearing, judged, listening, wall
 
 POST = cylinder(0.3, 0.9, 0.1)
@@ -161,8 +164,23 @@ def test_corners_cast_no_ghosts(room: Explanation, walls: list[Hypothesis]) -> N
     assert room.ghost_levels([walls[0], point]).tolist() == room.ghost_levels([walls[0]]).tolist()
 
 
+def test_leaving_one_out_is_explaining_by_all_others(
+    room: Explanation, walls: list[Hypothesis], post: Hypothesis
+) -> None:
+    features = [*walls, post]
+    left_out = room.levels_without(features)
+    for place, levels in enumerate(left_out):
+        others = [*features[:place], *features[place + 1 :]]
+        assert levels.tolist() == room.levels(others).tolist()
+    assert any(levels.tolist() != room.levels(features).tolist() for levels in left_out)
+    assert room.levels_without([]) == []
+
+
 def test_a_ghost_is_worked_out_once(room: Explanation, walls: list[Hypothesis]) -> None:
-    assert room.pair_levels(walls[0], walls[1]) is room.pair_levels(walls[0], walls[1])
+    room.ghost_levels(walls)
+    with patch.object(multipath, "ghosts_of_walls") as anew:
+        room.ghost_levels(walls)
+    assert not anew.called
     assert room.levels_of(walls[0]) is room.levels_of(walls[0])
     assert room.levels_of(walls[0]) is not room.levels_of(walls[1])
 

@@ -1,0 +1,163 @@
+"""Multipath: what features are heard as by sound that met more than one of them, or was meant for another ping."""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from echoplan.acoustics.expectation import Hearing, Kind
+from echoplan.arrays import FloatArray
+from echoplan.classification.evidence import UNHEARD
+from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
+from echoplan.classification.hypotheses import Hypothesis, Key
+from echoplan.classification.volleys import Volleys, volleys_over
+from echoplan.geometry import directions, intersections
+from echoplan.preprocessing.soundings import Soundings
+
+__all__ = ["Multipath", "Part"]
+
+# Walls may reflect so far beyond what was heard of them, or up to a crossing that is no farther [m].
+_STRETCH, _TO_CROSSING = 0.4, 2.0
+# Walls that turn less than this toward each other cross too far away (sine).
+_PARALLEL = 0.1
+
+
+class Part(NamedTuple):
+    """What one feature, or several together, explain.
+
+    Attributes
+    ----------
+    owners : tuple of int
+        Numbers of the features.
+    levels : ndarray, shape (n,)
+        Logarithm of the density of each reading [log 1/m]; ``UNHEARD`` where it is not explained.
+    """
+
+    owners: tuple[int, ...]
+    levels: FloatArray
+
+
+class Multipath:
+    """Ghosts of features, worked out once: most explain nothing, and are remembered as such.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+    hearing : Hearing
+        The sonar.
+    noise : float
+        Standard deviation of readings [m].
+    """
+
+    def __init__(self, soundings: Soundings, hearing: Hearing, noise: float) -> None:
+        self._soundings = soundings
+        self._hearing = hearing
+        self._noise = noise
+        self._known: dict[Key, FloatArray | None] = {}
+        self._volleys: dict[Key, Volleys] = {}
+
+    def parts(self, features: Sequence[Hypothesis]) -> Iterator[Part]:
+        """Work out the ghosts of features; if no station heard both of two, none hears one in the other.
+
+        Parameters
+        ----------
+        features : sequence of Hypothesis
+            What casts them.
+
+        Yields
+        ------
+        Part
+            A ghost that explains something.
+        """
+        for owners in _casting(features):
+            one, other = features[owners[0]], features[owners[-1]]
+            levels = self._of_wall(one) if len(owners) == 1 else self._of_pair(one, other)
+            if levels is not None:
+                yield Part(owners, levels)
+
+    def mirrored(self, wall: Hypothesis, other: Hypothesis) -> FloatArray | None:
+        """Explain pings by echoes of one wall in another.
+
+        Parameters
+        ----------
+        wall, other : Hypothesis
+            Two walls.
+
+        Returns
+        -------
+        ndarray, shape (n,), or None
+            As ``Part.levels``; nothing if there is no such echo.
+        """
+
+        def between() -> FloatArray:
+            pair, ends = (wall.reflector, other.reflector), _reflecting(wall, other)
+            return ghosts_of_walls(self._soundings, self._hearing, pair, ends, self._noise)
+
+        return self._once(("mirrored", *wall.key, *other.key), between)
+
+    def _of_wall(self, wall: Hypothesis) -> FloatArray | None:
+        return self._once(wall.key, lambda: self._volley_over([wall], [_stretched(wall, None)]))
+
+    def _of_pair(self, wall: Hypothesis, other: Hypothesis) -> FloatArray | None:
+        return self._once(
+            (*wall.key, *other.key),
+            lambda: self._of_walls(wall, other) if other.is_wall else self._of_cylinder(wall, other),
+        )
+
+    def _of_walls(self, wall: Hypothesis, other: Hypothesis) -> FloatArray:
+        first, second = _reflecting(wall, other)
+        pair = (wall.reflector, other.reflector)
+        levels = ghosts_of_walls(self._soundings, self._hearing, pair, (first, second), self._noise)
+        np.maximum(levels, self._volley_over([wall, other], [first, second]), out=levels)
+        np.maximum(levels, self._volley_over([other, wall], [second, first]), out=levels)
+        return levels
+
+    def _of_cylinder(self, wall: Hypothesis, cylinder: Hypothesis) -> FloatArray:
+        return ghosts_of_cylinder(self._soundings, self._hearing, wall.reflector, cylinder.reflector, self._noise)
+
+    def _volley_over(self, walls: Sequence[Hypothesis], extents: Sequence[FloatArray]) -> FloatArray:
+        reflectors = np.array([each.reflector for each in walls])
+        key = tuple(reflectors.ravel().tolist())
+        if key not in self._volleys:
+            self._volleys[key] = volleys_over(self._soundings, self._hearing, reflectors, self._noise)
+        return self._volleys[key].within(np.array(extents), len(self._soundings.readings))
+
+    def _once(self, key: Key, explain: Callable[[], FloatArray]) -> FloatArray | None:
+        if key not in self._known:
+            levels = explain()
+            self._known[key] = levels if levels.max(initial=UNHEARD) > UNHEARD else None
+        return self._known[key]
+
+
+def _casting(features: Sequence[Hypothesis]) -> Iterator[tuple[int, ...]]:
+    """List the walls that may cast ghosts, alone and with another wall or a cylinder that a station heard, too."""
+    heard = [_listeners(each) for each in features]
+    walls = [number for number, each in enumerate(features) if each.is_wall]
+    columns = [number for number, each in enumerate(features) if each.kind is Kind.CYLINDER]
+    for place, one in enumerate(walls):
+        yield (one,)
+        yield from ((one, other) for other in walls[place + 1 :] + columns if heard[one] & heard[other])
+
+
+def _listeners(feature: Hypothesis) -> int:
+    """Collect the stations that heard a feature as the bits of a number."""
+    return int.from_bytes(np.packbits(feature.gains > 0.0).tobytes(), "big")
+
+
+def _reflecting(wall: Hypothesis, other: Hypothesis) -> tuple[FloatArray, FloatArray]:
+    """Where two walls may reflect: as far as they were heard and a little more, or up to where they meet."""
+    if abs(np.sin(wall.line[0] - other.line[0])) < _PARALLEL:
+        return _stretched(wall, None), _stretched(other, None)
+    meeting = intersections(wall.line, other.line)
+    return _stretched(wall, meeting), _stretched(other, meeting)
+
+
+def _stretched(wall: Hypothesis, meeting_xy: FloatArray | None) -> FloatArray:
+    low, high = wall.extent
+    if meeting_xy is None:
+        return np.array([low - _STRETCH, high + _STRETCH])
+    place = float(meeting_xy @ directions(wall.line[0] + np.pi / 2))
+    if max(low - place, place - high) > _TO_CROSSING:
+        return np.array([low - _STRETCH, high + _STRETCH])
+    return np.array([min(low - _STRETCH, place - 0.05), max(high + _STRETCH, place + 0.05)])
