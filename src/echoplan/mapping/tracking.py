@@ -1,9 +1,13 @@
 """Tracking: station after station, each placed against what the ones before it know of the room."""
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray
+from echoplan.classification.hypotheses import Hypothesis
 from echoplan.extraction.arcs import arc_planes
 from echoplan.geometry import compose, directions, invert
 from echoplan.mapping.account import Account
@@ -16,6 +20,12 @@ __all__ = ["track"]
 _LOOSE = 0.5
 # A cylinder that an arc may be [m].
 _RADIUS = 0.1
+# Part of a deviation of the heading that is searched at once.
+_PART = 0.75
+# Fewer stations do not know enough to place the first among them.
+_FEW = 4
+# A station that is off by less has joined the others; more, and its walls are taken for other walls [m, rad].
+_JOINED = (0.05, math.radians(3.0))
 
 
 def track(account: Account, beliefs: PoseBeliefs) -> None:
@@ -43,6 +53,8 @@ def track(account: Account, beliefs: PoseBeliefs) -> None:
         )
         account.poses[station] = pose
         _learn(account, beliefs, station + 1)
+    if account.memory.is_empty and len(account.given) > _FEW:
+        _join_first(account, beliefs, sights[0])
     account.settle(beliefs)
 
 
@@ -52,6 +64,29 @@ def _sights(account: Account) -> list[Sightline]:
         sightlines([arc for arc in account.arcs if arc.station == station], account.recorded, hearing, pose)
         for station, pose in enumerate(account.given)
     ]
+
+
+def _join_first(account: Account, beliefs: PoseBeliefs, sight: Sightline) -> None:
+    """Look for the first station in what the others know, and move these to where it should be.
+
+    The second was placed against the arcs of a single station, of which any may be a wall, a corner or a cylinder.  If
+    it was misplaced, all others fit together and the first stands alone.
+    """
+    others = _listed([each for each in account.features if each.gains[1:].max(initial=0.0) > 0.0])
+    back = invert(compose(invert(account.given[0]), account.given[1]))
+    way, sigmas = float(np.hypot(back[0], back[1])), 1.3 * beliefs.sigmas[1]
+    # An error of the second heading turns the way back: each part of it is searched with what it leaves open.
+    rest = np.hypot(sigmas, [0.5 * way * _PART * sigmas[2]] * 2 + [0.0]) * [1.0, 1.0, _PART]
+    found, most = account.poses[0], -np.inf
+    for turn in np.arange(-3.0, 3.0 + _PART, _PART):
+        guess = compose(compose(account.poses[1], [0.0, 0.0, turn * sigmas[2]]), back)
+        pose, score = locate(sight, others, guess, rest, account.settings.localisation)
+        if score - 0.5 * turn**2 > most:
+            found, most = pose, score - 0.5 * turn**2
+    off = compose(invert(account.poses[0]), found)
+    if math.hypot(off[0], off[1]) > _JOINED[0] or abs(off[2]) > _JOINED[1]:
+        account.poses[1:] = compose(compose(account.poses[0], invert(found)), account.poses[1:])
+        account.features = account.known
 
 
 def _next(account: Account, station: int) -> FloatArray:
@@ -78,8 +113,8 @@ def _catalogue(known: Account) -> Catalogue:
     features = known.refreshed()
     explained = known.explained(features)
     loose = [arc for arc in known.arcs if explained[arc.pings].mean() < 0.5]
-    rows = [each.reflector for each in features]
-    extents = [each.extent for each in features]
+    listed = _listed(features)
+    rows, extents = list(listed.reflectors), list(listed.extents)
     if loose:
         planes = arc_planes(loose, known.soundings, known.model.tabulated())
         for arc, (normal, offset) in zip(loose, planes, strict=True):
@@ -95,3 +130,11 @@ def _catalogue(known: Account) -> Catalogue:
             extents += [(along, along), (0.0, 0.0), (0.0, 0.0)]
     weights = np.concatenate([np.ones(len(features)), np.full(len(rows) - len(features), _LOOSE)])
     return Catalogue(np.array(rows).reshape(-1, 4), weights, np.array(extents).reshape(-1, 2))
+
+
+def _listed(features: Sequence[Hypothesis]) -> Catalogue:
+    return Catalogue(
+        np.array([each.reflector for each in features]).reshape(-1, 4),
+        np.ones(len(features)),
+        np.array([each.extent for each in features]).reshape(-1, 2),
+    )
