@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -126,15 +127,12 @@ class EchoModel:
         Hearing
             What compiled functions read.
         """
-        sines = np.sqrt(np.linspace(0.0, _SQUARED_LIMIT, SQUARED_SINES + 1))
-        gains = np.maximum(-two_way_loss(np.arcsin(sines), self.ka), _BEAM_FLOOR)
         shape = self.walk.values - float(self.walk(self.reference_excess))
         return Hearing(
             figure_of_merit=self.figure_of_merit,
             absorption=self.absorption,
             scale=1.0 + self.range_scale,
-            # Behind the first null lobes come and go with the angle; a sonar is trusted no more there than in the null.
-            beam=np.minimum.accumulate(gains),
+            beam=_main_lobe(self.ka),
             lobes=_lobes(self.ka),
             walk=self.range_offset + self.walk_gain * shape,
         )
@@ -165,6 +163,16 @@ class Hearing(NamedTuple):
     walk: FloatArray
 
 
+# A recording is explained by one beam again and again.
+@lru_cache(maxsize=8)
+def _main_lobe(ka: float) -> FloatArray:
+    """Behind the first null lobes come and go with the angle; a sonar is trusted no more there than in the null."""
+    sines = np.sqrt(np.linspace(0.0, _SQUARED_LIMIT, SQUARED_SINES + 1))
+    gains: FloatArray = np.minimum.accumulate(np.maximum(-two_way_loss(np.arcsin(sines), ka), _BEAM_FLOOR))
+    return gains
+
+
+@lru_cache(maxsize=8)
 def _lobes(ka: float) -> FloatArray:
     sines = np.sqrt(np.linspace(0.0, 1.0, SQUARED_SINES + 1))
     gains = np.maximum(-two_way_loss(np.arcsin(sines), ka), _BEAM_FLOOR)

@@ -1,5 +1,6 @@
 """Multipath: what features are heard as by sound that met more than one of them, or was meant for another ping."""
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
@@ -11,7 +12,6 @@ from echoplan.classification.evidence import UNHEARD
 from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
 from echoplan.classification.hypotheses import Hypothesis, Key
 from echoplan.classification.volleys import Volleys, volleys_over
-from echoplan.geometry import directions, intersections
 from echoplan.preprocessing.soundings import Soundings
 
 __all__ = ["Multipath", "Part"]
@@ -97,7 +97,12 @@ class Multipath:
         return self._once(("mirrored", *wall.key, *other.key), between)
 
     def _of_wall(self, wall: Hypothesis) -> FloatArray | None:
-        return self._once(wall.key, lambda: self._volley_over([wall], [_stretched(wall, None)]))
+        def alone() -> FloatArray:
+            levels = np.full(len(self._soundings.readings), UNHEARD)
+            self._add_volleys(levels, [wall], [_stretched(wall, None)])
+            return levels
+
+        return self._once(wall.key, alone)
 
     def _of_pair(self, wall: Hypothesis, other: Hypothesis) -> FloatArray | None:
         return self._once(
@@ -109,19 +114,22 @@ class Multipath:
         first, second = _reflecting(wall, other)
         pair = (wall.reflector, other.reflector)
         levels = ghosts_of_walls(self._soundings, self._hearing, pair, (first, second), self._noise)
-        np.maximum(levels, self._volley_over([wall, other], [first, second]), out=levels)
-        np.maximum(levels, self._volley_over([other, wall], [second, first]), out=levels)
+        self._add_volleys(levels, [wall, other], [first, second])
+        self._add_volleys(levels, [other, wall], [second, first])
         return levels
 
     def _of_cylinder(self, wall: Hypothesis, cylinder: Hypothesis) -> FloatArray:
         return ghosts_of_cylinder(self._soundings, self._hearing, wall.reflector, cylinder.reflector, self._noise)
 
-    def _volley_over(self, walls: Sequence[Hypothesis], extents: Sequence[FloatArray]) -> FloatArray:
+    def _add_volleys(self, levels: FloatArray, walls: Sequence[Hypothesis], extents: Sequence[FloatArray]) -> None:
+        """Raise levels to what volleys over some walls explain, in the order in which the sound strikes them."""
         reflectors = np.array([each.reflector for each in walls])
         key = tuple(reflectors.ravel().tolist())
         if key not in self._volleys:
             self._volleys[key] = volleys_over(self._soundings, self._hearing, reflectors, self._noise)
-        return self._volleys[key].within(np.array(extents), len(self._soundings.readings))
+        volleys = self._volleys[key]
+        if len(volleys.pings):
+            np.maximum(levels, volleys.within(np.array(extents), len(levels)), out=levels)
 
     def _once(self, key: Key, explain: Callable[[], FloatArray]) -> FloatArray | None:
         if key not in self._known:
@@ -147,17 +155,20 @@ def _listeners(feature: Hypothesis) -> int:
 
 def _reflecting(wall: Hypothesis, other: Hypothesis) -> tuple[FloatArray, FloatArray]:
     """Where two walls may reflect: as far as they were heard and a little more, or up to where they meet."""
-    if abs(np.sin(wall.line[0] - other.line[0])) < _PARALLEL:
+    (angle, offset), (turned, beyond) = wall.line.tolist(), other.line.tolist()
+    across = math.sin(turned - angle)
+    if abs(across) < _PARALLEL:
         return _stretched(wall, None), _stretched(other, None)
-    meeting = intersections(wall.line, other.line)
-    return _stretched(wall, meeting), _stretched(other, meeting)
+    # The crossing lies on both lines: along each, as far as the other's offset less its own, turned, leaves over.
+    along = math.cos(turned - angle)
+    return (
+        _stretched(wall, (beyond - offset * along) / across),
+        _stretched(other, (beyond * along - offset) / across),
+    )
 
 
-def _stretched(wall: Hypothesis, meeting_xy: FloatArray | None) -> FloatArray:
+def _stretched(wall: Hypothesis, place: float | None) -> FloatArray:
     low, high = wall.extent
-    if meeting_xy is None:
-        return np.array([low - _STRETCH, high + _STRETCH])
-    place = float(meeting_xy @ directions(wall.line[0] + np.pi / 2))
-    if max(low - place, place - high) > _TO_CROSSING:
+    if place is None or max(low - place, place - high) > _TO_CROSSING:
         return np.array([low - _STRETCH, high + _STRETCH])
     return np.array([min(low - _STRETCH, place - 0.05), max(high + _STRETCH, place + 0.05)])

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from echoplan.classification.hypotheses import Hypothesis
-from echoplan.geometry import directions, wrap
+from echoplan.geometry import directions
 
 __all__ = ["CopySettings", "are_copies", "without_copies"]
 
@@ -59,7 +59,7 @@ def are_copies(one: Hypothesis, other: Hypothesis, settings: CopySettings) -> bo
     """
     if not (one.is_wall and other.is_wall):
         return False
-    if abs(float(wrap(one.line[0] - other.line[0]))) > settings.turn:
+    if abs(math.remainder(one.line[0] - other.line[0], math.tau)) > settings.turn:
         return False
     beside = min(_beside(one, other), _beside(other, one))
     apart = max(one.extent[0] - other.extent[1], other.extent[0] - one.extent[1])
