@@ -13,7 +13,6 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -32,8 +31,6 @@ from echoplan.simulation import Simulation
 from rooms import is_oblique, random_simulation  # type: ignore[import-not-found]
 
 ROOMS = 100
-# Rooms that are sounded from ever more stations.
-CROWDED, STATIONS = (0, 1), (14, 28, 50, 100, 200)
 # Borders between classes of confidence.
 CONFIDENCES = (0.0, 0.5, 0.9, 0.99, 0.999, 1.0)
 # Numbers of the sonar, and what turns them into units that are easily read.
@@ -74,12 +71,10 @@ class Outcome:
 def main() -> None:
     """Map all rooms and print what came of them."""
     arguments = parse()
-    crowded = list(product(CROWDED, STATIONS))
     with ProcessPoolExecutor() as workers:
         runs = workers.map(partial(run, poses=arguments.poses), range(arguments.rooms))
         outcomes = list(tracked(runs, total=arguments.rooms, task="mapping"))
-        times = list(tracked(workers.map(crowd, crowded), total=len(crowded), task="crowding"))
-    for table in (*tables(outcomes), duration_table(outcomes), crowd_table(times)):
+    for table in (*tables(outcomes), duration_table(outcomes)):
         show(table)
     if arguments.save:
         arguments.save.write_text(json.dumps(document(outcomes)) + "\n", encoding="utf-8")
@@ -138,15 +133,6 @@ def learned_of(feature_map: FeatureMap, simulation: Simulation) -> dict[str, tup
     found: Any = feature_map.parameters["found"]
     true = {"range_scale": true_scale(simulation), "servo_latency": simulation.settings.servo_latency}
     return {name: (found[name]["value"] - true.get(name, 0.0), found[name]["sigma"]) for name in LEARNED}
-
-
-def crowd(case: tuple[int, int]) -> tuple[int, int, float, Evaluation]:
-    """Map a room from so many stations: stations, pings, seconds of the processor, and the map's scores."""
-    seed, stations = case
-    simulation = random_simulation(seed, stations=stations)
-    sweeps = tuple(simulation)
-    feature_map, seconds = mapped(simulation, sweeps, PoseMode.TRUST)
-    return stations, sum(map(len, sweeps)), seconds, evaluate(feature_map, simulation.truth)
 
 
 def tables(outcomes: Sequence[Outcome]) -> list[Table]:
@@ -284,22 +270,6 @@ def duration_table(outcomes: Sequence[Outcome]) -> Table:
         title="Seconds of the processor",
         columns=("median room", "95th percentile", "median per thousand pings"),
         rows=(tuple(f"{value:.2f}" for value in values),),
-    )
-
-
-def crowd_table(times: Sequence[tuple[int, int, float, Evaluation]]) -> Table:
-    """Tell how time grows with the number of stations in the same rooms."""
-    rows = []
-    for count in STATIONS:
-        group = [each for each in times if each[0] == count]
-        pings, seconds = (float(np.mean([each[column] for each in group])) for column in (1, 2))
-        walls = pool((each[3] for each in group), rng=np.random.default_rng(0)).classes[FeatureClass.WALL].tally
-        cells = (f"{seconds:.1f}", f"{1000 * seconds / pings:.2f}", f"{walls.recall:.0%}", f"{walls.precision:.0%}")
-        rows.append((str(count), f"{pings:.0f}", *cells))
-    return Table(
-        title=f"Time against stations, poses trusted, mean of rooms {', '.join(map(str, CROWDED))}",
-        columns=("stations", "pings", "seconds", "per thousand pings", "wall recall", "wall precision"),
-        rows=tuple(rows),
     )
 
 

@@ -17,6 +17,9 @@ BENCHMARKS = (
     "paper_room.py",
     "joint.py",
     "joint.py --poses trust",
+    "pace.py",
+    "poses.py",
+    "poses.py --noisy",
 )
 RECORDINGS = "recordings.py"
 
