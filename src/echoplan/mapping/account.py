@@ -164,6 +164,12 @@ class Account:
         self.adjust(self.noise, beliefs)
         self.judge(self.noise)
 
+    def stay(self, poses: FloatArray) -> None:
+        """Explain everything from certain poses by the features that are known."""
+        self.poses, self.soundings = poses, displaced(self.recorded, self.given, poses)
+        self.adjust(self.noise)
+        self.judge(self.noise)
+
     def settle(self, beliefs: PoseBeliefs) -> None:
         """Explain everything from poses that are nearly right, learn the sonar, and refine all together."""
         self.noise, self.soundings = self.settings.first_noise, displaced(self.recorded, self.given, self.poses)

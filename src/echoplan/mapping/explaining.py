@@ -35,13 +35,27 @@ def explained(account: Account) -> Account:
     if account.memory.course is Course.TRACKED:
         return _tracked(account, account.memory.verdict)
     if mode is PoseMode.CORRECT:
-        return _tracked(account, "corrected, as asked for")
+        return _asked(account)
     if account.memory.is_empty:
         account.glance()
         if mode is PoseMode.AUTO and is_torn(account):
             return _tracked(account, "corrected: from the poses as recorded most walls were there twice")
     account.explain()
     return account if mode is PoseMode.TRUST else _reconsidered(account)
+
+
+def _asked(account: Account) -> Account:
+    """Correct poses, unless the same features explain as much from the poses as recorded: then these were right."""
+    tracked = _tracked(copy.copy(account), "corrected, as asked for")
+    still = copy.copy(tracked)
+    still.stay(account.poses)
+    if evidence(tracked) > evidence(still) or not agrees(still):
+        return tracked
+    if account.memory.is_empty:
+        account.glance()
+    account.explain()
+    account.verdict = "corrected, as asked for, by nothing: the echoes agree as well from the poses as recorded"
+    return account
 
 
 def _tracked(account: Account, verdict: str) -> Account:

@@ -116,6 +116,22 @@ def test_drift_is_corrected_without_being_asked_and_exact_poses_are_trusted() ->
     assert right.poses == pytest.approx(WAY)
 
 
+def test_asked_to_correct_exact_poses_it_does_no_harm() -> None:
+    asked = explained(account_of(None, poses=PoseMode.CORRECT))
+    assert asked.course is Course.TRUSTED
+    assert asked.poses == pytest.approx(WAY)
+    assert asked.verdict.startswith("corrected, as asked for, by nothing")
+    right = trusted(odometry=None)
+    assert [each.key for each in asked.features] == [each.key for each in right.features]
+
+
+def test_asked_to_correct_drift_it_does() -> None:
+    asked = explained(account_of(LOST, poses=PoseMode.CORRECT))
+    assert asked.course is Course.TRACKED
+    assert asked.verdict == "corrected, as asked for"
+    assert np.hypot(*(asked.poses - WAY)[:, :2].T).max() < 0.02
+
+
 def test_more_poses_than_anybody_sets_by_hand_are_odometry_when_echoes_disagree() -> None:
     # Nothing agrees as well as is asked for here.
     few = explained(account_of(LOST, agreement=1.0, torn=1.0))
