@@ -76,6 +76,9 @@ def is_doubtful(account: Account) -> bool:
     """
     if not agrees(account) or account.adjusted is None:
         return True
+    if not account.memory.is_empty:
+        # What was trusted so far is doubted again only if pings do not agree.
+        return False
     owners, left = account.adjusted.owners, account.adjusted.residuals
     common = intraclass_correlation(account.soundings, owners, left, noise=account.noise)
     return common > account.settings.shared_error
