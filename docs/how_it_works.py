@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PICTURES = Path(__file__).parent / "pictures"
+ROUND = np.linspace(0.0, 2 * np.pi, 49)
 MEASURED = PICTURES / "joint.json"
 ROOMS = Path(__file__).parents[1] / "benchmarks" / "rooms.py"
 # An oblique L with a box and cylinders.
@@ -124,6 +125,9 @@ def drift() -> None:
         axes.plot(*truth.poses[:, :2].T, color=TRUTH, linewidth=0.8)
         for wall in found.walls:
             axes.plot(*wall.endpoints_xy.T, color=WALL, linewidth=1.4)
+        around = np.column_stack([np.cos(ROUND), np.sin(ROUND)])
+        for cylinder in found.cylinders:
+            axes.plot(*(cylinder.center_xy + cylinder.radius * around).T, color=WALL, linewidth=1.4)
         axes.plot(*found.poses[:, :2].T, "o-", color=CORNER, markersize=2.5, linewidth=0.8)
         dress_map(axes)
         letter(axes, words)
