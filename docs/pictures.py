@@ -61,7 +61,7 @@ def methods_side_by_side() -> None:
 
 
 def drifting_odometry() -> None:
-    """Map one room from poses that drift, by a method that believes them and by one that corrects them."""
+    """Map one room from poses that drift, by a method that believes them and by two that correct them."""
     noise = OdometryNoise(along=0.02, lateral=0.02, yaw_per_metre=0.035, yaw_per_radian=0.035)
     simulation = Simulation(
         world=builtin_world("paper-room"),
@@ -71,8 +71,8 @@ def drifting_odometry() -> None:
         seed=1,
     )
     sweeps = tuple(simulation)
-    figure, panels = _panels(2, columns=2)
-    for panel, name in zip(panels, ("mdp-fuzzy", "salient-ekf"), strict=True):
+    figure, panels = _panels(3, columns=3)
+    for panel, name in zip(panels, ("mdp-fuzzy", "salient-ekf", "joint"), strict=True):
         _draw_map(panel, map_sweeps(METHODS[name].build(simulation.rig), sweeps), simulation.truth)
         panel.plot(*simulation.truth.poses[:, :2].T, "x", color="black", markersize=3)
         panel.set_title(name, fontsize=8)
