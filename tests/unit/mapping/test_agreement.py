@@ -134,7 +134,7 @@ def test_asked_to_correct_drift_it_does() -> None:
 
 def test_more_poses_than_anybody_sets_by_hand_are_odometry_when_echoes_disagree() -> None:
     # Nothing agrees as well as is asked for here.
-    few = explained(account_of(LOST, agreement=1.0, torn=1.0))
-    many = explained(account_of(LOST, agreement=1.0, torn=1.0, by_hand=5))
+    few = explained(account_of(LOST, agreement=1.0, torn=1.0).until(4))
+    many = explained(account_of(LOST, agreement=1.0, torn=1.0, by_hand=3).until(4))
     assert few.course is not Course.TRACKED
     assert many.course is Course.TRACKED
