@@ -129,6 +129,9 @@ class Table:
             raise InputError(self.path, "it holds a header but no rows", remedy="record again")
 
     def _parse(self, lines: list[str], first: int) -> NDArray[np.void]:
+        if not all(map(str.isascii, lines)):
+            # NumPy's reader may crash on other characters, and nothing but the names of sensors may hold them.
+            return self._parse_carefully(lines, first)
         with suppress(ValueError):
             return self._parse_plain(lines)
         with suppress(ValueError):

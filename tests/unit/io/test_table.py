@@ -109,3 +109,15 @@ def test_bytes_that_are_no_utf8_are_told_with_their_line(tmp_path: Path) -> None
     path.write_bytes(b"id,x,range\n1,2,3\n\xff,2,3\n")
     with pytest.raises(InputError, match=r"line 3: it is no UTF-8 text"):
         list(Table.open(path, COLUMNS, optional=["t"]))
+
+
+def test_characters_on_which_a_fast_reader_may_crash_never_reach_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def crash(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(np, "loadtxt", crash)
+    assert read(tmp_path, "id,note,x,range\n1,hé,2,3\n") == [(1, 2.0, 3.0)]
+    with pytest.raises(InputError, match="range"):
+        read(tmp_path, "id,x,range\n1,2,3é\n")
