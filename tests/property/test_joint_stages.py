@@ -180,7 +180,6 @@ def test_no_place_or_direction_changes_a_ghost(pose: tuple[float, float, float])
         assert there == pytest.approx(here, abs=1e-4)
 
 
-@settings(max_examples=50)
 @given(SEEDS)
 def test_the_order_of_two_walls_does_not_change_their_ghosts(seed: int) -> None:
     first, second = some_reflector(Kind.WALL, seed), some_reflector(Kind.WALL, seed + 1)
