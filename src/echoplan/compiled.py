@@ -3,12 +3,14 @@
 Importing this module imports numba, which takes its time: import what uses it where it is used.
 """
 
+import logging
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import numba
+from numba.core import event
 from numba.core.caching import FunctionCache
 
 __all__ = ["compiled"]
@@ -45,6 +47,25 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
         fast._cache = _PackageCache(function)  # type: ignore[no-untyped-call]  # noqa: SLF001
     kept: Callable[P, R] = fast
     return kept
+
+
+@cache
+def _tell_once() -> None:
+    logging.getLogger("echoplan").info("Compiling, once after each installation: up to a minute.")
+
+
+class _Notice(event.Listener):
+    """Tells the log when the first function is compiled, for it keeps people waiting."""
+
+    def on_start(self, event: Any) -> None:  # noqa: ARG002 - numba says what is compiled
+        """Tell it, unless it was told before."""
+        _tell_once()
+
+    def on_end(self, event: Any) -> None:
+        """Leave the end unsaid."""
+
+
+event.register("numba:compile", _Notice())  # type: ignore[no-untyped-call]
 
 
 class _PackageCache(FunctionCache):

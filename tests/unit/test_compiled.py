@@ -29,6 +29,14 @@ def test_dividing_by_nothing_is_infinite() -> None:
     assert inverse(0.0) == np.inf
 
 
+def test_that_it_compiles_is_told_once(caplog: pytest.LogCaptureFixture) -> None:
+    module._tell_once.cache_clear()
+    with caplog.at_level("INFO", logger="echoplan"):
+        for number in range(2):
+            compiled(lambda x: x + number)(1.0)  # noqa: B023 - called at once
+    assert [record.message[:9] for record in caplog.records] == ["Compiling"]
+
+
 def test_the_machine_code_is_kept_and_renewed_when_any_file_of_the_package_changes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

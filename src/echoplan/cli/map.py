@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from echoplan.cli.results import RESULTS, Results, say_what_was_found, write_results
-from echoplan.cli.terminal import Progressing
+from echoplan.cli.terminal import Progressing, busy
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -29,7 +29,7 @@ def run(
     """
     from echoplan.config import Run, read_config  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.io import check_folder  # noqa: PLC0415
-    from echoplan.methods import find_method, grid_of, map_sweeps, observations_of  # noqa: PLC0415
+    from echoplan.methods import find_method, grid_of, observations_of  # noqa: PLC0415
     from echoplan.sources import find_truth, open_source  # noqa: PLC0415
     from echoplan.viewer import EchoListener, Plan  # noqa: PLC0415
 
@@ -40,7 +40,10 @@ def run(
     check_folder(out, RESULTS)
     opened = open_source(source)
     mapper, listener = chosen.build(opened.rig, settings), EchoListener(opened.rig)
-    feature_map = map_sweeps(mapper, listener.listen(Progressing(opened, "mapping")))
+    for sweep in listener.listen(Progressing(opened, "mapping")):
+        mapper.add(sweep)
+    with busy("putting the map together"):
+        feature_map = mapper.result()
     plan = Plan(
         feature_map=feature_map,
         truth=find_truth(source, opened),

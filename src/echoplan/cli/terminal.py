@@ -1,7 +1,8 @@
 """What the commands have in common on the terminal: progress, tables, and where results went."""
 
+import logging
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from echoplan.model import Rig, Source, Sweep, Table
 
 
-__all__ = ["Progressing", "put", "report_files", "show", "tracked"]
+__all__ = ["Progressing", "busy", "put", "report_files", "show", "tracked"]
 
 Item = TypeVar("Item")
 
@@ -126,8 +127,47 @@ def tracked(items: Iterable[Item], *, total: int, task: str) -> Iterator[Item]:
     """
     stderr = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=stderr, transient=True, disable=not stderr.is_terminal) as progress:
+    progress = Progress(*columns, console=stderr, transient=True, disable=not stderr.is_terminal)
+    with _logging_to(stderr), progress:
         yield from progress.track(items, total=total, description=task)
+
+
+@contextmanager
+def busy(task: str) -> Iterator[None]:
+    """Show on standard error, if that is a terminal, that something is being done whose end nobody can tell.
+
+    Parameters
+    ----------
+    task : str
+        What is being done.
+    """
+    stderr = Console(stderr=True)
+    with _logging_to(stderr), stderr.status(task):
+        yield
+
+
+class _Printer(logging.Handler):
+    """Prints above a bar what is logged."""
+
+    def __init__(self, console: Console) -> None:
+        super().__init__(logging.INFO)
+        self.console = console
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print a message."""
+        self.console.print(record.getMessage(), highlight=False, markup=False)
+
+
+@contextmanager
+def _logging_to(console: Console) -> Iterator[None]:
+    logger, printer = logging.getLogger("echoplan"), _Printer(console)
+    if console.is_terminal:
+        logger.setLevel(logging.INFO)
+        logger.addHandler(printer)
+    try:
+        yield
+    finally:
+        logger.removeHandler(printer)
 
 
 def report_files(folder: Path, names: Iterable[str]) -> None:

@@ -1,3 +1,4 @@
+import logging
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -5,7 +6,7 @@ import numpy as np
 import pytest
 
 import scenes
-from echoplan.cli.terminal import Progressing, put, report_files, show, tracked
+from echoplan.cli.terminal import Progressing, busy, put, report_files, show, tracked
 from echoplan.model import Recording, Table
 
 
@@ -61,3 +62,23 @@ def test_a_table_has_its_names_to_the_left_and_its_numbers_to_the_right(capsys: 
 def test_files_are_reported_with_their_folder(capsys: pytest.CaptureFixture[str]) -> None:
     report_files(Path("out"), ["map.json", "map.svg"])
     assert capsys.readouterr().out == "Written to out: map.json, map.svg\n"
+
+
+def test_a_terminal_shows_what_is_being_done_and_what_is_told_meanwhile(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    with busy("thinking"):
+        logging.getLogger("echoplan").info("Compiling [once]")
+    logging.getLogger("echoplan").info("too late")
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert "thinking" in shown.err
+    assert "Compiling [once]" in shown.err
+    assert "too late" not in shown.err
+
+
+def test_a_pipe_is_shown_nothing_of_what_is_being_done(capsys: pytest.CaptureFixture[str]) -> None:
+    with busy("thinking"):
+        logging.getLogger("echoplan").info("Compiling")
+    assert capsys.readouterr() == ("", "")
