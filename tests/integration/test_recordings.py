@@ -1,12 +1,15 @@
 """Recordings that others made are read, and survive a round trip, to the last bit."""
 
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from echoplan.io import read_recording, read_truth, write_recording, write_truth
+from echoplan.mapping.settings import PoseMode
 from echoplan.methods import METHODS, map_sweeps
+from echoplan.methods.joint import JointSettings
 from echoplan.model import Recording, Rig, Sensor, Sweep
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
@@ -52,6 +55,19 @@ def test_every_method_maps_what_others_recorded(name: str, method: str) -> None:
     assert len(found.poses) == len(list(recording))
     assert np.isfinite(found.poses).all()
     assert all(np.isfinite([wall.normal_angle, wall.offset]).all() for wall in found.walls)
+
+
+def test_along_a_corridor_only_odometry_tells_the_place() -> None:
+    if not (DATA / "corridor").is_dir():
+        pytest.skip("the recording corridor is not here")
+    recording = read_recording(DATA / "corridor")
+    mapper = METHODS["joint"].build(recording.rig, JointSettings(poses=PoseMode.CORRECT))
+    found = map_sweeps(mapper, islice(recording, 100)).parameters["found"]
+    assert isinstance(found, dict)
+    assert found["undetermined"]
+    for way in found["undetermined"]:
+        assert way["direction"] == pytest.approx(0.0, abs=0.1)
+        assert way["along"] > 3 * way["across"]
 
 
 def test_a_recording_is_what_its_rows_say(folder: Path) -> None:

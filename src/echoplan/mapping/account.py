@@ -16,6 +16,7 @@ from echoplan.extraction.arcs import find_arcs
 from echoplan.mapping.adjustment import Adjusted, Beliefs, Features, adjust
 from echoplan.mapping.certainty import (
     Undetermined,
+    covariances_between_walls,
     pose_covariances,
     reckoned_covariances,
     undetermined,
@@ -313,9 +314,10 @@ class Account:
 
     def undetermined(self) -> tuple[Undetermined, ...]:
         """Tell where nothing but odometry fixes a position one way."""
-        if self.believed is None or not self.believed.relative:
+        if self.believed is None or not self.believed.relative or self.adjusted is None:
             return ()
-        return undetermined(self.pose_covariances(), self.reckoned(), self.settings.certainty)
+        between = covariances_between_walls(self.adjusted)
+        return undetermined(self.pose_covariances(), between, self.reckoned(), self.settings.certainty)
 
     def reckoned(self) -> FloatArray:
         """Add up what odometry leaves open of each position since the first station of all."""

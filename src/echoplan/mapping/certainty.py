@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from pydantic import BaseModel, Field
 
+from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray
 from echoplan.geometry import wrap
 from echoplan.mapping.adjustment import Adjusted
@@ -15,6 +16,7 @@ __all__ = [
     "CertaintySettings",
     "Undetermined",
     "carried_covariances",
+    "covariances_between_walls",
     "pose_covariances",
     "reckoned_covariances",
     "undetermined",
@@ -24,7 +26,7 @@ __all__ = [
 class CertaintySettings(BaseModel, frozen=True, extra="forbid"):
     """When echoes determine a pose."""
 
-    narrowed: float = Field(default=0.5, gt=0.0, le=1.0, description="share of odometry's deviation that must go")
+    left: float = Field(default=1 / 3, gt=0.0, le=1.0, description="share of odometry's deviation that may be left")
     elongated: float = Field(default=3.0, ge=1.0, description="long axis of an ellipse over its short one")
     least: float = Field(default=0.01, ge=0.0, description="deviation from which on it is worth telling [m]")
 
@@ -40,7 +42,7 @@ class Undetermined:
     direction : float
         Which way, at the worst of them, modulo half a turn [rad].
     along, across : float
-        Standard deviations that way and across it there [m].
+        Standard deviations that way, and between the walls, there [m].
     """
 
     first: int
@@ -81,9 +83,42 @@ def pose_covariances(adjusted: Adjusted) -> FloatArray:
     ndarray, shape (s, 3, 3)
         Of each pose [m, m, rad]; of shape (0, 3, 3) where poses were trusted.
     """
-    first, count = adjusted.unknowns.pose, adjusted.unknowns.poses
-    places = first + 3 * np.arange(count)[:, None] + np.arange(3)
-    blocks = adjusted.covariance[places[:, :, None], places[:, None, :]]
+    poses = _poses(adjusted)
+    return _blocks(adjusted.covariance[poses, poses])
+
+
+def covariances_between_walls(adjusted: Adjusted) -> FloatArray:
+    """Take the covariances of the poses as if the walls were known.
+
+    The frame is the first pose, and a single station hears badly which way it faces: seen from there all that is far
+    away is uncertain sideways, by one turn of everything.  What echoes fix is the place between the walls: the
+    covariance given these, ``P - C W^-1 C'`` with that of the walls ``W`` and that of poses with walls ``C``.
+
+    Parameters
+    ----------
+    adjusted : Adjusted
+        Features, sonar and poses.
+
+    Returns
+    -------
+    ndarray, shape (s, 3, 3)
+        Of each pose [m, m, rad]; of shape (0, 3, 3) where poses were trusted.
+    """
+    unknowns, poses = adjusted.unknowns, _poses(adjusted)
+    walls = (unknowns.starts[unknowns.kinds == Kind.WALL][:, None] + np.arange(2)).ravel()
+    with_walls = adjusted.covariance[poses, walls]
+    told = with_walls @ np.linalg.solve(adjusted.covariance[np.ix_(walls, walls)], with_walls.T)
+    return _blocks(adjusted.covariance[poses, poses] - told)
+
+
+def _poses(adjusted: Adjusted) -> slice:
+    first = adjusted.unknowns.pose
+    return slice(first, first + 3 * adjusted.unknowns.poses)
+
+
+def _blocks(covariance: FloatArray) -> FloatArray:
+    count = len(covariance) // 3
+    blocks = covariance.reshape(count, 3, count, 3)[np.arange(count), :, np.arange(count)]
     symmetric: FloatArray = 0.5 * (blocks + blocks.transpose(0, 2, 1))
     return symmetric
 
@@ -141,14 +176,16 @@ def reckoned_covariances(beliefs: PoseBeliefs, poses: FloatArray) -> FloatArray:
 
 
 def undetermined(
-    covariances: FloatArray, reckoned: FloatArray, settings: CertaintySettings
+    covariances: FloatArray, between: FloatArray, reckoned: FloatArray, settings: CertaintySettings
 ) -> tuple[Undetermined, ...]:
-    """Find where echoes fix a position one way, and nothing but odometry does so the other way: in a corridor.
+    """Find where echoes fix a position one way, and hardly anything but odometry does so the other way: in a corridor.
 
     Parameters
     ----------
     covariances : ndarray, shape (s, 3, 3)
         Of corrected poses [m, m, rad].
+    between : ndarray, shape (s, 3, 3)
+        Of the same poses as if the walls were known.
     reckoned : ndarray, shape (s, 3, 3)
         Of the same poses by odometry alone, with the heading known: that is what walls tell in any case.
     settings : CertaintySettings
@@ -159,19 +196,23 @@ def undetermined(
     tuple of Undetermined
         One for each row of stations.
     """
-    variances, vectors = np.linalg.eigh(covariances[:, :2, :2])
-    sigmas = np.sqrt(np.maximum(variances, 0.0))
+    variances, vectors = np.linalg.eigh(between[:, :2, :2])
+    across, along_walls = np.sqrt(np.maximum(variances, 0.0)).T
     longest = vectors[:, :, 1]
-    alone = np.sqrt(np.einsum("ki,kij,kj->k", longest, reckoned[:, :2, :2], longest))
-    open_ = sigmas[:, 1] > np.maximum(settings.narrowed * alone, settings.elongated * sigmas[:, 0])
-    open_ &= sigmas[:, 1] > settings.least
+    along, alone = (_deviations(each, longest) for each in (covariances, reckoned))
+    open_ = (along_walls > settings.elongated * across) & (along > settings.left * alone) & (along > settings.least)
     # The first pose is the frame: it is known by decree.
     open_[:1] = False
     edges = np.flatnonzero(np.diff(np.concatenate([[False], open_, [False]]).astype(np.int64)))
     found = []
     for first, end in edges.reshape(-1, 2).tolist():
-        worst = first + int(np.argmax(sigmas[first:end, 1]))
+        worst = first + int(np.argmax(along[first:end]))
         angle = float(wrap(2 * np.arctan2(longest[worst, 1], longest[worst, 0]))) / 2
-        across, along = sigmas[worst].tolist()
-        found.append(Undetermined(first=first, last=end - 1, direction=angle, along=along, across=across))
+        deviations = {"along": float(along[worst]), "across": float(across[worst])}
+        found.append(Undetermined(first=first, last=end - 1, direction=angle, **deviations))
     return tuple(found)
+
+
+def _deviations(covariances: FloatArray, directions: FloatArray) -> FloatArray:
+    deviations: FloatArray = np.sqrt(np.einsum("ki,kij,kj->k", directions, covariances[:, :2, :2], directions))
+    return deviations

@@ -53,7 +53,7 @@ def _open_way(found: Mapping[str, Any]) -> str:
     along, across = (1000 * float(found[name]) for name in ("along", "across"))
     return (
         f"the position along {direction:.0f}\N{DEGREE SIGN} from sweep {found['first']} to {found['last']}: only "
-        f"odometry tells it, to \N{PLUS-MINUS SIGN} {along:.0f} mm at worst, {across:.0f} mm across"
+        f"odometry tells it, to \N{PLUS-MINUS SIGN} {along:.0f} mm at worst, {across:.0f} mm between the walls"
     )
 
 

@@ -3,16 +3,24 @@
 import numpy as np
 import pytest
 
+import scenes
+from echoplan.acoustics import typical_transducer
+from echoplan.acoustics.expectation import EchoModel, Kind
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, invert
+from echoplan.mapping.adjustment import Adjusted
 from echoplan.mapping.certainty import (
     CertaintySettings,
+    Undetermined,
     carried_covariances,
+    covariances_between_walls,
+    pose_covariances,
     reckoned_covariances,
     undetermined,
 )
 from echoplan.mapping.poses import PoseBeliefs, PoseSettings, odometry_beliefs, pose_rows
 from echoplan.mapping.rows import normal_equations
+from echoplan.mapping.unknowns import SONAR_UNKNOWNS, Unknowns
 from echoplan.preprocessing.stations import Stations
 
 WAY = np.column_stack([np.linspace(0.0, 5.0, 11), np.zeros(11), np.full(11, 0.2)])
@@ -36,6 +44,11 @@ def certain(heard: FloatArray, beliefs: PoseBeliefs = BELIEFS) -> FloatArray:
     return np.array([covariance[k : k + 3, k : k + 3] for k in range(0, 33, 3)])
 
 
+def found_open(covariances: FloatArray, alone: FloatArray) -> tuple[Undetermined, ...]:
+    """Ask where walls, known from elsewhere, leave a way open."""
+    return undetermined(covariances, covariances, alone, SETTINGS)
+
+
 def test_odometry_alone_adds_up_as_its_factors_do() -> None:
     way = np.array([[0.0, 0, 0], [1.0, 0, 0.5], [1.5, 0.8, 1.6], [1.4, 1.9, 3.0]])
     beliefs = odometry_beliefs(way, PoseSettings())
@@ -47,7 +60,7 @@ def test_odometry_alone_adds_up_as_its_factors_do() -> None:
 
 @pytest.mark.parametrize("turn", [0.0, 0.7, -1.2])
 def test_a_corridor_leaves_the_way_along_it_to_odometry(turn: float) -> None:
-    (found,) = undetermined(certain(corridor(turn)), ALONE, SETTINGS)
+    (found,) = found_open(certain(corridor(turn)), ALONE)
     assert found.direction == pytest.approx(turn, abs=0.05)
     assert found.along > 3 * found.across
     assert found.across < 0.004
@@ -57,19 +70,19 @@ def test_a_corridor_leaves_the_way_along_it_to_odometry(turn: float) -> None:
 def test_a_corner_ends_it() -> None:
     heard = corridor(0.0)
     heard[6:] += np.diag([1 / 0.003**2, 0.0, 0.0])
-    found = undetermined(certain(heard), ALONE, SETTINGS)
+    found = found_open(certain(heard), ALONE)
     # Odometry tells the last stations before the corner from the other side.
     assert not found or found[0].last < 6
 
 
 def test_a_room_leaves_nothing_open() -> None:
     heard = corridor(0.0) + np.diag([1 / 0.003**2, 0.0, 0.0])
-    assert undetermined(certain(heard), ALONE, SETTINGS) == ()
+    assert found_open(certain(heard), ALONE) == ()
 
 
 def test_good_odometry_that_echoes_do_not_improve_is_no_open_way() -> None:
     sure = BELIEFS._replace(sigmas=1e-3 * BELIEFS.sigmas)
-    assert undetermined(certain(corridor(0.0), sure), reckoned_covariances(sure, WAY), SETTINGS) == ()
+    assert found_open(certain(corridor(0.0), sure), reckoned_covariances(sure, WAY)) == ()
 
 
 def test_sweeps_stand_where_their_station_turns_them() -> None:
@@ -97,7 +110,48 @@ def test_trusted_poses_have_none() -> None:
 
 def test_an_open_way_is_told_by_sweeps() -> None:
     stations = Stations(np.array([0, 0, 1, 2, 2, 3]), np.zeros((4, 3)))
-    (found,) = undetermined(certain(corridor(0.0)), ALONE, SETTINGS)
+    (found,) = found_open(certain(corridor(0.0)), ALONE)
     told = found.at_sweeps(stations, np.array([3, 4, 5, 7, 8, 9]))
     assert (told["first"], told["last"]) == (5, 9)
     assert told["along"] == found.along
+
+
+def adjusted(kinds: list[Kind], information: FloatArray) -> Adjusted:
+    unknowns = Unknowns(kinds=np.array(kinds, dtype=np.int64), poses=2)
+    nothing = np.zeros(0)
+    return Adjusted(
+        reflectors=np.zeros((len(kinds), 4)),
+        model=EchoModel.of(typical_transducer(scenes.rig().sensors[0])),
+        latency=0.0,
+        poses=np.zeros((2, 3)),
+        unknowns=unknowns,
+        covariance=np.linalg.inv(information).astype(np.float64),
+        owners=nothing.astype(np.int64),
+        residuals=nothing,
+        excesses=nothing,
+    )
+
+
+def test_between_walls_these_are_no_unknowns() -> None:
+    kinds = [Kind.WALL, Kind.CYLINDER, Kind.WALL]
+    size = 2 + 3 + 2 + len(SONAR_UNKNOWNS) + 6
+    root = np.random.default_rng(1).normal(size=(size, 2 * size))
+    information = root @ root.T
+    rest = [2, 3, 4, *range(7, size)]
+    covariance = np.linalg.inv(information[np.ix_(rest, rest)])
+    expected = [covariance[-6:-3, -6:-3], covariance[-3:, -3:]]
+    assert covariances_between_walls(adjusted(kinds, information)) == pytest.approx(np.array(expected))
+
+
+def test_where_there_are_no_walls_nothing_is_between_them() -> None:
+    alone = adjusted([Kind.CYLINDER], np.diag(np.arange(1.0, 14.0)))
+    np.testing.assert_array_equal(covariances_between_walls(alone), pose_covariances(alone))
+
+
+def test_a_frame_that_may_be_askew_does_not_hide_which_way_is_open() -> None:
+    # All poses turned together about the first one: sideways by the distance, which no odometry tells.
+    askew = np.array([np.diag([0.0, (0.01 * pose[0]) ** 2, 0.0]) for pose in WAY])
+    between = certain(corridor(0.0))
+    (found,) = undetermined(between + askew, between, ALONE, SETTINGS)
+    assert found.direction == pytest.approx(0.0, abs=0.05)
+    assert found.along > 3 * found.across

@@ -36,7 +36,7 @@ def test_it_is_said_where_a_recording_leaves_the_way_open() -> None:
     way = {"first": 3, "last": 90, "direction": 0.5236, "along": 0.121, "across": 0.009}
     assert told(undetermined=[way])["Not determined"] == (
         "the position along 30\N{DEGREE SIGN} from sweep 3 to 90: only odometry tells it, "
-        "to \N{PLUS-MINUS SIGN} 121 mm at worst, 9 mm across"
+        "to \N{PLUS-MINUS SIGN} 121 mm at worst, 9 mm between the walls"
     )
     assert "Not determined" not in told(undetermined=[])
 
