@@ -9,7 +9,12 @@ from echoplan.cli.results import RESULTS, Results, say_what_was_found, write_res
 from echoplan.cli.terminal import Progressing, busy
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from pydantic import BaseModel
+
+    from echoplan.methods import Mapper
+    from echoplan.model import FeatureMap, Sweep
 
 __all__ = ["run"]
 
@@ -40,12 +45,8 @@ def run(
     check_folder(out, RESULTS)
     opened = open_source(source)
     mapper, listener = chosen.build(opened.rig, settings), EchoListener(opened.rig)
-    for sweep in listener.listen(Progressing(opened, "mapping")):
-        mapper.add(sweep)
-    with busy("putting the map together"):
-        feature_map = mapper.result()
     plan = Plan(
-        feature_map=feature_map,
+        feature_map=_map_of(mapper, listener.listen(Progressing(opened, "mapping"))),
         truth=find_truth(source, opened),
         heard=observations_of(mapper),
         echoes_xy=listener.points_xy,
@@ -60,6 +61,13 @@ def run(
         grid=grid_of(mapper),
     )
     write_results(out, results)
+
+
+def _map_of(mapper: "Mapper", sweeps: "Iterable[Sweep]") -> "FeatureMap":
+    for sweep in sweeps:
+        mapper.add(sweep)
+    with busy("putting the map together"):
+        return mapper.result()
 
 
 def _with_poses(settings: "BaseModel", poses: str, method: str) -> "BaseModel":
