@@ -12,6 +12,7 @@ from echoplan.evaluation.consistency import nees, wall_error
 from echoplan.evaluation.matches import Matches
 from echoplan.geometry import along
 from echoplan.mapping.adjustment import AdjustmentSettings, Beliefs, Features, adjust
+from echoplan.mapping.shadowing import shadowed
 from echoplan.mapping.state import State
 from echoplan.model import FeatureMap, Sweep, Truth
 from echoplan.preprocessing.soundings import join_soundings, soundings_of
@@ -86,15 +87,14 @@ def _of_cylinder(feature_map: FeatureMap, truth: Truth, estimate: int, true: int
 
 
 def _bounds(features: Sequence[_Error], simulation: Simulation, sweeps: Sequence[Sweep]) -> list[FloatArray]:
-    start = State(
-        features=Features(
-            reflectors=np.array([each.reflector for each in features]).reshape(-1, 4),
-            extents=np.array([each.extent for each in features]).reshape(-1, 2),
-            heard=np.ones((len(features), len(sweeps)), dtype=bool),
-        ),
-        model=_true_model(simulation),
+    heard, model = join_soundings([soundings_of(sweep, simulation.rig) for sweep in sweeps]), _true_model(simulation)
+    everything = Features(
+        reflectors=np.array([each.reflector for each in features]).reshape(-1, 4),
+        extents=np.array([each.extent for each in features]).reshape(-1, 2),
+        heard=np.ones((len(features), len(sweeps)), dtype=bool),
+        shadows=np.zeros((len(features), len(sweeps))),
     )
-    heard = join_soundings([soundings_of(sweep, simulation.rig) for sweep in sweeps])
+    start = State(features=shadowed(heard, model.tabulated(), everything), model=model)
     single = heard._replace(weights=np.ones(len(heard.weights)))
     adjusted = adjust(single, start, _beliefs(simulation, start.model), _AT_THE_TRUTH)
     places = [adjusted.unknowns.feature(number) for number in range(len(features))]

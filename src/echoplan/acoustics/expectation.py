@@ -216,7 +216,9 @@ def expect(hearing: Hearing, shape: Shape, ping: Ping) -> tuple[float, float, fl
 
 
 @compiled
-def differentiate(hearing: Hearing, shape: Shape, ping: Ping, slopes: FloatArray) -> tuple[float, float]:
+def differentiate(
+    hearing: Hearing, shape: Shape, ping: Ping, slopes: FloatArray, shadow: float = 0.0
+) -> tuple[float, float]:
     """Expect the echo of a reflector, and how its reading changes with the reflector and the sensor.
 
     Parameters
@@ -230,6 +232,8 @@ def differentiate(hearing: Hearing, shape: Shape, ping: Ping, slopes: FloatArray
     slopes : ndarray, shape (6,)
         Filled with the derivatives of the reading by the three parameters, by the sensor's x and y and by the
         direction of its beam.
+    shadow : float, optional
+        How much fainter than all of the reflector it is from there [dB].
 
     Returns
     -------
@@ -238,7 +242,7 @@ def differentiate(hearing: Hearing, shape: Shape, ping: Ping, slopes: FloatArray
     """
     sight, kind = look(shape, ping), shape[0]
     depth, cosine, sine, distance, _ = sight
-    excess = excess_of(hearing, sight)
+    excess = excess_of(hearing, sight) - shadow
     by_depth, by_strength, by_angle = _slopes(hearing, sight, excess)
     # Unit vector from the sensor to the reflector.
     ex, ey = cosine * ping[2] + sine * ping[3], cosine * ping[3] - sine * ping[2]

@@ -30,6 +30,7 @@ from echoplan.mapping.poses import PoseBeliefs, continued, displaced, odometry_b
 from echoplan.mapping.reclassification import reclassified
 from echoplan.mapping.search import Search
 from echoplan.mapping.settings import AccountSettings
+from echoplan.mapping.shadowing import shadowed
 from echoplan.mapping.squareness import main_direction, off_square
 from echoplan.mapping.state import State
 from echoplan.mapping.unknowns import SONAR_UNKNOWNS
@@ -249,7 +250,7 @@ class Account:
         soundings = self.soundings if poses is None else self.recorded
         self.believed = poses
         state = State(
-            features=as_arrays(self.features, len(self.given)),
+            features=shadowed(self.soundings, self.model.tabulated(), as_arrays(self.features, len(self.given))),
             model=self.model,
             latency=self.latency,
             poses=self.poses if poses is not None else np.zeros((0, 3)),
@@ -362,6 +363,7 @@ def as_arrays(features: Sequence[Hypothesis], stations: int) -> Features:
         reflectors=np.array([each.reflector for each in features]).reshape(-1, 4),
         extents=np.array([each.extent for each in features]).reshape(-1, 2),
         heard=heard,
+        shadows=np.zeros(heard.shape),
     )
 
 

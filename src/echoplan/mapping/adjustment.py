@@ -267,7 +267,7 @@ def _linearised(
     matched = match_readings(soundings, hearing, now.features, max(0.025, 6.0 * beliefs.noise))
     explained = np.flatnonzero(matched.owners >= 0)
     walk = (now.model.range_offset, now.model.walk_gain)
-    slopes = differentiate_readings(soundings, hearing, now.features.reflectors, matched, explained, walk)
+    slopes = differentiate_readings(soundings, hearing, now.features, matched, explained, walk)
     residuals, excesses = matched.residuals[explained], matched.excesses[explained]
     doubts = (1.0 + (residuals / (settings.robust * beliefs.noise)) ** 2) ** 2
     doubts *= np.where(excesses < _UNCERTAIN, 2.0, 1.0) * beliefs.noise**2

@@ -20,7 +20,7 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["Features", "Matched", "differentiate_readings", "match_readings"]
+__all__ = ["Features", "Matched", "differentiate_readings", "faced", "match_readings"]
 
 _WALL = int(Kind.WALL)
 # Fainter than this nothing is expected [dB].
@@ -40,11 +40,14 @@ class Features(NamedTuple):
         Ends of walls along them [m].
     heard : ndarray of bool, shape (f, s)
         From which stations each was heard.
+    shadows : ndarray, shape (f, s)
+        How much fainter than all of it would be [dB].
     """
 
     reflectors: FloatArray
     extents: FloatArray
     heard: BoolArray
+    shadows: FloatArray
 
 
 class Matched(NamedTuple):
@@ -92,10 +95,10 @@ def match_readings(soundings: Soundings, hearing: Hearing, features: Features, b
         for ping in range(count):
             if not features.heard[feature, soundings.stations[ping]]:
                 continue
-            sight, late = _faced(soundings, hearing, shape, extent, ping)
+            sight, late = faced(soundings, hearing, shape, extent, ping)
             if not abs(late) < band + _WALK:
                 continue
-            excess = excess_of(hearing, sight)
+            excess = excess_of(hearing, sight) - features.shadows[feature, soundings.stations[ping]]
             late -= walk_of(hearing, excess)
             if excess > _FAINT and abs(late) < min(band, abs(residuals[ping]) if owners[ping] >= 0 else band):
                 owners[ping], residuals[ping], excesses[ping] = feature, late, excess
@@ -103,21 +106,42 @@ def match_readings(soundings: Soundings, hearing: Hearing, features: Features, b
 
 
 @compiled
-def _faced(soundings: Soundings, hearing: Hearing, shape: Shape, extent: FloatArray, ping: int) -> tuple[Sight, float]:
-    """Look at a feature, and tell how much longer than its depth the reading is; ``inf`` if it cannot be its echo."""
+def faced(soundings: Soundings, hearing: Hearing, shape: Shape, extent: FloatArray, ping: int) -> tuple[Sight, float]:
+    """Look at a feature, and tell how much longer than its depth the reading is.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+    hearing : Hearing
+        The sonar.
+    shape : Shape
+        The feature.
+    extent : ndarray, shape (2,)
+        Ends of a wall along it [m].
+    ping : int
+        Which ping.
+
+    Returns
+    -------
+    sight : Sight
+        The feature as the sensor sees it.
+    late : float
+        Reading less depth [m]; ``-inf`` if the sensor does not face the feature.
+    """
     x, y = soundings.x[ping], soundings.y[ping]
     sight = look(shape, (x, y, soundings.ux[ping], soundings.uy[ping]))
     late = soundings.readings[ping] * hearing.scale - sight[0]
     foot = shape[1] * y - shape[2] * x
     beside = shape[0] == _WALL and not extent[0] - _BORDER < foot < extent[1] + _BORDER
-    return sight, math.inf if beside or sight[0] <= 0.0 else late
+    return sight, -math.inf if beside or sight[0] <= 0.0 else late
 
 
 @compiled
 def differentiate_readings(
     soundings: Soundings,
     hearing: Hearing,
-    reflectors: FloatArray,
+    features: Features,
     matched: Matched,
     explained: IntArray,
     walk: tuple[float, float],
@@ -130,8 +154,8 @@ def differentiate_readings(
         The pings.
     hearing : Hearing
         The sonar.
-    reflectors : ndarray, shape (f, 4)
-        Kind and parameters of the features.
+    features : Features
+        What is there.
     matched : Matched
         Which feature explains each ping.
     explained : ndarray of int, shape (m,)
@@ -148,7 +172,9 @@ def differentiate_readings(
     slopes, own = np.zeros((len(explained), 10)), np.zeros(6)
     for row, ping in enumerate(explained):
         place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
-        differentiate(hearing, shape_of(reflectors[matched.owners[ping]]), place, own)
+        owner = matched.owners[ping]
+        shadow = features.shadows[owner, soundings.stations[ping]]
+        differentiate(hearing, shape_of(features.reflectors[owner]), place, own, shadow)
         slopes[row, :3] = own[:3]
         slopes[row, 3] = 1.0
         slopes[row, 4] = (walk_of(hearing, matched.excesses[ping]) - walk[0]) / walk[1]

@@ -25,6 +25,7 @@ def features(reflectors: Sequence[FloatArray] | FloatArray, stations: int = 4) -
         reflectors=np.array(reflectors).reshape(-1, 4),
         extents=np.tile([-REACH, REACH], (count, 1)),
         heard=np.ones((count, stations), dtype=bool),
+        shadows=np.zeros((count, stations)),
     )
 
 

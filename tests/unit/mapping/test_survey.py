@@ -37,6 +37,7 @@ def survey(
         reflectors=reflectors,
         extents=np.tile([-REACH, REACH], (len(known), 1)),
         heard=np.ones((len(known), 4), dtype=bool),
+        shadows=np.zeros((len(known), 4)),
     )
     truth = [*ROOM, *(each for each in reflectors if each[0] == Kind.CYLINDER)]
     beliefs = Beliefs(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False)

@@ -1,0 +1,89 @@
+"""Shadowing: how much fainter than all of a feature the part is that a station hears.
+
+Something may stand before half of it, or the echo would come from beyond its end: at the very end of a wall half of
+the amplitude is left, a Fresnel zone beyond it a tenth (Keller 1962).  A faint echo is read too far, so a wall heard
+past its end comes out askew unless its loudness is asked first: by the angles off the axis up to which it is heard.
+"""
+
+import math
+
+import numpy as np
+
+from echoplan.acoustics.expectation import Hearing, excess_of, shape_of, walk_of
+from echoplan.arrays import FloatArray
+from echoplan.classification.evidence import audibility
+from echoplan.compiled import compiled
+from echoplan.mapping.readings import Features, faced
+from echoplan.preprocessing.soundings import Soundings
+
+__all__ = ["shadowed"]
+
+# Shadows asked about: so many, a decibel apart.
+_SHADOWS = 31
+# What a shadow must explain better than none does [nats]: beams differ by a decibel or two.
+_COST = 4.0
+# No ping is surer than this: surfaces differ, things stand in the way.
+_LEAST, _MOST = 0.06, 0.97
+# Readings this much before the depth, or after that of the faintest echo, may still be hits; later ones are misses [m].
+_EARLY, _LATE, _BEHIND = -0.02, 0.02, 0.04
+# No reading is expected within this of the reach [m].
+_RIM = 0.02
+
+
+def shadowed(soundings: Soundings, hearing: Hearing, features: Features) -> Features:
+    """Find the shadows of all features from who heard what: the greatest likelihood of hits and misses.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+    hearing : Hearing
+        The sonar.
+    features : Features
+        What is there.
+
+    Returns
+    -------
+    Features
+        The same with their shadows, 0 wherever none explains much better.
+    """
+    return features._replace(shadows=_shadows(soundings, hearing, features))
+
+
+@compiled
+def _shadows(soundings: Soundings, hearing: Hearing, features: Features) -> FloatArray:
+    shadows = np.zeros(features.heard.shape)
+    for feature in range(len(shadows)):
+        gains = _likelihoods(soundings, hearing, features, feature)
+        for station in range(len(gains)):
+            best = np.argmax(gains[station])
+            if gains[station, best] > gains[station, 0] + _COST:
+                shadows[feature, station] = best
+    return shadows
+
+
+@compiled
+def _likelihoods(soundings: Soundings, hearing: Hearing, features: Features, feature: int) -> FloatArray:
+    """Logarithms of the likelihood of all hits and misses of each station, by shadow."""
+    shape, extent = shape_of(features.reflectors[feature]), features.extents[feature]
+    faintest, gains = walk_of(hearing, 0.0), np.zeros((len(soundings.centers), _SHADOWS))
+    for ping in range(len(soundings.readings)):
+        station = soundings.stations[ping]
+        if not features.heard[feature, station]:
+            continue
+        sight, late = faced(soundings, hearing, shape, extent, ping)
+        excess = excess_of(hearing, sight)
+        if excess <= 0.0 or sight[0] > soundings.max_range - _RIM:
+            continue
+        if _EARLY < late < faintest + _LATE:
+            for shadow in range(_SHADOWS):
+                gains[station, shadow] += soundings.weights[ping] * math.log(_chance(excess - shadow))
+        elif late > faintest + _BEHIND:
+            for shadow in range(_SHADOWS):
+                gains[station, shadow] += soundings.weights[ping] * math.log(1.0 - _chance(excess - shadow))
+    return gains
+
+
+@compiled
+def _chance(excess: float) -> float:
+    return min(max(audibility(excess), _LEAST), _MOST)
