@@ -40,6 +40,8 @@ class Past:
         Where along a wall it sent sound back, in order [m].
     crossings : ndarray, shape (c,)
         Where sound of other features went through its line, in order [m].
+    silences : ndarray, shape (d,)
+        Where along a wall stations should have heard it and did not, in order [m].
     probabilities : ClassProbabilities, optional
         How sure its class was when it was heard best.
     certainty : float
@@ -54,6 +56,7 @@ class Past:
     extent: tuple[float, float] = (np.inf, -np.inf)
     feet: FloatArray = field(default_factory=_nowhere)
     crossings: FloatArray = field(default_factory=_nowhere)
+    silences: FloatArray = field(default_factory=_nowhere)
     probabilities: ClassProbabilities = field(default_factory=_undecided)
     certainty: float = -np.inf
 

@@ -250,7 +250,7 @@ class Account:
         soundings = self.soundings if poses is None else self.recorded
         self.believed = poses
         state = State(
-            features=shadowed(self.soundings, self.model.tabulated(), as_arrays(self.features, len(self.given))),
+            features=self.as_heard(self.features),
             model=self.model,
             latency=self.latency,
             poses=self.poses if poses is not None else np.zeros((0, 3)),
@@ -264,6 +264,10 @@ class Account:
         if poses is not None:
             self.poses = self.adjusted.poses
             self.soundings = displaced(self.recorded, self.given, self.poses)
+
+    def as_heard(self, features: Sequence[Hypothesis]) -> Features:
+        """Turn features into arrays, with how much of each the stations hear."""
+        return shadowed(self.soundings, self.model.tabulated(), as_arrays(features, len(self.given)))
 
     def odometry(self) -> PoseBeliefs:
         """Believe in the steps of the robot."""

@@ -45,6 +45,8 @@ class Face:
         Ends of what was heard of it along the line [m].
     crossings : ndarray, shape (k,)
         Where sound of other features went through its line [m].
+    silences : ndarray, shape (d,)
+        Where it should have been heard and was not [m].
     pings : int
         How many pings were reflected by it.
     """
@@ -54,6 +56,7 @@ class Face:
     low: float
     high: float
     crossings: FloatArray
+    silences: FloatArray
     pings: int
 
     @property
@@ -83,8 +86,8 @@ class Face:
         return point
 
     def is_open(self, low: float, high: float) -> bool:
-        """Tell whether sound went through between two places."""
-        return int(((self.crossings > low) & (self.crossings < high)).sum()) >= 4
+        """Tell whether sound went through between two places, or should have come back from there and did not."""
+        return any(int(((places > low) & (places < high)).sum()) >= 4 for places in (self.crossings, self.silences))
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -181,6 +184,7 @@ def find_faces(features: Sequence[Hypothesis], echoes: Echoes, *, step: float, s
                 low=float(feet[0]),
                 high=float(feet[-1]),
                 crossings=past.crossings,
+                silences=past.silences,
                 pings=past.pings,
             )
             corners = _heard_corners(number, features, echoes, step=step, settings=settings)

@@ -12,7 +12,7 @@ from echoplan.mapping.account import Account, as_arrays
 from echoplan.mapping.adjustment import adjust, reading_rows
 from echoplan.mapping.faces import corner_echoes, find_faces
 from echoplan.mapping.memory import Memory, summarised
-from echoplan.mapping.paths import Paths, trace_paths
+from echoplan.mapping.paths import Paths, silent_places, trace_paths
 from echoplan.mapping.poses import PoseBeliefs, pose_rows
 from echoplan.mapping.rivals import class_probabilities
 from echoplan.mapping.rows import Summary
@@ -112,7 +112,7 @@ def _summary(account: Account, everything: list[Hypothesis], gone: BoolArray, co
     """Sum up what the readings of the stations that go said, with their poses eliminated."""
     believed = _believed(account, count)
     state = State(
-        features=as_arrays(everything, len(account.given)),
+        features=account.as_heard(everything),
         model=account.model,
         latency=account.latency,
         poses=np.zeros((0, 3)) if believed is None else account.poses[: len(believed.given)],
@@ -147,6 +147,7 @@ def _with_pasts(account: Account, gone: BoolArray, count: int) -> list[Hypothesi
             issued += not each.is_known
             past = each.past if each.is_known else replace(each.past, number=issued)
             past = _heard(past, each, paths, number=number)
+            past = _unheard(past, each, account, gone)
             past = _certain(past, each, probabilities)
             gains = each.gains[:count]
             past = replace(
@@ -172,6 +173,16 @@ def _heard(past: Past, feature: Hypothesis, paths: Paths, *, number: int) -> Pas
         feet=_joined(past.feet, paths.feet(number, feature.line)),
         crossings=_joined(past.crossings, paths.crossings(number, feature.line)),
     )
+
+
+def _unheard(past: Past, feature: Hypothesis, account: Account, gone: BoolArray) -> Past:
+    """Add where a wall should have been heard and was not, from the stations that go."""
+    if not feature.is_wall:
+        return past
+    chosen = gone[feature.evidence.pings]
+    others = [each for each in account.features if each is not feature]
+    places = silent_places(feature, chosen, others, account.soundings, step=account.step)
+    return replace(past, silences=_joined(past.silences, places))
 
 
 def _certain(past: Past, feature: Hypothesis, probabilities: ClassProbabilities) -> Past:

@@ -11,14 +11,19 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.classification.evidence import UNHEARD
 from echoplan.classification.explanation import Explanation
 from echoplan.classification.hypotheses import Hypothesis
-from echoplan.geometry import directions
+from echoplan.geometry import directions, is_blocked
+from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["Paths", "trace_paths"]
+__all__ = ["Paths", "silent_places", "trace_paths"]
 
 # A reading that is this many times likelier than if it were anything is explained.
 _EXPLAINED = math.log(20.0)
 # Groups of pings of one feature and station that span less than this may be chance [rad].
 _SPAN = math.radians(12.0)
+# A ping is silent if an echo would have been this likely.
+_SILENT = math.log(1.0 - 0.8)
+# What is as near to a wall as this share of the way to it does not block the view of it.
+_NEARLY = 0.97
 # A path crosses a line only if both its ends are this far from it [m].
 _CLEAR = 0.02
 
@@ -134,6 +139,49 @@ def trace_paths(explanation: Explanation, features: Sequence[Hypothesis], *, ste
     counts = np.bincount(groups[owners >= 0], minlength=int(groups.max(initial=0)) + 1)
     sure = (owners >= 0) & (counts[groups] >= max(1.0, _SPAN / step))
     return Paths(starts_xy=starts, ends_xy=ends, owners=owners, sure=sure)
+
+
+def silent_places(
+    feature: Hypothesis, among: BoolArray, others: Sequence[Hypothesis], soundings: Soundings, *, step: float
+) -> FloatArray:
+    """Tell before which places along the line of a wall stations should have heard it, and did not.
+
+    Parameters
+    ----------
+    feature : Hypothesis
+        The wall, with fresh evidence.
+    among : ndarray of bool, shape (m,)
+        Which of the pings of its evidence to ask.
+    others : sequence of Hypothesis
+        What may block the view.
+    soundings : Soundings
+        The pings.
+    step : float
+        Turn from one ping to the next [rad].
+
+    Returns
+    -------
+    ndarray, shape (k,)
+        One a silent ping, in order [m]: there the wall is not.
+    """
+    evidence, count = feature.evidence, len(soundings.centers)
+    stations = soundings.stations[evidence.pings]
+    silent, hits = among & (evidence.misses < _SILENT), among & (evidence.densities > 0.0)
+    silences = np.bincount(stations[silent], minlength=count)
+    deaf = (silences >= max(1.0, _SPAN / step)) & (np.bincount(stations[hits], minlength=count) < 0.5 * silences)
+    normal = directions(feature.line[0])
+    ways = (feature.line[1] - soundings.centers @ normal)[:, None] * normal
+    walls = np.array([_ends_xy(each) for each in others if each.is_wall]).reshape(-1, 2, 2)
+    discs = np.array([each.reflector[1:] for each in others if each.kind is Kind.CYLINDER]).reshape(-1, 3)
+    open_ = ~is_blocked(soundings.centers, soundings.centers + _NEARLY * ways, segments_xy=walls, discs=discs)
+    places: FloatArray = np.sort(evidence.feet[silent & (deaf & open_)[stations]])
+    return places
+
+
+def _ends_xy(wall: Hypothesis) -> FloatArray:
+    normal, along = directions(wall.line[0]), directions(wall.line[0] + math.pi / 2)
+    ends: FloatArray = wall.line[1] * normal + np.array(wall.extent)[:, None] * along
+    return ends
 
 
 def _owners(explanation: Explanation, features: Sequence[Hypothesis]) -> IntArray:

@@ -22,8 +22,8 @@ __all__ = ["shadowed"]
 _SHADOWS = 31
 # What a shadow must explain better than none does [nats]: beams differ by a decibel or two.
 _COST = 4.0
-# No ping is surer than this: surfaces differ, things stand in the way.
-_LEAST, _MOST = 0.06, 0.97
+# No ping is surer than this: things stand in the way, others echo from just there.
+_LEAST, _MOST = 0.03, 0.97
 # Readings this much before the depth, or after that of the faintest echo, may still be hits; later ones are misses [m].
 _EARLY, _LATE, _BEHIND = -0.02, 0.02, 0.04
 # No reading is expected within this of the reach [m].
@@ -76,12 +76,22 @@ def _likelihoods(soundings: Soundings, hearing: Hearing, features: Features, fea
         if excess <= 0.0 or sight[0] > soundings.max_range - _RIM:
             continue
         if _EARLY < late < faintest + _LATE:
-            for shadow in range(_SHADOWS):
-                gains[station, shadow] += soundings.weights[ping] * math.log(_chance(excess - shadow))
+            _add_hit(gains[station], excess, soundings.weights[ping])
         elif late > faintest + _BEHIND:
-            for shadow in range(_SHADOWS):
-                gains[station, shadow] += soundings.weights[ping] * math.log(1.0 - _chance(excess - shadow))
+            _add_miss(gains[station], excess, soundings.weights[ping])
     return gains
+
+
+@compiled
+def _add_hit(gains: FloatArray, excess: float, weight: float) -> None:
+    for shadow in range(_SHADOWS):
+        gains[shadow] += weight * math.log(_chance(excess - shadow))
+
+
+@compiled
+def _add_miss(gains: FloatArray, excess: float, weight: float) -> None:
+    for shadow in range(_SHADOWS):
+        gains[shadow] += weight * math.log(1.0 - _chance(excess - shadow))
 
 
 @compiled

@@ -130,7 +130,7 @@ def test_only_walls_have_faces() -> None:
 
 def test_places_along_a_face_are_points_on_its_line() -> None:
     slanted = feature(wall(0.7, 1.2))
-    face = Face(owner=0, wall=slanted, low=0.2, high=0.8, crossings=np.zeros(0), pings=1)
+    face = Face(owner=0, wall=slanted, low=0.2, high=0.8, crossings=np.zeros(0), silences=np.zeros(0), pings=1)
     normal = np.array([np.cos(0.7), np.sin(0.7)])
     assert face.point(0.2) @ normal == pytest.approx(1.2)
     assert face.point(0.2) @ face.along == pytest.approx(0.2)
@@ -139,10 +139,12 @@ def test_places_along_a_face_are_points_on_its_line() -> None:
 
 def test_it_takes_four_pings_to_open_a_line() -> None:
     crossings = np.array([0.1, 0.2, 0.3, 0.4, 0.9])
-    face = Face(owner=0, wall=EAST, low=-1.0, high=0.0, crossings=crossings, pings=9)
-    assert face.is_open(0.0, 0.5)
-    assert not face.is_open(0.15, 1.0 - 0.15)
-    assert not face.is_open(2.0, 3.0)
+    nowhere = np.zeros(0)
+    for through, silent in ((crossings, nowhere), (nowhere, crossings)):
+        face = Face(owner=0, wall=EAST, low=-1.0, high=0.0, crossings=through, silences=silent, pings=9)
+        assert face.is_open(0.0, 0.5)
+        assert not face.is_open(0.15, 1.0 - 0.15)
+        assert not face.is_open(2.0, 3.0)
 
 
 def test_pairs_of_walls_may_be_named_in_either_order() -> None:

@@ -1,10 +1,12 @@
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
-from echoplan.mapping.paths import Paths, trace_paths
+from echoplan.mapping.paths import Paths, silent_places, trace_paths
 from expectations import (
     ROOM,
     STATIONS,
@@ -14,6 +16,7 @@ from expectations import (
     hearing,
     judged,
     listening,
+    wall,
 )
 
 STEP = np.radians(3.0)
@@ -159,3 +162,30 @@ def test_crossings_of_a_slanted_line_lie_on_the_way_of_the_sound() -> None:
     share = (point - start) / (end - start)
     assert share[0] == pytest.approx(share[1])
     assert 0.0 < share[0] < 1.0
+
+
+def silent(*hidden_from: int, others: Sequence[FloatArray] = ()) -> FloatArray:
+    """Where along the eastern wall stations should have heard it, of which some heard what lies behind it."""
+    soundings = hearing(listening(step=STEP), ROOM)
+    behind = hearing(listening(step=STEP), [wall(0.0, 3.0), *ROOM[1:]])
+    deaf = np.isin(soundings.stations, hidden_from)
+    account = explanation(soundings._replace(readings=np.where(deaf, behind.readings, soundings.readings)))
+    east, *rest = judged(account, [ROOM[0], *others])
+    everything = np.ones(len(east.evidence.pings), dtype=bool)
+    return silent_places(east, everything, rest, account.soundings, step=STEP)
+
+
+def test_a_wall_is_not_before_stations_that_should_have_heard_it() -> None:
+    assert silent().tolist() == []
+    places = silent(1, 3)
+    for station in (1, 3):
+        assert (np.abs(places - STATIONS[station][1]) < 0.06).sum() > 4
+    for station in (0, 2):
+        assert not (np.abs(places - STATIONS[station][1]) < 0.06).any()
+
+
+def test_a_station_behind_something_may_well_not_hear_it() -> None:
+    column = cylinder(1.6, STATIONS[3][1], 0.1)
+    places = silent(1, 3, others=[column])
+    assert len(places)
+    assert (np.abs(places - STATIONS[1][1]) < 0.06).all()

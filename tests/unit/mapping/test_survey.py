@@ -48,7 +48,15 @@ def survey(
         for number, each in enumerate(known)
     ]
     faces = [
-        Face(owner=number, wall=each, low=-heard_to, high=heard_to, crossings=np.zeros(0), pings=40 + number)
+        Face(
+            owner=number,
+            wall=each,
+            low=-heard_to,
+            high=heard_to,
+            crossings=np.zeros(0),
+            silences=np.zeros(0),
+            pings=40 + number,
+        )
         for number, each in enumerate(known)
         if each.is_wall
     ]

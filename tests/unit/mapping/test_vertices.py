@@ -14,7 +14,8 @@ def face(
 ) -> Face:
     """A face by its line and its ends along it."""
     line = feature(wall(normal_angle, offset))
-    return Face(owner=owner, wall=line, low=ends[0], high=ends[1], crossings=np.array(crossings), pings=50)
+    through, silent = np.array(crossings), np.zeros(0)
+    return Face(owner=owner, wall=line, low=ends[0], high=ends[1], crossings=through, silences=silent, pings=50)
 
 
 def met(*faces: Face, echoes: Echoes = SILENT, **settings: float) -> list[Vertex]:
