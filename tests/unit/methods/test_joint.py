@@ -7,12 +7,13 @@ from functools import cache
 import numpy as np
 import pytest
 
+import soundings
 from echoplan.arrays import FloatArray
 from echoplan.mapping.settings import PoseMode, WindowSettings
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import CornerKind, FeatureMap, Rig, Route, Sweep
-from echoplan.simulation import Simulation, SimulationSettings
+from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 from echoplan.sources import find_rig, find_route, find_world
 
 # East, north, west and south wall of the square: normal angles and offsets.
@@ -264,3 +265,36 @@ def test_a_detector_that_jumps_by_whole_periods_moves_walls_by_less_than_one() -
 def test_a_transducer_that_rings_longer_or_shorter_than_thought_moves_no_wall(quality_factor: float) -> None:
     # The range walk is half or twice of what the rig says.
     assert_square(mapped(ARRAY, simulated(ARRAY, quality_factor=quality_factor)), within=WITHIN[ARRAY])
+
+
+def test_walls_that_are_seen_again_close_the_loop() -> None:
+    place = soundings.world(
+        [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0], [0.0, 0.0]],
+        [[1.6, 1.1], [2.5, 1.1], [2.5, 1.9], [1.6, 1.9], [1.6, 1.1]],
+    )
+    around = [
+        [0.8, 0.6],
+        [1.7, 0.6],
+        [2.6, 0.6],
+        [3.3, 0.9],
+        [3.2, 1.7],
+        [3.2, 2.4],
+        [2.3, 2.4],
+        [1.4, 2.4],
+        [0.8, 2.1],
+    ]
+    way = np.array([*around, [0.8, 1.3], [0.85, 0.65]])
+    ahead = np.diff(way, axis=0, append=way[1:2])
+    drive = soundings.simulation(
+        place,
+        using=soundings.array(resolution=0.005),
+        poses=np.column_stack([way, np.arctan2(ahead[:, 1], ahead[:, 0])]),
+        seed=2,
+        odometry=OdometryNoise(along=0.03, lateral=0.02, yaw_per_metre=np.radians(3.0)),
+    )
+    found = mapped(drive.rig, tuple(drive), JointSettings(poses=PoseMode.AUTO))
+    lost, off = (np.hypot(*(each - drive.truth.poses)[-1, :2]) for each in (drive.truth.given, found.poses))
+    assert lost > 0.1
+    assert off < 0.005
+    # Four walls around, four sides of the block, none of them twice.
+    assert len(found.walls) == 8
