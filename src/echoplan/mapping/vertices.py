@@ -19,9 +19,9 @@ class VertexSettings(BaseModel, frozen=True, extra="forbid"):
 
     least_turn: float = Field(default=math.radians(20), gt=0.0, description="between two faces that meet [rad]")
     overlap: float = Field(default=0.08, ge=0.0, description="that a face may reach past its end [m]")
-    extension: float = Field(default=1.0, gt=0.0, description="of a face beyond what was heard of it [m]")
-    heard_extension: float = Field(default=1.5, gt=0.0, description="likewise, to a corner that was heard [m]")
-    oblique_extension: float = Field(default=0.6, gt=0.0, description="likewise, if it is not a right angle [m]")
+    extension: float = Field(default=1.5, gt=0.0, description="of a face beyond what was heard of it [m]")
+    heard_extension: float = Field(default=2.0, gt=0.0, description="likewise, to a corner that was heard [m]")
+    oblique_extension: float = Field(default=1.0, gt=0.0, description="likewise, if it is not a right angle [m]")
     right_angle: float = Field(default=math.radians(5), gt=0.0, description="what counts as one [rad]")
     reach: float = Field(default=0.03, gt=0.0, description="of a heard corner from the crossing of its walls [m]")
     echoes: int = Field(default=5, ge=1, description="pings that hear one wall in the other")

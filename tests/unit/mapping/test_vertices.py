@@ -75,23 +75,23 @@ def test_a_crossing_amid_a_face_is_no_end_of_it() -> None:
 @pytest.mark.parametrize(
     ("high", "echoes", "count"),
     [
-        (0.1, SILENT, 1),
-        (-0.1, SILENT, 0),
-        (-0.1, Echoes(counts={(0, 1): 5}, corners_xy=np.zeros((0, 2))), 1),
-        (-0.1, Echoes(counts={(0, 1): 4}, corners_xy=np.zeros((0, 2))), 0),
-        (-0.1, Echoes(counts={}, corners_xy=np.array([[1.02, 1.0]])), 1),
-        (-0.1, Echoes(counts={}, corners_xy=np.array([[1.04, 1.0]])), 0),
-        (-0.6, Echoes(counts={(0, 1): 99}, corners_xy=np.array([[1.0, 1.0]])), 0),
+        (-0.4, SILENT, 1),
+        (-0.6, SILENT, 0),
+        (-0.6, Echoes(counts={(0, 1): 5}, corners_xy=np.zeros((0, 2))), 1),
+        (-0.6, Echoes(counts={(0, 1): 4}, corners_xy=np.zeros((0, 2))), 0),
+        (-0.6, Echoes(counts={}, corners_xy=np.array([[1.02, 1.0]])), 1),
+        (-0.6, Echoes(counts={}, corners_xy=np.array([[1.04, 1.0]])), 0),
+        (-1.1, Echoes(counts={(0, 1): 99}, corners_xy=np.array([[1.0, 1.0]])), 0),
     ],
     ids=["near", "far", "far, heard in pairs", "hardly heard", "heard as such", "heard beside", "too far"],
 )
 def test_a_corner_that_was_heard_reaches_farther(high: float, echoes: Echoes, count: int) -> None:
-    vertices = met(east((-0.8, high)), north(), echoes=echoes)
+    vertices = met(east((-1.9, high)), north(), echoes=echoes)
     assert len(vertices) == count
     assert all(each.heard == (echoes is not SILENT) for each in vertices)
 
 
-@pytest.mark.parametrize(("extension", "heard"), [(0.5, True), (0.7, False)])
+@pytest.mark.parametrize(("extension", "heard"), [(0.9, True), (1.1, False)])
 def test_walls_that_are_not_square_hear_each_other_from_near_by_only(extension: float, *, heard: bool) -> None:
     slanted = face(np.radians(70), 1.0, (-0.65, 0.5), owner=1)
     apex = (1.0 - np.cos(np.radians(70))) / np.sin(np.radians(70))
