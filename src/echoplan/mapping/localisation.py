@@ -1,18 +1,26 @@
 """Localisation: where a sweep was heard, by its arcs against what is known of the room."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from pydantic import BaseModel, Field
 
-from echoplan.acoustics.expectation import Hearing, Kind
+from echoplan.acoustics.expectation import Hearing, Kind, Shape, shape_of
 from echoplan.arrays import FloatArray
+from echoplan.compiled import compiled
 from echoplan.extraction.arcs import Arc, arc_planes
 from echoplan.geometry import compose, directions, wrap
 from echoplan.mapping.refinement import refine
 from echoplan.preprocessing.soundings import Soundings
 
 __all__ = ["Catalogue", "LocalisationSettings", "Sightline", "locate", "sightlines"]
+
+_WALL, _CIRCLE = int(Kind.WALL), 2.0 * math.pi
+# How far beyond what was heard of a wall it may still be heard [m].
+_BESIDE = 0.5
+# An arc that is so many deviations too deep or too near is none of a reflector.
+_FAR = 8.0
 
 
 class LocalisationSettings(BaseModel, frozen=True, extra="forbid"):
@@ -153,28 +161,39 @@ def _misfit(poses: FloatArray, guess: FloatArray, sigmas: FloatArray) -> FloatAr
     return misfit
 
 
+@compiled
 def _scores(
     sight: Sightline, catalogue: Catalogue, poses: FloatArray, tolerances: tuple[float, float], stray: float
 ) -> FloatArray:
     """Log likelihood of each pose: every arc is one of the known reflectors, or a stray."""
-    turn = np.exp(1j * poses[:, 2])[:, None]
-    places = poses[:, :1] + 1j * poses[:, 1:2] + turn * (sight.origins_xy[:, 0] + 1j * sight.origins_xy[:, 1])
-    bearings = poses[:, 2:] + sight.normals
-    best = np.zeros(places.shape)
-    for reflector, weight, extent in zip(*catalogue, strict=True):
-        depths, normals, inside = _seen(reflector, extent, places)
-        off = ((sight.depths - depths) / tolerances[0]) ** 2 + (wrap(bearings - normals) / tolerances[1]) ** 2
-        np.maximum(best, np.where(inside, weight * np.exp(-0.5 * off), 0.0), out=best)
-    scores: FloatArray = (sight.weights * np.log1p(best / stray)).sum(axis=1)
+    scores, shapes = np.zeros(len(poses)), [shape_of(each) for each in catalogue.reflectors]
+    for number in range(len(poses)):
+        cosine, sine = math.cos(poses[number, 2]), math.sin(poses[number, 2])
+        for arc in range(len(sight.depths)):
+            ahead, left = sight.origins_xy[arc, 0], sight.origins_xy[arc, 1]
+            x = poses[number, 0] + cosine * ahead - sine * left
+            y = poses[number, 1] + sine * ahead + cosine * left
+            bearing, best = poses[number, 2] + sight.normals[arc], 0.0
+            for feature in range(len(catalogue.reflectors)):
+                depth = _depth(shapes[feature], catalogue.extents[feature], x, y)
+                deep = (sight.depths[arc] - depth) / tolerances[0]
+                if abs(deep) < _FAR:
+                    turn = bearing - _direction(shapes[feature], x, y)
+                    aside = (turn - _CIRCLE * math.floor(turn / _CIRCLE + 0.5)) / tolerances[1]
+                    best = max(best, catalogue.weights[feature] * math.exp(-0.5 * (deep * deep + aside * aside)))
+            scores[number] += sight.weights[arc] * math.log1p(best / stray)
     return scores
 
 
-def _seen(reflector: FloatArray, extent: FloatArray, places: np.ndarray) -> tuple[FloatArray, FloatArray, np.ndarray]:
-    """Depth and direction of a reflector from places, and whether these face it."""
-    if reflector[0] == Kind.WALL:
-        normal, offset = reflector[1], reflector[2]
-        turned = places * np.exp(-1j * normal)
-        facing = (turned.imag > extent[0] - 0.5) & (turned.imag < extent[1] + 0.5)
-        return offset - turned.real, np.full(places.shape, normal), facing
-    away = reflector[1] + 1j * reflector[2] - places
-    return np.abs(away) - reflector[3], np.angle(away), np.ones(places.shape, dtype=bool)
+@compiled
+def _depth(shape: Shape, extent: FloatArray, x: float, y: float) -> float:
+    """Depth of a reflector from a place; infinite if that does not face it."""
+    if shape[0] == _WALL:
+        facing = extent[0] - _BESIDE < shape[1] * y - shape[2] * x < extent[1] + _BESIDE
+        return shape[3] - shape[1] * x - shape[2] * y if facing else math.inf
+    return math.hypot(shape[1] - x, shape[2] - y) - shape[3]
+
+
+@compiled
+def _direction(shape: Shape, x: float, y: float) -> float:
+    return math.atan2(shape[2], shape[1]) if shape[0] == _WALL else math.atan2(shape[2] - y, shape[1] - x)
