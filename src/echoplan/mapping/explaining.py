@@ -14,6 +14,9 @@ from echoplan.mapping.tracking import track
 
 __all__ = ["explained"]
 
+# From this logarithm of a ratio of likelihoods on evidence is very strong [nats] (Kass and Raftery 1995).
+_VERY_STRONG = 5.0
+
 # From fewer stations there is nothing to hold a pose against.
 _FEWEST = 3
 
@@ -49,7 +52,7 @@ def _asked(account: Account) -> Account:
     tracked = _tracked(copy.copy(account), "corrected, as asked for")
     still = copy.copy(tracked)
     still.stay(account.poses)
-    if evidence(tracked) > evidence(still) or not agrees(still):
+    if evidence(tracked) > evidence(still) + _VERY_STRONG or not agrees(still):
         return tracked
     if account.memory.is_empty:
         account.glance()
@@ -80,7 +83,8 @@ def _reconsidered(account: Account) -> Account:
 def _stepping(account: Account, share: str) -> Account | None:
     """Correct poses as those of odometry, if that explains so much more that it pays."""
     tracked = _tracked(copy.copy(account), f"corrected: {share}, and more of them by the steps of the robot")
-    return tracked if agrees(tracked) and evidence(tracked) > evidence(account) else None
+    pays = evidence(tracked) > evidence(account) + _VERY_STRONG
+    return tracked if pays and agrees(tracked) else None
 
 
 def _nudged(account: Account, share: str) -> Account:
