@@ -62,7 +62,7 @@ def test_along_a_corridor_only_odometry_tells_the_place() -> None:
         pytest.skip("the recording corridor is not here")
     recording = read_recording(DATA / "corridor")
     mapper = METHODS["joint"].build(recording.rig, JointSettings(poses=PoseMode.CORRECT))
-    found = map_sweeps(mapper, islice(recording, 100)).parameters["found"]
+    found = map_sweeps(mapper, islice(recording, 140)).parameters["found"]
     assert isinstance(found, dict)
     assert found["undetermined"]
     for way in found["undetermined"]:

@@ -27,7 +27,7 @@ class CertaintySettings(BaseModel, frozen=True, extra="forbid"):
     """When echoes determine a pose."""
 
     left: float = Field(default=1 / 3, gt=0.0, le=1.0, description="share of odometry's deviation that may be left")
-    elongated: float = Field(default=3.0, ge=1.0, description="long axis of an ellipse over its short one")
+    elongated: float = Field(default=2.0, ge=1.0, description="long axis of an ellipse over its short one")
     least: float = Field(default=0.01, ge=0.0, description="deviation from which on it is worth telling [m]")
 
 
