@@ -2,7 +2,9 @@
 PYTHON ?= python3
 BIN := .venv/bin
 STAMPS := .venv/.stamps
-INSTALL := $(BIN)/uv pip install --quiet --python $(BIN)/python --compile-bytecode --constraint constraints.txt
+# Who sits behind a proxy with a certificate of its own has that one in the system's store; a bare system has no store.
+CERTIFICATES := $(if $(wildcard /etc/ssl/certs/ca-certificates.crt),--system-certs)
+INSTALL := $(BIN)/uv pip install --quiet $(CERTIFICATES) --python $(BIN)/python --compile-bytecode --constraint constraints.txt
 
 .PHONY: help demo test lint format bench docs constraints clean
 
