@@ -91,7 +91,6 @@ def _bounds(features: Sequence[_Error], simulation: Simulation, sweeps: Sequence
     everything = Features(
         reflectors=np.array([each.reflector for each in features]).reshape(-1, 4),
         extents=np.array([each.extent for each in features]).reshape(-1, 2),
-        heard=np.ones((len(features), len(sweeps)), dtype=bool),
         shadows=np.zeros((len(features), len(sweeps))),
     )
     start = State(features=shadowed(heard, model.tabulated(), everything), model=model)

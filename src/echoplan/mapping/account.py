@@ -366,8 +366,7 @@ def as_arrays(features: Sequence[Hypothesis], stations: int) -> Features:
     return Features(
         reflectors=np.array([each.reflector for each in features]).reshape(-1, 4),
         extents=np.array([each.extent for each in features]).reshape(-1, 2),
-        heard=heard,
-        shadows=np.zeros(heard.shape),
+        shadows=np.where(heard, 0.0, np.inf),
     )
 
 

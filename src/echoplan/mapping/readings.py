@@ -16,7 +16,7 @@ from echoplan.acoustics.expectation import (
     shape_of,
     walk_of,
 )
-from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
@@ -38,15 +38,12 @@ class Features(NamedTuple):
         Kind and parameters.
     extents : ndarray, shape (f, 2)
         Ends of walls along them [m].
-    heard : ndarray of bool, shape (f, s)
-        From which stations each was heard.
     shadows : ndarray, shape (f, s)
-        How much fainter than all of it would be [dB].
+        How much fainter than all of it each station hears it [dB]; ``inf`` for stations that did not hear it.
     """
 
     reflectors: FloatArray
     extents: FloatArray
-    heard: BoolArray
     shadows: FloatArray
 
 
@@ -93,12 +90,13 @@ def match_readings(soundings: Soundings, hearing: Hearing, features: Features, b
     for feature in range(len(features.reflectors)):
         shape, extent = shape_of(features.reflectors[feature]), features.extents[feature]
         for ping in range(count):
-            if not features.heard[feature, soundings.stations[ping]]:
+            shadow = features.shadows[feature, soundings.stations[ping]]
+            if math.isinf(shadow):
                 continue
             sight, late = faced(soundings, hearing, shape, extent, ping)
             if not abs(late) < band + _WALK:
                 continue
-            excess = excess_of(hearing, sight) - features.shadows[feature, soundings.stations[ping]]
+            excess = excess_of(hearing, sight) - shadow
             late -= walk_of(hearing, excess)
             if excess > _FAINT and abs(late) < min(band, abs(residuals[ping]) if owners[ping] >= 0 else band):
                 owners[ping], residuals[ping], excesses[ping] = feature, late, excess

@@ -40,19 +40,19 @@ def shadowed(soundings: Soundings, hearing: Hearing, features: Features) -> Feat
     hearing : Hearing
         The sonar.
     features : Features
-        What is there.
+        What is there, not in shadow.
 
     Returns
     -------
     Features
-        The same with their shadows, 0 wherever none explains much better.
+        The same with their shadows: 0 wherever none explains much better, ``inf`` where they were.
     """
     return features._replace(shadows=_shadows(soundings, hearing, features))
 
 
 @compiled
 def _shadows(soundings: Soundings, hearing: Hearing, features: Features) -> FloatArray:
-    shadows = np.zeros(features.heard.shape)
+    shadows = features.shadows.copy()
     for feature in range(len(shadows)):
         gains = _likelihoods(soundings, hearing, features, feature)
         for station in range(len(gains)):
@@ -69,7 +69,7 @@ def _likelihoods(soundings: Soundings, hearing: Hearing, features: Features, fea
     faintest, gains = walk_of(hearing, 0.0), np.zeros((len(soundings.centers), _SHADOWS))
     for ping in range(len(soundings.readings)):
         station = soundings.stations[ping]
-        if not features.heard[feature, station]:
+        if math.isinf(features.shadows[feature, station]):
             continue
         sight, late = faced(soundings, hearing, shape, extent, ping)
         excess = excess_of(hearing, sight)

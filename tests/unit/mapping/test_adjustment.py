@@ -24,7 +24,6 @@ def features(reflectors: Sequence[FloatArray] | FloatArray, stations: int = 4) -
     return Features(
         reflectors=np.array(reflectors).reshape(-1, 4),
         extents=np.tile([-REACH, REACH], (count, 1)),
-        heard=np.ones((count, stations), dtype=bool),
         shadows=np.zeros((count, stations)),
     )
 
@@ -257,7 +256,7 @@ def test_a_reading_belongs_to_the_feature_that_comes_nearest_to_it() -> None:
 def test_only_stations_that_heard_a_feature_say_where_it_is() -> None:
     soundings = hearing(listening(), ROOM[:1])
     known = features(ROOM[:1])
-    known.heard[0, :2] = False
+    known.shadows[0, :2] = np.inf
     found = adjust(soundings, State(features=known, model=SONAR), BELIEFS, AdjustmentSettings())
     assert set(soundings.stations[found.owners == 0]) == {2, 3}
 

@@ -28,12 +28,7 @@ def corrected(*, wrong: float = 0.0, scale: float = 0.0) -> Adjusted:
     heard = hearing(displaced(recorded, GIVEN, TRUE), ROOM, noise=NOISE, rng=np.random.default_rng(1)).readings
     east = (recorded.stations == 3) & (np.abs(recorded.bearings - 2.0) < np.radians(20)) & np.isfinite(heard)
     readings = np.where(east, heard - wrong, heard) / (1.0 + scale)
-    features = Features(
-        reflectors=ROOM,
-        extents=np.tile([-REACH, REACH], (4, 1)),
-        heard=np.ones((4, 4), dtype=bool),
-        shadows=np.zeros((4, 4)),
-    )
+    features = Features(reflectors=ROOM, extents=np.tile([-REACH, REACH], (4, 1)), shadows=np.zeros((4, 4)))
     start = State(features=features, model=SONAR, poses=GIVEN)
     return adjust(recorded._replace(readings=readings), start, BELIEFS, AdjustmentSettings(rounds=20))
 

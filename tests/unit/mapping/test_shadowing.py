@@ -7,7 +7,7 @@ import pytest
 
 import soundings
 from echoplan.acoustics.expectation import walk_of
-from echoplan.arrays import BoolArray, FloatArray
+from echoplan.arrays import FloatArray
 from echoplan.mapping.readings import Features, match_readings
 from echoplan.mapping.shadowing import shadowed
 from echoplan.methods import find_method, map_sweeps
@@ -29,14 +29,9 @@ def heard(shadows: Sequence[float]) -> Soundings:
     return pings._replace(readings=readings)
 
 
-def features(*, heard_from: BoolArray | None = None) -> Features:
-    everywhere = np.ones((1, len(STATIONS)), dtype=bool)
-    return Features(
-        reflectors=EAST[None],
-        extents=np.array([[-REACH, REACH]]),
-        heard=everywhere if heard_from is None else heard_from[None],
-        shadows=np.zeros(everywhere.shape),
-    )
+def features(*, unheard_from: Sequence[int] = ()) -> Features:
+    shadows = np.where(np.isin(np.arange(len(STATIONS)), unheard_from), np.inf, 0.0)
+    return Features(reflectors=EAST[None], extents=np.array([[-REACH, REACH]]), shadows=shadows[None])
 
 
 def found(pings: Soundings, given: Features | None = None) -> FloatArray:
@@ -62,9 +57,9 @@ def test_what_is_masked_by_something_nearer_has_no_shadow() -> None:
 
 
 def test_only_those_who_heard_it_are_asked() -> None:
-    shadows = found(heard([12.0] * 4), features(heard_from=np.array([True, False, True, False])))
-    assert shadows[[1, 3]].tolist() == [0.0, 0.0]
-    assert shadows[[0, 2]].min() > 9.0
+    shadows = found(heard([12.0] * 4), features(unheard_from=[1, 3]))
+    assert shadows[[1, 3]].tolist() == [np.inf, np.inf]
+    assert shadows[[0, 2]] == pytest.approx([12.0, 12.0], abs=1.5)
 
 
 def test_what_is_read_too_far_because_it_is_faint_is_expected_there() -> None:

@@ -36,7 +36,6 @@ def survey(
     features = Features(
         reflectors=reflectors,
         extents=np.tile([-REACH, REACH], (len(known), 1)),
-        heard=np.ones((len(known), 4), dtype=bool),
         shadows=np.zeros((len(known), 4)),
     )
     truth = [*ROOM, *(each for each in reflectors if each[0] == Kind.CYLINDER)]
