@@ -8,8 +8,10 @@ mapper holds in memory, and how good the map is.  The poses are exact.
 import argparse
 import pickle
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -20,6 +22,8 @@ from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import Table
 from echoplan.simulation import Simulation
 from rooms import random_simulation  # type: ignore[import-not-found]  # beside this file
+
+Result = TypeVar("Result")
 
 STATIONS = (50, 100, 200, 500, 1000)
 SEED = 0
@@ -78,26 +82,25 @@ def measure(stations: Sequence[int], poses: PoseMode) -> Iterator[Mark]:
         mapper.result()
     mapper = JointMapper(simulation.rig, settings)
     for number, sweep in enumerate(tracked(sweeps, total=len(sweeps), task="mapping"), start=1):
-        adding.append(timed(lambda sweep=sweep: mapper.add(sweep)))
+        adding.append(timed(partial(mapper.add, sweep))[1])
         pings += len(sweep)
         if number in stations:
-            spent = timed(mapper.result)
+            drawn, spent = timed(mapper.result)
             yield Mark(
                 stations=number,
                 pings=pings,
                 adding=tuple(adding),
                 result=spent,
                 memory=len(pickle.dumps(mapper)),
-                evaluation=evaluate(mapper.result(), simulation.truth),
+                evaluation=evaluate(drawn, simulation.truth),
             )
 
 
-def timed(work: object) -> float:
-    """Count the seconds of the processor that some work takes."""
-    assert callable(work)
+def timed(work: Callable[[], Result]) -> tuple[Result, float]:
+    """Do some work, and count the seconds of the processor that it takes."""
     begun = time.process_time()
-    work()
-    return time.process_time() - begun
+    result = work()
+    return result, time.process_time() - begun
 
 
 def table(marks: Sequence[Mark]) -> Table:

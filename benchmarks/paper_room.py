@@ -79,7 +79,7 @@ def is_complete(feature_map: FeatureMap, evaluation: Evaluation) -> bool:
 
 def table(scores: dict[str, list[Score]], seeds: int) -> Table:
     """Lay out the scores, each the median over the seeds with its 95 % interval."""
-    heads = ("distance mean (mm)", "distance max (mm)", "angle mean (deg)", "angle max (deg)")
+    heads = ("distance mean (mm)", "distance max (mm)", "angle mean (°)", "angle max (°)")
     names = ("distance_mean", "distance_max", "angle_mean", "angle_max")
     rows = [
         (

@@ -139,12 +139,12 @@ def errors(outcomes: Sequence[Outcome]) -> Mapping[str, list[float]]:
     matches = [each.evaluation.matches for each in outcomes]
     return {
         "ATE by dead reckoning (mm)": [1000 * each.reckoned[0] for each in outcomes],
-        "heading by dead reckoning (deg)": [float(np.degrees(each.reckoned[1])) for each in outcomes],
+        "heading by dead reckoning (°)": [float(np.degrees(each.reckoned[1])) for each in outcomes],
         "ATE (mm)": [1000 * each.absolute_error for each in trajectories],
         "RPE (mm)": [1000 * each.relative_error for each in trajectories],
-        "heading (deg)": [float(np.degrees(each.heading_error)) for each in trajectories],
+        "heading (°)": [float(np.degrees(each.heading_error)) for each in trajectories],
         "walls (mm)": [1000 * match.distance for each in matches for match in each.walls.right],
-        "walls (deg)": [float(np.degrees(match.angle)) for each in matches for match in each.walls.right],
+        "walls (°)": [float(np.degrees(match.angle)) for each in matches for match in each.walls.right],
         "corners (mm)": [1000 * match.distance for each in matches for match in each.corners.right],
         "cylinders (mm)": [1000 * match.distance for each in matches for match in each.cylinders.right],
         "time a sweep (ms)": [1000 * each.seconds / each.sweeps for each in outcomes],

@@ -161,6 +161,7 @@ class _Printer(logging.Handler):
 @contextmanager
 def _logging_to(console: Console) -> Iterator[None]:
     logger, printer = logging.getLogger("echoplan"), _Printer(console)
+    level = logger.level
     if console.is_terminal:
         logger.setLevel(logging.INFO)
         logger.addHandler(printer)
@@ -168,6 +169,7 @@ def _logging_to(console: Console) -> Iterator[None]:
         yield
     finally:
         logger.removeHandler(printer)
+        logger.setLevel(level)
 
 
 def report_files(folder: Path, names: Iterable[str]) -> None:

@@ -43,7 +43,7 @@ def wall_table(matching: Matching[WallMatch]) -> Table:
     """
     return Table(
         title="Accuracy of the walls",
-        columns=("index", "distance deviation (mm)", "angle deviation (deg)", "heard from"),
+        columns=("index", "distance deviation (mm)", "angle deviation (°)", "heard from"),
         rows=_by_object(matching, lambda match: (_millimetres(match.distance), _degrees(match.angle))),
     )
 
@@ -156,14 +156,14 @@ def deviation_table(summary: Summary) -> Table:
     walls, corners, cylinders = (summary.classes[name].distance for name in FeatureClass)
     kinds = (
         ("wall distance (mm)", walls, _millimetres),
-        ("wall angle (deg)", summary.wall_angle, _degrees),
+        ("wall angle (°)", summary.wall_angle, _degrees),
         ("corner position (mm)", corners, _millimetres),
         ("cylinder centre (mm)", cylinders, _millimetres),
         ("cylinder radius (mm)", summary.cylinder_radius, _millimetres),
         ("outline mean (mm)", summary.map_error, _millimetres),
         ("outline Hausdorff (mm)", summary.hausdorff, _millimetres),
         ("position RMS (mm)", summary.position, _millimetres),
-        ("heading RMS (deg)", summary.heading, _degrees),
+        ("heading RMS (°)", summary.heading, _degrees),
     )
     return Table(
         title="Deviations",

@@ -116,7 +116,7 @@ def trajectory_table(trajectory: Trajectory | None) -> Table:
     headings = (trajectory.heading_error, trajectory.relative_heading_error, float(np.abs(trajectory.angles).max()))
     rows = (
         ("position (mm)", *(_decimal(1000 * each, 1) for each in positions), _inside(trajectory.positions)),
-        ("heading (deg)", *(_decimal(float(np.degrees(each)), 2) for each in headings), _inside(trajectory.headings)),
+        ("heading (°)", *(_decimal(float(np.degrees(each)), 2) for each in headings), _inside(trajectory.headings)),
     )
     return Table(title="Accuracy of the poses", columns=columns, rows=rows)
 

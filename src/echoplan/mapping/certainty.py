@@ -26,7 +26,7 @@ __all__ = [
 class CertaintySettings(BaseModel, frozen=True, extra="forbid"):
     """When echoes determine a pose."""
 
-    left: float = Field(default=1 / 3, gt=0.0, le=1.0, description="share of odometry's deviation that may be left")
+    unfixed: float = Field(default=1 / 3, gt=0.0, le=1.0, description="share of odometry's deviation that may be left")
     elongated: float = Field(default=2.0, ge=1.0, description="long axis of an ellipse over its short one")
     least: float = Field(default=0.01, ge=0.0, description="deviation from which on it is worth telling [m]")
 
@@ -200,7 +200,7 @@ def undetermined(
     across, along_walls = np.sqrt(np.maximum(variances, 0.0)).T
     longest = vectors[:, :, 1]
     along, alone = (_deviations(each, longest) for each in (covariances, reckoned))
-    open_ = (along_walls > settings.elongated * across) & (along > settings.left * alone) & (along > settings.least)
+    open_ = (along_walls > settings.elongated * across) & (along > settings.unfixed * alone) & (along > settings.least)
     # The first pose is the frame: it is known by decree.
     open_[:1] = False
     edges = np.flatnonzero(np.diff(np.concatenate([[False], open_, [False]]).astype(np.int64)))

@@ -146,8 +146,7 @@ def _with_pasts(account: Account, gone: BoolArray, count: int) -> list[Hypothesi
         if each.is_known or (each.gains[:count] > 0.0).any():
             issued += not each.is_known
             past = each.past if each.is_known else replace(each.past, number=issued)
-            past = _heard(past, each, paths, number=number)
-            past = _unheard(past, each, account, gone)
+            past = _sounded(past, number, paths, account, gone)
             past = _certain(past, each, probabilities)
             gains = each.gains[:count]
             past = replace(
@@ -163,26 +162,20 @@ def _with_pasts(account: Account, gone: BoolArray, count: int) -> list[Hypothesi
     return features
 
 
-def _heard(past: Past, feature: Hypothesis, paths: Paths, *, number: int) -> Past:
-    """Add where sound came back from a wall, and where it went through its line."""
-    if not feature.is_wall:
+def _sounded(past: Past, number: int, paths: Paths, account: Account, gone: BoolArray) -> Past:
+    """Add where sound came back from a wall, went through its line, or should have come back and did not."""
+    wall = account.features[number]
+    if not wall.is_wall:
         return past
+    others = [each for each in account.features if each is not wall]
+    silences = silent_places(wall, gone[wall.evidence.pings], others, account.soundings, step=account.step)
     return replace(
         past,
-        extent=feature.extent,
-        feet=_joined(past.feet, paths.feet(number, feature.line)),
-        crossings=_joined(past.crossings, paths.crossings(number, feature.line)),
+        extent=wall.extent,
+        feet=_joined(past.feet, paths.feet(number, wall.line)),
+        crossings=_joined(past.crossings, paths.crossings(number, wall.line)),
+        silences=_joined(past.silences, silences),
     )
-
-
-def _unheard(past: Past, feature: Hypothesis, account: Account, gone: BoolArray) -> Past:
-    """Add where a wall should have been heard and was not, from the stations that go."""
-    if not feature.is_wall:
-        return past
-    chosen = gone[feature.evidence.pings]
-    others = [each for each in account.features if each is not feature]
-    places = silent_places(feature, chosen, others, account.soundings, step=account.step)
-    return replace(past, silences=_joined(past.silences, places))
 
 
 def _certain(past: Past, feature: Hypothesis, probabilities: ClassProbabilities) -> Past:

@@ -82,3 +82,13 @@ def test_a_pipe_is_shown_nothing_of_what_is_being_done(capsys: pytest.CaptureFix
     with busy("thinking"):
         logging.getLogger("echoplan").info("Compiling")
     assert capsys.readouterr() == ("", "")
+
+
+def test_a_bar_leaves_the_level_of_the_log_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    logger = logging.getLogger("echoplan")
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    before, during = logger.level, list[int]()
+    for _ in tracked([0], total=1, task="counting"):
+        during.append(logger.level)
+    assert during == [logging.INFO]
+    assert (logger.level, logger.handlers) == (before, [])

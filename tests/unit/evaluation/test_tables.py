@@ -26,7 +26,7 @@ FOUND = evaluate(
 
 def test_walls_are_told_as_in_table_5_of_the_paper() -> None:
     table = wall_table(FOUND.matches.walls)
-    assert table.columns == ("index", "distance deviation (mm)", "angle deviation (deg)", "heard from")
+    assert table.columns == ("index", "distance deviation (mm)", "angle deviation (°)", "heard from")
     # 3 cm in 2 m are 0.86 degrees.
     assert table.rows[:2] == (("1", "25.0", "0.86", "9"), ("2", "-", "-", "4"))
     assert len(table.rows) == 6
@@ -67,9 +67,9 @@ def test_deviations_are_told_with_their_intervals() -> None:
     rows = {name: cells for name, *cells in deviation_table(pooled).rows}
     assert rows["wall distance (mm)"][:2] == ["2", "37.5 [25.0, 50.0]"]
     assert rows["wall distance (mm)"][-1] == "50.0"
-    assert rows["wall angle (deg)"][1] == "0.43 [0.00, 0.86]"
+    assert rows["wall angle (°)"][1] == "0.43 [0.00, 0.86]"
     assert rows["cylinder radius (mm)"][:2] == ["1", "20.0"]
-    assert rows["heading RMS (deg)"] == ["0", "-", "-", "-", "-", "-"]
+    assert rows["heading RMS (°)"] == ["0", "-", "-", "-", "-", "-"]
 
 
 def test_every_row_has_a_cell_for_every_column() -> None:

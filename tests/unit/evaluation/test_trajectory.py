@@ -88,7 +88,7 @@ def test_poses_are_held_against_their_covariances_but_the_first() -> None:
 def test_the_table_has_a_row_for_positions_and_one_for_headings() -> None:
     table = trajectory_table(compared(WAY + np.array([0.003, 0.004, 0.0])))
     assert table.rows[0][:2] == ("position (mm)", "5.0")
-    assert table.rows[1] == ("heading (deg)", "0.00", "0.00", "0.00", "-")
+    assert table.rows[1] == ("heading (°)", "0.00", "0.00", "0.00", "-")
 
 
 def test_a_single_pose_has_no_steps() -> None:
