@@ -135,6 +135,7 @@ class EchoModel:
             beam=_main_lobe(self.ka),
             lobes=_lobes(self.ka),
             walk=self.range_offset + self.walk_gain * shape,
+            wavelength=(1.0 + self.range_scale) * Air().speed_of_sound / self.frequency,
         )
 
 
@@ -153,6 +154,8 @@ class Hearing(NamedTuple):
         The same up to 90 degrees, as loud as the loudest lobe at or beyond each angle [dB].
     walk : ndarray
         Reading less depth at even steps of the signal excess [m].
+    wavelength : float
+        Of the burst [m].
     """
 
     figure_of_merit: float
@@ -161,6 +164,7 @@ class Hearing(NamedTuple):
     beam: FloatArray
     lobes: FloatArray
     walk: FloatArray
+    wavelength: float
 
 
 # A recording is explained by one beam again and again.

@@ -1,7 +1,8 @@
 """Ghosts: echoes of second order, which look like reflectors that are not there.
 
-Sound that went from one wall to another comes as from the image of the image.  Ghosts explain readings for nothing, but
-are never missed.
+Sound that went from one wall to another comes as from the image of the image.  It also goes the same way backward, and
+both come back to the sensor that sent them together: twice as loud.  Ghosts explain readings for nothing, but are never
+missed.
 """
 
 import math
@@ -19,6 +20,7 @@ __all__ = ["ghosts_of_cylinder", "ghosts_of_walls"]
 
 # Paths of second order are known less well than reflectors, so their readings scatter more, by these factors.
 _OF_WALLS, _OF_CYLINDER = 1.5, 2.0
+_TWOFOLD = 20.0 * math.log10(2.0)
 # After so many rounds the spot at which sound glances off a cylinder is found to a millimetre.
 _GLANCES = 4
 
@@ -61,7 +63,8 @@ def ghosts_of_walls(
         axis = (soundings.ux[ping], soundings.uy[ping])
         found, path = _by_two_walls(place, axis, (first, second), extents, reading)
         if found:
-            levels[ping] = echo_level(hearing, path, reading, 0.0, _OF_WALLS * noise)
+            strength = _both_ways(first, second, place, path[0], hearing.wavelength)
+            levels[ping] = echo_level(hearing, path, reading, strength, _OF_WALLS * noise)
     return levels
 
 
@@ -107,7 +110,7 @@ def ghosts_of_cylinder(
         depth = 0.5 * (math.hypot(direct[0], direct[1]) + math.hypot(onward[0], onward[1]))
         departure, arrival = turned(axis, direct), turned(axis, (image[0] - place[0], image[1] - place[1]))
         path = (depth, departure[0], departure[1], arrival[0], arrival[1])
-        strength = 10.0 * math.log10(max(screen[3], 0.001) / far)
+        strength = _TWOFOLD + 10.0 * math.log10(max(screen[3], 0.001) / far)
         levels[ping] = echo_level(hearing, path, reading, strength, _OF_CYLINDER * noise)
     return levels
 
@@ -134,6 +137,23 @@ def _by_two_walls(
         return False, nothing
     out, back = turned(axis, departure), turned(axis, arrival)
     return True, (depth, out[0], out[1], back[0], back[1])
+
+
+@compiled
+def _both_ways(first: Shape, second: Shape, place: Point, depth: float, wavelength: float) -> float:
+    """How much louder than one way over two walls both are together [dB].
+
+    They merge where the walls meet at a right angle: each strikes both walls in the vertex, which reflects half of it.
+    Beside it the share grows with Fresnel's parameter, twice the root of what the way over the vertex is longer by, in
+    wavelengths (to the first order of his integral).
+    """
+    across = first[1] * second[2] - first[2] * second[1]
+    if abs(across) < 1e-9:
+        return _TWOFOLD
+    x = (first[3] * second[2] - second[3] * first[2]) / across
+    y = (second[3] * first[1] - first[3] * second[1]) / across
+    longer = 2.0 * max(math.hypot(x - place[0], y - place[1]) - depth, 0.0)
+    return 20.0 * math.log10(1.0 + min(2.0 * math.sqrt(longer / wavelength), 1.0))
 
 
 @compiled

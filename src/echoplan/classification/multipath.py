@@ -17,7 +17,7 @@ from echoplan.preprocessing.soundings import Soundings
 __all__ = ["Multipath", "Part"]
 
 # Walls may reflect so far beyond what was heard of them, or up to a crossing that is no farther [m].
-_STRETCH, _TO_CROSSING = 0.4, 2.0
+_STRETCH, _TO_CROSSING = 1.0, 2.0
 # Walls that turn less than this toward each other cross too far away (sine).
 _PARALLEL = 0.1
 
@@ -58,7 +58,7 @@ class Multipath:
         self._volleys: dict[Key, Volleys] = {}
 
     def parts(self, features: Sequence[Hypothesis]) -> Iterator[Part]:
-        """Work out the ghosts of features; if no station heard both of two, none hears one in the other.
+        """Work out the ghosts of features.
 
         Parameters
         ----------
@@ -139,18 +139,15 @@ class Multipath:
 
 
 def _casting(features: Sequence[Hypothesis]) -> Iterator[tuple[int, ...]]:
-    """List the walls that may cast ghosts, alone and with another wall or a cylinder that a station heard, too."""
-    heard = [_listeners(each) for each in features]
+    """List the walls that may cast ghosts, alone and with another wall or a cylinder.
+
+    Nobody need have heard both: a wall reflects sound on to another from places whence its own echo does not come back.
+    """
     walls = [number for number, each in enumerate(features) if each.is_wall]
     columns = [number for number, each in enumerate(features) if each.kind is Kind.CYLINDER]
     for place, one in enumerate(walls):
         yield (one,)
-        yield from ((one, other) for other in walls[place + 1 :] + columns if heard[one] & heard[other])
-
-
-def _listeners(feature: Hypothesis) -> int:
-    """Collect the stations that heard a feature as the bits of a number."""
-    return int.from_bytes(np.packbits(feature.gains > 0.0).tobytes(), "big")
+        yield from ((one, other) for other in walls[place + 1 :] + columns)
 
 
 def _reflecting(wall: Hypothesis, other: Hypothesis) -> tuple[FloatArray, FloatArray]:

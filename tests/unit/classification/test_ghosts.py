@@ -107,10 +107,23 @@ def test_a_double_echo_fades_by_the_beam_at_its_departure_and_at_its_arrival() -
     ends = [point_on(each, strike) - place for each, strike in zip((EAST, OBLIQUE), strikes, strict=True)]
     offs = [float(np.arctan2(way[1], way[0])) - bearing for way in ends]
     beams = np.prod([directivity(off, PLAIN.ka) for off in offs])
-    excess = float(signal_excess(1 / shortest, shortest, transducer=PAPER, air=Air(), beams=beams))
+    # Both ways around come back together.
+    excess = float(signal_excess(2 / shortest, shortest, transducer=PAPER, air=Air(), beams=beams))
     peak = np.log(chance(excess) / (np.sqrt(2 * np.pi) * 1.5 * NOISE))
     assert abs(offs[0] - offs[1]) > 0.5
     assert walls_at(soundings, EAST, OBLIQUE).max() == pytest.approx(peak, abs=1e-2)
+
+
+@pytest.mark.parametrize(("degrees", "louder"), [(90.0, 0.0), (89.0, 4.37), (85.0, 6.02)])
+def test_both_ways_around_merge_in_the_vertex_of_a_right_angle(degrees: float, louder: float) -> None:
+    # At 89 degrees the way over a vertex 3 m away is longer by 0.11 wavelengths: 1 + 2 sqrt(0.11) times one of the two.
+    angle = np.radians(degrees)
+    walls = [wall(side * (np.pi - angle) / 2, 3 * np.sin(angle / 2)) for side in (-1, 1)]
+    soundings = one_ping((0.0, 0.0), 0.0)
+    depth, beams = 3 * np.sin(angle), directivity(np.pi / 2 - angle, PLAIN.ka) ** 2
+    one_way = float(signal_excess(1 / (2 * depth), 2 * depth, transducer=PAPER, air=Air(), beams=beams))
+    expected = np.log(chance(one_way + louder) / (np.sqrt(2 * np.pi) * 1.5 * NOISE))
+    assert walls_at(soundings, walls[0], walls[1]).max() == pytest.approx(expected, abs=0.01)
 
 
 def test_ghosts_are_read_with_the_walk_of_their_loudness() -> None:
@@ -160,7 +173,7 @@ def test_the_echo_of_a_cylinder_in_a_wall_is_about_as_loud_as_its_law_says() -> 
     image = np.array([1.2 - center[0], center[1]])
     near, far = np.hypot(*center), np.hypot(*image)
     incidence = (np.arctan2(*center[::-1]) - np.arctan2(*image[::-1])) / 2
-    amplitude = bistatic_cylinder_echo(near - radius, far - radius, radius, incidence=incidence)
+    amplitude = 2 * bistatic_cylinder_echo(near - radius, far - radius, radius, incidence=incidence)
     offs = [np.arctan2(*way[::-1]) - bearing for way in (center, image)]
     beams = np.prod([directivity(off, PLAIN.ka) for off in offs])
     excess = float(signal_excess(amplitude, near + far - 2 * radius, transducer=PAPER, air=Air(), beams=beams))
