@@ -5,7 +5,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from echoplan.acoustics.expectation import SILENCE, Hearing, Kind, Shape, differentiate, expect, look, shape_of
+from echoplan.acoustics.expectation import SILENCE, Hearing, Kind, Shape, differentiate, look, shape_of, walk_of
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
@@ -124,11 +124,10 @@ def _step(
     normal, right = np.zeros((3, 3)), np.zeros(3)
     for ping in pings:
         place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
-        depth, excess, expected = expect(hearing, shape, place)
-        late = soundings.readings[ping] * hearing.scale - expected
+        depth, excess = differentiate(hearing, shape, place, slopes)
+        late = soundings.readings[ping] * hearing.scale - depth - walk_of(hearing, excess)
         if excess < _FAINT or excess == SILENCE or depth < _TINY or abs(late) >= band:
             continue
-        differentiate(hearing, shape, place, slopes)
         weight = soundings.weights[ping] / (1.0 + (0.5 * late / noise) ** 2) ** 2
         count += 1
         for row in range(3):

@@ -245,11 +245,8 @@ class Search:
         judged = self._screened(rows[rows[:, 0] == kind], levels)
         rough, fine = ((max(0.008, 1.5 * noise), 0.03, 4),), ((noise, 0.02, 3),)
         few = free[self._few[free]]
-        moved = [
-            self._moved(self._moved(each.reflector, few, rough), free, fine)
-            for each in judged[: self.settings.most]
-            if each.total > 2.0
-        ]
+        moved = [self._moved(each.reflector, few, rough) for each in judged[: self.settings.most] if each.total > 2.0]
+        moved = [self._moved(row, free, fine) for row in _apart(np.array(moved).reshape(-1, 4), _CELLS[kind])]
         apart = _apart(np.array(moved).reshape(-1, 4), _CELLS[kind])
         if kind is Kind.CORNER:
             edges = [self._moved(np.array([Kind.EDGE, *row[1:]]), free, fine) for row in apart]
