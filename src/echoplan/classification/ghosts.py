@@ -12,7 +12,17 @@ import numpy as np
 from echoplan.acoustics.expectation import Hearing, Shape, shape_of
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD
-from echoplan.classification.images import CLOSE, Path, Point, depth_of, echo_level, mirrored, strikes, turned
+from echoplan.classification.images import (
+    Lateness,
+    Path,
+    Point,
+    depth_of,
+    echo_level,
+    lateness,
+    mirrored,
+    strikes,
+    turned,
+)
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
@@ -54,14 +64,14 @@ def ghosts_of_walls(
         Logarithm of the density of each reading if it is such an echo [log 1/m].
     """
     levels = np.full(len(soundings.readings), UNHEARD)
-    first, second = shape_of(walls[0]), shape_of(walls[1])
+    first, second, late = shape_of(walls[0]), shape_of(walls[1]), lateness(hearing, _OF_WALLS * noise)
     for ping in range(len(levels)):
         reading = soundings.readings[ping] * hearing.scale
         if not math.isfinite(reading):
             continue
         place = (soundings.x[ping], soundings.y[ping])
         axis = (soundings.ux[ping], soundings.uy[ping])
-        found, path = _by_two_walls(place, axis, (first, second), extents, reading)
+        found, path = _by_two_walls(place, axis, (first, second), extents, (reading, late))
         if found:
             strength = _both_ways(first, second, place, path[0], hearing.wavelength)
             levels[ping] = echo_level(hearing, path, reading, strength, _OF_WALLS * noise)
@@ -91,7 +101,7 @@ def ghosts_of_cylinder(
         Logarithm of the density of each reading if it is such an echo [log 1/m].
     """
     levels = np.full(len(soundings.readings), UNHEARD)
-    mirror, screen = shape_of(wall), shape_of(cylinder)
+    mirror, screen, late = shape_of(wall), shape_of(cylinder), lateness(hearing, _OF_CYLINDER * noise)
     for ping in range(len(levels)):
         reading = soundings.readings[ping] * hearing.scale
         place = (soundings.x[ping], soundings.y[ping])
@@ -102,7 +112,8 @@ def ghosts_of_cylinder(
         # As far as the ways to the centre are long, less the radius: the way over the surface is longer.
         near = math.hypot(center[0] - place[0], center[1] - place[1])
         far = math.hypot(center[0] - unfolded[0], center[1] - unfolded[1])
-        if near < screen[3] + 0.02 or not -CLOSE < reading - 0.5 * (near + far) + screen[3] < CLOSE + screen[3]:
+        longer = reading - 0.5 * (near + far) + screen[3]
+        if near < screen[3] + 0.02 or not late[0] < longer < late[1] + screen[3]:
             continue
         spot = _glance(center, screen[3], place, unfolded)
         direct, onward = (spot[0] - place[0], spot[1] - place[1]), (spot[0] - unfolded[0], spot[1] - unfolded[1])
@@ -121,7 +132,7 @@ def _by_two_walls(
     axis: Point,
     walls: tuple[Shape, Shape],
     extents: tuple[FloatArray, FloatArray],
-    reading: float,
+    heard: tuple[float, Lateness],
 ) -> tuple[bool, Path]:
     """Follow sound from a sensor to the first wall, the second, and back; and the same the other way about."""
     nothing = (0.0, 0.0, 0.0, 0.0, 0.0)
@@ -129,7 +140,8 @@ def _by_two_walls(
         return False, nothing
     image = mirrored(walls[1], mirrored(walls[0], place))
     depth = 0.5 * math.hypot(image[0] - place[0], image[1] - place[1])
-    if depth < 0.02 or abs(reading - depth) > CLOSE:
+    reading, late = heard
+    if depth < 0.02 or not late[0] < reading - depth < late[1]:
         return False, nothing
     other = mirrored(walls[0], mirrored(walls[1], place))
     departure, arrival = (image[0] - place[0], image[1] - place[1]), (other[0] - place[0], other[1] - place[1])

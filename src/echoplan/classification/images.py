@@ -8,10 +8,9 @@ from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD
 from echoplan.compiled import compiled
 
-__all__ = ["CLOSE", "Path", "Point", "depth_of", "echo_level", "mirrored", "strikes", "turned"]
+__all__ = ["Lateness", "Path", "Point", "depth_of", "echo_level", "lateness", "mirrored", "strikes", "turned"]
 
-# Readings this far from the geometric depth are no echo on that path [m]: the walk is less.
-CLOSE = 0.1
+# Readings farther off than so many deviations are no echo on that path.
 _CUT = 6.0
 # How loud such sound is, is known less well than that of reflectors: humidity alone makes 4 dB on a way of 9 m.  So
 # it fades into silence over more decibels (logistic).
@@ -21,6 +20,8 @@ _ROOT_TAU = math.sqrt(2.0 * math.pi)
 # Depth, and angles at departure and at arrival as (cosine, sine).
 Path: TypeAlias = tuple[float, float, float, float, float]
 Point: TypeAlias = tuple[float, float]
+# How much less and how much more than the depth of its path an echo may be read as [m].
+Lateness: TypeAlias = tuple[float, float]
 
 
 @compiled
@@ -54,6 +55,25 @@ def echo_level(hearing: Hearing, path: Path, reading: float, strength: float, sc
         return UNHEARD
     heard = 1.0 / (1.0 + math.exp(-min(max(excess / _FADING, -30.0), 30.0)))
     return math.log(heard / (_ROOT_TAU * scatter)) - 0.5 * (late / scatter) ** 2
+
+
+@compiled
+def lateness(hearing: Hearing, scatter: float) -> Lateness:
+    """Tell how far readings may be off the depth of a path, whatever their loudness.
+
+    Parameters
+    ----------
+    hearing : Hearing
+        The sonar.
+    scatter : float
+        Standard deviation of such readings [m].
+
+    Returns
+    -------
+    Lateness
+        The least and the greatest difference of reading and depth [m].
+    """
+    return hearing.walk.min() - _CUT * scatter, hearing.walk.max() + _CUT * scatter
 
 
 @compiled

@@ -13,7 +13,7 @@ from echoplan.acoustics import Air
 from echoplan.acoustics.expectation import Hearing, Shape, shape_of
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classification.evidence import UNHEARD
-from echoplan.classification.images import CLOSE, Point, depth_of, echo_level, mirrored, strikes, turned
+from echoplan.classification.images import Lateness, Point, depth_of, echo_level, lateness, mirrored, strikes, turned
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
@@ -85,7 +85,7 @@ def volleys_over(soundings: Soundings, hearing: Hearing, walls: FloatArray, nois
         The readings.
     """
     walls_in_order = (shape_of(walls[0]), shape_of(walls[-1]), len(walls) > 1)
-    near = _nearby(soundings, hearing.scale, walls_in_order)
+    near = _nearby(soundings, hearing.scale, walls_in_order, lateness(hearing, _SCATTER * noise))
     levels, places, spots = np.full(len(near), UNHEARD), np.empty((len(near), len(walls))), np.zeros(2)
     for number in range(len(near)):
         ping, beside = near[number]
@@ -97,8 +97,8 @@ def volleys_over(soundings: Soundings, hearing: Hearing, walls: FloatArray, nois
 
 
 @compiled
-def _nearby(soundings: Soundings, scale: float, walls: tuple[Shape, Shape, bool]) -> IntArray:
-    """Find pings, and which of their mates, whose readings are about as long as the way over the walls.
+def _nearby(soundings: Soundings, scale: float, walls: tuple[Shape, Shape, bool], late: Lateness) -> IntArray:
+    """Find pings, and which of their mates, whose readings are about as long as the way over the walls ahead of them.
 
     Images are the same motion of every place: one look at three of them saves looking at the walls for each ping.
     """
@@ -115,8 +115,9 @@ def _nearby(soundings: Soundings, scale: float, walls: tuple[Shape, Shape, bool]
             x, y, travelled = soundings.x[mate], soundings.y[mate], _travelled(soundings, scale, (ping, beside))
             way_x = zero[0] + right[0] * x + up[0] * y - soundings.x[ping]
             way_y = zero[1] + right[1] * x + up[1] * y - soundings.y[ping]
-            # Of the difference of the squares only as much as CLOSE may make of it.
-            if abs(0.25 * (way_x * way_x + way_y * way_y) - travelled * travelled) < CLOSE * (2.0 * travelled + CLOSE):
+            ahead = way_x * soundings.ux[ping] + way_y * soundings.uy[ping] > 0.0
+            depth_squared = 0.25 * (way_x * way_x + way_y * way_y)
+            if ahead and max(travelled - late[1], 0.0) ** 2 < depth_squared < (travelled - late[0]) ** 2:
                 near[count, 0], near[count, 1] = ping, beside
                 count += 1
     return near[:count]
@@ -145,7 +146,7 @@ def _level(
     image = _image(walls, origin)
     way = (image[0] - place[0], image[1] - place[1])
     depth = 0.5 * math.hypot(way[0], way[1])
-    if abs(depth - heard[0]) > CLOSE or min(depth_of(walls[0], origin), depth_of(walls[1], place)) <= 0.0:
+    if min(depth_of(walls[0], origin), depth_of(walls[1], place)) <= 0.0:
         return UNHEARD
     found, spot = _first_spot(walls, origin, place, spots)
     if not found:
