@@ -10,7 +10,7 @@ from echoplan.acoustics.walk import WalkCurve, fitted_walk
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD, Frame, judge, weigh
 from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
-from echoplan.classification.volleys import volleys_over
+from echoplan.classification.volleys import Volleys, bursts_of, volleys_over
 from echoplan.extraction.arcs import ArcSettings, arc_planes, find_arcs
 from echoplan.geometry import directions, transform_points, wrap
 from echoplan.preprocessing.soundings import Soundings, chosen_soundings, late_by
@@ -150,6 +150,11 @@ def test_in_a_mirror_a_verdict_is_the_same_and_a_wall_runs_the_other_way(reflect
     assert (-there.high, -there.low) == pytest.approx((here.low, here.high), abs=1e-9)
 
 
+def volleys(soundings: Soundings, walls: FloatArray) -> Volleys:
+    """Readings that may be bursts by way of walls."""
+    return volleys_over(soundings, HEARING, bursts_of(soundings, HEARING), walls, ROUGH)
+
+
 @settings(max_examples=30)
 @given(POSES)
 def test_no_place_or_direction_changes_a_ghost(pose: tuple[float, float, float]) -> None:
@@ -167,12 +172,12 @@ def test_no_place_or_direction_changes_a_ghost(pose: tuple[float, float, float])
             ghosts_of_cylinder(elsewhere, HEARING, east, moved(POST, pose), ROUGH),
         ),
         (
-            volleys_over(mates, HEARING, ROOM[1][None], ROUGH).within(ENDS[None], count),
-            volleys_over(elsewhere, HEARING, north[None], ROUGH).within(spans[1][None], count),
+            volleys(mates, ROOM[1][None]).within(ENDS[None], count),
+            volleys(elsewhere, north[None]).within(spans[1][None], count),
         ),
         (
-            volleys_over(mates, HEARING, ROOM[:2], ROUGH).within(np.array([ENDS, ENDS]), count),
-            volleys_over(elsewhere, HEARING, np.array([east, north]), ROUGH).within(np.array(spans), count),
+            volleys(mates, ROOM[:2]).within(np.array([ENDS, ENDS]), count),
+            volleys(elsewhere, np.array([east, north])).within(np.array(spans), count),
         ),
     )
     for here, there in pairs:

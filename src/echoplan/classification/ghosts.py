@@ -16,10 +16,13 @@ from echoplan.classification.images import (
     Lateness,
     Path,
     Point,
+    after,
     depth_of,
     echo_level,
+    image_of,
     lateness,
     mirrored,
+    mirroring,
     strikes,
     turned,
 )
@@ -65,13 +68,14 @@ def ghosts_of_walls(
     """
     levels = np.full(len(soundings.readings), UNHEARD)
     first, second, late = shape_of(walls[0]), shape_of(walls[1]), lateness(hearing, _OF_WALLS * noise)
+    motion = after(mirroring(first), second)
     for ping in range(len(levels)):
         reading = soundings.readings[ping] * hearing.scale
-        if not math.isfinite(reading):
-            continue
         place = (soundings.x[ping], soundings.y[ping])
+        if not _is_near(image_of(motion, place), place, reading, late):
+            continue
         axis = (soundings.ux[ping], soundings.uy[ping])
-        found, path = _by_two_walls(place, axis, (first, second), extents, (reading, late))
+        found, path = _by_two_walls(place, axis, (first, second), extents)
         if found:
             strength = _both_ways(first, second, place, path[0], hearing.wavelength)
             levels[ping] = echo_level(hearing, path, reading, strength, _OF_WALLS * noise)
@@ -127,12 +131,18 @@ def ghosts_of_cylinder(
 
 
 @compiled
+def _is_near(image: Point, place: Point, reading: float, late: Lateness) -> bool:
+    """Whether a reading is about half as far as an image is; nothing heard is infinitely far."""
+    x, y = image[0] - place[0], image[1] - place[1]
+    return max(reading - late[1], 0.0) ** 2 < 0.25 * (x * x + y * y) < (reading - late[0]) ** 2
+
+
+@compiled
 def _by_two_walls(
     place: Point,
     axis: Point,
     walls: tuple[Shape, Shape],
     extents: tuple[FloatArray, FloatArray],
-    heard: tuple[float, Lateness],
 ) -> tuple[bool, Path]:
     """Follow sound from a sensor to the first wall, the second, and back; and the same the other way about."""
     nothing = (0.0, 0.0, 0.0, 0.0, 0.0)
@@ -140,8 +150,7 @@ def _by_two_walls(
         return False, nothing
     image = mirrored(walls[1], mirrored(walls[0], place))
     depth = 0.5 * math.hypot(image[0] - place[0], image[1] - place[1])
-    reading, late = heard
-    if depth < 0.02 or not late[0] < reading - depth < late[1]:
+    if depth < 0.02:
         return False, nothing
     other = mirrored(walls[0], mirrored(walls[1], place))
     departure, arrival = (image[0] - place[0], image[1] - place[1]), (other[0] - place[0], other[1] - place[1])

@@ -8,18 +8,39 @@ from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD
 from echoplan.compiled import compiled
 
-__all__ = ["Lateness", "Path", "Point", "depth_of", "echo_level", "lateness", "mirrored", "strikes", "turned"]
+__all__ = [
+    "Lateness",
+    "Motion",
+    "Path",
+    "Point",
+    "after",
+    "depth_of",
+    "echo_level",
+    "farthest_audible",
+    "image_of",
+    "lateness",
+    "mirrored",
+    "mirroring",
+    "strikes",
+    "turned",
+]
 
 # Readings farther off than so many deviations are no echo on that path.
 _CUT = 6.0
 # How loud such sound is, is known less well than that of reflectors: humidity alone makes 4 dB on a way of 9 m.  So
 # it fades into silence over more decibels (logistic).
 _FADING = 3.0
+# Of sound that stays this far below the threshold even along the axes, nothing is heard [dB].
+_INAUDIBLE = -15.0
+# No airborne sonar hears farther [m]; to how far it hears is told to a centimetre.
+_HORIZON, _HALVINGS = 40.0, 12
 _ROOT_TAU = math.sqrt(2.0 * math.pi)
 
 # Depth, and angles at departure and at arrival as (cosine, sine).
 Path: TypeAlias = tuple[float, float, float, float, float]
 Point: TypeAlias = tuple[float, float]
+# Image of the origin, and how it moves with x and with y: images are the same motion of every place.
+Motion: TypeAlias = tuple[Point, Point, Point]
 # How much less and how much more than the depth of its path an echo may be read as [m].
 Lateness: TypeAlias = tuple[float, float]
 
@@ -77,6 +98,28 @@ def lateness(hearing: Hearing, scatter: float) -> Lateness:
 
 
 @compiled
+def farthest_audible(hearing: Hearing) -> float:
+    """Tell from how deep reflected sound may be heard at all.
+
+    Parameters
+    ----------
+    hearing : Hearing
+        The sonar.
+
+    Returns
+    -------
+    float
+        Half of the way after which even that of a plane along the axes is too faint [m].
+    """
+    low, high = 0.0, _HORIZON
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        audible = lobe_excess_of(hearing, (middle, 1.0, 0.0, middle, 0.0)) > _INAUDIBLE
+        low, high = (middle, high) if audible else (low, middle)
+    return high
+
+
+@compiled
 def depth_of(wall: Shape, place: Point) -> float:
     """How far a place lies before a wall; negative behind it.
 
@@ -113,6 +156,66 @@ def mirrored(wall: Shape, place: Point) -> Point:
     """
     depth = 2.0 * depth_of(wall, place)
     return place[0] + depth * wall[1], place[1] + depth * wall[2]
+
+
+@compiled
+def mirroring(wall: Shape) -> Motion:
+    """Mirror every place in a wall.
+
+    Parameters
+    ----------
+    wall : Shape
+        The wall.
+
+    Returns
+    -------
+    Motion
+        From places to their images.
+    """
+    return after(((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)), wall)
+
+
+@compiled
+def after(motion: Motion, wall: Shape) -> Motion:
+    """Mirror in a wall what was moved before.
+
+    Parameters
+    ----------
+    motion : Motion
+        What comes first.
+    wall : Shape
+        The wall.
+
+    Returns
+    -------
+    Motion
+        Both one after the other.
+    """
+    (x, y), east, north = motion
+    zero = mirrored(wall, (x, y))
+    right, up = mirrored(wall, (x + east[0], y + east[1])), mirrored(wall, (x + north[0], y + north[1]))
+    return zero, (right[0] - zero[0], right[1] - zero[1]), (up[0] - zero[0], up[1] - zero[1])
+
+
+@compiled
+def image_of(motion: Motion, place: Point) -> Point:
+    """Move one place.
+
+    Parameters
+    ----------
+    motion : Motion
+        How.
+    place : Point
+        The place [m].
+
+    Returns
+    -------
+    Point
+        Its image [m].
+    """
+    zero, right, up = motion
+    x = zero[0] + right[0] * place[0] + up[0] * place[1]
+    return x, zero[1] + right[1] * place[0] + up[1] * place[1]
 
 
 @compiled

@@ -11,7 +11,7 @@ from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD
 from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
 from echoplan.classification.hypotheses import Hypothesis, Key
-from echoplan.classification.volleys import Volleys, volleys_over
+from echoplan.classification.volleys import Volleys, bursts_of, volleys_over
 from echoplan.preprocessing.soundings import Soundings
 
 __all__ = ["Multipath", "Part"]
@@ -54,6 +54,7 @@ class Multipath:
         self._soundings = soundings
         self._hearing = hearing
         self._noise = noise
+        self._bursts = bursts_of(soundings, hearing)
         self._known: dict[Key, FloatArray | None] = {}
         self._volleys: dict[Key, Volleys] = {}
 
@@ -126,7 +127,7 @@ class Multipath:
         reflectors = np.array([each.reflector for each in walls])
         key = tuple(reflectors.ravel().tolist())
         if key not in self._volleys:
-            self._volleys[key] = volleys_over(self._soundings, self._hearing, reflectors, self._noise)
+            self._volleys[key] = volleys_over(self._soundings, self._hearing, self._bursts, reflectors, self._noise)
         volleys = self._volleys[key]
         if len(volleys.pings):
             np.maximum(levels, volleys.within(np.array(extents), len(levels)), out=levels)

@@ -13,17 +13,53 @@ from echoplan.acoustics import Air
 from echoplan.acoustics.expectation import Hearing, Shape, shape_of
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classification.evidence import UNHEARD
-from echoplan.classification.images import Lateness, Point, depth_of, echo_level, lateness, mirrored, strikes, turned
+from echoplan.classification.images import (
+    Lateness,
+    Motion,
+    Point,
+    after,
+    depth_of,
+    echo_level,
+    farthest_audible,
+    image_of,
+    lateness,
+    mirrored,
+    mirroring,
+    strikes,
+    turned,
+)
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["Volleys", "volleys_over"]
+__all__ = ["Bursts", "Volleys", "bursts_of", "volleys_over"]
 
 # Such readings scatter more than those of reflectors, by this factor.
 _SCATTER = 2.0
 # Half of the speed of sound that modules assume, as the range scale is told against it [m/s].
 _HALF_SPEED = 0.5 * Air().speed_of_sound
 _ENDLESS = np.array([-np.inf, np.inf])
+
+
+class Bursts(NamedTuple):
+    """Bursts that pings may hear though they are not theirs.
+
+    Attributes
+    ----------
+    pings, mates : ndarray of int, shape (b,)
+        Which ping may hear the burst of which.
+    travelled : ndarray, shape (b,)
+        Half of the way of the burst until the ping's reading [m], in order at each station.
+    bounds : ndarray of int, shape (s + 1,)
+        Where the bursts of each station begin, and where the last end.
+    spread : ndarray, shape (s,)
+        How far sensors are from where each station is taken to be [m].
+    """
+
+    pings: IntArray
+    mates: IntArray
+    travelled: FloatArray
+    bounds: IntArray
+    spread: FloatArray
 
 
 class Volleys(NamedTuple):
@@ -65,8 +101,8 @@ class Volleys(NamedTuple):
 
 
 @compiled
-def volleys_over(soundings: Soundings, hearing: Hearing, walls: FloatArray, noise: float) -> Volleys:
-    """Find the readings that may be bursts not meant for them.
+def bursts_of(soundings: Soundings, hearing: Hearing) -> Bursts:
+    """List the bursts that pings may hear by way of walls.
 
     Parameters
     ----------
@@ -74,6 +110,46 @@ def volleys_over(soundings: Soundings, hearing: Hearing, walls: FloatArray, nois
         The pings, with the mates of each.
     hearing : Hearing
         The sonar.
+
+    Returns
+    -------
+    Bursts
+        Those of mates, unless they came from too far to be heard.
+    """
+    size, count, stations = soundings.mates.size, 0, len(soundings.centers)
+    pings, mates, travelled = np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size)
+    bounds, spread, farthest = np.zeros(stations + 1, np.int64), np.zeros(stations), farthest_audible(hearing)
+    for ping in range(len(soundings.readings)):
+        station, reading = soundings.stations[ping], soundings.readings[ping] * hearing.scale
+        x, y = soundings.centers[station]
+        spread[station] = max(spread[station], math.hypot(soundings.x[ping] - x, soundings.y[ping] - y))
+        for beside in range(soundings.mates.shape[1] if math.isfinite(reading) else 0):
+            mate = soundings.mates[ping, beside]
+            depth = reading + _HALF_SPEED * hearing.scale * soundings.lags[ping, beside]
+            if mate >= 0 and depth < farthest:
+                pings[count], mates[count], travelled[count] = ping, mate, depth
+                count += 1
+        bounds[station + 1] = count
+    for station in range(stations):
+        bounds[station + 1] = max(bounds[station + 1], bounds[station])
+        here = slice(bounds[station], bounds[station + 1])
+        order = np.argsort(travelled[here])
+        pings[here], mates[here], travelled[here] = pings[here][order], mates[here][order], travelled[here][order]
+    return Bursts(pings[:count].copy(), mates[:count].copy(), travelled[:count].copy(), bounds, spread)
+
+
+@compiled
+def volleys_over(soundings: Soundings, hearing: Hearing, bursts: Bursts, walls: FloatArray, noise: float) -> Volleys:
+    """Find the readings that may be bursts not meant for them.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+    hearing : Hearing
+        The sonar.
+    bursts : Bursts
+        That they may hear.
     walls : ndarray, shape (w, 4)
         One wall, or two in the order in which the sound strikes them.
     noise : float
@@ -85,50 +161,42 @@ def volleys_over(soundings: Soundings, hearing: Hearing, walls: FloatArray, nois
         The readings.
     """
     walls_in_order = (shape_of(walls[0]), shape_of(walls[-1]), len(walls) > 1)
-    near = _nearby(soundings, hearing.scale, walls_in_order, lateness(hearing, _SCATTER * noise))
+    motion = mirroring(walls_in_order[0])
+    motion = after(motion, walls_in_order[1]) if walls_in_order[2] else motion
+    near = _nearby(soundings, bursts, motion, lateness(hearing, _SCATTER * noise))
     levels, places, spots = np.full(len(near), UNHEARD), np.empty((len(near), len(walls))), np.zeros(2)
-    for number in range(len(near)):
-        ping, beside = near[number]
-        ends, travelled = (soundings.mates[ping, beside], ping), _travelled(soundings, hearing.scale, (ping, beside))
-        levels[number] = _level(soundings, hearing, ends, walls_in_order, (travelled, noise), spots)
+    for number, burst in enumerate(near):
+        ends, heard = (bursts.mates[burst], bursts.pings[burst]), (bursts.travelled[burst], noise)
+        levels[number] = _level(soundings, hearing, ends, walls_in_order, heard, spots)
         places[number] = spots[: len(walls)]
-    heard = levels > UNHEARD
-    return Volleys(near[heard, 0], levels[heard], places[heard])
+    heard_at_all = levels > UNHEARD
+    return Volleys(bursts.pings[near[heard_at_all]], levels[heard_at_all], places[heard_at_all])
 
 
 @compiled
-def _nearby(soundings: Soundings, scale: float, walls: tuple[Shape, Shape, bool], late: Lateness) -> IntArray:
-    """Find pings, and which of their mates, whose readings are about as long as the way over the walls ahead of them.
+def _nearby(soundings: Soundings, bursts: Bursts, motion: Motion, late: Lateness) -> IntArray:
+    """Find the bursts that are read about as far as the way over the walls is long, and come from ahead.
 
-    Images are the same motion of every place: one look at three of them saves looking at the walls for each ping.
+    From sensor to sensor that way differs from the station's own by no more than these are away from it.
     """
-    zero, east, north = _image(walls, (0.0, 0.0)), _image(walls, (1.0, 0.0)), _image(walls, (0.0, 1.0))
-    right, up = (east[0] - zero[0], east[1] - zero[1]), (north[0] - zero[0], north[1] - zero[1])
-    near, count = np.empty((soundings.mates.size, 2), np.int64), 0
-    for ping in range(len(soundings.readings)):
-        if not math.isfinite(soundings.readings[ping]):
-            continue
-        for beside in range(soundings.mates.shape[1]):
-            mate = soundings.mates[ping, beside]
-            if mate < 0:
-                continue
-            x, y, travelled = soundings.x[mate], soundings.y[mate], _travelled(soundings, scale, (ping, beside))
-            way_x = zero[0] + right[0] * x + up[0] * y - soundings.x[ping]
-            way_y = zero[1] + right[1] * x + up[1] * y - soundings.y[ping]
-            ahead = way_x * soundings.ux[ping] + way_y * soundings.uy[ping] > 0.0
-            depth_squared = 0.25 * (way_x * way_x + way_y * way_y)
-            if ahead and max(travelled - late[1], 0.0) ** 2 < depth_squared < (travelled - late[0]) ** 2:
-                near[count, 0], near[count, 1] = ping, beside
-                count += 1
+    near, count = np.empty(len(bursts.pings), np.int64), 0
+    for station in range(len(bursts.spread)):
+        center = (soundings.centers[station, 0], soundings.centers[station, 1])
+        image, spread = image_of(motion, center), bursts.spread[station]
+        depth = 0.5 * math.hypot(image[0] - center[0], image[1] - center[1])
+        first, last = bursts.bounds[station], bursts.bounds[station + 1]
+        inside = np.searchsorted(
+            bursts.travelled[first:last], np.array([depth + late[0] - spread, depth + late[1] + spread])
+        )
+        for burst in range(first + inside[0], first + inside[1]):
+            ping, mate, travelled = bursts.pings[burst], bursts.mates[burst], bursts.travelled[burst]
+            image = image_of(motion, (soundings.x[mate], soundings.y[mate]))
+            x, y = image[0] - soundings.x[ping], image[1] - soundings.y[ping]
+            squared = 0.25 * (x * x + y * y)
+            if max(travelled - late[1], 0.0) ** 2 < squared < (travelled - late[0]) ** 2:
+                near[count] = burst
+                count += x * soundings.ux[ping] + y * soundings.uy[ping] > 0.0
     return near[:count]
-
-
-@compiled
-def _travelled(soundings: Soundings, scale: float, heard: tuple[int, int]) -> float:
-    """How far a burst of a mate came until the ping's echo: half the way, as readings tell it [m]."""
-    reading: float = soundings.readings[heard[0]] * scale
-    before: float = soundings.lags[heard[0], heard[1]]
-    return reading + _HALF_SPEED * scale * before
 
 
 @compiled

@@ -14,7 +14,7 @@ from echoplan.geometry import compose, directions, wrap
 from echoplan.mapping.refinement import refine
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["Catalogue", "LocalisationSettings", "Sightline", "locate", "sightlines"]
+__all__ = ["Catalogue", "LocalisationSettings", "Sightline", "best_score", "locate", "sightlines"]
 
 _WALL, _CIRCLE = int(Kind.WALL), 2.0 * math.pi
 # How far beyond what was heard of a wall it may still be heard [m].
@@ -146,6 +146,24 @@ def locate(
         best, score = poses[place], float(scores[place])
         scale /= settings.steps / 2.0 if turn == 0 else 2.0
     return best, score
+
+
+def best_score(sight: Sightline, settings: LocalisationSettings) -> float:
+    """Tell how well the arcs of a sweep could fit at best.
+
+    Parameters
+    ----------
+    sight : Sightline
+        The arcs.
+    settings : LocalisationSettings
+        As for ``locate``.
+
+    Returns
+    -------
+    float
+        Log likelihood of a pose, just where odometry says, from which each arc is exactly of a sure reflector [nats].
+    """
+    return float(sight.weights.sum()) * math.log1p(1.0 / settings.stray)
 
 
 def _grid(span: FloatArray, steps: int) -> FloatArray:

@@ -11,7 +11,7 @@ from echoplan.classification.hypotheses import Hypothesis
 from echoplan.extraction.arcs import arc_planes
 from echoplan.geometry import compose, directions, invert
 from echoplan.mapping.account import Account
-from echoplan.mapping.localisation import Catalogue, Sightline, locate, sightlines
+from echoplan.mapping.localisation import Catalogue, Sightline, best_score, locate, sightlines
 from echoplan.mapping.poses import PoseBeliefs, continued
 
 __all__ = ["track"]
@@ -20,6 +20,8 @@ __all__ = ["track"]
 _LOOSE = 0.5
 # A cylinder that an arc may be [m].
 _RADIUS = 0.1
+# A station whose arcs are likely by this share of what they could be hears nothing new (logarithms).
+_UNDERSTOOD = 0.5
 # Part of a deviation of the heading that is searched at once.
 _PART = 0.75
 # Fewer stations do not know enough to place the first among them.
@@ -32,7 +34,8 @@ def track(account: Account, beliefs: PoseBeliefs) -> None:
     """Correct the poses of an account that drift.
 
     Each station is looked for about where odometry says it is, by its arcs against the features so far and the arcs
-    that belong to none; then features and poses of all stations so far are adjusted together.
+    that belong to none; then features and poses of all stations so far are adjusted together, unless this one hears
+    little that is new.
 
     Parameters
     ----------
@@ -48,11 +51,12 @@ def track(account: Account, beliefs: PoseBeliefs) -> None:
     for station in range(max(1, len(account.memory.poses)), len(account.given)):
         known = account.until(station)
         guess = _next(account, station)
-        pose, _ = locate(
+        pose, score = locate(
             sights[station], _catalogue(known), guess, 1.3 * beliefs.sigmas[station], account.settings.localisation
         )
         account.poses[station] = pose
-        _learn(account, beliefs, station + 1)
+        if score < _UNDERSTOOD * best_score(sights[station], account.settings.localisation):
+            _learn(account, beliefs, station + 1)
     if account.memory.is_empty and len(account.given) > _FEW:
         _join_first(account, beliefs, sights[0])
     account.settle(beliefs)

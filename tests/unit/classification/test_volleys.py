@@ -5,9 +5,10 @@ import pytest
 from scipy.optimize import minimize
 
 from echoplan.acoustics import Air
+from echoplan.acoustics.echo_model import EchoModel
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD
-from echoplan.classification.volleys import volleys_over
+from echoplan.classification.volleys import Volleys, bursts_of, volleys_over
 from echoplan.preprocessing.soundings import Soundings
 from expectations import NOISE, wall
 from single_ping import PLAIN, length, likeliest, one_ping, point_on
@@ -18,9 +19,15 @@ EAST, OBLIQUE = wall(0.0, 1.0), wall(np.radians(110.0), 1.1)
 FIRING, WAIT = 0.025, 0.025 * Air().speed_of_sound / 2
 
 
+def over(soundings: Soundings, model: EchoModel, walls: FloatArray) -> Volleys:
+    """The readings that may be bursts by way of walls."""
+    hearing = model.tabulated()
+    return volleys_over(soundings, hearing, bursts_of(soundings, hearing), walls, NOISE)
+
+
 def heard(soundings: Soundings, *walls: FloatArray, extents: tuple[tuple[float, float], ...] = ()) -> FloatArray:
     """What bursts explain that were not meant for these pings, without a walk."""
-    volleys = volleys_over(soundings, PLAIN.tabulated(), np.array(walls), NOISE)
+    volleys = over(soundings, PLAIN, np.array(walls))
     return volleys.within(np.array(extents or [ENDLESS] * len(walls)), len(soundings.readings))
 
 
@@ -60,7 +67,7 @@ def test_sound_of_the_firing_before_reads_too_near_by_what_it_travelled_since() 
 
 def test_in_warm_air_sound_travels_farther_between_two_firings() -> None:
     soundings, far = one_ping((0.0, 0.0), 0.0, mate=(0.0, 0.0), lag=FIRING), wall(0.0, 1.02 * (WAIT + 0.7))
-    warm = volleys_over(soundings, PLAIN.scaled(0.02).tabulated(), far[None], NOISE)
+    warm = over(soundings, PLAIN.scaled(0.02), far[None])
     assert likeliest(soundings, warm.within(np.array([ENDLESS]), len(soundings.readings))) == pytest.approx(
         0.7, abs=1e-4
     )
