@@ -16,15 +16,16 @@ from echoplan.compiled import compiled
 __all__ = [
     "SILENCE",
     "EchoModel",
+    "Heading",
     "Hearing",
     "Kind",
     "Ping",
     "Shape",
     "Sight",
+    "bent_excess_of",
     "differentiate",
     "excess_of",
     "expect",
-    "lobe_excess_of",
     "look",
     "shape_of",
     "walk_of",
@@ -66,6 +67,10 @@ Ping: TypeAlias = tuple[float, float, float, float]
 # Depth [m]; cosine and sine of the angle from the reflector's direction to the beam axis; distance of the point that
 # defines the reflector [m]; strength of the echo against that of a plane at the same depth [dB].
 Sight: TypeAlias = tuple[float, float, float, float, float]
+
+
+# Cosine and sine of an angle off the axis of a beam.
+Heading: TypeAlias = tuple[float, float]
 
 
 @compiled
@@ -147,28 +152,32 @@ def excess_of(hearing: Hearing, sight: Sight) -> float:
 
 
 @compiled
-def lobe_excess_of(hearing: Hearing, sight: Sight) -> float:
-    """Greatest signal excess that an echo may have: side lobes count with their peaks.
+def bent_excess_of(hearing: Hearing, depth: float, leaving: Heading, coming: Heading, strength: float) -> float:
+    """Greatest signal excess of sound that left and came back at different angles: side lobes count with their peaks.
 
     Parameters
     ----------
     hearing : Hearing
         The sonar.
-    sight : Sight
-        The reflector as the sensor sees it.
+    depth : float
+        Half of the way of the sound [m].
+    leaving, coming : Heading
+        Cosine and sine of the angle off the axis at either end.
+    strength : float
+        Of the echo against that of a plane at the same depth [dB].
 
     Returns
     -------
     float
         As ``excess_of``, but with ``lobes`` for the beam [dB]; silence behind the sensor.
     """
-    depth, cosine, sine, _, strength = sight
-    if cosine <= 0.0:
+    if leaving[0] <= 0.0 or coming[0] <= 0.0:
         return SILENCE
-    node = min(int(sine * sine * SQUARED_SINES), SQUARED_SINES)
+    out = hearing.lobes[min(int(leaving[1] * leaving[1] * SQUARED_SINES), SQUARED_SINES)]
+    back = hearing.lobes[min(int(coming[1] * coming[1] * SQUARED_SINES), SQUARED_SINES)]
     depth = max(depth, _NEAREST)
     spreading = 20.0 * math.log10(2.0 * depth) + 2.0 * hearing.absorption * depth
-    return float(hearing.figure_of_merit - spreading + hearing.lobes[node] + strength)
+    return float(hearing.figure_of_merit - spreading + 0.5 * (out + back) + strength)
 
 
 @compiled

@@ -3,7 +3,7 @@
 import math
 from typing import TypeAlias
 
-from echoplan.acoustics.expectation import Hearing, Shape, Sight, lobe_excess_of, walk_of
+from echoplan.acoustics.expectation import SILENCE, Hearing, Shape, bent_excess_of, walk_of
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD
 from echoplan.compiled import compiled
@@ -32,6 +32,7 @@ _CUT = 6.0
 _FADING = 3.0
 # Of sound that stays this far below the threshold even along the axes, nothing is heard [dB].
 _INAUDIBLE = -15.0
+_AHEAD = (1.0, 0.0)
 # No airborne sonar hears farther [m]; to how far it hears is told to a centimetre.
 _HORIZON, _HALVINGS = 40.0, 12
 _ROOT_TAU = math.sqrt(2.0 * math.pi)
@@ -68,9 +69,9 @@ def echo_level(hearing: Hearing, path: Path, reading: float, strength: float, sc
         Logarithm of the density of the reading [log 1/m].
     """
     depth = path[0]
-    leaving: Sight = (depth, path[1], path[2], depth, strength)
-    coming: Sight = (depth, path[3], path[4], depth, strength)
-    excess = 0.5 * (lobe_excess_of(hearing, leaving) + lobe_excess_of(hearing, coming))
+    excess = bent_excess_of(hearing, depth, (path[1], path[2]), (path[3], path[4]), strength)
+    if excess == SILENCE:
+        return UNHEARD
     late = reading - depth - walk_of(hearing, excess)
     if abs(late) > _CUT * scatter:
         return UNHEARD
@@ -114,7 +115,7 @@ def farthest_audible(hearing: Hearing) -> float:
     low, high = 0.0, _HORIZON
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        audible = lobe_excess_of(hearing, (middle, 1.0, 0.0, middle, 0.0)) > _INAUDIBLE
+        audible = bent_excess_of(hearing, middle, _AHEAD, _AHEAD, 0.0) > _INAUDIBLE
         low, high = (middle, high) if audible else (low, middle)
     return high
 

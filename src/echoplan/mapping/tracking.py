@@ -48,15 +48,14 @@ def track(account: Account, beliefs: PoseBeliefs) -> None:
     account.model, account.adjusted = account.memory.model or account.prior, None
     sights = _sights(account)
     account.poses, account.features = continued(account.given, account.memory.poses).copy(), account.known
-    for station in range(max(1, len(account.memory.poses)), len(account.given)):
-        known = account.until(station)
-        guess = _next(account, station)
-        pose, score = locate(
-            sights[station], _catalogue(known), guess, 1.3 * beliefs.sigmas[station], account.settings.localisation
-        )
+    first = max(1, len(account.memory.poses))
+    known = _known(account, first)
+    for station in range(first, len(account.given)):
+        guess, sigmas = _next(account, station), 1.3 * beliefs.sigmas[station]
+        pose, score = locate(sights[station], known, guess, sigmas, account.settings.localisation)
         account.poses[station] = pose
         if score < _UNDERSTOOD * best_score(sights[station], account.settings.localisation):
-            _learn(account, beliefs, station + 1)
+            known = _learn(account, beliefs, station + 1)
     if account.memory.is_empty and len(account.given) > _FEW:
         _join_first(account, beliefs, sights[0])
     account.settle(beliefs)
@@ -99,8 +98,15 @@ def _next(account: Account, station: int) -> FloatArray:
     return pose
 
 
-def _learn(account: Account, beliefs: PoseBeliefs, count: int) -> None:
-    """Find features from the first stations, and adjust their poses with them."""
+def _known(account: Account, count: int) -> Catalogue:
+    """List what is known before anything is learned from the first stations."""
+    part = account.until(count)
+    part.features = part.refreshed()
+    return _catalogue(part)
+
+
+def _learn(account: Account, beliefs: PoseBeliefs, count: int) -> Catalogue:
+    """Find features from the first stations, adjust their poses with them, and list what is known then."""
     part = account.until(count)
     part.noise = account.settings.pose_errors.tracking_noise
     part.search(rounds=1)
@@ -110,12 +116,12 @@ def _learn(account: Account, beliefs: PoseBeliefs, count: int) -> None:
         part.judge(part.noise)
     account.poses[:count] = part.poses
     account.features = part.features
+    return _catalogue(part)
 
 
 def _catalogue(known: Account) -> Catalogue:
     """List features, and arcs that belong to none as walls, corners and cylinders."""
-    features = known.refreshed()
-    explained = known.explained(features)
+    features, explained = known.features, known.explained(known.features)
     loose = [arc for arc in known.arcs if explained[arc.pings].mean() < 0.5]
     listed = _listed(features)
     rows, extents = list(listed.reflectors), list(listed.extents)
