@@ -59,6 +59,12 @@ def test_the_burst_of_a_mate_may_come_by_way_of_two_walls(
     assert likeliest(soundings, heard(soundings, *walls)) == pytest.approx(shortest / 2, abs=1e-4)
 
 
+def test_the_burst_of_a_mate_that_looks_the_other_way_comes_across_two_parallel_walls() -> None:
+    soundings = one_ping((0.3, 0.0), 0.0, mate=(0.3, 0.0), mate_bearing=np.pi)
+    assert likeliest(soundings, heard(soundings, wall(np.pi, 1.0), EAST)) == pytest.approx(2.0, abs=1e-4)
+    assert (heard(soundings, EAST, wall(np.pi, 1.0)) == UNHEARD).all()
+
+
 def test_sound_of_the_firing_before_reads_too_near_by_what_it_travelled_since() -> None:
     soundings = one_ping((0.0, 0.0), 0.0, mate=(0.0, 0.0), lag=FIRING)
     far = wall(0.0, WAIT + 0.7)
