@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -71,9 +72,10 @@ class Multipath:
         Part
             A ghost that explains something.
         """
+        keys = [each.key for each in features]
         for owners in _casting(features):
-            one, other = features[owners[0]], features[owners[-1]]
-            levels = self._of_wall(one) if len(owners) == 1 else self._of_pair(one, other)
+            key = sum((keys[each] for each in owners), ())
+            levels = self._once(key, partial(self._cast_by, [features[each] for each in owners]))
             if levels is not None:
                 yield Part(owners, levels)
 
@@ -97,19 +99,13 @@ class Multipath:
 
         return self._once(("mirrored", *wall.key, *other.key), between)
 
-    def _of_wall(self, wall: Hypothesis) -> FloatArray | None:
-        def alone() -> FloatArray:
+    def _cast_by(self, owners: Sequence[Hypothesis]) -> FloatArray:
+        wall, other = owners[0], owners[-1]
+        if other is wall:
             levels = np.full(len(self._soundings.readings), UNHEARD)
             self._add_volleys(levels, [wall], [_stretched(wall, None)])
             return levels
-
-        return self._once(wall.key, alone)
-
-    def _of_pair(self, wall: Hypothesis, other: Hypothesis) -> FloatArray | None:
-        return self._once(
-            (*wall.key, *other.key),
-            lambda: self._of_walls(wall, other) if other.is_wall else self._of_cylinder(wall, other),
-        )
+        return self._of_walls(wall, other) if other.is_wall else self._of_cylinder(wall, other)
 
     def _of_walls(self, wall: Hypothesis, other: Hypothesis) -> FloatArray:
         first, second = _reflecting(wall, other)

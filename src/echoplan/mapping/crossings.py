@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from echoplan.acoustics.expectation import Kind
-from echoplan.arrays import FloatArray
+from echoplan.arrays import FloatArray, IntArray
 from echoplan.geometry import directions, intersections, wrap
 from echoplan.mapping.rows import Rows
 from echoplan.mapping.unknowns import Unknowns
@@ -68,12 +68,17 @@ def corner_ties(reflectors: FloatArray, unknowns: Unknowns, settings: TieSetting
     Rows
         Two rows a corner.
     """
+    pairs = _square_pairs(reflectors, settings)
+    if not len(pairs):
+        return
+    crossings = intersections(reflectors[pairs[:, 0], 1:3], reflectors[pairs[:, 1], 1:3])
     for number in np.flatnonzero(unknowns.kinds == Kind.CORNER):
-        pair = _walls_of(reflectors, int(number), settings)
-        if pair is None:
+        distances = np.hypot(*(crossings - reflectors[number, 1:3]).T)
+        best = int(np.argmin(distances))
+        if distances[best] >= settings.gate:
             continue
-        lines = reflectors[list(pair), 1:3]
-        crossing = intersections(lines[0], lines[1])
+        pair, crossing = pairs[best], crossings[best]
+        lines = reflectors[pair, 1:3]
         columns = np.concatenate([unknowns.starts[k] + np.arange(2) for k in (*pair, number)])
         slopes = np.concatenate([crossing_slopes(lines, crossing), -np.eye(2)], axis=1)
         yield Rows(
@@ -84,18 +89,11 @@ def corner_ties(reflectors: FloatArray, unknowns: Unknowns, settings: TieSetting
         )
 
 
-def _walls_of(reflectors: FloatArray, corner: int, settings: TieSettings) -> tuple[int, int] | None:
-    """Find the two walls at a right angle that cross nearest to a corner."""
+def _square_pairs(reflectors: FloatArray, settings: TieSettings) -> IntArray:
+    """Find the pairs of walls at a right angle, shape (p, 2)."""
     walls = np.flatnonzero(reflectors[:, 0] == Kind.WALL)
-    first, second = (walls[each] for each in np.triu_indices(len(walls), 1))
-    turned = np.abs(np.abs(wrap(reflectors[first, 1] - reflectors[second, 1])) - math.pi / 2)
-    square = turned < settings.right_angle
-    first, second = first[square], second[square]
-    if not len(first):
-        return None
-    crossings = np.array(
-        [intersections(reflectors[a, 1:3], reflectors[b, 1:3]) for a, b in zip(first, second, strict=True)]
-    )
-    distances = np.hypot(*(crossings - reflectors[corner, 1:3]).T)
-    best = int(np.argmin(distances))
-    return (int(first[best]), int(second[best])) if distances[best] < settings.gate else None
+    pairs = walls[np.column_stack(np.triu_indices(len(walls), 1))]
+    angles = reflectors[pairs, 1]
+    turned = np.abs(np.abs(wrap(angles[:, 0] - angles[:, 1])) - math.pi / 2)
+    square: IntArray = pairs[turned < settings.right_angle]
+    return square

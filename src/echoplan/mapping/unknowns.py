@@ -1,6 +1,7 @@
 """The unknowns of a map: features, the sonar, poses; where each stands in one long vector."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -13,7 +14,7 @@ __all__ = ["SONAR_UNKNOWNS", "Unknowns"]
 SONAR_UNKNOWNS = ("range_offset", "walk_gain", "range_scale", "servo_latency")
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Unknowns:
     """Where each unknown stands.
 
@@ -28,18 +29,18 @@ class Unknowns:
     kinds: IntArray
     poses: int = 0
 
-    @property
+    @cached_property
     def counts(self) -> IntArray:
         """How many parameters each feature has."""
         return np.where(self.kinds == Kind.CYLINDER, 3, 2)
 
-    @property
+    @cached_property
     def starts(self) -> IntArray:
         """Where the parameters of each feature start."""
         starts: IntArray = np.concatenate([[0], np.cumsum(self.counts)])[:-1].astype(np.int64)
         return starts
 
-    @property
+    @cached_property
     def sonar(self) -> int:
         """Where those of the sonar start."""
         return int(self.counts.sum())
