@@ -26,6 +26,9 @@ _UNDERSTOOD = 0.5
 _PART = 0.75
 # Fewer stations do not know enough to place the first among them.
 _FEW = 4
+# Where the first station is, as well as its own arcs tell [m, m, rad]; it is moved only on strong evidence: this
+# logarithm of a ratio of likelihoods [nats] (Kass and Raftery 1995).
+_HERE, _STRONG = np.array([0.005, 0.005, math.radians(0.5)]), 3.0
 # A station that is off by less has joined the others; more, and its walls are taken for other walls [m, rad].
 _JOINED = (0.05, math.radians(3.0))
 
@@ -54,7 +57,8 @@ def track(account: Account, beliefs: PoseBeliefs) -> None:
         guess, sigmas = _next(account, station), 1.3 * beliefs.sigmas[station]
         pose, score = locate(sights[station], known, guess, sigmas, account.settings.localisation)
         account.poses[station] = pose
-        if score < _UNDERSTOOD * best_score(sights[station], account.settings.localisation):
+        understood = score > _UNDERSTOOD * best_score(sights[station], account.settings.localisation)
+        if not understood or station + 1 == len(account.given):
             known = _learn(account, beliefs, station + 1)
     if account.memory.is_empty and len(account.given) > _FEW:
         _join_first(account, beliefs, sights[0])
@@ -80,7 +84,8 @@ def _join_first(account: Account, beliefs: PoseBeliefs, sight: Sightline) -> Non
     way, sigmas = float(np.hypot(back[0], back[1])), 1.3 * beliefs.sigmas[1]
     # An error of the second heading turns the way back: each part of it is searched with what it leaves open.
     rest = np.hypot(sigmas, [0.5 * way * _PART * sigmas[2]] * 2 + [0.0]) * [1.0, 1.0, _PART]
-    found, most = account.poses[0], -np.inf
+    _, score = locate(sight, others, account.poses[0], _HERE, account.settings.localisation)
+    found, most = account.poses[0], score + _STRONG
     for turn in np.arange(-3.0, 3.0 + _PART, _PART):
         guess = compose(compose(account.poses[1], [0.0, 0.0, turn * sigmas[2]]), back)
         pose, score = locate(sight, others, guess, rest, account.settings.localisation)
