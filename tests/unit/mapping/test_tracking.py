@@ -12,6 +12,7 @@ from echoplan.mapping.account import Account
 from echoplan.mapping.agreement import is_torn
 from echoplan.mapping.calibration import calibration
 from echoplan.mapping.legacy import survey
+from echoplan.mapping.localisation import Catalogue, LocalisationSettings, Sightline, locate
 from echoplan.mapping.poses import odometry_beliefs
 from echoplan.mapping.settings import AccountSettings
 from echoplan.mapping.tracking import track
@@ -111,6 +112,31 @@ def test_from_stations_that_hear_nothing_new_nothing_is_learned(monkeypatch: pyt
     # The first two stations of a room tell most of it.
     assert learned[0] == 2
     assert len(learned) < len(WAY) / 2
+
+
+@pytest.mark.parametrize(("gain", "moves"), [(2.0, False), (4.0, True)])
+def test_the_first_station_is_only_moved_on_strong_evidence(
+    gain: float, monkeypatch: pytest.MonkeyPatch, *, moves: bool
+) -> None:
+    stays, original = list[float](), locate
+
+    def located(
+        sight: Sightline, catalogue: Catalogue, guess: FloatArray, sigmas: FloatArray, settings: LocalisationSettings
+    ) -> tuple[FloatArray, float]:
+        if stays:
+            return np.array([*(WAY[0, :2] + 0.2), WAY[0, 2]]), stays[0] + gain
+        pose, score = original(sight, catalogue, guess, sigmas, settings)
+        # Nobody asks how well a station fits within millimetres of where it is but for this.
+        stays.extend([score] * bool(sigmas[0] < 0.006))
+        return pose, score
+
+    account = account_of(drive())
+    monkeypatch.setattr("echoplan.mapping.tracking.locate", located)
+    monkeypatch.setattr(Account, "settle", lambda *_: None)
+    track(account, odometry_beliefs(account.given, account.settings.pose_errors))
+    away = np.hypot(*(account.poses[1:] - WAY[1:])[:, :2].T)
+    assert stays
+    assert ((away > 0.2) == moves).all()
 
 
 def test_the_walls_are_there_once_and_in_their_places() -> None:
