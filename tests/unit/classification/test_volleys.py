@@ -10,7 +10,7 @@ from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD
 from echoplan.classification.volleys import Volleys, bursts_of, volleys_over
 from echoplan.preprocessing.soundings import Soundings
-from expectations import NOISE, wall
+from expectations import NOISE, listening, wall
 from single_ping import PLAIN, length, likeliest, one_ping, point_on
 
 ENDLESS = (-50.0, 50.0)
@@ -123,3 +123,27 @@ def test_of_several_bursts_the_likeliest_explains_a_reading() -> None:
     mates[:, 0] = mates[:, 1]
     twice = soundings._replace(mates=mates)
     assert heard(twice, EAST).tolist() == heard(soundings, EAST).tolist()
+
+
+def test_no_burst_is_missed_by_looking_only_where_they_can_come_from() -> None:
+    rng, told = np.random.default_rng(4), PLAIN.tabulated()
+    scene = listening(step=np.radians(0.5))
+    count = len(scene.readings) // len(scene.centers)
+    # The mate of each ping looks 5 degrees aside at the same station.
+    mates = scene.stations * count + (np.arange(len(scene.readings)) + 10) % count
+    heard_ = scene._replace(
+        readings=rng.uniform(0.3, 3.9, len(mates)), mates=mates[:, None], lags=np.zeros((len(mates), 1))
+    )
+    bursts = bursts_of(heard_, told)
+    everywhere = bursts._replace(spread=np.full(len(bursts.spread), np.inf))
+    for walls in ((EAST,), (wall(np.pi / 2, 0.8), EAST)):
+        here, there = (volleys_over(heard_, told, each, np.array(walls), 0.02) for each in (bursts, everywhere))
+        assert len(here.pings) > 5
+        assert here.pings.tolist() == there.pings.tolist()
+        assert here.levels.tolist() == there.levels.tolist()
+
+
+def test_bursts_from_too_far_to_be_heard_are_left_out() -> None:
+    near, far = (one_ping((0.0, 0.0), 0.0, mate=(0.0, 0.0), lag=lag) for lag in (FIRING, 8 * FIRING))
+    assert len(bursts_of(near, PLAIN.tabulated()).pings) > 0
+    assert len(bursts_of(far, PLAIN.tabulated()).pings) == 0
