@@ -18,7 +18,7 @@ from echoplan.preprocessing.soundings import Soundings
 __all__ = ["Multipath", "Part"]
 
 # Walls may reflect so far beyond what was heard of them, or up to a crossing that is no farther [m].
-_STRETCH, _TO_CROSSING = 1.0, 2.0
+_STRETCH, _TO_CROSSING = 0.4, 2.0
 # Walls that turn less than this toward each other cross too far away (sine).
 _PARALLEL = 0.1
 
