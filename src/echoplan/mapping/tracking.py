@@ -21,7 +21,7 @@ _LOOSE = 0.5
 # A cylinder that an arc may be [m].
 _RADIUS = 0.1
 # A station whose arcs are likely by this share of what they could be hears nothing new (logarithms).
-_UNDERSTOOD = 0.5
+_UNDERSTOOD = 0.6
 # Part of a deviation of the heading that is searched at once.
 _PART = 0.75
 # Fewer stations do not know enough to place the first among them.
