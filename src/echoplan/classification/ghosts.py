@@ -13,13 +13,13 @@ from echoplan.acoustics.expectation import Hearing, Shape, shape_of
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD
 from echoplan.classification.images import (
-    Lateness,
     Path,
     Point,
     after,
     depth_of,
     echo_level,
     image_of,
+    is_near,
     lateness,
     mirrored,
     mirroring,
@@ -72,10 +72,11 @@ def ghosts_of_walls(
     for ping in range(len(levels)):
         reading = soundings.readings[ping] * hearing.scale
         place = (soundings.x[ping], soundings.y[ping])
-        if not _is_near(image_of(motion, place), place, reading, late):
+        image = image_of(motion, place)
+        if not is_near(image, place, reading, late):
             continue
         axis = (soundings.ux[ping], soundings.uy[ping])
-        found, path = _by_two_walls(place, axis, (first, second), extents)
+        found, path = _by_two_walls((place, image), axis, (first, second), extents)
         if found:
             strength = _both_ways(first, second, place, path[0], hearing.wavelength)
             levels[ping] = echo_level(hearing, path, reading, strength, _OF_WALLS * noise)
@@ -131,24 +132,16 @@ def ghosts_of_cylinder(
 
 
 @compiled
-def _is_near(image: Point, place: Point, reading: float, late: Lateness) -> bool:
-    """Whether a reading is about half as far as an image is; nothing heard is infinitely far."""
-    x, y = image[0] - place[0], image[1] - place[1]
-    return max(reading - late[1], 0.0) ** 2 < 0.25 * (x * x + y * y) < (reading - late[0]) ** 2
-
-
-@compiled
 def _by_two_walls(
-    place: Point,
+    ends: tuple[Point, Point],
     axis: Point,
     walls: tuple[Shape, Shape],
     extents: tuple[FloatArray, FloatArray],
 ) -> tuple[bool, Path]:
-    """Follow sound from a sensor to the first wall, the second, and back; and the same the other way about."""
-    nothing = (0.0, 0.0, 0.0, 0.0, 0.0)
+    """Follow sound from a sensor, which has its image in both walls, to the first, the second, and back, and about."""
+    nothing, (place, image) = (0.0, 0.0, 0.0, 0.0, 0.0), ends
     if depth_of(walls[0], place) <= 0.0 or depth_of(walls[1], place) <= 0.0:
         return False, nothing
-    image = mirrored(walls[1], mirrored(walls[0], place))
     depth = 0.5 * math.hypot(image[0] - place[0], image[1] - place[1])
     if depth < 0.02:
         return False, nothing

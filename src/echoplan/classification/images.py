@@ -18,6 +18,7 @@ __all__ = [
     "echo_level",
     "farthest_audible",
     "image_of",
+    "is_near",
     "lateness",
     "mirrored",
     "mirroring",
@@ -217,6 +218,28 @@ def image_of(motion: Motion, place: Point) -> Point:
     zero, right, up = motion
     x = zero[0] + right[0] * place[0] + up[0] * place[1]
     return x, zero[1] + right[1] * place[0] + up[1] * place[1]
+
+
+@compiled
+def is_near(image: Point, place: Point, reading: float, late: Lateness) -> bool:
+    """Whether a reading may be of sound that comes from an image; nothing heard is infinitely far.
+
+    Parameters
+    ----------
+    image, place : Point
+        Where the sound seems to come from, and where it is heard [m].
+    reading : float
+        Half of the way that it has come [m].
+    late : Lateness
+        How far readings may be off.
+
+    Returns
+    -------
+    bool
+        Whether half of the way from the image is as long, told by squares: no root is taken.
+    """
+    x, y = image[0] - place[0], image[1] - place[1]
+    return max(reading - late[1], 0.0) ** 2 < 0.25 * (x * x + y * y) < (reading - late[0]) ** 2
 
 
 @compiled

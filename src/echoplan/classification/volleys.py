@@ -5,7 +5,7 @@ early echo of this one: by half of what it travels between the two firings too n
 """
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from echoplan.classification.images import (
     echo_level,
     farthest_audible,
     image_of,
+    is_near,
     lateness,
     mirrored,
     mirroring,
@@ -38,6 +39,9 @@ _SCATTER = 2.0
 # Half of the speed of sound that modules assume, as the range scale is told against it [m/s].
 _HALF_SPEED = 0.5 * Air().speed_of_sound
 _ENDLESS = np.array([-np.inf, np.inf])
+
+# The first wall and the last, whether they are two, and how they move the image of where sound comes from.
+Route: TypeAlias = tuple[Shape, Shape, bool, Motion]
 
 
 class Bursts(NamedTuple):
@@ -160,14 +164,14 @@ def volleys_over(soundings: Soundings, hearing: Hearing, bursts: Bursts, walls: 
     Volleys
         The readings.
     """
-    walls_in_order = (shape_of(walls[0]), shape_of(walls[-1]), len(walls) > 1)
-    motion = mirroring(walls_in_order[0])
-    motion = after(motion, walls_in_order[1]) if walls_in_order[2] else motion
+    first, last, double = shape_of(walls[0]), shape_of(walls[-1]), len(walls) > 1
+    motion = after(mirroring(first), last) if double else mirroring(first)
+    route = (first, last, double, motion)
     near = _nearby(soundings, bursts, motion, lateness(hearing, _SCATTER * noise))
     levels, places, spots = np.full(len(near), UNHEARD), np.empty((len(near), len(walls))), np.zeros(2)
     for number, burst in enumerate(near):
         ends, heard = (bursts.mates[burst], bursts.pings[burst]), (bursts.travelled[burst], noise)
-        levels[number] = _level(soundings, hearing, ends, walls_in_order, heard, spots)
+        levels[number] = _level(soundings, hearing, ends, route, heard, spots)
         places[number] = spots[: len(walls)]
     heard_at_all = levels > UNHEARD
     return Volleys(bursts.pings[near[heard_at_all]], levels[heard_at_all], places[heard_at_all])
@@ -189,13 +193,13 @@ def _nearby(soundings: Soundings, bursts: Bursts, motion: Motion, late: Lateness
             bursts.travelled[first:last], np.array([depth + late[0] - spread, depth + late[1] + spread])
         )
         for burst in range(first + inside[0], first + inside[1]):
-            ping, mate, travelled = bursts.pings[burst], bursts.mates[burst], bursts.travelled[burst]
+            ping, mate = bursts.pings[burst], bursts.mates[burst]
+            place = (soundings.x[ping], soundings.y[ping])
             image = image_of(motion, (soundings.x[mate], soundings.y[mate]))
-            x, y = image[0] - soundings.x[ping], image[1] - soundings.y[ping]
-            squared = 0.25 * (x * x + y * y)
-            if max(travelled - late[1], 0.0) ** 2 < squared < (travelled - late[0]) ** 2:
+            ahead = (image[0] - place[0]) * soundings.ux[ping] + (image[1] - place[1]) * soundings.uy[ping] > 0.0
+            if ahead and is_near(image, place, bursts.travelled[burst], late):
                 near[count] = burst
-                count += x * soundings.ux[ping] + y * soundings.uy[ping] > 0.0
+                count += 1
     return near[:count]
 
 
@@ -204,19 +208,19 @@ def _level(
     soundings: Soundings,
     hearing: Hearing,
     ends: tuple[int, int],
-    walls: tuple[Shape, Shape, bool],
+    route: Route,
     heard: tuple[float, float],
     spots: FloatArray,
 ) -> float:
     """Follow sound from one ping's sensor over the walls to another's; fill in where it strikes them."""
     origin = (soundings.x[ends[0]], soundings.y[ends[0]])
     place = (soundings.x[ends[1]], soundings.y[ends[1]])
-    image = _image(walls, origin)
+    image = image_of(route[3], origin)
     way = (image[0] - place[0], image[1] - place[1])
     depth = 0.5 * math.hypot(way[0], way[1])
-    if min(depth_of(walls[0], origin), depth_of(walls[1], place)) <= 0.0:
+    if min(depth_of(route[0], origin), depth_of(route[1], place)) <= 0.0:
         return UNHEARD
-    found, spot = _first_spot(walls, origin, place, spots)
+    found, spot = _first_spot(route, origin, place, way, spots)
     if not found:
         return UNHEARD
     out = turned((soundings.ux[ends[0]], soundings.uy[ends[0]]), (spot[0] - origin[0], spot[1] - origin[1]))
@@ -226,30 +230,22 @@ def _level(
 
 
 @compiled
-def _first_spot(walls: tuple[Shape, Shape, bool], origin: Point, place: Point, spots: FloatArray) -> tuple[bool, Point]:
+def _first_spot(route: Route, origin: Point, place: Point, way: Point, spots: FloatArray) -> tuple[bool, Point]:
     """Go back from where sound was heard to where it struck first; fill in where along each wall it did."""
-    first, last, double = walls
-    image, nearer = _image(walls, origin), mirrored(first, origin)
-    way = (image[0] - place[0], image[1] - place[1])
+    first, last, double, _ = route
     if not strikes(last, _ENDLESS, place, way):
         return False, place
     spot = _spot(last, place, way)
     spots[1 if double else 0] = last[1] * spot[1] - last[2] * spot[0]
     if not double:
         return True, spot
+    nearer = mirrored(first, origin)
     onward = (nearer[0] - spot[0], nearer[1] - spot[1])
     if not strikes(first, _ENDLESS, spot, onward):
         return False, spot
     spot = _spot(first, spot, onward)
     spots[0] = first[1] * spot[1] - first[2] * spot[0]
     return True, spot
-
-
-@compiled
-def _image(walls: tuple[Shape, Shape, bool], place: Point) -> Point:
-    """Where sound seems to come from after one wall or both."""
-    image = mirrored(walls[0], place)
-    return mirrored(walls[1], image) if walls[2] else image
 
 
 @compiled
