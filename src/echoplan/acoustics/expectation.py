@@ -16,13 +16,13 @@ from echoplan.compiled import compiled
 __all__ = [
     "SILENCE",
     "EchoModel",
-    "Heading",
     "Hearing",
     "Kind",
+    "OffAxis",
     "Ping",
     "Shape",
     "Sight",
-    "bent_excess_of",
+    "bistatic_excess_of",
     "differentiate",
     "excess_of",
     "expect",
@@ -68,9 +68,8 @@ Ping: TypeAlias = tuple[float, float, float, float]
 # defines the reflector [m]; strength of the echo against that of a plane at the same depth [dB].
 Sight: TypeAlias = tuple[float, float, float, float, float]
 
-
 # Cosine and sine of an angle off the axis of a beam.
-Heading: TypeAlias = tuple[float, float]
+OffAxis: TypeAlias = tuple[float, float]
 
 
 @compiled
@@ -152,7 +151,7 @@ def excess_of(hearing: Hearing, sight: Sight) -> float:
 
 
 @compiled
-def bent_excess_of(hearing: Hearing, depth: float, leaving: Heading, coming: Heading, strength: float) -> float:
+def bistatic_excess_of(hearing: Hearing, depth: float, leaving: OffAxis, coming: OffAxis, strength: float) -> float:
     """Greatest signal excess of sound that left and came back at different angles: side lobes count with their peaks.
 
     Parameters
@@ -161,7 +160,7 @@ def bent_excess_of(hearing: Hearing, depth: float, leaving: Heading, coming: Hea
         The sonar.
     depth : float
         Half of the way of the sound [m].
-    leaving, coming : Heading
+    leaving, coming : OffAxis
         Cosine and sine of the angle off the axis at either end.
     strength : float
         Of the echo against that of a plane at the same depth [dB].

@@ -3,7 +3,7 @@
 import math
 from typing import TypeAlias
 
-from echoplan.acoustics.expectation import SILENCE, Hearing, Shape, bent_excess_of, walk_of
+from echoplan.acoustics.expectation import SILENCE, Hearing, Shape, bistatic_excess_of, walk_of
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD
 from echoplan.compiled import compiled
@@ -70,7 +70,7 @@ def echo_level(hearing: Hearing, path: Path, reading: float, strength: float, sc
         Logarithm of the density of the reading [log 1/m].
     """
     depth = path[0]
-    excess = bent_excess_of(hearing, depth, (path[1], path[2]), (path[3], path[4]), strength)
+    excess = bistatic_excess_of(hearing, depth, (path[1], path[2]), (path[3], path[4]), strength)
     if excess == SILENCE:
         return UNHEARD
     late = reading - depth - walk_of(hearing, excess)
@@ -116,7 +116,7 @@ def farthest_audible(hearing: Hearing) -> float:
     low, high = 0.0, _HORIZON
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        audible = bent_excess_of(hearing, middle, _AHEAD, _AHEAD, 0.0) > _INAUDIBLE
+        audible = bistatic_excess_of(hearing, middle, _AHEAD, _AHEAD, 0.0) > _INAUDIBLE
         low, high = (middle, high) if audible else (low, middle)
     return high
 

@@ -92,12 +92,7 @@ class Multipath:
         ndarray, shape (n,), or None
             As ``Part.levels``; nothing if there is no such echo.
         """
-
-        def between() -> FloatArray:
-            pair, ends = (wall.reflector, other.reflector), _reflecting(wall, other)
-            return ghosts_of_walls(self._soundings, self._hearing, pair, ends, self._noise)
-
-        return self._once(("mirrored", *wall.key, *other.key), between)
+        return self._once(("mirrored", *wall.key, *other.key), partial(self._of_images, wall, other))
 
     def _cast_by(self, owners: Sequence[Hypothesis]) -> FloatArray:
         wall, other = owners[0], owners[-1]
@@ -108,12 +103,16 @@ class Multipath:
         return self._of_walls(wall, other) if other.is_wall else self._of_cylinder(wall, other)
 
     def _of_walls(self, wall: Hypothesis, other: Hypothesis) -> FloatArray:
+        levels = self.mirrored(wall, other)
+        levels = np.full(len(self._soundings.readings), UNHEARD) if levels is None else levels.copy()
         first, second = _reflecting(wall, other)
-        pair = (wall.reflector, other.reflector)
-        levels = ghosts_of_walls(self._soundings, self._hearing, pair, (first, second), self._noise)
         self._add_volleys(levels, [wall, other], [first, second])
         self._add_volleys(levels, [other, wall], [second, first])
         return levels
+
+    def _of_images(self, wall: Hypothesis, other: Hypothesis) -> FloatArray:
+        pair, extents = (wall.reflector, other.reflector), _reflecting(wall, other)
+        return ghosts_of_walls(self._soundings, self._hearing, pair, extents, self._noise)
 
     def _of_cylinder(self, wall: Hypothesis, cylinder: Hypothesis) -> FloatArray:
         return ghosts_of_cylinder(self._soundings, self._hearing, wall.reflector, cylinder.reflector, self._noise)
