@@ -1,6 +1,7 @@
 """Tracking: station after station, each placed against what the ones before it know of the room."""
 
 import math
+from collections import defaultdict
 from collections.abc import Sequence
 
 import numpy as np
@@ -57,8 +58,7 @@ def track(account: Account, beliefs: PoseBeliefs) -> None:
         guess, sigmas = _next(account, station), 1.3 * beliefs.sigmas[station]
         pose, score = locate(sights[station], known, guess, sigmas, account.settings.localisation)
         account.poses[station] = pose
-        understood = score > _UNDERSTOOD * best_score(sights[station], account.settings.localisation)
-        if not understood or station + 1 == len(account.given):
+        if score <= _UNDERSTOOD * best_score(sights[station], account.settings.localisation):
             known = _learn(account, beliefs, station + 1)
     if account.memory.is_empty and len(account.given) > _FEW:
         _join_first(account, beliefs, sights[0])
@@ -66,11 +66,10 @@ def track(account: Account, beliefs: PoseBeliefs) -> None:
 
 
 def _sights(account: Account) -> list[Sightline]:
-    hearing = account.model.tabulated()
-    return [
-        sightlines([arc for arc in account.arcs if arc.station == station], account.recorded, hearing, pose)
-        for station, pose in enumerate(account.given)
-    ]
+    hearing, arcs = account.model.tabulated(), defaultdict(list)
+    for arc in account.arcs:
+        arcs[arc.station].append(arc)
+    return [sightlines(arcs[station], account.recorded, hearing, pose) for station, pose in enumerate(account.given)]
 
 
 def _join_first(account: Account, beliefs: PoseBeliefs, sight: Sightline) -> None:
