@@ -6,6 +6,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from echoplan.acoustics.air import Air, speed_of_sound
 from echoplan.acoustics.beam import two_way_loss
@@ -53,6 +54,8 @@ class EchoModel:
         Share by which readings are too short.
     frequency : float
         Of the burst [Hz].
+    spread : float
+        How well the excess of an echo is told: scale of a logistic distribution [dB].
     """
 
     figure_of_merit: float
@@ -63,6 +66,7 @@ class EchoModel:
     range_offset: float = 0.0
     range_scale: float = 0.0
     frequency: float = 40_000.0
+    spread: float = 0.3
 
     @classmethod
     def of(cls, transducer: Transducer) -> "EchoModel":
@@ -119,6 +123,21 @@ class EchoModel:
         """Signal excess of an aimed plane at 1 m [dB]."""
         return self.figure_of_merit - 20 * math.log10(2.0) - 2 * self.absorption
 
+    def scatter(self, excess: ArrayLike) -> FloatArray:
+        """Tell how much readings scatter because the excess of an echo is not known exactly.
+
+        Parameters
+        ----------
+        excess : array_like
+            What it should be [dB].
+
+        Returns
+        -------
+        ndarray
+            Standard deviation [m].
+        """
+        return self.walk_gain * self.walk.scatter(excess, self.spread)
+
     def tabulated(self) -> "Hearing":
         """Turn the model into numbers and tables.
 
@@ -127,7 +146,8 @@ class EchoModel:
         Hearing
             What compiled functions read.
         """
-        shape = self.walk.values - float(self.walk(self.reference_excess))
+        walk = self.walk.blurred(self.spread)
+        shape = walk.values - float(walk(self.reference_excess))
         return Hearing(
             figure_of_merit=self.figure_of_merit,
             absorption=self.absorption,

@@ -5,6 +5,7 @@ fitted to a recording.  All are kept as values on an even grid of the excess, wh
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +20,8 @@ __all__ = ["EXCESS_STEP", "WalkCurve", "fitted_walk", "physical_walk"]
 # The grid of the excess [dB]: echoes 70 dB above the threshold are at a transducer's face.
 EXCESS_STEP = 0.05
 _NODES = 1401
+# Of a distribution, where a mean is taken over it; the exponential of more is infinite.
+_QUANTILES, _LARGEST = 64, 700.0
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -58,6 +61,48 @@ class WalkCurve:
             Delay as a share of the delay at the threshold.
         """
         return np.interp(np.asarray(excess, dtype=np.float64), _grid(), self.values)
+
+    def blurred(self, spread: float) -> "WalkCurve":
+        r"""Expect the walk of echoes that are heard, of which the excess is not known exactly.
+
+        That an echo was heard tells that it was above the threshold, however faint it should have been.
+
+        .. math:: \bar w(M) = E[w(M + \delta) \mid M + \delta > 0], \quad \delta \sim \mathrm{logistic}(0, s)
+
+        Parameters
+        ----------
+        spread : float
+            Scale s of the logistic distribution of the excess about what it should be [dB].
+
+        Returns
+        -------
+        WalkCurve
+            The mean.
+
+        Examples
+        --------
+        >>> walk = WalkCurve.from_table([0, 1], [1, 0])
+        >>> walk.blurred(0.3)([0.0, 0.5, 2.0]).round(2)
+        array([0.61, 0.41, 0.01])
+        """
+        return _blurred(self, spread)[0]
+
+    def scatter(self, excess: ArrayLike, spread: float) -> FloatArray:
+        """Tell how much the walk of such echoes scatters.
+
+        Parameters
+        ----------
+        excess : array_like
+            What the signal excess should be [dB].
+        spread : float
+            As for ``blurred`` [dB].
+
+        Returns
+        -------
+        ndarray
+            Standard deviation, as a share of the delay at the threshold.
+        """
+        return np.interp(np.asarray(excess, dtype=np.float64), _grid(), _blurred(self, spread)[1])
 
     @classmethod
     def from_table(cls, excess: ArrayLike, values: ArrayLike) -> "WalkCurve":
@@ -153,6 +198,19 @@ def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
     order = np.argsort(values)
     shares = np.cumsum(weights[order]) / weights.sum()
     return float(values[order][np.searchsorted(shares, 0.5)])
+
+
+# A recording is explained by one curve again and again.
+@lru_cache(maxsize=8)
+def _blurred(curve: WalkCurve, spread: float) -> tuple[WalkCurve, FloatArray]:
+    if spread == 0.0:
+        return curve, np.zeros(_NODES)
+    shares = (np.arange(_QUANTILES) + 0.5) / _QUANTILES
+    unheard = 1.0 / (1.0 + np.exp(np.minimum(_grid() / spread, _LARGEST)))[:, None]
+    # Quantiles of the excess, of the part of its distribution that is above the threshold.
+    chances = unheard + (1.0 - unheard) * shares
+    values = curve(_grid()[:, None] + spread * np.log(chances / (1.0 - chances)))
+    return WalkCurve(values=np.minimum.accumulate(values.mean(axis=1))), values.std(axis=1)
 
 
 def _grid() -> FloatArray:

@@ -299,7 +299,7 @@ class Account:
 
     def learn_noise(self) -> None:
         """Take the noise from what is left of the readings."""
-        scatter = 1.25 * self.adjusted.scatter if self.adjusted else math.nan
+        scatter = self.adjusted.scatter if self.adjusted else math.nan
         if not math.isnan(scatter):
             self.noise = min(max(scatter, self.settings.least_noise), self.settings.greatest_noise)
 

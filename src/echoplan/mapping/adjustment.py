@@ -33,8 +33,6 @@ __all__ = [
 ]
 
 _CYLINDER = int(Kind.CYLINDER)
-# Below this excess readings count half: a detector scatters more there [dB].
-_UNCERTAIN = 6.0
 # Walls within this of a square direction are drawn to it [rad].
 _NEARLY_SQUARE = math.radians(12)
 # Information about features that holds them in place where no reading does.
@@ -269,8 +267,8 @@ def _linearised(
     walk = (now.model.range_offset, now.model.walk_gain)
     slopes = differentiate_readings(soundings, hearing, now.features, matched, explained, walk)
     residuals, excesses = matched.residuals[explained], matched.excesses[explained]
-    doubts = (1.0 + (residuals / (settings.robust * beliefs.noise)) ** 2) ** 2
-    doubts *= np.where(excesses < _UNCERTAIN, 2.0, 1.0) * beliefs.noise**2
+    variances = beliefs.noise**2 + now.model.scatter(excesses) ** 2
+    doubts = variances * (1.0 + residuals**2 / (settings.robust**2 * variances)) ** 2
     counts = beliefs.independence * soundings.weights[explained]
     readings = _Readings(
         owners=matched.owners[explained],

@@ -58,7 +58,7 @@ class AccountSettings(BaseModel, frozen=True, extra="forbid"):
     vertices: VertexSettings = Field(default_factory=VertexSettings)
     survey: SurveySettings = Field(default_factory=SurveySettings)
     first_noise: float = Field(default=0.008, gt=0.0, description="of readings before anything is known [m]")
-    least_noise: float = Field(default=0.0025, gt=0.0, description="of the best sensors [m]")
+    least_noise: float = Field(default=0.0015, gt=0.0, description="of the best sensors [m]")
     greatest_noise: float = Field(default=0.05, gt=0.0, description="of readings that still make a map [m]")
     torn: float = Field(default=0.25, gt=0.0, le=1.0, description="share of walls that are there twice if poses drift")
     # A pose that is off by a quarter of what readings scatter makes it 1 / (1 + 4^2).

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -72,7 +74,8 @@ def written_out(model: EchoModel, reflector: FloatArray, place: tuple[float, flo
         }[Kind(int(kind))]
     beam = -two_way_loss(wrap(bearing - way), model.ka)
     excess = model.figure_of_merit - 20 * np.log10(2 * depth) - 2 * model.absorption * depth + beam + strength
-    walk = model.walk_gain * (model.walk(excess) - model.walk(model.reference_excess))
+    curve = model.walk.blurred(model.spread)
+    walk = model.walk_gain * (curve(excess) - curve(model.reference_excess))
     return float(depth), float(excess), float(depth + model.range_offset + walk)
 
 
@@ -242,7 +245,7 @@ def test_faint_echoes_are_read_too_long_and_loud_ones_too_short() -> None:
 
 
 def test_the_walk_runs_over_half_the_way_that_sound_goes_until_the_peak() -> None:
-    model = EchoModel.of(PAPER)
+    model = replace(EchoModel.of(PAPER), spread=0.0)
     hearing = model.tabulated()
     assert model.walk_gain == pytest.approx(AIR.speed_of_sound * peak_delay(PAPER) / 2)
     assert walk_of(hearing, 0.0) - walk_of(hearing, 70.0) == pytest.approx(model.walk_gain)
@@ -251,8 +254,15 @@ def test_the_walk_runs_over_half_the_way_that_sound_goes_until_the_peak() -> Non
 @pytest.mark.parametrize("excess", [-30.0, 0.0, 0.026, 7.77, 69.99, 70.0, 300.0])
 def test_the_walk_is_read_from_its_curve(excess: float) -> None:
     hearing = SKEWED.tabulated()
-    curve = 0.004 + 0.026 * (SKEWED.walk(excess) - SKEWED.walk(SKEWED.reference_excess))
+    walk = SKEWED.walk.blurred(SKEWED.spread)
+    curve = 0.004 + 0.026 * (walk(excess) - walk(SKEWED.reference_excess))
     assert walk_of(hearing, excess) == pytest.approx(float(curve), abs=1e-9)
+
+
+def test_readings_scatter_as_their_excess_is_uncertain() -> None:
+    scatter = SKEWED.scatter([0.0, 1.0, 30.0])
+    assert scatter == pytest.approx(0.026 * SKEWED.walk.scatter([0.0, 1.0, 30.0], SKEWED.spread))
+    assert replace(SKEWED, spread=0.0).scatter(0.0) == 0.0
 
 
 def test_a_reflector_is_seen_to_the_left_at_a_negative_sine() -> None:

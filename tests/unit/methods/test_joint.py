@@ -171,9 +171,10 @@ def test_one_station_gives_the_walls_that_it_faces_and_knows_how_vaguely() -> No
     assert len(found.walls) == 4
     for wall in found.walls:
         own = SQUARE[np.argmax(np.cos(SQUARE[:, 0] - wall.normal_angle))]
-        # How warm it was one station cannot tell.
-        assert wall.offset == pytest.approx(own[1], abs=0.05)
-        assert abs(wall.offset - own[1]) < 3 * np.sqrt(wall.covariance[1, 1])
+        sigma = np.sqrt(wall.covariance[1, 1])
+        assert abs(wall.offset - own[1]) < 3 * sigma
+        # How warm it was one station cannot tell: no wall of a room of 3 m is vaguer than the air makes it.
+        assert sigma < JointSettings().adjustment.scale_sigma * 3.0
 
 
 def drawn(found: FeatureMap) -> FloatArray:
