@@ -1,8 +1,9 @@
 """Ghosts: echoes of second order, which look like reflectors that are not there.
 
 Sound that went from one wall to another comes as from the image of the image.  It also goes the same way backward, and
-both come back to the sensor that sent them together: twice as loud.  Ghosts explain readings for nothing, but are never
-missed.
+both come back to the sensor that sent them together: twice as loud.  Where both ways would pass beside a corner a
+little wider than a right angle, what is left of them comes from its vertex.  Ghosts explain readings for nothing, but
+are never missed.
 """
 
 import math
@@ -68,17 +69,25 @@ def ghosts_of_walls(
     """
     levels = np.full(len(soundings.readings), UNHEARD)
     first, second, late = shape_of(walls[0]), shape_of(walls[1]), lateness(hearing, _OF_WALLS * noise)
-    motion = after(mirroring(first), second)
+    motion, (crossing, vertex) = after(mirroring(first), second), _crossing(first, second)
+    # Between walls that open wider than a right angle no sound comes back over both to where it came from.
+    wide = first[1] * second[1] + first[2] * second[2] > 0.0
+    if wide and not (crossing and _is_concave((first, second), extents, vertex)):
+        return levels
     for ping in range(len(levels)):
         reading = soundings.readings[ping] * hearing.scale
-        place = (soundings.x[ping], soundings.y[ping])
+        place, axis = (soundings.x[ping], soundings.y[ping]), (soundings.ux[ping], soundings.uy[ping])
         image = image_of(motion, place)
-        if not is_near(image, place, reading, late):
+        seen = (2.0 * vertex[0] - place[0], 2.0 * vertex[1] - place[1]) if wide else image
+        if not is_near(seen, place, reading, late) or min(depth_of(first, place), depth_of(second, place)) <= 0.0:
             continue
-        axis = (soundings.ux[ping], soundings.uy[ping])
-        found, path = _by_two_walls((place, image), axis, (first, second), extents)
+        passing = _passing(vertex, place, image, hearing.wavelength) if crossing else math.inf
+        if wide:
+            found, path, strength = True, _straight(axis, place, vertex), _TWOFOLD - _obstructed(passing)
+        else:
+            found, path = _by_two_walls((place, image), axis, (first, second), extents)
+            strength = 20.0 * math.log10(1.0 + min(passing, 1.0))
         if found:
-            strength = _both_ways(first, second, place, path[0], hearing.wavelength)
             levels[ping] = echo_level(hearing, path, reading, strength, _OF_WALLS * noise)
     return levels
 
@@ -140,8 +149,6 @@ def _by_two_walls(
 ) -> tuple[bool, Path]:
     """Follow sound from a sensor, which has its image in both walls, to the first, the second, and back, and about."""
     nothing, (place, image) = (0.0, 0.0, 0.0, 0.0, 0.0), ends
-    if depth_of(walls[0], place) <= 0.0 or depth_of(walls[1], place) <= 0.0:
-        return False, nothing
     depth = 0.5 * math.hypot(image[0] - place[0], image[1] - place[1])
     if depth < 0.02:
         return False, nothing
@@ -154,20 +161,55 @@ def _by_two_walls(
 
 
 @compiled
-def _both_ways(first: Shape, second: Shape, place: Point, depth: float, wavelength: float) -> float:
-    """How much louder than one way over two walls both are together [dB].
-
-    They merge where the walls meet at a right angle: each strikes both walls in the vertex, which reflects half of it.
-    Beside it the share grows with Fresnel's parameter, twice the root of what the way over the vertex is longer by, in
-    wavelengths (to the first order of his integral).
-    """
+def _crossing(first: Shape, second: Shape) -> tuple[bool, Point]:
+    """Where two lines cross, if they do."""
     across = first[1] * second[2] - first[2] * second[1]
     if abs(across) < 1e-9:
-        return _TWOFOLD
+        return False, (0.0, 0.0)
     x = (first[3] * second[2] - second[3] * first[2]) / across
     y = (second[3] * first[1] - first[3] * second[1]) / across
-    longer = 2.0 * max(math.hypot(x - place[0], y - place[1]) - depth, 0.0)
-    return 20.0 * math.log10(1.0 + min(2.0 * math.sqrt(longer / wavelength), 1.0))
+    return True, (x, y)
+
+
+@compiled
+def _is_concave(walls: tuple[Shape, Shape], extents: tuple[FloatArray, FloatArray], vertex: Point) -> bool:
+    """Whether two walls reach where they cross, and each stands before the other."""
+    for own in range(2):
+        wall, extent, other = walls[own], extents[own], walls[1 - own]
+        if not extent[0] < wall[1] * vertex[1] - wall[2] * vertex[0] < extent[1]:
+            return False
+        middle = 0.5 * (extent[0] + extent[1])
+        inside = (wall[3] * wall[1] - middle * wall[2], wall[3] * wall[2] + middle * wall[1])
+        if depth_of(other, inside) <= 0.0:
+            return False
+    return True
+
+
+@compiled
+def _passing(vertex: Point, place: Point, image: Point, wavelength: float) -> float:
+    """How far from a vertex both ways over two walls pass: Fresnel's parameter.
+
+    It is twice the root of what the way over the vertex is longer by, in wavelengths.  At a right angle both strike
+    both walls in the vertex, which reflects half of each.  Beside it the share grows, or fades where they would pass
+    beyond the walls.
+    """
+    over = 2.0 * math.hypot(vertex[0] - place[0], vertex[1] - place[1])
+    longer = over - math.hypot(image[0] - place[0], image[1] - place[1])
+    return 2.0 * math.sqrt(max(longer, 0.0) / wavelength)
+
+
+@compiled
+def _obstructed(passing: float) -> float:
+    """Loss of sound that passes so far behind an edge [dB] (ITU-R P.526, knife edge)."""
+    return 6.9 + 20.0 * math.log10(math.sqrt((passing - 0.1) ** 2 + 1.0) + passing - 0.1)
+
+
+@compiled
+def _straight(axis: Point, place: Point, point: Point) -> Path:
+    """There and back the same way."""
+    way = (point[0] - place[0], point[1] - place[1])
+    cosine, sine = turned(axis, way)
+    return math.hypot(way[0], way[1]), cosine, sine, cosine, sine
 
 
 @compiled

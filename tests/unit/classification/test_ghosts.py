@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize, minimize_scalar
 
-from echoplan.acoustics import bistatic_cylinder_echo, directivity, signal_excess
+from echoplan.acoustics import bistatic_cylinder_echo, directivity, edge_echo, signal_excess
 from echoplan.acoustics.air import Air
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD
@@ -123,6 +123,37 @@ def test_both_ways_around_merge_in_the_vertex_of_a_right_angle(degrees: float, l
     one_way = float(signal_excess(1 / (2 * depth), 2 * depth, transducer=PAPER, air=Air(), beams=beams))
     expected = np.log(chance(one_way + louder) / (np.sqrt(2 * np.pi) * 1.5 * NOISE))
     assert walls_at(soundings, walls[0], walls[1]).max() == pytest.approx(expected, abs=0.01)
+
+
+def corner(degrees: float, distance: float) -> tuple[FloatArray, FloatArray]:
+    """Two walls that meet so far ahead of the origin."""
+    angle = np.radians(degrees)
+    first, second = (wall(side * (np.pi - angle) / 2, distance * np.sin(angle / 2)) for side in (-1, 1))
+    return first, second
+
+
+@pytest.mark.parametrize("distance", [1.0, 2.5])
+@pytest.mark.parametrize("degrees", [90.5, 92.0, 95.0])
+def test_the_vertex_of_a_wide_corner_sounds_as_diffraction_theory_says(degrees: float, distance: float) -> None:
+    soundings = one_ping((0.0, 0.0), 0.0)
+    wavenumber, opening = 2 * np.pi / PLAIN.tabulated().wavelength, np.radians(degrees)
+    echo = abs(edge_echo(distance, angle=opening / 2, opening=opening, wavenumber=wavenumber))
+    excess = float(signal_excess(echo, 2 * distance, transducer=PAPER, air=Air()))
+    expected = np.log(chance(excess) / (np.sqrt(2 * np.pi) * 1.5 * NOISE))
+    levels = walls_at(soundings, *corner(degrees, distance))
+    assert likeliest(soundings, levels) == pytest.approx(distance, abs=1e-4)
+    assert levels.max() == pytest.approx(expected, abs=0.2)
+
+
+def test_a_vertex_sounds_only_where_both_walls_reach_it_and_from_within() -> None:
+    soundings, (first, second) = one_ping((0.0, 0.0), 0.0), corner(92.0, 1.0)
+    # Along the first wall the vertex is at +0.69 m, along the second at -0.69 m.
+    reaching, short = np.array([-2.0, 0.8]), np.array([-2.0, 0.4])
+    assert walls_at(soundings, first, second, (reaching, -reaching[::-1])).max() > UNHEARD
+    assert walls_at(soundings, first, second, (short, -reaching[::-1])).max() == UNHEARD
+    # A convex edge: both walls lead away from the sensor.
+    leading_away = np.array([0.6, 2.0])
+    assert walls_at(soundings, first, second, (leading_away, -leading_away[::-1])).max() == UNHEARD
 
 
 def test_ghosts_are_read_with_the_walk_of_their_loudness() -> None:
