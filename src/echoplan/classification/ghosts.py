@@ -35,6 +35,8 @@ __all__ = ["ghosts_of_cylinder", "ghosts_of_walls"]
 # Paths of second order are known less well than reflectors, so their readings scatter more, by these factors.
 _OF_WALLS, _OF_CYLINDER = 1.5, 2.0
 _TWOFOLD = 20.0 * math.log10(2.0)
+# What a knife edge leaves of sound that grazes it, in the terms of ITU-R P.526.
+_GRAZING = math.sqrt(1.01) - 0.1
 # After so many rounds the spot at which sound glances off a cylinder is found to a millimetre.
 _GLANCES = 4
 
@@ -83,7 +85,7 @@ def ghosts_of_walls(
             continue
         passing = _passing(vertex, place, image, hearing.wavelength) if crossing else math.inf
         if wide:
-            found, path, strength = True, _straight(axis, place, vertex), _TWOFOLD - _obstructed(passing)
+            found, path, strength = True, _straight(axis, place, vertex), -_faded(passing)
         else:
             found, path = _by_two_walls((place, image), axis, (first, second), extents)
             strength = 20.0 * math.log10(1.0 + min(passing, 1.0))
@@ -199,9 +201,10 @@ def _passing(vertex: Point, place: Point, image: Point, wavelength: float) -> fl
 
 
 @compiled
-def _obstructed(passing: float) -> float:
-    """Loss of sound that passes so far behind an edge [dB] (ITU-R P.526, knife edge)."""
-    return 6.9 + 20.0 * math.log10(math.sqrt((passing - 0.1) ** 2 + 1.0) + passing - 0.1)
+def _faded(passing: float) -> float:
+    """Loss of sound that would pass so far behind a vertex, against what the vertex returns [dB] (ITU-R P.526)."""
+    beyond = passing - 0.1
+    return 20.0 * math.log10((math.sqrt(beyond * beyond + 1.0) + beyond) / _GRAZING)
 
 
 @compiled
