@@ -70,27 +70,12 @@ def ghosts_of_walls(
         Logarithm of the density of each reading if it is such an echo [log 1/m].
     """
     levels = np.full(len(soundings.readings), UNHEARD)
-    first, second, late = shape_of(walls[0]), shape_of(walls[1]), lateness(hearing, _OF_WALLS * noise)
-    motion, (crossing, vertex) = after(mirroring(first), second), _crossing(first, second)
+    shapes, scatter = (shape_of(walls[0]), shape_of(walls[1])), _OF_WALLS * noise
     # Between walls that open wider than a right angle no sound comes back over both to where it came from.
-    wide = first[1] * second[1] + first[2] * second[2] > 0.0
-    if wide and not (crossing and _is_concave((first, second), extents, vertex)):
-        return levels
-    for ping in range(len(levels)):
-        reading = soundings.readings[ping] * hearing.scale
-        place, axis = (soundings.x[ping], soundings.y[ping]), (soundings.ux[ping], soundings.uy[ping])
-        image = image_of(motion, place)
-        seen = (2.0 * vertex[0] - place[0], 2.0 * vertex[1] - place[1]) if wide else image
-        if not is_near(seen, place, reading, late) or min(depth_of(first, place), depth_of(second, place)) <= 0.0:
-            continue
-        passing = _passing(vertex, place, image, hearing.wavelength) if crossing else math.inf
-        if wide:
-            found, path, strength = True, _straight(axis, place, vertex), -_faded(passing)
-        else:
-            found, path = _by_two_walls((place, image), axis, (first, second), extents)
-            strength = 20.0 * math.log10(1.0 + min(passing, 1.0))
-        if found:
-            levels[ping] = echo_level(hearing, path, reading, strength, _OF_WALLS * noise)
+    if shapes[0][1] * shapes[1][1] + shapes[0][2] * shapes[1][2] > 0.0:
+        _add_vertex(levels, soundings, hearing, shapes, extents, scatter)
+    else:
+        _add_images(levels, soundings, hearing, shapes, extents, scatter)
     return levels
 
 
@@ -143,6 +128,61 @@ def ghosts_of_cylinder(
 
 
 @compiled
+def _add_images(
+    levels: FloatArray,
+    soundings: Soundings,
+    hearing: Hearing,
+    walls: tuple[Shape, Shape],
+    extents: tuple[FloatArray, FloatArray],
+    scatter: float,
+) -> None:
+    """Fill in what comes as from the images of images."""
+    motion, (crossing, vertex) = after(mirroring(walls[0]), walls[1]), _crossing(walls)
+    late = lateness(hearing, scatter)
+    for ping in range(len(levels)):
+        reading = soundings.readings[ping] * hearing.scale
+        place = (soundings.x[ping], soundings.y[ping])
+        image = image_of(motion, place)
+        if not is_near(image, place, reading, late) or not _faces(walls, place):
+            continue
+        axis = (soundings.ux[ping], soundings.uy[ping])
+        found, path = _by_two_walls((place, image), axis, walls, extents)
+        if found:
+            passing = _passing(vertex, place, image, hearing.wavelength) if crossing else math.inf
+            levels[ping] = echo_level(hearing, path, reading, 20.0 * math.log10(1.0 + min(passing, 1.0)), scatter)
+
+
+@compiled
+def _add_vertex(
+    levels: FloatArray,
+    soundings: Soundings,
+    hearing: Hearing,
+    walls: tuple[Shape, Shape],
+    extents: tuple[FloatArray, FloatArray],
+    scatter: float,
+) -> None:
+    """Fill in what comes from where two walls meet."""
+    motion, (crossing, vertex) = after(mirroring(walls[0]), walls[1]), _crossing(walls)
+    if not crossing or not _is_concave(walls, extents, vertex):
+        return
+    late = lateness(hearing, scatter)
+    for ping in range(len(levels)):
+        reading = soundings.readings[ping] * hearing.scale
+        place = (soundings.x[ping], soundings.y[ping])
+        beyond = (2.0 * vertex[0] - place[0], 2.0 * vertex[1] - place[1])
+        if is_near(beyond, place, reading, late) and _faces(walls, place):
+            path = _straight((soundings.ux[ping], soundings.uy[ping]), place, vertex)
+            passing = _passing(vertex, place, image_of(motion, place), hearing.wavelength)
+            levels[ping] = echo_level(hearing, path, reading, -_faded(passing), scatter)
+
+
+@compiled
+def _faces(walls: tuple[Shape, Shape], place: Point) -> bool:
+    """Whether a place lies before both walls."""
+    return depth_of(walls[0], place) > 0.0 and depth_of(walls[1], place) > 0.0
+
+
+@compiled
 def _by_two_walls(
     ends: tuple[Point, Point],
     axis: Point,
@@ -163,8 +203,9 @@ def _by_two_walls(
 
 
 @compiled
-def _crossing(first: Shape, second: Shape) -> tuple[bool, Point]:
+def _crossing(walls: tuple[Shape, Shape]) -> tuple[bool, Point]:
     """Where two lines cross, if they do."""
+    first, second = walls
     across = first[1] * second[2] - first[2] * second[1]
     if abs(across) < 1e-9:
         return False, (0.0, 0.0)
