@@ -153,18 +153,26 @@ class Account:
         self.adjust(self.noise)
         self.judge(self.noise)
 
-    def correct(self, beliefs: PoseBeliefs) -> None:
-        """Start over, and move the poses to where the pings agree, from coarse to fine."""
-        self.features, self.poses = self.known, continued(self.given, self.memory.poses)
-        self.soundings = displaced(self.recorded, self.given, self.poses)
-        for noise in self.settings.pose_errors.noises:
-            self.noise = noise
-            self.search()
-            self.square_up()
-            self._adjust_often(noise, beliefs, 6)
+    def correct(self, beliefs: PoseBeliefs, start: FloatArray) -> None:
+        """Start over, move the poses to where the pings agree, and do so again with the sonar that this has taught."""
+        self.poses, self.soundings = start, displaced(self.recorded, self.given, start)
+        coarse_to_fine = self.settings.pose_errors.noises
+        for noises in (coarse_to_fine, coarse_to_fine[1:]):
+            self.features = self.known
+            for noise in noises:
+                self._agree_on(noise, beliefs)
+                self.learn_loudness()
+        self.learn_noise()
+        self._agree_on(self.noise, beliefs)
         self.settle_features()
         self.adjust(self.noise, beliefs)
         self.judge(self.noise)
+
+    def _agree_on(self, noise: float, beliefs: PoseBeliefs) -> None:
+        self.noise = noise
+        self.search()
+        self.square_up()
+        self._adjust_often(noise, beliefs, 6)
 
     def stay(self, poses: FloatArray) -> None:
         """Explain everything from certain poses by the features that are known."""

@@ -5,12 +5,16 @@ import numpy as np
 from echoplan.mapping.account import Account
 from echoplan.mapping.copies import without_copies
 from echoplan.mapping.independence import intraclass_correlation
+from echoplan.mapping.poses import PoseBeliefs, pose_rows
 
-__all__ = ["agreement", "agrees", "evidence", "is_doubtful", "is_torn"]
+__all__ = ["agreement", "agrees", "evidence", "is_doubtful", "is_far_fetched", "is_torn"]
+
+# Deviations of odometry that nobody believes in.
+_INCREDIBLE = 3.0
 
 
 def agreement(account: Account) -> float:
-    """Tell how many of the pings of arcs features or their ghosts explain.
+    """Tell how many of the pings of arcs features or their ghosts explain; a wall that is there twice is none.
 
     Parameters
     ----------
@@ -23,7 +27,8 @@ def agreement(account: Account) -> float:
         Their share; 1 without arcs.
     """
     heard = np.concatenate([arc.pings for arc in account.arcs]) if account.arcs else np.zeros(0, dtype=np.int64)
-    return float(account.explained(account.features)[heard].mean()) if len(heard) else 1.0
+    features = without_copies(account.features, account.settings.copies)
+    return float(account.explained(features)[heard].mean()) if len(heard) else 1.0
 
 
 def agrees(account: Account) -> bool:
@@ -85,9 +90,11 @@ def is_doubtful(account: Account) -> bool:
 
 
 def evidence(account: Account) -> float:
-    """Tell how much better features explain the pings than nothing does, less what free poses cost.
+    """Tell how much better features explain the pings than nothing does, less what they and free poses cost.
 
-    Each free parameter costs half of the logarithm of the number of readings that tell it (Schwarz 1978).
+    Each free parameter of a pose costs half of the logarithm of the number of readings that tell it (Schwarz 1978),
+    each feature what a candidate must gain to be accepted; a wall that is there twice explains nothing.  And poses that
+    are far off cost what makes them unlikely.
 
     Parameters
     ----------
@@ -99,9 +106,33 @@ def evidence(account: Account) -> float:
     float
         Logarithm of a ratio of likelihoods [nats].
     """
-    gains = account.explanation.levels(account.features) - account.explanation.floor
-    cost = 0.0
+    features = without_copies(account.features, account.settings.copies)
+    gains = account.explanation.levels(features) - account.explanation.floor
+    cost = account.settings.search.accept * len(features)
     if account.believed is not None:
         heard = np.bincount(account.soundings.stations[gains > 0.0], minlength=len(account.given))
-        cost = 1.5 * float(np.log(np.maximum(heard[1:], 1)).sum())
+        cost += 1.5 * float(np.log(np.maximum(heard[1:], 1)).sum()) + _strain(account, account.believed)
     return float(account.soundings.weights @ gains) - cost
+
+
+def is_far_fetched(account: Account) -> bool:
+    """Tell whether corrected poses are farther off than anybody would believe.
+
+    Parameters
+    ----------
+    account : Account
+        What was heard, and what is made of it.
+
+    Returns
+    -------
+    bool
+        Whether they are off by three of the deviations believed in, or more, in the root mean square.
+    """
+    free = 3 * (len(account.given) - 1)
+    return account.believed is not None and 2.0 * _strain(account, account.believed) > _INCREDIBLE**2 * free
+
+
+def _strain(account: Account, believed: PoseBeliefs) -> float:
+    """Tell how unlikely it is that poses are so far off: as was believed before the pings were asked [nats]."""
+    held = pose_rows(account.odometry() if believed.relative else believed, account.poses, 0)
+    return 0.5 * float(held.weights @ held.residuals**2)

@@ -2,11 +2,9 @@
 
 import copy
 
-import numpy as np
-
-from echoplan.geometry import wrap
+from echoplan.arrays import FloatArray
 from echoplan.mapping.account import Account
-from echoplan.mapping.agreement import agreement, agrees, evidence, is_doubtful, is_torn
+from echoplan.mapping.agreement import agreement, agrees, evidence, is_doubtful, is_far_fetched, is_torn
 from echoplan.mapping.memory import Course
 from echoplan.mapping.poses import waypoint_beliefs
 from echoplan.mapping.settings import PoseMode
@@ -39,12 +37,21 @@ def explained(account: Account) -> Account:
         return _tracked(account, account.memory.verdict)
     if mode is PoseMode.CORRECT:
         return _asked(account)
-    if account.memory.is_empty:
-        account.glance()
-        if mode is PoseMode.AUTO and is_torn(account):
-            return _tracked(account, "corrected: from the poses as recorded most walls were there twice")
+    torn = _glanced(account)
+    if torn is not None and (agrees(torn) or not _is_by_hand(torn)):
+        return torn
     account.explain()
     return account if mode is PoseMode.TRUST else _reconsidered(account)
+
+
+def _glanced(account: Account) -> Account | None:
+    """Take a first look, and correct the poses if these tear most walls apart."""
+    if not account.memory.is_empty:
+        return None
+    account.glance()
+    if account.settings.poses is not PoseMode.AUTO or not is_torn(account):
+        return None
+    return _tracked(copy.copy(account), "corrected: from the poses as recorded most walls were there twice")
 
 
 def _asked(account: Account) -> Account:
@@ -73,28 +80,35 @@ def _reconsidered(account: Account) -> Account:
     account.verdict = f"trusted: {share}"
     if len(account.given) < _FEWEST or not is_doubtful(account):
         return account
-    if len(account.given) > account.settings.by_hand and not agrees(account):
+    if not _is_by_hand(account) and not agrees(account):
         # Nobody sets so many way-points by hand: the robot added up its steps.
         return _tracked(copy.copy(account), f"corrected: only {share}")
-    stepping = None if account.memory.course is Course.NUDGED else _stepping(account, share)
-    return stepping or (account if agrees(account) else _nudged(account, share))
+    best = max([account, *_rivals(account, share)], key=evidence)
+    return best if evidence(best) > evidence(account) + _VERY_STRONG else account
 
 
-def _stepping(account: Account, share: str) -> Account | None:
-    """Correct poses as those of odometry, if that explains so much more that it pays."""
-    tracked = _tracked(copy.copy(account), f"corrected: {share}, and more of them by the steps of the robot")
-    pays = evidence(tracked) > evidence(account) + _VERY_STRONG
-    return tracked if pays and agrees(tracked) else None
+def _rivals(account: Account, share: str) -> list[Account]:
+    """Correct poses as those of odometry, and where nothing fits together yet, as those of way-points."""
+    rivals, starts, doubtful = [], [account.poses], not agrees(account)
+    if account.memory.course is not Course.NUDGED:
+        tracked = _tracked(copy.copy(account), f"corrected: {share}, and more of them by the steps of the robot")
+        rivals = [tracked] if agrees(tracked) else []
+        starts.append(tracked.poses)
+        doubtful = doubtful and (is_doubtful(tracked) or is_far_fetched(tracked))
+    if doubtful and _is_by_hand(account):
+        # From different starts poses may come to rest at different places.
+        rivals += [_nudged(account, share, start) for start in starts]
+    return rivals
 
 
-def _nudged(account: Account, share: str) -> Account:
-    """Move poses a little if the pings want the headings otherwise.
-
-    Headings that were measured stay where they are, and then what disagrees is no matter of poses.
-    """
+def _nudged(account: Account, share: str, start: FloatArray) -> Account:
+    """Move poses a little."""
     moved = copy.copy(account)
-    moved.correct(waypoint_beliefs(account.given, account.settings.pose_errors))
-    turned = float(np.abs(wrap(moved.poses[:, 2] - account.given[:, 2])).mean())
+    moved.correct(waypoint_beliefs(account.given, account.settings.pose_errors), start)
     moved.verdict, moved.course = f"corrected by a few centimetres: only {share}", Course.NUDGED
-    account.verdict = f"trusted: {share}, but their headings hardly move"
-    return moved if turned > account.settings.turned else account
+    return moved
+
+
+def _is_by_hand(account: Account) -> bool:
+    """Tell whether somebody may have set the way-points by hand."""
+    return len(account.given) <= account.settings.by_hand

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -15,8 +16,8 @@ from echoplan.preprocessing.soundings import Soundings
 
 __all__ = ["fit_loudness"]
 
-# Features that fewer stations than this heard clearly [nats] say too little about the sonar.
-_CLEARLY, _STATIONS, _FEATURES = 8.0, 3, 3
+# Features that three stations heard clearly [nats] tell most about the sonar; where there are few, those that two did.
+_CLEARLY, _STATIONS, _FEATURES = 8.0, (3, 2), 3
 # No ping is surer than this: surfaces differ, things stand in the way.
 _LEAST, _MOST = 0.06, 0.94
 # Echoes fade over more decibels than one surface would: all surfaces together.
@@ -28,6 +29,8 @@ _EARLY, _LATE, _BEHIND, _RIM = -0.02, 0.06, 0.08, 0.1
 # Where the first null would be, no echo is expected [circumferences of the piston in wavelengths].
 _NULL, _SILENT = 3.6, 40.0
 _ROWS = 6000
+# Figures of merit [dB] and beams to start from: all that modules are made with.
+_MERITS, _WIDTHS = (12.0, 18.0, 24.0, 30.0), (3.0, 4.0, 5.5, 7.5)
 _WALL = int(Kind.WALL)
 # Pings that look farther away than this from a feature say nothing of the beam (cosine).
 _STEEP = math.cos(1.2)
@@ -59,8 +62,8 @@ def fit_loudness(
     """
     from scipy.optimize import minimize  # noqa: PLC0415 - SciPy is slow to import
 
-    clear = [each for each in features if _is_clear(each)]
-    if len(clear) < _FEATURES:
+    clear = _clear(features)
+    if not clear:
         return model
     scale = 1.0 + model.range_scale
     rows = np.concatenate([_faced(soundings, each.reflector, each.extent, scale) for each in clear])
@@ -68,20 +71,28 @@ def fit_loudness(
     losses = 20 * np.log10(2 * rows[:, 0]) + 2 * model.absorption * rows[:, 0] - rows[:, 2]
     beam = _beam_table()
 
-    def cost(point: FloatArray) -> float:
+    def cost(point: Sequence[float]) -> float:
         merit, ka = point
         gains = np.interp(abs(ka) * rows[:, 1], beam[0], beam[1])
         chances = 1 / (1 + np.exp(np.clip((losses - merit - gains) / _FADING, -30, 30)))
         surprise = -np.sum(_log_likelihood(np.clip(chances, _LEAST, _MOST), rows[:, 3] > 0))
         return float(surprise + 0.5 * _WORTH * ((merit - believed) / _SIGMA) ** 2)
 
-    start = [model.figure_of_merit, model.ka]
+    # Louder and narrower looks much like fainter and wider: the likelihood has more than one summit.
+    starts = [(model.figure_of_merit, model.ka), *product(_MERITS, _WIDTHS)]
+    start = min(starts, key=cost)
     found = minimize(cost, start, method="Nelder-Mead", options={"maxiter": 80, "xatol": 0.05, "fatol": 0.5})
     return replace(model, figure_of_merit=float(found.x[0]), ka=abs(float(found.x[1])))
 
 
-def _is_clear(feature: Hypothesis) -> bool:
-    return feature.kind in (Kind.WALL, Kind.CYLINDER) and int((feature.gains > _CLEARLY).sum()) >= _STATIONS
+def _clear(features: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Choose the features that tell about the sonar; none if there are too few."""
+    plain = [each for each in features if each.kind in (Kind.WALL, Kind.CYLINDER)]
+    for stations in _STATIONS:
+        clear = [each for each in plain if (each.gains > _CLEARLY).sum() >= stations]
+        if len(clear) >= _FEATURES:
+            return clear
+    return []
 
 
 def _log_likelihood(chances: FloatArray, heard: BoolArray) -> FloatArray:

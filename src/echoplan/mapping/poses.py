@@ -47,7 +47,7 @@ class PoseSettings(BaseModel, frozen=True, extra="forbid"):
     )
     pair_sigma: float = Field(default=0.012, ge=0.0, description="common to all a station says of a feature [m]")
     waypoint: float = Field(default=0.02, gt=0.0, description="of a way-point placed by hand [m]")
-    waypoint_turn: float = Field(default=0.1, gt=0.0, description="of the heading there [rad]")
+    waypoint_turn: float = Field(default=0.2, gt=0.0, description="of the heading there [rad]")
 
 
 class PoseBeliefs(NamedTuple):

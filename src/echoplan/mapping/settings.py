@@ -1,6 +1,5 @@
 """Settings of all stages of an account."""
 
-import math
 from enum import StrEnum
 
 from pydantic import BaseModel, Field
@@ -67,7 +66,4 @@ class AccountSettings(BaseModel, frozen=True, extra="forbid"):
     )
     by_hand: int = Field(default=24, ge=1, description="way-points that somebody sets by hand, at most")
     scale_step: float = Field(default=0.004, gt=0.0, description="of the range scale that calls for another look")
-    turned: float = Field(
-        default=math.radians(1), ge=0.0, description="mean turn of the poses, below which they were right [rad]"
-    )
     agreement: float = Field(default=0.88, gt=0.0, le=1.0, description="share of echoes that exact poses explain")

@@ -1,5 +1,6 @@
 """Poses that are right and poses that drift, told apart by whether what is heard from them fits together."""
 
+from copy import copy
 from dataclasses import replace
 from functools import cache
 
@@ -9,7 +10,7 @@ import pytest
 from echoplan.arrays import FloatArray
 from echoplan.io import builtin_rig, builtin_world
 from echoplan.mapping.account import Account
-from echoplan.mapping.agreement import agreement, agrees, evidence, is_doubtful, is_torn
+from echoplan.mapping.agreement import agreement, agrees, evidence, is_doubtful, is_far_fetched, is_torn
 from echoplan.mapping.explaining import explained
 from echoplan.mapping.memory import Course
 from echoplan.mapping.settings import AccountSettings, PoseMode
@@ -104,6 +105,26 @@ def test_free_poses_cost_half_the_logarithm_of_their_readings_for_each_parameter
     # The first pose is the frame; each of the others is told by a hundred readings or more.
     cost = free - evidence(account)
     assert cost == pytest.approx(5 * 1.5 * np.log(250), rel=0.2)
+
+
+def test_a_wall_there_twice_explains_nothing() -> None:
+    account = account_of(None)
+    account.features = trusted(odometry=None).features
+    once = evidence(account), agreement(account)
+    wall = next(each for each in account.features if each.is_wall)
+    copied = replace(wall, reflector=wall.reflector + np.array([0.0, 0.0, 0.03, 0.0]), gains=0.5 * wall.gains)
+    account.features = [*account.features, copied]
+    assert (evidence(account), agreement(account)) == once
+
+
+def test_poses_nobody_would_believe_are_far_fetched() -> None:
+    account = copy(corrected())
+    likely = evidence(account)
+    assert not is_far_fetched(account)
+    account.poses = account.poses.copy()
+    account.poses[3:, 0] += 0.5
+    assert is_far_fetched(account)
+    assert evidence(account) < likely - 50.0
 
 
 def test_drift_is_corrected_without_being_asked_and_exact_poses_are_trusted() -> None:

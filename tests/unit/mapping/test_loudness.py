@@ -73,9 +73,30 @@ def test_pings_that_do_not_face_what_was_heard_of_a_wall_say_nothing_about_it() 
 
 def test_too_few_clear_features_leave_the_sonar_as_it_is() -> None:
     soundings = heard(replace(SONAR, figure_of_merit=SONAR.figure_of_merit + 3.0))
-    faint = [replace(each, gains=np.array([20.0, 20.0, 7.0, 7.0])) for each in LOUD]
+    faint = [replace(each, gains=np.array([20.0, 7.0, 7.0, 7.0])) for each in LOUD]
     for known in ([], LOUD[:2], faint, [*LOUD[:2], *faint]):
         assert fit_loudness(soundings, SONAR, known, believed=SONAR.figure_of_merit) is SONAR
+
+
+def test_what_two_stations_heard_counts_only_where_there_is_nothing_better() -> None:
+    true = replace(SONAR, figure_of_merit=SONAR.figure_of_merit + 3.0)
+    soundings, twice = heard(true), [replace(each, gains=np.array([20.0, 20.0, 7.0, 7.0])) for each in LOUD]
+    few, all_, mixed = (
+        fit_loudness(soundings, SONAR, known, believed=SONAR.figure_of_merit)
+        for known in (twice, LOUD, [*LOUD[:3], *twice[3:]])
+    )
+    assert few.figure_of_merit == all_.figure_of_merit
+    assert (
+        mixed.figure_of_merit
+        == fit_loudness(soundings, SONAR, LOUD[:3], believed=SONAR.figure_of_merit).figure_of_merit
+    )
+
+
+def test_a_faint_wide_sonar_is_found_from_a_loud_narrow_one() -> None:
+    true = replace(SONAR, figure_of_merit=16.0, ka=3.4)
+    found = fit_loudness(heard(true), replace(SONAR, figure_of_merit=34.0, ka=7.2), LOUD, believed=26.0)
+    assert found.figure_of_merit == pytest.approx(16.0, abs=1.5)
+    assert found.ka == pytest.approx(3.4, abs=0.3)
 
 
 def test_corners_and_edges_do_not_count_for_their_strengths_differ() -> None:
