@@ -174,12 +174,6 @@ class Account:
         self.square_up()
         self._adjust_often(noise, beliefs, 6)
 
-    def stay(self, poses: FloatArray) -> None:
-        """Explain everything from certain poses by the features that are known."""
-        self.poses, self.soundings = poses, displaced(self.recorded, self.given, poses)
-        self.adjust(self.noise)
-        self.judge(self.noise)
-
     def settle(self, beliefs: PoseBeliefs) -> None:
         """Explain everything from poses that are nearly right, learn the sonar, and refine all together."""
         self.noise, self.soundings = self.settings.first_noise, displaced(self.recorded, self.given, self.poses)

@@ -9,6 +9,8 @@ from echoplan.mapping.poses import PoseBeliefs, pose_rows
 
 __all__ = ["agreement", "agrees", "evidence", "is_doubtful", "is_far_fetched", "is_torn"]
 
+# Two walls so near to each other are as rare as so many other features.
+_RARE = 3.0
 # Deviations of odometry that nobody believes in.
 _INCREDIBLE = 3.0
 
@@ -93,8 +95,8 @@ def evidence(account: Account) -> float:
     """Tell how much better features explain the pings than nothing does, less what they and free poses cost.
 
     Each free parameter of a pose costs half of the logarithm of the number of readings that tell it (Schwarz 1978),
-    each feature what a candidate must gain to be accepted; a wall that is there twice explains nothing.  And poses that
-    are far off cost what makes them unlikely.
+    each feature what a candidate must gain to be accepted, and a wall that seems to be there twice three times that
+    more.  Poses that are far off cost what makes them unlikely.
 
     Parameters
     ----------
@@ -106,9 +108,9 @@ def evidence(account: Account) -> float:
     float
         Logarithm of a ratio of likelihoods [nats].
     """
-    features = without_copies(account.features, account.settings.copies)
-    gains = account.explanation.levels(features) - account.explanation.floor
-    cost = account.settings.search.accept * len(features)
+    gains = account.explanation.levels(account.features) - account.explanation.floor
+    copies = len(account.features) - len(without_copies(account.features, account.settings.copies))
+    cost = account.settings.search.accept * (len(account.features) + _RARE * copies)
     if account.believed is not None:
         heard = np.bincount(account.soundings.stations[gains > 0.0], minlength=len(account.given))
         cost += 1.5 * float(np.log(np.maximum(heard[1:], 1)).sum()) + _strain(account, account.believed)

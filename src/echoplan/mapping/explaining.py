@@ -55,15 +55,15 @@ def _glanced(account: Account) -> Account | None:
 
 
 def _asked(account: Account) -> Account:
-    """Correct poses, unless the same features explain as much from the poses as recorded: then these were right."""
+    """Correct poses, unless all is explained as well from the poses as recorded: then these were right."""
     tracked = _tracked(copy.copy(account), "corrected, as asked for")
-    still = copy.copy(tracked)
-    still.stay(account.poses)
-    if evidence(tracked) > evidence(still) + _VERY_STRONG or not agrees(still):
-        return tracked
     if account.memory.is_empty:
         account.glance()
+        if is_torn(account):
+            return tracked
     account.explain()
+    if evidence(tracked) > evidence(account) + _VERY_STRONG or not agrees(account):
+        return tracked
     account.verdict = "corrected, as asked for, by nothing: the echoes agree as well from the poses as recorded"
     return account
 
