@@ -6,8 +6,9 @@ from echoplan.arrays import FloatArray
 from echoplan.mapping.account import Account
 from echoplan.mapping.agreement import agreement, agrees, evidence, is_doubtful, is_far_fetched, is_torn
 from echoplan.mapping.memory import Course
-from echoplan.mapping.poses import waypoint_beliefs
+from echoplan.mapping.poses import PoseBeliefs, waypoint_beliefs
 from echoplan.mapping.settings import PoseMode
+from echoplan.mapping.slips import without_slip
 from echoplan.mapping.tracking import track
 
 __all__ = ["explained"]
@@ -69,8 +70,22 @@ def _asked(account: Account) -> Account:
 
 
 def _tracked(account: Account, verdict: str) -> Account:
-    track(account, account.odometry())
+    beliefs = account.odometry()
+    track(account, beliefs)
+    account = _without_slips(account, beliefs)
     account.course, account.verdict = Course.TRACKED, verdict
+    return account
+
+
+def _without_slips(account: Account, beliefs: PoseBeliefs) -> Account:
+    """Take slips back as long as that explains more."""
+    while (poses := without_slip(account, beliefs)) is not None:
+        moved = copy.copy(account)
+        moved.poses = poses
+        moved.settle(beliefs)
+        if evidence(moved) <= evidence(account) + _VERY_STRONG:
+            break
+        account = moved
     return account
 
 

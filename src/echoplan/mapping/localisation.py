@@ -1,6 +1,7 @@
 """Localisation: where a sweep was heard, by its arcs against what is known of the room."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ from pydantic import BaseModel, Field
 
 from echoplan.acoustics.expectation import Hearing, Kind, Shape, shape_of
 from echoplan.arrays import FloatArray
+from echoplan.classification.hypotheses import Hypothesis
 from echoplan.compiled import compiled
 from echoplan.extraction.arcs import Arc, arc_planes
 from echoplan.geometry import compose, directions, wrap
@@ -71,6 +73,26 @@ class Catalogue(NamedTuple):
     reflectors: FloatArray
     weights: FloatArray
     extents: FloatArray
+
+    @classmethod
+    def of(cls, features: Sequence[Hypothesis]) -> "Catalogue":
+        """List features, each as sure as can be.
+
+        Parameters
+        ----------
+        features : sequence of Hypothesis
+            What is there.
+
+        Returns
+        -------
+        Catalogue
+            In the same order.
+        """
+        return cls(
+            np.array([each.reflector for each in features]).reshape(-1, 4),
+            np.ones(len(features)),
+            np.array([each.extent for each in features]).reshape(-1, 2),
+        )
 
 
 def sightlines(arcs: list[Arc], soundings: Soundings, hearing: Hearing, pose: FloatArray) -> Sightline:

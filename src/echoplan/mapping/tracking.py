@@ -2,20 +2,18 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Sequence
 
 import numpy as np
 
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray
-from echoplan.classification.hypotheses import Hypothesis
 from echoplan.extraction.arcs import arc_planes
 from echoplan.geometry import compose, directions, invert
 from echoplan.mapping.account import Account
 from echoplan.mapping.localisation import Catalogue, Sightline, best_score, locate, sightlines
 from echoplan.mapping.poses import PoseBeliefs, continued
 
-__all__ = ["track"]
+__all__ = ["sights_of", "track"]
 
 # Arcs that no feature explains are known less well than features are.
 _LOOSE = 0.5
@@ -50,7 +48,7 @@ def track(account: Account, beliefs: PoseBeliefs) -> None:
     """
     # What a first look learned of the sonar it learned from poses in error.
     account.model, account.adjusted = account.memory.model or account.prior, None
-    sights = _sights(account)
+    sights = sights_of(account)
     account.poses, account.features = continued(account.given, account.memory.poses).copy(), account.known
     first = max(1, len(account.memory.poses))
     known = _known(account, first)
@@ -65,7 +63,19 @@ def track(account: Account, beliefs: PoseBeliefs) -> None:
     account.settle(beliefs)
 
 
-def _sights(account: Account) -> list[Sightline]:
+def sights_of(account: Account) -> list[Sightline]:
+    """See with the arcs of each station.
+
+    Parameters
+    ----------
+    account : Account
+        What was heard.
+
+    Returns
+    -------
+    list of Sightline
+        By station.
+    """
     hearing, arcs = account.model.tabulated(), defaultdict(list)
     for arc in account.arcs:
         arcs[arc.station].append(arc)
@@ -78,7 +88,7 @@ def _join_first(account: Account, beliefs: PoseBeliefs, sight: Sightline) -> Non
     The second was placed against the arcs of a single station, of which any may be a wall, a corner or a cylinder.  If
     it was misplaced, all others fit together and the first stands alone.
     """
-    others = _listed([each for each in account.features if each.gains[1:].max(initial=0.0) > 0.0])
+    others = Catalogue.of([each for each in account.features if each.gains[1:].max(initial=0.0) > 0.0])
     back = invert(compose(invert(account.given[0]), account.given[1]))
     way, sigmas = float(np.hypot(back[0], back[1])), 1.3 * beliefs.sigmas[1]
     # An error of the second heading turns the way back: each part of it is searched with what it leaves open.
@@ -127,8 +137,8 @@ def _catalogue(known: Account) -> Catalogue:
     """List features, and arcs that belong to none as walls, corners and cylinders."""
     features, explained = known.features, known.explained(known.features)
     loose = [arc for arc in known.arcs if explained[arc.pings].mean() < 0.5]
-    listed = _listed(features)
-    rows, extents = list(listed.reflectors), list(listed.extents)
+    sure = Catalogue.of(features)
+    rows, extents = list(sure.reflectors), list(sure.extents)
     if loose:
         planes = arc_planes(loose, known.soundings, known.model.tabulated())
         for arc, (normal, offset) in zip(loose, planes, strict=True):
@@ -144,11 +154,3 @@ def _catalogue(known: Account) -> Catalogue:
             extents += [(along, along), (0.0, 0.0), (0.0, 0.0)]
     weights = np.concatenate([np.ones(len(features)), np.full(len(rows) - len(features), _LOOSE)])
     return Catalogue(np.array(rows).reshape(-1, 4), weights, np.array(extents).reshape(-1, 2))
-
-
-def _listed(features: Sequence[Hypothesis]) -> Catalogue:
-    return Catalogue(
-        np.array([each.reflector for each in features]).reshape(-1, 4),
-        np.ones(len(features)),
-        np.array([each.extent for each in features]).reshape(-1, 2),
-    )
