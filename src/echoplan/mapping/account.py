@@ -172,25 +172,25 @@ class Account:
         self.noise = noise
         self.search()
         self.square_up()
-        self._adjust_often(noise, beliefs, 6)
+        self.adjust_often(noise, beliefs, 6)
 
     def settle(self, beliefs: PoseBeliefs) -> None:
         """Explain everything from poses that are nearly right, learn the sonar, and refine all together."""
         self.noise, self.soundings = self.settings.first_noise, displaced(self.recorded, self.given, self.poses)
         self.search()
         self.features = without_copies(self.features, self.settings.pose_errors.copies)
-        self._adjust_often(self.noise, beliefs, 3)
+        self.adjust_often(self.noise, beliefs, 3)
         self.learn_loudness()
-        self._adjust_often(0.75 * self.settings.first_noise, self._drifting(beliefs), 2)
+        self.adjust_often(0.75 * self.settings.first_noise, self._drifting(beliefs), 2)
         self.learn_noise()
         self.search()
         self.features = without_copies(self.features, self.settings.pose_errors.copies)
-        self._adjust_often(self.noise, self._drifting(beliefs), 3)
+        self.adjust_often(self.noise, self._drifting(beliefs), 3)
         self.settle_features()
         if self.adjusted is not None:
             heard, left = self.adjusted.owners, self.adjusted.residuals
             self.independence = independence(self.soundings, heard, left, noise=self.noise)
-        self._adjust_often(self.noise, self._drifting(beliefs), 2)
+        self.adjust_often(self.noise, self._drifting(beliefs), 2)
 
     def _drifting(self, beliefs: PoseBeliefs) -> PoseBeliefs:
         """Learn how far odometry is off, unless the rig tells."""
@@ -199,10 +199,19 @@ class Account:
         poses = slice(self.adjusted.unknowns.pose, None)
         return learn_drift(beliefs, self.poses, self.adjusted.covariance[poses, poses], self.settings.drift)
 
-    def _adjust_often(self, noise: float, beliefs: PoseBeliefs, rounds: int) -> None:
+    def adjust_often(self, noise: float, beliefs: PoseBeliefs, rounds: int) -> None:
+        """Adjust features, sonar and poses until it stays the same who hears what, but no more than so often."""
         for _ in range(rounds):
+            heard = self._heard()
             self.adjust(noise, beliefs)
             self.judge(noise)
+            if np.array_equal(heard, self._heard()):
+                break
+
+    def _heard(self) -> BoolArray:
+        """Tell which features which stations hear, shape (f, s)."""
+        heard: BoolArray = np.array([each.gains for each in self.features]) > 0.0
+        return heard
 
     def square_up(self) -> None:
         """Join walls that poses pulled apart; drop weak ones that stand askew where almost all are at right angles."""

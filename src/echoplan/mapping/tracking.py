@@ -125,9 +125,7 @@ def _learn(account: Account, beliefs: PoseBeliefs, count: int) -> Catalogue:
     part.noise = account.settings.pose_errors.tracking_noise
     part.search(rounds=1)
     first = beliefs._replace(given=beliefs.given[:count], sigmas=beliefs.sigmas[:count])
-    for _ in range(2):
-        part.adjust(part.noise, first)
-        part.judge(part.noise)
+    part.adjust_often(part.noise, first, 2)
     account.poses[:count] = part.poses
     account.features = part.features
     return _catalogue(part)
