@@ -10,7 +10,8 @@ from echoplan.acoustics.walk import WalkCurve, fitted_walk
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD, Frame, judge, weigh
 from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
-from echoplan.classification.volleys import Volleys, bursts_of, volleys_over
+from echoplan.classification.images import Extent
+from echoplan.classification.volleys import bursts_of, volleys_over
 from echoplan.extraction.arcs import ArcSettings, arc_planes, find_arcs
 from echoplan.geometry import directions, transform_points, wrap
 from echoplan.preprocessing.soundings import Soundings, chosen_soundings, late_by
@@ -23,7 +24,7 @@ HEARING = SONAR.tabulated()
 POST = cylinder(0.3, 0.9, 0.1)
 # Readings anywhere are near some ghost, if they scatter so much [m].
 ROUGH = 0.02
-ENDS = np.array([-3.0, 3.0])
+ENDS = (-3.0, 3.0)
 SCENE = hearing(listening(step=np.radians(5.0)), [*ROOM, POST], noise=0.002, rng=np.random.default_rng(0))
 
 
@@ -150,9 +151,9 @@ def test_in_a_mirror_a_verdict_is_the_same_and_a_wall_runs_the_other_way(reflect
     assert (-there.high, -there.low) == pytest.approx((here.low, here.high), abs=1e-9)
 
 
-def volleys(soundings: Soundings, walls: FloatArray) -> Volleys:
-    """Readings that may be bursts by way of walls."""
-    return volleys_over(soundings, HEARING, bursts_of(soundings, HEARING), walls, ROUGH)
+def volleys(soundings: Soundings, walls: tuple[FloatArray, FloatArray], extents: tuple[Extent, Extent]) -> FloatArray:
+    """What bursts by way of walls explain."""
+    return volleys_over(soundings, HEARING, bursts_of(soundings, HEARING), walls, extents, ROUGH)
 
 
 @settings(max_examples=30)
@@ -161,7 +162,8 @@ def test_no_place_or_direction_changes_a_ghost(pose: tuple[float, float, float])
     rng, count = np.random.default_rng(1), len(SCENE.readings)
     mates = SCENE._replace(readings=rng.uniform(0.3, 3.9, count), mates=np.roll(np.arange(count), 3)[:, None])
     elsewhere, east, north = taken(mates, pose), moved(ROOM[0], pose), moved(ROOM[1], pose)
-    spans = [ENDS + moved_along(each, pose) for each in (ROOM[0], ROOM[1])]
+    along = [moved_along(each, pose) for each in (ROOM[0], ROOM[1])]
+    spans = [(ENDS[0] + each, ENDS[1] + each) for each in along]
     pairs = (
         (
             ghosts_of_walls(mates, HEARING, (ROOM[0], ROOM[1]), (ENDS, ENDS), ROUGH),
@@ -172,12 +174,12 @@ def test_no_place_or_direction_changes_a_ghost(pose: tuple[float, float, float])
             ghosts_of_cylinder(elsewhere, HEARING, east, moved(POST, pose), ROUGH),
         ),
         (
-            volleys(mates, ROOM[1][None]).within(ENDS[None], count),
-            volleys(elsewhere, north[None]).within(spans[1][None], count),
+            volleys(mates, (ROOM[1], ROOM[1]), (ENDS, ENDS)),
+            volleys(elsewhere, (north, north), (spans[1], spans[1])),
         ),
         (
-            volleys(mates, ROOM[:2]).within(np.array([ENDS, ENDS]), count),
-            volleys(elsewhere, np.array([east, north])).within(np.array(spans), count),
+            volleys(mates, (ROOM[0], ROOM[1]), (ENDS, ENDS)),
+            volleys(elsewhere, (east, north), (spans[0], spans[1])),
         ),
     )
     for here, there in pairs:

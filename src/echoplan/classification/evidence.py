@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from echoplan.acoustics.expectation import Hearing, Kind, Shape, excess_of, look, shape_of, walk_of
+from echoplan.acoustics.expectation import Hearing, Kind, Shape, Sight, excess_of, look, shape_of, walk_of
 from echoplan.acoustics.views import in_view, views_of
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.compiled import compiled
@@ -158,11 +158,13 @@ def weigh(soundings: Soundings, hearing: Hearing, reflector: FloatArray, noise: 
     densities, misses, feet = np.empty(count), np.empty(count), np.zeros(count)
     audible, unmasked = np.empty(count, np.bool_), np.empty(count, np.bool_)
     kept, views = 0, views_of(hearing, shape, _INAUDIBLE, soundings.max_range)
+    limits = soundings.min_range, soundings.max_range
     for ping in range(count):
-        if not in_view(views, shape, (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])):
+        view = soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping]
+        if not in_view(views, shape, view):
             continue
         heard, audible[kept], unmasked[kept], densities[kept], misses[kept] = _ask(
-            soundings, hearing, shape, noise, ping
+            hearing, look(shape, view), soundings.readings[ping] * hearing.scale, limits, noise
         )
         if not heard:
             continue
@@ -182,17 +184,16 @@ def weigh(soundings: Soundings, hearing: Hearing, reflector: FloatArray, noise: 
 
 @compiled
 def _ask(
-    soundings: Soundings, hearing: Hearing, shape: Shape, noise: float, ping: int
+    hearing: Hearing, sight: Sight, heard: float, limits: tuple[float, float], noise: float
 ) -> tuple[bool, bool, bool, float, float]:
     """Ask one ping: whether it could hear the reflector, should hear it, was not masked; its hit and its miss."""
-    sight = look(shape, (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping]))
-    if sight[1] < 0.2588 or sight[0] <= 0.0 or sight[0] > soundings.max_range:
+    if sight[1] < 0.2588 or sight[0] <= 0.0 or sight[0] > limits[1]:
         return False, False, False, 0.0, 0.0
     excess = excess_of(hearing, sight)
     reading = sight[0] + walk_of(hearing, excess)
-    if excess <= _INAUDIBLE or not soundings.min_range <= reading <= soundings.max_range - _RIM:
+    if excess <= _INAUDIBLE or not limits[0] <= reading <= limits[1] - _RIM:
         return False, False, False, 0.0, 0.0
-    late = soundings.readings[ping] * hearing.scale - reading
+    late = heard - reading
     scatter = noise * _SCATTER if excess < _UNCERTAIN else noise
     density = _density(late, scatter, excess) if abs(late) < _NEAR * scatter else UNHEARD
     miss = _miss(excess) if late > _BEYOND * scatter else 0.0

@@ -1,16 +1,18 @@
 """Explanation: what explains the pings: a model of the sonar, noise, and any set of features."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from echoplan.acoustics.expectation import Hearing
-from echoplan.arrays import FloatArray
+from echoplan.arrays import FloatArray, IntArray
 from echoplan.classification.evidence import UNHEARD, Frame, Verdict, judge, weigh
-from echoplan.classification.hypotheses import Hypothesis, Key
-from echoplan.classification.multipath import Multipath, Part
+from echoplan.classification.ghosts import ghosts_of_walls
+from echoplan.classification.hypotheses import Hypothesis
+from echoplan.classification.multipath import Multipath, Part, reflecting
 from echoplan.classification.past import Past
+from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
 __all__ = ["Explanation"]
@@ -39,7 +41,6 @@ class Explanation:
         self.hearing = hearing
         self.noise = noise
         self._multipath = Multipath(soundings, hearing, noise)
-        self._alone: dict[Key, FloatArray] = {}
 
     @property
     def floor(self) -> float:
@@ -135,18 +136,9 @@ class Explanation:
         list of ndarray, shape (n,)
             As ``levels`` of all others, for each feature.
         """
-        parts = self._parts(features)
-        stack = np.array([part.levels for part in parts]).reshape(len(parts), len(self.soundings.readings))
-        concerned = np.array([[number in part.owners for part in parts] for number in range(len(features))])
-        all_levels = self._best(parts, self.floor)
-        left_out = []
-        for mine in concerned:
-            levels = all_levels.copy()
-            # Only where this feature has a hand in the best explanation does it matter that it is gone.
-            gone = (stack[mine].max(axis=0) >= levels).nonzero()[0]
-            levels[gone] = np.maximum(self.floor, stack[np.ix_(~mine, gone)].max(axis=0, initial=UNHEARD))
-            left_out.append(levels)
-        return left_out
+        parts = list(self._parts(features))
+        left_out = _without_each(*_flat(parts), len(features), np.full(len(self.soundings.readings), self.floor))
+        return list(left_out)
 
     def ghost_levels(self, features: Sequence[Hypothesis]) -> FloatArray:
         """Explain pings by nothing but ghosts.
@@ -161,7 +153,7 @@ class Explanation:
         ndarray, shape (n,)
             As ``levels``; ``UNHEARD`` where no ghost explains a ping.
         """
-        return self._best(list(self._multipath.parts(features)), UNHEARD)
+        return self._best(self._multipath.parts(features), UNHEARD)
 
     def levels_of(self, feature: Hypothesis) -> FloatArray:
         """Explain pings by one feature alone.
@@ -176,13 +168,7 @@ class Explanation:
         ndarray, shape (n,)
             As ``levels``; ``UNHEARD`` where it does not explain a ping.
         """
-        if feature.key not in self._alone:
-            levels, evidence = np.full(len(self.soundings.readings), UNHEARD), feature.evidence
-            low, high = feature.extent
-            inside = (evidence.feet > low - _BORDER) & (evidence.feet < high + _BORDER) | (not feature.is_wall)
-            levels[evidence.pings[inside]] = evidence.densities[inside]
-            self._alone[feature.key] = levels
-        return self._alone[feature.key]
+        return self._best([self._alone(0, feature)], UNHEARD)
 
     def pair_levels(self, wall: Hypothesis, other: Hypothesis) -> FloatArray:
         """Explain pings by echoes of one wall in another.
@@ -197,18 +183,48 @@ class Explanation:
         ndarray, shape (n,)
             As ``levels``; ``UNHEARD`` where there is no such echo.
         """
-        levels = self._multipath.mirrored(wall, other)
-        return np.full(len(self.soundings.readings), UNHEARD) if levels is None else levels
+        pair = wall.reflector, other.reflector
+        ends = reflecting(pair, (wall.extent, other.extent))
+        return ghosts_of_walls(self.soundings, self.hearing, pair, ends, self.noise)
 
-    def _parts(self, features: Sequence[Hypothesis]) -> list[Part]:
-        alone = [Part((number,), self.levels_of(each)) for number, each in enumerate(features)]
-        return [*alone, *self._multipath.parts(features)]
+    def _parts(self, features: Sequence[Hypothesis]) -> Iterator[Part]:
+        yield from (self._alone(number, each) for number, each in enumerate(features))
+        yield from self._multipath.parts(features)
 
-    def _best(self, parts: Sequence[Part], least: float) -> FloatArray:
+    def _alone(self, number: int, feature: Hypothesis) -> Part:
+        evidence, (low, high) = feature.evidence, feature.extent
+        heard = evidence.densities > UNHEARD
+        if feature.is_wall:
+            heard &= (evidence.feet > low - _BORDER) & (evidence.feet < high + _BORDER)
+        return Part((number, number), evidence.pings[heard], evidence.densities[heard])
+
+    def _best(self, parts: Iterable[Part], least: float) -> FloatArray:
+        _, pings, densities = _flat(list(parts))
         levels = np.full(len(self.soundings.readings), least)
-        for part in parts:
-            np.maximum(levels, part.levels, out=levels)
+        np.maximum.at(levels, pings, densities)
         return levels
+
+
+def _flat(parts: Sequence[Part]) -> tuple[IntArray, IntArray, FloatArray]:
+    """Put parts one after the other: owners of shape (e, 2), pings and levels of shape (e,)."""
+    if not parts:
+        return np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0)
+    owners = np.repeat([part.owners for part in parts], [len(part.pings) for part in parts], axis=0)
+    return owners, np.concatenate([part.pings for part in parts]), np.concatenate([part.levels for part in parts])
+
+
+@compiled
+def _without_each(owners: IntArray, pings: IntArray, levels: FloatArray, features: int, bare: FloatArray) -> FloatArray:
+    """Best levels of what each feature has no hand in, shape (f, n)."""
+    left_out = np.empty((features, len(bare)))
+    left_out[:] = bare
+    for entry in range(len(pings)):
+        ping, level = pings[entry], levels[entry]
+        for number in range(features):
+            mine = number == owners[entry, 0] or number == owners[entry, 1]
+            if not mine and level > left_out[number, ping]:
+                left_out[number, ping] = level
+    return left_out
 
 
 def _joined(verdict: Verdict, past: Past) -> tuple[float, float]:

@@ -14,6 +14,7 @@ from echoplan.acoustics.expectation import Hearing, Shape, shape_of
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD
 from echoplan.classification.images import (
+    Extent,
     Path,
     Point,
     after,
@@ -46,7 +47,7 @@ def ghosts_of_walls(
     soundings: Soundings,
     hearing: Hearing,
     walls: tuple[FloatArray, FloatArray],
-    extents: tuple[FloatArray, FloatArray],
+    extents: tuple[Extent, Extent],
     noise: float,
 ) -> FloatArray:
     """Explain readings by echoes of one wall in another.
@@ -59,7 +60,7 @@ def ghosts_of_walls(
         The sonar.
     walls : tuple of ndarray, shape (4,)
         The two walls.
-    extents : tuple of ndarray, shape (2,)
+    extents : tuple of Extent
         Between which places along it each wall may reflect [m].
     noise : float
         Standard deviation of readings [m].
@@ -133,7 +134,7 @@ def _add_images(
     soundings: Soundings,
     hearing: Hearing,
     walls: tuple[Shape, Shape],
-    extents: tuple[FloatArray, FloatArray],
+    extents: tuple[Extent, Extent],
     scatter: float,
 ) -> None:
     """Fill in what comes as from the images of images."""
@@ -158,7 +159,7 @@ def _add_vertex(
     soundings: Soundings,
     hearing: Hearing,
     walls: tuple[Shape, Shape],
-    extents: tuple[FloatArray, FloatArray],
+    extents: tuple[Extent, Extent],
     scatter: float,
 ) -> None:
     """Fill in what comes from where two walls meet."""
@@ -187,7 +188,7 @@ def _by_two_walls(
     ends: tuple[Point, Point],
     axis: Point,
     walls: tuple[Shape, Shape],
-    extents: tuple[FloatArray, FloatArray],
+    extents: tuple[Extent, Extent],
 ) -> tuple[bool, Path]:
     """Follow sound from a sensor, which has its image in both walls, to the first, the second, and back, and about."""
     nothing, (place, image) = (0.0, 0.0, 0.0, 0.0, 0.0), ends
@@ -215,7 +216,7 @@ def _crossing(walls: tuple[Shape, Shape]) -> tuple[bool, Point]:
 
 
 @compiled
-def _is_concave(walls: tuple[Shape, Shape], extents: tuple[FloatArray, FloatArray], vertex: Point) -> bool:
+def _is_concave(walls: tuple[Shape, Shape], extents: tuple[Extent, Extent], vertex: Point) -> bool:
     """Whether two walls reach where they cross, and each stands before the other."""
     for own in range(2):
         wall, extent, other = walls[own], extents[own], walls[1 - own]

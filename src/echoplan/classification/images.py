@@ -4,11 +4,11 @@ import math
 from typing import TypeAlias
 
 from echoplan.acoustics.expectation import SILENCE, Hearing, Shape, bistatic_excess_of, walk_of
-from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD
 from echoplan.compiled import compiled
 
 __all__ = [
+    "Extent",
     "Lateness",
     "Motion",
     "Path",
@@ -41,6 +41,8 @@ _ROOT_TAU = math.sqrt(2.0 * math.pi)
 # Depth, and angles at departure and at arrival as (cosine, sine).
 Path: TypeAlias = tuple[float, float, float, float, float]
 Point: TypeAlias = tuple[float, float]
+# Between which places along it a wall reflects [m].
+Extent: TypeAlias = tuple[float, float]
 # Image of the origin, and how it moves with x and with y: images are the same motion of every place.
 Motion: TypeAlias = tuple[Point, Point, Point]
 # How much less and how much more than the depth of its path an echo may be read as [m].
@@ -243,14 +245,14 @@ def is_near(image: Point, place: Point, reading: float, late: Lateness) -> bool:
 
 
 @compiled
-def strikes(wall: Shape, extent: FloatArray, place: Point, way: Point) -> bool:
+def strikes(wall: Shape, extent: Extent, place: Point, way: Point) -> bool:
     """Whether the way from a place goes through a wall between two places along it.
 
     Parameters
     ----------
     wall : Shape
         The wall.
-    extent : ndarray, shape (2,)
+    extent : Extent
         Places along it [m].
     place, way : Point
         Where the way begins, and how far it goes [m].

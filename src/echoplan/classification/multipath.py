@@ -1,40 +1,45 @@
 """Multipath: what features are heard as by sound that met more than one of them, or was meant for another ping."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from echoplan.acoustics.expectation import Hearing, Kind
-from echoplan.arrays import FloatArray
+from echoplan.arrays import FloatArray, IntArray
 from echoplan.classification.evidence import UNHEARD
 from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
 from echoplan.classification.hypotheses import Hypothesis, Key
-from echoplan.classification.volleys import Volleys, bursts_of, volleys_over
+from echoplan.classification.images import Extent
+from echoplan.classification.volleys import Bursts, bursts_of, volleys_over
+from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["Multipath", "Part"]
+__all__ = ["Multipath", "Part", "reflecting"]
 
 # Walls may reflect so far beyond what was heard of them, or up to a crossing that is no farther [m].
 _STRETCH, _TO_CROSSING = 0.4, 2.0
 # Walls that turn less than this toward each other cross too far away (sine).
 _PARALLEL = 0.1
+_WALL, _CYLINDER = int(Kind.WALL), int(Kind.CYLINDER)
 
 
 class Part(NamedTuple):
-    """What one feature, or several together, explain.
+    """What one feature, or two together, explain.
 
     Attributes
     ----------
     owners : tuple of int
-        Numbers of the features.
-    levels : ndarray, shape (n,)
-        Logarithm of the density of each reading [log 1/m]; ``UNHEARD`` where it is not explained.
+        Numbers of the features; of one alone twice.
+    pings : ndarray of int, shape (k,)
+        Which pings.
+    levels : ndarray, shape (k,)
+        Logarithm of the density of their readings [log 1/m].
     """
 
-    owners: tuple[int, ...]
+    owners: tuple[int, int]
+    pings: IntArray
     levels: FloatArray
 
 
@@ -55,9 +60,9 @@ class Multipath:
         self._soundings = soundings
         self._hearing = hearing
         self._noise = noise
-        self._bursts = bursts_of(soundings, hearing)
-        self._known: dict[Key, FloatArray | None] = {}
-        self._volleys: dict[Key, Volleys] = {}
+        self._bursts: Bursts | None = None
+        self._numbers: dict[Key, int] = {}
+        self._known: dict[tuple[int, int], tuple[IntArray, FloatArray]] = {}
 
     def parts(self, features: Sequence[Hypothesis]) -> Iterator[Part]:
         """Work out the ghosts of features.
@@ -72,96 +77,115 @@ class Multipath:
         Part
             A ghost that explains something.
         """
-        keys = [each.key for each in features]
-        for owners in _casting(features):
-            key = sum((keys[each] for each in owners), ())
-            levels = self._once(key, partial(self._cast_by, [features[each] for each in owners]))
-            if levels is not None:
-                yield Part(owners, levels)
+        numbers = [self._numbers.setdefault(each.key, len(self._numbers)) for each in features]
+        casting = {(one, other): (numbers[one], numbers[other]) for one, other in _casting(features)}
+        self._learn(features, [pair for pair, key in casting.items() if key not in self._known], numbers)
+        for pair, key in casting.items():
+            pings, levels = self._known[key]
+            if len(pings):
+                yield Part(pair, pings, levels)
 
-    def mirrored(self, wall: Hypothesis, other: Hypothesis) -> FloatArray | None:
-        """Explain pings by echoes of one wall in another.
-
-        Parameters
-        ----------
-        wall, other : Hypothesis
-            Two walls.
-
-        Returns
-        -------
-        ndarray, shape (n,), or None
-            As ``Part.levels``; nothing if there is no such echo.
-        """
-        return self._once(("mirrored", *wall.key, *other.key), partial(self._of_images, wall, other))
-
-    def _cast_by(self, owners: Sequence[Hypothesis]) -> FloatArray:
-        wall, other = owners[0], owners[-1]
-        if other is wall:
-            levels = np.full(len(self._soundings.readings), UNHEARD)
-            self._add_volleys(levels, [wall], [_stretched(wall, None)])
-            return levels
-        return self._of_walls(wall, other) if other.is_wall else self._of_cylinder(wall, other)
-
-    def _of_walls(self, wall: Hypothesis, other: Hypothesis) -> FloatArray:
-        levels = self.mirrored(wall, other)
-        levels = np.full(len(self._soundings.readings), UNHEARD) if levels is None else levels.copy()
-        first, second = _reflecting(wall, other)
-        self._add_volleys(levels, [wall, other], [first, second])
-        self._add_volleys(levels, [other, wall], [second, first])
-        return levels
-
-    def _of_images(self, wall: Hypothesis, other: Hypothesis) -> FloatArray:
-        pair, extents = (wall.reflector, other.reflector), _reflecting(wall, other)
-        return ghosts_of_walls(self._soundings, self._hearing, pair, extents, self._noise)
-
-    def _of_cylinder(self, wall: Hypothesis, cylinder: Hypothesis) -> FloatArray:
-        return ghosts_of_cylinder(self._soundings, self._hearing, wall.reflector, cylinder.reflector, self._noise)
-
-    def _add_volleys(self, levels: FloatArray, walls: Sequence[Hypothesis], extents: Sequence[FloatArray]) -> None:
-        """Raise levels to what volleys over some walls explain, in the order in which the sound strikes them."""
-        reflectors = np.array([each.reflector for each in walls])
-        key = tuple(reflectors.ravel().tolist())
-        if key not in self._volleys:
-            self._volleys[key] = volleys_over(self._soundings, self._hearing, self._bursts, reflectors, self._noise)
-        volleys = self._volleys[key]
-        if len(volleys.pings):
-            np.maximum(levels, volleys.within(np.array(extents), len(levels)), out=levels)
-
-    def _once(self, key: Key, explain: Callable[[], FloatArray]) -> FloatArray | None:
-        if key not in self._known:
-            levels = explain()
-            self._known[key] = levels if levels.max(initial=UNHEARD) > UNHEARD else None
-        return self._known[key]
+    def _learn(self, features: Sequence[Hypothesis], pairs: Sequence[tuple[int, int]], numbers: Sequence[int]) -> None:
+        if not pairs:
+            return
+        if self._bursts is None:
+            self._bursts = bursts_of(self._soundings, self._hearing)
+        told = np.array([each.reflector for each in features]), np.array([each.extent for each in features])
+        heard = self._soundings, self._hearing, self._bursts
+        bounds, pings, levels = _cast(*heard, told, np.array(pairs), self._noise)
+        for (one, other), low, high in zip(pairs, bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
+            self._known[numbers[one], numbers[other]] = pings[low:high], levels[low:high]
 
 
-def _casting(features: Sequence[Hypothesis]) -> Iterator[tuple[int, ...]]:
+def _casting(features: Sequence[Hypothesis]) -> Iterator[tuple[int, int]]:
     """List the walls that may cast ghosts, alone and with another wall or a cylinder.
 
     Nobody need have heard both: a wall reflects sound on to another from places whence its own echo does not come back.
     """
     walls = [number for number, each in enumerate(features) if each.is_wall]
-    columns = [number for number, each in enumerate(features) if each.kind is Kind.CYLINDER]
+    columns = [number for number, each in enumerate(features) if each.reflector[0] == _CYLINDER]
     for place, one in enumerate(walls):
-        yield (one,)
+        yield one, one
         yield from ((one, other) for other in walls[place + 1 :] + columns)
 
 
-def _reflecting(wall: Hypothesis, other: Hypothesis) -> tuple[FloatArray, FloatArray]:
-    """Where two walls may reflect: as far as they were heard and a little more, or up to where they meet."""
-    (angle, offset), (turned, beyond) = wall.line.tolist(), other.line.tolist()
+@compiled
+def _cast(
+    soundings: Soundings,
+    hearing: Hearing,
+    bursts: Bursts,
+    features: tuple[FloatArray, FloatArray],
+    pairs: IntArray,
+    noise: float,
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Work out the ghosts of many pairs: where those of each begin and end, their pings and their levels."""
+    reflectors, extents = features
+    count, bounds, found = 0, np.zeros(len(pairs) + 1, np.int64), np.empty((len(soundings.readings), 2))
+    for number in range(len(pairs)):
+        one, other = pairs[number]
+        pair = reflectors[one], reflectors[other]
+        ends = reflecting(pair, ((extents[one, 0], extents[one, 1]), (extents[other, 0], extents[other, 1])))
+        levels = _cast_by(soundings, hearing, bursts, pair, ends, noise)
+        heard = np.flatnonzero(levels > UNHEARD)
+        if count + len(heard) > len(found):
+            found = np.concatenate((found, np.empty((len(found) + len(heard), 2))))
+        found[count : count + len(heard), 0] = heard
+        found[count : count + len(heard), 1] = levels[heard]
+        count += len(heard)
+        bounds[number + 1] = count
+    return bounds, found[:count, 0].astype(np.int64), found[:count, 1].copy()
+
+
+@compiled
+def _cast_by(
+    soundings: Soundings,
+    hearing: Hearing,
+    bursts: Bursts,
+    pair: tuple[FloatArray, FloatArray],
+    ends: tuple[Extent, Extent],
+    noise: float,
+) -> FloatArray:
+    if pair[1][0] != _WALL:
+        return ghosts_of_cylinder(soundings, hearing, pair[0], pair[1], noise)
+    there = volleys_over(soundings, hearing, bursts, pair, ends, noise)
+    if (pair[0] == pair[1]).all():
+        return there
+    back = volleys_over(soundings, hearing, bursts, (pair[1], pair[0]), (ends[1], ends[0]), noise)
+    best: FloatArray = np.maximum(np.maximum(there, back), ghosts_of_walls(soundings, hearing, pair, ends, noise))
+    return best
+
+
+@compiled
+def reflecting(walls: tuple[FloatArray, FloatArray], extents: tuple[Extent, Extent]) -> tuple[Extent, Extent]:
+    """Tell where two walls may reflect: as far as they were heard and a little more, or up to where they meet.
+
+    Parameters
+    ----------
+    walls : tuple of ndarray, shape (4,)
+        The walls; twice the same for one alone.
+    extents : tuple of Extent
+        Between which places each was heard [m].
+
+    Returns
+    -------
+    tuple of Extent
+        Between which places each may reflect [m].
+    """
+    angle, offset, turned, beyond = walls[0][1], walls[0][2], walls[1][1], walls[1][2]
     across = math.sin(turned - angle)
     if abs(across) < _PARALLEL:
-        return _stretched(wall, None), _stretched(other, None)
+        return _stretched(extents[0], math.nan), _stretched(extents[1], math.nan)
     # The crossing lies on both lines: along each, as far as the other's offset less its own, turned, leaves over.
     along = math.cos(turned - angle)
     return (
-        _stretched(wall, (beyond - offset * along) / across),
-        _stretched(other, (beyond * along - offset) / across),
+        _stretched(extents[0], (beyond - offset * along) / across),
+        _stretched(extents[1], (beyond * along - offset) / across),
     )
 
 
-def _stretched(wall: Hypothesis, place: float | None) -> FloatArray:
-    low, high = wall.extent
-    if place is None or max(low - place, place - high) > _TO_CROSSING:
-        return np.array([low - _STRETCH, high + _STRETCH])
-    return np.array([min(low - _STRETCH, place - 0.05), max(high + _STRETCH, place + 0.05)])
+@compiled
+def _stretched(extent: Extent, place: float) -> Extent:
+    low, high = extent[0] - _STRETCH, extent[1] + _STRETCH
+    if max(extent[0] - place, place - extent[1]) <= _TO_CROSSING:
+        low, high = min(low, place - 0.05), max(high, place + 0.05)
+    return low, high

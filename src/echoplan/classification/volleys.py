@@ -14,8 +14,10 @@ from echoplan.acoustics.expectation import Hearing, Shape, shape_of
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classification.evidence import UNHEARD
 from echoplan.classification.images import (
+    Extent,
     Lateness,
     Motion,
+    Path,
     Point,
     after,
     depth_of,
@@ -32,13 +34,12 @@ from echoplan.classification.images import (
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["Bursts", "Volleys", "bursts_of", "volleys_over"]
+__all__ = ["Bursts", "bursts_of", "volleys_over"]
 
 # Such readings scatter more than those of reflectors, by this factor.
 _SCATTER = 2.0
 # Half of the speed of sound that modules assume, as the range scale is told against it [m/s].
 _HALF_SPEED = 0.5 * Air().speed_of_sound
-_ENDLESS = np.array([-np.inf, np.inf])
 
 # The first wall and the last, whether they are two, and how they move the image of where sound comes from.
 Route: TypeAlias = tuple[Shape, Shape, bool, Motion]
@@ -64,44 +65,6 @@ class Bursts(NamedTuple):
     travelled: FloatArray
     bounds: IntArray
     spread: FloatArray
-
-
-class Volleys(NamedTuple):
-    """Readings that may be such bursts, wherever they struck the walls.
-
-    Attributes
-    ----------
-    pings : ndarray of int, shape (h,)
-        Which pings; one may have heard several.
-    levels : ndarray, shape (h,)
-        Logarithm of the density of the reading if it is such an echo [log 1/m].
-    places : ndarray, shape (h, w)
-        Where along each wall the sound struck it [m].
-    """
-
-    pings: IntArray
-    levels: FloatArray
-    places: FloatArray
-
-    def within(self, extents: FloatArray, count: int) -> FloatArray:
-        """Explain readings by those bursts that struck the walls where these are.
-
-        Parameters
-        ----------
-        extents : ndarray, shape (w, 2)
-            Between which places along it each wall may reflect [m].
-        count : int
-            How many pings there are.
-
-        Returns
-        -------
-        ndarray, shape (count,)
-            Logarithm of the density of each reading [log 1/m]; ``UNHEARD`` where there is no such echo.
-        """
-        levels = np.full(count, UNHEARD)
-        struck = ((extents[:, 0] < self.places) & (self.places < extents[:, 1])).all(axis=1)
-        np.maximum.at(levels, self.pings[struck], self.levels[struck])
-        return levels
 
 
 @compiled
@@ -143,8 +106,15 @@ def bursts_of(soundings: Soundings, hearing: Hearing) -> Bursts:
 
 
 @compiled
-def volleys_over(soundings: Soundings, hearing: Hearing, bursts: Bursts, walls: FloatArray, noise: float) -> Volleys:
-    """Find the readings that may be bursts not meant for them.
+def volleys_over(
+    soundings: Soundings,
+    hearing: Hearing,
+    bursts: Bursts,
+    walls: tuple[FloatArray, FloatArray],
+    extents: tuple[Extent, Extent],
+    noise: float,
+) -> FloatArray:
+    """Explain readings by bursts not meant for them.
 
     Parameters
     ----------
@@ -154,27 +124,32 @@ def volleys_over(soundings: Soundings, hearing: Hearing, bursts: Bursts, walls: 
         The sonar.
     bursts : Bursts
         That they may hear.
-    walls : ndarray, shape (w, 4)
-        One wall, or two in the order in which the sound strikes them.
+    walls : tuple of ndarray, shape (4,)
+        Two walls in the order in which the sound strikes them; twice the same for one alone.
+    extents : tuple of Extent
+        Between which places along it each wall may reflect [m].
     noise : float
         Standard deviation of readings [m].
 
     Returns
     -------
-    Volleys
-        The readings.
+    ndarray, shape (n,)
+        Logarithm of the density of each reading if it is such an echo [log 1/m]; ``UNHEARD`` where there is none.
     """
-    first, last, double = shape_of(walls[0]), shape_of(walls[-1]), len(walls) > 1
+    levels = np.full(len(soundings.readings), UNHEARD)
+    first, last = shape_of(walls[0]), shape_of(walls[1])
+    double = first != last
     motion = after(mirroring(first), last) if double else mirroring(first)
-    route = (first, last, double, motion)
-    near = _nearby(soundings, bursts, motion, lateness(hearing, _SCATTER * noise))
-    levels, places, spots = np.full(len(near), UNHEARD), np.empty((len(near), len(walls))), np.zeros(2)
-    for number, burst in enumerate(near):
-        ends, heard = (bursts.mates[burst], bursts.pings[burst]), (bursts.travelled[burst], noise)
-        levels[number] = _level(soundings, hearing, ends, route, heard, spots)
-        places[number] = spots[: len(walls)]
-    heard_at_all = levels > UNHEARD
-    return Volleys(bursts.pings[near[heard_at_all]], levels[heard_at_all], places[heard_at_all])
+    route, scatter = (first, last, double, motion), _SCATTER * noise
+    for burst in _nearby(soundings, bursts, motion, lateness(hearing, scatter)):
+        ping, mate = bursts.pings[burst], bursts.mates[burst]
+        ends = (soundings.x[mate], soundings.y[mate]), (soundings.x[ping], soundings.y[ping])
+        axes = (soundings.ux[mate], soundings.uy[mate]), (soundings.ux[ping], soundings.uy[ping])
+        found, path = _over_walls(ends, axes, route, extents)
+        if found:
+            level = echo_level(hearing, path, bursts.travelled[burst], 0.0, scatter)
+            levels[ping] = max(levels[ping], level)
+    return levels
 
 
 @compiled
@@ -204,48 +179,39 @@ def _nearby(soundings: Soundings, bursts: Bursts, motion: Motion, late: Lateness
 
 
 @compiled
-def _level(
-    soundings: Soundings,
-    hearing: Hearing,
-    ends: tuple[int, int],
-    route: Route,
-    heard: tuple[float, float],
-    spots: FloatArray,
-) -> float:
-    """Follow sound from one ping's sensor over the walls to another's; fill in where it strikes them."""
-    origin = (soundings.x[ends[0]], soundings.y[ends[0]])
-    place = (soundings.x[ends[1]], soundings.y[ends[1]])
+def _over_walls(
+    ends: tuple[Point, Point], axes: tuple[Point, Point], route: Route, extents: tuple[Extent, Extent]
+) -> tuple[bool, Path]:
+    """Follow sound from one sensor over the walls to another."""
+    nothing, (origin, place) = (0.0, 0.0, 0.0, 0.0, 0.0), ends
     image = image_of(route[3], origin)
     way = (image[0] - place[0], image[1] - place[1])
-    depth = 0.5 * math.hypot(way[0], way[1])
     if min(depth_of(route[0], origin), depth_of(route[1], place)) <= 0.0:
-        return UNHEARD
-    found, spot = _first_spot(route, origin, place, way, spots)
+        return False, nothing
+    found, spot = _first_spot(route, extents, ends, way)
     if not found:
-        return UNHEARD
-    out = turned((soundings.ux[ends[0]], soundings.uy[ends[0]]), (spot[0] - origin[0], spot[1] - origin[1]))
-    back = turned((soundings.ux[ends[1]], soundings.uy[ends[1]]), way)
-    path = (depth, out[0], out[1], back[0], back[1])
-    return echo_level(hearing, path, heard[0], 0.0, _SCATTER * heard[1])
+        return False, nothing
+    out, back = turned(axes[0], (spot[0] - origin[0], spot[1] - origin[1])), turned(axes[1], way)
+    return True, (0.5 * math.hypot(way[0], way[1]), out[0], out[1], back[0], back[1])
 
 
 @compiled
-def _first_spot(route: Route, origin: Point, place: Point, way: Point, spots: FloatArray) -> tuple[bool, Point]:
-    """Go back from where sound was heard to where it struck first; fill in where along each wall it did."""
+def _first_spot(
+    route: Route, extents: tuple[Extent, Extent], ends: tuple[Point, Point], way: Point
+) -> tuple[bool, Point]:
+    """Go back from where sound was heard to where it struck first, if it struck the walls where these are."""
     first, last, double, _ = route
-    if not strikes(last, _ENDLESS, place, way):
+    origin, place = ends
+    if not strikes(last, extents[1], place, way):
         return False, place
     spot = _spot(last, place, way)
-    spots[1 if double else 0] = last[1] * spot[1] - last[2] * spot[0]
     if not double:
         return True, spot
     nearer = mirrored(first, origin)
     onward = (nearer[0] - spot[0], nearer[1] - spot[1])
-    if not strikes(first, _ENDLESS, spot, onward):
+    if not strikes(first, extents[0], spot, onward):
         return False, spot
-    spot = _spot(first, spot, onward)
-    spots[0] = first[1] * spot[1] - first[2] * spot[0]
-    return True, spot
+    return True, _spot(first, spot, onward)
 
 
 @compiled

@@ -45,6 +45,8 @@ __all__ = ["Account", "as_arrays"]
 _FINEST = 0.001
 
 
+# An adjustment is at rest once nothing moves by more in a round [rad or m].
+_SETTLED = 1e-4
 # So often a first look may be taken.
 _GLANCES = 3
 # Features this far beyond the reach of the stations may still matter [m].
@@ -200,12 +202,12 @@ class Account:
         return learn_drift(beliefs, self.poses, self.adjusted.covariance[poses, poses], self.settings.drift)
 
     def adjust_often(self, noise: float, beliefs: PoseBeliefs, rounds: int) -> None:
-        """Adjust features, sonar and poses until it stays the same who hears what, but no more than so often."""
+        """Adjust features, sonar and poses until all stays the same, who hears what too, but no more than so often."""
         for _ in range(rounds):
             heard = self._heard()
             self.adjust(noise, beliefs)
             self.judge(noise)
-            if np.array_equal(heard, self._heard()):
+            if self.adjusted is not None and self.adjusted.step < _SETTLED and np.array_equal(heard, self._heard()):
                 break
 
     def _heard(self) -> BoolArray:

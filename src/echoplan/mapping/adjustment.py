@@ -115,6 +115,8 @@ class Adjusted:
         Reading less expected reading [m]; 0 where nothing explains it.
     excesses : ndarray, shape (n,)
         Expected signal excess [dB].
+    step : float
+        Greatest change of an unknown in the last round [rad or m].
     """
 
     reflectors: FloatArray
@@ -126,6 +128,7 @@ class Adjusted:
     owners: IntArray
     residuals: FloatArray
     excesses: FloatArray
+    step: float
 
     @property
     def scatter(self) -> float:
@@ -200,6 +203,7 @@ def adjust(
         owners=matched.owners,
         residuals=matched.residuals,
         excesses=matched.excesses,
+        step=float(np.abs(step).max()),
     )
 
 
@@ -314,32 +318,32 @@ def _placed(readings: _Readings, unknowns: Unknowns) -> Rows:
 
 
 def _priors(now: State, unknowns: Unknowns, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:
-    yield from _sonar_priors(now, unknowns.sonar, beliefs, settings)
+    yield _sonar_prior(now, unknowns.sonar, beliefs, settings)
     if beliefs.square is not None:
-        yield from _square_priors(now, unknowns, *beliefs.square)
+        yield _square_prior(now, unknowns, *beliefs.square)
     if beliefs.poses is not None:
         yield pose_rows(beliefs.poses, now.poses, unknowns.pose)
-    for column in range(unknowns.sonar):
-        yield prior(column, sigma=1.0 / _HOLD, residual=0.0)
-    for number in np.flatnonzero(unknowns.kinds == _CYLINDER):
-        residual = settings.radius - float(now.features.reflectors[number, 3])
-        yield prior(int(unknowns.starts[number]) + 2, sigma=settings.radius_sigma, residual=residual)
+    yield prior(np.arange(unknowns.sonar), sigma=1.0 / _HOLD, residual=0.0)
+    columns = np.flatnonzero(unknowns.kinds == _CYLINDER)
+    residuals = settings.radius - now.features.reflectors[columns, 3]
+    yield prior(unknowns.starts[columns] + 2, sigma=settings.radius_sigma, residual=residuals)
 
 
-def _sonar_priors(now: State, first: int, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:
+def _sonar_prior(now: State, first: int, beliefs: Beliefs, settings: AdjustmentSettings) -> Rows:
     model, gain_sigma = now.model, settings.gain_share * beliefs.walk_gain
     # Where the way itself is uncertain it cannot tell the scale of the map: that is left to the sonar's maker.
     scale_sigma = settings.drifting_scale_sigma if _drifts(beliefs) else settings.scale_sigma
     # Without a servo nothing lags: the unknown stays where it is.
     latency_sigma = settings.latency_sigma if beliefs.has_servo else 1e-9
-    yield prior(first, sigma=beliefs.offset_sigma, residual=-model.range_offset)
-    yield prior(first + 1, sigma=gain_sigma, residual=beliefs.walk_gain - model.walk_gain)
-    yield prior(first + 2, sigma=scale_sigma, residual=-model.range_scale)
-    yield prior(first + 3, sigma=latency_sigma, residual=-now.latency)
+    return prior(
+        first + np.arange(len(SONAR_UNKNOWNS)),
+        sigma=(beliefs.offset_sigma, gain_sigma, scale_sigma, latency_sigma),
+        residual=(-model.range_offset, beliefs.walk_gain - model.walk_gain, -model.range_scale, -now.latency),
+    )
 
 
-def _square_priors(now: State, unknowns: Unknowns, direction: float, sigma: float) -> Iterator[Rows]:
-    for number in np.flatnonzero(unknowns.kinds == Kind.WALL):
-        off = off_square(float(now.features.reflectors[number, 1]), direction)
-        if abs(off) < _NEARLY_SQUARE:
-            yield prior(int(unknowns.starts[number]), sigma=sigma, residual=-off)
+def _square_prior(now: State, unknowns: Unknowns, direction: float, sigma: float) -> Rows:
+    walls = np.flatnonzero(unknowns.kinds == Kind.WALL)
+    off = np.array([off_square(float(angle), direction) for angle in now.features.reflectors[walls, 1]])
+    nearly = np.abs(off) < _NEARLY_SQUARE
+    return prior(unknowns.starts[walls][nearly], sigma=sigma, residual=-off[nearly])

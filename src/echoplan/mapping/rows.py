@@ -84,24 +84,27 @@ class Summary(NamedTuple):
         )
 
 
-def prior(column: int, *, sigma: float, residual: float) -> Rows:
-    """Hold one unknown near a value.
+def prior(columns: ArrayLike, *, sigma: ArrayLike, residual: ArrayLike) -> Rows:
+    """Hold unknowns near values.
 
     Parameters
     ----------
-    column : int
-        The unknown.
-    sigma : float
-        Standard deviation about the value.
-    residual : float
-        The value less the present one.
+    columns : int or ndarray of int, shape (k,)
+        The unknowns.
+    sigma : float or ndarray, shape (k,)
+        Standard deviations about the values.
+    residual : float or ndarray, shape (k,)
+        The values less the present ones.
 
     Returns
     -------
     Rows
-        One row.
+        One an unknown.
     """
-    return Rows(np.array([[column]]), np.ones((1, 1)), np.array([residual]), np.array([sigma**-2]))
+    own = np.atleast_1d(np.asarray(columns, dtype=np.int64))
+    weights = np.broadcast_to(np.asarray(sigma, dtype=np.float64) ** -2.0, own.shape)
+    residuals = np.broadcast_to(np.asarray(residual, dtype=np.float64), own.shape)
+    return Rows(own[:, None], np.ones((len(own), 1)), residuals.copy(), weights.copy())
 
 
 def normal_equations(parts: Sequence[Rows], size: int) -> tuple[FloatArray, FloatArray]:

@@ -260,7 +260,7 @@ class Search:
 
 
 def _same(one: Hypothesis, other: Hypothesis) -> bool:
-    if one.kind is not other.kind:
+    if one.reflector[0] != other.reflector[0]:
         return False
     if not one.is_wall:
         apart = one.reflector[1:] - other.reflector[1:]

@@ -9,16 +9,18 @@ from echoplan.classification.hypotheses import Hypothesis
 from echoplan.geometry import compose, invert
 from echoplan.mapping.account import Account
 from echoplan.mapping.copies import CopySettings, are_copies
-from echoplan.mapping.localisation import Catalogue, Sightline, locate
+from echoplan.mapping.localisation import Catalogue, LocalisationSettings, Sightline, locate
 from echoplan.mapping.poses import PoseBeliefs
 from echoplan.mapping.tracking import sights_of
 
 __all__ = ["without_slip"]
 
-# Twins lie no farther apart than a step may lead astray [rad, m, m].
-_NEAR = CopySettings(turn=0.3, beside=0.4, apart=1.0)
+# Twins are turned against each other by less, and their ends lie no farther apart [rad, m].
+_TURN, _APART = 0.3, 1.0
 # Radii of one cylinder seen from two sides differ by less [m].
 _RADII = 0.06
+# A turn that is off puts what is so far away off to the side [m].
+_LEVER = 1.0
 # This share of what is said of a feature is said from one side of the step.
 _MOSTLY = 0.8
 # A slip is believed to be so many times as great as what else odometry errs by.
@@ -45,7 +47,8 @@ def without_slip(account: Account, beliefs: PoseBeliefs) -> FloatArray | None:
         Other poses [m, m, rad]; nothing if nothing seems there twice, or nothing fits better elsewhere.
     """
     first = max(1, len(account.memory.poses))
-    steps = [step for step in range(first, len(account.poses)) if _has_twins(account.features, step)]
+    reaches = _reaches(beliefs, account.settings.localisation)
+    steps = [step for step in range(first, len(account.poses)) if _has_twins(account.features, step, reaches[step])]
     if not steps:
         return None
     sights = sights_of(account)
@@ -85,11 +88,17 @@ def _known(features: Sequence[Hypothesis], step: int) -> Catalogue:
     return Catalogue.of([each for each in features if _before(each, step) > 0.0])
 
 
-def _has_twins(features: Sequence[Hypothesis], step: int) -> bool:
+def _reaches(beliefs: PoseBeliefs, settings: LocalisationSettings) -> FloatArray:
+    """Tell how far each step may put one twin from the other [m]."""
+    astray: FloatArray = beliefs.sigmas[:, :2].max(axis=1) + _LEVER * beliefs.sigmas[:, 2]
+    return settings.deviations * _ASTRAY * astray
+
+
+def _has_twins(features: Sequence[Hypothesis], step: int, reach: float) -> bool:
     """Tell whether one feature was heard before a step, and one much like it after."""
     before = [each for each in features if _before(each, step) > _MOSTLY * _said(each)]
     after = [each for each in features if _before(each, step) < (1.0 - _MOSTLY) * _said(each)]
-    return any(_alike(one, other) for one in before for other in after)
+    return any(_alike(one, other, reach) for one in before for other in after)
 
 
 def _before(feature: Hypothesis, step: int) -> float:
@@ -100,10 +109,10 @@ def _said(feature: Hypothesis) -> float:
     return _before(feature, len(feature.gains))
 
 
-def _alike(one: Hypothesis, other: Hypothesis) -> bool:
+def _alike(one: Hypothesis, other: Hypothesis, reach: float) -> bool:
     if one.kind is not other.kind:
         return False
     if one.is_wall:
-        return are_copies(one, other, _NEAR)
-    apart = np.abs(one.reflector[1:] - other.reflector[1:])
-    return bool(max(apart[0], apart[1]) < _NEAR.beside and apart[2] < _RADII)
+        return are_copies(one, other, CopySettings(turn=_TURN, beside=reach, apart=_APART))
+    apart = one.reflector[1:] - other.reflector[1:]
+    return bool(np.hypot(apart[0], apart[1]) < reach and abs(apart[2]) < _RADII)

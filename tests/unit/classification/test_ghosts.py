@@ -9,13 +9,14 @@ from echoplan.acoustics.air import Air
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD
 from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
+from echoplan.classification.images import Extent
 from echoplan.geometry import directions
 from echoplan.preprocessing.soundings import Soundings
 from expectations import NOISE, SONAR, cylinder, wall
 from single_ping import PLAIN, length, likeliest, one_ping, point_on
 from soundings import PAPER
 
-ENDLESS = np.array([-50.0, 50.0])
+ENDLESS = (-50.0, 50.0)
 EAST, NORTH = wall(0.0, 1.0), wall(np.pi / 2, 0.8)
 # Only walls that meet at no more than a right angle send sound back over both.
 OBLIQUE = wall(np.radians(110.0), 1.1)
@@ -41,7 +42,7 @@ def walls_at(
     soundings: Soundings,
     first: FloatArray,
     second: FloatArray,
-    extents: tuple[FloatArray, FloatArray] = (ENDLESS, ENDLESS),
+    extents: tuple[Extent, Extent] = (ENDLESS, ENDLESS),
 ) -> FloatArray:
     """Ghosts of two walls without a walk."""
     return ghosts_of_walls(soundings, PLAIN.tabulated(), (first, second), extents, NOISE)
@@ -148,12 +149,11 @@ def test_the_vertex_of_a_wide_corner_sounds_as_diffraction_theory_says(degrees: 
 def test_a_vertex_sounds_only_where_both_walls_reach_it_and_from_within() -> None:
     soundings, (first, second) = one_ping((0.0, 0.0), 0.0), corner(92.0, 1.0)
     # Along the first wall the vertex is at +0.69 m, along the second at -0.69 m.
-    reaching, short = np.array([-2.0, 0.8]), np.array([-2.0, 0.4])
-    assert walls_at(soundings, first, second, (reaching, -reaching[::-1])).max() > UNHEARD
-    assert walls_at(soundings, first, second, (short, -reaching[::-1])).max() == UNHEARD
+    reaching, short = (-2.0, 0.8), (-2.0, 0.4)
+    assert walls_at(soundings, first, second, (reaching, (-0.8, 2.0))).max() > UNHEARD
+    assert walls_at(soundings, first, second, (short, (-0.8, 2.0))).max() == UNHEARD
     # A convex edge: both walls lead away from the sensor.
-    leading_away = np.array([0.6, 2.0])
-    assert walls_at(soundings, first, second, (leading_away, -leading_away[::-1])).max() == UNHEARD
+    assert walls_at(soundings, first, second, ((0.6, 2.0), (-2.0, -0.6))).max() == UNHEARD
 
 
 def test_ghosts_are_read_with_the_walk_of_their_loudness() -> None:

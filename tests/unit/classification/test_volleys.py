@@ -8,7 +8,8 @@ from echoplan.acoustics import Air
 from echoplan.acoustics.echo_model import EchoModel
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD
-from echoplan.classification.volleys import Volleys, bursts_of, volleys_over
+from echoplan.classification.images import Extent
+from echoplan.classification.volleys import bursts_of, volleys_over
 from echoplan.preprocessing.soundings import Soundings
 from expectations import NOISE, listening, wall
 from single_ping import PLAIN, length, likeliest, one_ping, point_on
@@ -19,16 +20,16 @@ EAST, OBLIQUE = wall(0.0, 1.0), wall(np.radians(110.0), 1.1)
 FIRING, WAIT = 0.025, 0.025 * Air().speed_of_sound / 2
 
 
-def over(soundings: Soundings, model: EchoModel, walls: FloatArray) -> Volleys:
-    """The readings that may be bursts by way of walls."""
-    hearing = model.tabulated()
-    return volleys_over(soundings, hearing, bursts_of(soundings, hearing), walls, NOISE)
+def over(soundings: Soundings, model: EchoModel, *walls: FloatArray, extents: tuple[Extent, ...] = ()) -> FloatArray:
+    """What bursts by way of walls explain that were not meant for these pings."""
+    hearing, reaches = model.tabulated(), extents or (ENDLESS, ENDLESS)
+    pair, ends = (walls[0], walls[-1]), (reaches[0], reaches[-1])
+    return volleys_over(soundings, hearing, bursts_of(soundings, hearing), pair, ends, NOISE)
 
 
-def heard(soundings: Soundings, *walls: FloatArray, extents: tuple[tuple[float, float], ...] = ()) -> FloatArray:
-    """What bursts explain that were not meant for these pings, without a walk."""
-    volleys = over(soundings, PLAIN, np.array(walls))
-    return volleys.within(np.array(extents or [ENDLESS] * len(walls)), len(soundings.readings))
+def heard(soundings: Soundings, *walls: FloatArray, extents: tuple[Extent, ...] = ()) -> FloatArray:
+    """The same without a walk."""
+    return over(soundings, PLAIN, *walls, extents=extents)
 
 
 def over_two(origin: tuple[float, float], place: tuple[float, float], *walls: FloatArray) -> tuple[float, FloatArray]:
@@ -73,10 +74,8 @@ def test_sound_of_the_firing_before_reads_too_near_by_what_it_travelled_since() 
 
 def test_in_warm_air_sound_travels_farther_between_two_firings() -> None:
     soundings, far = one_ping((0.0, 0.0), 0.0, mate=(0.0, 0.0), lag=FIRING), wall(0.0, 1.02 * (WAIT + 0.7))
-    warm = over(soundings, PLAIN.scaled(0.02), far[None])
-    assert likeliest(soundings, warm.within(np.array([ENDLESS]), len(soundings.readings))) == pytest.approx(
-        0.7, abs=1e-4
-    )
+    warm = over(soundings, PLAIN.scaled(0.02), far)
+    assert likeliest(soundings, warm) == pytest.approx(0.7, abs=1e-4)
 
 
 def test_without_mates_there_is_no_crosstalk() -> None:
@@ -136,11 +135,12 @@ def test_no_burst_is_missed_by_looking_only_where_they_can_come_from() -> None:
     )
     bursts = bursts_of(heard_, told)
     everywhere = bursts._replace(spread=np.full(len(bursts.spread), np.inf))
-    for walls in ((EAST,), (wall(np.pi / 2, 0.8), EAST)):
-        here, there = (volleys_over(heard_, told, each, np.array(walls), 0.02) for each in (bursts, everywhere))
-        assert len(here.pings) > 5
-        assert here.pings.tolist() == there.pings.tolist()
-        assert here.levels.tolist() == there.levels.tolist()
+    for walls in ((EAST, EAST), (wall(np.pi / 2, 0.8), EAST)):
+        here, there = (
+            volleys_over(heard_, told, each, walls, (ENDLESS, ENDLESS), 0.02) for each in (bursts, everywhere)
+        )
+        assert (here > UNHEARD).sum() > 5
+        assert here.tolist() == there.tolist()
 
 
 def test_bursts_from_too_far_to_be_heard_are_left_out() -> None:

@@ -128,6 +128,7 @@ def adjusted(kinds: list[Kind], information: FloatArray) -> Adjusted:
         covariance=np.linalg.inv(information).astype(np.float64),
         owners=nothing.astype(np.int64),
         residuals=nothing,
+        step=0.0,
         excesses=nothing,
     )
 
