@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from echoplan.acoustics.expectation import Hearing, Kind, Shape, shape_of
-from echoplan.arrays import FloatArray
+from echoplan.arrays import BoolArray, FloatArray
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.compiled import compiled
 from echoplan.extraction.arcs import Arc, arc_planes
@@ -162,7 +162,8 @@ def locate(
         offsets = _grid(span * scale, settings.steps if turn == 0 else 3)
         poses = compose(np.broadcast_to(best, offsets.shape), offsets)
         tolerances = (max(settings.depth_sigma * scale, 0.008), max(settings.normal_sigma * scale, np.radians(0.7)))
-        scores = _scores(sight, catalogue, poses, tolerances, settings.stray)
+        likely = _likely(sight, catalogue, best, (math.hypot(span[0], span[1]) * scale, span[2] * scale), tolerances)
+        scores = _scores(sight, catalogue, poses, likely, tolerances, settings.stray)
         scores -= 0.5 * _misfit(poses, guess, sigmas)
         place = int(np.argmax(scores))
         best, score = poses[place], float(scores[place])
@@ -202,31 +203,70 @@ def _misfit(poses: FloatArray, guess: FloatArray, sigmas: FloatArray) -> FloatAr
 
 
 @compiled
+def _likely(
+    sight: Sightline,
+    catalogue: Catalogue,
+    pose: FloatArray,
+    span: tuple[float, float],
+    tolerances: tuple[float, float],
+) -> BoolArray:
+    """Tell which arcs may be of which reflectors, wherever within a span of a pose they were heard, shape (a, f)."""
+    likely = np.zeros((len(sight.depths), len(catalogue.reflectors)), np.bool_)
+    for arc in range(len(likely)):
+        x, y = _heard_at(sight, arc, (pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2])))
+        astray = span[0] + span[1] * math.hypot(sight.origins_xy[arc, 0], sight.origins_xy[arc, 1])
+        bearing = pose[2] + sight.normals[arc]
+        for feature in range(len(catalogue.reflectors)):
+            shape = shape_of(catalogue.reflectors[feature])
+            extent = catalogue.extents[feature, 0] - astray, catalogue.extents[feature, 1] + astray
+            if abs(sight.depths[arc] - _depth(shape, extent, x, y)) < _FAR * tolerances[0] + astray:
+                turned = abs(_wrapped(bearing - _direction(shape, x, y)))
+                likely[arc, feature] = shape[0] != _WALL or turned < _FAR * tolerances[1] + span[1]
+    return likely
+
+
+@compiled
 def _scores(
-    sight: Sightline, catalogue: Catalogue, poses: FloatArray, tolerances: tuple[float, float], stray: float
+    sight: Sightline,
+    catalogue: Catalogue,
+    poses: FloatArray,
+    likely: BoolArray,
+    tolerances: tuple[float, float],
+    stray: float,
 ) -> FloatArray:
-    """Log likelihood of each pose: every arc is one of the known reflectors, or a stray."""
+    """Log likelihood of each pose: every arc is one of the reflectors that it may be of, or a stray."""
     scores, shapes = np.zeros(len(poses)), [shape_of(each) for each in catalogue.reflectors]
-    for number in range(len(poses)):
-        cosine, sine = math.cos(poses[number, 2]), math.sin(poses[number, 2])
-        for arc in range(len(sight.depths)):
-            ahead, left = sight.origins_xy[arc, 0], sight.origins_xy[arc, 1]
-            x = poses[number, 0] + cosine * ahead - sine * left
-            y = poses[number, 1] + sine * ahead + cosine * left
+    cosines, sines = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    for arc in range(len(sight.depths)):
+        features = np.flatnonzero(likely[arc])
+        for number in range(len(poses) if len(features) else 0):
+            x, y = _heard_at(sight, arc, (poses[number, 0], poses[number, 1], cosines[number], sines[number]))
             bearing, best = poses[number, 2] + sight.normals[arc], 0.0
-            for feature in range(len(catalogue.reflectors)):
-                depth = _depth(shapes[feature], catalogue.extents[feature], x, y)
-                deep = (sight.depths[arc] - depth) / tolerances[0]
+            for feature in features:
+                extent = catalogue.extents[feature, 0], catalogue.extents[feature, 1]
+                deep = (sight.depths[arc] - _depth(shapes[feature], extent, x, y)) / tolerances[0]
                 if abs(deep) < _FAR:
-                    turn = bearing - _direction(shapes[feature], x, y)
-                    aside = (turn - _CIRCLE * math.floor(turn / _CIRCLE + 0.5)) / tolerances[1]
+                    aside = _wrapped(bearing - _direction(shapes[feature], x, y)) / tolerances[1]
                     best = max(best, catalogue.weights[feature] * math.exp(-0.5 * (deep * deep + aside * aside)))
             scores[number] += sight.weights[arc] * math.log1p(best / stray)
     return scores
 
 
 @compiled
-def _depth(shape: Shape, extent: FloatArray, x: float, y: float) -> float:
+def _heard_at(sight: Sightline, arc: int, pose: tuple[float, float, float, float]) -> tuple[float, float]:
+    """Where an arc was heard if the robot was at a pose: place, cosine and sine."""
+    x, y, cosine, sine = pose
+    ahead, left = sight.origins_xy[arc, 0], sight.origins_xy[arc, 1]
+    return x + cosine * ahead - sine * left, y + sine * ahead + cosine * left
+
+
+@compiled
+def _wrapped(angle: float) -> float:
+    return angle - _CIRCLE * math.floor(angle / _CIRCLE + 0.5)
+
+
+@compiled
+def _depth(shape: Shape, extent: tuple[float, float], x: float, y: float) -> float:
     """Depth of a reflector from a place; infinite if that does not face it."""
     if shape[0] == _WALL:
         facing = extent[0] - _BESIDE < shape[1] * y - shape[2] * x < extent[1] + _BESIDE
