@@ -10,7 +10,7 @@ from echoplan.io import read_recording, read_truth, write_recording, write_truth
 from echoplan.mapping.settings import PoseMode
 from echoplan.methods import METHODS, map_sweeps
 from echoplan.methods.joint import JointSettings
-from echoplan.model import Recording, Rig, Sensor, Sweep
+from echoplan.model import FeatureMap, Recording, Rig, Sensor, Sweep
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
 NAMES = [
@@ -57,12 +57,27 @@ def test_every_method_maps_what_others_recorded(name: str, method: str) -> None:
     assert all(np.isfinite([wall.normal_angle, wall.offset]).all() for wall in found.walls)
 
 
-def test_along_a_corridor_only_odometry_tells_the_place() -> None:
+@pytest.fixture(scope="module")
+def corridor() -> FeatureMap:
+    """The first stretch of a corridor."""
     if not (DATA / "corridor").is_dir():
         pytest.skip("the recording corridor is not here")
     recording = read_recording(DATA / "corridor")
     mapper = METHODS["joint"].build(recording.rig, JointSettings(poses=PoseMode.CORRECT))
-    found = map_sweeps(mapper, islice(recording, 140)).parameters["found"]
+    return map_sweeps(mapper, islice(recording, 140))
+
+
+def test_the_sides_of_a_corridor_are_parallel_and_as_far_apart_as_lines_fitted_by_hand(corridor: FeatureMap) -> None:
+    left, right = (
+        max((wall for wall in corridor.walls if abs(wall.normal_angle - angle) < 0.1), key=lambda wall: wall.stations)
+        for angle in (np.pi / 2, -np.pi / 2)
+    )
+    assert left.offset + right.offset == pytest.approx(2.12, abs=0.03)
+    assert np.degrees(left.normal_angle - right.normal_angle) == pytest.approx(180.0, abs=0.5)
+
+
+def test_along_a_corridor_only_odometry_tells_the_place(corridor: FeatureMap) -> None:
+    found = corridor.parameters["found"]
     assert isinstance(found, dict)
     assert found["undetermined"]
     for way in found["undetermined"]:

@@ -1,0 +1,74 @@
+"""A corridor that nobody surveyed, mapped again: python benchmarks/corridor.py FOLDER [--poses MODE].
+
+Maps the recording twice, for the first time compiles, and prints how wide the corridor is between the two walls across
+it that most stations heard, how parallel these are, along how many of the sweeps nothing but odometry tells the place,
+how much less that is known than across, and how long it took.
+"""
+
+import argparse
+import time
+from collections.abc import Iterator
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from echoplan.cli.terminal import show
+from echoplan.geometry import wrap
+from echoplan.io import read_recording
+from echoplan.mapping.settings import PoseMode
+from echoplan.methods import map_sweeps
+from echoplan.methods.joint import JointMapper, JointSettings
+from echoplan.model import FeatureMap, Source, Table, Wall
+
+# Walls that face each other within this are sides of one corridor [rad].
+OPPOSITE = 0.1
+
+
+def main() -> None:
+    """Map it and print what came of it."""
+    parser = argparse.ArgumentParser(description="A corridor that nobody surveyed, mapped again.")
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--poses", type=PoseMode, choices=list(PoseMode), default=PoseMode.AUTO)
+    arguments = parser.parse_args()
+    recording = read_recording(arguments.folder)
+    mapped(recording, arguments.poses)
+    begun = time.process_time()
+    found = mapped(recording, arguments.poses)
+    seconds = time.process_time() - begun
+    rows = [*sides(found), *open_ways(found), ("processor (s)", f"{seconds:.1f}")]
+    show(Table(title=f"{recording.name}: {len(found.poses)} sweeps", columns=("what", "value"), rows=tuple(rows)))
+
+
+def mapped(recording: Source, poses: PoseMode) -> FeatureMap:
+    """Map a recording."""
+    return map_sweeps(JointMapper(recording.rig, JointSettings(poses=poses)), recording)
+
+
+def sides(found: FeatureMap) -> Iterator[tuple[str, str]]:
+    """Tell the two walls that face each other and that most stations heard."""
+    facing = [pair for pair in combinations(found.walls, 2) if abs(turn(*pair)) < OPPOSITE]
+    if facing:
+        one, other = max(facing, key=lambda pair: min(each.stations for each in pair))
+        yield "walls heard by (stations)", f"{one.stations}, {other.stations}"
+        yield "apart (m)", f"{one.offset + other.offset:.3f}"
+        yield "off parallel (°)", f"{np.degrees(abs(turn(one, other))):.2f}"
+
+
+def turn(one: Wall, other: Wall) -> float:
+    """By how much two walls do not face each other [rad]."""
+    return float(wrap(one.normal_angle - other.normal_angle + np.pi))
+
+
+def open_ways(found: FeatureMap) -> Iterator[tuple[str, str]]:
+    """Tell where nothing but odometry tells the place."""
+    learned: Any = found.parameters["found"]
+    ways = learned["undetermined"]
+    yield "sweeps placed by odometry alone", str(sum(way["last"] - way["first"] + 1 for way in ways))
+    if ways:
+        yield "along over across (median)", f"{np.median([way['along'] / way['across'] for way in ways]):.1f}"
+
+
+if __name__ == "__main__":
+    main()
