@@ -162,9 +162,10 @@ class Search:
     def _beside_others(self, features: Sequence[Hypothesis]) -> tuple[list[Hypothesis], list[bool]]:
         judged, standing = [], []
         for place, levels in enumerate(self.explanation.levels_without(features)):
-            others = [*features[:place], *features[place + 1 :]]
-            judged.append(self.explanation.judged(features[place], levels, others))
-            standing.append(self.belief.holds(judged[-1], levels))
+            others = _others(features, place)
+            left = levels if len(others) == len(features) - 1 else self.explanation.levels(others)
+            judged.append(self.explanation.judged(features[place], left, others))
+            standing.append(self.belief.holds(judged[-1], left))
         return judged, standing
 
     def _renewed(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -257,6 +258,19 @@ class Search:
         """Rank candidates by a few of the pings, the best first."""
         judged = self._rough.judge_all([self._rough.propose(row) for row in rows], levels[self._few], [])
         return sorted(judged, key=lambda each: each.total, reverse=True)
+
+
+def _others(features: Sequence[Hypothesis], place: int) -> list[Hypothesis]:
+    """List what a feature is judged beside: two that came to lie on each other would leave each other nothing to say.
+
+    So the stronger of them, or of equals the first, is judged as if the other were not there.
+    """
+    feature = features[place]
+    return [
+        each
+        for number, each in enumerate(features)
+        if number != place and ((each.total, place) > (feature.total, number) or not _same(each, feature))
+    ]
 
 
 def _same(one: Hypothesis, other: Hypothesis) -> bool:

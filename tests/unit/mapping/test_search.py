@@ -122,6 +122,16 @@ def test_judging_keeps_all_features_even_those_that_do_not_stand() -> None:
     assert judged[4].total <= 0.0
 
 
+@pytest.mark.parametrize("apart", [0.0, 0.002])
+def test_of_two_walls_that_came_to_lie_on_each_other_one_goes_on_explaining_all(apart: float) -> None:
+    walls = list(found())
+    twice = proposed(square(), walls[0].reflector + np.array([0.0, 0.0, apart, 0.0]))
+    judged = square().judged([*walls, *twice])
+    gains = sorted(each.total for each in (judged[0], judged[-1]))
+    assert gains[1] > 0.9 * walls[0].total > 90.0
+    assert gains[0] < 0.1 * walls[0].total
+
+
 def test_a_cylinder_is_found_as_one() -> None:
     truth = [*ROOM, cylinder(0.2, 0.9, 0.1)]
     soundings = hearing(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
