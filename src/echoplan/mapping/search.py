@@ -176,7 +176,7 @@ class Search:
 
     def _grown(self, features: list[Hypothesis], pool: list[Hypothesis]) -> list[Hypothesis]:
         """Accept the best of a pool, again and again."""
-        explanation = self.explanation
+        explanation, accepted = self.explanation, list[Hypothesis]()
         while pool:
             levels = explanation.levels(features)
             scored = sorted(explanation.judge_all(pool, levels, features), key=self.belief.worth, reverse=True)
@@ -185,9 +185,11 @@ class Search:
             best = self._best(contenders, levels, features)
             if self.belief.worth(best) <= self.settings.accept:
                 return features
-            if not self.belief.holds(best, levels):
+            # What was accepted and fell would fall again: two rivals may take each other's place for ever.
+            if not self.belief.holds(best, levels) or any(_same(best, each) for each in accepted):
                 pool = self._without_fallen(pool, contenders, levels)
                 continue
+            accepted.append(best)
             pool = [each for each in pool if not _same(each, best)]
             features = self.tested([*features, best])
         return features

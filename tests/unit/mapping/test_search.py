@@ -266,3 +266,17 @@ def test_without_a_single_ping_nothing_is_found() -> None:
 def test_what_is_believed_is_a_matter_of_settings(accept: float, count: int) -> None:
     soundings = hearing(listening(), ROOM)
     assert len(search_in(soundings, accept=accept).run()) == count
+
+
+def test_rivals_that_make_each_other_fall_do_not_go_on_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    search, walls, asked = square(), [each for each in found() if each.is_wall], list[int]()
+
+    def always_the_same(contenders: Sequence[Hypothesis], *_: object) -> Hypothesis:
+        asked.append(len(contenders))
+        assert len(asked) < 50
+        return walls[0]
+
+    monkeypatch.setattr(search, "_best", always_the_same)
+    monkeypatch.setattr(search, "tested", lambda features: features[:-1])
+    assert search._grown([], [replace(each) for each in walls[1:]]) == []
+    assert len(asked) > 1
