@@ -1,6 +1,7 @@
 """Every measured figure that the documents quote: python benchmarks/run.py [FOLDER...].
 
-Runs each benchmark in turn.  Folders of recordings with truth are scored too; without any, what needs them is left out.
+Runs each benchmark in turn.  Folders of recordings with truth are scored too; a recording without truth is mapped as a
+corridor.  Without folders, what needs them is left out.
 """
 
 import subprocess
@@ -8,7 +9,7 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).parent
-# What to run, in this order; the last one only where there are recordings.
+# What to run, in this order; the others only where there are recordings.
 BENCHMARKS = (
     "simulator.py",
     "reading.py",
@@ -21,15 +22,23 @@ BENCHMARKS = (
     "poses.py",
     "poses.py --noisy",
 )
-RECORDINGS = "recordings.py"
+RECORDINGS, CORRIDOR = "recordings.py", "corridor.py"
 
 
 def main(folders: list[str]) -> None:
     """Run them all and stop at the first that fails."""
     for name in BENCHMARKS:
         run(*name.split())
-    if folders:
-        run(RECORDINGS, *folders)
+    unsurveyed = [folder for folder in folders if is_unsurveyed(Path(folder))]
+    if surveyed := [folder for folder in folders if folder not in unsurveyed]:
+        run(RECORDINGS, *surveyed)
+    for folder in unsurveyed:
+        run(CORRIDOR, folder)
+
+
+def is_unsurveyed(folder: Path) -> bool:
+    """Tell whether a folder is a recording without truth."""
+    return (folder / "pings.csv").exists() and not (folder / "truth.json").exists()
 
 
 def run(name: str, *arguments: str) -> None:
