@@ -16,6 +16,9 @@ __all__ = ["explained"]
 # From this logarithm of a ratio of likelihoods on evidence is very strong [nats] (Kass and Raftery 1995).
 _VERY_STRONG = 5.0
 
+# What the verdict says besides where a step led farther astray than was believed.
+_SLIPPED = "; a slip was taken back"
+
 # From fewer stations there is nothing to hold a pose against.
 _FEWEST = 3
 
@@ -72,9 +75,11 @@ def _asked(account: Account) -> Account:
 def _tracked(account: Account, verdict: str) -> Account:
     beliefs = account.odometry()
     track(account, beliefs)
-    account = _without_slips(account, beliefs)
-    account.course, account.verdict = Course.TRACKED, verdict
-    return account
+    best = _without_slips(account, beliefs)
+    best.course, best.verdict = Course.TRACKED, verdict
+    if best is not account and not verdict.endswith(_SLIPPED):
+        best.verdict += _SLIPPED
+    return best
 
 
 def _without_slips(account: Account, beliefs: PoseBeliefs) -> Account:

@@ -99,3 +99,4 @@ def test_what_a_slip_tore_apart_is_one_again_in_the_end(monkeypatch: pytest.Monk
     found = explained(copy.copy(account(slips=True)))
     assert sum(not each.is_wall for each in found.features) == 1
     assert np.hypot(*(found.poses - WAY)[:, :2].T).max() < 0.02
+    assert found.verdict.endswith("a slip was taken back")
