@@ -7,6 +7,7 @@ from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray
 from echoplan.extraction.arcs import ArcSettings, find_arcs
 from echoplan.geometry import compose, directions, wrap
+from echoplan.mapping import localisation
 from echoplan.mapping.localisation import Catalogue, LocalisationSettings, Sightline, locate, sightlines
 from expectations import REACH, ROOM, SONAR, cylinder, hearing, listening
 
@@ -114,3 +115,18 @@ def test_what_was_heard_finds_the_robot_too() -> None:
 def test_a_sweep_without_arcs_has_no_sightlines() -> None:
     soundings = listening([(0.0, 0.0)])
     assert len(sightlines([], soundings, SONAR.tabulated(), np.zeros(3)).depths) == 0
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_no_reflector_is_passed_over_that_an_arc_may_be_of(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    rng, sight = np.random.default_rng(seed), sight_from(HERE)
+    # Walls heard far from the robot, as by other stations, and a robot as far off as is searched.
+    origins = np.concatenate([rng.uniform(-1.5, 1.5, (4, 2)), np.zeros((1, 2))])
+    depths = sight.depths - (origins * directions(sight.normals)).sum(axis=1)
+    sight, sigmas = sight._replace(origins_xy=origins, depths=depths), 3.0 * SIGMAS
+    guess = compose(HERE, 2.8 * sigmas * rng.choice([-1.0, 1.0], 3))
+    pose, score = locate(sight, room(COLUMN), guess, sigmas, SETTINGS)
+    monkeypatch.setattr(localisation, "_likely", lambda *_: np.ones((5, 5), dtype=bool))
+    everywhere, best = locate(sight, room(COLUMN), guess, sigmas, SETTINGS)
+    assert pose == pytest.approx(everywhere, abs=1e-12)
+    assert score == pytest.approx(best, abs=1e-9)
