@@ -1,7 +1,8 @@
 """What a recording taught about the sonar and the poses, in words."""
 
+import cmath
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from echoplan.model import FeatureMap
@@ -18,6 +19,8 @@ _NUMBERS = (
 )
 # A value that the pings did not narrow down by this factor is what was believed before.
 _DETERMINED = 0.5
+# Stretches along one direction [rad] that lie no more sweeps apart are told as one.
+_ONE_WAY, _BETWEEN = math.radians(15), 12
 
 
 def learned_in_words(feature_map: FeatureMap) -> tuple[Definitions, ...]:
@@ -44,16 +47,35 @@ def learned_in_words(feature_map: FeatureMap) -> tuple[Definitions, ...]:
     items = [(words, _value(found[name], factor, unit)) for name, words, factor, unit in _NUMBERS if name in found]
     noise = ("Readings scatter by", f"{1000 * float(found['noise']):.1f} mm")
     poses = ("Poses", str(found.get("poses", "trusted")))
-    open_ways = [("Not determined", _open_way(each)) for each in found.get("undetermined", ())]
+    open_ways = [("Not determined", _open_way(each)) for each in _joined(found.get("undetermined", ()))]
     return (Definitions(title="What the recording tells of itself", items=(poses, *open_ways, *items, noise)),)
 
 
-def _open_way(found: Mapping[str, Any]) -> str:
-    direction = math.degrees(float(found["direction"]))
-    along, across = (1000 * float(found[name]) for name in ("along", "across"))
+def _joined(stretches: Sequence[Mapping[str, Any]]) -> list[list[Mapping[str, Any]]]:
+    """Put stretches together that few sweeps part, where a door, say, tells the place for a moment."""
+    joined: list[list[Mapping[str, Any]]] = []
+    for each in stretches:
+        if joined and _goes_on(joined[-1][-1], each):
+            joined[-1].append(each)
+        else:
+            joined.append([each])
+    return joined
+
+
+def _goes_on(before: Mapping[str, Any], after: Mapping[str, Any]) -> bool:
+    turned = math.remainder(float(after["direction"]) - float(before["direction"]), math.pi)
+    return abs(turned) < _ONE_WAY and int(after["first"]) - int(before["last"]) <= _BETWEEN
+
+
+def _open_way(stretches: Sequence[Mapping[str, Any]]) -> str:
+    # Twice the angle: a direction and its opposite are the same.
+    mean = sum((each["last"] - each["first"] + 1) * cmath.exp(2j * each["direction"]) for each in stretches)
+    direction, mostly = round(math.degrees(cmath.phase(mean) / 2)), ", mostly" if len(stretches) > 1 else ""
+    along, across = (1000 * max(float(each[name]) for each in stretches) for name in ("along", "across"))
     return (
-        f"the position along {direction:.0f}\N{DEGREE SIGN} from sweep {found['first']} to {found['last']}: only "
-        f"odometry tells it, to \N{PLUS-MINUS SIGN} {along:.0f} mm at worst, {across:.0f} mm between the walls"
+        f"the position along {direction}\N{DEGREE SIGN} from sweep {stretches[0]['first']} to {stretches[-1]['last']}"
+        f"{mostly}: only odometry tells it, to \N{PLUS-MINUS SIGN} {along:.0f} mm at worst, "
+        f"{across:.0f} mm between the walls"
     )
 
 

@@ -1,18 +1,23 @@
+import numpy as np
 import pytest
 
 from echoplan.model import FeatureMap
 from echoplan.viewer import learned_in_words
 
 
-def told(**changed: object) -> dict[str, str]:
-    """Items about a recording of which one number is known."""
+def items(**changed: object) -> tuple[tuple[str, str], ...]:
+    """What is told about a recording of which one number is known."""
     found: dict[str, object] = {
         "range_scale": {"value": 0.0199, "sigma": 0.0003, "believed": 0.03},
         "noise": 0.0031,
         "poses": "trusted: 99 % of the echoes agree",
     }
     (section,) = learned_in_words(FeatureMap(method="joint", parameters={"found": {**found, **changed}}))
-    return dict(section.items)
+    return section.items
+
+
+def told(**changed: object) -> dict[str, str]:
+    return dict(items(**changed))
 
 
 def test_a_number_comes_with_its_uncertainty_and_unit() -> None:
@@ -39,6 +44,21 @@ def test_it_is_said_where_a_recording_leaves_the_way_open() -> None:
         "to \N{PLUS-MINUS SIGN} 121 mm at worst, 9 mm between the walls"
     )
     assert "Not determined" not in told(undetermined=[])
+
+
+def test_stretches_of_one_corridor_are_told_as_one_and_those_around_the_corner_for_themselves() -> None:
+    spans = [(3, 20, -0.002), (24, 40, 0.1), (45, 60, np.pi - 0.05), (90, 95, 0.0), (99, 110, 1.5)]
+    ways = [
+        {"first": first, "last": last, "direction": direction, "along": 0.001 * last, "across": 0.002}
+        for first, last, direction in spans
+    ]
+    lines = [line for name, line in items(undetermined=ways) if name == "Not determined"]
+    assert [line.split(":")[0] for line in lines] == [
+        "the position along 1\N{DEGREE SIGN} from sweep 3 to 60, mostly",
+        "the position along 0\N{DEGREE SIGN} from sweep 90 to 95",
+        "the position along 86\N{DEGREE SIGN} from sweep 99 to 110",
+    ]
+    assert "60 mm at worst" in lines[0]
 
 
 @pytest.mark.parametrize("sigma", [1e-9, 1.0])
