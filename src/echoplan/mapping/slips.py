@@ -10,7 +10,7 @@ from echoplan.geometry import compose, invert
 from echoplan.mapping.account import Account
 from echoplan.mapping.copies import CopySettings, are_copies
 from echoplan.mapping.localisation import Catalogue, LocalisationSettings, Sightline, locate
-from echoplan.mapping.poses import PoseBeliefs
+from echoplan.mapping.poses import PoseBeliefs, continued
 from echoplan.mapping.tracking import sights_of
 
 __all__ = ["without_slip"]
@@ -62,7 +62,7 @@ def _taken_back(
     """Move all stations after a step to where they fit best, and tell how much better they fit there [nats]."""
     poses, settings = account.poses, account.settings.localisation
     known, sight = _known(account.features, step), _together(sights[step:], poses[step:])
-    reckoned = compose(poses[step - 1], compose(invert(beliefs.given[step - 1]), beliefs.given[step]))
+    reckoned = continued(beliefs.given[: step + 1], poses[:step])[-1]
     _, here = locate(sight, known, poses[step], _HERE, settings)
     found, there = locate(sight, known, reckoned, _ASTRAY * beliefs.sigmas[step], settings)
     return there - here, np.concatenate([poses[:step], compose(compose(found, invert(poses[step])), poses[step:])])

@@ -6,7 +6,6 @@ from collections import defaultdict
 import numpy as np
 
 from echoplan.acoustics.expectation import Kind
-from echoplan.arrays import FloatArray
 from echoplan.extraction.arcs import arc_planes
 from echoplan.geometry import compose, directions, invert
 from echoplan.mapping.account import Account
@@ -53,7 +52,8 @@ def track(account: Account, beliefs: PoseBeliefs) -> None:
     first = max(1, len(account.memory.poses))
     known = _known(account, first)
     for station in range(first, len(account.given)):
-        guess, sigmas = _next(account, station), 1.3 * beliefs.sigmas[station]
+        guess = continued(account.given[: station + 1], account.poses[:station])[-1]
+        sigmas = 1.3 * beliefs.sigmas[station]
         pose, score = locate(sights[station], known, guess, sigmas, account.settings.localisation)
         account.poses[station] = pose
         if score <= _UNDERSTOOD * best_score(sights[station], account.settings.localisation):
@@ -104,12 +104,6 @@ def _join_first(account: Account, beliefs: PoseBeliefs, sight: Sightline) -> Non
     if math.hypot(off[0], off[1]) > _JOINED[0] or abs(off[2]) > _JOINED[1]:
         account.poses[1:] = compose(compose(account.poses[0], invert(found)), account.poses[1:])
         account.features = account.known
-
-
-def _next(account: Account, station: int) -> FloatArray:
-    step = compose(invert(account.given[station - 1]), account.given[station])
-    pose: FloatArray = compose(account.poses[station - 1], step)
-    return pose
 
 
 def _known(account: Account, count: int) -> Catalogue:
