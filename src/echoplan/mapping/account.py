@@ -13,7 +13,7 @@ from echoplan.arrays import BoolArray, FloatArray
 from echoplan.classification.explanation import Explanation
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.extraction.arcs import find_arcs
-from echoplan.mapping.adjustment import Adjusted, Beliefs, Features, adjust
+from echoplan.mapping.adjustment import Adjusted, Beliefs, adjust
 from echoplan.mapping.certainty import (
     Undetermined,
     covariances_between_walls,
@@ -27,6 +27,7 @@ from echoplan.mapping.independence import independence
 from echoplan.mapping.loudness import fit_loudness
 from echoplan.mapping.memory import Course, Memory
 from echoplan.mapping.poses import PoseBeliefs, continued, displaced, odometry_beliefs
+from echoplan.mapping.readings import Features, as_arrays
 from echoplan.mapping.reclassification import reclassified
 from echoplan.mapping.search import Search
 from echoplan.mapping.settings import AccountSettings
@@ -38,13 +39,10 @@ from echoplan.model import Rig
 from echoplan.preprocessing.health import healthy
 from echoplan.preprocessing.soundings import Soundings, chosen_soundings, step_of
 
-__all__ = ["Account", "as_arrays"]
-
+__all__ = ["Account"]
 
 # No module is set right to less than this [m].
 _FINEST = 0.001
-
-
 # An adjustment is at rest once nothing moves by more in a round [rad or m].
 _SETTLED = 1e-4
 # So often a first look may be taken.
@@ -356,31 +354,6 @@ class Account:
         if rounds is not None:
             settings = settings.model_copy(update={"rounds": rounds})
         return Search(self.explanation, self.arcs, half_aperture=self.half_aperture, settings=settings)
-
-
-def as_arrays(features: Sequence[Hypothesis], stations: int) -> Features:
-    """Turn features into plain arrays.
-
-    Parameters
-    ----------
-    features : sequence of Hypothesis
-        What is there; those without gains were not heard from any station at hand.
-    stations : int
-        How many stations there are.
-
-    Returns
-    -------
-    Features
-        In the same order.
-    """
-    heard = np.zeros((len(features), stations), dtype=bool)
-    for row, each in zip(heard, features, strict=True):
-        row[: len(each.gains)] = each.gains > 0.0
-    return Features(
-        reflectors=np.array([each.reflector for each in features]).reshape(-1, 4),
-        extents=np.array([each.extent for each in features]).reshape(-1, 2),
-        shadows=np.where(heard, 0.0, np.inf),
-    )
 
 
 def _until(soundings: Soundings, stations: int) -> Soundings:

@@ -8,12 +8,13 @@ from echoplan.arrays import BoolArray, FloatArray
 from echoplan.classification.evidence import NO_EVIDENCE
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.classification.past import Past
-from echoplan.mapping.account import Account, as_arrays
+from echoplan.mapping.account import Account
 from echoplan.mapping.adjustment import adjust, reading_rows
 from echoplan.mapping.faces import corner_echoes, find_faces
 from echoplan.mapping.memory import Memory, summarised
 from echoplan.mapping.paths import Paths, silent_places, trace_paths
 from echoplan.mapping.poses import PoseBeliefs, pose_rows
+from echoplan.mapping.readings import as_arrays
 from echoplan.mapping.rivals import class_probabilities
 from echoplan.mapping.rows import Summary
 from echoplan.mapping.state import State

@@ -1,6 +1,7 @@
 """Readings and the features that explain them: whose echo each is, and how it would change."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,10 +18,11 @@ from echoplan.acoustics.expectation import (
     walk_of,
 )
 from echoplan.arrays import FloatArray, IntArray
+from echoplan.classification.hypotheses import Hypothesis
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["Features", "Matched", "differentiate_readings", "faced", "match_readings"]
+__all__ = ["Features", "Matched", "as_arrays", "differentiate_readings", "faced", "match_readings"]
 
 _WALL = int(Kind.WALL)
 # Fainter than this nothing is expected [dB].
@@ -63,6 +65,31 @@ class Matched(NamedTuple):
     owners: IntArray
     residuals: FloatArray
     excesses: FloatArray
+
+
+def as_arrays(features: Sequence[Hypothesis], stations: int) -> Features:
+    """Turn features into plain arrays.
+
+    Parameters
+    ----------
+    features : sequence of Hypothesis
+        What is there; those without gains were not heard from any station at hand.
+    stations : int
+        How many stations there are.
+
+    Returns
+    -------
+    Features
+        In the same order.
+    """
+    heard = np.zeros((len(features), stations), dtype=bool)
+    for row, each in zip(heard, features, strict=True):
+        row[: len(each.gains)] = each.gains > 0.0
+    return Features(
+        reflectors=np.array([each.reflector for each in features]).reshape(-1, 4),
+        extents=np.array([each.extent for each in features]).reshape(-1, 2),
+        shadows=np.where(heard, 0.0, np.inf),
+    )
 
 
 @compiled

@@ -6,8 +6,8 @@ import pytest
 from echoplan.arrays import FloatArray
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.classification.past import Past
-from echoplan.mapping.account import as_arrays
 from echoplan.mapping.memory import Memory, summarised
+from echoplan.mapping.readings import as_arrays
 from echoplan.mapping.rows import Rows, Summary, normal_equations
 from echoplan.mapping.state import State
 from expectations import SONAR, corner, cylinder, feature, wall
