@@ -19,6 +19,7 @@ BENCHMARKS = (
     "joint.py",
     "joint.py --poses trust",
     "pace.py",
+    "pace.py 50 100 --poses correct",
     "poses.py",
     "poses.py --noisy",
 )
