@@ -16,10 +16,10 @@ from echoplan.classification.volleys import Bursts, bursts_of, volleys_over
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["Multipath", "Part", "reflecting"]
+__all__ = ["STRETCH", "Multipath", "Part", "reflecting"]
 
 # Walls may reflect so far beyond what was heard of them, or up to a crossing that is no farther [m].
-_STRETCH, _TO_CROSSING = 0.4, 2.0
+STRETCH, _TO_CROSSING = 0.4, 2.0
 # Walls that turn less than this toward each other cross too far away (sine).
 _PARALLEL = 0.1
 _WALL, _CYLINDER = int(Kind.WALL), int(Kind.CYLINDER)
@@ -185,7 +185,7 @@ def reflecting(walls: tuple[FloatArray, FloatArray], extents: tuple[Extent, Exte
 
 @compiled
 def _stretched(extent: Extent, place: float) -> Extent:
-    low, high = extent[0] - _STRETCH, extent[1] + _STRETCH
+    low, high = extent[0] - STRETCH, extent[1] + STRETCH
     if max(extent[0] - place, place - extent[1]) <= _TO_CROSSING:
         low, high = min(low, place - 0.05), max(high, place + 0.05)
     return low, high

@@ -26,6 +26,7 @@ from echoplan.mapping.drift import learn_drift
 from echoplan.mapping.independence import independence
 from echoplan.mapping.loudness import fit_loudness
 from echoplan.mapping.memory import Course, Memory
+from echoplan.mapping.phantoms import without_phantoms
 from echoplan.mapping.poses import PoseBeliefs, continued, displaced, odometry_beliefs
 from echoplan.mapping.readings import Features, as_arrays
 from echoplan.mapping.reclassification import reclassified
@@ -245,7 +246,7 @@ class Account:
         """Take features for what they are best taken for, and drop those that do not stand up."""
         search = self._search()
         features = reclassified(search.explanation, search.judged(self.features), search.belief)
-        self.features = search.settled(features)
+        self.features = without_phantoms(search.explanation, search.settled(features), search.belief)
 
     def search(self, *, rounds: int | None = None) -> None:
         """Find the features that explain the pings, from those known; of stations still to come one round will do."""

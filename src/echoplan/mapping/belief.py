@@ -30,6 +30,9 @@ class BeliefSettings(BaseModel, frozen=True, extra="forbid"):
         default=0.4, gt=0.0, description="of the pings of the best station that must hear what only two stations know"
     )
     seen_share: float = Field(default=0.6, gt=0.0, description="of all such pings")
+    usual_share: float = Field(
+        default=0.9, gt=0.0, description="of what is usual, that must hear such a wall where it may be a phantom"
+    )
 
 
 class Belief:
@@ -94,10 +97,45 @@ class Belief:
             return self.worth(hypothesis) > settings.accept
         if not self._is_overdetermined(hypothesis, levels):
             return False
-        speaking = hypothesis.speaking(settings.second_station)
-        if speaking > 1 and hypothesis.total - hypothesis.best > settings.without_best:
-            return speaking > 2 or self.is_coarse or self._hears(hypothesis, levels) >= settings.heard_share
+        if not self.is_lone(hypothesis):
+            many = hypothesis.speaking(settings.second_station) > 2
+            return many or self.is_coarse or self.hears(hypothesis, levels) >= settings.heard_share
         return hypothesis.is_wall and self._is_whole(hypothesis, levels)
+
+    def is_lone(self, hypothesis: Hypothesis) -> bool:
+        """Whether hardly more than one station speaks for a reflector.
+
+        Parameters
+        ----------
+        hypothesis : Hypothesis
+            What was judged.
+
+        Returns
+        -------
+        bool
+            Whether it is so.
+        """
+        speaking = hypothesis.speaking(self.settings.second_station)
+        return speaking < 2 or hypothesis.total - hypothesis.best <= self.settings.without_best
+
+    def hears(self, hypothesis: Hypothesis, levels: FloatArray) -> float:
+        """Tell how fully the best station hears a reflector.
+
+        Parameters
+        ----------
+        hypothesis : Hypothesis
+            What was judged.
+        levels : ndarray, shape (n,)
+            What all others explain.
+
+        Returns
+        -------
+        float
+            Share of the pings that do, of those that could.
+        """
+        evidence, here = hypothesis.evidence, self._at_best_station(hypothesis)
+        hits = here & (evidence.densities > np.maximum(levels[evidence.pings], 0.0))
+        return float(hits.sum() / max(here.sum(), 1))
 
     def _is_overdetermined(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
         """Whether more readings speak for a feature than it has parameters: through as many it can always be laid."""
@@ -112,18 +150,12 @@ class Belief:
             return False
         here = self._at_best_station(wall)
         unmasked = int((here & wall.evidence.unmasked).sum())
-        hits = self._hears(wall, levels) * here.sum()
+        hits = self.hears(wall, levels) * here.sum()
         return bool(
             here.sum() >= self._half_aperture / self.step
             and hits >= self.settings.hit_share * max(unmasked, 1)
             and hits >= self.settings.seen_share * here.sum()
         )
-
-    def _hears(self, hypothesis: Hypothesis, levels: FloatArray) -> float:
-        """Share of the pings of the best station that hear a reflector, of those that could."""
-        evidence, here = hypothesis.evidence, self._at_best_station(hypothesis)
-        hits = here & (evidence.densities > np.maximum(levels[evidence.pings], 0.0))
-        return float(hits.sum() / max(here.sum(), 1))
 
     def _at_best_station(self, hypothesis: Hypothesis) -> BoolArray:
         evidence = hypothesis.evidence
