@@ -21,7 +21,8 @@ _FEW_STATIONS = 3
 def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belief: Belief) -> list[Hypothesis]:
     """Take walls for what explains their pings best: of poses in error walls bear most, and come before cylinders.
 
-    Corners stay what they are, for what stands in a corner hides in it.
+    Corners may turn out to be walls that were heard from few places, but no cylinders: what stands in a corner hides
+    in it.
 
     Parameters
     ----------
@@ -39,10 +40,11 @@ def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belie
     """
     kept = list(features)
     for place, feature in enumerate(features):
-        if feature.is_known or not feature.is_wall:
+        if feature.is_known or feature.kind is Kind.CYLINDER:
             continue
         others = [*kept[:place], *kept[place + 1 :]]
-        best = max(rivals_of(explanation, feature, others), key=belief.worth)
+        rivals = [each for each in rivals_of(explanation, feature, others) if feature.is_wall or each.is_wall]
+        best = max(rivals, key=belief.worth)
         if belief.worth(best) > belief.worth(feature) and belief.holds(best, explanation.levels(others)):
             kept[place] = best
     return kept

@@ -22,6 +22,8 @@ class VertexSettings(BaseModel, frozen=True, extra="forbid"):
     extension: float = Field(default=1.5, gt=0.0, description="of a face beyond what was heard of it [m]")
     heard_extension: float = Field(default=2.0, gt=0.0, description="likewise, to a corner that was heard [m]")
     oblique_extension: float = Field(default=1.0, gt=0.0, description="likewise, if it is not a right angle [m]")
+    unheard_extension: float = Field(default=0.5, gt=0.0, description="to a concave corner nobody heard, if any [m]")
+    unheard_stretch: float = Field(default=2.0, gt=0.0, description="or so many times what was heard of the face")
     right_angle: float = Field(default=math.radians(5), gt=0.0, description="what counts as one [rad]")
     reach: float = Field(default=0.03, gt=0.0, description="of a heard corner from the crossing of its walls [m]")
     echoes: int = Field(default=5, ge=1, description="pings that hear one wall in the other")
@@ -95,7 +97,7 @@ def _vertex(faces: Sequence[Face], pair: tuple[int, int], echoes: Echoes, settin
     heard = echoes.heard_at(point, within=settings.reach)
     if kind is CornerKind.CONCAVE:
         heard |= _is_heard(one, other, max(extensions), echoes, settings)
-    if max(extensions) > settings.extension and not heard:
+    if not heard and _is_far_fetched((one, other), extensions, kind, settings):
         return None
     return Vertex(
         faces=pair,
@@ -118,6 +120,21 @@ def _reachable(
     if min(extensions) < -settings.overlap or max(extensions) > settings.heard_extension:
         return False
     return not any(_is_open_toward(face, point_xy) for face in faces)
+
+
+def _is_far_fetched(
+    faces: tuple[Face, Face], extensions: Sequence[float], kind: CornerKind, settings: VertexSettings
+) -> bool:
+    """Tell whether faces would have to be made too long for a vertex that nobody heard.
+
+    Nobody hears a convex one, but a concave one sends sound back to wherever it comes from.
+    """
+    if max(extensions) > settings.extension or kind is CornerKind.CONVEX:
+        return max(extensions) > settings.extension
+    known = [settings.unheard_stretch * (each.high - each.low) for each in faces]
+    return any(
+        extension > max(settings.unheard_extension, most) for extension, most in zip(extensions, known, strict=True)
+    )
 
 
 def _extension(face: Face, point_xy: FloatArray) -> float:
