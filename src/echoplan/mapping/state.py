@@ -62,8 +62,12 @@ class State:
             Nothing goes farther than 5 cm at once; radii stay within what a cylinder may have.
         """
         unknowns, reflectors = self.unknowns, self.features.reflectors.copy()
-        reflectors[:, 1:] += np.clip(unknowns.steps(step), -_LONGEST, _LONGEST)
+        steps = unknowns.steps(step)
+        # A wall turns about where it was heard: far from the origin its offset changes by much though it stays there.
+        moves = np.where(unknowns.kinds[:, None] == Kind.WALL, _at_middle(steps, self.features.extents), steps)
+        reflectors[:, 1:] += _share(moves) * steps
         reflectors[:, 3] = np.where(unknowns.kinds == Kind.CYLINDER, np.clip(reflectors[:, 3], _THIN, _THICK), 0.0)
+        ways = step[unknowns.pose :].reshape(-1, 3)
         offset, gain, scale, latency = step[unknowns.sonar : unknowns.pose].tolist()
         model = replace(
             self.model.scaled(self.model.range_scale + scale),
@@ -74,5 +78,19 @@ class State:
             features=self.features._replace(reflectors=reflectors),
             model=model,
             latency=self.latency + latency,
-            poses=self.poses + np.clip(step[unknowns.pose :], -_LONGEST, _LONGEST).reshape(-1, 3),
+            poses=self.poses + _share(ways) * ways,
         )
+
+
+def _at_middle(steps: FloatArray, extents: FloatArray) -> FloatArray:
+    """How walls turn, and how far the middle of what was heard of them moves, shape (f, 3)."""
+    moves = steps.copy()
+    moves[:, 1] -= extents.mean(axis=1) * steps[:, 0]
+    return moves
+
+
+def _share(moves: FloatArray) -> FloatArray:
+    """Tell which share of each move may be taken at once, the same of all that belongs to it, shape (m, 1)."""
+    farthest = np.abs(moves).max(axis=1, initial=_LONGEST, keepdims=True)
+    share: FloatArray = _LONGEST / farthest
+    return share
