@@ -4,15 +4,13 @@ import numpy as np
 
 from echoplan.mapping.account import Account
 from echoplan.mapping.copies import without_copies
-from echoplan.mapping.independence import intraclass_correlation
+from echoplan.mapping.independence import gain_of_common_errors, intraclass_correlation
 from echoplan.mapping.poses import PoseBeliefs, pose_rows
 
-__all__ = ["agreement", "agrees", "evidence", "is_doubtful", "is_far_fetched", "is_torn"]
+__all__ = ["agreement", "agrees", "evidence", "is_doubtful", "is_torn"]
 
 # Two walls so near to each other are as rare as so many other features.
 _RARE = 3.0
-# Deviations of odometry that nobody believes in.
-_INCREDIBLE = 3.0
 
 
 def agreement(account: Account) -> float:
@@ -96,7 +94,9 @@ def evidence(account: Account) -> float:
 
     Each free parameter of a pose costs half of the logarithm of the number of readings that tell it (Schwarz 1978),
     each feature what a candidate must gain to be accepted, and a wall that seems to be there twice three times that
-    more.  Poses that are far off cost what makes them unlikely.
+    more.  Poses that are far off cost what makes them unlikely.  Readings of one feature from one station may err
+    together: else features that were heard from one station each would seem to explain more than one that was heard
+    from all of them.
 
     Parameters
     ----------
@@ -114,24 +114,15 @@ def evidence(account: Account) -> float:
     if account.believed is not None:
         heard = np.bincount(account.soundings.stations[gains > 0.0], minlength=len(account.given))
         cost += 1.5 * float(np.log(np.maximum(heard[1:], 1)).sum()) + _strain(account, account.believed)
-    return float(account.soundings.weights @ gains) - cost
+    return float(account.soundings.weights @ gains) + _gain_of_common_errors(account) - cost
 
 
-def is_far_fetched(account: Account) -> bool:
-    """Tell whether corrected poses are farther off than anybody would believe.
-
-    Parameters
-    ----------
-    account : Account
-        What was heard, and what is made of it.
-
-    Returns
-    -------
-    bool
-        Whether they are off by three of the deviations believed in, or more, in the root mean square.
-    """
-    free = 3 * (len(account.given) - 1)
-    return account.believed is not None and 2.0 * _strain(account, account.believed) > _INCREDIBLE**2 * free
+def _gain_of_common_errors(account: Account) -> float:
+    if account.adjusted is None:
+        return 0.0
+    owners, left = account.adjusted.owners, account.adjusted.residuals
+    common = account.settings.pose_errors.pair_sigma
+    return gain_of_common_errors(account.soundings, owners, left, noise=account.noise, common=common)
 
 
 def _strain(account: Account, believed: PoseBeliefs) -> float:

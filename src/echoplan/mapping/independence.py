@@ -5,10 +5,12 @@ import numpy as np
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["independence", "intraclass_correlation"]
+__all__ = ["gain_of_common_errors", "independence", "intraclass_correlation"]
 
 # Residuals beyond so many deviations are no errors of readings.
 _WILD = 4.0
+# No reading is better than this [m].
+_LEAST = 0.0005
 # Fewer pairs of neighbours tell nothing.
 _FEWEST = 50
 
@@ -83,6 +85,52 @@ def intraclass_correlation(soundings: Soundings, owners: IntArray, residuals: Fl
     within = float(np.sum((residuals[told] - means[members]) ** 2)) / (len(members) - len(sizes))
     size = len(members) / len(sizes)
     return (between - within) / max(between + (size - 1.0) * within, 1e-12)
+
+
+def gain_of_common_errors(
+    soundings: Soundings, owners: IntArray, residuals: FloatArray, *, noise: float, common: float
+) -> float:
+    r"""Tell how much likelier readings are if those of one feature from one station may err together.
+
+    Errors of a group of readings have a part of their own, of deviation s, and one in common, of deviation t: the model
+    of a one-way analysis of variance with random effects (Searle, Casella and McCulloch 1992, Section 3.8).  With the
+    weights, W in a group, their weighted mean m, and S and V, the sums of squares about zero and about m, the
+    logarithm of the ratio of its likelihood to that of independent errors of deviation n is
+
+    .. math:: \sum_g W \ln\frac{n}{s} + \frac{S}{2 n^2} - \frac{V}{2 s^2} - \frac12 \ln(1 + W t^2 / s^2)
+              - \frac{m^2}{2 (t^2 + s^2 / W)}
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+    owners : ndarray of int, shape (n,)
+        Which feature explains each; -1 for none.
+    residuals : ndarray, shape (n,)
+        What is left of their readings [m].
+    noise : float
+        Standard deviation of readings [m].
+    common : float
+        Of what a group errs by together [m].
+
+    Returns
+    -------
+    float
+        The logarithm, with a deviation of single readings as these have it; 0 where none is explained [nats].
+    """
+    told = (owners >= 0) & (np.abs(residuals) < _WILD * noise)
+    if not told.any():
+        return 0.0
+    left, weights = residuals[told], soundings.weights[told]
+    groups = owners[told] * len(soundings.centers) + soundings.stations[told]
+    _, members = np.unique(groups, return_inverse=True)
+    counts = np.bincount(members, weights)
+    means = np.bincount(members, weights * left) / counts
+    own = left - means[members]
+    single = max(1.4826 * float(np.median(np.abs(own))), _LEAST)
+    gained = weights @ (np.log(noise / single) + 0.5 * (left / noise) ** 2 - 0.5 * (own / single) ** 2)
+    lost = np.log1p(counts * (common / single) ** 2) + means**2 / (common**2 + single**2 / counts)
+    return float(gained - 0.5 * lost.sum())
 
 
 def _groups(soundings: Soundings, owners: IntArray) -> IntArray:

@@ -10,7 +10,7 @@ import pytest
 from echoplan.arrays import FloatArray
 from echoplan.io import builtin_rig, builtin_world
 from echoplan.mapping.account import Account
-from echoplan.mapping.agreement import agreement, agrees, evidence, is_doubtful, is_far_fetched, is_torn
+from echoplan.mapping.agreement import agreement, agrees, evidence, is_doubtful, is_torn
 from echoplan.mapping.explaining import explained
 from echoplan.mapping.memory import Course
 from echoplan.mapping.settings import AccountSettings, PoseMode
@@ -118,13 +118,11 @@ def test_a_wall_there_twice_speaks_against_the_poses() -> None:
     assert evidence(account) < once[0] - 12.0
 
 
-def test_poses_nobody_would_believe_are_far_fetched() -> None:
+def test_poses_that_nobody_would_believe_cost_what_makes_them_unlikely() -> None:
     account = copy(corrected())
     likely = evidence(account)
-    assert not is_far_fetched(account)
     account.poses = account.poses.copy()
     account.poses[3:, 0] += 0.5
-    assert is_far_fetched(account)
     assert evidence(account) < likely - 50.0
 
 

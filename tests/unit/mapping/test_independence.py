@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from scipy.stats import multivariate_normal
 
-from echoplan.arrays import FloatArray
-from echoplan.mapping.independence import independence, intraclass_correlation
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.mapping.independence import gain_of_common_errors, independence, intraclass_correlation
 from expectations import listening
 
 # Eight stations all of whose pings, a degree apart, hear one wall; a full count is four times what weights say.
@@ -75,3 +76,38 @@ def test_a_station_that_errs_by_a_share_of_the_scatter_shows_its_square(share: f
 def test_without_two_readings_of_anything_nothing_is_in_common() -> None:
     alone = np.where(np.arange(PINGS) % (PINGS // 8) == 0, 0, -1)
     assert intraclass_correlation(HEARD, alone, WHITE, noise=NOISE) == 0.0
+
+
+# Pings far enough apart to count in full: eight stations hear one wall.
+FULL = listening([(0.1 * k, 0.0) for k in range(8)], step=np.radians(5.0))
+OF_STATION = FULL.stations
+ALL = np.zeros(len(OF_STATION), dtype=np.int64)
+SINGLE = 0.002 * np.random.default_rng(5).standard_normal(len(OF_STATION))
+
+
+def gained(residuals: FloatArray, noise: float, owners: IntArray = ALL) -> float:
+    return gain_of_common_errors(FULL, owners, residuals, noise=noise, common=0.012)
+
+
+def test_errors_in_common_are_as_likely_as_their_joint_density_says() -> None:
+    together = np.linspace(-0.012, 0.012, 8)[OF_STATION] + SINGLE
+    noise = float(np.std(together))
+    own = together - (np.bincount(OF_STATION, together) / np.bincount(OF_STATION))[OF_STATION]
+    single = 1.4826 * float(np.median(np.abs(own)))
+    expected = 0.0
+    for station in range(8):
+        group = together[station == OF_STATION]
+        shared = single**2 * np.eye(len(group)) + 0.012**2
+        zero = np.zeros(len(group))
+        expected += multivariate_normal.logpdf(group, zero, shared)
+        expected -= multivariate_normal.logpdf(group, zero, noise**2 * np.eye(len(group)))
+    assert gained(together, noise) == pytest.approx(expected)
+    assert expected > 500.0
+
+
+def test_errors_of_their_own_are_none_the_likelier() -> None:
+    assert -30.0 < gained(SINGLE, 0.002) < 0.0
+
+
+def test_readings_that_nothing_explains_say_nothing_of_their_errors() -> None:
+    assert gained(SINGLE, 0.002, owners=np.full(len(ALL), -1)) == 0.0

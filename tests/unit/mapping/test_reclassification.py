@@ -43,6 +43,15 @@ def test_what_is_there_stays_what_it_is() -> None:
     assert [each.reflector.tolist() for each in taken(account, *truth)] == [row.tolist() for row in truth]
 
 
+def test_a_corner_that_a_wall_explains_better_becomes_one() -> None:
+    # From two stations half a metre apart the feet of the wall are as far apart: no point explains both.
+    stations = listening([(0.0, 0.0), (0.0, 0.5)])
+    account = explanation(hearing(stations, [wall(0.0, 2.0)], noise=NOISE, rng=np.random.default_rng(1)))
+    (feature,) = taken(account, corner(2.0, 0.1))
+    assert feature.is_wall
+    assert feature.line == pytest.approx([0.0, 2.0], abs=0.02)
+
+
 def test_a_corner_stays_one_even_if_a_cylinder_would_explain_more() -> None:
     account = heard(*ROOM, COLUMN, noise=0.03)
     vertex = corner(0.2, 0.66)

@@ -34,6 +34,24 @@ def test_nothing_goes_farther_than_five_centimetres_at_once() -> None:
     assert moved.poses == pytest.approx(state().poses + 0.05)
 
 
+def test_what_is_too_far_at_once_is_shortened_as_a_whole() -> None:
+    step = np.zeros(17)
+    step[:2], step[-3:] = [0.02, 0.2], [0.1, -0.02, 0.01]
+    moved = state().moved(step)
+    assert moved.features.reflectors[0, 1:3] == pytest.approx([0.205, 1.55])
+    assert moved.poses[1] == pytest.approx(state().poses[1] + [0.05, -0.01, 0.005])
+
+
+def test_a_wall_may_turn_about_where_it_was_heard_far_from_the_origin() -> None:
+    # Three metres along it 0.02 rad are 6 cm of its offset: the middle of what was heard stays where it is.
+    now = state()
+    extents = np.array([[2.5, 3.5], [0.0, 0.0], [0.0, 0.0]])
+    now = State(features=now.features._replace(extents=extents), model=SONAR, poses=now.poses)
+    step = np.zeros(17)
+    step[:2] = [0.02, 0.06]
+    assert now.moved(step).features.reflectors[0, 1:3] == pytest.approx([0.22, 1.56])
+
+
 @pytest.mark.parametrize(("step", "radius"), [(-1.0, 0.05), (1.0, 0.15)])
 def test_radii_change_by_no_more_either(step: float, radius: float) -> None:
     moved = state().moved(np.full(17, step))

@@ -91,6 +91,17 @@ def test_a_corner_that_was_heard_reaches_farther(high: float, echoes: Echoes, co
     assert all(each.heard == (echoes is not SILENT) for each in vertices)
 
 
+@pytest.mark.parametrize(("length", "count"), [(0.3, 0), (0.4, 1)])
+def test_no_face_grows_to_more_than_thrice_its_length_to_a_corner_nobody_heard(length: float, count: int) -> None:
+    short = north((-0.3, -0.3 + length))
+    assert len(met(east(), short)) == count
+    assert len(met(east(), short, echoes=Echoes(counts={(0, 1): 5}, corners_xy=np.zeros((0, 2))))) == 1
+
+
+def test_nobody_hears_convex_corners_and_so_faces_may_grow_to_them() -> None:
+    assert len(met(east((1.1, 1.9)), north((-1.8, -1.7)))) == 1
+
+
 @pytest.mark.parametrize(("extension", "heard"), [(0.9, True), (1.1, False)])
 def test_walls_that_are_not_square_hear_each_other_from_near_by_only(extension: float, *, heard: bool) -> None:
     slanted = face(np.radians(70), 1.0, (-0.65, 0.5), owner=1)
