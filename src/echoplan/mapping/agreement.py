@@ -7,7 +7,7 @@ from echoplan.mapping.copies import without_copies
 from echoplan.mapping.independence import gain_of_common_errors, intraclass_correlation
 from echoplan.mapping.poses import PoseBeliefs, pose_rows
 
-__all__ = ["agreement", "agrees", "evidence", "is_doubtful", "is_torn"]
+__all__ = ["agreement", "agrees", "evidence", "is_doubtful", "is_scattered", "is_torn"]
 
 # Two walls so near to each other are as rare as so many other features.
 _RARE = 3.0
@@ -87,6 +87,24 @@ def is_doubtful(account: Account) -> bool:
     owners, left = account.adjusted.owners, account.adjusted.residuals
     common = intraclass_correlation(account.soundings, owners, left, noise=account.noise)
     return common > account.settings.shared_error
+
+
+def is_scattered(account: Account) -> bool:
+    """Tell whether most walls were heard from one station each: then nothing holds the poses of stations together.
+
+    Parameters
+    ----------
+    account : Account
+        What was heard, and what is made of it.
+
+    Returns
+    -------
+    bool
+        Whether they were.
+    """
+    walls = [each for each in account.features if each.is_wall]
+    lone = sum(each.speaking(account.settings.search.second_station) < 2 for each in walls)
+    return 2 * lone > len(walls)
 
 
 def evidence(account: Account) -> float:

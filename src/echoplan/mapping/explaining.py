@@ -4,7 +4,7 @@ import copy
 
 from echoplan.arrays import FloatArray
 from echoplan.mapping.account import Account
-from echoplan.mapping.agreement import agreement, agrees, evidence, is_doubtful, is_torn
+from echoplan.mapping.agreement import agreement, agrees, evidence, is_doubtful, is_scattered, is_torn
 from echoplan.mapping.memory import Course
 from echoplan.mapping.poses import PoseBeliefs, waypoint_beliefs
 from echoplan.mapping.settings import PoseMode
@@ -108,13 +108,14 @@ def _reconsidered(account: Account) -> Account:
 
 
 def _rivals(account: Account, share: str) -> list[Account]:
-    """Correct poses as those of odometry, and as those of way-points where somebody may have set them by hand."""
+    """Correct poses as those of odometry, and where that does not settle them, as those of way-points."""
     rivals, starts = [], [account.poses]
     if account.memory.course is not Course.NUDGED:
         tracked = _tracked(copy.copy(account), f"corrected: {share}, and more of them by the steps of the robot")
         rivals = [tracked] if agrees(tracked) else []
         starts.append(tracked.poses)
-    if _is_by_hand(account):
+    settled = any(agrees(each) and not is_scattered(each) for each in (account, *rivals))
+    if _is_by_hand(account) and not settled:
         # From different starts poses may come to rest at different places.
         rivals += [_nudged(account, share, start) for start in starts]
     return rivals

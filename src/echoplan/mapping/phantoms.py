@@ -20,6 +20,8 @@ from echoplan.preprocessing.soundings import Soundings
 
 __all__ = ["without_phantoms"]
 
+# From fewer stations many a wall is heard from one of them only.
+_FEWEST = 3
 # From a wall at right angles on to another that is as near, and back: half of two sides and the diagonal of a square.
 _OVER_TWO_WALLS = 1.0 + math.sqrt(0.5)
 
@@ -42,7 +44,7 @@ def without_phantoms(explanation: Explanation, features: Sequence[Hypothesis], b
         The others.
     """
     walls, soundings = [each for each in features if each.is_wall], explanation.soundings
-    if not walls or not _has_volleys(soundings):
+    if not walls or len(soundings.centers) < _FEWEST or not _has_volleys(soundings):
         return list(features)
     bare = np.zeros(len(soundings.readings))
     least = belief.settings.usual_share * float(np.median([belief.hears(each, bare) for each in walls]))

@@ -10,7 +10,7 @@ import pytest
 from echoplan.arrays import FloatArray
 from echoplan.io import builtin_rig, builtin_world
 from echoplan.mapping.account import Account
-from echoplan.mapping.agreement import agreement, agrees, evidence, is_doubtful, is_torn
+from echoplan.mapping.agreement import agreement, agrees, evidence, is_doubtful, is_scattered, is_torn
 from echoplan.mapping.explaining import explained
 from echoplan.mapping.memory import Course
 from echoplan.mapping.settings import AccountSettings, PoseMode
@@ -60,6 +60,14 @@ def test_from_exact_poses_all_agrees_and_nothing_is_doubtful() -> None:
     assert agrees(account)
     assert not is_torn(account)
     assert not is_doubtful(account)
+
+
+def test_walls_of_one_station_each_hold_nothing_together() -> None:
+    account = copy(trusted(odometry=None))
+    assert not is_scattered(account)
+    alone = np.where(np.arange(len(WAY)) == 2, 1.0, 0.0)
+    account.features = [replace(each, gains=alone * each.gains) for each in account.features]
+    assert is_scattered(account)
 
 
 def test_drifting_poses_are_doubtful_even_where_most_echoes_find_some_wall() -> None:
