@@ -6,6 +6,7 @@ from echoplan.arrays import FloatArray
 from echoplan.mapping.account import Account
 from echoplan.mapping.agreement import agreement, agrees, evidence, is_doubtful, is_scattered, is_torn
 from echoplan.mapping.memory import Course
+from echoplan.mapping.misplacement import elsewhere
 from echoplan.mapping.poses import PoseBeliefs, waypoint_beliefs
 from echoplan.mapping.settings import PoseMode
 from echoplan.mapping.slips import without_slip
@@ -75,9 +76,10 @@ def _asked(account: Account) -> Account:
 def _tracked(account: Account, verdict: str) -> Account:
     beliefs = account.odometry()
     track(account, beliefs)
-    best = _without_slips(account, beliefs)
+    steady = _without_slips(account, beliefs)
+    best = _without_misplaced(steady, beliefs)
     best.course, best.verdict = Course.TRACKED, verdict
-    if best is not account and not verdict.endswith(_SLIPPED):
+    if steady is not account and not verdict.endswith(_SLIPPED):
         best.verdict += _SLIPPED
     return best
 
@@ -85,13 +87,28 @@ def _tracked(account: Account, verdict: str) -> Account:
 def _without_slips(account: Account, beliefs: PoseBeliefs) -> Account:
     """Take slips back as long as that explains more."""
     while (poses := without_slip(account, beliefs)) is not None:
-        moved = copy.copy(account)
-        moved.poses = poses
-        moved.settle(beliefs)
-        if evidence(moved) <= evidence(account) + _VERY_STRONG:
+        moved = _settled(account, poses, beliefs)
+        if moved is account:
             break
         account = moved
     return account
+
+
+def _without_misplaced(account: Account, beliefs: PoseBeliefs) -> Account:
+    """Put single stations elsewhere where that explains more."""
+    for station, pose in list(elsewhere(account, beliefs)):
+        poses = account.poses.copy()
+        poses[station] = pose
+        account = _settled(account, poses, beliefs)
+    return account
+
+
+def _settled(account: Account, poses: FloatArray, beliefs: PoseBeliefs) -> Account:
+    """Explain everything from other poses, if that explains more."""
+    moved = copy.copy(account)
+    moved.poses = poses
+    moved.settle(beliefs)
+    return moved if evidence(moved) > evidence(account) + _VERY_STRONG else account
 
 
 def _reconsidered(account: Account) -> Account:
