@@ -81,9 +81,8 @@ def test_along_a_corridor_only_odometry_tells_the_place(corridor: FeatureMap) ->
     assert isinstance(found, dict)
     assert found["undetermined"]
     for way in found["undetermined"]:
-        # Of an ellipse that is seven times longer than wide.
-        assert way["direction"] == pytest.approx(0.0, abs=0.15)
         assert way["along"] > 3 * way["across"]
+        assert way["direction"] == pytest.approx(0.0, abs=np.radians(10))
 
 
 def test_a_recording_is_what_its_rows_say(folder: Path) -> None:

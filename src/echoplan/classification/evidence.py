@@ -11,7 +11,7 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["NO_EVIDENCE", "UNHEARD", "Evidence", "Frame", "Verdict", "audibility", "judge", "weigh"]
+__all__ = ["NO_EVIDENCE", "UNCERTAIN", "UNHEARD", "Evidence", "Frame", "Verdict", "audibility", "judge", "weigh"]
 
 _WALL, _CYLINDER = int(Kind.WALL), int(Kind.CYLINDER)
 
@@ -23,7 +23,7 @@ _FADING = 1.2
 # Fainter than this nothing is expected [dB].
 _INAUDIBLE = -4.0
 # Below this excess a detector scatters more, by this factor [dB].
-_UNCERTAIN, _SCATTER = 6.0, 1.6
+UNCERTAIN, _SCATTER = 6.0, 1.6
 # Readings within so many deviations may be echoes of the reflector; later by so many, it was not heard.
 _NEAR, _BEYOND = 6.0, 4.0
 # Chance to hear even the loudest echo, and chance that a reading is wrong whatever is there.
@@ -194,7 +194,7 @@ def _ask(
     if excess <= _INAUDIBLE or not limits[0] <= reading <= limits[1] - _RIM:
         return False, False, False, 0.0, 0.0
     late = heard - reading
-    scatter = noise * _SCATTER if excess < _UNCERTAIN else noise
+    scatter = noise * _SCATTER if excess < UNCERTAIN else noise
     density = _density(late, scatter, excess) if abs(late) < _NEAR * scatter else UNHEARD
     miss = _miss(excess) if late > _BEYOND * scatter else 0.0
     return True, excess > 0.0, late > -_MASKING, density, miss

@@ -246,7 +246,16 @@ class Account:
         """Take features for what they are best taken for, and drop those that do not stand up."""
         search = self._search()
         features = reclassified(search.explanation, search.judged(self.features), search.belief)
-        self.features = without_phantoms(search.explanation, search.settled(features), search.belief)
+        self.features = search.settled(features)
+
+    def clear(self) -> None:
+        """Leave out walls that two others may have cast; not before poses are right, for these cast no echoes twice."""
+        search = self._search()
+        kept = without_phantoms(search.explanation, self.features, search.belief)
+        if len(kept) < len(self.features):
+            self.features = kept
+            self.adjust(self.noise, self.believed)
+            self.judge(self.noise)
 
     def search(self, *, rounds: int | None = None) -> None:
         """Find the features that explain the pings, from those known; of stations still to come one round will do."""

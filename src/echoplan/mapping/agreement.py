@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from echoplan.classification.evidence import UNCERTAIN
 from echoplan.mapping.account import Account
 from echoplan.mapping.copies import without_copies
 from echoplan.mapping.independence import gain_of_common_errors, intraclass_correlation
@@ -138,9 +139,12 @@ def evidence(account: Account) -> float:
 def _gain_of_common_errors(account: Account) -> float:
     if account.adjusted is None:
         return 0.0
-    owners, left = account.adjusted.owners, account.adjusted.residuals
+    # Faint echoes are believed to scatter more than others, each by itself.
+    owners = np.where(account.adjusted.excesses < UNCERTAIN, -1, account.adjusted.owners)
     common = account.settings.pose_errors.pair_sigma
-    return gain_of_common_errors(account.soundings, owners, left, noise=account.noise, common=common)
+    return gain_of_common_errors(
+        account.soundings, owners, account.adjusted.residuals, noise=account.noise, common=common
+    )
 
 
 def _strain(account: Account, believed: PoseBeliefs) -> float:

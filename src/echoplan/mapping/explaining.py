@@ -37,6 +37,12 @@ def explained(account: Account) -> Account:
     Account
         The same, or another one with better poses; its verdict says which and why.
     """
+    best = _explained(account)
+    best.clear()
+    return best
+
+
+def _explained(account: Account) -> Account:
     mode = account.settings.poses
     if account.memory.course is Course.TRACKED:
         return _tracked(account, account.memory.verdict)
@@ -96,10 +102,12 @@ def _without_slips(account: Account, beliefs: PoseBeliefs) -> Account:
 
 def _without_misplaced(account: Account, beliefs: PoseBeliefs) -> Account:
     """Put single stations elsewhere where that explains more."""
-    for station, pose in list(elsewhere(account, beliefs)):
-        poses = account.poses.copy()
-        poses[station] = pose
-        account = _settled(account, poses, beliefs)
+    for station in range(max(1, len(account.memory.poses)), len(account.poses)):
+        pose = elsewhere(account, beliefs, station)
+        if pose is not None:
+            poses = account.poses.copy()
+            poses[station] = pose
+            account = _settled(account, poses, beliefs)
     return account
 
 
@@ -125,7 +133,7 @@ def _reconsidered(account: Account) -> Account:
 
 
 def _rivals(account: Account, share: str) -> list[Account]:
-    """Correct poses as those of odometry, and where that does not settle them, as those of way-points."""
+    """Correct poses as those of odometry; and as those of way-points, unless either way walls hold all together."""
     rivals, starts = [], [account.poses]
     if account.memory.course is not Course.NUDGED:
         tracked = _tracked(copy.copy(account), f"corrected: {share}, and more of them by the steps of the robot")

@@ -75,9 +75,8 @@ def intraclass_correlation(soundings: Soundings, owners: IntArray, residuals: Fl
         B and W are the mean squares between and within the g groups of readings of one feature from one station, k
         their mean size; 0 where no group has two.
     """
-    told = (owners >= 0) & (np.abs(residuals) < _WILD * noise)
-    groups = owners[told] * len(soundings.centers) + soundings.stations[told]
-    _, members, sizes = np.unique(groups, return_inverse=True, return_counts=True)
+    told, members = _members(soundings, owners, residuals, noise)
+    sizes = np.bincount(members)
     if len(sizes) == len(members):
         return 0.0
     means = np.bincount(members, residuals[told]) / sizes
@@ -93,12 +92,14 @@ def gain_of_common_errors(
     r"""Tell how much likelier readings are if those of one feature from one station may err together.
 
     Errors of a group of readings have a part of their own, of deviation s, and one in common, of deviation t: the model
-    of a one-way analysis of variance with random effects (Searle, Casella and McCulloch 1992, Section 3.8).  With the
-    weights, W in a group, their weighted mean m, and S and V, the sums of squares about zero and about m, the
-    logarithm of the ratio of its likelihood to that of independent errors of deviation n is
+    of a one-way analysis of variance with random effects (Searle, Casella and McCulloch 1992, Section 3.8).  With W,
+    the sum of the weights of a group, their weighted mean m, and S and V, the weighted sums of squares about zero and
+    about m, the logarithm of the ratio of its likelihood to that of independent errors of deviation n is
 
     .. math:: \sum_g W \ln\frac{n}{s} + \frac{S}{2 n^2} - \frac{V}{2 s^2} - \frac12 \ln(1 + W t^2 / s^2)
               - \frac{m^2}{2 (t^2 + s^2 / W)}
+
+    No reading adds more to V than one that is four deviations off.
 
     Parameters
     ----------
@@ -109,28 +110,38 @@ def gain_of_common_errors(
     residuals : ndarray, shape (n,)
         What is left of their readings [m].
     noise : float
-        Standard deviation of readings [m].
+        Standard deviation n of readings [m].
     common : float
-        Of what a group errs by together [m].
+        Standard deviation t of what a group errs by together [m].
 
     Returns
     -------
     float
-        The logarithm, with a deviation of single readings as these have it; 0 where none is explained [nats].
+        The logarithm, with s as the readings have it; 0 where no group has two of them [nats].
     """
-    told = (owners >= 0) & (np.abs(residuals) < _WILD * noise)
-    if not told.any():
+    told, members = _members(soundings, owners, residuals, noise)
+    sizes = np.bincount(members)[members]
+    shared = sizes > 1
+    if not shared.any():
         return 0.0
     left, weights = residuals[told], soundings.weights[told]
-    groups = owners[told] * len(soundings.centers) + soundings.stations[told]
-    _, members = np.unique(groups, return_inverse=True)
     counts = np.bincount(members, weights)
     means = np.bincount(members, weights * left) / counts
     own = left - means[members]
-    single = max(1.4826 * float(np.median(np.abs(own))), _LEAST)
-    gained = weights @ (np.log(noise / single) + 0.5 * (left / noise) ** 2 - 0.5 * (own / single) ** 2)
+    # A mean takes up a part of each error of the few that it is of.
+    spread = np.abs(own[shared]) * np.sqrt(sizes[shared] / (sizes[shared] - 1.0))
+    single = max(1.4826 * float(np.median(spread)), _LEAST)
+    misfits = np.minimum((own / single) ** 2, _WILD**2)
+    gained = weights @ (np.log(noise / single) + 0.5 * (left / noise) ** 2 - 0.5 * misfits)
     lost = np.log1p(counts * (common / single) ** 2) + means**2 / (common**2 + single**2 / counts)
     return float(gained - 0.5 * lost.sum())
+
+
+def _members(soundings: Soundings, owners: IntArray, residuals: FloatArray, noise: float) -> tuple[BoolArray, IntArray]:
+    """Tell which readings are explained, and of which group of one feature and one station each of these is."""
+    told = (owners >= 0) & (np.abs(residuals) < _WILD * noise)
+    groups = owners[told] * len(soundings.centers) + soundings.stations[told]
+    return told, np.unique(groups, return_inverse=True)[1]
 
 
 def _groups(soundings: Soundings, owners: IntArray) -> IntArray:

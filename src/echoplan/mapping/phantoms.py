@@ -2,7 +2,8 @@
 
 What one sensor sends to a known wall and another hears from an unknown one looks, from one station, like a wall beyond.
 Two things tell it: sound that met two walls comes from farther than either, and seldom does it leave and come back just
-along the axes of both beams, so that it is heard over a smaller angle than a wall is.
+along the axes of both beams, so that it is heard over a smaller angle than a wall is.  Of the wall that nobody heard
+nothing is known; it is taken to stand about as near as those that were heard.
 """
 
 import math
@@ -22,8 +23,6 @@ __all__ = ["without_phantoms"]
 
 # From fewer stations many a wall is heard from one of them only.
 _FEWEST = 3
-# From a wall at right angles on to another that is as near, and back: half of two sides and the diagonal of a square.
-_OVER_TWO_WALLS = 1.0 + math.sqrt(0.5)
 
 
 def without_phantoms(explanation: Explanation, features: Sequence[Hypothesis], belief: Belief) -> list[Hypothesis]:
@@ -43,16 +42,23 @@ def without_phantoms(explanation: Explanation, features: Sequence[Hypothesis], b
     list of Hypothesis
         The others.
     """
-    walls, soundings = [each for each in features if each.is_wall], explanation.soundings
-    if not walls or len(soundings.centers) < _FEWEST or not _has_volleys(soundings):
+    soundings = explanation.soundings
+    if len(soundings.centers) < _FEWEST or not _has_volleys(soundings):
         return list(features)
-    bare = np.zeros(len(soundings.readings))
-    least = belief.settings.usual_share * float(np.median([belief.hears(each, bare) for each in walls]))
+    walls = [each for each in features if each.is_wall]
+    shares = [belief.hears(*each) for each in zip(features, explanation.levels_without(features), strict=True)]
+    least = belief.settings.usual_share * _usual(features, shares)
     return [
         each
-        for each, levels in zip(features, explanation.levels_without(features), strict=True)
-        if not (_may_be_cast(each, walls, soundings, belief) and belief.hears(each, levels) < least)
+        for each, share in zip(features, shares, strict=True)
+        if share >= least or not _may_be_cast(each, walls, soundings, belief)
     ]
+
+
+def _usual(features: Sequence[Hypothesis], shares: Sequence[float]) -> float:
+    """Tell how fully walls are heard in the median; 0 where none is heard."""
+    heard = [share for each, share in zip(features, shares, strict=True) if each.is_wall and each.best > 0.0]
+    return float(np.median(heard)) if heard else 0.0
 
 
 def _has_volleys(soundings: Soundings) -> bool:
@@ -61,19 +67,22 @@ def _has_volleys(soundings: Soundings) -> bool:
 
 
 def _may_be_cast(feature: Hypothesis, walls: Sequence[Hypothesis], soundings: Soundings, belief: Belief) -> bool:
-    """Whether a wall of one station stands so far off that sound may have met two walls on its way."""
+    """Whether a wall of one station is as far off as the image of a station in two walls, or farther.
+
+    In two walls at right angles it is as far as where they meet: the root of the sum of the squares of their distances.
+    """
     if not feature.is_wall or feature.is_known or not belief.is_lone(feature):
         return False
     center_xy = soundings.centers[np.argmax(feature.gains)]
     nearest = np.sort(_distances([each for each in walls if each is not feature], center_xy))[:2]
-    return len(nearest) > 1 and abs(float(signed_distances(feature.line, center_xy))) > _OVER_TWO_WALLS * nearest[1]
+    return len(nearest) > 1 and -float(signed_distances(feature.line, center_xy)) > math.hypot(*nearest)
 
 
 def _distances(walls: Sequence[Hypothesis], point_xy: FloatArray) -> FloatArray:
-    """How far walls are from a point, as far as they may reflect [m]."""
+    """How far the walls before which a point lies are from it, as far as they may reflect [m]."""
     lines = np.array([each.line for each in walls]).reshape(-1, 2)
     ends = np.array([each.extent for each in walls]).reshape(-1, 2)
-    place = along(lines, point_xy)
+    place, depths = along(lines, point_xy), -signed_distances(lines, point_xy)
     beyond = np.maximum(0.0, np.maximum(ends[:, 0] - place, place - ends[:, 1]) - STRETCH)
-    distances: FloatArray = np.hypot(signed_distances(lines, point_xy), beyond)
+    distances: FloatArray = np.hypot(depths, beyond)[depths > 0.0]
     return distances

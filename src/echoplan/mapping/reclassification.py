@@ -21,8 +21,7 @@ _FEW_STATIONS = 3
 def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belief: Belief) -> list[Hypothesis]:
     """Take walls for what explains their pings best: of poses in error walls bear most, and come before cylinders.
 
-    Corners may turn out to be walls that were heard from few places, but no cylinders: what stands in a corner hides
-    in it.
+    Corners may turn out to be walls, but no cylinders: what stands in a corner hides in it.
 
     Parameters
     ----------

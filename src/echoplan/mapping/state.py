@@ -11,7 +11,8 @@ from echoplan.mapping.unknowns import Unknowns
 
 __all__ = ["State"]
 
-# Features and poses move no farther than this in a step [rad or m, m, m]; radii stay between these [m].
+# Features, walls where they were heard, and poses move no farther than this in a step [rad or m, m, m].
+# Radii stay between these [m].
 _LONGEST, _THIN, _THICK = 0.05, 0.01, 0.5
 
 
@@ -59,7 +60,8 @@ class State:
         Returns
         -------
         State
-            Nothing goes farther than 5 cm at once; radii stay within what a cylinder may have.
+            Points, poses and the middles of walls go no farther than 5 cm along any axis at once, and nothing turns
+            more than 0.05 rad: longer steps are shortened as a whole.  Radii stay within what a cylinder may have.
         """
         unknowns, reflectors = self.unknowns, self.features.reflectors.copy()
         steps = unknowns.steps(step)

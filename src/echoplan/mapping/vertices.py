@@ -22,8 +22,8 @@ class VertexSettings(BaseModel, frozen=True, extra="forbid"):
     extension: float = Field(default=1.5, gt=0.0, description="of a face beyond what was heard of it [m]")
     heard_extension: float = Field(default=2.0, gt=0.0, description="likewise, to a corner that was heard [m]")
     oblique_extension: float = Field(default=1.0, gt=0.0, description="likewise, if it is not a right angle [m]")
-    unheard_extension: float = Field(default=0.5, gt=0.0, description="to a concave corner nobody heard, if any [m]")
-    unheard_stretch: float = Field(default=2.0, gt=0.0, description="or so many times what was heard of the face")
+    unheard_extension: float = Field(default=0.5, gt=0.0, description="to a concave corner that nobody heard [m]")
+    unheard_stretch: float = Field(default=2.0, gt=0.0, description="or as far as so many times what was heard of it")
     right_angle: float = Field(default=math.radians(5), gt=0.0, description="what counts as one [rad]")
     reach: float = Field(default=0.03, gt=0.0, description="of a heard corner from the crossing of its walls [m]")
     echoes: int = Field(default=5, ge=1, description="pings that hear one wall in the other")
@@ -127,14 +127,15 @@ def _is_far_fetched(
 ) -> bool:
     """Tell whether faces would have to be made too long for a vertex that nobody heard.
 
-    Nobody hears a convex one, but a concave one sends sound back to wherever it comes from.
+    Of a convex one hardly any sound comes back, but a concave one returns it to wherever it comes from: if nobody heard
+    it, that speaks against it, the more the less was heard of the faces.
     """
-    if max(extensions) > settings.extension or kind is CornerKind.CONVEX:
-        return max(extensions) > settings.extension
-    known = [settings.unheard_stretch * (each.high - each.low) for each in faces]
-    return any(
-        extension > max(settings.unheard_extension, most) for extension, most in zip(extensions, known, strict=True)
-    )
+    if max(extensions) > settings.extension:
+        return True
+    if kind is CornerKind.CONVEX:
+        return False
+    most = [max(settings.unheard_extension, settings.unheard_stretch * (each.high - each.low)) for each in faces]
+    return any(extension > limit for extension, limit in zip(extensions, most, strict=True))
 
 
 def _extension(face: Face, point_xy: FloatArray) -> float:

@@ -93,7 +93,8 @@ def test_errors_in_common_are_as_likely_as_their_joint_density_says() -> None:
     together = np.linspace(-0.012, 0.012, 8)[OF_STATION] + SINGLE
     noise = float(np.std(together))
     own = together - (np.bincount(OF_STATION, together) / np.bincount(OF_STATION))[OF_STATION]
-    single = 1.4826 * float(np.median(np.abs(own)))
+    # Of 72 readings each a mean takes up a part.
+    single = 1.4826 * float(np.median(np.abs(own))) * np.sqrt(72 / 71)
     expected = 0.0
     for station in range(8):
         group = together[station == OF_STATION]
@@ -103,6 +104,28 @@ def test_errors_in_common_are_as_likely_as_their_joint_density_says() -> None:
         expected -= multivariate_normal.logpdf(group, zero, noise**2 * np.eye(len(group)))
     assert gained(together, noise) == pytest.approx(expected)
     assert expected > 500.0
+
+
+def test_two_readings_of_half_a_weight_count_as_one() -> None:
+    together = np.linspace(-0.012, 0.012, 8)[OF_STATION] + SINGLE
+    many = listening([(0.1 * k, 0.0) for k in range(8)], step=np.radians(2.5))
+    halved = many._replace(weights=np.full(len(many.readings), 0.5))
+    twice = gain_of_common_errors(
+        halved, np.zeros(len(many.readings), dtype=np.int64), np.repeat(together, 2), noise=0.008, common=0.012
+    )
+    assert twice == pytest.approx(gained(together, 0.008), rel=0.01)
+
+
+def test_one_wild_reading_costs_no_more_than_four_deviations() -> None:
+    together = np.linspace(-0.012, 0.012, 8)[OF_STATION] + SINGLE
+    wild = together.copy()
+    wild[5] += 0.03
+    assert -15.0 < gained(wild, 0.01) - gained(together, 0.01) < 10.0
+
+
+def test_where_no_two_readings_are_of_one_station_nothing_is_in_common() -> None:
+    alone = np.where(np.append(True, np.diff(OF_STATION) > 0), 0, -1)
+    assert gained(SINGLE, 0.002, owners=alone) == 0.0
 
 
 def test_errors_of_their_own_are_none_the_likelier() -> None:
