@@ -5,7 +5,7 @@ import math
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, invert
 from echoplan.mapping.account import Account
-from echoplan.mapping.localisation import Catalogue, locate, sightlines
+from echoplan.mapping.localisation import Catalogue, Sightline, locate, sightlines
 from echoplan.mapping.poses import PoseBeliefs, continued
 
 __all__ = ["elsewhere"]
@@ -42,8 +42,11 @@ def elsewhere(account: Account, beliefs: PoseBeliefs, station: int) -> FloatArra
         return None
     known, settings = Catalogue.of([each for each, others in counted if others]), account.settings.localisation
     reckoned = continued(beliefs.given[: station + 1], account.poses[:station])[-1]
-    arcs = [each for each in account.arcs if each.station == station]
-    sight = sightlines(arcs, account.recorded, account.model.tabulated(), account.given[station])
-    pose, _ = locate(sight, known, reckoned, _ASTRAY * beliefs.sigmas[station], settings)
+    pose, _ = locate(_sight(account, station), known, reckoned, _ASTRAY * beliefs.sigmas[station], settings)
     off = compose(invert(account.poses[station]), pose)
     return pose if math.hypot(off[0], off[1]) > _FAR or abs(off[2]) > _TURNED else None
+
+
+def _sight(account: Account, station: int) -> Sightline:
+    arcs = [each for each in account.arcs if each.station == station]
+    return sightlines(arcs, account.recorded, account.model.tabulated(), account.given[station])
