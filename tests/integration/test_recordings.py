@@ -81,8 +81,11 @@ def test_along_a_corridor_only_odometry_tells_the_place(corridor: FeatureMap) ->
     assert isinstance(found, dict)
     assert found["undetermined"]
     for way in found["undetermined"]:
-        assert way["along"] > 3 * way["across"]
-        assert way["direction"] == pytest.approx(0.0, abs=np.radians(10))
+        # The ellipse may lean a little: what counts is how wide it is along the corridor and across it.
+        cosine, sine = np.cos(way["direction"]), np.sin(way["direction"])
+        along = np.hypot(way["along"] * cosine, way["across"] * sine)
+        across = np.hypot(way["along"] * sine, way["across"] * cosine)
+        assert along > 4 * across
 
 
 def test_a_recording_is_what_its_rows_say(folder: Path) -> None:
