@@ -1,6 +1,14 @@
-"""Property tests draw the same fifty examples on every run, and a slow machine does not fail them."""
+"""Tests give the same result on every run, whatever the machine's pace and whatever was asked of the terminal."""
+
+import os
 
 from hypothesis import settings
 
+# Whoever runs the tests may have asked for colours or a width: the tests say themselves what they want of a terminal.
+for _wish in ("FORCE_COLOR", "NO_COLOR", "COLUMNS", "LINES", "TTY_COMPATIBLE", "TTY_INTERACTIVE"):
+    os.environ.pop(_wish, None)
+os.environ["TERM"] = "xterm"
+
+# Property tests draw the same fifty examples on every run, and a slow machine does not fail them.
 settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile("repeatable")

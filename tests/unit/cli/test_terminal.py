@@ -68,8 +68,6 @@ def test_a_terminal_shows_what_is_being_done_and_what_is_told_meanwhile(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")
-    # On a dumb one nothing can be redrawn.
-    monkeypatch.setenv("TERM", "xterm")
     with busy("thinking"):
         logging.getLogger("echoplan").info("Compiling [once]")
     logging.getLogger("echoplan").info("too late")
