@@ -249,7 +249,7 @@ class Account:
         self.features = search.settled(features)
 
     def clear(self) -> None:
-        """Leave out walls that two others may have cast; not before poses are right, for these cast no echoes twice."""
+        """Leave out walls that may be echoes by way of others; while poses are in error, real walls look like those."""
         search = self._search()
         kept = without_phantoms(search.explanation, self.features, search.belief)
         if len(kept) < len(self.features):

@@ -29,6 +29,7 @@ class LocalisationSettings(BaseModel, frozen=True, extra="forbid"):
     """How a pose is searched."""
 
     deviations: float = Field(default=3.0, gt=0.0, description="of odometry, within which a pose is searched")
+    astray: float = Field(default=2.0, ge=1.0, description="times as far, where a step may have slipped")
     steps: int = Field(default=7, ge=1, description="to either side in each direction")
     depth_sigma: float = Field(default=0.025, gt=0.0, description="of the depth of an arc, at first [m]")
     normal_sigma: float = Field(default=np.radians(2.0), gt=0.0, description="of its normal, at first [rad]")

@@ -6,14 +6,12 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, invert
 from echoplan.mapping.account import Account
 from echoplan.mapping.localisation import Catalogue, Sightline, locate, sightlines
-from echoplan.mapping.poses import PoseBeliefs, continued
+from echoplan.mapping.poses import PoseBeliefs, reckoned
 
 __all__ = ["elsewhere"]
 
 # A feature that so many other stations hear is there; a station from which this speaks against it misses it [nats].
 _MANY, _MISSED = 3, -5.0
-# A station is looked for so many times as far off as odometry errs.
-_ASTRAY = 2.0
 # Nearer places are within reach of an adjustment, which has settled between them [m, rad].
 _FAR, _TURNED = 0.02, 0.03
 
@@ -41,8 +39,8 @@ def elsewhere(account: Account, beliefs: PoseBeliefs, station: int) -> FloatArra
     if not any(each.gains[station] < _MISSED and others >= _MANY for each, others in counted):
         return None
     known, settings = Catalogue.of([each for each, others in counted if others]), account.settings.localisation
-    reckoned = continued(beliefs.given[: station + 1], account.poses[:station])[-1]
-    pose, _ = locate(_sight(account, station), known, reckoned, _ASTRAY * beliefs.sigmas[station], settings)
+    guess, sigmas = reckoned(beliefs.given, account.poses, station), settings.astray * beliefs.sigmas[station]
+    pose, _ = locate(_sight(account, station), known, guess, sigmas, settings)
     off = compose(invert(account.poses[station]), pose)
     return pose if math.hypot(off[0], off[1]) > _FAR or abs(off[2]) > _TURNED else None
 

@@ -20,6 +20,7 @@ __all__ = [
     "displaced",
     "odometry_beliefs",
     "pose_rows",
+    "reckoned",
     "step_residuals",
     "step_slopes",
     "waypoint_beliefs",
@@ -153,6 +154,25 @@ def continued(given: FloatArray, known: FloatArray) -> FloatArray:
         return given
     rest = compose(known[-1], compose(invert(given[len(known) - 1]), given[len(known) :]))
     return np.concatenate([known, rest])
+
+
+def reckoned(given: FloatArray, poses: FloatArray, station: int) -> FloatArray:
+    """Tell where the recorded step from the pose before leads.
+
+    Parameters
+    ----------
+    given, poses : ndarray, shape (s, 3)
+        As recorded, and where they are now [m, m, rad].
+    station : int
+        Which pose; not the first.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        The pose [m, m, rad].
+    """
+    step = compose(invert(given[station - 1]), given[station])
+    return compose(poses[station - 1], step)
 
 
 def displaced(soundings: Soundings, given: FloatArray, poses: FloatArray) -> Soundings:

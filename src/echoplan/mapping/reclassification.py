@@ -42,8 +42,8 @@ def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belie
         if feature.is_known or feature.kind is Kind.CYLINDER:
             continue
         others = [*kept[:place], *kept[place + 1 :]]
-        rivals = [each for each in rivals_of(explanation, feature, others) if feature.is_wall or each.is_wall]
-        best = max(rivals, key=belief.worth)
+        kinds = tuple(Kind) if feature.is_wall else (Kind.WALL,)
+        best = max(rivals_of(explanation, feature, others, kinds), key=belief.worth)
         if belief.worth(best) > belief.worth(feature) and belief.holds(best, explanation.levels(others)):
             kept[place] = best
     return kept

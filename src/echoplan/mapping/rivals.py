@@ -1,6 +1,6 @@
 """Rivals: what else a feature could be, and so how sure its class is."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -59,7 +59,9 @@ def _probabilities(
     return ClassProbabilities(wall=wall, corner=corner, cylinder=cylinder)
 
 
-def rivals_of(explanation: Explanation, feature: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
+def rivals_of(
+    explanation: Explanation, feature: Hypothesis, others: Sequence[Hypothesis], kinds: Collection[Kind] = tuple(Kind)
+) -> list[Hypothesis]:
     """Find what could stand in the place of a feature.
 
     Parameters
@@ -70,15 +72,18 @@ def rivals_of(explanation: Explanation, feature: Hypothesis, others: Sequence[Hy
         The feature.
     others : sequence of Hypothesis
         What else is there.
+    kinds : collection of Kind, optional
+        What it could be.
 
     Returns
     -------
     list of Hypothesis
-        One of each other kind, moved to where the pings of the feature want it, and judged beside the others.
+        One of each of these but its own, moved to where the pings of the feature want it, and judged beside the others.
     """
     levels = explanation.levels(others)
     spoken = feature.evidence.pings[feature.evidence.densities > levels[feature.evidence.pings]]
-    rivals = [_moved(explanation, row, spoken) for row in _rivals(explanation, feature) if row[0] != feature.kind]
+    starts = [row for row in _rivals(explanation, feature) if row[0] in kinds and row[0] != feature.kind]
+    rivals = [_moved(explanation, row, spoken) for row in starts]
     return explanation.judge_all([explanation.propose(row) for row in rivals], levels, others)
 
 

@@ -10,7 +10,7 @@ from echoplan.geometry import compose, invert
 from echoplan.mapping.account import Account
 from echoplan.mapping.copies import CopySettings, are_copies
 from echoplan.mapping.localisation import Catalogue, LocalisationSettings, Sightline, locate
-from echoplan.mapping.poses import PoseBeliefs, continued
+from echoplan.mapping.poses import PoseBeliefs, reckoned
 from echoplan.mapping.tracking import sights_of
 
 __all__ = ["without_slip"]
@@ -23,8 +23,6 @@ _RADII = 0.06
 _LEVER = 1.0
 # This share of what is said of a feature is said from one side of the step.
 _MOSTLY = 0.8
-# A slip is believed to be so many times as great as what else odometry errs by.
-_ASTRAY = 2.0
 # Where the stations are now, as well as their own arcs tell [m, m, rad].
 _HERE = np.array([0.005, 0.005, 0.01])
 
@@ -62,9 +60,9 @@ def _taken_back(
     """Move all stations after a step to where they fit best, and tell how much better they fit there [nats]."""
     poses, settings = account.poses, account.settings.localisation
     known, sight = _known(account.features, step), _together(sights[step:], poses[step:])
-    reckoned = continued(beliefs.given[: step + 1], poses[:step])[-1]
+    guess, sigmas = reckoned(beliefs.given, poses, step), settings.astray * beliefs.sigmas[step]
     _, here = locate(sight, known, poses[step], _HERE, settings)
-    found, there = locate(sight, known, reckoned, _ASTRAY * beliefs.sigmas[step], settings)
+    found, there = locate(sight, known, guess, sigmas, settings)
     return there - here, np.concatenate([poses[:step], compose(compose(found, invert(poses[step])), poses[step:])])
 
 
@@ -91,7 +89,7 @@ def _known(features: Sequence[Hypothesis], step: int) -> Catalogue:
 def _reaches(beliefs: PoseBeliefs, settings: LocalisationSettings) -> FloatArray:
     """Tell how far each step may put one twin from the other [m]."""
     astray: FloatArray = beliefs.sigmas[:, :2].max(axis=1) + _LEVER * beliefs.sigmas[:, 2]
-    return settings.deviations * _ASTRAY * astray
+    return settings.deviations * settings.astray * astray
 
 
 def _has_twins(features: Sequence[Hypothesis], step: int, reach: float) -> bool:

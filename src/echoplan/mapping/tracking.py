@@ -10,7 +10,7 @@ from echoplan.extraction.arcs import arc_planes
 from echoplan.geometry import compose, directions, invert
 from echoplan.mapping.account import Account
 from echoplan.mapping.localisation import Catalogue, Sightline, best_score, locate, sightlines
-from echoplan.mapping.poses import PoseBeliefs, continued
+from echoplan.mapping.poses import PoseBeliefs, continued, reckoned
 
 __all__ = ["sights_of", "track"]
 
@@ -52,7 +52,7 @@ def track(account: Account, beliefs: PoseBeliefs) -> None:
     first = max(1, len(account.memory.poses))
     known = _known(account, first)
     for station in range(first, len(account.given)):
-        guess = continued(account.given[: station + 1], account.poses[:station])[-1]
+        guess = reckoned(account.given, account.poses, station)
         sigmas = 1.3 * beliefs.sigmas[station]
         pose, score = locate(sights[station], known, guess, sigmas, account.settings.localisation)
         account.poses[station] = pose

@@ -1,0 +1,80 @@
+"""Which poses are tried, as the echoes agree from those recorded and from those of odometry."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from echoplan.mapping import explaining
+from echoplan.mapping.explaining import explained
+from echoplan.mapping.memory import Course, Memory
+from echoplan.mapping.poses import PoseBeliefs
+from echoplan.mapping.settings import AccountSettings, PoseMode
+
+
+class Doubtful:
+    """An account that is explained by saying so, doubtful from the poses as recorded."""
+
+    def __init__(self, stations: int) -> None:
+        self.settings = AccountSettings(poses=PoseMode.AUTO)
+        self.memory = Memory()
+        self.given = self.poses = np.zeros((stations, 3))
+        self.course, self.verdict = Course.TRUSTED, ""
+
+    def glance(self) -> None:
+        pass
+
+    explain = clear = glance
+
+    def odometry(self) -> None:
+        pass
+
+    def correct(self, beliefs: PoseBeliefs, start: np.ndarray) -> None:
+        assert not beliefs.relative
+        self.poses = start + 0.01
+
+
+def course(monkeypatch: pytest.MonkeyPatch, *, agree: set[Course], scattered: set[Course], stations: int = 5) -> Course:
+    """Tell how the best poses came about, if accounts agree or scatter by how theirs did."""
+    worth = {Course.TRUSTED: 0.0, Course.TRACKED: 10.0, Course.NUDGED: 20.0}
+    told: dict[str, Any] = {
+        "agreement": lambda account: 0.5,
+        "agrees": lambda account: account.course in agree,
+        "evidence": lambda account: worth[account.course],
+        "is_doubtful": lambda account: True,
+        "is_scattered": lambda account: account.course in scattered,
+        "is_torn": lambda account: False,
+        "track": lambda account, beliefs: None,
+        "without_slip": lambda account, beliefs: None,
+        "elsewhere": lambda account, beliefs, station: None,
+    }
+    for name, answer in told.items():
+        monkeypatch.setattr(explaining, name, answer)
+    return explained(Doubtful(stations)).course  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("agree", "scattered", "expected"),
+    [
+        (set(), set(), Course.NUDGED),
+        ({Course.TRUSTED}, set(), Course.TRUSTED),
+        ({Course.TRUSTED}, {Course.TRUSTED}, Course.NUDGED),
+        ({Course.TRACKED}, set(), Course.TRACKED),
+        ({Course.TRACKED}, {Course.TRACKED}, Course.NUDGED),
+        ({Course.TRUSTED, Course.TRACKED}, {Course.TRUSTED}, Course.TRACKED),
+    ],
+)
+def test_way_points_are_nudged_unless_walls_that_many_heard_agree(
+    monkeypatch: pytest.MonkeyPatch, agree: set[Course], scattered: set[Course], expected: Course
+) -> None:
+    assert course(monkeypatch, agree=agree, scattered=scattered) is expected
+
+
+def test_no_hand_set_so_many_way_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    many = AccountSettings().by_hand + 1
+    assert course(monkeypatch, agree=set(), scattered=set(), stations=many) is Course.TRACKED
+    assert course(monkeypatch, agree={Course.TRUSTED}, scattered={Course.TRUSTED}, stations=many) is Course.TRUSTED
+
+
+def test_two_stations_have_nothing_to_hold_a_pose_against(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert course(monkeypatch, agree=set(), scattered=set(), stations=2) is Course.TRUSTED
