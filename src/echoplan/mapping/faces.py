@@ -7,14 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pydantic import BaseModel, Field
 
-from echoplan.acoustics.expectation import Kind
-from echoplan.arrays import BoolArray, FloatArray
-from echoplan.classification.evidence import UNHEARD
-from echoplan.classification.explanation import Explanation
+from echoplan.arrays import FloatArray
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.geometry import directions, intersections
+from echoplan.mapping.echoes import Echoes
 
-__all__ = ["Echoes", "Face", "FaceSettings", "corner_echoes", "find_faces"]
+__all__ = ["Face", "FaceSettings", "find_faces"]
 
 
 class FaceSettings(BaseModel, frozen=True, extra="forbid"):
@@ -90,67 +88,6 @@ class Face:
         return any(int(((places > low) & (places < high)).sum()) >= 4 for places in (self.crossings, self.silences))
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Echoes:
-    """Where pairs of walls were heard as corners.
-
-    Parameters
-    ----------
-    counts : mapping of tuple of int to int
-        How many pings heard one wall in the other, by the numbers of both.
-    corners_xy : ndarray, shape (c, 2)
-        Corners that were heard as such [m].
-    """
-
-    counts: dict[tuple[int, int], int]
-    corners_xy: FloatArray
-
-    @classmethod
-    def of(cls, features: Sequence[Hypothesis], counts: dict[tuple[int, int], int]) -> "Echoes":
-        """Collect the corners among features."""
-        corners = [each.reflector[1:3] for each in features if each.kind is Kind.CORNER]
-        return cls(counts=counts, corners_xy=np.array(corners).reshape(-1, 2))
-
-    def count(self, one: int, other: int) -> int:
-        """Return how many pings heard the corner of two walls."""
-        return self.counts.get((min(one, other), max(one, other)), 0)
-
-    def heard_at(self, point_xy: FloatArray, *, within: float) -> bool:
-        """Tell whether a corner was heard near a point."""
-        return bool((np.hypot(*(self.corners_xy - point_xy).T) < within).any())
-
-
-def corner_echoes(explanation: Explanation, features: Sequence[Hypothesis], among: BoolArray) -> Echoes:
-    """Count the pings that heard one wall in another, and nothing that explains them better.
-
-    Parameters
-    ----------
-    explanation : Explanation
-        The pings.
-    features : sequence of Hypothesis
-        What is there.
-    among : ndarray of bool, shape (n,)
-        Which of the pings to count.
-
-    Returns
-    -------
-    Echoes
-        Of all pairs of walls.
-    """
-    direct = np.full(len(explanation.soundings.readings), explanation.floor)
-    for each in features:
-        if each.kind in (Kind.WALL, Kind.CYLINDER):
-            np.maximum(direct, explanation.levels_of(each), out=direct)
-    least = np.maximum(np.maximum(direct + math.log(5.0), explanation.floor + math.log(20.0)), UNHEARD)
-    walls = [number for number, each in enumerate(features) if each.is_wall]
-    counts = {
-        (one, other): int(((explanation.pair_levels(features[one], features[other]) > least) & among).sum())
-        for place, one in enumerate(walls)
-        for other in walls[place + 1 :]
-    }
-    return Echoes.of(features, counts)
-
-
 def find_faces(features: Sequence[Hypothesis], echoes: Echoes, *, step: float, settings: FaceSettings) -> list[Face]:
     """Cut the lines of walls where sound went through.
 
@@ -223,7 +160,7 @@ def _heard_corners(
         if abs(math.cos(wall.line[0] - other.line[0])) > math.sin(settings.right_angle):
             continue
         point = intersections(wall.line, other.line)
-        heard = echoes.count(number, other_number) >= least
+        heard = echoes.between(number, other_number).pings >= least
         heard |= echoes.heard_at(point, within=settings.corner_reach)
         place = float(point @ directions(other.line[0] + math.pi / 2))
         away = max(other.extent[0] - place, place - other.extent[1])

@@ -10,7 +10,8 @@ from echoplan.classification.hypotheses import Hypothesis
 from echoplan.classification.past import Past
 from echoplan.mapping.account import Account
 from echoplan.mapping.adjustment import adjust, reading_rows
-from echoplan.mapping.faces import corner_echoes, find_faces
+from echoplan.mapping.echoes import CornerEcho, corner_echoes
+from echoplan.mapping.faces import find_faces
 from echoplan.mapping.memory import Memory, summarised
 from echoplan.mapping.paths import Paths, silent_places, trace_paths
 from echoplan.mapping.poses import PoseBeliefs, pose_rows
@@ -80,11 +81,11 @@ def leave(account: Account, count: int) -> Memory:
     known = [each for each in features if each.is_known]
     everything = [*account.memory.beyond(account.at_hand), *known]
     echoes = dict(account.memory.echoes)
-    counted = corner_echoes(account.explanation, account.features, gone).counts
-    for (one, other), pings in counted.items():
-        if pings and features[one].is_known and features[other].is_known:
+    for (one, other), heard in corner_echoes(account.explanation, account.features, count).items():
+        if heard != CornerEcho() and features[one].is_known and features[other].is_known:
             pair = (features[one].past.number, features[other].past.number)
-            echoes[min(pair), max(pair)] = echoes.get((min(pair), max(pair)), 0) + pings
+            key = min(pair), max(pair)
+            echoes[key] = echoes.get(key, CornerEcho()).joined(heard)
     return Memory(
         features=[_bare(each) for each in everything],
         pending=[each for each in features if not each.is_known],

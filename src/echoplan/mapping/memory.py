@@ -14,7 +14,7 @@ from echoplan.acoustics.expectation import EchoModel
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.geometry import directions
-from echoplan.mapping.faces import Echoes
+from echoplan.mapping.echoes import CornerEcho, Echoes
 from echoplan.mapping.rows import Rows, Summary, normal_equations
 from echoplan.mapping.state import State
 from echoplan.mapping.unknowns import Unknowns
@@ -47,8 +47,8 @@ class Memory:
     summary : Summary, optional
         What they said of the parameters of the features, of the sonar, and of the first pose at hand if it is free:
         in this order.
-    echoes : mapping of tuple of int to int, optional
-        How many pings heard one wall in another, by the numbers of both.
+    echoes : mapping of tuple of int to CornerEcho, optional
+        What they heard of the corners of two walls, by the numbers of both.
     poses : ndarray, shape (k, 3), optional
         Poses of the stations that are at hand and were heard before [m, m, rad].
     course : Course, optional
@@ -72,7 +72,7 @@ class Memory:
     features: Sequence[Hypothesis] = ()
     pending: Sequence[Hypothesis] = ()
     summary: Summary = field(default_factory=_nothing)
-    echoes: Mapping[tuple[int, int], int] = field(default_factory=dict)
+    echoes: Mapping[tuple[int, int], CornerEcho] = field(default_factory=dict)
     poses: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     course: Course = Course.TRUSTED
     verdict: str = ""
@@ -141,7 +141,7 @@ class Memory:
         return len(self.summary.columns) - _sizes(self.features)
 
     def echoes_of(self, features: Sequence[Hypothesis]) -> Echoes:
-        """Count echoes by the places of features in a list.
+        """Tell what was heard of corners, by the places of features in a list.
 
         Parameters
         ----------
@@ -154,12 +154,12 @@ class Memory:
             Of their pairs, and the corners among them.
         """
         places = {each.past.number: place for place, each in enumerate(features)}
-        counts = {
-            (min(places[one], places[other]), max(places[one], places[other])): count
-            for (one, other), count in self.echoes.items()
+        pairs = {
+            (min(places[one], places[other]), max(places[one], places[other])): heard
+            for (one, other), heard in self.echoes.items()
             if one in places and other in places
         }
-        return Echoes.of(features, counts)
+        return Echoes.of(features, pairs)
 
     def _of(self, features: Sequence[Hypothesis]) -> "Memory":
         """Keep what is known of some features: the others are eliminated."""

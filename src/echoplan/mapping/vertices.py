@@ -4,11 +4,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, intersections
-from echoplan.mapping.faces import Echoes, Face
+from echoplan.mapping.echoes import CornerEcho, Echoes, returns_sound
+from echoplan.mapping.faces import Face
 from echoplan.model import CornerKind
 
 __all__ = ["Vertex", "VertexSettings", "find_vertices"]
@@ -19,14 +21,15 @@ class VertexSettings(BaseModel, frozen=True, extra="forbid"):
 
     least_turn: float = Field(default=math.radians(20), gt=0.0, description="between two faces that meet [rad]")
     overlap: float = Field(default=0.08, ge=0.0, description="that a face may reach past its end [m]")
-    extension: float = Field(default=1.5, gt=0.0, description="of a face beyond what was heard of it [m]")
-    heard_extension: float = Field(default=2.0, gt=0.0, description="likewise, to a corner that was heard [m]")
-    oblique_extension: float = Field(default=1.0, gt=0.0, description="likewise, if it is not a right angle [m]")
+    extension: float = Field(default=3.0, gt=0.0, description="of a face beyond what was heard of it [m]")
+    silent_extension: float = Field(default=2.0, gt=0.0, description="likewise, to a corner that returns no sound [m]")
+    oblique_extension: float = Field(default=1.0, gt=0.0, description="to the echo of a corner of no right angle [m]")
     unheard_extension: float = Field(default=0.5, gt=0.0, description="to a concave corner that nobody heard [m]")
     unheard_stretch: float = Field(default=2.0, gt=0.0, description="or as far as so many times what was heard of it")
     right_angle: float = Field(default=math.radians(5), gt=0.0, description="what counts as one [rad]")
     reach: float = Field(default=0.03, gt=0.0, description="of a heard corner from the crossing of its walls [m]")
     echoes: int = Field(default=5, ge=1, description="pings that hear one wall in the other")
+    certain: float = Field(default=5.0, gt=0.0, description="evidence that a corner is there, or is not [nats]")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -92,12 +95,12 @@ def _vertex(faces: Sequence[Face], pair: tuple[int, int], echoes: Echoes, settin
         return None
     point, kind = intersections(one.wall.line, other.wall.line), _kind(one, other)
     extensions = (_extension(one, point), _extension(other, point))
-    if kind is None or not _reachable((one, other), point, extensions, settings):
+    if kind is None or not _reachable((one, other), point, extensions, echoes, settings=settings):
         return None
-    heard = echoes.heard_at(point, within=settings.reach)
+    echo, heard = echoes.between(one.owner, other.owner), echoes.heard_at(point, within=settings.reach)
     if kind is CornerKind.CONCAVE:
-        heard |= _is_heard(one, other, max(extensions), echoes, settings)
-    if not heard and _is_far_fetched((one, other), extensions, kind, settings):
+        heard |= _is_heard(one, other, max(extensions), echo, settings)
+    if not heard and _is_far_fetched((one, other), extensions, kind, echo, settings):
         return None
     return Vertex(
         faces=pair,
@@ -114,23 +117,33 @@ def _cost(extensions: Sequence[float], *, heard: bool) -> float:
 
 
 def _reachable(
-    faces: tuple[Face, Face], point_xy: FloatArray, extensions: Sequence[float], settings: VertexSettings
+    faces: tuple[Face, Face],
+    point_xy: FloatArray,
+    extensions: Sequence[float],
+    echoes: Echoes,
+    *,
+    settings: VertexSettings,
 ) -> bool:
-    """Tell whether a crossing is at an end of both faces, and nothing was heard through what lies between."""
-    if min(extensions) < -settings.overlap or max(extensions) > settings.heard_extension:
+    """Tell whether a crossing is at an end of both faces, and what lies between may be part of them."""
+    if min(extensions) < -settings.overlap or max(extensions) > settings.extension:
         return False
-    return not any(_is_open_toward(face, point_xy) for face in faces)
+    return not any(
+        _is_open_toward(face, point_xy) or _ends_before(face, point_xy, echoes.corners_xy, settings) for face in faces
+    )
 
 
 def _is_far_fetched(
-    faces: tuple[Face, Face], extensions: Sequence[float], kind: CornerKind, settings: VertexSettings
+    faces: tuple[Face, Face], extensions: Sequence[float], kind: CornerKind, echo: CornerEcho, settings: VertexSettings
 ) -> bool:
     """Tell whether faces would have to be made too long for a vertex that nobody heard.
 
-    Of a convex one hardly any sound comes back, but a concave one returns it to wherever it comes from: if nobody heard
-    it, that speaks against it, the more the less was heard of the faces.
+    Of a convex one hardly any sound comes back, but a concave one of a right angle returns it to wherever it comes
+    from: if it should have been heard, it is not there.  What an oblique one returns is hard to tell; that nobody heard
+    it speaks against it, the more the less was heard of the faces.
     """
-    if max(extensions) > settings.extension:
+    if kind is CornerKind.CONCAVE and returns_sound(faces[0].wall.line, faces[1].wall.line):
+        return max(extensions) > settings.unheard_extension and echo.gain < -settings.certain
+    if max(extensions) > settings.silent_extension:
         return True
     if kind is CornerKind.CONVEX:
         return False
@@ -153,6 +166,15 @@ def _is_open_toward(face: Face, point_xy: FloatArray) -> bool:
     return face.is_open(min(end, place) + 0.03, max(end, place) - 0.03)
 
 
+def _ends_before(face: Face, point_xy: FloatArray, corners_xy: FloatArray, settings: VertexSettings) -> bool:
+    """Tell whether a corner was heard on a face's line on the way to a point: the face ends there."""
+    on_line = np.abs(corners_xy @ directions(face.wall.line[0]) - face.wall.line[1]) < settings.reach
+    sign = 1.0 if _is_upper(face, point_xy) else -1.0
+    start, stop = max(sign * face.low, sign * face.high), sign * float(point_xy @ face.along)
+    places = sign * (corners_xy[on_line] @ face.along)
+    return bool(((places > start - settings.overlap) & (places < stop - settings.reach)).any())
+
+
 def _kind(one: Face, other: Face) -> CornerKind | None:
     """Concave if each face lies before the other, convex if behind; None if they cannot be faces of one body."""
     before = [
@@ -164,7 +186,7 @@ def _kind(one: Face, other: Face) -> CornerKind | None:
     return CornerKind.CONCAVE if before[0] > 0.0 else CornerKind.CONVEX
 
 
-def _is_heard(one: Face, other: Face, extension: float, echoes: Echoes, settings: VertexSettings) -> bool:
+def _is_heard(one: Face, other: Face, extension: float, echo: CornerEcho, settings: VertexSettings) -> bool:
     square = abs(math.cos(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.right_angle)
     near = square or extension < settings.oblique_extension
-    return near and echoes.count(one.owner, other.owner) >= settings.echoes
+    return near and (echo.pings >= settings.echoes or echo.gain > settings.certain)

@@ -3,17 +3,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from echoplan.arrays import BoolArray, FloatArray
-from echoplan.classification.explanation import Explanation
+from echoplan.arrays import FloatArray
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.classification.past import Past
-from echoplan.mapping.faces import Echoes, Face, FaceSettings, corner_echoes, find_faces
-from expectations import ROOM, corner, cylinder, explanation, feature, hearing, judged, listening, wall
+from echoplan.mapping.echoes import CornerEcho, Echoes
+from echoplan.mapping.faces import Face, FaceSettings, find_faces
+from expectations import corner, cylinder, feature, wall
 
 STEP = np.radians(3.0)
 EAST = feature(wall(0.0, 1.0), extent=(-1.0, 1.0))
 BEHIND = feature(cylinder(2.5, 0.0, 0.1))
-SILENT = Echoes(counts={}, corners_xy=np.zeros((0, 2)))
+SILENT = Echoes()
 # A sound path crosses the wall for each of these degrees; fewer than 25 degrees of them may be chance.
 ENOUGH = 9
 
@@ -85,7 +85,7 @@ def test_a_crumb_beside_a_doorway_is_no_wall() -> None:
 
 
 NORTH = feature(wall(np.pi / 2, 0.3), extent=(-0.5, 0.5))
-SQUARE = Echoes(counts={(0, 2): 5}, corners_xy=np.zeros((0, 2)))
+SQUARE = Echoes(pairs={(0, 2): CornerEcho(pings=5)})
 
 
 def test_beyond_a_corner_that_was_heard_there_is_another_wall() -> None:
@@ -94,7 +94,7 @@ def test_beyond_a_corner_that_was_heard_there_is_another_wall() -> None:
 
 
 def test_a_corner_that_was_heard_as_such_cuts_as_well() -> None:
-    heard = Echoes(counts={}, corners_xy=np.array([[1.01, 0.29]]))
+    heard = Echoes(corners_xy=np.array([[1.01, 0.29]]))
     assert len(cut(with_gap(-0.3, 0.3), np.zeros(0), NORTH, echoes=heard)) == 2
 
 
@@ -102,8 +102,8 @@ def test_a_corner_that_was_heard_as_such_cuts_as_well() -> None:
     ("feet", "other", "echoes"),
     [
         (with_gap(-0.3, 0.3), NORTH, SILENT),
-        (with_gap(-0.3, 0.3), NORTH, Echoes(counts={(0, 2): 1}, corners_xy=np.zeros((0, 2)))),
-        (with_gap(-0.3, 0.3), NORTH, Echoes(counts={}, corners_xy=np.array([[1.0, 0.36]]))),
+        (with_gap(-0.3, 0.3), NORTH, Echoes(pairs={(0, 2): CornerEcho(pings=1)})),
+        (with_gap(-0.3, 0.3), NORTH, Echoes(corners_xy=np.array([[1.0, 0.36]]))),
         (with_gap(-0.1, 0.3), NORTH, SQUARE),
         (with_gap(-0.3, 0.2), NORTH, SQUARE),
         (with_gap(-0.3, 0.3), feature(wall(np.radians(80), 0.3), extent=(-0.5, 0.5)), SQUARE),
@@ -147,55 +147,8 @@ def test_it_takes_four_pings_to_open_a_line() -> None:
         assert not face.is_open(2.0, 3.0)
 
 
-def test_pairs_of_walls_may_be_named_in_either_order() -> None:
-    echoes = Echoes(counts={(1, 3): 7}, corners_xy=np.zeros((0, 2)))
-    assert echoes.count(1, 3) == echoes.count(3, 1) == 7
-    assert echoes.count(1, 2) == 0
-
-
-def test_a_corner_is_heard_only_near_itself() -> None:
-    echoes = Echoes(counts={}, corners_xy=np.array([[1.0, 1.0], [2.0, 0.0]]))
-    assert echoes.heard_at(np.array([1.0, 1.02]), within=0.03)
-    assert not echoes.heard_at(np.array([1.0, 1.04]), within=0.03)
-    assert not SILENT.heard_at(np.array([0.0, 0.0]), within=9.0)
-
-
-def all_of(account: Explanation) -> BoolArray:
-    return np.ones(len(account.soundings.readings), dtype=bool)
-
-
-def test_only_the_pings_that_are_asked_for_are_counted() -> None:
-    account = explanation(hearing(listening(step=STEP), [*ROOM, corner(2.0, 1.5)]))
-    known = judged(account, [*ROOM, corner(2.0, 1.5)])
-    first = account.soundings.stations < 2
-    parts = [corner_echoes(account, known, among).count(0, 1) for among in (first, ~first, all_of(account))]
-    assert parts[0] > 0
-    assert parts[0] + parts[1] == parts[2]
-
-
 def test_a_face_has_its_share_of_the_pings_of_the_wall() -> None:
     feet = with_gap(-0.3, 0.3)
     known = replace(EAST, past=replace(heard(feet, np.linspace(-0.2, 0.2, ENOUGH)).past, pings=720))
     faces = find_faces([known, BEHIND], SILENT, step=STEP, settings=FaceSettings())
     assert [each.pings for each in faces] == [360, 360]
-
-
-def test_corner_echoes_are_counted_for_the_walls_that_make_the_corner() -> None:
-    truth = [*ROOM, corner(2.0, 1.5)]
-    account = explanation(hearing(listening(step=STEP), truth))
-    echoes = corner_echoes(account, judged(account, truth), all_of(account))
-    assert echoes.count(0, 1) > 10
-    assert echoes.count(0, 3) == echoes.count(1, 2) == echoes.count(2, 3) == 0
-    assert echoes.corners_xy.tolist() == [[2.0, 1.5]]
-
-
-def test_an_echo_that_a_column_explains_is_none_of_a_corner() -> None:
-    # From one station a column, whose echo is fainter and so read as from a little farther, sounds like the corner.
-    away = np.array([1.5, 1.2]) / np.hypot(1.5, 1.2)
-    x, y = np.array([2.0, 1.5]) + 0.39 * away
-    account = explanation(hearing(listening([(0.5, 0.3)], step=STEP), [*ROOM, cylinder(x, y, 0.4)]))
-    plain, hidden = (
-        corner_echoes(account, judged(account, k), all_of(account)) for k in (ROOM, [*ROOM, cylinder(x, y, 0.4)])
-    )
-    assert plain.count(0, 1) > 1
-    assert hidden.count(0, 1) == 0

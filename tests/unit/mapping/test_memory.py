@@ -6,6 +6,7 @@ import pytest
 from echoplan.arrays import FloatArray
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.classification.past import Past
+from echoplan.mapping.echoes import CornerEcho
 from echoplan.mapping.memory import Memory, summarised
 from echoplan.mapping.readings import as_arrays
 from echoplan.mapping.rows import Rows, Summary, normal_equations
@@ -95,9 +96,9 @@ def test_a_first_pose_counts_only_where_poses_are_free(poses: int, columns: int)
 
 
 def test_echoes_go_by_the_places_in_a_list() -> None:
-    heard = replace(memory(), echoes={(1, 3): 8, (2, 7): 5})
+    heard = replace(memory(), echoes={(1, 3): CornerEcho(pings=8), (2, 7): CornerEcho(pings=5)})
     echoes = heard.echoes_of([FEATURES[2], FEATURES[1], FEATURES[0]])
-    assert echoes.counts == {(0, 2): 8}
+    assert echoes.pairs == {(0, 2): CornerEcho(pings=8)}
     assert echoes.corners_xy.tolist() == [[0.5, 0.5]]
 
 

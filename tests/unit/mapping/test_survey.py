@@ -10,7 +10,8 @@ from echoplan.classification.hypotheses import Hypothesis
 from echoplan.classification.past import Past
 from echoplan.geometry import intersections
 from echoplan.mapping.adjustment import AdjustmentSettings, Beliefs, Features, adjust
-from echoplan.mapping.faces import Echoes, Face
+from echoplan.mapping.echoes import Echoes
+from echoplan.mapping.faces import Face
 from echoplan.mapping.state import State
 from echoplan.mapping.survey import Survey, SurveySettings
 from echoplan.mapping.vertices import VertexSettings, find_vertices
@@ -18,7 +19,7 @@ from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Wal
 from expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, edge, feature, hearing, listening
 
 COLUMN = cylinder(0.2, 0.9, 0.1)
-SILENT = Echoes(counts={}, corners_xy=np.zeros((0, 2)))
+SILENT = Echoes()
 SURE = ClassProbabilities(wall=0.8, corner=0.15, cylinder=0.05)
 
 

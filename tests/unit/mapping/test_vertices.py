@@ -1,12 +1,20 @@
 import numpy as np
 import pytest
 
-from echoplan.mapping.faces import Echoes, Face
+from echoplan.mapping.echoes import CornerEcho, Echoes
+from echoplan.mapping.faces import Face
 from echoplan.mapping.vertices import Vertex, VertexSettings, find_vertices
 from echoplan.model import CornerKind
 from expectations import feature, wall
 
-SILENT = Echoes(counts={}, corners_xy=np.zeros((0, 2)))
+SILENT = Echoes()
+# A corner that should have been heard and was not.
+MISSED = Echoes(pairs={(0, 1): CornerEcho(gain=-6.0)})
+
+
+def between(**heard: float) -> Echoes:
+    """What was heard of the corner of faces 0 and 1."""
+    return Echoes(pairs={(0, 1): CornerEcho(**heard)})  # type: ignore[arg-type]
 
 
 def face(
@@ -75,27 +83,57 @@ def test_a_crossing_amid_a_face_is_no_end_of_it() -> None:
 @pytest.mark.parametrize(
     ("high", "echoes", "count"),
     [
-        (-0.4, SILENT, 1),
-        (-0.6, SILENT, 0),
-        (-0.6, Echoes(counts={(0, 1): 5}, corners_xy=np.zeros((0, 2))), 1),
-        (-0.6, Echoes(counts={(0, 1): 4}, corners_xy=np.zeros((0, 2))), 0),
-        (-0.6, Echoes(counts={}, corners_xy=np.array([[1.02, 1.0]])), 1),
-        (-0.6, Echoes(counts={}, corners_xy=np.array([[1.04, 1.0]])), 0),
-        (-1.1, Echoes(counts={(0, 1): 99}, corners_xy=np.array([[1.0, 1.0]])), 0),
+        (0.6, MISSED, 1),
+        (0.4, MISSED, 0),
+        (0.4, between(gain=-4.0), 1),
+        (-1.9, SILENT, 1),
+        (-2.1, SILENT, 0),
+        (-2.1, between(pings=99, gain=99.0), 0),
     ],
-    ids=["near", "far", "far, heard in pairs", "hardly heard", "heard as such", "heard beside", "too far"],
+    ids=["missed, but near", "missed", "hardly missed", "hidden", "too far", "heard, but too far"],
 )
-def test_a_corner_that_was_heard_reaches_farther(high: float, echoes: Echoes, count: int) -> None:
-    vertices = met(east((-1.9, high)), north(), echoes=echoes)
-    assert len(vertices) == count
-    assert all(each.heard == (echoes is not SILENT) for each in vertices)
+def test_faces_grow_to_a_square_corner_unless_that_was_missed(high: float, echoes: Echoes, count: int) -> None:
+    assert len(met(east((-2.9, high)), north(), echoes=echoes)) == count
 
 
-@pytest.mark.parametrize(("length", "count"), [(0.3, 0), (0.4, 1)])
-def test_no_face_grows_to_more_than_thrice_its_length_to_a_corner_nobody_heard(length: float, count: int) -> None:
-    short = north((-0.3, -0.3 + length))
-    assert len(met(east(), short)) == count
-    assert len(met(east(), short, echoes=Echoes(counts={(0, 1): 5}, corners_xy=np.zeros((0, 2))))) == 1
+@pytest.mark.parametrize(
+    ("echoes", "heard"),
+    [
+        (between(pings=5), True),
+        (between(pings=4), False),
+        (between(gain=6.0), True),
+        (between(gain=4.0), False),
+        (Echoes(corners_xy=np.array([[1.02, 1.0]])), True),
+        (Echoes(corners_xy=np.array([[1.04, 1.0]])), False),
+    ],
+    ids=["in pairs", "hardly in pairs", "by all", "hardly by all", "as such", "beside"],
+)
+def test_a_corner_is_heard_in_several_ways(echoes: Echoes, *, heard: bool) -> None:
+    (vertex,) = met(east(), north(), echoes=echoes)
+    assert vertex.heard == heard
+
+
+def slanted(length: float) -> tuple[Face, Face]:
+    """Two faces 70 degrees apart, one of which would have to grow by 60 cm to meet the other."""
+    apex = (1.0 - np.cos(np.radians(70))) / np.sin(np.radians(70))
+    return east((apex - 0.6 - length, apex - 0.6)), face(np.radians(70), 1.0, (-0.65, 0.5), owner=1)
+
+
+@pytest.mark.parametrize(("length", "count"), [(0.28, 0), (0.32, 1)])
+def test_no_face_grows_to_more_than_thrice_its_length_to_an_oblique_corner_nobody_heard(
+    length: float, count: int
+) -> None:
+    assert len(met(*slanted(length))) == count
+    assert len(met(*slanted(length), echoes=between(pings=5))) == 1
+
+
+def test_a_face_ends_at_the_first_corner_that_was_heard_along_it() -> None:
+    def on_the_way(x: float, y: float) -> Echoes:
+        return Echoes(corners_xy=np.array([[x, y]]))
+
+    assert met(east((-0.8, 0.1)), north(), echoes=on_the_way(1.01, 0.5)) == []
+    assert len(met(east((-0.8, 0.1)), north(), echoes=on_the_way(1.04, 0.5))) == 1
+    assert len(met(east((-0.8, 0.1)), north(), echoes=on_the_way(1.0, -0.5))) == 1
 
 
 def test_nobody_hears_convex_corners_and_so_faces_may_grow_to_them() -> None:
@@ -106,14 +144,12 @@ def test_nobody_hears_convex_corners_and_so_faces_may_grow_to_them() -> None:
 def test_walls_that_are_not_square_hear_each_other_from_near_by_only(extension: float, *, heard: bool) -> None:
     slanted = face(np.radians(70), 1.0, (-0.65, 0.5), owner=1)
     apex = (1.0 - np.cos(np.radians(70))) / np.sin(np.radians(70))
-    (vertex,) = met(
-        east((-1.9, apex - extension)), slanted, echoes=Echoes(counts={(0, 1): 20}, corners_xy=np.zeros((0, 2)))
-    )
+    (vertex,) = met(east((-1.9, apex - extension)), slanted, echoes=between(pings=20))
     assert vertex.heard == heard
 
 
 def test_the_echo_of_a_pair_makes_no_convex_corner_heard() -> None:
-    echoes = Echoes(counts={(0, 1): 20}, corners_xy=np.zeros((0, 2)))
+    echoes = between(pings=20)
     (vertex,) = met(east((1.1, 1.9)), north((-1.9, -1.1)), echoes=echoes)
     assert not vertex.heard
 
@@ -133,7 +169,7 @@ def test_each_end_meets_once_and_the_nearest_wins() -> None:
 
 def test_a_corner_that_was_heard_wins_against_a_nearer_one() -> None:
     nearer = face(np.pi / 2, 0.9, (-0.8, 0.8), owner=2)
-    echoes = Echoes(counts={}, corners_xy=np.array([[1.0, 1.0]]))
+    echoes = Echoes(corners_xy=np.array([[1.0, 1.0]]))
     vertices = met(east(), north(), nearer, echoes=echoes)
     assert [each.faces for each in vertices] == [(0, 1)]
 
