@@ -32,6 +32,8 @@ class Past:
         Gain of the best of them [nats].
     speaking : int
         How many spoke for it clearly.
+    missing : int
+        How many had a free view of it and did not.
     pings : int
         How many pings heard it.
     extent : tuple of float
@@ -52,6 +54,7 @@ class Past:
     total: float = 0.0
     best: float = 0.0
     speaking: int = 0
+    missing: int = 0
     pings: int = 0
     extent: tuple[float, float] = (np.inf, -np.inf)
     feet: FloatArray = field(default_factory=_nowhere)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.classification.evidence import NO_EVIDENCE
 from echoplan.classification.hypotheses import Hypothesis
@@ -13,7 +14,7 @@ from echoplan.mapping.adjustment import adjust, reading_rows
 from echoplan.mapping.echoes import CornerEcho, corner_echoes
 from echoplan.mapping.faces import find_faces
 from echoplan.mapping.memory import Memory, summarised
-from echoplan.mapping.paths import Paths, silent_places, trace_paths
+from echoplan.mapping.paths import Paths, free_views, silent_places, trace_paths
 from echoplan.mapping.poses import PoseBeliefs, pose_rows
 from echoplan.mapping.readings import as_arrays
 from echoplan.mapping.rivals import class_probabilities
@@ -44,12 +45,13 @@ def survey(account: Account) -> Survey:
         What is there, adjusted once more to all that is known.
     """
     memory, settings = leave(account, len(account.given)), account.settings
-    state = State(features=as_arrays(memory.features, 0), model=account.model, latency=memory.latency)
+    found = [each for each in memory.features if _is_there(each)]
+    state = State(features=as_arrays(found, 0), model=account.model, latency=memory.latency)
     nothing = chosen_soundings(account.recorded, np.zeros(len(account.recorded.readings), dtype=bool))
     beliefs = account.beliefs(account.noise, None)
-    known = memory.about(memory.features, state.unknowns)
+    known = memory.about(found, state.unknowns)
     adjusted = adjust(nothing, state, beliefs, settings.adjustment, known=known)
-    features = [replace(each, reflector=row) for each, row in zip(memory.features, adjusted.reflectors, strict=True)]
+    features = [replace(each, reflector=row) for each, row in zip(found, adjusted.reflectors, strict=True)]
     echoes = memory.echoes_of(features)
     faces = find_faces(features, echoes, step=account.step, settings=settings.faces)
     return Survey(
@@ -59,6 +61,15 @@ def survey(account: Account) -> Survey:
         vertices=find_vertices(faces, echoes, settings.vertices),
         settings=settings.survey,
     )
+
+
+def _is_there(feature: Hypothesis) -> bool:
+    """Tell whether most stations with a free view of a wall or cylinder heard it; of points little sound comes back.
+
+    A few stations can always be found that something explains a little better.  The longer a recording, the more of
+    them there are, and what they speak for would add up, if the others were not asked.
+    """
+    return feature.kind not in (Kind.WALL, Kind.CYLINDER) or feature.past.speaking >= feature.past.missing
 
 
 def leave(account: Account, count: int) -> Memory:
@@ -150,12 +161,14 @@ def _with_pasts(account: Account, gone: BoolArray, count: int) -> list[Hypothesi
             past = each.past if each.is_known else replace(each.past, number=issued)
             past = _sounded(past, number, paths, account, gone)
             past = _certain(past, each, probabilities)
-            gains = each.gains[:count]
+            gains, free = each.gains[:count], free_views(each, account.soundings, step=account.step)[:count]
+            clear = gains > settings.survey.clear_station
             past = replace(
                 past,
                 total=past.total + float(gains.sum()),
                 best=max(past.best, float(gains.max(initial=0.0))),
-                speaking=past.speaking + int((gains > settings.survey.clear_station).sum()),
+                speaking=past.speaking + int(clear.sum()),
+                missing=past.missing + int((free & ~clear).sum()),
                 pings=past.pings + int((owners == number).sum()),
             )
             features.append(replace(each, past=past))

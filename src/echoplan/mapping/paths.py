@@ -14,7 +14,7 @@ from echoplan.classification.hypotheses import Hypothesis
 from echoplan.geometry import directions, is_blocked
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["Paths", "silent_places", "trace_paths"]
+__all__ = ["Paths", "free_views", "silent_places", "trace_paths"]
 
 # A reading that is this many times likelier than if it were anything is explained.
 _EXPLAINED = math.log(20.0)
@@ -22,6 +22,8 @@ _EXPLAINED = math.log(20.0)
 _SPAN = math.radians(12.0)
 # A ping is silent if an echo would have been this likely.
 _SILENT = math.log(1.0 - 0.8)
+# A station has a free view of a feature if this share of the pings that should hear it heard nothing nearer.
+_MOSTLY = 0.5
 # What is as near to a wall as this share of the way to it does not block the view of it.
 _NEARLY = 0.97
 # A path crosses a line only if both its ends are this far from it [m].
@@ -176,6 +178,33 @@ def silent_places(
     open_ = ~is_blocked(soundings.centers, soundings.centers + _NEARLY * ways, segments_xy=walls, discs=discs)
     places: FloatArray = np.sort(evidence.feet[silent & (deaf & open_)[stations]])
     return places
+
+
+def free_views(feature: Hypothesis, soundings: Soundings, *, step: float) -> BoolArray:
+    """Tell which stations should hear a feature if it is there, for nothing nearer was heard.
+
+    Parameters
+    ----------
+    feature : Hypothesis
+        The feature, with fresh evidence.
+    soundings : Soundings
+        The pings.
+    step : float
+        Turn from one ping to the next [rad].
+
+    Returns
+    -------
+    ndarray of bool, shape (s,)
+        By station.
+    """
+    evidence, count = feature.evidence, len(soundings.centers)
+    stations, asked = soundings.stations[evidence.pings], evidence.audible
+    if feature.is_wall:
+        asked = asked & (evidence.feet >= feature.extent[0]) & (evidence.feet <= feature.extent[1])
+    should = np.bincount(stations[asked], minlength=count)
+    could = np.bincount(stations[asked & evidence.unmasked], minlength=count)
+    free: BoolArray = (should >= max(1.0, _SPAN / step)) & (could > _MOSTLY * should)
+    return free
 
 
 def _ends_xy(wall: Hypothesis) -> FloatArray:
