@@ -8,6 +8,7 @@ from pydantic import BaseModel, Field
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.classification.hypotheses import Hypothesis
+from echoplan.mapping.paths import free_views
 from echoplan.preprocessing.soundings import Soundings, step_of
 
 __all__ = ["Belief", "BeliefSettings"]
@@ -51,7 +52,7 @@ class Belief:
     def __init__(self, soundings: Soundings, *, half_aperture: float, settings: BeliefSettings) -> None:
         self.settings = settings
         self.step = step_of(soundings)
-        self._stations = soundings.stations
+        self._soundings = soundings
         self._half_aperture = half_aperture
 
     @property
@@ -78,7 +79,8 @@ class Belief:
         """Whether a feature is believed: three stations speak for it, or fewer that heard as much of it as they should.
 
         Two arcs that nothing explains share some tangent by chance; three hardly do.  What was believed when all its
-        stations were at hand stays believed until others speak against it.
+        stations were at hand stays believed until others speak against it.  A cylinder, which sends sound back all
+        around, must be heard by most stations with a free view.
 
         Parameters
         ----------
@@ -95,7 +97,7 @@ class Belief:
         settings = self.settings
         if self.worth(hypothesis) <= settings.accept or hypothesis.is_known:
             return self.worth(hypothesis) > settings.accept
-        if not self._is_overdetermined(hypothesis, levels):
+        if not self._is_overdetermined(hypothesis, levels) or self._is_missed(hypothesis):
             return False
         if not self.is_lone(hypothesis):
             many = hypothesis.speaking(settings.second_station) > 2
@@ -141,8 +143,14 @@ class Belief:
         """Whether more readings speak for a feature than it has parameters: through as many it can always be laid."""
         evidence = hypothesis.evidence
         anew = evidence.densities > np.maximum(levels[evidence.pings], 0.0)
-        speaking = (hypothesis.gains > 0.0)[self._stations[evidence.pings]]
+        speaking = (hypothesis.gains > 0.0)[self._soundings.stations[evidence.pings]]
         return bool((anew & speaking).sum() > len(hypothesis.parameters))
+
+    def _is_missed(self, hypothesis: Hypothesis) -> bool:
+        """Whether most stations that should hear a cylinder do not; walls may seem so while poses are in error."""
+        clear = hypothesis.gains > self.settings.second_station
+        missing = free_views(hypothesis, self._soundings, step=self.step) & ~clear
+        return hypothesis.kind is Kind.CYLINDER and bool(missing.sum() > clear.sum())
 
     def _is_whole(self, wall: Hypothesis, levels: FloatArray) -> bool:
         """Whether one station heard a wall all over the beam, as it should."""
@@ -159,5 +167,5 @@ class Belief:
 
     def _at_best_station(self, hypothesis: Hypothesis) -> BoolArray:
         evidence = hypothesis.evidence
-        here: BoolArray = self._stations[evidence.pings] == np.argmax(hypothesis.gains)
+        here: BoolArray = self._soundings.stations[evidence.pings] == np.argmax(hypothesis.gains)
         return here & evidence.audible

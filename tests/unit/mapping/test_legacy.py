@@ -1,6 +1,7 @@
 """A robot that goes round and round in a room, and forgets all but the last stations."""
 
 import pickle
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -47,6 +48,23 @@ def test_what_was_heard_by_those_that_go_is_known_and_numbered() -> None:
     assert memory.issued >= max(numbers)
     assert all(each.past.total > 0 and each.past.pings > 0 for each in memory.features if each.is_wall)
     assert not any(each.is_known for each in memory.pending)
+
+
+def test_those_that_hear_a_wall_are_not_counted_among_those_that_miss_it() -> None:
+    for each in halfway().features:
+        if each.is_wall and each.past.total > 100.0:
+            assert each.past.speaking > 0
+            assert each.past.missing == 0
+
+
+def test_a_wall_that_most_stations_missed_is_not_drawn() -> None:
+    memory, drawn = halfway(), {each.owner for each in survey(account(4, 10, halfway())).faces}
+    first = next(each for each in memory.features if each.is_wall)
+    missed = replace(first, past=replace(first.past, missing=99))
+    rest = [each for each in memory.features if each is not first]
+    without = survey(account(4, 10, replace(memory, features=[missed, *rest])))
+    assert len({each.owner for each in without.faces}) == len(drawn) - 1
+    assert first.past.number not in {each.past.number for each in without.features}
 
 
 def test_no_ping_stays() -> None:

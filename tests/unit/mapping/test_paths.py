@@ -6,7 +6,8 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
-from echoplan.mapping.paths import Paths, silent_places, trace_paths
+from echoplan.mapping.paths import Paths, free_views, silent_places, trace_paths
+from echoplan.preprocessing.soundings import Soundings
 from expectations import (
     ROOM,
     STATIONS,
@@ -189,3 +190,30 @@ def test_a_station_behind_something_may_well_not_hear_it() -> None:
     places = silent(1, 3, others=[column])
     assert len(places)
     assert (np.abs(places - STATIONS[1][1]) < 0.06).all()
+
+
+def seen(reflector: FloatArray, soundings: Soundings, extent: tuple[float, float] = (-9.0, 9.0)) -> list[bool]:
+    """Which stations have a free view of a reflector that reaches so far."""
+    (feature,) = judged(explanation(soundings), [reflector])
+    free: list[bool] = free_views(replace(feature, extent=extent), soundings, step=STEP).tolist()
+    return free
+
+
+def test_a_view_is_free_where_nothing_nearer_was_heard() -> None:
+    post = cylinder(0.2, 0.9, 0.1)
+    soundings = hearing(listening(step=STEP), [post])
+    nothing = soundings._replace(readings=np.full(len(soundings.readings), np.inf))
+    assert seen(post, soundings) == seen(post, nothing) == [True] * 4
+    nearer = np.where(soundings.stations == 2, 0.2, np.inf)
+    assert seen(post, soundings._replace(readings=nearer)) == [True, True, False, True]
+
+
+def test_a_wall_is_seen_only_by_those_it_reaches() -> None:
+    soundings = hearing(listening(step=STEP), ROOM)
+    between = STATIONS[0][1], STATIONS[2][1]
+    assert seen(ROOM[0], soundings) == [True] * 4
+    assert seen(ROOM[0], soundings, extent=(between[0] - 0.1, between[1] + 0.1)) == [True, False, True, False]
+
+
+def test_what_is_out_of_reach_is_not_seen() -> None:
+    assert seen(cylinder(9.0, 0.0, 0.1), listening(step=STEP)) == [False] * 4

@@ -16,6 +16,7 @@ from expectations import (
     NOISE,
     ROOM,
     SONAR,
+    STATIONS,
     corner,
     cylinder,
     expected,
@@ -138,6 +139,18 @@ def test_a_cylinder_is_found_as_one() -> None:
     features = search_in(soundings).run()
     assert rows(features, Kind.CYLINDER) == pytest.approx(np.array([truth[4]]), abs=0.005)
     assert len(rows(features)) == 4
+
+
+@pytest.mark.parametrize(("reading", "count"), [(np.inf, 0), (0.3, 1)], ids=["a free view", "hidden"])
+def test_a_cylinder_that_most_stations_miss_is_none_unless_it_was_hidden(reading: float, count: int) -> None:
+    post = cylinder(0.2, 0.9, 0.1)
+    around = [*STATIONS, (-0.5, 0.6), (0.0, 0.0), (0.8, 0.8)]
+    soundings = hearing(listening(around), [post])
+    deaf = soundings.stations >= 3
+    search = search_in(soundings._replace(readings=np.where(deaf, reading, soundings.readings)))
+    (judged,) = search.judged(proposed(search, post))
+    assert judged.total > 100.0
+    assert len(rows(search.tested([judged]), Kind.CYLINDER)) == count
 
 
 def test_a_corner_is_found_as_one() -> None:
