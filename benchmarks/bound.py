@@ -108,6 +108,7 @@ def _true_model(simulation: Simulation) -> EchoModel:
         ka=piston_ka(transducer, air),
         absorption=air.absorption(transducer.frequency),
         range_scale=true_scale(simulation),
+        range_offset=simulation.settings.zero_error,
         spread=0.0,
     )
 

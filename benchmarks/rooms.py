@@ -107,7 +107,7 @@ def random_drive(
     )
 
 
-def random_simulation(seed: int, *, stations: int = STATIONS) -> Simulation:
+def random_simulation(seed: int, *, stations: int = STATIONS, misset: bool = False) -> Simulation:
     """Sound a random room with the built-in rotary array.
 
     A rectangle or an L with up to two boxes and three cylinders, at right angles for even seeds and oblique for odd
@@ -120,6 +120,8 @@ def random_simulation(seed: int, *, stations: int = STATIONS) -> Simulation:
         Of the room, the way through it and the noise.
     stations : int, optional
         From how many stations; more of them stand closer together.
+    misset : bool, optional
+        Whether modules were set right only to within a step of their readings.
 
     Returns
     -------
@@ -131,12 +133,14 @@ def random_simulation(seed: int, *, stations: int = STATIONS) -> Simulation:
     floor, boxes = _boxes(floor, rng, oblique=is_oblique(seed))
     floor, pillars = _pillars(floor, rng)
     room = Polyline(points_xy=floor.outline_xy, closed=True)
-    air = Air(temperature=float(rng.uniform(*_TEMPERATURES)))
+    air, rig = Air(temperature=float(rng.uniform(*_TEMPERATURES))), builtin_rig("rotary-array")
+    route = _route(floor, rng, stations)
+    error = float(rng.uniform(-0.5, 0.5)) * rig.sensors[0].resolution if misset else 0.0
     return Simulation(
         world=World(name=f"random room {seed}", polylines=(room, *boxes), pillars=pillars),
-        rig=builtin_rig("rotary-array"),
-        route=_route(floor, rng, stations),
-        settings=SimulationSettings(dropout=0.02, stray=0.02, air=air),
+        rig=rig,
+        route=route,
+        settings=SimulationSettings(dropout=0.02, stray=0.02, air=air, zero_error=error),
         seed=seed,
     )
 

@@ -113,7 +113,8 @@ class Module:
 def build_module(rig: Rig, transducer: Transducer, settings: SimulationSettings) -> Module:
     """Prepare the modules of a rig.
 
-    The maker set the range right for an aimed plane at ``zero_distance``, in air of the assumed temperature.
+    The maker set the range right for an aimed plane at ``zero_distance``, in air of the assumed temperature, but for
+    ``zero_error``.
 
     Parameters
     ----------
@@ -143,9 +144,10 @@ def build_module(rig: Rig, transducer: Transducer, settings: SimulationSettings)
             "the threshold; choose a smaller one"
         )
     delay = carrier_delay if settings.detector == "carrier" else crossing_delay
+    speed = float(speed_of_sound(settings.assumed_temperature))
     return Module(
-        speed_of_sound=float(speed_of_sound(settings.assumed_temperature)),
-        zero_delay=float(delay(excess, transducer)),
+        speed_of_sound=speed,
+        zero_delay=float(delay(excess, transducer)) - 2.0 * settings.zero_error / speed,
         min_ranges=rig.min_ranges,
         max_ranges=rig.max_ranges,
         resolutions=np.array([sensor.resolution for sensor in rig.sensors]),

@@ -33,6 +33,7 @@ class SimulationSettings(BaseModel, frozen=True, extra="forbid"):
     zero_distance: float = Field(
         default=1.0, gt=0.0, description="where its maker set the module right, before an aimed plane [m]"
     )
+    zero_error: float = Field(default=0.0, description="by how much it reads too far there all the same [m]")
     detector: Literal["envelope", "carrier"] = Field(
         default="envelope", description="what trips the threshold; the carrier does in jumps of whole periods"
     )

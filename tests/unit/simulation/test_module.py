@@ -53,6 +53,13 @@ def test_the_zero_is_right_for_an_aimed_plane_at_1_m() -> None:
     assert module(zero_distance=2.0).zero_delay > module().zero_delay
 
 
+def test_a_module_that_was_not_set_right_reads_too_far_by_the_same_everywhere() -> None:
+    right, misset = module(), module(zero_error=0.02)
+    instants = 2 * np.array([0.5, 1.0, 2.0]) / right.speed_of_sound + right.zero_delay
+    far, near = (made.readings(instants, np.ones(3, int), np.random.default_rng(0)) for made in (misset, right))
+    assert far - near == pytest.approx([0.02] * 3)
+
+
 def test_a_zero_that_cannot_be_heard_is_refused() -> None:
     with pytest.raises(InvalidValueError, match=r"zero_distance must be within reach, but a plane at 9 m .* dB below"):
         module(zero_distance=9.0)
