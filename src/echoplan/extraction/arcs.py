@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from pydantic import BaseModel, Field
+from scipy.signal import find_peaks
 
 from echoplan.acoustics.expectation import Hearing, Kind, excess_of, look, walk_of
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.extraction.runs import connected_runs
-from echoplan.geometry import circular_mean, rotation_step
+from echoplan.geometry import circular_mean, rotation_step, wrap
 from echoplan.preprocessing.soundings import Soundings
 
 __all__ = ["Arc", "ArcSettings", "arc_planes", "find_arcs"]
@@ -66,8 +67,8 @@ def find_arcs(soundings: Soundings, *, resolution: float, settings: ArcSettings)
     Returns
     -------
     list of Arc
-        Runs of at least three echoes where pings are dense, of two where they are coarse, and single echoes of a
-        ring.
+        Runs of at least three echoes where pings are dense, parted at ridges; of two where they are coarse, and single
+        echoes of a ring.
     """
     bearings, arcs = soundings.bearings, []
     for station in range(len(soundings.centers)):
@@ -84,7 +85,17 @@ def _runs(bearings: FloatArray, readings: FloatArray, resolution: float, setting
     gap = max(settings.max_gap * step, math.radians(4.5)) if step < _SPARSE else 1.2 * step
     least = 3 if step < _DENSE else 2 if step < _SPARSE else 1
     runs = connected_runs(bearings, readings, max_gap=gap, jump=jump, reach=settings.reach)
+    if step < _DENSE:
+        runs = [part for run in runs for part in _without_ridges(run, bearings, readings, jump)]
     return [run for run in runs if len(run) >= least]
+
+
+def _without_ridges(run: IntArray, bearings: FloatArray, readings: FloatArray, height: float) -> list[IntArray]:
+    """Split a run where it is farther than to either side: of one reflector only one place is nearest."""
+    turns = wrap(bearings[run] - circular_mean(bearings[run]))
+    along = run[np.argsort(turns, kind="stable")]
+    ridges, _ = find_peaks(readings[along], prominence=height)
+    return np.split(along, ridges) if len(ridges) else [run]
 
 
 def arc_planes(arcs: Sequence[Arc], soundings: Soundings, hearing: Hearing) -> FloatArray:

@@ -52,6 +52,23 @@ def test_an_arc_wraps_around_the_seam_of_the_circle() -> None:
     assert {0, len(soundings.readings) - 1} <= set(arc.pings.tolist())
 
 
+def at_a_corner(step: float) -> list[Arc]:
+    """Two walls that are about as near, and the beam so wide that no ping hears neither."""
+    return arcs_of(hearing(listening([(0.0, 0.0)], step=step), [wall(0.0, 0.5), wall(np.pi / 2, 0.52)]))
+
+
+def test_walls_that_are_as_near_meet_in_a_ridge_which_parts_their_arcs() -> None:
+    arcs = at_a_corner(DEGREE)
+    assert len(arcs) == 2
+    heard = alone(wall(0.0, 0.5)).bearings
+    east, north = sorted(float(np.median(heard[each.pings])) for each in arcs)
+    assert (east, north) == pytest.approx((0.0, np.pi / 2), abs=np.radians(5))
+
+
+def test_where_pings_are_few_a_ridge_may_be_chance() -> None:
+    assert len(at_a_corner(np.radians(5.0))) == 1
+
+
 @pytest.mark.parametrize("missing", [1, 2, 3])
 def test_an_arc_survives_dropouts(missing: int) -> None:
     soundings = alone(wall(0.0, 1.0))
