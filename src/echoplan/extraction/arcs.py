@@ -85,13 +85,18 @@ def _runs(bearings: FloatArray, readings: FloatArray, resolution: float, setting
     gap = max(settings.max_gap * step, math.radians(4.5)) if step < _SPARSE else 1.2 * step
     least = 3 if step < _DENSE else 2 if step < _SPARSE else 1
     runs = connected_runs(bearings, readings, max_gap=gap, jump=jump, reach=settings.reach)
-    if step < _DENSE:
-        runs = [part for run in runs for part in _without_ridges(run, bearings, readings, jump)]
-    return [run for run in runs if len(run) >= least]
+    # Where pings are few a ridge may be chance.
+    parts = _parted(runs, bearings, readings, jump) if step < _DENSE else runs
+    return [part for part in parts if len(part) >= least]
 
 
-def _without_ridges(run: IntArray, bearings: FloatArray, readings: FloatArray, height: float) -> list[IntArray]:
-    """Split a run where it is farther than to either side: of one reflector only one place is nearest."""
+def _parted(runs: Sequence[IntArray], bearings: FloatArray, readings: FloatArray, height: float) -> list[IntArray]:
+    """Part runs at their ridges."""
+    return [part for run in runs for part in _apart(run, bearings, readings, height)]
+
+
+def _apart(run: IntArray, bearings: FloatArray, readings: FloatArray, height: float) -> list[IntArray]:
+    """Part a run where it is farther than to either side: of one reflector only one place is nearest."""
     turns = wrap(bearings[run] - circular_mean(bearings[run]))
     along = run[np.argsort(turns, kind="stable")]
     ridges, _ = find_peaks(readings[along], prominence=height)
