@@ -50,6 +50,9 @@ class AdjustmentSettings(BaseModel, frozen=True, extra="forbid"):
     scale_sigma: float = Field(default=0.03, gt=0.0, description="of the range scale: 50 degrees of temperature")
     drifting_scale_sigma: float = Field(default=0.002, gt=0.0, description="likewise, while the poses drift")
     latency_sigma: float = Field(default=0.02, gt=0.0, description="of the servo's latency [s]")
+    determined: float = Field(
+        default=2.0, gt=0.0, description="deviations of a latency that drifting poses leave clear"
+    )
     radius: float = Field(default=0.12, gt=0.0, description="of a cylinder of which little was heard [m]")
     radius_sigma: float = Field(default=0.1, gt=0.0, description="of that guess [m]")
     ties: TieSettings = Field(default_factory=TieSettings)
@@ -189,7 +192,7 @@ def adjust(
             places = np.ix_(known.columns, known.columns)
             information[places] += known.information
             right[known.columns] += known.vector - known.information @ now.values[known.columns]
-        step = solve(*_held_scale(information, right, now)) if _drifts(beliefs) else solve(information, right)
+        step = solve(*_held(information, right, now, settings)) if _drifts(beliefs) else solve(information, right)
         now = now.moved(step)
         if np.abs(step).max() < 1e-6:
             break
@@ -211,15 +214,29 @@ def _drifts(beliefs: Beliefs) -> bool:
     return beliefs.drifting or (beliefs.poses is not None and beliefs.poses.relative)
 
 
-def _held_scale(information: FloatArray, right: FloatArray, now: State) -> tuple[FloatArray, FloatArray]:
-    """Keep the range scale at what the modules take it for, where the way itself is uncertain (Schmidt 1966).
+def _held(
+    information: FloatArray, right: FloatArray, now: State, settings: AdjustmentSettings
+) -> tuple[FloatArray, FloatArray]:
+    """Keep numbers of the sonar that drifting poses leave open at what they are taken for (Schmidt 1966).
 
-    What is left to tell it are the arms of the array, a few centimetres long: an error of the beam's shape by tenths
-    of a millimetre would pass for a percent.  Its uncertainty stays in the covariance.
+    Where the way itself is uncertain, all that is left to tell the range scale are the arms of the array, a few
+    centimetres long: an error of the beam's shape by tenths of a millimetre would pass for a percent.  A servo that
+    lags looks like a robot that turns a little too far one way and back again, sweep by sweep; it never leads.  Their
+    uncertainty stays in the covariance.
     """
-    held, aim, place = information.copy(), right.copy(), now.unknowns.sonar + SONAR_UNKNOWNS.index("range_scale")
+    scale, latency = (now.unknowns.sonar + SONAR_UNKNOWNS.index(name) for name in ("range_scale", "servo_latency"))
+    held, aim = _pinned(information, right, scale, -now.model.range_scale)
+    change, variance = solve(held, np.column_stack([aim, np.eye(len(aim))[latency]]))[latency]
+    if now.latency + change < settings.determined * math.sqrt(variance):
+        held, aim = _pinned(held, aim, latency, -now.latency)
+    return held, aim
+
+
+def _pinned(information: FloatArray, right: FloatArray, place: int, change: float) -> tuple[FloatArray, FloatArray]:
+    """Let one unknown change by so much and no other way."""
+    held, aim = information.copy(), right.copy()
     held[place, place] += _FIRM
-    aim[place] -= _FIRM * now.model.range_scale
+    aim[place] += _FIRM * change
     return held, aim
 
 

@@ -188,6 +188,23 @@ def test_sweeps_to_and_fro_tell_by_how_much_the_servo_lags() -> None:
     assert found.reflectors == pytest.approx(ROOM, abs=0.002)
 
 
+@pytest.mark.parametrize(
+    ("latency", "noise", "expected"),
+    [(0.015, 0.001, 0.015), (0.015, 0.03, 0.0), (-0.015, 0.001, 0.0)],
+    ids=["clear", "hidden in noise", "a servo never leads"],
+)
+def test_while_poses_drift_a_servo_lags_only_if_that_is_clear(latency: float, noise: float, expected: float) -> None:
+    soundings = with_latency(latency, [0.7, -0.7, 0.7, -0.7])
+    known = BELIEFS._replace(noise=noise, has_servo=True)
+    free = adjusted(soundings, ROOM, beliefs=known, rounds=12)
+    drifting = adjusted(soundings, ROOM, beliefs=known._replace(drifting=True), rounds=12)
+    assert abs(free.latency) > 0.003
+    assert drifting.latency == pytest.approx(expected, abs=0.003)
+    # What is held is as uncertain as what is not.
+    sigmas = [each.sonar_sigmas()["servo_latency"] for each in (free, drifting)]
+    assert sigmas[1] == pytest.approx(sigmas[0], rel=0.2)
+
+
 def test_without_a_servo_nothing_lags() -> None:
     soundings = with_latency(0.015, [0.7, -0.7, 0.7, -0.7])
     found = adjusted(soundings, ROOM, beliefs=BELIEFS._replace(noise=0.001))
