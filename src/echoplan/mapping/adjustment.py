@@ -37,6 +37,8 @@ _CYLINDER = int(Kind.CYLINDER)
 _NEARLY_SQUARE = math.radians(12)
 # Information about features that holds them in place where no reading does.
 _HOLD = 0.1
+# What the prior alone holds needs no other hold: readings tell of a number what leaves so much of its variance.
+_TOLD = 0.5
 # Information that pins an unknown down.
 _FIRM = 1e12
 
@@ -227,7 +229,8 @@ def _held(
     scale, latency = (now.unknowns.sonar + SONAR_UNKNOWNS.index(name) for name in ("range_scale", "servo_latency"))
     held, aim = _pinned(information, right, scale, -now.model.range_scale)
     change, variance = solve(held, np.column_stack([aim, np.eye(len(aim))[latency]]))[latency]
-    if now.latency + change < settings.determined * math.sqrt(variance):
+    told = variance < _TOLD * settings.latency_sigma**2
+    if told and now.latency + change < settings.determined * math.sqrt(variance):
         held, aim = _pinned(held, aim, latency, -now.latency)
     return held, aim
 
