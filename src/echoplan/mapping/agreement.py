@@ -4,14 +4,12 @@ import numpy as np
 
 from echoplan.classification.evidence import UNCERTAIN
 from echoplan.mapping.account import Account
-from echoplan.mapping.copies import CopySettings, without_copies
+from echoplan.mapping.copies import without_copies
 from echoplan.mapping.independence import gain_of_common_errors, intraclass_correlation
 from echoplan.mapping.poses import PoseBeliefs, pose_rows
 
-__all__ = ["agreement", "agrees", "evidence", "has_twins", "is_doubtful", "is_scattered", "is_torn"]
+__all__ = ["agreement", "agrees", "evidence", "is_doubtful", "is_scattered", "is_torn"]
 
-# Parts of one line that errors of poses may have torn apart are as near to each other, and not much farther on.
-_TWINS = CopySettings(turn=0.2, beside=0.12, apart=3.0)
 # Two walls so near to each other are as rare as so many other features.
 _RARE = 3.0
 
@@ -67,23 +65,6 @@ def is_torn(account: Account) -> bool:
     walls = [each for each in account.features if each.is_wall]
     copies = len(walls) - len(without_copies(walls, account.settings.copies))
     return copies > account.settings.torn * len(walls)
-
-
-def has_twins(account: Account) -> bool:
-    """Tell whether two walls may be one that was heard from poses in error.
-
-    Parameters
-    ----------
-    account : Account
-        What was heard, and what is made of it.
-
-    Returns
-    -------
-    bool
-        Whether two of them are as far from each other as poses may be in error.
-    """
-    walls = [each for each in account.features if each.is_wall]
-    return len(without_copies(walls, _TWINS)) < len(walls)
 
 
 def is_doubtful(account: Account) -> bool:

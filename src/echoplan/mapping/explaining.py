@@ -4,7 +4,7 @@ import copy
 
 from echoplan.arrays import FloatArray
 from echoplan.mapping.account import Account
-from echoplan.mapping.agreement import agreement, agrees, evidence, has_twins, is_doubtful, is_scattered, is_torn
+from echoplan.mapping.agreement import agreement, agrees, evidence, is_doubtful, is_scattered, is_torn
 from echoplan.mapping.memory import Course
 from echoplan.mapping.misplacement import elsewhere
 from echoplan.mapping.poses import PoseBeliefs, waypoint_beliefs
@@ -83,7 +83,7 @@ def _tracked(account: Account, verdict: str) -> Account:
     beliefs = account.odometry()
     track(account, beliefs)
     steady = _without_slips(account, beliefs)
-    best = _without_twins(_without_misplaced(steady, beliefs), beliefs)
+    best = _without_misplaced(steady, beliefs)
     best.course, best.verdict = Course.TRACKED, verdict
     if steady is not account and not verdict.endswith(_SLIPPED):
         best.verdict += _SLIPPED
@@ -109,15 +109,6 @@ def _without_misplaced(account: Account, beliefs: PoseBeliefs) -> Account:
             poses[station] = pose
             account = _settled(account, poses, beliefs)
     return account
-
-
-def _without_twins(account: Account, beliefs: PoseBeliefs) -> Account:
-    """Adjust from coarse to fine where two walls may be one, if that explains more."""
-    if not has_twins(account):
-        return account
-    moved = copy.copy(account)
-    moved.correct(beliefs, account.poses)
-    return moved if evidence(moved) > evidence(account) + _VERY_STRONG else account
 
 
 def _settled(account: Account, poses: FloatArray, beliefs: PoseBeliefs) -> Account:

@@ -29,7 +29,8 @@ class Doubtful:
     def odometry(self) -> None:
         pass
 
-    def correct(self, beliefs: PoseBeliefs | None, start: np.ndarray) -> None:
+    def correct(self, beliefs: PoseBeliefs, start: np.ndarray) -> None:
+        assert not beliefs.relative
         self.poses = start + 0.01
 
 
@@ -42,7 +43,6 @@ def course(monkeypatch: pytest.MonkeyPatch, *, agree: set[Course], scattered: se
         "evidence": lambda account: worth[account.course],
         "is_doubtful": lambda account: True,
         "is_scattered": lambda account: account.course in scattered,
-        "has_twins": lambda account: False,
         "is_torn": lambda account: False,
         "track": lambda account, beliefs: None,
         "without_slip": lambda account, beliefs: None,
@@ -78,23 +78,3 @@ def test_no_hand_set_so_many_way_points(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_two_stations_have_nothing_to_hold_a_pose_against(monkeypatch: pytest.MonkeyPatch) -> None:
     assert course(monkeypatch, agree=set(), scattered=set(), stations=2) is Course.TRUSTED
-
-
-@pytest.mark.parametrize(("twins", "gain", "moved"), [(True, 6.0, True), (True, 4.0, False), (False, 6.0, False)])
-def test_where_walls_may_be_there_twice_poses_are_adjusted_from_coarse_to_fine(
-    monkeypatch: pytest.MonkeyPatch, *, twins: bool, gain: float, moved: bool
-) -> None:
-    told: dict[str, Any] = {
-        "evidence": lambda account: gain if account.poses.any() else 0.0,
-        "has_twins": lambda account: twins,
-        "is_torn": lambda account: True,
-        "agrees": lambda account: True,
-        "track": lambda account, beliefs: None,
-        "without_slip": lambda account, beliefs: None,
-        "elsewhere": lambda account, beliefs, station: None,
-    }
-    for name, answer in told.items():
-        monkeypatch.setattr(explaining, name, answer)
-    best = explained(Doubtful(5))  # type: ignore[arg-type]
-    assert best.course is Course.TRACKED
-    assert bool(best.poses.any()) == moved
