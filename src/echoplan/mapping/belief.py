@@ -148,9 +148,11 @@ class Belief:
 
     def _is_missed(self, hypothesis: Hypothesis) -> bool:
         """Whether most stations that should hear a cylinder do not; walls may seem so while poses are in error."""
+        if hypothesis.kind is not Kind.CYLINDER:
+            return False
         clear = hypothesis.gains > self.settings.second_station
         missing = free_views(hypothesis, self._soundings, step=self.step) & ~clear
-        return hypothesis.kind is Kind.CYLINDER and bool(missing.sum() > clear.sum())
+        return bool(missing.sum() > clear.sum())
 
     def _is_whole(self, wall: Hypothesis, levels: FloatArray) -> bool:
         """Whether one station heard a wall all over the beam, as it should."""
