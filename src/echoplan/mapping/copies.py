@@ -23,6 +23,8 @@ class CopySettings(BaseModel, frozen=True, extra="forbid"):
 def without_copies(features: Sequence[Hypothesis], settings: CopySettings) -> list[Hypothesis]:
     """Keep one of several copies of each wall: the one that explains most.
 
+    Walls that stations told apart which were let go are two: their poses had come to rest.
+
     Parameters
     ----------
     features : sequence of Hypothesis
@@ -37,7 +39,7 @@ def without_copies(features: Sequence[Hypothesis], settings: CopySettings) -> li
     """
     kept: list[Hypothesis] = []
     for feature in sorted(features, key=lambda each: each.total, reverse=True):
-        if not any(are_copies(feature, each, settings) for each in kept):
+        if not any(are_copies(feature, each, settings) and not _told_apart(feature, each) for each in kept):
             kept.append(feature)
     return kept
 
@@ -64,6 +66,10 @@ def are_copies(one: Hypothesis, other: Hypothesis, settings: CopySettings) -> bo
     beside = min(_beside(one, other), _beside(other, one))
     apart = max(one.extent[0] - other.extent[1], other.extent[0] - one.extent[1])
     return beside < settings.beside and apart < settings.apart
+
+
+def _told_apart(one: Hypothesis, other: Hypothesis) -> bool:
+    return one.past.speaking > 0 and other.past.speaking > 0
 
 
 def _beside(one: Hypothesis, other: Hypothesis) -> float:

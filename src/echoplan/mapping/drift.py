@@ -1,5 +1,7 @@
 """Drift: how far odometry really goes astray, told by poses that were corrected."""
 
+import math
+
 import numpy as np
 from pydantic import BaseModel, Field
 
@@ -12,7 +14,9 @@ __all__ = ["DriftSettings", "learn_drift"]
 class DriftSettings(BaseModel, frozen=True, extra="forbid"):
     """How fast belief in odometry gives way to what is seen of it."""
 
-    steps: float = Field(default=1.0, gt=0.0, description="for which what was believed before, a mere guess, counts")
+    spread: float = Field(
+        default=0.5 * math.log(10.0), gt=0.0, description="deviation of a factor's logarithm: a guess good to tenfold"
+    )
     least: float = Field(default=0.1, gt=0.0, description="of what was believed, that may be learned")
     greatest: float = Field(default=10.0, gt=0.0, description="likewise")
 
@@ -22,11 +26,16 @@ def learn_drift(
 ) -> PoseBeliefs:
     r"""Take the errors of odometry, axis by axis, from poses that were corrected.
 
-    One step of expectation and maximisation for a factor of each axis, with what was believed as the mean of so many
-    steps more (Dempster, Laird and Rubin 1977): the expected square of an error is that of the corrected step less
-    the given one, and its variance.
+    One step of expectation and maximisation for a factor f of each axis (Dempster, Laird and Rubin 1977) whose
+    logarithm is normal before anything was seen, with deviation t: whoever guesses a deviation means its order of
+    magnitude.  The expected square of an error is that of the corrected step less the given one, and its variance.
 
-    .. math:: f^2 = \frac{m + \sum_k (r_k^2 + J_k C J_k') / \sigma_k^2}{m + n}
+    .. math:: S = \sum_k (r_k^2 + J_k C J_k') / \sigma_k^2, \qquad
+              n \ln f + \frac{S}{2 f^2} + \frac{\ln^2 f}{2 t^2} \to \min
+
+    With omega of Wright, the solution of ``omega + ln omega = z`` (Corless and Jeffrey 2002), that is
+
+    .. math:: \ln f = \tfrac12 \omega(2 n t^2 + \ln(2 t^2 S)) - n t^2
 
     Parameters
     ----------
@@ -44,6 +53,8 @@ def learn_drift(
     PoseBeliefs
         The same with other deviations.
     """
+    from scipy.special import wrightomega  # noqa: PLC0415 - SciPy is slow to import
+
     if len(poses) < 2:
         return beliefs
     slopes = np.concatenate(step_slopes(poses), axis=2)[1:]
@@ -51,7 +62,11 @@ def learn_drift(
     blocks = covariance[places[:, :, None], places[:, None, :]]
     variances = np.einsum("kij,kjl,kil->ki", slopes, blocks, slopes)
     squares = (step_residuals(beliefs.given, poses) ** 2 + variances) / beliefs.sigmas[1:] ** 2
-    factors = np.sqrt((settings.steps + squares.sum(axis=0)) / (settings.steps + len(squares)))
+    pull = len(squares) * settings.spread**2
+    # Steps without any error leave the least that may be learned.
+    expected = np.maximum(squares.sum(axis=0), np.finfo(np.float64).tiny)
+    omega = wrightomega(2.0 * pull + np.log(2.0 * settings.spread**2 * expected))
+    factors = np.exp(0.5 * omega.real - pull)
     sigmas = beliefs.sigmas.copy()
     sigmas[1:] *= np.clip(factors, settings.least, settings.greatest)
     return beliefs._replace(sigmas=sigmas)

@@ -82,12 +82,23 @@ def _asked(account: Account) -> Account:
 def _tracked(account: Account, verdict: str) -> Account:
     beliefs = account.odometry()
     track(account, beliefs)
-    steady = _without_slips(account, beliefs)
+    rested = _rested(account, beliefs)
+    steady = _without_slips(rested, beliefs)
     best = _without_misplaced(steady, beliefs)
     best.course, best.verdict = Course.TRACKED, verdict
-    if steady is not account and not verdict.endswith(_SLIPPED):
+    if steady is not rested and not verdict.endswith(_SLIPPED):
         best.verdict += _SLIPPED
     return best
+
+
+def _rested(account: Account, beliefs: PoseBeliefs) -> Account:
+    """Settle again as long as that explains more; what is remembered came to rest before."""
+    while account.memory.is_empty:
+        moved = _settled(account, account.poses, beliefs)
+        if moved is account:
+            break
+        account = moved
+    return account
 
 
 def _without_slips(account: Account, beliefs: PoseBeliefs) -> Account:

@@ -1,9 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from echoplan.acoustics.expectation import Kind
 from echoplan.classification.evidence import Evidence
 from echoplan.classification.hypotheses import Hypothesis
+from echoplan.classification.past import Past
 from echoplan.mapping.copies import CopySettings, are_copies, without_copies
 
 SETTINGS = CopySettings()
@@ -59,3 +62,9 @@ def test_the_copy_that_explains_most_stays() -> None:
 
 def test_nothing_has_no_copies() -> None:
     assert without_copies([], SETTINGS) == []
+
+
+def test_walls_that_were_told_apart_before_are_two() -> None:
+    one, other = (replace(each, past=Past(number=0, speaking=2)) for each in (face(0, 1.0), face(0, 1.04)))
+    assert without_copies([one, other], SETTINGS) == [one, other]
+    assert without_copies([one, face(0, 1.04, total=50)], SETTINGS) == [one]

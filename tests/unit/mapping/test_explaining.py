@@ -19,7 +19,7 @@ class Doubtful:
         self.settings = AccountSettings(poses=PoseMode.AUTO)
         self.memory = Memory()
         self.given = self.poses = np.zeros((stations, 3))
-        self.course, self.verdict = Course.TRUSTED, ""
+        self.course, self.verdict, self.settled = Course.TRUSTED, "", 0
 
     def glance(self) -> None:
         pass
@@ -28,6 +28,9 @@ class Doubtful:
 
     def odometry(self) -> None:
         pass
+
+    def settle(self, beliefs: PoseBeliefs) -> None:
+        self.settled += 1
 
     def correct(self, beliefs: PoseBeliefs, start: np.ndarray) -> None:
         assert not beliefs.relative
@@ -78,3 +81,20 @@ def test_no_hand_set_so_many_way_points(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_two_stations_have_nothing_to_hold_a_pose_against(monkeypatch: pytest.MonkeyPatch) -> None:
     assert course(monkeypatch, agree=set(), scattered=set(), stations=2) is Course.TRUSTED
+
+
+def test_poses_settle_as_long_as_that_explains_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    account, worth = Doubtful(5), [0.0, 20.0, 40.0, 42.0, 90.0]
+    account.settings = AccountSettings(poses=PoseMode.CORRECT)
+    told: dict[str, Any] = {
+        "agrees": lambda account: False,
+        "evidence": lambda account: worth[account.settled],
+        "is_torn": lambda account: True,
+        "track": lambda account, beliefs: None,
+        "without_slip": lambda account, beliefs: None,
+        "elsewhere": lambda account, beliefs, station: None,
+    }
+    for name, answer in told.items():
+        monkeypatch.setattr(explaining, name, answer)
+    best: Any = explained(account)  # type: ignore[arg-type]
+    assert best.settled == 2
