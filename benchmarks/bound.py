@@ -12,6 +12,7 @@ from echoplan.evaluation.consistency import nees, wall_error
 from echoplan.evaluation.matches import Matches
 from echoplan.geometry import along
 from echoplan.mapping.adjustment import AdjustmentSettings, Beliefs, Features, adjust
+from echoplan.mapping.edges import edges_of
 from echoplan.mapping.shadowing import shadowed
 from echoplan.mapping.state import State
 from echoplan.model import FeatureMap, Sweep, Truth
@@ -88,10 +89,13 @@ def _of_cylinder(feature_map: FeatureMap, truth: Truth, estimate: int, true: int
 
 def _bounds(features: Sequence[_Error], simulation: Simulation, sweeps: Sequence[Sweep]) -> list[FloatArray]:
     heard, model = join_soundings([soundings_of(sweep, simulation.rig) for sweep in sweeps]), _true_model(simulation)
+    reflectors = np.array([each.reflector for each in features]).reshape(-1, 4)
+    extents = np.array([each.extent for each in features]).reshape(-1, 2)
     everything = Features(
-        reflectors=np.array([each.reflector for each in features]).reshape(-1, 4),
-        extents=np.array([each.extent for each in features]).reshape(-1, 2),
+        reflectors=reflectors,
+        extents=extents,
         shadows=np.zeros((len(features), len(sweeps))),
+        ends=edges_of(reflectors, extents),
     )
     start = State(features=shadowed(heard, model.tabulated(), everything), model=model)
     single = heard._replace(weights=np.ones(len(heard.weights)))

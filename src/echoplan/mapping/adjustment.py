@@ -267,10 +267,11 @@ def reading_rows(soundings: Soundings, now: State, beliefs: Beliefs, settings: A
 
 
 class _Readings(NamedTuple):
-    """Linearised readings: whose they are, from which station, derivatives, residuals and weights."""
+    """Linearised readings: whose they are, from which station, which wall ends theirs, derivatives and so on."""
 
     owners: IntArray
     stations: IntArray
+    neighbours: IntArray
     slopes: FloatArray
     residuals: FloatArray
     weights: FloatArray
@@ -289,7 +290,7 @@ def _linearised(
     matched = match_readings(soundings, hearing, now.features, max(0.025, 6.0 * beliefs.noise))
     explained = np.flatnonzero(matched.owners >= 0)
     walk = (now.model.range_offset, now.model.walk_gain)
-    slopes = differentiate_readings(soundings, hearing, now.features, matched, explained, walk)
+    slopes, neighbours = differentiate_readings(soundings, hearing, now.features, matched, explained, walk)
     residuals, excesses = matched.residuals[explained], matched.excesses[explained]
     variances = beliefs.noise**2 + now.model.scatter(excesses) ** 2
     doubts = variances * (1.0 + residuals**2 / (settings.robust**2 * variances)) ** 2
@@ -297,12 +298,13 @@ def _linearised(
     readings = _Readings(
         owners=matched.owners[explained],
         stations=soundings.stations[explained],
-        slopes=slopes if len(now.poses) else slopes[:, : 3 + len(SONAR_UNKNOWNS)],
+        neighbours=neighbours,
+        slopes=slopes if len(now.poses) else slopes[:, : 5 + len(SONAR_UNKNOWNS)],
         residuals=residuals,
         weights=_capped(counts / doubts, matched, explained, soundings, beliefs.pair_sigma),
     )
     if len(now.poses):
-        slopes[:, 9] += _leverage(soundings, explained, now.poses, slopes)
+        slopes[:, 11] += _leverage(soundings, explained, now.poses, slopes)
     return matched, readings
 
 
@@ -322,7 +324,7 @@ def _leverage(soundings: Soundings, explained: IntArray, poses: FloatArray, slop
     """How a turn of the robot moves its sensors, and so the readings."""
     base = poses[soundings.stations[explained]]
     ahead, aside = soundings.x[explained] - base[:, 0], soundings.y[explained] - base[:, 1]
-    moved: FloatArray = slopes[:, 8] * ahead - slopes[:, 7] * aside
+    moved: FloatArray = slopes[:, 10] * ahead - slopes[:, 9] * aside
     return moved
 
 
@@ -330,8 +332,10 @@ def _placed(readings: _Readings, unknowns: Unknowns) -> Rows:
     """Give the derivatives of readings their places among the unknowns."""
     own = unknowns.starts[readings.owners][:, None] + np.arange(3)
     own = np.where(np.arange(3) < unknowns.counts[readings.owners][:, None], own, -1)
+    ends = unknowns.starts[readings.neighbours][:, None] + np.arange(2)
+    ends = np.where(readings.neighbours[:, None] >= 0, ends, -1)
     sonar = np.broadcast_to(np.arange(unknowns.sonar, unknowns.pose), (len(own), len(SONAR_UNKNOWNS)))
-    columns = [own, sonar]
+    columns = [own, ends, sonar]
     if unknowns.poses:
         columns.append(unknowns.pose + 3 * readings.stations[:, None] + np.arange(3))
     return Rows(np.concatenate(columns, axis=1), readings.slopes, readings.residuals, readings.weights)

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from echoplan.acoustics.expectation import Hearing, excess_of, shape_of, walk_of
+from echoplan.acoustics.expectation import Hearing, Kind, Shape, excess_of, shape_of, walk_of
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import audibility
 from echoplan.compiled import compiled
@@ -18,6 +18,7 @@ from echoplan.preprocessing.soundings import Soundings
 
 __all__ = ["shadowed"]
 
+_WALL = int(Kind.WALL)
 # Shadows asked about: so many, a decibel apart.
 _SHADOWS = 31
 # What a shadow must explain better than none does [nats]: beams differ by a decibel or two.
@@ -55,7 +56,11 @@ def _shadows(soundings: Soundings, hearing: Hearing, features: Features) -> Floa
     shadows = features.shadows.copy()
     for feature in range(len(shadows)):
         gains = _likelihoods(soundings, hearing, features, feature)
+        shape, ends = shape_of(features.reflectors[feature]), features.ends[feature]
         for station in range(len(gains)):
+            if _is_past(shape, ends, soundings.centers[station]):
+                shadows[feature, station] = np.inf
+                continue
             best = np.argmax(gains[station])
             if gains[station, best] > gains[station, 0] + _COST:
                 shadows[feature, station] = best
@@ -63,15 +68,22 @@ def _shadows(soundings: Soundings, hearing: Hearing, features: Features) -> Floa
 
 
 @compiled
+def _is_past(shape: Shape, ends: FloatArray, center_xy: FloatArray) -> bool:
+    """Whether a station stands past the end of a wall: what it hears from there may be the edge."""
+    foot = shape[1] * center_xy[1] - shape[2] * center_xy[0]
+    return bool(shape[0] == _WALL and not ends[0, 0] <= foot <= ends[1, 0])
+
+
+@compiled
 def _likelihoods(soundings: Soundings, hearing: Hearing, features: Features, feature: int) -> FloatArray:
     """Logarithms of the likelihood of all hits and misses of each station, by shadow."""
-    shape, extent = shape_of(features.reflectors[feature]), features.extents[feature]
+    shape, reach = shape_of(features.reflectors[feature]), (features.extents[feature], features.ends[feature])
     faintest, gains = walk_of(hearing, 0.0), np.zeros((len(soundings.centers), _SHADOWS))
     for ping in range(len(soundings.readings)):
         station = soundings.stations[ping]
         if math.isinf(features.shadows[feature, station]):
             continue
-        sight, late = faced(soundings, hearing, shape, extent, ping)
+        sight, late = faced(soundings, hearing, shape, reach, ping)
         excess = excess_of(hearing, sight)
         if excess <= 0.0 or sight[0] > soundings.max_range - _RIM:
             continue

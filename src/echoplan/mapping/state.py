@@ -6,6 +6,8 @@ import numpy as np
 
 from echoplan.acoustics.expectation import EchoModel, Kind
 from echoplan.arrays import FloatArray
+from echoplan.geometry import directions
+from echoplan.mapping.edges import edges_of
 from echoplan.mapping.readings import Features
 from echoplan.mapping.unknowns import Unknowns
 
@@ -76,8 +78,9 @@ class State:
             range_offset=self.model.range_offset + offset,
             walk_gain=self.model.walk_gain + gain,
         )
+        extents = self.features.extents + _shifts(self.features, reflectors)[:, None]
         return State(
-            features=self.features._replace(reflectors=reflectors),
+            features=self.features._replace(reflectors=reflectors, extents=extents, ends=edges_of(reflectors, extents)),
             model=model,
             latency=self.latency + latency,
             poses=self.poses + _share(ways) * ways,
@@ -89,6 +92,15 @@ def _at_middle(steps: FloatArray, extents: FloatArray) -> FloatArray:
     moves = steps.copy()
     moves[:, 1] -= extents.mean(axis=1) * steps[:, 0]
     return moves
+
+
+def _shifts(features: Features, reflectors: FloatArray) -> FloatArray:
+    """By how much places along walls change that turn about the middle of what was heard of them, shape (f,) [m]."""
+    angles, middles = features.reflectors[:, 1], features.extents.mean(axis=1)
+    points = features.reflectors[:, 2:3] * directions(angles) + middles[:, None] * directions(angles + np.pi / 2)
+    moved = np.sum(points * directions(reflectors[:, 1] + np.pi / 2), axis=1)
+    shifts: FloatArray = np.where(features.reflectors[:, 0] == Kind.WALL, moved - middles, 0.0)
+    return shifts
 
 
 def _share(moves: FloatArray) -> FloatArray:

@@ -8,6 +8,7 @@ from echoplan.acoustics.expectation import EchoModel, Kind
 from echoplan.arrays import FloatArray
 from echoplan.geometry import intersections
 from echoplan.mapping.adjustment import Adjusted, AdjustmentSettings, Beliefs, Features, adjust
+from echoplan.mapping.edges import edges_of
 from echoplan.mapping.poses import PoseBeliefs, displaced
 from echoplan.mapping.state import State
 from echoplan.preprocessing.soundings import Soundings, chosen_soundings, late_by
@@ -20,12 +21,9 @@ BELIEFS = Beliefs(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, h
 
 def features(reflectors: Sequence[FloatArray] | FloatArray, stations: int = 4) -> Features:
     """Features that were heard from everywhere, walls from end to end."""
-    count = len(reflectors)
-    return Features(
-        reflectors=np.array(reflectors).reshape(-1, 4),
-        extents=np.tile([-REACH, REACH], (count, 1)),
-        shadows=np.zeros((count, stations)),
-    )
+    rows, count = np.array(reflectors).reshape(-1, 4), len(reflectors)
+    extents = np.tile([-REACH, REACH], (count, 1))
+    return Features(reflectors=rows, extents=extents, shadows=np.zeros((count, stations)), ends=edges_of(rows, extents))
 
 
 def adjusted(

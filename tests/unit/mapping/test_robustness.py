@@ -6,6 +6,7 @@ import pytest
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose
 from echoplan.mapping.adjustment import Adjusted, AdjustmentSettings, Beliefs, Features, adjust
+from echoplan.mapping.edges import edges_of
 from echoplan.mapping.poses import PoseSettings, displaced, odometry_beliefs
 from echoplan.mapping.state import State
 from expectations import NOISE, REACH, ROOM, SONAR, hearing, listening
@@ -28,7 +29,9 @@ def corrected(*, wrong: float = 0.0, scale: float = 0.0) -> Adjusted:
     heard = hearing(displaced(recorded, GIVEN, TRUE), ROOM, noise=NOISE, rng=np.random.default_rng(1)).readings
     east = (recorded.stations == 3) & (np.abs(recorded.bearings - 2.0) < np.radians(20)) & np.isfinite(heard)
     readings = np.where(east, heard - wrong, heard) / (1.0 + scale)
-    features = Features(reflectors=ROOM, extents=np.tile([-REACH, REACH], (4, 1)), shadows=np.zeros((4, 4)))
+    extents = np.tile([-REACH, REACH], (4, 1))
+    ends = edges_of(ROOM, extents)
+    features = Features(reflectors=ROOM, extents=extents, shadows=np.zeros((4, 4)), ends=ends)
     start = State(features=features, model=SONAR, poses=GIVEN)
     return adjust(recorded._replace(readings=readings), start, BELIEFS, AdjustmentSettings(rounds=20))
 

@@ -8,6 +8,7 @@ import pytest
 import soundings
 from echoplan.acoustics.expectation import walk_of
 from echoplan.arrays import FloatArray
+from echoplan.mapping.edges import edges_of
 from echoplan.mapping.readings import Features, match_readings
 from echoplan.mapping.shadowing import shadowed
 from echoplan.methods import find_method, map_sweeps
@@ -31,7 +32,8 @@ def heard(shadows: Sequence[float]) -> Soundings:
 
 def features(*, unheard_from: Sequence[int] = ()) -> Features:
     shadows = np.where(np.isin(np.arange(len(STATIONS)), unheard_from), np.inf, 0.0)
-    return Features(reflectors=EAST[None], extents=np.array([[-REACH, REACH]]), shadows=shadows[None])
+    extents = np.array([[-REACH, REACH]])
+    return Features(EAST[None], extents, shadows[None], edges_of(EAST[None], extents))
 
 
 def found(pings: Soundings, given: Features | None = None) -> FloatArray:

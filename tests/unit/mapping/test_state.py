@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from echoplan.mapping.edges import edges_of
 from echoplan.mapping.readings import Features
 from echoplan.mapping.state import State
 from expectations import SONAR, corner, cylinder, wall
@@ -8,7 +9,8 @@ from expectations import SONAR, corner, cylinder, wall
 
 def state() -> State:
     rows = np.array([wall(0.2, 1.5), cylinder(0.4, 1.0, 0.1), corner(2.0, 1.5)])
-    features = Features(reflectors=rows, extents=np.zeros((3, 2)), shadows=np.zeros((3, 2)))
+    extents = np.zeros((3, 2))
+    features = Features(reflectors=rows, extents=extents, shadows=np.zeros((3, 2)), ends=edges_of(rows, extents))
     poses = np.array([[0.0, 0.0, 0.1], [1.0, 0.5, -0.2]])
     return State(features=features, model=SONAR, latency=0.003, poses=poses)
 

@@ -11,6 +11,7 @@ from echoplan.classification.past import Past
 from echoplan.geometry import intersections
 from echoplan.mapping.adjustment import AdjustmentSettings, Beliefs, Features, adjust
 from echoplan.mapping.echoes import Echoes
+from echoplan.mapping.edges import edges_of
 from echoplan.mapping.faces import Face
 from echoplan.mapping.state import State
 from echoplan.mapping.survey import Survey, SurveySettings
@@ -34,10 +35,12 @@ def survey(
     """The survey of a room of 4 x 3 m that was heard but for the corners."""
     known = [*(feature(each, gains=[9.0, 6.0, 4.0, -1.0]) for each in walls), *others]
     reflectors = np.array([each.reflector for each in known]).reshape(-1, 4)
+    extents = np.tile([-REACH, REACH], (len(known), 1))
     features = Features(
         reflectors=reflectors,
-        extents=np.tile([-REACH, REACH], (len(known), 1)),
+        extents=extents,
         shadows=np.zeros((len(known), 4)),
+        ends=edges_of(reflectors, extents),
     )
     truth = [*ROOM, *(each for each in reflectors if each[0] == Kind.CYLINDER)]
     beliefs = Beliefs(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False)
