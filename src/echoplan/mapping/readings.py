@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from echoplan.compiled import compiled
 from echoplan.mapping.edges import edges_of
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["Features", "Matched", "as_arrays", "differentiate_readings", "faced", "match_readings"]
+__all__ = ["Features", "Matched", "as_arrays", "differentiate_readings", "faced", "match_readings", "reach_of"]
 
 _WALL = int(Kind.WALL)
 # Fainter than this nothing is expected [dB].
@@ -33,8 +33,14 @@ _FAINT = -2.0
 _BORDER, _WALK = 0.1, 0.1
 # Fresnel's parameter from which on an edge takes nothing away.
 _CLEAR = -0.78
+# At 4 m an edge takes something away from 7 cm before it on [m].
+_ZONE = 0.1
 # Step of a central difference [m].
 _STEP = 1e-4
+
+
+# Between which places a wall was heard, and where it ends [m].
+Reach: TypeAlias = tuple[float, float, float, float]
 
 
 class Features(NamedTuple):
@@ -127,12 +133,13 @@ def match_readings(soundings: Soundings, hearing: Hearing, features: Features, b
     count = len(soundings.readings)
     owners, residuals, excesses = np.full(count, -1), np.zeros(count), np.zeros(count)
     for feature in range(len(features.reflectors)):
-        shape, extent, ends = shape_of(features.reflectors[feature]), features.extents[feature], features.ends[feature]
+        shape, reach = shape_of(features.reflectors[feature]), reach_of(features, feature)
         for ping in range(count):
             shadow = features.shadows[feature, soundings.stations[ping]]
             if math.isinf(shadow):
                 continue
-            sight, late = faced(soundings, hearing, shape, (extent, ends), ping)
+            place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
+            sight, late = faced(shape, reach, place, soundings.readings[ping] * hearing.scale, hearing.wavelength)
             if not abs(late) < band + _WALK:
                 continue
             excess = excess_of(hearing, sight) - shadow
@@ -143,23 +150,41 @@ def match_readings(soundings: Soundings, hearing: Hearing, features: Features, b
 
 
 @compiled
-def faced(
-    soundings: Soundings, hearing: Hearing, shape: Shape, reach: tuple[FloatArray, FloatArray], ping: int
-) -> tuple[Sight, float]:
-    """Look at a feature, and tell how much longer than its depth the reading is.
+def reach_of(features: Features, number: int) -> Reach:
+    """Tell how far a wall reaches.
 
     Parameters
     ----------
-    soundings : Soundings
-        The pings.
-    hearing : Hearing
-        The sonar.
+    features : Features
+        What is there.
+    number : int
+        Which feature.
+
+    Returns
+    -------
+    Reach
+        Between which places it was heard, and where it ends [m].
+    """
+    extent, ends = features.extents[number], features.ends[number]
+    return extent[0], extent[1], ends[0, 0], ends[1, 0]
+
+
+@compiled
+def faced(shape: Shape, reach: Reach, place: Ping, reading: float, wavelength: float) -> tuple[Sight, float]:
+    """Look at a feature, and tell how much longer than its depth a reading is.
+
+    Parameters
+    ----------
     shape : Shape
         The feature.
-    reach : tuple of ndarray, shapes (2,) and (2, 6)
-        What was heard of a wall along it [m], and where it ends.
-    ping : int
-        Which ping.
+    reach : Reach
+        How far it reaches, if it is a wall.
+    place : Ping
+        Where the sensor is and where it looks.
+    reading : float
+        What it reads, scaled [m].
+    wavelength : float
+        Of the carrier [m].
 
     Returns
     -------
@@ -168,16 +193,14 @@ def faced(
     late : float
         Reading less depth [m]; ``-inf`` if the sensor does not face the feature.
     """
-    x, y = soundings.x[ping], soundings.y[ping]
-    sight = look(shape, (x, y, soundings.ux[ping], soundings.uy[ping]))
-    extent, ends = reach
-    foot = shape[1] * y - shape[2] * x
-    beside = shape[0] == _WALL and not extent[0] - _BORDER < foot < extent[1] + _BORDER
-    if beside or sight[0] <= 0.0:
+    sight = look(shape, place)
+    foot, is_wall = shape[1] * place[1] - shape[2] * place[0], shape[0] == _WALL
+    if sight[0] <= 0.0 or (is_wall and not reach[0] - _BORDER < foot < reach[1] + _BORDER):
         return sight, -math.inf
-    if shape[0] == _WALL:
-        sight = _at_end(sight, ends[0, 0] - foot, foot - ends[1, 0], hearing.wavelength)
-    return sight, soundings.readings[ping] * hearing.scale - sight[0]
+    below, above = reach[2] - foot, foot - reach[3]
+    if is_wall and max(below, above) > -_ZONE:
+        sight = _at_end(sight, below, above, wavelength)
+    return sight, reading - sight[0]
 
 
 @compiled
@@ -198,15 +221,22 @@ def _at_end(sight: Sight, below: float, above: float, wavelength: float) -> Sigh
 
 
 @compiled
-def _add_end(
+def _is_ended(shape: Shape, place: Ping, reach: Reach) -> bool:
+    """Whether a sensor stands so near to the end of a wall, or past it, that this may matter."""
+    foot = shape[1] * place[1] - shape[2] * place[0]
+    return shape[0] == _WALL and max(reach[2] - foot, foot - reach[3]) > -_ZONE
+
+
+@compiled
+def _differentiate_at_end(
     hearing: Hearing, shape: Shape, place: Ping, end: tuple[FloatArray, float], slopes: tuple[FloatArray, FloatArray]
 ) -> int:
-    """Add how a reading changes with the end of a wall; return the number of the wall that it meets there, or -1."""
+    """Differentiate a reading by its own wall and the one that this meets at its end; return the number of that."""
     (ends, shadow), (own, neighbours) = end, slopes
     sight, foot = look(shape, place), shape[1] * place[1] - shape[2] * place[0]
     below, above = ends[0, 0] - foot, foot - ends[1, 0]
-    if 2.0 * max(below, above) <= _CLEAR * math.sqrt(sight[0] * hearing.wavelength):
-        return -1
+    lost = sight[4] - _at_end(sight, below, above, hearing.wavelength)[4]
+    differentiate(hearing, shape, place, own, shadow + lost)
     near = _read(hearing, _at_end(sight, below - _STEP, above - _STEP, hearing.wavelength), shadow)
     far = _read(hearing, _at_end(sight, below + _STEP, above + _STEP, hearing.wavelength), shadow)
     side, sign = (0, 1.0) if below > above else (1, -1.0)
@@ -263,12 +293,12 @@ def differentiate_readings(
     for row, ping in enumerate(explained):
         place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
         owner = matched.owners[ping]
-        shape, ends = shape_of(features.reflectors[owner]), features.ends[owner]
-        shadow = features.shadows[owner, soundings.stations[ping]]
-        sight, _ = faced(soundings, hearing, shape, (features.extents[owner], ends), ping)
-        differentiate(hearing, shape, place, own, shadow + look(shape, place)[4] - sight[4])
-        if shape[0] == _WALL:
-            neighbours[row] = _add_end(hearing, shape, place, (ends, shadow), (own, slopes[row, 3:5]))
+        shape, shadow = shape_of(features.reflectors[owner]), features.shadows[owner, soundings.stations[ping]]
+        if _is_ended(shape, place, reach_of(features, owner)):
+            end, filled = (features.ends[owner], shadow), (own, slopes[row, 3:5])
+            neighbours[row] = _differentiate_at_end(hearing, shape, place, end, filled)
+        else:
+            differentiate(hearing, shape, place, own, shadow)
         slopes[row, :3] = own[:3]
         slopes[row, 5] = 1.0
         slopes[row, 6] = (walk_of(hearing, matched.excesses[ping]) - walk[0]) / walk[1]

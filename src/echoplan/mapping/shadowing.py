@@ -13,7 +13,7 @@ from echoplan.acoustics.expectation import Hearing, Kind, Shape, excess_of, shap
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import audibility
 from echoplan.compiled import compiled
-from echoplan.mapping.readings import Features, faced
+from echoplan.mapping.readings import Features, Reach, faced, reach_of
 from echoplan.preprocessing.soundings import Soundings
 
 __all__ = ["shadowed"]
@@ -56,9 +56,9 @@ def _shadows(soundings: Soundings, hearing: Hearing, features: Features) -> Floa
     shadows = features.shadows.copy()
     for feature in range(len(shadows)):
         gains = _likelihoods(soundings, hearing, features, feature)
-        shape, ends = shape_of(features.reflectors[feature]), features.ends[feature]
+        shape, reach = shape_of(features.reflectors[feature]), reach_of(features, feature)
         for station in range(len(gains)):
-            if _is_past(shape, ends, soundings.centers[station]):
+            if _is_past(shape, reach, soundings.centers[station]):
                 shadows[feature, station] = np.inf
                 continue
             best = np.argmax(gains[station])
@@ -68,22 +68,23 @@ def _shadows(soundings: Soundings, hearing: Hearing, features: Features) -> Floa
 
 
 @compiled
-def _is_past(shape: Shape, ends: FloatArray, center_xy: FloatArray) -> bool:
+def _is_past(shape: Shape, reach: Reach, center_xy: FloatArray) -> bool:
     """Whether a station stands past the end of a wall: what it hears from there may be the edge."""
     foot = shape[1] * center_xy[1] - shape[2] * center_xy[0]
-    return bool(shape[0] == _WALL and not ends[0, 0] <= foot <= ends[1, 0])
+    return bool(shape[0] == _WALL and not reach[2] <= foot <= reach[3])
 
 
 @compiled
 def _likelihoods(soundings: Soundings, hearing: Hearing, features: Features, feature: int) -> FloatArray:
     """Logarithms of the likelihood of all hits and misses of each station, by shadow."""
-    shape, reach = shape_of(features.reflectors[feature]), (features.extents[feature], features.ends[feature])
+    shape, reach = shape_of(features.reflectors[feature]), reach_of(features, feature)
     faintest, gains = walk_of(hearing, 0.0), np.zeros((len(soundings.centers), _SHADOWS))
     for ping in range(len(soundings.readings)):
         station = soundings.stations[ping]
         if math.isinf(features.shadows[feature, station]):
             continue
-        sight, late = faced(soundings, hearing, shape, reach, ping)
+        place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
+        sight, late = faced(shape, reach, place, soundings.readings[ping] * hearing.scale, hearing.wavelength)
         excess = excess_of(hearing, sight)
         if excess <= 0.0 or sight[0] > soundings.max_range - _RIM:
             continue
