@@ -1,20 +1,26 @@
-"""A corridor that nobody surveyed, mapped again: python benchmarks/corridor.py FOLDER [--poses MODE].
+"""A corridor that nobody surveyed, mapped again: python benchmarks/corridor.py FOLDER [--poses MODE] [--shaken COPIES].
 
 Maps the recording twice, for the first time compiles, and prints how wide the corridor is between the two walls across
 it that most stations heard, how parallel these are, along how many of the sweeps nothing but odometry tells the place,
-how much less that is known than across, and how long it took.
+how much less that is known than across, and how long it took.  ``--shaken`` maps copies of it as well, with a
+millimetre of noise in readings that come in centimetres, and prints how often the same comes out: where poses are found
+by search, nothing else tells luck from skill.
 """
 
 import argparse
+import math
 import time
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from functools import partial
 from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from echoplan.cli.terminal import show
+from echoplan.cli.terminal import show, tracked
 from echoplan.geometry import wrap
 from echoplan.io import read_recording
 from echoplan.mapping.settings import PoseMode
@@ -24,12 +30,15 @@ from echoplan.model import FeatureMap, Source, Table, Wall
 
 # Walls that face each other within this are sides of one corridor [rad].
 OPPOSITE = 0.1
+# Noise of copies [m]; what counts as the same: so far apart [m], and parallel within this [rad].
+SHAKEN, NEAR, PARALLEL = 0.001, 0.03, math.radians(0.5)
 
 
 def main() -> None:
     """Map it and print what came of it."""
     parser = argparse.ArgumentParser(description="A corridor that nobody surveyed, mapped again.")
     parser.add_argument("folder", type=Path)
+    parser.add_argument("--shaken", type=int, default=0)
     parser.add_argument("--poses", type=PoseMode, choices=list(PoseMode), default=PoseMode.AUTO)
     arguments = parser.parse_args()
     recording = read_recording(arguments.folder)
@@ -39,6 +48,31 @@ def main() -> None:
     seconds = time.process_time() - begun
     rows = [*sides(found), *open_ways(found), ("processor (s)", f"{seconds:.1f}")]
     show(Table(title=f"{recording.name}: {len(found.poses)} sweeps", columns=("what", "value"), rows=tuple(rows)))
+    if arguments.shaken:
+        with ProcessPoolExecutor() as workers:
+            runs = workers.map(partial(width, arguments.folder, arguments.poses), range(arguments.shaken))
+            show(repeated(list(tracked(runs, total=arguments.shaken, task="mapping copies"))))
+
+
+def width(folder: Path, poses: PoseMode, seed: int) -> tuple[float, float]:
+    """Map a copy with a little noise: how far apart the sides are [m], and how far off parallel [rad]."""
+    recording, rng = read_recording(folder), np.random.default_rng(seed)
+    noisy = [replace(each, ranges=each.ranges + rng.normal(0.0, SHAKEN, len(each))) for each in recording]
+    found = map_sweeps(JointMapper(recording.rig, JointSettings(poses=poses)), noisy)
+    pair = opposite(found)
+    return (pair[0].offset + pair[1].offset, abs(turn(*pair))) if pair else (np.nan, np.nan)
+
+
+def repeated(copies: list[tuple[float, float]]) -> Table:
+    """Tell how often the same came out."""
+    apart, askew = np.array(copies).T
+    usual = float(np.nanmedian(apart))
+    alike = (np.abs(apart - usual) < NEAR) & (askew < PARALLEL)
+    rows = (
+        ("apart, median (m)", f"{usual:.3f}"),
+        ("so within 3 cm, and parallel within half a degree", f"{alike.sum()}"),
+    )
+    return Table(title=f"{len(copies)} copies with a millimetre of noise", columns=("what", "value"), rows=rows)
 
 
 def mapped(recording: Source, poses: PoseMode) -> FeatureMap:
@@ -47,13 +81,19 @@ def mapped(recording: Source, poses: PoseMode) -> FeatureMap:
 
 
 def sides(found: FeatureMap) -> Iterator[tuple[str, str]]:
-    """Tell the two walls that face each other and that most stations heard."""
-    facing = [pair for pair in combinations(found.walls, 2) if abs(turn(*pair)) < OPPOSITE]
-    if facing:
-        one, other = max(facing, key=lambda pair: min(each.stations for each in pair))
+    """Tell about the two sides."""
+    pair = opposite(found)
+    if pair:
+        one, other = pair
         yield "walls heard by (stations)", f"{one.stations}, {other.stations}"
         yield "apart (m)", f"{one.offset + other.offset:.3f}"
         yield "off parallel (°)", f"{np.degrees(abs(turn(one, other))):.2f}"
+
+
+def opposite(found: FeatureMap) -> tuple[Wall, Wall] | None:
+    """Find the two walls that face each other and that most stations heard."""
+    facing = [pair for pair in combinations(found.walls, 2) if abs(turn(*pair)) < OPPOSITE]
+    return max(facing, key=lambda pair: min(each.stations for each in pair), default=None)
 
 
 def turn(one: Wall, other: Wall) -> float:
