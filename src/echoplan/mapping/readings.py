@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from echoplan.acoustics.expectation import (
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.compiled import compiled
-from echoplan.mapping.edges import edges_of
+from echoplan.mapping.edges import Reach, at_end, differentiate_at_end, edges_of, is_ended
 from echoplan.preprocessing.soundings import Soundings
 
 __all__ = ["Features", "Matched", "as_arrays", "differentiate_readings", "faced", "match_readings", "reach_of"]
@@ -31,16 +31,6 @@ _WALL = int(Kind.WALL)
 _FAINT = -2.0
 # A wall may explain readings this far beyond what was heard of it; no walk is longer than this [m].
 _BORDER, _WALK = 0.1, 0.1
-# Fresnel's parameter from which on an edge takes nothing away.
-_CLEAR = -0.78
-# At 4 m an edge takes something away from 7 cm before it on [m].
-_ZONE = 0.1
-# Step of a central difference [m].
-_STEP = 1e-4
-
-
-# Between which places a wall was heard, and where it ends [m].
-Reach: TypeAlias = tuple[float, float, float, float]
 
 
 class Features(NamedTuple):
@@ -197,62 +187,9 @@ def faced(shape: Shape, reach: Reach, place: Ping, reading: float, wavelength: f
     foot, is_wall = shape[1] * place[1] - shape[2] * place[0], shape[0] == _WALL
     if sight[0] <= 0.0 or (is_wall and not reach[0] - _BORDER < foot < reach[1] + _BORDER):
         return sight, -math.inf
-    below, above = reach[2] - foot, foot - reach[3]
-    if is_wall and max(below, above) > -_ZONE:
-        sight = _at_end(sight, below, above, wavelength)
+    if is_ended(shape, place, reach):
+        sight = at_end(sight, reach[2] - foot, foot - reach[3], wavelength)
     return sight, reading - sight[0]
-
-
-@compiled
-def _at_end(sight: Sight, below: float, above: float, wavelength: float) -> Sight:
-    """See a wall from before, or past, its end: a knife edge (ITU-R P.526), whence what is left of the sound comes."""
-    depth, cosine, sine, distance, strength = sight
-    over = max(below, above)
-    passing = 2.0 * over / math.sqrt(depth * wavelength)
-    if passing <= _CLEAR:
-        return sight
-    grazing = passing - 0.1
-    strength -= 6.9 + 20.0 * math.log10(math.sqrt(grazing * grazing + 1.0) + grazing)
-    if over <= 0.0:
-        return depth, cosine, sine, distance, strength
-    away = math.hypot(depth, over)
-    aside, ahead = (over if below > above else -over) / away, depth / away
-    return away, cosine * ahead + sine * aside, sine * ahead - cosine * aside, distance, strength
-
-
-@compiled
-def _is_ended(shape: Shape, place: Ping, reach: Reach) -> bool:
-    """Whether a sensor stands so near to the end of a wall, or past it, that this may matter."""
-    foot = shape[1] * place[1] - shape[2] * place[0]
-    return shape[0] == _WALL and max(reach[2] - foot, foot - reach[3]) > -_ZONE
-
-
-@compiled
-def _differentiate_at_end(
-    hearing: Hearing, shape: Shape, place: Ping, end: tuple[FloatArray, float], slopes: tuple[FloatArray, FloatArray]
-) -> int:
-    """Differentiate a reading by its own wall and the one that this meets at its end; return the number of that."""
-    (ends, shadow), (own, neighbours) = end, slopes
-    sight, foot = look(shape, place), shape[1] * place[1] - shape[2] * place[0]
-    below, above = ends[0, 0] - foot, foot - ends[1, 0]
-    lost = sight[4] - _at_end(sight, below, above, hearing.wavelength)[4]
-    differentiate(hearing, shape, place, own, shadow + lost)
-    near = _read(hearing, _at_end(sight, below - _STEP, above - _STEP, hearing.wavelength), shadow)
-    far = _read(hearing, _at_end(sight, below + _STEP, above + _STEP, hearing.wavelength), shadow)
-    side, sign = (0, 1.0) if below > above else (1, -1.0)
-    slope = sign * (far - near) / (2.0 * _STEP)
-    # The foot of the sensor moves the other way, as the wall turns and as the sensor moves.
-    own[0] += slope * (ends[side, 1] + shape[3] - sight[0])
-    own[1] += slope * ends[side, 2]
-    own[3] += slope * shape[2]
-    own[4] -= slope * shape[1]
-    neighbours[0], neighbours[1] = slope * ends[side, 3], slope * ends[side, 4]
-    return int(ends[side, 5])
-
-
-@compiled
-def _read(hearing: Hearing, sight: Sight, shadow: float) -> float:
-    return sight[0] + walk_of(hearing, excess_of(hearing, sight) - shadow)
 
 
 @compiled
@@ -294,9 +231,9 @@ def differentiate_readings(
         place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
         owner = matched.owners[ping]
         shape, shadow = shape_of(features.reflectors[owner]), features.shadows[owner, soundings.stations[ping]]
-        if _is_ended(shape, place, reach_of(features, owner)):
+        if is_ended(shape, place, reach_of(features, owner)):
             end, filled = (features.ends[owner], shadow), (own, slopes[row, 3:5])
-            neighbours[row] = _differentiate_at_end(hearing, shape, place, end, filled)
+            neighbours[row] = differentiate_at_end(hearing, shape, place, end, filled)
         else:
             differentiate(hearing, shape, place, own, shadow)
         slopes[row, :3] = own[:3]

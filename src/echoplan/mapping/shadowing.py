@@ -13,7 +13,8 @@ from echoplan.acoustics.expectation import Hearing, Kind, Shape, excess_of, shap
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import audibility
 from echoplan.compiled import compiled
-from echoplan.mapping.readings import Features, Reach, faced, reach_of
+from echoplan.mapping.edges import Reach
+from echoplan.mapping.readings import Features, faced, reach_of
 from echoplan.preprocessing.soundings import Soundings
 
 __all__ = ["shadowed"]
