@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from pydantic import BaseModel, Field
-from scipy.signal import find_peaks
 
 from echoplan.acoustics.expectation import Hearing, Kind, excess_of, look, walk_of
 from echoplan.arrays import FloatArray, IntArray
@@ -97,6 +96,8 @@ def _parted(runs: Sequence[IntArray], bearings: FloatArray, readings: FloatArray
 
 def _apart(run: IntArray, bearings: FloatArray, readings: FloatArray, height: float) -> list[IntArray]:
     """Part a run where it is farther than to either side: of one reflector only one place is nearest."""
+    from scipy.signal import find_peaks  # noqa: PLC0415 - SciPy is slow to import
+
     turns = wrap(bearings[run] - circular_mean(bearings[run]))
     along = run[np.argsort(turns, kind="stable")]
     ridges, _ = find_peaks(readings[along], prominence=height)
