@@ -9,7 +9,7 @@ from echoplan.evaluation import evaluate
 from echoplan.evaluation.consistency import wall_error
 from echoplan.geometry import directions
 from echoplan.mapping.edges import edges_of
-from echoplan.mapping.readings import Features, Matched, as_arrays, differentiate_readings, match_readings
+from echoplan.mapping.readings import Features, Matched, differentiate_readings, match_readings
 from echoplan.mapping.shadowing import shadowed
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper, JointSettings
@@ -114,9 +114,7 @@ def directions_along(pings: Soundings, rows: FloatArray) -> FloatArray:
 
 def test_a_wall_fades_past_its_end_by_six_decibels_and_more() -> None:
     # Right before the end half of the amplitude is left (ITU-R P.526: 6.0 dB at 0, 0 dB before -0.78).
-    whole = as_arrays([], 1)._replace(
-        reflectors=WEST[None], extents=HEARD[:1], shadows=np.zeros((1, 1)), ends=edges_of(WEST[None], HEARD[:1])
-    )
+    whole = Features(WEST[None], HEARD[:1], np.zeros((1, 1)), edges_of(WEST[None], HEARD[:1]))
     pings = beside(1.0)._replace(readings=np.full(90, 0.55))
     alone = match_readings(pings, SONAR.tabulated(), whole, 0.09)
     ended = match_readings(pings, SONAR.tabulated(), box(np.array([WEST, SOUTH]), 1), 0.09)

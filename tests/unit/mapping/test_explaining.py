@@ -37,22 +37,29 @@ class Doubtful:
         self.poses = start + 0.01
 
 
-def course(monkeypatch: pytest.MonkeyPatch, *, agree: set[Course], scattered: set[Course], stations: int = 5) -> Course:
-    """Tell how the best poses came about, if accounts agree or scatter by how theirs did."""
-    worth = {Course.TRUSTED: 0.0, Course.TRACKED: 10.0, Course.NUDGED: 20.0}
-    told: dict[str, Any] = {
-        "agreement": lambda account: 0.5,
-        "agrees": lambda account: account.course in agree,
-        "evidence": lambda account: worth[account.course],
-        "is_doubtful": lambda account: True,
-        "is_scattered": lambda account: account.course in scattered,
-        "is_torn": lambda account: False,
+def told(monkeypatch: pytest.MonkeyPatch, **answers: Any) -> None:
+    """Let tracking find nothing better, and questions about accounts be answered so."""
+    tracking: dict[str, Any] = {
         "track": lambda account, beliefs: None,
         "without_slip": lambda account, beliefs: None,
         "elsewhere": lambda account, beliefs, station: None,
     }
-    for name, answer in told.items():
+    for name, answer in (tracking | answers).items():
         monkeypatch.setattr(explaining, name, answer)
+
+
+def course(monkeypatch: pytest.MonkeyPatch, *, agree: set[Course], scattered: set[Course], stations: int = 5) -> Course:
+    """Tell how the best poses came about, if accounts agree or scatter by how theirs did."""
+    worth = {Course.TRUSTED: 0.0, Course.TRACKED: 10.0, Course.NUDGED: 20.0}
+    told(
+        monkeypatch,
+        agreement=lambda account: 0.5,
+        agrees=lambda account: account.course in agree,
+        evidence=lambda account: worth[account.course],
+        is_doubtful=lambda account: True,
+        is_scattered=lambda account: account.course in scattered,
+        is_torn=lambda account: False,
+    )
     return explained(Doubtful(stations)).course  # type: ignore[arg-type]
 
 
@@ -86,15 +93,11 @@ def test_two_stations_have_nothing_to_hold_a_pose_against(monkeypatch: pytest.Mo
 def test_poses_settle_as_long_as_that_explains_more(monkeypatch: pytest.MonkeyPatch) -> None:
     account, worth = Doubtful(5), [0.0, 20.0, 40.0, 42.0, 90.0]
     account.settings = AccountSettings(poses=PoseMode.CORRECT)
-    told: dict[str, Any] = {
-        "agrees": lambda account: False,
-        "evidence": lambda account: worth[account.settled],
-        "is_torn": lambda account: True,
-        "track": lambda account, beliefs: None,
-        "without_slip": lambda account, beliefs: None,
-        "elsewhere": lambda account, beliefs, station: None,
-    }
-    for name, answer in told.items():
-        monkeypatch.setattr(explaining, name, answer)
+    told(
+        monkeypatch,
+        agrees=lambda account: False,
+        evidence=lambda account: worth[account.settled],
+        is_torn=lambda account: True,
+    )
     best: Any = explained(account)  # type: ignore[arg-type]
     assert best.settled == 2
