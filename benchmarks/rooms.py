@@ -26,8 +26,8 @@ _SIDES, _BOX, _CUT, _RADII = (3.0, 5.5), (0.35, 0.9), (0.3, 0.45), (0.05, 0.2)
 _ASKEW, _TURNED = 0.35, 0.6
 # What must be free about a box, a cylinder, a station; least way between two of 14 stations [m].
 _PASSAGE, _GAP, _BODY, _STRIDE = 0.6, 0.5, 0.33, 0.35
-# The air of rooms; the modules take it to be of 20 [degrees Celsius].
-_TEMPERATURES, _KNOWN_TEMPERATURES = (10.0, 30.0), (18.0, 22.0)
+# What modules take the air to be of, and the air of rooms whose scale the stations tell [degrees Celsius].
+_TEMPERATURE, _TEMPERATURES = 20.0, (10.0, 30.0)
 # How far a robot drives from one station to the next [m].
 _NEAREST, _FARTHEST = 0.4, 1.1
 # Points of a leg that must be free, this far apart [m].
@@ -69,13 +69,13 @@ def is_oblique(seed: int) -> bool:
 
 
 def random_drive(
-    seed: int, *, odometry: OdometryNoise = DRIFT, noise: tuple[float, float] = (0.02, 0.02)
+    seed: int, *, odometry: OdometryNoise = DRIFT, noise: tuple[float, float] = (0.02, 0.02), air: float = 0.0
 ) -> Simulation:
     """Drive through a random room with the built-in rotary array, by dead reckoning.
 
-    The rooms are those of ``random_simulation``, in air of 18 to 22 degrees Celsius: odometry that is 2 % off tells
-    nothing of the 1.7 % by which ten degrees stretch the ranges, so that whoever drifts must know them better.
-    From each station the robot turns to a place nearby to which the way is free, and drives there.
+    The rooms are those of ``random_simulation``, in air that the modules know: odometry that is 2 % off tells nothing
+    of the 1.7 per mille by which each degree stretches the ranges, and the map with them.  From each station the robot
+    turns to a place nearby to which the way is free, and drives there.
 
     Parameters
     ----------
@@ -85,6 +85,8 @@ def random_drive(
         How dead reckoning goes astray.
     noise : tuple of float, optional
         Shares of dropouts and of stray echoes.
+    air : float, optional
+        By how much the air may be warmer or colder than the modules take it to be [degrees Celsius].
 
     Returns
     -------
@@ -97,12 +99,13 @@ def random_drive(
     floor, pillars = _pillars(floor, rng)
     room = Polyline(points_xy=floor.outline_xy, closed=True)
     dropout, stray = noise
-    route, air = _drive(floor, rng, LEGS), Air(temperature=float(rng.uniform(*_KNOWN_TEMPERATURES)))
+    route = _drive(floor, rng, LEGS)
+    temperature = _TEMPERATURE + float(rng.uniform(-air, air))
     return Simulation(
         world=World(name=f"drive {seed}", polylines=(room, *boxes), pillars=pillars),
         rig=builtin_rig("rotary-array"),
         route=route,
-        settings=SimulationSettings(dropout=dropout, stray=stray, odometry=odometry, air=air),
+        settings=SimulationSettings(dropout=dropout, stray=stray, odometry=odometry, air=Air(temperature=temperature)),
         seed=seed,
     )
 

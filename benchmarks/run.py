@@ -22,6 +22,7 @@ BENCHMARKS = (
     "pace.py 50 100 --poses correct",
     "poses.py",
     "poses.py --noisy",
+    "poses.py --air 2",
 )
 RECORDINGS, CORRIDOR = "recordings.py", "corridor.py"
 
