@@ -37,6 +37,8 @@ class Hypothesis:
         Ends of a wall along it [m].
     past : Past, optional
         What stations said of it whose pings are no longer at hand; it counts in the total and the extent.
+    is_square : bool, optional
+        Whether a wall is believed to stand at right angles to others.
     """
 
     reflector: FloatArray
@@ -45,6 +47,7 @@ class Hypothesis:
     total: float = 0.0
     extent: tuple[float, float] = (0.0, 0.0)
     past: Past = NO_PAST
+    is_square: bool = False
 
     @property
     def best(self) -> float:

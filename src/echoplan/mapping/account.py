@@ -33,7 +33,7 @@ from echoplan.mapping.reclassification import reclassified
 from echoplan.mapping.search import Search
 from echoplan.mapping.settings import AccountSettings
 from echoplan.mapping.shadowing import shadowed
-from echoplan.mapping.squareness import main_direction, off_square
+from echoplan.mapping.squareness import Squareness, learn_squareness, main_direction, off_square
 from echoplan.mapping.state import State
 from echoplan.mapping.unknowns import SONAR_UNKNOWNS
 from echoplan.model import Rig
@@ -91,7 +91,7 @@ class Account:
         self.adjusted: Adjusted | None = None
         self.believed: PoseBeliefs | None = None
         self.course = Course.TRUSTED
-        self.direction: float | None = None
+        self.square_sigma = 0.0
         self.independence = self.memory.independence
         self.verdict = "trusted, as asked for"
         self._explanation: tuple[tuple[Soundings, EchoModel, float], Explanation] | None = None
@@ -118,6 +118,12 @@ class Account:
     def latency(self) -> float:
         """By how much the servo lags behind what was recorded [s]."""
         return self.adjusted.latency if self.adjusted else self.memory.latency
+
+    @property
+    def squareness(self) -> Squareness | None:
+        """Which walls are believed to stand at right angles to each other, if any."""
+        members = np.array([each.is_square for each in self.features], dtype=bool)
+        return Squareness(members, self.square_sigma) if self.square_sigma and members.any() else None
 
     @property
     def offset_sigma(self) -> float:
@@ -153,6 +159,7 @@ class Account:
         self.settle_features()
         self.adjust(self.noise)
         self.judge(self.noise)
+        self.stand_square()
 
     def correct(self, beliefs: PoseBeliefs, start: FloatArray) -> None:
         """Start over, move the poses to where the pings agree, and do so again with the sonar that this has taught."""
@@ -178,6 +185,7 @@ class Account:
     def settle(self, beliefs: PoseBeliefs) -> None:
         """Explain everything from poses that are nearly right, learn the sonar, and refine all together."""
         self.noise, self.soundings = self.settings.first_noise, displaced(self.recorded, self.given, self.poses)
+        self._believe_square(None)
         self.search()
         self.features = without_copies(self.features, self.settings.pose_errors.copies)
         self.adjust_often(self.noise, beliefs, 3)
@@ -192,6 +200,7 @@ class Account:
             heard, left = self.adjusted.owners, self.adjusted.residuals
             self.independence = independence(self.soundings, heard, left, noise=self.noise)
         self.adjust_often(self.noise, self._drifting(beliefs), 2)
+        self.stand_square(self._drifting(beliefs))
 
     def _drifting(self, beliefs: PoseBeliefs) -> PoseBeliefs:
         """Learn how far odometry is off, unless the rig tells."""
@@ -218,9 +227,31 @@ class Account:
         """Join walls that poses pulled apart; drop weak ones that stand askew where almost all are at right angles."""
         settings = self.settings.squareness
         self.features = without_copies(self.features, self.settings.copies)
-        self.direction = main_direction(self.features, settings)
-        if self.direction is not None:
-            self.features = [each for each in self.features if self._is_square(each) or each.total > settings.cost]
+        direction = main_direction(self.features, settings)
+        self._believe_square(None)
+        if direction is not None:
+            walls = np.array([each.is_wall for each in self.features])
+            lines = np.array([each.reflector[1] for each in self.features])
+            fits = walls & (np.abs(off_square(lines, direction)) < settings.within)
+            self._believe_square(Squareness(fits, settings.sigma))
+            self.features = [
+                each for each in self.features if not each.is_wall or each.is_square or each.total > settings.cost
+            ]
+
+    def stand_square(self, poses: PoseBeliefs | None = None) -> None:
+        """Adjust once more with walls drawn to right angles, where those that are known well stand so."""
+        assert self.adjusted is not None
+        now = self.adjusted
+        found = learn_squareness(now.reflectors, now.unknowns, now.covariance, self.settings.squareness)
+        if found is not None:
+            self._believe_square(found)
+            self.adjust(self.noise, poses)
+            self.judge(self.noise)
+
+    def _believe_square(self, believed: Squareness | None) -> None:
+        members = np.zeros(len(self.features), dtype=bool) if believed is None else believed.members
+        self.square_sigma = 0.0 if believed is None else believed.sigma
+        self.features = [replace(each, is_square=bool(e)) for each, e in zip(self.features, members, strict=True)]
 
     def until(self, count: int) -> "Account":
         """Return an account of the first stations only, with the poses and features of now.
@@ -309,9 +340,7 @@ class Account:
             poses=poses,
             independence=self.independence,
             pair_sigma=0.0 if poses is None or poses.relative else self.settings.pose_errors.pair_sigma,
-            square=None
-            if poses is None or self.direction is None
-            else (self.direction, self.settings.squareness.sigma),
+            squareness=self.squareness,
         )
 
     def learn_loudness(self) -> None:
@@ -353,11 +382,6 @@ class Account:
         if not self.memory.is_empty:
             sigmas[0] = self.memory.reckoned
         return reckoned_covariances(self.believed._replace(sigmas=sigmas), self.poses)
-
-    def _is_square(self, feature: Hypothesis) -> bool:
-        if not feature.is_wall or self.direction is None:
-            return True
-        return abs(off_square(feature.line[0], self.direction)) < self.settings.squareness.within
 
     def _search(self, *, rounds: int | None = None) -> Search:
         settings = self.settings.search

@@ -18,7 +18,7 @@ from echoplan.mapping.crossings import TieSettings, corner_ties
 from echoplan.mapping.poses import PoseBeliefs, displaced, pose_rows
 from echoplan.mapping.readings import Features, Matched, differentiate_readings, match_readings
 from echoplan.mapping.rows import Rows, Summary, normal_equations, prior, solve
-from echoplan.mapping.squareness import off_square
+from echoplan.mapping.squareness import Squareness, square_rows
 from echoplan.mapping.state import State
 from echoplan.mapping.unknowns import SONAR_UNKNOWNS, Unknowns
 from echoplan.preprocessing.soundings import Soundings, late_by
@@ -33,8 +33,6 @@ __all__ = [
 ]
 
 _CYLINDER = int(Kind.CYLINDER)
-# Walls within this of a square direction are drawn to it [rad].
-_NEARLY_SQUARE = math.radians(12)
 # Information about features that holds them in place where no reading does.
 _HOLD = 0.1
 # What the prior alone holds needs no other hold: readings tell of a number what leaves so much of its variance.
@@ -81,8 +79,8 @@ class Beliefs(NamedTuple):
         What all pings of one station say of one feature is wrong together by this [m]; 0 if they are independent.
     independence : float
         How many times more readings count than their weights say.
-    square : tuple of float or None
-        Main direction of the walls and standard deviation about it [rad], where right angles are believed in.
+    squareness : Squareness or None
+        How square the walls stand, where right angles are believed in.
     """
 
     noise: float
@@ -93,7 +91,7 @@ class Beliefs(NamedTuple):
     poses: PoseBeliefs | None = None
     pair_sigma: float = 0.0
     independence: float = 1.0
-    square: tuple[float, float] | None = None
+    squareness: Squareness | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -343,8 +341,8 @@ def _placed(readings: _Readings, unknowns: Unknowns) -> Rows:
 
 def _priors(now: State, unknowns: Unknowns, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:
     yield _sonar_prior(now, unknowns.sonar, beliefs, settings)
-    if beliefs.square is not None:
-        yield _square_prior(now, unknowns, *beliefs.square)
+    if beliefs.squareness is not None:
+        yield square_rows(beliefs.squareness, now.features.reflectors[:, 1], unknowns.starts)
     if beliefs.poses is not None:
         yield pose_rows(beliefs.poses, now.poses, unknowns.pose)
     yield prior(np.arange(unknowns.sonar), sigma=1.0 / _HOLD, residual=0.0)
@@ -364,10 +362,3 @@ def _sonar_prior(now: State, first: int, beliefs: Beliefs, settings: AdjustmentS
         sigma=(beliefs.offset_sigma, gain_sigma, scale_sigma, latency_sigma),
         residual=(-model.range_offset, beliefs.walk_gain - model.walk_gain, -model.range_scale, -now.latency),
     )
-
-
-def _square_prior(now: State, unknowns: Unknowns, direction: float, sigma: float) -> Rows:
-    walls = np.flatnonzero(unknowns.kinds == Kind.WALL)
-    off = np.array([off_square(float(angle), direction) for angle in now.features.reflectors[walls, 1]])
-    nearly = np.abs(off) < _NEARLY_SQUARE
-    return prior(unknowns.starts[walls][nearly], sigma=sigma, residual=-off[nearly])

@@ -1,14 +1,15 @@
-"""Drift: how far odometry really goes astray, told by poses that were corrected."""
+"""Drift: how far odometry really goes astray, told by poses that were corrected; how far from what was guessed."""
 
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray
 from echoplan.mapping.poses import PoseBeliefs, step_residuals, step_slopes
 
-__all__ = ["DriftSettings", "learn_drift"]
+__all__ = ["DriftSettings", "learn_drift", "learned_factor"]
 
 
 class DriftSettings(BaseModel, frozen=True, extra="forbid"):
@@ -30,12 +31,7 @@ def learn_drift(
     logarithm is normal before anything was seen, with deviation t: whoever guesses a deviation means its order of
     magnitude.  The expected square of an error is that of the corrected step less the given one, and its variance.
 
-    .. math:: S = \sum_k (r_k^2 + J_k C J_k') / \sigma_k^2, \qquad
-              n \ln f + \frac{S}{2 f^2} + \frac{\ln^2 f}{2 t^2} \to \min
-
-    With omega of Wright, the solution of ``omega + ln omega = z`` (Corless and Jeffrey 2002), that is
-
-    .. math:: \ln f = \tfrac12 \omega(2 n t^2 + \ln(2 t^2 S)) - n t^2
+    .. math:: S = \sum_k (r_k^2 + J_k C J_k') / \sigma_k^2
 
     Parameters
     ----------
@@ -53,8 +49,6 @@ def learn_drift(
     PoseBeliefs
         The same with other deviations.
     """
-    from scipy.special import wrightomega  # noqa: PLC0415 - SciPy is slow to import
-
     if len(poses) < 2:
         return beliefs
     slopes = np.concatenate(step_slopes(poses), axis=2)[1:]
@@ -62,11 +56,40 @@ def learn_drift(
     blocks = covariance[places[:, :, None], places[:, None, :]]
     variances = np.einsum("kij,kjl,kil->ki", slopes, blocks, slopes)
     squares = (step_residuals(beliefs.given, poses) ** 2 + variances) / beliefs.sigmas[1:] ** 2
-    pull = len(squares) * settings.spread**2
-    # Steps without any error leave the least that may be learned.
-    expected = np.maximum(squares.sum(axis=0), np.finfo(np.float64).tiny)
-    omega = wrightomega(2.0 * pull + np.log(2.0 * settings.spread**2 * expected))
-    factors = np.exp(0.5 * omega.real - pull)
+    factors = learned_factor(squares.sum(axis=0), float(len(squares)), settings.spread)
     sigmas = beliefs.sigmas.copy()
     sigmas[1:] *= np.clip(factors, settings.least, settings.greatest)
     return beliefs._replace(sigmas=sigmas)
+
+
+def learned_factor(squares: ArrayLike, count: float, spread: float) -> FloatArray:
+    r"""Tell how many times greater a deviation is than was guessed, from errors seen.
+
+    .. math:: n \ln f + \frac{S}{2 f^2} + \frac{\ln^2 f}{2 t^2} \to \min
+
+    With omega of Wright, the solution of ``omega + ln omega = z`` (Corless and Jeffrey 2002), that is
+
+    .. math:: \ln f = \tfrac12 \omega(2 n t^2 + \ln(2 t^2 S)) - n t^2
+
+    Parameters
+    ----------
+    squares : array_like, shape (k,)
+        Sums S of the expected squares of n errors, in units of the guess.
+    count : float
+        How many they are, n.
+    spread : float
+        Standard deviation t of the logarithm of what is guessed.
+
+    Returns
+    -------
+    ndarray, shape (k,)
+        The factors.
+    """
+    from scipy.special import wrightomega  # noqa: PLC0415 - SciPy is slow to import
+
+    pull = count * spread**2
+    # Without any error the least is left that a number may be.
+    expected = np.maximum(squares, np.finfo(np.float64).tiny)
+    omega = wrightomega(2.0 * pull + np.log(2.0 * spread**2 * expected))
+    factors: FloatArray = np.exp(0.5 * omega.real - pull)
+    return factors

@@ -19,6 +19,7 @@ from echoplan.mapping.poses import PoseBeliefs, pose_rows
 from echoplan.mapping.readings import as_arrays
 from echoplan.mapping.rivals import class_probabilities
 from echoplan.mapping.rows import Summary
+from echoplan.mapping.squareness import learn_squareness
 from echoplan.mapping.state import State
 from echoplan.mapping.survey import Survey
 from echoplan.mapping.vertices import find_vertices
@@ -48,9 +49,12 @@ def survey(account: Account) -> Survey:
     found = [each for each in memory.features if _is_there(each)]
     state = State(features=as_arrays(found, 0), model=account.model, latency=memory.latency)
     nothing = chosen_soundings(account.recorded, np.zeros(len(account.recorded.readings), dtype=bool))
-    beliefs = account.beliefs(account.noise, None)
+    beliefs = account.beliefs(account.noise, None)._replace(squareness=None)
     known = memory.about(found, state.unknowns)
     adjusted = adjust(nothing, state, beliefs, settings.adjustment, known=known)
+    square = learn_squareness(adjusted.reflectors, adjusted.unknowns, adjusted.covariance, settings.squareness)
+    if square is not None:
+        adjusted = adjust(nothing, state, beliefs._replace(squareness=square), settings.adjustment, known=known)
     features = [replace(each, reflector=row) for each, row in zip(found, adjusted.reflectors, strict=True)]
     echoes = memory.echoes_of(features)
     faces = find_faces(features, echoes, step=account.step, settings=settings.faces)
