@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from echoplan.acoustics.expectation import Kind
-from echoplan.arrays import IntArray
+from echoplan.arrays import FloatArray, IntArray
 from echoplan.classification.explanation import Explanation
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.mapping.belief import Belief
@@ -14,8 +14,10 @@ from echoplan.mapping.rivals import rivals_of
 
 __all__ = ["reclassified", "without_joining"]
 
-# A cylinder known from no more stations may be as many walls.
+# What is known from no more stations may be as many walls.
 _FEW_STATIONS = 3
+# What may seem to join them.
+_JOINING = (Kind.CYLINDER, Kind.WALL)
 
 
 def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belief: Belief) -> list[Hypothesis]:
@@ -50,10 +52,11 @@ def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belie
 
 
 def without_joining(explanation: Explanation, features: list[Hypothesis], belief: Belief) -> list[Hypothesis]:
-    """Replace cylinders by walls, one for each of few stations, where these explain the pings better.
+    """Replace features by walls, one for each of few stations, where these explain the pings better.
 
     Any two walls that were heard from one station each have a cylinder that touches both, and it needs fewer
-    parameters; but it would be heard less loud, and so over a narrower angle.
+    parameters; but it would be heard less loud, and so over a narrower angle.  Sides of two boxes that stand nearly in
+    line look like one wall, though each of them by itself says a little otherwise.
 
     Parameters
     ----------
@@ -67,21 +70,23 @@ def without_joining(explanation: Explanation, features: list[Hypothesis], belief
     Returns
     -------
     list of Hypothesis
-        The features, some cylinders among them replaced.
+        The features, some of them replaced.
     """
     for feature in features:
         stations = np.flatnonzero(feature.gains > belief.settings.second_station)
-        if feature.kind is Kind.CYLINDER and not feature.is_known and len(stations) <= _FEW_STATIONS:
+        if feature.kind in _JOINING and not feature.is_known and 1 + feature.is_wall <= len(stations) <= _FEW_STATIONS:
             others = [each for each in features if each is not feature]
             walls = _walls_instead(explanation, feature, stations, others, belief=belief)
-            if sum(each.total for each in walls) > feature.total:
+            # Two parameters of each wall more than one wall has; a cylinder has three.
+            cost = belief.settings.accept * (len(walls) - 1) if feature.is_wall else 0.0
+            if sum(each.total for each in walls) > feature.total + cost:
                 features = [*others, *walls]
     return features
 
 
 def _walls_instead(
     explanation: Explanation,
-    cylinder: Hypothesis,
+    joining: Hypothesis,
     stations: IntArray,
     others: Sequence[Hypothesis],
     *,
@@ -91,14 +96,19 @@ def _walls_instead(
     course = ((4 * explanation.noise, 0.06, 4), (explanation.noise, 0.03, 4))
     for station in stations:
         levels = explanation.levels([*others, *walls])
-        pings = cylinder.evidence.pings[cylinder.evidence.densities > levels[cylinder.evidence.pings]]
+        pings = joining.evidence.pings[joining.evidence.densities > levels[joining.evidence.pings]]
         own = pings[soundings.stations[pings] == station]
-        away = cylinder.reflector[1:3] - soundings.centers[station]
-        normal = away / np.hypot(*away)
-        touched = cylinder.reflector[1:3] - cylinder.reflector[3] * normal
-        start = np.array([Kind.WALL, np.arctan2(normal[1], normal[0]), touched @ normal, 0.0])
+        start = joining.reflector if joining.is_wall else _touching(joining, soundings.centers[station])
         wall = explanation.propose(approach(soundings, explanation.hearing, start, own, course))
         wall = explanation.judged(wall, levels, [*others, *walls])
         if belief.holds(wall, levels):
             walls.append(wall)
     return walls
+
+
+def _touching(cylinder: Hypothesis, center_xy: FloatArray) -> FloatArray:
+    """Make a wall that touches a cylinder where a station hears it."""
+    away = cylinder.reflector[1:3] - center_xy
+    normal = away / np.hypot(*away)
+    touched = cylinder.reflector[1:3] - cylinder.reflector[3] * normal
+    return np.array([Kind.WALL, np.arctan2(normal[1], normal[0]), touched @ normal, 0.0])

@@ -170,7 +170,10 @@ class Search:
 
     def _renewed(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Collect the evidence anew: pings, noise or the sonar may have changed."""
-        fresh = [replace(self.explanation.propose(each.reflector), past=each.past) for each in features]
+        fresh = [
+            replace(self.explanation.propose(each.reflector), past=each.past, is_square=each.is_square)
+            for each in features
+        ]
         bare = np.full(len(self.explanation.soundings.readings), self.explanation.floor)
         return self.explanation.judge_all(fresh, bare, [])
 

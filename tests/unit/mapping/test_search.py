@@ -187,6 +187,19 @@ def test_a_cylinder_that_joins_two_walls_gives_way_to_them() -> None:
     assert rows(features) == pytest.approx(np.array(sorted(walls, key=list)), abs=0.01)
 
 
+@pytest.mark.parametrize(("askew", "count"), [(0.0, 1), (3.0, 2)])
+def test_a_wall_that_joins_the_sides_of_two_boxes_gives_way_to_them(askew: float, count: int) -> None:
+    # Each station hears a side of its own; both sides touch the same line, one of them askew.
+    foot = np.array([-0.6, 1.2])
+    angle = np.pi / 2 + np.radians(askew)
+    sides = [wall(angle, float(foot @ [np.cos(angle), np.sin(angle)])), wall(np.pi / 2, 1.2)]
+    search = search_in(heard_apart(listening(APART, step=np.radians(2.0)), *sides))
+    found = rows(search.run(proposed(search, sides[1])))
+    assert len(found) == count
+    for side in sides:
+        assert np.abs(found[:, 1:3] - side[1:3]).max(axis=1).min() < 0.01
+
+
 def posts(*, radius: float) -> list[FloatArray]:
     """Two posts that touch the wall y = 1.2, each straight before a station."""
     return [cylinder(x, 1.2 + radius, radius) for x in (-0.6, 0.6)]

@@ -8,7 +8,22 @@ from hypothesis import strategies as st
 from echoplan.acoustics.expectation import Kind
 from echoplan.classification.evidence import Evidence
 from echoplan.classification.hypotheses import Hypothesis
-from echoplan.mapping.squareness import SquarenessSettings, main_direction, off_square
+from echoplan.evaluation import evaluate
+from echoplan.mapping.settings import PoseMode
+from echoplan.mapping.squareness import (
+    Squareness,
+    SquarenessSettings,
+    learn_squareness,
+    main_direction,
+    off_square,
+    square_rows,
+)
+from echoplan.mapping.unknowns import Unknowns
+from echoplan.methods import map_sweeps
+from echoplan.methods.joint import JointMapper, JointSettings
+from echoplan.model import Polyline, Route, World
+from echoplan.simulation import Simulation
+from echoplan.sources import find_rig
 
 SETTINGS = SquarenessSettings()
 
@@ -29,7 +44,7 @@ def faces(*degrees: float, total: float = 100.0) -> list[Hypothesis]:
 def test_walls_at_right_angles_have_a_direction() -> None:
     direction = main_direction(faces(10, 100, -80, 190), SETTINGS)
     assert direction is not None
-    assert off_square(np.radians(10), direction) == pytest.approx(0.0, abs=1e-12)
+    assert off_square(np.radians([10.0]), direction) == pytest.approx([0.0], abs=1e-12)
 
 
 def test_it_is_their_mean_and_strong_walls_count_more() -> None:
@@ -57,7 +72,87 @@ def test_only_walls_are_asked() -> None:
 
 @given(angle=st.floats(-10, 10), direction=st.floats(-10, 10), turns=st.integers(-3, 3))
 def test_right_angles_do_not_matter(angle: float, direction: float, turns: int) -> None:
-    off = off_square(angle, direction)
-    assert abs(off) <= np.pi / 4 + 1e-9
-    again = off_square(angle + turns * np.pi / 2, direction)
-    assert abs(np.sin(2 * (off - again))) < 1e-6
+    off = off_square(np.array([angle]), direction)
+    assert np.abs(off) <= np.pi / 4 + 1e-9
+    again = off_square(np.array([angle + turns * np.pi / 2]), direction)
+    assert np.abs(np.sin(2 * (off - again))) < 1e-6
+
+
+def learned(degrees: list[float], sigmas: list[float], *, together: float = 0.0) -> Squareness | None:
+    """What walls at so many degrees teach, known to so many each and to so many all together; and a cylinder."""
+    rows = [[Kind.WALL, np.radians(each), 1.0, 0.0] for each in degrees]
+    unknowns = Unknowns(kinds=np.array([Kind.CYLINDER, *[Kind.WALL] * len(degrees)]))
+    covariance = np.eye(unknowns.size)
+    places = unknowns.starts[1:]
+    covariance[np.ix_(places, places)] = np.diag(np.radians(sigmas) ** 2) + np.radians(together) ** 2
+    return learn_squareness(np.array([[Kind.CYLINDER, 1.0, 1.0, 0.1], *rows]), unknowns, covariance, SETTINGS)
+
+
+@pytest.mark.parametrize("together", [0.0, 3.0])
+def test_a_wall_that_is_hardly_known_is_square_where_the_others_are(together: float) -> None:
+    found = learned([10.0, 100.01, -80.02, 190.0, 101.2], [0.02, 0.02, 0.02, 0.02, 1.0], together=together)
+    assert found is not None
+    assert found.members.tolist() == [False, True, True, True, True, True]
+    assert np.degrees(found.sigma) < 0.1
+
+
+def test_a_wall_that_is_known_to_stand_askew_stays_so() -> None:
+    found = learned([10.0, 100.01, -80.02, 190.0, 104.0], [0.02, 0.02, 0.02, 0.02, 0.9])
+    assert found is not None
+    assert found.members.tolist() == [False, True, True, True, True, False]
+
+
+def test_how_square_walls_are_is_learned_from_those_that_are_known_well() -> None:
+    off = np.random.default_rng(4).normal(0.0, 0.6, 12)
+    found = learned([*(90.0 * np.arange(12) + off)], [0.02] * 12)
+    assert found is not None
+    assert np.degrees(found.sigma) == pytest.approx(off.std(), rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "sigma"),
+    [([0.0, 31.0, 75.0, 110.0, 163.0], 0.05), ([0.0, 90.0], 0.05), ([0.0, 86.0, 184.0, 275.0], 3.0), ([7.0], 0.01)],
+    ids=["oblique", "any two", "hardly known", "one"],
+)
+def test_without_evidence_nothing_is_square(degrees: list[float], sigma: float) -> None:
+    assert learned(degrees, [sigma] * len(degrees)) is None
+
+
+def test_square_walls_are_drawn_together_and_not_turned() -> None:
+    angles, members = np.radians([10.0, 5.0, 100.4, -80.6]), np.array([True, False, True, True])
+    rows = square_rows(Squareness(members, np.radians(0.2)), angles, np.array([0, 2, 4, 6]))
+    assert rows.slopes.sum(axis=1) == pytest.approx(0.0, abs=1e-12)
+    assert rows.columns.tolist() == [[0, 4, 6]] * 3
+    assert np.degrees(rows.residuals) == pytest.approx([-1 / 15, -7 / 15, 8 / 15])
+    step = -np.radians([0.0, 0.4, -0.6])
+    assert rows.slopes @ step == pytest.approx(rows.residuals)
+
+
+def side_of_a_box(turn: float, settings: SquarenessSettings) -> float:
+    """How far off the side of a box is that one station heard; the box is turned by so much in its room [deg]."""
+    room = Polyline(points_xy=np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]]), closed=True)
+    cosine, sine = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    corners = np.array([[-0.3, -0.3], [0.3, -0.3], [0.3, 0.3], [-0.3, 0.3]]) @ [[cosine, sine], [-sine, cosine]]
+    stations = [[0.8, 0.7, 0.0], [1.0, 1.62, 0.3], [0.8, 2.4, 0.7], [3.4, 2.5, 1.9], [3.3, 0.6, 2.5]]
+    simulation = Simulation(
+        world=World(name="a box", polylines=(room, Polyline(points_xy=corners + np.array([2.4, 1.6]), closed=True))),
+        rig=find_rig("rotary-array"),
+        route=Route(map_from_base=np.array(stations)),
+        seed=3,
+    )
+    mapper = JointMapper(simulation.rig, JointSettings(poses=PoseMode.TRUST, squareness=settings))
+    found = {
+        each.truth: each for each in evaluate(map_sweeps(mapper, simulation), simulation.truth).matches.walls.right
+    }
+    assert simulation.truth.walls_heard[7] == 1
+    return float(np.degrees(found[7].angle))
+
+
+def test_what_is_hardly_known_comes_out_square_to_the_room() -> None:
+    never = SquarenessSettings(evidence=1e9)
+    assert side_of_a_box(0.0, never) > 0.2
+    assert side_of_a_box(0.0, SETTINGS) < 0.02
+
+
+def test_what_stands_askew_in_a_square_room_stays_so() -> None:
+    assert side_of_a_box(3.0, SETTINGS) < 0.1
