@@ -112,7 +112,7 @@ def test_in_a_mirror_the_same_is_expected(kind: Kind, seed: int) -> None:
 
 @given(KINDS, SEEDS)
 def test_moving_sensor_and_reflector_together_changes_no_reading(kind: Kind, seed: int) -> None:
-    reflector, rng, slopes = some_reflector(kind, seed), np.random.default_rng(seed), np.empty(6)
+    reflector, rng, slopes = some_reflector(kind, seed), np.random.default_rng(seed), np.empty(8)
     x, y, bearing = rng.uniform([-0.1, -0.1, -np.pi], [0.1, 0.1, np.pi]).tolist()
     differentiate(HEARING, shape_of(reflector), (x, y, float(np.cos(bearing)), float(np.sin(bearing))), slopes)
     if kind is Kind.WALL:

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +25,10 @@ COSINE_LIMIT = math.cos(math.radians(75.0))
 _SQUARED_LIMIT = 1.0 - COSINE_LIMIT**2
 PER_SQUARED_SINE = SQUARED_SINES / _SQUARED_LIMIT
 _BEAM_FLOOR = -80.0
+# Where the slope of a walk is told: this far before and behind [dB].
+_ABOUT = np.array([-0.25, 0.25])
+# Patterns of pistons are tabulated up to this `ka sin(angle)`; hardly any module has a wider piston.
+_WIDEST = 16.0
 # In which sonars work [degrees Celsius].
 _TEMPERATURES = np.arange(-30.0, 61.0)
 
@@ -161,6 +165,7 @@ class EchoModel:
             beam=_main_lobe(self.ka),
             lobes=_lobes(self.ka),
             walk=self.range_offset + self.walk_gain * shape,
+            reference=self.walk_gain * float(np.diff(walk(self.reference_excess + _ABOUT))[0] / np.diff(_ABOUT)[0]),
             wavelength=(1.0 + self.range_scale) * Air().speed_of_sound / self.frequency,
         )
 
@@ -180,6 +185,8 @@ class Hearing(NamedTuple):
         The same up to 90 degrees, as loud as the loudest lobe at or beyond each angle [dB].
     walk : ndarray
         Reading less depth at even steps of the signal excess [m].
+    reference : float
+        Slope of the walk where modules are set right: of an aimed plane at 1 m [m/dB].
     wavelength : float
         Of the burst [m].
     """
@@ -190,21 +197,36 @@ class Hearing(NamedTuple):
     beam: FloatArray
     lobes: FloatArray
     walk: FloatArray
+    reference: float
     wavelength: float
 
 
-# A recording is explained by one beam again and again.
+# A recording is explained by one beam again and again, and by others hardly wider while it is learned.
 @lru_cache(maxsize=8)
 def _main_lobe(ka: float) -> FloatArray:
     """Behind the first null lobes come and go with the angle; a sonar is trusted no more there than in the null."""
-    sines = np.sqrt(np.linspace(0.0, _SQUARED_LIMIT, SQUARED_SINES + 1))
-    gains: FloatArray = np.minimum.accumulate(np.maximum(-two_way_loss(np.arcsin(sines), ka), _BEAM_FLOOR))
+    gains: FloatArray = np.minimum.accumulate(_gains(ka, _SQUARED_LIMIT))
     return gains
 
 
 @lru_cache(maxsize=8)
 def _lobes(ka: float) -> FloatArray:
-    sines = np.sqrt(np.linspace(0.0, 1.0, SQUARED_SINES + 1))
-    gains = np.maximum(-two_way_loss(np.arcsin(sines), ka), _BEAM_FLOOR)
-    outward: FloatArray = np.maximum.accumulate(gains[::-1])[::-1]
-    return outward
+    outward: FloatArray = np.maximum.accumulate(_gains(ka, 1.0)[::-1])
+    return outward[::-1]
+
+
+def _gains(ka: float, limit: float) -> FloatArray:
+    """Two-way gain at even steps of the squared sine off the axis up to a limit [dB]."""
+    x = ka * np.sqrt(np.linspace(0.0, limit, SQUARED_SINES + 1))
+    if x[-1] > _WIDEST:
+        return np.maximum(-two_way_loss(np.arcsin(x / ka), ka), _BEAM_FLOOR)
+    arguments, gains = _pattern()
+    interpolated: FloatArray = np.interp(x, arguments, gains)
+    return interpolated
+
+
+@cache
+def _pattern() -> tuple[FloatArray, FloatArray]:
+    """Two-way gain of any piston against ``ka sin(angle)`` [dB]."""
+    arguments = np.linspace(0.0, _WIDEST, 8 * SQUARED_SINES + 1)
+    return arguments, np.maximum(-two_way_loss(np.arcsin(arguments / _WIDEST), _WIDEST), _BEAM_FLOOR)

@@ -237,9 +237,9 @@ def differentiate(
         The reflector.
     ping : Ping
         Where the sensor is and where it looks.
-    slopes : ndarray, shape (6,)
-        Filled with the derivatives of the reading by the three parameters, by the sensor's x and y and by the
-        direction of its beam.
+    slopes : ndarray, shape (8,)
+        Filled with the derivatives of the reading by the three parameters, by the sensor's x and y, by the direction
+        of its beam, by the level of the echo in decibels and by the logarithm of ``ka``.
     shadow : float, optional
         How much fainter than all of the reflector it is from there [dB].
 
@@ -254,7 +254,9 @@ def differentiate(
     by_depth, by_strength, by_angle = _slopes(hearing, sight, excess)
     # Unit vector from the sensor to the reflector.
     ex, ey = cosine * ping[2] + sine * ping[3], cosine * ping[3] - sine * ping[2]
-    slopes[2], slopes[5] = 0.0, by_angle
+    slopes[2], slopes[5], slopes[6] = 0.0, by_angle, by_strength
+    # The beam depends on ka sin(angle).
+    slopes[7] = by_angle * sine / max(cosine, COSINE_LIMIT)
     if kind == _WALL:
         slopes[0], slopes[1] = -by_depth * (ex * ping[1] - ey * ping[0]) - by_angle, by_depth
         slopes[3], slopes[4] = -by_depth * ex, -by_depth * ey

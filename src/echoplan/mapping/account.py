@@ -92,6 +92,7 @@ class Account:
         self.believed: PoseBeliefs | None = None
         self.course = Course.TRUSTED
         self.square_sigma = 0.0
+        self.loudness = self.memory.loudness
         self.independence = self.memory.independence
         self.verdict = "trusted, as asked for"
         self._explanation: tuple[tuple[Soundings, EchoModel, float], Explanation] | None = None
@@ -340,12 +341,14 @@ class Account:
             poses=poses,
             independence=self.independence,
             pair_sigma=0.0 if poses is None or poses.relative else self.settings.pose_errors.pair_sigma,
+            loudness=self.loudness,
             squareness=self.squareness,
         )
 
     def learn_loudness(self) -> None:
         """Take figure of merit and beam from who heard what."""
         self.model = fit_loudness(self.soundings, self.model, self.features, believed=self.prior.figure_of_merit)
+        self.loudness = self.model.figure_of_merit, math.log(self.model.ka)
 
     def learn_noise(self) -> None:
         """Take the noise from what is left of the readings."""

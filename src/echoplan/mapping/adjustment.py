@@ -35,6 +35,8 @@ __all__ = [
 _CYLINDER = int(Kind.CYLINDER)
 # Information about features that holds them in place where no reading does.
 _HOLD = 0.1
+# A decibel, or a wider beam, changes readings by no more than this [m/dB, m].
+_READS = (0.002, 0.1)
 # What the prior alone holds needs no other hold: readings tell of a number what leaves so much of its variance.
 _TOLD = 0.5
 # Information that pins an unknown down.
@@ -50,6 +52,8 @@ class AdjustmentSettings(BaseModel, frozen=True, extra="forbid"):
     scale_sigma: float = Field(default=0.03, gt=0.0, description="of the range scale: 50 degrees of temperature")
     drifting_scale_sigma: float = Field(default=0.002, gt=0.0, description="likewise, while the poses drift")
     latency_sigma: float = Field(default=0.02, gt=0.0, description="of the servo's latency [s]")
+    merit_sigma: float = Field(default=0.6, gt=0.0, description="of the figure of merit as told by who heard what [dB]")
+    ka_sigma: float = Field(default=0.015, gt=0.0, description="likewise of the logarithm of the beam's ka")
     determined: float = Field(
         default=2.0, gt=0.0, description="deviations of a latency that drifting poses leave clear"
     )
@@ -79,6 +83,8 @@ class Beliefs(NamedTuple):
         What all pings of one station say of one feature is wrong together by this [m]; 0 if they are independent.
     independence : float
         How many times more readings count than their weights say.
+    loudness : tuple of float or None
+        Figure of merit [dB] and logarithm of the beam's ka as told by who heard what; None if nothing told them yet.
     squareness : Squareness or None
         How square the walls stand, where right angles are believed in.
     """
@@ -91,6 +97,7 @@ class Beliefs(NamedTuple):
     poses: PoseBeliefs | None = None
     pair_sigma: float = 0.0
     independence: float = 1.0
+    loudness: tuple[float, float] | None = None
     squareness: Squareness | None = None
 
 
@@ -194,7 +201,7 @@ def adjust(
             right[known.columns] += known.vector - known.information @ now.values[known.columns]
         step = solve(*_held(information, right, now, settings)) if _drifts(beliefs) else solve(information, right)
         now = now.moved(step)
-        if np.abs(step).max() < 1e-6:
+        if _greatest(step, unknowns) < 1e-6:
             break
     return Adjusted(
         reflectors=now.features.reflectors,
@@ -206,8 +213,15 @@ def adjust(
         owners=matched.owners,
         residuals=matched.residuals,
         excesses=matched.excesses,
-        step=float(np.abs(step).max()),
+        step=_greatest(step, unknowns),
     )
+
+
+def _greatest(step: FloatArray, unknowns: Unknowns) -> float:
+    """Greatest change of an unknown; of the loudness, what it does to a reading."""
+    moves = np.abs(step)
+    moves[unknowns.sonar + len(SONAR_UNKNOWNS) - len(_READS) : unknowns.pose] *= _READS
+    return float(moves.max())
 
 
 def _drifts(beliefs: Beliefs) -> bool:
@@ -302,7 +316,7 @@ def _linearised(
         weights=_capped(counts / doubts, matched, explained, soundings, beliefs.pair_sigma),
     )
     if len(now.poses):
-        slopes[:, 11] += _leverage(soundings, explained, now.poses, slopes)
+        slopes[:, -1] += _leverage(soundings, explained, now.poses, slopes)
     return matched, readings
 
 
@@ -322,7 +336,7 @@ def _leverage(soundings: Soundings, explained: IntArray, poses: FloatArray, slop
     """How a turn of the robot moves its sensors, and so the readings."""
     base = poses[soundings.stations[explained]]
     ahead, aside = soundings.x[explained] - base[:, 0], soundings.y[explained] - base[:, 1]
-    moved: FloatArray = slopes[:, 10] * ahead - slopes[:, 9] * aside
+    moved: FloatArray = slopes[:, -2] * ahead - slopes[:, -3] * aside
     return moved
 
 
@@ -357,8 +371,18 @@ def _sonar_prior(now: State, first: int, beliefs: Beliefs, settings: AdjustmentS
     scale_sigma = settings.drifting_scale_sigma if _drifts(beliefs) else settings.scale_sigma
     # Without a servo nothing lags: the unknown stays where it is.
     latency_sigma = settings.latency_sigma if beliefs.has_servo else 1e-9
+    merit, log_ka, *loudness = (model.figure_of_merit, math.log(model.ka), 1e-9, 1e-9)
+    if beliefs.loudness is not None:
+        merit, log_ka, *loudness = *beliefs.loudness, settings.merit_sigma, settings.ka_sigma
     return prior(
         first + np.arange(len(SONAR_UNKNOWNS)),
-        sigma=(beliefs.offset_sigma, gain_sigma, scale_sigma, latency_sigma),
-        residual=(-model.range_offset, beliefs.walk_gain - model.walk_gain, -model.range_scale, -now.latency),
+        sigma=(beliefs.offset_sigma, gain_sigma, scale_sigma, latency_sigma, *loudness),
+        residual=(
+            -model.range_offset,
+            beliefs.walk_gain - model.walk_gain,
+            -model.range_scale,
+            -now.latency,
+            merit - model.figure_of_merit,
+            log_ka - math.log(model.ka),
+        ),
     )

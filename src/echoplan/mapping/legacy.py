@@ -112,6 +112,7 @@ def leave(account: Account, count: int) -> Memory:
         model=account.model,
         latency=account.latency,
         noise=account.noise,
+        loudness=account.loudness,
         independence=account.independence,
         reckoned=_reckoned(account, count),
         issued=account.memory.issued + len(known),

@@ -61,6 +61,8 @@ class Memory:
         Of the servo [s].
     noise : float, optional
         Standard deviation of readings [m].
+    loudness : tuple of float, optional
+        Figure of merit [dB] and logarithm of the beam's ka as told by who heard what.
     independence : float, optional
         How many times more readings count than their weights say.
     reckoned : ndarray, shape (3,), optional
@@ -79,6 +81,7 @@ class Memory:
     model: EchoModel | None = None
     latency: float = 0.0
     noise: float = np.nan
+    loudness: tuple[float, float] | None = None
     independence: float = 1.0
     reckoned: FloatArray = field(default_factory=lambda: np.zeros(3))
     issued: int = 0

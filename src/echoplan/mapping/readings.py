@@ -220,13 +220,14 @@ def differentiate_readings(
 
     Returns
     -------
-    slopes : ndarray, shape (m, 12)
+    slopes : ndarray, shape (m, 14)
         By the three parameters of the feature; by angle and offset of the wall where it ends; by range offset, walk
-        gain, range scale and servo latency; by place and direction of the sensor.
+        gain, range scale, servo latency, figure of merit and the logarithm of ``ka``; by place and direction of the
+        sensor.
     neighbours : ndarray of int, shape (m,)
         Which wall that is; -1 for none.
     """
-    slopes, neighbours, own = np.zeros((len(explained), 12)), np.full(len(explained), -1), np.zeros(6)
+    slopes, neighbours, own = np.zeros((len(explained), 14)), np.full(len(explained), -1), np.zeros(8)
     for row, ping in enumerate(explained):
         place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
         owner = matched.owners[ping]
@@ -242,5 +243,7 @@ def differentiate_readings(
         slopes[row, 7] = -soundings.readings[ping]
         turning = own[4] * soundings.arms_x[ping] - own[3] * soundings.arms_y[ping] + own[5]
         slopes[row, 8] = -soundings.rates[ping] * turning
-        slopes[row, 9:] = own[3:]
+        # However loud a sonar is: where it was set right its readings stay.
+        slopes[row, 9], slopes[row, 10] = own[6] - hearing.reference, own[7]
+        slopes[row, 11:] = own[3:6]
     return slopes, neighbours

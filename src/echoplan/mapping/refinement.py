@@ -120,7 +120,7 @@ def _step(
 ) -> FloatArray:
     """One Gauss-Newton step on the pings within a band, weighted down by how far off they are (Geman-McClure)."""
     noise, band = scales
-    shape, slopes, count = shape_of(reflector), np.zeros(6), 0
+    shape, slopes, count = shape_of(reflector), np.zeros(8), 0
     normal, right = np.zeros((3, 3)), np.zeros(3)
     for ping in pings:
         place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])

@@ -1,5 +1,6 @@
 """State: values of all unknowns, before and after each step of an adjustment."""
 
+import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -16,6 +17,8 @@ __all__ = ["State"]
 # Features, walls where they were heard, and poses move no farther than this in a step [rad or m, m, m].
 # Radii stay between these [m].
 _LONGEST, _THIN, _THICK = 0.05, 0.01, 0.5
+# Nor do loudness and beam [dB, 1].
+_LOUDER, _WIDER = 1.0, 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -48,7 +51,9 @@ class State:
     def values(self) -> FloatArray:
         """All of them in one vector, shape (u,)."""
         free = np.arange(3) < self.unknowns.counts[:, None]
-        sonar = [self.model.range_offset, self.model.walk_gain, self.model.range_scale, self.latency]
+        model = self.model
+        sonar = [model.range_offset, model.walk_gain, model.range_scale, self.latency]
+        sonar += [model.figure_of_merit, math.log(model.ka)]
         return np.concatenate([self.features.reflectors[:, 1:][free], sonar, self.poses.ravel()])
 
     def moved(self, step: FloatArray) -> "State":
@@ -72,11 +77,13 @@ class State:
         reflectors[:, 1:] += _share(moves) * steps
         reflectors[:, 3] = np.where(unknowns.kinds == Kind.CYLINDER, np.clip(reflectors[:, 3], _THIN, _THICK), 0.0)
         ways = step[unknowns.pose :].reshape(-1, 3)
-        offset, gain, scale, latency = step[unknowns.sonar : unknowns.pose].tolist()
+        offset, gain, scale, latency, merit, log_ka = step[unknowns.sonar : unknowns.pose].tolist()
         model = replace(
             self.model.scaled(self.model.range_scale + scale),
             range_offset=self.model.range_offset + offset,
             walk_gain=self.model.walk_gain + gain,
+            figure_of_merit=self.model.figure_of_merit + min(max(merit, -_LOUDER), _LOUDER),
+            ka=self.model.ka * math.exp(min(max(log_ka, -_WIDER), _WIDER)),
         )
         extents = self.features.extents + _shifts(self.features, reflectors)[:, None]
         return State(

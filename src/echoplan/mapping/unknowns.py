@@ -10,8 +10,9 @@ from echoplan.arrays import FloatArray, IntArray
 
 __all__ = ["SONAR_UNKNOWNS", "Unknowns"]
 
-# Of the sonar, in this order: range offset [m], walk gain [m], range scale, servo latency [s].
-SONAR_UNKNOWNS = ("range_offset", "walk_gain", "range_scale", "servo_latency")
+# Of the sonar, in this order: range offset [m], walk gain [m], range scale, servo latency [s], figure of merit [dB],
+# logarithm of the beam's ka.
+SONAR_UNKNOWNS = ("range_offset", "walk_gain", "range_scale", "servo_latency", "figure_of_merit", "log_ka")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

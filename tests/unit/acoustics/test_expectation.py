@@ -1,3 +1,4 @@
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -94,7 +95,7 @@ def test_an_expectation_is_what_the_formulas_say(kind: Kind) -> None:
 
 @pytest.mark.parametrize("kind", list(Kind))
 def test_derivatives_are_those_of_the_reading(kind: Kind) -> None:
-    rng, hearing, step, slopes = np.random.default_rng(7), SKEWED.tabulated(), 1e-7, np.empty(6)
+    rng, hearing, step, slopes = np.random.default_rng(7), SKEWED.tabulated(), 1e-7, np.empty(8)
     loud = 0
     for reflector in reflectors(kind, 120, seed=10 + int(kind)):
         unknowns = np.array([*reflector[1:], *rng.uniform(-0.02, 0.02, 2), toward(reflector) + rng.uniform(-0.9, 0.9)])
@@ -108,13 +109,25 @@ def test_derivatives_are_those_of_the_reading(kind: Kind) -> None:
         differences = np.array([(reading(unknowns + way) - reading(unknowns - way)) / (2 * step) for way in moved])
         free = [0, 1, 2, 3, 4, 5] if kind is Kind.CYLINDER else [0, 1, 3, 4, 5]
         assert slopes[free] == pytest.approx(differences[free], abs=1e-5)
+        assert slopes[6:] == pytest.approx(louder(reflector, ping(*unknowns[3:])), rel=0.01, abs=1e-4)
         loud += excess > 0.0
     assert loud > 40
 
 
+def louder(reflector: FloatArray, place: Ping, step: float = 1e-4) -> list[float]:
+    """How the reading changes with the level of the echo and the logarithm of ka."""
+    shape, hearing, merit = shape_of(reflector), SKEWED.tabulated(), SKEWED.figure_of_merit
+    pairs = [
+        [hearing._replace(figure_of_merit=merit + way) for way in (step, -step)],
+        [replace(SKEWED, ka=SKEWED.ka * math.exp(way)).tabulated() for way in (step, -step)],
+    ]
+    readings = np.array([[expect(each, shape, place)[2] for each in pair] for pair in pairs])
+    return [float(one - other) / (2 * step) for one, other in readings]
+
+
 @pytest.mark.parametrize("kind", list(Kind))
 def test_derivatives_come_with_the_same_depth_and_excess(kind: Kind) -> None:
-    hearing, slopes = SKEWED.tabulated(), np.empty(6)
+    hearing, slopes = SKEWED.tabulated(), np.empty(8)
     for reflector in reflectors(kind, 10, seed=3):
         place = ping(0.01, -0.02, toward(reflector) + 0.2)
         assert differentiate(hearing, shape_of(reflector), place, slopes) == pytest.approx(
@@ -123,10 +136,10 @@ def test_derivatives_come_with_the_same_depth_and_excess(kind: Kind) -> None:
 
 
 def test_an_echo_below_the_threshold_changes_its_reading_with_the_depth_alone() -> None:
-    faint, slopes = EchoModel.of(PAPER).tabulated(), np.empty(6)
+    faint, slopes = EchoModel.of(PAPER).tabulated(), np.empty(8)
     _, excess = differentiate(faint, shape_of(wall(0.0, 5.5)), ping(0.0, 0.0, 0.6), slopes)
     assert excess < 0.0
-    assert slopes == pytest.approx([0.0, 1.0, 0.0, -1.0, 0.0, 0.0], abs=1e-12)
+    assert slopes == pytest.approx([0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0], abs=1e-12)
 
 
 @pytest.mark.parametrize("transducer", [PAPER, HC_SR04])

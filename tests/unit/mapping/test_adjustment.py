@@ -1,3 +1,4 @@
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -140,7 +141,7 @@ REFLECTORS = [wall(0.4, 1.4), cylinder(0.9, 0.6, 0.1), corner(1.2, 0.3), edge(0.
 @pytest.mark.parametrize("reflector", REFLECTORS)
 def test_one_ping_tells_of_each_unknown_as_its_reading_changes_with_it(reflector: FloatArray) -> None:
     soundings = one_ping(reflector, angle=np.radians(8.0))
-    beliefs = BELIEFS._replace(has_servo=True)
+    beliefs = BELIEFS._replace(has_servo=True, loudness=(SONAR.figure_of_merit, math.log(SONAR.ka)))
     found = adjusted(soundings, [reflector], beliefs=beliefs, rounds=1)
     assert found.owners.tolist() == [0]
     information = np.linalg.inv(found.covariance)
@@ -156,15 +157,22 @@ def differences(soundings: Soundings, reflector: FloatArray, count: int) -> Floa
     """Derivatives of what one reading should be, less what it is, by finite differences."""
 
     def too_short(change: FloatArray) -> float:
-        offset, gain, scale, latency = change[count:]
-        sonar = replace(SONAR, range_offset=offset, walk_gain=SONAR.walk_gain + gain)
+        offset, gain, scale, latency, merit, log_ka = change[count:]
+        sonar = replace(
+            SONAR,
+            range_offset=offset,
+            walk_gain=SONAR.walk_gain + gain,
+            figure_of_merit=SONAR.figure_of_merit + merit,
+            ka=SONAR.ka * math.exp(log_ka),
+        )
         moved = reflector + np.pad(change[:count], (1, 3 - count))
         _, reading = expected(late_by(soundings, latency), moved, sonar)
         return float(reading[0] - (1.0 + scale) * soundings.readings[0])
 
-    step, slopes = 1e-6, []
-    for column in range(count + 4):
-        nudge = np.zeros(count + 4)
+    slopes = []
+    # What follows from decibels follows tables, which are straight between their points.
+    for column, step in enumerate([*[1e-6] * (count + 4), 0.02, 0.002]):
+        nudge = np.zeros(count + 6)
         nudge[column] = step
         slopes.append((too_short(nudge) - too_short(-nudge)) / (2 * step))
     return np.array(slopes)
@@ -299,6 +307,8 @@ def test_where_nothing_is_explained_there_is_only_belief() -> None:
             "walk_gain": beliefs.gain_share * SONAR.walk_gain,
             "range_scale": beliefs.scale_sigma,
             "servo_latency": 1e-9,
+            "figure_of_merit": 1e-9,
+            "log_ka": 1e-9,
         }
     )
 
@@ -306,7 +316,7 @@ def test_where_nothing_is_explained_there_is_only_belief() -> None:
 def test_a_recording_without_features_has_a_sonar_all_the_same() -> None:
     found = adjusted(hearing(listening(), ROOM), np.zeros((0, 4)))
     assert found.reflectors.shape == (0, 4)
-    assert found.covariance.shape == (4, 4)
+    assert found.covariance.shape == (6, 6)
     assert (found.owners == -1).all()
 
 
