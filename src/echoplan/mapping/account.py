@@ -194,7 +194,6 @@ class Account:
         self.adjust_often(0.75 * self.settings.first_noise, self._drifting(beliefs), 2)
         self.learn_noise()
         self.search()
-        self.features = without_copies(self.features, self.settings.pose_errors.copies)
         self.adjust_often(self.noise, self._drifting(beliefs), 3)
         self.settle_features()
         if self.adjusted is not None:
