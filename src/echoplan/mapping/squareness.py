@@ -134,7 +134,8 @@ def learn_squareness(
     found = math.sqrt(2.0 * math.pi / float(weights.sum())) * _ANY
     members = np.zeros(len(reflectors), dtype=bool)
     members[walls] = shares > _LIKELY
-    return Squareness(members, sigma) if gains.sum() + math.log(found) > settings.evidence else None
+    is_told = gains.sum() + math.log(found) > settings.evidence and members.sum() > 1
+    return Squareness(members, sigma) if is_told else None
 
 
 def square_rows(believed: Squareness, angles: FloatArray, columns: IntArray) -> Rows:
@@ -143,7 +144,7 @@ def square_rows(believed: Squareness, angles: FloatArray, columns: IntArray) -> 
     Parameters
     ----------
     believed : Squareness
-        Which of them; not none.
+        Which of them; at least one.
     angles : ndarray, shape (f,)
         Directions of their normals [rad]; of features that are no walls anything.
     columns : ndarray of int, shape (f,)
