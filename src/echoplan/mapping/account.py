@@ -93,6 +93,7 @@ class Account:
         self.course = Course.TRUSTED
         self.square_sigma = 0.0
         self.loudness = self.memory.loudness
+        self.is_polished = False
         self.independence = self.memory.independence
         self.verdict = "trusted, as asked for"
         self._explanation: tuple[tuple[Soundings, EchoModel, float], Explanation] | None = None
@@ -160,7 +161,6 @@ class Account:
         self.settle_features()
         self.adjust(self.noise)
         self.judge(self.noise)
-        self.stand_square()
 
     def correct(self, beliefs: PoseBeliefs, start: FloatArray) -> None:
         """Start over, move the poses to where the pings agree, and do so again with the sonar that this has taught."""
@@ -209,7 +209,7 @@ class Account:
         poses = slice(self.adjusted.unknowns.pose, None)
         return learn_drift(beliefs, self.poses, self.adjusted.covariance[poses, poses], self.settings.drift)
 
-    def adjust_often(self, noise: float, beliefs: PoseBeliefs, rounds: int) -> None:
+    def adjust_often(self, noise: float, beliefs: PoseBeliefs | None, rounds: int) -> None:
         """Adjust features, sonar and poses until all stays the same, who hears what too, but no more than so often."""
         for _ in range(rounds):
             heard = self._heard()
@@ -238,15 +238,26 @@ class Account:
                 each for each in self.features if not each.is_wall or each.is_square or each.total > settings.cost
             ]
 
-    def stand_square(self, poses: PoseBeliefs | None = None) -> None:
-        """Adjust once more with walls drawn to right angles, where those that are known well stand so."""
-        assert self.adjusted is not None
+    def polish(self) -> None:
+        """Adjust once more what wrong poses would bend: loudness and beam, and right angles where walls stand so.
+
+        Loudness and beam of a recording whose poses drift stay as who heard what tells them: readings that poses in
+        error make late would pass for faint ones.
+        """
+        if self.believed is None or not self.believed.relative:
+            self.is_polished = True
+            self.adjust_often(self.noise, self.believed, 3)
+        if not self.square_sigma:
+            self.stand_square(self.believed)
+
+    def stand_square(self, beliefs: PoseBeliefs | None) -> None:
+        """Adjust with walls drawn to right angles, where those that are known well stand so."""
         now = self.adjusted
+        assert now is not None
         found = learn_squareness(now.reflectors, now.unknowns, now.covariance, self.settings.squareness)
         if found is not None:
             self._believe_square(found)
-            self.adjust(self.noise, poses)
-            self.judge(self.noise)
+            self.adjust_often(self.noise, beliefs, 2)
 
     def _believe_square(self, believed: Squareness | None) -> None:
         members = np.zeros(len(self.features), dtype=bool) if believed is None else believed.members
@@ -340,7 +351,7 @@ class Account:
             poses=poses,
             independence=self.independence,
             pair_sigma=0.0 if poses is None or poses.relative else self.settings.pose_errors.pair_sigma,
-            loudness=self.loudness,
+            loudness=self.loudness if self.is_polished else None,
             squareness=self.squareness,
         )
 

@@ -39,6 +39,7 @@ def explained(account: Account) -> Account:
     """
     best = _explained(account)
     best.clear()
+    best.polish()
     return best
 
 
