@@ -27,7 +27,7 @@ PER_SQUARED_SINE = SQUARED_SINES / _SQUARED_LIMIT
 _BEAM_FLOOR = -80.0
 # Where the slope of a walk is told: this far before and behind [dB].
 _ABOUT = np.array([-0.25, 0.25])
-# Patterns of pistons are tabulated up to this `ka sin(angle)`; hardly any module has a wider piston.
+# Patterns of pistons are tabulated up to this ``ka sin(angle)``; hardly any module has a wider piston.
 _WIDEST = 16.0
 # In which sonars work [degrees Celsius].
 _TEMPERATURES = np.arange(-30.0, 61.0)

@@ -357,8 +357,9 @@ class Account:
 
     def learn_loudness(self) -> None:
         """Take figure of merit and beam from who heard what."""
-        self.model = fit_loudness(self.soundings, self.model, self.features, believed=self.prior.figure_of_merit)
-        self.loudness = self.model.figure_of_merit, math.log(self.model.ka)
+        fitted = fit_loudness(self.soundings, self.model, self.features, believed=self.prior.figure_of_merit)
+        if fitted is not self.model:
+            self.model, self.loudness = fitted, (fitted.figure_of_merit, math.log(fitted.ka))
 
     def learn_noise(self) -> None:
         """Take the noise from what is left of the readings."""

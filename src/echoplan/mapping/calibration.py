@@ -35,5 +35,5 @@ def calibration(account: Account, adjusted: Adjusted) -> dict[str, object]:
         for name, (value, believed) in numbers.items()
         if name != "servo_latency" or account.has_servo
     }
-    beam = {"figure_of_merit": account.model.figure_of_merit, "ka": account.model.ka, "noise": account.noise}
+    beam = {"figure_of_merit": model.figure_of_merit, "ka": model.ka, "noise": account.noise}
     return {**learned, **beam, "agreement": agreement(account), "poses": account.verdict}

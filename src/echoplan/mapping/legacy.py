@@ -217,4 +217,4 @@ def _joined(before: FloatArray, now: FloatArray) -> FloatArray:
 
 def _bare(feature: Hypothesis) -> Hypothesis:
     """Leave out all that belongs to pings at hand."""
-    return replace(feature, evidence=NO_EVIDENCE, gains=np.zeros(0), total=feature.past.total)
+    return replace(feature, evidence=NO_EVIDENCE, gains=np.zeros(0), total=feature.past.total, is_square=False)

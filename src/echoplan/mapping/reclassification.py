@@ -79,7 +79,8 @@ def without_joining(explanation: Explanation, features: list[Hypothesis], belief
             walls = _walls_instead(explanation, feature, stations, others, belief=belief)
             # Two parameters of each wall more than one wall has; a cylinder has three.
             cost = belief.settings.accept * (len(walls) - 1) if feature.is_wall else 0.0
-            if sum(each.total for each in walls) > feature.total + cost:
+            is_joining = len(walls) > 1 or not feature.is_wall
+            if is_joining and sum(each.total for each in walls) > feature.total + cost:
                 features = [*others, *walls]
     return features
 

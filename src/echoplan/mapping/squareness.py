@@ -87,10 +87,10 @@ def learn_squareness(
 ) -> Squareness | None:
     r"""Tell which walls stand square to each other, and how exactly, if they do.
 
-    A wall stands either at right angles to the direction that square walls have in common, but for a deviation s, or
-    anyhow.  Direction and s come by expectation and maximisation (Dempster, Laird and Rubin 1977), s with a prior
-    whose logarithm is normal, from the walls that are known well.  With v of what is not known of each, and the
-    direction eliminated (Laplace), the evidence that walls are square is
+    A wall stands either at right angles to the direction d that square walls have in common, but for a deviation of
+    s (``sigma``), or anyhow.  Direction and s come by expectation and maximisation (Dempster, Laird and Rubin 1977), s
+    with a prior whose logarithm is normal, from the walls that are known well.  With v of what is not known of each,
+    and the direction eliminated (Laplace), the evidence that walls are square is
 
     .. math:: \sum_k \ln \Bigl(\tfrac12 + \tfrac{\pi}{4} N(\delta_k; 0, s^2 + v_k)\Bigr)
               + \ln \frac{\sqrt{2 \pi} \sigma_d}{\pi / 2}
@@ -112,7 +112,7 @@ def learn_squareness(
         None where that explains the directions no better than chance.
     """
     walls = np.flatnonzero(unknowns.kinds == Kind.WALL)
-    if len(walls) < 2:
+    if len(walls) < settings.least_walls:
         return None
     angles, places = reflectors[walls, 1], unknowns.starts[walls]
     covariance = covariance[np.ix_(places, places)]
@@ -126,7 +126,9 @@ def learn_squareness(
         shares = 1.0 - (1.0 - _SQUARE) * _ANY / _likelihoods(off, variances)
         weights = shares / variances
         shift = float(weights @ off / weights.sum())
-        expected = (sigma**2 / variances * (off - shift)) ** 2 + sigma**2 * (1.0 - sigma**2 / variances)
+        # Of each deviation its square, its variance, and what the direction leaves open.
+        told = sigma**2 / variances
+        expected = (told * (off - shift)) ** 2 + sigma**2 * (1.0 - told) + told**2 / weights.sum()
         squares = float(shares @ expected) / settings.tolerance**2
         direction += shift
         sigma = settings.tolerance * float(learned_factor(squares, float(shares.sum()), settings.spread))
@@ -199,5 +201,5 @@ def _likelihoods(off: FloatArray, variances: FloatArray) -> FloatArray:
 def _about_their_mean(covariance: FloatArray, weights: FloatArray) -> FloatArray:
     """Variances of directions about their weighted mean: what they are all wrong by together does not count."""
     about = np.eye(len(weights)) - weights / weights.sum()
-    variances: FloatArray = np.einsum("ij,jk,ik->i", about, covariance, about)
+    variances: FloatArray = np.sum((about @ covariance) * about, axis=1)
     return variances

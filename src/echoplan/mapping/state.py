@@ -14,11 +14,11 @@ from echoplan.mapping.unknowns import Unknowns
 
 __all__ = ["State"]
 
-# Features, walls where they were heard, and poses move no farther than this in a step [rad or m, m, m].
+# Features, walls where they were heard, and poses move no farther than this in a step [rad or m], loudness and beam
+# change by no more than these [dB, 1].
+_LONGEST, _LOUDER, _WIDER = 0.05, 1.0, 0.05
 # Radii stay between these [m].
-_LONGEST, _THIN, _THICK = 0.05, 0.01, 0.5
-# Nor do loudness and beam [dB, 1].
-_LOUDER, _WIDER = 1.0, 0.05
+_THIN, _THICK = 0.01, 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -68,7 +68,8 @@ class State:
         -------
         State
             Points, poses and the middles of walls go no farther than 5 cm along any axis at once, and nothing turns
-            more than 0.05 rad: longer steps are shortened as a whole.  Radii stay within what a cylinder may have.
+            more than 0.05 rad: longer steps are shortened as a whole.  Loudness changes by 1 dB
+            at most, the beam by 5 %.  Radii stay within what a cylinder may have.
         """
         unknowns, reflectors = self.unknowns, self.features.reflectors.copy()
         steps = unknowns.steps(step)

@@ -47,6 +47,7 @@ def track(account: Account, beliefs: PoseBeliefs) -> None:
     """
     # What a first look learned of the sonar it learned from poses in error.
     account.model, account.adjusted = account.memory.model or account.prior, None
+    account.loudness, account.square_sigma = account.memory.loudness, 0.0
     sights = sights_of(account)
     account.poses, account.features = continued(account.given, account.memory.poses).copy(), account.known
     first = max(1, len(account.memory.poses))

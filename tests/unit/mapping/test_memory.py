@@ -21,7 +21,7 @@ def known(reflector: FloatArray, number: int, extent: tuple[float, float] = (0.0
 
 
 FEATURES = [known(EAST, 1, (-1.0, 1.0)), known(COLUMN, 2), known(POINT, 3)]
-# Seven parameters of the features, four of the sonar.
+# Seven parameters of the features, six of the sonar.
 SIZE = 2 + 3 + 2 + 6
 
 

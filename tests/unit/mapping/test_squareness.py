@@ -106,7 +106,15 @@ def test_how_square_walls_are_is_learned_from_those_that_are_known_well() -> Non
     off = np.random.default_rng(4).normal(0.0, 0.6, 12)
     found = learned([*(90.0 * np.arange(12) + off)], [0.02] * 12)
     assert found is not None
-    assert np.degrees(found.sigma) == pytest.approx(off.std(), rel=0.15)
+    assert np.degrees(found.sigma) == pytest.approx(off.std(ddof=1), rel=0.15)
+
+
+def test_one_good_wall_does_not_make_the_others_better_than_they_are() -> None:
+    # The wall that gives the direction seems to be off by nothing.
+    rng, sigmas = np.random.default_rng(7), [0.02, 0.6, 0.6, 0.6, 0.6]
+    off = rng.normal(0.0, np.hypot(0.2, sigmas), (60, 5))
+    found = [learned([*(90.0 * np.arange(5) + row)], sigmas) for row in off]
+    assert np.median([np.degrees(each.sigma) for each in found if each]) == pytest.approx(0.2, abs=0.05)
 
 
 @pytest.mark.parametrize(
