@@ -33,7 +33,7 @@ from echoplan.mapping.reclassification import reclassified
 from echoplan.mapping.search import Search
 from echoplan.mapping.settings import AccountSettings
 from echoplan.mapping.shadowing import shadowed
-from echoplan.mapping.squareness import Squareness, learn_squareness, main_direction, off_square
+from echoplan.mapping.squareness import Squareness, believed_squareness, learn_squareness, roughly_square
 from echoplan.mapping.state import State
 from echoplan.mapping.unknowns import SONAR_UNKNOWNS
 from echoplan.model import Rig
@@ -120,12 +120,6 @@ class Account:
     def latency(self) -> float:
         """By how much the servo lags behind what was recorded [s]."""
         return self.adjusted.latency if self.adjusted else self.memory.latency
-
-    @property
-    def squareness(self) -> Squareness | None:
-        """Which walls are believed to stand at right angles to each other, if any."""
-        members = np.array([each.is_square for each in self.features], dtype=bool)
-        return Squareness(members, self.square_sigma) if self.square_sigma and members.any() else None
 
     @property
     def offset_sigma(self) -> float:
@@ -227,13 +221,8 @@ class Account:
         """Join walls that poses pulled apart; drop weak ones that stand askew where almost all are at right angles."""
         settings = self.settings.squareness
         self.features = without_copies(self.features, self.settings.copies)
-        direction = main_direction(self.features, settings)
-        self._believe_square(None)
-        if direction is not None:
-            walls = np.array([each.is_wall for each in self.features])
-            lines = np.array([each.reflector[1] for each in self.features])
-            fits = walls & (np.abs(off_square(lines, direction)) < settings.within)
-            self._believe_square(Squareness(fits, settings.sigma))
+        self._believe_square(roughly_square(self.features, settings))
+        if self.square_sigma:
             self.features = [
                 each for each in self.features if not each.is_wall or each.is_square or each.total > settings.cost
             ]
@@ -352,7 +341,7 @@ class Account:
             independence=self.independence,
             pair_sigma=0.0 if poses is None or poses.relative else self.settings.pose_errors.pair_sigma,
             loudness=self.loudness if self.is_polished else None,
-            squareness=self.squareness,
+            squareness=believed_squareness(self.features, self.square_sigma),
         )
 
     def learn_loudness(self) -> None:

@@ -74,15 +74,25 @@ def without_joining(explanation: Explanation, features: list[Hypothesis], belief
     """
     for feature in features:
         stations = np.flatnonzero(feature.gains > belief.settings.second_station)
-        if feature.kind in _JOINING and not feature.is_known and 1 + feature.is_wall <= len(stations) <= _FEW_STATIONS:
+        if _may_join(feature, stations):
             others = [each for each in features if each is not feature]
             walls = _walls_instead(explanation, feature, stations, others, belief=belief)
-            # Two parameters of each wall more than one wall has; a cylinder has three.
-            cost = belief.settings.accept * (len(walls) - 1) if feature.is_wall else 0.0
-            is_joining = len(walls) > 1 or not feature.is_wall
-            if is_joining and sum(each.total for each in walls) > feature.total + cost:
+            if _explain_more(walls, feature, belief.settings.accept):
                 features = [*others, *walls]
     return features
+
+
+def _may_join(feature: Hypothesis, stations: IntArray) -> bool:
+    few = 1 + feature.is_wall <= len(stations) <= _FEW_STATIONS
+    return few and feature.kind in _JOINING and not feature.is_known
+
+
+def _explain_more(walls: Sequence[Hypothesis], joining: Hypothesis, accept: float) -> bool:
+    """Whether walls explain more than what joins them: two parameters each, as one wall has; a cylinder has three."""
+    if joining.is_wall and len(walls) < 2:
+        return False
+    cost = accept * (len(walls) - 1) if joining.is_wall else 0.0
+    return sum(each.total for each in walls) > joining.total + cost
 
 
 def _walls_instead(

@@ -15,7 +15,16 @@ from echoplan.mapping.drift import learned_factor
 from echoplan.mapping.rows import Rows
 from echoplan.mapping.unknowns import Unknowns
 
-__all__ = ["Squareness", "SquarenessSettings", "learn_squareness", "main_direction", "off_square", "square_rows"]
+__all__ = [
+    "Squareness",
+    "SquarenessSettings",
+    "believed_squareness",
+    "learn_squareness",
+    "main_direction",
+    "off_square",
+    "roughly_square",
+    "square_rows",
+]
 
 # A wall is as likely square to others as not, and then its direction may be any [1/rad].
 _SQUARE, _ANY = 0.5, 2.0 / math.pi
@@ -80,6 +89,48 @@ def main_direction(features: Sequence[Hypothesis], settings: SquarenessSettings)
     gains = np.array([each.total for each in walls])
     mean = np.sum(gains * np.exp(4j * np.array([each.line[0] for each in walls]))) / gains.sum()
     return float(np.angle(mean)) / 4 if abs(mean) > settings.concentration else None
+
+
+def roughly_square(features: Sequence[Hypothesis], settings: SquarenessSettings) -> Squareness | None:
+    """Take walls near the main direction for square, while poses are too wrong to tell.
+
+    Parameters
+    ----------
+    features : sequence of Hypothesis
+        What is there.
+    settings : SquarenessSettings
+        How near, and how exactly.
+
+    Returns
+    -------
+    Squareness or None
+        None where there is no main direction.
+    """
+    direction = main_direction(features, settings)
+    if direction is None:
+        return None
+    off = off_square(np.array([each.reflector[1] for each in features]), direction)
+    walls = np.array([each.is_wall for each in features])
+    return Squareness(walls & (np.abs(off) < settings.within), settings.sigma)
+
+
+def believed_squareness(features: Sequence[Hypothesis], sigma: float) -> Squareness | None:
+    """Collect which features are believed to stand square.
+
+    Parameters
+    ----------
+    features : sequence of Hypothesis
+        What is there.
+    sigma : float
+        How exactly [rad]; 0 where nothing is believed.
+
+    Returns
+    -------
+    Squareness or None
+        None where there are none.
+    """
+    members = np.array([each.is_square for each in features], dtype=bool)
+    return Squareness(members, sigma) if sigma and members.any() else None
 
 
 def learn_squareness(

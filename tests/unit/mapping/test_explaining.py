@@ -24,7 +24,7 @@ class Doubtful:
     def glance(self) -> None:
         pass
 
-    explain = clear = glance
+    explain = clear = polish = glance
 
     def odometry(self) -> None:
         pass

@@ -1,11 +1,18 @@
+from copy import copy
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 
 from echoplan.acoustics.expectation import EchoModel
+from echoplan.mapping.account import Account
+from echoplan.mapping.explaining import explained
 from echoplan.mapping.loudness import fit_loudness
-from echoplan.preprocessing.soundings import Soundings
+from echoplan.mapping.settings import PoseMode
+from echoplan.methods.joint import JointSettings
+from echoplan.preprocessing.soundings import Soundings, join_soundings, soundings_of
+from echoplan.sources import open_source
 from expectations import REACH, ROOM, SONAR, cylinder, expected, feature, listening
 
 COLUMN = cylinder(0.2, 0.9, 0.1)
@@ -102,3 +109,36 @@ def test_a_faint_wide_sonar_is_found_from_a_loud_narrow_one() -> None:
 def test_corners_and_edges_do_not_count_for_their_strengths_differ() -> None:
     points = [feature(np.array([kind, 2.0, 1.5, 0.0]), gains=[20.0] * 4) for kind in (2.0, 3.0)]
     assert fit_loudness(heard(SONAR), SONAR, [*LOUD[:2], *points], believed=SONAR.figure_of_merit) is SONAR
+
+
+@cache
+def in_a_square() -> Account:
+    """A square room from poses that are trusted, explained."""
+    source = open_source("sim:square")
+    sweeps = list(source)
+    heard = join_soundings([soundings_of(sweep, source.rig) for sweep in sweeps])
+    poses = np.array([sweep.map_from_base[0] for sweep in sweeps])
+    return explained(Account(source.rig, heard, poses, JointSettings(poses=PoseMode.TRUST)))
+
+
+def test_readings_tell_loudness_and_beam_better_than_who_heard_what() -> None:
+    adjusted = in_a_square().adjusted
+    assert adjusted is not None
+    sigmas = adjusted.sonar_sigmas()
+    assert 1e-4 < sigmas["log_ka"] < 0.01
+    assert 1e-3 < sigmas["figure_of_merit"] < 0.5
+
+
+def test_while_poses_drift_who_heard_what_tells_them_alone() -> None:
+    account = copy(in_a_square())
+    account.is_polished, account.square_sigma, account.believed = False, 0.0, account.odometry()
+    account.polish()
+    assert account.adjusted is not None
+    assert account.adjusted.sonar_sigmas()["log_ka"] < 1e-6
+
+
+def test_what_nothing_told_is_not_taken_for_told() -> None:
+    account = copy(in_a_square())
+    account.features, account.loudness = [], None
+    account.learn_loudness()
+    assert account.loudness is None
