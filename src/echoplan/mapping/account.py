@@ -235,7 +235,8 @@ class Account:
         """
         if self.believed is None or not self.believed.relative:
             self.is_polished = True
-            self.adjust_often(self.noise, self.believed, 3)
+            # What is remembered of them came to rest before.
+            self.adjust_often(self.noise, self.believed, 3 if self.memory.is_empty else 1)
         if not self.square_sigma:
             self.stand_square(self.believed)
 
