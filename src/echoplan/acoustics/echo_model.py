@@ -26,7 +26,7 @@ _SQUARED_LIMIT = 1.0 - COSINE_LIMIT**2
 PER_SQUARED_SINE = SQUARED_SINES / _SQUARED_LIMIT
 _BEAM_FLOOR = -80.0
 # Where the slope of a walk is told: this far before and behind [dB].
-_ABOUT = np.array([-0.25, 0.25])
+_ABOUT = 0.25
 # Patterns of pistons are tabulated up to this ``ka sin(angle)``; hardly any module has a wider piston.
 _WIDEST = 16.0
 # In which sonars work [degrees Celsius].
@@ -158,6 +158,7 @@ class EchoModel:
         """
         walk = self.walk.blurred(self.spread)
         shape = walk.values - float(walk(self.reference_excess))
+        below, above = walk(self.reference_excess + np.array([-_ABOUT, _ABOUT]))
         return Hearing(
             figure_of_merit=self.figure_of_merit,
             absorption=self.absorption,
@@ -165,7 +166,7 @@ class EchoModel:
             beam=_main_lobe(self.ka),
             lobes=_lobes(self.ka),
             walk=self.range_offset + self.walk_gain * shape,
-            reference=self.walk_gain * float(np.diff(walk(self.reference_excess + _ABOUT))[0] / np.diff(_ABOUT)[0]),
+            reference=self.walk_gain * float(above - below) / (2 * _ABOUT),
             wavelength=(1.0 + self.range_scale) * Air().speed_of_sound / self.frequency,
         )
 

@@ -228,17 +228,11 @@ class Account:
             ]
 
     def polish(self) -> None:
-        """Adjust once more what wrong poses would bend: loudness and beam, and right angles where walls stand so.
-
-        Loudness and beam of a recording whose poses drift stay as who heard what tells them: readings that poses in
-        error make late would pass for faint ones.
-        """
+        """Adjust loudness and beam as well, where poses do not drift: readings made late would pass for faint ones."""
         if self.believed is None or not self.believed.relative:
             self.is_polished = True
             # What is remembered of them came to rest before.
             self.adjust_often(self.noise, self.believed, 3 if self.memory.is_empty else 1)
-        if not self.square_sigma:
-            self.stand_square(self.believed)
 
     def stand_square(self, beliefs: PoseBeliefs | None) -> None:
         """Adjust with walls drawn to right angles, where those that are known well stand so."""

@@ -84,7 +84,8 @@ class Beliefs(NamedTuple):
     independence : float
         How many times more readings count than their weights say.
     loudness : tuple of float or None
-        Figure of merit [dB] and logarithm of the beam's ka as told by who heard what; None if nothing told them yet.
+        Figure of merit [dB] and logarithm of the beam's ka as told by who heard what; None if nothing told them yet,
+        or while poses drift or have not settled: then they stay as they are.
     squareness : Squareness or None
         How square the walls stand, where right angles are believed in.
     """

@@ -11,7 +11,7 @@ from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.geometry import wrap
-from echoplan.mapping.drift import learned_factor
+from echoplan.mapping.deviations import learned_factor
 from echoplan.mapping.rows import Rows
 from echoplan.mapping.unknowns import Unknowns
 

@@ -68,8 +68,8 @@ class State:
         -------
         State
             Points, poses and the middles of walls go no farther than 5 cm along any axis at once, and nothing turns
-            more than 0.05 rad: longer steps are shortened as a whole.  Loudness changes by 1 dB
-            at most, the beam by 5 %.  Radii stay within what a cylinder may have.
+            more than 0.05 rad: longer steps are shortened as a whole.  Loudness changes by 1 dB at most, the beam by
+            5 %.  Radii stay within what a cylinder may have.
         """
         unknowns, reflectors = self.unknowns, self.features.reflectors.copy()
         steps = unknowns.steps(step)

@@ -131,8 +131,10 @@ def test_readings_tell_loudness_and_beam_better_than_who_heard_what() -> None:
 
 def test_while_poses_drift_who_heard_what_tells_them_alone() -> None:
     account = copy(in_a_square())
-    account.is_polished, account.square_sigma, account.believed = False, 0.0, account.odometry()
+    account.is_polished, account.believed = False, account.odometry()
     account.polish()
+    assert not account.is_polished
+    account.adjust(account.noise, account.believed)
     assert account.adjusted is not None
     assert account.adjusted.sonar_sigmas()["log_ka"] < 1e-6
 
