@@ -1,16 +1,17 @@
-"""The method joint in random rooms: python benchmarks/joint.py [ROOMS] [--poses trust] [--misset] [--save FILE].
+"""The method joint in random rooms: python benchmarks/joint.py [ROOMS] [--stations N] [--poses trust] [--misset].
 
 Draws so many rooms (100 unless told otherwise), sounds them by the simulator, maps them, and prints what is found and
 how exactly, which rooms are not right, whether covariances and class probabilities are true, how near the errors come
-to the Cramer-Rao bound, what was learned of the sonar, and the time.  The poses are exact: ``--poses trust`` tells the
-method so.  ``--misset`` lets the modules of each room be off by up to half a step of their readings, which is what the
-method takes them to be.  ``--save`` keeps what docs/how_it_works.py draws.
+to the Cramer-Rao bound, what was learned of the sonar, and the time.  Each is sounded from 14 stations, or from as many
+as ``--stations`` says.  The poses are exact: ``--poses trust`` tells the method so.  ``--misset`` lets the modules of
+each room be off by up to half a step of their readings, which is what the method takes them to be.  ``--save FILE``
+keeps what docs/how_it_works.py draws.
 """
 
 import argparse
 import json
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -29,7 +30,7 @@ from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import Corner, Cylinder, FeatureClass, FeatureMap, Sweep, Table, Wall
 from echoplan.simulation import Simulation
-from rooms import is_oblique, random_simulation  # type: ignore[import-not-found]
+from rooms import STATIONS, is_oblique, random_simulation  # type: ignore[import-not-found]
 
 ROOMS = 100
 # Borders between classes of confidence.
@@ -73,7 +74,8 @@ def main() -> None:
     """Map all rooms and print what came of them."""
     arguments = parse()
     with ProcessPoolExecutor() as workers:
-        runs = workers.map(partial(run, poses=arguments.poses, misset=arguments.misset), range(arguments.rooms))
+        sound = partial(random_simulation, stations=arguments.stations, misset=arguments.misset)
+        runs = workers.map(partial(run, sound=sound, poses=arguments.poses), range(arguments.rooms))
         outcomes = list(tracked(runs, total=arguments.rooms, task="mapping"))
     for table in (*tables(outcomes), duration_table(outcomes)):
         show(table)
@@ -85,15 +87,18 @@ def parse() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description="The method joint in random rooms.")
     parser.add_argument("rooms", type=int, nargs="?", default=ROOMS)
+    parser.add_argument("--stations", type=int, default=STATIONS)
     parser.add_argument("--poses", type=PoseMode, choices=list(PoseMode), default=PoseMode.AUTO)
     parser.add_argument("--misset", action="store_true")
     parser.add_argument("--save", type=Path)
     return parser.parse_args()
 
 
-def run(seed: int, *, poses: PoseMode = PoseMode.AUTO, misset: bool = False) -> Outcome:
+def run(
+    seed: int, *, sound: Callable[[int], Simulation] = random_simulation, poses: PoseMode = PoseMode.AUTO
+) -> Outcome:
     """Sound one room, map it and hold the map against the truth."""
-    simulation = random_simulation(seed, misset=misset)
+    simulation = sound(seed)
     sweeps, truth = tuple(simulation), simulation.truth
     feature_map, seconds = mapped(simulation, sweeps, poses)
     evaluation = evaluate(feature_map, truth)

@@ -34,6 +34,8 @@ class Past:
         How many spoke for it clearly.
     missing : int
         How many had a free view of it and did not.
+    hidden : int
+        How many of those that spoke for it would have heard it through a wall.
     pings : int
         How many pings heard it.
     extent : tuple of float
@@ -55,6 +57,7 @@ class Past:
     best: float = 0.0
     speaking: int = 0
     missing: int = 0
+    hidden: int = 0
     pings: int = 0
     extent: tuple[float, float] = (np.inf, -np.inf)
     feet: FloatArray = field(default_factory=_nowhere)

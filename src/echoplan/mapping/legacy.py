@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from echoplan.acoustics.expectation import Kind
-from echoplan.arrays import BoolArray, FloatArray
+from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.classification.evidence import NO_EVIDENCE
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.classification.past import Past
@@ -13,6 +13,7 @@ from echoplan.mapping.account import Account
 from echoplan.mapping.adjustment import adjust, reading_rows
 from echoplan.mapping.echoes import CornerEcho, corner_echoes
 from echoplan.mapping.faces import find_faces
+from echoplan.mapping.hiding import hidden
 from echoplan.mapping.memory import Memory, summarised
 from echoplan.mapping.paths import Paths, free_views, silent_places, trace_paths
 from echoplan.mapping.poses import PoseBeliefs, pose_rows
@@ -68,12 +69,15 @@ def survey(account: Account) -> Survey:
 
 
 def _is_there(feature: Hypothesis) -> bool:
-    """Tell whether most stations with a free view of a wall or cylinder heard it; of points little sound comes back.
+    """Tell whether most stations that heard a feature did so past all walls, and most with a free view of it heard it.
 
     A few stations can always be found that something explains a little better.  The longer a recording, the more of
-    them there are, and what they speak for would add up, if the others were not asked.
+    them there are, and what they speak for would add up, if the others were not asked.  Of points little sound comes
+    back, so these may be missing.
     """
-    return feature.kind not in (Kind.WALL, Kind.CYLINDER) or feature.past.speaking >= feature.past.missing
+    past = feature.past
+    heard = past.speaking - past.hidden
+    return heard >= past.hidden and (feature.kind not in (Kind.WALL, Kind.CYLINDER) or past.speaking >= past.missing)
 
 
 def leave(account: Account, count: int) -> Memory:
@@ -156,7 +160,9 @@ def _with_pasts(account: Account, gone: BoolArray, count: int) -> list[Hypothesi
     """Add what the stations that go said to the pasts of the features that they heard."""
     assert account.adjusted is not None
     explanation, settings = account.explanation, account.settings
-    paths = trace_paths(explanation, account.features, step=account.step).chosen(gone)
+    paths = trace_paths(explanation, account.features, step=account.step)
+    behind = hidden(paths, account.features, gap=settings.faces.wide_gap)[gone]
+    paths, stations = paths.chosen(gone), account.soundings.stations[gone]
     classes = class_probabilities(explanation, account.features, radius_cost=settings.search.radius_cost)
     owners, issued = account.adjusted.owners[gone], account.memory.issued
     features = []
@@ -168,18 +174,28 @@ def _with_pasts(account: Account, gone: BoolArray, count: int) -> list[Hypothesi
             past = _certain(past, each, probabilities)
             gains, free = each.gains[:count], free_views(each, account.soundings, step=account.step)[:count]
             clear = gains > settings.survey.clear_station
+            through = _mostly(behind, paths.owners == number, stations, count)
             past = replace(
                 past,
                 total=past.total + float(gains.sum()),
                 best=max(past.best, float(gains.max(initial=0.0))),
                 speaking=past.speaking + int(clear.sum()),
                 missing=past.missing + int((free & ~clear).sum()),
+                hidden=past.hidden + int((through & clear).sum()),
                 pings=past.pings + int((owners == number).sum()),
             )
             features.append(replace(each, past=past))
         else:
             features.append(each)
     return features
+
+
+def _mostly(which: BoolArray, own: BoolArray, stations: IntArray, count: int) -> BoolArray:
+    """Tell of which stations most of their own pings are among some."""
+    most: BoolArray = 2 * np.bincount(stations[own & which], minlength=count) > np.bincount(
+        stations[own], minlength=count
+    )
+    return most
 
 
 def _sounded(past: Past, number: int, paths: Paths, account: Account, gone: BoolArray) -> Past:

@@ -103,14 +103,37 @@ class Paths:
         ndarray, shape (k,)
             Places along it, in order [m]: there the wall is not.
         """
+        pings, places = self.through(line)
+        others = self.sure[pings] & (self.owners[pings] != owner)
+        crossings: FloatArray = np.sort(places[others])
+        return crossings
+
+    def through(self, line: FloatArray, *, behind: float = _CLEAR) -> tuple[IntArray, FloatArray]:
+        """Tell which sound went through a line, and where.
+
+        Parameters
+        ----------
+        line : ndarray, shape (2,)
+            Normal angle and offset [rad, m].
+        behind : float, optional
+            How far beyond it the sound must have turned back [m].
+
+        Returns
+        -------
+        pings : ndarray of int, shape (k,)
+            Which pings.
+        places : ndarray, shape (k,)
+            Places along the line [m].
+        """
         normal, along = directions(line[0]), directions(line[0] + math.pi / 2)
-        others = self.sure & (self.owners >= 0) & (self.owners != owner)
-        starts, ends = self.starts_xy[others], self.ends_xy[others]
-        before, behind = line[1] - starts @ normal, line[1] - ends @ normal
-        through = (before * behind < 0.0) & (np.abs(before) > _CLEAR) & (np.abs(behind) > _CLEAR)
-        share = (before[through] / (before[through] - behind[through]))[:, None]
-        places: FloatArray = np.sort((starts[through] + share * (ends[through] - starts[through])) @ along)
-        return places
+        before, beyond = line[1] - self.starts_xy @ normal, line[1] - self.ends_xy @ normal
+        with np.errstate(invalid="ignore"):
+            crossed = (before * beyond < 0.0) & (np.abs(before) > _CLEAR) & (np.abs(beyond) > behind)
+        pings = np.flatnonzero(crossed & (self.owners >= 0))
+        share = (before[pings] / (before[pings] - beyond[pings]))[:, None]
+        starts, ends = self.starts_xy[pings], self.ends_xy[pings]
+        places: FloatArray = (starts + share * (ends - starts)) @ along
+        return pings, places
 
 
 def trace_paths(explanation: Explanation, features: Sequence[Hypothesis], *, step: float) -> Paths:

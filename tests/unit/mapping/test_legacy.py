@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from echoplan.acoustics.expectation import Kind
 from echoplan.geometry import wrap
 from echoplan.mapping.account import Account
 from echoplan.mapping.explaining import explained
@@ -65,6 +66,19 @@ def test_a_wall_that_most_stations_missed_is_not_drawn() -> None:
     without = survey(account(4, 10, replace(memory, features=[missed, *rest])))
     assert len({each.owner for each in without.faces}) == len(drawn) - 1
     assert first.past.number not in {each.past.number for each in without.features}
+
+
+def test_what_most_stations_heard_through_a_wall_is_not_drawn() -> None:
+    memory = halfway()
+    column = next(each for each in memory.features if each.kind is Kind.CYLINDER)
+    assert column.past.hidden == 0
+    rest = [each for each in memory.features if each is not column]
+    drawn = []
+    for hidden in (1, 999):
+        behind = replace(column, past=replace(column.past, hidden=hidden))
+        found = survey(account(4, 10, replace(memory, features=[*rest, behind])))
+        drawn.append(len(found.cylinders()))
+    assert drawn == [1, 0]
 
 
 def test_no_ping_stays() -> None:
