@@ -36,6 +36,8 @@ class Past:
         How many had a free view of it and did not.
     hidden : int
         How many of those that spoke for it would have heard it through a wall.
+    passed : int
+        How many pings of what explains more went through it, of a wall.
     pings : int
         How many pings heard it.
     extent : tuple of float
@@ -58,6 +60,7 @@ class Past:
     speaking: int = 0
     missing: int = 0
     hidden: int = 0
+    passed: int = 0
     pings: int = 0
     extent: tuple[float, float] = (np.inf, -np.inf)
     feet: FloatArray = field(default_factory=_nowhere)

@@ -1,10 +1,11 @@
-"""Hiding: nothing is heard through a wall, so what seems to stand behind one is an image in it.
+"""Hiding: nothing is heard through a wall; of a wall and what is heard through it one is not there.
 
 Sound that met a wall on its way to a cylinder and back comes as from a cylinder beyond the wall.  From a few stations
-that is rarely heard twice alike; from hundreds it is.
+that is rarely heard twice alike; from hundreds it is.  And what others are heard through is no wall.
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,14 +13,44 @@ from echoplan.arrays import BoolArray, FloatArray
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.mapping.paths import Paths
 
-__all__ = ["hidden"]
+__all__ = ["Hiding", "hiding"]
 
 # What stands less than this behind a wall may stand before it [m]: that well walls and poses are known.
 _BEHIND = 0.05
 
 
-def hidden(paths: Paths, features: Sequence[Hypothesis], *, gap: float) -> BoolArray:
-    """Tell which sound would have gone through a wall, one that explains more than what it seems to come from.
+class Hiding(NamedTuple):
+    """Sound that would have gone through walls: what explains more is there, and the other is not.
+
+    Attributes
+    ----------
+    hidden : ndarray of bool, shape (n,)
+        Which sound would have gone through a wall that explains more than what the sound seems to come from.
+    passed : ndarray of bool, shape (f, n)
+        Which sound of what explains more went through each wall.
+    """
+
+    hidden: BoolArray
+    passed: BoolArray
+
+    def chosen(self, pings: BoolArray) -> "Hiding":
+        """Keep some of the pings.
+
+        Parameters
+        ----------
+        pings : ndarray of bool, shape (n,)
+            Which.
+
+        Returns
+        -------
+        Hiding
+            Of those.
+        """
+        return Hiding(self.hidden[pings], self.passed[:, pings])
+
+
+def hiding(paths: Paths, features: Sequence[Hypothesis], *, gap: float) -> Hiding:
+    """Tell which sound would have gone through which walls.
 
     Parameters
     ----------
@@ -32,16 +63,21 @@ def hidden(paths: Paths, features: Sequence[Hypothesis], *, gap: float) -> BoolA
 
     Returns
     -------
-    ndarray of bool, shape (n,)
+    Hiding
         By ping.
     """
-    behind, totals = np.zeros(len(paths.owners), dtype=bool), np.array([each.total for each in features])
+    totals = np.array([each.total for each in features])
+    hidden = np.zeros(len(paths.owners), dtype=bool)
+    passed = np.zeros((len(features), len(paths.owners)), dtype=bool)
     for number, wall in enumerate(features):
         if wall.is_wall:
             pings, places = paths.through(wall.line, behind=_BEHIND)
-            struck = _is_between(np.concatenate([wall.past.feet, paths.feet(number, wall.line)]), places, gap)
-            behind[pings[struck & (totals[paths.owners[pings]] < wall.total)]] = True
-    return behind
+            feet = np.concatenate([wall.past.feet, paths.feet(number, wall.line)])
+            pings = pings[_is_between(feet, places, gap)]
+            is_less = totals[paths.owners[pings]] < wall.total
+            hidden[pings[is_less]] = True
+            passed[number, pings[~is_less]] = True
+    return Hiding(hidden, passed)
 
 
 def _is_between(feet: FloatArray, places: FloatArray, gap: float) -> BoolArray:

@@ -13,7 +13,7 @@ from echoplan.mapping.account import Account
 from echoplan.mapping.adjustment import adjust, reading_rows
 from echoplan.mapping.echoes import CornerEcho, corner_echoes
 from echoplan.mapping.faces import find_faces
-from echoplan.mapping.hiding import hidden
+from echoplan.mapping.hiding import hiding
 from echoplan.mapping.memory import Memory, summarised
 from echoplan.mapping.paths import Paths, free_views, silent_places, trace_paths
 from echoplan.mapping.poses import PoseBeliefs, pose_rows
@@ -69,15 +69,16 @@ def survey(account: Account) -> Survey:
 
 
 def _is_there(feature: Hypothesis) -> bool:
-    """Tell whether most stations that heard a feature did so past all walls, and most with a free view of it heard it.
+    """Tell whether most stations that heard a feature did so past all walls, and most that should have heard it did.
 
     A few stations can always be found that something explains a little better.  The longer a recording, the more of
     them there are, and what they speak for would add up, if the others were not asked.  Of points little sound comes
-    back, so these may be missing.
+    back, so these may be missing.  A wall that lets half as much sound through as it sends back is none.
     """
     past = feature.past
-    heard = past.speaking - past.hidden
-    return heard >= past.hidden and (feature.kind not in (Kind.WALL, Kind.CYLINDER) or past.speaking >= past.missing)
+    if past.speaking - past.hidden < past.hidden or 2 * past.passed > past.pings:
+        return False
+    return feature.kind not in (Kind.WALL, Kind.CYLINDER) or past.speaking >= past.missing
 
 
 def leave(account: Account, count: int) -> Memory:
@@ -161,7 +162,7 @@ def _with_pasts(account: Account, gone: BoolArray, count: int) -> list[Hypothesi
     assert account.adjusted is not None
     explanation, settings = account.explanation, account.settings
     paths = trace_paths(explanation, account.features, step=account.step)
-    behind = hidden(paths, account.features, gap=settings.faces.wide_gap)[gone]
+    hides = hiding(paths, account.features, gap=settings.faces.wide_gap).chosen(gone)
     paths, stations = paths.chosen(gone), account.soundings.stations[gone]
     classes = class_probabilities(explanation, account.features, radius_cost=settings.search.radius_cost)
     owners, issued = account.adjusted.owners[gone], account.memory.issued
@@ -174,7 +175,7 @@ def _with_pasts(account: Account, gone: BoolArray, count: int) -> list[Hypothesi
             past = _certain(past, each, probabilities)
             gains, free = each.gains[:count], free_views(each, account.soundings, step=account.step)[:count]
             clear = gains > settings.survey.clear_station
-            through = _mostly(behind, paths.owners == number, stations, count)
+            through = _mostly(hides.hidden, paths.owners == number, stations, count)
             past = replace(
                 past,
                 total=past.total + float(gains.sum()),
@@ -182,6 +183,7 @@ def _with_pasts(account: Account, gone: BoolArray, count: int) -> list[Hypothesi
                 speaking=past.speaking + int(clear.sum()),
                 missing=past.missing + int((free & ~clear).sum()),
                 hidden=past.hidden + int((through & clear).sum()),
+                passed=past.passed + int(hides.passed[number].sum()),
                 pings=past.pings + int((owners == number).sum()),
             )
             features.append(replace(each, past=past))

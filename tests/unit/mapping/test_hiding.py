@@ -3,9 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from echoplan.arrays import FloatArray
+from echoplan.arrays import BoolArray, FloatArray
 from echoplan.evaluation import evaluate
-from echoplan.mapping.hiding import hidden
+from echoplan.mapping.hiding import Hiding, hiding
 from echoplan.mapping.paths import trace_paths
 from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import Pillar, Polyline, Route, World
@@ -19,10 +19,10 @@ NORTH = wall(np.pi / 2, 1.0)
 STATIONS = tuple((0.3 * number - 0.9, 0.1) for number in range(7))
 
 
-def share_hidden(
+def hidden_by(
     beyond: FloatArray, *, door: tuple[float, float] = (0.0, 0.0), total: float = 1000.0, least: float = 40.0
-) -> float:
-    """How much of something a wall hides that is not heard in a door, while the other is only heard this far aside."""
+) -> tuple[Hiding, BoolArray]:
+    """What a wall hides that is not heard in a door, while something else is only heard this far aside; whose it is."""
     silent = listening(STATIONS, step=STEP)
     to_wall = hearing(silent, [NORTH]).readings
     to_wall = np.where((silent.x > door[0]) & (silent.x < door[1]), np.inf, to_wall)
@@ -32,10 +32,19 @@ def share_hidden(
     north, other = judged(account, [NORTH, beyond])
     features = [replace(north, total=total), replace(other, total=50.0)]
     paths = trace_paths(account, features, step=STEP)
-    behind, own = hidden(paths, features, gap=0.4), paths.owners == 1
+    found, own = hiding(paths, features, gap=0.4), paths.owners == 1
     assert own.sum() > 5
-    assert not behind[~own].any()
-    return float(behind[own].mean())
+    assert not found.hidden[~own].any()
+    assert not found.passed[:, ~own].any()
+    return found, own
+
+
+def share_hidden(
+    beyond: FloatArray, *, door: tuple[float, float] = (0.0, 0.0), total: float = 1000.0, least: float = 40.0
+) -> float:
+    """How much of it."""
+    found, own = hidden_by(beyond, door=door, total=total, least=least)
+    return float(found.hidden[own].mean())
 
 
 @pytest.mark.parametrize("beyond", [cylinder(0.0, 1.5, 0.15), corner(0.2, 1.4)], ids=["cylinder", "corner"])
@@ -56,8 +65,11 @@ def test_sound_goes_through_a_door() -> None:
     assert share_hidden(cylinder(0.0, 1.5, 0.15), door=(-0.8, 0.8)) < 0.5
 
 
-def test_a_wall_that_explains_less_hides_nothing() -> None:
-    assert share_hidden(cylinder(0.0, 1.5, 0.15), total=40.0) == 0.0
+def test_through_a_wall_that_explains_less_sound_has_passed() -> None:
+    found, own = hidden_by(cylinder(0.0, 1.5, 0.15), total=40.0)
+    assert not found.hidden.any()
+    assert found.passed[0, own].mean() > 0.9
+    assert found.chosen(own).passed.sum() == found.passed.sum()
 
 
 def test_images_of_pillars_are_not_on_the_map_however_often_they_were_heard() -> None:

@@ -81,6 +81,16 @@ def test_what_most_stations_heard_through_a_wall_is_not_drawn() -> None:
     assert drawn == [1, 0]
 
 
+def test_a_wall_through_which_others_were_heard_is_not_drawn() -> None:
+    memory = halfway()
+    first = next(each for each in memory.features if each.is_wall)
+    assert first.past.passed == 0
+    passed = replace(first, past=replace(first.past, passed=9999))
+    rest = [each for each in memory.features if each is not first]
+    without = survey(account(4, 10, replace(memory, features=[passed, *rest])))
+    assert first.past.number not in {each.past.number for each in without.features}
+
+
 def test_no_ping_stays() -> None:
     assert all(len(each.evidence.pings) == len(each.gains) == 0 for each in halfway().features)
 
