@@ -23,9 +23,12 @@ class FaceSettings(BaseModel, frozen=True, extra="forbid"):
         default=math.radians(25), gt=0.0, description="of the pings that went through such a gap [rad]"
     )
     wide_gap: float = Field(default=0.4, gt=0.0, description="least gap about a corner that was heard [m]")
+    corner_away: float = Field(default=0.4, gt=0.0, description="of such a corner from what was heard of a wall [m]")
     corner_reach: float = Field(default=0.03, gt=0.0, description="of such a corner from the crossing of its walls [m]")
     echo_span: float = Field(default=math.radians(5), gt=0.0, description="of the pings that hear a corner [rad]")
     right_angle: float = Field(default=math.radians(5), gt=0.0, description="of walls that echo at their vertex [rad]")
+    beside: float = Field(default=0.02, gt=0.0, description="of one wall there is no room for another [m]")
+    turn: float = Field(default=math.radians(12), gt=0.0, description="between two walls of one [rad]")
     least_share: float = Field(default=0.05, ge=0.0, description="of the pings of a line that make a wall")
 
 
@@ -126,7 +129,27 @@ def find_faces(features: Sequence[Hypothesis], echoes: Echoes, *, step: float, s
             )
             corners = _heard_corners(number, features, echoes, step=step, settings=settings)
             faces += _cut(whole, feet, corners, step=step, settings=settings)
-    return faces
+    return _without_copies(faces, settings)
+
+
+def _without_copies(faces: Sequence[Face], settings: FaceSettings) -> list[Face]:
+    """Leave out what lies along a wall of which more was heard: stations let go one by one may make two of it."""
+    kept: list[Face] = []
+    for face in sorted(faces, key=lambda each: each.pings, reverse=True):
+        if not any(_lies_along(face, each, settings) for each in kept):
+            kept.append(face)
+    return [each for each in faces if each in kept]
+
+
+def _lies_along(face: Face, other: Face, settings: FaceSettings) -> bool:
+    """Tell whether most of a face is so near another that faces the same side that there is no room for both."""
+    if math.cos(face.wall.line[0] - other.wall.line[0]) < math.cos(settings.turn):
+        return False
+    places = [float(face.point(each) @ other.along) for each in (face.low, face.high)]
+    low, high = (min(max(each, other.low), other.high) for each in sorted(places))
+    ends = other.point(low), other.point(high)
+    away = [abs(float(each @ directions(face.wall.line[0]) - face.wall.line[1])) for each in ends]
+    return 2.0 * (high - low) > face.high - face.low and max(away) < settings.beside
 
 
 def _cut(whole: Face, feet: FloatArray, corners: Sequence[float], *, step: float, settings: FaceSettings) -> list[Face]:
@@ -164,6 +187,6 @@ def _heard_corners(
         heard |= echoes.heard_at(point, within=settings.corner_reach)
         place = float(point @ directions(other.line[0] + math.pi / 2))
         away = max(other.extent[0] - place, place - other.extent[1])
-        if heard and -0.1 < away < 1.0:
+        if heard and -0.1 < away < settings.corner_away:
             places.append(float(point @ directions(wall.line[0] + math.pi / 2)))
     return places

@@ -84,7 +84,7 @@ def test_a_crumb_beside_a_doorway_is_no_wall() -> None:
     assert spans(cut(six, np.linspace(-0.2, 0.2, ENOUGH))) == [(-1.0, -0.3), (0.3, 0.35)]
 
 
-NORTH = feature(wall(np.pi / 2, 0.3), extent=(-0.5, 0.5))
+NORTH = feature(wall(np.pi / 2, 0.3), extent=(-0.7, 0.5))
 SQUARE = Echoes(pairs={(0, 2): CornerEcho(pings=5)})
 
 
@@ -106,8 +106,8 @@ def test_a_corner_that_was_heard_as_such_cuts_as_well() -> None:
         (with_gap(-0.3, 0.3), NORTH, Echoes(corners_xy=np.array([[1.0, 0.36]]))),
         (with_gap(-0.1, 0.3), NORTH, SQUARE),
         (with_gap(-0.3, 0.2), NORTH, SQUARE),
-        (with_gap(-0.3, 0.3), feature(wall(np.radians(80), 0.3), extent=(-0.5, 0.5)), SQUARE),
-        (with_gap(-0.3, 0.3), feature(wall(np.pi / 2, 0.3), extent=(0.2, 0.5)), SQUARE),
+        (with_gap(-0.3, 0.3), feature(wall(np.radians(80), 0.3), extent=(-0.7, 0.5)), SQUARE),
+        (with_gap(-0.3, 0.3), feature(wall(np.pi / 2, 0.3), extent=(-0.5, 0.5)), SQUARE),
     ],
     ids=["unheard", "once", "elsewhere", "narrow gap", "corner not in the gap", "oblique", "too far away"],
 )
@@ -115,6 +115,42 @@ def test_without_such_a_corner_in_a_wide_gap_a_wall_stays_whole(
     feet: FloatArray, other: Hypothesis, echoes: Echoes
 ) -> None:
     assert len(cut(feet, np.zeros(0), other, echoes=echoes)) == 1
+
+
+def shape(normal_angle: float, offset: float, low: float, high: float, pings: int = 10) -> Hypothesis:
+    """A wall that was heard between two places along it by so many pings."""
+    past = Past(number=pings, feet=np.linspace(low, high, 30), pings=pings)
+    return replace(feature(wall(normal_angle, offset), extent=(low, high)), past=past)
+
+
+def drawn_beside(other: Hypothesis) -> list[int]:
+    """Numbers of the walls that are drawn of another one and the wall x = 1."""
+    east = shape(0.0, 1.0, -1.0, 1.0, pings=99)
+    return [each.owner for each in find_faces([other, east], SILENT, step=STEP, settings=FaceSettings())]
+
+
+@pytest.mark.parametrize(
+    "other",
+    [shape(0.0, 1.015, 0.2, 0.6), shape(np.radians(4.0), 0.99, -0.1, 0.05), shape(0.0, 1.0, 0.9, 1.05)],
+    ids=["behind", "askew", "at the end"],
+)
+def test_of_two_walls_between_which_there_is_no_room_one_is_drawn(other: Hypothesis) -> None:
+    assert drawn_beside(other) == [1]
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        shape(0.0, 1.03, 0.2, 0.6),
+        shape(np.radians(4.0), 0.96, 0.2, 0.9),
+        shape(0.0, 1.0, 0.9, 1.5),
+        shape(np.pi, -1.01, -0.6, -0.2),
+        shape(np.pi / 2, 0.5, -1.01, -0.99),
+    ],
+    ids=["behind", "askew", "past the end", "other side", "across"],
+)
+def test_of_two_walls_that_are_apart_both_are_drawn(other: Hypothesis) -> None:
+    assert drawn_beside(other) == [0, 1]
 
 
 def test_a_wall_that_explains_no_ping_is_as_long_as_it_was_known() -> None:
