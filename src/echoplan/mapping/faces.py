@@ -23,7 +23,7 @@ class FaceSettings(BaseModel, frozen=True, extra="forbid"):
         default=math.radians(25), gt=0.0, description="of the pings that went through such a gap [rad]"
     )
     wide_gap: float = Field(default=0.4, gt=0.0, description="least gap about a corner that was heard [m]")
-    corner_away: float = Field(default=0.4, gt=0.0, description="of such a corner from what was heard of a wall [m]")
+    corner_away: float = Field(default=1.0, gt=0.0, description="of such a corner from what was heard of a wall [m]")
     corner_reach: float = Field(default=0.03, gt=0.0, description="of such a corner from the crossing of its walls [m]")
     echo_span: float = Field(default=math.radians(5), gt=0.0, description="of the pings that hear a corner [rad]")
     right_angle: float = Field(default=math.radians(5), gt=0.0, description="of walls that echo at their vertex [rad]")

@@ -84,7 +84,7 @@ def test_a_crumb_beside_a_doorway_is_no_wall() -> None:
     assert spans(cut(six, np.linspace(-0.2, 0.2, ENOUGH))) == [(-1.0, -0.3), (0.3, 0.35)]
 
 
-NORTH = feature(wall(np.pi / 2, 0.3), extent=(-0.7, 0.5))
+NORTH = feature(wall(np.pi / 2, 0.3), extent=(-0.5, 0.5))
 SQUARE = Echoes(pairs={(0, 2): CornerEcho(pings=5)})
 
 
@@ -106,8 +106,8 @@ def test_a_corner_that_was_heard_as_such_cuts_as_well() -> None:
         (with_gap(-0.3, 0.3), NORTH, Echoes(corners_xy=np.array([[1.0, 0.36]]))),
         (with_gap(-0.1, 0.3), NORTH, SQUARE),
         (with_gap(-0.3, 0.2), NORTH, SQUARE),
-        (with_gap(-0.3, 0.3), feature(wall(np.radians(80), 0.3), extent=(-0.7, 0.5)), SQUARE),
-        (with_gap(-0.3, 0.3), feature(wall(np.pi / 2, 0.3), extent=(-0.5, 0.5)), SQUARE),
+        (with_gap(-0.3, 0.3), feature(wall(np.radians(80), 0.3), extent=(-0.5, 0.5)), SQUARE),
+        (with_gap(-0.3, 0.3), feature(wall(np.pi / 2, 0.3), extent=(0.2, 0.5)), SQUARE),
     ],
     ids=["unheard", "once", "elsewhere", "narrow gap", "corner not in the gap", "oblique", "too far away"],
 )
