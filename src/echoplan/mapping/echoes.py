@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -28,13 +28,21 @@ class CornerEcho:
     ----------
     pings : int, optional
         How many heard one wall in the other.
+    heard : float, optional
+        By how much more likely what these heard is for that [nats].
     gain : float, optional
         By how much more likely what all stations heard is with a corner there than without one [nats]: above 0 if they
         heard one, below if it should have been heard and was not, 0 if nobody could tell.
     """
 
     pings: int = 0
+    heard: float = 0.0
     gain: float = 0.0
+
+    @property
+    def is_believed(self) -> bool:
+        """Whether those that heard one wall in the other say more for the corner than all others against it."""
+        return self.heard + self.gain >= 0.0
 
     def joined(self, other: "CornerEcho") -> "CornerEcho":
         """Add what other stations heard.
@@ -49,7 +57,7 @@ class CornerEcho:
         CornerEcho
             What all of them heard.
         """
-        return CornerEcho(pings=self.pings + other.pings, gain=self.gain + other.gain)
+        return CornerEcho(pings=self.pings + other.pings, heard=self.heard + other.heard, gain=self.gain + other.gain)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -120,23 +128,25 @@ def corner_echoes(
     among = explanation.soundings.stations < count
     walls = [number for number, each in enumerate(features) if each.is_wall]
     pairs = [(one, other) for place, one in enumerate(walls) for other in walls[place + 1 :]]
-    counts, gains = _counts(explanation, features, pairs, among), _gains(explanation, features, pairs, count)
-    return {pair: CornerEcho(pings=counts[pair], gain=gains.get(pair, 0.0)) for pair in pairs}
+    heard, gains = _heard(explanation, features, pairs, among), _gains(explanation, features, pairs, count)
+    return {pair: replace(heard[pair], gain=gains.get(pair, 0.0)) for pair in pairs}
 
 
-def _counts(
+def _heard(
     explanation: Explanation, features: Sequence[Hypothesis], pairs: Sequence[tuple[int, int]], among: BoolArray
-) -> dict[tuple[int, int], int]:
-    """Count the pings that heard one wall in another, and nothing that explains them better."""
+) -> dict[tuple[int, int], CornerEcho]:
+    """Tell which pings heard one wall in another, and nothing that explains them better."""
     direct = np.full(len(explanation.soundings.readings), explanation.floor)
     for each in features:
         if each.kind in (Kind.WALL, Kind.CYLINDER):
             np.maximum(direct, explanation.levels_of(each), out=direct)
     least = np.maximum(np.maximum(direct + math.log(5.0), explanation.floor + math.log(20.0)), UNHEARD)
-    return {
-        (one, other): int(((explanation.pair_levels(features[one], features[other]) > least) & among).sum())
-        for one, other in pairs
-    }
+    echoes = {}
+    for one, other in pairs:
+        levels = explanation.pair_levels(features[one], features[other])
+        clear = (levels > least) & among
+        echoes[one, other] = CornerEcho(pings=int(clear.sum()), heard=float((levels - direct)[clear].sum()))
+    return echoes
 
 
 def _gains(

@@ -183,7 +183,8 @@ def _heard_corners(
         if abs(math.cos(wall.line[0] - other.line[0])) > math.sin(settings.right_angle):
             continue
         point = intersections(wall.line, other.line)
-        heard = echoes.between(number, other_number).pings >= least
+        between = echoes.between(number, other_number)
+        heard = between.pings >= least and between.is_believed
         heard |= echoes.heard_at(point, within=settings.corner_reach)
         place = float(point @ directions(other.line[0] + math.pi / 2))
         away = max(other.extent[0] - place, place - other.extent[1])

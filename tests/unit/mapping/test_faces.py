@@ -85,7 +85,7 @@ def test_a_crumb_beside_a_doorway_is_no_wall() -> None:
 
 
 NORTH = feature(wall(np.pi / 2, 0.3), extent=(-0.5, 0.5))
-SQUARE = Echoes(pairs={(0, 2): CornerEcho(pings=5)})
+SQUARE = Echoes(pairs={(0, 2): CornerEcho(pings=5, heard=30.0, gain=-29.0)})
 
 
 def test_beyond_a_corner_that_was_heard_there_is_another_wall() -> None:
@@ -103,13 +103,23 @@ def test_a_corner_that_was_heard_as_such_cuts_as_well() -> None:
     [
         (with_gap(-0.3, 0.3), NORTH, SILENT),
         (with_gap(-0.3, 0.3), NORTH, Echoes(pairs={(0, 2): CornerEcho(pings=1)})),
+        (with_gap(-0.3, 0.3), NORTH, Echoes(pairs={(0, 2): CornerEcho(pings=5, heard=30.0, gain=-31.0)})),
         (with_gap(-0.3, 0.3), NORTH, Echoes(corners_xy=np.array([[1.0, 0.36]]))),
         (with_gap(-0.1, 0.3), NORTH, SQUARE),
         (with_gap(-0.3, 0.2), NORTH, SQUARE),
         (with_gap(-0.3, 0.3), feature(wall(np.radians(80), 0.3), extent=(-0.5, 0.5)), SQUARE),
         (with_gap(-0.3, 0.3), feature(wall(np.pi / 2, 0.3), extent=(0.2, 0.5)), SQUARE),
     ],
-    ids=["unheard", "once", "elsewhere", "narrow gap", "corner not in the gap", "oblique", "too far away"],
+    ids=[
+        "unheard",
+        "once",
+        "missed by others",
+        "elsewhere",
+        "narrow gap",
+        "corner not in the gap",
+        "oblique",
+        "too far away",
+    ],
 )
 def test_without_such_a_corner_in_a_wide_gap_a_wall_stays_whole(
     feet: FloatArray, other: Hypothesis, echoes: Echoes
