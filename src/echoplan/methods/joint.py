@@ -6,6 +6,7 @@ which of these explains the pings, including those that are missing.
 """
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from echoplan.arrays import FloatArray
 from echoplan.mapping.account import Account
@@ -92,7 +93,9 @@ class JointMapper:
 
     def _account(self, stations: Stations) -> Account:
         heard = at_stations(join_soundings(self._soundings), stations)
-        return explained(Account(self.rig, heard, stations.poses, self.settings, self._memory))
+        # Matrices are small: threads would only wait for each other, on all cores.
+        with threadpool_limits(limits=1, user_api="blas"):
+            return explained(Account(self.rig, heard, stations.poses, self.settings, self._memory))
 
     def _let_go(self, stations: Stations, count: int) -> None:
         """Keep what the oldest stations said, but not their pings."""
