@@ -28,6 +28,8 @@ class CornerEcho:
     ----------
     pings : int, optional
         How many heard one wall in the other.
+    stations : int, optional
+        From how many stations.
     heard : float, optional
         By how much more likely what these heard is for that [nats].
     gain : float, optional
@@ -36,6 +38,7 @@ class CornerEcho:
     """
 
     pings: int = 0
+    stations: int = 0
     heard: float = 0.0
     gain: float = 0.0
 
@@ -57,7 +60,12 @@ class CornerEcho:
         CornerEcho
             What all of them heard.
         """
-        return CornerEcho(pings=self.pings + other.pings, heard=self.heard + other.heard, gain=self.gain + other.gain)
+        return CornerEcho(
+            pings=self.pings + other.pings,
+            stations=self.stations + other.stations,
+            heard=self.heard + other.heard,
+            gain=self.gain + other.gain,
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -145,7 +153,11 @@ def _heard(
     for one, other in pairs:
         levels = explanation.pair_levels(features[one], features[other])
         clear = (levels > least) & among
-        echoes[one, other] = CornerEcho(pings=int(clear.sum()), heard=float((levels - direct)[clear].sum()))
+        echoes[one, other] = CornerEcho(
+            pings=int(clear.sum()),
+            stations=len(np.unique(explanation.soundings.stations[clear])),
+            heard=float((levels - direct)[clear].sum()),
+        )
     return echoes
 
 

@@ -126,14 +126,14 @@ class Survey:
         owners = [self.faces[each].owner for each in vertex.faces]
         lines = np.array([self.features[each].line for each in owners])
         slopes = crossing_slopes(lines, vertex.position_xy)
-        heard = self._heard_corner(vertex.position_xy)
+        heard, echo = self._heard_corner(vertex.position_xy), vertex.echo
         return Corner(
             position_xy=vertex.position_xy,
             kind=vertex.kind,
             covariance=slopes @ self._covariance(owners) @ slopes.T,
             class_probabilities=ClassProbabilities(corner=1.0) if heard is None else self._class_of(heard),
-            pings=0 if heard is None else self._pings(heard),
-            stations=0 if heard is None else self._stations(self.features[heard]),
+            pings=echo.pings if heard is None else self._pings(heard),
+            stations=echo.stations if heard is None else self._stations(self.features[heard]),
         )
 
     def _lone_corner(self, number: int, feature: Hypothesis) -> Corner:

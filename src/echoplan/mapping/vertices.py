@@ -48,6 +48,8 @@ class Vertex:
         As seen from where the faces were heard.
     heard : bool
         Whether sound came back from it.
+    echo : CornerEcho
+        What was heard of it, of a concave one.
     cost : float
         How far the faces had to be extended [m]; heard vertices come first.
     """
@@ -57,6 +59,7 @@ class Vertex:
     position_xy: FloatArray
     kind: CornerKind
     heard: bool
+    echo: CornerEcho
     cost: float
 
 
@@ -108,6 +111,7 @@ def _vertex(faces: Sequence[Face], pair: tuple[int, int], echoes: Echoes, settin
         position_xy=point,
         kind=kind,
         heard=heard,
+        echo=echo if kind is CornerKind.CONCAVE else CornerEcho(),
         cost=_cost(extensions, heard=heard),
     )
 

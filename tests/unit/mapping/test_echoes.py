@@ -32,6 +32,7 @@ def test_corner_echoes_are_counted_for_the_walls_that_make_the_corner() -> None:
     known = judged(account, HEARD)
     heard = corner_echoes(account, known, ALL)
     assert heard[0, 1].pings > 10
+    assert heard[0, 1].stations == ALL
     assert heard[0, 3].pings == heard[1, 2].pings == heard[2, 3].pings == 0
     assert Echoes.of(known, heard).corners_xy.tolist() == [[2.0, 1.5]]
 
@@ -59,11 +60,13 @@ def test_only_the_stations_that_are_asked_count() -> None:
     none, some, all_of_them = (corner_echoes(account, known, count) for count in (0, 2, ALL))
     assert set(none.values()) == {CornerEcho()}
     assert 0 < some[0, 1].pings < all_of_them[0, 1].pings
+    assert (some[0, 1].stations, all_of_them[0, 1].stations) == (2, ALL)
     assert all_of_them[2, 3].gain < some[2, 3].gain < 0.0
 
 
 def test_what_was_heard_adds_up() -> None:
-    assert CornerEcho(pings=3, gain=-1.0).joined(CornerEcho(pings=4, gain=5.0)) == CornerEcho(pings=7, gain=4.0)
+    some, more = CornerEcho(pings=3, stations=1, gain=-1.0), CornerEcho(pings=4, stations=2, heard=8.0, gain=5.0)
+    assert some.joined(more) == CornerEcho(pings=7, stations=3, heard=8.0, gain=4.0)
 
 
 def test_an_echo_that_a_column_explains_is_none_of_a_corner() -> None:

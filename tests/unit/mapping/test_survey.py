@@ -10,7 +10,7 @@ from echoplan.classification.hypotheses import Hypothesis
 from echoplan.classification.past import Past
 from echoplan.geometry import intersections
 from echoplan.mapping.adjustment import AdjustmentSettings, Beliefs, Features, adjust
-from echoplan.mapping.echoes import Echoes
+from echoplan.mapping.echoes import CornerEcho, Echoes
 from echoplan.mapping.edges import edges_of
 from echoplan.mapping.faces import Face
 from echoplan.mapping.state import State
@@ -30,7 +30,11 @@ def past_of(known: Hypothesis, number: int, pings: int) -> Past:
 
 
 def survey(
-    *others: Hypothesis, walls: Sequence[FloatArray] | FloatArray = ROOM, heard_to: float = 1.2, joined: bool = True
+    *others: Hypothesis,
+    walls: Sequence[FloatArray] | FloatArray = ROOM,
+    heard_to: float = 1.2,
+    joined: bool = True,
+    echoes: Echoes = SILENT,
 ) -> Survey:
     """The survey of a room of 4 x 3 m that was heard but for the corners."""
     known = [*(feature(each, gains=[9.0, 6.0, 4.0, -1.0]) for each in walls), *others]
@@ -67,7 +71,7 @@ def survey(
         features=known,
         adjusted=adjusted,
         faces=faces,
-        vertices=find_vertices(faces, SILENT, VertexSettings()) if joined else [],
+        vertices=find_vertices(faces, echoes, VertexSettings()) if joined else [],
         settings=SurveySettings(),
     )
 
@@ -125,6 +129,13 @@ def test_a_room_of_four_walls_has_four_corners() -> None:
     assert all(each.kind is CornerKind.CONCAVE for each in corners)
     assert all((each.pings, each.stations) == (0, 0) for each in corners)
     assert all(each.class_probabilities.corner == 1.0 for each in corners)
+
+
+def test_a_corner_tells_who_heard_one_of_its_walls_in_the_other() -> None:
+    heard = Echoes(pairs={(0, 1): CornerEcho(pings=31, stations=3, heard=200.0)})
+    by_place = {tuple(np.round(each.position_xy, 6)): each for each in survey(echoes=heard).corners()}
+    assert (by_place[2.0, 1.5].pings, by_place[2.0, 1.5].stations) == (31, 3)
+    assert {each.pings for place, each in by_place.items() if place != (2.0, 1.5)} == {0}
 
 
 def test_the_covariance_of_a_corner_is_that_of_its_walls_carried_on_by_finite_differences() -> None:
