@@ -2,21 +2,21 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from how_it_works import DRAWINGS as HOW_IT_WORKS  # type: ignore[import-not-found]  # beside this file
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from echoplan.cli import demo
 from echoplan.io import builtin_rig, builtin_route, builtin_world, write_bytes
 from echoplan.methods import METHODS, Mapper, grid_of, map_sweeps, points_of
-from echoplan.methods.mdp_fuzzy import MdpFuzzyMapper
 from echoplan.methods.topological import TopologicalMapper
 from echoplan.model import FeatureMap, Recording, Truth
 from echoplan.simulation import Simulation, SimulationSettings
 from echoplan.simulation.settings import OdometryNoise
 from echoplan.sources import find_truth, open_source
-from echoplan.viewer import EchoListener, Plan, paper_pictures, sweep_stages
 from echoplan.viewer.maps import draw_cylinders, draw_truth, draw_walls
 
 PICTURES = Path(__file__).parent / "pictures"
@@ -29,20 +29,11 @@ def main() -> None:
 
 
 def paper_room() -> None:
-    """Draw the paper's room as ``echoplan demo`` does: the figures that docs/paper.md and the README show."""
-    simulation = Simulation(
-        world=builtin_world("paper-room"),
-        rig=builtin_rig("rotary-array"),
-        route=builtin_route("paper-room"),
-        settings=SimulationSettings(dropout=0.02, stray=0.02),
-    )
-    mapper, listener = MdpFuzzyMapper(simulation.rig), EchoListener(simulation.rig)
-    sweeps = list(listener.listen(simulation))
-    for sweep in sweeps:
-        mapper.add(sweep)
-    plan = Plan(feature_map=mapper.result(), truth=simulation.truth, echoes_xy=listener.points_xy)
-    for picture in paper_pictures([sweep_stages(mapper, sweep) for sweep in sweeps], plan):
-        write_bytes(PICTURES / f"{picture.name}.png", picture.png)
+    """Take the pictures of ``echoplan demo``: the map for the README, the paper's figures for docs/paper.md."""
+    with TemporaryDirectory() as folder:
+        demo.run(Path(folder) / "demo")
+        for picture in (Path(folder) / "demo" / "pictures").iterdir():
+            write_bytes(PICTURES / picture.name, picture.read_bytes())
 
 
 def methods_side_by_side() -> None:

@@ -1,19 +1,21 @@
 """``echoplan demo``: the paper's room from the echoes to the map, beside the paper's own figures."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from echoplan.cli.results import RESULTS, Results, say_what_was_found, write_results
-from echoplan.cli.terminal import Progressing, put, report_files, show
+from echoplan.cli.terminal import Progressing, put, report_files, show, tracked
 
 if TYPE_CHECKING:
-    from echoplan.arrays import FloatArray
-    from echoplan.methods.mdp_fuzzy import MdpFuzzyMapper
+    from collections.abc import Sequence
+
+    from echoplan.methods import Mapper
     from echoplan.model import FeatureMap, Sweep, Table
     from echoplan.simulation import Simulation
-    from echoplan.viewer import Picture, Plan
+    from echoplan.viewer import Picture
 
 __all__ = ["run"]
 
@@ -22,8 +24,9 @@ _WORLD, _RIG = "paper-room", "rotary-array"
 _INTRODUCTION = (
     (
         "A robot with four ultrasonic sensors on a servo stops at ten stations A to J in a room with eight flat faces, "
-        "a cylinder and a corner. Room and sensors are simulated, with 2 % of the echoes missing and 2 % astray; "
-        "the map is made by the method of the paper, and by the conventional one for comparison."
+        "a cylinder and a corner. Room and sensors are simulated, with 2 % of the echoes missing and 2 % astray. "
+        "The map is made by joint, which explains all stations at once. The figures of the paper are drawn by its own "
+        "method, mdp-fuzzy; rcd is the conventional one."
     ),
     (
         "Table 5 of the paper was measured in a real room of the same kind: the figures beside each other are of the "
@@ -38,39 +41,42 @@ def run(
     ),
     seed: Annotated[int, typer.Option(help="Seed of all noise.")] = 0,
 ) -> None:
-    """Simulate the paper's room, map it by two methods, and draw the figures of the paper.
+    """Simulate the paper's room, map it by three methods, and draw the figures of the paper.
 
     Example: echoplan demo --seed 1
     """
     from echoplan.config import Run  # noqa: PLC0415 - --help must not wait for NumPy
-    from echoplan.io import check_folder, write_recording, write_truth, written_whole  # noqa: PLC0415
+    from echoplan.io import check_folder  # noqa: PLC0415
+    from echoplan.methods.joint import JointMapper  # noqa: PLC0415
     from echoplan.methods.mdp_fuzzy import MdpFuzzyMapper  # noqa: PLC0415
-    from echoplan.viewer import Text  # noqa: PLC0415
+    from echoplan.methods.rcd import RcdMapper  # noqa: PLC0415
+    from echoplan.viewer import EchoListener, Plan, Text, map_picture, paper_pictures, sweep_stages  # noqa: PLC0415
 
     check_folder(out, RESULTS)
     simulation = _simulation(seed)
-    sweeps = list(Progressing(simulation, "simulating"))
-    with written_whole(out / "recording") as draft:
-        write_recording(draft, simulation)
-        write_truth(draft / "truth.json", simulation.truth)
-    mapper = MdpFuzzyMapper(simulation.rig)
-    maps = {"mdp-fuzzy": _mapped(mapper, sweeps), "rcd": _mapped_by("rcd", simulation, sweeps)}
-    plan, pictures, times = _drawn(mapper, sweeps, maps["mdp-fuzzy"], simulation)
+    listener = EchoListener(simulation.rig)
+    sweeps = list(listener.listen(Progressing(simulation, "simulating")))
+    joint, paper = JointMapper(simulation.rig), MdpFuzzyMapper(simulation.rig)
+    mappers: dict[str, Mapper] = {"joint": joint, "mdp-fuzzy": paper, "rcd": RcdMapper(simulation.rig)}
+    maps = {name: _mapped(mapper, sweeps) for name, mapper in mappers.items()}
+    plan = Plan(feature_map=maps["joint"], truth=simulation.truth, echoes_xy=listener.points_xy)
+    as_in_the_paper = replace(plan, feature_map=maps["mdp-fuzzy"])
+    figures = paper_pictures([sweep_stages(paper, sweep) for sweep in sweeps], as_in_the_paper)
     table = _table5(maps, simulation)
     say_what_was_found(plan)
     put()
     show(table)
-    _write_pictures(out / "pictures", pictures)
+    _write_recording(out / "recording", simulation)
+    _write_pictures(out / "pictures", (map_picture(plan), *figures))
     results = Results(
         title="The room of the paper",
-        run=Run(source=f"sim:{_WORLD},rig={_RIG},seed={seed}", method="mdp-fuzzy", seed=seed),
-        settings={"simulation": simulation.settings, "method": mapper.settings},
+        run=Run(source=f"sim:{_WORLD},rig={_RIG},seed={seed}", method="joint", seed=seed),
+        settings={"simulation": simulation.settings, "method": joint.settings},
         plan=plan,
-        times=times,
-        sections=(Text(title="What this is", paragraphs=_INTRODUCTION), table, *pictures),
+        times=listener.times,
+        sections=(Text(title="What this is", paragraphs=_INTRODUCTION), table, *figures),
     )
     write_results(out, results)
-    report_files(out / "recording", ["pings.csv", "rig.toml", "truth.json"])
     put(f"Now open {out / 'report.html'} in a browser.")
 
 
@@ -87,32 +93,19 @@ def _simulation(seed: int) -> "Simulation":
     )
 
 
-def _mapped(mapper: "MdpFuzzyMapper", sweeps: "list[Sweep]") -> "FeatureMap":
+def _mapped(mapper: "Mapper", sweeps: "Sequence[Sweep]") -> "FeatureMap":
     from echoplan.methods import map_sweeps  # noqa: PLC0415
 
-    return map_sweeps(mapper, sweeps)
+    return map_sweeps(mapper, tracked(sweeps, total=len(sweeps), task="mapping"))
 
 
-def _mapped_by(name: str, simulation: "Simulation", sweeps: "list[Sweep]") -> "FeatureMap":
-    from echoplan.methods import find_method, map_sweeps  # noqa: PLC0415
+def _write_recording(folder: Path, simulation: "Simulation") -> None:
+    from echoplan.io import write_recording, write_truth, written_whole  # noqa: PLC0415
 
-    return map_sweeps(find_method(name).build(simulation.rig), sweeps)
-
-
-def _drawn(
-    mapper: "MdpFuzzyMapper", sweeps: "list[Sweep]", feature_map: "FeatureMap", simulation: "Simulation"
-) -> "tuple[Plan, tuple[Picture, ...], FloatArray]":
-    from echoplan.viewer import EchoListener, Plan, paper_pictures, sweep_stages  # noqa: PLC0415
-
-    listener = EchoListener(simulation.rig)
-    stages = [sweep_stages(mapper, sweep) for sweep in listener.listen(sweeps)]
-    plan = Plan(
-        feature_map=feature_map,
-        truth=simulation.truth,
-        heard=tuple(mapper.observations),
-        echoes_xy=listener.points_xy,
-    )
-    return plan, paper_pictures(stages, plan), listener.times
+    with written_whole(folder) as draft:
+        write_recording(draft, simulation)
+        write_truth(draft / "truth.json", simulation.truth)
+    report_files(folder, ["pings.csv", "rig.toml", "truth.json"])
 
 
 def _write_pictures(folder: Path, pictures: "tuple[Picture, ...]") -> None:

@@ -49,7 +49,7 @@ class Vertex:
     heard : bool
         Whether sound came back from it.
     echo : CornerEcho
-        What was heard of it, of a concave one.
+        What was heard of one of its walls in the other.
     cost : float
         How far the faces had to be extended [m]; heard vertices come first.
     """
@@ -111,7 +111,7 @@ def _vertex(faces: Sequence[Face], pair: tuple[int, int], echoes: Echoes, settin
         position_xy=point,
         kind=kind,
         heard=heard,
-        echo=echo if kind is CornerKind.CONCAVE else CornerEcho(),
+        echo=echo,
         cost=_cost(extensions, heard=heard),
     )
 

@@ -3,7 +3,7 @@
 from echoplan.viewer.gallery import Exhibit, Gallery, gallery_html
 from echoplan.viewer.learning import learned_in_words
 from echoplan.viewer.listening import EchoListener
-from echoplan.viewer.pictures import paper_pictures
+from echoplan.viewer.pictures import map_picture, paper_pictures
 from echoplan.viewer.plan import Plan
 from echoplan.viewer.report import Report, found_in_words, report_html
 from echoplan.viewer.sections import Definitions, Picture, Section, Text, flattened
@@ -25,6 +25,7 @@ __all__ = [
     "found_in_words",
     "gallery_html",
     "learned_in_words",
+    "map_picture",
     "paper_pictures",
     "plan_svg",
     "report_html",

@@ -28,7 +28,7 @@ from echoplan.viewer.style import png
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["paper_pictures"]
+__all__ = ["map_picture", "paper_pictures"]
 
 # By the stem of the file: title and caption.
 _WORDS: Mapping[str, tuple[str, str]] = MappingProxyType(
@@ -58,6 +58,10 @@ _WORDS: Mapping[str, tuple[str, str]] = MappingProxyType(
             "Echoes of all stations in the colour of the class of their cluster, and the minimum of each cluster.",
         ),
         "figure-13-map": (
+            "The map of the paper's method",
+            "Walls, corners and cylinders, the stations in their order, and the true room where it is known.",
+        ),
+        "map": (
             "The map",
             "Walls, corners and cylinders, the stations in their order, and the true room where it is known.",
         ),
@@ -81,9 +85,28 @@ def paper_pictures(stages: Sequence[SweepStages], plan: Plan) -> tuple[Picture, 
         In the order of the paper; without those of a wall or a station if nothing of the kind was heard.
     """
     made = (*_of_one_wall(stages, plan), *_of_the_classes(stages), ("figure-13-map", plan_figure(plan)))
-    return tuple(
-        Picture(name=name, title=_WORDS[name][0], caption=_WORDS[name][1], png=png(figure)) for name, figure in made
-    )
+    return tuple(_picture(name, figure) for name, figure in made)
+
+
+def map_picture(plan: Plan) -> Picture:
+    """Make a picture of a map.
+
+    Parameters
+    ----------
+    plan : Plan
+        The map and, if it is known, the true room.
+
+    Returns
+    -------
+    Picture
+        Called ``map``.
+    """
+    return _picture("map", plan_figure(plan))
+
+
+def _picture(name: str, figure: Figure) -> Picture:
+    title, caption = _WORDS[name]
+    return Picture(name=name, title=title, caption=caption, png=png(figure))
 
 
 def _of_one_wall(stages: Sequence[SweepStages], plan: Plan) -> Iterator[tuple[str, Figure]]:

@@ -9,7 +9,7 @@ import chamber
 from drawings import full_plan
 from echoplan.model import FeatureClass, FeatureMap, Truth
 from echoplan.viewer import pictures
-from echoplan.viewer.pictures import paper_pictures
+from echoplan.viewer.pictures import map_picture, paper_pictures
 from echoplan.viewer.plan import Plan
 from echoplan.viewer.sections import Picture
 from echoplan.viewer.stages import Located, SweepStages, WallProfile, wall_profile
@@ -58,6 +58,11 @@ def test_every_picture_is_a_png_of_one_width(made: tuple[Picture, ...]) -> None:
     for each in made:
         assert each.png.startswith(b"\x89PNG\r\n\x1a\n")
         assert Image.open(BytesIO(each.png)).size[0] == 1260
+
+
+def test_a_map_by_any_method_is_the_same_picture_under_another_name(made: tuple[Picture, ...]) -> None:
+    drawing = map_picture(Plan(feature_map=drawn(*SQUARE)))
+    assert (drawing.name, drawing.png) == ("map", made[-1].png)
 
 
 def test_no_two_pictures_show_the_same(made: tuple[Picture, ...]) -> None:
