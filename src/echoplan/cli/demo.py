@@ -13,9 +13,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from echoplan.methods import Mapper
+    from echoplan.methods.mdp_fuzzy import MdpFuzzyMapper
     from echoplan.model import FeatureMap, Sweep, Table
     from echoplan.simulation import Simulation
-    from echoplan.viewer import Picture
+    from echoplan.viewer import Picture, Plan
 
 __all__ = ["run"]
 
@@ -50,7 +51,7 @@ def run(
     from echoplan.methods.joint import JointMapper  # noqa: PLC0415
     from echoplan.methods.mdp_fuzzy import MdpFuzzyMapper  # noqa: PLC0415
     from echoplan.methods.rcd import RcdMapper  # noqa: PLC0415
-    from echoplan.viewer import EchoListener, Plan, Text, map_picture, paper_pictures, sweep_stages  # noqa: PLC0415
+    from echoplan.viewer import EchoListener, Plan, Text, map_picture  # noqa: PLC0415
 
     check_folder(out, RESULTS)
     simulation = _simulation(seed)
@@ -60,8 +61,7 @@ def run(
     mappers: dict[str, Mapper] = {"joint": joint, "mdp-fuzzy": paper, "rcd": RcdMapper(simulation.rig)}
     maps = {name: _mapped(mapper, sweeps) for name, mapper in mappers.items()}
     plan = Plan(feature_map=maps["joint"], truth=simulation.truth, echoes_xy=listener.points_xy)
-    as_in_the_paper = replace(plan, feature_map=maps["mdp-fuzzy"])
-    figures = paper_pictures([sweep_stages(paper, sweep) for sweep in sweeps], as_in_the_paper)
+    figures = _paper_figures(paper, sweeps, replace(plan, feature_map=maps["mdp-fuzzy"]))
     table = _table5(maps, simulation)
     say_what_was_found(plan)
     put()
@@ -97,6 +97,12 @@ def _mapped(mapper: "Mapper", sweeps: "Sequence[Sweep]") -> "FeatureMap":
     from echoplan.methods import map_sweeps  # noqa: PLC0415
 
     return map_sweeps(mapper, tracked(sweeps, total=len(sweeps), task="mapping"))
+
+
+def _paper_figures(mapper: "MdpFuzzyMapper", sweeps: "Sequence[Sweep]", plan: "Plan") -> "tuple[Picture, ...]":
+    from echoplan.viewer import paper_pictures, sweep_stages  # noqa: PLC0415
+
+    return paper_pictures([sweep_stages(mapper, sweep) for sweep in sweeps], plan)
 
 
 def _write_recording(folder: Path, simulation: "Simulation") -> None:

@@ -33,21 +33,6 @@ class Hiding(NamedTuple):
     hidden: BoolArray
     passed: BoolArray
 
-    def chosen(self, pings: BoolArray) -> "Hiding":
-        """Keep some of the pings.
-
-        Parameters
-        ----------
-        pings : ndarray of bool, shape (n,)
-            Which.
-
-        Returns
-        -------
-        Hiding
-            Of those.
-        """
-        return Hiding(self.hidden[pings], self.passed[:, pings])
-
 
 def hiding(paths: Paths, features: Sequence[Hypothesis], *, gap: float) -> Hiding:
     """Tell which sound would have gone through which walls.

@@ -1,6 +1,7 @@
 """Legacy: what stations leave behind when their pings are let go, and the map that all of them together make."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -97,7 +98,7 @@ def leave(account: Account, count: int) -> Memory:
         All that is known without the pings of the stations that stay.
     """
     gone = account.recorded.stations < count
-    features = _with_pasts(account, gone, count)
+    features = _with_pasts(account, _going(account, gone, count))
     known = [each for each in features if each.is_known]
     everything = [*account.memory.beyond(account.at_hand), *known]
     echoes = dict(account.memory.echoes)
@@ -157,39 +158,65 @@ def _believed(account: Account, count: int) -> PoseBeliefs | None:
     return account.believed._replace(given=account.believed.given[:kept], sigmas=account.believed.sigmas[:kept])
 
 
-def _with_pasts(account: Account, gone: BoolArray, count: int) -> list[Hypothesis]:
-    """Add what the stations that go said to the pasts of the features that they heard."""
+class _Going(NamedTuple):
+    """How many stations go; which pings are theirs, by which ways these came, what was in them, and whose they are."""
+
+    size: int
+    pings: BoolArray
+    paths: Paths
+    hidden: BoolArray
+    passed: BoolArray
+    owners: IntArray
+    stations: IntArray
+
+
+def _going(account: Account, gone: BoolArray, count: int) -> _Going:
     assert account.adjusted is not None
-    explanation, settings = account.explanation, account.settings
-    paths = trace_paths(explanation, account.features, step=account.step)
-    hides = hiding(paths, account.features, gap=settings.faces.wide_gap).chosen(gone)
-    paths, stations = paths.chosen(gone), account.soundings.stations[gone]
-    classes = class_probabilities(explanation, account.features, radius_cost=settings.search.radius_cost)
-    owners, issued = account.adjusted.owners[gone], account.memory.issued
+    paths = trace_paths(account.explanation, account.features, step=account.step)
+    hides = hiding(paths, account.features, gap=account.settings.faces.wide_gap)
+    return _Going(
+        size=count,
+        pings=gone,
+        paths=paths.chosen(gone),
+        hidden=hides.hidden[gone],
+        passed=hides.passed[:, gone],
+        owners=account.adjusted.owners[gone],
+        stations=account.soundings.stations[gone],
+    )
+
+
+def _with_pasts(account: Account, going: _Going) -> list[Hypothesis]:
+    """Add what the stations that go said to the pasts of the features that they heard."""
+    radius_cost, issued = account.settings.search.radius_cost, account.memory.issued
+    classes = class_probabilities(account.explanation, account.features, radius_cost=radius_cost)
     features = []
     for number, (each, probabilities) in enumerate(zip(account.features, classes, strict=True)):
-        if each.is_known or (each.gains[:count] > 0.0).any():
+        if each.is_known or (each.gains[: going.size] > 0.0).any():
             issued += not each.is_known
             past = each.past if each.is_known else replace(each.past, number=issued)
-            past = _sounded(past, number, paths, account, gone)
-            past = _certain(past, each, probabilities)
-            gains, free = each.gains[:count], free_views(each, account.soundings, step=account.step)[:count]
-            clear = gains > settings.survey.clear_station
-            through = _mostly(hides.hidden, paths.owners == number, stations, count)
-            past = replace(
-                past,
-                total=past.total + float(gains.sum()),
-                best=max(past.best, float(gains.max(initial=0.0))),
-                speaking=past.speaking + int(clear.sum()),
-                missing=past.missing + int((free & ~clear).sum()),
-                hidden=past.hidden + int((through & clear).sum()),
-                passed=past.passed + int(hides.passed[number].sum()),
-                pings=past.pings + int((owners == number).sum()),
-            )
-            features.append(replace(each, past=past))
+            past = _certain(_sounded(past, number, account, going), each, probabilities)
+            features.append(replace(each, past=_counted(past, number, account, going)))
         else:
             features.append(each)
     return features
+
+
+def _counted(past: Past, number: int, account: Account, going: _Going) -> Past:
+    """Add how many stations and pings spoke for a feature, and how many against it."""
+    each, count = account.features[number], going.size
+    gains, free = each.gains[:count], free_views(each, account.soundings, step=account.step)[:count]
+    clear = gains > account.settings.survey.clear_station
+    through = _mostly(going.hidden, going.paths.owners == number, going.stations, count)
+    return replace(
+        past,
+        total=past.total + float(gains.sum()),
+        best=max(past.best, float(gains.max(initial=0.0))),
+        speaking=past.speaking + int(clear.sum()),
+        missing=past.missing + int((free & ~clear).sum()),
+        hidden=past.hidden + int((through & clear).sum()),
+        passed=past.passed + int(going.passed[number].sum()),
+        pings=past.pings + int((going.owners == number).sum()),
+    )
 
 
 def _mostly(which: BoolArray, own: BoolArray, stations: IntArray, count: int) -> BoolArray:
@@ -200,13 +227,13 @@ def _mostly(which: BoolArray, own: BoolArray, stations: IntArray, count: int) ->
     return most
 
 
-def _sounded(past: Past, number: int, paths: Paths, account: Account, gone: BoolArray) -> Past:
+def _sounded(past: Past, number: int, account: Account, going: _Going) -> Past:
     """Add where sound came back from a wall, went through its line, or should have come back and did not."""
-    wall = account.features[number]
+    wall, paths = account.features[number], going.paths
     if not wall.is_wall:
         return past
     others = [each for each in account.features if each is not wall]
-    silences = silent_places(wall, gone[wall.evidence.pings], others, account.soundings, step=account.step)
+    silences = silent_places(wall, going.pings[wall.evidence.pings], others, account.soundings, step=account.step)
     return replace(
         past,
         extent=wall.extent,
