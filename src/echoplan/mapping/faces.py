@@ -28,8 +28,9 @@ class FaceSettings(BaseModel, frozen=True, extra="forbid"):
     echo_span: float = Field(default=math.radians(5), gt=0.0, description="of the pings that hear a corner [rad]")
     right_angle: float = Field(default=math.radians(5), gt=0.0, description="of walls that echo at their vertex [rad]")
     beside: float = Field(default=0.02, gt=0.0, description="of one wall there is no room for another [m]")
+    askew: float = Field(default=0.05, gt=0.0, description="at most of a stub that goes on from a wall [m]")
     turn: float = Field(default=math.radians(12), gt=0.0, description="between two walls of one [rad]")
-    least_share: float = Field(default=0.05, ge=0.0, description="of the pings of a line that make a wall")
+    least_share: float = Field(default=0.05, ge=0.0, description="of the pings of a line or wall that make another")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -133,7 +134,11 @@ def find_faces(features: Sequence[Hypothesis], echoes: Echoes, *, step: float, s
 
 
 def _without_copies(faces: Sequence[Face], settings: FaceSettings) -> list[Face]:
-    """Leave out what lies along a wall of which more was heard: stations let go one by one may make two of it."""
+    """Leave out what there is no room for beside a wall of which more was heard, and what hardly goes on from it.
+
+    Stations let go one by one may make two of a wall.  And next to a corner its echo runs into that of the wall, so
+    that a few of many stations hear a stub that stands askew there.
+    """
     kept: list[Face] = []
     for face in sorted(faces, key=lambda each: each.pings, reverse=True):
         if not any(_lies_along(face, each, settings) for each in kept):
@@ -142,14 +147,28 @@ def _without_copies(faces: Sequence[Face], settings: FaceSettings) -> list[Face]
 
 
 def _lies_along(face: Face, other: Face, settings: FaceSettings) -> bool:
-    """Tell whether most of a face is so near another that faces the same side that there is no room for both."""
+    """Tell whether a face is so near another that faces the same side that it is a part of this, or an error."""
     if math.cos(face.wall.line[0] - other.wall.line[0]) < math.cos(settings.turn):
         return False
-    places = [float(face.point(each) @ other.along) for each in (face.low, face.high)]
-    low, high = (min(max(each, other.low), other.high) for each in sorted(places))
-    ends = other.point(low), other.point(high)
-    away = [abs(float(each @ directions(face.wall.line[0]) - face.wall.line[1])) for each in ends]
-    return 2.0 * (high - low) > face.high - face.low and max(away) < settings.beside
+    places = sorted(float(face.point(each) @ other.along) for each in (face.low, face.high))
+    low, high = (min(max(each, other.low), other.high) for each in places)
+    if 2.0 * (high - low) > face.high - face.low:
+        return max(_away(other.point(low), face), _away(other.point(high), face)) < settings.beside
+    return face.pings < settings.least_share * other.pings and _is_stub(face, other, settings)
+
+
+def _is_stub(face: Face, other: Face, settings: FaceSettings) -> bool:
+    """Tell whether a face is near the end of another, and crosses the line of this there."""
+    if max(_away(face.point(each), other) for each in (face.low, face.high)) > settings.askew:
+        return False
+    crossing = intersections(face.wall.line, other.wall.line)
+    place, end = float(crossing @ face.along), float(crossing @ other.along)
+    apart = max(face.low - place, place - face.high, other.low - end, end - other.high)
+    return apart < settings.wide_gap
+
+
+def _away(point_xy: FloatArray, face: Face) -> float:
+    return abs(float(point_xy @ directions(face.wall.line[0]) - face.wall.line[1]))
 
 
 def _cut(whole: Face, feet: FloatArray, corners: Sequence[float], *, step: float, settings: FaceSettings) -> list[Face]:

@@ -163,6 +163,37 @@ def test_of_two_walls_that_are_apart_both_are_drawn(other: Hypothesis) -> None:
     assert drawn_beside(other) == [0, 1]
 
 
+def goes_on(turn: float, offset: float, low: float, high: float, pings: int) -> Hypothesis:
+    """A wall beyond the upper end of x = 1."""
+    return shape(np.radians(turn), offset, low, high, pings=pings)
+
+
+def drawn_after(other: Hypothesis) -> list[int]:
+    """Numbers of the walls that are drawn of another one and the wall x = 1, of which much was heard."""
+    east = shape(0.0, 1.0, -1.0, 1.0, pings=250)
+    return [each.owner for each in find_faces([other, east], SILENT, step=STEP, settings=FaceSettings())]
+
+
+def test_a_stub_that_hardly_any_ping_heard_at_the_end_of_a_wall_is_not_drawn() -> None:
+    # From 15 mm before the line to 10 mm behind it, between 0.10 and 0.28 m beyond what was heard of the wall.
+    assert drawn_after(goes_on(8.0, 1.158, 0.948, 1.130, 10)) == [1]
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        goes_on(8.0, 1.158, 0.948, 1.130, 20),
+        goes_on(8.0, 1.085, 0.948, 1.130, 10),
+        goes_on(2.0, 1.085, 0.948, 1.130, 10),
+        goes_on(20.0, 1.34, 0.7, 0.9, 10),
+        goes_on(8.0, 1.148, 0.8, 1.6, 10),
+    ],
+    ids=["heard well", "apart", "nearly parallel", "turned", "long"],
+)
+def test_any_other_wall_that_goes_on_from_another_is_drawn(other: Hypothesis) -> None:
+    assert drawn_after(other) == [0, 1]
+
+
 def test_a_wall_that_explains_no_ping_is_as_long_as_it_was_known() -> None:
     (face,) = cut(np.zeros(0), np.zeros(0))
     assert (face.low, face.high) == EAST.extent
