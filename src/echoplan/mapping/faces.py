@@ -91,6 +91,21 @@ class Face:
         """Tell whether sound went through between two places, or should have come back from there and did not."""
         return any(int(((places > low) & (places < high)).sum()) >= 4 for places in (self.crossings, self.silences))
 
+    def extension(self, point_xy: FloatArray) -> float:
+        """Tell how far it must be lengthened to reach a point [m]; below 0 if that lies along it."""
+        place = float(point_xy @ self.along)
+        return max(self.low - place, place - self.high)
+
+    def is_upper(self, point_xy: FloatArray) -> bool:
+        """Tell whether a point is nearer to its upper end than to the lower one."""
+        return float(point_xy @ self.along) > 0.5 * (self.low + self.high)
+
+    def is_open_toward(self, point_xy: FloatArray) -> bool:
+        """Tell whether it is open between its end and a point beyond that."""
+        place = float(point_xy @ self.along)
+        end = self.high if self.is_upper(point_xy) else self.low
+        return self.is_open(min(end, place) + 0.03, max(end, place) - 0.03)
+
 
 def find_faces(features: Sequence[Hypothesis], echoes: Echoes, *, step: float, settings: FaceSettings) -> list[Face]:
     """Cut the lines of walls where sound went through.
@@ -114,23 +129,29 @@ def find_faces(features: Sequence[Hypothesis], echoes: Echoes, *, step: float, s
     list of Face
         At least one of each wall.
     """
-    faces = []
-    for number, feature in enumerate(features):
-        if feature.is_wall:
-            past = feature.past
-            feet = past.feet if len(past.feet) else np.array(feature.extent)
-            whole = Face(
-                owner=number,
-                wall=feature,
-                low=float(feet[0]),
-                high=float(feet[-1]),
-                crossings=past.crossings,
-                silences=past.silences,
-                pings=past.pings,
-            )
-            corners = _heard_corners(number, features, echoes, step=step, settings=settings)
-            faces += _cut(whole, feet, corners, step=step, settings=settings)
+    wholes = [_whole(number, each) for number, each in enumerate(features) if each.is_wall]
+    faces = list[Face]()
+    for whole in wholes:
+        corners = _heard_corners(whole, wholes, echoes, step=step, settings=settings)
+        faces += _cut(whole, _feet(whole.wall), corners, step=step, settings=settings)
     return _without_copies(faces, settings)
+
+
+def _feet(wall: Hypothesis) -> FloatArray:
+    return wall.past.feet if len(wall.past.feet) else np.array(wall.extent)
+
+
+def _whole(number: int, wall: Hypothesis) -> Face:
+    feet, past = _feet(wall), wall.past
+    return Face(
+        owner=number,
+        wall=wall,
+        low=float(feet[0]),
+        high=float(feet[-1]),
+        crossings=past.crossings,
+        silences=past.silences,
+        pings=past.pings,
+    )
 
 
 def _without_copies(faces: Sequence[Face], settings: FaceSettings) -> list[Face]:
@@ -191,22 +212,18 @@ def _cut(whole: Face, feet: FloatArray, corners: Sequence[float], *, step: float
 
 
 def _heard_corners(
-    number: int, features: Sequence[Hypothesis], echoes: Echoes, *, step: float, settings: FaceSettings
+    whole: Face, wholes: Sequence[Face], echoes: Echoes, *, step: float, settings: FaceSettings
 ) -> list[float]:
     """Places along a wall where it makes a corner with another that was heard as one."""
-    wall, places = features[number], []
+    places = []
     least = max(1.0, settings.echo_span / step)
-    for other_number, other in enumerate(features):
-        if other_number == number or not other.is_wall:
+    for other in wholes:
+        if abs(math.cos(whole.wall.line[0] - other.wall.line[0])) > math.sin(settings.right_angle):
             continue
-        if abs(math.cos(wall.line[0] - other.line[0])) > math.sin(settings.right_angle):
-            continue
-        point = intersections(wall.line, other.line)
-        between = echoes.between(number, other_number)
+        point, between = intersections(whole.wall.line, other.wall.line), echoes.between(whole.owner, other.owner)
         heard = between.pings >= least and between.is_believed
         heard |= echoes.heard_at(point, within=settings.corner_reach)
-        place = float(point @ directions(other.line[0] + math.pi / 2))
-        away = max(other.extent[0] - place, place - other.extent[1])
-        if heard and -0.1 < away < settings.corner_away:
-            places.append(float(point @ directions(wall.line[0] + math.pi / 2)))
+        # Sound over two walls comes as from where their lines cross, even if they do not meet there.
+        if heard and -0.1 < other.extension(point) < settings.corner_away and not other.is_open_toward(point):
+            places.append(float(point @ whole.along))
     return places

@@ -1,6 +1,7 @@
 """Reclassification: features that were taken for something else when not all others were known."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classification.explanation import Explanation
 from echoplan.classification.hypotheses import Hypothesis
+from echoplan.geometry import wrap
 from echoplan.mapping.belief import Belief
 from echoplan.mapping.refinement import approach
 from echoplan.mapping.rivals import rivals_of
@@ -16,14 +18,17 @@ __all__ = ["reclassified", "without_joining"]
 
 # What is known from no more stations may be as many walls.
 _FEW_STATIONS = 3
-# What may seem to join them.
-_JOINING = (Kind.CYLINDER, Kind.WALL)
+# Both sides of a thin wall are turned so far from each other [rad].
+_OPPOSITE = math.radians(170.0)
+# What may seem to join them while features are searched for, and in the end.
+_JOINING, _AT_LAST = (Kind.CYLINDER, Kind.WALL), (Kind.CORNER,)
 
 
 def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belief: Belief) -> list[Hypothesis]:
     """Take walls for what explains their pings best: of poses in error walls bear most, and come before cylinders.
 
-    Corners may turn out to be walls, but no cylinders: what stands in a corner hides in it.
+    Corners may turn out to be walls, but no cylinders: what stands in a corner hides in it.  Both sides of a thin wall,
+    heard where they are opposite to each other, look like a corner that is heard from everywhere.
 
     Parameters
     ----------
@@ -37,10 +42,10 @@ def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belie
     Returns
     -------
     list of Hypothesis
-        As many, some of them of another kind.
+        Some of them of another kind, or two walls for a corner.
     """
-    kept = list(features)
-    for place, feature in enumerate(features):
+    kept = without_joining(explanation, list(features), belief, kinds=_AT_LAST)
+    for place, feature in enumerate(kept):
         if feature.is_known or feature.kind is Kind.CYLINDER:
             continue
         others = [*kept[:place], *kept[place + 1 :]]
@@ -51,7 +56,9 @@ def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belie
     return kept
 
 
-def without_joining(explanation: Explanation, features: list[Hypothesis], belief: Belief) -> list[Hypothesis]:
+def without_joining(
+    explanation: Explanation, features: list[Hypothesis], belief: Belief, *, kinds: Collection[Kind] = _JOINING
+) -> list[Hypothesis]:
     """Replace features by walls, one for each of few stations, where these explain the pings better.
 
     Any two walls that were heard from one station each have a cylinder that touches both, and it needs fewer
@@ -66,6 +73,8 @@ def without_joining(explanation: Explanation, features: list[Hypothesis], belief
         The features, judged beside each other.
     belief : Belief
         When a wall is believed.
+    kinds : collection of Kind, optional
+        Which of them to ask.
 
     Returns
     -------
@@ -74,7 +83,7 @@ def without_joining(explanation: Explanation, features: list[Hypothesis], belief
     """
     for feature in features:
         stations = np.flatnonzero(feature.gains > belief.settings.second_station)
-        if _may_join(feature, stations):
+        if feature.kind in kinds and _may_join(feature, stations):
             others = [each for each in features if each is not feature]
             walls = _walls_instead(explanation, feature, stations, others, belief=belief)
             if _explain_more(walls, feature, belief.settings.accept):
@@ -83,16 +92,22 @@ def without_joining(explanation: Explanation, features: list[Hypothesis], belief
 
 
 def _may_join(feature: Hypothesis, stations: IntArray) -> bool:
-    few = 1 + feature.is_wall <= len(stations) <= _FEW_STATIONS
-    return few and feature.kind in _JOINING and not feature.is_known
+    least = 1 if feature.kind is Kind.CYLINDER else 2
+    return least <= len(stations) <= _FEW_STATIONS and not feature.is_known
 
 
 def _explain_more(walls: Sequence[Hypothesis], joining: Hypothesis, accept: float) -> bool:
     """Whether walls explain more than what joins them: two parameters each, as one wall has; a cylinder has three."""
-    if joining.is_wall and len(walls) < 2:
-        return False
-    cost = accept * (len(walls) - 1) if joining.is_wall else 0.0
-    return sum(each.total for each in walls) > joining.total + cost
+    gain = sum(each.total for each in walls) - joining.total
+    if joining.kind is Kind.CYLINDER:
+        return gain > 0.0
+    possible = len(walls) > 1 if joining.is_wall else _are_back_to_back(walls)
+    return possible and gain > accept * (len(walls) - 1)
+
+
+def _are_back_to_back(walls: Sequence[Hypothesis]) -> bool:
+    angles = [each.line[0] for each in walls]
+    return len(walls) == 2 and abs(float(wrap(angles[1] - angles[0]))) > _OPPOSITE
 
 
 def _walls_instead(

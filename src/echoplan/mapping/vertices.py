@@ -84,7 +84,8 @@ def find_vertices(faces: Sequence[Face], echoes: Echoes, settings: VertexSetting
     found = [_vertex(faces, pair, echoes, settings) for pair in pairs]
     vertices: list[Vertex] = []
     taken: set[tuple[int, bool]] = set()
-    for vertex in sorted((each for each in found if each is not None), key=lambda each: each.cost):
+    apart = [each for each in found if each is not None and not _goes_over_another(faces, each)]
+    for vertex in sorted(apart, key=lambda each: each.cost):
         ends = set(zip(vertex.faces, vertex.upper, strict=True))
         if not ends & taken:
             vertices.append(vertex)
@@ -97,7 +98,7 @@ def _vertex(faces: Sequence[Face], pair: tuple[int, int], echoes: Echoes, settin
     if abs(math.sin(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.least_turn):
         return None
     point, kind = intersections(one.wall.line, other.wall.line), _kind(one, other)
-    extensions = (_extension(one, point), _extension(other, point))
+    extensions = (one.extension(point), other.extension(point))
     if kind is None or not _reachable((one, other), point, extensions, echoes, settings=settings):
         return None
     echo, heard = echoes.between(one.owner, other.owner), echoes.heard_at(point, within=settings.reach)
@@ -107,13 +108,23 @@ def _vertex(faces: Sequence[Face], pair: tuple[int, int], echoes: Echoes, settin
         return None
     return Vertex(
         faces=pair,
-        upper=(_is_upper(one, point), _is_upper(other, point)),
+        upper=(one.is_upper(point), other.is_upper(point)),
         position_xy=point,
         kind=kind,
         heard=heard,
         echo=echo,
         cost=_cost(extensions, heard=heard),
     )
+
+
+def _goes_over_another(faces: Sequence[Face], vertex: Vertex) -> bool:
+    """Tell whether a face would have to be drawn on over another one of its line."""
+    for face in (faces[each] for each in vertex.faces):
+        place = float(vertex.position_xy @ face.along)
+        others = [each for each in faces if each.owner == face.owner and each is not face]
+        if any(face.high <= each.low < place or place < each.high <= face.low for each in others):
+            return True
+    return False
 
 
 def _cost(extensions: Sequence[float], *, heard: bool) -> float:
@@ -132,7 +143,7 @@ def _reachable(
     if min(extensions) < -settings.overlap or max(extensions) > settings.extension:
         return False
     return not any(
-        _is_open_toward(face, point_xy) or _ends_before(face, point_xy, echoes.corners_xy, settings) for face in faces
+        face.is_open_toward(point_xy) or _ends_before(face, point_xy, echoes.corners_xy, settings) for face in faces
     )
 
 
@@ -155,25 +166,10 @@ def _is_far_fetched(
     return any(extension > limit for extension, limit in zip(extensions, most, strict=True))
 
 
-def _extension(face: Face, point_xy: FloatArray) -> float:
-    place = float(point_xy @ face.along)
-    return max(face.low - place, place - face.high)
-
-
-def _is_upper(face: Face, point_xy: FloatArray) -> bool:
-    return float(point_xy @ face.along) > 0.5 * (face.low + face.high)
-
-
-def _is_open_toward(face: Face, point_xy: FloatArray) -> bool:
-    place = float(point_xy @ face.along)
-    end = face.high if _is_upper(face, point_xy) else face.low
-    return face.is_open(min(end, place) + 0.03, max(end, place) - 0.03)
-
-
 def _ends_before(face: Face, point_xy: FloatArray, corners_xy: FloatArray, settings: VertexSettings) -> bool:
     """Tell whether a corner was heard on a face's line on the way to a point: the face ends there."""
     on_line = np.abs(corners_xy @ directions(face.wall.line[0]) - face.wall.line[1]) < settings.reach
-    sign = 1.0 if _is_upper(face, point_xy) else -1.0
+    sign = 1.0 if face.is_upper(point_xy) else -1.0
     start, stop = max(sign * face.low, sign * face.high), sign * float(point_xy @ face.along)
     places = sign * (corners_xy[on_line] @ face.along)
     return bool(((places > start - settings.overlap) & (places < stop - settings.reach)).any())

@@ -98,6 +98,14 @@ def test_a_corner_that_was_heard_as_such_cuts_as_well() -> None:
     assert len(cut(with_gap(-0.3, 0.3), np.zeros(0), NORTH, echoes=heard)) == 2
 
 
+def test_walls_hear_each_other_across_a_passage_and_do_not_meet_there() -> None:
+    # What was heard of north ends 0.1 m before east; sound went by there.
+    through = replace(NORTH, extent=(-0.9, 0.5), past=Past(crossings=np.linspace(-0.96, -0.94, 4)))
+    assert len(cut(with_gap(-0.3, 0.3), np.zeros(0), through, echoes=SQUARE)) == 1
+    few = replace(through, past=Past(crossings=np.linspace(-0.96, -0.94, 3)))
+    assert len(cut(with_gap(-0.3, 0.3), np.zeros(0), few, echoes=SQUARE)) == 2
+
+
 @pytest.mark.parametrize(
     ("feet", "other", "echoes"),
     [

@@ -57,3 +57,15 @@ def test_a_corner_stays_one_even_if_a_cylinder_would_explain_more() -> None:
     vertex = corner(0.2, 0.66)
     features = taken(account, *ROOM, vertex)
     assert features[4].reflector.tolist() == vertex.tolist()
+
+
+def test_a_point_heard_from_both_sides_of_a_thin_wall_is_two_walls() -> None:
+    left, right = wall(0.0, 0.6), wall(np.pi, -0.6)
+    stations = listening([(0.0, 0.0), (-0.4, 0.05), (1.4, 0.02)])
+    account = explanation(hearing(stations, [left, right], noise=NOISE, rng=np.random.default_rng(1)))
+    assert judged(account, [corner(0.6, 0.02)])[0].total > 12.0
+    features = taken(account, corner(0.6, 0.02))
+    assert sorted(each.line.tolist() for each in features) == [
+        pytest.approx([0.0, 0.6], abs=0.02),
+        pytest.approx([np.pi, -0.6], abs=0.02),
+    ]

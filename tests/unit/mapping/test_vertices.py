@@ -161,6 +161,16 @@ def test_where_sound_went_through_the_extension_nothing_meets() -> None:
     assert len(met(east(crossings=(-0.5, -0.4, 0.0, 0.1)), north())) == 1
 
 
+def test_a_face_is_not_drawn_on_over_another_of_its_line() -> None:
+    here, there = (east((0.3, 0.8)), north((-0.8, -0.3))), (east((-0.8, -0.1)), north((0.1, 0.8)))
+    assert [each.faces for each in met(*there, echoes=between(pings=20))] == [(0, 1)]
+    assert [each.faces for each in met(*there, *here, echoes=between(pings=20))] == [(2, 3)]
+
+
+def test_a_face_of_which_one_point_was_heard_is_drawn_on() -> None:
+    assert len(met(east((0.8, 0.8)), north((-0.8, -0.8)))) == 1
+
+
 def test_each_end_meets_once_and_the_nearest_wins() -> None:
     nearer = face(np.pi / 2, 0.9, (-0.8, 0.8), owner=2)
     vertices = met(east(), north(), nearer)
