@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Collection, Sequence
+from itertools import combinations
 
 import numpy as np
 
@@ -9,8 +10,9 @@ from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classification.explanation import Explanation
 from echoplan.classification.hypotheses import Hypothesis
-from echoplan.geometry import wrap
+from echoplan.geometry import directions, intersections, wrap
 from echoplan.mapping.belief import Belief
+from echoplan.mapping.echoes import returns_sound
 from echoplan.mapping.refinement import approach
 from echoplan.mapping.rivals import rivals_of
 
@@ -18,6 +20,8 @@ __all__ = ["reclassified", "without_joining"]
 
 # What is known from no more stations may be as many walls.
 _FEW_STATIONS = 3
+# A corner is as near as this to the walls that make it, and to a short wall that it looks like [m].
+_ON, _AT = 0.03, 0.1
 # Both sides of a thin wall are turned so far from each other [rad].
 _OPPOSITE = math.radians(170.0)
 # What may seem to join them while features are searched for, and in the end.
@@ -49,11 +53,50 @@ def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belie
         if feature.is_known or feature.kind is Kind.CYLINDER:
             continue
         others = [*kept[:place], *kept[place + 1 :]]
-        kinds = tuple(Kind) if feature.is_wall else (Kind.WALL,)
-        best = max(rivals_of(explanation, feature, others, kinds), key=belief.worth)
-        if belief.worth(best) > belief.worth(feature) and belief.holds(best, explanation.levels(others)):
+        rivals = _rivals(explanation, feature, others)
+        worths = [belief.worth(each) + _spared(each, feature, others, belief.settings.accept) for each in rivals]
+        worth, best = max(zip(worths, rivals, strict=True), key=lambda each: each[0])
+        if worth > belief.worth(feature) and belief.holds(best, explanation.levels(others)):
             kept[place] = best
     return kept
+
+
+def _rivals(explanation: Explanation, feature: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
+    if feature.is_wall:
+        return [*rivals_of(explanation, feature, others), *_crossings(explanation, feature, others)]
+    return rivals_of(explanation, feature, others, (Kind.WALL,))
+
+
+def _crossings(explanation: Explanation, wall: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Propose corners in place of a wall, where others cross at right angles."""
+    square = [pair for pair in combinations(_stronger(wall, others), 2) if returns_sound(*pair)]
+    crossings = [intersections(*pair) for pair in square]
+    proposed = [explanation.propose(np.array([Kind.CORNER, *point, 0.0])) for point in crossings if _is_at(wall, point)]
+    return explanation.judge_all(proposed, explanation.levels(others), others)
+
+
+def _spared(rival: Hypothesis, wall: Hypothesis, others: Sequence[Hypothesis], accept: float) -> float:
+    """Tell what a corner in place of a wall need not cost, for it lies on others: two of them leave nothing to choose.
+
+    A corner that few stations heard, all from about one direction, looks like a short wall across it; but every wall
+    ends in corners.
+    """
+    if rival.kind is not Kind.CORNER or not wall.is_wall:
+        return 0.0
+    point = rival.reflector[1:3]
+    on = [line for line in _stronger(wall, others) if abs(float(point @ directions(line[0]) - line[1])) < _ON]
+    square = any(returns_sound(*pair) for pair in combinations(on, 2))
+    return accept * (1.0 if square else 0.5 if on else 0.0)
+
+
+def _stronger(wall: Hypothesis, others: Sequence[Hypothesis]) -> list[FloatArray]:
+    return [each.line for each in others if each.is_wall and each.total > wall.total]
+
+
+def _is_at(wall: Hypothesis, point_xy: FloatArray) -> bool:
+    place = float(point_xy @ directions(wall.line[0] + math.pi / 2))
+    across = abs(float(point_xy @ directions(wall.line[0])) - wall.line[1])
+    return bool(max(across, wall.extent[0] - place, place - wall.extent[1]) < _AT)
 
 
 def without_joining(

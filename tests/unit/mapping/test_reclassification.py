@@ -69,3 +69,21 @@ def test_a_point_heard_from_both_sides_of_a_thin_wall_is_two_walls() -> None:
         pytest.approx([0.0, 0.6], abs=0.02),
         pytest.approx([np.pi, -0.6], abs=0.02),
     ]
+
+
+def across(x: float, y: float, degrees: float) -> FloatArray:
+    """A wall through a point."""
+    angle = np.radians(degrees)
+    return wall(angle, x * np.cos(angle) + y * np.sin(angle))
+
+
+@pytest.mark.parametrize(("known", "kind"), [(2, Kind.CORNER), (0, Kind.WALL)], ids=["known walls", "by itself"])
+def test_a_short_wall_across_the_ends_of_others_is_their_corner(known: int, kind: Kind) -> None:
+    # Two stations hear the corner from about one direction, and so a wall there as well; the third does not hear it.
+    stations = listening([(-0.6, -0.7), (-0.4, -0.5), (-1.5, 1.0)])
+    walls = [wall(0.0, 2.0), wall(np.pi / 2, 1.5)]
+    rng = np.random.default_rng(3)
+    heard, silent = (hearing(stations, truth, noise=NOISE, rng=rng) for truth in ([*walls, corner(2.0, 1.5)], walls))
+    account = explanation(heard._replace(readings=np.where(stations.stations < 2, heard.readings, silent.readings)))
+    features = taken(account, *walls[:known], across(2.0, 1.5, 40.0))
+    assert features[-1].kind is kind
