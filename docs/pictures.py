@@ -1,6 +1,8 @@
 """Makes the pictures of the documents anew: python docs/pictures.py."""
 
 from collections.abc import Callable
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -31,7 +33,8 @@ def main() -> None:
 def paper_room() -> None:
     """Take the pictures of ``echoplan demo``: the map for the README, the paper's figures for docs/paper.md."""
     with TemporaryDirectory() as folder:
-        demo.run(Path(folder) / "demo")
+        with redirect_stdout(StringIO()):
+            demo.run(Path(folder) / "demo")
         for picture in (Path(folder) / "demo" / "pictures").iterdir():
             write_bytes(PICTURES / picture.name, picture.read_bytes())
 
