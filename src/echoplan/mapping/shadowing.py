@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from echoplan.acoustics.expectation import Hearing, Kind, Shape, excess_of, shape_of, walk_of
-from echoplan.arrays import FloatArray
+from echoplan.arrays import BoolArray, FloatArray
 from echoplan.classification.evidence import audibility
 from echoplan.compiled import compiled
 from echoplan.mapping.edges import Reach
@@ -57,15 +57,26 @@ def _shadows(soundings: Soundings, hearing: Hearing, features: Features) -> Floa
     shadows = features.shadows.copy()
     for feature in range(len(shadows)):
         gains = _likelihoods(soundings, hearing, features, feature)
-        shape, reach = shape_of(features.reflectors[feature]), reach_of(features, feature)
+        past = _past(soundings, features, feature)
         for station in range(len(gains)):
-            if _is_past(shape, reach, soundings.centers[station]):
+            if past[station]:
                 shadows[feature, station] = np.inf
                 continue
             best = np.argmax(gains[station])
             if gains[station, best] > gains[station, 0] + _COST:
                 shadows[feature, station] = best
     return shadows
+
+
+@compiled
+def _past(soundings: Soundings, features: Features, feature: int) -> BoolArray:
+    """Tell which stations stand past the end of a wall; of one that only such stations heard none is left out."""
+    shape, reach = shape_of(features.reflectors[feature]), reach_of(features, feature)
+    past, others = np.zeros(len(soundings.centers), dtype=np.bool_), 0
+    for station in range(len(past)):
+        past[station] = _is_past(shape, reach, soundings.centers[station])
+        others += not past[station] and not math.isinf(features.shadows[feature, station])
+    return past if others else np.zeros_like(past)
 
 
 @compiled

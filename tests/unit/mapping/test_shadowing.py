@@ -64,6 +64,18 @@ def test_only_those_who_heard_it_are_asked() -> None:
     assert shadows[[0, 2]] == pytest.approx([12.0, 12.0], abs=1.5)
 
 
+@pytest.mark.parametrize(
+    ("unheard_from", "silent"), [((), [0, 3]), ((1, 2), [1, 2]), ((2,), [0, 2, 3])], ids=["all", "past it only", "both"]
+)
+def test_who_stands_past_the_ends_of_a_wall_is_asked_only_if_nobody_else_heard_it(
+    unheard_from: tuple[int, ...], silent: list[int]
+) -> None:
+    # The second station and the third stand before it.
+    ends = np.array([[[-0.3, 0.0, 0.0, 0.0, 0.0, -1.0], [0.3, 0.0, 0.0, 0.0, 0.0, -1.0]]])
+    shadows = found(heard([0.0] * 4), features(unheard_from=unheard_from)._replace(ends=ends))
+    assert np.flatnonzero(np.isinf(shadows)).tolist() == silent
+
+
 def test_what_is_read_too_far_because_it_is_faint_is_expected_there() -> None:
     pings, sonar = heard([0.0, 0.0, 7.0, 12.0]), SONAR.tabulated()
     given = features()
