@@ -88,20 +88,64 @@ class Face:
         return point
 
     def is_open(self, low: float, high: float) -> bool:
-        """Tell whether sound went through between two places, or should have come back from there and did not."""
+        """Tell whether sound went through between two places, or should have come back from there and did not.
+
+        Parameters
+        ----------
+        low, high : float
+            The places along the line [m].
+
+        Returns
+        -------
+        bool
+            Whether at least four pings say so.
+        """
         return any(int(((places > low) & (places < high)).sum()) >= 4 for places in (self.crossings, self.silences))
 
     def extension(self, point_xy: FloatArray) -> float:
-        """Tell how far it must be lengthened to reach a point [m]; below 0 if that lies along it."""
+        """Tell how far it must be lengthened to reach a point.
+
+        Parameters
+        ----------
+        point_xy : ndarray, shape (2,)
+            The point, on its line [m].
+
+        Returns
+        -------
+        float
+            How far [m]; below 0 if the point lies along it.
+        """
         place = float(point_xy @ self.along)
         return max(self.low - place, place - self.high)
 
     def is_upper(self, point_xy: FloatArray) -> bool:
-        """Tell whether a point is nearer to its upper end than to the lower one."""
+        """Tell whether a point is nearer to its upper end than to the lower one.
+
+        Parameters
+        ----------
+        point_xy : ndarray, shape (2,)
+            The point, on its line [m].
+
+        Returns
+        -------
+        bool
+            Whether it is.
+        """
         return float(point_xy @ self.along) > 0.5 * (self.low + self.high)
 
     def is_open_toward(self, point_xy: FloatArray) -> bool:
-        """Tell whether it is open between its end and a point beyond that."""
+        """Tell whether it is open between its end and a point beyond that.
+
+        Parameters
+        ----------
+        point_xy : ndarray, shape (2,)
+            The point, on its line [m].
+
+        Returns
+        -------
+        bool
+            Whether sound went through there, or should have come back and did not.
+        """
         place = float(point_xy @ self.along)
         end = self.high if self.is_upper(point_xy) else self.low
         return self.is_open(min(end, place) + 0.03, max(end, place) - 0.03)
