@@ -63,9 +63,7 @@ def run(
     plan = Plan(feature_map=maps["joint"], truth=simulation.truth, echoes_xy=listener.points_xy)
     figures = _paper_figures(paper, sweeps, replace(plan, feature_map=maps["mdp-fuzzy"]))
     table = _table5(maps, simulation)
-    say_what_was_found(plan)
-    put()
-    show(table)
+    _say(plan, table)
     _write_recording(out / "recording", simulation)
     _write_pictures(out / "pictures", (map_picture(plan), *figures))
     results = Results(
@@ -97,6 +95,12 @@ def _mapped(mapper: "Mapper", sweeps: "Sequence[Sweep]") -> "FeatureMap":
     from echoplan.methods import map_sweeps  # noqa: PLC0415
 
     return map_sweeps(mapper, tracked(sweeps, total=len(sweeps), task="mapping"))
+
+
+def _say(plan: "Plan", table: "Table") -> None:
+    say_what_was_found(plan)
+    put()
+    show(table)
 
 
 def _paper_figures(mapper: "MdpFuzzyMapper", sweeps: "Sequence[Sweep]", plan: "Plan") -> "tuple[Picture, ...]":

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 __all__ = ["map_picture", "paper_pictures"]
 
+_OF_A_MAP = "Walls, corners and cylinders, the stations in their order, and the true room where it is known."
 # By the stem of the file: title and caption.
 _WORDS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
@@ -57,14 +58,8 @@ _WORDS: Mapping[str, tuple[str, str]] = MappingProxyType(
             "Classified clusters",
             "Echoes of all stations in the colour of the class of their cluster, and the minimum of each cluster.",
         ),
-        "figure-13-map": (
-            "The map of the paper's method",
-            "Walls, corners and cylinders, the stations in their order, and the true room where it is known.",
-        ),
-        "map": (
-            "The map",
-            "Walls, corners and cylinders, the stations in their order, and the true room where it is known.",
-        ),
+        "figure-13-map": ("The map of the paper's method", _OF_A_MAP),
+        "map": ("The map", _OF_A_MAP),
     }
 )
 
