@@ -24,7 +24,7 @@ class FaceSettings(BaseModel, frozen=True, extra="forbid"):
     )
     wide_gap: float = Field(default=0.4, gt=0.0, description="least gap about a corner that was heard [m]")
     corner_away: float = Field(default=1.0, gt=0.0, description="of such a corner from what was heard of a wall [m]")
-    corner_reach: float = Field(default=0.03, gt=0.0, description="of such a corner from the crossing of its walls [m]")
+    corner_reach: float = Field(default=0.03, gt=0.0, description="of a corner that was heard as such from a wall [m]")
     echo_span: float = Field(default=math.radians(5), gt=0.0, description="of the pings that hear a corner [rad]")
     right_angle: float = Field(default=math.radians(5), gt=0.0, description="of walls that echo at their vertex [rad]")
     beside: float = Field(default=0.02, gt=0.0, description="of one wall there is no room for another [m]")
@@ -154,8 +154,8 @@ class Face:
 def find_faces(features: Sequence[Hypothesis], echoes: Echoes, *, step: float, settings: FaceSettings) -> list[Face]:
     """Cut the lines of walls where sound went through.
 
-    Sound that reached something behind a line went through it there; and where a corner between two walls was heard,
-    both of them reach it: what lies beyond is another wall.
+    Sound that reached something behind a line went through it there; and where a corner was heard on a wall, this ends:
+    what lies beyond is another wall.
 
     Parameters
     ----------
@@ -258,16 +258,20 @@ def _cut(whole: Face, feet: FloatArray, corners: Sequence[float], *, step: float
 def _heard_corners(
     whole: Face, wholes: Sequence[Face], echoes: Echoes, *, step: float, settings: FaceSettings
 ) -> list[float]:
-    """Places along a wall where it makes a corner with another that was heard as one."""
-    places = []
+    """Places along a wall where a corner was heard: as such, or as two walls that were heard in each other.
+
+    What makes a corner with the wall may be known or not.  Sound over two walls comes as from where their lines cross,
+    even if they do not meet there.
+    """
+    on_line = np.abs(echoes.corners_xy @ directions(whole.wall.line[0]) - whole.wall.line[1]) < settings.corner_reach
+    places: list[float] = (echoes.corners_xy[on_line] @ whole.along).tolist()
     least = max(1.0, settings.echo_span / step)
     for other in wholes:
         if abs(math.cos(whole.wall.line[0] - other.wall.line[0])) > math.sin(settings.right_angle):
             continue
         point, between = intersections(whole.wall.line, other.wall.line), echoes.between(whole.owner, other.owner)
-        heard = between.pings >= least and between.is_believed
-        heard |= echoes.heard_at(point, within=settings.corner_reach)
-        # Sound over two walls comes as from where their lines cross, even if they do not meet there.
-        if heard and -0.1 < other.extension(point) < settings.corner_away and not other.is_open_toward(point):
+        if between.pings < least or not between.is_believed:
+            continue
+        if -0.1 < other.extension(point) < settings.corner_away and not other.is_open_toward(point):
             places.append(float(point @ whole.along))
     return places

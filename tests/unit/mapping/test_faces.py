@@ -93,9 +93,11 @@ def test_beyond_a_corner_that_was_heard_there_is_another_wall() -> None:
     assert spans(cut(with_gap(-0.3, 0.3), np.zeros(0), NORTH, echoes=SQUARE)) == [(-1.0, -0.3), (0.3, 1.0)]
 
 
-def test_a_corner_that_was_heard_as_such_cuts_as_well() -> None:
+def test_a_corner_that_was_heard_as_such_cuts_whatever_makes_it() -> None:
+    # As where a block stands out from a wall, and nobody stood before its sides.
     heard = Echoes(corners_xy=np.array([[1.01, 0.29]]))
     assert len(cut(with_gap(-0.3, 0.3), np.zeros(0), NORTH, echoes=heard)) == 2
+    assert spans(cut(with_gap(-0.3, 0.3), np.zeros(0), echoes=heard)) == [(-1.0, -0.3), (0.3, 1.0)]
 
 
 def test_walls_hear_each_other_across_a_passage_and_do_not_meet_there() -> None:
@@ -113,6 +115,7 @@ def test_walls_hear_each_other_across_a_passage_and_do_not_meet_there() -> None:
         (with_gap(-0.3, 0.3), NORTH, Echoes(pairs={(0, 2): CornerEcho(pings=1)})),
         (with_gap(-0.3, 0.3), NORTH, Echoes(pairs={(0, 2): CornerEcho(pings=5, heard=30.0, gain=-31.0)})),
         (with_gap(-0.3, 0.3), NORTH, Echoes(corners_xy=np.array([[1.0, 0.36]]))),
+        (with_gap(-0.3, 0.3), NORTH, Echoes(corners_xy=np.array([[1.04, 0.29]]))),
         (with_gap(-0.1, 0.3), NORTH, SQUARE),
         (with_gap(-0.3, 0.2), NORTH, SQUARE),
         (with_gap(-0.3, 0.3), feature(wall(np.radians(80), 0.3), extent=(-0.5, 0.5)), SQUARE),
@@ -122,7 +125,8 @@ def test_walls_hear_each_other_across_a_passage_and_do_not_meet_there() -> None:
         "unheard",
         "once",
         "missed by others",
-        "elsewhere",
+        "corner elsewhere",
+        "corner beside the wall",
         "narrow gap",
         "corner not in the gap",
         "oblique",
