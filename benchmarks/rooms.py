@@ -69,7 +69,12 @@ def is_oblique(seed: int) -> bool:
 
 
 def random_drive(
-    seed: int, *, odometry: OdometryNoise = DRIFT, noise: tuple[float, float] = (0.02, 0.02), air: float = 0.0
+    seed: int,
+    *,
+    odometry: OdometryNoise = DRIFT,
+    noise: tuple[float, float] = (0.02, 0.02),
+    air: float = 0.0,
+    lag: float = 0.0,
 ) -> Simulation:
     """Drive through a random room with the built-in rotary array, by dead reckoning.
 
@@ -87,6 +92,8 @@ def random_drive(
         Shares of dropouts and of stray echoes.
     air : float, optional
         By how much the air may be warmer or colder than the modules take it to be [degrees Celsius].
+    lag : float, optional
+        By how much the servo may lag behind the angle it is told [s].
 
     Returns
     -------
@@ -101,11 +108,18 @@ def random_drive(
     dropout, stray = noise
     route = _drive(floor, rng, LEGS)
     temperature = _TEMPERATURE + float(rng.uniform(-air, air))
+    latency = float(rng.uniform(0.0, lag))
     return Simulation(
         world=World(name=f"drive {seed}", polylines=(room, *boxes), pillars=pillars),
         rig=builtin_rig("rotary-array"),
         route=route,
-        settings=SimulationSettings(dropout=dropout, stray=stray, odometry=odometry, air=Air(temperature=temperature)),
+        settings=SimulationSettings(
+            dropout=dropout,
+            stray=stray,
+            odometry=odometry,
+            air=Air(temperature=temperature),
+            servo_latency=latency,
+        ),
         seed=seed,
     )
 
