@@ -1,16 +1,18 @@
-"""Poses corrected by sonar on random drives: python benchmarks/poses.py [DRIVES] [--noisy] [--air DEGREES] [--lag S].
+"""Poses corrected by sonar on random drives: python benchmarks/poses.py [DRIVES] [--noisy] [--air DEGREES].
 
 Draws so many rooms (50 unless told otherwise), drives through them by dead reckoning that is off by 2 % of the way and
 2 degrees a metre, maps them with ``--poses correct``, and prints how far poses and features are off, the worst drives,
 what the same echoes tell from the true poses, and whether the poses' ellipses are true.  ``--noisy`` doubles the errors
 of odometry, with 8 % dropouts and 6 % strays.  ``--air`` lets the air be so much warmer or colder than the modules take
-it to be, which no drive can tell.  ``--lag`` lets the servo lag by up to so many seconds behind the angle it is told.
+it to be, which no drive can tell, unless there is a ``--thermometer`` that errs by so many degrees.  ``--lag`` lets the
+servo lag by up to so many seconds behind the angle it is told.
 ``--exact FOLDER`` maps recordings with exact poses as well, once trusted and once corrected, to show what harm is done.
 ``--save FILE`` keeps the figures of each drive as JSON.
 """
 
 import argparse
 import json
+import math
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -71,9 +73,8 @@ def main() -> None:
     """Map all drives and print what came of them."""
     arguments = parse()
     with ProcessPoolExecutor(arguments.workers) as workers:
-        runs = workers.map(
-            partial(drive, noisy=arguments.noisy, air=arguments.air, lag=arguments.lag), range(arguments.drives)
-        )
+        conditions = {"air": arguments.air, "thermometer": arguments.thermometer, "lag": arguments.lag}
+        runs = workers.map(partial(drive, noisy=arguments.noisy, conditions=conditions), range(arguments.drives))
         outcomes = list(tracked(runs, total=arguments.drives, task="mapping"))
     for table in (*tables(outcomes), *harm(arguments.exact)):
         show(table)
@@ -87,6 +88,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("drives", type=int, nargs="?", default=DRIVES)
     parser.add_argument("--noisy", action="store_true")
     parser.add_argument("--air", type=float, default=0.0)
+    parser.add_argument("--thermometer", type=float, default=math.inf)
     parser.add_argument("--lag", type=float, default=0.0)
     parser.add_argument("--exact", type=Path)
     parser.add_argument("--workers", type=int)
@@ -94,13 +96,13 @@ def parse() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def drive(seed: int, *, noisy: bool = False, air: float = 0.0, lag: float = 0.0) -> Outcome:
+def drive(seed: int, *, noisy: bool, conditions: Mapping[str, float]) -> Outcome:
     """Map one drive and hold the map against the truth."""
     odometry, noise = (DOUBLE, NOISY) if noisy else (DRIFT, QUIET)
-    simulation = random_drive(seed, odometry=odometry, noise=noise, air=air, lag=lag)
+    simulation = random_drive(seed, odometry=odometry, noise=noise, **conditions)
     outcome = mapped(simulation, tuple(simulation), simulation.truth, PoseMode.CORRECT)
     # Odometry changes nothing of what is heard.
-    undrifted = random_drive(seed, odometry=OdometryNoise(), noise=noise, air=air, lag=lag)
+    undrifted = random_drive(seed, odometry=OdometryNoise(), noise=noise, **conditions)
     trusted = mapped(undrifted, tuple(undrifted), undrifted.truth, PoseMode.TRUST)
     return replace(outcome, undrifted=trusted.evaluation)
 

@@ -75,6 +75,7 @@ def random_drive(
     noise: tuple[float, float] = (0.02, 0.02),
     air: float = 0.0,
     lag: float = 0.0,
+    thermometer: float = math.inf,
 ) -> Simulation:
     """Drive through a random room with the built-in rotary array, by dead reckoning.
 
@@ -94,6 +95,8 @@ def random_drive(
         By how much the air may be warmer or colder than the modules take it to be [degrees Celsius].
     lag : float, optional
         By how much the servo may lag behind the angle it is told [s].
+    thermometer : float, optional
+        Deviation of a thermometer [degrees]; infinite without one.
 
     Returns
     -------
@@ -119,6 +122,7 @@ def random_drive(
             odometry=odometry,
             air=Air(temperature=temperature),
             servo_latency=latency,
+            thermometer=thermometer,
         ),
         seed=seed,
     )

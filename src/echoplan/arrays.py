@@ -22,6 +22,7 @@ __all__ = [
     "checked_integers",
     "checked_number",
     "chosen_items",
+    "known_median",
     "store",
 ]
 
@@ -231,6 +232,28 @@ def store(value: object, /, **fields: object) -> None:
     """
     for name, content in fields.items():
         object.__setattr__(value, name, content)
+
+
+def known_median(measured: FloatArray) -> float:
+    """Return the median of what was measured.
+
+    Parameters
+    ----------
+    measured : ndarray, shape (n,)
+        Numbers; ``nan`` where nothing was measured.
+
+    Returns
+    -------
+    float
+        Their median; ``nan`` of nothing.
+
+    Examples
+    --------
+    >>> known_median(np.array([19.0, np.nan, 21.0]))
+    20.0
+    """
+    known = measured[~np.isnan(measured)]
+    return float(np.median(known)) if len(known) else math.nan
 
 
 def _check_shape(found: tuple[int, ...], *, name: str, shape: Shape) -> None:

@@ -69,7 +69,7 @@ def same(one: object, other: object) -> bool:
         return type(one) is type(other) and all(same(mine, yours) for mine, yours in pairs)
     if isinstance(one, tuple):
         return isinstance(other, tuple) and len(one) == len(other) and all(map(same, one, other))
-    return one == other
+    return one == other or (one != one and other != other)  # noqa: PLR0124 - nan is no number, and the same
 
 
 @st.composite
@@ -100,6 +100,7 @@ def rigs(draw: st.DrawFn) -> Rig:
         firing=draw(st.sampled_from([None, Firing(period=step, groups=groups)])),
         transducer=draw(st.none() | st.builds(Transducer, frequency=sizes, figure_of_merit=lengths)),
         odometry=draw(st.none() | st.builds(Odometry, along=sizes, lateral=sizes, yaw_per_metre=sizes)),
+        speed_of_sound=draw(st.none() | st.floats(300.0, 370.0)),
     )
 
 
@@ -134,6 +135,7 @@ def recordings(draw: st.DrawFn) -> Recording:
     pieces = [piece for piece in np.split(np.array(times), cuts) if len(piece)]
     indices = sorted(draw(st.sets(counts, min_size=len(pieces), max_size=len(pieces))))
     readings = st.floats(0.0, 5.0) | st.sampled_from([np.inf, -np.inf])
+    thermometer = st.floats(-30.0, 60.0) if draw(st.booleans()) else st.just(np.nan)
     return Recording(
         name="recording",
         rig=rig,
@@ -145,6 +147,7 @@ def recordings(draw: st.DrawFn) -> Recording:
                 servo_angles=draw(columns(angles, piece)),
                 ranges=np.append(draw(columns(readings | st.just(np.nan), piece))[1:], draw(readings)),
                 map_from_base=draw(columns(poses, piece)),
+                temperature=draw(thermometer),
             )
             for index, piece in zip(indices, pieces, strict=True)
         ),

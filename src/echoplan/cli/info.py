@@ -45,6 +45,7 @@ def _document(name: str, rig: "Rig", found: "Survey") -> dict[str, Any]:
         "duration": found.duration,
         "way": found.way,
         "within": [found.low_xy.tolist(), found.high_xy.tolist()],
+        "temperature": None if isnan(found.temperature) else found.temperature,
         "sensors": [
             {key: None if isnan(number) else number for key, number in asdict(sensor).items()}
             for sensor in found.sensors
@@ -55,9 +56,10 @@ def _document(name: str, rig: "Rig", found: "Survey") -> dict[str, Any]:
 def _headline(name: str, rig: "Rig", found: "Survey") -> str:
     pings = sum(sensor.pings for sensor in found.sensors)
     width, depth = found.high_xy - found.low_xy
+    air = "" if isnan(found.temperature) else f", air of {found.temperature:.1f} degrees Celsius"
     return (
         f"{name}: {found.sweeps} sweeps, {pings} pings, {found.duration:.1f} s, made by {rig.name!r} with "
-        f"{len(rig.sensors)} sensors\nway of the robot: {found.way:.2f} m within {width:.2f} x {depth:.2f} m\n"
+        f"{len(rig.sensors)} sensors\nway of the robot: {found.way:.2f} m within {width:.2f} x {depth:.2f} m{air}\n"
     )
 
 

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from echoplan.arrays import BoolArray, IntArray
 
-__all__ = ["COUNT", "NUMBER", "READING", "SECONDS", "WHOLE", "Kind"]
+__all__ = ["COUNT", "NUMBER", "READING", "SECONDS", "TEMPERATURE", "WHOLE", "Kind"]
 
 Column: TypeAlias = NDArray[Any]
 
+_COLDEST, _HOTTEST = -30.0, 60.0  # degrees Celsius
 _LATEST_SECOND = 9_000_000_000  # 64 bits of nanoseconds hold a little more
 
 
@@ -125,7 +126,7 @@ def _parse_seconds(text: str) -> int:
     return round(Decimal(text) * 1_000_000_000)
 
 
-def _parse_reading(text: str) -> float:
+def _parse_measured(text: str) -> float:
     return float(text or "nan")
 
 
@@ -154,6 +155,11 @@ def _is_count(numbers: Column) -> BoolArray:
 def _is_finite(numbers: Column) -> BoolArray:
     finite: BoolArray = np.isfinite(numbers)
     return finite
+
+
+def _is_temperature(numbers: Column) -> BoolArray:
+    temperature: BoolArray = np.isnan(numbers) | ((numbers >= _COLDEST) & (numbers <= _HOTTEST))
+    return temperature
 
 
 def _is_reading(numbers: Column) -> BoolArray:
@@ -199,6 +205,14 @@ READING = Kind(
     remedy="write metres with a decimal point, inf for no echo, -inf for too close, nan for a fault",
     raw="f8",
     stored="f8",
-    parse=_parse_reading,
+    parse=_parse_measured,
     allows=_is_reading,
+)
+TEMPERATURE = Kind(
+    noun="temperature of air",
+    remedy="write degrees Celsius with a decimal point, nan or nothing where it was not measured",
+    raw="f8",
+    stored="f8",
+    parse=_parse_measured,
+    allows=_is_temperature,
 )

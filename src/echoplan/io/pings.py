@@ -5,13 +5,13 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from echoplan.errors import InputError
-from echoplan.io.kinds import COUNT, NUMBER, READING, SECONDS, WHOLE, Kind
+from echoplan.io.kinds import COUNT, NUMBER, READING, SECONDS, TEMPERATURE, WHOLE, Kind
 from echoplan.io.table import Rows, Table
 from echoplan.io.text import format_seconds
 from echoplan.io.units import looks_like_degrees, wrong_length_unit
 from echoplan.model import Rig
 
-__all__ = ["PING_COLUMNS", "checked_pings"]
+__all__ = ["MEASURED", "PING_COLUMNS", "REQUIRED", "checked_pings"]
 
 PING_COLUMNS: Mapping[str, Kind] = {
     "t": SECONDS,
@@ -22,7 +22,11 @@ PING_COLUMNS: Mapping[str, Kind] = {
     "x": NUMBER,
     "y": NUMBER,
     "yaw": NUMBER,
+    "temperature": TEMPERATURE,
 }
+# What is there if somebody measured it, and what must be there.
+MEASURED = ("temperature",)
+REQUIRED = tuple(name for name in PING_COLUMNS if name not in MEASURED)
 # Stations farther apart than this many reaches of the sensors have no object in common.
 _LONGEST_STRIDE = 10.0
 

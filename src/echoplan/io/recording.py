@@ -1,5 +1,6 @@
 """Recordings: a folder with ``pings.csv`` and ``rig.toml``, read sweep by sweep however long it is."""
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,9 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from echoplan.arrays import known_median
 from echoplan.errors import InputError, InvalidValueError
 from echoplan.io.files import readable, written_whole
-from echoplan.io.pings import PING_COLUMNS, checked_pings
+from echoplan.io.pings import MEASURED, PING_COLUMNS, REQUIRED, checked_pings
 from echoplan.io.rig import read_rig, write_rig
 from echoplan.io.table import Rows, Table
 from echoplan.io.text import format_seconds
@@ -83,7 +85,7 @@ def read_recording(path: Path) -> RecordingFolder:
             problem = "it is a file" if path.exists() else "there is no such folder"
             raise InputError(path, problem, remedy="name a folder with pings.csv and rig.toml")
     rig = read_rig(path / "rig.toml")
-    table = Table.open(path / "pings.csv", PING_COLUMNS)
+    table = Table.open(path / "pings.csv", PING_COLUMNS, optional=MEASURED)
     return RecordingFolder(name=path.resolve().name, rig=rig, table=table)
 
 
@@ -125,20 +127,28 @@ def write_recording(path: Path, source: Source) -> None:
         draft.mkdir()
         write_rig(draft / "rig.toml", source.rig)
         with (draft / "pings.csv").open("w", encoding="utf-8", newline="\n") as file:
-            file.write(",".join(PING_COLUMNS) + "\n")
-            pings = 0
-            for sweep in source:
-                file.writelines(_lines(sweep))
+            pings, measured = 0, tuple[str, ...]()
+            for number, sweep in enumerate(source):
+                if not number:
+                    measured = _measured(sweep)
+                    file.write(",".join((*REQUIRED, *measured)) + "\n")
+                file.writelines(_lines(sweep, measured))
                 pings += len(sweep)
         if not pings:
             raise InvalidValueError(f"{source.name} has no pings to write")
 
 
-def _lines(sweep: Sweep) -> Iterator[str]:
+def _measured(first: Sweep) -> tuple[str, ...]:
+    """Name what was measured besides, as the first sweep tells."""
+    return tuple(name for name in MEASURED if not math.isnan(getattr(first, name)))
+
+
+def _lines(sweep: Sweep, measured: tuple[str, ...]) -> Iterator[str]:
     columns = (sweep.sensor_ids, sweep.servo_angles, sweep.ranges, *sweep.map_from_base.T)
     times = map(format_seconds, sweep.stamps_ns.tolist())
+    last = "".join(f",{getattr(sweep, name)!r}" for name in measured)
     for time, *fields in zip(times, *(column.tolist() for column in columns), strict=True):
-        yield f"{time},{sweep.index},{','.join(map(repr, fields))}\n"
+        yield f"{time},{sweep.index},{','.join(map(repr, fields))}{last}\n"
 
 
 def _sweeps(chunks: Iterable[Rows]) -> Iterator[Sweep]:
@@ -163,4 +173,5 @@ def _sweep(pieces: list[NDArray[np.void]]) -> Sweep:
         servo_angles=data["servo"],
         ranges=data["range"],
         map_from_base=np.stack([data["x"], data["y"], data["yaw"]], axis=1),
+        temperature=known_median(data["temperature"]) if "temperature" in (data.dtype.names or ()) else math.nan,
     )

@@ -86,6 +86,7 @@ class _RigForm(Form, extra="forbid"):
     firing: _FiringForm | None = Field(default=None, description="the order in which the sensors fire")
     transducer: _TransducerForm | None = Field(default=None, description="what the simulator needs to know")
     odometry: _OdometryForm | None = Field(default=None, description="how far dead reckoning may be off")
+    speed_of_sound: float | None = Field(default=None, description="with which modules turn time into range [m/s]")
 
     def value(self) -> Rig:
         """Make the rig."""
@@ -97,6 +98,7 @@ class _RigForm(Form, extra="forbid"):
             firing=self.firing.value() if self.firing else None,
             transducer=self.transducer.value() if self.transducer else None,
             odometry=self.odometry.value() if self.odometry else None,
+            speed_of_sound=self.speed_of_sound,
         )
 
 
@@ -164,6 +166,7 @@ def format_rig(rig: Rig) -> str:
     return format_toml(
         {
             "name": rig.name,
+            "speed_of_sound": rig.speed_of_sound,
             "turret": {"x": x, "y": y, "yaw": yaw},
             "servo": rig.servo and asdict(rig.servo),
             "firing": rig.firing and asdict(rig.firing),

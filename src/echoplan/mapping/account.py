@@ -37,8 +37,9 @@ from echoplan.mapping.squareness import Squareness, believed_squareness, learn_s
 from echoplan.mapping.state import State
 from echoplan.mapping.unknowns import SONAR_UNKNOWNS
 from echoplan.model import Rig
+from echoplan.preprocessing import expected_scale
 from echoplan.preprocessing.health import healthy
-from echoplan.preprocessing.soundings import Soundings, chosen_soundings, step_of
+from echoplan.preprocessing.soundings import Soundings, chosen_soundings, first_stations, step_of
 
 __all__ = ["Account"]
 
@@ -77,7 +78,8 @@ class Account:
         self.resolution = max(sensor.resolution for sensor in rig.sensors)
         self.half_aperture = float(np.median([sensor.half_aperture for sensor in rig.sensors]))
         self.wheels = rig.odometry
-        self.prior = EchoModel.of(rig.transducer or typical_transducer(rig.sensors[0]))
+        transducer = rig.transducer or typical_transducer(rig.sensors[0])
+        self.prior = EchoModel.of(transducer).scaled(expected_scale(rig, heard.temperature))
         self.recorded = chosen_soundings(heard, healthy(heard, settings.health))
         self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=settings.arcs)
         self.given = given
@@ -125,6 +127,11 @@ class Account:
     def offset_sigma(self) -> float:
         """How well a maker sets a module right: within a step of its readings [m]."""
         return max(self.resolution, _FINEST) / math.sqrt(12.0)
+
+    @property
+    def drifts(self) -> bool:
+        """Whether errors of the poses add up, as far as is known by now."""
+        return self.believed is not None and self.believed.relative
 
     @property
     def has_servo(self) -> bool:
@@ -262,7 +269,7 @@ class Account:
             Another one; this one stays as it is.
         """
         part = copy.copy(self)
-        part.recorded = _until(self.recorded, count)
+        part.recorded = first_stations(self.recorded, count)
         part.given, part.poses = self.given[:count], self.poses[:count]
         part.soundings = displaced(part.recorded, part.given, part.poses)
         part.arcs = [arc for arc in self.arcs if arc.station < count]
@@ -326,12 +333,15 @@ class Account:
 
     def beliefs(self, noise: float, poses: PoseBeliefs | None) -> Beliefs:
         """Tell what is believed of the sonar and the poses before the pings are asked."""
+        settings, is_told = self.settings.adjustment, not math.isnan(self.recorded.temperature)
         return Beliefs(
             noise=noise,
             offset_sigma=self.offset_sigma,
             walk_gain=self.prior.walk_gain,
+            range_scale=self.prior.range_scale,
+            scale_sigma=settings.told_scale_sigma if is_told or self.drifts else settings.scale_sigma,
             has_servo=self.has_servo,
-            drifting=self.believed is not None and self.believed.relative,
+            drifting=self.drifts,
             poses=poses,
             independence=self.independence,
             pair_sigma=0.0 if poses is None or poses.relative else self.settings.pose_errors.pair_sigma,
@@ -386,9 +396,3 @@ class Account:
         if rounds is not None:
             settings = settings.model_copy(update={"rounds": rounds})
         return Search(self.explanation, self.arcs, half_aperture=self.half_aperture, settings=settings)
-
-
-def _until(soundings: Soundings, stations: int) -> Soundings:
-    """Keep the first stations; pings are in their order."""
-    heard = chosen_soundings(soundings, soundings.stations < stations)
-    return heard._replace(centers=soundings.centers[:stations])

@@ -50,7 +50,7 @@ class AdjustmentSettings(BaseModel, frozen=True, extra="forbid"):
     robust: float = Field(default=2.5, gt=0.0, description="deviations at which a reading counts a quarter")
     gain_share: float = Field(default=0.24, gt=0.0, description="uncertainty of the range walk, as a share of it")
     scale_sigma: float = Field(default=0.03, gt=0.0, description="of the range scale: 50 degrees of temperature")
-    drifting_scale_sigma: float = Field(default=0.002, gt=0.0, description="likewise, while the poses drift")
+    told_scale_sigma: float = Field(default=0.002, gt=0.0, description="likewise, by a thermometer or on a drive")
     latency_sigma: float = Field(default=0.02, gt=0.0, description="of the servo's latency [s]")
     merit_sigma: float = Field(default=0.6, gt=0.0, description="of the figure of merit as told by who heard what [dB]")
     ka_sigma: float = Field(default=0.015, gt=0.0, description="likewise of the logarithm of the beam's ka")
@@ -75,6 +75,8 @@ class Beliefs(NamedTuple):
         Range walk at the threshold [m].
     has_servo : bool
         Whether there is a servo that may lag.
+    range_scale, scale_sigma : float
+        As is to be expected of the air, and how well that is known; ``inf`` if nobody measured it.
     drifting : bool
         Whether errors of the poses add up.
     poses : PoseBeliefs or None
@@ -94,6 +96,8 @@ class Beliefs(NamedTuple):
     offset_sigma: float
     walk_gain: float
     has_servo: bool
+    range_scale: float = 0.0
+    scale_sigma: float = math.inf
     drifting: bool = False
     poses: PoseBeliefs | None = None
     pair_sigma: float = 0.0
@@ -200,7 +204,11 @@ def adjust(
             places = np.ix_(known.columns, known.columns)
             information[places] += known.information
             right[known.columns] += known.vector - known.information @ now.values[known.columns]
-        step = solve(*_held(information, right, now, settings)) if _drifts(beliefs) else solve(information, right)
+        step = (
+            solve(*_held(information, right, now, beliefs.range_scale, settings))
+            if _drifts(beliefs)
+            else solve(information, right)
+        )
         now = now.moved(step)
         if _greatest(step, unknowns) < 1e-6:
             break
@@ -230,7 +238,7 @@ def _drifts(beliefs: Beliefs) -> bool:
 
 
 def _held(
-    information: FloatArray, right: FloatArray, now: State, settings: AdjustmentSettings
+    information: FloatArray, right: FloatArray, now: State, expected: float, settings: AdjustmentSettings
 ) -> tuple[FloatArray, FloatArray]:
     """Keep numbers of the sonar that drifting poses leave open at what they are taken for (Schmidt 1966).
 
@@ -240,7 +248,7 @@ def _held(
     uncertainty stays in the covariance.
     """
     scale, latency = (now.unknowns.sonar + SONAR_UNKNOWNS.index(name) for name in ("range_scale", "servo_latency"))
-    held, aim = _pinned(information, right, scale, -now.model.range_scale)
+    held, aim = _pinned(information, right, scale, expected - now.model.range_scale)
     change, variance = solve(held, np.column_stack([aim, np.eye(len(aim))[latency]]))[latency]
     told = variance < _TOLD * settings.latency_sigma**2
     if told and now.latency + change < settings.determined * math.sqrt(variance):
@@ -369,7 +377,7 @@ def _priors(now: State, unknowns: Unknowns, beliefs: Beliefs, settings: Adjustme
 def _sonar_prior(now: State, first: int, beliefs: Beliefs, settings: AdjustmentSettings) -> Rows:
     model, gain_sigma = now.model, settings.gain_share * beliefs.walk_gain
     # Where the way itself is uncertain it cannot tell the scale of the map: that is left to the sonar's maker.
-    scale_sigma = settings.drifting_scale_sigma if _drifts(beliefs) else settings.scale_sigma
+    scale_sigma = settings.told_scale_sigma if _drifts(beliefs) else settings.scale_sigma
     # Without a servo nothing lags: the unknown stays where it is.
     latency_sigma = settings.latency_sigma if beliefs.has_servo else 1e-9
     merit, log_ka, *loudness = (model.figure_of_merit, math.log(model.ka), 1e-9, 1e-9)
@@ -377,11 +385,11 @@ def _sonar_prior(now: State, first: int, beliefs: Beliefs, settings: AdjustmentS
         merit, log_ka, *loudness = *beliefs.loudness, settings.merit_sigma, settings.ka_sigma
     return prior(
         first + np.arange(len(SONAR_UNKNOWNS)),
-        sigma=(beliefs.offset_sigma, gain_sigma, scale_sigma, latency_sigma, *loudness),
+        sigma=(beliefs.offset_sigma, gain_sigma, min(scale_sigma, beliefs.scale_sigma), latency_sigma, *loudness),
         residual=(
             -model.range_offset,
             beliefs.walk_gain - model.walk_gain,
-            -model.range_scale,
+            beliefs.range_scale - model.range_scale,
             -now.latency,
             merit - model.figure_of_merit,
             log_ka - math.log(model.ka),

@@ -1,5 +1,7 @@
 """Calibration: what a recording told of the sonar that made it."""
 
+import math
+
 from echoplan.mapping.account import Account
 from echoplan.mapping.adjustment import Adjusted
 from echoplan.mapping.agreement import agreement
@@ -24,10 +26,14 @@ def calibration(account: Account, adjusted: Adjusted) -> dict[str, object]:
         about the poses.
     """
     sigmas, model, settings = adjusted.sonar_sigmas(), adjusted.model, account.settings.adjustment
+    beliefs = account.beliefs(account.noise, account.believed)
+    if account.drifts:
+        # Then it is held at what was believed.
+        sigmas["range_scale"] = beliefs.scale_sigma
     numbers = {
-        "range_offset": (model.range_offset, account.offset_sigma),
-        "walk_gain": (model.walk_gain, settings.gain_share * account.prior.walk_gain),
-        "range_scale": (model.range_scale, settings.scale_sigma),
+        "range_offset": (model.range_offset, beliefs.offset_sigma),
+        "walk_gain": (model.walk_gain, settings.gain_share * beliefs.walk_gain),
+        "range_scale": (model.range_scale, beliefs.scale_sigma),
         "servo_latency": (adjusted.latency, settings.latency_sigma),
     }
     learned = {
@@ -35,5 +41,7 @@ def calibration(account: Account, adjusted: Adjusted) -> dict[str, object]:
         for name, (value, believed) in numbers.items()
         if name != "servo_latency" or account.has_servo
     }
+    if not math.isnan(account.recorded.temperature):
+        learned["range_scale"]["temperature"] = account.recorded.temperature
     beam = {"figure_of_merit": model.figure_of_merit, "ka": model.ka, "noise": account.noise}
     return {**learned, **beam, "agreement": agreement(account), "poses": account.verdict}

@@ -100,11 +100,14 @@ class Rig:
         What the simulator needs; None where a recording does not tell.
     odometry : Odometry, optional
         How far dead reckoning may be off; None where a recording does not tell.
+    speed_of_sound : float, optional
+        With which the modules turn time into range [m/s]; None where a recording does not tell.
 
     Raises
     ------
     InvalidValueError
-        If there is no sensor, an id occurs twice, or a firing group names a sensor that is not there.
+        If there is no sensor, an id occurs twice, a firing group names a sensor that is not there, or sound never
+        travels so fast in air.
     """
 
     name: str
@@ -114,8 +117,11 @@ class Rig:
     firing: Firing | None = None
     transducer: Transducer | None = None
     odometry: Odometry | None = None
+    speed_of_sound: float | None = None
 
     def __post_init__(self) -> None:
+        if self.speed_of_sound is not None:
+            checked_number(self.speed_of_sound, name="speed_of_sound", minimum=300.0, maximum=370.0)
         ids = Counter(sensor.sensor_id for sensor in self.sensors)
         if not ids:
             raise InvalidValueError("a rig must have at least one sensor")

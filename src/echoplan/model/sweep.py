@@ -1,5 +1,6 @@
 """Sweeps: the pings of one pass of the array, as they were recorded and as they lie in the map."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
@@ -41,6 +42,8 @@ class Sweep:
         Readings from the sensor's face [m]; ``inf`` no echo, ``-inf`` too close, ``nan`` faulty (REP 117).
     map_from_base : ndarray, shape (n, 3)
         Pose of the robot at each ping [m, m, rad].
+    temperature : float, optional
+        Temperature of the air [degrees Celsius]; ``nan`` where nobody measured it.
 
     Raises
     ------
@@ -54,6 +57,7 @@ class Sweep:
     servo_angles: FloatArray
     ranges: FloatArray
     map_from_base: FloatArray
+    temperature: float = math.nan
 
     def __post_init__(self) -> None:
         checked_number(self.index, name="index", minimum=0)

@@ -1,17 +1,27 @@
 """Soundings: the pings of many sweeps as plain arrays, cleared of what says nothing, for compiled functions."""
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from echoplan.acoustics import Air
-from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.arrays import BoolArray, FloatArray, IntArray, known_median
 from echoplan.geometry import directions, rotation_step
 from echoplan.model import Pings, Rig, Sweep
 from echoplan.preprocessing.validity import told_ranges
 
-__all__ = ["Soundings", "chosen_soundings", "independent", "join_soundings", "late_by", "soundings_of", "step_of"]
+__all__ = [
+    "Soundings",
+    "chosen_soundings",
+    "first_stations",
+    "independent",
+    "join_soundings",
+    "late_by",
+    "soundings_of",
+    "step_of",
+]
 
 # Pings this far apart hear a reflector independently of each other [rad]; nearer ones share their errors.
 _INDEPENDENT = np.radians(4.0)
@@ -55,6 +65,8 @@ class Soundings(NamedTuple):
         Mean acoustic centre of each station [m].
     min_range, max_range : float
         Dead distance and reach [m].
+    temperature : float
+        Of the air in the median [degrees Celsius]; ``nan`` if nobody measured it.
     """
 
     x: FloatArray
@@ -73,6 +85,7 @@ class Soundings(NamedTuple):
     centers: FloatArray
     min_range: float
     max_range: float
+    temperature: float = math.nan
 
     @property
     def bearings(self) -> FloatArray:
@@ -119,6 +132,7 @@ def soundings_of(sweep: Sweep, rig: Rig) -> Soundings:
         centers=center[None],
         min_range=float(rig.min_ranges.max()),
         max_range=float(rig.max_ranges.max()),
+        temperature=sweep.temperature,
     )
     return _halfway(heard)
 
@@ -147,7 +161,12 @@ def join_soundings(parts: Sequence[Soundings]) -> Soundings:
         centers=np.concatenate([part.centers for part in parts]),
         min_range=max(part.min_range for part in parts),
         max_range=max(part.max_range for part in parts),
+        temperature=_temperature(parts),
     )
+
+
+def _temperature(parts: Sequence[Soundings]) -> float:
+    return known_median(np.array([part.temperature for part in parts]))
 
 
 def chosen_soundings(soundings: Soundings, kept: BoolArray) -> Soundings:
@@ -170,6 +189,25 @@ def chosen_soundings(soundings: Soundings, kept: BoolArray) -> Soundings:
     numbers = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)
     rest = {name: getattr(soundings, name)[kept] for name in _BY_PING}
     return soundings._replace(**rest)._replace(mates=numbers[soundings.mates[kept]])
+
+
+def first_stations(soundings: Soundings, count: int) -> Soundings:
+    """Keep the first stations.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+    count : int
+        Of how many stations.
+
+    Returns
+    -------
+    Soundings
+        What these heard.
+    """
+    heard = chosen_soundings(soundings, soundings.stations < count)
+    return heard._replace(centers=soundings.centers[:count])
 
 
 def independent(soundings: Soundings) -> BoolArray:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from echoplan.arrays import FloatArray, IntArray
+from echoplan.arrays import FloatArray, IntArray, known_median
 from echoplan.model import Pings, Rig, Sweep
 from echoplan.preprocessing.validity import is_valid
 
@@ -53,6 +53,8 @@ class Survey:
         Length of the way of the robot [m].
     low_xy, high_xy : ndarray, shape (2,)
         Corners of the box that holds all positions of the robot [m].
+    temperature : float
+        Of the air in the median over the sweeps [degrees Celsius]; ``nan`` if nobody measured it.
     sensors : tuple of SensorSurvey
         The sensors, in the order of the rig.
     """
@@ -62,6 +64,7 @@ class Survey:
     way: float
     low_xy: FloatArray
     high_xy: FloatArray
+    temperature: float
     sensors: tuple[SensorSurvey, ...]
 
 
@@ -82,7 +85,7 @@ def survey(sweeps: Iterable[Sweep], rig: Rig) -> Survey:
     """
     counts = np.zeros((len(rig.sensors), len(_OUTCOMES)), dtype=np.int64)
     extremes = np.tile([np.inf, -np.inf], (len(rig.sensors), 1))
-    stations, ends_ns = [], []
+    stations, ends_ns, temperatures = [], [], []
     for sweep in sweeps:
         pings = Pings.from_sweep(sweep, rig)
         counts += _counts(pings, rig)
@@ -90,6 +93,7 @@ def survey(sweeps: Iterable[Sweep], rig: Rig) -> Survey:
         np.minimum.at(extremes[:, 0], pings.sensors[valid], pings.ranges[valid])
         np.maximum.at(extremes[:, 1], pings.sensors[valid], pings.ranges[valid])
         stations.append(sweep.map_from_base[[0, -1], :2])
+        temperatures.append(sweep.temperature)
         ends_ns += [int(sweep.stamps_ns[0]), int(sweep.stamps_ns[-1])]
     positions = np.concatenate(stations)
     return Survey(
@@ -98,6 +102,7 @@ def survey(sweeps: Iterable[Sweep], rig: Rig) -> Survey:
         way=float(np.hypot(*np.diff(positions, axis=0).T).sum()),
         low_xy=positions.min(axis=0),
         high_xy=positions.max(axis=0),
+        temperature=known_median(np.array(temperatures)),
         sensors=tuple(_sensor_survey(*each) for each in zip(rig.sensor_ids, counts, extremes, strict=True)),
     )
 

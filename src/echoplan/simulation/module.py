@@ -144,7 +144,7 @@ def build_module(rig: Rig, transducer: Transducer, settings: SimulationSettings)
             "the threshold; choose a smaller one"
         )
     delay = carrier_delay if settings.detector == "carrier" else crossing_delay
-    speed = float(speed_of_sound(settings.assumed_temperature))
+    speed = rig.speed_of_sound or float(speed_of_sound(settings.assumed_temperature))
     return Module(
         speed_of_sound=speed,
         zero_delay=float(delay(excess, transducer)) - 2.0 * settings.zero_error / speed,

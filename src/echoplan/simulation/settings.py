@@ -1,5 +1,6 @@
 """What a simulation may be told."""
 
+import math
 from typing import Literal
 
 from pydantic import BaseModel, Field
@@ -28,7 +29,8 @@ class SimulationSettings(BaseModel, frozen=True, extra="forbid"):
         default=20.0,
         ge=-30.0,
         le=60.0,
-        description="temperature with which the module turns time into range, at 50 % humidity [degrees Celsius]",
+        description="temperature with which the module turns time into range, at 50 % humidity, unless the rig tells "
+        "its speed of sound [degrees Celsius]",
     )
     zero_distance: float = Field(
         default=1.0, gt=0.0, description="where its maker set the module right, before an aimed plane [m]"
@@ -44,6 +46,9 @@ class SimulationSettings(BaseModel, frozen=True, extra="forbid"):
     diffraction: bool = Field(default=True, description="let edges and ends of walls scatter sound")
     crosstalk: bool = Field(default=True, description="let sensors hear each other's bursts")
     second_time_around: bool = Field(default=True, description="let sensors hear the bursts of other firings")
+    thermometer: float = Field(
+        default=math.inf, ge=0.0, description="deviation of the thermometer in the recording; inf: none [degrees]"
+    )
     jitter: float = Field(
         default=0.001,
         ge=0.0,

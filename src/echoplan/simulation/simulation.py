@@ -1,5 +1,6 @@
 """The simulator: a world, a rig and a route make sweeps, and the truth beside them."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -22,7 +23,7 @@ from echoplan.simulation.stage import Stage
 __all__ = ["Simulation"]
 
 # The streams of chance that a seed feeds.
-_ODOMETRY, _READINGS = 0, 1
+_ODOMETRY, _READINGS, _THERMOMETER = 0, 1, 2
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -144,4 +145,12 @@ class Simulation:
             servo_angles=schedule.servo_angles[pings],
             ranges=self._module.readings(self._hearing.instants(pings), sensors, rng),
             map_from_base=given[pings],
+            temperature=self._temperature(),
         )
+
+    def _temperature(self) -> float:
+        """Read the thermometer, which errs all the time alike."""
+        if math.isinf(self.settings.thermometer):
+            return math.nan
+        error = self.settings.thermometer * np.random.default_rng((self.seed, _THERMOMETER)).standard_normal()
+        return round(self.settings.air.temperature + float(error), 2)

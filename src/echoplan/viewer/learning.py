@@ -81,7 +81,9 @@ def _open_way(stretches: Sequence[Mapping[str, Any]]) -> str:
 
 def _value(number: Mapping[str, Any], factor: float, unit: str) -> str:
     value, sigma = factor * float(number["value"]), factor * float(number["sigma"])
-    if sigma > _DETERMINED * factor * float(number["believed"]):
+    is_determined, air = sigma <= _DETERMINED * factor * float(number["believed"]), number.get("temperature")
+    if not is_determined and air is None:
         return "not determined by this recording"
     digits = max(0, min(3, 1 - math.floor(math.log10(max(sigma, 1e-3)))))
-    return f"{value:.{digits}f} \N{PLUS-MINUS SIGN} {sigma:.{digits}f} {unit}"
+    source = "" if air is None else f", in air of {float(air):.1f} \N{DEGREE SIGN}C by the thermometer"
+    return f"{value:.{digits}f} \N{PLUS-MINUS SIGN} {sigma:.{digits}f} {unit}{source}"

@@ -3,9 +3,16 @@
 import numpy as np
 import pytest
 
-from echoplan.io.kinds import COUNT, NUMBER, READING, SECONDS, WHOLE
+from echoplan.io.kinds import COUNT, NUMBER, READING, SECONDS, TEMPERATURE, WHOLE
 
-KINDS = {"seconds": SECONDS, "whole": WHOLE, "count": COUNT, "number": NUMBER, "reading": READING}
+KINDS = {
+    "seconds": SECONDS,
+    "whole": WHOLE,
+    "count": COUNT,
+    "number": NUMBER,
+    "reading": READING,
+    "temperature": TEMPERATURE,
+}
 
 
 @pytest.mark.parametrize(

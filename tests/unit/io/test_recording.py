@@ -63,6 +63,21 @@ def test_columns_in_another_order_and_others_beside_them_change_nothing(folder: 
         np.testing.assert_array_equal(one.ranges, other.ranges)
 
 
+def test_a_thermometer_is_read_where_there_is_one(folder: Folder, tmp_path: Path) -> None:
+    rows = [f"{row},{air}" for row, air in zip(ROWS, ("19.5", "", "20.5", "nan", "21.25"), strict=True)]
+    recording = read_recording(folder(*rows, header=f"{HEADER},temperature"))
+    write_recording(tmp_path / "copy", recording)
+    for each in (recording, read_recording(tmp_path / "copy")):
+        np.testing.assert_array_equal([sweep.temperature for sweep in each], [20.0, np.nan, 21.25])
+    assert all(np.isnan(sweep.temperature) for sweep in read_recording(folder(*ROWS)))
+
+
+def test_air_in_kelvin_is_refused(folder: Folder) -> None:
+    rows = [f"{row},293.15" for row in ROWS]
+    with pytest.raises(InputError, match=r"line 2, column temperature: '293\.15' is no temperature of air; write degr"):
+        list(read_recording(folder(*rows, header=f"{HEADER},temperature")))
+
+
 def test_faults_are_told_when_they_are_reached(folder: Folder) -> None:
     sweeps = iter(read_recording(folder(*ROWS, "3.0,8,0,far,1.0,0,0,0")))
     with pytest.raises(InputError, match="line 7, column servo"):

@@ -37,6 +37,7 @@ piston_radius = 0.008
 along = 0.02
 yaw_per_metre = 0.03
 """
+ASSUMED = "speed_of_sound = 340.0\n"
 
 
 def read(tmp_path: Path, text: str) -> Rig:
@@ -50,11 +51,12 @@ def test_what_is_not_told_is_the_origin_or_unknown(tmp_path: Path) -> None:
     assert rig.name == "bumper"
     assert rig.base_from_turret.tolist() == [0.0, 0.0, 0.0]
     assert (rig.servo, rig.firing, rig.transducer, rig.odometry) == (None, None, None, None)
+    assert rig.speed_of_sound is None
     assert rig.sensors == (Sensor(sensor_id=4, half_aperture=0.26, min_range=0.02, max_range=4.0, resolution=0.003),)
 
 
 def test_everything_else_can_be_told(tmp_path: Path) -> None:
-    rig = read(tmp_path, TURNED + PLAIN.replace('name = "bumper"\n', ""))
+    rig = read(tmp_path, ASSUMED + TURNED + PLAIN.replace('name = "bumper"\n', ""))
     assert rig.name == "rig"
     assert rig.base_from_turret.tolist() == [0.1, 0.0, 3.0]
     assert rig.servo is not None
@@ -62,6 +64,7 @@ def test_everything_else_can_be_told(tmp_path: Path) -> None:
     assert rig.firing is not None
     assert (rig.firing.period, rig.firing.groups) == (0.06, ((4,),))
     assert rig.odometry == Odometry(along=0.02, yaw_per_metre=0.03)
+    assert rig.speed_of_sound == 340.0
     assert rig.transducer == Transducer(piston_radius=0.008)
 
 
@@ -106,6 +109,7 @@ def test_a_sensor_that_cannot_be_is_told(tmp_path: Path, old: str, new: str, mes
         ("sensor = []\n", r"a rig must have at least one sensor"),
         (TURNED.replace("-1.5", "-90") + PLAIN[16:], r"line 5, servo\.start: -90 looks like degrees"),
         (TURNED.replace("[[4]]", "[[4, 5]]") + PLAIN[16:], r"groups name sensor 5, but the sensors are \[4\]"),
+        (ASSUMED.replace("340.0", "0.0343") + PLAIN, r"speed_of_sound must be at least 300, not 0\.0343"),
         (TURNED.replace("0.06", "0") + PLAIN[16:], r"line 8, firing: period must be greater than 0, not 0"),
         (TURNED.replace("0.008", "-1") + PLAIN[16:], r"transducer: piston_radius must be greater than 0"),
     ],

@@ -55,4 +55,4 @@ def test_one_wrong_association_bends_no_map(wrong: float) -> None:
 def test_a_drifting_robot_does_not_guess_the_scale_and_says_how_little_it_knows() -> None:
     found = corrected(scale=0.003)
     assert found.model.range_scale == pytest.approx(0.0, abs=1e-6)
-    assert found.sonar_sigmas()["range_scale"] == pytest.approx(AdjustmentSettings().drifting_scale_sigma, rel=0.2)
+    assert found.sonar_sigmas()["range_scale"] == pytest.approx(AdjustmentSettings().told_scale_sigma, rel=0.2)

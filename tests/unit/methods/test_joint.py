@@ -3,6 +3,7 @@ import pickle
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -258,6 +259,23 @@ def test_a_cool_room_is_as_large_as_a_warm_one(rig: str, temperature: float, sca
     assert_square(found, within=WITHIN[rig])
 
 
+def scale_of(rig: Rig, sweeps: Sequence[Sweep]) -> float:
+    found: Any = mapped(rig, sweeps).parameters["found"]
+    return float(found["range_scale"]["value"])
+
+
+def test_from_one_station_a_thermometer_tells_what_nothing_else_can() -> None:
+    (warm, *_) = simulated(ARRAY, temperature=31.0)
+    assert scale_of(find_rig(ARRAY), [replace(warm, temperature=31.0)]) == pytest.approx(0.0195, abs=0.003)
+    assert abs(scale_of(find_rig(ARRAY), [warm]) - 0.0195) > 0.006
+
+
+def test_modules_that_take_sound_to_be_slower_than_it_is_read_too_little() -> None:
+    # Read with the right speed, and called slow: the readings are short by that much.
+    rig, (first, *_) = replace(find_rig(ARRAY), speed_of_sound=340.0), simulated(ARRAY)
+    assert scale_of(rig, [replace(first, temperature=20.0)]) == pytest.approx(0.0094, abs=0.003)
+
+
 def test_a_detector_that_jumps_by_whole_periods_moves_walls_by_less_than_one() -> None:
     assert_square(mapped(ARRAY, simulated(ARRAY, detector="carrier")), within=WITHIN[ARRAY])
 
@@ -299,3 +317,6 @@ def test_walls_that_are_seen_again_close_the_loop() -> None:
     assert off < 0.005
     # Four walls around, four sides of the block, none of them twice.
     assert len(found.walls) == 8
+    # Nor can such steps tell how warm the air was: that is left to the maker, and said to be.
+    told: Any = found.parameters["found"]
+    assert told["range_scale"] == {"value": pytest.approx(0.0, abs=1e-6), "sigma": 0.002, "believed": 0.002}

@@ -10,6 +10,7 @@ from echoplan.model import Rig, Sensor, Sweep
 from echoplan.preprocessing.soundings import (
     Soundings,
     chosen_soundings,
+    first_stations,
     independent,
     join_soundings,
     late_by,
@@ -249,6 +250,12 @@ def test_stations_without_chosen_pings_keep_their_numbers() -> None:
     chosen = chosen_soundings(soundings, soundings.stations == 2)
     assert set(chosen.stations.tolist()) == {2}
     assert len(chosen.centers) == 3
+
+
+def test_the_first_stations_are_as_if_the_others_had_not_been() -> None:
+    first = first_stations(listening([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)]), 2)
+    assert set(first.stations.tolist()) == {0, 1}
+    assert len(first.centers) == 2
 
 
 @pytest.mark.parametrize(("degrees", "every"), [(1.0, 4), (2.0, 2), (3.0, 1), (22.5, 1)])

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -40,6 +42,12 @@ def test_time_runs_from_the_first_ping_to_the_last_and_the_way_from_station_to_s
     assert found.duration == pytest.approx(2 * 10.0 + 89 * 0.025)
     assert found.way == pytest.approx(5.0 + 3.0)
     assert (found.low_xy.tolist(), found.high_xy.tolist()) == ([0.0, 0.0], [3.0, 4.0])
+
+
+def test_the_air_is_as_warm_as_the_thermometer_says_in_the_median() -> None:
+    sweeps = [replace(scenes.sweep_of(np.ones(360)), temperature=each) for each in (18.0, np.nan, 21.0)]
+    assert survey(sweeps, scenes.rig()).temperature == pytest.approx(19.5)
+    assert np.isnan(survey(sweeps[1:2], scenes.rig()).temperature)
 
 
 def test_the_sensors_stand_in_the_order_of_the_rig() -> None:

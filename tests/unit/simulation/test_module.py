@@ -1,3 +1,4 @@
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -68,6 +69,11 @@ def test_a_zero_that_cannot_be_heard_is_refused() -> None:
 def test_time_becomes_range_with_the_assumed_temperature() -> None:
     assert module(assumed_temperature=31.0).speed_of_sound == pytest.approx(350.97, abs=0.05)
     assert module(air=Air(temperature=31.0)).speed_of_sound == pytest.approx(343.99, abs=0.01)
+
+
+def test_the_rig_tells_with_which_speed_of_sound() -> None:
+    told = replace(RIG, speed_of_sound=340.0)
+    assert build_module(told, Transducer(), SimulationSettings(assumed_temperature=31.0)).speed_of_sound == 340.0
 
 
 def test_it_listens_from_the_dead_distance_to_half_a_step_beyond_its_reach() -> None:

@@ -1,3 +1,4 @@
+import math
 import time
 from collections.abc import Callable
 from itertools import islice
@@ -304,6 +305,14 @@ class TestReadings:
         )
         right = soundings.simulation(soundings.wall(2.0))
         assert soundings.readings(simulation)[0] / soundings.readings(right)[0] == pytest.approx(ratio, abs=2e-3)
+
+    def test_a_thermometer_reads_about_how_warm_it_is_and_errs_all_the_time_alike(self) -> None:
+        exact = soundings.simulation(soundings.wall(2.0), air=Air(temperature=31.0), thermometer=0.0)
+        assert [sweep.temperature for sweep in exact] == [31.0] * len(exact)
+        rough = soundings.simulation(soundings.wall(2.0), air=Air(temperature=31.0), thermometer=1.0)
+        (read,) = {sweep.temperature for sweep in rough}
+        assert 0.0 < abs(read - 31.0) < 4.0
+        assert all(math.isnan(sweep.temperature) for sweep in soundings.simulation(soundings.wall(2.0)))
 
     def test_with_a_carrier_detector_the_bias_jumps_by_4_mm(self) -> None:
         rig = soundings.rig(servo=soundings.turning(0, 25, 0.1))

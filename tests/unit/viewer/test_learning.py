@@ -29,6 +29,13 @@ def test_what_the_pings_do_not_narrow_down_is_said_to_be_unknown() -> None:
     assert told(range_offset=offset)["Ranges at 1 m are too long by"] == "not determined by this recording"
 
 
+def test_what_the_thermometer_tells_is_said_to_come_from_it() -> None:
+    scale = {"value": 0.0167, "sigma": 0.002, "believed": 0.002, "temperature": 29.04}
+    assert told(range_scale=scale)["Ranges are too short by"] == (
+        "1.67 \N{PLUS-MINUS SIGN} 0.20 %, in air of 29.0 \N{DEGREE SIGN}C by the thermometer"
+    )
+
+
 def test_noise_is_told_in_millimetres() -> None:
     assert told()["Readings scatter by"] == "3.1 mm"
 
