@@ -204,11 +204,7 @@ def adjust(
             places = np.ix_(known.columns, known.columns)
             information[places] += known.information
             right[known.columns] += known.vector - known.information @ now.values[known.columns]
-        step = (
-            solve(*_held(information, right, now, beliefs.range_scale, settings))
-            if _drifts(beliefs)
-            else solve(information, right)
-        )
+        step = solve(*_held(information, right, now, beliefs, settings))
         now = now.moved(step)
         if _greatest(step, unknowns) < 1e-6:
             break
@@ -238,7 +234,7 @@ def _drifts(beliefs: Beliefs) -> bool:
 
 
 def _held(
-    information: FloatArray, right: FloatArray, now: State, expected: float, settings: AdjustmentSettings
+    information: FloatArray, right: FloatArray, now: State, beliefs: Beliefs, settings: AdjustmentSettings
 ) -> tuple[FloatArray, FloatArray]:
     """Keep numbers of the sonar that drifting poses leave open at what they are taken for (Schmidt 1966).
 
@@ -247,8 +243,10 @@ def _held(
     lags looks like a robot that turns a little too far one way and back again, sweep by sweep; it never leads.  Their
     uncertainty stays in the covariance.
     """
+    if not _drifts(beliefs):
+        return information, right
     scale, latency = (now.unknowns.sonar + SONAR_UNKNOWNS.index(name) for name in ("range_scale", "servo_latency"))
-    held, aim = _pinned(information, right, scale, expected - now.model.range_scale)
+    held, aim = _pinned(information, right, scale, beliefs.range_scale - now.model.range_scale)
     change, variance = solve(held, np.column_stack([aim, np.eye(len(aim))[latency]]))[latency]
     told = variance < _TOLD * settings.latency_sigma**2
     if told and now.latency + change < settings.determined * math.sqrt(variance):
