@@ -4,16 +4,18 @@ Draws so many rooms (100 unless told otherwise), sounds them by the simulator, m
 how exactly, which rooms are not right, whether covariances and class probabilities are true, how near the errors come
 to the Cramer-Rao bound, what was learned of the sonar, and the time.  Each is sounded from 14 stations, or from as many
 as ``--stations`` says.  The poses are exact: ``--poses trust`` tells the method so.  ``--misset`` lets the modules of
-each room be off by up to half a step of their readings, which is what the method takes them to be.  ``--save FILE``
-keeps what docs/how_it_works.py draws.
+each room be off by up to half a step of their readings, which is what the method takes them to be.  ``--by-hand M``
+sets the robot down on two marks 0.2 m apart, and each of them is off by so much.  ``--save FILE`` keeps what
+docs/how_it_works.py draws.
 """
 
 import argparse
 import json
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -33,6 +35,8 @@ from echoplan.simulation import Simulation
 from rooms import STATIONS, is_oblique, random_simulation  # type: ignore[import-not-found]
 
 ROOMS = 100
+# The marks on which a robot is set down are so far apart [m].
+MARKS = 0.2
 # Borders between classes of confidence.
 CONFIDENCES = (0.0, 0.5, 0.9, 0.99, 0.999, 1.0)
 # Numbers of the sonar, and what turns them into units that are easily read.
@@ -75,7 +79,8 @@ def main() -> None:
     arguments = parse()
     with ProcessPoolExecutor() as workers:
         sound = partial(random_simulation, stations=arguments.stations, misset=arguments.misset)
-        runs = workers.map(partial(run, sound=sound, poses=arguments.poses), range(arguments.rooms))
+        chosen = partial(run, sound=sound, poses=arguments.poses, by_hand=arguments.by_hand)
+        runs = workers.map(chosen, range(arguments.rooms))
         outcomes = list(tracked(runs, total=arguments.rooms, task="mapping"))
     for table in (*tables(outcomes), duration_table(outcomes)):
         show(table)
@@ -90,16 +95,21 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--stations", type=int, default=STATIONS)
     parser.add_argument("--poses", type=PoseMode, choices=list(PoseMode), default=PoseMode.AUTO)
     parser.add_argument("--misset", action="store_true")
+    parser.add_argument("--by-hand", type=float, default=0.0)
     parser.add_argument("--save", type=Path)
     return parser.parse_args()
 
 
 def run(
-    seed: int, *, sound: Callable[[int], Simulation] = random_simulation, poses: PoseMode = PoseMode.AUTO
+    seed: int,
+    *,
+    sound: Callable[[int], Simulation] = random_simulation,
+    poses: PoseMode = PoseMode.AUTO,
+    by_hand: float = 0.0,
 ) -> Outcome:
     """Sound one room, map it and hold the map against the truth."""
     simulation = sound(seed)
-    sweeps, truth = tuple(simulation), simulation.truth
+    sweeps, truth = set_down(simulation, by_hand), simulation.truth
     feature_map, seconds = mapped(simulation, sweeps, poses)
     evaluation = evaluate(feature_map, truth)
     return Outcome(
@@ -110,6 +120,16 @@ def run(
         learned=learned_of(feature_map, simulation),
         pings=sum(map(len, sweeps)),
         seconds=seconds,
+    )
+
+
+def set_down(simulation: Simulation, error: float) -> tuple[Sweep, ...]:
+    """Say of each station where the marks should have been."""
+    rng = np.random.default_rng((simulation.seed, 7))
+    turned = math.sqrt(2.0) * error / MARKS
+    return tuple(
+        replace(sweep, map_from_base=sweep.map_from_base + rng.normal(0.0, (error, error, turned)))
+        for sweep in simulation
     )
 
 

@@ -162,6 +162,15 @@ class TestInfo:
         for row in rows:
             assert sum(map(float, row[2:6])) == pytest.approx(100.0, abs=0.2)
 
+    def test_it_tells_how_warm_it_was_if_anybody_measured_that(self, recording: Path, tmp_path: Path) -> None:
+        assert "Celsius" not in succeed("info", recording)
+        assert json.loads(succeed("info", recording, "--json"))["temperature"] is None
+        config = tmp_path / "warm.toml"
+        config.write_text("[simulation]\nthermometer = 0.0\nair = { temperature = 28.5 }\n")
+        succeed("simulate", "square", "--config", config, "--out", tmp_path / "warm")
+        assert "air of 28.5 degrees Celsius" in succeed("info", tmp_path / "warm")
+        assert json.loads(succeed("info", tmp_path / "warm", "--json"))["temperature"] == 28.5
+
     def test_on_request_all_numbers_are_json(self, recording: Path) -> None:
         document = json.loads(succeed("info", recording, "--json"))
         assert (document["sweeps"], document["pings"], document["rig"]) == (5, 1820, "rotary array")

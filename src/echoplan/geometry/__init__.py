@@ -2,10 +2,11 @@
 
 from echoplan.geometry.angles import circular_mean, directions, rotation_step, wrap
 from echoplan.geometry.lines import along, feet, intersections, lines_through, signed_distances
-from echoplan.geometry.poses import compose, identity, invert, transform_points
+from echoplan.geometry.poses import aligned, compose, identity, invert, transform_points
 from echoplan.geometry.visibility import crosses_discs, crosses_segments, distances_to_segments, is_blocked
 
 __all__ = [
+    "aligned",
     "along",
     "circular_mean",
     "compose",

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from echoplan.arrays import FloatArray
 from echoplan.geometry.angles import wrap
 
-__all__ = ["compose", "identity", "invert", "transform_points"]
+__all__ = ["aligned", "compose", "identity", "invert", "transform_points"]
 
 
 def identity() -> FloatArray:
@@ -104,3 +104,33 @@ def transform_points(a_from_b: ArrayLike, points_b_xy: ArrayLike) -> FloatArray:
     x = pose[..., 0] + cosine * points[..., 0] - sine * points[..., 1]
     y = pose[..., 1] + sine * points[..., 0] + cosine * points[..., 1]
     return np.stack([x, y], axis=-1)
+
+
+def aligned(poses: ArrayLike, onto: ArrayLike) -> FloatArray:
+    r"""Move poses as one body to where their positions are nearest to those of others, in least squares.
+
+    With positions as complex numbers p and q about their means, the turn is the argument of the sum of conj(p) q, as
+    of Umeyama (1991) in the plane without scale.
+
+    Parameters
+    ----------
+    poses, onto : array_like, shape (n, 3)
+        Poses ``(x, y, yaw)`` [m, m, rad], at least one.
+
+    Returns
+    -------
+    ndarray of float64, shape (n, 3)
+        The moved ones, yaw in [-pi, pi).
+
+    Examples
+    --------
+    >>> aligned([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], onto=[[2.0, 0.0, 0.0], [2.0, 1.0, 0.0]]).round(6)
+    array([[2.      , 0.      , 1.570796],
+           [2.      , 1.      , 1.570796]])
+    """
+    own, others = np.asarray(poses, dtype=np.float64), np.asarray(onto, dtype=np.float64)
+    middle, target = own[:, :2].mean(axis=0), others[:, :2].mean(axis=0)
+    (x, y), (u, v) = (own[:, :2] - middle).T, (others[:, :2] - target).T
+    turn = np.arctan2(x @ v - y @ u, x @ u + y @ v)
+    about = compose([*target, turn], invert([*middle, 0.0]))
+    return compose(about, own)

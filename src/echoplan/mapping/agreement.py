@@ -87,7 +87,8 @@ def is_doubtful(account: Account) -> bool:
         return False
     owners, left = account.adjusted.owners, account.adjusted.residuals
     common = intraclass_correlation(account.soundings, owners, left, noise=account.noise)
-    return common > account.settings.shared_error
+    # Rounding alone makes readings of one distance err together by as much as a module is set right to.
+    return common > account.settings.shared_error and common * account.noise**2 > account.offset_sigma**2
 
 
 def is_scattered(account: Account) -> bool:

@@ -1,4 +1,4 @@
-"""Drift: how far odometry really goes astray, told by poses that were corrected."""
+"""Drift: whether and how far odometry goes astray, told by poses that were corrected."""
 
 import math
 
@@ -6,10 +6,14 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray
+from echoplan.geometry import aligned, wrap
 from echoplan.mapping.deviations import learned_factor
 from echoplan.mapping.poses import PoseBeliefs, step_residuals, step_slopes
 
-__all__ = ["DriftSettings", "learn_drift"]
+__all__ = ["DriftSettings", "adds_up", "learn_drift"]
+
+# From this logarithm of a ratio of likelihoods on evidence is very strong [nats] (Kass and Raftery 1995).
+_VERY_STRONG = 5.0
 
 
 class DriftSettings(BaseModel, frozen=True, extra="forbid"):
@@ -60,3 +64,38 @@ def learn_drift(
     sigmas = beliefs.sigmas.copy()
     sigmas[1:] *= np.clip(factors, settings.least, settings.greatest)
     return beliefs._replace(sigmas=sigmas)
+
+
+def adds_up(given: FloatArray, poses: FloatArray) -> bool:
+    r"""Tell whether errors of poses add up from one to the next, unless they clearly scatter about the truth.
+
+    Each error of odometry stays in all poses after it; whoever sets way-points by hand errs at each anew.  The ratio of
+    von Neumann (1941) of the errors e along each axis tells: it is about 2 where they scatter, and near 0 where they
+    add up.  The logarithm of the ratio of the likelihoods of both is about L.
+
+    .. math:: r = \frac{n}{n - 1} \frac{\sum (e_{k+1} - e_k)^2}{\sum e_k^2}, \qquad
+              L = \frac{n - 1}{2} (2 \ln r_\mathrm{position} + \ln r_\mathrm{heading})
+
+    Parameters
+    ----------
+    given : ndarray, shape (s, 3)
+        As recorded [m, m, rad].
+    poses : ndarray, shape (s, 3)
+        As corrected, in whatever frame.
+
+    Returns
+    -------
+    bool
+        Whether a ratio is at most 1, or the evidence that errors scatter not very strong.
+    """
+    errors = given - aligned(poses, given)
+    turned = wrap(errors[:, 2])
+    position, heading = _ratio(errors[:, :2]), _ratio((turned - turned.mean())[:, None])
+    if min(position, heading) <= 1.0:
+        return True
+    return 0.5 * (len(poses) - 1) * (2.0 * math.log(position) + math.log(heading)) <= _VERY_STRONG
+
+
+def _ratio(errors: FloatArray) -> float:
+    total, count = float(np.sum(errors**2)), len(errors)
+    return count / (count - 1) * float(np.sum(np.diff(errors, axis=0) ** 2)) / total if total > 0.0 else 0.0

@@ -3,8 +3,10 @@
 import copy
 
 from echoplan.arrays import FloatArray
+from echoplan.geometry import aligned
 from echoplan.mapping.account import Account
 from echoplan.mapping.agreement import agreement, agrees, evidence, is_doubtful, is_scattered, is_torn
+from echoplan.mapping.drift import adds_up
 from echoplan.mapping.memory import Course
 from echoplan.mapping.misplacement import elsewhere
 from echoplan.mapping.poses import PoseBeliefs, waypoint_beliefs
@@ -50,7 +52,7 @@ def _explained(account: Account) -> Account:
     if mode is PoseMode.CORRECT:
         return _asked(account)
     torn = _glanced(account)
-    if torn is not None and (agrees(torn) or not _is_by_hand(torn)):
+    if torn is not None and (not _is_by_hand(torn) or _is_by_steps(torn)):
         return torn
     account.explain()
     return account if mode is PoseMode.TRUST else _reconsidered(account)
@@ -146,16 +148,30 @@ def _reconsidered(account: Account) -> Account:
 
 def _rivals(account: Account, share: str) -> list[Account]:
     """Correct poses as those of odometry; and as those of way-points, unless either way walls hold all together."""
-    rivals, starts = [], [account.poses]
+    tracked = None
     if account.memory.course is not Course.NUDGED:
         tracked = _tracked(copy.copy(account), f"corrected: {share}, and more of them by the steps of the robot")
-        rivals = [tracked] if agrees(tracked) else []
-        starts.append(tracked.poses)
-    settled = any(agrees(each) and not is_scattered(each) for each in (account, *rivals))
-    if _is_by_hand(account) and not settled:
-        # From different starts poses may come to rest at different places.
-        rivals += [_nudged(account, share, start) for start in starts]
-    return rivals
+    rivals = [tracked] if tracked is not None and _is_by_steps(tracked) else []
+    if not _is_by_hand(account) or _is_settled(account, tracked):
+        return rivals
+    # From different starts poses may come to rest at different places.
+    starts = [account.poses] if tracked is None else [account.poses, aligned(tracked.poses, account.given)]
+    return [*rivals, *(_nudged(account, share, start) for start in starts)]
+
+
+def _is_by_steps(tracked: Account) -> bool:
+    """Tell whether echoes agree from poses to which the steps of the robot led, and what was recorded errs by steps."""
+    return agrees(tracked) and adds_up(tracked.given, tracked.poses)
+
+
+def _is_settled(account: Account, tracked: Account | None) -> bool:
+    """Tell whether walls hold all together, and poses as recorded do not scatter about those that steps led to.
+
+    Poses that do were set one by one: their frame is that of all of them, not of the first.
+    """
+    if tracked is not None and agrees(tracked) and not adds_up(tracked.given, tracked.poses):
+        return False
+    return any(agrees(each) and not is_scattered(each) for each in (account, tracked) if each is not None)
 
 
 def _nudged(account: Account, share: str, start: FloatArray) -> Account:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from echoplan.geometry import compose, identity, invert, transform_points
+from echoplan.geometry import aligned, compose, identity, invert, transform_points
 
 # Two metres ahead and one to the left, looking left.
 MAP_FROM_BASE = np.array([2.0, 1.0, np.pi / 2])
@@ -33,3 +33,16 @@ def test_many_poses_compose_pairwise_and_with_one() -> None:
     robots = np.array([MAP_FROM_BASE, [0.0, 0.0, np.pi]])
     assert compose(robots, [1.0, 0.0, 0.0]) == pytest.approx(np.array([[2.0, 2.0, np.pi / 2], [-1.0, 0.0, -np.pi]]))
     assert compose(robots[:, None], np.zeros((1, 5, 3))).shape == (2, 5, 3)
+
+
+def test_a_body_is_laid_back_to_where_it_was_moved_from() -> None:
+    rng = np.random.default_rng(5)
+    poses = rng.uniform(-3.0, 3.0, (7, 3))
+    moved = compose([4.0, -1.0, 2.5], poses)
+    assert aligned(moved, poses) == pytest.approx(poses)
+    # Nearest in least squares: no small turn or shift of the body is nearer to poses that are off.
+    noisy = poses + rng.normal(0.0, 0.1, poses.shape)
+    best = aligned(moved, noisy)
+    for change in ([0.01, 0.0, 0.0], [0.0, -0.01, 0.0], [0.0, 0.0, 0.01], [0.0, 0.0, -0.01]):
+        off = compose(change, best)
+        assert np.sum((off - noisy)[:, :2] ** 2) > np.sum((best - noisy)[:, :2] ** 2)

@@ -6,7 +6,7 @@ from scipy.optimize import minimize_scalar
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose
-from echoplan.mapping.drift import DriftSettings, learn_drift
+from echoplan.mapping.drift import DriftSettings, adds_up, learn_drift
 from echoplan.mapping.poses import PoseBeliefs, PoseSettings, odometry_beliefs, pose_rows
 from echoplan.mapping.rows import normal_equations
 
@@ -80,3 +80,24 @@ def test_nothing_is_learned_beyond_bounds() -> None:
 def test_one_pose_has_no_steps() -> None:
     beliefs = odometry_beliefs(np.zeros((1, 3)), PoseSettings())
     assert learn_drift(beliefs, np.zeros((1, 3)), np.zeros((3, 3)), SETTINGS) is beliefs
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_errors_of_odometry_add_up_and_those_of_way_points_scatter(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    poses = added_up(np.tile([0.5, 0.0, 0.4], (19, 1)))
+    errors = rng.normal(0.0, (0.01, 0.01, 0.02), poses.shape)
+    # In a frame of their own, as found by the steps of the robot.
+    found = compose([1.0, -2.0, 0.7], poses)
+    assert adds_up(poses + np.cumsum(errors, axis=0), found)
+    assert sum(adds_up(poses + rng.normal(0.0, (0.01, 0.01, 0.02), poses.shape), found) for _ in range(20)) < 3
+
+
+def test_nothing_speaks_against_steps_that_were_right() -> None:
+    poses = added_up(np.tile([0.5, 0.0, 0.5], (5, 1)))
+    assert adds_up(poses, poses)
+
+
+def test_of_three_poses_nobody_can_tell_and_they_are_taken_for_steps() -> None:
+    rng, poses = np.random.default_rng(1), added_up(np.tile([0.5, 0.0, 0.4], (2, 1)))
+    assert all(adds_up(poses + rng.normal(0.0, (0.01, 0.01, 0.02), poses.shape), poses) for _ in range(50))

@@ -48,18 +48,25 @@ def told(monkeypatch: pytest.MonkeyPatch, **answers: Any) -> None:
         monkeypatch.setattr(explaining, name, answer)
 
 
-def course(monkeypatch: pytest.MonkeyPatch, *, agree: set[Course], scattered: set[Course], stations: int = 5) -> Course:
+def course(
+    monkeypatch: pytest.MonkeyPatch,
+    *,
+    agree: set[Course],
+    scattered: set[Course],
+    stations: int = 5,
+    others: dict[str, Any] | None = None,
+) -> Course:
     """Tell how the best poses came about, if accounts agree or scatter by how theirs did."""
     worth = {Course.TRUSTED: 0.0, Course.TRACKED: 10.0, Course.NUDGED: 20.0}
-    told(
-        monkeypatch,
-        agreement=lambda account: 0.5,
-        agrees=lambda account: account.course in agree,
-        evidence=lambda account: worth[account.course],
-        is_doubtful=lambda account: True,
-        is_scattered=lambda account: account.course in scattered,
-        is_torn=lambda account: False,
-    )
+    answers: dict[str, Any] = {
+        "agreement": lambda account: 0.5,
+        "agrees": lambda account: account.course in agree,
+        "evidence": lambda account: worth[account.course],
+        "is_doubtful": lambda account: True,
+        "is_scattered": lambda account: account.course in scattered,
+        "is_torn": lambda account: False,
+    }
+    told(monkeypatch, **(answers | (others or {})))
     return explained(Doubtful(stations)).course  # type: ignore[arg-type]
 
 
@@ -78,6 +85,15 @@ def test_way_points_are_nudged_unless_walls_that_many_heard_agree(
     monkeypatch: pytest.MonkeyPatch, agree: set[Course], scattered: set[Course], expected: Course
 ) -> None:
     assert course(monkeypatch, agree=agree, scattered=scattered) is expected
+
+
+@pytest.mark.parametrize("torn", [True, False])
+def test_way_points_that_scatter_about_the_steps_are_nudged_for_their_frame_is_that_of_all(
+    monkeypatch: pytest.MonkeyPatch, *, torn: bool
+) -> None:
+    others: dict[str, Any] = {"adds_up": lambda given, poses: False, "is_torn": lambda account: torn}
+    found = course(monkeypatch, agree={Course.TRUSTED, Course.TRACKED}, scattered=set(), others=others)
+    assert found is Course.NUDGED
 
 
 def test_no_hand_set_so_many_way_points(monkeypatch: pytest.MonkeyPatch) -> None:

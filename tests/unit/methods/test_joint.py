@@ -320,3 +320,25 @@ def test_walls_that_are_seen_again_close_the_loop() -> None:
     # Nor can such steps tell how warm the air was: that is left to the maker, and said to be.
     told: Any = found.parameters["found"]
     assert told["range_scale"] == {"value": pytest.approx(0.0, abs=1e-6), "sigma": 0.002, "believed": 0.002}
+
+
+def test_a_room_is_where_all_way_points_say_that_it_is_not_where_the_first_one_does() -> None:
+    # Set down by hand: the first is off by 2 cm and 4 degrees, which would turn the far wall away by 20 cm.
+    rng = np.random.default_rng(3)
+    place = soundings.world([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0], [0.0, 0.0]])
+    poses = np.array([[x, y, rng.uniform(-3.0, 3.0)] for y in (0.7, 1.5, 2.3) for x in (0.7, 1.5, 2.4, 3.3)])
+    marks = np.tile([0.008, 0.008, np.radians(1.5)], (len(poses), 1))
+    errors = marks * rng.standard_normal(marks.shape)
+    errors[0] = [0.02, -0.02, np.radians(4.0)]
+    exact = soundings.simulation(place, using=soundings.array(resolution=0.005), poses=poses, seed=2)
+    sweeps = [
+        replace(sweep, map_from_base=sweep.map_from_base + error) for sweep, error in zip(exact, errors, strict=True)
+    ]
+    found = mapped(exact.rig, sweeps, JointSettings(poses=PoseMode.AUTO))
+    assert len(found.walls) == 4
+    for wall in found.walls:
+        axis = int(abs(np.cos(wall.normal_angle)) < 0.5)
+        away = np.abs(wall.endpoints_xy[:, axis, None] - np.array([0.0, (4.0, 3.0)[axis]])).min(axis=1)
+        assert away.max() < 0.03
+    off = np.hypot(*(found.poses - exact.truth.poses)[:, :2].T)
+    assert off[0] < 0.5 * np.hypot(*errors[0, :2])
