@@ -1,6 +1,7 @@
 """Explaining: from the poses as they are, and from better ones if the pings disagree."""
 
 import copy
+from collections.abc import Sequence
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import aligned
@@ -52,7 +53,7 @@ def _explained(account: Account) -> Account:
     if mode is PoseMode.CORRECT:
         return _asked(account)
     torn = _glanced(account)
-    if torn is not None and (not _is_by_hand(torn) or _is_by_steps(torn)):
+    if torn is not None and (not _is_by_hand(torn) or (agrees(torn) and adds_up(torn.given, torn.poses))):
         return torn
     account.explain()
     return account if mode is PoseMode.TRUST else _reconsidered(account)
@@ -148,30 +149,34 @@ def _reconsidered(account: Account) -> Account:
 
 def _rivals(account: Account, share: str) -> list[Account]:
     """Correct poses as those of odometry; and as those of way-points, unless either way walls hold all together."""
-    tracked = None
-    if account.memory.course is not Course.NUDGED:
-        tracked = _tracked(copy.copy(account), f"corrected: {share}, and more of them by the steps of the robot")
-    rivals = [tracked] if tracked is not None and _is_by_steps(tracked) else []
-    if not _is_by_hand(account) or _is_settled(account, tracked):
-        return rivals
-    # From different starts poses may come to rest at different places.
-    starts = [account.poses] if tracked is None else [account.poses, aligned(tracked.poses, account.given)]
+    if account.memory.course is Course.NUDGED:
+        return _unless_settled(account, share, [], [account.poses])
+    tracked = _tracked(copy.copy(account), f"corrected: {share}, and more of them by the steps of the robot")
+    if _is_by_hand(account) and agrees(tracked) and not adds_up(account.given, tracked.poses):
+        return [_reset(tracked, share)]
+    return _unless_settled(account, share, [tracked] if agrees(tracked) else [], [account.poses, tracked.poses])
+
+
+def _unless_settled(
+    account: Account, share: str, rivals: Sequence[Account], starts: Sequence[FloatArray]
+) -> list[Account]:
+    """Nudge way-points as well, from starts whence they may come to rest at different places, if nothing holds yet."""
+    settled = any(agrees(each) and not is_scattered(each) for each in (account, *rivals))
+    if settled or not _is_by_hand(account):
+        return list(rivals)
     return [*rivals, *(_nudged(account, share, start) for start in starts)]
 
 
-def _is_by_steps(tracked: Account) -> bool:
-    """Tell whether echoes agree from poses to which the steps of the robot led, and what was recorded errs by steps."""
-    return agrees(tracked) and adds_up(tracked.given, tracked.poses)
+def _reset(tracked: Account, share: str) -> Account:
+    """Move poses to which steps led to where all way-points say they are, and let each settle about its own.
 
-
-def _is_settled(account: Account, tracked: Account | None) -> bool:
-    """Tell whether walls hold all together, and poses as recorded do not scatter about those that steps led to.
-
-    Poses that do were set one by one: their frame is that of all of them, not of the first.
+    Errors that scatter are no errors of steps: somebody set the way-points one by one, and the first one no better.
     """
-    if tracked is not None and agrees(tracked) and not adds_up(tracked.given, tracked.poses):
-        return False
-    return any(agrees(each) and not is_scattered(each) for each in (account, tracked) if each is not None)
+    moved = copy.copy(tracked)
+    moved.poses, moved.features = aligned(tracked.poses, tracked.given), tracked.known
+    moved.settle(waypoint_beliefs(tracked.given, tracked.settings.pose_errors))
+    moved.verdict, moved.course = f"corrected by a few centimetres: only {share}", Course.NUDGED
+    return moved
 
 
 def _nudged(account: Account, share: str, start: FloatArray) -> Account:

@@ -20,6 +20,7 @@ class Doubtful:
         self.memory = Memory()
         self.given = self.poses = np.zeros((stations, 3))
         self.course, self.verdict, self.settled = Course.TRUSTED, "", 0
+        self.known = self.features = ()
 
     def glance(self) -> None:
         pass
