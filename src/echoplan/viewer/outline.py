@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from echoplan.arrays import FloatArray
-from echoplan.geometry import directions, intersections, lines_through, signed_distances
+from echoplan.geometry import crosses_segments, directions, intersections, lines_through, signed_distances
 from echoplan.model import Wall
 
 __all__ = ["wall_bodies"]
@@ -37,7 +37,12 @@ def wall_bodies(walls: Sequence[Wall], stations_xy: FloatArray, *, thickness: fl
     """
     faces = np.array([wall.endpoints_xy for wall in walls]).reshape(-1, 2, 2)
     lines = lines_through(faces[:, 0], faces[:, 1])
-    outward = np.array([_outward(wall, line, stations_xy) for wall, line in zip(walls, lines, strict=True)])
+    outward = np.array(
+        [
+            _outward(wall, line, np.delete(faces, number, axis=0), stations_xy)
+            for number, (wall, line) in enumerate(zip(walls, lines, strict=True))
+        ]
+    )
     backs = lines + np.stack([np.zeros(len(lines)), outward * thickness], axis=-1).reshape(-1, 2)
     squares = faces + (outward * thickness)[:, None, None] * directions(lines[:, 0])[:, None, :]
     return [
@@ -46,14 +51,19 @@ def wall_bodies(walls: Sequence[Wall], stations_xy: FloatArray, *, thickness: fl
     ]
 
 
-def _outward(wall: Wall, line: FloatArray, stations_xy: FloatArray) -> float:
-    """Side of a line on which nobody stood, +1 or -1 along its normal: by those who heard it, if one can tell."""
+def _outward(wall: Wall, line: FloatArray, others: FloatArray, stations_xy: FloatArray) -> float:
+    """Side of a face that nobody heard, +1 or -1 along the normal of its line: by those who heard it, if one can tell.
+
+    Those who stood opposite did, unless another face is between: a box is heard from all around.
+    """
     inside = -np.sign(signed_distances(line, stations_xy))
-    way = wall.endpoints_xy[1] - wall.endpoints_xy[0]
-    shares = (stations_xy - wall.endpoints_xy[0]) @ way / (way @ way)
-    opposite = inside[(shares > 0) & (shares < 1)]
-    votes = float(opposite.sum()) or float(inside.sum()) or float(directions(line[0]) @ wall.normal_xy)
-    return 1.0 if votes >= 0 else -1.0
+    start, way = wall.endpoints_xy[0], wall.endpoints_xy[1] - wall.endpoints_xy[0]
+    shares = (stations_xy - start) @ way / (way @ way)
+    is_opposite = (shares > 0) & (shares < 1)
+    is_hidden = crosses_segments(stations_xy, start + shares[:, None] * way, others).any(axis=1)
+    votes = [float(inside[each].sum()) for each in (is_opposite & ~is_hidden, is_opposite, slice(None))]
+    votes.append(float(directions(line[0]) @ wall.normal_xy))
+    return 1.0 if next((vote for vote in votes if vote), 0.0) >= 0 else -1.0
 
 
 def _back_end(number: int, end: int, faces: FloatArray, backs: FloatArray, *, squares: FloatArray) -> FloatArray:

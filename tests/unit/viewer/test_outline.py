@@ -64,6 +64,14 @@ def test_stations_beside_a_wall_do_not_outvote_one_opposite_to_it() -> None:
     np.testing.assert_allclose(body(FLOOR, heard_from=np.vstack([beside, [2.0, 1.0]]))[2:, 1], -0.1)
 
 
+def test_a_box_that_is_heard_from_all_around_has_its_bodies_inside() -> None:
+    # Most stations stand south of it, opposite to its north face as well, but they hear the south one.
+    around = np.array([[1.0, -1.0], [2.0, -1.0], [3.0, -1.0], [2.0, 4.0], [-1.0, 1.0], [5.0, 1.0]])
+    for each in wall_bodies(box(), around, thickness=0.1):
+        assert (each >= -1e-9).all()
+        assert (each <= np.array([4.0, 3.0]) + 1e-9).all()
+
+
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_who_stood_opposite_is_told_by_the_ends_of_the_wall_wherever_it_lies(side: float) -> None:
     far_off = wall([10.0, 5.0], [14.0, 5.0])
