@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from echoplan.arrays import BoolArray, IntArray
+from echoplan.model.sweep import COLDEST, HOTTEST
 
 __all__ = ["COUNT", "NUMBER", "READING", "SECONDS", "TEMPERATURE", "WHOLE", "Kind"]
 
 Column: TypeAlias = NDArray[Any]
 
-_COLDEST, _HOTTEST = -30.0, 60.0  # degrees Celsius
 _LATEST_SECOND = 9_000_000_000  # 64 bits of nanoseconds hold a little more
 
 
@@ -158,7 +158,7 @@ def _is_finite(numbers: Column) -> BoolArray:
 
 
 def _is_temperature(numbers: Column) -> BoolArray:
-    temperature: BoolArray = np.isnan(numbers) | ((numbers >= _COLDEST) & (numbers <= _HOTTEST))
+    temperature: BoolArray = np.isnan(numbers) | ((numbers >= COLDEST) & (numbers <= HOTTEST))
     return temperature
 
 

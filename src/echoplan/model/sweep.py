@@ -21,7 +21,10 @@ from echoplan.errors import InvalidValueError
 from echoplan.geometry import compose, transform_points
 from echoplan.model.rig import Rig
 
-__all__ = ["Pings", "Recording", "Source", "Sweep"]
+__all__ = ["COLDEST", "HOTTEST", "Pings", "Recording", "Source", "Sweep"]
+
+# Air in which anybody measures [degrees Celsius].
+COLDEST, HOTTEST = -30.0, 60.0
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -48,7 +51,7 @@ class Sweep:
     Raises
     ------
     InvalidValueError
-        If lengths differ, times go back, a finite range is negative or a pose is not finite.
+        If lengths differ, times go back, a finite range is negative, a pose is not finite or no air is so warm.
     """
 
     index: int
@@ -61,6 +64,8 @@ class Sweep:
 
     def __post_init__(self) -> None:
         checked_number(self.index, name="index", minimum=0)
+        if not math.isnan(self.temperature):
+            checked_number(self.temperature, name="temperature", minimum=COLDEST, maximum=HOTTEST)
         stamps = checked_integers(self.stamps_ns, name="stamps_ns", shape=(None,))
         count = len(stamps)
         ranges = checked_floats(self.ranges, name="ranges", shape=(count,), finite=False)
