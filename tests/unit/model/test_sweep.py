@@ -55,7 +55,7 @@ def test_the_station_of_a_sweep_is_where_the_robot_was_halfway() -> None:
         ({"servo_angles": [0.0, np.nan, 0.0]}, "servo_angles must be finite, not nan"),
         ({"ranges": [1.0, -0.25, np.nan]}, "ranges must not be negative, not -0.25"),
         ({"temperature": 293.15}, "temperature must be at most 60, not 293.15"),
-        ({"temperature": -np.inf}, "temperature must be"),
+        ({"temperature": -np.inf}, "temperature must be finite, not -inf"),
         ({"map_from_base": np.zeros((3, 2))}, "map_from_base must have shape (3, 3), not (3, 2)"),
     ],
 )
