@@ -10,10 +10,10 @@ from echoplan.geometry import aligned, wrap
 from echoplan.mapping.deviations import learned_factor
 from echoplan.mapping.poses import PoseBeliefs, step_residuals, step_slopes
 
-__all__ = ["DriftSettings", "adds_up", "learn_drift"]
+__all__ = ["VERY_STRONG", "DriftSettings", "adds_up", "learn_drift"]
 
 # From this logarithm of a ratio of likelihoods on evidence is very strong [nats] (Kass and Raftery 1995).
-_VERY_STRONG = 5.0
+VERY_STRONG = 5.0
 
 
 class DriftSettings(BaseModel, frozen=True, extra="forbid"):
@@ -93,7 +93,7 @@ def adds_up(given: FloatArray, poses: FloatArray) -> bool:
     position, heading = _ratio(errors[:, :2]), _ratio((turned - turned.mean())[:, None])
     if min(position, heading) <= 1.0:
         return True
-    return 0.5 * (len(poses) - 1) * (2.0 * math.log(position) + math.log(heading)) <= _VERY_STRONG
+    return 0.5 * (len(poses) - 1) * (2.0 * math.log(position) + math.log(heading)) <= VERY_STRONG
 
 
 def _ratio(errors: FloatArray) -> float:

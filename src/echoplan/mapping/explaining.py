@@ -7,7 +7,7 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import aligned
 from echoplan.mapping.account import Account
 from echoplan.mapping.agreement import agreement, agrees, evidence, is_doubtful, is_scattered, is_torn
-from echoplan.mapping.drift import adds_up
+from echoplan.mapping.drift import VERY_STRONG, adds_up
 from echoplan.mapping.memory import Course
 from echoplan.mapping.misplacement import elsewhere
 from echoplan.mapping.poses import PoseBeliefs, waypoint_beliefs
@@ -16,9 +16,6 @@ from echoplan.mapping.slips import without_slip
 from echoplan.mapping.tracking import track
 
 __all__ = ["explained"]
-
-# From this logarithm of a ratio of likelihoods on evidence is very strong [nats] (Kass and Raftery 1995).
-_VERY_STRONG = 5.0
 
 # What the verdict says besides where a step led farther astray than was believed.
 _SLIPPED = "; a slip was taken back"
@@ -56,7 +53,7 @@ def _explained(account: Account) -> Account:
     if torn is not None and (not _is_by_hand(torn) or (agrees(torn) and adds_up(torn.given, torn.poses))):
         return torn
     account.explain()
-    return account if mode is PoseMode.TRUST else _reconsidered(account)
+    return account if mode is PoseMode.TRUST else _reconsidered(account, torn)
 
 
 def _glanced(account: Account) -> Account | None:
@@ -77,7 +74,7 @@ def _asked(account: Account) -> Account:
         if is_torn(account):
             return tracked
     account.explain()
-    if evidence(tracked) > evidence(account) + _VERY_STRONG or not agrees(account):
+    if evidence(tracked) > evidence(account) + VERY_STRONG or not agrees(account):
         return tracked
     account.verdict = "corrected, as asked for, by nothing: the echoes agree as well from the poses as recorded"
     return account
@@ -131,11 +128,14 @@ def _settled(account: Account, poses: FloatArray, beliefs: PoseBeliefs) -> Accou
     moved = copy.copy(account)
     moved.poses = poses
     moved.settle(beliefs)
-    return moved if evidence(moved) > evidence(account) + _VERY_STRONG else account
+    return moved if evidence(moved) > evidence(account) + VERY_STRONG else account
 
 
-def _reconsidered(account: Account) -> Account:
-    """Keep the poses as they are, or correct them as those of odometry, or as those of way-points set by eye."""
+def _reconsidered(account: Account, tracked: Account | None) -> Account:
+    """Keep the poses as they are, or correct them as those of odometry, or as those of way-points set by eye.
+
+    Steps that were followed at first sight, because walls were torn apart, lead to the same place again.
+    """
     share = f"{100 * agreement(account):.0f} % of the echoes agree from the poses as recorded"
     account.verdict = f"trusted: {share}"
     if len(account.given) < _FEWEST or not is_doubtful(account):
@@ -143,15 +143,16 @@ def _reconsidered(account: Account) -> Account:
     if not _is_by_hand(account) and not agrees(account):
         # Nobody sets so many way-points by hand: the robot added up its steps.
         return _tracked(copy.copy(account), f"corrected: only {share}")
-    best = max([account, *_rivals(account, share)], key=evidence)
-    return best if evidence(best) > evidence(account) + _VERY_STRONG else account
+    best = max([account, *_rivals(account, share, tracked)], key=evidence)
+    return best if evidence(best) > evidence(account) + VERY_STRONG else account
 
 
-def _rivals(account: Account, share: str) -> list[Account]:
+def _rivals(account: Account, share: str, tracked: Account | None) -> list[Account]:
     """Correct poses as those of odometry; and as those of way-points, unless either way walls hold all together."""
     if account.memory.course is Course.NUDGED:
         return _unless_settled(account, share, [], [account.poses])
-    tracked = _tracked(copy.copy(account), f"corrected: {share}, and more of them by the steps of the robot")
+    if tracked is None:
+        tracked = _tracked(copy.copy(account), f"corrected: {share}, and more of them by the steps of the robot")
     if _is_by_hand(account) and agrees(tracked) and not adds_up(account.given, tracked.poses):
         return [_reset(tracked, share)]
     return _unless_settled(account, share, [tracked] if agrees(tracked) else [], [account.poses, tracked.poses])
