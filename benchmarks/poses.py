@@ -5,9 +5,9 @@ Draws so many rooms (50 unless told otherwise), drives through them by dead reck
 what the same echoes tell from the true poses, and whether the poses' ellipses are true.  ``--noisy`` doubles the errors
 of odometry, with 8 % dropouts and 6 % strays.  ``--air`` lets the air be so much warmer or colder than the modules take
 it to be, which no drive can tell, unless there is a ``--thermometer`` that errs by so many degrees.  ``--lag`` lets the
-servo lag by up to so many seconds behind the angle it is told.
-``--exact FOLDER`` maps recordings with exact poses as well, once trusted and once corrected, to show what harm is done.
-``--save FILE`` keeps the figures of each drive as JSON.
+servo lag by up to so many seconds behind the angle it is told.  ``--exact FOLDER`` maps recordings with exact poses as
+well, once trusted and once corrected, to show what harm is done.  ``--save FILE`` keeps the figures of each drive as
+JSON.
 """
 
 import argparse
