@@ -3,7 +3,8 @@
 Draws so many rooms (50 unless told otherwise), drives through them by dead reckoning that is off by 2 % of the way and
 2 degrees a metre, maps them with ``--poses correct``, and prints how far poses and features are off, the worst drives,
 what the same echoes tell from the true poses, and whether the poses' ellipses are true.  ``--noisy`` doubles the errors
-of odometry, with 8 % dropouts and 6 % strays.  ``--air`` lets the air be so much warmer or colder than the modules take
+of odometry, with 8 % dropouts and 6 % strays.  ``--slip`` lets the robot slip sideways, too, by so many metres in the
+first of its way, growing with the root of it.  ``--air`` lets the air be so much warmer or colder than the modules take
 it to be, which no drive can tell, unless there is a ``--thermometer`` that errs by so many degrees.  ``--lag`` lets the
 servo lag by up to so many seconds behind the angle it is told.  ``--exact FOLDER`` maps recordings with exact poses as
 well, once trusted and once corrected, to show what harm is done.  ``--save FILE`` keeps the figures of each drive as
@@ -74,7 +75,9 @@ def main() -> None:
     arguments = parse()
     with ProcessPoolExecutor(arguments.workers) as workers:
         conditions = {"air": arguments.air, "thermometer": arguments.thermometer, "lag": arguments.lag}
-        runs = workers.map(partial(drive, noisy=arguments.noisy, conditions=conditions), range(arguments.drives))
+        runs = workers.map(
+            partial(drive, noisy=arguments.noisy, slip=arguments.slip, conditions=conditions), range(arguments.drives)
+        )
         outcomes = list(tracked(runs, total=arguments.drives, task="mapping"))
     for table in (*tables(outcomes), *harm(arguments.exact)):
         show(table)
@@ -87,6 +90,7 @@ def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description="Poses corrected by sonar on random drives.")
     parser.add_argument("drives", type=int, nargs="?", default=DRIVES)
     parser.add_argument("--noisy", action="store_true")
+    parser.add_argument("--slip", type=float, default=0.0)
     parser.add_argument("--air", type=float, default=0.0)
     parser.add_argument("--thermometer", type=float, default=math.inf)
     parser.add_argument("--lag", type=float, default=0.0)
@@ -96,9 +100,10 @@ def parse() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def drive(seed: int, *, noisy: bool, conditions: Mapping[str, float]) -> Outcome:
+def drive(seed: int, *, noisy: bool, slip: float, conditions: Mapping[str, float]) -> Outcome:
     """Map one drive and hold the map against the truth."""
     odometry, noise = (DOUBLE, NOISY) if noisy else (DRIFT, QUIET)
+    odometry = odometry.model_copy(update={"lateral": slip})
     simulation = random_drive(seed, odometry=odometry, noise=noise, **conditions)
     outcome = mapped(simulation, tuple(simulation), simulation.truth, PoseMode.CORRECT)
     # Odometry changes nothing of what is heard.

@@ -93,7 +93,7 @@ class Account:
         self.adjusted: Adjusted | None = None
         self.believed: PoseBeliefs | None = None
         self.course = Course.TRUSTED
-        self.square_sigma = 0.0
+        self.square_sigma, self.pair_sigma = 0.0, settings.pose_errors.pair_sigma
         self.loudness = self.memory.loudness
         self.is_polished = False
         self.independence = self.memory.independence
@@ -344,7 +344,7 @@ class Account:
             drifting=self.drifts,
             poses=poses,
             independence=self.independence,
-            pair_sigma=0.0 if poses is None or poses.relative else self.settings.pose_errors.pair_sigma,
+            pair_sigma=0.0 if poses is None or poses.relative else self.pair_sigma,
             loudness=self.loudness if self.is_polished else None,
             squareness=believed_squareness(self.features, self.square_sigma),
         )

@@ -1,13 +1,13 @@
 """Explaining: from the poses as they are, and from better ones if the pings disagree."""
 
 import copy
-from collections.abc import Sequence
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import aligned
 from echoplan.mapping.account import Account
 from echoplan.mapping.agreement import agreement, agrees, evidence, is_doubtful, is_scattered, is_torn
 from echoplan.mapping.drift import VERY_STRONG, adds_up
+from echoplan.mapping.effects import learn_common_error
 from echoplan.mapping.memory import Course
 from echoplan.mapping.misplacement import elsewhere
 from echoplan.mapping.poses import PoseBeliefs, waypoint_beliefs
@@ -17,6 +17,8 @@ from echoplan.mapping.tracking import track
 
 __all__ = ["explained"]
 
+# Why poses are corrected that a first look shows to be wrong.
+_TORN = "from the poses as recorded most walls were there twice"
 # What the verdict says besides where a step led farther astray than was believed.
 _SLIPPED = "; a slip was taken back"
 
@@ -50,8 +52,8 @@ def _explained(account: Account) -> Account:
     if mode is PoseMode.CORRECT:
         return _asked(account)
     torn = _glanced(account)
-    if torn is not None and (not _is_by_hand(torn) or (agrees(torn) and adds_up(torn.given, torn.poses))):
-        return torn
+    if torn is not None and (not _is_by_hand(torn) or _follows(torn)):
+        return _better(torn, _reset(torn, _TORN)) if _is_by_hand(torn) else torn
     account.explain()
     return account if mode is PoseMode.TRUST else _reconsidered(account, torn)
 
@@ -63,7 +65,7 @@ def _glanced(account: Account) -> Account | None:
     account.glance()
     if account.settings.poses is not PoseMode.AUTO or not is_torn(account):
         return None
-    return _tracked(copy.copy(account), "corrected: from the poses as recorded most walls were there twice")
+    return _tracked(copy.copy(account), f"corrected: {_TORN}")
 
 
 def _asked(account: Account) -> Account:
@@ -78,6 +80,11 @@ def _asked(account: Account) -> Account:
         return tracked
     account.verdict = "corrected, as asked for, by nothing: the echoes agree as well from the poses as recorded"
     return account
+
+
+def _better(account: Account, rival: Account) -> Account:
+    """Prefer a rival for which there is very strong evidence."""
+    return rival if evidence(rival) > evidence(account) + VERY_STRONG else account
 
 
 def _tracked(account: Account, verdict: str) -> Account:
@@ -128,7 +135,7 @@ def _settled(account: Account, poses: FloatArray, beliefs: PoseBeliefs) -> Accou
     moved = copy.copy(account)
     moved.poses = poses
     moved.settle(beliefs)
-    return moved if evidence(moved) > evidence(account) + VERY_STRONG else account
+    return _better(account, moved)
 
 
 def _reconsidered(account: Account, tracked: Account | None) -> Account:
@@ -144,48 +151,60 @@ def _reconsidered(account: Account, tracked: Account | None) -> Account:
         # Nobody sets so many way-points by hand: the robot added up its steps.
         return _tracked(copy.copy(account), f"corrected: only {share}")
     best = max([account, *_rivals(account, share, tracked)], key=evidence)
-    return best if evidence(best) > evidence(account) + VERY_STRONG else account
+    return _better(account, best)
 
 
 def _rivals(account: Account, share: str, tracked: Account | None) -> list[Account]:
-    """Correct poses as those of odometry; and as those of way-points, unless either way walls hold all together."""
+    """Correct poses as those of odometry, and as those of way-points that somebody set by hand."""
     if account.memory.course is Course.NUDGED:
-        return _unless_settled(account, share, [], [account.poses])
+        return [_nudged(account, share, account.poses)] if _is_by_hand(account) else []
     if tracked is None:
         tracked = _tracked(copy.copy(account), f"corrected: {share}, and more of them by the steps of the robot")
-    if _is_by_hand(account) and agrees(tracked) and not adds_up(account.given, tracked.poses):
-        return [_reset(tracked, share)]
-    return _unless_settled(account, share, [tracked] if agrees(tracked) else [], [account.poses, tracked.poses])
+    if not _is_by_hand(account):
+        return [tracked] if agrees(tracked) else []
+    by_hand = _set_by_hand(account, share, tracked)
+    return [tracked, *by_hand] if _follows(tracked) else by_hand
 
 
-def _unless_settled(
-    account: Account, share: str, rivals: Sequence[Account], starts: Sequence[FloatArray]
-) -> list[Account]:
-    """Nudge way-points as well, from starts whence they may come to rest at different places, if nothing holds yet."""
-    settled = any(agrees(each) and not is_scattered(each) for each in (account, *rivals))
-    if settled or not _is_by_hand(account):
-        return list(rivals)
-    return [*rivals, *(_nudged(account, share, start) for start in starts)]
+def _follows(tracked: Account) -> bool:
+    """Tell whether pings agree from where steps lead, and these are what was wrong."""
+    return agrees(tracked) and adds_up(tracked.given, tracked.poses)
 
 
-def _reset(tracked: Account, share: str) -> Account:
+def _set_by_hand(account: Account, share: str, tracked: Account) -> list[Account]:
+    """Correct poses as those of way-points, from where the steps led if pings agree there, or else from more starts."""
+    if agrees(tracked):
+        reset = _reset(tracked, f"only {share}")
+        if agrees(reset) and not is_scattered(reset):
+            return [reset]
+    # From different starts they may come to rest at different places.
+    return [_nudged(account, share, start) for start in (account.poses, tracked.poses)]
+
+
+def _reset(tracked: Account, why: str) -> Account:
     """Move poses to which steps led to where all way-points say they are, and let each settle about its own.
 
-    Errors that scatter are no errors of steps: somebody set the way-points one by one, and the first one no better.
+    If somebody set the way-points one by one, errors do not add up, and the first one is no better than the others.
     """
-    moved = copy.copy(tracked)
+    moved, beliefs = copy.copy(tracked), waypoint_beliefs(tracked.given, tracked.settings.pose_errors)
     moved.poses, moved.features = aligned(tracked.poses, tracked.given), tracked.known
-    moved.settle(waypoint_beliefs(tracked.given, tracked.settings.pose_errors))
-    moved.verdict, moved.course = f"corrected by a few centimetres: only {share}", Course.NUDGED
-    return moved
+    moved.settle(beliefs)
+    return _at_rest(moved, beliefs, why)
 
 
 def _nudged(account: Account, share: str, start: FloatArray) -> Account:
     """Move poses a little."""
-    moved = copy.copy(account)
-    moved.correct(waypoint_beliefs(account.given, account.settings.pose_errors), start)
-    moved.verdict, moved.course = f"corrected by a few centimetres: only {share}", Course.NUDGED
-    return moved
+    moved, beliefs = copy.copy(account), waypoint_beliefs(account.given, account.settings.pose_errors)
+    moved.correct(beliefs, start)
+    return _at_rest(moved, beliefs, f"only {share}")
+
+
+def _at_rest(account: Account, beliefs: PoseBeliefs, why: str) -> Account:
+    """Let way-points come to rest with the errors that stations have in common, and with right angles."""
+    learn_common_error(account, beliefs)
+    account.stand_square(beliefs)
+    account.verdict, account.course = f"corrected by a few centimetres: {why}", Course.NUDGED
+    return account
 
 
 def _is_by_hand(account: Account) -> bool:

@@ -46,7 +46,10 @@ class PoseSettings(BaseModel, frozen=True, extra="forbid"):
     copies: CopySettings = Field(
         default_factory=lambda: CopySettings(turn=math.radians(4), beside=0.05), description="made by poses in error"
     )
-    pair_sigma: float = Field(default=0.012, ge=0.0, description="common to all a station says of a feature [m]")
+    pair_sigma: float = Field(default=0.012, gt=0.0, description="common to all a station says of a feature [m]")
+    pair_spread: float = Field(
+        default=0.5 * math.log(10.0), gt=0.0, description="of the logarithm of that guess: good to tenfold"
+    )
     waypoint: float = Field(default=0.02, gt=0.0, description="of a way-point placed by hand [m]")
     waypoint_turn: float = Field(default=0.2, gt=0.0, description="of the heading there [rad]")
 
