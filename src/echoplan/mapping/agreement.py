@@ -62,13 +62,12 @@ def is_torn(account: Account) -> bool:
     bool
         Whether they are.
     """
-    walls = [each for each in account.features if each.is_wall]
-    copies = len(walls) - len(without_copies(walls, account.settings.copies))
-    return copies > account.settings.torn * len(walls)
+    walls = sum(each.is_wall for each in account.features)
+    return _copies(account) > account.settings.torn * walls
 
 
 def is_doubtful(account: Account) -> bool:
-    """Tell whether poses may be wrong: pings do not fit together, or those of a station err together.
+    """Tell whether poses may be wrong: pings do not fit together, a wall is there twice, or stations err together.
 
     Parameters
     ----------
@@ -85,6 +84,8 @@ def is_doubtful(account: Account) -> bool:
     if not account.memory.is_empty:
         # What was trusted so far is doubted again only if pings do not agree.
         return False
+    if _copies(account):
+        return True
     owners, left = account.adjusted.owners, account.adjusted.residuals
     common = intraclass_correlation(account.soundings, owners, left, noise=account.noise)
     # Rounding alone makes readings of one distance err together by as much as a module is set right to.
@@ -129,12 +130,16 @@ def evidence(account: Account) -> float:
         Logarithm of a ratio of likelihoods [nats].
     """
     gains = account.explanation.levels(account.features) - account.explanation.floor
-    copies = len(account.features) - len(without_copies(account.features, account.settings.copies))
-    cost = account.settings.search.accept * (len(account.features) + _RARE * copies)
+    cost = account.settings.search.accept * (len(account.features) + _RARE * _copies(account))
     if account.believed is not None:
         heard = np.bincount(account.soundings.stations[gains > 0.0], minlength=len(account.given))
         cost += 1.5 * float(np.log(np.maximum(heard[1:], 1)).sum()) + _strain(account, account.believed)
     return float(account.soundings.weights @ gains) + _gain_of_common_errors(account) - cost
+
+
+def _copies(account: Account) -> int:
+    """Count walls that seem to be there twice."""
+    return len(account.features) - len(without_copies(account.features, account.settings.copies))
 
 
 def _gain_of_common_errors(account: Account) -> float:

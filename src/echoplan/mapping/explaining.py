@@ -157,12 +157,12 @@ def _reconsidered(account: Account, tracked: Account | None) -> Account:
 def _rivals(account: Account, share: str, tracked: Account | None) -> list[Account]:
     """Correct poses as those of odometry, and as those of way-points that somebody set by hand."""
     if account.memory.course is Course.NUDGED:
-        return [_nudged(account, share, account.poses)] if _is_by_hand(account) else []
+        return [_nudged(account, _why(account, share), account.poses)] if _is_by_hand(account) else []
     if tracked is None:
         tracked = _tracked(copy.copy(account), f"corrected: {share}, and more of them by the steps of the robot")
     if not _is_by_hand(account):
         return [tracked] if agrees(tracked) else []
-    by_hand = _set_by_hand(account, share, tracked)
+    by_hand = _set_by_hand(account, _why(account, share), tracked)
     return [tracked, *by_hand] if _follows(tracked) else by_hand
 
 
@@ -171,14 +171,18 @@ def _follows(tracked: Account) -> bool:
     return agrees(tracked) and adds_up(tracked.given, tracked.poses)
 
 
-def _set_by_hand(account: Account, share: str, tracked: Account) -> list[Account]:
+def _why(account: Account, share: str) -> str:
+    return f"{share}, but those of a station err together" if agrees(account) else f"only {share}"
+
+
+def _set_by_hand(account: Account, why: str, tracked: Account) -> list[Account]:
     """Correct poses as those of way-points, from where the steps led if pings agree there, or else from more starts."""
     if agrees(tracked):
-        reset = _reset(tracked, f"only {share}")
+        reset = _reset(tracked, why)
         if agrees(reset) and not is_scattered(reset):
             return [reset]
     # From different starts they may come to rest at different places.
-    return [_nudged(account, share, start) for start in (account.poses, tracked.poses)]
+    return [_nudged(account, why, start) for start in (account.poses, tracked.poses)]
 
 
 def _reset(tracked: Account, why: str) -> Account:
@@ -192,11 +196,11 @@ def _reset(tracked: Account, why: str) -> Account:
     return _at_rest(moved, beliefs, why)
 
 
-def _nudged(account: Account, share: str, start: FloatArray) -> Account:
+def _nudged(account: Account, why: str, start: FloatArray) -> Account:
     """Move poses a little."""
     moved, beliefs = copy.copy(account), waypoint_beliefs(account.given, account.settings.pose_errors)
     moved.correct(beliefs, start)
-    return _at_rest(moved, beliefs, f"only {share}")
+    return _at_rest(moved, beliefs, why)
 
 
 def _at_rest(account: Account, beliefs: PoseBeliefs, why: str) -> Account:

@@ -101,6 +101,15 @@ def test_a_wall_there_twice_tears_the_map() -> None:
     assert is_torn(account)
 
 
+def test_a_single_wall_there_twice_makes_poses_doubtful() -> None:
+    account = copy(trusted(odometry=None))
+    wall = next(each for each in account.features if each.is_wall)
+    account.features = [*account.features, replace(wall, reflector=wall.reflector + np.array([0.0, 0.05, 0.03, 0.0]))]
+    assert not is_torn(account)
+    assert agrees(account)
+    assert is_doubtful(account)
+
+
 def test_corrected_poses_have_more_evidence_than_drifting_ones() -> None:
     assert evidence(corrected()) > evidence(trusted(odometry=LOST)) + 100.0
 

@@ -67,6 +67,7 @@ def test_an_effect_is_told_where_nothing_else_takes_it_up() -> None:
 def test_what_poses_take_up_entirely_is_told_of_no_effect() -> None:
     # One feature from each station, and two coordinates to move it by.
     rows = heard(0.01, 3)
-    single = Rows(*(each[: STATIONS * READINGS] for each in rows))
+    own = rows.columns[:, 0] == 0
+    single = Rows(rows.columns[own], rows.slopes[own], rows.residuals[own], rows.weights[own])
     _, count = common_squares(*adjusted(single, 0.01), common=0.01)
     assert count == pytest.approx(0.0, abs=1e-3 * STATIONS)
