@@ -125,4 +125,5 @@ def _beliefs(simulation: Simulation, model: EchoModel) -> Beliefs:
         offset_sigma=rounding,
         walk_gain=model.walk_gain,
         has_servo=True,
+        scale_sigma=_AT_THE_TRUTH.scale_sigma,
     )

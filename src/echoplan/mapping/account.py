@@ -333,15 +333,17 @@ class Account:
 
     def beliefs(self, noise: float, poses: PoseBeliefs | None) -> Beliefs:
         """Tell what is believed of the sonar and the poses before the pings are asked."""
-        settings, is_told = self.settings.adjustment, not math.isnan(self.recorded.temperature)
+        settings, drifting = self.settings.adjustment, self.drifts or (poses is not None and poses.relative)
+        # Where the way itself is uncertain it cannot tell the scale of the map: that is left to the sonar's maker.
+        is_told = drifting or not math.isnan(self.recorded.temperature)
         return Beliefs(
             noise=noise,
             offset_sigma=self.offset_sigma,
             walk_gain=self.prior.walk_gain,
             range_scale=self.prior.range_scale,
-            scale_sigma=settings.told_scale_sigma if is_told or self.drifts else settings.scale_sigma,
+            scale_sigma=settings.told_scale_sigma if is_told else settings.scale_sigma,
             has_servo=self.has_servo,
-            drifting=self.drifts,
+            drifting=drifting,
             poses=poses,
             independence=self.independence,
             pair_sigma=0.0 if poses is None or poses.relative else self.pair_sigma,

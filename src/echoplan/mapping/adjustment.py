@@ -75,8 +75,10 @@ class Beliefs(NamedTuple):
         Range walk at the threshold [m].
     has_servo : bool
         Whether there is a servo that may lag.
-    range_scale, scale_sigma : float
-        As is to be expected of the air, and how well that is known; ``inf`` if nobody measured it.
+    scale_sigma : float
+        How well it is known how fast sound is.
+    range_scale : float
+        As is to be expected of the air.
     drifting : bool
         Whether errors of the poses add up.
     poses : PoseBeliefs or None
@@ -96,8 +98,8 @@ class Beliefs(NamedTuple):
     offset_sigma: float
     walk_gain: float
     has_servo: bool
+    scale_sigma: float
     range_scale: float = 0.0
-    scale_sigma: float = math.inf
     drifting: bool = False
     poses: PoseBeliefs | None = None
     pair_sigma: float = 0.0
@@ -229,10 +231,6 @@ def _greatest(step: FloatArray, unknowns: Unknowns) -> float:
     return float(moves.max())
 
 
-def _drifts(beliefs: Beliefs) -> bool:
-    return beliefs.drifting or (beliefs.poses is not None and beliefs.poses.relative)
-
-
 def _held(
     information: FloatArray, right: FloatArray, now: State, beliefs: Beliefs, settings: AdjustmentSettings
 ) -> tuple[FloatArray, FloatArray]:
@@ -243,7 +241,7 @@ def _held(
     lags looks like a robot that turns a little too far one way and back again, sweep by sweep; it never leads.  Their
     uncertainty stays in the covariance.
     """
-    if not _drifts(beliefs):
+    if not beliefs.drifting:
         return information, right
     scale, latency = (now.unknowns.sonar + SONAR_UNKNOWNS.index(name) for name in ("range_scale", "servo_latency"))
     held, aim = _pinned(information, right, scale, beliefs.range_scale - now.model.range_scale)
@@ -374,8 +372,6 @@ def _priors(now: State, unknowns: Unknowns, beliefs: Beliefs, settings: Adjustme
 
 def _sonar_prior(now: State, first: int, beliefs: Beliefs, settings: AdjustmentSettings) -> Rows:
     model, gain_sigma = now.model, settings.gain_share * beliefs.walk_gain
-    # Where the way itself is uncertain it cannot tell the scale of the map: that is left to the sonar's maker.
-    scale_sigma = settings.told_scale_sigma if _drifts(beliefs) else settings.scale_sigma
     # Without a servo nothing lags: the unknown stays where it is.
     latency_sigma = settings.latency_sigma if beliefs.has_servo else 1e-9
     merit, log_ka, *loudness = (model.figure_of_merit, math.log(model.ka), 1e-9, 1e-9)
@@ -383,7 +379,7 @@ def _sonar_prior(now: State, first: int, beliefs: Beliefs, settings: AdjustmentS
         merit, log_ka, *loudness = *beliefs.loudness, settings.merit_sigma, settings.ka_sigma
     return prior(
         first + np.arange(len(SONAR_UNKNOWNS)),
-        sigma=(beliefs.offset_sigma, gain_sigma, min(scale_sigma, beliefs.scale_sigma), latency_sigma, *loudness),
+        sigma=(beliefs.offset_sigma, gain_sigma, beliefs.scale_sigma, latency_sigma, *loudness),
         residual=(
             -model.range_offset,
             beliefs.walk_gain - model.walk_gain,

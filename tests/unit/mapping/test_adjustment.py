@@ -17,7 +17,7 @@ from expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, edge, expe
 
 COLUMN = cylinder(0.2, 0.9, 0.1)
 CORNERS = [corner(x, y) for x in (2.0, -2.0) for y in (1.5, -1.5)]
-BELIEFS = Beliefs(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False)
+BELIEFS = Beliefs(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False, scale_sigma=0.03)
 
 
 def features(reflectors: Sequence[FloatArray] | FloatArray, stations: int = 4) -> Features:
@@ -119,8 +119,9 @@ def test_twice_the_pings_make_it_surer_by_the_root_of_two() -> None:
 
 def test_common_errors_of_a_station_do_not_average_out() -> None:
     soundings = hearing(listening([(0.5, 0.3)]), ROOM[:1])
-    alone = adjusted(soundings, ROOM[:1], scale_sigma=1e-6)
-    together = adjusted(soundings, ROOM[:1], beliefs=BELIEFS._replace(pair_sigma=0.012), scale_sigma=1e-6)
+    beliefs = BELIEFS._replace(scale_sigma=1e-6)
+    alone = adjusted(soundings, ROOM[:1], beliefs=beliefs)
+    together = adjusted(soundings, ROOM[:1], beliefs=beliefs._replace(pair_sigma=0.012))
     assert sigmas(alone)[1] < 0.004
     assert sigmas(together)[1] > 0.012
 

@@ -19,6 +19,8 @@ BELIEFS = Beliefs(
     offset_sigma=0.0015,
     walk_gain=SONAR.walk_gain,
     has_servo=False,
+    scale_sigma=AdjustmentSettings().told_scale_sigma,
+    drifting=True,
     poses=odometry_beliefs(GIVEN, PoseSettings()),
 )
 

@@ -47,7 +47,7 @@ def survey(
         ends=edges_of(reflectors, extents),
     )
     truth = [*ROOM, *(each for each in reflectors if each[0] == Kind.CYLINDER)]
-    beliefs = Beliefs(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False)
+    beliefs = Beliefs(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False, scale_sigma=0.03)
     start = State(features=features, model=SONAR)
     adjusted = adjust(hearing(listening(), truth), start, beliefs, AdjustmentSettings())
     known = [
