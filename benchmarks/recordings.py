@@ -21,6 +21,8 @@ from echoplan.io import read_recording, read_truth
 from echoplan.methods import METHODS, find_method, map_sweeps
 from echoplan.model import FeatureClass, Table
 
+COLUMNS = ("recording", "walls", "mm", "deg", "corners", "mm", "cylinders", "mm", "radius mm", "seconds")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
@@ -90,7 +92,7 @@ def table(method: str, outcomes: list[Outcome]) -> Table:
     total = row("all", [outcome.evaluation for outcome in outcomes], sum(outcome.seconds for outcome in outcomes))
     return Table(
         title=f"{method}: recall / precision (%), mean deviation",
-        columns=("recording", "walls", "mm", "deg", "corners", "mm", "cylinders", "mm", "radius mm", "seconds"),
+        columns=COLUMNS,
         rows=(*rows, total),
     )
 

@@ -23,6 +23,7 @@ BENCHMARKS = (
     "poses.py",
     "poses.py --noisy",
     "poses.py --air 2",
+    "rays.py",
 )
 RECORDINGS, CORRIDOR = "recordings.py", "corridor.py"
 

@@ -101,6 +101,7 @@ def rigs(draw: st.DrawFn) -> Rig:
         transducer=draw(st.none() | st.builds(Transducer, frequency=sizes, figure_of_merit=lengths)),
         odometry=draw(st.none() | st.builds(Odometry, along=sizes, lateral=sizes, yaw_per_metre=sizes)),
         speed_of_sound=draw(st.none() | st.floats(300.0, 370.0)),
+        rays=draw(st.none() | st.booleans()),
     )
 
 

@@ -29,6 +29,8 @@ _BEAM_FLOOR = -80.0
 _ABOUT = 0.25
 # Patterns of pistons are tabulated up to this ``ka sin(angle)``; hardly any module has a wider piston.
 _WIDEST = 16.0
+# What a ray meets is as clear as this [dB].
+_CLEAR = 300.0
 # In which sonars work [degrees Celsius].
 _TEMPERATURES = np.arange(-30.0, 61.0)
 
@@ -61,6 +63,8 @@ class EchoModel:
     spread : float
         How well the excess of an echo is told: scale of a logistic distribution [dB].  By default its deviation is half
         a decibel, what echoes that add up and steps of the readings leave of a loudness at best.
+    cone : float
+        Half of the angle of the cone whose nearest point a robot simulator returns [rad]; 0 for sound.
     """
 
     figure_of_merit: float
@@ -72,6 +76,7 @@ class EchoModel:
     range_scale: float = 0.0
     frequency: float = 40_000.0
     spread: float = 0.3
+    cone: float = 0.0
 
     @classmethod
     def of(cls, transducer: Transducer) -> "EchoModel":
@@ -148,6 +153,26 @@ class EchoModel:
         """
         return self.walk_gain * self.walk.scatter(excess, self.spread)
 
+    def seeing(self, half_angle: float) -> "EchoModel":
+        """Return a model of what robot simulators call a sonar: the nearest point in a cone of rays.
+
+        Parameters
+        ----------
+        half_angle : float
+            Half of the opening angle of the cone [rad].
+
+        Returns
+        -------
+        EchoModel
+            Another one; this one stays as it is.
+
+        Examples
+        --------
+        >>> EchoModel.of(Transducer()).seeing(0.25).cone
+        0.25
+        """
+        return replace(self, cone=half_angle)
+
     def tabulated(self) -> "Hearing":
         """Turn the model into numbers and tables.
 
@@ -156,6 +181,8 @@ class EchoModel:
         Hearing
             What compiled functions read.
         """
+        if self.cone:
+            return self._seen()
         walk = self.walk.blurred(self.spread)
         shape = walk.values - float(walk(self.reference_excess))
         below, above = walk(self.reference_excess + np.array([-_ABOUT, _ABOUT]))
@@ -168,6 +195,22 @@ class EchoModel:
             walk=self.range_offset + self.walk_gain * shape,
             reference=self.walk_gain * float(above - below) / (2 * _ABOUT),
             wavelength=(1.0 + self.range_scale) * Air().speed_of_sound / self.frequency,
+            cone=self.cone,
+        )
+
+    def _seen(self) -> "Hearing":
+        """See whatever is in the cone, however small, at its depth, and nothing else: there is no sound to be faint."""
+        within = np.linspace(0.0, _SQUARED_LIMIT, SQUARED_SINES + 1) <= math.sin(self.cone) ** 2
+        return Hearing(
+            figure_of_merit=_CLEAR,
+            absorption=0.0,
+            scale=1.0 + self.range_scale,
+            beam=np.where(within, 0.0, -2.0 * _CLEAR),
+            lobes=np.full(SQUARED_SINES + 1, -2.0 * _CLEAR),
+            walk=np.full(len(self.walk.values), self.range_offset),
+            reference=0.0,
+            wavelength=Air().speed_of_sound / self.frequency,
+            cone=self.cone,
         )
 
 
@@ -190,6 +233,8 @@ class Hearing(NamedTuple):
         Slope of the walk where modules are set right: of an aimed plane at 1 m [m/dB].
     wavelength : float
         Of the burst [m].
+    cone : float
+        As in the model [rad].
     """
 
     figure_of_merit: float
@@ -200,6 +245,7 @@ class Hearing(NamedTuple):
     walk: FloatArray
     reference: float
     wavelength: float
+    cone: float = 0.0
 
 
 # A recording is explained by one beam again and again, and by others hardly wider while it is learned.

@@ -9,6 +9,7 @@ import numpy as np
 from echoplan.acoustics.expectation import Hearing, Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classification.evidence import UNHEARD
+from echoplan.classification.flanks import flanks_of
 from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
 from echoplan.classification.hypotheses import Hypothesis, Key
 from echoplan.classification.images import Extent
@@ -77,6 +78,9 @@ class Multipath:
         Part
             A ghost that explains something.
         """
+        if self._hearing.cone:
+            yield from self._flanks(features)
+            return
         numbers = [self._numbers.setdefault(each.key, len(self._numbers)) for each in features]
         casting = {(one, other): (numbers[one], numbers[other]) for one, other in _casting(features)}
         self._learn(features, [pair for pair, key in casting.items() if key not in self._known], numbers)
@@ -84,6 +88,15 @@ class Multipath:
             pings, levels = self._known[key]
             if len(pings):
                 yield Part(pair, pings, levels)
+
+    def _flanks(self, features: Sequence[Hypothesis]) -> Iterator[Part]:
+        """Rays do not glance off anything; what they meet aslant they read."""
+        for number, each in enumerate(features):
+            if each.reflector[0] in (_WALL, _CYLINDER):
+                ends = each.extent[0] - _TO_CROSSING, each.extent[1] + _TO_CROSSING
+                levels = flanks_of(self._soundings, self._hearing, each.reflector, ends, self._noise)
+                pings = np.flatnonzero(levels > UNHEARD)
+                yield Part((number, number), pings, levels[pings])
 
     def _learn(self, features: Sequence[Hypothesis], pairs: Sequence[tuple[int, int]], numbers: Sequence[int]) -> None:
         if not pairs:

@@ -87,6 +87,7 @@ class _RigForm(Form, extra="forbid"):
     transducer: _TransducerForm | None = Field(default=None, description="what the simulator needs to know")
     odometry: _OdometryForm | None = Field(default=None, description="how far dead reckoning may be off")
     speed_of_sound: float | None = Field(default=None, description="with which modules turn time into range [m/s]")
+    rays: bool | None = Field(default=None, description="whether a reading is the nearest point in a cone of rays")
 
     def value(self) -> Rig:
         """Make the rig."""
@@ -99,6 +100,7 @@ class _RigForm(Form, extra="forbid"):
             transducer=self.transducer.value() if self.transducer else None,
             odometry=self.odometry.value() if self.odometry else None,
             speed_of_sound=self.speed_of_sound,
+            rays=self.rays,
         )
 
 
@@ -167,6 +169,7 @@ def format_rig(rig: Rig) -> str:
         {
             "name": rig.name,
             "speed_of_sound": rig.speed_of_sound,
+            "rays": rig.rays,
             "turret": {"x": x, "y": y, "yaw": yaw},
             "servo": rig.servo and asdict(rig.servo),
             "firing": rig.firing and asdict(rig.firing),

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from echoplan.acoustics import typical_transducer
 from echoplan.acoustics.expectation import EchoModel
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.classification.explanation import Explanation
@@ -33,11 +32,11 @@ from echoplan.mapping.reclassification import reclassified
 from echoplan.mapping.search import Search
 from echoplan.mapping.settings import AccountSettings
 from echoplan.mapping.shadowing import shadowed
+from echoplan.mapping.sonar import expected_sonar, half_aperture_of
 from echoplan.mapping.squareness import Squareness, believed_squareness, learn_squareness, roughly_square
 from echoplan.mapping.state import State
 from echoplan.mapping.unknowns import SONAR_UNKNOWNS
 from echoplan.model import Rig
-from echoplan.preprocessing import expected_scale
 from echoplan.preprocessing.health import healthy
 from echoplan.preprocessing.soundings import Soundings, chosen_soundings, first_stations, step_of
 
@@ -76,10 +75,9 @@ class Account:
         self.settings = settings
         self.memory = memory or Memory()
         self.resolution = max(sensor.resolution for sensor in rig.sensors)
-        self.half_aperture = float(np.median([sensor.half_aperture for sensor in rig.sensors]))
+        self.half_aperture = half_aperture_of(rig)
         self.wheels = rig.odometry
-        transducer = rig.transducer or typical_transducer(rig.sensors[0])
-        self.prior = EchoModel.of(transducer).scaled(expected_scale(rig, heard.temperature))
+        self.prior = expected_sonar(rig, heard, self.memory.model)
         self.recorded = chosen_soundings(heard, healthy(heard, settings.health))
         self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=settings.arcs)
         self.given = given
@@ -352,7 +350,9 @@ class Account:
         )
 
     def learn_loudness(self) -> None:
-        """Take figure of merit and beam from who heard what."""
+        """Take figure of merit and beam from who heard what; rays have neither."""
+        if self.model.cone:
+            return
         fitted = fit_loudness(self.soundings, self.model, self.features, believed=self.prior.figure_of_merit)
         if fitted is not self.model:
             self.model, self.loudness = fitted, (fitted.figure_of_merit, math.log(fitted.ka))

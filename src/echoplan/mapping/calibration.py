@@ -39,9 +39,10 @@ def calibration(account: Account, adjusted: Adjusted) -> dict[str, object]:
     learned = {
         name: {"value": value, "sigma": sigmas[name], "believed": believed}
         for name, (value, believed) in numbers.items()
-        if name != "servo_latency" or account.has_servo
+        if (name != "servo_latency" or account.has_servo) and not (name == "walk_gain" and model.cone)
     }
     if not math.isnan(account.recorded.temperature):
         learned["range_scale"]["temperature"] = account.recorded.temperature
-    beam = {"figure_of_merit": model.figure_of_merit, "ka": model.ka, "noise": account.noise}
-    return {**learned, **beam, "agreement": agreement(account), "poses": account.verdict}
+    loudness = {"figure_of_merit": model.figure_of_merit, "ka": model.ka}
+    beam = {"cone": model.cone} if model.cone else loudness
+    return {**learned, **beam, "noise": account.noise, "agreement": agreement(account), "poses": account.verdict}

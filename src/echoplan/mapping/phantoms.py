@@ -3,7 +3,8 @@
 What one sensor sends to a known wall and another hears from an unknown one looks, from one station, like a wall beyond.
 Two things tell it: sound that met two walls comes from farther than either, and seldom does it leave and come back just
 along the axes of both beams, so that it is heard over a smaller angle than a wall is.  Of the wall that nobody heard
-nothing is known; it is taken to stand about as near as those that were heard.
+nothing is known; it is taken to stand about as near as those that were heard.  Rays meet no second wall; but an edge,
+which returns hardly any sound, is read by them from one station as a wall across it would be.
 """
 
 import math
@@ -43,15 +44,26 @@ def without_phantoms(explanation: Explanation, features: Sequence[Hypothesis], b
         The others.
     """
     soundings = explanation.soundings
-    if len(soundings.centers) < _FEWEST or not _has_volleys(soundings):
+    if len(soundings.centers) < _FEWEST:
         return list(features)
+    if explanation.hearing.cone:
+        return [each for each in features if not _is_lone_wall(each, belief)]
+    return _without_cast(explanation, features, belief) if _has_volleys(soundings) else list(features)
+
+
+def _is_lone_wall(feature: Hypothesis, belief: Belief) -> bool:
+    return feature.is_wall and not feature.is_known and belief.is_lone(feature)
+
+
+def _without_cast(explanation: Explanation, features: Sequence[Hypothesis], belief: Belief) -> list[Hypothesis]:
+    """Leave out walls that one sensor may have heard of what another sent."""
     walls = [each for each in features if each.is_wall]
     shares = [belief.hears(*each) for each in zip(features, explanation.levels_without(features), strict=True)]
     least = belief.settings.usual_share * _usual(features, shares)
     return [
         each
         for each, share in zip(features, shares, strict=True)
-        if share >= least or not _may_be_cast(each, walls, soundings, belief)
+        if share >= least or not _may_be_cast(each, walls, explanation.soundings, belief)
     ]
 
 
@@ -71,7 +83,7 @@ def _may_be_cast(feature: Hypothesis, walls: Sequence[Hypothesis], soundings: So
 
     In two walls at right angles it is as far as where they meet: the root of the sum of the squares of their distances.
     """
-    if not feature.is_wall or feature.is_known or not belief.is_lone(feature):
+    if not _is_lone_wall(feature, belief):
         return False
     center_xy = soundings.centers[np.argmax(feature.gains)]
     nearest = np.sort(_distances([each for each in walls if each is not feature], center_xy))[:2]

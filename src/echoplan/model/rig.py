@@ -102,6 +102,9 @@ class Rig:
         How far dead reckoning may be off; None where a recording does not tell.
     speed_of_sound : float, optional
         With which the modules turn time into range [m/s]; None where a recording does not tell.
+    rays : bool, optional
+        Whether a reading is the nearest point in a cone of rays, as robot simulators have it, and no sound at all; None
+        where a recording does not tell.
 
     Raises
     ------
@@ -118,6 +121,7 @@ class Rig:
     transducer: Transducer | None = None
     odometry: Odometry | None = None
     speed_of_sound: float | None = None
+    rays: bool | None = None
 
     def __post_init__(self) -> None:
         if self.speed_of_sound is not None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from echoplan.acoustics import typical_transducer
 from echoplan.arrays import FloatArray, IntArray, checked_number, store
+from echoplan.errors import InvalidValueError
 from echoplan.model import Rig, Route, Sweep, Truth, World
 from echoplan.simulation.detector import build_detector
 from echoplan.simulation.hearing import Hearing
@@ -52,7 +53,7 @@ class Simulation:
     UnknownNameError
         If the world has a material that nobody knows.
     InvalidValueError
-        If the module cannot hear the plane for which it is set right.
+        If the module cannot hear the plane for which it is set right, or the rig is one of rays.
 
     Examples
     --------
@@ -80,6 +81,8 @@ class Simulation:
 
     def __post_init__(self) -> None:
         checked_number(self.seed, name="seed", minimum=0)
+        if self.rig.rays:
+            raise InvalidValueError("rays must be left out of the rig, or false: what is simulated here is sound")
         settings = self.settings
         transducer = self.rig.transducer or typical_transducer(self.rig.sensors[0])
         module = build_module(self.rig, transducer, settings)

@@ -17,6 +17,8 @@ _NUMBERS = (
     ("walk_gain", "Faint echoes are read too far by up to", 1000.0, "mm"),
     ("servo_latency", "The servo lags by", 1000.0, "ms"),
 )
+# What robot simulators make of a sonar.
+_CONE = "the nearest points in cones of rays of \N{PLUS-MINUS SIGN}{:.1f}\N{DEGREE SIGN}, as robot simulators make them"
 # A value that the pings did not narrow down by this factor is what was believed before.
 _DETERMINED = 0.5
 # Stretches along one direction [rad] that lie no more sweeps apart are told as one.
@@ -47,8 +49,9 @@ def learned_in_words(feature_map: FeatureMap) -> tuple[Definitions, ...]:
     items = [(words, _value(found[name], factor, unit)) for name, words, factor, unit in _NUMBERS if name in found]
     noise = ("Readings scatter by", f"{1000 * float(found['noise']):.1f} mm")
     poses = ("Poses", str(found.get("poses", "trusted")))
+    rays = [("Readings are", _CONE.format(math.degrees(float(found["cone"]))))] if "cone" in found else []
     open_ways = [("Not determined", _open_way(each)) for each in _joined(found.get("undetermined", ()))]
-    return (Definitions(title="What the recording tells of itself", items=(poses, *open_ways, *items, noise)),)
+    return (Definitions(title="What the recording tells of itself", items=(*rays, poses, *open_ways, *items, noise)),)
 
 
 def _joined(stretches: Sequence[Mapping[str, Any]]) -> list[list[Mapping[str, Any]]]:

@@ -37,7 +37,7 @@ piston_radius = 0.008
 along = 0.02
 yaw_per_metre = 0.03
 """
-ASSUMED = "speed_of_sound = 340.0\n"
+ASSUMED = "speed_of_sound = 340.0\nrays = false\n"
 
 
 def read(tmp_path: Path, text: str) -> Rig:
@@ -51,7 +51,7 @@ def test_what_is_not_told_is_the_origin_or_unknown(tmp_path: Path) -> None:
     assert rig.name == "bumper"
     assert rig.base_from_turret.tolist() == [0.0, 0.0, 0.0]
     assert (rig.servo, rig.firing, rig.transducer, rig.odometry) == (None, None, None, None)
-    assert rig.speed_of_sound is None
+    assert (rig.speed_of_sound, rig.rays) == (None, None)
     assert rig.sensors == (Sensor(sensor_id=4, half_aperture=0.26, min_range=0.02, max_range=4.0, resolution=0.003),)
 
 
@@ -64,7 +64,7 @@ def test_everything_else_can_be_told(tmp_path: Path) -> None:
     assert rig.firing is not None
     assert (rig.firing.period, rig.firing.groups) == (0.06, ((4,),))
     assert rig.odometry == Odometry(along=0.02, yaw_per_metre=0.03)
-    assert rig.speed_of_sound == 340.0
+    assert (rig.speed_of_sound, rig.rays) == (340.0, False)
     assert rig.transducer == Transducer(piston_radius=0.008)
 
 

@@ -3,7 +3,7 @@ import numpy as np
 from echoplan.acoustics.expectation import Kind
 from echoplan.mapping.belief import Belief, BeliefSettings
 from echoplan.mapping.phantoms import without_phantoms
-from expectations import NOISE, explanation, feature, hearing, judged, listening, wall
+from expectations import NOISE, SONAR, explanation, feature, hearing, judged, listening, wall
 
 # A passage, and a wall across its end far beyond, of which all but one station are too far to hear anything.
 SIDES = (wall(np.pi / 2, 0.6), wall(-np.pi / 2, 0.6))
@@ -54,3 +54,11 @@ def test_without_walls_about_it_nothing_is_a_phantom() -> None:
     end = feature(END, gains=(0.0, 20.0, 0.0))
     assert without_phantoms(account, [], belief) == []
     assert without_phantoms(account, [end], belief) == [end]
+
+
+def test_rays_read_an_edge_from_one_station_as_a_wall() -> None:
+    soundings, seeing = listening(STATIONS), SONAR.seeing(0.26)
+    belief = Belief(soundings, half_aperture=0.26, settings=BeliefSettings())
+    lone, plain = feature(END, gains=(0.0, 40.0, 0.0)), feature(SIDES[0], gains=(20.0, 30.0, 20.0))
+    assert without_phantoms(explanation(soundings, sonar=seeing), [lone, plain], belief) == [plain]
+    assert without_phantoms(explanation(soundings), [lone, plain], belief) == [lone, plain]

@@ -1,6 +1,7 @@
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import islice
 from typing import Any
 
@@ -86,6 +87,10 @@ class TestSource:
         assert (one[heard] != other[heard]).all()
         with pytest.raises(InvalidValueError, match="seed must be at least 0"):
             soundings.simulation(soundings.room(), seed=-1)
+
+    def test_a_rig_of_rays_is_refused(self) -> None:
+        with pytest.raises(InvalidValueError, match="rays must be left out of the rig, or false"):
+            soundings.simulation(soundings.room(), using=replace(soundings.array(), rays=True))
 
     def test_sweeps_have_chances_of_their_own(self) -> None:
         simulation = soundings.simulation(soundings.wall(1.0), poses=np.zeros((50, 3)), jitter=0.003)

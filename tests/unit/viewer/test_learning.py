@@ -40,6 +40,13 @@ def test_noise_is_told_in_millimetres() -> None:
     assert told()["Readings scatter by"] == "3.1 mm"
 
 
+def test_it_is_said_that_readings_are_those_of_rays() -> None:
+    assert told(cone=np.radians(12.5))["Readings are"] == (
+        "the nearest points in cones of rays of \N{PLUS-MINUS SIGN}12.5\N{DEGREE SIGN}, as robot simulators make them"
+    )
+    assert "Readings are" not in told()
+
+
 def test_it_is_said_what_was_done_about_the_poses_and_why() -> None:
     assert told(poses="corrected: walls were there twice")["Poses"] == "corrected: walls were there twice"
 

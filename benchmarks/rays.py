@@ -1,0 +1,65 @@
+"""The method joint on what robot simulators call sonar: python benchmarks/rays.py [ROOMS] [--noise M] [--rays N].
+
+Gazebo, Webots, Stage and MRPT know no sound: a reading is the least range of a fan of rays.  Draws so many rooms (24
+unless told otherwise), casts such fans from 14 stations, with cones of 15, 30 and 60 degrees in all, maps what they
+read, and prints what is found and how exactly.  Readings scatter by ``--noise`` (2 mm unless told otherwise), and a fan
+has so many rays as ``--rays`` says (31).  That there was no sound nobody tells the method.
+"""
+
+import argparse
+import math
+import time
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+
+import numpy as np
+
+from echoplan.cli.terminal import show, tracked
+from echoplan.evaluation import Evaluation, evaluate
+from echoplan.methods import map_sweeps
+from echoplan.methods.joint import JointMapper
+from echoplan.model import Table
+from fans import cast, of_cone  # type: ignore[import-not-found]  # beside this file
+from recordings import COLUMNS, row  # type: ignore[import-not-found]
+from rooms import random_simulation  # type: ignore[import-not-found]
+
+ROOMS = 24
+HALF_ANGLES = (7.5, 15.0, 30.0)
+NOISE, RAYS = 0.002, 31
+
+
+def main() -> None:
+    """Cast rays in rooms, map what they read and print tables."""
+    arguments = parse()
+    jobs = [(half, seed) for half in HALF_ANGLES for seed in range(arguments.rooms)]
+    with ProcessPoolExecutor() as workers:
+        runs = workers.map(partial(run, noise=arguments.noise, rays=arguments.rays), *zip(*jobs, strict=True))
+        outcomes = list(tracked(runs, total=len(jobs), task="mapping"))
+    rows = []
+    for half in HALF_ANGLES:
+        own = [outcome for (each, _), outcome in zip(jobs, outcomes, strict=True) if each == half]
+        rows.append(row(f"{2 * half:.0f} degrees", [one for one, _ in own], sum(seconds for _, seconds in own)))
+    show(Table(title="joint, by cones of rays: recall / precision (%), mean deviation", columns=COLUMNS, rows=(*rows,)))
+
+
+def parse() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description="The method joint on what robot simulators call sonar.")
+    parser.add_argument("rooms", type=int, nargs="?", default=ROOMS)
+    parser.add_argument("--noise", type=float, default=NOISE)
+    parser.add_argument("--rays", type=int, default=RAYS)
+    return parser.parse_args()
+
+
+def run(half_angle: float, seed: int, *, noise: float, rays: int) -> tuple[Evaluation, float]:
+    """Cast rays in one room [degrees], map it and hold the map against the truth; count the processor's seconds."""
+    simulation, rng = random_simulation(seed), np.random.default_rng(seed)
+    rig = of_cone(simulation.rig, math.radians(half_angle))
+    sweeps = cast(tuple(simulation), simulation.world, rig, rays=rays, noise=noise, rng=rng)
+    begun = time.process_time()
+    found = map_sweeps(JointMapper(rig), sweeps)
+    return evaluate(found, simulation.truth), time.process_time() - begun
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,59 @@
+"""What sonar a rig has, before it is learned from the echoes."""
+
+import numpy as np
+
+from echoplan.acoustics import typical_transducer
+from echoplan.acoustics.expectation import EchoModel
+from echoplan.model import Rig
+from echoplan.preprocessing import expected_scale
+from echoplan.preprocessing.rays import share_of_ramps
+from echoplan.preprocessing.soundings import Soundings
+
+__all__ = ["expected_sonar", "half_aperture_of"]
+
+# Of the readings of sound none is in a ramp; of rays, with a centimetre of noise, an eighth and more.
+_RAMPS = 0.05
+
+
+def expected_sonar(rig: Rig, heard: Soundings, known: EchoModel | None = None) -> EchoModel:
+    """Tell what to expect of a sonar.
+
+    Parameters
+    ----------
+    rig : Rig
+        What heard it; if it does not tell whether readings are those of rays, they tell themselves.
+    heard : Soundings
+        The pings.
+    known : EchoModel, optional
+        What was learned from earlier pings.
+
+    Returns
+    -------
+    EchoModel
+        That of the transducer, or of one that is usual, in the air of the day; or a cone of rays.
+    """
+    transducer = rig.transducer or typical_transducer(rig.sensors[0])
+    model = EchoModel.of(transducer).scaled(expected_scale(rig, heard.temperature))
+    return model.seeing(half_aperture_of(rig)) if _reads_rays(rig, heard, known) else model
+
+
+def half_aperture_of(rig: Rig) -> float:
+    """Tell half of the opening angle of the sensors, where they differ the median [rad].
+
+    Parameters
+    ----------
+    rig : Rig
+        What heard it.
+
+    Returns
+    -------
+    float
+        The angle [rad].
+    """
+    return float(np.median([sensor.half_aperture for sensor in rig.sensors]))
+
+
+def _reads_rays(rig: Rig, heard: Soundings, known: EchoModel | None) -> bool:
+    if known is not None:
+        return known.cone > 0.0
+    return share_of_ramps(heard) > _RAMPS if rig.rays is None else rig.rays

@@ -1,0 +1,52 @@
+from functools import cache
+from pathlib import Path
+from runpy import run_path
+
+import numpy as np
+import pytest
+
+from echoplan.model import Rig, Sweep
+from echoplan.preprocessing.rays import share_of_ramps
+from echoplan.preprocessing.soundings import Soundings, join_soundings, soundings_of
+from echoplan.simulation import Simulation
+from echoplan.sources import find_rig, find_route, find_world
+
+FANS = run_path(str(Path(__file__).parents[3] / "benchmarks" / "fans.py"))
+
+
+@cache
+def sounded(rig: str) -> Simulation:
+    return Simulation(world=find_world("square"), rig=find_rig(rig), route=find_route("square"))
+
+
+def heard(sweeps: list[Sweep], rig: Rig) -> Soundings:
+    return join_soundings([soundings_of(sweep, rig) for sweep in sweeps])
+
+
+def by_rays(degrees: float, *, noise: float = 0.002, rig: str = "rotary-array") -> Soundings:
+    simulation, rng = sounded(rig), np.random.default_rng(0)
+    using = FANS["of_cone"](simulation.rig, np.radians(degrees))
+    return heard(FANS["cast"](list(simulation), simulation.world, using, rays=31, noise=noise, rng=rng), using)
+
+
+@pytest.mark.parametrize("half_angle", [5.0, 15.0, 30.0])
+def test_rays_glide_along_walls(half_angle: float) -> None:
+    assert share_of_ramps(by_rays(half_angle)) > 0.15
+
+
+def test_with_a_centimetre_of_noise_they_still_do() -> None:
+    assert share_of_ramps(by_rays(15.0, noise=0.01)) > 0.1
+
+
+def test_sound_does_not() -> None:
+    simulation = sounded("rotary-array")
+    assert share_of_ramps(heard(list(simulation), simulation.rig)) == 0.0
+
+
+def test_what_does_not_turn_shows_no_ramps() -> None:
+    assert share_of_ramps(by_rays(15.0, rig="ring-16")) == 0.0
+
+
+def test_without_readings_there_are_no_ramps() -> None:
+    silent = by_rays(15.0)
+    assert share_of_ramps(silent._replace(readings=np.full(len(silent.readings), np.inf))) == 0.0
