@@ -78,25 +78,22 @@ class Multipath:
         Part
             A ghost that explains something.
         """
-        if self._hearing.cone:
-            yield from self._flanks(features)
-            return
         numbers = [self._numbers.setdefault(each.key, len(self._numbers)) for each in features]
-        casting = {(one, other): (numbers[one], numbers[other]) for one, other in _casting(features)}
-        self._learn(features, [pair for pair, key in casting.items() if key not in self._known], numbers)
+        pairs, learn = (_met(features), self._glide) if self._hearing.cone else (_casting(features), self._learn)
+        casting = {(one, other): (numbers[one], numbers[other]) for one, other in pairs}
+        learn(features, [pair for pair, key in casting.items() if key not in self._known], numbers)
         for pair, key in casting.items():
             pings, levels = self._known[key]
             if len(pings):
                 yield Part(pair, pings, levels)
 
-    def _flanks(self, features: Sequence[Hypothesis]) -> Iterator[Part]:
+    def _glide(self, features: Sequence[Hypothesis], pairs: Sequence[tuple[int, int]], numbers: Sequence[int]) -> None:
         """Rays do not glance off anything; what they meet aslant they read."""
-        for number, each in enumerate(features):
-            if each.reflector[0] in (_WALL, _CYLINDER):
-                ends = each.extent[0] - _TO_CROSSING, each.extent[1] + _TO_CROSSING
-                levels = flanks_of(self._soundings, self._hearing, each.reflector, ends, self._noise)
-                pings = np.flatnonzero(levels > UNHEARD)
-                yield Part((number, number), pings, levels[pings])
+        for one, _ in pairs:
+            ends = features[one].extent[0] - _TO_CROSSING, features[one].extent[1] + _TO_CROSSING
+            levels = flanks_of(self._soundings, self._hearing, features[one].reflector, ends, self._noise)
+            pings = np.flatnonzero(levels > UNHEARD)
+            self._known[numbers[one], numbers[one]] = pings, levels[pings]
 
     def _learn(self, features: Sequence[Hypothesis], pairs: Sequence[tuple[int, int]], numbers: Sequence[int]) -> None:
         if not pairs:
@@ -120,6 +117,11 @@ def _casting(features: Sequence[Hypothesis]) -> Iterator[tuple[int, int]]:
     for place, one in enumerate(walls):
         yield one, one
         yield from ((one, other) for other in walls[place + 1 :] + columns)
+
+
+def _met(features: Sequence[Hypothesis]) -> Iterator[tuple[int, int]]:
+    """List the features that rays may meet aslant: each by itself."""
+    yield from ((number, number) for number, each in enumerate(features) if each.reflector[0] in (_WALL, _CYLINDER))
 
 
 @compiled

@@ -13,6 +13,7 @@ from echoplan.classification.explanation import Explanation
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.extraction.arcs import find_arcs
 from echoplan.mapping.adjustment import Adjusted, Beliefs, adjust
+from echoplan.mapping.boxes import with_boxes
 from echoplan.mapping.certainty import (
     Undetermined,
     covariances_between_walls,
@@ -276,8 +277,8 @@ class Account:
     def settle_features(self) -> None:
         """Take features for what they are best taken for, and drop those that do not stand up."""
         search = self._search()
-        features = reclassified(search.explanation, search.judged(self.features), search.belief)
-        self.features = search.settled(features)
+        features = with_boxes(search, search.judged(self.features))
+        self.features = search.settled(reclassified(search.explanation, features, search.belief))
 
     def clear(self) -> None:
         """Leave out walls that may be echoes by way of others; while poses are in error, real walls look like those."""
@@ -350,9 +351,7 @@ class Account:
         )
 
     def learn_loudness(self) -> None:
-        """Take figure of merit and beam from who heard what; rays have neither."""
-        if self.model.cone:
-            return
+        """Take figure of merit and beam from who heard what."""
         fitted = fit_loudness(self.soundings, self.model, self.features, believed=self.prior.figure_of_merit)
         if fitted is not self.model:
             self.model, self.loudness = fitted, (fitted.figure_of_merit, math.log(fitted.ka))

@@ -50,7 +50,7 @@ def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belie
     """
     kept = without_joining(explanation, list(features), belief, kinds=_AT_LAST)
     for place, feature in enumerate(kept):
-        if feature.is_known or (feature.kind is Kind.CYLINDER and not explanation.hearing.cone):
+        if feature.is_known or feature.kind is Kind.CYLINDER:
             continue
         others = [*kept[:place], *kept[place + 1 :]]
         rivals = _rivals(explanation, feature, others)
@@ -64,7 +64,7 @@ def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belie
 def _rivals(explanation: Explanation, feature: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
     if feature.is_wall:
         return [*rivals_of(explanation, feature, others), *_crossings(explanation, feature, others)]
-    return rivals_of(explanation, feature, others, (Kind.EDGE if feature.kind is Kind.CYLINDER else Kind.WALL,))
+    return rivals_of(explanation, feature, others, (Kind.WALL,))
 
 
 def _crossings(explanation: Explanation, wall: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:

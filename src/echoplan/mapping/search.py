@@ -5,7 +5,7 @@ feature has to stand up again beside it.  When nothing is left to accept, what i
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -96,6 +96,24 @@ class Search:
                 return grown
             features = grown
         return features
+
+    def more(self, features: Sequence[Hypothesis], kinds: Collection[Kind]) -> list[Hypothesis]:
+        """Find more features of some kinds, and no others.
+
+        Parameters
+        ----------
+        features : sequence of Hypothesis
+            Those that are known.
+        kinds : collection of Kind
+            What to find.
+
+        Returns
+        -------
+        list of Hypothesis
+            Those that are known, as far as they stand up, and the others.
+        """
+        pool = [each for each in self._seeded(features) if each.kind in kinds]
+        return self._grown(list(features), pool)
 
     def tested(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Hold each feature against all others, and drop those that do not stand up.

@@ -306,3 +306,10 @@ def test_rivals_that_make_each_other_fall_do_not_go_on_for_ever(monkeypatch: pyt
     monkeypatch.setattr(search, "tested", lambda features: features[:-1])
     assert search._grown([], [replace(each) for each in walls[1:]]) == []
     assert len(asked) > 1
+
+
+def test_more_may_be_found_of_some_kinds_only() -> None:
+    search = square()
+    walls = [each for each in found() if each.is_wall]
+    assert rows(search.more([], (Kind.WALL,))) == pytest.approx(rows(walls), abs=0.01)
+    assert rows(search.more(walls[:2], (Kind.CYLINDER,))) == pytest.approx(rows(walls[:2]), abs=0.01)
