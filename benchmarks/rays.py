@@ -1,15 +1,16 @@
-"""The method joint on what robot simulators call sonar: python benchmarks/rays.py [ROOMS] [--noise M] [--rays N].
+"""The method joint on what robot simulators call sonar: python benchmarks/rays.py [ROOMS] [--noise M] [--as-sound].
 
 Gazebo, Webots, Stage and MRPT know no sound: a reading is the least range of a fan of rays.  Draws so many rooms (24
 unless told otherwise), casts such fans from 14 stations, with cones of 15, 30 and 60 degrees in all, maps what they
-read, and prints what is found and how exactly.  Readings scatter by ``--noise`` (2 mm unless told otherwise), and a fan
-has so many rays as ``--rays`` says (31).  That there was no sound nobody tells the method.
+read, and prints what is found and how exactly.  Readings scatter by ``--noise`` (2 mm unless told otherwise).  That
+there was no sound nobody tells the method; ``--as-sound`` tells it that there was, to see what comes of that.
 """
 
 import argparse
 import math
 import time
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -33,7 +34,8 @@ def main() -> None:
     arguments = parse()
     jobs = [(half, seed) for half in HALF_ANGLES for seed in range(arguments.rooms)]
     with ProcessPoolExecutor() as workers:
-        runs = workers.map(partial(run, noise=arguments.noise, rays=arguments.rays), *zip(*jobs, strict=True))
+        chosen = partial(run, noise=arguments.noise, as_sound=arguments.as_sound)
+        runs = workers.map(chosen, *zip(*jobs, strict=True))
         outcomes = list(tracked(runs, total=len(jobs), task="mapping"))
     rows = []
     for half in HALF_ANGLES:
@@ -47,17 +49,17 @@ def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description="The method joint on what robot simulators call sonar.")
     parser.add_argument("rooms", type=int, nargs="?", default=ROOMS)
     parser.add_argument("--noise", type=float, default=NOISE)
-    parser.add_argument("--rays", type=int, default=RAYS)
+    parser.add_argument("--as-sound", action="store_true")
     return parser.parse_args()
 
 
-def run(half_angle: float, seed: int, *, noise: float, rays: int) -> tuple[Evaluation, float]:
+def run(half_angle: float, seed: int, *, noise: float, as_sound: bool) -> tuple[Evaluation, float]:
     """Cast rays in one room [degrees], map it and hold the map against the truth; count the processor's seconds."""
     simulation, rng = random_simulation(seed), np.random.default_rng(seed)
     rig = of_cone(simulation.rig, math.radians(half_angle))
-    sweeps = cast(tuple(simulation), simulation.world, rig, rays=rays, noise=noise, rng=rng)
+    sweeps = cast(tuple(simulation), simulation.world, rig, rays=RAYS, noise=noise, rng=rng)
     begun = time.process_time()
-    found = map_sweeps(JointMapper(rig), sweeps)
+    found = map_sweeps(JointMapper(replace(rig, rays=False) if as_sound else rig), sweeps)
     return evaluate(found, simulation.truth), time.process_time() - begun
 
 

@@ -24,7 +24,6 @@ from echoplan.mapping.certainty import (
 from echoplan.mapping.copies import without_copies
 from echoplan.mapping.drift import learn_drift
 from echoplan.mapping.independence import independence
-from echoplan.mapping.loudness import fit_loudness
 from echoplan.mapping.memory import Course, Memory
 from echoplan.mapping.phantoms import without_phantoms
 from echoplan.mapping.poses import PoseBeliefs, continued, displaced, odometry_beliefs
@@ -33,7 +32,7 @@ from echoplan.mapping.reclassification import reclassified
 from echoplan.mapping.search import Search
 from echoplan.mapping.settings import AccountSettings
 from echoplan.mapping.shadowing import shadowed
-from echoplan.mapping.sonar import expected_sonar, half_aperture_of
+from echoplan.mapping.sonar import expected_sonar, half_aperture_of, learned_sonar
 from echoplan.mapping.squareness import Squareness, believed_squareness, learn_squareness, roughly_square
 from echoplan.mapping.state import State
 from echoplan.mapping.unknowns import SONAR_UNKNOWNS
@@ -351,8 +350,8 @@ class Account:
         )
 
     def learn_loudness(self) -> None:
-        """Take figure of merit and beam from who heard what."""
-        fitted = fit_loudness(self.soundings, self.model, self.features, believed=self.prior.figure_of_merit)
+        """Take figure of merit and beam from who heard what; of rays, the cone."""
+        fitted = learned_sonar(self.soundings, self.model, self.features, believed=self.prior.figure_of_merit)
         if fitted is not self.model:
             self.model, self.loudness = fitted, (fitted.figure_of_merit, math.log(fitted.ka))
 

@@ -58,12 +58,11 @@ def fit_loudness(
     Returns
     -------
     EchoModel
-        With another figure of merit and ``ka``; the given one where fewer than three features are clear enough, and of
-        rays, which are neither loud nor faint.
+        With another figure of merit and ``ka``; the given one where fewer than three features are clear enough.
     """
     from scipy.optimize import minimize  # noqa: PLC0415 - SciPy is slow to import
 
-    clear = [] if model.cone else _clear(features)
+    clear = _clear(features)
     if not clear:
         return model
     scale = 1.0 + model.range_scale

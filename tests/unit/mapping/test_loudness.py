@@ -144,8 +144,3 @@ def test_what_nothing_told_is_not_taken_for_told() -> None:
     account.features, account.loudness = [], None
     account.learn_loudness()
     assert account.loudness is None
-
-
-def test_rays_are_neither_loud_nor_faint() -> None:
-    seeing = SONAR.seeing(0.26)
-    assert fit_loudness(heard(SONAR), seeing, LOUD, believed=SONAR.figure_of_merit) is seeing
