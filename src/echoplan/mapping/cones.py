@@ -64,4 +64,5 @@ def _named(soundings: Soundings, wall: Hypothesis, scale: float) -> FloatArray:
     ends = feet[met] + np.sign(turned) * depths[met] * np.tan(slant)
     angles = np.abs(turned) - slant
     possible = (ends > wall.extent[0]) & (ends < wall.extent[1]) & (angles > 0.0) & (angles < _WIDEST)
-    return angles[possible]
+    chosen: FloatArray = angles[possible]
+    return chosen
