@@ -2,6 +2,9 @@
 
 import math
 
+import numpy as np
+
+from echoplan.acoustics import Air
 from echoplan.mapping.account import Account
 from echoplan.mapping.adjustment import Adjusted
 from echoplan.mapping.agreement import agreement
@@ -30,11 +33,13 @@ def calibration(account: Account, adjusted: Adjusted) -> dict[str, object]:
     if account.drifts:
         # Then it is held at what was believed.
         sigmas["range_scale"] = beliefs.scale_sigma
+    open_lag = _open_lag(account)
+    sigmas["servo_latency"] = math.hypot(sigmas["servo_latency"], open_lag)
     numbers = {
         "range_offset": (model.range_offset, beliefs.offset_sigma),
         "walk_gain": (model.walk_gain, settings.gain_share * beliefs.walk_gain),
         "range_scale": (model.range_scale, beliefs.scale_sigma),
-        "servo_latency": (adjusted.latency, settings.latency_sigma),
+        "servo_latency": (adjusted.latency - open_lag, settings.latency_sigma),
     }
     learned = {
         name: {"value": value, "sigma": sigmas[name], "believed": believed}
@@ -46,3 +51,14 @@ def calibration(account: Account, adjusted: Adjusted) -> dict[str, object]:
     loudness = {"figure_of_merit": model.figure_of_merit, "ka": model.ka}
     beam = {"cone": model.cone} if model.cone else loudness
     return {**learned, **beam, "noise": account.noise, "agreement": agreement(account), "poses": account.verdict}
+
+
+def _open_lag(account: Account) -> float:
+    """Tell half of the lag by which a servo that stands still in each ping would seem to be late [s].
+
+    Sound is heard where the servo has turned to in the meantime.  Nobody tells whether it did: one that waits for the
+    echo seems to be late by as long as sound takes one way.
+    """
+    readings = account.recorded.readings
+    heard = readings[np.isfinite(readings)]
+    return 0.5 * float(np.median(heard)) / Air().speed_of_sound if len(heard) else 0.0
