@@ -24,6 +24,7 @@ BENCHMARKS = (
     "poses.py --noisy",
     "poses.py --air 2",
     "rays.py",
+    "referee.py",
 )
 RECORDINGS, CORRIDOR = "recordings.py", "corridor.py"
 
