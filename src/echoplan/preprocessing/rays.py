@@ -50,17 +50,19 @@ def _ramps(soundings: Soundings, scan: IntArray) -> BoolArray:
     windows = np.lib.stride_tricks.sliding_window_view(readings, count)
     usual = np.abs(np.abs(spans) / ((count - 1) * step) - 1.0) < 0.5
     whole = usual & np.isfinite(windows).all(axis=1)
-    for first in np.flatnonzero(whole)[_are_ramps(windows[whole])]:
+    places = np.stack([soundings.x[scan], soundings.y[scan]])
+    moved = np.hypot(*(places[:, count - 1 :] - places[:, : len(scan) - count + 1]))
+    for first in np.flatnonzero(whole)[_are_ramps(windows[whole], moved[whole])]:
         marked[first : first + count] = True
     return marked
 
 
-def _are_ramps(windows: FloatArray) -> BoolArray:
-    """Tell which rows rise or fall steadily, as a parabola."""
+def _are_ramps(windows: FloatArray, moved: FloatArray) -> BoolArray:
+    """Tell which rows rise or fall steadily, as a parabola, and by more than the sonar moved."""
     count = windows.shape[1]
     basis = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, count), 3))[0]
     fitted = windows @ basis @ basis.T
     left = np.sqrt(((windows - fitted) ** 2).sum(axis=1) / (count - 3))
     rise = np.abs(fitted[:, -1] - fitted[:, 0])
-    ramps: BoolArray = (rise > np.maximum(_RISE, _SHARE * windows.mean(axis=1))) & (left < _LEFT * rise)
+    ramps: BoolArray = (rise - moved > np.maximum(_RISE, _SHARE * windows.mean(axis=1))) & (left < _LEFT * rise)
     return ramps

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from runpy import run_path
@@ -50,3 +51,14 @@ def test_what_does_not_turn_shows_no_ramps() -> None:
 def test_without_readings_there_are_no_ramps() -> None:
     silent = by_rays(15.0)
     assert share_of_ramps(silent._replace(readings=np.full(len(silent.readings), np.inf))) == 0.0
+
+
+def test_a_robot_that_drives_at_a_wall_while_its_sonar_turns_hears_sound() -> None:
+    # 0.8 m/s, and 40 degrees a second.
+    simulation = sounded("rotary-array")
+    sweep = next(iter(simulation))
+    times = 1e-9 * (sweep.stamps_ns - sweep.stamps_ns[0])
+    driven = 0.8 * times
+    heard_on = soundings_of(replace(sweep, ranges=2.9 - driven), simulation.rig)
+    assert share_of_ramps(heard_on) > 0.5
+    assert share_of_ramps(heard_on._replace(x=heard_on.x + driven)) == 0.0
