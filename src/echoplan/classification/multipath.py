@@ -1,4 +1,4 @@
-"""Multipath: what features are heard as by sound that met more than one of them, or was meant for another ping."""
+"""Multipath: what features are heard as by sound that met more of them, or was meant for another ping; rays glide."""
 
 import math
 from collections.abc import Iterator, Sequence
