@@ -11,6 +11,8 @@ from echoplan.mapping.settings import PoseMode
 from echoplan.methods import METHODS, map_sweeps
 from echoplan.methods.joint import JointSettings
 from echoplan.model import FeatureMap, Recording, Rig, Sensor, Sweep
+from echoplan.preprocessing.rays import share_of_ramps
+from echoplan.preprocessing.soundings import join_soundings, soundings_of
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
 NAMES = [
@@ -55,6 +57,16 @@ def test_every_method_maps_what_others_recorded(name: str, method: str) -> None:
     assert len(found.poses) == len(list(recording))
     assert np.isfinite(found.poses).all()
     assert all(np.isfinite([wall.normal_angle, wall.offset]).all() for wall in found.walls)
+
+
+@pytest.mark.parametrize("name", [*NAMES, "hcsr04-lidar/KalmanFilter.csv", "hcsr04-lidar/noKalmanFilter.csv"])
+def test_no_recording_of_sound_is_taken_for_rays(name: str) -> None:
+    path = DATA / name
+    if not path.exists():
+        pytest.skip(f"the recording {name} is not here")
+    recording = read_recording(path) if path.is_dir() else hand_turned(path)
+    heard = join_soundings([soundings_of(sweep, recording.rig) for sweep in recording])
+    assert share_of_ramps(heard) < 0.01
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from echoplan.preprocessing.soundings import Soundings
 
 __all__ = ["expected_sonar", "half_aperture_of", "learned_sonar"]
 
-# Of the readings of sound none is in a ramp; of rays, with a centimetre of noise, an eighth and more.
+# Of the readings of sound hardly one in a hundred is in a ramp; of rays, with a centimetre of noise, one in ten.
 _RAMPS = 0.05
 
 
