@@ -23,8 +23,14 @@ BENCHMARKS = (
     "poses.py",
     "poses.py --noisy",
     "poses.py --air 2",
+    "poses.py --slip 0.01",
+    "poses.py --slip 0.003 --air 2",
+    "joint.py 24 --by-hand 0.01",
     "rays.py",
+    "rays.py --as-sound",
+    "rays.py 8 --noise 0.01",
     "referee.py",
+    "referee.py --burst smooth",
 )
 RECORDINGS, CORRIDOR = "recordings.py", "corridor.py"
 
