@@ -109,7 +109,7 @@ class Module:
         rise = np.hanning(len(clock)) if smooth else 1.0 - np.exp(-clock / RISE)
         self.burst = np.sin(2 * np.pi * FREQUENCY * clock) * rise
         self.threshold = rng.uniform(0.005, 0.03)
-        self.flat = bool(rng.random() < 0.5)
+        self.hard_floor = bool(rng.random() < 0.5)
         self.outline, self.rng = outline_xy, rng
         hall = np.array([[-1.0, -3.0], [1.0, -3.0], [1.0, 3.0], [-1.0, 3.0]])
         self.zero = self.arrival(hall, np.zeros(2), 0.0) - 1.0
@@ -142,7 +142,7 @@ class Module:
 
             hard, across = referee.Material(0.02), 0.5 * APART * np.array([-np.sin(bearing), np.cos(bearing)])
             room = referee.Room.from_corners(outline_xy.T, fs=RATE, max_order=2, materials=hard)
-            room.extrude(HEIGHT, materials=hard if self.flat else referee.Material(1.0))
+            room.extrude(HEIGHT, materials=hard if self.hard_floor else referee.Material(1.0))
             room.set_sound_speed(SPEED)
             piston = _piston(referee, bearing)
             # Room.add_source drops a source of unknown directivity in silence; add_soundsource does not.

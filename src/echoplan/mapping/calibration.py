@@ -41,10 +41,13 @@ def calibration(account: Account, adjusted: Adjusted) -> dict[str, object]:
         "range_scale": (model.range_scale, beliefs.scale_sigma),
         "servo_latency": (adjusted.latency - open_lag, settings.latency_sigma),
     }
+    silent = [] if account.has_servo else ["servo_latency"]
+    if model.cone:
+        silent.append("walk_gain")
     learned = {
         name: {"value": value, "sigma": sigmas[name], "believed": believed}
         for name, (value, believed) in numbers.items()
-        if (name != "servo_latency" or account.has_servo) and not (name == "walk_gain" and model.cone)
+        if name not in silent
     }
     if not math.isnan(account.recorded.temperature):
         learned["range_scale"]["temperature"] = account.recorded.temperature

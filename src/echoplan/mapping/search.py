@@ -275,7 +275,8 @@ class Search:
         if kind is Kind.CORNER:
             edges = [self._moved(np.array([Kind.EDGE, *row[1:]]), free, fine) for row in apart]
             # What returns in a concave corner is sound; rays read the walls there.
-            apart = np.concatenate([apart[: 0 if explanation.hearing.cone else None], np.array(edges).reshape(-1, 4)])
+            corners = apart[:0] if explanation.hearing.cone else apart
+            apart = np.concatenate([corners, np.array(edges).reshape(-1, 4)])
         return [explanation.propose(row) for row in apart]
 
     def _screened(self, rows: FloatArray, levels: FloatArray) -> list[Hypothesis]:

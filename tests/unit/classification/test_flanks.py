@@ -3,7 +3,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD
 from echoplan.classification.flanks import flanks_of
@@ -58,4 +57,3 @@ def test_levels_are_those_of_a_density() -> None:
 
 def test_silence_is_never_a_flank() -> None:
     assert flanks(40.0, EAST)[0][-1] == UNHEARD
-    assert EAST[0] == Kind.WALL
