@@ -1,8 +1,9 @@
 """Multipath: what features are heard as by sound that met more of them, or was meant for another ping; rays glide."""
 
 import math
-from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -24,6 +25,9 @@ STRETCH, _TO_CROSSING = 0.4, 2.0
 # Walls that turn less than this toward each other cross too far away (sine).
 _PARALLEL = 0.1
 _WALL, _CYLINDER = int(Kind.WALL), int(Kind.CYLINDER)
+
+# Which pings are explained, and the logarithms of the densities of their readings.
+Ghost: TypeAlias = tuple[IntArray, FloatArray]
 
 
 class Part(NamedTuple):
@@ -63,7 +67,9 @@ class Multipath:
         self._noise = noise
         self._bursts: Bursts | None = None
         self._numbers: dict[Key, int] = {}
-        self._known: dict[tuple[int, int], tuple[IntArray, FloatArray]] = {}
+        # By number of the first feature, in the order in which they come: with which it was tried, and what came of it.
+        self._tried: defaultdict[int, set[int]] = defaultdict(set)
+        self._ghosts: defaultdict[int, dict[int, Ghost]] = defaultdict(dict)
 
     def parts(self, features: Sequence[Hypothesis]) -> Iterator[Part]:
         """Work out the ghosts of features.
@@ -71,57 +77,66 @@ class Multipath:
         Parameters
         ----------
         features : sequence of Hypothesis
-            What casts them.
+            What casts them; none of them twice.
 
         Yields
         ------
         Part
             A ghost that explains something.
         """
-        numbers = [self._numbers.setdefault(each.key, len(self._numbers)) for each in features]
-        pairs, learn = (_met(features), self._glide) if self._hearing.cone else (_casting(features), self._learn)
-        casting = {(one, other): (numbers[one], numbers[other]) for one, other in pairs}
-        learn(features, [pair for pair, key in casting.items() if key not in self._known], numbers)
-        for pair, key in casting.items():
-            pings, levels = self._known[key]
-            if len(pings):
-                yield Part(pair, pings, levels)
+        numbered = {self._numbers.setdefault(each.key, len(self._numbers)): each for each in features}
+        pairs, learn = (_met, self._glide) if self._hearing.cone else (_casting, self._learn)
+        fresh = [(one, other) for one, others in pairs(numbered) for other in others - self._tried[one]]
+        if fresh:
+            learn(numbered, fresh)
+        places = {number: place for place, number in enumerate(numbered)}
+        for one, others in pairs(numbered):
+            ghosts = self._ghosts[one]
+            for other in ghosts.keys() & others:
+                yield Part((places[one], places[other]), *ghosts[other])
 
-    def _glide(self, features: Sequence[Hypothesis], pairs: Sequence[tuple[int, int]], numbers: Sequence[int]) -> None:
+    def _glide(self, numbered: Mapping[int, Hypothesis], pairs: Sequence[tuple[int, int]]) -> None:
         """Rays do not glance off anything; what they meet aslant they read."""
         for one, _ in pairs:
-            ends = features[one].extent[0] - _TO_CROSSING, features[one].extent[1] + _TO_CROSSING
-            levels = flanks_of(self._soundings, self._hearing, features[one].reflector, ends, self._noise)
+            extent = numbered[one].extent
+            ends = extent[0] - _TO_CROSSING, extent[1] + _TO_CROSSING
+            levels = flanks_of(self._soundings, self._hearing, numbered[one].reflector, ends, self._noise)
             pings = np.flatnonzero(levels > UNHEARD)
-            self._known[numbers[one], numbers[one]] = pings, levels[pings]
+            self._remember((one, one), (pings, levels[pings]))
 
-    def _learn(self, features: Sequence[Hypothesis], pairs: Sequence[tuple[int, int]], numbers: Sequence[int]) -> None:
-        if not pairs:
-            return
+    def _learn(self, numbered: Mapping[int, Hypothesis], pairs: Sequence[tuple[int, int]]) -> None:
         if self._bursts is None:
             self._bursts = bursts_of(self._soundings, self._hearing)
-        told = np.array([each.reflector for each in features]), np.array([each.extent for each in features])
+        places = {number: place for place, number in enumerate(numbered)}
+        told = np.array([each.reflector for each in numbered.values()]), np.array([e.extent for e in numbered.values()])
         heard = self._soundings, self._hearing, self._bursts
-        bounds, pings, levels = _cast(*heard, told, np.array(pairs), self._noise)
-        for (one, other), low, high in zip(pairs, bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
-            self._known[numbers[one], numbers[other]] = pings[low:high], levels[low:high]
+        wanted = np.array([(places[one], places[other]) for one, other in pairs])
+        bounds, pings, levels = _cast(*heard, told, wanted, self._noise)
+        for pair, low, high in zip(pairs, bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
+            self._remember(pair, (pings[low:high], levels[low:high]))
+
+    def _remember(self, pair: tuple[int, int], ghost: Ghost) -> None:
+        one, other = pair
+        self._tried[one].add(other)
+        if len(ghost[0]):
+            self._ghosts[one][other] = ghost
 
 
-def _casting(features: Sequence[Hypothesis]) -> Iterator[tuple[int, int]]:
-    """List the walls that may cast ghosts, alone and with another wall or a cylinder.
+def _casting(numbered: Mapping[int, Hypothesis]) -> Iterator[tuple[int, set[int]]]:
+    """List the walls that may cast ghosts, each with what it casts them with: itself, walls after it, and cylinders.
 
     Nobody need have heard both: a wall reflects sound on to another from places whence its own echo does not come back.
     """
-    walls = [number for number, each in enumerate(features) if each.is_wall]
-    columns = [number for number, each in enumerate(features) if each.reflector[0] == _CYLINDER]
-    for place, one in enumerate(walls):
-        yield one, one
-        yield from ((one, other) for other in walls[place + 1 :] + columns)
+    others = {number for number, each in numbered.items() if each.reflector[0] == _CYLINDER}
+    for number, each in reversed(numbered.items()):
+        if each.is_wall:
+            others.add(number)
+            yield number, others
 
 
-def _met(features: Sequence[Hypothesis]) -> Iterator[tuple[int, int]]:
+def _met(numbered: Mapping[int, Hypothesis]) -> Iterator[tuple[int, set[int]]]:
     """List the features that rays may meet aslant: each by itself."""
-    yield from ((number, number) for number, each in enumerate(features) if each.reflector[0] in (_WALL, _CYLINDER))
+    yield from ((number, {number}) for number, each in numbered.items() if each.reflector[0] in (_WALL, _CYLINDER))
 
 
 @compiled

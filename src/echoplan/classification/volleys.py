@@ -164,10 +164,10 @@ def _nearby(soundings: Soundings, bursts: Bursts, motion: Motion, late: Lateness
         image, spread = image_of(motion, center), bursts.spread[station]
         depth = 0.5 * math.hypot(image[0] - center[0], image[1] - center[1])
         first, last = bursts.bounds[station], bursts.bounds[station + 1]
-        inside = np.searchsorted(
-            bursts.travelled[first:last], np.array([depth + late[0] - spread, depth + late[1] + spread])
-        )
-        for burst in range(first + inside[0], first + inside[1]):
+        travelled = bursts.travelled[first:last]
+        low = np.searchsorted(travelled, depth + late[0] - spread)
+        high = np.searchsorted(travelled, depth + late[1] + spread)
+        for burst in range(first + low, first + high):
             ping, mate = bursts.pings[burst], bursts.mates[burst]
             place = (soundings.x[ping], soundings.y[ping])
             image = image_of(motion, (soundings.x[mate], soundings.y[mate]))
