@@ -128,7 +128,7 @@ def _casting(numbered: Mapping[int, Hypothesis]) -> Iterator[tuple[int, set[int]
     Nobody need have heard both: a wall reflects sound on to another from places whence its own echo does not come back.
     """
     others = {number for number, each in numbered.items() if each.reflector[0] == _CYLINDER}
-    for number, each in reversed(numbered.items()):
+    for number, each in reversed(list(numbered.items())):
         if each.is_wall:
             others.add(number)
             yield number, others

@@ -206,7 +206,7 @@ def adjust(
             places = np.ix_(known.columns, known.columns)
             information[places] += known.information
             right[known.columns] += known.vector - known.information @ now.values[known.columns]
-        step = solve(*_held(information, right, now, beliefs, settings))
+        step = _step(information, right, now, beliefs, settings)
         now = now.moved(step)
         if _greatest(step, unknowns) < 1e-6:
             break
@@ -231,10 +231,10 @@ def _greatest(step: FloatArray, unknowns: Unknowns) -> float:
     return float(moves.max())
 
 
-def _held(
+def _step(
     information: FloatArray, right: FloatArray, now: State, beliefs: Beliefs, settings: AdjustmentSettings
-) -> tuple[FloatArray, FloatArray]:
-    """Keep numbers of the sonar that drifting poses leave open at what they are taken for (Schmidt 1966).
+) -> FloatArray:
+    """Solve, but keep numbers of the sonar that drifting poses leave open at what they are taken for (Schmidt 1966).
 
     Where the way itself is uncertain, all that is left to tell the range scale are the arms of the array, a few
     centimetres long: an error of the beam's shape by tenths of a millimetre would pass for a percent.  A servo that
@@ -242,14 +242,15 @@ def _held(
     uncertainty stays in the covariance.
     """
     if not beliefs.drifting:
-        return information, right
+        return solve(information, right)
     scale, latency = (now.unknowns.sonar + SONAR_UNKNOWNS.index(name) for name in ("range_scale", "servo_latency"))
     held, aim = _pinned(information, right, scale, beliefs.range_scale - now.model.range_scale)
-    change, variance = solve(held, np.column_stack([aim, np.eye(len(aim))[latency]]))[latency]
+    solved = solve(held, np.column_stack([aim, np.eye(len(aim))[latency]]))
+    change, variance = solved[latency]
     told = variance < _TOLD * settings.latency_sigma**2
     if told and now.latency + change < settings.determined * math.sqrt(variance):
-        held, aim = _pinned(held, aim, latency, -now.latency)
-    return held, aim
+        return solve(*_pinned(held, aim, latency, -now.latency))
+    return solved[:, 0]
 
 
 def _pinned(information: FloatArray, right: FloatArray, place: int, change: float) -> tuple[FloatArray, FloatArray]:

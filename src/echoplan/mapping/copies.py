@@ -3,11 +3,9 @@
 import math
 from collections.abc import Sequence
 
-import numpy as np
 from pydantic import BaseModel, Field
 
 from echoplan.classification.hypotheses import Hypothesis
-from echoplan.geometry import directions
 
 __all__ = ["CopySettings", "are_copies", "without_copies"]
 
@@ -73,6 +71,7 @@ def _told_apart(one: Hypothesis, other: Hypothesis) -> bool:
 
 
 def _beside(one: Hypothesis, other: Hypothesis) -> float:
-    angle, offset = other.line
-    middle = offset * directions(angle) + np.mean(other.extent) * directions(angle + math.pi / 2)
-    return abs(float(middle @ directions(one.line[0])) - float(one.line[1]))
+    """How far the middle of what was heard of one wall lies beside the line of another."""
+    (angle, offset), (turned, beyond) = one.line.tolist(), other.line.tolist()
+    middle = 0.5 * (other.extent[0] + other.extent[1])
+    return float(abs(beyond * math.cos(turned - angle) - middle * math.sin(turned - angle) - offset))
