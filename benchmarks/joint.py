@@ -27,12 +27,13 @@ from echoplan.arrays import FloatArray
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Evaluation, Interval, Summary, consistency_table, deviation_table, evaluate, pool
 from echoplan.evaluation.consistency import PARAMETERS
+from echoplan.io import rig_names
 from echoplan.mapping.settings import PoseMode
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import Corner, Cylinder, FeatureClass, FeatureMap, Sweep, Table, Wall
 from echoplan.simulation import Simulation
-from rooms import STATIONS, is_oblique, random_simulation  # type: ignore[import-not-found]
+from rooms import ARRAY, STATIONS, is_oblique, random_simulation  # type: ignore[import-not-found]
 
 ROOMS = 100
 # The marks on which a robot is set down are so far apart [m].
@@ -78,7 +79,8 @@ def main() -> None:
     """Map all rooms and print what came of them."""
     arguments = parse()
     with ProcessPoolExecutor() as workers:
-        sound = partial(random_simulation, stations=arguments.stations, misset=arguments.misset)
+        rooms = {"array": arguments.array, "stations": arguments.stations, "misset": arguments.misset}
+        sound = partial(random_simulation, **rooms)
         chosen = partial(run, sound=sound, poses=arguments.poses, by_hand=arguments.by_hand)
         runs = workers.map(chosen, range(arguments.rooms))
         outcomes = list(tracked(runs, total=arguments.rooms, task="mapping"))
@@ -92,6 +94,7 @@ def parse() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description="The method joint in random rooms.")
     parser.add_argument("rooms", type=int, nargs="?", default=ROOMS)
+    parser.add_argument("--array", choices=rig_names(), default=ARRAY)
     parser.add_argument("--stations", type=int, default=STATIONS)
     parser.add_argument("--poses", type=PoseMode, choices=list(PoseMode), default=PoseMode.AUTO)
     parser.add_argument("--misset", action="store_true")
@@ -163,7 +166,7 @@ def learned_of(feature_map: FeatureMap, simulation: Simulation) -> dict[str, tup
         "range_offset": simulation.settings.zero_error,
         "servo_latency": simulation.settings.servo_latency,
     }
-    return {name: (found[name]["value"] - true[name], found[name]["sigma"]) for name in LEARNED}
+    return {name: (found[name]["value"] - true[name], found[name]["sigma"]) for name in LEARNED if name in found}
 
 
 def tables(outcomes: Sequence[Outcome]) -> list[Table]:
@@ -281,7 +284,10 @@ def sonar_table(outcomes: Sequence[Outcome]) -> Table:
     """Tell how well the numbers of the sonar were learned."""
     rows = []
     for name, (unit, factor) in LEARNED.items():
-        errors, sigmas = np.array([each.learned[name] for each in outcomes]).T
+        told = [each.learned[name] for each in outcomes if name in each.learned]
+        if not told:
+            continue
+        errors, sigmas = np.array(told).T
         values = (errors.mean() * factor, np.sqrt((errors**2).mean()) * factor, np.median(sigmas) * factor)
         inside = 100 * float((np.abs(errors) < 1.96 * sigmas).mean())
         rows.append((f"{name} ({unit})", *(f"{value:.2f}" for value in values), f"{inside:.0f}"))

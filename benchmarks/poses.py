@@ -1,14 +1,14 @@
-"""Poses corrected by sonar on random drives: python benchmarks/poses.py [DRIVES] [--noisy] [--air DEGREES].
+"""Poses corrected by sonar on random drives: python benchmarks/poses.py [DRIVES] [--array NAME] [--noisy].
 
 Draws so many rooms (50 unless told otherwise), drives through them by dead reckoning that is off by 2 % of the way and
 2 degrees a metre, maps them with ``--poses correct``, and prints how far poses and features are off, the worst drives,
-what the same echoes tell from the true poses, and whether the poses' ellipses are true.  ``--noisy`` doubles the errors
-of odometry, with 8 % dropouts and 6 % strays.  ``--slip`` lets the robot slip sideways, too, by so many metres in the
-first of its way, growing with the root of it.  ``--air`` lets the air be so much warmer or colder than the modules take
-it to be, which no drive can tell, unless there is a ``--thermometer`` that errs by so many degrees.  ``--lag`` lets the
-servo lag by up to so many seconds behind the angle it is told.  ``--exact FOLDER`` maps recordings with exact poses as
-well, once trusted and once corrected, to show what harm is done.  ``--save FILE`` keeps the figures of each drive as
-JSON.
+what the same echoes tell from the true poses, and whether the poses' ellipses are true.  ``--array`` and ``--stations``
+take another built-in rig, and more halts than 22.  ``--noisy`` doubles the errors of odometry, with 8 % dropouts and
+6 % strays.  ``--slip`` lets the robot slip sideways, too, by so many metres in the first of its way, growing with the
+root of it.  ``--air`` lets the air be so much warmer or colder than the modules take it to be, which no drive can tell,
+unless there is a ``--thermometer`` that errs by so many degrees.  ``--lag`` lets the servo lag by up to so many seconds
+behind the angle it is told.  ``--exact FOLDER`` maps recordings with exact poses as well, once trusted and once
+corrected, to show what harm is done.  ``--save FILE`` keeps the figures of each drive as JSON.
 """
 
 import argparse
@@ -26,13 +26,13 @@ import numpy as np
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Consistency, Evaluation, consistency_table, evaluate, pool, tally_table
 from echoplan.evaluation.consistency import pool_consistency
-from echoplan.io import read_recording, read_truth
+from echoplan.io import read_recording, read_truth, rig_names
 from echoplan.mapping.settings import PoseMode
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import FeatureClass, Rig, Source, Sweep, Table, Truth
 from echoplan.simulation import OdometryNoise
-from rooms import DRIFT, random_drive  # type: ignore[import-not-found]  # beside this file
+from rooms import ARRAY, DRIFT, LEGS, Drive, random_drive  # type: ignore[import-not-found]  # beside this file
 
 DRIVES = 50
 WORST = 5
@@ -74,10 +74,7 @@ def main() -> None:
     """Map all drives and print what came of them."""
     arguments = parse()
     with ProcessPoolExecutor(arguments.workers) as workers:
-        conditions = {"air": arguments.air, "thermometer": arguments.thermometer, "lag": arguments.lag}
-        runs = workers.map(
-            partial(drive, noisy=arguments.noisy, slip=arguments.slip, conditions=conditions), range(arguments.drives)
-        )
+        runs = workers.map(partial(drive, how=conditions(arguments)), range(arguments.drives))
         outcomes = list(tracked(runs, total=arguments.drives, task="mapping"))
     for table in (*tables(outcomes), *harm(arguments.exact)):
         show(table)
@@ -89,6 +86,8 @@ def parse() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description="Poses corrected by sonar on random drives.")
     parser.add_argument("drives", type=int, nargs="?", default=DRIVES)
+    parser.add_argument("--array", choices=rig_names(), default=ARRAY)
+    parser.add_argument("--stations", type=int, default=LEGS)
     parser.add_argument("--noisy", action="store_true")
     parser.add_argument("--slip", type=float, default=0.0)
     parser.add_argument("--air", type=float, default=0.0)
@@ -100,14 +99,27 @@ def parse() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def drive(seed: int, *, noisy: bool, slip: float, conditions: Mapping[str, float]) -> Outcome:
+def conditions(arguments: argparse.Namespace) -> Drive:
+    """Tell how the robots drive."""
+    odometry, (dropout, stray) = (DOUBLE, NOISY) if arguments.noisy else (DRIFT, QUIET)
+    return Drive(
+        array=arguments.array,
+        stations=arguments.stations,
+        odometry=odometry.model_copy(update={"lateral": arguments.slip}),
+        dropout=dropout,
+        stray=stray,
+        air=arguments.air,
+        lag=arguments.lag,
+        thermometer=arguments.thermometer,
+    )
+
+
+def drive(seed: int, *, how: Drive) -> Outcome:
     """Map one drive and hold the map against the truth."""
-    odometry, noise = (DOUBLE, NOISY) if noisy else (DRIFT, QUIET)
-    odometry = odometry.model_copy(update={"lateral": slip})
-    simulation = random_drive(seed, odometry=odometry, noise=noise, **conditions)
+    simulation = random_drive(seed, how)
     outcome = mapped(simulation, tuple(simulation), simulation.truth, PoseMode.CORRECT)
     # Odometry changes nothing of what is heard.
-    undrifted = random_drive(seed, odometry=OdometryNoise(), noise=noise, **conditions)
+    undrifted = random_drive(seed, replace(how, odometry=OdometryNoise()))
     trusted = mapped(undrifted, tuple(undrifted), undrifted.truth, PoseMode.TRUST)
     return replace(outcome, undrifted=trusted.evaluation)
 

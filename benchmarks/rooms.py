@@ -13,9 +13,9 @@ from echoplan.io import builtin_rig
 from echoplan.model import Pillar, Polyline, Route, World
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 
-__all__ = ["DRIFT", "LEGS", "STATIONS", "is_oblique", "random_drive", "random_simulation"]
+__all__ = ["ARRAY", "DRIFT", "LEGS", "STATIONS", "Drive", "is_oblique", "random_drive", "random_simulation"]
 
-STATIONS = 14
+ARRAY, STATIONS = "rotary-array", 14
 # Stations of a drive, and the odometry of its robot: 2 % of the way, 2 degrees a metre and 2 degrees a turn of 1 rad.
 LEGS = 22
 DRIFT = OdometryNoise(along=0.02, yaw_per_metre=math.radians(2.0), yaw_per_radian=math.radians(2.0))
@@ -68,16 +68,40 @@ def is_oblique(seed: int) -> bool:
     return seed % 2 == 1
 
 
-def random_drive(
-    seed: int,
-    *,
-    odometry: OdometryNoise = DRIFT,
-    noise: tuple[float, float] = (0.02, 0.02),
-    air: float = 0.0,
-    lag: float = 0.0,
-    thermometer: float = math.inf,
-) -> Simulation:
-    """Drive through a random room with the built-in rotary array, by dead reckoning.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Drive:
+    """How a robot drives through a random room, and what it hears with.
+
+    Parameters
+    ----------
+    array : str, optional
+        Name of a built-in rig.
+    stations : int, optional
+        Where it halts; robots in cramped rooms halt less often.
+    odometry : OdometryNoise, optional
+        How dead reckoning goes astray.
+    dropout, stray : float, optional
+        Shares of dropouts and of stray echoes.
+    air : float, optional
+        By how much the air may be warmer or colder than the modules take it to be [degrees Celsius].
+    lag : float, optional
+        By how much the servo may lag behind the angle it is told [s].
+    thermometer : float, optional
+        Deviation of a thermometer [degrees]; infinite without one.
+    """
+
+    array: str = ARRAY
+    stations: int = LEGS
+    odometry: OdometryNoise = DRIFT
+    dropout: float = 0.02
+    stray: float = 0.02
+    air: float = 0.0
+    lag: float = 0.0
+    thermometer: float = math.inf
+
+
+def random_drive(seed: int, drive: Drive | None = None) -> Simulation:
+    """Drive through a random room by dead reckoning.
 
     The rooms are those of ``random_simulation``, in air that the modules know: odometry that is 2 % off tells nothing
     of the 1.7 per mille by which each degree stretches the ranges, and the map with them.  From each station the robot
@@ -87,49 +111,40 @@ def random_drive(
     ----------
     seed : int
         Of the room, the way through it and the noise.
-    odometry : OdometryNoise, optional
-        How dead reckoning goes astray.
-    noise : tuple of float, optional
-        Shares of dropouts and of stray echoes.
-    air : float, optional
-        By how much the air may be warmer or colder than the modules take it to be [degrees Celsius].
-    lag : float, optional
-        By how much the servo may lag behind the angle it is told [s].
-    thermometer : float, optional
-        Deviation of a thermometer [degrees]; infinite without one.
+    drive : Drive, optional
+        How.
 
     Returns
     -------
     Simulation
         With the true poses beside it.
     """
-    rng = np.random.default_rng(seed)
+    rng, how = np.random.default_rng(seed), drive or Drive()
     floor = _Floor(outline_xy=_outline(rng, oblique=is_oblique(seed)))
     floor, boxes = _boxes(floor, rng, oblique=is_oblique(seed))
     floor, pillars = _pillars(floor, rng)
     room = Polyline(points_xy=floor.outline_xy, closed=True)
-    dropout, stray = noise
-    route = _drive(floor, rng, LEGS)
-    temperature = _TEMPERATURE + float(rng.uniform(-air, air))
-    latency = float(rng.uniform(0.0, lag))
+    route = _drive(floor, rng, how.stations)
+    temperature = _TEMPERATURE + float(rng.uniform(-how.air, how.air))
+    latency = float(rng.uniform(0.0, how.lag))
     return Simulation(
         world=World(name=f"drive {seed}", polylines=(room, *boxes), pillars=pillars),
-        rig=builtin_rig("rotary-array"),
+        rig=builtin_rig(how.array),
         route=route,
         settings=SimulationSettings(
-            dropout=dropout,
-            stray=stray,
-            odometry=odometry,
+            dropout=how.dropout,
+            stray=how.stray,
+            odometry=how.odometry,
             air=Air(temperature=temperature),
             servo_latency=latency,
-            thermometer=thermometer,
+            thermometer=how.thermometer,
         ),
         seed=seed,
     )
 
 
-def random_simulation(seed: int, *, stations: int = STATIONS, misset: bool = False) -> Simulation:
-    """Sound a random room with the built-in rotary array.
+def random_simulation(seed: int, *, array: str = ARRAY, stations: int = STATIONS, misset: bool = False) -> Simulation:
+    """Sound a random room with a built-in array.
 
     A rectangle or an L with up to two boxes and three cylinders, at right angles for even seeds and oblique for odd
     ones.  Everything that the simulator knows takes part, with 2 % dropouts, 2 % stray echoes and air of 10 to 30
@@ -139,6 +154,8 @@ def random_simulation(seed: int, *, stations: int = STATIONS, misset: bool = Fal
     ----------
     seed : int
         Of the room, the way through it and the noise.
+    array : str, optional
+        Its name; the rooms and the way through them are the same for all.
     stations : int, optional
         From how many stations; more of them stand closer together.
     misset : bool, optional
@@ -154,7 +171,7 @@ def random_simulation(seed: int, *, stations: int = STATIONS, misset: bool = Fal
     floor, boxes = _boxes(floor, rng, oblique=is_oblique(seed))
     floor, pillars = _pillars(floor, rng)
     room = Polyline(points_xy=floor.outline_xy, closed=True)
-    air, rig = Air(temperature=float(rng.uniform(*_TEMPERATURES))), builtin_rig("rotary-array")
+    air, rig = Air(temperature=float(rng.uniform(*_TEMPERATURES))), builtin_rig(array)
     route = _route(floor, rng, stations)
     error = float(rng.uniform(-0.5, 0.5)) * rig.sensors[0].resolution if misset else 0.0
     return Simulation(

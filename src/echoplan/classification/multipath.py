@@ -85,15 +85,18 @@ class Multipath:
             A ghost that explains something.
         """
         numbered = {self._numbers.setdefault(each.key, len(self._numbers)): each for each in features}
-        pairs, learn = (_met, self._glide) if self._hearing.cone else (_casting, self._learn)
-        fresh = [(one, other) for one, others in pairs(numbered) for other in others - self._tried[one]]
-        if fresh:
-            learn(numbered, fresh)
+        pairs = _met if self._hearing.cone else _casting
+        self._try(numbered, [(one, other) for one, others in pairs(numbered) for other in others - self._tried[one]])
         places = {number: place for place, number in enumerate(numbered)}
         for one, others in pairs(numbered):
             ghosts = self._ghosts[one]
             for other in ghosts.keys() & others:
                 yield Part((places[one], places[other]), *ghosts[other])
+
+    def _try(self, numbered: Mapping[int, Hypothesis], pairs: Sequence[tuple[int, int]]) -> None:
+        if pairs:
+            learn = self._glide if self._hearing.cone else self._learn
+            learn(numbered, pairs)
 
     def _glide(self, numbered: Mapping[int, Hypothesis], pairs: Sequence[tuple[int, int]]) -> None:
         """Rays do not glance off anything; what they meet aslant they read."""

@@ -8,7 +8,7 @@ from echoplan.mapping.copies import without_copies
 from echoplan.mapping.independence import gain_of_common_errors, intraclass_correlation
 from echoplan.mapping.poses import PoseBeliefs, pose_rows
 
-__all__ = ["agreement", "agrees", "evidence", "is_doubtful", "is_scattered", "is_torn"]
+__all__ = ["agreement", "agrees", "are_at_odds", "evidence", "is_doubtful", "is_scattered", "is_torn"]
 
 # Two walls so near to each other are as rare as so many other features.
 _RARE = 3.0
@@ -79,12 +79,24 @@ def is_doubtful(account: Account) -> bool:
     bool
         Whether they may be.
     """
-    if not agrees(account) or account.adjusted is None:
-        return True
-    if not account.memory.is_empty:
-        # What was trusted so far is doubted again only if pings do not agree.
-        return False
-    if _copies(account):
+    # What was trusted so far is doubted again only if pings do not agree.
+    return not agrees(account) or (account.memory.is_empty and are_at_odds(account))
+
+
+def are_at_odds(account: Account) -> bool:
+    """Tell whether stations contradict each other: a wall is there twice, or readings of a station err together.
+
+    Parameters
+    ----------
+    account : Account
+        What was heard, and what is made of it.
+
+    Returns
+    -------
+    bool
+        Whether they do; also if nothing was heard that could tell.
+    """
+    if account.adjusted is None or _copies(account):
         return True
     owners, left = account.adjusted.owners, account.adjusted.residuals
     common = intraclass_correlation(account.soundings, owners, left, noise=account.noise)

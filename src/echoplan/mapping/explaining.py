@@ -5,7 +5,7 @@ import copy
 from echoplan.arrays import FloatArray
 from echoplan.geometry import aligned
 from echoplan.mapping.account import Account
-from echoplan.mapping.agreement import agreement, agrees, evidence, is_doubtful, is_scattered, is_torn
+from echoplan.mapping.agreement import agreement, agrees, are_at_odds, evidence, is_doubtful, is_scattered, is_torn
 from echoplan.mapping.drift import VERY_STRONG, adds_up
 from echoplan.mapping.effects import learn_common_error
 from echoplan.mapping.memory import Course
@@ -148,10 +148,19 @@ def _reconsidered(account: Account, tracked: Account | None) -> Account:
     if len(account.given) < _FEWEST or not is_doubtful(account):
         return account
     if not _is_by_hand(account) and not agrees(account):
-        # Nobody sets so many way-points by hand: the robot added up its steps.
-        return _tracked(copy.copy(account), f"corrected: only {share}")
+        return _stepped(account, share)
     best = max([account, *_rivals(account, share, tracked)], key=evidence)
     return _better(account, best)
+
+
+def _stepped(account: Account, share: str) -> Account:
+    """Correct the poses as those of odometry: nobody sets so many way-points by hand.
+
+    Poses that are free explain a little more of anything, strange echoes too: if stations do not contradict each other,
+    poses move only where there is very strong evidence.
+    """
+    moved = _tracked(copy.copy(account), f"corrected: only {share}")
+    return moved if are_at_odds(account) else _better(account, moved)
 
 
 def _rivals(account: Account, share: str, tracked: Account | None) -> list[Account]:

@@ -10,7 +10,15 @@ import pytest
 from echoplan.arrays import FloatArray
 from echoplan.io import builtin_rig, builtin_world
 from echoplan.mapping.account import Account
-from echoplan.mapping.agreement import agreement, agrees, evidence, is_doubtful, is_scattered, is_torn
+from echoplan.mapping.agreement import (
+    agreement,
+    agrees,
+    are_at_odds,
+    evidence,
+    is_doubtful,
+    is_scattered,
+    is_torn,
+)
 from echoplan.mapping.explaining import explained
 from echoplan.mapping.memory import Course
 from echoplan.mapping.settings import AccountSettings, PoseMode
@@ -91,6 +99,16 @@ def test_what_scatters_more_than_usual_does_not_agree() -> None:
     assert not agrees(account)
 
 
+def test_stations_contradict_each_other_where_poses_drift_and_not_where_echoes_are_of_something_else() -> None:
+    assert are_at_odds(trusted(odometry=LOST))
+    account = copy(trusted(odometry=None))
+    account.settings = AccountSettings(agreement=1.0)
+    assert not agrees(account)
+    assert not are_at_odds(account)
+    account.adjusted = None
+    assert are_at_odds(account)
+
+
 def test_a_wall_there_twice_tears_the_map() -> None:
     account = account_of(None)
     walls = [each for each in trusted(odometry=None).features if each.is_wall]
@@ -107,6 +125,7 @@ def test_a_single_wall_there_twice_makes_poses_doubtful() -> None:
     account.features = [*account.features, replace(wall, reflector=wall.reflector + np.array([0.0, 0.05, 0.03, 0.0]))]
     assert not is_torn(account)
     assert agrees(account)
+    assert are_at_odds(account)
     assert is_doubtful(account)
 
 

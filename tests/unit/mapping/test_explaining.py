@@ -75,6 +75,7 @@ def best_of(
     answers: dict[str, Any] = {
         "agreement": lambda account: 0.5,
         "agrees": lambda account: account.course in agree,
+        "are_at_odds": lambda account: True,
         "evidence": lambda account: values[account.course],
         "is_doubtful": lambda account: True,
         "is_scattered": lambda account: account.course in (scattered or set()),
@@ -138,9 +139,19 @@ def test_way_points_start_from_the_steps_if_pings_agree_there_or_else_from_elsew
 
 def test_no_hand_set_so_many_way_points(monkeypatch: pytest.MonkeyPatch) -> None:
     many = AccountSettings().by_hand + 1
-    assert best_of(monkeypatch, agree=set(), stations=many).course is Course.TRACKED
+    assert best_of(monkeypatch, agree=set(), worth=NEITHER, stations=many).course is Course.TRACKED
     scattered = {Course.TRUSTED}
     assert best_of(monkeypatch, agree={Course.TRUSTED}, scattered=scattered, stations=many).course is Course.TRUSTED
+
+
+@pytest.mark.parametrize(
+    ("worth", "expected"), [(STEPS_FIRST, Course.TRACKED), (NEITHER, Course.TRUSTED)], ids=["more", "less"]
+)
+def test_stations_that_do_not_contradict_each_other_are_moved_only_where_that_explains_more(
+    monkeypatch: pytest.MonkeyPatch, worth: dict[Course, float], expected: Course
+) -> None:
+    many, others = AccountSettings().by_hand + 1, {"are_at_odds": lambda account: False}
+    assert best_of(monkeypatch, agree=set(), worth=worth, stations=many, others=others).course is expected
 
 
 def test_two_stations_have_nothing_to_hold_a_pose_against(monkeypatch: pytest.MonkeyPatch) -> None:
