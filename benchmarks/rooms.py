@@ -77,7 +77,7 @@ class Drive:
     array : str, optional
         Name of a built-in rig.
     stations : int, optional
-        Where it halts; robots in cramped rooms halt less often.
+        Where it halts; one that got stuck halts less often.
     odometry : OdometryNoise, optional
         How dead reckoning goes astray.
     dropout, stray : float, optional
@@ -234,7 +234,10 @@ def _drive(floor: _Floor, rng: np.random.Generator, stations: int) -> Route:
     way = [next(floor.places(rng, clearance=_BODY, tries=_STATION_TRIES))]
     while len(way) < stations:
         choices = floor.places(rng, clearance=_BODY, tries=_STATION_TRIES)
-        way.append(next(place for place in choices if _is_free(floor, way[-1], place)))
+        place = next((place for place in choices if _is_free(floor, way[-1], place)), None)
+        if place is None:
+            break
+        way.append(place)
     legs = np.diff(way, axis=0)
     yaws = np.arctan2(legs[:, 1], legs[:, 0])
     return Route(map_from_base=np.column_stack([way, np.append(yaws, yaws[-1])]))

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from echoplan.acoustics.expectation import Hearing, Kind, Shape, shape_of
-from echoplan.arrays import BoolArray, FloatArray
+from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.compiled import compiled
 from echoplan.extraction.arcs import Arc, arc_planes
@@ -23,6 +23,8 @@ _WALL, _CIRCLE = int(Kind.WALL), 2.0 * math.pi
 _BESIDE = 0.5
 # An arc that is so many deviations too deep or too near is none of a reflector.
 _FAR = 8.0
+# No heading is told more exactly by a normal [rad].
+_LEAST_TURN = math.radians(0.7)
 
 
 class LocalisationSettings(BaseModel, frozen=True, extra="forbid"):
@@ -30,7 +32,7 @@ class LocalisationSettings(BaseModel, frozen=True, extra="forbid"):
 
     deviations: float = Field(default=3.0, gt=0.0, description="of odometry, within which a pose is searched")
     astray: float = Field(default=2.0, ge=1.0, description="times as far, where a step may have slipped")
-    steps: int = Field(default=7, ge=1, description="to either side in each direction")
+    steps: int = Field(default=7, ge=1, description="to either side in each direction, and more of far turns")
     depth_sigma: float = Field(default=0.025, gt=0.0, description="of the depth of an arc, at first [m]")
     normal_sigma: float = Field(default=np.radians(2.0), gt=0.0, description="of its normal, at first [rad]")
     refinements: int = Field(default=3, ge=0, description="rounds in which all of this is halved")
@@ -158,17 +160,21 @@ def locate(
     best, score = guess, 0.0
     if not len(sight.depths) or not len(catalogue.reflectors):
         return best, score
-    span, scale = settings.deviations * sigmas, 1.0
+    span, steps = settings.deviations * sigmas, np.full(3, settings.steps)
+    steps[2] = max(settings.steps, math.ceil(span[2] / (2.0 * _told_apart(sight, settings))))
+    scale, narrowing = np.ones(3), 1.0
     for turn in range(settings.refinements + 1):
-        offsets = _grid(span * scale, settings.steps if turn == 0 else 3)
+        offsets = _grid(span * scale, steps if turn == 0 else np.full(3, 3))
         poses = compose(np.broadcast_to(best, offsets.shape), offsets)
-        tolerances = (max(settings.depth_sigma * scale, 0.008), max(settings.normal_sigma * scale, np.radians(0.7)))
-        likely = _likely(sight, catalogue, best, (math.hypot(span[0], span[1]) * scale, span[2] * scale), tolerances)
+        tolerances = max(settings.depth_sigma * narrowing, 0.008), max(settings.normal_sigma * narrowing, _LEAST_TURN)
+        reach = span * scale
+        likely = _likely(sight, catalogue, best, (math.hypot(reach[0], reach[1]), reach[2]), tolerances)
         scores = _scores(sight, catalogue, poses, likely, tolerances, settings.stray)
         scores -= 0.5 * _misfit(poses, guess, sigmas)
         place = int(np.argmax(scores))
         best, score = poses[place], float(scores[place])
-        scale /= settings.steps / 2.0 if turn == 0 else 2.0
+        scale = scale / (steps / 2.0 if turn == 0 else 2.0)
+        narrowing /= settings.steps / 2.0 if turn == 0 else 2.0
     return best, score
 
 
@@ -190,9 +196,15 @@ def best_score(sight: Sightline, settings: LocalisationSettings) -> float:
     return float(sight.weights.sum()) * math.log1p(1.0 / settings.stray)
 
 
-def _grid(span: FloatArray, steps: int) -> FloatArray:
-    axis = np.linspace(-1.0, 1.0, 2 * steps + 1)
-    return np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3) * span
+def _told_apart(sight: Sightline, settings: LocalisationSettings) -> float:
+    """How little may part two headings that arcs tell apart, by their normals or by where they were heard [rad]."""
+    lever = math.sqrt(float(np.mean(np.sum(sight.origins_xy**2, axis=1))))
+    return min(settings.normal_sigma, settings.depth_sigma / max(lever, 1e-6))
+
+
+def _grid(span: FloatArray, steps: IntArray) -> FloatArray:
+    axes = [np.linspace(-1.0, 1.0, 2 * each + 1) for each in steps.tolist()]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3) * span
 
 
 def _misfit(poses: FloatArray, guess: FloatArray, sigmas: FloatArray) -> FloatArray:

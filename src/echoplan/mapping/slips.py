@@ -82,8 +82,9 @@ def _together(sights: Sequence[Sightline], poses: FloatArray) -> Sightline:
 
 
 def _known(features: Sequence[Hypothesis], step: int) -> Catalogue:
-    """List what stations before a step heard."""
-    return Catalogue.of([each for each in features if _before(each, step) > 0.0])
+    """List what stations before a step heard, walls as long as they may be if their twins are the same."""
+    known = Catalogue.of([each for each in features if _before(each, step) > 0.0])
+    return known._replace(extents=known.extents + np.array([-_APART, _APART]))
 
 
 def _reaches(beliefs: PoseBeliefs, settings: LocalisationSettings) -> FloatArray:

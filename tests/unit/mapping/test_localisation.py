@@ -53,6 +53,22 @@ def test_a_pose_is_found_again(error: tuple[float, float, float]) -> None:
     assert score > 5.0
 
 
+@pytest.mark.parametrize("turn", [-0.5, -0.3, -0.13, 0.08, 0.22, 0.41])
+def test_a_far_turn_is_found_again_though_much_was_heard_from_places_away(turn: float) -> None:
+    away = [(0.0, 0.0), (1.6, 0.3), (-1.4, 1.0)]
+    sights = [sight_from(compose(HERE, np.array([*place, 0.0]))) for place in away]
+    together = Sightline(
+        np.repeat(away, 5, axis=0),
+        np.concatenate([each.normals for each in sights]),
+        np.concatenate([each.depths for each in sights]),
+        np.ones(15),
+    )
+    guess, sigmas = compose(HERE, np.array([0.02, -0.02, turn])), np.array([0.03, 0.03, np.radians(17.0)])
+    pose, _ = locate(together, room(COLUMN), guess, sigmas, SETTINGS)
+    assert pose[:2] == pytest.approx(HERE[:2], abs=0.01)
+    assert np.degrees(abs(wrap(pose[2] - HERE[2]))) < 0.7
+
+
 def test_where_nothing_is_known_odometry_is_believed() -> None:
     empty = Catalogue(np.zeros((0, 4)), np.zeros(0), np.zeros((0, 2)))
     pose, score = locate(sight_from(HERE), empty, HERE, SIGMAS, SETTINGS)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from echoplan.classification.hypotheses import Hypothesis
+from echoplan.evaluation import evaluate
 from echoplan.geometry import compose
 from echoplan.io import builtin_rig
 from echoplan.mapping import explaining
@@ -16,9 +17,11 @@ from echoplan.mapping.explaining import explained
 from echoplan.mapping.poses import displaced
 from echoplan.mapping.settings import AccountSettings, PoseMode
 from echoplan.mapping.slips import without_slip
+from echoplan.methods import map_sweeps
+from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import Pillar, Polyline, Route, World
 from echoplan.preprocessing.soundings import Soundings, join_soundings, soundings_of
-from echoplan.simulation import Simulation, SimulationSettings
+from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 
 HALL = World(
     name="hall",
@@ -36,6 +39,32 @@ WAY = np.array(
         [3.1, 0.7, 2.6],
     ]
 )
+# A single sensor turns about in a far corner of this room, away from all walls that it knows but one, before it leaves.
+CHAMBER = World(
+    name="chamber",
+    polylines=(
+        Polyline(points_xy=np.array([[0.0, 0.0], [5.264, 0.0], [5.264, 3.193], [0.0, 3.193]]), closed=True),
+        Polyline(points_xy=np.array([[2.144, 1.213], [2.896, 1.213], [2.896, 1.988], [2.144, 1.988]]), closed=True),
+    ),
+    pillars=(Pillar(center_xy=np.array([3.392, 2.465]), radius=0.163),),
+)
+DRIVE = np.array(
+    [
+        [4.07, 1.3, -2.33],
+        [3.56, 0.75, -2.39],
+        [3.14, 0.36, 0.99],
+        [3.46, 0.84, -3.01],
+        [2.51, 0.72, -3.02],
+        [1.47, 0.58, -2.84],
+        [0.77, 0.37, 1.25],
+        [1.06, 1.25, -1.71],
+        [1.01, 0.83, 1.96],
+        [0.64, 1.73, 1.2],
+        [0.84, 2.25, 0.84],
+        [1.37, 2.84, -1.31],
+    ]
+)
+DRIFT = OdometryNoise(along=0.02, yaw_per_metre=np.radians(2.0), yaw_per_radian=np.radians(2.0))
 STEP, SLIP = 4, np.array([0.13, 0.0, 0.0])
 
 
@@ -87,6 +116,21 @@ def test_a_slip_that_makes_two_pillars_of_one_is_taken_back() -> None:
     assert poses is not None
     assert poses[:STEP] == pytest.approx(WAY[:STEP])
     assert np.hypot(*(poses - WAY)[:, :2].T).max() < 0.02
+
+
+def test_a_turn_goes_back_to_where_walls_on_either_side_of_it_are_in_line() -> None:
+    drive = Simulation(
+        world=CHAMBER,
+        rig=builtin_rig("hc-sr04-servo"),
+        route=Route(map_from_base=DRIVE),
+        settings=SimulationSettings(dropout=0.02, stray=0.02, odometry=DRIFT),
+        seed=46,
+    )
+    found = map_sweeps(JointMapper(drive.rig, JointSettings(poses=PoseMode.CORRECT)), drive)
+    evaluation = evaluate(found, drive.truth)
+    assert evaluation.trajectory is not None
+    assert evaluation.trajectory.absolute_error < 0.02
+    assert "a slip was taken back" in str(found.parameters["found"]["poses"])  # type: ignore[index]
 
 
 def test_where_nothing_seems_there_twice_no_step_is_doubted() -> None:
