@@ -33,6 +33,7 @@ _WIDEST = 16.0
 _CLEAR = 300.0
 # In which sonars work [degrees Celsius].
 _TEMPERATURES = np.arange(-30.0, 61.0)
+_SPEEDS = speed_of_sound(_TEMPERATURES)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -124,7 +125,7 @@ class EchoModel:
         (1.32, 0.85)
         """
         speed = (1.0 + range_scale) * Air().speed_of_sound
-        temperature = float(np.interp(speed, speed_of_sound(_TEMPERATURES), _TEMPERATURES))
+        temperature = float(np.interp(speed, _SPEEDS, _TEMPERATURES))
         absorption = Air(temperature=temperature).absorption(self.frequency)
         return replace(self, range_scale=range_scale, absorption=absorption)
 

@@ -119,8 +119,10 @@ def ghosts_of_cylinder(
             continue
         spot = _glance(center, screen[3], place, unfolded)
         direct, onward = (spot[0] - place[0], spot[1] - place[1]), (spot[0] - unfolded[0], spot[1] - unfolded[1])
-        image = mirrored(mirror, spot)
         depth = 0.5 * (math.hypot(direct[0], direct[1]) + math.hypot(onward[0], onward[1]))
+        if not late[0] < reading - depth < late[1]:
+            continue
+        image = mirrored(mirror, spot)
         departure, arrival = turned(axis, direct), turned(axis, (image[0] - place[0], image[1] - place[1]))
         path = (depth, departure[0], departure[1], arrival[0], arrival[1])
         strength = _TWOFOLD + 10.0 * math.log10(max(screen[3], 0.001) / far)

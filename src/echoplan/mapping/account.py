@@ -44,8 +44,8 @@ __all__ = ["Account"]
 
 # No module is set right to less than this [m].
 _FINEST = 0.001
-# An adjustment is at rest once nothing moves by more in a round [rad or m].
-_SETTLED = 1e-4
+# An adjustment is at rest once all that moves in a round does not move farther: the square, in deviations.
+_SETTLED = 1e-2
 # So often a first look may be taken.
 _GLANCES = 3
 # Features this far beyond the reach of the stations may still matter [m].
@@ -214,7 +214,7 @@ class Account:
             heard = self._heard()
             self.adjust(noise, beliefs)
             self.judge(noise)
-            if self.adjusted is not None and self.adjusted.step < _SETTLED and np.array_equal(heard, self._heard()):
+            if self.adjusted is not None and self.adjusted.left < _SETTLED and np.array_equal(heard, self._heard()):
                 break
 
     def _heard(self) -> BoolArray:

@@ -7,6 +7,7 @@ between corners and the walls that make them, and priors from the rig for what t
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -35,18 +36,15 @@ __all__ = [
 _CYLINDER = int(Kind.CYLINDER)
 # Information about features that holds them in place where no reading does.
 _HOLD = 0.1
-# A decibel, or a wider beam, changes readings by no more than this [m/dB, m].
-_READS = (0.002, 0.1)
 # What the prior alone holds needs no other hold: readings tell of a number what leaves so much of its variance.
 _TOLD = 0.5
-# Information that pins an unknown down.
-_FIRM = 1e12
 
 
 class AdjustmentSettings(BaseModel, frozen=True, extra="forbid"):
     """What is believed before anything was heard, and how errors are weighed."""
 
     rounds: int = Field(default=6, ge=1, description="Gauss-Newton steps at most")
+    rest: float = Field(default=1e-4, gt=0.0, description="square of a step, in deviations, after which none is taken")
     robust: float = Field(default=2.5, gt=0.0, description="deviations at which a reading counts a quarter")
     gain_share: float = Field(default=0.24, gt=0.0, description="uncertainty of the range walk, as a share of it")
     scale_sigma: float = Field(default=0.03, gt=0.0, description="of the range scale: 50 degrees of temperature")
@@ -108,7 +106,7 @@ class Beliefs(NamedTuple):
     squareness: Squareness | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Adjusted:
     """Features, sonar and their uncertainty after an adjustment.
 
@@ -123,17 +121,17 @@ class Adjusted:
     poses : ndarray, shape (s, 3)
         Poses of the stations [m, m, rad]; empty where they are not corrected.
     unknowns : Unknowns
-        What stands where in the covariance.
-    covariance : ndarray, shape (u, u)
-        Of all unknowns.
+        What stands where.
+    information : ndarray, shape (u, u)
+        Of all unknowns: the inverse of their covariance.
     owners : ndarray of int, shape (n,)
         Which feature explains each ping; -1 for none.
     residuals : ndarray, shape (n,)
         Reading less expected reading [m]; 0 where nothing explains it.
     excesses : ndarray, shape (n,)
         Expected signal excess [dB].
-    step : float
-        Greatest change of an unknown in the last round [rad or m].
+    left : float
+        Square of the last step, in deviations of what it moves: Newton's decrement.
     """
 
     reflectors: FloatArray
@@ -141,11 +139,16 @@ class Adjusted:
     latency: float
     poses: FloatArray
     unknowns: Unknowns
-    covariance: FloatArray
+    information: FloatArray
     owners: IntArray
     residuals: FloatArray
     excesses: FloatArray
-    step: float
+    left: float
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Covariance of all unknowns, shape (u, u)."""
+        return solve(self.information, np.eye(self.unknowns.size))
 
     @property
     def scatter(self) -> float:
@@ -207,8 +210,8 @@ def adjust(
             information[places] += known.information
             right[known.columns] += known.vector - known.information @ now.values[known.columns]
         step = _step(information, right, now, beliefs, settings)
-        now = now.moved(step)
-        if _greatest(step, unknowns) < 1e-6:
+        now, left = now.moved(step), float(step @ information @ step)
+        if left < settings.rest:
             break
     return Adjusted(
         reflectors=now.features.reflectors,
@@ -216,19 +219,12 @@ def adjust(
         latency=now.latency,
         poses=now.poses,
         unknowns=unknowns,
-        covariance=solve(information, np.eye(unknowns.size)),
+        information=information,
         owners=matched.owners,
         residuals=matched.residuals,
         excesses=matched.excesses,
-        step=_greatest(step, unknowns),
+        left=left,
     )
-
-
-def _greatest(step: FloatArray, unknowns: Unknowns) -> float:
-    """Greatest change of an unknown; of the loudness, what it does to a reading."""
-    moves = np.abs(step)
-    moves[unknowns.sonar + len(SONAR_UNKNOWNS) - len(_READS) : unknowns.pose] *= _READS
-    return float(moves.max())
 
 
 def _step(
@@ -244,21 +240,21 @@ def _step(
     if not beliefs.drifting:
         return solve(information, right)
     scale, latency = (now.unknowns.sonar + SONAR_UNKNOWNS.index(name) for name in ("range_scale", "servo_latency"))
-    held, aim = _pinned(information, right, scale, beliefs.range_scale - now.model.range_scale)
-    solved = solve(held, np.column_stack([aim, np.eye(len(aim))[latency]]))
-    change, variance = solved[latency]
+    units = np.eye(len(right))[[scale, latency]]
+    step, by_scale, by_latency = solve(information, np.column_stack([right, *units])).T
+    step = _held(step, by_scale, scale, beliefs.range_scale - now.model.range_scale)
+    by_latency = _held(by_latency, by_scale, scale, 0.0)
+    change, variance = step[latency], by_latency[latency]
     told = variance < _TOLD * settings.latency_sigma**2
     if told and now.latency + change < settings.determined * math.sqrt(variance):
-        return solve(*_pinned(held, aim, latency, -now.latency))
-    return solved[:, 0]
+        return _held(step, by_latency, latency, -now.latency)
+    return step
 
 
-def _pinned(information: FloatArray, right: FloatArray, place: int, change: float) -> tuple[FloatArray, FloatArray]:
-    """Let one unknown change by so much and no other way."""
-    held, aim = information.copy(), right.copy()
-    held[place, place] += _FIRM
-    aim[place] += _FIRM * change
-    return held, aim
+def _held(step: FloatArray, column: FloatArray, place: int, change: float) -> FloatArray:
+    """Let one unknown change by so much and no other way: the others follow by its column of the covariance."""
+    held: FloatArray = step + column * ((change - step[place]) / column[place])
+    return held
 
 
 def reading_rows(soundings: Soundings, now: State, beliefs: Beliefs, settings: AdjustmentSettings) -> Rows:
@@ -349,7 +345,7 @@ def _leverage(soundings: Soundings, explained: IntArray, poses: FloatArray, slop
 def _placed(readings: _Readings, unknowns: Unknowns) -> Rows:
     """Give the derivatives of readings their places among the unknowns."""
     own = unknowns.starts[readings.owners][:, None] + np.arange(3)
-    own = np.where(np.arange(3) < unknowns.counts[readings.owners][:, None], own, -1)
+    own = np.where(unknowns.free[readings.owners], own, -1)
     ends = unknowns.starts[readings.neighbours][:, None] + np.arange(2)
     ends = np.where(readings.neighbours[:, None] >= 0, ends, -1)
     sonar = np.broadcast_to(np.arange(unknowns.sonar, unknowns.pose), (len(own), len(SONAR_UNKNOWNS)))

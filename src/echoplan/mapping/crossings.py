@@ -8,11 +8,14 @@ from pydantic import BaseModel, Field
 
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.geometry import directions, intersections, wrap
+from echoplan.compiled import compiled
+from echoplan.geometry import directions, intersections
 from echoplan.mapping.rows import Rows
 from echoplan.mapping.unknowns import Unknowns
 
 __all__ = ["TieSettings", "corner_ties", "crossing_slopes"]
+
+_WALL = int(Kind.WALL)
 
 
 class TieSettings(BaseModel, frozen=True, extra="forbid"):
@@ -68,7 +71,7 @@ def corner_ties(reflectors: FloatArray, unknowns: Unknowns, settings: TieSetting
     Rows
         Two rows a corner.
     """
-    pairs = _square_pairs(reflectors, settings)
+    pairs = _square_pairs(reflectors, settings.right_angle)
     if not len(pairs):
         return
     crossings = intersections(reflectors[pairs[:, 0], 1:3], reflectors[pairs[:, 1], 1:3])
@@ -89,11 +92,15 @@ def corner_ties(reflectors: FloatArray, unknowns: Unknowns, settings: TieSetting
         )
 
 
-def _square_pairs(reflectors: FloatArray, settings: TieSettings) -> IntArray:
+@compiled
+def _square_pairs(reflectors: FloatArray, tolerance: float) -> IntArray:
     """Find the pairs of walls at a right angle, shape (p, 2)."""
-    walls = np.flatnonzero(reflectors[:, 0] == Kind.WALL)
-    pairs = walls[np.column_stack(np.triu_indices(len(walls), 1))]
-    angles = reflectors[pairs, 1]
-    turned = np.abs(np.abs(wrap(angles[:, 0] - angles[:, 1])) - math.pi / 2)
-    square: IntArray = pairs[turned < settings.right_angle]
-    return square
+    walls, count = np.flatnonzero(reflectors[:, 0] == _WALL), 0
+    pairs = np.empty((len(walls) * len(walls) // 2, 2), np.int64)
+    for place, one in enumerate(walls):
+        for other in walls[place + 1 :]:
+            # At a right angle, whichever way they face, the cosine of what is between them is nil.
+            if abs(math.cos(reflectors[one, 1] - reflectors[other, 1])) < math.sin(tolerance):
+                pairs[count] = one, other
+                count += 1
+    return pairs[:count]

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -21,7 +22,7 @@ _LONGEST, _LOUDER, _WIDER = 0.05, 1.0, 0.05
 _THIN, _THICK = 0.01, 0.5
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class State:
     """Where features, sonar and poses are now.
 
@@ -42,7 +43,7 @@ class State:
     latency: float = 0.0
     poses: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
 
-    @property
+    @cached_property
     def unknowns(self) -> Unknowns:
         """What stands where among the unknowns."""
         return Unknowns(kinds=self.features.reflectors[:, 0].astype(np.int64), poses=len(self.poses))
@@ -50,11 +51,10 @@ class State:
     @property
     def values(self) -> FloatArray:
         """All of them in one vector, shape (u,)."""
-        free = np.arange(3) < self.unknowns.counts[:, None]
         model = self.model
         sonar = [model.range_offset, model.walk_gain, model.range_scale, self.latency]
         sonar += [model.figure_of_merit, math.log(model.ka)]
-        return np.concatenate([self.features.reflectors[:, 1:][free], sonar, self.poses.ravel()])
+        return np.concatenate([self.features.reflectors[:, 1:][self.unknowns.free], sonar, self.poses.ravel()])
 
     def moved(self, step: FloatArray) -> "State":
         """Take a step.

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from echoplan.acoustics.expectation import Kind
-from echoplan.arrays import FloatArray, IntArray
+from echoplan.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["SONAR_UNKNOWNS", "Unknowns"]
 
@@ -34,6 +34,12 @@ class Unknowns:
     def counts(self) -> IntArray:
         """How many parameters each feature has."""
         return np.where(self.kinds == Kind.CYLINDER, 3, 2)
+
+    @cached_property
+    def free(self) -> BoolArray:
+        """Which of three parameters each feature has, shape (f, 3)."""
+        free: BoolArray = np.arange(3) < self.counts[:, None]
+        return free
 
     @cached_property
     def starts(self) -> IntArray:
@@ -75,6 +81,5 @@ class Unknowns:
             By feature, with zeros where one has no third parameter.
         """
         steps = np.zeros((len(self.kinds), 3))
-        for number, count in enumerate(self.counts):
-            steps[number, :count] = step[self.feature(number)]
+        steps[self.free] = step[: self.sonar]
         return steps

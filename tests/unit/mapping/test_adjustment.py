@@ -339,3 +339,10 @@ def test_a_pose_that_is_off_moves_to_where_the_walls_agree() -> None:
     found = adjust(recorded._replace(readings=heard.readings), start, beliefs, AdjustmentSettings(rounds=12))
     assert found.poses == pytest.approx(truth, abs=0.001)
     assert found.reflectors == pytest.approx(ROOM, abs=0.001)
+
+
+def test_what_has_come_to_rest_is_left_alone() -> None:
+    soundings = hearing(listening(), [*ROOM, COLUMN])
+    once, often = (adjusted(soundings, shaken([*ROOM, COLUMN]), rounds=rounds) for rounds in (6, 60))
+    assert once.left < 1e-4
+    assert np.array_equal(once.reflectors, often.reflectors)

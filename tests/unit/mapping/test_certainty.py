@@ -125,10 +125,10 @@ def adjusted(kinds: list[Kind], information: FloatArray) -> Adjusted:
         latency=0.0,
         poses=np.zeros((2, 3)),
         unknowns=unknowns,
-        covariance=np.linalg.inv(information).astype(np.float64),
+        information=information,
         owners=nothing.astype(np.int64),
         residuals=nothing,
-        step=0.0,
+        left=0.0,
         excesses=nothing,
     )
 
