@@ -12,7 +12,6 @@ import math
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
 from functools import partial
 from itertools import combinations
 from pathlib import Path
@@ -20,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from copies import shaken  # type: ignore[import-not-found]  # beside this file
 from echoplan.cli.terminal import show, tracked
 from echoplan.geometry import wrap
 from echoplan.io import read_recording
@@ -30,8 +30,8 @@ from echoplan.model import FeatureMap, Source, Table, Wall
 
 # Walls that face each other within this are sides of one corridor [rad].
 OPPOSITE = 0.1
-# Noise of copies [m]; what counts as the same: so far apart [m], and parallel within this [rad].
-SHAKEN, NEAR, PARALLEL = 0.001, 0.03, math.radians(0.5)
+# What counts as the same: so far apart [m], and parallel within this [rad].
+NEAR, PARALLEL = 0.03, math.radians(0.5)
 
 
 def main() -> None:
@@ -56,9 +56,8 @@ def main() -> None:
 
 def width(folder: Path, poses: PoseMode, seed: int) -> tuple[float, float]:
     """Map a copy with a little noise: how far apart the sides are [m], and how far off parallel [rad]."""
-    recording, rng = read_recording(folder), np.random.default_rng(seed)
-    noisy = [replace(each, ranges=each.ranges + rng.normal(0.0, SHAKEN, len(each))) for each in recording]
-    found = map_sweeps(JointMapper(recording.rig, JointSettings(poses=poses)), noisy)
+    recording = read_recording(folder)
+    found = map_sweeps(JointMapper(recording.rig, JointSettings(poses=poses)), shaken(recording, seed))
     pair = opposite(found)
     return (pair[0].offset + pair[1].offset, abs(turn(*pair))) if pair else (np.nan, np.nan)
 

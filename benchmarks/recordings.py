@@ -1,7 +1,8 @@
-"""Scores of methods on recordings with truth: python benchmarks/recordings.py FOLDER... [--methods A,B].
+"""Scores of methods on recordings with truth: python benchmarks/recordings.py FOLDER... [--methods A,B] [--shaken N].
 
 A folder is a recording (pings.csv, rig.toml, truth.json) or holds recordings; those without truth are passed over.
-Prints a row for each recording and method, and a row for all recordings of a method together.
+Prints a row for each recording and method, and a row for all recordings of a method together.  ``--shaken`` scores
+copies with a millimetre of noise instead of the recordings themselves.
 """
 
 import argparse
@@ -15,6 +16,7 @@ from time import perf_counter
 
 import numpy as np
 
+from copies import shaken  # type: ignore[import-not-found]  # beside this file
 from echoplan.cli.terminal import show
 from echoplan.evaluation import Evaluation, EvaluationSettings, MatchingSettings, Summary, evaluate, pool
 from echoplan.io import read_recording, read_truth
@@ -31,6 +33,12 @@ class Case:
     folder: Path
     method: str
     min_heard: int
+    copy: int | None = None
+
+    @property
+    def name(self) -> str:
+        """Its name, and which copy it is."""
+        return self.folder.name if self.copy is None else f"{self.folder.name}, copy {self.copy + 1}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,8 +56,8 @@ def main() -> None:
     folders = [found for folder in arguments.folders for found in recordings(folder)]
     methods = arguments.methods.split(",")
     cases = [
-        Case(folder=folder, method=method, min_heard=arguments.min_heard)
-        for method, folder in product(methods, folders)
+        Case(folder=folder, method=method, min_heard=arguments.min_heard, copy=copy)
+        for method, folder, copy in product(methods, folders, range(arguments.shaken) or [None])
     ]
     with ProcessPoolExecutor() as workers:
         outcomes = list(workers.map(run, cases))
@@ -63,6 +71,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("folders", type=Path, nargs="+")
     parser.add_argument("--methods", default=",".join(METHODS))
     parser.add_argument("--min-heard", type=int, default=2)
+    parser.add_argument("--shaken", type=int, default=0)
     return parser.parse_args()
 
 
@@ -76,7 +85,7 @@ def run(case: Case) -> Outcome:
     """Map one recording and hold the map against its truth."""
     recording = read_recording(case.folder)
     start = perf_counter()
-    feature_map = map_sweeps(find_method(case.method).build(recording.rig), recording)
+    feature_map = map_sweeps(find_method(case.method).build(recording.rig), shaken(recording, case.copy))
     seconds = perf_counter() - start
     settings = EvaluationSettings(matching=MatchingSettings(min_heard=case.min_heard))
     return Outcome(
@@ -88,7 +97,7 @@ def run(case: Case) -> Outcome:
 
 def table(method: str, outcomes: list[Outcome]) -> Table:
     """Lay out the scores of one method."""
-    rows = [row(outcome.case.folder.name, [outcome.evaluation], outcome.seconds) for outcome in outcomes]
+    rows = [row(outcome.case.name, [outcome.evaluation], outcome.seconds) for outcome in outcomes]
     total = row("all", [outcome.evaluation for outcome in outcomes], sum(outcome.seconds for outcome in outcomes))
     return Table(
         title=f"{method}: recall / precision (%), mean deviation",

@@ -17,6 +17,7 @@ app = typer.Typer(
     help="Floor plans from echoes: maps of walls, corners and cylinders from cheap ultrasonic sensors.",
     add_completion=False,
     pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode="markdown",
 )
 app.command("demo")(demo.run)

@@ -33,7 +33,7 @@ def write_trajectory(path: Path, times: FloatArray, poses: FloatArray) -> None:
     half = poses[:, 2] / 2
     zeros = np.zeros(len(poses))
     rows = np.column_stack([times, poses[:, :2], zeros, zeros, zeros, np.sin(half), np.cos(half)])
-    lines = [f"{row[0]:.6f} " + " ".join(f"{value:.9f}" for value in row[1:]) for row in rows.tolist()]
+    lines = [" ".join(map(repr, row)) for row in rows.tolist()]
     write_text(path, "\n".join(["# t x y z qx qy qz qw", *lines]) + "\n")
 
 

@@ -10,10 +10,16 @@ from echoplan.geometry import aligned, wrap
 from echoplan.mapping.deviations import learned_factor
 from echoplan.mapping.poses import PoseBeliefs, step_residuals, step_slopes
 
-__all__ = ["VERY_STRONG", "DriftSettings", "adds_up", "learn_drift"]
+__all__ = ["VERY_STRONG", "DriftSettings", "are_round", "learn_drift", "scatter"]
 
 # From this logarithm of a ratio of likelihoods on evidence is very strong [nats] (Kass and Raftery 1995).
 VERY_STRONG = 5.0
+# Numbers that were written with some digits are as near to the round ones that they were.
+_ROUND = 1e-3
+# Of fewer poses nobody can tell.
+_FEWEST = 3
+# What digits leave of any error, squared [m^2, rad^2].
+_LEAST = 1e-8
 
 
 class DriftSettings(BaseModel, frozen=True, extra="forbid"):
@@ -66,15 +72,16 @@ def learn_drift(
     return beliefs._replace(sigmas=sigmas)
 
 
-def adds_up(given: FloatArray, poses: FloatArray) -> bool:
-    r"""Tell whether errors of poses add up from one to the next, unless they clearly scatter about the truth.
+def scatter(given: FloatArray, poses: FloatArray) -> float:
+    r"""Tell whether errors of poses scatter about the truth, or add up from one to the next.
 
-    Each error of odometry stays in all poses after it; whoever sets way-points by hand errs at each anew.  The ratio of
-    von Neumann (1941) of the errors e along each axis tells: it is about 2 where they scatter, and near 0 where they
-    add up.  The logarithm of the ratio of the likelihoods of both is about L.
+    Each error of a step stays in all poses after it; whoever sets way-points by hand errs at each anew.  Either way the
+    errors are taken to be normal, those of positions and those of headings with deviations that nobody tells: then the
+    logarithm of the ratio of their greatest likelihoods is L, with the variances V of the errors of all steps along and
+    across them, and of all poses about what comes out (von Neumann 1941 has the ratio of these for one axis).
 
-    .. math:: r = \frac{n}{n - 1} \frac{\sum (e_{k+1} - e_k)^2}{\sum e_k^2}, \qquad
-              L = \frac{n - 1}{2} (2 \ln r_\mathrm{position} + \ln r_\mathrm{heading})
+    .. math:: L = \frac{n - 1}{2} \left( 2 \ln \frac{V_\mathrm{steps}}{V_\mathrm{poses}}
+                                     + \ln \frac{V_\mathrm{turns}}{V_\mathrm{headings}} \right)
 
     Parameters
     ----------
@@ -85,17 +92,34 @@ def adds_up(given: FloatArray, poses: FloatArray) -> bool:
 
     Returns
     -------
-    bool
-        Whether a ratio is at most 1, or the evidence that errors scatter not very strong.
+    float
+        L [nats], positive where they scatter; 0 for fewer than three poses.
     """
-    errors = given - aligned(poses, given)
+    if len(poses) < _FEWEST:
+        return 0.0
+    errors, steps, free = given - aligned(poses, given), step_residuals(given, poses), len(poses) - 1
     turned = wrap(errors[:, 2])
-    position, heading = _ratio(errors[:, :2]), _ratio((turned - turned.mean())[:, None])
-    if min(position, heading) <= 1.0:
-        return True
-    return 0.5 * (len(poses) - 1) * (2.0 * math.log(position) + math.log(heading)) <= VERY_STRONG
+    # Where all lie was fitted to them: two places and a turn.
+    ratios = (
+        (np.sum(steps[:, :2] ** 2) / (2 * free), np.sum(errors[:, :2] ** 2) / (2 * free - 1)),
+        (np.mean(steps[:, 2] ** 2), np.sum((turned - turned.mean()) ** 2) / free),
+    )
+    (by_steps, by_poses), (by_turns, by_headings) = np.array(ratios) + _LEAST
+    return 0.5 * free * float(2.0 * np.log(by_steps / by_poses) + np.log(by_turns / by_headings))
 
 
-def _ratio(errors: FloatArray) -> float:
-    total, count = float(np.sum(errors**2)), len(errors)
-    return count / (count - 1) * float(np.sum(np.diff(errors, axis=0) ** 2)) / total if total > 0.0 else 0.0
+def are_round(given: FloatArray) -> bool:
+    """Tell whether somebody may have marked poses: people do so at round numbers, where no wheels come to a halt.
+
+    Parameters
+    ----------
+    given : ndarray, shape (s, 3)
+        As recorded [m, m, rad].
+
+    Returns
+    -------
+    bool
+        Whether all positions are whole centimetres, or all headings whole degrees.
+    """
+    numbers = 100.0 * given[:, :2], np.degrees(given[:, 2])
+    return any(bool(np.all(np.abs(each - np.round(each)) < _ROUND)) for each in numbers)

@@ -6,7 +6,7 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import aligned
 from echoplan.mapping.account import Account
 from echoplan.mapping.agreement import agreement, agrees, are_at_odds, evidence, is_doubtful, is_scattered, is_torn
-from echoplan.mapping.drift import VERY_STRONG, adds_up
+from echoplan.mapping.drift import VERY_STRONG, are_round, scatter
 from echoplan.mapping.effects import learn_common_error
 from echoplan.mapping.memory import Course
 from echoplan.mapping.misplacement import elsewhere
@@ -46,16 +46,29 @@ def explained(account: Account) -> Account:
 
 
 def _explained(account: Account) -> Account:
-    mode = account.settings.poses
     if account.memory.course is Course.TRACKED:
         return _tracked(account, account.memory.verdict)
-    if mode is PoseMode.CORRECT:
+    if _is_to_be_corrected(account):
         return _asked(account)
     torn = _glanced(account)
-    if torn is not None and (not _is_by_hand(torn) or _follows(torn)):
-        return _better(torn, _reset(torn, _TORN)) if _is_by_hand(torn) else torn
+    mended = torn and _mended(torn)
+    if mended:
+        return mended
     account.explain()
-    return account if mode is PoseMode.TRUST else _reconsidered(account, torn)
+    return account if account.settings.poses is PoseMode.TRUST else _reconsidered(account, torn)
+
+
+def _is_to_be_corrected(account: Account) -> bool:
+    """Tell whether somebody asked for it, or the rig tells how far wheels lead astray: then nobody set way-points."""
+    mode = account.settings.poses
+    return mode is PoseMode.CORRECT or (mode is PoseMode.AUTO and account.wheels is not None)
+
+
+def _mended(torn: Account) -> Account | None:
+    """Take the poses to which steps led, if these may have torn walls apart, or move them to all way-points."""
+    if not _is_by_hand(torn) or _leads(torn):
+        return torn
+    return _better(torn, _reset(torn, _TORN)) if _follows(torn) else None
 
 
 def _glanced(account: Account) -> Account | None:
@@ -70,7 +83,9 @@ def _glanced(account: Account) -> Account | None:
 
 def _asked(account: Account) -> Account:
     """Correct poses, unless all is explained as well from the poses as recorded: then these were right."""
-    tracked = _tracked(copy.copy(account), "corrected, as asked for")
+    asked = account.settings.poses is PoseMode.CORRECT
+    why = "corrected, as asked for" if asked else "corrected, as the rig tells that steps lead astray"
+    tracked = _tracked(copy.copy(account), why)
     if account.memory.is_empty:
         account.glance()
         if is_torn(account):
@@ -78,7 +93,7 @@ def _asked(account: Account) -> Account:
     account.explain()
     if evidence(tracked) > evidence(account) + VERY_STRONG or not agrees(account):
         return tracked
-    account.verdict = "corrected, as asked for, by nothing: the echoes agree as well from the poses as recorded"
+    account.verdict = f"{why}, by nothing: the echoes agree as well from the poses as recorded"
     return account
 
 
@@ -144,7 +159,7 @@ def _reconsidered(account: Account, tracked: Account | None) -> Account:
     Steps that were followed at first sight, because walls were torn apart, lead to the same place again.
     """
     share = f"{100 * agreement(account):.0f} % of the echoes agree from the poses as recorded"
-    account.verdict = f"trusted: {share}"
+    account.verdict = f"trusted: {share}" if account.arcs else "trusted: too little was heard to hold them against"
     if len(account.given) < _FEWEST or not is_doubtful(account):
         return account
     if not _is_by_hand(account) and not agrees(account):
@@ -169,15 +184,22 @@ def _rivals(account: Account, share: str, tracked: Account | None) -> list[Accou
         return [_nudged(account, _why(account, share), account.poses)] if _is_by_hand(account) else []
     if tracked is None:
         tracked = _tracked(copy.copy(account), f"corrected: {share}, and more of them by the steps of the robot")
-    if not _is_by_hand(account):
+    if not _is_by_hand(account) or _leads(tracked):
         return [tracked] if agrees(tracked) else []
     by_hand = _set_by_hand(account, _why(account, share), tracked)
     return [tracked, *by_hand] if _follows(tracked) else by_hand
 
 
 def _follows(tracked: Account) -> bool:
-    """Tell whether pings agree from where steps lead, and these are what was wrong."""
-    return agrees(tracked) and adds_up(tracked.given, tracked.poses)
+    """Tell whether pings agree from where steps lead, and these may be what was wrong."""
+    most = -VERY_STRONG if are_round(tracked.given) else VERY_STRONG
+    return agrees(tracked) and scatter(tracked.given, tracked.poses) <= most
+
+
+def _leads(tracked: Account) -> bool:
+    """Tell whether pings agree from where steps lead, and these are clearly what was wrong."""
+    led = scatter(tracked.given, tracked.poses) < -VERY_STRONG
+    return led and agrees(tracked) and not are_round(tracked.given)
 
 
 def _why(account: Account, share: str) -> str:

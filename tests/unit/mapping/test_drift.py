@@ -6,7 +6,7 @@ from scipy.optimize import minimize_scalar
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose
-from echoplan.mapping.drift import DriftSettings, adds_up, learn_drift
+from echoplan.mapping.drift import VERY_STRONG, DriftSettings, are_round, learn_drift, scatter
 from echoplan.mapping.poses import PoseBeliefs, PoseSettings, odometry_beliefs, pose_rows
 from echoplan.mapping.rows import normal_equations
 
@@ -82,22 +82,43 @@ def test_one_pose_has_no_steps() -> None:
     assert learn_drift(beliefs, np.zeros((1, 3)), np.zeros((3, 3)), SETTINGS) is beliefs
 
 
+# Deviations of errors along, across and in heading.
+ERRORS = (0.01, 0.01, 0.02)
+
+
 @pytest.mark.parametrize("seed", range(20))
-def test_errors_of_odometry_add_up_and_those_of_way_points_scatter(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    poses = added_up(np.tile([0.5, 0.0, 0.4], (19, 1)))
-    errors = rng.normal(0.0, (0.01, 0.01, 0.02), poses.shape)
+@pytest.mark.parametrize(("count", "doubt"), [(8, VERY_STRONG), (20, 0.0)], ids=["few", "many"])
+def test_errors_of_odometry_add_up_and_those_of_way_points_scatter(seed: int, count: int, doubt: float) -> None:
+    rng, steps = np.random.default_rng(seed), np.tile([0.5, 0.0, 0.4], (count - 1, 1))
     # In a frame of their own, as found by the steps of the robot.
-    found = compose([1.0, -2.0, 0.7], poses)
-    assert adds_up(poses + np.cumsum(errors, axis=0), found)
-    assert sum(adds_up(poses + rng.normal(0.0, (0.01, 0.01, 0.02), poses.shape), found) for _ in range(20)) < 3
+    found = compose([1.0, -2.0, 0.7], added_up(steps))
+    assert scatter(added_up(steps + rng.normal(0.0, ERRORS, steps.shape)), found) < doubt
+    assert scatter(added_up(steps) + rng.normal(0.0, ERRORS, found.shape), found) > -doubt
 
 
-def test_nothing_speaks_against_steps_that_were_right() -> None:
-    poses = added_up(np.tile([0.5, 0.0, 0.5], (5, 1)))
-    assert adds_up(poses, poses)
+@pytest.mark.parametrize("seed", range(5))
+def test_errors_of_many_steps_clearly_add_up(seed: int) -> None:
+    steps = np.tile([0.5, 0.0, 0.4], (19, 1))
+    found = added_up(steps + np.random.default_rng(seed).normal(0.0, ERRORS, steps.shape))
+    assert scatter(added_up(steps), found) < -VERY_STRONG
 
 
-def test_of_three_poses_nobody_can_tell_and_they_are_taken_for_steps() -> None:
-    rng, poses = np.random.default_rng(1), added_up(np.tile([0.5, 0.0, 0.4], (2, 1)))
-    assert all(adds_up(poses + rng.normal(0.0, (0.01, 0.01, 0.02), poses.shape), poses) for _ in range(50))
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_nothing_speaks_for_or_against_steps_that_were_right(count: int) -> None:
+    poses = added_up(np.tile([0.5, 0.0, 0.5], (count - 1, 1)))
+    assert abs(scatter(poses, poses)) < 1.0
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ([[0.84, 0.3, -0.19], [1.8, 0.3, -0.26]], True),
+        ([[0.843, 0.3, -0.19], [1.8, 0.3, -0.26]], False),
+        ([[0.8413, 0.3, 0.0], [1.8, 0.3117, 0.0]], True),
+        ([[0.8413, 0.3, -0.191986], [1.8, 0.3117, 0.087266]], True),
+        ([[0.8413, 0.3, -0.19], [1.8, 0.3117, 0.0]], False),
+    ],
+    ids=["centimetres", "millimetres", "one heading", "degrees", "neither"],
+)
+def test_people_mark_way_points_at_round_numbers(given: list[list[float]], *, expected: bool) -> None:
+    assert are_round(np.array(given)) is expected

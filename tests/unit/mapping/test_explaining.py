@@ -10,6 +10,7 @@ from echoplan.mapping.explaining import explained
 from echoplan.mapping.memory import Course, Memory
 from echoplan.mapping.poses import PoseBeliefs
 from echoplan.mapping.settings import AccountSettings, PoseMode
+from echoplan.model import Odometry
 
 
 class Doubtful:
@@ -18,9 +19,11 @@ class Doubtful:
     def __init__(self, stations: int) -> None:
         self.settings = AccountSettings(poses=PoseMode.AUTO)
         self.memory = Memory()
-        self.given = self.poses = np.zeros((stations, 3))
+        self.given = self.poses = np.full((stations, 3), 0.1234)
+        self.wheels: Odometry | None = None
         self.course, self.verdict, self.settled = Course.TRUSTED, "", 0
         self.known = self.features = ()
+        self.arcs = (None,)
 
     def glance(self) -> None:
         pass
@@ -68,6 +71,7 @@ def best_of(
     scattered: set[Course] | None = None,
     worth: dict[Course, float] | None = None,
     stations: int = 5,
+    wheels: Odometry | None = None,
     others: dict[str, Any] | None = None,
 ) -> Any:
     """Explain an account where others agree or scatter, and are worth more or less, by how their poses came about."""
@@ -83,7 +87,9 @@ def best_of(
         "learn_common_error": lambda account, beliefs: None,
     }
     told(monkeypatch, **(answers | (others or {})))
-    return explained(Doubtful(stations))  # type: ignore[arg-type]
+    account = Doubtful(stations)
+    account.wheels = wheels
+    return explained(account)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -106,9 +112,36 @@ def test_steps_are_not_followed_to_where_pings_disagree(monkeypatch: pytest.Monk
 def test_errors_that_scatter_about_the_steps_are_none_of_odometry(
     monkeypatch: pytest.MonkeyPatch, *, torn: bool
 ) -> None:
-    others: dict[str, Any] = {"adds_up": lambda given, poses: False, "is_torn": lambda account: torn}
+    others: dict[str, Any] = {"scatter": lambda given, poses: 9.0, "is_torn": lambda account: torn}
     found = best_of(monkeypatch, agree={Course.TRACKED}, worth=STEPS_FIRST, others=others)
     assert found.course is Course.NUDGED
+
+
+@pytest.mark.parametrize("torn", [True, False])
+def test_errors_that_add_up_are_none_of_way_points(monkeypatch: pytest.MonkeyPatch, *, torn: bool) -> None:
+    others: dict[str, Any] = {"scatter": lambda given, poses: -9.0, "is_torn": lambda account: torn}
+    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=HAND_FIRST, others=others)
+    assert found.course is Course.TRACKED
+
+
+@pytest.mark.parametrize(("errors", "expected"), [(-3.0, Course.NUDGED), (-9.0, Course.TRACKED)])
+def test_round_numbers_are_way_points_unless_errors_clearly_add_up(
+    monkeypatch: pytest.MonkeyPatch, errors: float, expected: Course
+) -> None:
+    others: dict[str, Any] = {"scatter": lambda given, poses: errors, "are_round": lambda given: True}
+    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=STEPS_FIRST, others=others)
+    assert found.course is expected
+
+
+@pytest.mark.parametrize(
+    ("worth", "expected"), [(STEPS_FIRST, Course.TRACKED), (HAND_FIRST, Course.TRACKED), (NEITHER, Course.TRUSTED)]
+)
+def test_a_rig_that_tells_how_steps_go_astray_has_no_way_points(
+    monkeypatch: pytest.MonkeyPatch, worth: dict[Course, float], expected: Course
+) -> None:
+    found = best_of(monkeypatch, agree={Course.TRUSTED}, worth=worth, wheels=Odometry(along=0.02))
+    assert found.course is expected
+    assert found.verdict.startswith("corrected, as the rig tells")
 
 
 @pytest.mark.parametrize(("worth", "expected"), [(STEPS_FIRST, Course.TRACKED), (HAND_FIRST, Course.NUDGED)])
