@@ -13,7 +13,7 @@ from rich.table import Table as RichTable
 from echoplan.errors import OutputError
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
+    from rich.console import JustifyMethod, RenderableType
 
     from echoplan.model import Rig, Source, Sweep, Table
 
@@ -23,6 +23,8 @@ __all__ = ["Progressing", "busy", "put", "report_files", "show", "tracked"]
 Item = TypeVar("Item")
 
 _PIPE_WIDTH = 200
+# Characters between columns.
+_GAP = 2
 
 
 class _Output(Console):
@@ -59,20 +61,53 @@ def put(thing: "RenderableType" = "") -> None:
 
 
 def show(table: "Table") -> None:
-    """Print a table: numbers to the right.
+    """Print a table: numbers to the right; columns for which a terminal is too narrow come below the others.
 
     Parameters
     ----------
     table : Table
         The table.
     """
-    drawn = RichTable(title=table.title, title_justify="left", title_style="bold", box=None, pad_edge=False)
-    for number, head in enumerate(table.columns):
-        drawn.add_column(head, justify="right" if number else "left")
+    widths = [_width(head, [row[place] for row in table.rows]) for place, head in enumerate(table.columns)]
+    for number, places in enumerate(_side_by_side(widths, _room())):
+        drawn = _drawn(table, {place: widths[place] for place in places})
+        drawn.title = None if number else table.title
+        put(drawn)
+        put()
+
+
+def _drawn(table: "Table", widths: dict[int, int]) -> RichTable:
+    """Draw some columns as wide as their heads, or no wider than they must be."""
+    drawn = RichTable(title_justify="left", title_style="bold", box=None, pad_edge=False)
+    natural = sum(max(width, len(table.columns[place])) + _GAP for place, width in widths.items()) - _GAP
+    for place, width in widths.items():
+        justify: JustifyMethod = "right" if place else "left"
+        drawn.add_column(table.columns[place], justify=justify, width=width if natural > _room() else None)
     for row in table.rows:
-        drawn.add_row(*row)
-    put(drawn)
-    put()
+        drawn.add_row(*(row[place] for place in widths))
+    return drawn
+
+
+def _room() -> int:
+    plain = Console()
+    return plain.width if plain.is_terminal else _PIPE_WIDTH
+
+
+def _width(head: str, cells: "Iterable[str]") -> int:
+    """How many characters a column needs: heads are folded between words, and nothing else is."""
+    return max(map(len, [*head.split(), *cells]), default=0)
+
+
+def _side_by_side(widths: list[int], room: int) -> Iterator[list[int]]:
+    """Take as many columns as there is room for, and begin anew with the first, which names the rows."""
+    places, taken = [0], widths[0]
+    for place, width in enumerate(widths[1:], start=1):
+        if taken + _GAP + width > room and len(places) > 1:
+            yield places
+            places, taken = [0], widths[0]
+        places.append(place)
+        taken += _GAP + width
+    yield places
 
 
 class Progressing:

@@ -42,6 +42,21 @@ def test_a_pipe_is_shown_no_bar(recording: Recording, capsys: pytest.CaptureFixt
     assert capsys.readouterr() == ("", "")
 
 
+def test_on_a_narrow_terminal_columns_come_below_each_other_and_nothing_is_cut(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("echoplan.cli.terminal._PIPE_WIDTH", 30)
+    rows = (("joint", "100 / 100", "0.123456", "1.5"), ("mdp-fuzzy", "99 / 98", "12.5", "2.25"))
+    columns = ("method", "walls (%)", "distance deviation (mm)", "angle (°)")
+    show(Table(title="All", columns=columns, rows=rows))
+    lines = [line.split() for line in capsys.readouterr().out.splitlines() if line.strip()]
+    assert lines[0] == ["All"]
+    assert [line[0] for line in lines].count("mdp-fuzzy") == 2
+    words = " ".join(word for line in lines for word in line)
+    assert all(cell in words for row in rows for cell in (*row, "deviation", "angle"))
+    assert "…" not in words
+
+
 def test_a_pipe_gets_wide_plain_lines(capsys: pytest.CaptureFixture[str]) -> None:
     line = "word " * 39
     put(line.strip())
