@@ -45,7 +45,7 @@ __all__ = ["Account"]
 # No module is set right to less than this [m].
 _FINEST = 0.001
 # An adjustment is at rest once all that moves in a round does not move farther: the square, in deviations.
-_SETTLED = 1e-2
+_SETTLED = 1e-5
 # So often a first look may be taken.
 _GLANCES = 3
 # Features this far beyond the reach of the stations may still matter [m].

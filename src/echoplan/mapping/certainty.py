@@ -166,7 +166,7 @@ def reckoned_covariances(beliefs: PoseBeliefs, poses: FloatArray) -> FloatArray:
     ndarray, shape (s, 3, 3)
         Of each pose in the frame of the map [m, m, rad].
     """
-    before, own = step_slopes(poses)
+    before, own = step_slopes(beliefs.given, poses)
     noises = np.stack([np.diag(row) for row in beliefs.sigmas**2])
     covariances = [noises[0]]
     for past, now, noise in zip(before[1:], own[1:], noises[1:], strict=True):

@@ -61,7 +61,7 @@ def learn_drift(
     """
     if len(poses) < 2:
         return beliefs
-    slopes = np.concatenate(step_slopes(poses), axis=2)[1:]
+    slopes = np.concatenate(step_slopes(beliefs.given, poses), axis=2)[1:]
     places = 3 * np.arange(len(poses) - 1)[:, None] + np.arange(6)
     blocks = covariance[places[:, :, None], places[:, None, :]]
     variances = np.einsum("kij,kjl,kil->ki", slopes, blocks, slopes)

@@ -39,7 +39,7 @@ def elsewhere(account: Account, beliefs: PoseBeliefs, station: int) -> FloatArra
     if not any(each.gains[station] < _MISSED and others >= _MANY for each, others in counted):
         return None
     known, settings = Catalogue.of([each for each, others in counted if others]), account.settings.localisation
-    guess, sigmas = reckoned(beliefs.given, account.poses, station), settings.astray * beliefs.sigmas[station]
+    guess, sigmas = reckoned(beliefs.given, account.poses, station), settings.astray * beliefs.reaches[station]
     pose, _ = locate(_sight(account, station), known, guess, sigmas, settings)
     off = compose(invert(account.poses[station]), pose)
     return pose if math.hypot(off[0], off[1]) > _FAR or abs(off[2]) > _TURNED else None

@@ -62,7 +62,7 @@ class PoseBeliefs(NamedTuple):
     given : ndarray, shape (s, 3)
         As recorded [m, m, rad].
     sigmas : ndarray, shape (s, 3)
-        Of each pose in its own frame if it is absolute, else of the step to it in the frame of the one before.
+        Of each pose in its own frame if it is absolute, else of the step to it: along and across the way, in heading.
     relative : bool
         Whether errors add up from one pose to the next.
     told : bool
@@ -73,6 +73,18 @@ class PoseBeliefs(NamedTuple):
     sigmas: FloatArray
     relative: bool
     told: bool = False
+
+    @property
+    def reaches(self) -> FloatArray:
+        """Deviations along the axes of each pose itself, shape (s, 3) [m, m, rad]."""
+        if not self.relative:
+            return self.sigmas
+        turned = _ways(self.given) - _steps(self.given)[:, 2]
+        squares = np.stack([np.cos(turned) ** 2, np.sin(turned) ** 2], axis=1)
+        reaches = self.sigmas.copy()
+        for axis, shares in enumerate((squares, squares[:, ::-1])):
+            reaches[1:, axis] = np.sqrt(np.sum(shares * self.sigmas[1:, :2] ** 2, axis=1))
+        return reaches
 
 
 def odometry_beliefs(given: FloatArray, settings: PoseSettings, told: Odometry | None = None) -> PoseBeliefs:
@@ -239,7 +251,7 @@ def pose_rows(beliefs: PoseBeliefs, poses: FloatArray, first: int) -> Rows:
     start = beliefs.given[:1] - poses[:1]
     start[:, 2] = wrap(start[:, 2])
     residuals = np.concatenate([start, step_residuals(beliefs.given, poses)])
-    from_before, from_own = step_slopes(poses)
+    from_before, from_own = step_slopes(beliefs.given, poses)
     columns = np.concatenate([before, own], axis=2)
     return _flat(columns, np.concatenate([from_before, from_own], axis=2), residuals, beliefs.sigmas)
 
@@ -255,24 +267,40 @@ def step_residuals(given: FloatArray, poses: FloatArray) -> FloatArray:
     Returns
     -------
     ndarray, shape (s - 1, 3)
-        In the frame of the pose before [m, m, rad].
+        Along the way that was given, across it to the left, and in heading [m, m, rad].
     """
     residuals = _steps(given) - _steps(poses)
     residuals[:, 2] = wrap(residuals[:, 2])
-    return residuals
+    turned: FloatArray = np.einsum("kij,kj->ki", _along_ways(given), residuals)
+    return turned
+
+
+def _ways(given: FloatArray) -> FloatArray:
+    """Directions of steps in the frame of the pose before, shape (s - 1,) [rad]."""
+    steps = _steps(given)
+    directions: FloatArray = np.arctan2(steps[:, 1], steps[:, 0])
+    return directions
+
+
+def _along_ways(given: FloatArray) -> FloatArray:
+    """Turn what is told in the frame of the pose before to along and across the way, shape (s - 1, 3, 3)."""
+    ways, turns = _ways(given), np.tile(np.eye(3), (len(given) - 1, 1, 1))
+    turns[:, 0, 0] = turns[:, 1, 1] = np.cos(ways)
+    turns[:, 0, 1], turns[:, 1, 0] = np.sin(ways), -np.sin(ways)
+    return turns
 
 
 def _steps(poses: FloatArray) -> FloatArray:
     return compose(invert(poses[:-1]), poses[1:])
 
 
-def step_slopes(poses: FloatArray) -> tuple[FloatArray, FloatArray]:
+def step_slopes(given: FloatArray, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Differentiate each step by the pose before and by its own: ``p = R' (t - t0)``, ``dp/dyaw0 = (p_y, -p_x)``.
 
     Parameters
     ----------
-    poses : ndarray, shape (s, 3)
-        The poses [m, m, rad].
+    given, poses : ndarray, shape (s, 3)
+        As recorded, which tells along and across the way, and now [m, m, rad].
 
     Returns
     -------
@@ -286,6 +314,8 @@ def step_slopes(poses: FloatArray) -> tuple[FloatArray, FloatArray]:
     own[1:, 1, :2] = np.column_stack([-sine, cosine])
     before[1:] = -own[1:]
     before[1:, 0, 2], before[1:, 1, 2] = steps[:, 1], -steps[:, 0]
+    turns = _along_ways(given)
+    before[1:], own[1:] = turns @ before[1:], turns @ own[1:]
     return before, own
 
 

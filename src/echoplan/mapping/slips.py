@@ -60,7 +60,7 @@ def _taken_back(
     """Move all stations after a step to where they fit best, and tell how much better they fit there [nats]."""
     poses, settings = account.poses, account.settings.localisation
     known, sight = _known(account.features, step), _together(sights[step:], poses[step:])
-    guess, sigmas = reckoned(beliefs.given, poses, step), settings.astray * beliefs.sigmas[step]
+    guess, sigmas = reckoned(beliefs.given, poses, step), settings.astray * beliefs.reaches[step]
     _, here = locate(sight, known, poses[step], _HERE, settings)
     found, there = locate(sight, known, guess, sigmas, settings)
     return there - here, np.concatenate([poses[:step], compose(compose(found, invert(poses[step])), poses[step:])])

@@ -51,10 +51,10 @@ def track(account: Account, beliefs: PoseBeliefs) -> None:
     sights = sights_of(account)
     account.poses, account.features = continued(account.given, account.memory.poses).copy(), account.known
     first = max(1, len(account.memory.poses))
-    known = _known(account, first)
+    known, reaches = _known(account, first), beliefs.reaches
     for station in range(first, len(account.given)):
         guess = reckoned(account.given, account.poses, station)
-        sigmas = 1.3 * beliefs.sigmas[station]
+        sigmas = 1.3 * reaches[station]
         pose, score = locate(sights[station], known, guess, sigmas, account.settings.localisation)
         account.poses[station] = pose
         if score <= _UNDERSTOOD * best_score(sights[station], account.settings.localisation):
@@ -91,7 +91,7 @@ def _join_first(account: Account, beliefs: PoseBeliefs, sight: Sightline) -> Non
     """
     others = Catalogue.of([each for each in account.features if each.gains[1:].max(initial=0.0) > 0.0])
     back = invert(compose(invert(account.given[0]), account.given[1]))
-    way, sigmas = float(np.hypot(back[0], back[1])), 1.3 * beliefs.sigmas[1]
+    way, sigmas = float(np.hypot(back[0], back[1])), 1.3 * beliefs.reaches[1]
     # An error of the second heading turns the way back: each part of it is searched with what it leaves open.
     rest = np.hypot(sigmas, [0.5 * way * _PART * sigmas[2]] * 2 + [0.0]) * [1.0, 1.0, _PART]
     _, score = locate(sight, others, account.poses[0], _HERE, account.settings.localisation)

@@ -50,6 +50,20 @@ def test_what_the_rig_tells_is_a_random_walk() -> None:
     assert np.sqrt((many.sigmas[1:] ** 2).sum(axis=0)) == pytest.approx(one.sigmas[1], rel=0.03)
 
 
+@pytest.mark.parametrize("way", [0.0, 0.7, np.pi / 2, np.pi, -2.0])
+@pytest.mark.parametrize("turn", [0.0, 1.2])
+def test_errors_lie_along_and_across_the_way_whichever_way_the_robot_faces(way: float, turn: float) -> None:
+    direction = np.array([np.cos(way), np.sin(way)])
+    given_poses = np.array([[0.0, 0.0, 0.0], [*direction, turn]])
+    beliefs = odometry_beliefs(given_poses, SETTINGS, Odometry(along=0.1, lateral=0.001))
+    information, _ = normal_equations([pose_rows(beliefs, given_poses, 0)], 6)
+    spread = np.linalg.inv(information)[3:5, 3:5]
+    assert np.sqrt(direction @ spread @ direction) == pytest.approx(0.1, rel=0.01)
+    assert np.sqrt(direction[::-1] * [-1, 1] @ spread @ (direction[::-1] * [-1, 1])) < 0.002
+    own = np.array([np.cos(way - turn), np.sin(way - turn)])
+    assert beliefs.reaches[1, :2] == pytest.approx(0.1 * np.abs(own), abs=0.002)
+
+
 def test_what_nobody_tells_is_a_guess() -> None:
     assert not odometry_beliefs(WAY, SETTINGS).told
 

@@ -95,7 +95,10 @@ def moved(k: int) -> Any:
         if k == 0:
             return numbered(lambda own: own[0] - BELIEFS.given[0], poses, jacobians)
         told = compose(invert(BELIEFS.given[k - 1]), BELIEFS.given[k])
-        return numbered(lambda both: turned(compose(invert(both[0]), both[1]) - told), poses, jacobians)
+        # Along and across the way, whichever way the robot faces.
+        x, y = told[:2] / np.hypot(told[0], told[1])
+        axes = np.array([[x, y, 0.0], [-y, x, 0.0], [0.0, 0.0, 1.0]])
+        return numbered(lambda both: axes @ turned(compose(invert(both[0]), both[1]) - told), poses, jacobians)
 
     return error
 
