@@ -22,7 +22,7 @@ def independence(soundings: Soundings, owners: IntArray, residuals: FloatArray, 
     readings after an adjustment tells better: the variance of a mean of correlated errors is that of independent ones
     times the sum of their autocorrelation (Priestley 1981, Section 5.3.2).
 
-    .. math:: \tau = 1 + 2 \sum_{k=1}^{1/w} \rho_k, \qquad f = 1 / (w \tau)
+    .. math:: \tau = 1 + 2 \sum_{k=1}^{1/w - 1} \rho_k, \qquad f = 1 / (w \tau)
 
     Parameters
     ----------

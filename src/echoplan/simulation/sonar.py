@@ -11,7 +11,7 @@ from echoplan.simulation.settings import SimulationSettings
 
 __all__ = ["Sonar", "build_sonar"]
 
-# Echoes 40 dB below the threshold change the instant at which others cross it by less than 0.1 mm of range.
+# Echoes 40 dB below the threshold change the range of others by 0.1 mm where these are 10 dB above it.
 _FLOOR = 0.01
 # Linear interpolation in tables of this fineness is good to 1e-6.
 _NODES = 4097
