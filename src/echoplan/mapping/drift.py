@@ -77,8 +77,8 @@ def scatter(given: FloatArray, poses: FloatArray) -> float:
 
     Each error of a step stays in all poses after it; whoever sets way-points by hand errs at each anew.  Either way the
     errors are taken to be normal, those of positions and those of headings with deviations that nobody tells: then the
-    logarithm of the ratio of their greatest likelihoods is about L, with the unbiased variances V of the errors of all steps along and
-    across them, and of all poses about what comes out (von Neumann 1941 has the ratio of these for one axis).
+    logarithm of the ratio of their greatest likelihoods is about L, with the unbiased variances V of the errors of all
+    steps along and across them, and of all poses about what comes out (von Neumann 1941 has their ratio for one axis).
 
     .. math:: L = \frac{n - 1}{2} \left( 2 \ln \frac{V_\mathrm{steps}}{V_\mathrm{poses}}
                                      + \ln \frac{V_\mathrm{turns}}{V_\mathrm{headings}} \right)
