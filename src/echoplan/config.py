@@ -12,7 +12,7 @@ from echoplan.io.files import write_text
 from echoplan.io.structure import Form, read_toml
 from echoplan.io.text import format_toml
 
-__all__ = ["Run", "Sections", "read_config", "write_run"]
+__all__ = ["Run", "Sections", "method_of", "read_config", "write_run"]
 
 Sections: TypeAlias = Mapping[str, type[BaseModel]]
 
@@ -73,6 +73,36 @@ def read_config(path: Path, sections: Sections) -> dict[str, Any]:
     form = create_model("Config", __base__=Form, __cls_kwargs__=strict, run=(dict[str, Any], {}), **tables)
     config = read_toml(path, form)
     return {name: getattr(config, name) for name in sections}
+
+
+def method_of(path: Path) -> str | None:
+    r"""Tell with which method a run was made whose record serves as configuration.
+
+    Parameters
+    ----------
+    path : Path
+        A configuration.
+
+    Returns
+    -------
+    str or None
+        Name of the method; nothing if it is no record of a run.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read.
+
+    Examples
+    --------
+    >>> path = getfixture("tmp_path") / "run.toml"
+    >>> _ = path.write_text('[run]\nmethod = "rcd"\n[method]\n')
+    >>> method_of(path)
+    'rcd'
+    """
+    form = create_model("Record", __base__=Form, __cls_kwargs__={"extra": "ignore"}, run=(dict[str, Any], {}))
+    method = read_toml(path, form).run.get("method")  # type: ignore[attr-defined]
+    return method if isinstance(method, str) else None
 
 
 def write_run(path: Path, run: Run, settings: Mapping[str, BaseModel]) -> None:

@@ -23,8 +23,9 @@ def run(
     source: Annotated[str, typer.Argument(help="A recording's folder, or sim:WORLD.")],
     out: Annotated[Path, typer.Option(help="Folder for the map.")],
     method: Annotated[
-        str, typer.Option(help="How to map: joint, or one of those that echoplan compare knows.")
-    ] = "joint",
+        str | None,
+        typer.Option(help="How to map: joint, or one of those that echoplan compare knows.", show_default="joint"),
+    ] = None,
     poses: Annotated[str | None, typer.Option(help="Of joint: trust, correct, or auto.", show_default="auto")] = None,
     config: Annotated[Path | None, typer.Option(help="Settings of the method, in a [method] table.")] = None,
 ) -> None:
@@ -32,12 +33,13 @@ def run(
 
     Example: echoplan map rec/ --out map/
     """
-    from echoplan.config import Run, read_config  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.config import Run, method_of, read_config  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.io import check_folder  # noqa: PLC0415
     from echoplan.methods import find_method, grid_of, observations_of  # noqa: PLC0415
     from echoplan.sources import find_truth, open_source  # noqa: PLC0415
     from echoplan.viewer import EchoListener, Plan  # noqa: PLC0415
 
+    method = method or (method_of(config) if config else None) or "joint"
     chosen = find_method(method)
     sections = {"method": chosen.settings_type}
     settings = read_config(config, sections)["method"] if config else chosen.settings_type()
