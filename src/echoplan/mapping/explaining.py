@@ -66,9 +66,9 @@ def _is_to_be_corrected(account: Account) -> bool:
 
 def _mended(torn: Account) -> Account | None:
     """Take the poses to which steps led, if these may have torn walls apart, or move them to all way-points."""
-    if not _is_by_hand(torn) or _leads(torn):
+    if not _is_by_hand(torn):
         return torn
-    return _better(torn, _reset(torn, _TORN)) if _follows(torn) else None
+    return _led(torn, _reset(torn, _TORN)) if _follows(torn) else None
 
 
 def _glanced(account: Account) -> Account | None:
@@ -100,6 +100,13 @@ def _asked(account: Account) -> Account:
 def _better(account: Account, rival: Account) -> Account:
     """Prefer a rival for which there is very strong evidence."""
     return rival if evidence(rival) > evidence(account) + VERY_STRONG else account
+
+
+def _led(tracked: Account, by_hand: Account) -> Account:
+    """Prefer way-points to steps if the evidence of the echoes for them is more than that of the errors for steps."""
+    is_marked = are_round(tracked.given)
+    errors = 0.0 if is_marked else -scatter(tracked.given, tracked.poses)
+    return by_hand if evidence(by_hand) > evidence(tracked) + max(errors, VERY_STRONG) else tracked
 
 
 def _tracked(account: Account, verdict: str) -> Account:
@@ -184,22 +191,16 @@ def _rivals(account: Account, share: str, tracked: Account | None) -> list[Accou
         return [_nudged(account, _why(account, share), account.poses)] if _is_by_hand(account) else []
     if tracked is None:
         tracked = _tracked(copy.copy(account), f"corrected: {share}, and more of them by the steps of the robot")
-    if not _is_by_hand(account) or _leads(tracked):
+    if not _is_by_hand(account):
         return [tracked] if agrees(tracked) else []
     by_hand = _set_by_hand(account, _why(account, share), tracked)
-    return [tracked, *by_hand] if _follows(tracked) else by_hand
+    return [_led(tracked, each) for each in by_hand] if _follows(tracked) else by_hand
 
 
 def _follows(tracked: Account) -> bool:
     """Tell whether pings agree from where steps lead, and these may be what was wrong."""
     most = -VERY_STRONG if are_round(tracked.given) else VERY_STRONG
     return agrees(tracked) and scatter(tracked.given, tracked.poses) <= most
-
-
-def _leads(tracked: Account) -> bool:
-    """Tell whether pings agree from where steps lead, and these are clearly what was wrong."""
-    led = scatter(tracked.given, tracked.poses) < -VERY_STRONG
-    return led and agrees(tracked) and not are_round(tracked.given)
 
 
 def _why(account: Account, share: str) -> str:

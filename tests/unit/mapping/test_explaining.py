@@ -118,10 +118,14 @@ def test_errors_that_scatter_about_the_steps_are_none_of_odometry(
 
 
 @pytest.mark.parametrize("torn", [True, False])
-def test_errors_that_add_up_are_none_of_way_points(monkeypatch: pytest.MonkeyPatch, *, torn: bool) -> None:
-    others: dict[str, Any] = {"scatter": lambda given, poses: -9.0, "is_torn": lambda account: torn}
+@pytest.mark.parametrize(("errors", "expected"), [(-12.0, Course.TRACKED), (-8.0, Course.NUDGED)])
+def test_errors_that_add_up_are_none_of_way_points_unless_echoes_say_so_more_clearly(
+    monkeypatch: pytest.MonkeyPatch, errors: float, expected: Course, *, torn: bool
+) -> None:
+    # Way-points explain 10 nats more than steps do.
+    others: dict[str, Any] = {"scatter": lambda given, poses: errors, "is_torn": lambda account: torn}
     found = best_of(monkeypatch, agree={Course.TRACKED}, worth=HAND_FIRST, others=others)
-    assert found.course is Course.TRACKED
+    assert found.course is expected
 
 
 @pytest.mark.parametrize(("errors", "expected"), [(-3.0, Course.NUDGED), (-9.0, Course.TRACKED)])
