@@ -1,12 +1,12 @@
-"""The method joint in random rooms: python benchmarks/joint.py [ROOMS] [--stations N] [--poses trust] [--misset].
+"""The method joint in random rooms: python benchmarks/joint.py [ROOMS] [--stations N] [--poses trust] [--recess].
 
 Draws so many rooms (100 unless told otherwise), sounds them by the simulator, maps them, and prints what is found and
 how exactly, which rooms are not right, whether covariances and class probabilities are true, how near the errors come
 to the Cramer-Rao bound, what was learned of the sonar, and the time.  Each is sounded from 14 stations, or from as many
 as ``--stations`` says.  The poses are exact: ``--poses trust`` tells the method so.  ``--misset`` lets the modules of
-each room be off by up to half a step of their readings, which is what the method takes them to be.  ``--by-hand M``
-sets the robot down on two marks 0.2 m apart, and each of them is off by so much.  ``--save FILE`` keeps what
-docs/how_it_works.py draws.
+each room be off by up to half a step of their readings, which is what the method takes them to be.  ``--recess`` lets a
+pier stand out from one wall of each room, or sinks a niche into it.  ``--by-hand M`` sets the robot down on two marks
+0.2 m apart, and each of them is off by so much.  ``--save FILE`` keeps what docs/how_it_works.py draws.
 """
 
 import argparse
@@ -79,7 +79,12 @@ def main() -> None:
     """Map all rooms and print what came of them."""
     arguments = parse()
     with ProcessPoolExecutor() as workers:
-        rooms = {"array": arguments.array, "stations": arguments.stations, "misset": arguments.misset}
+        rooms = {
+            "array": arguments.array,
+            "stations": arguments.stations,
+            "misset": arguments.misset,
+            "recess": arguments.recess,
+        }
         sound = partial(random_simulation, **rooms)
         chosen = partial(run, sound=sound, poses=arguments.poses, by_hand=arguments.by_hand)
         runs = workers.map(chosen, range(arguments.rooms))
@@ -98,6 +103,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--stations", type=int, default=STATIONS)
     parser.add_argument("--poses", type=PoseMode, choices=list(PoseMode), default=PoseMode.AUTO)
     parser.add_argument("--misset", action="store_true")
+    parser.add_argument("--recess", action="store_true")
     parser.add_argument("--by-hand", type=float, default=0.0)
     parser.add_argument("--save", type=Path)
     return parser.parse_args()

@@ -22,6 +22,8 @@ DRIFT = OdometryNoise(along=0.02, yaw_per_metre=math.radians(2.0), yaw_per_radia
 
 # Sides of a room, of a box [m]; of the part that an L lacks, as a share of the room's; radii of cylinders [m].
 _SIDES, _BOX, _CUT, _RADII = (3.0, 5.5), (0.35, 0.9), (0.3, 0.45), (0.05, 0.2)
+# How wide and deep a pier that stands out from a wall, or a niche in it, is [m], and what is left beside it.
+_WIDTHS, _DEPTHS, _BESIDE = (0.5, 1.5), (0.2, 0.8), 0.5
 # How far the vertices of an oblique room are moved each way [m], and how far its boxes are turned [rad].
 _ASKEW, _TURNED = 0.35, 0.6
 # What must be free about a box, a cylinder, a station; least way between two of 14 stations [m].
@@ -143,7 +145,9 @@ def random_drive(seed: int, drive: Drive | None = None) -> Simulation:
     )
 
 
-def random_simulation(seed: int, *, array: str = ARRAY, stations: int = STATIONS, misset: bool = False) -> Simulation:
+def random_simulation(
+    seed: int, *, array: str = ARRAY, stations: int = STATIONS, misset: bool = False, recess: bool = False
+) -> Simulation:
     """Sound a random room with a built-in array.
 
     A rectangle or an L with up to two boxes and three cylinders, at right angles for even seeds and oblique for odd
@@ -160,6 +164,8 @@ def random_simulation(seed: int, *, array: str = ARRAY, stations: int = STATIONS
         From how many stations; more of them stand closer together.
     misset : bool, optional
         Whether modules were set right only to within a step of their readings.
+    recess : bool, optional
+        Whether a pier stands out from one wall, or there is a niche in it.
 
     Returns
     -------
@@ -167,7 +173,8 @@ def random_simulation(seed: int, *, array: str = ARRAY, stations: int = STATIONS
         With the truth beside it.
     """
     rng = np.random.default_rng(seed)
-    floor = _Floor(outline_xy=_outline(rng, oblique=is_oblique(seed)))
+    outline_xy = _outline(rng, oblique=is_oblique(seed))
+    floor = _Floor(outline_xy=_with_recess(outline_xy, rng) if recess else outline_xy)
     floor, boxes = _boxes(floor, rng, oblique=is_oblique(seed))
     floor, pillars = _pillars(floor, rng)
     room = Polyline(points_xy=floor.outline_xy, closed=True)
@@ -191,6 +198,18 @@ def _outline(rng: np.random.Generator, *, oblique: bool) -> FloatArray:
     vertices = np.array([[0.0, 0.0], [x, 0.0], *(notch if rng.random() < 0.5 else [[x, y]]), [0.0, y]])
     moved: FloatArray = vertices + oblique * rng.uniform(-_ASKEW, _ASKEW, vertices.shape)
     return moved
+
+
+def _with_recess(outline_xy: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Let a pier stand out from the first wall, or sink a niche into it."""
+    side = outline_xy[1] - outline_xy[0]
+    length = float(np.hypot(*side))
+    along = side / length
+    width = min(float(rng.uniform(*_WIDTHS)), length - 2.0 * _BESIDE)
+    begin, depth = rng.uniform(_BESIDE, length - _BESIDE - width), rng.choice([-1.0, 1.0]) * rng.uniform(*_DEPTHS)
+    start, stop = outline_xy[0] + begin * along, outline_xy[0] + (begin + width) * along
+    inward = depth * np.array([-along[1], along[0]])
+    return np.vstack([outline_xy[:1], start, start + inward, stop + inward, stop, outline_xy[1:]])
 
 
 def _boxes(floor: _Floor, rng: np.random.Generator, *, oblique: bool) -> tuple[_Floor, tuple[Polyline, ...]]:

@@ -28,6 +28,7 @@ BENCHMARKS = (
     "poses.py --slip 0.01",
     "poses.py --slip 0.003 --air 2",
     "joint.py --misset",
+    "joint.py --recess",
     "joint.py 24 --stations 100",
     "joint.py 24 --by-hand 0.003",
     "joint.py 24 --by-hand 0.005",

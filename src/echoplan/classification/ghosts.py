@@ -38,6 +38,8 @@ _OF_WALLS, _OF_CYLINDER = 1.5, 2.0
 _TWOFOLD = 20.0 * math.log10(2.0)
 # What a knife edge leaves of sound that grazes it, in the terms of ITU-R P.526.
 _GRAZING = math.sqrt(1.01) - 0.1
+# Walls may reflect a little beyond what was heard of them, but not as far as this [m].
+_BEYOND = 0.5
 # After so many rounds the spot at which sound glances off a cylinder is found to a millimetre.
 _GLANCES = 4
 
@@ -221,14 +223,19 @@ def _crossing(walls: tuple[Shape, Shape]) -> tuple[bool, Point]:
 def _is_concave(walls: tuple[Shape, Shape], extents: tuple[Extent, Extent], vertex: Point) -> bool:
     """Whether two walls reach where they cross, and each stands before the other."""
     for own in range(2):
-        wall, extent, other = walls[own], extents[own], walls[1 - own]
-        if not extent[0] < wall[1] * vertex[1] - wall[2] * vertex[0] < extent[1]:
+        wall, (low, high), other = walls[own], extents[own], walls[1 - own]
+        if not low < wall[1] * vertex[1] - wall[2] * vertex[0] < high:
             return False
-        middle = 0.5 * (extent[0] + extent[1])
-        inside = (wall[3] * wall[1] - middle * wall[2], wall[3] * wall[2] + middle * wall[1])
-        if depth_of(other, inside) <= 0.0:
+        # A line may be more than one wall, on both sides of the other: then one of them stands before it.
+        farthest = max(depth_of(other, _point(wall, low)), depth_of(other, _point(wall, high)))
+        if farthest < _BEYOND and depth_of(other, _point(wall, 0.5 * (low + high))) <= 0.0:
             return False
     return True
+
+
+@compiled
+def _point(wall: Shape, place: float) -> Point:
+    return wall[3] * wall[1] - place * wall[2], wall[3] * wall[2] + place * wall[1]
 
 
 @compiled

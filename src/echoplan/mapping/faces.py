@@ -30,6 +30,7 @@ class FaceSettings(BaseModel, frozen=True, extra="forbid"):
     beside: float = Field(default=0.02, gt=0.0, description="of one wall there is no room for another [m]")
     askew: float = Field(default=0.05, gt=0.0, description="at most of a stub that goes on from a wall [m]")
     turn: float = Field(default=math.radians(12), gt=0.0, description="between two walls of one [rad]")
+    against: float = Field(default=1.0, gt=0.0, description="a wall stands what fronts less than this before it [m]")
     least_share: float = Field(default=0.05, ge=0.0, description="of the pings of a line or wall that make another")
 
 
@@ -155,7 +156,8 @@ def find_faces(features: Sequence[Hypothesis], echoes: Echoes, *, step: float, s
     """Cut the lines of walls where sound went through.
 
     Sound that reached something behind a line went through it there; and where a corner was heard on a wall, this ends:
-    what lies beyond is another wall.
+    what lies beyond is another wall.  Nobody knows whether a wall goes on behind what may stand against it, so it does
+    not.
 
     Parameters
     ----------
@@ -176,8 +178,8 @@ def find_faces(features: Sequence[Hypothesis], echoes: Echoes, *, step: float, s
     wholes = [_whole(number, each) for number, each in enumerate(features) if each.is_wall]
     faces = list[Face]()
     for whole in wholes:
-        corners = _heard_corners(whole, wholes, echoes, step=step, settings=settings)
-        faces += _cut(whole, _feet(whole.wall), corners, step=step, settings=settings)
+        breaks = _heard_corners(whole, wholes, echoes, step=step, settings=settings) + _fronts(whole, wholes, settings)
+        faces += _cut(whole, _feet(whole.wall), breaks, step=step, settings=settings)
     return _without_copies(faces, settings)
 
 
@@ -236,14 +238,14 @@ def _away(point_xy: FloatArray, face: Face) -> float:
     return abs(float(point_xy @ directions(face.wall.line[0]) - face.wall.line[1]))
 
 
-def _cut(whole: Face, feet: FloatArray, corners: Sequence[float], *, step: float, settings: FaceSettings) -> list[Face]:
+def _cut(whole: Face, feet: FloatArray, breaks: Sequence[float], *, step: float, settings: FaceSettings) -> list[Face]:
     parts, start = [], 0
     through = max(4.0, settings.crossing_span / step)
     for place in np.flatnonzero(np.diff(feet) > settings.gap).tolist():
         low, high = float(feet[place]), float(feet[place + 1])
         crossed = ((whole.crossings > low + 0.02) & (whole.crossings < high - 0.02)).sum() >= through
-        cornered = high - low > settings.wide_gap and any(low - 0.03 < each < high + 0.03 for each in corners)
-        if crossed or cornered:
+        broken = high - low > settings.wide_gap and any(low - 0.03 < each < high + 0.03 for each in breaks)
+        if crossed or broken:
             parts.append(feet[start : place + 1])
             start = place + 1
     parts.append(feet[start:])
@@ -252,6 +254,17 @@ def _cut(whole: Face, feet: FloatArray, corners: Sequence[float], *, step: float
         replace(whole, low=float(part[0]), high=float(part[-1]), pings=round(whole.pings * len(part) / len(feet)))
         for part in parts
         if len(part) >= min(enough, 6.0)
+    ]
+
+
+def _fronts(whole: Face, wholes: Sequence[Face], settings: FaceSettings) -> list[float]:
+    """Places along a wall of what may stand against it: of the middles of parallel walls a little before it."""
+    angle, offset = whole.wall.line
+    parallel = [each for each in wholes if math.cos(each.wall.line[0] - angle) > math.cos(settings.turn)]
+    return [
+        float(each.middle_xy @ whole.along)
+        for each in parallel
+        if settings.askew < offset - float(each.middle_xy @ directions(angle)) < settings.against
     ]
 
 

@@ -156,6 +156,16 @@ def test_a_vertex_sounds_only_where_both_walls_reach_it_and_from_within() -> Non
     assert walls_at(soundings, first, second, ((0.6, 2.0), (-2.0, -0.6))).max() == UNHEARD
 
 
+@pytest.mark.parametrize(("begin", "is_heard"), [(-0.3, True), (0.3, False)])
+def test_a_vertex_on_a_line_of_two_walls_sounds_if_one_of_them_stands_before_the_other_wall(
+    begin: float, *, is_heard: bool
+) -> None:
+    # The line goes on far behind the second wall; before it there is 1 m of it, or no more than a wall is stretched.
+    soundings, (first, second) = one_ping((0.0, 0.0), 0.0), corner(92.0, 1.0)
+    levels = walls_at(soundings, first, second, ((begin, 5.0), (-0.8, 2.0)))
+    assert (levels.max() > UNHEARD) == is_heard
+
+
 def test_ghosts_are_read_with_the_walk_of_their_loudness() -> None:
     soundings, depth = one_ping((-1.5, -1.4), 0.7), np.hypot(2.5, 2.2)
     walking = ghosts_of_walls(soundings, SONAR.tabulated(), (EAST, NORTH), (ENDLESS, ENDLESS), NOISE)

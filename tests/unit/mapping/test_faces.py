@@ -100,6 +100,32 @@ def test_a_corner_that_was_heard_as_such_cuts_whatever_makes_it() -> None:
     assert spans(cut(with_gap(-0.3, 0.3), np.zeros(0), echoes=heard)) == [(-1.0, -0.3), (0.3, 1.0)]
 
 
+def test_nobody_knows_whether_a_wall_goes_on_behind_what_may_stand_against_it() -> None:
+    cupboard = feature(wall(0.0, 0.4), extent=(-0.2, 0.2))
+    assert spans(cut(with_gap(-0.3, 0.3), np.zeros(0), cupboard)) == [(-1.0, -0.3), (0.3, 1.0)]
+
+
+@pytest.mark.parametrize(
+    ("gap", "other"),
+    [
+        (0.3, wall(0.0, -0.1)),
+        (0.3, wall(0.0, 0.98)),
+        (0.3, wall(0.0, 1.3)),
+        (0.3, wall(np.radians(15.0), 0.4)),
+        (0.3, wall(np.pi, -0.4)),
+        (0.15, wall(0.0, 0.4)),
+    ],
+    ids=["far before it", "as good as in it", "behind it", "askew", "facing it", "narrow gap"],
+)
+def test_behind_anything_else_a_wall_goes_on(gap: float, other: FloatArray) -> None:
+    assert len(cut(with_gap(-gap, gap), np.zeros(0), feature(other, extent=(-0.1, 0.1)))) == 1
+
+
+def test_what_stands_against_a_wall_elsewhere_does_not_cut_it() -> None:
+    aside = feature(wall(0.0, 0.4), extent=(0.5, 0.8))
+    assert len(cut(with_gap(-0.3, 0.3), np.zeros(0), aside)) == 1
+
+
 def test_walls_hear_each_other_across_a_passage_and_do_not_meet_there() -> None:
     # What was heard of north ends 0.1 m before east; sound went by there.
     through = replace(NORTH, extent=(-0.9, 0.5), past=Past(crossings=np.linspace(-0.96, -0.94, 4)))
