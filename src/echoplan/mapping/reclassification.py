@@ -31,8 +31,9 @@ _JOINING, _AT_LAST = (Kind.CYLINDER, Kind.WALL), (Kind.CORNER,)
 def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belief: Belief) -> list[Hypothesis]:
     """Take walls for what explains their pings best: of poses in error walls bear most, and come before cylinders.
 
-    Corners may turn out to be walls, but no cylinders: what stands in a corner hides in it.  Both sides of a thin wall,
-    heard where they are opposite to each other, look like a corner that is heard from everywhere.
+    Corners may turn out to be walls, but no cylinders: what stands in a corner hides in it.  What few stations heard of
+    a corner looks like a cylinder behind it, and is none if a corner on a wall explains more.  Both sides of a thin
+    wall, heard where they are opposite to each other, look like a corner that is heard from everywhere.
 
     Parameters
     ----------
@@ -50,13 +51,15 @@ def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belie
     """
     kept = without_joining(explanation, list(features), belief, kinds=_AT_LAST)
     for place, feature in enumerate(kept):
-        if feature.is_known or feature.kind is Kind.CYLINDER:
+        if feature.is_known:
             continue
+        # A corner is heard over a wider angle: if that is why it does not hold, what looked like a cylinder is neither.
+        is_round = feature.kind is Kind.CYLINDER
         others = [*kept[:place], *kept[place + 1 :]]
         rivals = _rivals(explanation, feature, others)
         worths = [belief.worth(each) + _spared(each, feature, others, belief.settings.accept) for each in rivals]
-        worth, best = max(zip(worths, rivals, strict=True), key=lambda each: each[0])
-        if worth > belief.worth(feature) and belief.holds(best, explanation.levels(others)):
+        worth, best = max(zip(worths, rivals, strict=True), key=lambda each: each[0], default=(-math.inf, feature))
+        if worth > belief.worth(feature) and (is_round or belief.holds(best, explanation.levels(others))):
             kept[place] = best
     return kept
 
@@ -64,7 +67,20 @@ def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belie
 def _rivals(explanation: Explanation, feature: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
     if feature.is_wall:
         return [*rivals_of(explanation, feature, others), *_crossings(explanation, feature, others)]
+    if feature.kind is Kind.CYLINDER:
+        return _on_walls(explanation, feature, others)
     return rivals_of(explanation, feature, others, (Kind.WALL,))
+
+
+def _on_walls(explanation: Explanation, cylinder: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Propose corners in place of a cylinder, on walls near which the pings want them."""
+    (corner,) = rivals_of(explanation, cylinder, others, (Kind.CORNER,))
+    point = corner.reflector[1:3]
+    normals = [(directions(angle), offset) for angle, offset in _stronger(cylinder, others)]
+    feet = [point + (offset - point @ normal) * normal for normal, offset in normals]
+    near = [foot for foot in feet if math.dist(foot, point) < _AT]
+    proposed = [explanation.propose(np.array([Kind.CORNER, *foot, 0.0])) for foot in near]
+    return explanation.judge_all(proposed, explanation.levels(others), others)
 
 
 def _crossings(explanation: Explanation, wall: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:

@@ -59,6 +59,20 @@ def test_a_corner_stays_one_even_if_a_cylinder_would_explain_more() -> None:
     assert features[4].reflector.tolist() == vertex.tolist()
 
 
+@pytest.mark.parametrize(("across", "kind"), [(0.0, Kind.CORNER), (0.4, Kind.CYLINDER)])
+def test_what_two_stations_hear_of_a_corner_on_a_wall_is_no_cylinder_behind_it(across: float, kind: Kind) -> None:
+    stations, vertex = listening([(0.0, 0.0), (0.0, 0.5)]), np.array([2.0 - across, 1.4])
+    truth = [wall(0.0, 2.0), corner(*vertex)]
+    account = explanation(hearing(stations, truth, noise=NOISE, rng=np.random.default_rng(1)))
+    # As near to both stations as the corner is.
+    away = vertex - [0.0, 0.25]
+    center = vertex + 0.1 * away / np.hypot(*away)
+    found = taken(account, wall(0.0, 2.0), cylinder(center[0], center[1], 0.1))[1]
+    assert found.kind is kind
+    if kind is Kind.CORNER:
+        assert found.reflector[1:3] == pytest.approx(vertex, abs=0.02)
+
+
 def test_a_point_heard_from_both_sides_of_a_thin_wall_is_two_walls() -> None:
     left, right = wall(0.0, 0.6), wall(np.pi, -0.6)
     stations = listening([(0.0, 0.0), (-0.4, 0.05), (1.4, 0.02)])
