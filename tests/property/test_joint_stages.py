@@ -225,9 +225,11 @@ def test_unit_and_zero_of_residuals_do_not_change_a_fitted_walk(seed: int, unit:
     rng = np.random.default_rng(seed)
     excess = rng.uniform(0.0, 40.0, 200)
     residuals, weights = np.exp(-excess / 8.0) + rng.normal(0.0, 0.05, 200), rng.uniform(0.1, 1.0, 200)
-    plain, scaled = (fitted_walk(excess, each, weights=weights) for each in (residuals, unit * residuals + zero))
+    fits = (fitted_walk(excess, each, weights=weights, pieces=8) for each in (residuals, unit * residuals + zero))
+    (plain, fall), (scaled, scaled_fall) = fits
     assert (np.diff(plain.values) <= 1e-12).all()
     assert scaled.values == pytest.approx(plain.values, abs=1e-6)
+    assert scaled_fall == pytest.approx(unit * fall, rel=1e-6)
 
 
 @given(st.floats(20.0, 45.0), st.floats(3.0, 8.0), st.floats(0.0, 0.04))

@@ -26,7 +26,7 @@ _QUANTILES, _LARGEST = 64, 700.0
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class WalkCurve:
-    """Shape of the range walk, 1 at the threshold and falling to 0 for the loudest echoes.
+    """Shape of the range walk, 1 at the threshold and falling towards 0 for the loudest echoes.
 
     Parameters
     ----------
@@ -155,11 +155,12 @@ def physical_walk(transducer: Transducer) -> WalkCurve:
     >>> physical_walk(Transducer())([0.0, 6.0, 20.0]).round(2)
     array([1.  , 0.49, 0.18])
     """
-    delays = crossing_delay(_grid(), transducer) / peak_delay(transducer)
-    return WalkCurve(values=np.minimum.accumulate((delays - delays[-1]) / (1 - delays[-1])))
+    return WalkCurve(values=np.minimum.accumulate(crossing_delay(_grid(), transducer) / peak_delay(transducer)))
 
 
-def fitted_walk(excess: ArrayLike, residuals: ArrayLike, *, weights: ArrayLike, pieces: int = 8) -> WalkCurve:
+def fitted_walk(
+    excess: ArrayLike, residuals: ArrayLike, *, weights: ArrayLike, pieces: int = 24
+) -> tuple[WalkCurve, float]:
     """Fit a falling curve to the residuals of a recording.
 
     Parameters
@@ -175,8 +176,10 @@ def fitted_walk(excess: ArrayLike, residuals: ArrayLike, *, weights: ArrayLike, 
 
     Returns
     -------
-    WalkCurve
-        The falling curve nearest to the weighted medians of the pieces (isotonic regression).
+    curve : WalkCurve
+        The falling curve nearest to the weighted medians of the pieces (isotonic regression: Barlow et al. 1972).
+    fall : float
+        From its beginning to its end [m].
 
     Raises
     ------
@@ -191,7 +194,7 @@ def fitted_walk(excess: ArrayLike, residuals: ArrayLike, *, weights: ArrayLike, 
     nodes = np.array([np.average(x[group], weights=w[group]) for group in groups])
     levels = np.array([_weighted_median(y[group], w[group]) for group in groups])
     falling = isotonic_regression(levels, weights=[w[group].sum() for group in groups], increasing=False).x
-    return WalkCurve.from_table(nodes, falling)
+    return WalkCurve.from_table(nodes, falling), float(falling[0] - falling[-1])
 
 
 def _weighted_median(values: FloatArray, weights: FloatArray) -> float:

@@ -32,7 +32,7 @@ from echoplan.mapping.reclassification import reclassified
 from echoplan.mapping.search import Search
 from echoplan.mapping.settings import AccountSettings
 from echoplan.mapping.shadowing import shadowed
-from echoplan.mapping.sonar import expected_sonar, half_aperture_of, learned_sonar
+from echoplan.mapping.sonar import expected_sonar, half_aperture_of, learned_sonar, walking
 from echoplan.mapping.squareness import Squareness, believed_squareness, learn_squareness, roughly_square
 from echoplan.mapping.state import State
 from echoplan.mapping.unknowns import SONAR_UNKNOWNS
@@ -77,7 +77,7 @@ class Account:
         self.resolution = max(sensor.resolution for sensor in rig.sensors)
         self.half_aperture = half_aperture_of(rig)
         self.wheels = rig.odometry
-        self.prior = expected_sonar(rig, heard, self.memory.model)
+        self.prior = expected_sonar(rig, heard, self.memory.model, walk=settings.walk)
         self.recorded = chosen_soundings(heard, healthy(heard, settings.health))
         self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=settings.arcs)
         self.given = given
@@ -234,8 +234,11 @@ class Account:
 
     def polish(self) -> None:
         """Adjust loudness and beam as well, where poses do not drift: readings made late would pass for faint ones."""
-        if self.believed is None or not self.believed.relative:
+        if not self.drifts:
             self.is_polished = True
+            if self.settings.walk == "fitted" and self.memory.is_empty:
+                self.model = walking(self.model, self.adjusted, self.noise)
+                self.prior = replace(self.prior, walk=self.model.walk, walk_gain=self.model.walk_gain)
             # What is remembered of them came to rest before.
             self.adjust_often(self.noise, self.believed, 3 if self.memory.is_empty else 1)
 
@@ -363,8 +366,7 @@ class Account:
 
     def explained(self, features: Sequence[Hypothesis]) -> BoolArray:
         """Tell which pings features or their ghosts explain."""
-        explanation = self.explanation
-        explained: BoolArray = explanation.levels(features) > explanation.floor + math.log(20.0)
+        explained: BoolArray = self.explanation.levels(features) > self.explanation.floor + math.log(20.0)
         return explained
 
     def refreshed(self) -> list[Hypothesis]:

@@ -1,9 +1,12 @@
 """Settings of all stages of an account."""
 
 from enum import StrEnum
+from typing import Annotated
 
-from pydantic import BaseModel, Field
+from pydantic import AfterValidator, BaseModel, Field
 
+from echoplan.acoustics.walk import WalkCurve
+from echoplan.errors import EchoplanError
 from echoplan.extraction.arcs import ArcSettings
 from echoplan.mapping.adjustment import AdjustmentSettings
 from echoplan.mapping.certainty import CertaintySettings
@@ -22,6 +25,10 @@ from echoplan.preprocessing.stations import StationSettings
 __all__ = ["AccountSettings", "PoseMode", "WindowSettings"]
 
 
+# Range walks that need no table.
+_WALKS = ("physical", "fitted")
+
+
 class PoseMode(StrEnum):
     """What to do about the poses of the robot."""
 
@@ -35,6 +42,25 @@ class WindowSettings(BaseModel, frozen=True, extra="forbid"):
 
     stations: int = Field(default=24, ge=3, description="that stay at hand when others are let go")
     step: int = Field(default=12, ge=1, description="that are let go together")
+
+
+def _falls(walk: str | tuple[tuple[float, float], ...]) -> str | tuple[tuple[float, float], ...]:
+    """Refuse what is no walk."""
+    if isinstance(walk, str):
+        if walk not in _WALKS:
+            raise ValueError(f"must be {' or '.join(_WALKS)} or a table")
+    elif len(walk) < 2:
+        raise ValueError("a walk table needs two rows at least")
+    else:
+        _check_table(walk)
+    return walk
+
+
+def _check_table(table: tuple[tuple[float, float], ...]) -> None:
+    try:
+        WalkCurve.from_table(*zip(*table, strict=True))
+    except EchoplanError as error:
+        raise ValueError(str(error)) from None
 
 
 class AccountSettings(BaseModel, frozen=True, extra="forbid"):
@@ -56,6 +82,11 @@ class AccountSettings(BaseModel, frozen=True, extra="forbid"):
     faces: FaceSettings = Field(default_factory=FaceSettings)
     vertices: VertexSettings = Field(default_factory=VertexSettings)
     survey: SurveySettings = Field(default_factory=SurveySettings)
+    walk: Annotated[str | tuple[tuple[float, float], ...], AfterValidator(_falls)] = Field(
+        default="physical",
+        description="range walk: that of the burst, one fitted to the recording where poses do not drift, or a table "
+        "of how far [m] readings of a signal excess [dB] are too far",
+    )
     first_noise: float = Field(default=0.008, gt=0.0, description="of readings before anything is known [m]")
     least_noise: float = Field(default=0.0015, gt=0.0, description="of the best sensors [m]")
     greatest_noise: float = Field(default=0.05, gt=0.0, description="of readings that still make a map [m]")

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from echoplan.acoustics import Air, directivity, signal_excess, two_way_loss, wavenumber, wedge_coefficient
-from echoplan.acoustics.detection import peak_delay
+from echoplan.acoustics.detection import crossing_delay, peak_delay
 from echoplan.acoustics.expectation import (
     SILENCE,
     EchoModel,
@@ -263,7 +263,9 @@ def test_the_walk_runs_over_half_the_way_that_sound_goes_until_the_peak() -> Non
     model = replace(EchoModel.of(PAPER), spread=0.0)
     hearing = model.tabulated()
     assert model.walk_gain == pytest.approx(AIR.speed_of_sound * peak_delay(PAPER) / 2)
-    assert walk_of(hearing, 0.0) - walk_of(hearing, 70.0) == pytest.approx(model.walk_gain)
+    delays = crossing_delay([0.0, 6.0, 70.0], PAPER)
+    walks = [walk_of(hearing, excess) for excess in (0.0, 6.0, 70.0)]
+    assert np.diff(walks) == pytest.approx(AIR.speed_of_sound / 2 * np.diff(delays))
 
 
 @pytest.mark.parametrize("excess", [-30.0, 0.0, 0.026, 7.77, 69.99, 70.0, 300.0])

@@ -287,6 +287,14 @@ def test_a_transducer_that_rings_longer_or_shorter_than_thought_moves_no_wall(qu
     assert_square(mapped(ARRAY, simulated(ARRAY, quality_factor=quality_factor)), within=WITHIN[ARRAY])
 
 
+@both_rigs
+@pytest.mark.parametrize("walk", ["fitted", ((0.0, 0.03), (6.0, 0.015), (20.0, 0.004), (50.0, 0.0))])
+@pytest.mark.parametrize("detector", ["envelope", "carrier"])
+def test_another_walk_may_stand_in_the_place_of_the_usual_one(rig: str, walk: str, detector: str) -> None:
+    settings = JointSettings.model_validate({"walk": walk})
+    assert_square(mapped(rig, simulated(rig, detector=detector), settings), within=WITHIN[rig])
+
+
 def test_walls_that_are_seen_again_close_the_loop() -> None:
     place = soundings.world(
         [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0], [0.0, 0.0]],
