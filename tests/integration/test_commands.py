@@ -122,6 +122,16 @@ class TestMap:
         first, *_ = read_recording(recording)
         assert grid.values[tuple(grid.cells_of(first.station[:2]))] == 0.0
 
+    def test_another_run_takes_away_the_grid_of_an_earlier_one(self, recording: Path, tmp_path: Path) -> None:
+        for method in ("grid-bayes", "rcd"):
+            succeed("map", recording, "--method", method, "--out", tmp_path)
+        assert names(tmp_path) == sorted(RESULTS)
+
+    def test_a_grid_that_no_run_left_there_stays(self, recording: Path, tmp_path: Path) -> None:
+        (tmp_path / "map.yaml").write_text("image: mine.png", encoding="utf-8")
+        succeed("map", recording, "--method", "rcd", "--out", tmp_path)
+        assert (tmp_path / "map.yaml").read_text(encoding="utf-8") == "image: mine.png"
+
     def test_other_files_in_the_folder_stay(self, recording: Path, tmp_path: Path) -> None:
         (tmp_path / "notes.txt").write_text("mine", encoding="utf-8")
         succeed("map", recording, "--method", "rcd", "--out", tmp_path)

@@ -55,6 +55,8 @@ class Results:
 def write_results(folder: Path, results: Results) -> None:
     """Write the files of ``RESULTS``, and ``map.yaml`` with its picture if there is a grid; all or none, and say so.
 
+    The grid that an earlier run left in the folder goes.
+
     Parameters
     ----------
     folder : Path
@@ -71,7 +73,7 @@ def write_results(folder: Path, results: Results) -> None:
     from echoplan.io import write_grid, write_map, write_text, write_trajectory, written_whole  # noqa: PLC0415
     from echoplan.viewer import Report, plan_svg, report_html  # noqa: PLC0415
 
-    plan = results.plan
+    plan, was_run = results.plan, (folder / "run.toml").exists()
     sections = (*results.sections, *_learned(plan), *_evaluated(plan), *_settings(results))
     with written_whole(folder) as draft:
         write_map(draft / "map.json", plan.feature_map)
@@ -81,6 +83,9 @@ def write_results(folder: Path, results: Results) -> None:
         write_run(draft / "run.toml", results.run, results.settings)
         if results.grid is not None:
             write_grid(draft / "map.yaml", results.grid)
+    if was_run and results.grid is None:
+        for stale in filter(Path.is_file, (folder / name for name in _GRID)):
+            stale.unlink()
     report_files(folder, (*RESULTS, *(_GRID if results.grid is not None else ())))
 
 

@@ -10,6 +10,7 @@ from pydantic import BaseModel, Field
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray
 from echoplan.classification.hypotheses import Hypothesis
+from echoplan.geometry import wrap
 from echoplan.mapping.adjustment import Adjusted
 from echoplan.mapping.crossings import crossing_slopes
 from echoplan.mapping.faces import Face
@@ -103,7 +104,7 @@ class Survey:
         low, high = self._ends(number, face)
         normal_angle, offset = face.wall.line.tolist()
         return Wall(
-            normal_angle=normal_angle,
+            normal_angle=float(wrap(normal_angle)),
             offset=offset,
             endpoints_xy=np.stack([face.point(low), face.point(high)]),
             covariance=self._covariance([face.owner]),

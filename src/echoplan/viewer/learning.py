@@ -10,12 +10,12 @@ from echoplan.viewer.sections import Definitions
 
 __all__ = ["learned_in_words"]
 
-# Name, what it is called, what turns it into its unit, and the unit.
+# Name, what it is called above and below zero, what turns it into its unit, and the unit.
 _NUMBERS = (
-    ("range_scale", "Ranges are too short by", 100.0, "%"),
-    ("range_offset", "Ranges at 1 m are too long by", 1000.0, "mm"),
-    ("walk_gain", "Faint echoes are read too far by up to", 1000.0, "mm"),
-    ("servo_latency", "The servo lags by", 1000.0, "ms"),
+    ("range_scale", ("Ranges are too short by", "Ranges are too long by"), 100.0, "%"),
+    ("range_offset", ("Ranges at 1 m are too long by", "Ranges at 1 m are too short by"), 1000.0, "mm"),
+    ("walk_gain", ("Faint echoes are read too far by up to", "Faint echoes are read too near by up to"), 1000.0, "mm"),
+    ("servo_latency", ("The servo lags by", "The servo leads by"), 1000.0, "ms"),
 )
 # What robot simulators make of a sonar.
 _CONE = "the nearest points in cones of rays of \N{PLUS-MINUS SIGN}{:.1f}\N{DEGREE SIGN}, as robot simulators make them"
@@ -46,7 +46,11 @@ def learned_in_words(feature_map: FeatureMap) -> tuple[Definitions, ...]:
     found = feature_map.parameters.get("found")
     if not isinstance(found, Mapping) or not found:
         return ()
-    items = [(words, _value(found[name], factor, unit)) for name, words, factor, unit in _NUMBERS if name in found]
+    items = [
+        (words[found[name]["value"] < 0.0], _value(found[name], factor, unit))
+        for name, words, factor, unit in _NUMBERS
+        if name in found
+    ]
     noise = ("Readings scatter by", f"{1000 * float(found['noise']):.1f} mm")
     poses = ("Poses", str(found.get("poses", "trusted")))
     rays = [("Readings are", _CONE.format(math.degrees(float(found["cone"]))))] if "cone" in found else []
@@ -83,7 +87,7 @@ def _open_way(stretches: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _value(number: Mapping[str, Any], factor: float, unit: str) -> str:
-    value, sigma = factor * float(number["value"]), factor * float(number["sigma"])
+    value, sigma = abs(factor * float(number["value"])), factor * float(number["sigma"])
     is_determined, air = sigma <= _DETERMINED * factor * float(number["believed"]), number.get("temperature")
     if not is_determined and air is None:
         return "not determined by this recording"

@@ -24,6 +24,11 @@ def test_a_number_comes_with_its_uncertainty_and_unit() -> None:
     assert told()["Ranges are too short by"] == "1.990 \N{PLUS-MINUS SIGN} 0.030 %"
 
 
+def test_a_number_below_zero_is_told_the_other_way_round() -> None:
+    scale = {"value": -0.00086, "sigma": 0.0003, "believed": 0.03}
+    assert told(range_scale=scale)["Ranges are too long by"] == "0.086 \N{PLUS-MINUS SIGN} 0.030 %"
+
+
 def test_what_the_pings_do_not_narrow_down_is_said_to_be_unknown() -> None:
     offset = {"value": 0.0002, "sigma": 0.0013, "believed": 0.0014}
     assert told(range_offset=offset)["Ranges at 1 m are too long by"] == "not determined by this recording"
