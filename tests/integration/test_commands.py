@@ -50,6 +50,21 @@ class TestSimulate:
         run = tomllib.loads((recording / "run.toml").read_text(encoding="utf-8"))["run"]
         assert (run["source"], run["seed"]) == ("square", 4)
 
+    def test_a_material_that_nobody_knows_is_told_with_its_world(self, tmp_path: Path) -> None:
+        world = tmp_path / "attic.toml"
+        world.write_text('[[wall]]\npoints = [[2, -1], [2, 1]]\nmaterial = "woood"\n', encoding="utf-8")
+        done = echoplan("simulate", world, "--route", "square", "--out", tmp_path / "rec")
+        assert done.status == 2
+        assert f"{world}: unknown material 'woood'; did you mean 'wood'? known: brick" in done.err
+
+    def test_a_route_out_of_reach_of_everything_is_refused(self, tmp_path: Path) -> None:
+        route = tmp_path / "route.csv"
+        route.write_text("x,y,yaw\n60.0,60.0,0.2\n140.0,70.0,0.9\n", encoding="utf-8")
+        done = echoplan("simulate", "square", "--route", route, "--out", tmp_path / "rec")
+        assert done.status == 2
+        assert f"{route}: nothing of the world 'square' is in reach of it: the nearest is 81.7 m away" in done.err
+        assert names(tmp_path) == ["route.csv"]
+
     def test_it_says_where_it_put_them(self, tmp_path: Path) -> None:
         assert f"{tmp_path / 'rec'}: pings.csv, rig.toml, truth.json" in succeed(
             "simulate", "square", "--out", tmp_path / "rec"

@@ -16,7 +16,7 @@ __all__ = ["evaluation_tables", "inside", "run"]
 
 def run(
     feature_map: Annotated[Path, typer.Argument(metavar="MAP", help="A map.json, or the folder that holds it.")],
-    truth: Annotated[Path, typer.Argument(help="A truth.json, or the folder that holds it.")],
+    truth: Annotated[Path, typer.Argument(help="A truth.json, the folder that holds it, or a world.toml.")],
     min_heard: Annotated[int, typer.Option(help="Objects heard from fewer stations are not asked for.", min=0)] = 2,
     as_json: Annotated[bool, typer.Option("--json", help="Print all numbers as JSON.")] = False,
 ) -> None:

@@ -1,11 +1,16 @@
 """``echoplan simulate``: a world, a rig and a route make a recording with the truth beside it."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from echoplan.cli.terminal import Progressing, report_files
+
+if TYPE_CHECKING:
+    from echoplan.simulation import Simulation
 
 __all__ = ["run"]
 
@@ -31,15 +36,49 @@ def run(
 
     sections = {"simulation": SimulationSettings}
     settings = read_config(config, sections)["simulation"] if config else SimulationSettings()
-    simulation = Simulation(
-        world=find_world(world),
-        rig=with_odometry(find_rig(rig), settings.odometry),
-        route=find_route(route or world),
-        settings=settings,
-        seed=seed,
-    )
+    place, using, way = find_world(world), with_odometry(find_rig(rig), settings.odometry), find_route(route or world)
+    with _told_of(world):
+        simulation = Simulation(world=place, rig=using, route=way, settings=settings, seed=seed)
+    _check_in_reach(simulation, route or world)
     with written_whole(out) as draft:
         write_recording(draft, Progressing(simulation, "simulating"))
         write_truth(draft / "truth.json", simulation.truth)
         write_run(draft / "run.toml", Run(source=world, seed=seed), {"simulation": settings})
     report_files(out, ["pings.csv", "rig.toml", "truth.json", "run.toml"])
+
+
+@contextmanager
+def _told_of(world: str) -> Iterator[None]:
+    """Say whose material it is that nobody knows."""
+    from echoplan.errors import InputError, UnknownNameError  # noqa: PLC0415
+
+    try:
+        yield
+    except UnknownNameError as error:
+        problem, _, remedy = str(error).partition("; ")
+        raise InputError(world, problem, remedy=remedy) from error
+
+
+def _check_in_reach(simulation: "Simulation", route: str) -> None:
+    """Refuse a route that is nowhere near anything: it is that of another place, or not in metres."""
+    import numpy as np  # noqa: PLC0415
+
+    from echoplan.errors import InputError  # noqa: PLC0415
+    from echoplan.geometry import distances_to_segments  # noqa: PLC0415
+
+    world, stations = simulation.world, simulation.route.map_from_base[:, :2]
+    centers, radii = world.discs[:, :2], world.discs[:, 2]
+    away = np.concatenate(
+        [
+            distances_to_segments(stations, world.segments_xy).ravel(),
+            (np.linalg.norm(stations[:, None] - centers, axis=2) - radii).ravel(),
+        ]
+    )
+    reach = max(sensor.max_range for sensor in simulation.rig.sensors)
+    if len(away) and away.min() > reach:
+        raise InputError(
+            route,
+            f"nothing of the world {world.name!r} is in reach of it: the nearest is {away.min():.1f} m away, and "
+            f"sensors reach {reach:g} m",
+            remedy="write metres, or take the route of that world",
+        )

@@ -12,7 +12,7 @@ from echoplan.evaluation.deviations import deviations
 from echoplan.evaluation.matches import CylinderMatch, Match, Matching, WallMatch
 from echoplan.evaluation.summary import Summary
 from echoplan.evaluation.tally import Tally
-from echoplan.model import FeatureClass, Table
+from echoplan.model import EVERYWHERE, FeatureClass, Table
 
 __all__ = [
     "confusion_table",
@@ -174,9 +174,13 @@ def deviation_table(summary: Summary) -> Table:
 
 def _by_object(matching: Matching[Kind], cells: Callable[[Kind], tuple[str, str]]) -> tuple[tuple[str, ...], ...]:
     return tuple(
-        (str(each.index), *(cells(each.match) if each.match else (_UNKNOWN, _UNKNOWN)), str(each.heard))
+        (str(each.index), *(cells(each.match) if each.match else (_UNKNOWN, _UNKNOWN)), _heard(each.heard))
         for each in deviations(matching)
     )
+
+
+def _heard(stations: int) -> str:
+    return "everywhere" if stations == EVERYWHERE else str(stations)
 
 
 def _consistency(consistency: Consistency) -> tuple[str, ...]:

@@ -5,19 +5,23 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field
 
+from echoplan.arrays import IntArray
 from echoplan.io.files import write_text
 from echoplan.io.structure import Count, Form, Quadruple, Triple, read_json
 from echoplan.io.text import format_json
-from echoplan.model import Truth
+from echoplan.io.world import read_world
+from echoplan.model import EVERYWHERE, Truth
 
 __all__ = ["read_truth", "write_truth"]
 
 
 class _TruthForm(Form):
     walls: list[Quadruple] = Field(description="a list of faces [x1, y1, x2, y2] in metres")
-    walls_heard: list[Count] = Field(description="from how many stations each wall can be heard")
+    walls_heard: list[Count] | None = Field(default=None, description="from how many stations each wall can be heard")
     cylinders: list[Triple] = Field(default=[], description="a list of cylinders [x, y, radius] in metres")
-    cylinders_heard: list[Count] = Field(default=[], description="from how many stations each cylinder can be heard")
+    cylinders_heard: list[Count] | None = Field(
+        default=None, description="from how many stations each cylinder can be heard"
+    )
     poses: list[Triple] = Field(default=[], description="the true pose [x, y, yaw] of each sweep")
     given: list[Triple] = Field(default=[], description="the recorded pose [x, y, yaw] of each sweep")
     temperature: float | None = Field(default=None, description="the temperature of the air in degrees Celsius")
@@ -26,13 +30,17 @@ class _TruthForm(Form):
         """Make the truth."""
         return Truth(
             walls_xy=np.reshape(self.walls, (-1, 2, 2)),
-            walls_heard=np.array(self.walls_heard, dtype=np.int64),
+            walls_heard=_counts(self.walls_heard, len(self.walls)),
             cylinders=np.reshape(self.cylinders, (-1, 3)),
-            cylinders_heard=np.array(self.cylinders_heard, dtype=np.int64),
+            cylinders_heard=_counts(self.cylinders_heard, len(self.cylinders)),
             poses=np.reshape(self.poses, (-1, 3)),
             given=np.reshape(self.given or self.poses, (-1, 3)),
             temperature=self.temperature,
         )
+
+
+def _counts(heard: list[int] | None, count: int) -> IntArray:
+    return np.full(count, EVERYWHERE) if heard is None else np.array(heard, dtype=np.int64)
 
 
 def read_truth(path: Path) -> Truth:
@@ -41,18 +49,28 @@ def read_truth(path: Path) -> Truth:
     Parameters
     ----------
     path : Path
-        The file, usually ``truth.json``.
+        The file, usually ``truth.json``; or a world, of which all faces and cylinders are asked for.
 
     Returns
     -------
     Truth
-        The truth; poses given that are left out are the true ones.
+        The truth; what does not tell from where it is heard is heard everywhere, and poses given that are left out are
+        the true ones.
 
     Raises
     ------
     InputError
         If the file cannot be read or its lists do not go together.
     """
+    if path.suffix == ".toml":
+        world = read_world(path)
+        walls, cylinders = world.segments_xy, world.discs
+        return Truth(
+            walls_xy=walls,
+            walls_heard=_counts(None, len(walls)),
+            cylinders=cylinders,
+            cylinders_heard=_counts(None, len(cylinders)),
+        )
     return read_json(path, _TruthForm).value()
 
 

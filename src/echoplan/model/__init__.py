@@ -15,9 +15,10 @@ from echoplan.model.rig import Firing, Rig, Servo
 from echoplan.model.sensor import Sensor, Transducer
 from echoplan.model.sweep import Pings, Recording, Source, Sweep
 from echoplan.model.table import Table
-from echoplan.model.world import Pillar, Polyline, Route, Truth, World
+from echoplan.model.world import EVERYWHERE, Pillar, Polyline, Route, Truth, World
 
 __all__ = [
+    "EVERYWHERE",
     "ClassProbabilities",
     "Corner",
     "CornerKind",

@@ -7,7 +7,7 @@ import numpy as np
 from echoplan.arrays import FloatArray, IntArray, checked_floats, checked_integers, checked_number, store
 from echoplan.errors import InvalidValueError
 
-__all__ = ["Pillar", "Polyline", "Route", "Truth", "World"]
+__all__ = ["EVERYWHERE", "Pillar", "Polyline", "Route", "Truth", "World"]
 
 _NOWHERE = np.zeros((0, 3))
 
@@ -145,6 +145,10 @@ class Route:
         store(self, stamps_ns=stamps)
 
 
+# From so many stations something is heard, if nobody says from how many.
+EVERYWHERE = 2**31 - 1
+
+
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Truth:
     """What a map of a recording should say.
@@ -154,7 +158,7 @@ class Truth:
     walls_xy : ndarray, shape (m, 2, 2)
         Faces: item, start or end, x or y [m].
     walls_heard : ndarray of int, shape (m,)
-        From how many stations each wall can be heard at all.
+        From how many stations each wall can be heard at all; ``EVERYWHERE`` where nobody says.
     cylinders : ndarray, shape (k, 3), optional
         ``(x, y, radius)`` [m].
     cylinders_heard : ndarray of int, shape (k,), optional

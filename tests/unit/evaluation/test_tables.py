@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 
 import maps
@@ -12,7 +14,7 @@ from echoplan.evaluation import (
     tally_table,
     wall_table,
 )
-from echoplan.model import FeatureClass
+from echoplan.model import EVERYWHERE, FeatureClass
 
 FOUND = evaluate(
     maps.drawn(
@@ -30,6 +32,12 @@ def test_walls_are_told_as_in_table_5_of_the_paper() -> None:
     # 3 cm in 2 m are 0.86 degrees.
     assert table.rows[:2] == (("1", "25.0", "0.86", "9"), ("2", "-", "-", "4"))
     assert len(table.rows) == 6
+
+
+def test_nobody_need_say_from_where_walls_are_heard() -> None:
+    truth = replace(maps.ROOM, walls_heard=np.full(len(maps.ROOM.walls_xy), EVERYWHERE))
+    table = wall_table(evaluate(maps.drawn(maps.wall((1, 0.01), (3, 0.04))), truth).matches.walls)
+    assert {row[-1] for row in table.rows} == {"everywhere"}
 
 
 def test_cylinders_are_told_with_the_sign_of_their_radius() -> None:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from echoplan.errors import InputError
-from echoplan.io import read_truth, write_truth
-from echoplan.model import Truth
+from echoplan.io import builtin_world, read_truth, write_truth, write_world
+from echoplan.model import EVERYWHERE, Truth
 
 TRUTH = {
     "walls": [[0.0, 0.0, 4.0, 0.5], [4.0, 0.5, 4.0, 3.0]],
@@ -45,6 +45,21 @@ def test_poses_that_are_not_given_are_the_true_ones(tmp_path: Path) -> None:
 def test_there_need_be_nothing_but_walls(tmp_path: Path) -> None:
     truth = read(tmp_path, cylinders=None, cylinders_heard=None, poses=None, given=None, temperature=None)
     assert (truth.cylinders.shape, truth.poses.shape, truth.temperature) == ((0, 3), (0, 3), None)
+
+
+def test_what_does_not_tell_from_where_it_is_heard_is_heard_everywhere(tmp_path: Path) -> None:
+    truth = read(tmp_path, walls_heard=None, cylinders_heard=None)
+    assert (truth.walls_heard.tolist(), truth.cylinders_heard.tolist()) == ([EVERYWHERE] * 2, [EVERYWHERE])
+
+
+def test_a_world_is_a_truth_of_all_its_faces(tmp_path: Path) -> None:
+    world = builtin_world("square")
+    write_world(tmp_path / "world.toml", world)
+    truth = read_truth(tmp_path / "world.toml")
+    assert truth.walls_xy.tolist() == world.segments_xy.tolist()
+    assert truth.walls_heard.tolist() == [EVERYWHERE] * 4
+    assert truth.cylinders.tolist() == world.discs.tolist()
+    assert not len(truth.poses)
 
 
 def test_a_temperature_that_is_not_known_is_not_written(tmp_path: Path) -> None:
