@@ -73,7 +73,9 @@ def _rivals(explanation: Explanation, feature: Hypothesis, others: Sequence[Hypo
 
 
 def _on_walls(explanation: Explanation, cylinder: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Propose corners in place of a cylinder, on walls near which the pings want them."""
+    """Propose corners in place of a cylinder, on walls near which the pings want them; to rays both look alike."""
+    if explanation.hearing.cone:
+        return []
     (corner,) = rivals_of(explanation, cylinder, others, (Kind.CORNER,))
     point = corner.reflector[1:3]
     normals = [(directions(angle), offset) for angle, offset in _stronger(cylinder, others)]
