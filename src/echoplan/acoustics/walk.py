@@ -153,7 +153,7 @@ def physical_walk(transducer: Transducer) -> WalkCurve:
     Examples
     --------
     >>> physical_walk(Transducer())([0.0, 6.0, 20.0]).round(2)
-    array([1.  , 0.49, 0.19])
+    array([1.  , 0.5 , 0.19])
     """
     return WalkCurve(values=np.minimum.accumulate(crossing_delay(_grid(), transducer) / peak_delay(transducer)))
 
