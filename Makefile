@@ -28,8 +28,8 @@ format: $(STAMPS)/dev ## Format the code and mend what ruff can mend
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-bench: $(STAMPS)/test ## Print every measured figure that the documents quote
-	@$(BIN)/python benchmarks/run.py
+bench: $(STAMPS)/test ## Print every measured figure that the documents quote; FOLDERS="..." with recordings, too
+	@$(BIN)/python benchmarks/run.py $(FOLDERS)
 
 docs: $(STAMPS)/base ## Make the pictures of the documents anew
 	@$(BIN)/python docs/pictures.py

@@ -1,7 +1,8 @@
 """Every measured figure that the documents quote: python benchmarks/run.py [FOLDER...].
 
-Runs each benchmark in turn.  Folders of recordings with truth are scored too; a recording without truth is mapped as a
-corridor.  Without folders, what needs them is left out.
+Runs each benchmark in turn.  Folders of recordings with truth are scored too, and so are single recordings, which are
+those of arenas; a recording without truth is mapped as a corridor.  Without folders, what needs them is left out.  The
+tables of all methods in docs/methods.md are those of ``echoplan compare``, by the commands that stand beside them.
 """
 
 import subprocess
@@ -41,22 +42,34 @@ BENCHMARKS = (
     "referee.py --burst smooth",
 )
 RECORDINGS, CORRIDOR = "recordings.py", "corridor.py"
+# How often noise is added to real recordings, to tell luck from skill.
+ARENA_COPIES, CORRIDOR_COPIES = "12", "24"
 
 
 def main(folders: list[str]) -> None:
     """Run them all and stop at the first that fails."""
     for name in BENCHMARKS:
         run(*name.split())
-    unsurveyed = [folder for folder in folders if is_unsurveyed(Path(folder))]
-    if surveyed := [folder for folder in folders if folder not in unsurveyed]:
-        run(RECORDINGS, *surveyed)
-    for folder in unsurveyed:
-        run(CORRIDOR, folder)
+    rooms = [folder for folder in folders if not is_recording(Path(folder))]
+    arenas = [folder for folder in folders if folder not in rooms and is_surveyed(Path(folder))]
+    if rooms:
+        run(RECORDINGS, *rooms)
+    if arenas:
+        run(RECORDINGS, *arenas, "--min-heard", "1")
+        run(RECORDINGS, *arenas, "--min-heard", "1", "--methods", "joint", "--shaken", ARENA_COPIES)
+    for folder in folders:
+        if folder not in (*rooms, *arenas):
+            run(CORRIDOR, folder, "--shaken", CORRIDOR_COPIES)
 
 
-def is_unsurveyed(folder: Path) -> bool:
-    """Tell whether a folder is a recording without truth."""
-    return (folder / "pings.csv").exists() and not (folder / "truth.json").exists()
+def is_recording(folder: Path) -> bool:
+    """Tell whether a folder is a recording, and not one of recordings."""
+    return (folder / "pings.csv").exists()
+
+
+def is_surveyed(recording: Path) -> bool:
+    """Tell whether the truth is known."""
+    return (recording / "truth.json").exists()
 
 
 def run(name: str, *arguments: str) -> None:
