@@ -155,6 +155,18 @@ class TestMap:
 
 
 class TestEvaluate:
+    def test_it_says_why_poses_are_not_compared(self, mapped: Path, recording: Path, tmp_path: Path) -> None:
+        truth = json.loads((recording / "truth.json").read_text(encoding="utf-8"))
+        shorter = {name: rows[:3] if name in ("poses", "given") else rows for name, rows in truth.items()}
+        (tmp_path / "truth.json").write_text(json.dumps(shorter), encoding="utf-8")
+        said = succeed("evaluate", mapped, tmp_path)
+        assert said.splitlines()[-1] == "Poses are not compared: the map has 5, the truth 3."
+        assert "not compared" not in succeed("evaluate", mapped, recording)
+
+    def test_a_map_is_held_against_a_world_too(self, mapped: Path, tmp_path: Path) -> None:
+        write_world(tmp_path / "world.toml", builtin_world("square"))
+        assert "everywhere" in succeed("evaluate", mapped, tmp_path / "world.toml")
+
     def test_folders_and_files_are_the_same_to_it(self, recording: Path, mapped: Path) -> None:
         by_folder = succeed("evaluate", mapped, recording)
         assert by_folder == succeed("evaluate", mapped / "map.json", recording / "truth.json")

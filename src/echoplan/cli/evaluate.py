@@ -33,16 +33,15 @@ def run(
     from echoplan.io import read_map, read_truth  # noqa: PLC0415
     from echoplan.io.text import format_json  # noqa: PLC0415
 
-    evaluation = evaluate(
-        read_map(inside(feature_map, "map.json")),
-        read_truth(inside(truth, "truth.json")),
-        EvaluationSettings(matching=MatchingSettings(min_heard=min_heard)),
-    )
+    drawn, true = read_map(inside(feature_map, "map.json")), read_truth(inside(truth, "truth.json"))
+    evaluation = evaluate(drawn, true, EvaluationSettings(matching=MatchingSettings(min_heard=min_heard)))
     if as_json:
         put(format_json(evaluation_document(evaluation)))
         return
     for table in evaluation_tables(evaluation):
         show(table)
+    if len(true.poses) and len(drawn.poses) and len(true.poses) != len(drawn.poses):
+        put(f"Poses are not compared: the map has {len(drawn.poses)}, the truth {len(true.poses)}.")
 
 
 def evaluation_tables(evaluation: "Evaluation") -> tuple["Table", ...]:
