@@ -12,15 +12,9 @@ from echoplan.arrays import BoolArray, FloatArray
 from echoplan.classification.explanation import Explanation
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.extraction.arcs import find_arcs
-from echoplan.mapping.adjustment import Adjusted, Beliefs, adjust
+from echoplan.mapping.adjusted import Adjusted
+from echoplan.mapping.adjustment import Beliefs, adjust
 from echoplan.mapping.boxes import with_boxes
-from echoplan.mapping.certainty import (
-    Undetermined,
-    covariances_between_walls,
-    pose_covariances,
-    reckoned_covariances,
-    undetermined,
-)
 from echoplan.mapping.copies import without_copies
 from echoplan.mapping.drift import learn_drift
 from echoplan.mapping.independence import independence
@@ -195,9 +189,7 @@ class Account:
         self.search()
         self.adjust_often(self.noise, self._drifting(beliefs), 3)
         self.settle_features()
-        if self.adjusted is not None:
-            heard, left = self.adjusted.owners, self.adjusted.residuals
-            self.independence = independence(self.soundings, heard, left, noise=self.noise)
+        self.independence = self._independence()
         self.adjust_often(self.noise, self._drifting(beliefs), 2)
         self.stand_square(self._drifting(beliefs))
 
@@ -373,25 +365,18 @@ class Account:
         """Collect fresh evidence for the features, without keeping it."""
         return self._search().judged(self.features)
 
-    def pose_covariances(self) -> FloatArray:
-        """Tell how well the poses of the stations are known; nothing where they are trusted."""
-        return np.zeros((0, 3, 3)) if self.adjusted is None else pose_covariances(self.adjusted)
+    def understated(self) -> float:
+        """Tell how many times more the readings tell than they are let count for, where poses are trusted.
 
-    def undetermined(self) -> tuple[Undetermined, ...]:
-        """Tell where nothing but odometry fixes a position one way."""
-        if self.believed is None or not self.believed.relative or self.adjusted is None:
-            return ()
-        between = covariances_between_walls(self.adjusted)
-        return undetermined(self.pose_covariances(), between, self.reckoned(), self.settings.certainty)
+        There all that the model of the sonar lacks pulls at features alike, however many readings say so: their weights
+        stay low.  Where poses are corrected they count in full.
+        """
+        return self._independence() if self.believed is None else 1.0
 
-    def reckoned(self) -> FloatArray:
-        """Add up what odometry leaves open of each position since the first station of all."""
-        assert self.believed is not None
-        sigmas = self.believed.sigmas.copy()
-        sigmas[:, 2] = 0.0
-        if not self.memory.is_empty:
-            sigmas[0] = self.memory.reckoned
-        return reckoned_covariances(self.believed._replace(sigmas=sigmas), self.poses)
+    def _independence(self) -> float:
+        if self.adjusted is None:
+            return 1.0
+        return independence(self.soundings, self.adjusted.owners, self.adjusted.residuals, noise=self.noise)
 
     def _search(self, *, rounds: int | None = None) -> Search:
         settings = self.settings.search

@@ -6,15 +6,14 @@ between corners and the walls that make them, and priors from the rig for what t
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from pydantic import BaseModel, Field
 
-from echoplan.acoustics.expectation import EchoModel, Kind
+from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray, IntArray
+from echoplan.mapping.adjusted import Adjusted
 from echoplan.mapping.crossings import TieSettings, corner_ties
 from echoplan.mapping.poses import PoseBeliefs, displaced, pose_rows
 from echoplan.mapping.readings import Features, Matched, differentiate_readings, match_readings
@@ -25,7 +24,6 @@ from echoplan.mapping.unknowns import SONAR_UNKNOWNS, Unknowns
 from echoplan.preprocessing.soundings import Soundings, late_by
 
 __all__ = [
-    "Adjusted",
     "AdjustmentSettings",
     "Beliefs",
     "Features",
@@ -85,6 +83,8 @@ class Beliefs(NamedTuple):
         What all pings of one station say of one feature is wrong together by this [m]; 0 if they are independent.
     independence : float
         How many times more readings count than their weights say.
+    understated : float
+        How many times more readings tell than they are let count for.
     loudness : tuple of float or None
         Figure of merit [dB] and logarithm of the beam's ka as told by who heard what; None if nothing told them yet,
         or while poses drift or have not settled: then they stay as they are.
@@ -102,70 +102,9 @@ class Beliefs(NamedTuple):
     poses: PoseBeliefs | None = None
     pair_sigma: float = 0.0
     independence: float = 1.0
+    understated: float = 1.0
     loudness: tuple[float, float] | None = None
     squareness: Squareness | None = None
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Adjusted:
-    """Features, sonar and their uncertainty after an adjustment.
-
-    Parameters
-    ----------
-    reflectors : ndarray, shape (f, 4)
-        Kind and parameters.
-    model : EchoModel
-        The sonar.
-    latency : float
-        By how much the servo lags behind what was recorded [s].
-    poses : ndarray, shape (s, 3)
-        Poses of the stations [m, m, rad]; empty where they are not corrected.
-    unknowns : Unknowns
-        What stands where.
-    information : ndarray, shape (u, u)
-        Of all unknowns: the inverse of their covariance.
-    owners : ndarray of int, shape (n,)
-        Which feature explains each ping; -1 for none.
-    residuals : ndarray, shape (n,)
-        Reading less expected reading [m]; 0 where nothing explains it.
-    excesses : ndarray, shape (n,)
-        Expected signal excess [dB].
-    left : float
-        Square of the last step, in deviations of what it moves: Newton's decrement.
-    """
-
-    reflectors: FloatArray
-    model: EchoModel
-    latency: float
-    poses: FloatArray
-    unknowns: Unknowns
-    information: FloatArray
-    owners: IntArray
-    residuals: FloatArray
-    excesses: FloatArray
-    left: float
-
-    @cached_property
-    def covariance(self) -> FloatArray:
-        """Covariance of all unknowns, shape (u, u)."""
-        return solve(self.information, np.eye(self.unknowns.size))
-
-    @property
-    def scatter(self) -> float:
-        """Robust standard deviation of the residuals [m]; ``nan`` if nothing is explained."""
-        explained = np.abs(self.residuals[self.owners >= 0])
-        return 1.4826 * float(np.median(explained)) if len(explained) else math.nan
-
-    def sonar_sigmas(self) -> dict[str, float]:
-        """Tell how well each number of the sonar is known.
-
-        Returns
-        -------
-        dict of str to float
-            Standard deviations by the names of ``SONAR_UNKNOWNS``.
-        """
-        variances = np.diag(self.covariance)[self.unknowns.sonar : self.unknowns.pose]
-        return dict(zip(SONAR_UNKNOWNS, np.sqrt(variances).tolist(), strict=True))
 
 
 def adjust(
@@ -204,11 +143,12 @@ def adjust(
             *_priors(now, unknowns, beliefs, settings),
             *corner_ties(now.features.reflectors, unknowns, settings.ties),
         ]
-        information, right = normal_equations([_placed(readings, unknowns), *held], unknowns.size)
+        heard, right = normal_equations([_placed(readings, unknowns)], unknowns.size)
         if known is not None:
-            places = np.ix_(known.columns, known.columns)
-            information[places] += known.information
+            heard[np.ix_(known.columns, known.columns)] += known.information
             right[known.columns] += known.vector - known.information @ now.values[known.columns]
+        information, pull = normal_equations(held, unknowns.size)
+        information, right = information + heard, right + pull
         step = _step(information, right, now, beliefs, settings)
         now, left = now.moved(step), float(step @ information @ step)
         if left < settings.rest:
@@ -220,6 +160,8 @@ def adjust(
         poses=now.poses,
         unknowns=unknowns,
         information=information,
+        heard=heard,
+        understated=beliefs.understated,
         owners=matched.owners,
         residuals=matched.residuals,
         excesses=matched.excesses,

@@ -6,7 +6,7 @@ import numpy as np
 
 from echoplan.acoustics import Air
 from echoplan.mapping.account import Account
-from echoplan.mapping.adjustment import Adjusted
+from echoplan.mapping.adjusted import Adjusted
 from echoplan.mapping.agreement import agreement
 
 __all__ = ["calibration"]

@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray
 from echoplan.geometry import wrap
-from echoplan.mapping.adjustment import Adjusted
+from echoplan.mapping.adjusted import Adjusted
 from echoplan.mapping.poses import PoseBeliefs, step_slopes
 from echoplan.preprocessing.stations import Stations
 

@@ -17,6 +17,7 @@ from echoplan.mapping.faces import find_faces
 from echoplan.mapping.hiding import hiding
 from echoplan.mapping.memory import Memory, summarised
 from echoplan.mapping.paths import Paths, free_views, silent_places, trace_paths
+from echoplan.mapping.posed import reckoned
 from echoplan.mapping.poses import PoseBeliefs, pose_rows
 from echoplan.mapping.readings import as_arrays
 from echoplan.mapping.rivals import class_probabilities
@@ -51,7 +52,7 @@ def survey(account: Account) -> Survey:
     found = [each for each in memory.features if _is_there(each)]
     state = State(features=as_arrays(found, 0), model=account.model, latency=memory.latency)
     nothing = chosen_soundings(account.recorded, np.zeros(len(account.recorded.readings), dtype=bool))
-    beliefs = account.beliefs(account.noise, None)._replace(squareness=None)
+    beliefs = account.beliefs(account.noise, None)._replace(squareness=None, understated=account.understated())
     known = memory.about(found, state.unknowns)
     adjusted = adjust(nothing, state, beliefs, settings.adjustment, known=known)
     square = learn_squareness(adjusted.reflectors, adjusted.unknowns, adjusted.covariance, settings.squareness)
@@ -129,7 +130,7 @@ def _reckoned(account: Account, count: int) -> FloatArray:
     """Tell what odometry alone leaves open of the first pose that stays."""
     if account.believed is None or not account.believed.relative or count >= len(account.given):
         return np.zeros(3)
-    return np.sqrt(np.diag(account.reckoned()[count]))
+    return np.sqrt(np.diag(reckoned(account)[count]))
 
 
 def _summary(account: Account, everything: list[Hypothesis], gone: BoolArray, count: int) -> Summary:

@@ -8,10 +8,17 @@ import numpy as np
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.mapping.account import Account
-from echoplan.mapping.certainty import carried_covariances
+from echoplan.mapping.certainty import (
+    Undetermined,
+    carried_covariances,
+    covariances_between_walls,
+    pose_covariances,
+    reckoned_covariances,
+    undetermined,
+)
 from echoplan.preprocessing.stations import Stations
 
-__all__ = ["Posed", "joined", "posed"]
+__all__ = ["Posed", "joined", "posed", "reckoned"]
 
 
 class Posed(NamedTuple):
@@ -77,12 +84,42 @@ def posed(account: Account, stations: Stations, given: FloatArray, sweeps: IntAr
         Of the sweeps.
     """
     poses = stations.of_sweeps(given, account.poses)
+    covariances = np.zeros((0, 3, 3)) if account.adjusted is None else pose_covariances(account.adjusted)
     return Posed(
         sweeps=sweeps,
         poses=poses,
-        covariances=carried_covariances(account.pose_covariances(), stations, poses),
-        undetermined=tuple(each.at_sweeps(stations, sweeps) for each in account.undetermined()),
+        covariances=carried_covariances(covariances, stations, poses),
+        undetermined=tuple(each.at_sweeps(stations, sweeps) for each in _undetermined(account, covariances)),
     )
+
+
+def _undetermined(account: Account, covariances: FloatArray) -> tuple[Undetermined, ...]:
+    """Tell where nothing but odometry fixes a position one way."""
+    if account.believed is None or not account.believed.relative or account.adjusted is None:
+        return ()
+    between = covariances_between_walls(account.adjusted)
+    return undetermined(covariances, between, reckoned(account), account.settings.certainty)
+
+
+def reckoned(account: Account) -> FloatArray:
+    """Add up what odometry alone leaves open of each position since the first station of all.
+
+    Parameters
+    ----------
+    account : Account
+        Of s stations whose steps are believed in.
+
+    Returns
+    -------
+    ndarray, shape (s, 3, 3)
+        Covariances in the frame of the map [m, m, rad].
+    """
+    assert account.believed is not None
+    sigmas = account.believed.sigmas.copy()
+    sigmas[:, 2] = 0.0
+    if not account.memory.is_empty:
+        sigmas[0] = account.memory.reckoned
+    return reckoned_covariances(account.believed._replace(sigmas=sigmas), account.poses)
 
 
 def joined(parts: Sequence[Posed]) -> Posed:

@@ -11,7 +11,7 @@ from echoplan.acoustics.expectation import EchoModel
 from echoplan.acoustics.walk import WalkCurve, fitted_walk
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.errors import InvalidValueError
-from echoplan.mapping.adjustment import Adjusted
+from echoplan.mapping.adjusted import Adjusted
 from echoplan.mapping.cones import fit_cone
 from echoplan.mapping.loudness import fit_loudness
 from echoplan.model import Rig

@@ -11,7 +11,7 @@ from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.geometry import wrap
-from echoplan.mapping.adjustment import Adjusted
+from echoplan.mapping.adjusted import Adjusted
 from echoplan.mapping.crossings import crossing_slopes
 from echoplan.mapping.faces import Face
 from echoplan.mapping.vertices import Vertex

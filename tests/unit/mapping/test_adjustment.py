@@ -8,7 +8,8 @@ import pytest
 from echoplan.acoustics.expectation import EchoModel, Kind
 from echoplan.arrays import FloatArray
 from echoplan.geometry import intersections
-from echoplan.mapping.adjustment import Adjusted, AdjustmentSettings, Beliefs, Features, adjust
+from echoplan.mapping.adjusted import Adjusted
+from echoplan.mapping.adjustment import AdjustmentSettings, Beliefs, Features, adjust
 from echoplan.mapping.edges import edges_of
 from echoplan.mapping.poses import PoseBeliefs, displaced
 from echoplan.mapping.state import State

@@ -8,7 +8,7 @@ from echoplan.acoustics import typical_transducer
 from echoplan.acoustics.expectation import EchoModel, Kind
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, invert
-from echoplan.mapping.adjustment import Adjusted
+from echoplan.mapping.adjusted import Adjusted
 from echoplan.mapping.certainty import (
     CertaintySettings,
     Undetermined,
@@ -126,6 +126,8 @@ def adjusted(kinds: list[Kind], information: FloatArray) -> Adjusted:
         poses=np.zeros((2, 3)),
         unknowns=unknowns,
         information=information,
+        heard=information,
+        understated=1.0,
         owners=nothing.astype(np.int64),
         residuals=nothing,
         left=0.0,

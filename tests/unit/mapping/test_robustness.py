@@ -5,7 +5,8 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose
-from echoplan.mapping.adjustment import Adjusted, AdjustmentSettings, Beliefs, Features, adjust
+from echoplan.mapping.adjusted import Adjusted
+from echoplan.mapping.adjustment import AdjustmentSettings, Beliefs, Features, adjust
 from echoplan.mapping.edges import edges_of
 from echoplan.mapping.poses import PoseSettings, displaced, odometry_beliefs
 from echoplan.mapping.state import State

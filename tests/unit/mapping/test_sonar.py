@@ -8,7 +8,8 @@ from echoplan.acoustics import speed_of_sound
 from echoplan.acoustics.expectation import EchoModel
 from echoplan.acoustics.walk import WalkCurve
 from echoplan.arrays import FloatArray
-from echoplan.mapping.adjustment import Adjusted, AdjustmentSettings, Beliefs, adjust
+from echoplan.mapping.adjusted import Adjusted
+from echoplan.mapping.adjustment import AdjustmentSettings, Beliefs, adjust
 from echoplan.mapping.edges import edges_of
 from echoplan.mapping.readings import Features
 from echoplan.mapping.settings import AccountSettings
