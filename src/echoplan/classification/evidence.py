@@ -32,8 +32,6 @@ _HEARD, _WRONG = 0.97, 0.06
 _SURE, _SURE_MISS = _FADING * math.log((1.0 - _WRONG) / (_HEARD - 1.0 + _WRONG)), math.log(_WRONG)
 # Readings earlier than expected by more than this come from something nearer that masks the reflector [m].
 _MASKING = 0.03
-# No reading is expected within this of the reach [m].
-_RIM = 0.02
 _ROOT_TAU = math.sqrt(2.0 * math.pi)
 
 # One station speaks against a reflector no louder than this [nats]: a robot may have stood behind something.
@@ -157,8 +155,8 @@ def weigh(soundings: Soundings, hearing: Hearing, reflector: FloatArray, noise: 
     pings = np.empty(count, np.int64)
     densities, misses, feet = np.empty(count), np.empty(count), np.zeros(count)
     audible, unmasked = np.empty(count, np.bool_), np.empty(count, np.bool_)
-    kept, views = 0, views_of(hearing, shape, _INAUDIBLE, soundings.max_range)
-    limits = soundings.min_range, soundings.max_range
+    limits = soundings.min_range * hearing.scale, soundings.max_range * hearing.scale
+    kept, views = 0, views_of(hearing, shape, _INAUDIBLE, limits[1])
     for ping in range(count):
         view = soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping]
         if not in_view(views, shape, view):
@@ -191,13 +189,14 @@ def _ask(
         return False, False, False, 0.0, 0.0
     excess = excess_of(hearing, sight)
     reading = sight[0] + walk_of(hearing, excess)
-    if excess <= _INAUDIBLE or not limits[0] <= reading <= limits[1] - _RIM:
+    if excess <= _INAUDIBLE or not limits[0] <= reading <= limits[1]:
         return False, False, False, 0.0, 0.0
     late = heard - reading
     scatter = noise * _SCATTER if excess < UNCERTAIN else noise
     density = _density(late, scatter, excess) if abs(late) < _NEAR * scatter else UNHEARD
-    miss = _miss(excess) if late > _BEYOND * scatter else 0.0
-    return True, excess > 0.0, late > -_MASKING, density, miss
+    within = reading < limits[1] - _BEYOND * scatter
+    miss = _miss(excess) if within and late > _BEYOND * scatter else 0.0
+    return True, within and excess > 0.0, late > -_MASKING, density, miss
 
 
 @compiled

@@ -61,15 +61,15 @@ def twin(soundings: Soundings, reflector: FloatArray, noise: float) -> Evidence:
         depth, ahead, feet = np.hypot(*away) - reflector[3], away / np.hypot(*away), np.zeros(len(soundings.x))
     cosine = ahead[0] * soundings.ux + ahead[1] * soundings.uy
     able = (cosine >= 0.2588) & (depth > 0) & (depth <= REACH) & (excess > -4)
-    able &= (reading >= soundings.min_range) & (reading <= REACH - 0.02)
+    able &= (reading >= soundings.min_range) & (reading <= REACH)
     chance = 1 / (1 + np.exp(-excess / 1.2))
     scatter = noise * np.where(excess < 6, 1.6, 1.0)
-    late = soundings.readings - reading
+    late, within = soundings.readings - reading, reading < REACH - 4 * scatter
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         normal_log = np.log(chance) - np.log(np.sqrt(2 * np.pi) * scatter) - 0.5 * (late / scatter) ** 2
         densities = np.where(np.abs(late) < 6 * scatter, normal_log, UNHEARD)
-        misses = np.where(late > 4 * scatter, np.log(np.maximum(1 - 0.97 * chance, 0.06)), 0.0)
-    columns = (densities, misses, excess > 0, late > -0.03, feet)
+        misses = np.where(within & (late > 4 * scatter), np.log(np.maximum(1 - 0.97 * chance, 0.06)), 0.0)
+    columns = (densities, misses, within & (excess > 0), late > -0.03, feet)
     return Evidence(np.flatnonzero(able), *(each[able] for each in columns))
 
 
@@ -154,6 +154,16 @@ def test_nobody_can_hear_what_is_behind_or_beyond_the_reach(room: Soundings, ref
     verdict = verdict_on(room, reflector)
     assert (verdict.total, verdict.low, verdict.high) == (0.0, 0.0, 0.0)
     assert not verdict.gains.any()
+
+
+@pytest.mark.parametrize(("margin", "counts"), [(1.0, False), (30.0, True)])
+def test_at_the_rim_of_the_reach_silence_does_not_speak_against_a_reflector(margin: float, counts: bool) -> None:
+    ahead = listening([(0.0, 0.0)], arm=0.0)
+    late = expected(ahead, wall(0.0, REACH - 0.1))[1].max() - (REACH - 0.1)
+    rim = wall(0.0, REACH - late - margin * NOISE)
+    echoes, silence = evidence_for(hearing(ahead, [rim]), rim), evidence_for(ahead, rim)
+    assert echoes.densities.max() > 0.0
+    assert bool(silence.misses.any()) == bool(silence.audible.any()) == counts
 
 
 def test_feet_are_where_perpendiculars_meet_a_wall(room: Soundings) -> None:
