@@ -193,14 +193,15 @@ def _ask(
         return False, False, False, 0.0, 0.0
     late = heard - reading
     scatter = noise * _SCATTER if excess < UNCERTAIN else noise
-    density = _density(late, scatter, excess) if abs(late) < _NEAR * scatter else UNHEARD
     within = reading < limits[1] - _BEYOND * scatter
-    miss = _miss(excess) if within and late > _BEYOND * scatter else 0.0
-    return True, within and excess > 0.0, late > -_MASKING, density, miss
+    miss = _miss(excess) if late > _BEYOND * scatter else 0.0
+    return True, within and excess > 0.0, late > -_MASKING, _density(late, scatter, excess), within * miss
 
 
 @compiled
 def _density(late: float, scatter: float, excess: float) -> float:
+    if abs(late) >= _NEAR * scatter:
+        return UNHEARD
     return math.log(audibility(excess) / (_ROOT_TAU * scatter)) - 0.5 * (late / scatter) ** 2
 
 
