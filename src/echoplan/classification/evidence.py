@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from echoplan.acoustics.echo_model import COSINE_LIMIT
 from echoplan.acoustics.expectation import Hearing, Kind, Shape, Sight, excess_of, look, shape_of, walk_of
 from echoplan.acoustics.views import in_view, views_of
 from echoplan.arrays import BoolArray, FloatArray, IntArray
@@ -185,7 +186,7 @@ def _ask(
     hearing: Hearing, sight: Sight, heard: float, limits: tuple[float, float], noise: float
 ) -> tuple[bool, bool, bool, float, float]:
     """Ask one ping: whether it could hear the reflector, should hear it, was not masked; its hit and its miss."""
-    if sight[1] < 0.2588 or sight[0] <= 0.0 or sight[0] > limits[1]:
+    if sight[1] < COSINE_LIMIT or sight[0] <= 0.0 or sight[0] > limits[1]:
         return False, False, False, 0.0, 0.0
     excess = excess_of(hearing, sight)
     reading = sight[0] + walk_of(hearing, excess)

@@ -236,6 +236,9 @@ class Account:
 
     def stand_square(self, beliefs: PoseBeliefs | None) -> None:
         """Adjust with walls drawn to right angles, where those that are known well stand so."""
+        if self.square_sigma:
+            self._believe_square(None)
+            self.adjust(self.noise, beliefs)
         now = self.adjusted
         assert now is not None
         found = learn_squareness(now.reflectors, now.unknowns, now.covariance, self.settings.squareness)

@@ -26,7 +26,7 @@ _FADING = 1.56
 _SIGMA, _WORTH = 6.0, 5.0
 # Readings from just before to a walk behind the depth are hits; those well behind, misses [m].
 _EARLY, _LATE, _BEHIND, _RIM = -0.02, 0.06, 0.08, 0.1
-# Where the first null would be, no echo is expected [circumferences of the piston in wavelengths].
+# Short of the first null, at 3.83, the beam is 51 dB down both ways: from there on no echo is expected [ka sin(angle)].
 _NULL, _SILENT = 3.6, 40.0
 _ROWS = 6000
 # Figures of merit [dB] and beams to start from: all that modules are made with.
@@ -100,7 +100,7 @@ def _log_likelihood(chances: FloatArray, heard: BoolArray) -> FloatArray:
 
 
 def _beam_table() -> tuple[FloatArray, FloatArray]:
-    """Two-way gain against ``ka sin(angle)``, dark from the first null on."""
+    """Two-way gain against ``ka sin(angle)``, dark from just before the first null on."""
     arguments = np.linspace(0.0, _NULL, 721)
     gains = -two_way_loss(np.arcsin(arguments / _NULL), _NULL)
     return np.append(arguments, _NULL + 1e-9), np.append(gains, -_SILENT)

@@ -5,6 +5,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from echoplan.acoustics.echo_model import COSINE_LIMIT
 from echoplan.acoustics.expectation import SILENCE, Hearing, Kind, Shape, differentiate, look, shape_of, walk_of
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
@@ -108,7 +109,7 @@ def _gathered(soundings: Soundings, hearing: Hearing, shape: Shape, pings: IntAr
     for ping in pings:
         sight = look(shape, (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping]))
         late = soundings.readings[ping] * hearing.scale - sight[0]
-        if sight[1] > 0.2588 and -band - _WALK < late < band + 2.0 * _WALK:
+        if sight[1] > COSINE_LIMIT and -band - _WALK < late < band + 2.0 * _WALK:
             near[count] = ping
             count += 1
     return near[:count].copy()

@@ -26,12 +26,14 @@ __all__ = [
     "square_rows",
 ]
 
-# A wall is as likely square to others as not, and then its direction may be any [1/rad].
-_SQUARE, _ANY = 0.5, 2.0 / math.pi
+# Density of the direction of a wall that is not square to others: it may be any [1/rad].
+_ANY = 2.0 / math.pi
 # Rounds of expectation and maximisation.
 _ROUNDS = 30
 # Walls whose chance to be square is less stay as they are.
 _LIKELY = 0.9
+# A share below this tells nothing of the direction of others.
+_NEVER = 1e-6
 
 
 class SquarenessSettings(BaseModel, frozen=True, extra="forbid"):
@@ -139,12 +141,17 @@ def learn_squareness(
     r"""Tell which walls stand square to each other, and how exactly, if they do.
 
     A wall stands either at right angles to the direction d that square walls have in common, but for a deviation of
-    s (``sigma``), or anyhow.  Direction and s come by expectation and maximisation (Dempster, Laird and Rubin 1977), s
-    with a prior whose logarithm is normal, from the walls that are known well.  With v of what is not known of each,
-    and the direction eliminated (Laplace), the evidence that walls are square is
+    s (``sigma``), or anyhow; any share of the walls may be square.  Walls that a station in error turns together are
+    known far better against each other than each of them is, so each is held against what the others say of its
+    direction, with the covariance of all.  Who is square, s and the share come by expectation and maximisation
+    (Dempster, Laird and Rubin 1977), s with a prior whose logarithm is normal.  With C of what is not known of the m
+    square ones of n walls, P the inverse of :math:`C + s^2 I`, and their deviations :math:`\delta` about d as P
+    weighs them, the evidence that these are square is
 
-    .. math:: \sum_k \ln \Bigl(\tfrac12 + \tfrac{\pi}{4} N(\delta_k; 0, s^2 + v_k)\Bigr)
-              + \ln \frac{\sqrt{2 \pi} \sigma_d}{\pi / 2}
+    .. math:: \tfrac12 \ln \frac{|P|}{1^T P 1} - \tfrac12 \delta^T P \delta
+              + (m - 1) \ln \frac{\pi / 2}{\sqrt{2 \pi}} - \ln (n + 1) \binom{n}{m}
+
+    and more by how likely just these are, of all that could be.
 
     Parameters
     ----------
@@ -167,28 +174,54 @@ def learn_squareness(
         return None
     angles, places = reflectors[walls, 1], unknowns.starts[walls]
     covariance = covariance[np.ix_(places, places)]
-    sigma, shares = settings.tolerance, np.ones(len(angles))
-    variances = np.diag(covariance) + sigma**2
+    sigma = settings.tolerance
     folded = np.stack([off_square(angles, float(each)) for each in angles])
-    direction = float(angles[np.argmax(np.log(_likelihoods(folded, variances)).sum(axis=1))])
+    square = _normal(folded, np.diag(covariance) + sigma**2)
+    first = int(np.argmax(np.log(square + _ANY).sum(axis=1)))
+    off, shares = folded[first], square[first] / (square[first] + _ANY)
     for _ in range(_ROUNDS):
-        variances = _about_their_mean(covariance, shares / variances) + sigma**2
-        off = off_square(angles, direction)
-        shares = 1.0 - (1.0 - _SQUARE) * _ANY / _likelihoods(off, variances)
-        weights = shares / variances
-        shift = float(weights @ off / weights.sum())
-        # Of each deviation its square, its variance, and what the direction leaves open.
-        told = sigma**2 / variances
-        expected = (told * (off - shift)) ** 2 + sigma**2 * (1.0 - told) + told**2 / weights.sum()
-        squares = float(shares @ expected) / settings.tolerance**2
-        direction += shift
-        sigma = settings.tolerance * float(learned_factor(squares, float(shares.sum()), settings.spread))
-    gains = np.log(_likelihoods(off_square(angles, direction), variances) / _ANY)
-    found = math.sqrt(2.0 * math.pi / float(weights.sum())) * _ANY
+        loose = sigma**2 / np.maximum(shares, _NEVER)
+        precision = _contrasts(covariance + np.diag(loose))
+        pulls = precision @ off
+        # Of each deviation its square, and its variance; then what the other walls say of this one.
+        expected = (loose * pulls) ** 2 + loose - loose**2 * np.diag(precision)
+        square = _normal(pulls / np.diag(precision), 1.0 / np.diag(precision) - loose + sigma**2)
+        sigma = settings.tolerance * float(
+            learned_factor(float(shares @ expected) / settings.tolerance**2, float(shares.sum()), settings.spread)
+        )
+        odds = (shares.sum() + 1.0) / (len(shares) - shares.sum() + 1.0) * square / _ANY
+        shares = odds / (1.0 + odds)
     members = np.zeros(len(reflectors), dtype=bool)
     members[walls] = shares > _LIKELY
-    is_told = gains.sum() + math.log(found) > settings.evidence and members.sum() > 1
+    is_told = _evidence(off, covariance, shares, sigma) > settings.evidence
     return Squareness(members, sigma) if is_told else None
+
+
+def _normal(off: FloatArray, variances: FloatArray) -> FloatArray:
+    density: FloatArray = np.exp(-0.5 * off**2 / variances) / np.sqrt(2.0 * np.pi * variances)
+    return density
+
+
+def _contrasts(covariance: FloatArray) -> FloatArray:
+    """Precision of directions against each other: what they have in common may be anything."""
+    precision = np.linalg.inv(covariance)
+    common = precision.sum(axis=1)
+    about: FloatArray = precision - np.outer(common, common) / common.sum()
+    return about
+
+
+def _evidence(off: FloatArray, covariance: FloatArray, shares: FloatArray, sigma: float) -> float:
+    """Logarithm of how much likelier directions are if some walls are square than if none is."""
+    members = shares > _LIKELY
+    m, n = int(members.sum()), len(members)
+    if m < 2:
+        return -math.inf
+    covariance = covariance[np.ix_(members, members)] + sigma**2 * np.eye(m)
+    squares = float(off[members] @ _contrasts(covariance) @ off[members])
+    volume = float(np.linalg.slogdet(covariance).logabsdet) + math.log(np.linalg.inv(covariance).sum())
+    # Just these of all that could be, at first and now.
+    chosen = math.log((n + 1) * math.comb(n, m)) + float(np.log(np.maximum(shares, 1.0 - shares)).sum())
+    return -0.5 * (volume + squares) - (m - 1) * math.log(math.sqrt(2.0 * math.pi) * _ANY) - chosen
 
 
 def square_rows(believed: Squareness, angles: FloatArray, columns: IntArray) -> Rows:
@@ -240,17 +273,3 @@ def off_square(angles: FloatArray, direction: float) -> FloatArray:
     """
     off: FloatArray = wrap(4.0 * (angles - direction)) / 4.0
     return off
-
-
-def _likelihoods(off: FloatArray, variances: FloatArray) -> FloatArray:
-    """How likely walls are so far off, square or not."""
-    square = np.exp(-0.5 * off**2 / variances) / np.sqrt(2.0 * np.pi * variances)
-    likelihoods: FloatArray = _SQUARE * square + (1.0 - _SQUARE) * _ANY
-    return likelihoods
-
-
-def _about_their_mean(covariance: FloatArray, weights: FloatArray) -> FloatArray:
-    """Variances of directions about their weighted mean: what they are all wrong by together does not count."""
-    about = np.eye(len(weights)) - weights / weights.sum()
-    variances: FloatArray = np.sum((about @ covariance) * about, axis=1)
-    return variances

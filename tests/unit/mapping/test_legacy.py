@@ -1,6 +1,7 @@
 """A robot that goes round and round in a room, and forgets all but the last stations."""
 
 import pickle
+from copy import copy
 from dataclasses import replace
 from functools import cache
 
@@ -133,3 +134,15 @@ def test_memory_grows_with_the_map_and_not_with_the_way() -> None:
         memory = leave(account(0, 6, memory), 6)
         sizes.append(len(pickle.dumps(memory)))
     assert sizes[-1] < 1.1 * sizes[1]
+
+
+def test_features_are_told_as_surely_as_readings_tell_them_where_poses_are_trusted() -> None:
+    trusted = account(0, 4)
+    adjusted = survey(trusted).adjusted
+    assert adjusted.understated == trusted.understated() > 1.0
+    features = slice(0, adjusted.unknowns.sonar)
+    plain = np.diag(np.linalg.inv(adjusted.information))[features]
+    assert np.all(np.diag(adjusted.covariance)[features] < plain)
+    moved = copy(trusted)
+    moved.believed = moved.odometry()
+    assert moved.understated() == 1.0

@@ -78,13 +78,21 @@ def test_right_angles_do_not_matter(angle: float, direction: float, turns: int) 
     assert np.abs(np.sin(2 * (off - again))) < 1e-6
 
 
-def learned(degrees: list[float], sigmas: list[float], *, together: float = 0.0) -> Squareness | None:
-    """What walls at so many degrees teach, known to so many each and to so many all together; and a cylinder."""
+def learned(
+    degrees: list[float], sigmas: list[float], *, together: float = 0.0, stations: list[int] | None = None
+) -> Squareness | None:
+    """What walls at so many degrees teach, known to so many each and to so many all together; and a cylinder.
+
+    Walls of the same station are turned by 10 degrees, each station by another turn.
+    """
     rows = [[Kind.WALL, np.radians(each), 1.0, 0.0] for each in degrees]
     unknowns = Unknowns(kinds=np.array([Kind.CYLINDER, *[Kind.WALL] * len(degrees)]))
     covariance = np.eye(unknowns.size)
     places = unknowns.starts[1:]
+    of = np.arange(len(degrees)) if stations is None else np.array(stations)
+    turned = 0.0 if stations is None else np.radians(10.0) ** 2
     covariance[np.ix_(places, places)] = np.diag(np.radians(sigmas) ** 2) + np.radians(together) ** 2
+    covariance[np.ix_(places, places)] += turned * (of[:, None] == of)
     return learn_squareness(np.array([[Kind.CYLINDER, 1.0, 1.0, 0.1], *rows]), unknowns, covariance, SETTINGS)
 
 
@@ -100,6 +108,20 @@ def test_a_wall_that_is_known_to_stand_askew_stays_so() -> None:
     found = learned([10.0, 100.01, -80.02, 190.0, 104.0], [0.02, 0.02, 0.02, 0.02, 0.9])
     assert found is not None
     assert found.members.tolist() == [False, True, True, True, True, False]
+
+
+def test_walls_that_a_station_turns_together_tell_of_each_other() -> None:
+    degrees, sigmas = [3.0, 93.1, -84.0, 6.2, 178.1, 88.0], [0.5] * 6
+    found = learned(degrees, sigmas, stations=[0, 0, 1, 1, 2, 2])
+    assert found is not None
+    assert found.members.sum() == 6
+    assert learned(degrees, sigmas, stations=[0, 1, 2, 3, 4, 5]) is None
+
+
+def test_a_wall_that_stands_askew_beside_others_of_its_station_stays_so() -> None:
+    found = learned([3.0, 93.1, 189.5, -84.0, 6.2, 178.1, 88.0], [0.5] * 7, stations=[0, 0, 0, 1, 1, 2, 2])
+    assert found is not None
+    assert found.members.tolist() == [False, True, True, False, True, True, True, True]
 
 
 def test_how_square_walls_are_is_learned_from_those_that_are_known_well() -> None:
