@@ -1,6 +1,7 @@
 """Makes the pictures of docs/how-it-works.md anew: python docs/how_it_works.py.
 
-Those of consistency and of class probabilities show what ``python benchmarks/joint.py --misset --save docs/pictures/joint.json`` kept.
+Those of consistency and of class probabilities show what
+``python benchmarks/joint.py --misset --save docs/pictures/joint.json`` kept.
 """
 
 from __future__ import annotations
