@@ -66,6 +66,7 @@ def survey(account: Account) -> Survey:
         adjusted=adjusted,
         faces=faces,
         vertices=find_vertices(faces, echoes, settings.vertices),
+        squareness=square,
         settings=settings.survey,
     )
 

@@ -14,6 +14,7 @@ from echoplan.geometry import wrap
 from echoplan.mapping.adjusted import Adjusted
 from echoplan.mapping.crossings import crossing_slopes
 from echoplan.mapping.faces import Face
+from echoplan.mapping.squareness import Squareness
 from echoplan.mapping.vertices import Vertex
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Wall
 
@@ -43,6 +44,8 @@ class Survey:
         Walls.
     vertices : sequence of Vertex
         Where they meet.
+    squareness : Squareness or None
+        Which features were drawn to right angles.
     settings : SurveySettings
         What is drawn.
     """
@@ -51,7 +54,21 @@ class Survey:
     adjusted: Adjusted
     faces: Sequence[Face]
     vertices: Sequence[Vertex]
+    squareness: Squareness | None
     settings: SurveySettings
+
+    def right_angles(self) -> dict[str, float]:
+        """Tell how many walls were drawn to right angles, and how closely.
+
+        Returns
+        -------
+        dict of str to float
+            Their number (``walls``) and the standard deviation of their directions (``sigma``) [rad]; empty if none.
+        """
+        if self.squareness is None:
+            return {}
+        walls = int(sum(self.squareness.members[face.owner] for face in self.faces))
+        return {"walls": walls, "sigma": self.squareness.sigma}
 
     def walls(self) -> tuple[Wall, ...]:
         """Draw the faces, each up to the vertices at its ends.

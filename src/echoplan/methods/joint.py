@@ -79,7 +79,11 @@ class JointMapper:
         stations = self._stations()
         account = self._account(stations)
         found, posed = survey(account), joined([*self._done, self._posed(account, stations)])
-        learned = {**calibration(account, found.adjusted), "undetermined": list(posed.undetermined)}
+        learned = {
+            **calibration(account, found.adjusted),
+            "right_angles": found.right_angles(),
+            "undetermined": list(posed.undetermined),
+        }
         return FeatureMap(
             method="joint",
             parameters={**parameters, "found": learned},

@@ -54,8 +54,14 @@ def learned_in_words(feature_map: FeatureMap) -> tuple[Definitions, ...]:
     noise = ("Readings scatter by", f"{1000 * float(found['noise']):.1f} mm")
     poses = ("Poses", str(found.get("poses", "trusted")))
     rays = [("Readings are", _CONE.format(math.degrees(float(found["cone"]))))] if "cone" in found else []
+    square = [("Walls at right angles", _closely(found["right_angles"]))] if found.get("right_angles") else []
     open_ways = [("Not determined", _open_way(each)) for each in _joined(found.get("undetermined", ()))]
-    return (Definitions(title="What the recording tells of itself", items=(*rays, poses, *open_ways, *items, noise)),)
+    told = (*rays, poses, *open_ways, *square, *items, noise)
+    return (Definitions(title="What the recording tells of itself", items=told),)
+
+
+def _closely(square: Mapping[str, Any]) -> str:
+    return f"{square['walls']}, to \N{PLUS-MINUS SIGN}{math.degrees(float(square['sigma'])):.2f}\N{DEGREE SIGN}"
 
 
 def _joined(stretches: Sequence[Mapping[str, Any]]) -> list[list[Mapping[str, Any]]]:

@@ -13,6 +13,7 @@ from echoplan.mapping.adjustment import AdjustmentSettings, Beliefs, Features, a
 from echoplan.mapping.echoes import CornerEcho, Echoes
 from echoplan.mapping.edges import edges_of
 from echoplan.mapping.faces import Face
+from echoplan.mapping.squareness import Squareness
 from echoplan.mapping.state import State
 from echoplan.mapping.survey import Survey, SurveySettings
 from echoplan.mapping.vertices import VertexSettings, find_vertices
@@ -72,6 +73,7 @@ def survey(
         adjusted=adjusted,
         faces=faces,
         vertices=find_vertices(faces, echoes, VertexSettings()) if joined else [],
+        squareness=None,
         settings=SurveySettings(),
     )
 
@@ -80,6 +82,13 @@ def test_walls_end_at_their_vertices() -> None:
     east, north, *_ = survey().walls()
     assert east.endpoints_xy == pytest.approx(np.array([[2.0, -1.5], [2.0, 1.5]]))
     assert north.endpoints_xy == pytest.approx(np.array([[2.0, 1.5], [-2.0, 1.5]]))
+
+
+def test_walls_drawn_to_right_angles_are_counted_and_other_members_are_not() -> None:
+    drawn = survey(feature(COLUMN, gains=[9.0, 6.0, 4.0, -1.0]))
+    assert drawn.right_angles() == {}
+    square = Squareness(np.array([True, True, False, True, True]), 0.003)
+    assert replace(drawn, squareness=square).right_angles() == {"walls": 3, "sigma": 0.003}
 
 
 def test_a_wall_without_vertices_ends_where_it_was_heard_to_end() -> None:

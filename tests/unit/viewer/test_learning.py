@@ -52,6 +52,13 @@ def test_it_is_said_that_readings_are_those_of_rays() -> None:
     assert "Readings are" not in told()
 
 
+def test_it_is_said_how_many_walls_were_drawn_to_right_angles() -> None:
+    assert told(right_angles={"walls": 7, "sigma": np.radians(0.28)})["Walls at right angles"] == (
+        "7, to \N{PLUS-MINUS SIGN}0.28\N{DEGREE SIGN}"
+    )
+    assert "Walls at right angles" not in told(right_angles={})
+
+
 def test_it_is_said_what_was_done_about_the_poses_and_why() -> None:
     assert told(poses="corrected: walls were there twice")["Poses"] == "corrected: walls were there twice"
 
