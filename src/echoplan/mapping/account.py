@@ -235,7 +235,7 @@ class Account:
             self.adjust_often(self.noise, self.believed, 3 if self.memory.is_empty else 1)
 
     def stand_square(self, beliefs: PoseBeliefs | None) -> None:
-        """Adjust with walls drawn to right angles, where those that are known well stand so."""
+        """Adjust with walls drawn to right angles, where they stand so by themselves."""
         if self.square_sigma:
             self._believe_square(None)
             self.adjust(self.noise, beliefs)

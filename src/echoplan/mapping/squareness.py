@@ -149,9 +149,9 @@ def learn_squareness(
     weighs them, the evidence that these are square is
 
     .. math:: \tfrac12 \ln \frac{|P|}{1^T P 1} - \tfrac12 \delta^T P \delta
-              + (m - 1) \ln \frac{\pi / 2}{\sqrt{2 \pi}} - \ln (n + 1) \binom{n}{m}
+              + (m - 1) \ln \frac{\pi / 2}{\sqrt{2 \pi}} - \ln \Bigl((n + 1) \binom{n}{m}\Bigr)
 
-    and more by how likely just these are, of all that could be.
+    less the logarithm of how likely it is, now, that just these are.
 
     Parameters
     ----------
@@ -198,6 +198,7 @@ def learn_squareness(
 
 
 def _normal(off: FloatArray, variances: FloatArray) -> FloatArray:
+    """Density of normal deviations."""
     density: FloatArray = np.exp(-0.5 * off**2 / variances) / np.sqrt(2.0 * np.pi * variances)
     return density
 
@@ -218,7 +219,7 @@ def _evidence(off: FloatArray, covariance: FloatArray, shares: FloatArray, sigma
         return -math.inf
     covariance = covariance[np.ix_(members, members)] + sigma**2 * np.eye(m)
     squares = float(off[members] @ _contrasts(covariance) @ off[members])
-    volume = float(np.linalg.slogdet(covariance).logabsdet) + math.log(np.linalg.inv(covariance).sum())
+    volume = float(np.linalg.slogdet(covariance).logabsdet) + math.log(np.linalg.solve(covariance, np.ones(m)).sum())
     # Just these of all that could be, at first and now.
     chosen = math.log((n + 1) * math.comb(n, m)) + float(np.log(np.maximum(shares, 1.0 - shares)).sum())
     return -0.5 * (volume + squares) - (m - 1) * math.log(math.sqrt(2.0 * math.pi) * _ANY) - chosen
