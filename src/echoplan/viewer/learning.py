@@ -54,14 +54,15 @@ def learned_in_words(feature_map: FeatureMap) -> tuple[Definitions, ...]:
     noise = ("Readings scatter by", f"{1000 * float(found['noise']):.1f} mm")
     poses = ("Poses", str(found.get("poses", "trusted")))
     rays = [("Readings are", _CONE.format(math.degrees(float(found["cone"]))))] if "cone" in found else []
-    square = [("Walls at right angles", _closely(found["right_angles"]))] if found.get("right_angles") else []
+    square = [_square(feature_map, found["right_angles"])] if found.get("right_angles") else []
     open_ways = [("Not determined", _open_way(each)) for each in _joined(found.get("undetermined", ()))]
     told = (*rays, poses, *open_ways, *square, *items, noise)
     return (Definitions(title="What the recording tells of itself", items=told),)
 
 
-def _closely(square: Mapping[str, Any]) -> str:
-    return f"{square['walls']}, to \N{PLUS-MINUS SIGN}{math.degrees(float(square['sigma'])):.2f}\N{DEGREE SIGN}"
+def _square(feature_map: FeatureMap, square: Mapping[str, Any]) -> tuple[str, str]:
+    closely = f"{math.degrees(float(square['sigma'])):.2f}\N{DEGREE SIGN}"
+    return "Walls at right angles", f"{square['walls']} of {len(feature_map.walls)}, \N{PLUS-MINUS SIGN} {closely}"
 
 
 def _joined(stretches: Sequence[Mapping[str, Any]]) -> list[list[Mapping[str, Any]]]:

@@ -3,6 +3,7 @@ import pytest
 
 from echoplan.model import FeatureMap
 from echoplan.viewer import learned_in_words
+from maps import wall
 
 
 def items(**changed: object) -> tuple[tuple[str, str], ...]:
@@ -12,7 +13,8 @@ def items(**changed: object) -> tuple[tuple[str, str], ...]:
         "noise": 0.0031,
         "poses": "trusted: 99 % of the echoes agree",
     }
-    (section,) = learned_in_words(FeatureMap(method="joint", parameters={"found": {**found, **changed}}))
+    walls = (wall([0.0, 0.0], [1.0, 0.0]),) * 9
+    (section,) = learned_in_words(FeatureMap(method="joint", walls=walls, parameters={"found": {**found, **changed}}))
     return section.items
 
 
@@ -54,7 +56,7 @@ def test_it_is_said_that_readings_are_those_of_rays() -> None:
 
 def test_it_is_said_how_many_walls_were_drawn_to_right_angles() -> None:
     assert told(right_angles={"walls": 7, "sigma": np.radians(0.28)})["Walls at right angles"] == (
-        "7, to \N{PLUS-MINUS SIGN}0.28\N{DEGREE SIGN}"
+        "7 of 9, \N{PLUS-MINUS SIGN} 0.28\N{DEGREE SIGN}"
     )
     assert "Walls at right angles" not in told(right_angles={})
 
