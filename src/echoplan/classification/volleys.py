@@ -164,10 +164,9 @@ def _nearby(soundings: Soundings, bursts: Bursts, motion: Motion, late: Lateness
         image, spread = image_of(motion, center), bursts.spread[station]
         depth = 0.5 * math.hypot(image[0] - center[0], image[1] - center[1])
         first, last = bursts.bounds[station], bursts.bounds[station + 1]
-        travelled = bursts.travelled[first:last]
-        low = np.searchsorted(travelled, depth + late[0] - spread)
-        high = np.searchsorted(travelled, depth + late[1] + spread)
-        for burst in range(first + low, first + high):
+        low = _first_from(bursts.travelled, (first, last), depth + late[0] - spread)
+        high = _first_from(bursts.travelled, (low, last), depth + late[1] + spread)
+        for burst in range(low, high):
             ping, mate = bursts.pings[burst], bursts.mates[burst]
             place = (soundings.x[ping], soundings.y[ping])
             image = image_of(motion, (soundings.x[mate], soundings.y[mate]))
@@ -176,6 +175,19 @@ def _nearby(soundings: Soundings, bursts: Bursts, motion: Motion, late: Lateness
                 near[count] = burst
                 count += 1
     return near[:count]
+
+
+@compiled
+def _first_from(values: FloatArray, bounds: tuple[int, int], least: float) -> int:
+    """Find the first of the values in order between two places that is not less: ``searchsorted`` without a slice."""
+    low, high = bounds
+    while low < high:
+        middle = (low + high) // 2
+        if values[middle] < least:
+            low = middle + 1
+        else:
+            high = middle
+    return low
 
 
 @compiled

@@ -277,6 +277,16 @@ class Account:
         features = with_boxes(search, search.judged(self.features))
         self.features = search.settled(reclassified(search.explanation, features, search.belief))
 
+    def reconsider(self) -> None:
+        """Take features for something else as long as that explains more, now that all are where they belong."""
+        for _ in range(_GLANCES):
+            kinds = [each.kind for each in self.features]
+            self.settle_features()
+            if [each.kind for each in self.features] == kinds:
+                break
+            self.adjust(self.noise, self.believed)
+            self.judge(self.noise)
+
     def clear(self) -> None:
         """Leave out walls that may be echoes by way of others; while poses are in error, real walls look like those."""
         search = self._search()

@@ -40,6 +40,7 @@ def explained(account: Account) -> Account:
         The same, or another one with better poses; its verdict says which and why.
     """
     best = _explained(account)
+    best.reconsider()
     best.clear()
     best.polish()
     return best

@@ -79,7 +79,8 @@ class PoseBeliefs(NamedTuple):
         """Deviations along the axes of each pose itself, shape (s, 3) [m, m, rad]."""
         if not self.relative:
             return self.sigmas
-        turned = _ways(self.given) - _steps(self.given)[:, 2]
+        steps = _steps(self.given)
+        turned = _ways(steps) - steps[:, 2]
         squares = np.stack([np.cos(turned) ** 2, np.sin(turned) ** 2], axis=1)
         reaches = self.sigmas.copy()
         for axis, shares in enumerate((squares, squares[:, ::-1])):
@@ -269,22 +270,22 @@ def step_residuals(given: FloatArray, poses: FloatArray) -> FloatArray:
     ndarray, shape (s - 1, 3)
         Along the way that was given, across it to the left, and in heading [m, m, rad].
     """
-    residuals = _steps(given) - _steps(poses)
+    recorded = _steps(given)
+    residuals = recorded - _steps(poses)
     residuals[:, 2] = wrap(residuals[:, 2])
-    turned: FloatArray = np.einsum("kij,kj->ki", _along_ways(given), residuals)
+    turned: FloatArray = np.einsum("kij,kj->ki", _along_ways(recorded), residuals)
     return turned
 
 
-def _ways(given: FloatArray) -> FloatArray:
-    """Directions of steps in the frame of the pose before, shape (s - 1,) [rad]."""
-    steps = _steps(given)
+def _ways(steps: FloatArray) -> FloatArray:
+    """Directions of steps in the frame of the pose before, shape (k,) [rad]."""
     directions: FloatArray = np.arctan2(steps[:, 1], steps[:, 0])
     return directions
 
 
-def _along_ways(given: FloatArray) -> FloatArray:
-    """Turn what is told in the frame of the pose before to along and across the way, shape (s - 1, 3, 3)."""
-    ways, turns = _ways(given), np.tile(np.eye(3), (len(given) - 1, 1, 1))
+def _along_ways(steps: FloatArray) -> FloatArray:
+    """Turn what is told in the frame of the pose before to along and across the way, shape (k, 3, 3)."""
+    ways, turns = _ways(steps), np.tile(np.eye(3), (len(steps), 1, 1))
     turns[:, 0, 0] = turns[:, 1, 1] = np.cos(ways)
     turns[:, 0, 1], turns[:, 1, 0] = np.sin(ways), -np.sin(ways)
     return turns
@@ -314,7 +315,7 @@ def step_slopes(given: FloatArray, poses: FloatArray) -> tuple[FloatArray, Float
     own[1:, 1, :2] = np.column_stack([-sine, cosine])
     before[1:] = -own[1:]
     before[1:, 0, 2], before[1:, 1, 2] = steps[:, 1], -steps[:, 0]
-    turns = _along_ways(given)
+    turns = _along_ways(_steps(given))
     before[1:], own[1:] = turns @ before[1:], turns @ own[1:]
     return before, own
 

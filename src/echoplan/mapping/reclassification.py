@@ -56,10 +56,8 @@ def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belie
         # A corner is heard over a wider angle: if that is why it does not hold, what looked like a cylinder is neither.
         is_round = feature.kind is Kind.CYLINDER
         others = [*kept[:place], *kept[place + 1 :]]
-        rivals = _rivals(explanation, feature, others)
-        worths = [belief.worth(each) + _spared(each, feature, others, belief.settings.accept) for each in rivals]
-        worth, best = max(zip(worths, rivals, strict=True), key=lambda each: each[0], default=(-math.inf, feature))
-        if worth > belief.worth(feature) and (is_round or belief.holds(best, explanation.levels(others))):
+        best = _better(_rivals(explanation, feature, others), feature, others, belief)
+        if best and (is_round or belief.holds(best, explanation.levels(others))):
             kept[place] = best
     return kept
 
@@ -93,18 +91,30 @@ def _crossings(explanation: Explanation, wall: Hypothesis, others: Sequence[Hypo
     return explanation.judge_all(proposed, explanation.levels(others), others)
 
 
-def _spared(rival: Hypothesis, wall: Hypothesis, others: Sequence[Hypothesis], accept: float) -> float:
-    """Tell what a corner in place of a wall need not cost, for it lies on others: two of them leave nothing to choose.
+def _better(
+    rivals: Sequence[Hypothesis], feature: Hypothesis, others: Sequence[Hypothesis], belief: Belief
+) -> Hypothesis | None:
+    """Choose the rival that is worth most, if that is more than the feature is."""
+
+    def worth(each: Hypothesis) -> float:
+        return belief.worth(each) + belief.settings.accept * _spared_walls(each, feature, others)
+
+    best = max(rivals, key=worth, default=feature)
+    return best if worth(best) > worth(feature) else None
+
+
+def _spared_walls(rival: Hypothesis, feature: Hypothesis, others: Sequence[Hypothesis]) -> int:
+    """Tell how many walls need not be assumed anew if something is a corner and no wall: one less than it lies on.
 
     A corner that few stations heard, all from about one direction, looks like a short wall across it; but every wall
-    ends in corners.
+    ends in corners.  A wall that stations heard at about one place looks like a corner; but no corner is without walls.
     """
-    if rival.kind is not Kind.CORNER or not wall.is_wall:
-        return 0.0
+    if rival.kind is not Kind.CORNER or feature.kind is Kind.CYLINDER:
+        return 0
     point = rival.reflector[1:3]
-    on = [line for line in _stronger(wall, others) if abs(float(point @ directions(line[0]) - line[1])) < _ON]
+    on = [line for line in _stronger(feature, others) if abs(float(point @ directions(line[0]) - line[1])) < _ON]
     square = any(returns_sound(*pair) for pair in combinations(on, 2))
-    return accept * (1.0 if square else 0.5 if on else 0.0)
+    return int(square) + bool(on) - 1
 
 
 def _stronger(wall: Hypothesis, others: Sequence[Hypothesis]) -> list[FloatArray]:

@@ -28,7 +28,7 @@ class Doubtful:
     def glance(self) -> None:
         pass
 
-    explain = clear = polish = glance
+    explain = reconsider = clear = polish = glance
 
     def odometry(self) -> None:
         pass
@@ -43,6 +43,19 @@ class Doubtful:
         assert not beliefs.relative
         self.poses = start + 0.01
         self.settled = NUDGED
+
+
+class Finished(Doubtful):
+    """An account that keeps what was asked of it."""
+
+    def __init__(self) -> None:
+        super().__init__(5)
+        self.asked = list[str]()
+
+    def __getattribute__(self, name: str) -> Any:
+        if name in {"explain", "reconsider", "clear", "polish"}:
+            self.asked.append(name)
+        return super().__getattribute__(name)
 
 
 # Settled more often than anything is, to tell poses that were nudged from those that were reset.
@@ -206,3 +219,13 @@ def test_poses_settle_as_long_as_that_explains_more(monkeypatch: pytest.MonkeyPa
     )
     best: Any = explained(account)  # type: ignore[arg-type]
     assert best.settled == 2
+
+
+def test_phantoms_are_sought_once_features_are_what_they_are_and_the_sonar_is_polished_last(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told(monkeypatch, is_torn=lambda account: False)
+    account: Any = Finished()
+    account.settings = AccountSettings(poses=PoseMode.TRUST)
+    assert explained(account) is account
+    assert account.asked == ["explain", "reconsider", "clear", "polish"]

@@ -101,3 +101,17 @@ def test_a_short_wall_across_the_ends_of_others_is_their_corner(known: int, kind
     account = explanation(heard._replace(readings=np.where(stations.stations < 2, heard.readings, silent.readings)))
     features = taken(account, *walls[:known], across(2.0, 1.5, 40.0))
     assert features[-1].kind is kind
+
+
+@pytest.mark.parametrize(("known", "kind"), [(2, Kind.CORNER), (0, Kind.WALL)], ids=["known walls", "by itself"])
+def test_what_sounds_like_both_is_a_corner_only_where_walls_are_known_that_end_in_it(known: int, kind: Kind) -> None:
+    # All stations stand in line before it: the feet of a wall would be where the corner is.
+    stations = listening([(0.4, 0.03), (0.0, -0.03), (-0.5, 0.0)])
+    walls = [across(2.0, 0.0, 45.0), across(2.0, 0.0, -45.0)]
+    rng = np.random.default_rng(2)
+    account = explanation(hearing(stations, [corner(2.0, 0.0)], noise=NOISE, rng=rng))
+    alone = judged(account, [corner(2.0, 0.0)])[0].total
+    rival = judged(account, [wall(0.0, 2.0)])[0].total
+    assert rival < alone < rival + BeliefSettings().accept
+    features = taken(account, *walls[:known], corner(2.0, 0.0))
+    assert features[-1].kind is kind

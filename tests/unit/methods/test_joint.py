@@ -3,6 +3,8 @@ import pickle
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
+from runpy import run_path
 from typing import Any
 
 import numpy as np
@@ -10,6 +12,7 @@ import pytest
 
 import soundings
 from echoplan.arrays import FloatArray
+from echoplan.evaluation import evaluate
 from echoplan.geometry import aligned
 from echoplan.mapping.settings import PoseMode, WindowSettings
 from echoplan.methods import map_sweeps
@@ -293,6 +296,14 @@ def test_a_transducer_that_rings_longer_or_shorter_than_thought_moves_no_wall(qu
 def test_another_walk_may_stand_in_the_place_of_the_usual_one(rig: str, walk: str, detector: str) -> None:
     settings = JointSettings.model_validate({"walk": walk})
     assert_square(mapped(rig, simulated(rig, detector=detector), settings), within=WITHIN[rig])
+
+
+def test_a_side_of_a_box_that_looked_like_a_corner_is_a_wall_once_all_else_is_in_place() -> None:
+    rooms = run_path(str(Path(__file__).parents[3] / "benchmarks" / "rooms.py"))
+    simulation = rooms["random_simulation"](29)
+    found = evaluate(mapped(simulation.rig, tuple(simulation)), simulation.truth).matches.walls
+    assert found.found == found.wanted
+    assert found.spurious == ()
 
 
 def test_walls_that_are_seen_again_close_the_loop() -> None:
