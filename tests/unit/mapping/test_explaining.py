@@ -225,7 +225,8 @@ def test_phantoms_are_sought_once_features_are_what_they_are_and_the_sonar_is_po
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     told(monkeypatch, is_torn=lambda account: False)
-    account: Any = Finished()
-    account.settings = AccountSettings(poses=PoseMode.TRUST)
-    assert explained(account) is account
-    assert account.asked == ["explain", "reconsider", "clear", "polish"]
+    finished = Finished()
+    finished.settings = AccountSettings(poses=PoseMode.TRUST)
+    account: Any = finished
+    explained(account)
+    assert finished.asked == ["explain", "reconsider", "clear", "polish"]
