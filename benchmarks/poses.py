@@ -2,13 +2,14 @@
 
 Draws so many rooms (50 unless told otherwise), drives through them by dead reckoning that is off by 2 % of the way and
 2 degrees a metre, maps them with ``--poses correct``, and prints how far poses and features are off, the worst drives,
-what the same echoes tell from the true poses, and whether the poses' ellipses are true.  ``--array`` and ``--stations``
-take another built-in rig, and more halts than 22.  ``--noisy`` doubles the errors of odometry, with 8 % dropouts and
-6 % strays.  ``--slip`` lets the robot slip sideways, too, by so many metres in the first of its way, growing with the
-root of it.  ``--air`` lets the air be so much warmer or colder than the modules take it to be, which no drive can tell,
-unless there is a ``--thermometer`` that errs by so many degrees.  ``--lag`` lets the servo lag by up to so many seconds
-behind the angle it is told.  ``--exact FOLDER`` maps recordings with exact poses as well, once trusted and once
-corrected, to show what harm is done.  ``--save FILE`` keeps the figures of each drive as JSON.
+what the same echoes tell from the true poses, what walls that were missed left in the recording, and whether the poses'
+ellipses are true.  ``--array`` and ``--stations`` take another built-in rig, and more halts than 22.  ``--noisy``
+doubles the errors of odometry, with 8 % dropouts and 6 % strays.  ``--slip`` lets the robot slip sideways, too, by so
+many metres in the first of its way, growing with the root of it.  ``--air`` lets the air be so much warmer or colder
+than the modules take it to be, which no drive can tell, unless there is a ``--thermometer`` that errs by so many
+degrees.  ``--lag`` lets the servo lag by up to so many seconds behind the angle it is told.  ``--exact FOLDER`` maps
+recordings with exact poses as well, once trusted and once corrected, to show what harm is done.  ``--save FILE`` keeps
+the figures of each drive as JSON.
 """
 
 import argparse
@@ -17,7 +18,7 @@ import math
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
@@ -33,9 +34,12 @@ from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import FeatureClass, Rig, Source, Sweep, Table, Truth
 from echoplan.simulation import OdometryNoise
 from rooms import ARRAY, DRIFT, LEGS, Drive, random_drive  # type: ignore[import-not-found]  # beside this file
+from traces import readings_of  # type: ignore[import-not-found]  # likewise
 
 DRIVES = 50
 WORST = 5
+# Readings of a wall from which on a station may be said to have heard it.
+CLEAR = 3
 # Names of recordings whose poses are exact.
 EXACT = ("room*", "oblique*")
 DOUBLE = OdometryNoise(**{name: 2 * value for name, value in DRIFT.model_dump().items()})
@@ -60,6 +64,8 @@ class Outcome:
         Of the processor.
     undrifted : Evaluation, optional
         As the evaluation, of a map of the same echoes from the true poses.
+    traces : dict of int to ndarray of int, optional
+        By the number of a wall that was missed, how many readings of each sweep may be of it.
     """
 
     name: str
@@ -68,6 +74,7 @@ class Outcome:
     sweeps: int
     seconds: float
     undrifted: Evaluation | None = None
+    traces: Mapping[int, np.ndarray] = field(default_factory=dict)
 
 
 def main() -> None:
@@ -120,8 +127,11 @@ def drive(seed: int, *, how: Drive) -> Outcome:
     outcome = mapped(simulation, tuple(simulation), simulation.truth, PoseMode.CORRECT)
     # Odometry changes nothing of what is heard.
     undrifted = random_drive(seed, replace(how, odometry=OdometryNoise()))
-    trusted = mapped(undrifted, tuple(undrifted), undrifted.truth, PoseMode.TRUST)
-    return replace(outcome, undrifted=trusted.evaluation)
+    sweeps, truth, walls = tuple(undrifted), undrifted.truth, outcome.evaluation.matches.walls
+    trusted = mapped(undrifted, sweeps, truth, PoseMode.TRUST)
+    missed = sorted(set(walls.wanted) - set(walls.found))
+    traces = {number: readings_of(truth.walls_xy[number], sweeps, undrifted.rig) for number in missed}
+    return replace(outcome, undrifted=trusted.evaluation, traces=traces)
 
 
 def mapped(source: Source, sweeps: Sequence[Sweep], truth: Truth, poses: PoseMode) -> Outcome:
@@ -154,6 +164,7 @@ def tables(outcomes: Sequence[Outcome]) -> list[Table]:
         worst_table(outcomes),
         tally_table({name: each.tally for name, each in summary.classes.items()}),
         undrifted_table(outcomes),
+        missed_table(outcomes),
         consistency_table({name: each.consistency for name, each in summary.classes.items()}),
         ellipse_table(outcomes),
     ]
@@ -195,6 +206,17 @@ def undrifted_table(outcomes: Sequence[Outcome]) -> Table:
     summary = pool((each.undrifted for each in outcomes if each.undrifted), rng=np.random.default_rng(0))
     table = tally_table({name: each.tally for name, each in summary.classes.items()})
     return replace(table, title="The same from the true poses")
+
+
+def missed_table(outcomes: Sequence[Outcome]) -> Table:
+    """Tell what walls that were missed left in the recording, the faintest first."""
+    found = [(each.name, number, trace) for each in outcomes for number, trace in each.traces.items()]
+    rows = [
+        (name, str(number), str(trace.sum()), str((trace >= CLEAR).sum()))
+        for name, number, trace in sorted(found, key=lambda each: int(each[2].sum()))
+    ]
+    columns = ("drive", "wall", "readings that may be of it", f"stations with {CLEAR} and more")
+    return Table(title="Walls that were missed", columns=columns, rows=tuple(rows))
 
 
 def worst_table(outcomes: Sequence[Outcome]) -> Table:
