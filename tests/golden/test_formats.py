@@ -23,7 +23,7 @@ from echoplan.io import (
 )
 
 FOLDER = Path(__file__).parent / "formats"
-FORMATS: dict[str, tuple[Callable[[Path], Any], Callable[[Path, Any], None]]] = {
+FORMATS: dict[str, tuple[Callable[[Path | str], Any], Callable[[Path | str, Any], None]]] = {
     "recording/rig.toml": (read_rig, write_rig),
     "world.toml": (read_world, write_world),
     "stations.csv": (read_route, write_route),
@@ -38,6 +38,14 @@ def test_what_is_read_is_written_as_it_stood(name: str, tmp_path: Path) -> None:
     read, write = FORMATS[name]
     write(tmp_path / "again", read(FOLDER / name))
     assert (tmp_path / "again").read_bytes() == (FOLDER / name).read_bytes()
+
+
+def test_files_may_be_told_by_their_names(tmp_path: Path) -> None:
+    for name, (read, write) in FORMATS.items():
+        write(str(tmp_path / "again"), read(str(FOLDER / name)))
+        assert (tmp_path / "again").read_bytes() == (FOLDER / name).read_bytes()
+    write_recording(str(tmp_path), read_recording(str(FOLDER / "recording")))
+    assert (tmp_path / "pings.csv").read_bytes() == (FOLDER / "recording" / "pings.csv").read_bytes()
 
 
 def test_a_recording_is_written_as_it_stood(tmp_path: Path) -> None:

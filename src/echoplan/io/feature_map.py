@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from echoplan.io.files import write_text
+from echoplan.io.files import by_name, write_text
 from echoplan.io.structure import Count, Form, Pair, Triple, read_json
 from echoplan.io.text import format_json
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, FeatureClass, FeatureMap, Wall
@@ -133,12 +133,13 @@ class _MapForm(Form):
         )
 
 
+@by_name
 def read_map(path: Path) -> FeatureMap:
     """Read a map.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The file, usually ``map.json``; what other programs added to it is passed over.
 
     Returns
@@ -154,12 +155,13 @@ def read_map(path: Path) -> FeatureMap:
     return read_json(path, _MapForm).value()
 
 
+@by_name
 def write_map(path: Path, feature_map: FeatureMap) -> None:
     """Write a map.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The file.
     feature_map : FeatureMap
         The map.

@@ -2,15 +2,29 @@
 
 import errno
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from functools import wraps
+from os import PathLike
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TextIO
+from typing import Concatenate, ParamSpec, TextIO, TypeVar
 
 from echoplan.errors import InputError, OutputError
 
-__all__ = ["check_folder", "open_text", "read_text", "readable", "write_bytes", "write_text", "written_whole"]
+__all__ = [
+    "by_name",
+    "check_folder",
+    "open_text",
+    "read_text",
+    "readable",
+    "write_bytes",
+    "write_text",
+    "written_whole",
+]
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 _UNREADABLE = {
     errno.ENOENT: ("there is no such file", "check the name"),
@@ -25,6 +39,27 @@ _UNWRITABLE = {
     errno.EPERM: "choose a folder that you may write to",
     errno.EROFS: "choose a folder that you may write to",
 }
+
+
+def by_name(function: Callable[Concatenate[Path, P], R]) -> Callable[Concatenate[str | PathLike[str], P], R]:
+    """Let a function of a file take its name as well.
+
+    Parameters
+    ----------
+    function : callable
+        What takes a path first.
+
+    Returns
+    -------
+    callable
+        The same, of a path or a string.
+    """
+
+    @wraps(function)
+    def named(path: str | PathLike[str], /, *args: P.args, **kwargs: P.kwargs) -> R:
+        return function(Path(path), *args, **kwargs)
+
+    return named
 
 
 @contextmanager
@@ -77,12 +112,13 @@ def open_text(path: Path) -> Iterator[TextIO]:
             raise InputError(path, "it is no UTF-8 text", place=place, remedy="save it as UTF-8") from error
 
 
+@by_name
 def read_text(path: Path) -> str:
     """Read a text file.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The file.
 
     Returns
@@ -173,12 +209,13 @@ def check_folder(path: Path, names: Iterable[str]) -> None:
                 raise _in_the_way(target / name)
 
 
+@by_name
 def write_text(path: Path, text: str) -> None:
     """Write a text file whole or not at all.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The file.
     text : str
         What it shall hold; written as UTF-8 with line feeds on every system.
@@ -191,12 +228,13 @@ def write_text(path: Path, text: str) -> None:
     write_bytes(path, text.encode())
 
 
+@by_name
 def write_bytes(path: Path, data: bytes) -> None:
     """Write a binary file whole or not at all.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The file.
     data : bytes
         What it shall hold.

@@ -10,7 +10,7 @@ from pydantic import Field, ValidationError
 
 from echoplan.arrays import FloatArray
 from echoplan.errors import InputError
-from echoplan.io.files import read_text, write_text
+from echoplan.io.files import by_name, read_text, write_text
 from echoplan.io.pgm import read_pgm, write_pgm
 from echoplan.io.structure import Form
 from echoplan.model import OccupancyGrid
@@ -36,12 +36,13 @@ class _GridForm(Form):
     mode: Literal["trinary", "scale", "raw"] = "trinary"
 
 
+@by_name
 def read_grid(path: Path) -> OccupancyGrid:
     """Read a grid of map_server.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The YAML file; the picture that it names must be a binary PGM.
 
     Returns
@@ -65,12 +66,13 @@ def read_grid(path: Path) -> OccupancyGrid:
     return OccupancyGrid(origin_xy=np.array([x, y]), resolution=form.resolution, values=np.flipud(values))
 
 
+@by_name
 def write_grid(path: Path, grid: OccupancyGrid) -> None:
     """Write a grid for map_server and whatever else reads its files.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The YAML file; the picture lies beside it under the same name with ``.pgm``.
     grid : OccupancyGrid
         The grid; of the probabilities only occupied, free and unknown are kept.

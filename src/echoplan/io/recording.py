@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from echoplan.arrays import known_median
 from echoplan.errors import InputError, InvalidValueError
-from echoplan.io.files import readable, written_whole
+from echoplan.io.files import by_name, readable, written_whole
 from echoplan.io.pings import MEASURED, PING_COLUMNS, REQUIRED, checked_pings
 from echoplan.io.rig import read_rig, write_rig
 from echoplan.io.table import Rows, Table
@@ -62,12 +62,13 @@ class RecordingFolder:
         return count
 
 
+@by_name
 def read_recording(path: Path) -> RecordingFolder:
     """Open a recording.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The folder with ``pings.csv`` and ``rig.toml``.
 
     Returns
@@ -89,12 +90,13 @@ def read_recording(path: Path) -> RecordingFolder:
     return RecordingFolder(name=path.resolve().name, rig=rig, table=table)
 
 
+@by_name
 def write_recording(path: Path, source: Source) -> None:
     """Write all sweeps of a source as they come.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The folder; made if there is none, else its ``pings.csv`` and ``rig.toml`` are replaced.
     source : Source
         Where the sweeps come from.

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field
 
-from echoplan.io.files import write_text
+from echoplan.io.files import by_name, write_text
 from echoplan.io.structure import Form, Whole, read_toml
 from echoplan.io.text import format_toml
 from echoplan.io.units import HalfAperture, Metres, Radians
@@ -104,12 +104,13 @@ class _RigForm(Form, extra="forbid"):
         )
 
 
+@by_name
 def read_rig(path: Path) -> Rig:
     """Read a rig.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The file, usually ``rig.toml``.
 
     Returns
@@ -125,12 +126,13 @@ def read_rig(path: Path) -> Rig:
     return read_toml(path, _RigForm).value()
 
 
+@by_name
 def write_rig(path: Path, rig: Rig) -> None:
     """Write a rig, leaving out what is not known of it.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The file.
     rig : Rig
         The rig.

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from echoplan.errors import InputError, InvalidValueError
-from echoplan.io.files import write_text
+from echoplan.io.files import by_name, write_text
 from echoplan.io.kinds import NUMBER, SECONDS
 from echoplan.io.table import Table
 from echoplan.io.text import format_seconds
@@ -17,12 +17,13 @@ __all__ = ["read_route", "write_route"]
 _COLUMNS = {"t": SECONDS, "x": NUMBER, "y": NUMBER, "yaw": NUMBER}
 
 
+@by_name
 def read_route(path: Path) -> Route:
     """Read a route.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The file; a column ``t`` makes it a way, without it there are stations.
 
     Returns
@@ -48,12 +49,13 @@ def read_route(path: Path) -> Route:
         raise InputError(path, str(error), place="column t", remedy="sort the rows by t") from error
 
 
+@by_name
 def write_route(path: Path, route: Route) -> None:
     """Write a route.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The file.
     route : Route
         The route.

@@ -6,19 +6,20 @@ import numpy as np
 
 from echoplan.arrays import FloatArray
 from echoplan.errors import InputError
-from echoplan.io.files import read_text, write_text
+from echoplan.io.files import by_name, read_text, write_text
 
 __all__ = ["read_trajectory", "write_trajectory"]
 
 _COLUMNS = 8
 
 
+@by_name
 def write_trajectory(path: Path, times: FloatArray, poses: FloatArray) -> None:
     """Write poses in the plane as lines ``t x y z qx qy qz qw``.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The file.
     times : ndarray, shape (n,)
         When the robot was there [s].
@@ -37,12 +38,13 @@ def write_trajectory(path: Path, times: FloatArray, poses: FloatArray) -> None:
     write_text(path, "\n".join(["# t x y z qx qy qz qw", *lines]) + "\n")
 
 
+@by_name
 def read_trajectory(path: Path) -> tuple[FloatArray, FloatArray]:
     """Read poses in the plane.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         A file as ``write_trajectory`` or evo write it; height, roll and pitch are left out.
 
     Returns

@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field
 
 from echoplan.arrays import IntArray
-from echoplan.io.files import write_text
+from echoplan.io.files import by_name, write_text
 from echoplan.io.structure import Count, Form, Quadruple, Triple, read_json
 from echoplan.io.text import format_json
 from echoplan.io.world import read_world
@@ -43,12 +43,13 @@ def _counts(heard: list[int] | None, count: int) -> IntArray:
     return np.full(count, EVERYWHERE) if heard is None else np.array(heard, dtype=np.int64)
 
 
+@by_name
 def read_truth(path: Path) -> Truth:
     """Read the truth of a recording.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The file, usually ``truth.json``; or a world, of which all faces and cylinders are asked for.
 
     Returns
@@ -74,12 +75,13 @@ def read_truth(path: Path) -> Truth:
     return read_json(path, _TruthForm).value()
 
 
+@by_name
 def write_truth(path: Path, truth: Truth) -> None:
     """Write the truth of a recording.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The file.
     truth : Truth
         The truth.

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field
 
-from echoplan.io.files import write_text
+from echoplan.io.files import by_name, write_text
 from echoplan.io.structure import Form, Pair, read_toml
 from echoplan.io.text import format_toml
 from echoplan.model import Pillar, Polyline, World
@@ -39,12 +39,13 @@ class _WorldForm(Form, extra="forbid"):
     cylinder: list[_CylinderForm] = Field(default=[], description="a list of tables [[cylinder]], one for each")
 
 
+@by_name
 def read_world(path: Path) -> World:
     """Read a world.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The file.
 
     Returns
@@ -65,12 +66,13 @@ def read_world(path: Path) -> World:
     )
 
 
+@by_name
 def write_world(path: Path, world: World) -> None:
     """Write a world.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The file.
     world : World
         The world.
