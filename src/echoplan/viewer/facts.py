@@ -151,7 +151,7 @@ def station_facts(feature_map: FeatureMap) -> list[Facts]:
     list of Facts
         One a station.
     """
-    labels = station_labels(feature_map.sweeps)
+    labels = station_labels(feature_map.sweeps, feature_map.poses[:, :2])
     spreads = [_pose_spread(*each) for each in zip(feature_map.poses, feature_map.pose_covariances, strict=False)]
     return [
         Facts(

@@ -144,7 +144,7 @@ def draw_stations(axes: Axes, feature_map: FeatureMap) -> None:
     points = feature_map.poses[:, :2]
     axes.plot(*points.T, ":", color=MUTED, linewidth=0.7)
     axes.plot(*points.T, "o", color=MUTED, markersize=2.5, label="station" if len(points) else None)
-    for name, point in zip(station_labels(feature_map.sweeps), points, strict=True):
+    for name, point in zip(station_labels(feature_map.sweeps, feature_map.poses[:, :2]), points, strict=True):
         if name:
             axes.annotate(name, tuple(point), xytext=(3, 3), textcoords="offset points", fontsize=7.5, color=INK)
 

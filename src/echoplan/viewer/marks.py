@@ -129,7 +129,7 @@ def station_marks(plan: Plan, sheet: Sheet) -> list[ET.Element]:
     """
     found = plan.feature_map
     spreads = [[_ellipse(each, sheet)] for each in plan.pose_ellipses] or [[] for _ in found.sweeps]
-    labels = station_labels(found.sweeps)
+    labels = station_labels(found.sweeps, found.poses[:, :2])
     stations = zip(found.poses[:, :2], found.sweeps.tolist(), labels, station_facts(found), spreads, strict=True)
     return [
         element("path", class_="way", d=path([sheet.paper(found.poses[:, :2])]) if len(found.poses) else ""),

@@ -12,8 +12,8 @@ from echoplan.viewer.uncertainty import Ellipse, error_ellipse
 
 __all__ = ["MOST_LABELS", "Plan", "station_labels"]
 
-# More names than letters would cover each other.
-MOST_LABELS = len(string.ascii_uppercase)
+# More names than letters would cover each other, and so would names nearer than this share of how far stations go.
+MOST_LABELS, _APART = len(string.ascii_uppercase), 1.0 / 12.0
 
 # Walls are drawn this thick, as a share of the drawing's greater side.
 _THICKNESS = 0.012
@@ -109,13 +109,15 @@ class Plan:
         )
 
 
-def station_labels(sweeps: IntArray) -> list[str]:
-    """Name stations: A, B, C and so on, as the paper does, or by the number of their sweep if there are many.
+def station_labels(sweeps: IntArray, places_xy: FloatArray) -> list[str]:
+    """Name stations: A, B, C and so on, as the paper does, or some by the number of their sweep if there are many.
 
     Parameters
     ----------
     sweeps : ndarray of int, shape (s,)
         Numbers of the sweeps.
+    places_xy : ndarray, shape (s, 2)
+        Where they were made [m].
 
     Returns
     -------
@@ -124,10 +126,13 @@ def station_labels(sweeps: IntArray) -> list[str]:
 
     Examples
     --------
-    >>> station_labels(np.array([0, 1, 2]))
+    >>> station_labels(np.array([0, 1, 2]), np.zeros((3, 2)))
     ['A', 'B', 'C']
     """
     if len(sweeps) <= MOST_LABELS:
         return list(string.ascii_uppercase[: len(sweeps)])
-    stride = -(-len(sweeps) // MOST_LABELS)
-    return [str(sweep) if number % stride == 0 else "" for number, sweep in enumerate(sweeps.tolist())]
+    apart, named = _APART * float(np.ptp(places_xy, axis=0).max()), list[int]()
+    for number in range(0, len(sweeps), -(-len(sweeps) // MOST_LABELS)):
+        if np.hypot(*(places_xy[named] - places_xy[number]).T).min(initial=np.inf) >= apart:
+            named.append(number)
+    return [str(sweep) if number in named else "" for number, sweep in enumerate(sweeps.tolist())]

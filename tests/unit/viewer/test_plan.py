@@ -4,7 +4,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from echoplan.arrays import FloatArray
 from echoplan.errors import InvalidValueError
+from echoplan.geometry import directions
 from echoplan.model import Corner, CornerKind, Cylinder, FeatureMap
 from echoplan.viewer.plan import MOST_LABELS, Plan, station_labels
 from maps import ROOM, corner, cylinder, drawn, wall
@@ -112,23 +114,36 @@ def test_plans_do_not_share_their_echoes() -> None:
 
 
 def test_stations_are_named_by_letters_in_their_order_whatever_their_sweeps() -> None:
-    assert station_labels(np.array([7, 3, 12])) == ["A", "B", "C"]
-    assert station_labels(np.zeros(0, dtype=np.int64)) == []
+    assert station_labels(np.array([7, 3, 12]), np.zeros((3, 2))) == ["A", "B", "C"]
+    assert station_labels(np.zeros(0, dtype=np.int64), np.zeros((0, 2))) == []
+
+
+def around(count: int) -> FloatArray:
+    """Places on a circle, as far apart as can be."""
+    return directions(np.linspace(0.0, 2 * np.pi, count, endpoint=False))
+
+
+def test_of_stations_beside_each_other_one_is_named() -> None:
+    # There and back again on one line: names of the way back would stand on those of the way there.
+    places = np.column_stack([np.abs(np.linspace(-6.0, 6.0, 200)), np.zeros(200)])
+    named = [number for number, label in enumerate(station_labels(np.arange(200), places)) if label]
+    assert 6 <= len(named) <= 13
+    assert np.diff(np.sort(places[named, 0])).min() >= 0.5
 
 
 def test_there_are_letters_for_26_stations() -> None:
-    assert station_labels(np.arange(26)) == list(string.ascii_uppercase)
+    assert station_labels(np.arange(26), np.zeros((26, 2))) == list(string.ascii_uppercase)
 
 
 def test_of_27_stations_every_other_is_named_by_its_sweep() -> None:
-    labels = station_labels(np.arange(100, 127))
+    labels = station_labels(np.arange(100, 127), around(27))
     assert labels[:4] == ["100", "", "102", ""]
     assert labels[-1] == "126"
 
 
 @pytest.mark.parametrize("count", [27, 52, 53, 1000, 12_345])
 def test_many_stations_have_no_more_names_than_there_are_letters(count: int) -> None:
-    labels = station_labels(np.arange(count))
+    labels = station_labels(np.arange(count), around(count))
     named = [number for number, label in enumerate(labels) if label]
     assert len(labels) == count
     assert MOST_LABELS // 2 <= len(named) <= MOST_LABELS
