@@ -308,9 +308,9 @@ def test_no_enlarged_ellipse_is_longer_than_a_tenth_of_its_map(plan: Plan) -> No
     assert plan.magnification == 1 or plan.magnification * longest <= room
 
 
-@given(st.integers(0, 3000))
-def test_stations_have_a_name_each_or_few_enough_to_be_read(count: int) -> None:
-    labels = station_labels(np.arange(count))
+@given(st.integers(0, 3000), st.integers(0, 2**32 - 1))
+def test_stations_have_a_name_each_or_few_enough_to_be_read(count: int, seed: int) -> None:
+    labels = station_labels(np.arange(count), np.random.default_rng(seed).normal(size=(count, 2)))
     named = [each for each in labels if each]
     assert len(labels) == count
     assert len(set(named)) == len(named) <= 26
