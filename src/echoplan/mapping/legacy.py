@@ -76,8 +76,8 @@ def _is_there(feature: Hypothesis) -> bool:
 
     A few stations can always be found that something explains a little better.  The longer a recording, the more of
     them there are, and what they speak for would add up, if the others were not asked.  Of points little sound comes
-    back, so these may be missing.  A wall that lets half as much sound through as it sends back is none, and what has no
-    ping that others do not explain better is nothing.
+    back, so these may be missing.  A wall that lets half as much sound through as it sends back is none, and what has
+    no ping that others do not explain better is nothing.
     """
     past = feature.past
     if past.speaking - past.hidden < past.hidden or 2 * past.passed >= past.pings:
