@@ -1,0 +1,114 @@
+"""Way-points that nobody measured well: python benchmarks/waypoints.py FOLDER... [--off METRES] [--copies N].
+
+Maps each recording as it is, and copies of it whose headings are all zero and whose way-points are each off by so many
+metres in some direction (5 cm unless told otherwise).  Prints how much of the walls is found and right, how far they
+are off once the map lies on the truth as its way-points do, and how far headings differ from those of the recording as
+it is, but for one turn of all.
+"""
+
+import argparse
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from echoplan.cli.terminal import show
+from echoplan.evaluation import EvaluationSettings, MatchingSettings, evaluate
+from echoplan.evaluation.tally import Tally
+from echoplan.geometry import directions, wrap
+from echoplan.io import read_recording, read_truth
+from echoplan.methods import find_method, map_sweeps
+from echoplan.model import Sweep, Table
+
+OFF, COPIES = 0.05, 12
+MIN_HEARD = 1
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Outcome:
+    """What came of one copy, or of the recording itself."""
+
+    name: str
+    walls: Tally
+    distances: list[float]
+    angles: list[float]
+    headings: np.ndarray
+
+
+def main() -> None:
+    """Map all and print what came of it."""
+    arguments = parse()
+    cases = list(product(arguments.folders, [None, *range(arguments.copies)]))
+    with ProcessPoolExecutor() as workers:
+        outcomes = list(workers.map(partial(mapped, off=arguments.off), cases))
+    tables = [outcomes[first : first + arguments.copies + 1] for first in range(0, len(cases), arguments.copies + 1)]
+    show(table([row for each in tables for row in rows(each)]))
+
+
+def parse() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description="Way-points that nobody measured well.")
+    parser.add_argument("folders", type=Path, nargs="+")
+    parser.add_argument("--off", type=float, default=OFF)
+    parser.add_argument("--copies", type=int, default=COPIES)
+    return parser.parse_args()
+
+
+def mapped(case: tuple[Path, int | None], *, off: float) -> Outcome:
+    """Map a copy and hold it against the truth."""
+    folder, copy = case
+    recording, truth = read_recording(folder), read_truth(folder / "truth.json")
+    sweeps = list(recording) if copy is None else astray(list(recording), off, np.random.default_rng(copy))
+    found = map_sweeps(find_method("joint").build(recording.rig), sweeps)
+    walls = evaluate(found, truth, EvaluationSettings(matching=MatchingSettings(min_heard=MIN_HEARD))).matches.walls
+    return Outcome(
+        name=folder.name,
+        walls=walls.tally,
+        distances=[1000 * each.distance for each in walls.right],
+        angles=[float(np.degrees(each.angle)) for each in walls.right],
+        headings=found.poses[:, 2],
+    )
+
+
+def astray(sweeps: list[Sweep], off: float, rng: np.random.Generator) -> list[Sweep]:
+    """Forget all headings, and put each way-point elsewhere, but all of them together where they were."""
+    steps = off * directions(rng.uniform(-np.pi, np.pi, len(sweeps)))
+    steps -= steps.mean(axis=0)
+    return [
+        replace(each, map_from_base=np.column_stack([each.map_from_base[:, :2] + step, np.zeros(len(each))]))
+        for each, step in zip(sweeps, steps, strict=True)
+    ]
+
+
+def rows(outcomes: list[Outcome]) -> list[tuple[str, ...]]:
+    """Sum up a recording and its copies."""
+    itself, *copies = outcomes
+    return [row(itself.name, [itself], itself), row(f"{itself.name}, {len(copies)} copies", copies, itself)]
+
+
+def row(name: str, outcomes: list[Outcome], itself: Outcome) -> tuple[str, ...]:
+    """Lay out recall, precision, errors, and the differences of headings."""
+    tally = sum((each.walls for each in outcomes[1:]), start=outcomes[0].walls)
+    turned = [wrap(each.headings - itself.headings) for each in outcomes]
+    apart = np.degrees(np.abs([wrap(each - np.median(each)) for each in turned]))
+    return (
+        name,
+        f"{100 * tally.found / tally.wanted:.0f} / {100 * tally.right / tally.estimates:.0f}",
+        f"{np.mean([value for each in outcomes for value in each.distances]):.1f}",
+        f"{np.mean([value for each in outcomes for value in each.angles]):.2f}",
+        f"{apart.mean():.1f}",
+        f"{apart.max():.1f}",
+    )
+
+
+def table(lines: list[tuple[str, ...]]) -> Table:
+    """Lay out all rows."""
+    columns = ("recording", "walls, recall / precision (%)", "mm", "°", "headings apart (°)", "at most")
+    return Table(title="Headings forgotten, way-points astray", columns=columns, rows=tuple(lines))
+
+
+if __name__ == "__main__":
+    main()
