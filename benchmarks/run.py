@@ -22,6 +22,7 @@ BENCHMARKS = (
     "pace.py",
     "pace.py 50 100 --poses correct",
     "poses.py",
+    "poses.py 150",
     "poses.py --noisy",
     "poses.py --air 2",
     "poses.py --air 2 --thermometer 0.5",
@@ -44,6 +45,8 @@ BENCHMARKS = (
 RECORDINGS, CORRIDOR = "recordings.py", "corridor.py"
 # How often noise is added to real recordings, to tell luck from skill.
 ARENA_COPIES, CORRIDOR_COPIES = "12", "24"
+# How far way-points of arenas are put elsewhere [m].
+ASTRAY = ("0.02", "0.05")
 
 
 def main(folders: list[str]) -> None:
@@ -57,6 +60,8 @@ def main(folders: list[str]) -> None:
     if arenas:
         run(RECORDINGS, *arenas, "--min-heard", "1")
         run(RECORDINGS, *arenas, "--min-heard", "1", "--methods", "joint", "--shaken", ARENA_COPIES)
+        for off in ASTRAY:
+            run("waypoints.py", *arenas, "--off", off)
     for folder in folders:
         if folder not in (*rooms, *arenas):
             run(CORRIDOR, folder, "--shaken", CORRIDOR_COPIES)
