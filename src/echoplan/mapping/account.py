@@ -274,14 +274,16 @@ class Account:
     def settle_features(self) -> None:
         """Take features for what they are best taken for, and drop those that do not stand up."""
         search = self._search()
-        features = with_boxes(search, search.judged(self.features))
+        self._settle(search, with_boxes(search, search.judged(self.features)))
+
+    def _settle(self, search: Search, features: list[Hypothesis]) -> None:
         self.features = search.settled(reclassified(search.explanation, features, search.belief))
 
     def reconsider(self) -> None:
         """Take features for something else as long as that explains more, now that all are where they belong."""
         for _ in range(_GLANCES):
-            kinds = [each.kind for each in self.features]
-            self.settle_features()
+            kinds, search = [each.kind for each in self.features], self._search()
+            self._settle(search, search.judged(self.features))
             if [each.kind for each in self.features] == kinds:
                 break
             self.adjust(self.noise, self.believed)
