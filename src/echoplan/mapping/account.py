@@ -40,7 +40,7 @@ __all__ = ["Account"]
 _FINEST = 0.001
 # An adjustment is at rest once all that moves in a round does not move farther: the square, in deviations.
 _SETTLED = 1e-5
-# So often a first look may be taken.
+# So often a first look may be taken, and second thoughts may be had.
 _GLANCES = 3
 # Features this far beyond the reach of the stations may still matter [m].
 _AROUND = 0.5

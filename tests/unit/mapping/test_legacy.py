@@ -92,6 +92,19 @@ def test_a_wall_through_which_others_were_heard_is_not_drawn() -> None:
     assert first.past.number not in {each.past.number for each in without.features}
 
 
+def test_what_has_no_ping_of_its_own_is_not_drawn() -> None:
+    memory = halfway()
+    column = next(each for each in memory.features if each.kind is Kind.CYLINDER)
+    rest = [each for each in memory.features if each is not column]
+    drawn = []
+    for pings in (1, 0):
+        # Far away, where no station at hand hears it.
+        away = replace(column, reflector=column.reflector + [0.0, 50.0, 0.0, 0.0])
+        away = replace(away, past=replace(column.past, pings=pings))
+        drawn.append(len(survey(account(4, 10, replace(memory, features=[*rest, away]))).features))
+    assert drawn[0] == drawn[1] + 1
+
+
 def test_no_ping_stays() -> None:
     assert all(len(each.evidence.pings) == len(each.gains) == 0 for each in halfway().features)
 
