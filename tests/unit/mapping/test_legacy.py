@@ -99,7 +99,7 @@ def test_what_has_no_ping_of_its_own_is_not_drawn() -> None:
     drawn = []
     for pings in (1, 0):
         # Far away, where no station at hand hears it.
-        away = replace(column, reflector=column.reflector + [0.0, 50.0, 0.0, 0.0])
+        away = replace(column, reflector=np.add(column.reflector, [0.0, 50.0, 0.0, 0.0]))
         away = replace(away, past=replace(column.past, pings=pings))
         drawn.append(len(survey(account(4, 10, replace(memory, features=[*rest, away]))).features))
     assert drawn[0] == drawn[1] + 1
