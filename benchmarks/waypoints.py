@@ -76,10 +76,18 @@ def astray(sweeps: list[Sweep], off: float, rng: np.random.Generator) -> list[Sw
     """Forget all headings, and put each way-point elsewhere, but all of them together where they were."""
     steps = off * directions(rng.uniform(-np.pi, np.pi, len(sweeps)))
     steps -= steps.mean(axis=0)
+    places = np.array([each.map_from_base[0, :2] for each in sweeps])
+    arms = quarter(places - places.mean(axis=0))
+    steps -= arms * np.sum(arms * steps) / np.sum(arms**2)
     return [
         replace(each, map_from_base=np.column_stack([each.map_from_base[:, :2] + step, np.zeros(len(each))]))
         for each, step in zip(sweeps, steps, strict=True)
     ]
+
+
+def quarter(vectors: np.ndarray) -> np.ndarray:
+    """Turn vectors by a quarter to the left."""
+    return np.column_stack([-vectors[:, 1], vectors[:, 0]])
 
 
 def rows(outcomes: list[Outcome]) -> list[tuple[str, ...]]:

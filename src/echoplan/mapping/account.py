@@ -236,14 +236,11 @@ class Account:
 
     def stand_square(self, beliefs: PoseBeliefs | None) -> None:
         """Adjust with walls drawn to right angles, where they stand so by themselves."""
-        if self.square_sigma:
-            self._believe_square(None)
-            self.adjust(self.noise, beliefs)
-        now = self.adjusted
+        now, believed = self.adjusted, believed_squareness(self.features, self.square_sigma)
         assert now is not None
-        found = learn_squareness(now.reflectors, now.unknowns, now.covariance, self.settings.squareness)
-        if found is not None:
-            self._believe_square(found)
+        found = learn_squareness(now.reflectors, now.unknowns, now.covariance, self.settings.squareness, believed)
+        self._believe_square(found)
+        if found is not None or believed is not None:
             self.adjust_often(self.noise, beliefs, 2)
 
     def _believe_square(self, believed: Squareness | None) -> None:

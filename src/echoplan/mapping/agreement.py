@@ -6,7 +6,7 @@ from echoplan.classification.evidence import UNCERTAIN
 from echoplan.mapping.account import Account
 from echoplan.mapping.copies import without_copies
 from echoplan.mapping.independence import gain_of_common_errors, intraclass_correlation
-from echoplan.mapping.poses import PoseBeliefs, pose_rows
+from echoplan.mapping.poses import PoseBeliefs, pose_rows, waypoint_beliefs
 
 __all__ = ["agreement", "agrees", "are_at_odds", "evidence", "is_doubtful", "is_scattered", "is_torn"]
 
@@ -167,5 +167,6 @@ def _gain_of_common_errors(account: Account) -> float:
 
 def _strain(account: Account, believed: PoseBeliefs) -> float:
     """Tell how unlikely it is that poses are so far off: as was believed before the pings were asked [nats]."""
-    held = pose_rows(account.odometry() if believed.relative else believed, account.poses, 0)
+    by_hand = waypoint_beliefs(account.given, account.settings.pose_errors)
+    held = pose_rows(account.odometry() if believed.relative else by_hand, account.poses, 0)
     return 0.5 * float(held.weights @ held.residuals**2)

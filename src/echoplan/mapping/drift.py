@@ -10,7 +10,7 @@ from echoplan.geometry import aligned, wrap
 from echoplan.mapping.deviations import learned_factor
 from echoplan.mapping.poses import PoseBeliefs, step_residuals, step_slopes
 
-__all__ = ["VERY_STRONG", "DriftSettings", "are_round", "learn_drift", "scatter"]
+__all__ = ["VERY_STRONG", "DriftSettings", "are_round", "learn_drift", "learn_waypoints", "scatter"]
 
 # From this logarithm of a ratio of likelihoods on evidence is very strong [nats] (Kass and Raftery 1995).
 VERY_STRONG = 5.0
@@ -69,6 +69,39 @@ def learn_drift(
     factors = learned_factor(squares.sum(axis=0), float(len(squares)), settings.spread)
     sigmas = beliefs.sigmas.copy()
     sigmas[1:] *= np.clip(factors, settings.least, settings.greatest)
+    return beliefs._replace(sigmas=sigmas)
+
+
+def learn_waypoints(
+    beliefs: PoseBeliefs, poses: FloatArray, covariance: FloatArray, settings: DriftSettings
+) -> PoseBeliefs:
+    """Take the errors of way-points from poses that were corrected, as ``learn_drift`` does those of odometry.
+
+    Only those of their positions.  Stations that hear few walls of others turn about with what they hear: errors of
+    headings learned from such would be what was believed of them.
+
+    Parameters
+    ----------
+    beliefs : PoseBeliefs
+        What was believed; not relative.
+    poses : ndarray, shape (s, 3)
+        As corrected [m, m, rad].
+    covariance : ndarray, shape (3 s, 3 s)
+        Of the corrected poses.
+    settings : DriftSettings
+        How much what was believed counts.
+
+    Returns
+    -------
+    PoseBeliefs
+        The same with other deviations of positions.
+    """
+    variances = np.diag(covariance).reshape(-1, 3)[:, :2]
+    errors = (beliefs.given - poses)[:, :2]
+    squares = (errors**2 + variances) / beliefs.sigmas[:, :2] ** 2
+    factor = learned_factor(squares.sum(), float(squares.size), settings.spread)
+    sigmas = beliefs.sigmas.copy()
+    sigmas[:, :2] *= np.clip(factor, settings.least, settings.greatest)
     return beliefs._replace(sigmas=sigmas)
 
 

@@ -1,6 +1,7 @@
 """Explaining: from the poses as they are, and from better ones if the pings disagree."""
 
 import copy
+from collections.abc import Sequence
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import aligned
@@ -10,6 +11,7 @@ from echoplan.mapping.drift import VERY_STRONG, are_round, scatter
 from echoplan.mapping.effects import learn_common_error
 from echoplan.mapping.memory import Course
 from echoplan.mapping.misplacement import elsewhere
+from echoplan.mapping.placing import learned_waypoints, place
 from echoplan.mapping.poses import PoseBeliefs, waypoint_beliefs
 from echoplan.mapping.settings import PoseMode
 from echoplan.mapping.slips import without_slip
@@ -69,7 +71,9 @@ def _mended(torn: Account) -> Account | None:
     """Take the poses to which steps led, if these may have torn walls apart, or move them to all way-points."""
     if not _is_by_hand(torn):
         return torn
-    return _led(torn, _reset(torn, _TORN)) if _follows(torn) else None
+    if not _follows(torn):
+        return None
+    return _led(torn, max(_reset(torn, _TORN), _placed(torn, _TORN), key=evidence))
 
 
 def _glanced(account: Account) -> Account | None:
@@ -209,13 +213,25 @@ def _why(account: Account, share: str) -> str:
 
 
 def _set_by_hand(account: Account, why: str, tracked: Account) -> list[Account]:
-    """Correct poses as those of way-points, from where the steps led if pings agree there, or else from more starts."""
-    if agrees(tracked):
-        reset = _reset(tracked, why)
-        if agrees(reset) and not is_scattered(reset):
-            return [reset]
+    """Correct poses as those of way-points, from where steps led if pings agree there, or else from more starts."""
+    led = [_reset(tracked, why)] if agrees(tracked) else []
+    if agrees(account) and _held_together(led):
+        return led
     # From different starts they may come to rest at different places.
-    return [_nudged(account, why, start) for start in (account.poses, tracked.poses)]
+    nudged = [_nudged(account, why, start) for start in (account.poses, tracked.poses)]
+    return [*_held_together([*led, _placed(account, why)]), *nudged]
+
+
+def _held_together(rivals: Sequence[Account]) -> list[Account]:
+    """Choose those whose pings agree and whose stations heard walls of each other."""
+    return [each for each in rivals if agrees(each) and not is_scattered(each)]
+
+
+def _placed(account: Account, why: str) -> Account:
+    """Place the stations one after the other, each against what those near to it know."""
+    moved = copy.copy(account)
+    place(moved)
+    return _reset(moved, why)
 
 
 def _reset(tracked: Account, why: str) -> Account:
@@ -226,20 +242,20 @@ def _reset(tracked: Account, why: str) -> Account:
     moved, beliefs = copy.copy(tracked), waypoint_beliefs(tracked.given, tracked.settings.pose_errors)
     moved.poses, moved.features = aligned(tracked.poses, tracked.given), tracked.known
     moved.settle(beliefs)
-    return _at_rest(moved, beliefs, why)
+    return _at_rest(moved, why)
 
 
 def _nudged(account: Account, why: str, start: FloatArray) -> Account:
     """Move poses a little."""
     moved, beliefs = copy.copy(account), waypoint_beliefs(account.given, account.settings.pose_errors)
     moved.correct(beliefs, start)
-    return _at_rest(moved, beliefs, why)
+    return _at_rest(moved, why)
 
 
-def _at_rest(account: Account, beliefs: PoseBeliefs, why: str) -> Account:
+def _at_rest(account: Account, why: str) -> Account:
     """Let way-points come to rest with the errors that stations have in common, and with right angles."""
-    learn_common_error(account, beliefs)
-    account.stand_square(beliefs)
+    learn_common_error(account, learned_waypoints(account))
+    account.stand_square(learned_waypoints(account))
     account.verdict, account.course = f"corrected by a few centimetres: {why}", Course.NUDGED
     return account
 

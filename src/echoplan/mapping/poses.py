@@ -24,6 +24,7 @@ __all__ = [
     "step_residuals",
     "step_slopes",
     "waypoint_beliefs",
+    "waypoint_steps",
 ]
 
 # What the digits of recorded poses, or the ticks of a wheel, leave of any step [m, m, rad].
@@ -149,6 +150,27 @@ def waypoint_beliefs(given: FloatArray, settings: PoseSettings) -> PoseBeliefs:
     """
     sigmas = (settings.waypoint, settings.waypoint, settings.waypoint_turn)
     return PoseBeliefs(given, np.tile(sigmas, (len(given), 1)), relative=False)
+
+
+def waypoint_steps(given: FloatArray, settings: PoseSettings) -> PoseBeliefs:
+    """Believe in the steps from way-point to way-point: both ends err, and where the first faces turns the way.
+
+    Parameters
+    ----------
+    given : ndarray, shape (s, 3)
+        Poses of way-points [m, m, rad].
+    settings : PoseSettings
+        How far they may be off.
+
+    Returns
+    -------
+    PoseBeliefs
+        The first pose fixed, the others relative.
+    """
+    steps, place, turn = _steps(given), math.sqrt(2.0) * settings.waypoint, settings.waypoint_turn
+    across = np.hypot(place, turn * np.hypot(steps[:, 0], steps[:, 1]))
+    sigmas = np.column_stack([np.full(len(steps), place), across, np.full(len(steps), math.sqrt(2.0) * turn)])
+    return PoseBeliefs(given, np.concatenate([[_FIXED], sigmas]), relative=True)
 
 
 def continued(given: FloatArray, known: FloatArray) -> FloatArray:

@@ -52,7 +52,7 @@ class SquarenessSettings(BaseModel, frozen=True, extra="forbid"):
     spread: float = Field(
         default=0.5 * math.log(10.0), gt=0.0, description="deviation of its logarithm: a guess good to tenfold"
     )
-    evidence: float = Field(default=5.0, ge=0.0, description="that walls are square, from which on it counts [nats]")
+    evidence: float = Field(default=3.0, ge=0.0, description="that walls are square, from which on it counts [nats]")
 
 
 class Squareness(NamedTuple):
@@ -136,7 +136,11 @@ def believed_squareness(features: Sequence[Hypothesis], sigma: float) -> Squaren
 
 
 def learn_squareness(
-    reflectors: FloatArray, unknowns: Unknowns, covariance: FloatArray, settings: SquarenessSettings
+    reflectors: FloatArray,
+    unknowns: Unknowns,
+    covariance: FloatArray,
+    settings: SquarenessSettings,
+    believed: Squareness | None = None,
 ) -> Squareness | None:
     r"""Tell which walls stand square to each other, and how exactly, if they do.
 
@@ -160,9 +164,11 @@ def learn_squareness(
     unknowns : Unknowns
         Where these stand among the unknowns.
     covariance : ndarray, shape (u, u)
-        Of all unknowns, without any belief in right angles.
+        Of all unknowns.
     settings : SquarenessSettings
         What is believed.
+    believed : Squareness, optional
+        The belief in right angles with which these came about, all of which is taken back first.
 
     Returns
     -------
@@ -174,6 +180,8 @@ def learn_squareness(
         return None
     angles, places = reflectors[walls, 1], unknowns.starts[walls]
     covariance = covariance[np.ix_(places, places)]
+    if believed is not None:
+        angles, covariance = _released(angles, covariance, Squareness(believed.members[walls], believed.sigma))
     sigma = settings.tolerance
     folded = np.stack([off_square(angles, float(each)) for each in angles])
     square = _normal(folded, np.diag(covariance) + sigma**2)
@@ -195,6 +203,21 @@ def learn_squareness(
     members[walls] = shares > _LIKELY
     is_told = _evidence(off, covariance, shares, sigma) > settings.evidence
     return Squareness(members, sigma) if is_told else None
+
+
+def _released(angles: FloatArray, covariance: FloatArray, believed: Squareness) -> tuple[FloatArray, FloatArray]:
+    """Tell where walls would turn, and how well that would be known, if nobody believed in right angles.
+
+    One step of Gauss and Newton without the rows of that belief.  Let go for good, walls of stations that nothing else
+    holds would turn until other features explain what they explained.
+    """
+    rows = square_rows(believed, angles, np.arange(len(angles)))
+    slopes = np.zeros((len(rows.residuals), len(angles)))
+    np.add.at(slopes, (np.arange(len(slopes))[:, None], rows.columns), rows.slopes)
+    free: FloatArray = np.linalg.inv(np.linalg.inv(covariance) - slopes.T @ (rows.weights[:, None] * slopes)).astype(
+        np.float64
+    )
+    return angles - free @ (slopes.T @ (rows.weights * rows.residuals)), free
 
 
 def _normal(off: FloatArray, variances: FloatArray) -> FloatArray:

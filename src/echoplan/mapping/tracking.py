@@ -2,17 +2,24 @@
 
 import math
 from collections import defaultdict
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
 
 import numpy as np
 
 from echoplan.acoustics.expectation import Kind
+from echoplan.arrays import FloatArray
 from echoplan.extraction.arcs import arc_planes
 from echoplan.geometry import compose, directions, invert
 from echoplan.mapping.account import Account
+from echoplan.mapping.drift import VERY_STRONG
 from echoplan.mapping.localisation import Catalogue, Sightline, best_score, locate, sightlines
 from echoplan.mapping.poses import PoseBeliefs, continued, reckoned
 
-__all__ = ["sights_of", "track"]
+__all__ = ["follow", "sights_of", "track"]
+
+# Where a station should be, by those before it that recognised the room: its pose and the deviations of that.
+_Expected: TypeAlias = Callable[[int, Sequence[int]], tuple[FloatArray, FloatArray]]
 
 # Arcs that no feature explains are known less well than features are.
 _LOOSE = 0.5
@@ -34,10 +41,6 @@ _JOINED = (0.05, math.radians(3.0))
 def track(account: Account, beliefs: PoseBeliefs) -> None:
     """Correct the poses of an account that drift.
 
-    Each station is looked for about where odometry says it is, by its arcs against the features so far and the arcs
-    that belong to none; then features and poses of all stations so far are adjusted together, unless this one hears
-    little that is new.
-
     Parameters
     ----------
     account : Account
@@ -45,23 +48,53 @@ def track(account: Account, beliefs: PoseBeliefs) -> None:
     beliefs : PoseBeliefs
         Odometry.
     """
+    reaches = beliefs.reaches
+
+    def expected(station: int, _: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+        return reckoned(account.given, account.poses, station), reaches[station]
+
+    first = follow(account, beliefs, expected)
+    if account.memory.is_empty and len(account.given) > _FEW:
+        _join_first(account, beliefs, first)
+    account.settle(beliefs)
+
+
+def follow(account: Account, beliefs: PoseBeliefs, expected: _Expected) -> Sightline:
+    """Follow the robot from station to station.
+
+    Each station is looked for about where it is expected, by its arcs against the features so far and the arcs that
+    belong to none; then features and poses of all stations so far are adjusted together, unless this one hears little
+    that is new.
+
+    Parameters
+    ----------
+    account : Account
+        Everything that was heard, as recorded; changed in place.
+    beliefs : PoseBeliefs
+        Steps from station to station.
+    expected : callable
+        Tells where a station should be [m, m, rad].
+
+    Returns
+    -------
+    Sightline
+        What the first station heard.
+    """
     # What a first look learned of the sonar it learned from poses in error.
     account.model, account.adjusted = account.memory.model or account.prior, None
     account.loudness, account.square_sigma = account.memory.loudness, 0.0
-    sights = sights_of(account)
+    sights, settings = sights_of(account), account.settings.localisation
     account.poses, account.features = continued(account.given, account.memory.poses).copy(), account.known
     first = max(1, len(account.memory.poses))
-    known, reaches = _known(account, first), beliefs.reaches
+    known, recognised = _known(account, first), list(range(first))
     for station in range(first, len(account.given)):
-        guess = reckoned(account.given, account.poses, station)
-        sigmas = 1.3 * reaches[station]
-        pose, score = locate(sights[station], known, guess, sigmas, account.settings.localisation)
-        account.poses[station] = pose
-        if score <= _UNDERSTOOD * best_score(sights[station], account.settings.localisation):
+        guess, sigmas = expected(station, recognised)
+        account.poses[station], score = locate(sights[station], known, guess, 1.3 * sigmas, settings)
+        if score > VERY_STRONG:
+            recognised.append(station)
+        if score <= _UNDERSTOOD * best_score(sights[station], settings):
             known = _learn(account, beliefs, station + 1)
-    if account.memory.is_empty and len(account.given) > _FEW:
-        _join_first(account, beliefs, sights[0])
-    account.settle(beliefs)
+    return sights[0]
 
 
 def sights_of(account: Account) -> list[Sightline]:

@@ -19,6 +19,7 @@ __all__ = [
     "independent",
     "join_soundings",
     "late_by",
+    "rearranged_stations",
     "soundings_of",
     "step_of",
 ]
@@ -208,6 +209,27 @@ def first_stations(soundings: Soundings, count: int) -> Soundings:
     """
     heard = chosen_soundings(soundings, soundings.stations < count)
     return heard._replace(centers=soundings.centers[:count])
+
+
+def rearranged_stations(soundings: Soundings, order: Sequence[int]) -> Soundings:
+    """Give stations other numbers.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        As they are.
+    order : sequence of int
+        Which station is the first from now on, which the second.
+
+    Returns
+    -------
+    Soundings
+        Station after station.
+    """
+    parts = [chosen_soundings(soundings, soundings.stations == station) for station in order]
+    return join_soundings(
+        [part._replace(centers=soundings.centers[[station]]) for part, station in zip(parts, order, strict=True)]
+    )
 
 
 def independent(soundings: Soundings) -> BoolArray:

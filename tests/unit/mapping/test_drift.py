@@ -6,8 +6,8 @@ from scipy.optimize import minimize_scalar
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose
-from echoplan.mapping.drift import VERY_STRONG, DriftSettings, are_round, learn_drift, scatter
-from echoplan.mapping.poses import PoseBeliefs, PoseSettings, odometry_beliefs, pose_rows
+from echoplan.mapping.drift import VERY_STRONG, DriftSettings, are_round, learn_drift, learn_waypoints, scatter
+from echoplan.mapping.poses import PoseBeliefs, PoseSettings, odometry_beliefs, pose_rows, waypoint_beliefs
 from echoplan.mapping.rows import normal_equations
 
 SETTINGS = DriftSettings()
@@ -122,3 +122,19 @@ def test_nothing_speaks_for_or_against_steps_that_were_right(count: int) -> None
 )
 def test_people_mark_way_points_at_round_numbers(given: list[list[float]], *, expected: bool) -> None:
     assert are_round(np.array(given)) is expected
+
+
+@pytest.mark.parametrize("off", [0.01, 0.05])
+def test_how_far_way_points_are_off_is_learned_from_where_they_come_to_rest(off: float) -> None:
+    beliefs = waypoint_beliefs(added_up(np.tile([0.5, 0.0, 0.3], (STEPS, 1))), PoseSettings())
+    errors = np.random.default_rng(6).normal(0.0, [off, off, 0.5], beliefs.given.shape)
+    learned = learn_waypoints(beliefs, beliefs.given + errors, KNOWN, SETTINGS)
+    assert learned.sigmas[:, :2] == pytest.approx(off, rel=0.1)
+    # Of headings nothing is learned.
+    assert learned.sigmas[:, 2].tolist() == beliefs.sigmas[:, 2].tolist()
+
+
+def test_way_points_that_nothing_tells_teach_nothing() -> None:
+    beliefs = waypoint_beliefs(np.zeros((4, 3)), PoseSettings())
+    covariance = np.diag(beliefs.sigmas.ravel() ** 2)
+    assert learn_waypoints(beliefs, beliefs.given, covariance, SETTINGS).sigmas == pytest.approx(beliefs.sigmas)

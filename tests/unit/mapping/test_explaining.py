@@ -8,7 +8,7 @@ import pytest
 from echoplan.mapping import explaining
 from echoplan.mapping.explaining import explained
 from echoplan.mapping.memory import Course, Memory
-from echoplan.mapping.poses import PoseBeliefs
+from echoplan.mapping.poses import PoseBeliefs, waypoint_beliefs
 from echoplan.mapping.settings import AccountSettings, PoseMode
 from echoplan.model import Odometry
 
@@ -70,6 +70,8 @@ def told(monkeypatch: pytest.MonkeyPatch, **answers: Any) -> None:
     """Let tracking find nothing better, and questions about accounts be answered so."""
     tracking: dict[str, Any] = {
         "track": lambda account, beliefs: None,
+        "learned_waypoints": lambda account: waypoint_beliefs(account.given, account.settings.pose_errors),
+        "place": lambda account: None,
         "without_slip": lambda account, beliefs: None,
         "elsewhere": lambda account, beliefs, station: None,
     }
@@ -176,7 +178,8 @@ def test_where_walls_are_torn_apart_way_points_are_thought_of_too(
         ({Course.TRACKED, Course.NUDGED}, set(), False),
         ({Course.TRACKED, Course.NUDGED}, {Course.NUDGED}, True),
         ({Course.TRACKED}, set(), True),
-        ({Course.NUDGED}, set(), True),
+        ({Course.NUDGED}, set(), False),
+        ({Course.NUDGED}, {Course.NUDGED}, True),
     ],
 )
 def test_way_points_start_from_the_steps_if_pings_agree_there_or_else_from_elsewhere(

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from echoplan.acoustics.expectation import Kind
+from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import Evidence
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.evaluation import evaluate
@@ -115,13 +116,44 @@ def test_walls_that_a_station_turns_together_tell_of_each_other() -> None:
     found = learned(degrees, sigmas, stations=[0, 0, 1, 1, 2, 2])
     assert found is not None
     assert found.members.sum() == 6
-    assert learned(degrees, sigmas, stations=[0, 1, 2, 3, 4, 5]) is None
+    assert learned(degrees[:4], sigmas[:4], stations=[0, 0, 1, 1]) is not None
+    assert learned(degrees[:4], sigmas[:4], stations=[0, 1, 2, 3]) is None
 
 
 def test_a_wall_that_stands_askew_beside_others_of_its_station_stays_so() -> None:
     found = learned([3.0, 93.1, 189.5, -84.0, 6.2, 178.1, 88.0], [0.5] * 7, stations=[0, 0, 0, 1, 1, 2, 2])
     assert found is not None
     assert found.members.tolist() == [False, True, True, False, True, True, True, True]
+
+
+@pytest.mark.parametrize("sigma", [0.2, 1.0])
+@pytest.mark.parametrize("askew", [0.0, 3.0])
+def test_what_was_believed_of_right_angles_is_taken_back_first(sigma: float, askew: float) -> None:
+    # Five walls of three stations, of which a belief in right angles made others; the last stands anyhow.
+    angles = np.radians([3.0, 93.1 + askew, -84.0, 6.2, 178.1, 40.0])
+    unknowns = Unknowns(kinds=np.array([Kind.WALL] * 6))
+    stations = np.array([0, 0, 1, 1, 2, 2])
+    covariance, places = np.eye(unknowns.size), np.ix_(unknowns.starts, unknowns.starts)
+    covariance[places] = np.radians(0.5) ** 2 * np.eye(6) + np.radians(10.0) ** 2 * (stations[:, None] == stations)
+    believed = Squareness(np.arange(6) < 5, np.radians(sigma))
+    rows = square_rows(believed, angles, unknowns.starts)
+    slopes = np.zeros((5, unknowns.size))
+    np.add.at(slopes, (np.arange(5)[:, None], rows.columns), rows.slopes)
+    drawn: FloatArray = np.linalg.inv(np.linalg.inv(covariance) + slopes.T @ (rows.weights[:, None] * slopes)).astype(
+        np.float64
+    )
+    moved = angles + (drawn @ slopes.T @ (rows.weights * rows.residuals))[unknowns.starts]
+
+    def walls(angles: FloatArray) -> FloatArray:
+        return np.column_stack([np.full(6, Kind.WALL), angles, np.ones(6), np.zeros(6)])
+
+    free = learn_squareness(walls(angles), unknowns, covariance, SETTINGS)
+    again = learn_squareness(walls(moved), unknowns, drawn, SETTINGS, believed)
+    assert (free is None) == (again is None)
+    if free is not None and again is not None:
+        assert again.members.tolist() == free.members.tolist()
+        assert again.sigma == pytest.approx(free.sigma, rel=1e-4)
+    assert (free is not None) == (askew == 0.0)
 
 
 def test_how_square_walls_are_is_learned_from_those_that_are_known_well() -> None:
