@@ -219,7 +219,9 @@ def _set_by_hand(account: Account, why: str, tracked: Account) -> list[Account]:
         return led
     # From different starts they may come to rest at different places.
     nudged = [_nudged(account, why, start) for start in (account.poses, tracked.poses)]
-    return [*_held_together([*led, _placed(account, why)]), *nudged]
+    # Stations that remember others are known by their numbers: these cannot come in another order.
+    placed = [_placed(account, why)] if account.memory.is_empty else []
+    return [*_held_together([*led, *placed]), *nudged]
 
 
 def _held_together(rivals: Sequence[Account]) -> list[Account]:

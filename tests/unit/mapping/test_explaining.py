@@ -88,6 +88,7 @@ def best_of(
     stations: int = 5,
     wheels: Odometry | None = None,
     others: dict[str, Any] | None = None,
+    memory: Memory | None = None,
 ) -> Any:
     """Explain an account where others agree or scatter, and are worth more or less, by how their poses came about."""
     values = worth or HAND_FIRST
@@ -103,7 +104,7 @@ def best_of(
     }
     told(monkeypatch, **(answers | (others or {})))
     account = Doubtful(stations)
-    account.wheels = wheels
+    account.wheels, account.memory = wheels, memory or account.memory
     return explained(account)  # type: ignore[arg-type]
 
 
@@ -188,6 +189,17 @@ def test_way_points_start_from_the_steps_if_pings_agree_there_or_else_from_elsew
     found = best_of(monkeypatch, agree=agree, scattered=scattered)
     assert found.course is Course.NUDGED
     assert (found.settled == NUDGED) == nudged
+
+
+@pytest.mark.parametrize(("remembers", "expected"), [(True, 0), (False, 1)])
+def test_stations_that_others_are_remembered_with_keep_their_order(
+    monkeypatch: pytest.MonkeyPatch, *, remembers: bool, expected: int
+) -> None:
+    placed = list[Any]()
+    nothing = Memory().summary
+    memory = Memory(summary=nothing._replace(columns=np.arange(4))) if remembers else Memory()
+    best_of(monkeypatch, agree={Course.NUDGED}, others={"place": placed.append}, memory=memory)
+    assert len(placed) == expected
 
 
 def test_no_hand_set_so_many_way_points(monkeypatch: pytest.MonkeyPatch) -> None:
