@@ -1,8 +1,9 @@
 """Way-points that nobody measured well: python benchmarks/waypoints.py FOLDER... [--off METRES] [--copies N].
 
 Maps each recording as it is, and copies of it whose headings are all zero and whose way-points are each off by so many
-metres in some direction (5 cm unless told otherwise), about the same middle.  Prints how much of the walls is found and
-right, how far they are off, and how far headings are from those of the recording as it is, but for one turn of all.
+metres in some direction (5 cm unless told otherwise), all of them together neither moved nor turned.  Prints how much of
+the walls is found and right, how far they are off, and how far headings are from those of the recording as it is, but
+for one turn of all.
 """
 
 import argparse
@@ -73,7 +74,7 @@ def mapped(case: tuple[Path, int | None], *, off: float) -> Outcome:
 
 
 def astray(sweeps: list[Sweep], off: float, rng: np.random.Generator) -> list[Sweep]:
-    """Forget all headings, and put each way-point elsewhere, but all of them together where they were."""
+    """Forget all headings, and put each way-point elsewhere, but all of them together neither moved nor turned."""
     steps = off * directions(rng.uniform(-np.pi, np.pi, len(sweeps)))
     steps -= steps.mean(axis=0)
     places = np.array([each.map_from_base[0, :2] for each in sweeps])
