@@ -134,7 +134,7 @@ class Account:
         """Take a first look; and another where the air turns out to be warmer or colder than the modules assume."""
         for _ in range(_GLANCES):
             scale = self.model.range_scale
-            self.features = self._search(rounds=1).run(self.known)
+            self.search(rounds=1)
             self.adjust(self.settings.first_noise)
             if abs(self.model.range_scale - scale) < self.settings.scale_step:
                 break

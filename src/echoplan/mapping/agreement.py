@@ -1,10 +1,15 @@
 """Agreement: whether all that was heard fits together, as it does from exact poses."""
 
+import copy
+import math
+
 import numpy as np
 
 from echoplan.classification.evidence import UNCERTAIN
+from echoplan.geometry import along, directions, signed_distances, wrap
 from echoplan.mapping.account import Account
-from echoplan.mapping.copies import without_copies
+from echoplan.mapping.copies import pairs_of_copies, without_copies
+from echoplan.mapping.drift import VERY_STRONG
 from echoplan.mapping.independence import gain_of_common_errors, intraclass_correlation
 from echoplan.mapping.poses import PoseBeliefs, pose_rows, waypoint_beliefs
 
@@ -96,7 +101,7 @@ def are_at_odds(account: Account) -> bool:
     bool
         Whether they do; also if nothing was heard that could tell.
     """
-    if account.adjusted is None or _copies(account):
+    if account.adjusted is None or _is_there_twice(account):
         return True
     owners, left = account.adjusted.owners, account.adjusted.residuals
     common = intraclass_correlation(account.soundings, owners, left, noise=account.noise)
@@ -151,7 +156,36 @@ def evidence(account: Account) -> float:
 
 def _copies(account: Account) -> int:
     """Count walls that seem to be there twice."""
-    return len(account.features) - len(without_copies(account.features, account.settings.copies))
+    return len(pairs_of_copies(account.features, account.settings.copies))
+
+
+def _is_there_twice(account: Account) -> bool:
+    """Tell whether a wall may be there twice, because poses are off by what is usual for odometry.
+
+    Where stations that heard either of two walls have enough else in common, these are known well from free poses, too:
+    then they are two, however near to each other.
+    """
+    pairs = pairs_of_copies(account.features, account.settings.copies)
+    if not pairs:
+        return False
+    free, numbers = copy.copy(account), {id(each): number for number, each in enumerate(account.features)}
+    free.adjust(account.noise, account.odometry())
+    return any(_contradiction(free, [numbers[id(each)] for each in pair]) < VERY_STRONG for pair in pairs)
+
+
+def _contradiction(account: Account, pair: list[int]) -> float:
+    """Tell how far two walls are from being one, by how well these are known: half of Mahalanobis' distance squared."""
+    adjusted, copied = account.adjusted, account.features[pair[1]]
+    assert adjusted is not None
+    angle, offset = copied.line.tolist()
+    middle = offset * directions(angle) + 0.5 * sum(copied.extent) * directions(angle + 0.5 * math.pi)
+    lines = adjusted.reflectors[pair, 1:3]
+    offsets, beside = signed_distances(lines, middle), along(lines, middle)
+    apart = np.array([wrap(lines[0, 0] - lines[1, 0]), offsets[0] - offsets[1]])
+    slopes = np.array([[1.0, 0.0, -1.0, 0.0], [beside[0], -1.0, -beside[1], 1.0]])
+    places = (adjusted.unknowns.starts[pair][:, None] + np.arange(2)).ravel()
+    covariance = slopes @ adjusted.covariance[np.ix_(places, places)] @ slopes.T
+    return 0.5 * float(apart @ np.linalg.solve(covariance, apart))
 
 
 def _gain_of_common_errors(account: Account) -> float:

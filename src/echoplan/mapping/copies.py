@@ -7,7 +7,7 @@ from pydantic import BaseModel, Field
 
 from echoplan.classification.hypotheses import Hypothesis
 
-__all__ = ["CopySettings", "are_copies", "without_copies"]
+__all__ = ["CopySettings", "are_copies", "pairs_of_copies", "without_copies"]
 
 
 class CopySettings(BaseModel, frozen=True, extra="forbid"):
@@ -35,11 +35,40 @@ def without_copies(features: Sequence[Hypothesis], settings: CopySettings) -> li
     list of Hypothesis
         The others are left for it to explain.
     """
+    return _sorted_out(features, settings)[0]
+
+
+def pairs_of_copies(features: Sequence[Hypothesis], settings: CopySettings) -> list[tuple[Hypothesis, Hypothesis]]:
+    """Find walls that seem to be there twice.
+
+    Parameters
+    ----------
+    features : sequence of Hypothesis
+        What is there.
+    settings : CopySettings
+        What copies are.
+
+    Returns
+    -------
+    list of tuple of Hypothesis
+        The one that explains most, and a copy of it.
+    """
+    return _sorted_out(features, settings)[1]
+
+
+def _sorted_out(
+    features: Sequence[Hypothesis], settings: CopySettings
+) -> tuple[list[Hypothesis], list[tuple[Hypothesis, Hypothesis]]]:
+    """Tell originals, and copies with the original of each."""
     kept: list[Hypothesis] = []
+    pairs: list[tuple[Hypothesis, Hypothesis]] = []
     for feature in sorted(features, key=lambda each: each.total, reverse=True):
-        if not any(are_copies(feature, each, settings) and not _told_apart(feature, each) for each in kept):
+        same = [each for each in kept if are_copies(feature, each, settings) and not _told_apart(feature, each)]
+        if same:
+            pairs.append((same[0], feature))
+        else:
             kept.append(feature)
-    return kept
+    return kept, pairs
 
 
 def are_copies(one: Hypothesis, other: Hypothesis, settings: CopySettings) -> bool:
