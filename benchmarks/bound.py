@@ -11,10 +11,10 @@ from echoplan.arrays import FloatArray
 from echoplan.evaluation.consistency import nees, wall_error
 from echoplan.evaluation.matches import Matches
 from echoplan.geometry import along
-from echoplan.mapping.adjustment import AdjustmentSettings, Beliefs, Features, adjust
-from echoplan.mapping.edges import edges_of
-from echoplan.mapping.shadowing import shadowed
-from echoplan.mapping.state import State
+from echoplan.mapping.joint.adjustment.adjustment import AdjustmentSettings, Beliefs, Features, adjust
+from echoplan.mapping.joint.adjustment.edges import edges_of
+from echoplan.mapping.joint.adjustment.shadowing import shadowed
+from echoplan.mapping.joint.adjustment.state import State
 from echoplan.model import FeatureMap, Sweep, Truth
 from echoplan.preprocessing.soundings import join_soundings, soundings_of
 from echoplan.simulation import Simulation

@@ -23,7 +23,7 @@ from copies import shaken  # type: ignore[import-not-found]  # beside this file
 from echoplan.cli.terminal import show, tracked
 from echoplan.geometry import wrap
 from echoplan.io import read_recording
-from echoplan.mapping.settings import PoseMode
+from echoplan.mapping.joint.settings import PoseMode
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import FeatureMap, Source, Table, Wall

@@ -28,7 +28,7 @@ from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Evaluation, Interval, Summary, consistency_table, deviation_table, evaluate, pool
 from echoplan.evaluation.consistency import PARAMETERS
 from echoplan.io import rig_names
-from echoplan.mapping.settings import PoseMode
+from echoplan.mapping.joint.settings import PoseMode
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import Corner, Cylinder, FeatureClass, FeatureMap, Sweep, Table, Wall

@@ -17,7 +17,7 @@ import numpy as np
 
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Evaluation, evaluate
-from echoplan.mapping.settings import PoseMode
+from echoplan.mapping.joint.settings import PoseMode
 from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import Table
 from echoplan.simulation import Simulation

@@ -28,7 +28,7 @@ from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Consistency, Evaluation, consistency_table, evaluate, pool, tally_table
 from echoplan.evaluation.consistency import pool_consistency
 from echoplan.io import read_recording, read_truth, rig_names
-from echoplan.mapping.settings import PoseMode
+from echoplan.mapping.joint.settings import PoseMode
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import FeatureClass, Rig, Source, Sweep, Table, Truth

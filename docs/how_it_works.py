@@ -19,7 +19,7 @@ from echoplan.acoustics.expectation import EchoModel, Hearing, Kind, expect, sha
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, wrap
 from echoplan.io import builtin_rig
-from echoplan.mapping.refinement import refine
+from echoplan.mapping.joint.search.refinement import refine
 from echoplan.methods import find_method, map_sweeps
 from echoplan.model import Polyline, Route, World
 from echoplan.preprocessing.soundings import Soundings, soundings_of

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from echoplan.io import read_recording, read_truth, write_recording, write_truth
-from echoplan.mapping.settings import PoseMode
+from echoplan.mapping.joint.settings import PoseMode
 from echoplan.methods import METHODS, map_sweeps
 from echoplan.methods.joint import JointSettings
 from echoplan.model import FeatureMap, Recording, Rig, Sensor, Sweep

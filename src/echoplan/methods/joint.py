@@ -9,13 +9,13 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from echoplan.arrays import FloatArray
-from echoplan.mapping.account import Account
-from echoplan.mapping.calibration import calibration
-from echoplan.mapping.explaining import explained
-from echoplan.mapping.legacy import leave, survey
-from echoplan.mapping.memory import Memory
-from echoplan.mapping.posed import Posed, joined, posed
-from echoplan.mapping.settings import AccountSettings
+from echoplan.mapping.joint.account import Account
+from echoplan.mapping.joint.calibration import calibration
+from echoplan.mapping.joint.explaining import explained
+from echoplan.mapping.joint.legacy import leave, survey
+from echoplan.mapping.joint.memory import Memory
+from echoplan.mapping.joint.posed import Posed, joined, posed
+from echoplan.mapping.joint.settings import AccountSettings
 from echoplan.model import FeatureMap, Rig, Sweep
 from echoplan.preprocessing.soundings import Soundings, join_soundings, soundings_of
 from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps

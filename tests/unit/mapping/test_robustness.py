@@ -5,11 +5,11 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose
-from echoplan.mapping.adjusted import Adjusted
-from echoplan.mapping.adjustment import AdjustmentSettings, Beliefs, Features, adjust
-from echoplan.mapping.edges import edges_of
-from echoplan.mapping.poses import PoseSettings, displaced, odometry_beliefs
-from echoplan.mapping.state import State
+from echoplan.mapping.joint.adjustment.adjusted import Adjusted
+from echoplan.mapping.joint.adjustment.adjustment import AdjustmentSettings, Beliefs, Features, adjust
+from echoplan.mapping.joint.adjustment.edges import edges_of
+from echoplan.mapping.joint.adjustment.poses import PoseSettings, displaced, odometry_beliefs
+from echoplan.mapping.joint.adjustment.state import State
 from expectations import NOISE, REACH, ROOM, SONAR, hearing, listening
 
 # Where the stations of ``listening`` are said to be, and where they are.

@@ -14,7 +14,7 @@ import soundings
 from echoplan.arrays import FloatArray
 from echoplan.evaluation import evaluate
 from echoplan.geometry import aligned
-from echoplan.mapping.settings import PoseMode, WindowSettings
+from echoplan.mapping.joint.settings import PoseMode, WindowSettings
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import CornerKind, FeatureMap, Rig, Route, Sweep

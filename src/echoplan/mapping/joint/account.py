@@ -1,0 +1,402 @@
+"""An account of everything that was heard: features, sonar, noise and poses, better with every step."""
+
+import copy
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from echoplan.acoustics.expectation import EchoModel
+from echoplan.arrays import BoolArray, FloatArray
+from echoplan.classification.explanation import Explanation
+from echoplan.classification.hypotheses import Hypothesis
+from echoplan.extraction.arcs import find_arcs
+from echoplan.mapping.joint.adjustment.adjusted import Adjusted
+from echoplan.mapping.joint.adjustment.adjustment import Beliefs, adjust
+from echoplan.mapping.joint.adjustment.drift import learn_drift
+from echoplan.mapping.joint.adjustment.independence import independence
+from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, continued, displaced, odometry_beliefs
+from echoplan.mapping.joint.adjustment.readings import Features, as_arrays
+from echoplan.mapping.joint.adjustment.shadowing import shadowed
+from echoplan.mapping.joint.adjustment.sonar import expected_sonar, half_aperture_of, learned_sonar, walking
+from echoplan.mapping.joint.adjustment.squareness import (
+    Squareness,
+    believed_squareness,
+    learn_squareness,
+    roughly_square,
+)
+from echoplan.mapping.joint.adjustment.state import State
+from echoplan.mapping.joint.adjustment.unknowns import SONAR_UNKNOWNS
+from echoplan.mapping.joint.memory import Course, Memory
+from echoplan.mapping.joint.search.boxes import with_boxes
+from echoplan.mapping.joint.search.copies import without_copies
+from echoplan.mapping.joint.search.phantoms import without_phantoms
+from echoplan.mapping.joint.search.reclassification import reclassified
+from echoplan.mapping.joint.search.search import Search
+from echoplan.mapping.joint.settings import AccountSettings
+from echoplan.model import Rig
+from echoplan.preprocessing.health import healthy
+from echoplan.preprocessing.soundings import Soundings, chosen_soundings, first_stations, step_of
+
+__all__ = ["Account"]
+
+# No module is set right to less than this [m].
+_FINEST = 0.001
+# An adjustment is at rest once all that moves in a round does not move farther: the square, in deviations.
+_SETTLED = 1e-5
+# So often a first look may be taken, and second thoughts may be had.
+_GLANCES = 3
+# Features this far beyond the reach of the stations may still matter [m].
+_AROUND = 0.5
+
+
+class Account:
+    """An account of everything heard: features, sonar, noise and poses, better with every step.
+
+    Parameters
+    ----------
+    rig : Rig
+        What heard it.
+    heard : Soundings
+        The pings of s stations at hand.
+    given : ndarray, shape (s, 3)
+        Poses of these, as recorded [m, m, rad].
+    settings : AccountSettings
+        Settings of all stages.
+    memory : Memory, optional
+        What is known from stations before.
+    """
+
+    def __init__(
+        self, rig: Rig, heard: Soundings, given: FloatArray, settings: AccountSettings, memory: Memory | None = None
+    ) -> None:
+        self.settings = settings
+        self.memory = memory or Memory()
+        self.resolution = max(sensor.resolution for sensor in rig.sensors)
+        self.half_aperture = half_aperture_of(rig)
+        self.wheels = rig.odometry
+        self.prior = expected_sonar(rig, heard, self.memory.model, walk=settings.walk)
+        self.recorded = chosen_soundings(heard, healthy(heard, settings.health))
+        self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=settings.arcs)
+        self.given = given
+        self.poses = continued(given, self.memory.poses)
+        self.soundings = displaced(self.recorded, given, self.poses)
+        self.at_hand = self.memory.near(self.soundings.centers, _AROUND + heard.max_range)
+        self.model = self.memory.model or self.prior
+        first = max(settings.first_noise, 0.9 * self.resolution)
+        self.noise = first if self.memory.is_empty else self.memory.noise
+        self.features: list[Hypothesis] = self.known
+        self.adjusted: Adjusted | None = None
+        self.believed: PoseBeliefs | None = None
+        self.course = Course.TRUSTED
+        self.square_sigma, self.pair_sigma = 0.0, settings.pose_errors.pair_sigma
+        self.loudness = self.memory.loudness
+        self.is_polished = False
+        self.independence = self.memory.independence
+        self.verdict = "trusted, as asked for"
+        self._explanation: tuple[tuple[Soundings, EchoModel, float], Explanation] | None = None
+
+    @property
+    def known(self) -> list[Hypothesis]:
+        """Features to start from."""
+        return [*self.at_hand.features, *self.memory.pending]
+
+    @property
+    def explanation(self) -> Explanation:
+        """What explains the pings; the same as long as these, the sonar and the noise stay, for it remembers ghosts."""
+        cause = (self.soundings, self.model, self.noise)
+        if self._explanation is None or any(a is not b for a, b in zip(cause, self._explanation[0], strict=True)):
+            self._explanation = cause, Explanation(self.soundings, self.model.tabulated(), self.noise)
+        return self._explanation[1]
+
+    @property
+    def step(self) -> float:
+        """Turn from one ping to the next [rad]."""
+        return step_of(self.soundings)
+
+    @property
+    def latency(self) -> float:
+        """By how much the servo lags behind what was recorded [s]."""
+        return self.adjusted.latency if self.adjusted else self.memory.latency
+
+    @property
+    def offset_sigma(self) -> float:
+        """How well a maker sets a module right: within a step of its readings [m]."""
+        return max(self.resolution, _FINEST) / math.sqrt(12.0)
+
+    @property
+    def drifts(self) -> bool:
+        """Whether errors of the poses add up, as far as is known by now."""
+        return self.believed is not None and self.believed.relative
+
+    @property
+    def has_servo(self) -> bool:
+        """Whether anything turned while it listened."""
+        return bool(np.any(self.recorded.rates))
+
+    def glance(self) -> None:
+        """Take a first look; and another where the air turns out to be warmer or colder than the modules assume."""
+        for _ in range(_GLANCES):
+            scale = self.model.range_scale
+            self.search(rounds=1)
+            self.adjust(self.settings.first_noise)
+            if abs(self.model.range_scale - scale) < self.settings.scale_step:
+                break
+
+    def explain(self) -> None:
+        """Explain everything, learn the sonar from it, and explain it again."""
+        if self.memory.is_empty:
+            first = self.settings.first_noise
+            self.search()
+            self.adjust(first)
+            self.judge(first)
+            self.learn_loudness()
+            self.adjust(0.75 * first)
+            self.learn_noise()
+        self.search()
+        self.adjust(self.noise)
+        self.settle_features()
+        self.adjust(self.noise)
+        self.judge(self.noise)
+
+    def correct(self, beliefs: PoseBeliefs, start: FloatArray) -> None:
+        """Start over, move the poses to where the pings agree, and do so again with the sonar that this has taught."""
+        self.poses, self.soundings = start, displaced(self.recorded, self.given, start)
+        coarse_to_fine = self.settings.pose_errors.noises
+        for noises in (coarse_to_fine, coarse_to_fine[1:]):
+            self.features = self.known
+            for noise in noises:
+                self._agree_on(noise, beliefs)
+                self.learn_loudness()
+        self.learn_noise()
+        self._agree_on(self.noise, beliefs)
+        self.settle_features()
+        self.adjust(self.noise, beliefs)
+        self.judge(self.noise)
+
+    def _agree_on(self, noise: float, beliefs: PoseBeliefs) -> None:
+        self.noise = noise
+        self.search()
+        self.square_up()
+        self.adjust_often(noise, beliefs, 6)
+
+    def settle(self, beliefs: PoseBeliefs) -> None:
+        """Explain everything from poses that are nearly right, learn the sonar, and refine all together."""
+        self.noise, self.soundings = self.settings.first_noise, displaced(self.recorded, self.given, self.poses)
+        self._believe_square(None)
+        self.search()
+        self.features = without_copies(self.features, self.settings.pose_errors.copies)
+        self.adjust_often(self.noise, beliefs, 3)
+        self.learn_loudness()
+        self.adjust_often(0.75 * self.settings.first_noise, self._drifting(beliefs), 2)
+        self.learn_noise()
+        self.search()
+        self.adjust_often(self.noise, self._drifting(beliefs), 3)
+        self.settle_features()
+        self.independence = self._independence()
+        self.adjust_often(self.noise, self._drifting(beliefs), 2)
+        self.stand_square(self._drifting(beliefs))
+
+    def _drifting(self, beliefs: PoseBeliefs) -> PoseBeliefs:
+        """Learn how far odometry is off, unless the rig tells."""
+        if self.adjusted is None or not beliefs.relative or beliefs.told:
+            return beliefs
+        poses = slice(self.adjusted.unknowns.pose, None)
+        return learn_drift(beliefs, self.poses, self.adjusted.covariance[poses, poses], self.settings.drift)
+
+    def adjust_often(self, noise: float, beliefs: PoseBeliefs | None, rounds: int) -> None:
+        """Adjust features, sonar and poses until all stays the same, who hears what too, but no more than so often."""
+        for _ in range(rounds):
+            heard = self._heard()
+            self.adjust(noise, beliefs)
+            self.judge(noise)
+            if self.adjusted is not None and self.adjusted.left < _SETTLED and np.array_equal(heard, self._heard()):
+                break
+
+    def _heard(self) -> BoolArray:
+        """Tell which features which stations hear, shape (f, s)."""
+        heard: BoolArray = np.array([each.gains for each in self.features]) > 0.0
+        return heard
+
+    def square_up(self) -> None:
+        """Join walls that poses pulled apart; drop weak ones that stand askew where almost all are at right angles."""
+        settings = self.settings.squareness
+        self.features = without_copies(self.features, self.settings.copies)
+        self._believe_square(roughly_square(self.features, settings))
+        if self.square_sigma:
+            self.features = [
+                each for each in self.features if not each.is_wall or each.is_square or each.total > settings.cost
+            ]
+
+    def polish(self) -> None:
+        """Adjust loudness and beam as well, where poses do not drift: readings made late would pass for faint ones."""
+        if not self.drifts:
+            self.is_polished = True
+            if self.settings.walk == "fitted" and self.memory.is_empty:
+                self.model = walking(self.model, self.adjusted, self.noise)
+                self.prior = replace(self.prior, walk=self.model.walk, walk_gain=self.model.walk_gain)
+            # What is remembered of them came to rest before.
+            self.adjust_often(self.noise, self.believed, 3 if self.memory.is_empty else 1)
+
+    def stand_square(self, beliefs: PoseBeliefs | None) -> None:
+        """Adjust with walls drawn to right angles, where they stand so by themselves."""
+        now, believed = self.adjusted, believed_squareness(self.features, self.square_sigma)
+        assert now is not None
+        found = learn_squareness(now.reflectors, now.unknowns, now.covariance, self.settings.squareness, believed)
+        self._believe_square(found)
+        if found is not None or believed is not None:
+            self.adjust_often(self.noise, beliefs, 2)
+
+    def _believe_square(self, believed: Squareness | None) -> None:
+        members = np.zeros(len(self.features), dtype=bool) if believed is None else believed.members
+        self.square_sigma = 0.0 if believed is None else believed.sigma
+        self.features = [replace(each, is_square=bool(e)) for each, e in zip(self.features, members, strict=True)]
+
+    def until(self, count: int) -> "Account":
+        """Return an account of the first stations only, with the poses and features of now.
+
+        Parameters
+        ----------
+        count : int
+            How many stations.
+
+        Returns
+        -------
+        Account
+            Another one; this one stays as it is.
+        """
+        part = copy.copy(self)
+        part.recorded = first_stations(self.recorded, count)
+        part.given, part.poses = self.given[:count], self.poses[:count]
+        part.soundings = displaced(part.recorded, part.given, part.poses)
+        part.arcs = [arc for arc in self.arcs if arc.station < count]
+        return part
+
+    def settle_features(self) -> None:
+        """Take features for what they are best taken for, and drop those that do not stand up."""
+        search = self._search()
+        self._settle(search, with_boxes(search, search.judged(self.features)))
+
+    def _settle(self, search: Search, features: list[Hypothesis]) -> None:
+        self.features = search.settled(reclassified(search.explanation, features, search.belief))
+
+    def reconsider(self) -> None:
+        """Take features for something else as long as that explains more, now that all are where they belong."""
+        for _ in range(_GLANCES):
+            kinds, search = [each.kind for each in self.features], self._search()
+            self._settle(search, search.judged(self.features))
+            if [each.kind for each in self.features] == kinds:
+                break
+            self.adjust(self.noise, self.believed)
+            self.judge(self.noise)
+
+    def clear(self) -> None:
+        """Leave out walls that may be echoes by way of others; while poses are in error, real walls look like those."""
+        search = self._search()
+        kept = without_phantoms(search.explanation, self.features, search.belief)
+        if len(kept) < len(self.features):
+            self.features = kept
+            self.adjust(self.noise, self.believed)
+            self.judge(self.noise)
+
+    def search(self, *, rounds: int | None = None) -> None:
+        """Find the features that explain the pings, from those known; of stations still to come one round will do."""
+        self.features = self._search(rounds=rounds).run(self.features)
+
+    def judge(self, noise: float) -> None:
+        """Collect fresh evidence for the features."""
+        self.noise = noise
+        self.features = self._search().judged(self.features)
+
+    def adjust(self, noise: float, poses: PoseBeliefs | None = None) -> None:
+        """Adjust features and sonar, and poses if they may be off."""
+        soundings = self.soundings if poses is None else self.recorded
+        self.believed = poses
+        state = State(
+            features=self.as_heard(self.features),
+            model=self.model,
+            latency=self.latency,
+            poses=self.poses if poses is not None else np.zeros((0, 3)),
+        )
+        known = self.at_hand.about(self.features, state.unknowns)
+        self.adjusted = adjust(soundings, state, self.beliefs(noise, poses), self.settings.adjustment, known=known)
+        self.model = self.adjusted.model
+        self.features = [
+            replace(each, reflector=row) for each, row in zip(self.features, self.adjusted.reflectors, strict=True)
+        ]
+        if poses is not None:
+            self.poses = self.adjusted.poses
+            self.soundings = displaced(self.recorded, self.given, self.poses)
+
+    def as_heard(self, features: Sequence[Hypothesis]) -> Features:
+        """Turn features into arrays, with how much of each the stations hear."""
+        return shadowed(self.soundings, self.model.tabulated(), as_arrays(features, len(self.given)))
+
+    def odometry(self) -> PoseBeliefs:
+        """Believe in the steps of the robot."""
+        beliefs = odometry_beliefs(self.given, self.settings.pose_errors, self.wheels)
+        if self.at_hand.rest > len(SONAR_UNKNOWNS):
+            # Where the first pose at hand is, the memory tells.
+            beliefs.sigmas[0] = np.inf
+        return beliefs
+
+    def beliefs(self, noise: float, poses: PoseBeliefs | None) -> Beliefs:
+        """Tell what is believed of the sonar and the poses before the pings are asked."""
+        settings, drifting = self.settings.adjustment, self.drifts or (poses is not None and poses.relative)
+        # Where the way itself is uncertain it cannot tell the scale of the map: that is left to the sonar's maker.
+        is_told = drifting or not math.isnan(self.recorded.temperature)
+        return Beliefs(
+            noise=noise,
+            offset_sigma=self.offset_sigma,
+            walk_gain=self.prior.walk_gain,
+            range_scale=self.prior.range_scale,
+            scale_sigma=settings.told_scale_sigma if is_told else settings.scale_sigma,
+            has_servo=self.has_servo,
+            drifting=drifting,
+            poses=poses,
+            independence=self.independence,
+            pair_sigma=0.0 if poses is None or poses.relative else self.pair_sigma,
+            loudness=self.loudness if self.is_polished else None,
+            squareness=believed_squareness(self.features, self.square_sigma),
+        )
+
+    def learn_loudness(self) -> None:
+        """Take figure of merit and beam from who heard what; of rays, the cone."""
+        fitted = learned_sonar(self.soundings, self.model, self.features, believed=self.prior.figure_of_merit)
+        if fitted is not self.model:
+            self.model, self.loudness = fitted, (fitted.figure_of_merit, math.log(fitted.ka))
+
+    def learn_noise(self) -> None:
+        """Take the noise from what is left of the readings."""
+        scatter = self.adjusted.scatter if self.adjusted else math.nan
+        if not math.isnan(scatter):
+            self.noise = min(max(scatter, self.settings.least_noise), self.settings.greatest_noise)
+
+    def explained(self, features: Sequence[Hypothesis]) -> BoolArray:
+        """Tell which pings features or their ghosts explain."""
+        explained: BoolArray = self.explanation.levels(features) > self.explanation.floor + math.log(20.0)
+        return explained
+
+    def refreshed(self) -> list[Hypothesis]:
+        """Collect fresh evidence for the features, without keeping it."""
+        return self._search().judged(self.features)
+
+    def understated(self) -> float:
+        """Tell how many times more the readings tell than they are let count for, where poses are trusted.
+
+        There all that the model of the sonar lacks pulls at features alike, however many readings say so: their weights
+        stay low.  Where poses are corrected they count in full.
+        """
+        return self._independence() if self.believed is None else 1.0
+
+    def _independence(self) -> float:
+        if self.adjusted is None:
+            return 1.0
+        return independence(self.soundings, self.adjusted.owners, self.adjusted.residuals, noise=self.noise)
+
+    def _search(self, *, rounds: int | None = None) -> Search:
+        settings = self.settings.search
+        if rounds is not None:
+            settings = settings.model_copy(update={"rounds": rounds})
+        return Search(self.explanation, self.arcs, half_aperture=self.half_aperture, settings=settings)

@@ -1,0 +1,96 @@
+"""Adjusted: features, sonar and poses after an adjustment, and how well they are known."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from echoplan.acoustics.expectation import EchoModel
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.mapping.joint.adjustment.rows import solve
+from echoplan.mapping.joint.adjustment.unknowns import SONAR_UNKNOWNS, Unknowns
+
+__all__ = ["Adjusted"]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Adjusted:
+    """Features, sonar and their uncertainty after an adjustment.
+
+    Parameters
+    ----------
+    reflectors : ndarray, shape (f, 4)
+        Kind and parameters.
+    model : EchoModel
+        The sonar.
+    latency : float
+        By how much the servo lags behind what was recorded [s].
+    poses : ndarray, shape (s, 3)
+        Poses of the stations [m, m, rad]; empty where they are not corrected.
+    unknowns : Unknowns
+        What stands where.
+    information : ndarray, shape (u, u)
+        Of all unknowns.
+    heard : ndarray, shape (u, u)
+        The part of it that readings gave.
+    understated : float
+        How many times more these tell than they were let count for.
+    owners : ndarray of int, shape (n,)
+        Which feature explains each ping; -1 for none.
+    residuals : ndarray, shape (n,)
+        Reading less expected reading [m]; 0 where nothing explains it.
+    excesses : ndarray, shape (n,)
+        Expected signal excess [dB].
+    left : float
+        Square of the last step, in deviations of what it moves: Newton's decrement.
+    """
+
+    reflectors: FloatArray
+    model: EchoModel
+    latency: float
+    poses: FloatArray
+    unknowns: Unknowns
+    information: FloatArray
+    heard: FloatArray
+    understated: float
+    owners: IntArray
+    residuals: FloatArray
+    excesses: FloatArray
+    left: float
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Covariance of all unknowns, shape (u, u).
+
+        What the model of the sonar lacks pulls at its numbers, however many readings there are.  The errors of single
+        readings average out, even if these were let count for 1 / f of what they tell: with H, the part of the
+        information A that readings gave, features scatter about what the sonar has them at by
+        ``A^-1 (A - H + H / f) A^-1``, as any least-squares estimate with other weights than those of the errors does
+        (White 1980).
+        """
+        covariance = solve(self.information, np.eye(self.unknowns.size))
+        if self.understated > 1.0:
+            features = slice(0, self.unknowns.sonar)
+            about = solve(self.information[features, features], np.eye(self.unknowns.sonar))
+            covariance[features, features] -= (
+                (1.0 - 1.0 / self.understated) * about @ self.heard[features, features] @ about
+            )
+        return covariance
+
+    @property
+    def scatter(self) -> float:
+        """Robust standard deviation of the residuals [m]; ``nan`` if nothing is explained."""
+        explained = np.abs(self.residuals[self.owners >= 0])
+        return 1.4826 * float(np.median(explained)) if len(explained) else math.nan
+
+    def sonar_sigmas(self) -> dict[str, float]:
+        """Tell how well each number of the sonar is known.
+
+        Returns
+        -------
+        dict of str to float
+            Standard deviations by the names of ``SONAR_UNKNOWNS``.
+        """
+        variances = np.diag(self.covariance)[self.unknowns.sonar : self.unknowns.pose]
+        return dict(zip(SONAR_UNKNOWNS, np.sqrt(variances).tolist(), strict=True))

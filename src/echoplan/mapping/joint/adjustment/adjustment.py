@@ -1,0 +1,330 @@
+"""Adjustment: all features and the calibration of the recording in one robust least-squares problem.
+
+Gauss-Newton on the readings that the features explain, with analytic derivatives, weights by Geman and McClure, ties
+between corners and the walls that make them, and priors from the rig for what the readings do not determine.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.acoustics.expectation import Kind
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.mapping.joint.adjustment.adjusted import Adjusted
+from echoplan.mapping.joint.adjustment.crossings import TieSettings, corner_ties
+from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, displaced, pose_rows
+from echoplan.mapping.joint.adjustment.readings import Features, Matched, differentiate_readings, match_readings
+from echoplan.mapping.joint.adjustment.rows import Rows, Summary, normal_equations, prior, solve
+from echoplan.mapping.joint.adjustment.squareness import Squareness, square_rows
+from echoplan.mapping.joint.adjustment.state import State
+from echoplan.mapping.joint.adjustment.unknowns import SONAR_UNKNOWNS, Unknowns
+from echoplan.preprocessing.soundings import Soundings, late_by
+
+__all__ = [
+    "AdjustmentSettings",
+    "Beliefs",
+    "Features",
+    "adjust",
+    "reading_rows",
+]
+
+_CYLINDER = int(Kind.CYLINDER)
+# Information about features that holds them in place where no reading does.
+_HOLD = 0.1
+# What the prior alone holds needs no other hold: readings tell of a number what leaves so much of its variance.
+_TOLD = 0.5
+
+
+class AdjustmentSettings(BaseModel, frozen=True, extra="forbid"):
+    """What is believed before anything was heard, and how errors are weighed."""
+
+    rounds: int = Field(default=6, ge=1, description="Gauss-Newton steps at most")
+    rest: float = Field(default=1e-4, gt=0.0, description="square of a step, in deviations, after which none is taken")
+    robust: float = Field(default=2.5, gt=0.0, description="deviations at which a reading counts a quarter")
+    gain_share: float = Field(default=0.24, gt=0.0, description="uncertainty of the range walk, as a share of it")
+    scale_sigma: float = Field(default=0.03, gt=0.0, description="of the range scale: 50 degrees of temperature")
+    told_scale_sigma: float = Field(default=0.002, gt=0.0, description="likewise, by a thermometer or on a drive")
+    latency_sigma: float = Field(default=0.02, gt=0.0, description="of the servo's latency [s]")
+    merit_sigma: float = Field(default=0.6, gt=0.0, description="of the figure of merit as told by who heard what [dB]")
+    ka_sigma: float = Field(default=0.015, gt=0.0, description="likewise of the logarithm of the beam's ka")
+    determined: float = Field(
+        default=2.0, gt=0.0, description="deviations of a latency that drifting poses leave clear"
+    )
+    radius: float = Field(default=0.12, gt=0.0, description="of a cylinder of which little was heard [m]")
+    radius_sigma: float = Field(default=0.1, gt=0.0, description="of that guess [m]")
+    ties: TieSettings = Field(default_factory=TieSettings)
+
+
+class Beliefs(NamedTuple):
+    """What the rig tells before anything was heard.
+
+    Attributes
+    ----------
+    noise : float
+        Standard deviation of readings [m].
+    offset_sigma : float
+        Of the reading of an aimed plane at 1 m [m]: modules are set right there, within a step of the readings.
+    walk_gain : float
+        Range walk at the threshold [m].
+    has_servo : bool
+        Whether there is a servo that may lag.
+    scale_sigma : float
+        How well it is known how fast sound is.
+    range_scale : float
+        As is to be expected of the air.
+    drifting : bool
+        Whether errors of the poses add up.
+    poses : PoseBeliefs or None
+        What is believed of the poses, if they are to be corrected.
+    pair_sigma : float
+        What all pings of one station say of one feature is wrong together by this [m]; 0 if they are independent.
+    independence : float
+        How many times more readings count than their weights say.
+    understated : float
+        How many times more readings tell than they are let count for.
+    loudness : tuple of float or None
+        Figure of merit [dB] and logarithm of the beam's ka as told by who heard what; None if nothing told them yet,
+        or while poses drift or have not settled: then they stay as they are.
+    squareness : Squareness or None
+        How square the walls stand, where right angles are believed in.
+    """
+
+    noise: float
+    offset_sigma: float
+    walk_gain: float
+    has_servo: bool
+    scale_sigma: float
+    range_scale: float = 0.0
+    drifting: bool = False
+    poses: PoseBeliefs | None = None
+    pair_sigma: float = 0.0
+    independence: float = 1.0
+    understated: float = 1.0
+    loudness: tuple[float, float] | None = None
+    squareness: Squareness | None = None
+
+
+def adjust(
+    soundings: Soundings,
+    start: State,
+    beliefs: Beliefs,
+    settings: AdjustmentSettings,
+    *,
+    known: Summary | None = None,
+) -> Adjusted:
+    """Adjust features, sonar and, if they may be off, poses to all readings.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings, as heard from the poses that were given.
+    start : State
+        Where to start.
+    beliefs : Beliefs
+        What is believed of the sonar.
+    settings : AdjustmentSettings
+        Priors and weights.
+    known : Summary, optional
+        What readings that are no longer at hand said.
+
+    Returns
+    -------
+    Adjusted
+        Features, sonar and covariance.
+    """
+    unknowns = start.unknowns
+    now = start
+    for _ in range(settings.rounds):
+        matched, readings = _linearised(_as_heard(soundings, now, beliefs), now, beliefs, settings)
+        held = [
+            *_priors(now, unknowns, beliefs, settings),
+            *corner_ties(now.features.reflectors, unknowns, settings.ties),
+        ]
+        heard, right = normal_equations([_placed(readings, unknowns)], unknowns.size)
+        if known is not None:
+            heard[np.ix_(known.columns, known.columns)] += known.information
+            right[known.columns] += known.vector - known.information @ now.values[known.columns]
+        information, pull = normal_equations(held, unknowns.size)
+        information, right = information + heard, right + pull
+        step = _step(information, right, now, beliefs, settings)
+        now, left = now.moved(step), float(step @ information @ step)
+        if left < settings.rest:
+            break
+    return Adjusted(
+        reflectors=now.features.reflectors,
+        model=now.model,
+        latency=now.latency,
+        poses=now.poses,
+        unknowns=unknowns,
+        information=information,
+        heard=heard,
+        understated=beliefs.understated,
+        owners=matched.owners,
+        residuals=matched.residuals,
+        excesses=matched.excesses,
+        left=left,
+    )
+
+
+def _step(
+    information: FloatArray, right: FloatArray, now: State, beliefs: Beliefs, settings: AdjustmentSettings
+) -> FloatArray:
+    """Solve, but keep numbers of the sonar that drifting poses leave open at what they are taken for (Schmidt 1966).
+
+    Where the way itself is uncertain, all that is left to tell the range scale are the arms of the array, a few
+    centimetres long: an error of the beam's shape by tenths of a millimetre would pass for a percent.  A servo that
+    lags looks like a robot that turns a little too far one way and back again, sweep by sweep; it never leads.  Their
+    uncertainty stays in the covariance.
+    """
+    if not beliefs.drifting:
+        return solve(information, right)
+    scale, latency = (now.unknowns.sonar + SONAR_UNKNOWNS.index(name) for name in ("range_scale", "servo_latency"))
+    units = np.eye(len(right))[[scale, latency]]
+    step, by_scale, by_latency = solve(information, np.column_stack([right, *units])).T
+    step = _held(step, by_scale, scale, beliefs.range_scale - now.model.range_scale)
+    by_latency = _held(by_latency, by_scale, scale, 0.0)
+    change, variance = step[latency], by_latency[latency]
+    told = variance < _TOLD * settings.latency_sigma**2
+    if told and now.latency + change < settings.determined * math.sqrt(variance):
+        return _held(step, by_latency, latency, -now.latency)
+    return step
+
+
+def _held(step: FloatArray, column: FloatArray, place: int, change: float) -> FloatArray:
+    """Let one unknown change by so much and no other way: the others follow by its column of the covariance."""
+    held: FloatArray = step + column * ((change - step[place]) / column[place])
+    return held
+
+
+def reading_rows(soundings: Soundings, now: State, beliefs: Beliefs, settings: AdjustmentSettings) -> Rows:
+    """Linearise the readings that features explain.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings, as heard from the poses that were given.
+    now : State
+        Features, sonar and poses.
+    beliefs : Beliefs
+        What is believed of the sonar.
+    settings : AdjustmentSettings
+        Weights.
+
+    Returns
+    -------
+    Rows
+        One a reading.
+    """
+    _, readings = _linearised(_as_heard(soundings, now, beliefs), now, beliefs, settings)
+    return _placed(readings, now.unknowns)
+
+
+class _Readings(NamedTuple):
+    """Linearised readings: whose they are, from which station, which wall ends theirs, derivatives and so on."""
+
+    owners: IntArray
+    stations: IntArray
+    neighbours: IntArray
+    slopes: FloatArray
+    residuals: FloatArray
+    weights: FloatArray
+
+
+def _as_heard(soundings: Soundings, now: State, beliefs: Beliefs) -> Soundings:
+    """Place the pings where the servo and the robot were."""
+    turned = late_by(soundings, now.latency)
+    return turned if beliefs.poses is None else displaced(turned, beliefs.poses.given, now.poses)
+
+
+def _linearised(
+    soundings: Soundings, now: State, beliefs: Beliefs, settings: AdjustmentSettings
+) -> tuple[Matched, _Readings]:
+    hearing = now.model.tabulated()
+    matched = match_readings(soundings, hearing, now.features, max(0.025, 6.0 * beliefs.noise))
+    explained = np.flatnonzero(matched.owners >= 0)
+    walk = (now.model.range_offset, now.model.walk_gain)
+    slopes, neighbours = differentiate_readings(soundings, hearing, now.features, matched, explained, walk)
+    residuals, excesses = matched.residuals[explained], matched.excesses[explained]
+    variances = beliefs.noise**2 + now.model.scatter(excesses) ** 2
+    doubts = variances * (1.0 + residuals**2 / (settings.robust**2 * variances)) ** 2
+    counts = beliefs.independence * soundings.weights[explained]
+    readings = _Readings(
+        owners=matched.owners[explained],
+        stations=soundings.stations[explained],
+        neighbours=neighbours,
+        slopes=slopes if len(now.poses) else slopes[:, : 5 + len(SONAR_UNKNOWNS)],
+        residuals=residuals,
+        weights=_capped(counts / doubts, matched, explained, soundings, beliefs.pair_sigma),
+    )
+    if len(now.poses):
+        slopes[:, -1] += _leverage(soundings, explained, now.poses, slopes)
+    return matched, readings
+
+
+def _capped(
+    weights: FloatArray, matched: Matched, explained: IntArray, soundings: Soundings, pair_sigma: float
+) -> FloatArray:
+    """Let all that a station says of a feature count no more than its common error allows."""
+    if pair_sigma == 0.0 or not len(weights):
+        return weights
+    pairs = matched.owners[explained] * len(soundings.centers) + soundings.stations[explained]
+    sums = np.bincount(pairs, weights)
+    capped: FloatArray = weights / (1.0 + sums[pairs] * pair_sigma**2)
+    return capped
+
+
+def _leverage(soundings: Soundings, explained: IntArray, poses: FloatArray, slopes: FloatArray) -> FloatArray:
+    """How a turn of the robot moves its sensors, and so the readings."""
+    base = poses[soundings.stations[explained]]
+    ahead, aside = soundings.x[explained] - base[:, 0], soundings.y[explained] - base[:, 1]
+    moved: FloatArray = slopes[:, -2] * ahead - slopes[:, -3] * aside
+    return moved
+
+
+def _placed(readings: _Readings, unknowns: Unknowns) -> Rows:
+    """Give the derivatives of readings their places among the unknowns."""
+    own = unknowns.starts[readings.owners][:, None] + np.arange(3)
+    own = np.where(unknowns.free[readings.owners], own, -1)
+    ends = unknowns.starts[readings.neighbours][:, None] + np.arange(2)
+    ends = np.where(readings.neighbours[:, None] >= 0, ends, -1)
+    sonar = np.broadcast_to(np.arange(unknowns.sonar, unknowns.pose), (len(own), len(SONAR_UNKNOWNS)))
+    columns = [own, ends, sonar]
+    if unknowns.poses:
+        columns.append(unknowns.pose + 3 * readings.stations[:, None] + np.arange(3))
+    return Rows(np.concatenate(columns, axis=1), readings.slopes, readings.residuals, readings.weights)
+
+
+def _priors(now: State, unknowns: Unknowns, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:
+    yield _sonar_prior(now, unknowns.sonar, beliefs, settings)
+    if beliefs.squareness is not None:
+        yield square_rows(beliefs.squareness, now.features.reflectors[:, 1], unknowns.starts)
+    if beliefs.poses is not None:
+        yield pose_rows(beliefs.poses, now.poses, unknowns.pose)
+    yield prior(np.arange(unknowns.sonar), sigma=1.0 / _HOLD, residual=0.0)
+    columns = np.flatnonzero(unknowns.kinds == _CYLINDER)
+    residuals = settings.radius - now.features.reflectors[columns, 3]
+    yield prior(unknowns.starts[columns] + 2, sigma=settings.radius_sigma, residual=residuals)
+
+
+def _sonar_prior(now: State, first: int, beliefs: Beliefs, settings: AdjustmentSettings) -> Rows:
+    model, gain_sigma = now.model, settings.gain_share * beliefs.walk_gain
+    # Without a servo nothing lags: the unknown stays where it is.
+    latency_sigma = settings.latency_sigma if beliefs.has_servo else 1e-9
+    merit, log_ka, *loudness = (model.figure_of_merit, math.log(model.ka), 1e-9, 1e-9)
+    if beliefs.loudness is not None:
+        merit, log_ka, *loudness = *beliefs.loudness, settings.merit_sigma, settings.ka_sigma
+    return prior(
+        first + np.arange(len(SONAR_UNKNOWNS)),
+        sigma=(beliefs.offset_sigma, gain_sigma, beliefs.scale_sigma, latency_sigma, *loudness),
+        residual=(
+            -model.range_offset,
+            beliefs.walk_gain - model.walk_gain,
+            beliefs.range_scale - model.range_scale,
+            -now.latency,
+            merit - model.figure_of_merit,
+            log_ka - math.log(model.ka),
+        ),
+    )

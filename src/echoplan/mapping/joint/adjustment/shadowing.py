@@ -1,0 +1,124 @@
+"""Shadowing: how much fainter than all of a feature the part is that a station hears.
+
+Something may stand before half of it, or the echo would come from beyond its end: at the very end of a wall half of
+the amplitude is left, a Fresnel zone beyond it a tenth (Keller 1962).  A faint echo is read too far, so a wall heard
+past its end comes out askew unless its loudness is asked first: by the angles off the axis up to which it is heard.
+"""
+
+import math
+
+import numpy as np
+
+from echoplan.acoustics.expectation import Hearing, Kind, Shape, excess_of, shape_of, walk_of
+from echoplan.arrays import BoolArray, FloatArray
+from echoplan.classification.evidence import audibility
+from echoplan.compiled import compiled
+from echoplan.mapping.joint.adjustment.edges import Reach
+from echoplan.mapping.joint.adjustment.readings import Features, faced, reach_of
+from echoplan.preprocessing.soundings import Soundings
+
+__all__ = ["shadowed"]
+
+_WALL = int(Kind.WALL)
+# Shadows asked about: so many, a decibel apart.
+_SHADOWS = 31
+# What a shadow must explain better than none does [nats]: beams differ by a decibel or two.
+_COST = 4.0
+# No ping is surer than this: things stand in the way, others echo from just there.
+_LEAST, _MOST = 0.03, 0.97
+# Readings this much before the depth, or after that of the faintest echo, may still be hits; later ones are misses [m].
+_EARLY, _LATE, _BEHIND = -0.02, 0.02, 0.04
+# No reading is expected within this of the reach [m].
+_RIM = 0.02
+
+
+def shadowed(soundings: Soundings, hearing: Hearing, features: Features) -> Features:
+    """Find the shadows of all features from who heard what: the greatest likelihood of hits and misses.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+    hearing : Hearing
+        The sonar.
+    features : Features
+        What is there, not in shadow.
+
+    Returns
+    -------
+    Features
+        The same with their shadows: 0 wherever none explains much better, ``inf`` where they were.
+    """
+    return features._replace(shadows=_shadows(soundings, hearing, features))
+
+
+@compiled
+def _shadows(soundings: Soundings, hearing: Hearing, features: Features) -> FloatArray:
+    shadows = features.shadows.copy()
+    for feature in range(len(shadows)):
+        gains = _likelihoods(soundings, hearing, features, feature)
+        past = _past(soundings, features, feature)
+        for station in range(len(gains)):
+            if past[station]:
+                shadows[feature, station] = np.inf
+                continue
+            best = np.argmax(gains[station])
+            if gains[station, best] > gains[station, 0] + _COST:
+                shadows[feature, station] = best
+    return shadows
+
+
+@compiled
+def _past(soundings: Soundings, features: Features, feature: int) -> BoolArray:
+    """Tell which stations stand past the end of a wall; of one that only such stations heard none is left out."""
+    shape, reach = shape_of(features.reflectors[feature]), reach_of(features, feature)
+    past, others = np.zeros(len(soundings.centers), dtype=np.bool_), 0
+    for station in range(len(past)):
+        past[station] = _is_past(shape, reach, soundings.centers[station])
+        others += not past[station] and not math.isinf(features.shadows[feature, station])
+    return past if others else np.zeros_like(past)
+
+
+@compiled
+def _is_past(shape: Shape, reach: Reach, center_xy: FloatArray) -> bool:
+    """Whether a station stands past the end of a wall: what it hears from there may be the edge."""
+    foot = shape[1] * center_xy[1] - shape[2] * center_xy[0]
+    return bool(shape[0] == _WALL and not reach[2] <= foot <= reach[3])
+
+
+@compiled
+def _likelihoods(soundings: Soundings, hearing: Hearing, features: Features, feature: int) -> FloatArray:
+    """Logarithms of the likelihood of all hits and misses of each station, by shadow."""
+    shape, reach = shape_of(features.reflectors[feature]), reach_of(features, feature)
+    faintest, gains = walk_of(hearing, 0.0), np.zeros((len(soundings.centers), _SHADOWS))
+    for ping in range(len(soundings.readings)):
+        station = soundings.stations[ping]
+        if math.isinf(features.shadows[feature, station]):
+            continue
+        place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
+        sight, late = faced(shape, reach, place, soundings.readings[ping] * hearing.scale, hearing.wavelength)
+        excess = excess_of(hearing, sight)
+        if excess <= 0.0 or sight[0] > soundings.max_range - _RIM:
+            continue
+        if _EARLY < late < faintest + _LATE:
+            _add_hit(gains[station], excess, soundings.weights[ping])
+        elif late > faintest + _BEHIND:
+            _add_miss(gains[station], excess, soundings.weights[ping])
+    return gains
+
+
+@compiled
+def _add_hit(gains: FloatArray, excess: float, weight: float) -> None:
+    for shadow in range(_SHADOWS):
+        gains[shadow] += weight * math.log(_chance(excess - shadow))
+
+
+@compiled
+def _add_miss(gains: FloatArray, excess: float, weight: float) -> None:
+    for shadow in range(_SHADOWS):
+        gains[shadow] += weight * math.log(1.0 - _chance(excess - shadow))
+
+
+@compiled
+def _chance(excess: float) -> float:
+    return min(max(audibility(excess), _LEAST), _MOST)

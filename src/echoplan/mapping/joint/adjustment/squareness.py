@@ -1,0 +1,299 @@
+"""Squareness: whether the walls of a place stand at right angles to each other, and what follows if they do."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.acoustics.expectation import Kind
+from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.classification.hypotheses import Hypothesis
+from echoplan.geometry import wrap
+from echoplan.mapping.joint.adjustment.deviations import learned_factor
+from echoplan.mapping.joint.adjustment.rows import Rows
+from echoplan.mapping.joint.adjustment.unknowns import Unknowns
+
+__all__ = [
+    "Squareness",
+    "SquarenessSettings",
+    "believed_squareness",
+    "learn_squareness",
+    "main_direction",
+    "off_square",
+    "roughly_square",
+    "square_rows",
+]
+
+# Density of the direction of a wall that is not square to others: it may be any [1/rad].
+_ANY = 2.0 / math.pi
+# Rounds of expectation and maximisation.
+_ROUNDS = 30
+# Walls whose chance to be square is less stay as they are.
+_LIKELY = 0.9
+# A share below this tells nothing of the direction of others.
+_NEVER = 1e-6
+
+
+class SquarenessSettings(BaseModel, frozen=True, extra="forbid"):
+    """When right angles are believed in."""
+
+    concentration: float = Field(
+        default=0.8, gt=0.0, le=1.0, description="of the directions of walls, folded by right angles, from which on"
+    )
+    least_walls: int = Field(default=4, ge=2, description="from which anything follows")
+    within: float = Field(default=math.radians(12), gt=0.0, description="of the main direction counts as square [rad]")
+    sigma: float = Field(default=math.radians(1), gt=0.0, description="of such walls about it [rad]")
+    cost: float = Field(default=100.0, ge=0.0, description="of a wall that is not square [nats]")
+    tolerance: float = Field(
+        default=math.radians(0.2), gt=0.0, description="of walls that were built square: 8 mm in 2 m (DIN 18202) [rad]"
+    )
+    spread: float = Field(
+        default=0.5 * math.log(10.0), gt=0.0, description="deviation of its logarithm: a guess good to tenfold"
+    )
+    evidence: float = Field(default=3.0, ge=0.0, description="that walls are square, from which on it counts [nats]")
+
+
+class Squareness(NamedTuple):
+    """Which walls stand at right angles to each other, and how exactly.
+
+    Attributes
+    ----------
+    members : ndarray of bool, shape (f,)
+        Which.
+    sigma : float
+        Standard deviation of these about the direction that they have in common [rad].
+    """
+
+    members: BoolArray
+    sigma: float
+
+
+def main_direction(features: Sequence[Hypothesis], settings: SquarenessSettings) -> float | None:
+    """Find the direction to which, or across which, most walls stand.
+
+    Parameters
+    ----------
+    features : sequence of Hypothesis
+        What is there.
+    settings : SquarenessSettings
+        When right angles are believed in.
+
+    Returns
+    -------
+    float or None
+        Direction of a normal [rad], modulo a right angle; None where the walls do not support one.
+    """
+    walls = [each for each in features if each.is_wall]
+    if len(walls) < settings.least_walls:
+        return None
+    gains = np.array([each.total for each in walls])
+    mean = np.sum(gains * np.exp(4j * np.array([each.line[0] for each in walls]))) / gains.sum()
+    return float(np.angle(mean)) / 4 if abs(mean) > settings.concentration else None
+
+
+def roughly_square(features: Sequence[Hypothesis], settings: SquarenessSettings) -> Squareness | None:
+    """Take walls near the main direction for square, while poses are too wrong to tell.
+
+    Parameters
+    ----------
+    features : sequence of Hypothesis
+        What is there.
+    settings : SquarenessSettings
+        How near, and how exactly.
+
+    Returns
+    -------
+    Squareness or None
+        None where there is no main direction.
+    """
+    direction = main_direction(features, settings)
+    if direction is None:
+        return None
+    off = off_square(np.array([each.reflector[1] for each in features]), direction)
+    walls = np.array([each.is_wall for each in features])
+    return Squareness(walls & (np.abs(off) < settings.within), settings.sigma)
+
+
+def believed_squareness(features: Sequence[Hypothesis], sigma: float) -> Squareness | None:
+    """Collect which features are believed to stand square.
+
+    Parameters
+    ----------
+    features : sequence of Hypothesis
+        What is there.
+    sigma : float
+        How exactly [rad]; 0 where nothing is believed.
+
+    Returns
+    -------
+    Squareness or None
+        None where there are none.
+    """
+    members = np.array([each.is_square for each in features], dtype=bool)
+    return Squareness(members, sigma) if sigma and members.any() else None
+
+
+def learn_squareness(
+    reflectors: FloatArray,
+    unknowns: Unknowns,
+    covariance: FloatArray,
+    settings: SquarenessSettings,
+    believed: Squareness | None = None,
+) -> Squareness | None:
+    r"""Tell which walls stand square to each other, and how exactly, if they do.
+
+    A wall stands either at right angles to the direction d that square walls have in common, but for a deviation of
+    s (``sigma``), or anyhow; any share of the walls may be square.  Walls that a station in error turns together are
+    known far better against each other than each of them is, so each is held against what the others say of its
+    direction, with the covariance of all.  Who is square, s and the share come by expectation and maximisation
+    (Dempster, Laird and Rubin 1977), s with a prior whose logarithm is normal.  With C of what is not known of the m
+    square ones of n walls, P the inverse of :math:`C + s^2 I`, and their deviations :math:`\delta` about d as P
+    weighs them, the evidence that these are square is
+
+    .. math:: \tfrac12 \ln \frac{|P|}{1^T P 1} - \tfrac12 \delta^T P \delta
+              + (m - 1) \ln \frac{\pi / 2}{\sqrt{2 \pi}} - \ln \Bigl((n + 1) \binom{n}{m}\Bigr)
+
+    less the logarithm of how likely it is, now, that just these are.
+
+    Parameters
+    ----------
+    reflectors : ndarray, shape (f, 4)
+        Kind and parameters of features.
+    unknowns : Unknowns
+        Where these stand among the unknowns.
+    covariance : ndarray, shape (u, u)
+        Of all unknowns.
+    settings : SquarenessSettings
+        What is believed.
+    believed : Squareness, optional
+        The belief in right angles with which these came about, all of which is taken back first.
+
+    Returns
+    -------
+    Squareness or None
+        None where that explains the directions no better than chance.
+    """
+    walls = np.flatnonzero(unknowns.kinds == Kind.WALL)
+    if len(walls) < settings.least_walls:
+        return None
+    angles, places = reflectors[walls, 1], unknowns.starts[walls]
+    covariance = covariance[np.ix_(places, places)]
+    if believed is not None:
+        angles, covariance = _released(angles, covariance, Squareness(believed.members[walls], believed.sigma))
+    sigma = settings.tolerance
+    folded = np.stack([off_square(angles, float(each)) for each in angles])
+    square = _normal(folded, np.diag(covariance) + sigma**2)
+    first = int(np.argmax(np.log(square + _ANY).sum(axis=1)))
+    off, shares = folded[first], square[first] / (square[first] + _ANY)
+    for _ in range(_ROUNDS):
+        loose = sigma**2 / np.maximum(shares, _NEVER)
+        precision = _contrasts(covariance + np.diag(loose))
+        pulls = precision @ off
+        # Of each deviation its square, and its variance; then what the other walls say of this one.
+        expected = (loose * pulls) ** 2 + loose - loose**2 * np.diag(precision)
+        square = _normal(pulls / np.diag(precision), 1.0 / np.diag(precision) - loose + sigma**2)
+        sigma = settings.tolerance * float(
+            learned_factor(float(shares @ expected) / settings.tolerance**2, float(shares.sum()), settings.spread)
+        )
+        odds = (shares.sum() + 1.0) / (len(shares) - shares.sum() + 1.0) * square / _ANY
+        shares = odds / (1.0 + odds)
+    members = np.zeros(len(reflectors), dtype=bool)
+    members[walls] = shares > _LIKELY
+    is_told = _evidence(off, covariance, shares, sigma) > settings.evidence
+    return Squareness(members, sigma) if is_told else None
+
+
+def _released(angles: FloatArray, covariance: FloatArray, believed: Squareness) -> tuple[FloatArray, FloatArray]:
+    """Tell where walls would turn, and how well that would be known, if nobody believed in right angles.
+
+    One step of Gauss and Newton without the rows of that belief.  Let go for good, walls of stations that nothing else
+    holds would turn until other features explain what they explained.
+    """
+    rows = square_rows(believed, angles, np.arange(len(angles)))
+    slopes = np.zeros((len(rows.residuals), len(angles)))
+    np.add.at(slopes, (np.arange(len(slopes))[:, None], rows.columns), rows.slopes)
+    free: FloatArray = np.linalg.inv(np.linalg.inv(covariance) - slopes.T @ (rows.weights[:, None] * slopes)).astype(
+        np.float64
+    )
+    return angles - free @ (slopes.T @ (rows.weights * rows.residuals)), free
+
+
+def _normal(off: FloatArray, variances: FloatArray) -> FloatArray:
+    """Density of normal deviations."""
+    density: FloatArray = np.exp(-0.5 * off**2 / variances) / np.sqrt(2.0 * np.pi * variances)
+    return density
+
+
+def _contrasts(covariance: FloatArray) -> FloatArray:
+    """Precision of directions against each other: what they have in common may be anything."""
+    precision = np.linalg.inv(covariance)
+    common = precision.sum(axis=1)
+    about: FloatArray = precision - np.outer(common, common) / common.sum()
+    return about
+
+
+def _evidence(off: FloatArray, covariance: FloatArray, shares: FloatArray, sigma: float) -> float:
+    """Logarithm of how much likelier directions are if some walls are square than if none is."""
+    members = shares > _LIKELY
+    m, n = int(members.sum()), len(members)
+    if m < 2:
+        return -math.inf
+    covariance = covariance[np.ix_(members, members)] + sigma**2 * np.eye(m)
+    squares = float(off[members] @ _contrasts(covariance) @ off[members])
+    volume = float(np.linalg.slogdet(covariance).logabsdet) + math.log(np.linalg.solve(covariance, np.ones(m)).sum())
+    # Just these of all that could be, at first and now.
+    chosen = math.log((n + 1) * math.comb(n, m)) + float(np.log(np.maximum(shares, 1.0 - shares)).sum())
+    return -0.5 * (volume + squares) - (m - 1) * math.log(math.sqrt(2.0 * math.pi) * _ANY) - chosen
+
+
+def square_rows(believed: Squareness, angles: FloatArray, columns: IntArray) -> Rows:
+    """Draw walls to the direction that they have in common, whatever it is.
+
+    Parameters
+    ----------
+    believed : Squareness
+        Which of them; at least one.
+    angles : ndarray, shape (f,)
+        Directions of their normals [rad]; of features that are no walls anything.
+    columns : ndarray of int, shape (f,)
+        Where these stand among the unknowns.
+
+    Returns
+    -------
+    Rows
+        One a member; they say nothing of the direction.
+    """
+    members = np.flatnonzero(believed.members)
+    off = off_square(angles[members], float(angles[members[0]]))
+    return Rows(
+        columns=np.tile(columns[members], (len(members), 1)),
+        slopes=np.eye(len(members)) - 1.0 / len(members),
+        residuals=off.mean() - off,
+        weights=np.full(len(members), believed.sigma**-2.0),
+    )
+
+
+def off_square(angles: FloatArray, direction: float) -> FloatArray:
+    """Tell by how much walls are off the nearest square direction.
+
+    Parameters
+    ----------
+    angles : ndarray, shape (w,)
+        Directions of their normals [rad].
+    direction : float
+        The main direction [rad].
+
+    Returns
+    -------
+    ndarray, shape (w,)
+        Within 45 degrees [rad].
+
+    Examples
+    --------
+    >>> np.degrees(off_square(np.radians([93.0, 178.0]), 0.0)).round(6)
+    array([ 3., -2.])
+    """
+    off: FloatArray = wrap(4.0 * (angles - direction)) / 4.0
+    return off

@@ -1,0 +1,206 @@
+"""Agreement: whether all that was heard fits together, as it does from exact poses."""
+
+import copy
+import math
+
+import numpy as np
+
+from echoplan.classification.evidence import UNCERTAIN
+from echoplan.geometry import along, directions, signed_distances, wrap
+from echoplan.mapping.joint.account import Account
+from echoplan.mapping.joint.adjustment.drift import VERY_STRONG
+from echoplan.mapping.joint.adjustment.independence import gain_of_common_errors, intraclass_correlation
+from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, pose_rows, waypoint_beliefs
+from echoplan.mapping.joint.search.copies import pairs_of_copies, without_copies
+
+__all__ = ["agreement", "agrees", "are_at_odds", "evidence", "is_doubtful", "is_scattered", "is_torn"]
+
+# Two walls so near to each other are as rare as so many other features.
+_RARE = 3.0
+
+
+def agreement(account: Account) -> float:
+    """Tell how many of the pings of arcs features or their ghosts explain; a wall that is there twice is none.
+
+    Parameters
+    ----------
+    account : Account
+        What was heard, and what is made of it.
+
+    Returns
+    -------
+    float
+        Their share; 1 without arcs.
+    """
+    heard = np.concatenate([arc.pings for arc in account.arcs]) if account.arcs else np.zeros(0, dtype=np.int64)
+    features = without_copies(account.features, account.settings.copies)
+    return float(account.explained(features)[heard].mean()) if len(heard) else 1.0
+
+
+def agrees(account: Account) -> bool:
+    """Tell whether the pings fit together.
+
+    Parameters
+    ----------
+    account : Account
+        What was heard, and what is made of it.
+
+    Returns
+    -------
+    bool
+        Whether most are explained, by readings that scatter as usual.
+    """
+    usual = max(account.settings.first_noise, 0.9 * account.resolution)
+    return agreement(account) >= account.settings.agreement and account.noise <= usual
+
+
+def is_torn(account: Account) -> bool:
+    """Tell whether many walls are there twice: poses that drift do that.
+
+    Parameters
+    ----------
+    account : Account
+        What was heard, and what is made of it.
+
+    Returns
+    -------
+    bool
+        Whether they are.
+    """
+    walls = sum(each.is_wall for each in account.features)
+    return _copies(account) > account.settings.torn * walls
+
+
+def is_doubtful(account: Account) -> bool:
+    """Tell whether poses may be wrong: pings do not fit together, or stations err together or have little in common.
+
+    Parameters
+    ----------
+    account : Account
+        What was heard, and what is made of it.
+
+    Returns
+    -------
+    bool
+        Whether they may be.
+    """
+    # What was trusted so far is doubted again only if pings do not agree.
+    return not agrees(account) or (account.memory.is_empty and (are_at_odds(account) or is_scattered(account)))
+
+
+def are_at_odds(account: Account) -> bool:
+    """Tell whether stations contradict each other: a wall is there twice, or readings of a station err together.
+
+    Parameters
+    ----------
+    account : Account
+        What was heard, and what is made of it.
+
+    Returns
+    -------
+    bool
+        Whether they do; also if nothing was heard that could tell.
+    """
+    if account.adjusted is None or _is_there_twice(account):
+        return True
+    owners, left = account.adjusted.owners, account.adjusted.residuals
+    common = intraclass_correlation(account.soundings, owners, left, noise=account.noise)
+    # Rounding alone makes readings of one distance err together by as much as a module is set right to.
+    return common > account.settings.shared_error and common * account.noise**2 > account.offset_sigma**2
+
+
+def is_scattered(account: Account) -> bool:
+    """Tell whether most walls were heard from one station each: then nothing holds the poses of stations together.
+
+    Parameters
+    ----------
+    account : Account
+        What was heard, and what is made of it.
+
+    Returns
+    -------
+    bool
+        Whether they were.
+    """
+    walls = [each for each in account.features if each.is_wall]
+    lone = sum(each.speaking(account.settings.search.second_station) < 2 for each in walls)
+    return 2 * lone > len(walls)
+
+
+def evidence(account: Account) -> float:
+    """Tell how much better features explain the pings than nothing does, less what they and free poses cost.
+
+    Each free parameter of a pose costs half of the logarithm of the number of readings that tell it (Schwarz 1978),
+    each feature what a candidate must gain to be accepted, and a wall that seems to be there twice three times that
+    more.  Poses that are far off cost what makes them unlikely.  Readings of one feature from one station may err
+    together: else features that were heard from one station each would seem to explain more than one that was heard
+    from all of them.
+
+    Parameters
+    ----------
+    account : Account
+        What was heard, and what is made of it.
+
+    Returns
+    -------
+    float
+        Logarithm of a ratio of likelihoods [nats].
+    """
+    gains = account.explanation.levels(account.features) - account.explanation.floor
+    cost = account.settings.search.accept * (len(account.features) + _RARE * _copies(account))
+    if account.believed is not None:
+        heard = np.bincount(account.soundings.stations[gains > 0.0], minlength=len(account.given))
+        cost += 1.5 * float(np.log(np.maximum(heard[1:], 1)).sum()) + _strain(account, account.believed)
+    return float(account.soundings.weights @ gains) + _gain_of_common_errors(account) - cost
+
+
+def _copies(account: Account) -> int:
+    """Count walls that seem to be there twice."""
+    return len(pairs_of_copies(account.features, account.settings.copies))
+
+
+def _is_there_twice(account: Account) -> bool:
+    """Tell whether a wall may be there twice, because poses are off by what is usual for odometry.
+
+    Where stations that heard either of two walls have enough else in common, these are known well from free poses, too:
+    then they are two, however near to each other.
+    """
+    pairs = pairs_of_copies(account.features, account.settings.copies)
+    if not pairs:
+        return False
+    free, numbers = copy.copy(account), {id(each): number for number, each in enumerate(account.features)}
+    free.adjust(account.noise, account.odometry())
+    return any(_contradiction(free, [numbers[id(each)] for each in pair]) < VERY_STRONG for pair in pairs)
+
+
+def _contradiction(account: Account, pair: list[int]) -> float:
+    """Tell how far two walls are from being one, by how well these are known: half of Mahalanobis' distance squared."""
+    adjusted, copied = account.adjusted, account.features[pair[1]]
+    assert adjusted is not None
+    angle, offset = copied.line.tolist()
+    middle = offset * directions(angle) + 0.5 * sum(copied.extent) * directions(angle + 0.5 * math.pi)
+    lines = adjusted.reflectors[pair, 1:3]
+    offsets, beside = signed_distances(lines, middle), along(lines, middle)
+    apart = np.array([wrap(lines[0, 0] - lines[1, 0]), offsets[0] - offsets[1]])
+    slopes = np.array([[1.0, 0.0, -1.0, 0.0], [beside[0], -1.0, -beside[1], 1.0]])
+    places = (adjusted.unknowns.starts[pair][:, None] + np.arange(2)).ravel()
+    covariance = slopes @ adjusted.covariance[np.ix_(places, places)] @ slopes.T
+    return 0.5 * float(apart @ np.linalg.solve(covariance, apart))
+
+
+def _gain_of_common_errors(account: Account) -> float:
+    if account.adjusted is None:
+        return 0.0
+    # Faint echoes are believed to scatter more than others, each by itself.
+    owners = np.where(account.adjusted.excesses < UNCERTAIN, -1, account.adjusted.owners)
+    common = account.settings.pose_errors.pair_sigma
+    return gain_of_common_errors(
+        account.soundings, owners, account.adjusted.residuals, noise=account.noise, common=common
+    )
+
+
+def _strain(account: Account, believed: PoseBeliefs) -> float:
+    """Tell how unlikely it is that poses are so far off: as was believed before the pings were asked [nats]."""
+    by_hand = waypoint_beliefs(account.given, account.settings.pose_errors)
+    held = pose_rows(account.odometry() if believed.relative else by_hand, account.poses, 0)
+    return 0.5 * float(held.weights @ held.residuals**2)

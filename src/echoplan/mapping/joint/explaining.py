@@ -1,0 +1,275 @@
+"""Explaining: from the poses as they are, and from better ones if the pings disagree."""
+
+import copy
+from collections.abc import Sequence
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import aligned
+from echoplan.mapping.joint.account import Account
+from echoplan.mapping.joint.adjustment.drift import VERY_STRONG, are_round, scatter
+from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, waypoint_beliefs
+from echoplan.mapping.joint.correction.agreement import (
+    agreement,
+    agrees,
+    are_at_odds,
+    evidence,
+    is_doubtful,
+    is_scattered,
+    is_torn,
+)
+from echoplan.mapping.joint.correction.effects import learn_common_error
+from echoplan.mapping.joint.correction.misplacement import elsewhere
+from echoplan.mapping.joint.correction.placing import learned_waypoints, place
+from echoplan.mapping.joint.correction.slips import without_slip
+from echoplan.mapping.joint.correction.tracking import track
+from echoplan.mapping.joint.memory import Course
+from echoplan.mapping.joint.settings import PoseMode
+
+__all__ = ["explained"]
+
+# Why poses are corrected that a first look shows to be wrong.
+_TORN = "from the poses as recorded most walls were there twice"
+# What the verdict says besides where a step led farther astray than was believed.
+_SLIPPED = "; a slip was taken back"
+
+# From fewer stations there is nothing to hold a pose against.
+_FEWEST = 3
+
+
+def explained(account: Account) -> Account:
+    """Explain everything at hand.
+
+    Parameters
+    ----------
+    account : Account
+        What was heard; changed in place.
+
+    Returns
+    -------
+    Account
+        The same, or another one with better poses; its verdict says which and why.
+    """
+    best = _explained(account)
+    best.reconsider()
+    best.clear()
+    best.polish()
+    return best
+
+
+def _explained(account: Account) -> Account:
+    if account.memory.course is Course.TRACKED:
+        return _tracked(account, account.memory.verdict)
+    if _is_to_be_corrected(account):
+        return _asked(account)
+    torn = _glanced(account)
+    mended = torn and _mended(torn)
+    if mended:
+        return mended
+    account.explain()
+    return account if account.settings.poses is PoseMode.TRUST else _reconsidered(account, torn)
+
+
+def _is_to_be_corrected(account: Account) -> bool:
+    """Tell whether somebody asked for it, or the rig tells how far wheels lead astray: then nobody set way-points."""
+    mode = account.settings.poses
+    return mode is PoseMode.CORRECT or (mode is PoseMode.AUTO and account.wheels is not None)
+
+
+def _mended(torn: Account) -> Account | None:
+    """Take the poses to which steps led, if these may have torn walls apart, or move them to all way-points."""
+    if not _is_by_hand(torn):
+        return torn
+    if not _follows(torn):
+        return None
+    return _led(torn, max(_reset(torn, _TORN), _placed(torn, _TORN), key=evidence))
+
+
+def _glanced(account: Account) -> Account | None:
+    """Take a first look, and correct the poses if these tear most walls apart."""
+    if not account.memory.is_empty:
+        return None
+    account.glance()
+    if account.settings.poses is not PoseMode.AUTO or not is_torn(account):
+        return None
+    return _tracked(copy.copy(account), f"corrected: {_TORN}")
+
+
+def _asked(account: Account) -> Account:
+    """Correct poses, unless all is explained as well from the poses as recorded: then these were right."""
+    asked = account.settings.poses is PoseMode.CORRECT
+    why = "corrected, as asked for" if asked else "corrected, as the rig tells that steps lead astray"
+    tracked = _tracked(copy.copy(account), why)
+    if account.memory.is_empty:
+        account.glance()
+        if is_torn(account):
+            return tracked
+    account.explain()
+    if evidence(tracked) > evidence(account) + VERY_STRONG or not agrees(account):
+        return tracked
+    account.verdict = f"{why}, by nothing: the echoes agree as well from the poses as recorded"
+    return account
+
+
+def _better(account: Account, rival: Account) -> Account:
+    """Prefer a rival for which there is very strong evidence."""
+    return rival if evidence(rival) > evidence(account) + VERY_STRONG else account
+
+
+def _led(tracked: Account, by_hand: Account) -> Account:
+    """Prefer way-points to steps if the evidence of the echoes for them is more than that of the errors for steps."""
+    is_marked = are_round(tracked.given)
+    errors = 0.0 if is_marked else -scatter(tracked.given, tracked.poses)
+    return by_hand if evidence(by_hand) > evidence(tracked) + max(errors, VERY_STRONG) else tracked
+
+
+def _tracked(account: Account, verdict: str) -> Account:
+    beliefs = account.odometry()
+    track(account, beliefs)
+    rested = _rested(account, beliefs)
+    steady = _without_slips(rested, beliefs)
+    best = _without_misplaced(steady, beliefs)
+    best.course, best.verdict = Course.TRACKED, verdict
+    if steady is not rested and not verdict.endswith(_SLIPPED):
+        best.verdict += _SLIPPED
+    return best
+
+
+def _rested(account: Account, beliefs: PoseBeliefs) -> Account:
+    """Settle again as long as that explains more; what is remembered came to rest before."""
+    while account.memory.is_empty:
+        moved = _settled(account, account.poses, beliefs)
+        if moved is account:
+            break
+        account = moved
+    return account
+
+
+def _without_slips(account: Account, beliefs: PoseBeliefs) -> Account:
+    """Take slips back as long as that explains more."""
+    while (poses := without_slip(account, beliefs)) is not None:
+        moved = _settled(account, poses, beliefs)
+        if moved is account:
+            break
+        account = moved
+    return account
+
+
+def _without_misplaced(account: Account, beliefs: PoseBeliefs) -> Account:
+    """Put single stations elsewhere where that explains more."""
+    for station in range(max(1, len(account.memory.poses)), len(account.poses)):
+        pose = elsewhere(account, beliefs, station)
+        if pose is not None:
+            poses = account.poses.copy()
+            poses[station] = pose
+            account = _settled(account, poses, beliefs)
+    return account
+
+
+def _settled(account: Account, poses: FloatArray, beliefs: PoseBeliefs) -> Account:
+    """Explain everything from other poses, if that explains more."""
+    moved = copy.copy(account)
+    moved.poses = poses
+    moved.settle(beliefs)
+    return _better(account, moved)
+
+
+def _reconsidered(account: Account, tracked: Account | None) -> Account:
+    """Keep the poses as they are, or correct them as those of odometry, or as those of way-points set by eye.
+
+    Steps that were followed at first sight, because walls were torn apart, lead to the same place again.
+    """
+    share = f"{100 * agreement(account):.0f} % of the echoes agree from the poses as recorded"
+    account.verdict = f"trusted: {share}" if account.arcs else "trusted: too little was heard to hold them against"
+    if len(account.given) < _FEWEST or not is_doubtful(account):
+        return account
+    if not _is_by_hand(account) and not agrees(account):
+        return _stepped(account, share)
+    best = max([account, *_rivals(account, share, tracked)], key=evidence)
+    return _better(account, best)
+
+
+def _stepped(account: Account, share: str) -> Account:
+    """Correct the poses as those of odometry: nobody sets so many way-points by hand.
+
+    Poses that are free explain a little more of anything, strange echoes too: if stations do not contradict each other,
+    poses move only where there is very strong evidence.
+    """
+    moved = _tracked(copy.copy(account), f"corrected: only {share}")
+    return moved if are_at_odds(account) else _better(account, moved)
+
+
+def _rivals(account: Account, share: str, tracked: Account | None) -> list[Account]:
+    """Correct poses as those of odometry, and as those of way-points that somebody set by hand."""
+    if account.memory.course is Course.NUDGED:
+        return [_nudged(account, _why(account, share), account.poses)] if _is_by_hand(account) else []
+    if tracked is None:
+        tracked = _tracked(copy.copy(account), f"corrected: {share}, and more of them by the steps of the robot")
+    if not _is_by_hand(account):
+        return [tracked] if agrees(tracked) else []
+    by_hand = _set_by_hand(account, _why(account, share), tracked)
+    return [_led(tracked, each) for each in by_hand] if _follows(tracked) else by_hand
+
+
+def _follows(tracked: Account) -> bool:
+    """Tell whether pings agree from where steps lead, and these may be what was wrong."""
+    most = -VERY_STRONG if are_round(tracked.given) else VERY_STRONG
+    return agrees(tracked) and scatter(tracked.given, tracked.poses) <= most
+
+
+def _why(account: Account, share: str) -> str:
+    return f"{share}, but those of a station err together" if agrees(account) else f"only {share}"
+
+
+def _set_by_hand(account: Account, why: str, tracked: Account) -> list[Account]:
+    """Correct poses as those of way-points, from where steps led if pings agree there, or else from more starts."""
+    led = [_reset(tracked, why)] if agrees(tracked) else []
+    if agrees(account) and _held_together(led):
+        return led
+    # From different starts they may come to rest at different places.
+    nudged = [_nudged(account, why, start) for start in (account.poses, tracked.poses)]
+    # Stations that remember others are known by their numbers: these cannot come in another order.
+    placed = [_placed(account, why)] if account.memory.is_empty else []
+    return [*_held_together([*led, *placed]), *nudged]
+
+
+def _held_together(rivals: Sequence[Account]) -> list[Account]:
+    """Choose those whose pings agree and whose stations heard walls of each other."""
+    return [each for each in rivals if agrees(each) and not is_scattered(each)]
+
+
+def _placed(account: Account, why: str) -> Account:
+    """Place the stations one after the other, each against what those near to it know."""
+    moved = copy.copy(account)
+    place(moved)
+    return _reset(moved, why)
+
+
+def _reset(tracked: Account, why: str) -> Account:
+    """Move poses to which steps led to where all way-points say they are, and let each settle about its own.
+
+    If somebody set the way-points one by one, errors do not add up, and the first one is no better than the others.
+    """
+    moved, beliefs = copy.copy(tracked), waypoint_beliefs(tracked.given, tracked.settings.pose_errors)
+    moved.poses, moved.features = aligned(tracked.poses, tracked.given), tracked.known
+    moved.settle(beliefs)
+    return _at_rest(moved, why)
+
+
+def _nudged(account: Account, why: str, start: FloatArray) -> Account:
+    """Move poses a little."""
+    moved, beliefs = copy.copy(account), waypoint_beliefs(account.given, account.settings.pose_errors)
+    moved.correct(beliefs, start)
+    return _at_rest(moved, why)
+
+
+def _at_rest(account: Account, why: str) -> Account:
+    """Let way-points come to rest with the errors that stations have in common, and with right angles."""
+    learn_common_error(account, learned_waypoints(account))
+    account.stand_square(learned_waypoints(account))
+    account.verdict, account.course = f"corrected by a few centimetres: {why}", Course.NUDGED
+    return account
+
+
+def _is_by_hand(account: Account) -> bool:
+    """Tell whether somebody may have set the way-points by hand."""
+    return len(account.given) <= account.settings.by_hand

@@ -1,0 +1,268 @@
+"""Legacy: what stations leave behind when their pings are let go, and the map that all of them together make."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from echoplan.acoustics.expectation import Kind
+from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.classification.evidence import NO_EVIDENCE
+from echoplan.classification.hypotheses import Hypothesis
+from echoplan.classification.past import Past
+from echoplan.mapping.joint.account import Account
+from echoplan.mapping.joint.adjustment.adjustment import adjust, reading_rows
+from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, pose_rows
+from echoplan.mapping.joint.adjustment.readings import as_arrays
+from echoplan.mapping.joint.adjustment.rows import Summary
+from echoplan.mapping.joint.adjustment.squareness import learn_squareness
+from echoplan.mapping.joint.adjustment.state import State
+from echoplan.mapping.joint.memory import Memory, summarised
+from echoplan.mapping.joint.outline.faces import find_faces
+from echoplan.mapping.joint.outline.survey import Survey
+from echoplan.mapping.joint.outline.vertices import find_vertices
+from echoplan.mapping.joint.posed import reckoned
+from echoplan.mapping.joint.search.echoes import CornerEcho, corner_echoes
+from echoplan.mapping.joint.search.hiding import hiding
+from echoplan.mapping.joint.search.paths import Paths, free_views, silent_places, trace_paths
+from echoplan.mapping.joint.search.rivals import class_probabilities
+from echoplan.model import ClassProbabilities
+from echoplan.preprocessing.soundings import chosen_soundings
+
+__all__ = ["leave", "survey"]
+
+# Of all places along a wall within one cell, so many are worth keeping [m].
+_CELL, _KEPT = 0.01, 4
+
+
+def survey(account: Account) -> Survey:
+    """Draw all that was ever found.
+
+    Parameters
+    ----------
+    account : Account
+        Of the stations at hand, with the memory of all before them.
+
+    Returns
+    -------
+    Survey
+        What is there, adjusted once more to all that is known.
+    """
+    memory, settings = leave(account, len(account.given)), account.settings
+    found = [each for each in memory.features if _is_there(each)]
+    state = State(features=as_arrays(found, 0), model=account.model, latency=memory.latency)
+    nothing = chosen_soundings(account.recorded, np.zeros(len(account.recorded.readings), dtype=bool))
+    beliefs = account.beliefs(account.noise, None)._replace(squareness=None, understated=account.understated())
+    known = memory.about(found, state.unknowns)
+    adjusted = adjust(nothing, state, beliefs, settings.adjustment, known=known)
+    square = learn_squareness(adjusted.reflectors, adjusted.unknowns, adjusted.covariance, settings.squareness)
+    if square is not None:
+        adjusted = adjust(nothing, state, beliefs._replace(squareness=square), settings.adjustment, known=known)
+    features = [replace(each, reflector=row) for each, row in zip(found, adjusted.reflectors, strict=True)]
+    echoes = memory.echoes_of(features)
+    faces = find_faces(features, echoes, step=account.step, settings=settings.faces)
+    return Survey(
+        features=features,
+        adjusted=adjusted,
+        faces=faces,
+        vertices=find_vertices(faces, echoes, settings.vertices),
+        squareness=square,
+        settings=settings.survey,
+    )
+
+
+def _is_there(feature: Hypothesis) -> bool:
+    """Tell whether most stations that heard a feature did so past all walls, and most that should have heard it did.
+
+    A few stations can always be found that something explains a little better.  The longer a recording, the more of
+    them there are, and what they speak for would add up, if the others were not asked.  Of points little sound comes
+    back, so these may be missing.  A wall that lets half as much sound through as it sends back is none, and what has
+    no ping that others do not explain better is nothing.
+    """
+    past = feature.past
+    if past.speaking - past.hidden < past.hidden or 2 * past.passed >= past.pings:
+        return False
+    return feature.kind not in (Kind.WALL, Kind.CYLINDER) or past.speaking >= past.missing
+
+
+def leave(account: Account, count: int) -> Memory:
+    """Let the first stations go, and keep what they said.
+
+    Parameters
+    ----------
+    account : Account
+        Of the stations at hand, explained and adjusted.
+    count : int
+        How many stations to let go.
+
+    Returns
+    -------
+    Memory
+        All that is known without the pings of the stations that stay.
+    """
+    gone = account.recorded.stations < count
+    features = _with_pasts(account, _going(account, gone, count))
+    known = [each for each in features if each.is_known]
+    everything = [*account.memory.beyond(account.at_hand), *known]
+    echoes = dict(account.memory.echoes)
+    for (one, other), heard in corner_echoes(account.explanation, account.features, count).items():
+        if heard != CornerEcho() and features[one].is_known and features[other].is_known:
+            pair = (features[one].past.number, features[other].past.number)
+            key = min(pair), max(pair)
+            echoes[key] = echoes.get(key, CornerEcho()).joined(heard)
+    return Memory(
+        features=[_bare(each) for each in everything],
+        pending=[each for each in features if not each.is_known],
+        summary=_summary(account, everything, gone, count),
+        echoes=echoes,
+        poses=account.poses[count:],
+        course=account.course,
+        verdict=account.verdict,
+        model=account.model,
+        latency=account.latency,
+        noise=account.noise,
+        loudness=account.loudness,
+        independence=account.independence,
+        reckoned=_reckoned(account, count),
+        issued=account.memory.issued + len(known),
+    )
+
+
+def _reckoned(account: Account, count: int) -> FloatArray:
+    """Tell what odometry alone leaves open of the first pose that stays."""
+    if account.believed is None or not account.believed.relative or count >= len(account.given):
+        return np.zeros(3)
+    return np.sqrt(np.diag(reckoned(account)[count]))
+
+
+def _summary(account: Account, everything: list[Hypothesis], gone: BoolArray, count: int) -> Summary:
+    """Sum up what the readings of the stations that go said, with their poses eliminated."""
+    believed = _believed(account, count)
+    state = State(
+        features=account.as_heard(everything),
+        model=account.model,
+        latency=account.latency,
+        poses=np.zeros((0, 3)) if believed is None else account.poses[: len(believed.given)],
+    )
+    heard = chosen_soundings(account.recorded if believed else account.soundings, gone)
+    heard = heard._replace(centers=heard.centers[: len(believed.given)]) if believed else heard
+    beliefs = account.beliefs(account.noise, believed)
+    rows = [reading_rows(heard, state, beliefs, account.settings.adjustment)]
+    if believed:
+        rows.append(pose_rows(believed, state.poses, state.unknowns.pose))
+    return summarised(state, rows, account.memory.about(everything, state.unknowns), count)
+
+
+def _believed(account: Account, count: int) -> PoseBeliefs | None:
+    """Believe in the poses that go, and in the step to the next."""
+    if account.believed is None:
+        return None
+    kept = count + 1 if account.believed.relative else count
+    return account.believed._replace(given=account.believed.given[:kept], sigmas=account.believed.sigmas[:kept])
+
+
+class _Going(NamedTuple):
+    """How many stations go; which pings are theirs, by which ways these came, what was in them, and whose they are."""
+
+    size: int
+    pings: BoolArray
+    paths: Paths
+    hidden: BoolArray
+    passed: BoolArray
+    owners: IntArray
+    stations: IntArray
+
+
+def _going(account: Account, gone: BoolArray, count: int) -> _Going:
+    assert account.adjusted is not None
+    paths = trace_paths(account.explanation, account.features, step=account.step)
+    hides = hiding(paths, account.features, gap=account.settings.faces.wide_gap)
+    return _Going(
+        size=count,
+        pings=gone,
+        paths=paths.chosen(gone),
+        hidden=hides.hidden[gone],
+        passed=hides.passed[:, gone],
+        owners=account.adjusted.owners[gone],
+        stations=account.soundings.stations[gone],
+    )
+
+
+def _with_pasts(account: Account, going: _Going) -> list[Hypothesis]:
+    """Add what the stations that go said to the pasts of the features that they heard."""
+    radius_cost, issued = account.settings.search.radius_cost, account.memory.issued
+    classes = class_probabilities(account.explanation, account.features, radius_cost=radius_cost)
+    features = []
+    for number, (each, probabilities) in enumerate(zip(account.features, classes, strict=True)):
+        if each.is_known or (each.gains[: going.size] > 0.0).any():
+            issued += not each.is_known
+            past = each.past if each.is_known else replace(each.past, number=issued)
+            past = _certain(_sounded(past, number, account, going), each, probabilities)
+            features.append(replace(each, past=_counted(past, number, account, going)))
+        else:
+            features.append(each)
+    return features
+
+
+def _counted(past: Past, number: int, account: Account, going: _Going) -> Past:
+    """Add how many stations and pings spoke for a feature, and how many against it."""
+    each, count = account.features[number], going.size
+    gains, free = each.gains[:count], free_views(each, account.soundings, step=account.step)[:count]
+    clear = gains > account.settings.survey.clear_station
+    through = _mostly(going.hidden, going.paths.owners == number, going.stations, count)
+    return replace(
+        past,
+        total=past.total + float(gains.sum()),
+        best=max(past.best, float(gains.max(initial=0.0))),
+        speaking=past.speaking + int(clear.sum()),
+        missing=past.missing + int((free & ~clear).sum()),
+        hidden=past.hidden + int((through & clear).sum()),
+        passed=past.passed + int(going.passed[number].sum()),
+        pings=past.pings + int((going.owners == number).sum()),
+    )
+
+
+def _mostly(which: BoolArray, own: BoolArray, stations: IntArray, count: int) -> BoolArray:
+    """Tell of which stations most of their own pings are among some."""
+    most: BoolArray = 2 * np.bincount(stations[own & which], minlength=count) > np.bincount(
+        stations[own], minlength=count
+    )
+    return most
+
+
+def _sounded(past: Past, number: int, account: Account, going: _Going) -> Past:
+    """Add where sound came back from a wall, went through its line, or should have come back and did not."""
+    wall, paths = account.features[number], going.paths
+    if not wall.is_wall:
+        return past
+    others = [each for each in account.features if each is not wall]
+    silences = silent_places(wall, going.pings[wall.evidence.pings], others, account.soundings, step=account.step)
+    return replace(
+        past,
+        extent=wall.extent,
+        feet=_joined(past.feet, paths.feet(number, wall.line)),
+        crossings=_joined(past.crossings, paths.crossings(number, wall.line)),
+        silences=_joined(past.silences, silences),
+    )
+
+
+def _certain(past: Past, feature: Hypothesis, probabilities: ClassProbabilities) -> Past:
+    """Keep the class as it was told by those who heard most of the feature."""
+    certainty = feature.total - feature.past.total
+    return replace(past, probabilities=probabilities, certainty=certainty) if certainty > past.certainty else past
+
+
+def _joined(before: FloatArray, now: FloatArray) -> FloatArray:
+    """Join places along a line; of many in one cell a few stay, if some of them were there before."""
+    if not len(before):
+        return now
+    places = np.sort(np.concatenate([before, now]))
+    cells = np.floor(places / _CELL)
+    starts = np.searchsorted(cells, cells)
+    kept: FloatArray = places[np.arange(len(places)) - starts < _KEPT]
+    return kept
+
+
+def _bare(feature: Hypothesis) -> Hypothesis:
+    """Leave out all that belongs to pings at hand."""
+    return replace(feature, evidence=NO_EVIDENCE, gains=np.zeros(0), total=feature.past.total, is_square=False)

@@ -1,0 +1,192 @@
+"""Vertices: where two faces meet, and so end."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import directions, intersections
+from echoplan.mapping.joint.outline.faces import Face
+from echoplan.mapping.joint.search.echoes import CornerEcho, Echoes, returns_sound
+from echoplan.model import CornerKind
+
+__all__ = ["Vertex", "VertexSettings", "find_vertices"]
+
+
+class VertexSettings(BaseModel, frozen=True, extra="forbid"):
+    """When two faces are taken to meet."""
+
+    least_turn: float = Field(default=math.radians(20), gt=0.0, description="between two faces that meet [rad]")
+    overlap: float = Field(default=0.08, ge=0.0, description="that a face may reach past its end [m]")
+    extension: float = Field(default=3.0, gt=0.0, description="of a face beyond what was heard of it [m]")
+    silent_extension: float = Field(default=2.0, gt=0.0, description="likewise, to a corner that returns no sound [m]")
+    oblique_extension: float = Field(default=1.0, gt=0.0, description="to the echo of a corner of no right angle [m]")
+    unheard_extension: float = Field(default=0.5, gt=0.0, description="to a concave corner that nobody heard [m]")
+    unheard_stretch: float = Field(default=2.0, gt=0.0, description="or as far as so many times what was heard of it")
+    right_angle: float = Field(default=math.radians(5), gt=0.0, description="what counts as one [rad]")
+    reach: float = Field(default=0.03, gt=0.0, description="of a heard corner from the crossing of its walls [m]")
+    echoes: int = Field(default=5, ge=1, description="pings that hear one wall in the other")
+    certain: float = Field(default=5.0, gt=0.0, description="evidence that a corner is there, or is not [nats]")
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Vertex:
+    """Where two faces meet.
+
+    Parameters
+    ----------
+    faces : tuple of int
+        Numbers of both.
+    upper : tuple of bool
+        Whether it is the upper end of each.
+    position_xy : ndarray, shape (2,)
+        The vertex [m].
+    kind : CornerKind
+        As seen from where the faces were heard.
+    heard : bool
+        Whether sound came back from it.
+    echo : CornerEcho
+        What was heard of one of its walls in the other.
+    cost : float
+        How far the faces had to be extended [m]; heard vertices come first.
+    """
+
+    faces: tuple[int, int]
+    upper: tuple[bool, bool]
+    position_xy: FloatArray
+    kind: CornerKind
+    heard: bool
+    echo: CornerEcho
+    cost: float
+
+
+def find_vertices(faces: Sequence[Face], echoes: Echoes, settings: VertexSettings) -> list[Vertex]:
+    """Find where faces meet, each end at most once, the likeliest first.
+
+    Parameters
+    ----------
+    faces : sequence of Face
+        The faces.
+    echoes : Echoes
+        Where corners were heard.
+    settings : VertexSettings
+        When two faces meet.
+
+    Returns
+    -------
+    list of Vertex
+        The vertices.
+    """
+    pairs = ((one, other) for one in range(len(faces)) for other in range(one + 1, len(faces)))
+    found = [_vertex(faces, pair, echoes, settings) for pair in pairs]
+    vertices: list[Vertex] = []
+    taken: set[tuple[int, bool]] = set()
+    apart = [each for each in found if each is not None and not _goes_over_another(faces, each)]
+    for vertex in sorted(apart, key=lambda each: each.cost):
+        ends = set(zip(vertex.faces, vertex.upper, strict=True))
+        if not ends & taken:
+            vertices.append(vertex)
+            taken |= ends
+    return vertices
+
+
+def _vertex(faces: Sequence[Face], pair: tuple[int, int], echoes: Echoes, settings: VertexSettings) -> Vertex | None:
+    one, other = (faces[each] for each in pair)
+    if abs(math.sin(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.least_turn):
+        return None
+    point, kind = intersections(one.wall.line, other.wall.line), _kind(one, other)
+    extensions = (one.extension(point), other.extension(point))
+    if kind is None or not _reachable((one, other), point, extensions, echoes, settings=settings):
+        return None
+    echo, heard = echoes.between(one.owner, other.owner), echoes.heard_at(point, within=settings.reach)
+    if kind is CornerKind.CONCAVE:
+        heard |= _is_heard(one, other, max(extensions), echo, settings)
+    if not heard and _is_far_fetched((one, other), extensions, kind, echo, settings):
+        return None
+    return Vertex(
+        faces=pair,
+        upper=(one.is_upper(point), other.is_upper(point)),
+        position_xy=point,
+        kind=kind,
+        heard=heard,
+        echo=echo,
+        cost=_cost(extensions, heard=heard),
+    )
+
+
+def _goes_over_another(faces: Sequence[Face], vertex: Vertex) -> bool:
+    """Tell whether a face would have to be drawn on over another one of its line."""
+    for face in (faces[each] for each in vertex.faces):
+        place = float(vertex.position_xy @ face.along)
+        others = [each for each in faces if each.owner == face.owner and each is not face]
+        if any(face.high <= each.low < place or place < each.high <= face.low for each in others):
+            return True
+    return False
+
+
+def _cost(extensions: Sequence[float], *, heard: bool) -> float:
+    return sum(max(each, 0.0) for each in extensions) - (10.0 if heard else 0.0)
+
+
+def _reachable(
+    faces: tuple[Face, Face],
+    point_xy: FloatArray,
+    extensions: Sequence[float],
+    echoes: Echoes,
+    *,
+    settings: VertexSettings,
+) -> bool:
+    """Tell whether a crossing is at an end of both faces, and what lies between may be part of them."""
+    if min(extensions) < -settings.overlap or max(extensions) > settings.extension:
+        return False
+    return not any(
+        face.is_open_toward(point_xy) or _ends_before(face, point_xy, echoes.corners_xy, settings) for face in faces
+    )
+
+
+def _is_far_fetched(
+    faces: tuple[Face, Face], extensions: Sequence[float], kind: CornerKind, echo: CornerEcho, settings: VertexSettings
+) -> bool:
+    """Tell whether faces would have to be made too long for a vertex that nobody heard.
+
+    Of a convex one hardly any sound comes back, but a concave one of a right angle returns it to wherever it comes
+    from: if it should have been heard, it is not there.  What an oblique one returns is hard to tell; that nobody heard
+    it speaks against it, the more the less was heard of the faces.
+    """
+    if kind is CornerKind.CONCAVE and returns_sound(faces[0].wall.line, faces[1].wall.line):
+        return max(extensions) > settings.unheard_extension and echo.gain < -settings.certain
+    if max(extensions) > settings.silent_extension:
+        return True
+    if kind is CornerKind.CONVEX:
+        return False
+    most = [max(settings.unheard_extension, settings.unheard_stretch * (each.high - each.low)) for each in faces]
+    return any(extension > limit for extension, limit in zip(extensions, most, strict=True))
+
+
+def _ends_before(face: Face, point_xy: FloatArray, corners_xy: FloatArray, settings: VertexSettings) -> bool:
+    """Tell whether a corner was heard on a face's line on the way to a point: the face ends there."""
+    on_line = np.abs(corners_xy @ directions(face.wall.line[0]) - face.wall.line[1]) < settings.reach
+    sign = 1.0 if face.is_upper(point_xy) else -1.0
+    start, stop = max(sign * face.low, sign * face.high), sign * float(point_xy @ face.along)
+    places = sign * (corners_xy[on_line] @ face.along)
+    return bool(((places > start - settings.overlap) & (places < stop - settings.reach)).any())
+
+
+def _kind(one: Face, other: Face) -> CornerKind | None:
+    """Concave if each face lies before the other, convex if behind; None if they cannot be faces of one body."""
+    before = [
+        first.wall.line[1] - float(directions(first.wall.line[0]) @ second.middle_xy)
+        for first, second in ((one, other), (other, one))
+    ]
+    if before[0] * before[1] < 0.0 and min(abs(each) for each in before) > 0.05:
+        return None
+    return CornerKind.CONCAVE if before[0] > 0.0 else CornerKind.CONVEX
+
+
+def _is_heard(one: Face, other: Face, extension: float, echo: CornerEcho, settings: VertexSettings) -> bool:
+    square = abs(math.cos(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.right_angle)
+    near = square or extension < settings.oblique_extension
+    return near and (echo.pings >= settings.echoes or echo.gain > settings.certain)

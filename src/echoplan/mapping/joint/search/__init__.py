@@ -1,0 +1,1 @@
+"""Search: the features that explain the pings, and what else could."""

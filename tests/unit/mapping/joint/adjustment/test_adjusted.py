@@ -1,0 +1,75 @@
+"""How well adjusted features are known: by the law of large numbers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import scenes
+from echoplan.acoustics import typical_transducer
+from echoplan.acoustics.expectation import EchoModel, Kind
+from echoplan.arrays import FloatArray
+from echoplan.mapping.joint.adjustment.adjusted import Adjusted
+from echoplan.mapping.joint.adjustment.unknowns import SONAR_UNKNOWNS, Unknowns
+
+UNKNOWNS = Unknowns(kinds=np.array([Kind.WALL, Kind.CYLINDER], dtype=np.int64), poses=0)
+FEATURES = slice(0, UNKNOWNS.sonar)
+RNG = np.random.default_rng(3)
+# So many readings of deviation 1, and what is believed before any of them.
+SLOPES = RNG.normal(size=(40, UNKNOWNS.size))
+HEARD, HELD = SLOPES.T @ SLOPES, np.diag(RNG.uniform(2.0, 20.0, UNKNOWNS.size))
+
+
+def adjusted(share: float) -> Adjusted:
+    """What comes of readings that are let count for a share of what they tell."""
+    nothing = np.zeros(0)
+    return Adjusted(
+        reflectors=np.zeros((2, 4)),
+        model=EchoModel.of(typical_transducer(scenes.rig().sensors[0])),
+        latency=0.0,
+        poses=np.zeros((0, 3)),
+        unknowns=UNKNOWNS,
+        information=share * HEARD + HELD,
+        heard=share * HEARD,
+        understated=1.0 / share,
+        owners=nothing.astype(np.int64),
+        residuals=nothing,
+        excesses=nothing,
+        left=0.0,
+    )
+
+
+def scattered(share: float, draws: int) -> FloatArray:
+    """Estimates of features less the truth, over and over again, with a sonar that is known."""
+    truths = RNG.normal(size=(draws, UNKNOWNS.sonar)) / np.sqrt(np.diag(HELD)[FEATURES])
+    slopes = SLOPES[:, FEATURES]
+    readings = truths @ slopes.T + RNG.normal(size=(draws, len(slopes)))
+    information = share * slopes.T @ slopes + HELD[FEATURES, FEATURES]
+    return np.linalg.solve(information, share * slopes.T @ readings.T).T - truths
+
+
+def test_what_counts_in_full_has_the_inverse_of_the_information() -> None:
+    assert adjusted(1.0).covariance == pytest.approx(np.linalg.inv(HEARD + HELD))
+
+
+def test_features_scatter_about_a_known_sonar_as_is_told() -> None:
+    found = adjusted(0.25)
+    known = np.diag(np.where(np.arange(UNKNOWNS.size) < UNKNOWNS.sonar, 0.0, 1e12))
+    held = replace(found, information=found.information + known)
+    errors = scattered(0.25, 40_000)
+    assert held.covariance[FEATURES, FEATURES] == pytest.approx(np.cov(errors.T), rel=0.05, abs=3e-4)
+
+
+def test_what_is_known_of_the_sonar_does_not_grow_with_readings_that_err_together() -> None:
+    found = adjusted(0.25)
+    sigmas = np.sqrt(np.diag(np.linalg.inv(found.information))[UNKNOWNS.sonar :])
+    assert list(found.sonar_sigmas().values()) == pytest.approx(sigmas)
+    assert len(sigmas) == len(SONAR_UNKNOWNS)
+
+
+def test_it_is_a_covariance() -> None:
+    full, quarter = adjusted(1.0).covariance, adjusted(0.25).covariance
+    assert np.linalg.eigvalsh(quarter).min() > 0.0
+    lone = replace(adjusted(0.25), understated=1.0).covariance
+    assert (np.diag(quarter)[FEATURES] < np.diag(lone)[FEATURES]).all()
+    assert (np.diag(quarter)[FEATURES] > np.diag(full)[FEATURES]).all()

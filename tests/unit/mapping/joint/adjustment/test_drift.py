@@ -1,0 +1,153 @@
+"""Odometry that is better or worse than believed is found out."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import compose
+from echoplan.mapping.joint.adjustment.drift import (
+    VERY_STRONG,
+    DriftSettings,
+    are_round,
+    learn_drift,
+    learn_waypoints,
+    scatter,
+)
+from echoplan.mapping.joint.adjustment.poses import (
+    PoseBeliefs,
+    PoseSettings,
+    odometry_beliefs,
+    pose_rows,
+    waypoint_beliefs,
+)
+from echoplan.mapping.joint.adjustment.rows import normal_equations
+
+SETTINGS = DriftSettings()
+STEPS = 200
+KNOWN = np.zeros((3 * STEPS + 3, 3 * STEPS + 3))
+
+
+def walked(spread: FloatArray) -> tuple[PoseBeliefs, FloatArray]:
+    """A long way of half metres, as believed and as it was: off by so many of the deviations believed in."""
+    steps = np.tile([0.5, 0.0, 0.3], (STEPS, 1))
+    given = added_up(steps)
+    beliefs = odometry_beliefs(given, PoseSettings())
+    errors = spread * beliefs.sigmas[1:] * np.random.default_rng(4).standard_normal(steps.shape)
+    return beliefs, added_up(steps + errors)
+
+
+def added_up(steps: FloatArray) -> FloatArray:
+    poses = [np.zeros(3)]
+    for step in steps:
+        poses.append(compose(poses[-1], step))
+    return np.array(poses)
+
+
+def factors(before: PoseBeliefs, after: PoseBeliefs) -> FloatArray:
+    ratios: FloatArray = after.sigmas[-1] / before.sigmas[-1]
+    return ratios
+
+
+def test_each_axis_is_learned_by_itself() -> None:
+    beliefs, poses = walked(np.array([3.0, 0.3, 1.0]))
+    assert factors(beliefs, learn_drift(beliefs, poses, KNOWN, SETTINGS)) == pytest.approx([3.0, 0.3, 1.0], rel=0.15)
+
+
+def test_poses_that_nothing_tells_teach_nothing() -> None:
+    # The covariance of a way that odometry alone adds up: what is expected of each step is what was believed.
+    beliefs, _ = walked(np.ones(3))
+    information, _ = normal_equations([pose_rows(beliefs, beliefs.given, 0)], 3 * STEPS + 3)
+    covariance: FloatArray = np.linalg.inv(information).astype(np.float64)
+    assert factors(beliefs, learn_drift(beliefs, beliefs.given, covariance, SETTINGS)) == pytest.approx(np.ones(3))
+
+
+@pytest.mark.parametrize("steps", [1, 9, 200])
+@pytest.mark.parametrize("off", [0.2, 1.0, 6.0])
+def test_a_guess_is_good_to_tenfold(steps: int, off: float) -> None:
+    # The same by another way: the least of what the factor costs before and after the steps are seen.
+    straight, known = np.tile([0.5, 0.0, 0.0], (steps, 1)), np.zeros((3 * steps + 3,) * 2)
+    beliefs = odometry_beliefs(added_up(straight), PoseSettings())
+    poses = added_up(straight + off * beliefs.sigmas[1:] * [1.0, 0.0, 0.0])
+    learned = learn_drift(beliefs, poses, known, SETTINGS)
+
+    def cost(logarithm: float) -> float:
+        guessed = 0.5 * (logarithm / SETTINGS.spread) ** 2
+        return float(steps * logarithm + 0.5 * steps * off**2 * np.exp(-2.0 * logarithm) + guessed)
+
+    best = minimize_scalar(cost, bounds=(-4.0, 4.0), method="bounded", options={"xatol": 1e-9}).x
+    assert factors(beliefs, learned)[0] == pytest.approx(np.exp(best), rel=1e-4)
+
+
+def test_the_first_pose_stays_the_frame() -> None:
+    beliefs, poses = walked(np.full(3, 5.0))
+    assert (learn_drift(beliefs, poses, KNOWN, SETTINGS).sigmas[0] == beliefs.sigmas[0]).all()
+
+
+def test_nothing_is_learned_beyond_bounds() -> None:
+    beliefs, poses = walked(np.array([1e-3, 1e3, 1.0]))
+    learned = factors(beliefs, learn_drift(beliefs, poses, KNOWN, SETTINGS))
+    assert learned[:2].tolist() == pytest.approx([SETTINGS.least, SETTINGS.greatest])
+
+
+def test_one_pose_has_no_steps() -> None:
+    beliefs = odometry_beliefs(np.zeros((1, 3)), PoseSettings())
+    assert learn_drift(beliefs, np.zeros((1, 3)), np.zeros((3, 3)), SETTINGS) is beliefs
+
+
+# Deviations of errors along, across and in heading.
+ERRORS = (0.01, 0.01, 0.02)
+
+
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize(("count", "doubt"), [(8, VERY_STRONG), (20, 0.0)], ids=["few", "many"])
+def test_errors_of_odometry_add_up_and_those_of_way_points_scatter(seed: int, count: int, doubt: float) -> None:
+    rng, steps = np.random.default_rng(seed), np.tile([0.5, 0.0, 0.4], (count - 1, 1))
+    # In a frame of their own, as found by the steps of the robot.
+    found = compose([1.0, -2.0, 0.7], added_up(steps))
+    assert scatter(added_up(steps + rng.normal(0.0, ERRORS, steps.shape)), found) < doubt
+    assert scatter(added_up(steps) + rng.normal(0.0, ERRORS, found.shape), found) > -doubt
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_errors_of_many_steps_clearly_add_up(seed: int) -> None:
+    steps = np.tile([0.5, 0.0, 0.4], (19, 1))
+    found = added_up(steps + np.random.default_rng(seed).normal(0.0, ERRORS, steps.shape))
+    assert scatter(added_up(steps), found) < -VERY_STRONG
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_nothing_speaks_for_or_against_steps_that_were_right(count: int) -> None:
+    poses = added_up(np.tile([0.5, 0.0, 0.5], (count - 1, 1)))
+    assert abs(scatter(poses, poses)) < 1.0
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ([[0.84, 0.3, -0.19], [1.8, 0.3, -0.26]], True),
+        ([[0.843, 0.3, -0.19], [1.8, 0.3, -0.26]], False),
+        ([[0.8413, 0.3, 0.0], [1.8, 0.3117, 0.0]], True),
+        ([[0.8413, 0.3, -0.191986], [1.8, 0.3117, 0.087266]], True),
+        ([[0.8413, 0.3, -0.19], [1.8, 0.3117, 0.0]], False),
+    ],
+    ids=["centimetres", "millimetres", "one heading", "degrees", "neither"],
+)
+def test_people_mark_way_points_at_round_numbers(given: list[list[float]], *, expected: bool) -> None:
+    assert are_round(np.array(given)) is expected
+
+
+@pytest.mark.parametrize("off", [0.01, 0.05])
+def test_how_far_way_points_are_off_is_learned_from_where_they_come_to_rest(off: float) -> None:
+    beliefs = waypoint_beliefs(added_up(np.tile([0.5, 0.0, 0.3], (STEPS, 1))), PoseSettings())
+    errors = np.random.default_rng(6).normal(0.0, [off, off, 0.5], beliefs.given.shape)
+    learned = learn_waypoints(beliefs, beliefs.given + errors, KNOWN, SETTINGS)
+    assert learned.sigmas[:, :2] == pytest.approx(off, rel=0.1)
+    # Of headings nothing is learned.
+    assert learned.sigmas[:, 2].tolist() == beliefs.sigmas[:, 2].tolist()
+
+
+def test_way_points_that_nothing_tells_teach_nothing() -> None:
+    beliefs = waypoint_beliefs(np.zeros((4, 3)), PoseSettings())
+    covariance = np.diag(beliefs.sigmas.ravel() ** 2)
+    assert learn_waypoints(beliefs, beliefs.given, covariance, SETTINGS).sigmas == pytest.approx(beliefs.sigmas)

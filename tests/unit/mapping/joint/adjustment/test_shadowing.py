@@ -1,0 +1,105 @@
+"""Half a wall is heard faintly, and so read too far: unless its loudness is asked first, it comes out askew."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+import soundings
+from echoplan.acoustics.expectation import walk_of
+from echoplan.arrays import FloatArray
+from echoplan.mapping.joint.adjustment.edges import edges_of
+from echoplan.mapping.joint.adjustment.readings import Features, match_readings
+from echoplan.mapping.joint.adjustment.shadowing import shadowed
+from echoplan.methods import find_method, map_sweeps
+from echoplan.preprocessing.soundings import Soundings
+from expectations import REACH, SONAR, expected, listening, wall
+
+EAST = wall(0.0, 1.6)
+STATIONS = ((-0.2, -0.6), (0.1, -0.2), (-0.1, 0.2), (0.2, 0.6))
+
+
+def heard(shadows: Sequence[float]) -> Soundings:
+    """A wall that each station hears so many decibels fainter than all of it would be."""
+    pings, sonar = listening(STATIONS, step=np.radians(2.0)), SONAR.tabulated()
+    readings = np.full(len(pings.readings), np.inf)
+    for station, shadow in enumerate(shadows):
+        excesses, heard_at = expected(pings, EAST)
+        later = np.array([walk_of(sonar, each - shadow) - walk_of(sonar, each) for each in excesses])
+        readings = np.where((pings.stations == station) & (excesses > shadow), heard_at + later, readings)
+    return pings._replace(readings=readings)
+
+
+def features(*, unheard_from: Sequence[int] = ()) -> Features:
+    shadows = np.where(np.isin(np.arange(len(STATIONS)), unheard_from), np.inf, 0.0)
+    extents = np.array([[-REACH, REACH]])
+    return Features(EAST[None], extents, shadows[None], edges_of(EAST[None], extents))
+
+
+def found(pings: Soundings, given: Features | None = None) -> FloatArray:
+    shadows: FloatArray = shadowed(pings, SONAR.tabulated(), given or features()).shadows[0]
+    return shadows
+
+
+def test_shadows_come_back_from_who_heard_what() -> None:
+    shadows = found(heard([0.0, 6.0, 9.0, 12.0]))
+    assert shadows[0] == 0.0
+    assert shadows == pytest.approx([0.0, 6.0, 9.0, 12.0], abs=1.5)
+
+
+def test_a_decibel_is_no_shadow() -> None:
+    assert found(heard([0.0, 1.0, -1.0, 1.0])).tolist() == [0.0] * 4
+
+
+def test_what_is_masked_by_something_nearer_has_no_shadow() -> None:
+    pings = heard([12.0] * 4)
+    masked = pings._replace(readings=np.minimum(pings.readings, 0.5 + 9.0 * np.isfinite(pings.readings)))
+    assert found(pings).min() > 9.0
+    assert found(masked).tolist() == [0.0] * 4
+
+
+def test_only_those_who_heard_it_are_asked() -> None:
+    shadows = found(heard([12.0] * 4), features(unheard_from=[1, 3]))
+    assert shadows[[1, 3]].tolist() == [np.inf, np.inf]
+    assert shadows[[0, 2]] == pytest.approx([12.0, 12.0], abs=1.5)
+
+
+@pytest.mark.parametrize(
+    ("unheard_from", "silent"), [((), [0, 3]), ((1, 2), [1, 2]), ((2,), [0, 2, 3])], ids=["all", "past it only", "both"]
+)
+def test_who_stands_past_the_ends_of_a_wall_is_asked_only_if_nobody_else_heard_it(
+    unheard_from: tuple[int, ...], silent: list[int]
+) -> None:
+    # The second station and the third stand before it.
+    ends = np.array([[[-0.3, 0.0, 0.0, 0.0, 0.0, -1.0], [0.3, 0.0, 0.0, 0.0, 0.0, -1.0]]])
+    shadows = found(heard([0.0] * 4), features(unheard_from=unheard_from)._replace(ends=ends))
+    assert np.flatnonzero(np.isinf(shadows)).tolist() == silent
+
+
+def test_what_is_read_too_far_because_it_is_faint_is_expected_there() -> None:
+    pings, sonar = heard([0.0, 0.0, 7.0, 12.0]), SONAR.tabulated()
+    given = features()
+    plain, asked = (match_readings(pings, sonar, each, 0.05) for each in (given, shadowed(pings, sonar, given)))
+    for station, least in ((2, 0.004), (3, 0.008)):
+        own = (pings.stations == station) & np.isfinite(pings.readings)
+        assert np.median(plain.residuals[own]) > least
+        assert abs(np.median(asked.residuals[own])) < 0.002
+
+
+def test_the_sides_of_a_box_are_square_though_heard_past_their_ends() -> None:
+    around, box = [[0, 0], [4, 0], [4, 3], [0, 3]], [[1.6, 1.2], [2.3, 1.2], [2.3, 1.7], [1.6, 1.7]]
+    place = soundings.world([*around, around[0]], [*box, box[0]])
+    # West of the box twice before it and twice past its ends, and likewise south of it.
+    west, south = (
+        [(0.9, 1.15), (0.7, 1.4), (0.8, 1.55), (0.9, 1.75)],
+        [(1.55, 0.6), (1.8, 0.4), (2.1, 0.5), (2.36, 0.6)],
+    )
+    stations = [[x, y, 0.0] for x, y in (*west, *south)]
+    source = soundings.simulation(place, using=soundings.array(resolution=0.005), poses=stations)
+    walls = map_sweeps(find_method("joint").build(source.rig), source).walls
+    sides = [each for each in walls if 1.4 < each.endpoints_xy.mean(axis=0)[0] < 2.5 and each.stations > 1]
+    sides = [each for each in sides if 1.0 < each.endpoints_xy.mean(axis=0)[1] < 1.9]
+    assert len(sides) >= 2
+    for each in sides:
+        askew = np.remainder(each.normal_angle + np.pi / 4, np.pi / 2) - np.pi / 4
+        assert abs(askew) < np.radians(0.6), np.degrees(askew)

@@ -1,0 +1,247 @@
+"""Which poses are tried, as the echoes agree from those recorded and from those of odometry."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from echoplan.mapping.joint import explaining
+from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, waypoint_beliefs
+from echoplan.mapping.joint.explaining import explained
+from echoplan.mapping.joint.memory import Course, Memory
+from echoplan.mapping.joint.settings import AccountSettings, PoseMode
+from echoplan.model import Odometry
+
+
+class Doubtful:
+    """An account that is explained by saying so, doubtful from the poses as recorded."""
+
+    def __init__(self, stations: int) -> None:
+        self.settings = AccountSettings(poses=PoseMode.AUTO)
+        self.memory = Memory()
+        self.given = self.poses = np.full((stations, 3), 0.1234)
+        self.wheels: Odometry | None = None
+        self.course, self.verdict, self.settled = Course.TRUSTED, "", 0
+        self.known = self.features = ()
+        self.arcs = (None,)
+
+    def glance(self) -> None:
+        pass
+
+    explain = reconsider = clear = polish = glance
+
+    def odometry(self) -> None:
+        pass
+
+    def stand_square(self, beliefs: PoseBeliefs) -> None:
+        assert not beliefs.relative
+
+    def settle(self, beliefs: PoseBeliefs) -> None:
+        self.settled += 1
+
+    def correct(self, beliefs: PoseBeliefs, start: np.ndarray) -> None:
+        assert not beliefs.relative
+        self.poses = start + 0.01
+        self.settled = NUDGED
+
+
+class Finished(Doubtful):
+    """An account that keeps what was asked of it."""
+
+    def __init__(self) -> None:
+        super().__init__(5)
+        self.asked = list[str]()
+
+    def __getattribute__(self, name: str) -> Any:
+        if name in {"explain", "reconsider", "clear", "polish"}:
+            self.asked.append(name)
+        return super().__getattribute__(name)
+
+
+# Settled more often than anything is, to tell poses that were nudged from those that were reset.
+NUDGED = 100
+# What explains how much, in this order.
+STEPS_FIRST = {Course.TRUSTED: 0.0, Course.NUDGED: 10.0, Course.TRACKED: 20.0}
+HAND_FIRST = {Course.TRUSTED: 0.0, Course.TRACKED: 10.0, Course.NUDGED: 20.0}
+NEITHER = {Course.TRUSTED: 30.0, Course.TRACKED: 10.0, Course.NUDGED: 20.0}
+
+
+def told(monkeypatch: pytest.MonkeyPatch, **answers: Any) -> None:
+    """Let tracking find nothing better, and questions about accounts be answered so."""
+    tracking: dict[str, Any] = {
+        "track": lambda account, beliefs: None,
+        "learned_waypoints": lambda account: waypoint_beliefs(account.given, account.settings.pose_errors),
+        "place": lambda account: None,
+        "without_slip": lambda account, beliefs: None,
+        "elsewhere": lambda account, beliefs, station: None,
+    }
+    for name, answer in (tracking | answers).items():
+        monkeypatch.setattr(explaining, name, answer)
+
+
+def best_of(
+    monkeypatch: pytest.MonkeyPatch,
+    *,
+    agree: set[Course],
+    scattered: set[Course] | None = None,
+    worth: dict[Course, float] | None = None,
+    stations: int = 5,
+    wheels: Odometry | None = None,
+    others: dict[str, Any] | None = None,
+    memory: Memory | None = None,
+) -> Any:
+    """Explain an account where others agree or scatter, and are worth more or less, by how their poses came about."""
+    values = worth or HAND_FIRST
+    answers: dict[str, Any] = {
+        "agreement": lambda account: 0.5,
+        "agrees": lambda account: account.course in agree,
+        "are_at_odds": lambda account: True,
+        "evidence": lambda account: values[account.course],
+        "is_doubtful": lambda account: True,
+        "is_scattered": lambda account: account.course in (scattered or set()),
+        "is_torn": lambda account: False,
+        "learn_common_error": lambda account, beliefs: None,
+    }
+    told(monkeypatch, **(answers | (others or {})))
+    account = Doubtful(stations)
+    account.wheels, account.memory = wheels, memory or account.memory
+    return explained(account)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("worth", "expected"),
+    [(STEPS_FIRST, Course.TRACKED), (HAND_FIRST, Course.NUDGED), (NEITHER, Course.TRUSTED)],
+)
+@pytest.mark.parametrize("agree", [{Course.TRACKED}, {Course.TRUSTED, Course.TRACKED}, set(Course)])
+def test_the_evidence_tells_steps_from_way_points_set_by_hand(
+    monkeypatch: pytest.MonkeyPatch, agree: set[Course], worth: dict[Course, float], expected: Course
+) -> None:
+    assert best_of(monkeypatch, agree=agree, worth=worth).course is expected
+
+
+@pytest.mark.parametrize("agree", [set(), {Course.TRUSTED}])
+def test_steps_are_not_followed_to_where_pings_disagree(monkeypatch: pytest.MonkeyPatch, agree: set[Course]) -> None:
+    assert best_of(monkeypatch, agree=agree, worth=STEPS_FIRST).course is Course.NUDGED
+
+
+@pytest.mark.parametrize("torn", [True, False])
+def test_errors_that_scatter_about_the_steps_are_none_of_odometry(
+    monkeypatch: pytest.MonkeyPatch, *, torn: bool
+) -> None:
+    others: dict[str, Any] = {"scatter": lambda given, poses: 9.0, "is_torn": lambda account: torn}
+    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=STEPS_FIRST, others=others)
+    assert found.course is Course.NUDGED
+
+
+@pytest.mark.parametrize("torn", [True, False])
+@pytest.mark.parametrize(("errors", "expected"), [(-12.0, Course.TRACKED), (-8.0, Course.NUDGED)])
+def test_errors_that_add_up_are_none_of_way_points_unless_echoes_say_so_more_clearly(
+    monkeypatch: pytest.MonkeyPatch, errors: float, expected: Course, *, torn: bool
+) -> None:
+    # Way-points explain 10 nats more than steps do.
+    others: dict[str, Any] = {"scatter": lambda given, poses: errors, "is_torn": lambda account: torn}
+    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=HAND_FIRST, others=others)
+    assert found.course is expected
+
+
+@pytest.mark.parametrize(("errors", "expected"), [(-3.0, Course.NUDGED), (-9.0, Course.TRACKED)])
+def test_round_numbers_are_way_points_unless_errors_clearly_add_up(
+    monkeypatch: pytest.MonkeyPatch, errors: float, expected: Course
+) -> None:
+    others: dict[str, Any] = {"scatter": lambda given, poses: errors, "are_round": lambda given: True}
+    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=STEPS_FIRST, others=others)
+    assert found.course is expected
+
+
+@pytest.mark.parametrize(
+    ("worth", "expected"), [(STEPS_FIRST, Course.TRACKED), (HAND_FIRST, Course.TRACKED), (NEITHER, Course.TRUSTED)]
+)
+def test_a_rig_that_tells_how_steps_go_astray_has_no_way_points(
+    monkeypatch: pytest.MonkeyPatch, worth: dict[Course, float], expected: Course
+) -> None:
+    found = best_of(monkeypatch, agree={Course.TRUSTED}, worth=worth, wheels=Odometry(along=0.02))
+    assert found.course is expected
+    assert found.verdict.startswith("corrected, as the rig tells")
+
+
+@pytest.mark.parametrize(("worth", "expected"), [(STEPS_FIRST, Course.TRACKED), (HAND_FIRST, Course.NUDGED)])
+def test_where_walls_are_torn_apart_way_points_are_thought_of_too(
+    monkeypatch: pytest.MonkeyPatch, worth: dict[Course, float], expected: Course
+) -> None:
+    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=worth, others={"is_torn": lambda account: True})
+    assert found.course is expected
+    assert "most walls were there twice" in found.verdict
+
+
+@pytest.mark.parametrize(
+    ("agree", "scattered", "nudged"),
+    [
+        ({Course.TRACKED, Course.NUDGED}, set(), False),
+        ({Course.TRACKED, Course.NUDGED}, {Course.NUDGED}, True),
+        ({Course.TRACKED}, set(), True),
+        ({Course.NUDGED}, set(), False),
+        ({Course.NUDGED}, {Course.NUDGED}, True),
+    ],
+)
+def test_way_points_start_from_the_steps_if_pings_agree_there_or_else_from_elsewhere(
+    monkeypatch: pytest.MonkeyPatch, agree: set[Course], scattered: set[Course], *, nudged: bool
+) -> None:
+    found = best_of(monkeypatch, agree=agree, scattered=scattered)
+    assert found.course is Course.NUDGED
+    assert (found.settled == NUDGED) == nudged
+
+
+@pytest.mark.parametrize(("remembers", "expected"), [(True, 0), (False, 1)])
+def test_stations_that_others_are_remembered_with_keep_their_order(
+    monkeypatch: pytest.MonkeyPatch, *, remembers: bool, expected: int
+) -> None:
+    placed = list[Any]()
+    nothing = Memory().summary
+    memory = Memory(summary=nothing._replace(columns=np.arange(4))) if remembers else Memory()
+    best_of(monkeypatch, agree={Course.NUDGED}, others={"place": placed.append}, memory=memory)
+    assert len(placed) == expected
+
+
+def test_no_hand_set_so_many_way_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    many = AccountSettings().by_hand + 1
+    assert best_of(monkeypatch, agree=set(), worth=NEITHER, stations=many).course is Course.TRACKED
+    scattered = {Course.TRUSTED}
+    assert best_of(monkeypatch, agree={Course.TRUSTED}, scattered=scattered, stations=many).course is Course.TRUSTED
+
+
+@pytest.mark.parametrize(
+    ("worth", "expected"), [(STEPS_FIRST, Course.TRACKED), (NEITHER, Course.TRUSTED)], ids=["more", "less"]
+)
+def test_stations_that_do_not_contradict_each_other_are_moved_only_where_that_explains_more(
+    monkeypatch: pytest.MonkeyPatch, worth: dict[Course, float], expected: Course
+) -> None:
+    many, others = AccountSettings().by_hand + 1, {"are_at_odds": lambda account: False}
+    assert best_of(monkeypatch, agree=set(), worth=worth, stations=many, others=others).course is expected
+
+
+def test_two_stations_have_nothing_to_hold_a_pose_against(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert best_of(monkeypatch, agree=set(), stations=2).course is Course.TRUSTED
+
+
+def test_poses_settle_as_long_as_that_explains_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    account, worth = Doubtful(5), [0.0, 20.0, 40.0, 42.0, 90.0]
+    account.settings = AccountSettings(poses=PoseMode.CORRECT)
+    told(
+        monkeypatch,
+        agrees=lambda account: False,
+        evidence=lambda account: worth[account.settled],
+        is_torn=lambda account: True,
+    )
+    best: Any = explained(account)  # type: ignore[arg-type]
+    assert best.settled == 2
+
+
+def test_phantoms_are_sought_once_features_are_what_they_are_and_the_sonar_is_polished_last(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told(monkeypatch, is_torn=lambda account: False)
+    finished = Finished()
+    finished.settings = AccountSettings(poses=PoseMode.TRUST)
+    account: Any = finished
+    explained(account)
+    assert finished.asked == ["explain", "reconsider", "clear", "polish"]
