@@ -10,12 +10,15 @@ import subprocess
 import sys
 import tomllib
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from echoplan.io import builtin_world, read_grid, read_map, read_recording, read_truth, write_world
+from echoplan.io import builtin_world, read_grid, read_map, read_recording, read_truth, write_recording, write_world
+from echoplan.model import Recording
+from echoplan.sources import open_source
 from typed import echoplan, succeed
 
 COMMAND = [sys.executable, "-m", "echoplan"]
@@ -48,7 +51,10 @@ class TestSimulate:
         assert len(read_recording(recording)) == 5
         assert len(read_truth(recording / "truth.json").walls_xy) == 4
         run = tomllib.loads((recording / "run.toml").read_text(encoding="utf-8"))["run"]
-        assert (run["source"], run["seed"]) == ("square", 4)
+        assert (run["source"], run["seed"]) == ("sim:square,rig=rotary-array,seed=4", 4)
+        again = [sweep.ranges for sweep in open_source(run["source"])]
+        recorded = [sweep.ranges for sweep in read_recording(recording)]
+        np.testing.assert_allclose(np.concatenate(again), np.concatenate(recorded), atol=1e-6)
 
     def test_a_material_that_nobody_knows_is_told_with_its_world(self, tmp_path: Path) -> None:
         world = tmp_path / "attic.toml"
@@ -108,6 +114,15 @@ class TestMap:
         run = tomllib.loads((mapped / "run.toml").read_text(encoding="utf-8"))
         assert run["run"]["source"] == str(recording)
         assert run["method"]["poses"] == "auto"
+
+    def test_where_nothing_was_heard_it_says_where_to_look(self, recording: Path, tmp_path: Path) -> None:
+        heard = read_recording(recording)
+        silent = tuple(replace(sweep, ranges=np.full(len(sweep.ranges), np.inf)) for sweep in heard)
+        write_recording(tmp_path / "rec", Recording(name="silent", rig=heard.rig, sweeps=silent))
+        said = succeed("map", tmp_path / "rec", "--out", tmp_path / "map")
+        assert f"echoplan info {tmp_path / 'rec'}" in said
+        assert "Readings scatter" not in said
+        assert "Nothing stood out" not in succeed("map", recording, "--out", tmp_path / "heard")
 
     def test_it_says_what_it_found(self, recording: Path, tmp_path: Path) -> None:
         assert "4 walls, 4 corners and 0 cylinders" in succeed("map", recording, "--out", tmp_path)

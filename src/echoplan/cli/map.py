@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from echoplan.cli.results import RESULTS, Results, say_what_was_found, write_results
-from echoplan.cli.terminal import Progressing, busy
+from echoplan.cli.terminal import Progressing, busy, put
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -54,6 +54,8 @@ def run(
         echoes_xy=listener.points_xy,
     )
     say_what_was_found(plan)
+    if not (plan.feature_map.walls or plan.feature_map.corners or plan.feature_map.cylinders):
+        put(f"Nothing stood out. What came of the pings tells: echoplan info {source}")
     results = Results(
         title=f"Map of {opened.name}",
         run=Run(source=source, method=method),

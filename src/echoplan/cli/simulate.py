@@ -43,7 +43,8 @@ def run(
     with written_whole(out) as draft:
         write_recording(draft, Progressing(simulation, "simulating"))
         write_truth(draft / "truth.json", simulation.truth)
-        write_run(draft / "run.toml", Run(source=world, seed=seed), {"simulation": settings})
+        source = f"sim:{world},rig={rig}{f',route={route}' if route else ''},seed={seed}"
+        write_run(draft / "run.toml", Run(source=source, seed=seed), {"simulation": settings})
     report_files(out, ["pings.csv", "rig.toml", "truth.json", "run.toml"])
 
 
