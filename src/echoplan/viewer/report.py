@@ -131,5 +131,6 @@ def _layers(plan: Plan) -> ET.Element:
 
 def _layer(name: str, words: str, *, shown: bool) -> ET.Element:
     box = element("input", type="checkbox", name=name, **({"checked": "checked"} if shown else {}))
-    box.tail = words
-    return element("label", box)
+    sample = element("span", class_="sample")
+    sample.tail = words
+    return element("label", box, sample)
