@@ -3,7 +3,7 @@
 Maps each recording as it is, and copies of it whose headings are all zero and whose way-points are each off by so many
 metres in some direction (5 cm unless told otherwise), all of them together neither moved nor turned.  Prints how much
 of the walls is found and right, how far they are off, and how far headings are from those of the recording as it is,
-but for one turn of all.
+but for one turn of all.  ``--poses correct`` asks for what the method would do by itself.
 """
 
 import argparse
@@ -20,7 +20,9 @@ from echoplan.evaluation import EvaluationSettings, MatchingSettings, evaluate
 from echoplan.evaluation.tally import Tally
 from echoplan.geometry import directions, wrap
 from echoplan.io import read_recording, read_truth
-from echoplan.methods import find_method, map_sweeps
+from echoplan.mapping.joint.settings import PoseMode
+from echoplan.methods import map_sweeps
+from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import Sweep, Table
 
 OFF, COPIES = 0.05, 12
@@ -43,7 +45,7 @@ def main() -> None:
     arguments = parse()
     cases = list(product(arguments.folders, [None, *range(arguments.copies)]))
     with ProcessPoolExecutor() as workers:
-        outcomes = list(workers.map(partial(mapped, off=arguments.off), cases))
+        outcomes = list(workers.map(partial(mapped, off=arguments.off, poses=PoseMode(arguments.poses)), cases))
     tables = [outcomes[first : first + arguments.copies + 1] for first in range(0, len(cases), arguments.copies + 1)]
     show(table([row for each in tables for row in rows(each)]))
 
@@ -54,15 +56,16 @@ def parse() -> argparse.Namespace:
     parser.add_argument("folders", type=Path, nargs="+")
     parser.add_argument("--off", type=float, default=OFF)
     parser.add_argument("--copies", type=int, default=COPIES)
+    parser.add_argument("--poses", default="auto", choices=[each.value for each in PoseMode])
     return parser.parse_args()
 
 
-def mapped(case: tuple[Path, int | None], *, off: float) -> Outcome:
+def mapped(case: tuple[Path, int | None], *, off: float, poses: PoseMode) -> Outcome:
     """Map a copy and hold it against the truth."""
     folder, copy = case
     recording, truth = read_recording(folder), read_truth(folder / "truth.json")
     sweeps = list(recording) if copy is None else astray(list(recording), off, np.random.default_rng(copy))
-    found = map_sweeps(find_method("joint").build(recording.rig), sweeps)
+    found = map_sweeps(JointMapper(recording.rig, JointSettings(poses=poses)), sweeps)
     walls = evaluate(found, truth, EvaluationSettings(matching=MatchingSettings(min_heard=MIN_HEARD))).matches.walls
     return Outcome(
         name=folder.name,

@@ -31,6 +31,11 @@ __all__ = ["explained"]
 _TORN = "from the poses as recorded most walls were there twice"
 # What the verdict says besides where a step led farther astray than was believed.
 _SLIPPED = "; a slip was taken back"
+# And where nothing came of it.
+_BY_NOTHING = ", by nothing: the echoes agree as well from the poses as recorded"
+
+# Errors that add up by so much more are none of way-points, whatever these could explain [nats].
+_BEYOND_DOUBT = 4.0 * VERY_STRONG
 
 # From fewer stations there is nothing to hold a pose against.
 _FEWEST = 3
@@ -59,8 +64,8 @@ def explained(account: Account) -> Account:
 def _explained(account: Account) -> Account:
     if account.memory.course is Course.TRACKED:
         return _tracked(account, account.memory.verdict)
-    if _is_to_be_corrected(account):
-        return _asked(account)
+    if _follows_wheels(account):
+        return _by_steps(account)
     torn = _glanced(account)
     mended = torn and _mended(torn)
     if mended:
@@ -69,15 +74,21 @@ def _explained(account: Account) -> Account:
     return account if account.settings.poses is PoseMode.TRUST else _reconsidered(account, torn)
 
 
-def _is_to_be_corrected(account: Account) -> bool:
-    """Tell whether somebody asked for it, or the rig tells how far wheels lead astray: then nobody set way-points."""
-    mode = account.settings.poses
-    return mode is PoseMode.CORRECT or (mode is PoseMode.AUTO and account.wheels is not None)
+def _follows_wheels(account: Account) -> bool:
+    """Tell whether poses are to be corrected as those of odometry: nobody can have set way-points by hand."""
+    if account.settings.poses is PoseMode.TRUST:
+        return False
+    may_be_by_hand = account.memory.is_empty and len(account.given) >= _FEWEST and _is_by_hand(account)
+    return account.wheels is not None or (_is_asked(account) and not may_be_by_hand)
+
+
+def _is_asked(account: Account) -> bool:
+    return account.settings.poses is PoseMode.CORRECT
 
 
 def _mended(torn: Account) -> Account | None:
     """Take the poses to which steps led, if these may have torn walls apart, or move them to all way-points."""
-    if not _is_by_hand(torn):
+    if not _is_by_hand(torn) or _led_for_sure(torn):
         return torn
     if not _follows(torn):
         return None
@@ -89,15 +100,14 @@ def _glanced(account: Account) -> Account | None:
     if not account.memory.is_empty:
         return None
     account.glance()
-    if account.settings.poses is not PoseMode.AUTO or not is_torn(account):
+    if account.settings.poses is PoseMode.TRUST or not is_torn(account):
         return None
-    return _tracked(copy.copy(account), f"corrected: {_TORN}")
+    return _tracked(copy.copy(account), f"{_corrected(account)}: {_TORN}")
 
 
-def _asked(account: Account) -> Account:
+def _by_steps(account: Account) -> Account:
     """Correct poses, unless all is explained as well from the poses as recorded: then these were right."""
-    asked = account.settings.poses is PoseMode.CORRECT
-    why = "corrected, as asked for" if asked else "corrected, as the rig tells that steps lead astray"
+    why = _corrected(account)
     tracked = _tracked(copy.copy(account), why)
     if account.memory.is_empty:
         account.glance()
@@ -106,8 +116,15 @@ def _asked(account: Account) -> Account:
     account.explain()
     if evidence(tracked) > evidence(account) + VERY_STRONG or not agrees(account):
         return tracked
-    account.verdict = f"{why}, by nothing: the echoes agree as well from the poses as recorded"
+    account.verdict = f"{why}{_BY_NOTHING}"
     return account
+
+
+def _corrected(account: Account) -> str:
+    """Say that poses were corrected, and who wanted it."""
+    if _is_asked(account):
+        return "corrected, as asked for"
+    return "corrected" if account.wheels is None else "corrected, as the rig tells that steps lead astray"
 
 
 def _better(account: Account, rival: Account) -> Account:
@@ -179,13 +196,19 @@ def _reconsidered(account: Account, tracked: Account | None) -> Account:
     Steps that were followed at first sight, because walls were torn apart, lead to the same place again.
     """
     share = f"{100 * agreement(account):.0f} % of the echoes agree from the poses as recorded"
-    account.verdict = f"trusted: {share}" if account.arcs else "trusted: too little was heard to hold them against"
-    if len(account.given) < _FEWEST or not is_doubtful(account):
+    account.verdict = _trusted(account, share)
+    if len(account.given) < _FEWEST or not (_is_asked(account) or is_doubtful(account)):
         return account
     if not _is_by_hand(account) and not agrees(account):
         return _stepped(account, share)
     best = max([account, *_rivals(account, share, tracked)], key=evidence)
     return _better(account, best)
+
+
+def _trusted(account: Account, share: str) -> str:
+    if not account.arcs:
+        return "trusted: too little was heard to hold them against"
+    return f"{_corrected(account)}{_BY_NOTHING}" if _is_asked(account) else f"trusted: {share}"
 
 
 def _stepped(account: Account, share: str) -> Account:
@@ -203,9 +226,12 @@ def _rivals(account: Account, share: str, tracked: Account | None) -> list[Accou
     if account.memory.course is Course.NUDGED:
         return [_nudged(account, _why(account, share), account.poses)] if _is_by_hand(account) else []
     if tracked is None:
-        tracked = _tracked(copy.copy(account), f"corrected: {share}, and more of them by the steps of the robot")
+        why = f"{_corrected(account)}: {share}, and more of them by the steps of the robot"
+        tracked = _tracked(copy.copy(account), why)
     if not _is_by_hand(account):
         return [tracked] if agrees(tracked) else []
+    if _led_for_sure(tracked):
+        return [tracked]
     by_hand = _set_by_hand(account, _why(account, share), tracked)
     return [_led(tracked, each) for each in by_hand] if _follows(tracked) else by_hand
 
@@ -214,6 +240,12 @@ def _follows(tracked: Account) -> bool:
     """Tell whether pings agree from where steps lead, and these may be what was wrong."""
     most = -VERY_STRONG if are_round(tracked.given) else VERY_STRONG
     return agrees(tracked) and scatter(tracked.given, tracked.poses) <= most
+
+
+def _led_for_sure(tracked: Account) -> bool:
+    """Tell whether pings agree from where steps lead, and errors add up so clearly that no hand made them."""
+    errors_add_up = scatter(tracked.given, tracked.poses) < -_BEYOND_DOUBT
+    return errors_add_up and not are_round(tracked.given) and agrees(tracked)
 
 
 def _why(account: Account, share: str) -> str:

@@ -95,6 +95,6 @@ class AccountSettings(BaseModel, frozen=True, extra="forbid"):
     shared_error: float = Field(
         default=0.06, gt=0.0, le=1.0, description="of a station's readings of a wall, that makes poses doubtful"
     )
-    by_hand: int = Field(default=24, ge=1, description="way-points that somebody sets by hand, at most")
+    by_hand: int = Field(default=24, ge=0, description="way-points that somebody sets by hand, at most; 0: nobody does")
     scale_step: float = Field(default=0.004, gt=0.0, description="of the range scale that calls for another look")
     agreement: float = Field(default=0.88, gt=0.0, le=1.0, description="share of echoes that exact poses explain")

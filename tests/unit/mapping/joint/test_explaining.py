@@ -89,6 +89,7 @@ def best_of(
     wheels: Odometry | None = None,
     others: dict[str, Any] | None = None,
     memory: Memory | None = None,
+    poses: PoseMode = PoseMode.AUTO,
 ) -> Any:
     """Explain an account where others agree or scatter, and are worth more or less, by how their poses came about."""
     values = worth or HAND_FIRST
@@ -105,6 +106,7 @@ def best_of(
     told(monkeypatch, **(answers | (others or {})))
     account = Doubtful(stations)
     account.wheels, account.memory = wheels, memory or account.memory
+    account.settings = AccountSettings(poses=poses)
     return explained(account)  # type: ignore[arg-type]
 
 
@@ -144,6 +146,23 @@ def test_errors_that_add_up_are_none_of_way_points_unless_echoes_say_so_more_cle
     assert found.course is expected
 
 
+@pytest.mark.parametrize("torn", [True, False])
+@pytest.mark.parametrize(("errors", "round_", "expected"), [(-30, False, 0), (-15, False, 1), (-30, True, 1)])
+def test_where_errors_add_up_beyond_doubt_way_points_are_not_even_thought_of(
+    monkeypatch: pytest.MonkeyPatch, errors: float, expected: int, *, torn: bool, round_: bool
+) -> None:
+    thought = list[Any]()
+    others: dict[str, Any] = {
+        "scatter": lambda given, poses: errors,
+        "are_round": lambda given: round_,
+        "is_torn": lambda account: torn,
+        "place": thought.append,
+    }
+    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=STEPS_FIRST, others=others)
+    assert found.course is Course.TRACKED
+    assert len(thought) == expected
+
+
 @pytest.mark.parametrize(("errors", "expected"), [(-3.0, Course.NUDGED), (-9.0, Course.TRACKED)])
 def test_round_numbers_are_way_points_unless_errors_clearly_add_up(
     monkeypatch: pytest.MonkeyPatch, errors: float, expected: Course
@@ -162,6 +181,22 @@ def test_a_rig_that_tells_how_steps_go_astray_has_no_way_points(
     found = best_of(monkeypatch, agree={Course.TRUSTED}, worth=worth, wheels=Odometry(along=0.02))
     assert found.course is expected
     assert found.verdict.startswith("corrected, as the rig tells")
+
+
+@pytest.mark.parametrize(
+    ("worth", "expected"),
+    [(STEPS_FIRST, Course.TRACKED), (HAND_FIRST, Course.NUDGED), (NEITHER, Course.TRUSTED)],
+)
+def test_who_asks_for_better_poses_need_not_say_whether_steps_led_astray_or_a_hand(
+    monkeypatch: pytest.MonkeyPatch, worth: dict[Course, float], expected: Course
+) -> None:
+    others: dict[str, Any] = {"is_doubtful": lambda account: False}
+    agree = {Course.TRUSTED, Course.TRACKED}
+    found = best_of(monkeypatch, agree=agree, worth=worth, poses=PoseMode.CORRECT, others=others)
+    assert found.course is expected
+    many = AccountSettings().by_hand + 1
+    found = best_of(monkeypatch, agree=agree, worth=HAND_FIRST, poses=PoseMode.CORRECT, stations=many, others=others)
+    assert found.course is Course.TRACKED
 
 
 @pytest.mark.parametrize(("worth", "expected"), [(STEPS_FIRST, Course.TRACKED), (HAND_FIRST, Course.NUDGED)])
@@ -225,7 +260,7 @@ def test_two_stations_have_nothing_to_hold_a_pose_against(monkeypatch: pytest.Mo
 
 def test_poses_settle_as_long_as_that_explains_more(monkeypatch: pytest.MonkeyPatch) -> None:
     account, worth = Doubtful(5), [0.0, 20.0, 40.0, 42.0, 90.0]
-    account.settings = AccountSettings(poses=PoseMode.CORRECT)
+    account.settings = AccountSettings(poses=PoseMode.CORRECT, by_hand=0)
     told(
         monkeypatch,
         agrees=lambda account: False,

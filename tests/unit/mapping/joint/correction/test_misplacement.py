@@ -32,7 +32,7 @@ def settled() -> Account:
         seed=3,
     )
     heard = join_soundings([soundings_of(sweep, simulation.rig) for sweep in simulation])
-    account = Account(simulation.rig, heard, WAY, AccountSettings(poses=PoseMode.CORRECT))
+    account = Account(simulation.rig, heard, WAY, AccountSettings(poses=PoseMode.CORRECT, by_hand=0))
     account.settle(account.odometry())
     return account
 

@@ -84,7 +84,7 @@ def heard() -> Soundings:
 def account(*, slips: bool) -> Account:
     """What was made of it, from the way as it was, or as if from one step on all were farther along the hall."""
     given = np.concatenate([WAY[:STEP], compose(SLIP, WAY[STEP:])]) if slips else WAY
-    settings = AccountSettings(poses=PoseMode.CORRECT)
+    settings = AccountSettings(poses=PoseMode.CORRECT, by_hand=0)
     account = Account(builtin_rig("rotary-array"), displaced(heard(), WAY, given), given, settings)
     if not slips:
         account.settle(account.odometry())
