@@ -1,9 +1,9 @@
 """Scores of methods on recordings with truth: python benchmarks/recordings.py FOLDER... [--methods A,B] [--shaken N].
 
 A folder is a recording (pings.csv, rig.toml, truth.json) or holds recordings; those without truth are passed over.
-Prints a row for each recording and method, and a row for all recordings of a method together, with the seconds
-of the processor that mapping took once compiled code was loaded.  ``--shaken`` scores copies with a millimetre of
-noise instead of the recordings themselves.
+Prints a row for each recording and method, and a row for all recordings of a method together, with the seconds of
+the processor that mapping took, once the compiled code for exact poses was loaded.  ``--shaken`` scores copies with
+a millimetre of noise instead of the recordings themselves.
 """
 
 import argparse
@@ -84,7 +84,7 @@ def recordings(folder: Path) -> list[Path]:
 
 
 def warm_up(methods: Iterable[str]) -> None:
-    """Map a small room by each method, so that no time goes into loading compiled code."""
+    """Map a small room by each method: what only drives need is still to be loaded."""
     source = open_source("sim:square")
     for method in methods:
         map_sweeps(find_method(method).build(source.rig), source)

@@ -1,9 +1,9 @@
-"""Way-points that nobody measured well: python benchmarks/waypoints.py FOLDER... [--off METRES] [--copies N].
+"""Way-points that nobody measured well: python benchmarks/waypoints.py FOLDER... [--off METRES] [--copies N] ...
 
 Maps each recording as it is, and copies of it whose headings are all zero and whose way-points are each off by so many
 metres in some direction (5 cm unless told otherwise), all of them together neither moved nor turned.  Prints how much
 of the walls is found and right, how far they are off, and how far headings are from those of the recording as it is,
-but for one turn of all.  ``--poses correct`` asks for what the method would do by itself.
+but for one turn of all.  ``--poses correct`` asks for correction instead of leaving it to doubt.
 """
 
 import argparse

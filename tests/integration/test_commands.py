@@ -110,7 +110,8 @@ class TestMap:
         found = read_map(mapped / "map.json")
         assert (found.method, len(found.walls), len(found.poses)) == ("joint", 4, 5)
         assert ET.parse(mapped / "map.svg").getroot().tag.endswith("svg")
-        assert "<svg" in (mapped / "report.html").read_text(encoding="utf-8")
+        report = (mapped / "report.html").read_text(encoding="utf-8")
+        assert all(f"</svg>{words}" in report for words in ("wall", "concave corner", "cylinder", "station"))
         run = tomllib.loads((mapped / "run.toml").read_text(encoding="utf-8"))
         assert run["run"]["source"] == str(recording)
         assert run["method"]["poses"] == "auto"
@@ -121,7 +122,7 @@ class TestMap:
         write_recording(tmp_path / "rec", Recording(name="silent", rig=heard.rig, sweeps=silent))
         said = succeed("map", tmp_path / "rec", "--out", tmp_path / "map")
         assert f"echoplan info {tmp_path / 'rec'}" in said
-        assert "Readings scatter" not in said
+        assert "Readings scatter by: not determined" in said
         assert "Nothing stood out" not in succeed("map", recording, "--out", tmp_path / "heard")
 
     def test_it_says_what_it_found(self, recording: Path, tmp_path: Path) -> None:

@@ -1,6 +1,6 @@
 """What the documents name is there: tests, functions, files, commands, settings."""
 
-import importlib
+import importlib.util
 import re
 import tomllib
 from pathlib import Path
@@ -50,6 +50,12 @@ def test_every_function_that_is_named_with_its_package_exists(document: str) -> 
             except ModuleNotFoundError:
                 missing.append(f"{package}.{name}")
     assert missing == []
+
+
+def test_every_module_of_joint_that_is_named_exists() -> None:
+    named = {name for text in DOCUMENTS.values() for name in re.findall(r"`(joint(?:\.\w+)+)`", text)}
+    assert len(named) > 10
+    assert [name for name in sorted(named) if importlib.util.find_spec(f"echoplan.mapping.{name}") is None] == []
 
 
 def test_every_file_that_is_linked_exists() -> None:

@@ -1,5 +1,6 @@
 """``echoplan map``: sweeps in, a map with its pictures and its settings out."""
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -54,8 +55,8 @@ def run(
         echoes_xy=listener.points_xy,
     )
     say_what_was_found(plan)
-    if not (plan.feature_map.walls or plan.feature_map.corners or plan.feature_map.cylinders):
-        put(f"Nothing stood out. What came of the pings tells: echoplan info {source}")
+    if plan.feature_map.is_empty:
+        put(f"Nothing stood out; see what came of the pings: echoplan info {shlex.quote(source)}")
     results = Results(
         title=f"Map of {opened.name}",
         run=Run(source=source, method=method),

@@ -74,7 +74,7 @@ class JointMapper:
             Walls, corners and cylinders, and the poses from which they were heard.
         """
         parameters, sweeps = self.settings.model_dump(mode="json"), np.array(self._indices, dtype=np.int64)
-        if self._memory.is_empty and not any(np.isfinite(part.readings).any() for part in self._soundings):
+        if self._memory.is_empty and not any(len(part.readings) for part in self._soundings):
             return FeatureMap(method="joint", parameters=parameters, sweeps=sweeps, poses=self._given())
         stations = self._stations()
         account = self._account(stations)

@@ -254,3 +254,8 @@ class FeatureMap:
             checked_covariance(covariance, name=f"pose_covariances[{number}]", size=3)
         poses = checked_floats(self.poses, name="poses", shape=(len(sweeps), 3))
         store(self, sweeps=sweeps, poses=poses, pose_covariances=covariances)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing was found."""
+        return not (self.walls or self.corners or self.cylinders)

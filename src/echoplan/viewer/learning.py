@@ -21,6 +21,7 @@ _NUMBERS = (
 _CONE = "the nearest points in cones of rays of \N{PLUS-MINUS SIGN}{:.1f}\N{DEGREE SIGN}, as robot simulators make them"
 # A value that the pings did not narrow down by this factor is what was believed before.
 _DETERMINED = 0.5
+_OPEN = "not determined by this recording"
 # Stretches along one direction [rad] that lie no more sweeps apart are told as one.
 _ONE_WAY, _BETWEEN = math.radians(15), 12
 
@@ -51,7 +52,8 @@ def learned_in_words(feature_map: FeatureMap) -> tuple[Definitions, ...]:
         for name, words, factor, unit in _NUMBERS
         if name in found
     ]
-    noise = ("Readings scatter by", f"{1000 * float(found['noise']):.1f} mm")
+    scatter = _OPEN if feature_map.is_empty else f"{1000 * float(found['noise']):.1f} mm"
+    noise = ("Readings scatter by", scatter)
     poses = ("Poses", str(found.get("poses", "trusted")))
     rays = [("Readings are", _CONE.format(math.degrees(float(found["cone"]))))] if "cone" in found else []
     square = [_square(feature_map, found["right_angles"])] if found.get("right_angles") else []
@@ -97,7 +99,7 @@ def _value(number: Mapping[str, Any], factor: float, unit: str) -> str:
     value, sigma = abs(factor * float(number["value"])), factor * float(number["sigma"])
     is_determined, air = sigma <= _DETERMINED * factor * float(number["believed"]), number.get("temperature")
     if not is_determined and air is None:
-        return "not determined by this recording"
+        return _OPEN
     digits = max(0, min(3, 1 - math.floor(math.log10(max(sigma, 1e-3)))))
     source = "" if air is None else f", in air of {float(air):.1f} \N{DEGREE SIGN}C by the thermometer"
     return f"{value:.{digits}f} \N{PLUS-MINUS SIGN} {sigma:.{digits}f} {unit}{source}"

@@ -33,8 +33,10 @@ _TORN = "from the poses as recorded most walls were there twice"
 _SLIPPED = "; a slip was taken back"
 # And where nothing came of it.
 _BY_NOTHING = ", by nothing: the echoes agree as well from the poses as recorded"
+# Of poses that nothing better was found for, though somebody asked.
+_LEFT = "left as recorded: only {}, and no more from elsewhere"
 
-# Errors that add up by so much more are none of way-points, whatever these could explain [nats].
+# Where errors add up by so much no hand made them, whatever way-points would explain [nats].
 _BEYOND_DOUBT = 4.0 * VERY_STRONG
 
 # From fewer stations there is nothing to hold a pose against.
@@ -75,10 +77,11 @@ def _explained(account: Account) -> Account:
 
 
 def _follows_wheels(account: Account) -> bool:
-    """Tell whether poses are to be corrected as those of odometry: nobody can have set way-points by hand."""
+    """Tell whether poses are to be corrected as those of odometry: the rig says so, or somebody asks, and no hand."""
     if account.settings.poses is PoseMode.TRUST:
         return False
-    may_be_by_hand = account.memory.is_empty and len(account.given) >= _FEWEST and _is_by_hand(account)
+    few = account.memory.is_empty and len(account.given) >= _FEWEST and _is_by_hand(account)
+    may_be_by_hand = few or account.memory.course is Course.NUDGED
     return account.wheels is not None or (_is_asked(account) and not may_be_by_hand)
 
 
@@ -196,19 +199,15 @@ def _reconsidered(account: Account, tracked: Account | None) -> Account:
     Steps that were followed at first sight, because walls were torn apart, lead to the same place again.
     """
     share = f"{100 * agreement(account):.0f} % of the echoes agree from the poses as recorded"
-    account.verdict = _trusted(account, share)
+    account.verdict = f"trusted: {share}" if account.arcs else "trusted: too little was heard to hold them against"
     if len(account.given) < _FEWEST or not (_is_asked(account) or is_doubtful(account)):
         return account
     if not _is_by_hand(account) and not agrees(account):
         return _stepped(account, share)
-    best = max([account, *_rivals(account, share, tracked)], key=evidence)
-    return _better(account, best)
-
-
-def _trusted(account: Account, share: str) -> str:
-    if not account.arcs:
-        return "trusted: too little was heard to hold them against"
-    return f"{_corrected(account)}{_BY_NOTHING}" if _is_asked(account) else f"trusted: {share}"
+    best = _better(account, max([account, *_rivals(account, share, tracked)], key=evidence))
+    if best is account and account.arcs and _is_asked(account):
+        account.verdict = f"{_corrected(account)}{_BY_NOTHING}" if agrees(account) else _LEFT.format(share)
+    return best
 
 
 def _stepped(account: Account, share: str) -> Account:
@@ -226,7 +225,7 @@ def _rivals(account: Account, share: str, tracked: Account | None) -> list[Accou
     if account.memory.course is Course.NUDGED:
         return [_nudged(account, _why(account, share), account.poses)] if _is_by_hand(account) else []
     if tracked is None:
-        why = f"{_corrected(account)}: {share}, and more of them by the steps of the robot"
+        why = f"{_corrected(account)}: {share}, but the steps of the robot explain them better"
         tracked = _tracked(copy.copy(account), why)
     if not _is_by_hand(account):
         return [tracked] if agrees(tracked) else []
@@ -249,7 +248,7 @@ def _led_for_sure(tracked: Account) -> bool:
 
 
 def _why(account: Account, share: str) -> str:
-    return f"{share}, but those of a station err together" if agrees(account) else f"only {share}"
+    return f"{share}, but way-points a little elsewhere explain them better" if agrees(account) else f"only {share}"
 
 
 def _set_by_hand(account: Account, why: str, tracked: Account) -> list[Account]:
@@ -298,7 +297,8 @@ def _at_rest(account: Account, why: str) -> Account:
     """Let way-points come to rest with the errors that stations have in common, and with right angles."""
     learn_common_error(account, learned_waypoints(account))
     account.stand_square(learned_waypoints(account))
-    account.verdict, account.course = f"corrected by a few centimetres: {why}", Course.NUDGED
+    wanted = ", as asked for" if _is_asked(account) else ""
+    account.verdict, account.course = f"corrected by a few centimetres{wanted}: {why}", Course.NUDGED
     return account
 
 

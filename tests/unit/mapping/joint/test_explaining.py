@@ -199,6 +199,22 @@ def test_who_asks_for_better_poses_need_not_say_whether_steps_led_astray_or_a_ha
     assert found.course is Course.TRACKED
 
 
+@pytest.mark.parametrize("poses", [PoseMode.AUTO, PoseMode.CORRECT])
+def test_way_points_that_were_set_by_hand_stay_so_when_the_first_are_only_remembered(
+    monkeypatch: pytest.MonkeyPatch, poses: PoseMode
+) -> None:
+    memory = Memory(summary=Memory().summary._replace(columns=np.arange(4)), course=Course.NUDGED)
+    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=HAND_FIRST, memory=memory, poses=poses)
+    assert found.course is Course.NUDGED
+
+
+@pytest.mark.parametrize(("agree", "said"), [({Course.TRUSTED}, "by nothing"), (set(), "left as recorded: only 50 %")])
+def test_who_asks_in_vain_is_told_why(monkeypatch: pytest.MonkeyPatch, agree: set[Course], said: str) -> None:
+    found = best_of(monkeypatch, agree=agree, worth=NEITHER, poses=PoseMode.CORRECT)
+    assert found.course is Course.TRUSTED
+    assert said in found.verdict
+
+
 @pytest.mark.parametrize(("worth", "expected"), [(STEPS_FIRST, Course.TRACKED), (HAND_FIRST, Course.NUDGED)])
 def test_where_walls_are_torn_apart_way_points_are_thought_of_too(
     monkeypatch: pytest.MonkeyPatch, worth: dict[Course, float], expected: Course

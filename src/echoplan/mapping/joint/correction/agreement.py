@@ -72,7 +72,7 @@ def is_torn(account: Account) -> bool:
 
 
 def is_doubtful(account: Account) -> bool:
-    """Tell whether poses may be wrong: pings do not fit together, or stations err together or have little in common.
+    """Tell whether poses may be wrong: pings do not fit together, or stations are at odds or have little in common.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def evidence(account: Account) -> float:
 
 def _copies(account: Account) -> int:
     """Count walls that seem to be there twice."""
-    return len(pairs_of_copies(account.features, account.settings.copies))
+    return len(account.features) - len(without_copies(account.features, account.settings.copies))
 
 
 def _is_there_twice(account: Account) -> bool:
@@ -168,22 +168,22 @@ def _is_there_twice(account: Account) -> bool:
     pairs = pairs_of_copies(account.features, account.settings.copies)
     if not pairs:
         return False
-    free, numbers = copy.copy(account), {id(each): number for number, each in enumerate(account.features)}
+    free = copy.copy(account)
     free.adjust(account.noise, account.odometry())
-    return any(_contradiction(free, [numbers[id(each)] for each in pair]) < VERY_STRONG for pair in pairs)
+    return any(_contradiction(free, pair) < VERY_STRONG for pair in pairs)
 
 
-def _contradiction(account: Account, pair: list[int]) -> float:
+def _contradiction(account: Account, pair: tuple[int, int]) -> float:
     """Tell how far two walls are from being one, by how well these are known: half of Mahalanobis' distance squared."""
-    adjusted, copied = account.adjusted, account.features[pair[1]]
+    adjusted, copied, numbers = account.adjusted, account.features[pair[1]], list(pair)
     assert adjusted is not None
     angle, offset = copied.line.tolist()
     middle = offset * directions(angle) + 0.5 * sum(copied.extent) * directions(angle + 0.5 * math.pi)
-    lines = adjusted.reflectors[pair, 1:3]
+    lines = adjusted.reflectors[numbers, 1:3]
     offsets, beside = signed_distances(lines, middle), along(lines, middle)
     apart = np.array([wrap(lines[0, 0] - lines[1, 0]), offsets[0] - offsets[1]])
     slopes = np.array([[1.0, 0.0, -1.0, 0.0], [beside[0], -1.0, -beside[1], 1.0]])
-    places = (adjusted.unknowns.starts[pair][:, None] + np.arange(2)).ravel()
+    places = (adjusted.unknowns.starts[numbers][:, None] + np.arange(2)).ravel()
     covariance = slopes @ adjusted.covariance[np.ix_(places, places)] @ slopes.T
     return 0.5 * float(apart @ np.linalg.solve(covariance, apart))
 

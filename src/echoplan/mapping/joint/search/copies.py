@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from itertools import combinations
 
 from pydantic import BaseModel, Field
 
@@ -35,11 +36,15 @@ def without_copies(features: Sequence[Hypothesis], settings: CopySettings) -> li
     list of Hypothesis
         The others are left for it to explain.
     """
-    return _sorted_out(features, settings)[0]
+    kept: list[Hypothesis] = []
+    for feature in sorted(features, key=lambda each: each.total, reverse=True):
+        if not any(_may_be_one(feature, each, settings) for each in kept):
+            kept.append(feature)
+    return kept
 
 
-def pairs_of_copies(features: Sequence[Hypothesis], settings: CopySettings) -> list[tuple[Hypothesis, Hypothesis]]:
-    """Find walls that seem to be there twice.
+def pairs_of_copies(features: Sequence[Hypothesis], settings: CopySettings) -> list[tuple[int, int]]:
+    """Find all that may be there twice.
 
     Parameters
     ----------
@@ -50,25 +55,11 @@ def pairs_of_copies(features: Sequence[Hypothesis], settings: CopySettings) -> l
 
     Returns
     -------
-    list of tuple of Hypothesis
-        The one that explains most, and a copy of it.
+    list of tuple of int
+        Numbers of any two that may be the same wall.
     """
-    return _sorted_out(features, settings)[1]
-
-
-def _sorted_out(
-    features: Sequence[Hypothesis], settings: CopySettings
-) -> tuple[list[Hypothesis], list[tuple[Hypothesis, Hypothesis]]]:
-    """Tell originals, and copies with the original of each."""
-    kept: list[Hypothesis] = []
-    pairs: list[tuple[Hypothesis, Hypothesis]] = []
-    for feature in sorted(features, key=lambda each: each.total, reverse=True):
-        same = [each for each in kept if are_copies(feature, each, settings) and not _told_apart(feature, each)]
-        if same:
-            pairs.append((same[0], feature))
-        else:
-            kept.append(feature)
-    return kept, pairs
+    numbers = combinations(range(len(features)), 2)
+    return [(one, other) for one, other in numbers if _may_be_one(features[one], features[other], settings)]
 
 
 def are_copies(one: Hypothesis, other: Hypothesis, settings: CopySettings) -> bool:
@@ -93,6 +84,10 @@ def are_copies(one: Hypothesis, other: Hypothesis, settings: CopySettings) -> bo
     beside = min(_beside(one, other), _beside(other, one))
     apart = max(one.extent[0] - other.extent[1], other.extent[0] - one.extent[1])
     return beside < settings.beside and apart < settings.apart
+
+
+def _may_be_one(one: Hypothesis, other: Hypothesis, settings: CopySettings) -> bool:
+    return are_copies(one, other, settings) and not _told_apart(one, other)
 
 
 def _told_apart(one: Hypothesis, other: Hypothesis) -> bool:

@@ -137,6 +137,8 @@ def test_a_wall_there_twice_tears_the_map() -> None:
 
 def test_a_wall_that_a_drive_tore_in_two_makes_poses_doubtful_and_a_bend_does_not() -> None:
     torn, bent = copy(trusted(odometry=LOST)), copy(trusted(odometry=None, bent=True))
+    assert is_doubtful(torn)
+    assert not is_doubtful(bent)
     for account in (torn, bent):
         assert account.adjusted is not None
         account.adjusted = replace(account.adjusted, residuals=np.zeros(len(account.adjusted.residuals)))

@@ -7,7 +7,7 @@ from echoplan.acoustics.expectation import Kind
 from echoplan.classification.evidence import Evidence
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.classification.past import Past
-from echoplan.mapping.joint.search.copies import CopySettings, are_copies, without_copies
+from echoplan.mapping.joint.search.copies import CopySettings, are_copies, pairs_of_copies, without_copies
 
 SETTINGS = CopySettings()
 
@@ -58,6 +58,12 @@ def test_only_walls_have_copies() -> None:
 def test_the_copy_that_explains_most_stays() -> None:
     weak, strong, other = face(0, 1.0, total=50), face(2, 1.02, total=300), face(90, 1.0, total=80)
     assert without_copies([weak, strong, other], SETTINGS) == [strong, other]
+
+
+def test_any_two_that_may_be_one_are_a_pair_whichever_explains_more() -> None:
+    wall, near, beyond, far = face(0, 1.0, total=200), face(0, 1.05), face(0, 1.09, total=20), face(90, 1.0)
+    assert pairs_of_copies([wall, near, beyond, far], SETTINGS) == [(0, 1), (1, 2)]
+    assert near not in without_copies([wall, near, beyond, far], SETTINGS)
 
 
 def test_nothing_has_no_copies() -> None:
