@@ -101,7 +101,7 @@ def are_at_odds(account: Account) -> bool:
     bool
         Whether they do; also if nothing was heard that could tell.
     """
-    if account.adjusted is None or _is_there_twice(account):
+    if account.adjusted is None or (_copies(account) and not _are_two(account)):
         return True
     owners, left = account.adjusted.owners, account.adjusted.residuals
     common = intraclass_correlation(account.soundings, owners, left, noise=account.noise)
@@ -159,18 +159,18 @@ def _copies(account: Account) -> int:
     return len(account.features) - len(without_copies(account.features, account.settings.copies))
 
 
-def _is_there_twice(account: Account) -> bool:
-    """Tell whether a wall may be there twice, because poses are off by what is usual for odometry.
+def _are_two(account: Account) -> bool:
+    """Tell whether walls that seem to be one twice are two, even if poses are off by what is usual for odometry.
 
-    Where stations that heard either of two walls have enough else in common, these are known well from free poses, too:
-    then they are two, however near to each other.
+    Where stations that heard either of them have enough else in common, both are known well from free poses, too.
+    Only where pings fit together is all that they have in common what it is taken for.
     """
-    pairs = pairs_of_copies(account.features, account.settings.copies)
-    if not pairs:
+    if not agrees(account):
         return False
     free = copy.copy(account)
     free.adjust(account.noise, account.odometry())
-    return any(_contradiction(free, pair) < VERY_STRONG for pair in pairs)
+    pairs = pairs_of_copies(account.features, account.settings.copies)
+    return all(_contradiction(free, pair) > VERY_STRONG for pair in pairs)
 
 
 def _contradiction(account: Account, pair: tuple[int, int]) -> float:
