@@ -1,11 +1,13 @@
-"""Recordings that others made are read, and survive a round trip, to the last bit."""
+"""Recordings that others made are read to the last bit, survive a round trip, and are mapped."""
 
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from echoplan.evaluation import EvaluationSettings, MatchingSettings, evaluate
 from echoplan.io import read_recording, read_truth, write_recording, write_truth
 from echoplan.mapping.joint.settings import PoseMode
 from echoplan.methods import METHODS, map_sweeps
@@ -59,6 +61,25 @@ def test_every_method_maps_what_others_recorded(name: str, method: str) -> None:
     assert all(np.isfinite([wall.normal_angle, wall.offset]).all() for wall in found.walls)
 
 
+@pytest.mark.parametrize("poses", [PoseMode.AUTO, PoseMode.CORRECT])
+@pytest.mark.parametrize("faced", [True, False])
+@pytest.mark.parametrize("name", ["arena-a", "arena-b"])
+def test_walls_of_an_arena_come_out_even_if_nobody_wrote_down_which_way_the_sonar_faced(
+    name: str, poses: PoseMode, *, faced: bool
+) -> None:
+    if not (DATA / name).is_dir():
+        pytest.skip(f"the recording {name} is not here")
+    recording, truth = read_recording(DATA / name), read_truth(DATA / name / "truth.json")
+    kept = np.array([1.0, 1.0, 1.0 if faced else 0.0])
+    sweeps = [replace(sweep, map_from_base=sweep.map_from_base * kept) for sweep in recording]
+    found = map_sweeps(METHODS["joint"].build(recording.rig, JointSettings(poses=poses)), sweeps)
+    walls = evaluate(found, truth, EvaluationSettings(matching=MatchingSettings(min_heard=1))).matches.walls
+    assert walls.tally.found >= 0.85 * walls.tally.wanted
+    assert walls.tally.right >= 0.9 * walls.tally.estimates
+    assert np.mean([each.distance for each in walls.right]) < 0.025
+    assert np.degrees(np.mean([each.angle for each in walls.right])) < 1.7
+
+
 @pytest.mark.parametrize("name", [*NAMES, "hcsr04-lidar/KalmanFilter.csv", "hcsr04-lidar/noKalmanFilter.csv"])
 def test_no_recording_of_sound_is_taken_for_rays(name: str) -> None:
     path = DATA / name
@@ -69,13 +90,13 @@ def test_no_recording_of_sound_is_taken_for_rays(name: str) -> None:
     assert share_of_ramps(heard) < 0.01
 
 
-@pytest.fixture(scope="module")
-def corridor() -> FeatureMap:
+@pytest.fixture(scope="module", params=[PoseMode.CORRECT, PoseMode.AUTO])
+def corridor(request: pytest.FixtureRequest) -> FeatureMap:
     """The first stretch of a corridor."""
     if not (DATA / "corridor").is_dir():
         pytest.skip("the recording corridor is not here")
     recording = read_recording(DATA / "corridor")
-    mapper = METHODS["joint"].build(recording.rig, JointSettings(poses=PoseMode.CORRECT))
+    mapper = METHODS["joint"].build(recording.rig, JointSettings(poses=request.param))
     return map_sweeps(mapper, islice(recording, 140))
 
 
