@@ -1,6 +1,5 @@
 """An account of everything that was heard: features, sonar, noise and poses, better with every step."""
 
-import copy
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -37,7 +36,7 @@ from echoplan.mapping.joint.search.search import Search
 from echoplan.mapping.joint.settings import AccountSettings
 from echoplan.model import Rig
 from echoplan.preprocessing.health import healthy
-from echoplan.preprocessing.soundings import Soundings, chosen_soundings, first_stations, step_of
+from echoplan.preprocessing.soundings import Soundings, chosen_soundings, step_of
 
 __all__ = ["Account"]
 
@@ -252,26 +251,6 @@ class Account:
         members = np.zeros(len(self.features), dtype=bool) if believed is None else believed.members
         self.square_sigma = 0.0 if believed is None else believed.sigma
         self.features = [replace(each, is_square=bool(e)) for each, e in zip(self.features, members, strict=True)]
-
-    def until(self, count: int) -> "Account":
-        """Return an account of the first stations only, with the poses and features of now.
-
-        Parameters
-        ----------
-        count : int
-            How many stations.
-
-        Returns
-        -------
-        Account
-            Another one; this one stays as it is.
-        """
-        part = copy.copy(self)
-        part.recorded = first_stations(self.recorded, count)
-        part.given, part.poses = self.given[:count], self.poses[:count]
-        part.soundings = displaced(part.recorded, part.given, part.poses)
-        part.arcs = [arc for arc in self.arcs if arc.station < count]
-        return part
 
     def settle_features(self) -> None:
         """Take features for what they are best taken for, and drop those that do not stand up."""

@@ -33,8 +33,8 @@ _TORN = "from the poses as recorded most walls were there twice"
 _SLIPPED = "; a slip was taken back"
 # And where nothing came of it.
 _BY_NOTHING = ", by nothing: the echoes agree as well from the poses as recorded"
-# Of poses that nothing better was found for, though somebody asked.
-_LEFT = "left as recorded: only {}, and no more from elsewhere"
+# And where even that is not so.
+_NO_MORE = ", and no more from elsewhere"
 
 # Where errors add up by so much no hand made them, whatever way-points would explain [nats].
 _BEYOND_DOUBT = 4.0 * VERY_STRONG
@@ -199,15 +199,27 @@ def _reconsidered(account: Account, tracked: Account | None) -> Account:
     Steps that were followed at first sight, because walls were torn apart, lead to the same place again.
     """
     share = f"{100 * agreement(account):.0f} % of the echoes agree from the poses as recorded"
-    account.verdict = f"trusted: {share}" if account.arcs else "trusted: too little was heard to hold them against"
-    if len(account.given) < _FEWEST or not (_is_asked(account) or is_doubtful(account)):
+    account.verdict = f"trusted: {share if account.arcs else 'too little was heard to hold them against'}"
+    if not _is_in_question(account):
         return account
     if not _is_by_hand(account) and not agrees(account):
         return _stepped(account, share)
     best = _better(account, max([account, *_rivals(account, share, tracked)], key=evidence))
-    if best is account and account.arcs and _is_asked(account):
-        account.verdict = f"{_corrected(account)}{_BY_NOTHING}" if agrees(account) else _LEFT.format(share)
+    if best is account and _is_asked(account):
+        account.verdict = _in_vain(account, share)
     return best
+
+
+def _is_in_question(account: Account) -> bool:
+    """Tell whether other poses are to be tried: because somebody asks, or these are doubtful."""
+    return len(account.given) >= _FEWEST and (_is_asked(account) or is_doubtful(account))
+
+
+def _in_vain(account: Account, share: str) -> str:
+    """Say that somebody asked for nothing."""
+    if not account.arcs:
+        return account.verdict
+    return f"{_corrected(account)}{_BY_NOTHING}" if agrees(account) else f"left as recorded: only {share}{_NO_MORE}"
 
 
 def _stepped(account: Account, share: str) -> Account:
@@ -224,13 +236,15 @@ def _rivals(account: Account, share: str, tracked: Account | None) -> list[Accou
     """Correct poses as those of odometry, and as those of way-points that somebody set by hand."""
     if account.memory.course is Course.NUDGED:
         return [_nudged(account, _why(account, share), account.poses)] if _is_by_hand(account) else []
-    if tracked is None:
-        why = f"{_corrected(account)}: {share}, but the steps of the robot explain them better"
-        tracked = _tracked(copy.copy(account), why)
-    if not _is_by_hand(account):
-        return [tracked] if agrees(tracked) else []
-    if _led_for_sure(tracked):
-        return [tracked]
+    why = f"{_corrected(account)}: {share}, but the steps of the robot explain them better"
+    tracked = tracked or _tracked(copy.copy(account), why)
+    if _is_by_hand(account) and not _led_for_sure(tracked):
+        return _steps_or_hand(account, share, tracked)
+    return [tracked] if agrees(tracked) else []
+
+
+def _steps_or_hand(account: Account, share: str, tracked: Account) -> list[Account]:
+    """Move the poses to those of way-points, where steps did not lead to what explains more."""
     by_hand = _set_by_hand(account, _why(account, share), tracked)
     return [_led(tracked, each) for each in by_hand] if _follows(tracked) else by_hand
 

@@ -1,5 +1,6 @@
 """Tracking: station after station, each placed against what the ones before it know of the room."""
 
+import copy
 import math
 from collections import defaultdict
 from collections.abc import Callable, Sequence
@@ -13,10 +14,11 @@ from echoplan.extraction.arcs import arc_planes
 from echoplan.geometry import compose, directions, invert
 from echoplan.mapping.joint.account import Account
 from echoplan.mapping.joint.adjustment.drift import VERY_STRONG
-from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, continued, reckoned
+from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, continued, displaced, reckoned
 from echoplan.mapping.joint.search.localisation import Catalogue, Sightline, best_score, locate, sightlines
+from echoplan.preprocessing.soundings import first_stations
 
-__all__ = ["follow", "sights_of", "track"]
+__all__ = ["follow", "sights_of", "track", "until"]
 
 # Where a station should be, by those before it that recognised the room: its pose and the deviations of that.
 _Expected: TypeAlias = Callable[[int, Sequence[int]], tuple[FloatArray, FloatArray]]
@@ -140,16 +142,39 @@ def _join_first(account: Account, beliefs: PoseBeliefs, sight: Sightline) -> Non
         account.features = account.known
 
 
+def until(account: Account, count: int) -> Account:
+    """Keep an account of the first stations only, with the poses and features of now.
+
+    Parameters
+    ----------
+    account : Account
+        An account, which stays as it is.
+    count : int
+        How many stations.
+
+    Returns
+    -------
+    Account
+        Another one.
+    """
+    part = copy.copy(account)
+    part.recorded = first_stations(account.recorded, count)
+    part.given, part.poses = account.given[:count], account.poses[:count]
+    part.soundings = displaced(part.recorded, part.given, part.poses)
+    part.arcs = [arc for arc in account.arcs if arc.station < count]
+    return part
+
+
 def _known(account: Account, count: int) -> Catalogue:
     """List what is known before anything is learned from the first stations."""
-    part = account.until(count)
+    part = until(account, count)
     part.features = part.refreshed()
     return _catalogue(part)
 
 
 def _learn(account: Account, beliefs: PoseBeliefs, count: int) -> Catalogue:
     """Find features from the first stations, adjust their poses with them, and list what is known then."""
-    part = account.until(count)
+    part = until(account, count)
     part.noise = account.settings.pose_errors.tracking_noise
     part.search(rounds=1)
     first = beliefs._replace(given=beliefs.given[:count], sigmas=beliefs.sigmas[:count])

@@ -19,7 +19,7 @@ from echoplan.mapping.joint.correction.agreement import (
     is_scattered,
     is_torn,
 )
-from echoplan.mapping.joint.correction.tracking import track
+from echoplan.mapping.joint.correction.tracking import track, until
 from echoplan.mapping.joint.explaining import explained
 from echoplan.mapping.joint.memory import Course
 from echoplan.mapping.joint.search.copies import pairs_of_copies, without_copies
@@ -213,7 +213,7 @@ def test_asked_to_correct_drift_it_does() -> None:
 
 def test_more_poses_than_anybody_sets_by_hand_are_odometry_when_echoes_disagree() -> None:
     # Nothing agrees as well as is asked for here.
-    few = explained(account_of(LOST, agreement=1.0, torn=1.0).until(4))
-    many = explained(account_of(LOST, agreement=1.0, torn=1.0, by_hand=3).until(4))
+    few = explained(until(account_of(LOST, agreement=1.0, torn=1.0), 4))
+    many = explained(until(account_of(LOST, agreement=1.0, torn=1.0, by_hand=3), 4))
     assert few.course is not Course.TRACKED
     assert many.course is Course.TRACKED

@@ -12,7 +12,7 @@ from echoplan.mapping.joint.account import Account
 from echoplan.mapping.joint.adjustment.poses import odometry_beliefs
 from echoplan.mapping.joint.calibration import calibration
 from echoplan.mapping.joint.correction.agreement import is_torn
-from echoplan.mapping.joint.correction.tracking import track
+from echoplan.mapping.joint.correction.tracking import track, until
 from echoplan.mapping.joint.legacy import survey
 from echoplan.mapping.joint.search.localisation import Catalogue, LocalisationSettings, Sightline, locate
 from echoplan.mapping.joint.settings import AccountSettings
@@ -176,7 +176,7 @@ def test_with_poses_that_are_right_nothing_is_torn_and_with_drift_it_shows() -> 
 
 def test_an_account_of_the_first_stations_knows_nothing_of_the_others() -> None:
     account = account_of(drive())
-    part = account.until(3)
+    part = until(account, 3)
     assert len(part.soundings.centers) == 3
     assert part.soundings.stations.max() == 2
     assert {arc.station for arc in part.arcs} == {0, 1, 2}
