@@ -194,8 +194,9 @@ def _open_recording(text: str, _: SimulationSettings | None) -> Source:
 
 
 def _open_simulation(text: str, settings: SimulationSettings | None) -> Source:
-    world, *written = text.removeprefix("sim:").split(",")
-    options = dict(option.partition("=")[::2] for option in written)
+    # Other commas are those of a file's name.
+    world, *written = re.split(r",(?=\w+(?:[=,]|$))", text.removeprefix("sim:"))
+    options: dict[str, str] = dict(option.partition("=")[::2] for option in written)
     for option in options:
         if option not in _SIMULATION_OPTIONS:
             raise UnknownNameError("option", option, known=_SIMULATION_OPTIONS)

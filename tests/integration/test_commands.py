@@ -56,6 +56,15 @@ class TestSimulate:
         recorded = [sweep.ranges for sweep in read_recording(recording)]
         np.testing.assert_allclose(np.concatenate(again), np.concatenate(recorded), atol=1e-6)
 
+    def test_its_source_names_another_rig_and_route(self, tmp_path: Path) -> None:
+        way = tmp_path / "way, short.csv"
+        way.write_text("x,y,yaw\n0.5,0.5,0\n", encoding="utf-8")
+        succeed("simulate", "square", "--rig", "ring-16", "--route", way, "--out", tmp_path / "rec")
+        run = tomllib.loads((tmp_path / "rec" / "run.toml").read_text(encoding="utf-8"))["run"]
+        again, recorded = next(iter(open_source(run["source"]))), next(iter(read_recording(tmp_path / "rec")))
+        np.testing.assert_allclose(again.ranges, recorded.ranges, atol=1e-6)
+        assert again.station.tolist() == [0.5, 0.5, 0.0]
+
     def test_a_material_that_nobody_knows_is_told_with_its_world(self, tmp_path: Path) -> None:
         world = tmp_path / "attic.toml"
         world.write_text('[[wall]]\npoints = [[2, -1], [2, 1]]\nmaterial = "woood"\n', encoding="utf-8")

@@ -90,6 +90,15 @@ def test_rig_and_route_may_be_files(room: Path) -> None:
     assert simulation.route.map_from_base.tolist() == builtin_route("square").map_from_base.tolist()
 
 
+def test_names_of_files_may_have_commas(room: Path) -> None:
+    write_rig(room.parent / "mine, new.toml", builtin_rig("hc-sr04-servo"))
+    write_route(room.parent / "way, long.csv", builtin_route("square"))
+    simulation = opened(f"sim:{room},rig={room.parent}/mine, new.toml,route={room.parent}/way, long.csv,seed=2")
+    assert simulation.rig.name == "HC-SR04 on a servo"
+    assert simulation.route.map_from_base.tolist() == builtin_route("square").map_from_base.tolist()
+    assert simulation.seed == 2
+
+
 def test_names_are_built_in_and_paths_are_files(room: Path) -> None:
     assert find_world("office").name == "office"
     assert find_world(str(room)).name == "hexagon"
