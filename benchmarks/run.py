@@ -61,6 +61,7 @@ def main(folders: list[str]) -> None:
         run(RECORDINGS, *arenas, "--min-heard", "1")
         run(RECORDINGS, *arenas, "--min-heard", "1", "--methods", "joint", "--shaken", ARENA_COPIES)
         run("waypoints.py", *arenas, "--off", "0", "--copies", "1")
+        run("waypoints.py", *arenas, "--off", "0", "--copies", "1", "--poses", "correct")
         for off in ASTRAY:
             run("waypoints.py", *arenas, "--off", off)
     for folder in folders:

@@ -45,7 +45,7 @@ def main() -> None:
     arguments = parse()
     cases = list(product(arguments.folders, [None, *range(arguments.copies)]))
     with ProcessPoolExecutor() as workers:
-        outcomes = list(workers.map(partial(mapped, off=arguments.off, poses=PoseMode(arguments.poses)), cases))
+        outcomes = list(workers.map(partial(mapped, off=arguments.off, poses=arguments.poses), cases))
     tables = [outcomes[first : first + arguments.copies + 1] for first in range(0, len(cases), arguments.copies + 1)]
     show(table([row for each in tables for row in rows(each)]))
 
@@ -56,7 +56,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("folders", type=Path, nargs="+")
     parser.add_argument("--off", type=float, default=OFF)
     parser.add_argument("--copies", type=int, default=COPIES)
-    parser.add_argument("--poses", default="auto", choices=[each.value for each in PoseMode])
+    parser.add_argument("--poses", type=PoseMode, choices=list(PoseMode), default=PoseMode.AUTO)
     return parser.parse_args()
 
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from echoplan.methods import Mapper
     from echoplan.model import FeatureMap, Sweep
+    from echoplan.viewer import Plan
 
 __all__ = ["run"]
 
@@ -54,9 +55,7 @@ def run(
         heard=observations_of(mapper),
         echoes_xy=listener.points_xy,
     )
-    say_what_was_found(plan)
-    if plan.feature_map.is_empty:
-        put(f"Nothing stood out; see what came of the pings: echoplan info {shlex.quote(source)}")
+    _say(plan, source)
     results = Results(
         title=f"Map of {opened.name}",
         run=Run(source=source, method=method),
@@ -66,6 +65,12 @@ def run(
         grid=grid_of(mapper),
     )
     write_results(out, results)
+
+
+def _say(plan: "Plan", source: str) -> None:
+    say_what_was_found(plan)
+    if plan.feature_map.is_empty:
+        put(f"Nothing stood out; see what came of the pings: echoplan info {shlex.quote(source)}")
 
 
 def _map_of(mapper: "Mapper", sweeps: "Iterable[Sweep]") -> "FeatureMap":

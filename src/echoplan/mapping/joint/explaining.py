@@ -67,7 +67,7 @@ def _explained(account: Account) -> Account:
     if account.memory.course is Course.TRACKED:
         return _tracked(account, account.memory.verdict)
     if _follows_wheels(account):
-        return _by_steps(account)
+        return _by_wheels(account)
     torn = _glanced(account)
     mended = torn and _mended(torn)
     if mended:
@@ -77,7 +77,7 @@ def _explained(account: Account) -> Account:
 
 
 def _follows_wheels(account: Account) -> bool:
-    """Tell whether poses are to be corrected as those of odometry: the rig says so, or somebody asks, and no hand."""
+    """Tell whether wheels led to these poses: the rig says so, or somebody asks for better ones that no hand set."""
     if account.settings.poses is PoseMode.TRUST:
         return False
     few = account.memory.is_empty and len(account.given) >= _FEWEST and _is_by_hand(account)
@@ -108,7 +108,7 @@ def _glanced(account: Account) -> Account | None:
     return _tracked(copy.copy(account), f"{_corrected(account)}: {_TORN}")
 
 
-def _by_steps(account: Account) -> Account:
+def _by_wheels(account: Account) -> Account:
     """Correct poses, unless all is explained as well from the poses as recorded: then these were right."""
     why = _corrected(account)
     tracked = _tracked(copy.copy(account), why)
@@ -216,7 +216,7 @@ def _is_in_question(account: Account) -> bool:
 
 
 def _in_vain(account: Account, share: str) -> str:
-    """Say that somebody asked for nothing."""
+    """Say why poses stay as they are, though somebody asked for better ones."""
     if not account.arcs:
         return account.verdict
     return f"{_corrected(account)}{_BY_NOTHING}" if agrees(account) else f"left as recorded: only {share}{_NO_MORE}"
@@ -228,7 +228,7 @@ def _stepped(account: Account, share: str) -> Account:
     Poses that are free explain a little more of anything, strange echoes too: if stations do not contradict each other,
     poses move only where there is very strong evidence.
     """
-    moved = _tracked(copy.copy(account), f"corrected: only {share}")
+    moved = _tracked(copy.copy(account), f"{_corrected(account)}: only {share}")
     return moved if are_at_odds(account) else _better(account, moved)
 
 
