@@ -54,10 +54,11 @@ def test_it_is_said_that_readings_are_those_of_rays() -> None:
     assert "Readings are" not in told()
 
 
-def test_it_is_said_how_many_walls_were_drawn_to_right_angles() -> None:
-    assert told(right_angles={"walls": 7, "sigma": np.radians(0.28)})["Walls at right angles"] == (
-        "7 of 9, \N{PLUS-MINUS SIGN} 0.28\N{DEGREE SIGN}"
-    )
+@pytest.mark.parametrize(("along_axes", "where"), [(False, ""), (True, ", along the axes")])
+def test_it_is_said_how_many_walls_were_drawn_to_right_angles(where: str, *, along_axes: bool) -> None:
+    square = {"walls": 7, "sigma": np.radians(0.28), "along_axes": along_axes}
+    expected = f"7 of 9, \N{PLUS-MINUS SIGN} 0.28\N{DEGREE SIGN}{where}"
+    assert told(right_angles=square)["Walls at right angles"] == expected
     assert "Walls at right angles" not in told(right_angles={})
 
 

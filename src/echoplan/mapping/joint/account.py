@@ -89,7 +89,8 @@ class Account:
         self.adjusted: Adjusted | None = None
         self.believed: PoseBeliefs | None = None
         self.course = Course.TRUSTED
-        self.square_sigma, self.pair_sigma = 0.0, settings.pose_errors.pair_sigma
+        self.square_sigma, self.is_along_axes = 0.0, False
+        self.pair_sigma = settings.pose_errors.pair_sigma
         self.loudness = self.memory.loudness
         self.is_polished = False
         self.independence = self.memory.independence
@@ -240,16 +241,22 @@ class Account:
 
     def stand_square(self, beliefs: PoseBeliefs | None) -> None:
         """Adjust with walls drawn to right angles, where they stand so by themselves."""
-        now, believed = self.adjusted, believed_squareness(self.features, self.square_sigma)
+        now, believed, settings = self.adjusted, self._squareness, self.settings.squareness
+        by_hand = beliefs is not None and not beliefs.relative
         assert now is not None
-        found = learn_squareness(now.reflectors, now.unknowns, now.covariance, self.settings.squareness, believed)
+        found = learn_squareness(now.reflectors, now.unknowns, now.covariance, settings, believed, by_hand=by_hand)
         self._believe_square(found)
         if found is not None or believed is not None:
             self.adjust_often(self.noise, beliefs, 2)
 
+    @property
+    def _squareness(self) -> Squareness | None:
+        return believed_squareness(self.features, self.square_sigma, along_axes=self.is_along_axes)
+
     def _believe_square(self, believed: Squareness | None) -> None:
         members = np.zeros(len(self.features), dtype=bool) if believed is None else believed.members
         self.square_sigma = 0.0 if believed is None else believed.sigma
+        self.is_along_axes = believed is not None and believed.along_axes
         self.features = [replace(each, is_square=bool(e)) for each, e in zip(self.features, members, strict=True)]
 
     def settle_features(self) -> None:
@@ -337,7 +344,7 @@ class Account:
             independence=self.independence,
             pair_sigma=0.0 if poses is None or poses.relative else self.pair_sigma,
             loudness=self.loudness if self.is_polished else None,
-            squareness=believed_squareness(self.features, self.square_sigma),
+            squareness=self._squareness,
         )
 
     def learn_loudness(self) -> None:

@@ -135,6 +135,12 @@ def _better(account: Account, rival: Account) -> Account:
     return rival if evidence(rival) > evidence(account) + VERY_STRONG else account
 
 
+def _best(account: Account, rivals: Sequence[Account]) -> Account:
+    """Prefer the best of its rivals to an account if pings agree only there, or for very strong evidence."""
+    rival = max(rivals, key=evidence, default=account)
+    return rival if agrees(rival) and not agrees(account) else _better(account, rival)
+
+
 def _led(tracked: Account, by_hand: Account) -> Account:
     """Prefer way-points to steps if the evidence of the echoes for them is more than that of the errors for steps."""
     is_marked = are_round(tracked.given)
@@ -204,7 +210,7 @@ def _reconsidered(account: Account, tracked: Account | None) -> Account:
         return account
     if not _is_by_hand(account) and not agrees(account):
         return _stepped(account, share)
-    best = _better(account, max([account, *_rivals(account, share, tracked)], key=evidence))
+    best = _best(account, _rivals(account, share, tracked))
     if best is account and _is_asked(account):
         account.verdict = _in_vain(account, share)
     return best
@@ -268,18 +274,23 @@ def _why(account: Account, share: str) -> str:
 def _set_by_hand(account: Account, why: str, tracked: Account) -> list[Account]:
     """Correct poses as those of way-points, from where steps led if pings agree there, or else from more starts."""
     led = [_reset(tracked, why)] if agrees(tracked) else []
-    if agrees(account) and _held_together(led):
+    if agrees(account) and any(_are_held_together(each) for each in led):
         return led
     # From different starts they may come to rest at different places.
     nudged = [_nudged(account, why, start) for start in (account.poses, tracked.poses)]
     # Stations that remember others are known by their numbers: these cannot come in another order.
     placed = [_placed(account, why)] if account.memory.is_empty else []
-    return [*_held_together([*led, *placed]), *nudged]
+    return [*filter(_are_in_place, [*led, *placed]), *nudged]
 
 
-def _held_together(rivals: Sequence[Account]) -> list[Account]:
-    """Choose those whose pings agree and whose stations heard walls of each other."""
-    return [each for each in rivals if agrees(each) and not is_scattered(each)]
+def _are_held_together(account: Account) -> bool:
+    """Tell whether pings agree and stations heard walls of each other."""
+    return agrees(account) and not is_scattered(account)
+
+
+def _are_in_place(account: Account) -> bool:
+    """Tell whether pings agree, and stations heard walls of each other or walls along the axes."""
+    return agrees(account) and (account.is_along_axes or not is_scattered(account))
 
 
 def _placed(account: Account, why: str) -> Account:

@@ -22,6 +22,7 @@ class Doubtful:
         self.given = self.poses = np.full((stations, 3), 0.1234)
         self.wheels: Odometry | None = None
         self.course, self.verdict, self.settled = Course.TRUSTED, "", 0
+        self.is_measured = self.is_along_axes = False
         self.known = self.features = ()
         self.arcs = (None,)
 
@@ -35,6 +36,7 @@ class Doubtful:
 
     def stand_square(self, beliefs: PoseBeliefs) -> None:
         assert not beliefs.relative
+        self.is_along_axes = self.is_measured
 
     def settle(self, beliefs: PoseBeliefs) -> None:
         self.settled += 1
@@ -90,6 +92,7 @@ def best_of(
     others: dict[str, Any] | None = None,
     memory: Memory | None = None,
     poses: PoseMode = PoseMode.AUTO,
+    measured: bool = False,
 ) -> Any:
     """Explain an account where others agree or scatter, and are worth more or less, by how their poses came about."""
     values = worth or HAND_FIRST
@@ -106,7 +109,7 @@ def best_of(
     told(monkeypatch, **(answers | (others or {})))
     account = Doubtful(stations)
     account.wheels, account.memory = wheels, memory or account.memory
-    account.settings = AccountSettings(poses=poses)
+    account.settings, account.is_measured = AccountSettings(poses=poses), measured
     return explained(account)  # type: ignore[arg-type]
 
 
@@ -240,6 +243,24 @@ def test_way_points_start_from_the_steps_if_pings_agree_there_or_else_from_elsew
     found = best_of(monkeypatch, agree=agree, scattered=scattered)
     assert found.course is Course.NUDGED
     assert (found.settled == NUDGED) == nudged
+
+
+@pytest.mark.parametrize("measured", [True, False])
+def test_walls_along_the_axes_hold_stations_together_that_heard_none_of_each_other(
+    monkeypatch: pytest.MonkeyPatch, *, measured: bool
+) -> None:
+    found = best_of(monkeypatch, agree={Course.NUDGED}, scattered={Course.NUDGED}, measured=measured)
+    assert (found.settled == NUDGED) == (not measured)
+
+
+@pytest.mark.parametrize(
+    ("agree", "expected"),
+    [({Course.NUDGED}, Course.NUDGED), ({Course.TRUSTED, Course.NUDGED}, Course.TRUSTED), (set(), Course.TRUSTED)],
+)
+def test_poses_are_not_left_as_recorded_where_pings_agree_from_others_only(
+    monkeypatch: pytest.MonkeyPatch, agree: set[Course], expected: Course
+) -> None:
+    assert best_of(monkeypatch, agree=agree, worth=NEITHER).course is expected
 
 
 @pytest.mark.parametrize(("remembers", "expected"), [(True, 0), (False, 1)])

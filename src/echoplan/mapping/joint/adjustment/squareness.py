@@ -1,4 +1,4 @@
-"""Squareness: whether the walls of a place stand at right angles to each other, and what follows if they do."""
+"""Squareness: whether walls stand at right angles to each other, and along the axes of the map, and what follows."""
 
 import math
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.geometry import wrap
 from echoplan.mapping.joint.adjustment.deviations import learned_factor
-from echoplan.mapping.joint.adjustment.rows import Rows
+from echoplan.mapping.joint.adjustment.rows import Rows, prior
 from echoplan.mapping.joint.adjustment.unknowns import Unknowns
 
 __all__ = [
@@ -53,6 +53,9 @@ class SquarenessSettings(BaseModel, frozen=True, extra="forbid"):
         default=0.5 * math.log(10.0), gt=0.0, description="deviation of its logarithm: a guess good to tenfold"
     )
     evidence: float = Field(default=3.0, ge=0.0, description="that walls are square, from which on it counts [nats]")
+    measured: float = Field(
+        default=0.9, gt=0.0, lt=1.0, description="chance that who set way-points by hand measured along square walls"
+    )
 
 
 class Squareness(NamedTuple):
@@ -64,10 +67,13 @@ class Squareness(NamedTuple):
         Which.
     sigma : float
         Standard deviation of these about the direction that they have in common [rad].
+    along_axes : bool
+        Whether that is the direction of the axes of the map; else it may be any.
     """
 
     members: BoolArray
     sigma: float
+    along_axes: bool = False
 
 
 def main_direction(features: Sequence[Hypothesis], settings: SquarenessSettings) -> float | None:
@@ -116,7 +122,7 @@ def roughly_square(features: Sequence[Hypothesis], settings: SquarenessSettings)
     return Squareness(walls & (np.abs(off) < settings.within), settings.sigma)
 
 
-def believed_squareness(features: Sequence[Hypothesis], sigma: float) -> Squareness | None:
+def believed_squareness(features: Sequence[Hypothesis], sigma: float, *, along_axes: bool = False) -> Squareness | None:
     """Collect which features are believed to stand square.
 
     Parameters
@@ -125,6 +131,8 @@ def believed_squareness(features: Sequence[Hypothesis], sigma: float) -> Squaren
         What is there.
     sigma : float
         How exactly [rad]; 0 where nothing is believed.
+    along_axes : bool, optional
+        Whether they stand along the axes of the map.
 
     Returns
     -------
@@ -132,7 +140,7 @@ def believed_squareness(features: Sequence[Hypothesis], sigma: float) -> Squaren
         None where there are none.
     """
     members = np.array([each.is_square for each in features], dtype=bool)
-    return Squareness(members, sigma) if sigma and members.any() else None
+    return Squareness(members, sigma, along_axes) if sigma and members.any() else None
 
 
 def learn_squareness(
@@ -141,6 +149,8 @@ def learn_squareness(
     covariance: FloatArray,
     settings: SquarenessSettings,
     believed: Squareness | None = None,
+    *,
+    by_hand: bool = False,
 ) -> Squareness | None:
     r"""Tell which walls stand square to each other, and how exactly, if they do.
 
@@ -157,6 +167,12 @@ def learn_squareness(
 
     less the logarithm of how likely it is, now, that just these are.
 
+    Who sets way-points by hand mostly measures from the walls: then these stand along the axes of the map.  Else the
+    map may lie anyhow, and d is any.  With the mean direction as P weighs it, off the axes by
+    :math:`\bar\delta`, and :math:`v = 1 / 1^T P 1`, the logarithm of the odds of that is, from odds o on,
+
+    .. math:: \ln o + \ln \frac{\pi / 2}{\sqrt{2 \pi v}} - \frac{\bar\delta^2}{2 v}
+
     Parameters
     ----------
     reflectors : ndarray, shape (f, 4)
@@ -169,6 +185,8 @@ def learn_squareness(
         What is believed.
     believed : Squareness, optional
         The belief in right angles with which these came about, all of which is taken back first.
+    by_hand : bool, optional
+        Whether the frame of the map is that of way-points which somebody set by hand.
 
     Returns
     -------
@@ -181,7 +199,7 @@ def learn_squareness(
     angles, places = reflectors[walls, 1], unknowns.starts[walls]
     covariance = covariance[np.ix_(places, places)]
     if believed is not None:
-        angles, covariance = _released(angles, covariance, Squareness(believed.members[walls], believed.sigma))
+        angles, covariance = _released(angles, covariance, believed._replace(members=believed.members[walls]))
     sigma = settings.tolerance
     folded = np.stack([off_square(angles, float(each)) for each in angles])
     square = _normal(folded, np.diag(covariance) + sigma**2)
@@ -201,8 +219,21 @@ def learn_squareness(
         shares = odds / (1.0 + odds)
     members = np.zeros(len(reflectors), dtype=bool)
     members[walls] = shares > _LIKELY
-    is_told = _evidence(off, covariance, shares, sigma) > settings.evidence
-    return Squareness(members, sigma) if is_told else None
+    if _evidence(off, covariance, shares, sigma) <= settings.evidence:
+        return None
+    square, spread = members[walls], sigma**2 * np.eye(int(members.sum()))
+    known = covariance[np.ix_(square, square)] + spread
+    return Squareness(members, sigma, by_hand and _are_along_axes(angles[square], known, settings))
+
+
+def _are_along_axes(angles: FloatArray, covariance: FloatArray, settings: SquarenessSettings) -> bool:
+    """Tell whether square walls stand along the axes of a map whose frame somebody measured."""
+    weights = np.linalg.solve(covariance, np.ones(len(angles)))
+    variance = 1.0 / float(weights.sum())
+    off = variance * float(weights @ off_square(angles, 0.0))
+    odds = math.log(settings.measured / (1.0 - settings.measured))
+    gain = -0.5 * (math.log(2.0 * math.pi * variance * _ANY**2) + off**2 / variance)
+    return odds + gain > settings.evidence
 
 
 def _released(angles: FloatArray, covariance: FloatArray, believed: Squareness) -> tuple[FloatArray, FloatArray]:
@@ -249,7 +280,7 @@ def _evidence(off: FloatArray, covariance: FloatArray, shares: FloatArray, sigma
 
 
 def square_rows(believed: Squareness, angles: FloatArray, columns: IntArray) -> Rows:
-    """Draw walls to the direction that they have in common, whatever it is.
+    """Draw walls to the direction that they have in common: that of the axes, or whatever it is.
 
     Parameters
     ----------
@@ -263,9 +294,11 @@ def square_rows(believed: Squareness, angles: FloatArray, columns: IntArray) -> 
     Returns
     -------
     Rows
-        One a member; they say nothing of the direction.
+        One a member; unless they stand along the axes they say nothing of the direction.
     """
     members = np.flatnonzero(believed.members)
+    if believed.along_axes:
+        return prior(columns[members], sigma=believed.sigma, residual=-off_square(angles[members], 0.0))
     off = off_square(angles[members], float(angles[members[0]]))
     return Rows(
         columns=np.tile(columns[members], (len(members), 1)),

@@ -57,18 +57,19 @@ class Survey:
     squareness: Squareness | None
     settings: SurveySettings
 
-    def right_angles(self) -> dict[str, float]:
-        """Tell how many walls were drawn to right angles, and how closely.
+    def right_angles(self) -> dict[str, float | bool]:
+        """Tell how many walls were drawn to right angles, how closely, and whether along the axes.
 
         Returns
         -------
-        dict of str to float
-            Their number (``walls``) and the standard deviation of their directions (``sigma``) [rad]; empty if none.
+        dict of str to float or bool
+            Their number (``walls``), the standard deviation of their directions (``sigma``) [rad], and whether they
+            were taken to stand along the axes of the map (``along_axes``); empty if none.
         """
         if self.squareness is None:
             return {}
         walls = int(sum(self.squareness.members[face.owner] for face in self.faces))
-        return {"walls": walls, "sigma": self.squareness.sigma}
+        return {"walls": walls, "sigma": self.squareness.sigma, "along_axes": self.squareness.along_axes}
 
     def walls(self) -> tuple[Wall, ...]:
         """Draw the faces, each up to the vertices at its ends.

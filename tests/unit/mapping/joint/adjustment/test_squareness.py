@@ -80,7 +80,12 @@ def test_right_angles_do_not_matter(angle: float, direction: float, turns: int) 
 
 
 def learned(
-    degrees: list[float], sigmas: list[float], *, together: float = 0.0, stations: list[int] | None = None
+    degrees: list[float],
+    sigmas: list[float],
+    *,
+    together: float = 0.0,
+    stations: list[int] | None = None,
+    by_hand: bool = False,
 ) -> Squareness | None:
     """What walls at so many degrees teach, known to so many each and to so many all together; and a cylinder.
 
@@ -94,7 +99,8 @@ def learned(
     turned = 0.0 if stations is None else np.radians(10.0) ** 2
     covariance[np.ix_(places, places)] = np.diag(np.radians(sigmas) ** 2) + np.radians(together) ** 2
     covariance[np.ix_(places, places)] += turned * (of[:, None] == of)
-    return learn_squareness(np.array([[Kind.CYLINDER, 1.0, 1.0, 0.1], *rows]), unknowns, covariance, SETTINGS)
+    reflectors = np.array([[Kind.CYLINDER, 1.0, 1.0, 0.1], *rows])
+    return learn_squareness(reflectors, unknowns, covariance, SETTINGS, by_hand=by_hand)
 
 
 @pytest.mark.parametrize("together", [0.0, 3.0])
@@ -126,16 +132,34 @@ def test_a_wall_that_stands_askew_beside_others_of_its_station_stays_so() -> Non
     assert found.members.tolist() == [False, True, True, False, True, True, True, True]
 
 
+@pytest.mark.parametrize(
+    ("turn", "together", "expected"),
+    [(0.7, 1.3, True), (6.0, 2.0, False), (0.7, 0.1, False), (0.0, 25.0, False), (40.0, 2.0, False)],
+    ids=["about the axes", "too far off", "known to be off", "known to nothing", "askew"],
+)
+@pytest.mark.parametrize("quarter", [0.0, 90.0, -180.0])
+def test_square_walls_stand_along_the_axes_that_somebody_measured_from_them(
+    turn: float, together: float, quarter: float, *, expected: bool
+) -> None:
+    degrees = [turn + quarter + each for each in (0.0, 90.02, -90.01, 180.0, 89.98)]
+    found, by_wheels = (learned(degrees, [0.05] * 5, together=together, by_hand=each) for each in (True, False))
+    assert found is not None
+    assert by_wheels is not None
+    assert found.along_axes == expected
+    assert not by_wheels.along_axes
+
+
+@pytest.mark.parametrize("along_axes", [True, False])
 @pytest.mark.parametrize("sigma", [0.2, 1.0])
 @pytest.mark.parametrize("askew", [0.0, 3.0])
-def test_what_was_believed_of_right_angles_is_taken_back_first(sigma: float, askew: float) -> None:
+def test_what_was_believed_of_right_angles_is_taken_back_first(sigma: float, askew: float, *, along_axes: bool) -> None:
     # Five walls of three stations, of which a belief in right angles made others; the last stands anyhow.
     angles = np.radians([3.0, 93.1 + askew, -84.0, 6.2, 178.1, 40.0])
     unknowns = Unknowns(kinds=np.array([Kind.WALL] * 6))
     stations = np.array([0, 0, 1, 1, 2, 2])
     covariance, places = np.eye(unknowns.size), np.ix_(unknowns.starts, unknowns.starts)
     covariance[places] = np.radians(0.5) ** 2 * np.eye(6) + np.radians(10.0) ** 2 * (stations[:, None] == stations)
-    believed = Squareness(np.arange(6) < 5, np.radians(sigma))
+    believed = Squareness(np.arange(6) < 5, np.radians(sigma), along_axes)
     rows = square_rows(believed, angles, unknowns.starts)
     slopes = np.zeros((5, unknowns.size))
     np.add.at(slopes, (np.arange(5)[:, None], rows.columns), rows.slopes)
@@ -188,6 +212,15 @@ def test_square_walls_are_drawn_together_and_not_turned() -> None:
     assert np.degrees(rows.residuals) == pytest.approx([-1 / 15, -7 / 15, 8 / 15])
     step = -np.radians([0.0, 0.4, -0.6])
     assert rows.slopes @ step == pytest.approx(rows.residuals)
+
+
+def test_walls_along_the_axes_are_turned_to_these() -> None:
+    angles, members = np.radians([1.0, 5.0, 90.4, -80.6]), np.array([True, False, True, True])
+    rows = square_rows(Squareness(members, np.radians(0.2), along_axes=True), angles, np.array([0, 2, 4, 6]))
+    assert rows.columns.tolist() == [[0], [4], [6]]
+    assert np.degrees(rows.residuals) == pytest.approx([-1.0, -0.4, -9.4])
+    assert rows.slopes == pytest.approx(1.0)
+    assert rows.weights == pytest.approx(np.radians(0.2) ** -2.0)
 
 
 def side_of_a_box(turn: float, settings: SquarenessSettings) -> float:

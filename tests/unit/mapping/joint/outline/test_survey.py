@@ -88,7 +88,7 @@ def test_walls_drawn_to_right_angles_are_counted_and_other_members_are_not() -> 
     drawn = survey(feature(COLUMN, gains=[9.0, 6.0, 4.0, -1.0]))
     assert drawn.right_angles() == {}
     square = Squareness(np.array([True, True, False, True, True]), 0.003)
-    assert replace(drawn, squareness=square).right_angles() == {"walls": 3, "sigma": 0.003}
+    assert replace(drawn, squareness=square).right_angles() == {"walls": 3, "sigma": 0.003, "along_axes": False}
 
 
 def test_a_wall_without_vertices_ends_where_it_was_heard_to_end() -> None:
