@@ -322,6 +322,8 @@ def _at_rest(account: Account, why: str) -> Account:
     """Let way-points come to rest with the errors that stations have in common, and with right angles."""
     learn_common_error(account, learned_waypoints(account))
     account.stand_square(learned_waypoints(account))
+    if account.is_along_axes:
+        account.adjust_often(account.noise, learned_waypoints(account), 2)
     wanted = ", as asked for" if _is_asked(account) else ""
     account.verdict, account.course = f"corrected by a few centimetres{wanted}: {why}", Course.NUDGED
     return account

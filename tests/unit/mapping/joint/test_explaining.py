@@ -23,6 +23,7 @@ class Doubtful:
         self.wheels: Odometry | None = None
         self.course, self.verdict, self.settled = Course.TRUSTED, "", 0
         self.is_measured = self.is_along_axes = False
+        self.noise = 0.002
         self.known = self.features = ()
         self.arcs = (None,)
 
@@ -37,6 +38,10 @@ class Doubtful:
     def stand_square(self, beliefs: PoseBeliefs) -> None:
         assert not beliefs.relative
         self.is_along_axes = self.is_measured
+
+    def adjust_often(self, noise: float, beliefs: PoseBeliefs, rounds: int) -> None:
+        assert self.is_along_axes
+        assert not beliefs.relative
 
     def settle(self, beliefs: PoseBeliefs) -> None:
         self.settled += 1

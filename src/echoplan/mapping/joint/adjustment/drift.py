@@ -73,12 +73,12 @@ def learn_drift(
 
 
 def learn_waypoints(
-    beliefs: PoseBeliefs, poses: FloatArray, covariance: FloatArray, settings: DriftSettings
+    beliefs: PoseBeliefs, poses: FloatArray, covariance: FloatArray, settings: DriftSettings, *, headings: bool = False
 ) -> PoseBeliefs:
     """Take the errors of way-points from poses that were corrected, as ``learn_drift`` does those of odometry.
 
-    Only those of their positions.  Stations that hear few walls of others turn about with what they hear: errors of
-    headings learned from such would be what was believed of them.
+    Those of headings only if asked to.  Stations that hear few walls of others turn about with what they hear: errors
+    of headings learned from such would be what was believed of them.
 
     Parameters
     ----------
@@ -90,18 +90,21 @@ def learn_waypoints(
         Of the corrected poses.
     settings : DriftSettings
         How much what was believed counts.
+    headings : bool, optional
+        Whether something else than other stations tells which way each faced.
 
     Returns
     -------
     PoseBeliefs
-        The same with other deviations of positions.
+        The same with other deviations.
     """
-    variances = np.diag(covariance).reshape(-1, 3)[:, :2]
-    errors = (beliefs.given - poses)[:, :2]
-    squares = (errors**2 + variances) / beliefs.sigmas[:, :2] ** 2
-    factor = learned_factor(squares.sum(), float(squares.size), settings.spread)
+    errors = beliefs.given - poses
+    errors[:, 2] = wrap(errors[:, 2])
+    squares = (errors**2 + np.diag(covariance).reshape(-1, 3)) / beliefs.sigmas**2
     sigmas = beliefs.sigmas.copy()
-    sigmas[:, :2] *= np.clip(factor, settings.least, settings.greatest)
+    for axes in (slice(0, 2), slice(2, 3)) if headings else (slice(0, 2),):
+        factor = learned_factor(squares[:, axes].sum(), float(squares[:, axes].size), settings.spread)
+        sigmas[:, axes] *= np.clip(factor, settings.least, settings.greatest)
     return beliefs._replace(sigmas=sigmas)
 
 

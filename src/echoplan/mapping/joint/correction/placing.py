@@ -46,7 +46,8 @@ def place(account: Account) -> None:
 def learned_waypoints(account: Account) -> PoseBeliefs:
     """Tell how far way-points are off, from where they came to rest.
 
-    Not before: way-points that may lie anywhere would hold nothing in place.
+    Not before: way-points that may lie anywhere would hold nothing in place.  Where walls stand along the axes of the
+    map, they tell which way each station faced.
 
     Parameters
     ----------
@@ -61,7 +62,8 @@ def learned_waypoints(account: Account) -> PoseBeliefs:
     assert account.adjusted is not None
     believed = waypoint_beliefs(account.given, account.settings.pose_errors)
     poses = slice(account.adjusted.unknowns.pose, None)
-    return learn_waypoints(believed, account.poses, account.adjusted.covariance[poses, poses], account.settings.drift)
+    covariance, settings = account.adjusted.covariance[poses, poses], account.settings.drift
+    return learn_waypoints(believed, account.poses, covariance, settings, headings=account.is_along_axes)
 
 
 def nearest_first(places_xy: FloatArray) -> list[int]:

@@ -147,6 +147,16 @@ def test_how_far_way_points_are_off_is_learned_from_where_they_come_to_rest(off:
     assert learned.sigmas[:, 2].tolist() == beliefs.sigmas[:, 2].tolist()
 
 
+@pytest.mark.parametrize("turns", [0, 1])
+def test_where_something_tells_headings_it_is_learned_how_far_these_are_off(turns: int) -> None:
+    beliefs = waypoint_beliefs(np.zeros((STEPS + 1, 3)), PoseSettings())
+    errors = 0.07 * np.random.default_rng(6).standard_normal(beliefs.given.shape) * [0.0, 0.0, 1.0]
+    poses = beliefs.given + errors + [0.0, 0.0, 2 * np.pi * turns]
+    learned = learn_waypoints(beliefs, poses, KNOWN, SETTINGS, headings=True)
+    assert learned.sigmas[:, 2] == pytest.approx(0.07, rel=0.1)
+    assert learned.sigmas[:, :2].tolist() == learn_waypoints(beliefs, poses, KNOWN, SETTINGS).sigmas[:, :2].tolist()
+
+
 def test_way_points_that_nothing_tells_teach_nothing() -> None:
     beliefs = waypoint_beliefs(np.zeros((4, 3)), PoseSettings())
     covariance = np.diag(beliefs.sigmas.ravel() ** 2)
