@@ -54,9 +54,13 @@ def test_it_is_said_that_readings_are_those_of_rays() -> None:
     assert "Readings are" not in told()
 
 
-@pytest.mark.parametrize(("along_axes", "where"), [(False, ""), (True, ", along the axes")])
-def test_it_is_said_how_many_walls_were_drawn_to_right_angles(where: str, *, along_axes: bool) -> None:
-    square = {"walls": 7, "sigma": np.radians(0.28), "along_axes": along_axes}
+@pytest.mark.parametrize(
+    ("direction", "where"),
+    [({}, ""), ({"along_axes": False}, ""), ({"along_axes": True}, ", along the axes")],
+    ids=["an older map", "any", "axes"],
+)
+def test_it_is_said_how_many_walls_were_drawn_to_right_angles(direction: dict[str, bool], where: str) -> None:
+    square = {"walls": 7, "sigma": np.radians(0.28), **direction}
     expected = f"7 of 9, \N{PLUS-MINUS SIGN} 0.28\N{DEGREE SIGN}{where}"
     assert told(right_angles=square)["Walls at right angles"] == expected
     assert "Walls at right angles" not in told(right_angles={})
