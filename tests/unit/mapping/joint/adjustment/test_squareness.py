@@ -171,11 +171,12 @@ def test_what_was_believed_of_right_angles_is_taken_back_first(sigma: float, ask
     def walls(angles: FloatArray) -> FloatArray:
         return np.column_stack([np.full(6, Kind.WALL), angles, np.ones(6), np.zeros(6)])
 
-    free = learn_squareness(walls(angles), unknowns, covariance, SETTINGS)
-    again = learn_squareness(walls(moved), unknowns, drawn, SETTINGS, believed)
+    free = learn_squareness(walls(angles), unknowns, covariance, SETTINGS, by_hand=True)
+    again = learn_squareness(walls(moved), unknowns, drawn, SETTINGS, believed, by_hand=True)
     assert (free is None) == (again is None)
     if free is not None and again is not None:
         assert again.members.tolist() == free.members.tolist()
+        assert again.along_axes == free.along_axes
         assert again.sigma == pytest.approx(free.sigma, rel=1e-4)
     assert (free is not None) == (askew == 0.0)
 
