@@ -64,7 +64,10 @@ def learned_in_words(feature_map: FeatureMap) -> tuple[Definitions, ...]:
 
 def _square(feature_map: FeatureMap, square: Mapping[str, Any]) -> tuple[str, str]:
     closely = f"{math.degrees(float(square['sigma'])):.2f}\N{DEGREE SIGN}"
-    count, where = f"{square['walls']} of {len(feature_map.walls)}", ", along the axes" if square.get("along_axes") else ""
+    count, where = (
+        f"{square['walls']} of {len(feature_map.walls)}",
+        ", along the axes" if square.get("along_axes") else "",
+    )
     return "Walls at right angles", f"{count}, \N{PLUS-MINUS SIGN} {closely}{where}"
 
 

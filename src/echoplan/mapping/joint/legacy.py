@@ -57,6 +57,7 @@ def survey(account: Account) -> Survey:
     adjusted = adjust(nothing, state, beliefs, settings.adjustment, known=known)
     square = learn_squareness(adjusted.reflectors, adjusted.unknowns, adjusted.covariance, settings.squareness)
     if square is not None:
+        # Where way-points put the axes is told while they are still known one by one.
         square = square._replace(along_axes=account.is_along_axes)
         adjusted = adjust(nothing, state, beliefs._replace(squareness=square), settings.adjustment, known=known)
     features = [replace(each, reflector=row) for each, row in zip(found, adjusted.reflectors, strict=True)]

@@ -200,11 +200,23 @@ def learn_squareness(
     covariance = covariance[np.ix_(places, places)]
     if believed is not None:
         angles, covariance = _released(angles, covariance, believed._replace(members=believed.members[walls]))
-    sigma = settings.tolerance
     folded = np.stack([off_square(angles, float(each)) for each in angles])
-    square = _normal(folded, np.diag(covariance) + sigma**2)
+    square = _normal(folded, np.diag(covariance) + settings.tolerance**2)
     first = int(np.argmax(np.log(square + _ANY).sum(axis=1)))
-    off, shares = folded[first], square[first] / (square[first] + _ANY)
+    shares, sigma = _told_apart(folded[first], covariance, square[first] / (square[first] + _ANY), settings)
+    if _evidence(folded[first], covariance, shares, sigma) <= settings.evidence:
+        return None
+    members, square_ones = np.zeros(len(reflectors), dtype=bool), np.flatnonzero(shares > _LIKELY)
+    members[walls[square_ones]] = True
+    known = covariance[np.ix_(square_ones, square_ones)] + sigma**2 * np.eye(len(square_ones))
+    return Squareness(members, sigma, by_hand and _are_along_axes(angles[square_ones], known, settings))
+
+
+def _told_apart(
+    off: FloatArray, covariance: FloatArray, shares: FloatArray, settings: SquarenessSettings
+) -> tuple[FloatArray, float]:
+    """Tell how likely each wall stands square, and how exactly these do, from how likely they seem at first."""
+    sigma = settings.tolerance
     for _ in range(_ROUNDS):
         loose = sigma**2 / np.maximum(shares, _NEVER)
         precision = _contrasts(covariance + np.diag(loose))
@@ -217,13 +229,7 @@ def learn_squareness(
         )
         odds = (shares.sum() + 1.0) / (len(shares) - shares.sum() + 1.0) * square / _ANY
         shares = odds / (1.0 + odds)
-    members = np.zeros(len(reflectors), dtype=bool)
-    members[walls] = shares > _LIKELY
-    if _evidence(off, covariance, shares, sigma) <= settings.evidence:
-        return None
-    square, spread = members[walls], sigma**2 * np.eye(int(members.sum()))
-    known = covariance[np.ix_(square, square)] + spread
-    return Squareness(members, sigma, by_hand and _are_along_axes(angles[square], known, settings))
+    return shares, sigma
 
 
 def _are_along_axes(angles: FloatArray, covariance: FloatArray, settings: SquarenessSettings) -> bool:
