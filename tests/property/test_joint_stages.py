@@ -8,9 +8,10 @@ from hypothesis import strategies as st
 from echoplan.acoustics.expectation import EchoModel, Kind, differentiate, shape_of
 from echoplan.acoustics.walk import WalkCurve, fitted_walk
 from echoplan.arrays import FloatArray
-from echoplan.classification.evidence import UNHEARD, Frame, judge, weigh
+from echoplan.classification.evidence import UNHEARD, weigh
 from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
 from echoplan.classification.images import Extent
+from echoplan.classification.verdicts import Frame, judge
 from echoplan.classification.volleys import bursts_of, volleys_over
 from echoplan.extraction.arcs import ArcSettings, arc_planes, find_arcs
 from echoplan.geometry import directions, transform_points, wrap

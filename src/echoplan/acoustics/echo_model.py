@@ -187,13 +187,15 @@ class EchoModel:
         walk = self.walk.blurred(self.spread)
         shape = walk.values - float(walk(self.reference_excess))
         below, above = walk(self.reference_excess + np.array([-_ABOUT, _ABOUT]))
+        late = self.range_offset + self.walk_gain * shape
         return Hearing(
             figure_of_merit=self.figure_of_merit,
             absorption=self.absorption,
             scale=1.0 + self.range_scale,
             beam=_main_lobe(self.ka),
             lobes=_lobes(self.ka),
-            walk=self.range_offset + self.walk_gain * shape,
+            walk=late,
+            walks=(float(late.min()), float(late.max())),
             reference=self.walk_gain * float(above - below) / (2 * _ABOUT),
             wavelength=(1.0 + self.range_scale) * Air().speed_of_sound / self.frequency,
             cone=self.cone,
@@ -209,6 +211,7 @@ class EchoModel:
             beam=np.where(within, 0.0, -2.0 * _CLEAR),
             lobes=np.full(SQUARED_SINES + 1, -2.0 * _CLEAR),
             walk=np.full(len(self.walk.values), self.range_offset),
+            walks=(self.range_offset, self.range_offset),
             reference=0.0,
             wavelength=Air().speed_of_sound / self.frequency,
             cone=self.cone,
@@ -230,6 +233,8 @@ class Hearing(NamedTuple):
         The same up to 90 degrees, as loud as the loudest lobe at or beyond each angle [dB].
     walk : ndarray
         Reading less depth at even steps of the signal excess [m].
+    walks : tuple of float
+        The least and the greatest of these [m].
     reference : float
         Slope of the walk where modules are set right: of an aimed plane at 1 m [m/dB].
     wavelength : float
@@ -244,6 +249,7 @@ class Hearing(NamedTuple):
     beam: FloatArray
     lobes: FloatArray
     walk: FloatArray
+    walks: tuple[float, float]
     reference: float
     wavelength: float
     cone: float = 0.0

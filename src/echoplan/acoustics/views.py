@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from echoplan.acoustics.echo_model import PER_SQUARED_SINE, SQUARED_SINES
 from echoplan.acoustics.expectation import Hearing, Kind, Ping, Shape, excess_of, look
 from echoplan.arrays import FloatArray
 from echoplan.compiled import compiled
@@ -12,8 +13,8 @@ from echoplan.compiled import compiled
 __all__ = ["Views", "in_view", "views_of"]
 
 _WALL = int(Kind.WALL)
-# Steps of depth, and halvings of the squared sine in each.
-_DEPTHS, _HALVINGS = 64, 12
+# Steps of depth.
+_DEPTHS = 64
 # Nearer than this everything is as loud as here [m].
 _NEAREST = 0.02
 
@@ -53,19 +54,13 @@ def views_of(hearing: Hearing, shape: Shape, least: float, reach: float) -> View
     Views
         Never narrower than the formulas for a single ping.
     """
-    cosines = np.empty(_DEPTHS + 1)
+    cosines, node = np.empty(_DEPTHS + 1), SQUARED_SINES
     for step in range(_DEPTHS + 1):
-        # Of all the depths in a step the nearest is the loudest.
-        sight = look(shape, _before(shape, max(step * reach / _DEPTHS, _NEAREST)))
-        inside, outside = 0.0, 1.0
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (inside + outside)
-            turned = (sight[0], math.sqrt(1.0 - middle), math.sqrt(middle), sight[3], sight[4])
-            if excess_of(hearing, turned) > least:
-                inside = middle
-            else:
-                outside = middle
-        cosines[step] = math.sqrt(1.0 - outside)
+        # Of all the depths in a step the nearest is the loudest; and the deeper, the nearer to the axis.
+        aimed = excess_of(hearing, look(shape, _before(shape, max(step * reach / _DEPTHS, _NEAREST))))
+        while node >= 0 and aimed + hearing.beam[node] - hearing.beam[0] <= least:
+            node -= 1
+        cosines[step] = math.sqrt(1.0 - min(node + 1, SQUARED_SINES) / PER_SQUARED_SINE)
     return Views(cosines, reach)
 
 

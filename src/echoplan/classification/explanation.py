@@ -1,17 +1,17 @@
 """Explanation: what explains the pings: a model of the sonar, noise, and any set of features."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from echoplan.acoustics.expectation import Hearing
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.classification.evidence import UNHEARD, Frame, Verdict, judge, weigh
+from echoplan.classification.evidence import UNHEARD, weigh
 from echoplan.classification.ghosts import ghosts_of_walls
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.classification.multipath import Multipath, Part, reflecting
 from echoplan.classification.past import Past
+from echoplan.classification.verdicts import Frame, Verdict, judge
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
@@ -105,7 +105,7 @@ class Explanation:
         for each in hypotheses:
             verdict = judge(self.soundings, each.reflector, each.evidence, levels, frame, each.past.extent)
             total = verdict.total + each.past.total
-            judged.append(replace(each, gains=verdict.gains, total=total, extent=_joined(verdict, each.past)))
+            judged.append(each.judged(verdict.gains, total, _joined(verdict, each.past)))
         return judged
 
     def levels(self, features: Sequence[Hypothesis]) -> FloatArray:

@@ -23,9 +23,10 @@ from echoplan.classification.images import (
     image_of,
     is_near,
     lateness,
+    length_of,
     mirrored,
     mirroring,
-    strikes,
+    strike,
     turned,
 )
 from echoplan.compiled import compiled
@@ -106,27 +107,27 @@ def ghosts_of_cylinder(
     """
     levels = np.full(len(soundings.readings), UNHEARD)
     mirror, screen, late = shape_of(wall), shape_of(cylinder), lateness(hearing, _OF_CYLINDER * noise)
+    center = (screen[1], screen[2])
     for ping in range(len(levels)):
         reading = soundings.readings[ping] * hearing.scale
         place = (soundings.x[ping], soundings.y[ping])
         if not math.isfinite(reading) or depth_of(mirror, place) <= 0.0:
             continue
-        axis = (soundings.ux[ping], soundings.uy[ping])
-        center, unfolded = (screen[1], screen[2]), mirrored(mirror, place)
+        unfolded = mirrored(mirror, place)
+        near = length_of((center[0] - place[0], center[1] - place[1]))
         # As far as the ways to the centre are long, less the radius: the way over the surface is longer.
-        near = math.hypot(center[0] - place[0], center[1] - place[1])
-        far = math.hypot(center[0] - unfolded[0], center[1] - unfolded[1])
-        longer = reading - 0.5 * (near + far) + screen[3]
-        if near < screen[3] + 0.02 or not late[0] < longer < late[1] + screen[3]:
+        shorter = (late[0] - screen[3], late[1])
+        if near < screen[3] + 0.02 or not is_near(center, unfolded, reading - 0.5 * near, shorter):
             continue
         spot = _glance(center, screen[3], place, unfolded)
         direct, onward = (spot[0] - place[0], spot[1] - place[1]), (spot[0] - unfolded[0], spot[1] - unfolded[1])
-        depth = 0.5 * (math.hypot(direct[0], direct[1]) + math.hypot(onward[0], onward[1]))
+        depth = 0.5 * (length_of(direct) + length_of(onward))
         if not late[0] < reading - depth < late[1]:
             continue
-        image = mirrored(mirror, spot)
+        image, axis = mirrored(mirror, spot), (soundings.ux[ping], soundings.uy[ping])
         departure, arrival = turned(axis, direct), turned(axis, (image[0] - place[0], image[1] - place[1]))
         path = (depth, departure[0], departure[1], arrival[0], arrival[1])
+        far = length_of((center[0] - unfolded[0], center[1] - unfolded[1]))
         strength = _TWOFOLD + 10.0 * math.log10(max(screen[3], 0.001) / far)
         levels[ping] = echo_level(hearing, path, reading, strength, _OF_CYLINDER * noise)
     return levels
@@ -196,12 +197,12 @@ def _by_two_walls(
 ) -> tuple[bool, Path]:
     """Follow sound from a sensor, which has its image in both walls, to the first, the second, and back, and about."""
     nothing, (place, image) = (0.0, 0.0, 0.0, 0.0, 0.0), ends
-    depth = 0.5 * math.hypot(image[0] - place[0], image[1] - place[1])
+    depth = 0.5 * length_of((image[0] - place[0], image[1] - place[1]))
     if depth < 0.02:
         return False, nothing
     other = mirrored(walls[0], mirrored(walls[1], place))
     departure, arrival = (image[0] - place[0], image[1] - place[1]), (other[0] - place[0], other[1] - place[1])
-    if not strikes(walls[1], extents[1], place, departure) or not strikes(walls[0], extents[0], place, arrival):
+    if not strike(walls[1], extents[1], place, departure)[0] or not strike(walls[0], extents[0], place, arrival)[0]:
         return False, nothing
     out, back = turned(axis, departure), turned(axis, arrival)
     return True, (depth, out[0], out[1], back[0], back[1])
@@ -246,8 +247,8 @@ def _passing(vertex: Point, place: Point, image: Point, wavelength: float) -> fl
     both walls in the vertex, which reflects half of each.  Beside it the share grows, or fades where they would pass
     beyond the walls.
     """
-    over = 2.0 * math.hypot(vertex[0] - place[0], vertex[1] - place[1])
-    longer = over - math.hypot(image[0] - place[0], image[1] - place[1])
+    over = 2.0 * length_of((vertex[0] - place[0], vertex[1] - place[1]))
+    longer = over - length_of((image[0] - place[0], image[1] - place[1]))
     return 2.0 * math.sqrt(max(longer, 0.0) / wavelength)
 
 
@@ -263,7 +264,7 @@ def _straight(axis: Point, place: Point, point: Point) -> Path:
     """There and back the same way."""
     way = (point[0] - place[0], point[1] - place[1])
     cosine, sine = turned(axis, way)
-    return math.hypot(way[0], way[1]), cosine, sine, cosine, sine
+    return length_of(way), cosine, sine, cosine, sine
 
 
 @compiled
@@ -272,8 +273,8 @@ def _glance(center: Point, radius: float, place: Point, other: Point) -> Point:
     spot = center
     for _ in range(_GLANCES):
         to_place, to_other = (place[0] - spot[0], place[1] - spot[1]), (other[0] - spot[0], other[1] - spot[1])
-        near, far = math.hypot(to_place[0], to_place[1]), math.hypot(to_other[0], to_other[1])
+        near, far = length_of(to_place), length_of(to_other)
         x, y = to_place[0] / near + to_other[0] / far, to_place[1] / near + to_other[1] / far
-        length = math.hypot(x, y) + 1e-12
+        length = length_of((x, y)) + 1e-12
         spot = (center[0] + radius * x / length, center[1] + radius * y / length)
     return spot

@@ -20,9 +20,10 @@ __all__ = [
     "image_of",
     "is_near",
     "lateness",
+    "length_of",
     "mirrored",
     "mirroring",
-    "strikes",
+    "strike",
     "turned",
 ]
 
@@ -98,7 +99,7 @@ def lateness(hearing: Hearing, scatter: float) -> Lateness:
     Lateness
         The least and the greatest difference of reading and depth [m].
     """
-    return hearing.walk.min() - _CUT * scatter, hearing.walk.max() + _CUT * scatter
+    return hearing.walks[0] - _CUT * scatter, hearing.walks[1] + _CUT * scatter
 
 
 @compiled
@@ -140,6 +141,23 @@ def depth_of(wall: Shape, place: Point) -> float:
         Distance from its line [m].
     """
     return wall[3] - wall[1] * place[0] - wall[2] * place[1]
+
+
+@compiled
+def length_of(way: Point) -> float:
+    """How long a way is.
+
+    Parameters
+    ----------
+    way : Point
+        Along x and y [m].
+
+    Returns
+    -------
+    float
+        Its length [m], without the care that ``hypot`` takes of numbers no room is as large as.
+    """
+    return math.sqrt(way[0] * way[0] + way[1] * way[1])
 
 
 @compiled
@@ -245,8 +263,8 @@ def is_near(image: Point, place: Point, reading: float, late: Lateness) -> bool:
 
 
 @compiled
-def strikes(wall: Shape, extent: Extent, place: Point, way: Point) -> bool:
-    """Whether the way from a place goes through a wall between two places along it.
+def strike(wall: Shape, extent: Extent, place: Point, way: Point) -> tuple[bool, Point]:
+    """Follow the way from a place to a wall.
 
     Parameters
     ----------
@@ -259,15 +277,17 @@ def strikes(wall: Shape, extent: Extent, place: Point, way: Point) -> bool:
 
     Returns
     -------
-    bool
-        Whether it does.
+    strikes : bool
+        Whether it goes through the wall between two places along it.
+    spot : Point
+        Where it does [m].
     """
     slope = wall[1] * way[0] + wall[2] * way[1]
     if abs(slope) < 1e-9:
-        return False
+        return False, place
     share = depth_of(wall, place) / slope
-    along = wall[1] * (place[1] + share * way[1]) - wall[2] * (place[0] + share * way[0])
-    return 0.0 < share < 1.0 and extent[0] < along < extent[1]
+    spot = (place[0] + share * way[0], place[1] + share * way[1])
+    return 0.0 < share < 1.0 and extent[0] < wall[1] * spot[1] - wall[2] * spot[0] < extent[1], spot
 
 
 @compiled
@@ -284,5 +304,5 @@ def turned(axis: Point, way: Point) -> Point:
     Point
         Cosine and sine of the angle between them.
     """
-    length = math.hypot(way[0], way[1]) + 1e-12
+    length = length_of(way) + 1e-12
     return (axis[0] * way[0] + axis[1] * way[1]) / length, (axis[0] * way[1] - axis[1] * way[0]) / length

@@ -66,12 +66,13 @@ class Multipath:
         self._hearing = hearing
         self._noise = noise
         self._bursts: Bursts | None = None
+        self._parts: dict[tuple[Key, ...], list[Part]] = {}
         self._numbers: dict[Key, int] = {}
         # By number of the first feature, in the order in which they come: with which it was tried, and what came of it.
         self._tried: defaultdict[int, set[int]] = defaultdict(set)
         self._ghosts: defaultdict[int, dict[int, Ghost]] = defaultdict(dict)
 
-    def parts(self, features: Sequence[Hypothesis]) -> Iterator[Part]:
+    def parts(self, features: Sequence[Hypothesis]) -> Sequence[Part]:
         """Work out the ghosts of features.
 
         Parameters
@@ -79,12 +80,18 @@ class Multipath:
         features : sequence of Hypothesis
             What casts them; none of them twice.
 
-        Yields
-        ------
-        Part
-            A ghost that explains something.
+        Returns
+        -------
+        sequence of Part
+            The ghosts that explain something.
         """
-        numbered = {self._numbers.setdefault(each.key, len(self._numbers)): each for each in features}
+        keys = tuple(each.key for each in features)
+        if keys not in self._parts:
+            numbers = [self._numbers.setdefault(key, len(self._numbers)) for key in keys]
+            self._parts[keys] = list(self._worked_out(dict(zip(numbers, features, strict=True))))
+        return self._parts[keys]
+
+    def _worked_out(self, numbered: Mapping[int, Hypothesis]) -> Iterator[Part]:
         pairs = _met if self._hearing.cone else _casting
         self._try(numbered, [(one, other) for one, others in pairs(numbered) for other in others - self._tried[one]])
         places = {number: place for place, number in enumerate(numbered)}

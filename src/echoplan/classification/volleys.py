@@ -26,9 +26,10 @@ from echoplan.classification.images import (
     image_of,
     is_near,
     lateness,
+    length_of,
     mirrored,
     mirroring,
-    strikes,
+    strike,
     turned,
 )
 from echoplan.compiled import compiled
@@ -162,7 +163,7 @@ def _nearby(soundings: Soundings, bursts: Bursts, motion: Motion, late: Lateness
     for station in range(len(bursts.spread)):
         center = (soundings.centers[station, 0], soundings.centers[station, 1])
         image, spread = image_of(motion, center), bursts.spread[station]
-        depth = 0.5 * math.hypot(image[0] - center[0], image[1] - center[1])
+        depth = 0.5 * length_of((image[0] - center[0], image[1] - center[1]))
         first, last = bursts.bounds[station], bursts.bounds[station + 1]
         low = _first_from(bursts.travelled, (first, last), depth + late[0] - spread)
         high = _first_from(bursts.travelled, (low, last), depth + late[1] + spread)
@@ -204,7 +205,7 @@ def _over_walls(
     if not found:
         return False, nothing
     out, back = turned(axes[0], (spot[0] - origin[0], spot[1] - origin[1])), turned(axes[1], way)
-    return True, (0.5 * math.hypot(way[0], way[1]), out[0], out[1], back[0], back[1])
+    return True, (0.5 * length_of(way), out[0], out[1], back[0], back[1])
 
 
 @compiled
@@ -214,20 +215,8 @@ def _first_spot(
     """Go back from where sound was heard to where it struck first, if it struck the walls where these are."""
     first, last, double, _ = route
     origin, place = ends
-    if not strikes(last, extents[1], place, way):
-        return False, place
-    spot = _spot(last, place, way)
-    if not double:
-        return True, spot
+    struck, spot = strike(last, extents[1], place, way)
+    if not struck or not double:
+        return struck, spot
     nearer = mirrored(first, origin)
-    onward = (nearer[0] - spot[0], nearer[1] - spot[1])
-    if not strikes(first, extents[0], spot, onward):
-        return False, spot
-    return True, _spot(first, spot, onward)
-
-
-@compiled
-def _spot(wall: Shape, place: Point, way: Point) -> Point:
-    """Where a way from a place meets a wall."""
-    share = depth_of(wall, place) / (wall[1] * way[0] + wall[2] * way[1])
-    return place[0] + share * way[0], place[1] + share * way[1]
+    return strike(first, extents[0], spot, (nearer[0] - spot[0], nearer[1] - spot[1]))

@@ -1,10 +1,12 @@
 """Rays: whether readings were ever sound, or the nearest points in cones of rays that a robot simulator cast."""
 
 import math
+from functools import cache
 
 import numpy as np
 
 from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.geometry.angles import wrap
 from echoplan.preprocessing.soundings import Soundings
 
 __all__ = ["share_of_ramps"]
@@ -34,15 +36,17 @@ def share_of_ramps(soundings: Soundings) -> float:
     """
     heard = np.isfinite(soundings.readings)
     scans = soundings.stations * (int(soundings.sensors.max(initial=0)) + 1) + soundings.sensors
-    on_ramps = sum(int(_ramps(soundings, np.flatnonzero(scans == scan)).sum()) for scan in np.unique(scans))
+    order = np.argsort(scans, kind="stable")
+    each = np.split(order, np.flatnonzero(np.diff(scans[order])) + 1)
+    on_ramps = sum(int(_ramps(soundings, scan).sum()) for scan in each if len(scan) >= _FEWEST)
     return on_ramps / max(int(heard.sum()), 1)
 
 
 def _ramps(soundings: Soundings, scan: IntArray) -> BoolArray:
     """Tell which pings of one sensor at one station lie in a ramp."""
     readings, marked = soundings.readings[scan], np.zeros(len(scan), dtype=bool)
-    turns = np.angle(np.exp(1j * np.diff(soundings.bearings[scan])))
-    step = float(np.median(np.abs(turns))) if len(turns) else 0.0
+    turns = wrap(np.diff(soundings.bearings[scan]))
+    step = float(np.median(np.abs(turns)))
     count = max(_FEWEST, math.ceil(_WIDTH / step) + 1) if step else len(scan) + 1
     if count > len(scan):
         return marked
@@ -60,9 +64,15 @@ def _ramps(soundings: Soundings, scan: IntArray) -> BoolArray:
 def _are_ramps(windows: FloatArray, moved: FloatArray) -> BoolArray:
     """Tell which rows rise or fall steadily, as a parabola, and by more than the sonar moved."""
     count = windows.shape[1]
-    basis = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, count), 3))[0]
+    basis = _parabolas(count)
     fitted = windows @ basis @ basis.T
     left = np.sqrt(((windows - fitted) ** 2).sum(axis=1) / (count - 3))
     rise = np.abs(fitted[:, -1] - fitted[:, 0])
     ramps: BoolArray = (rise - moved > np.maximum(_RISE, _SHARE * windows.mean(axis=1))) & (left < _LEFT * rise)
     return ramps
+
+
+@cache
+def _parabolas(count: int) -> FloatArray:
+    """Orthonormal columns that span the parabolas through so many even places."""
+    return np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, count), 3))[0]

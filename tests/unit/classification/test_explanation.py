@@ -7,10 +7,11 @@ import pytest
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray
 from echoplan.classification import multipath
-from echoplan.classification.evidence import UNHEARD, Frame, judge
+from echoplan.classification.evidence import UNHEARD
 from echoplan.classification.explanation import Explanation
 from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
 from echoplan.classification.hypotheses import Hypothesis
+from echoplan.classification.verdicts import Frame, judge
 from expectations import NOISE, REACH, ROOM, corner, cylinder, explanation, feature, hearing, judged, listening, wall
 
 POST = cylinder(0.3, 0.9, 0.1)

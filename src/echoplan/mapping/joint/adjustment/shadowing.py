@@ -26,6 +26,9 @@ _SHADOWS = 31
 _COST = 4.0
 # No ping is surer than this: things stand in the way, others echo from just there.
 _LEAST, _MOST = 0.03, 0.97
+_LOG_LEAST, _LOG_MOST = math.log(_LEAST), math.log(_MOST)
+# Where every echo is as sure as that, or as faint [dB].
+_FADED = 5.0
 # Readings this much before the depth, or after that of the faintest echo, may still be hits; later ones are misses [m].
 _EARLY, _LATE, _BEHIND = -0.02, 0.02, 0.04
 # No reading is expected within this of the reach [m].
@@ -110,15 +113,19 @@ def _likelihoods(soundings: Soundings, hearing: Hearing, features: Features, fea
 @compiled
 def _add_hit(gains: FloatArray, excess: float, weight: float) -> None:
     for shadow in range(_SHADOWS):
-        gains[shadow] += weight * math.log(_chance(excess - shadow))
+        gains[shadow] += weight * _log_chance(excess - shadow)
 
 
 @compiled
 def _add_miss(gains: FloatArray, excess: float, weight: float) -> None:
+    # The chance is as far from none where the excess is as far below the threshold.
     for shadow in range(_SHADOWS):
-        gains[shadow] += weight * math.log(1.0 - _chance(excess - shadow))
+        gains[shadow] += weight * _log_chance(shadow - excess)
 
 
 @compiled
-def _chance(excess: float) -> float:
-    return min(max(audibility(excess), _LEAST), _MOST)
+def _log_chance(excess: float) -> float:
+    """Logarithm of the chance that an echo is heard; most are far from the threshold."""
+    if abs(excess) > _FADED:
+        return _LOG_MOST if excess > 0.0 else _LOG_LEAST
+    return math.log(min(max(audibility(excess), _LEAST), _MOST))

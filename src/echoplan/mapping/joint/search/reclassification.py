@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from echoplan.acoustics.expectation import Kind
-from echoplan.arrays import FloatArray, IntArray
+from echoplan.arrays import FloatArray
 from echoplan.classification.explanation import Explanation
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.geometry import directions, intersections, wrap
@@ -152,19 +152,22 @@ def without_joining(
     list of Hypothesis
         The features, some of them replaced.
     """
-    for feature in features:
-        stations = np.flatnonzero(feature.gains > belief.settings.second_station)
-        if feature.kind in kinds and _may_join(feature, stations):
-            others = [each for each in features if each is not feature]
-            walls = _walls_instead(explanation, feature, stations, others, belief=belief)
-            if _explain_more(walls, feature, belief.settings.accept):
-                features = [*others, *walls]
+    asked = [each for each in features if each.kind in kinds and _may_join(each, belief)]
+    without = explanation.levels_without(features) if asked else []
+    for feature in asked:
+        place = next(number for number, each in enumerate(features) if each is feature)
+        others = [*features[:place], *features[place + 1 :]]
+        walls = _walls_instead(explanation, feature, others, without[place], belief=belief)
+        if _explain_more(walls, feature, belief.settings.accept):
+            features = [*others, *walls]
+            without = explanation.levels_without(features)
     return features
 
 
-def _may_join(feature: Hypothesis, stations: IntArray) -> bool:
+def _may_join(feature: Hypothesis, belief: Belief) -> bool:
     least = 1 if feature.kind is Kind.CYLINDER else 2
-    return least <= len(stations) <= _FEW_STATIONS and not feature.is_known
+    stations = (feature.gains > belief.settings.second_station).sum()
+    return bool(least <= stations <= _FEW_STATIONS and not feature.is_known)
 
 
 def _explain_more(walls: Sequence[Hypothesis], joining: Hypothesis, accept: float) -> bool:
@@ -184,15 +187,14 @@ def _are_back_to_back(walls: Sequence[Hypothesis]) -> bool:
 def _walls_instead(
     explanation: Explanation,
     joining: Hypothesis,
-    stations: IntArray,
     others: Sequence[Hypothesis],
+    levels: FloatArray,
     *,
     belief: Belief,
 ) -> list[Hypothesis]:
     walls, soundings = list[Hypothesis](), explanation.soundings
     course = ((4 * explanation.noise, 0.06, 4), (explanation.noise, 0.03, 4))
-    for station in stations:
-        levels = explanation.levels([*others, *walls])
+    for station in np.flatnonzero(joining.gains > belief.settings.second_station):
         pings = joining.evidence.pings[joining.evidence.densities > levels[joining.evidence.pings]]
         own = pings[soundings.stations[pings] == station]
         start = joining.reflector if joining.is_wall else _touching(joining, soundings.centers[station])
@@ -200,6 +202,7 @@ def _walls_instead(
         wall = explanation.judged(wall, levels, [*others, *walls])
         if belief.holds(wall, levels):
             walls.append(wall)
+            levels = explanation.levels([*others, *walls])
     return walls
 
 

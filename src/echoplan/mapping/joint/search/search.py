@@ -198,8 +198,8 @@ class Search:
     def _grown(self, features: list[Hypothesis], pool: list[Hypothesis]) -> list[Hypothesis]:
         """Accept the best of a pool, again and again."""
         explanation, accepted = self.explanation, list[Hypothesis]()
+        levels = explanation.levels(features)
         while pool:
-            levels = explanation.levels(features)
             scored = sorted(explanation.judge_all(pool, levels, features), key=self.belief.worth, reverse=True)
             pool = [each for each in scored if self.belief.worth(each) > 0.0]
             contenders = scored[: self.settings.contenders]
@@ -213,6 +213,7 @@ class Search:
             accepted.append(best)
             pool = [each for each in pool if not _same(each, best)]
             features = self.tested([*features, best])
+            levels = explanation.levels(features)
         return features
 
     def _without_fallen(
