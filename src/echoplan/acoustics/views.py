@@ -28,10 +28,13 @@ class Views(NamedTuple):
         Least cosine off the axis at which it could be heard, by even steps of its depth up to the reach.
     reach : float
         Depth of the farthest echo [m].
+    widest : float
+        Least of the cosines.
     """
 
     cosines: FloatArray
     reach: float
+    widest: float
 
 
 @compiled
@@ -61,7 +64,7 @@ def views_of(hearing: Hearing, shape: Shape, least: float, reach: float) -> View
         while node >= 0 and aimed + hearing.beam[node] - hearing.beam[0] <= least:
             node -= 1
         cosines[step] = math.sqrt(1.0 - min(node + 1, SQUARED_SINES) / PER_SQUARED_SINE)
-    return Views(cosines, reach)
+    return Views(cosines, reach, cosines.min())
 
 
 @compiled
@@ -84,12 +87,18 @@ def in_view(views: Views, shape: Shape, ping: Ping) -> bool:
     """
     kind, a, b, radius = shape
     x, y, ux, uy = ping
+    # Most look elsewhere: that is asked first, without a division.
     if kind == _WALL:
-        depth, cosine = radius - a * x - b * y, ux * a + uy * b
+        cosine = ux * a + uy * b
+        if cosine < views.widest:
+            return False
+        depth = radius - a * x - b * y
     else:
         dx, dy = a - x, b - y
-        distance = math.sqrt(dx * dx + dy * dy) + 1e-12
-        depth, cosine = distance - radius, (ux * dx + uy * dy) / distance
+        ahead, distance = ux * dx + uy * dy, math.sqrt(dx * dx + dy * dy) + 1e-12
+        if ahead < views.widest * distance:
+            return False
+        depth, cosine = distance - radius, ahead / distance
     return 0.0 < depth <= views.reach and cosine >= views.cosines[int(depth / views.reach * _DEPTHS)]
 
 

@@ -286,12 +286,13 @@ def _leverage(soundings: Soundings, explained: IntArray, poses: FloatArray, slop
 
 def _placed(readings: _Readings, unknowns: Unknowns) -> Rows:
     """Give the derivatives of readings their places among the unknowns."""
-    own = unknowns.starts[readings.owners][:, None] + np.arange(3)
-    own = np.where(unknowns.free[readings.owners], own, -1)
-    ends = unknowns.starts[readings.neighbours][:, None] + np.arange(2)
-    ends = np.where(readings.neighbours[:, None] >= 0, ends, -1)
-    sonar = np.broadcast_to(np.arange(unknowns.sonar, unknowns.pose), (len(own), len(SONAR_UNKNOWNS)))
-    columns = [own, ends, sonar]
+    sonar = np.arange(unknowns.sonar, unknowns.pose)
+    columns = [
+        unknowns.columns[readings.owners],
+        # Of most there is none: that is the last row.
+        unknowns.columns[readings.neighbours, :2],
+        np.broadcast_to(sonar, (len(readings.owners), len(sonar))),
+    ]
     if unknowns.poses:
         columns.append(unknowns.pose + 3 * readings.stations[:, None] + np.arange(3))
     return Rows(np.concatenate(columns, axis=1), readings.slopes, readings.residuals, readings.weights)

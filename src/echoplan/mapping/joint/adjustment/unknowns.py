@@ -48,6 +48,12 @@ class Unknowns:
         return starts
 
     @cached_property
+    def columns(self) -> IntArray:
+        """Where each parameter of each feature stands, and in the last row of none, shape (f + 1, 3); -1 is nowhere."""
+        columns = np.where(self.free, self.starts[:, None] + np.arange(3), -1)
+        return np.concatenate([columns, np.full((1, 3), -1)])
+
+    @cached_property
     def sonar(self) -> int:
         """Where those of the sonar start."""
         return int(self.counts.sum())

@@ -17,6 +17,11 @@ def test_features_stand_one_after_the_other_without_gaps() -> None:
     assert unknowns.starts.tolist() == [place[0] for place in places]
 
 
+def test_columns_are_where_each_parameter_stands() -> None:
+    columns = Unknowns(kinds=KINDS).columns
+    assert columns.tolist() == [[0, 1, -1], [2, 3, 4], [5, 6, -1], [7, 8, 9], [10, 11, -1], [-1, -1, -1]]
+
+
 def test_the_sonar_follows_the_features_and_the_poses_follow_the_sonar() -> None:
     trusted, free = Unknowns(kinds=KINDS), Unknowns(kinds=KINDS, poses=4)
     assert trusted.sonar == free.sonar == 12
