@@ -23,7 +23,6 @@ class CandidateSettings(BaseModel, frozen=True, extra="forbid"):
         default=np.radians(10), gt=0.0, description="of an arc's own normal from a tangent's [rad]"
     )
     point_turn: float = Field(default=np.radians(9), gt=0.0, description="of an arc's own normal from a point [rad]")
-    coarse_turn: float = Field(default=np.radians(25), gt=0.0, description="either, for single echoes of a ring [rad]")
     radii: tuple[float, ...] = Field(default=(0.04, 0.08, 0.12, 0.18, 0.26), description="of cylinders to try [m]")
     nearest: float = Field(default=0.05, gt=0.0, description="stations nearer to each other tell nothing new [m]")
     farthest: float = Field(default=6.0, gt=0.0, description="stations farther apart hear little in common [m]")
@@ -74,7 +73,7 @@ class _Pairs:
         )
 
 
-def suggest(sightings: Sightings, fresh: BoolArray, *, coarse: bool, settings: CandidateSettings) -> FloatArray:
+def suggest(sightings: Sightings, fresh: BoolArray, settings: CandidateSettings) -> FloatArray:
     """Suggest reflectors.
 
     Parameters
@@ -83,8 +82,6 @@ def suggest(sightings: Sightings, fresh: BoolArray, *, coarse: bool, settings: C
         What was heard.
     fresh : ndarray of bool, shape (a,)
         Which of it is new; only pairs with something new are looked at.
-    coarse : bool
-        Whether the sightings are single echoes, whose directions are vague.
     settings : CandidateSettings
         How near they must agree.
 
@@ -95,8 +92,7 @@ def suggest(sightings: Sightings, fresh: BoolArray, *, coarse: bool, settings: C
     """
     pairs = _pairs(sightings, fresh, settings)
     alone = sightings.planes[fresh]
-    walls = np.concatenate([alone, _tangents(sightings, pairs, settings.coarse_turn if coarse else settings.wall_turn)])
-    turn = settings.coarse_turn if coarse else settings.point_turn
+    walls, turn = np.concatenate([alone, _tangents(sightings, pairs, settings.wall_turn)]), settings.point_turn
     points = _circles(sightings, pairs, radius=0.0, turn=turn)
     rounds = np.concatenate([_circles(sightings, pairs, radius=radius, turn=turn) for radius in settings.radii])
     return np.concatenate(

@@ -63,7 +63,8 @@ class JointMapper:
         window, stations = self.settings.window, self._stations()
         # The newest station may still grow.
         if len(stations.poses) > window.stations + window.step:
-            self._let_go(stations, window.step)
+            with _one_thread():
+                self._let_go(stations, window.step)
 
     def result(self) -> FeatureMap:
         """Explain everything that was heard so far.
@@ -73,6 +74,10 @@ class JointMapper:
         FeatureMap
             Walls, corners and cylinders, and the poses from which they were heard.
         """
+        with _one_thread():
+            return self._map()
+
+    def _map(self) -> FeatureMap:
         parameters, sweeps = self.settings.model_dump(mode="json"), np.array(self._indices, dtype=np.int64)
         if self._memory.is_empty and not any(len(part.readings) for part in self._soundings):
             return FeatureMap(method="joint", parameters=parameters, sweeps=sweeps, poses=self._given())
@@ -97,9 +102,7 @@ class JointMapper:
 
     def _account(self, stations: Stations) -> Account:
         heard = at_stations(join_soundings(self._soundings), stations)
-        # Matrices are small: threads would only wait for each other, on all cores.
-        with threadpool_limits(limits=1, user_api="blas"):
-            return explained(Account(self.rig, heard, stations.poses, self.settings, self._memory))
+        return explained(Account(self.rig, heard, stations.poses, self.settings, self._memory))
 
     def _let_go(self, stations: Stations, count: int) -> None:
         """Keep what the oldest stations said, but not their pings."""
@@ -117,3 +120,8 @@ class JointMapper:
 
     def _given(self) -> FloatArray:
         return np.array([sweep.station for sweep in self._sweeps]).reshape(-1, 3)
+
+
+def _one_thread() -> threadpool_limits:
+    """Matrices are small: threads would only wait for each other, on all cores."""
+    return threadpool_limits(limits=1, user_api="blas")

@@ -254,7 +254,7 @@ def independent(soundings: Soundings) -> BoolArray:
 
 
 def step_of(soundings: Soundings) -> float:
-    """Tell how far a sonar turns from one ping to the next.
+    """Tell how far a sonar turns from one ping to the next; of a ring, how far apart its sensors look.
 
     Parameters
     ----------
@@ -264,9 +264,22 @@ def step_of(soundings: Soundings) -> float:
     Returns
     -------
     float
-        As their weights tell it [rad]; ``inf`` without pings.
+        As their weights tell it, or where pings are too far apart for these, their directions [rad]; ``inf`` without
+        pings.
     """
-    return float(_INDEPENDENT * np.median(soundings.weights)) if len(soundings.weights) else np.inf
+    if not len(soundings.weights):
+        return np.inf
+    share = float(np.median(soundings.weights))
+    return _INDEPENDENT * share if share < 1.0 else _spacing(soundings)
+
+
+def _spacing(soundings: Soundings) -> float:
+    """Tell how far apart pings look that hear independently; what is nearer is of another sweep at the same station."""
+    order = np.lexsort((soundings.bearings, soundings.stations))
+    bearings, stations = soundings.bearings[order], soundings.stations[order]
+    gaps = np.diff(bearings)[np.diff(stations) == 0]
+    wide = gaps[gaps > _INDEPENDENT]
+    return float(np.median(wide)) if len(wide) else float(_INDEPENDENT)
 
 
 def late_by(soundings: Soundings, latency: float) -> Soundings:

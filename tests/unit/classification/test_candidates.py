@@ -27,12 +27,10 @@ def sighted(
     return Sightings(stations=table[:, 0].astype(int), centers=table[:, 1:3], planes=table[:, 3:])
 
 
-def suggested(
-    sightings: Sightings, *, fresh: list[bool] | None = None, coarse: bool = False, **settings: float
-) -> FloatArray:
+def suggested(sightings: Sightings, *, fresh: list[bool] | None = None, **settings: float) -> FloatArray:
     """Candidates with all sightings new unless told otherwise."""
     new = np.ones(len(sightings.stations), dtype=bool) if fresh is None else np.array(fresh)
-    return suggest(sightings, new, coarse=coarse, settings=CandidateSettings.model_validate(settings))
+    return suggest(sightings, new, CandidateSettings.model_validate(settings))
 
 
 def distance(candidates: FloatArray, reflector: FloatArray) -> float:
@@ -84,11 +82,10 @@ def test_a_tangent_is_nearer_to_a_wall_than_arcs_that_are_turned() -> None:
     assert distance(suggested(sightings), wall(0.4, 1.5)) < 1e-6
 
 
-def test_arcs_that_turn_too_far_from_each_other_suggest_no_tangent_unless_coarse() -> None:
+def test_arcs_that_turn_too_far_from_each_other_suggest_no_tangent() -> None:
     sightings = sighted([wall(0.4, 1.5)], stations=STATIONS[:2], turn=np.radians(12))
     assert distance(suggested(sightings), wall(0.4, 1.5)) > 0.1
-    # Neither of a ring's echoes may look more than 25 degrees past the other's.
-    assert distance(suggested(sightings, coarse=True), wall(0.4, 1.5)) < 1e-6
+    assert distance(suggested(sightings, wall_turn=np.radians(25)), wall(0.4, 1.5)) < 1e-6
 
 
 def test_arcs_of_one_station_suggest_nothing_together() -> None:
@@ -124,7 +121,7 @@ def test_points_behind_the_stations_are_not_suggested() -> None:
 
 def test_only_radii_that_are_asked_for_are_tried() -> None:
     sightings = sighted([cylinder(1.0, 0.5, 0.1)])
-    candidates = suggest(sightings, np.ones(3, dtype=bool), coarse=False, settings=CandidateSettings(radii=(0.1, 0.3)))
+    candidates = suggest(sightings, np.ones(3, dtype=bool), CandidateSettings(radii=(0.1, 0.3)))
     assert set(candidates[candidates[:, 0] == Kind.CYLINDER, 3]) <= {0.1, 0.3}
     assert distance(candidates, cylinder(1.0, 0.5, 0.1)) < 1e-6
 

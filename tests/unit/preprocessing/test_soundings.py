@@ -15,6 +15,7 @@ from echoplan.preprocessing.soundings import (
     join_soundings,
     late_by,
     soundings_of,
+    step_of,
 )
 from expectations import listening
 from scenes import ARM, rig, sweep_of
@@ -277,3 +278,21 @@ def test_a_rounding_in_the_step_keeps_no_more_pings() -> None:
     for weight in (0.5 - 1e-15, 0.5, 0.5 + 1e-15):
         kept = independent(soundings._replace(weights=np.full(len(soundings.weights), weight)))
         assert kept.sum() == len(kept) / 2
+
+
+@pytest.mark.parametrize("degrees", [1.5, 5.0, 22.5])
+def test_a_step_is_from_one_ping_to_the_next_however_far_that_is(degrees: float) -> None:
+    assert step_of(listening(step=np.radians(degrees))) == pytest.approx(np.radians(degrees))
+
+
+def test_a_second_sweep_of_a_ring_at_the_same_station_is_no_step() -> None:
+    once = listening([(0.0, 0.0)], step=np.radians(22.5))
+    turned = np.exp(1j * np.radians(1.5)) * (once.ux + 1j * once.uy)
+    again = join_soundings([once, once._replace(ux=turned.real, uy=turned.imag)])
+    together = again._replace(stations=0 * again.stations, centers=once.centers)
+    assert step_of(together) == pytest.approx(np.radians(21.0))
+
+
+def test_where_nobody_listens_there_is_no_step() -> None:
+    nobody = np.zeros(len(listening().readings), dtype=bool)
+    assert step_of(chosen_soundings(listening(), nobody)) == np.inf

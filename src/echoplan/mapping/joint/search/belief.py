@@ -1,7 +1,5 @@
 """Belief: when a reflector is taken to be there."""
 
-import math
-
 import numpy as np
 from pydantic import BaseModel, Field
 
@@ -12,9 +10,6 @@ from echoplan.mapping.joint.search.paths import free_views
 from echoplan.preprocessing.soundings import Soundings, step_of
 
 __all__ = ["Belief", "BeliefSettings"]
-
-# Steps between single echoes of rings [rad].
-_COARSE = math.radians(10.0)
 
 
 class BeliefSettings(BaseModel, frozen=True, extra="forbid"):
@@ -54,11 +49,6 @@ class Belief:
         self.step = step_of(soundings)
         self._soundings = soundings
         self._half_aperture = half_aperture
-
-    @property
-    def is_coarse(self) -> bool:
-        """Whether there are only single echoes, as of rings."""
-        return self.step > _COARSE
 
     def worth(self, hypothesis: Hypothesis) -> float:
         """Tell the gain less the cost of parameters.
@@ -101,7 +91,7 @@ class Belief:
             return False
         if not self.is_lone(hypothesis):
             many = hypothesis.speaking(settings.second_station) > 2
-            return many or self.is_coarse or self.hears(hypothesis, levels) >= settings.heard_share
+            return many or self.hears(hypothesis, levels) >= settings.heard_share
         return hypothesis.is_wall and self._is_whole(hypothesis, levels)
 
     def is_lone(self, hypothesis: Hypothesis) -> bool:
@@ -156,7 +146,7 @@ class Belief:
 
     def _is_whole(self, wall: Hypothesis, levels: FloatArray) -> bool:
         """Whether one station heard a wall all over the beam, as it should."""
-        if self.is_coarse or not len(wall.evidence.pings):
+        if not len(wall.evidence.pings):
             return False
         here = self._at_best_station(wall)
         unmasked = int((here & wall.evidence.unmasked).sum())

@@ -259,7 +259,7 @@ class Search:
             planes=arc_planes(arcs, explanation.soundings, explanation.hearing),
         )
         fresh: BoolArray = np.ones(len(arcs), dtype=bool)
-        rows = suggest(sightings, fresh, coarse=self.belief.is_coarse, settings=self.settings.candidates)
+        rows = suggest(sightings, fresh, self.settings.candidates)
         free = np.flatnonzero(levels < explanation.floor + _OPEN)
         pool = [each for kind in _CELLS for each in self._promising(kind, rows, levels, free)]
         return [each for each in pool if not any(_same(each, feature) for feature in features)]

@@ -252,14 +252,23 @@ def test_a_single_station_never_makes_a_cylinder_or_a_corner() -> None:
     assert search.tested(proposed(search, *truth)) == []
 
 
-def test_a_ring_with_its_few_pings_needs_two_stations() -> None:
-    # One reading in 22 degrees tells nothing of the beam.
+@pytest.mark.parametrize(("silent", "count"), [([], 1), ([0], 0), ([1], 0)])
+def test_a_ring_knows_a_wall_from_one_station_that_three_of_its_sensors_hear(silent: list[int], count: int) -> None:
+    # Through two readings some wall can always be laid.
     truth = wall(np.pi / 2, 1.2)
-    ring = np.radians(22.5)
-    once = search_in(hearing(listening(APART[:1], step=ring), [truth]))
-    around = search_in(hearing(listening([(-0.9, 0.0), (-0.3, 0.2), (0.3, 0.1), (0.9, 0.3)], step=ring), [truth]))
-    assert once.run() == []
-    assert rows(around.run()) == pytest.approx(truth[None], abs=0.01)
+    soundings = hearing(listening(APART[:1], step=np.radians(22.5)), [truth])
+    heard = np.flatnonzero(np.isfinite(soundings.readings))
+    assert len(heard) == 3
+    kept = np.delete(np.arange(len(soundings.readings)), heard[silent])
+    search = search_in(chosen_soundings(soundings, np.isin(np.arange(len(soundings.readings)), kept)))
+    assert len(search.tested(proposed(search, truth))) == count
+
+
+def test_a_ring_finds_a_wall_from_all_around() -> None:
+    truth = wall(np.pi / 2, 1.2)
+    around = [(-0.9, 0.0), (-0.3, 0.2), (0.3, 0.1), (0.9, 0.3)]
+    search = search_in(hearing(listening(around, step=np.radians(22.5)), [truth]))
+    assert rows(search.run()) == pytest.approx(truth[None], abs=0.01)
 
 
 def test_three_readings_through_which_a_circle_can_always_be_laid_make_no_cylinder() -> None:
