@@ -276,6 +276,12 @@ def test_the_walk_is_read_from_its_curve(excess: float) -> None:
     assert walk_of(hearing, excess) == pytest.approx(float(curve), abs=1e-9)
 
 
+@pytest.mark.parametrize("sonar", [SKEWED, replace(SKEWED, range_offset=-0.01), SKEWED.seeing(0.25)])
+def test_walks_are_the_least_and_the_greatest_of_the_curve(sonar: EchoModel) -> None:
+    hearing = sonar.tabulated()
+    assert hearing.walks == (hearing.walk.min(), hearing.walk.max())
+
+
 def test_readings_scatter_as_their_excess_is_uncertain() -> None:
     scatter = SKEWED.scatter([0.0, 1.0, 30.0])
     assert scatter == pytest.approx(0.026 * SKEWED.walk.scatter([0.0, 1.0, 30.0], SKEWED.spread))
