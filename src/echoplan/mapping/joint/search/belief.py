@@ -125,9 +125,13 @@ class Belief:
         float
             Share of the pings that do, of those that could.
         """
-        evidence, here = hypothesis.evidence, self._at_best_station(hypothesis)
-        hits = here & (evidence.densities > np.maximum(levels[evidence.pings], 0.0))
-        return float(hits.sum() / max(here.sum(), 1))
+        return float(self._hits(hypothesis, levels).sum() / max(self._at_best_station(hypothesis).sum(), 1))
+
+    def _hits(self, hypothesis: Hypothesis, levels: FloatArray) -> BoolArray:
+        """Tell which pings of the best station hear a reflector better than anything else."""
+        evidence = hypothesis.evidence
+        anew: BoolArray = evidence.densities > np.maximum(levels[evidence.pings], 0.0)
+        return anew & self._at_best_station(hypothesis)
 
     def _is_overdetermined(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
         """Whether more readings speak for a feature than it has parameters: through as many it can always be laid."""
@@ -148,11 +152,13 @@ class Belief:
         """Whether one station heard a wall all over the beam, as it should."""
         if not len(wall.evidence.pings):
             return False
-        here = self._at_best_station(wall)
-        unmasked = int((here & wall.evidence.unmasked).sum())
-        hits = self.hears(wall, levels) * here.sum()
+        here, heard = self._at_best_station(wall), self._hits(wall, levels)
+        unmasked, hits = int((here & wall.evidence.unmasked).sum()), int(heard.sum())
+        # A sensor of a ring that says the same in a second sweep from there says nothing new.
+        ways = np.unique(np.round(self._soundings.bearings[wall.evidence.pings[heard]] / self.step))
         return bool(
             here.sum() >= self._half_aperture / self.step
+            and len(ways) > len(wall.parameters)
             and hits >= self.settings.hit_share * max(unmasked, 1)
             and hits >= self.settings.seen_share * here.sum()
         )
