@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from echoplan.acoustics.expectation import EchoModel, Kind
-from echoplan.arrays import FloatArray
+from echoplan.arrays import BoolArray, FloatArray
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.extraction.arcs import ArcSettings, find_arcs
 from echoplan.mapping.joint.search.search import Search, SearchSettings
@@ -262,6 +262,22 @@ def test_a_ring_knows_a_wall_from_one_station_that_three_of_its_sensors_hear(sil
     kept = np.delete(np.arange(len(soundings.readings)), heard[silent])
     search = search_in(chosen_soundings(soundings, np.isin(np.arange(len(soundings.readings)), kept)))
     assert len(search.tested(proposed(search, truth))) == count
+
+
+@pytest.mark.parametrize(("sensors", "count"), [(2, 0), (3, 1)])
+def test_what_two_sensors_of_a_ring_say_twice_is_no_more_than_said_once(sensors: int, count: int) -> None:
+    truth = wall(np.pi / 2, 1.2)
+    soundings = hearing(listening(APART[:1], step=np.radians(22.5)), [truth])
+    heard = np.flatnonzero(np.isfinite(soundings.readings))
+    silent = np.setdiff1d(np.arange(len(soundings.readings)), heard)
+    twice = join_soundings([chosen_soundings(soundings, kept_of(soundings, [*silent, *heard[:sensors]]))] * 2)
+    search = search_in(twice._replace(stations=0 * twice.stations, centers=soundings.centers))
+    assert len(search.tested(proposed(search, truth))) == count
+
+
+def kept_of(soundings: Soundings, pings: Sequence[int]) -> BoolArray:
+    """Mark some pings."""
+    return np.isin(np.arange(len(soundings.readings)), pings)
 
 
 def test_a_ring_finds_a_wall_from_all_around() -> None:
