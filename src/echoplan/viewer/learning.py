@@ -10,12 +10,26 @@ from echoplan.viewer.sections import Definitions
 
 __all__ = ["learned_in_words"]
 
-# Name, what it is called above and below zero, what turns it into its unit, and the unit.
+# Name, what it is called above and below zero and where nothing tells it, what turns it into its unit, and the unit.
 _NUMBERS = (
-    ("range_scale", ("Ranges are too short by", "Ranges are too long by"), 100.0, "%"),
-    ("range_offset", ("Ranges at 1 m are too long by", "Ranges at 1 m are too short by"), 1000.0, "mm"),
-    ("walk_gain", ("Faint echoes are read too far by up to", "Faint echoes are read too near by up to"), 1000.0, "mm"),
-    ("servo_latency", ("The servo lags by", "The servo leads by"), 1000.0, "ms"),
+    ("range_scale", ("Ranges are too short by", "Ranges are too long by", "Ranges are off by"), 100.0, "%"),
+    (
+        "range_offset",
+        ("Ranges at 1 m are too long by", "Ranges at 1 m are too short by", "Ranges at 1 m are off by"),
+        1000.0,
+        "mm",
+    ),
+    (
+        "walk_gain",
+        (
+            "Faint echoes are read too far by up to",
+            "Faint echoes are read too near by up to",
+            "Faint echoes are off by",
+        ),
+        1000.0,
+        "mm",
+    ),
+    ("servo_latency", ("The servo lags by", "The servo leads by", "The servo lags by"), 1000.0, "ms"),
 )
 # What robot simulators make of a sonar.
 _CONE = "the nearest points in cones of rays of \N{PLUS-MINUS SIGN}{:.1f}\N{DEGREE SIGN}, as robot simulators make them"
@@ -47,11 +61,7 @@ def learned_in_words(feature_map: FeatureMap) -> tuple[Definitions, ...]:
     found = feature_map.parameters.get("found")
     if not isinstance(found, Mapping) or not found:
         return ()
-    items = [
-        (words[found[name]["value"] < 0.0], _value(found[name], factor, unit))
-        for name, words, factor, unit in _NUMBERS
-        if name in found
-    ]
+    items = [_told(found[name], words, factor, unit) for name, words, factor, unit in _NUMBERS if name in found]
     scatter = _OPEN if feature_map.is_empty else f"{1000 * float(found['noise']):.1f} mm"
     noise = ("Readings scatter by", scatter)
     poses = ("Poses", str(found.get("poses", "trusted")))
@@ -99,11 +109,11 @@ def _open_way(stretches: Sequence[Mapping[str, Any]]) -> str:
     )
 
 
-def _value(number: Mapping[str, Any], factor: float, unit: str) -> str:
-    value, sigma = abs(factor * float(number["value"])), factor * float(number["sigma"])
+def _told(number: Mapping[str, Any], words: tuple[str, str, str], factor: float, unit: str) -> tuple[str, str]:
+    value, sigma = factor * float(number["value"]), factor * float(number["sigma"])
     is_determined, air = sigma <= _DETERMINED * factor * float(number["believed"]), number.get("temperature")
     if not is_determined and air is None:
-        return _OPEN
+        return words[2], _OPEN
     digits = max(0, min(3, 1 - math.floor(math.log10(max(sigma, 1e-3)))))
     source = "" if air is None else f", in air of {float(air):.1f} \N{DEGREE SIGN}C by the thermometer"
-    return f"{value:.{digits}f} \N{PLUS-MINUS SIGN} {sigma:.{digits}f} {unit}{source}"
+    return words[value < 0.0], f"{abs(value):.{digits}f} \N{PLUS-MINUS SIGN} {sigma:.{digits}f} {unit}{source}"
