@@ -6,6 +6,7 @@ from pydantic import BaseModel, Field
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.classification.hypotheses import Hypothesis
+from echoplan.geometry import wrap
 from echoplan.mapping.joint.search.paths import free_views
 from echoplan.preprocessing.soundings import Soundings, step_of
 
@@ -129,16 +130,12 @@ class Belief:
 
     def _hits(self, hypothesis: Hypothesis, levels: FloatArray) -> BoolArray:
         """Tell which pings of the best station hear a reflector better than anything else."""
-        evidence = hypothesis.evidence
-        anew: BoolArray = evidence.densities > np.maximum(levels[evidence.pings], 0.0)
-        return anew & self._at_best_station(hypothesis)
+        return _anew(hypothesis, levels) & self._at_best_station(hypothesis)
 
     def _is_overdetermined(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
         """Whether more readings speak for a feature than it has parameters: through as many it can always be laid."""
-        evidence = hypothesis.evidence
-        anew = evidence.densities > np.maximum(levels[evidence.pings], 0.0)
-        speaking = (hypothesis.gains > 0.0)[self._soundings.stations[evidence.pings]]
-        return bool((anew & speaking).sum() > len(hypothesis.parameters))
+        speaking = (hypothesis.gains > 0.0)[self._soundings.stations[hypothesis.evidence.pings]]
+        return bool((_anew(hypothesis, levels) & speaking).sum() > len(hypothesis.parameters))
 
     def _is_missed(self, hypothesis: Hypothesis) -> bool:
         """Whether most stations that should hear a cylinder do not; walls may seem so while poses are in error."""
@@ -154,16 +151,25 @@ class Belief:
             return False
         here, heard = self._at_best_station(wall), self._hits(wall, levels)
         unmasked, hits = int((here & wall.evidence.unmasked).sum()), int(heard.sum())
-        # A sensor of a ring that says the same in a second sweep from there says nothing new.
-        ways = np.unique(np.round(self._soundings.bearings[wall.evidence.pings[heard]] / self.step))
         return bool(
             here.sum() >= self._half_aperture / self.step
-            and len(ways) > len(wall.parameters)
+            and self._ways(wall, heard) > len(wall.parameters)
             and hits >= self.settings.hit_share * max(unmasked, 1)
             and hits >= self.settings.seen_share * here.sum()
         )
+
+    def _ways(self, wall: Hypothesis, heard: BoolArray) -> int:
+        """Count the directions from which a wall is heard: a second sweep of a ring from there says nothing new."""
+        turns = wrap(self._soundings.bearings[wall.evidence.pings[heard]] - wall.line[0])
+        return len(np.unique(np.round((turns - turns.min(initial=np.inf)) / self.step)))
 
     def _at_best_station(self, hypothesis: Hypothesis) -> BoolArray:
         evidence = hypothesis.evidence
         here: BoolArray = self._soundings.stations[evidence.pings] == np.argmax(hypothesis.gains)
         return here & evidence.audible
+
+
+def _anew(hypothesis: Hypothesis, levels: FloatArray) -> BoolArray:
+    """Tell which pings a hypothesis explains, and better than anything else."""
+    anew: BoolArray = hypothesis.evidence.densities > np.maximum(levels[hypothesis.evidence.pings], 0.0)
+    return anew

@@ -259,20 +259,33 @@ def test_a_ring_knows_a_wall_from_one_station_that_three_of_its_sensors_hear(sil
     soundings = hearing(listening(APART[:1], step=np.radians(22.5)), [truth])
     heard = np.flatnonzero(np.isfinite(soundings.readings))
     assert len(heard) == 3
-    kept = np.delete(np.arange(len(soundings.readings)), heard[silent])
-    search = search_in(chosen_soundings(soundings, np.isin(np.arange(len(soundings.readings)), kept)))
+    search = search_in(chosen_soundings(soundings, ~kept_of(soundings, heard[silent].tolist())))
     assert len(search.tested(proposed(search, truth))) == count
 
 
+@pytest.mark.parametrize("towards", [0.5 * np.pi, np.pi])
 @pytest.mark.parametrize(("sensors", "count"), [(2, 0), (3, 1)])
-def test_what_two_sensors_of_a_ring_say_twice_is_no_more_than_said_once(sensors: int, count: int) -> None:
-    truth = wall(np.pi / 2, 1.2)
-    soundings = hearing(listening(APART[:1], step=np.radians(22.5)), [truth])
-    heard = np.flatnonzero(np.isfinite(soundings.readings))
-    silent = np.setdiff1d(np.arange(len(soundings.readings)), heard)
-    twice = join_soundings([chosen_soundings(soundings, kept_of(soundings, [*silent, *heard[:sensors]]))] * 2)
-    search = search_in(twice._replace(stations=0 * twice.stations, centers=soundings.centers))
+def test_what_two_sensors_of_a_ring_say_twice_is_no_more_than_said_once(
+    sensors: int, count: int, towards: float
+) -> None:
+    truth, ring = wall(towards, 1.2), listening(APART[:1], step=np.radians(22.5))
+    sweeps = [heard_by(sensors, turned(ring, np.radians(degrees)), truth) for degrees in (-1.5, 0.5)]
+    twice = join_soundings(sweeps)
+    search = search_in(twice._replace(stations=0 * twice.stations, centers=ring.centers))
     assert len(search.tested(proposed(search, truth))) == count
+
+
+def turned(soundings: Soundings, angle: float) -> Soundings:
+    """The same sensors, looking a little elsewhere."""
+    axes = np.exp(1j * angle) * (soundings.ux + 1j * soundings.uy)
+    return soundings._replace(ux=axes.real.copy(), uy=axes.imag.copy())
+
+
+def heard_by(sensors: int, ring: Soundings, truth: FloatArray) -> Soundings:
+    """A wall as the first few sensors that hear it tell, and those that hear nothing."""
+    soundings = hearing(ring, [truth])
+    far = np.flatnonzero(np.isfinite(soundings.readings))[sensors:]
+    return chosen_soundings(soundings, ~kept_of(soundings, far.tolist()))
 
 
 def kept_of(soundings: Soundings, pings: Sequence[int]) -> BoolArray:
