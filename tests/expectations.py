@@ -6,7 +6,7 @@ import numpy as np
 
 from echoplan.acoustics.expectation import EchoModel, Kind, expect, shape_of
 from echoplan.arrays import FloatArray
-from echoplan.classification.evidence import NO_EVIDENCE
+from echoplan.classification.evidence import NO_EVIDENCE, Evidence, weigh
 from echoplan.classification.explanation import Explanation
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.geometry import directions
@@ -103,6 +103,11 @@ def hearing(
         nearest = np.minimum(nearest, np.where(excesses > 0.0, readings, np.inf))
     jitter = rng.normal(0.0, noise, len(nearest)) if rng is not None else 0.0
     return soundings._replace(readings=np.where(nearest < soundings.max_range, nearest + jitter, np.inf))
+
+
+def evidence_for(soundings: Soundings, reflector: FloatArray) -> Evidence:
+    """What pings say of a reflector, at the usual noise."""
+    return weigh(soundings, SONAR.tabulated(), reflector, NOISE)
 
 
 def explanation(soundings: Soundings, *, sonar: EchoModel = SONAR, noise: float = NOISE) -> Explanation:

@@ -37,8 +37,8 @@ def share_of_ramps(soundings: Soundings) -> float:
     heard = np.isfinite(soundings.readings)
     scans = soundings.stations * (int(soundings.sensors.max(initial=0)) + 1) + soundings.sensors
     order = np.argsort(scans, kind="stable")
-    each = np.split(order, np.flatnonzero(np.diff(scans[order])) + 1)
-    on_ramps = sum(int(_ramps(soundings, scan).sum()) for scan in each if len(scan) >= _FEWEST)
+    parts = np.split(order, np.flatnonzero(np.diff(scans[order])) + 1)
+    on_ramps = sum(int(_ramps(soundings, scan).sum()) for scan in parts if len(scan) >= _FEWEST)
     return on_ramps / max(int(heard.sum()), 1)
 
 

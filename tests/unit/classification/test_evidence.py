@@ -3,23 +3,25 @@ import pytest
 
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import BoolArray, FloatArray
-from echoplan.classification.evidence import UNHEARD, Evidence, audibility, weigh
+from echoplan.classification.evidence import UNHEARD, Evidence, audibility
 from echoplan.preprocessing.soundings import Soundings
-from expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, edge, expected, hearing, listening, wall
+from expectations import (
+    NOISE,
+    REACH,
+    ROOM,
+    SONAR,
+    corner,
+    cylinder,
+    edge,
+    evidence_for,
+    expected,
+    hearing,
+    listening,
+    wall,
+)
 
 HEARING = SONAR.tabulated()
 EAST = ROOM[0]
-
-
-@pytest.fixture(scope="module")
-def room() -> Soundings:
-    """A room without noise."""
-    return hearing(listening(), ROOM)
-
-
-def evidence_for(soundings: Soundings, reflector: FloatArray) -> Evidence:
-    """What pings say, at the usual noise."""
-    return weigh(soundings, HEARING, reflector, NOISE)
 
 
 def twin(soundings: Soundings, reflector: FloatArray, noise: float) -> Evidence:

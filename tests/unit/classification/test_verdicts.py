@@ -7,23 +7,11 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.classification.evidence import Evidence, weigh
 from echoplan.classification.verdicts import Frame, Verdict, judge
 from echoplan.preprocessing.soundings import Soundings
-from expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, hearing, listening, wall
+from expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, evidence_for, hearing, listening, wall
 
-HEARING = SONAR.tabulated()
 FLOOR = float(np.log(0.04 / REACH))
 OPEN = Frame(np.zeros((0, 4)), np.zeros((0, 2)))
 EAST = ROOM[0]
-
-
-@pytest.fixture(scope="module")
-def room() -> Soundings:
-    """A room without noise."""
-    return hearing(listening(), ROOM)
-
-
-def evidence_for(soundings: Soundings, reflector: FloatArray) -> Evidence:
-    """What pings say, at the usual noise."""
-    return weigh(soundings, HEARING, reflector, NOISE)
 
 
 def verdict_on(
