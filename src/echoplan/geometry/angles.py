@@ -72,7 +72,10 @@ def directions(angles: ArrayLike) -> FloatArray:
     array([1., 0.])
     """
     angles = np.asarray(angles, dtype=np.float64)
-    return np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    vectors = np.empty((*angles.shape, 2))
+    np.cos(angles, out=vectors[..., 0])
+    np.sin(angles, out=vectors[..., 1])
+    return vectors
 
 
 def rotation_step(bearings: FloatArray) -> float:
