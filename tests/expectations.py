@@ -105,6 +105,14 @@ def hearing(
     return soundings._replace(readings=np.where(nearest < soundings.max_range, nearest + jitter, np.inf))
 
 
+def returning(soundings: Soundings, vertex_xy: tuple[float, float], opening: float) -> Soundings:
+    """Give each ping within 25 degrees of a corner what it sends back: nearer, if it is acute, by the sine of that."""
+    x, y = vertex_xy[0] - soundings.x, vertex_xy[1] - soundings.y
+    ahead = x * soundings.ux + y * soundings.uy > np.hypot(x, y) * np.cos(np.radians(25.0))
+    away = np.hypot(x, y) * np.sin(np.radians(min(opening, 90.0)))
+    return soundings._replace(readings=np.where(ahead, away, soundings.readings))
+
+
 def evidence_for(soundings: Soundings, reflector: FloatArray) -> Evidence:
     """What pings say of a reflector, at the usual noise."""
     return weigh(soundings, SONAR.tabulated(), reflector, NOISE)

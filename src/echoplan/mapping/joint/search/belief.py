@@ -18,7 +18,6 @@ class BeliefSettings(BaseModel, frozen=True, extra="forbid"):
 
     accept: float = Field(default=12.0, gt=0.0, description="least gain in log likelihood [nats]")
     second_station: float = Field(default=5.0, description="least gain of the second best station [nats]")
-    without_best: float = Field(default=8.0, description="least gain without the best station [nats]")
     radius_cost: float = Field(default=2.0, ge=0.0, description="cost of the third parameter of a cylinder [nats]")
     hit_share: float = Field(
         default=0.75, gt=0.0, description="of the unmasked pings that must hear a wall known from one station"
@@ -96,7 +95,7 @@ class Belief:
         return hypothesis.is_wall and self._is_whole(hypothesis, levels)
 
     def is_lone(self, hypothesis: Hypothesis) -> bool:
-        """Whether hardly more than one station speaks for a reflector.
+        """Whether no more than one station speaks for a reflector.
 
         Parameters
         ----------
@@ -108,11 +107,10 @@ class Belief:
         bool
             Whether it is so.
         """
-        speaking = hypothesis.speaking(self.settings.second_station)
-        return speaking < 2 or hypothesis.total - hypothesis.best <= self.settings.without_best
+        return hypothesis.speaking(self.settings.second_station) < 2
 
     def hears(self, hypothesis: Hypothesis, levels: FloatArray) -> float:
-        """Tell how fully the best station hears a reflector.
+        """Tell how fully the best station hears a reflector, a wall as far as nothing that is known hides it.
 
         Parameters
         ----------
@@ -126,7 +124,7 @@ class Belief:
         float
             Share of the pings that do, of those that could.
         """
-        return float(self._hits(hypothesis, levels).sum() / max(self._at_best_station(hypothesis).sum(), 1))
+        return float(self._hits(hypothesis, levels).sum() / max(self._in_the_open(hypothesis, levels).sum(), 1))
 
     def _hits(self, hypothesis: Hypothesis, levels: FloatArray) -> BoolArray:
         """Tell which pings of the best station hear a reflector better than anything else."""
@@ -167,6 +165,15 @@ class Belief:
         evidence = hypothesis.evidence
         here: BoolArray = self._soundings.stations[evidence.pings] == np.argmax(hypothesis.gains)
         return here & evidence.audible
+
+    def _in_the_open(self, hypothesis: Hypothesis, levels: FloatArray) -> BoolArray:
+        """Tell which pings of the best station should hear a reflector, and no known thing before a wall.
+
+        Walls go on behind other things; a cylinder that seems to stand behind a wall is an image in it.
+        """
+        evidence = hypothesis.evidence
+        hidden = hypothesis.is_wall & ~evidence.unmasked & (levels[evidence.pings] > 0.0)
+        return self._at_best_station(hypothesis) & ~hidden
 
 
 def _anew(hypothesis: Hypothesis, levels: FloatArray) -> BoolArray:

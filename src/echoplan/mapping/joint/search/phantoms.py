@@ -1,10 +1,12 @@
 """Phantoms: walls that may be no more than echoes over two walls, one of which nobody heard itself.
 
-What one sensor sends to a known wall and another hears from an unknown one looks, from one station, like a wall beyond.
-Two things tell it: sound that met two walls comes from farther than either, and seldom does it leave and come back just
-along the axes of both beams, so that it is heard over a smaller angle than a wall is.  Of the wall that nobody heard
-nothing is known; it is taken to stand about as near as those that were heard.  Rays meet no second wall; but an edge,
-which returns hardly any sound, is read by them from one station as a wall across it would be.
+What a corner sends back over a known side and an unknown one looks like a wall across it; but then there is an unknown
+side that explains the echo as well.  What one sensor sends to a known wall and another hears from an unknown one looks,
+from one station, like a wall beyond.  Two things tell it: sound that met two walls comes from farther than either, and
+seldom does it leave and come back just along the axes of both beams, so that it is heard over a smaller angle than a
+wall is.  Of the wall that nobody heard nothing is known; it is taken to stand about as near as those that were heard.
+Rays meet no second wall; but an edge, which returns hardly any sound, is read by them from one station as a wall across
+it would be.
 """
 
 import math
@@ -13,21 +15,25 @@ from collections.abc import Sequence
 import numpy as np
 
 from echoplan.arrays import FloatArray
+from echoplan.classification.evidence import UNHEARD
 from echoplan.classification.explanation import Explanation
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.classification.multipath import STRETCH
 from echoplan.geometry import along, signed_distances
 from echoplan.mapping.joint.search.belief import Belief
+from echoplan.mapping.joint.search.unheard import levels_over_unheard
 from echoplan.preprocessing.soundings import Soundings
 
 __all__ = ["without_phantoms"]
 
 # From fewer stations many a wall is heard from one of them only.
 _FEWEST = 3
+# What more stations speak for no echo over an unknown wall explains by chance.
+_FEW_STATIONS = 3
 
 
 def without_phantoms(explanation: Explanation, features: Sequence[Hypothesis], belief: Belief) -> list[Hypothesis]:
-    """Leave out walls of one station that others may have cast.
+    """Leave out walls of few stations that others may have cast.
 
     Parameters
     ----------
@@ -48,11 +54,39 @@ def without_phantoms(explanation: Explanation, features: Sequence[Hypothesis], b
         return list(features)
     if explanation.hearing.cone:
         return [each for each in features if not _is_lone_wall(each, belief)]
-    return _without_cast(explanation, features, belief) if _has_volleys(soundings) else list(features)
+    kept = _without_unheard(explanation, features, belief)
+    return _without_cast(explanation, kept, belief) if _has_volleys(soundings) else kept
 
 
 def _is_lone_wall(feature: Hypothesis, belief: Belief) -> bool:
     return feature.is_wall and not feature.is_known and belief.is_lone(feature)
+
+
+def _without_unheard(explanation: Explanation, features: Sequence[Hypothesis], belief: Belief) -> list[Hypothesis]:
+    """Leave out walls, the weakest first, that are not believed beside an echo over one that nobody heard."""
+    kept = list(features)
+    for feature in sorted(features, key=lambda each: each.total):
+        others = [each for each in kept if each is not feature]
+        if _is_weak(feature, belief) and not _stands_beside_unheard(explanation, feature, others, belief):
+            kept = others
+    return kept
+
+
+def _is_weak(feature: Hypothesis, belief: Belief) -> bool:
+    speaking = feature.speaking(belief.settings.second_station)
+    return feature.is_wall and not feature.is_known and speaking <= _FEW_STATIONS
+
+
+def _stands_beside_unheard(
+    explanation: Explanation, wall: Hypothesis, others: Sequence[Hypothesis], belief: Belief
+) -> bool:
+    levels = explanation.levels(others)
+    judged = explanation.judged(wall, levels, others)
+    echoes = levels_over_unheard(explanation, judged, others, levels)
+    if echoes.max() == UNHEARD:
+        return True
+    beside = explanation.judged(wall, np.maximum(levels, echoes), others)
+    return beside.total > belief.settings.second_station
 
 
 def _without_cast(explanation: Explanation, features: Sequence[Hypothesis], belief: Belief) -> list[Hypothesis]:

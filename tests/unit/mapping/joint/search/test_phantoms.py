@@ -1,9 +1,13 @@
 import numpy as np
+import pytest
 
 from echoplan.acoustics.expectation import Kind
+from echoplan.arrays import FloatArray
 from echoplan.mapping.joint.search.belief import Belief, BeliefSettings
 from echoplan.mapping.joint.search.phantoms import without_phantoms
-from expectations import NOISE, SONAR, explanation, feature, hearing, judged, listening, wall
+from echoplan.mapping.joint.search.refinement import approach
+from expectations import NOISE, SONAR, explanation, feature, hearing, judged, listening, returning, wall
+from single_ping import PLAIN
 
 # A passage, and a wall across its end far beyond, of which all but one station are too far to hear anything.
 SIDES = (wall(np.pi / 2, 0.6), wall(-np.pi / 2, 0.6))
@@ -54,6 +58,18 @@ def test_without_walls_about_it_nothing_is_a_phantom() -> None:
     end = feature(END, gains=(0.0, 20.0, 0.0))
     assert without_phantoms(account, [], belief) == []
     assert without_phantoms(account, [end], belief) == [end]
+
+
+@pytest.mark.parametrize(("known", "stays"), [(wall(np.pi / 2, 1.5), 0), (wall(np.pi / 2, 4.5), 1)])
+def test_a_wall_stands_only_if_no_corner_of_a_known_one_explains_it_as_well(known: FloatArray, stays: int) -> None:
+    soundings = returning(listening(((-0.4, -0.3), (0.3, -0.1), (3.0, -9.0))), (1.2, 1.5), 78.0)
+    account = explanation(soundings, sonar=PLAIN)
+    ahead, course = np.flatnonzero(np.isfinite(soundings.readings)), [(0.02, 0.2, 20), (0.003, 0.03, 20)]
+    across = approach(soundings, PLAIN.tabulated(), wall(0.9, 1.85), ahead, course)
+    strong, (seeming,) = feature(known, extent=(-0.8, 0.9), gains=(200.0, 200.0, 0.0)), judged(account, [across])
+    belief = Belief(soundings, half_aperture=0.61, settings=BeliefSettings())
+    assert belief.holds(seeming, account.levels([strong]))
+    assert without_phantoms(account, [seeming, strong], belief) == [seeming, strong][1 - stays :]
 
 
 def test_rays_read_an_edge_from_one_station_as_a_wall() -> None:
