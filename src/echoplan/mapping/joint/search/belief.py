@@ -18,6 +18,7 @@ class BeliefSettings(BaseModel, frozen=True, extra="forbid"):
 
     accept: float = Field(default=12.0, gt=0.0, description="least gain in log likelihood [nats]")
     second_station: float = Field(default=5.0, description="least gain of the second best station [nats]")
+    without_best: float = Field(default=8.0, description="least gain of all but a wall without the best station [nats]")
     radius_cost: float = Field(default=2.0, ge=0.0, description="cost of the third parameter of a cylinder [nats]")
     hit_share: float = Field(
         default=0.75, gt=0.0, description="of the unmasked pings that must hear a wall known from one station"
@@ -91,11 +92,11 @@ class Belief:
             return False
         if not self.is_lone(hypothesis):
             many = hypothesis.speaking(settings.second_station) > 2
-            return many or self.hears(hypothesis, levels) >= settings.heard_share
+            return many or self._is_heard(hypothesis, levels)
         return hypothesis.is_wall and self._is_whole(hypothesis, levels)
 
     def is_lone(self, hypothesis: Hypothesis) -> bool:
-        """Whether no more than one station speaks for a reflector.
+        """Whether hardly more than one station speaks for a reflector: what is no wall is the rarer guess.
 
         Parameters
         ----------
@@ -107,10 +108,11 @@ class Belief:
         bool
             Whether it is so.
         """
-        return hypothesis.speaking(self.settings.second_station) < 2
+        hardly = not hypothesis.is_wall and hypothesis.total - hypothesis.best <= self.settings.without_best
+        return hardly or hypothesis.speaking(self.settings.second_station) < 2
 
     def hears(self, hypothesis: Hypothesis, levels: FloatArray) -> float:
-        """Tell how fully the best station hears a reflector, a wall as far as nothing that is known hides it.
+        """Tell how fully the best station hears a reflector.
 
         Parameters
         ----------
@@ -124,7 +126,17 @@ class Belief:
         float
             Share of the pings that do, of those that could.
         """
-        return float(self._hits(hypothesis, levels).sum() / max(self._in_the_open(hypothesis, levels).sum(), 1))
+        return float(self._hits(hypothesis, levels).sum() / max(self._at_best_station(hypothesis).sum(), 1))
+
+    def _is_heard(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
+        """Whether the best station hears a good part of a reflector; of a wall, of what nothing known hides.
+
+        Walls go on behind other things; a cylinder that seems to stand behind a wall is an image in it.
+        """
+        evidence = hypothesis.evidence
+        hidden = hypothesis.is_wall & ~evidence.unmasked & (levels[evidence.pings] > 0.0)
+        asked = (self._at_best_station(hypothesis) & ~hidden).sum()
+        return bool(self._hits(hypothesis, levels).sum() >= self.settings.heard_share * max(asked, 1))
 
     def _hits(self, hypothesis: Hypothesis, levels: FloatArray) -> BoolArray:
         """Tell which pings of the best station hear a reflector better than anything else."""
@@ -165,15 +177,6 @@ class Belief:
         evidence = hypothesis.evidence
         here: BoolArray = self._soundings.stations[evidence.pings] == np.argmax(hypothesis.gains)
         return here & evidence.audible
-
-    def _in_the_open(self, hypothesis: Hypothesis, levels: FloatArray) -> BoolArray:
-        """Tell which pings of the best station should hear a reflector, and no known thing before a wall.
-
-        Walls go on behind other things; a cylinder that seems to stand behind a wall is an image in it.
-        """
-        evidence = hypothesis.evidence
-        hidden = hypothesis.is_wall & ~evidence.unmasked & (levels[evidence.pings] > 0.0)
-        return self._at_best_station(hypothesis) & ~hidden
 
 
 def _anew(hypothesis: Hypothesis, levels: FloatArray) -> BoolArray:

@@ -232,6 +232,16 @@ def test_of_what_only_two_stations_know_each_must_hear_a_good_part(share: float,
     assert len(search.tested(proposed(search, truth))) == count
 
 
+def test_what_known_things_hide_of_a_wall_does_not_count_against_it() -> None:
+    truth = wall(np.pi / 2, 1.2)
+    soundings = hearing(listening(APART, step=np.radians(2.0)), [truth])
+    middle = soundings.uy > np.cos(np.radians(9.0))
+    search = search_in(soundings._replace(readings=np.where(middle, soundings.readings, 0.3)), heard_share=0.4)
+    (seeming,), bare = proposed(search, truth), np.full(len(middle), search.explanation.floor)
+    assert not search.belief.holds(seeming, bare)
+    assert search.belief.holds(seeming, np.where(middle, bare, 5.0))
+
+
 def half_of_a_wall() -> Soundings:
     """One station hears a wall to the left of its normal and nothing to the right."""
     soundings = hearing(listening(APART[:1], step=np.radians(2.0)), [wall(np.pi / 2, 1.2)])
