@@ -237,7 +237,7 @@ def test_what_known_things_hide_of_a_wall_does_not_count_against_it() -> None:
     soundings = hearing(listening(APART, step=np.radians(2.0)), [truth])
     middle = soundings.uy > np.cos(np.radians(9.0))
     search = search_in(soundings._replace(readings=np.where(middle, soundings.readings, 0.3)), heard_share=0.4)
-    (seeming,), bare = proposed(search, truth), np.full(len(middle), search.explanation.floor)
+    (seeming,), bare = search.judged(proposed(search, truth)), np.full(len(middle), search.explanation.floor)
     assert not search.belief.holds(seeming, bare)
     assert search.belief.holds(seeming, np.where(middle, bare, 5.0))
 
