@@ -18,7 +18,7 @@ class BeliefSettings(BaseModel, frozen=True, extra="forbid"):
 
     accept: float = Field(default=12.0, gt=0.0, description="least gain in log likelihood [nats]")
     second_station: float = Field(default=5.0, description="least gain of the second best station [nats]")
-    without_best: float = Field(default=8.0, description="least gain of all but a wall without the best station [nats]")
+    without_best: float = Field(default=6.0, description="least gain without the best station [nats]")
     radius_cost: float = Field(default=2.0, ge=0.0, description="cost of the third parameter of a cylinder [nats]")
     hit_share: float = Field(
         default=0.75, gt=0.0, description="of the unmasked pings that must hear a wall known from one station"
@@ -96,7 +96,7 @@ class Belief:
         return hypothesis.is_wall and self._is_whole(hypothesis, levels)
 
     def is_lone(self, hypothesis: Hypothesis) -> bool:
-        """Whether hardly more than one station speaks for a reflector: what is no wall is the rarer guess.
+        """Whether hardly more than one station speaks for a reflector.
 
         Parameters
         ----------
@@ -108,8 +108,8 @@ class Belief:
         bool
             Whether it is so.
         """
-        hardly = not hypothesis.is_wall and hypothesis.total - hypothesis.best <= self.settings.without_best
-        return hardly or hypothesis.speaking(self.settings.second_station) < 2
+        speaking = hypothesis.speaking(self.settings.second_station)
+        return speaking < 2 or hypothesis.total - hypothesis.best <= self.settings.without_best
 
     def hears(self, hypothesis: Hypothesis, levels: FloatArray) -> float:
         """Tell how fully the best station hears a reflector.
