@@ -6,7 +6,7 @@ from typing import TypeAlias
 import numpy as np
 
 from echoplan.acoustics.expectation import Kind
-from echoplan.arrays import FloatArray
+from echoplan.arrays import BoolArray, FloatArray
 from echoplan.classification.evidence import Evidence
 from echoplan.classification.past import NO_PAST, Past
 
@@ -82,6 +82,22 @@ class Hypothesis:
     def speaking(self, least: float) -> int:
         """Count the stations that speak for it by more than this [nats]."""
         return int((self.gains > least).sum()) + self.past.speaking
+
+    def explains_anew(self, levels: FloatArray) -> BoolArray:
+        """Tell which pings it explains, and better than anything else.
+
+        Parameters
+        ----------
+        levels : ndarray, shape (n,)
+            Logarithm of the density of each reading by what explains it without it [log 1/m].
+
+        Returns
+        -------
+        ndarray of bool, shape (m,)
+            One a ping of its evidence.
+        """
+        anew: BoolArray = self.evidence.densities > np.maximum(levels[self.evidence.pings], 0.0)
+        return anew
 
     @property
     def key(self) -> Key:

@@ -140,12 +140,12 @@ class Belief:
 
     def _hits(self, hypothesis: Hypothesis, levels: FloatArray) -> BoolArray:
         """Tell which pings of the best station hear a reflector better than anything else."""
-        return _anew(hypothesis, levels) & self._at_best_station(hypothesis)
+        return hypothesis.explains_anew(levels) & self._at_best_station(hypothesis)
 
     def _is_overdetermined(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
         """Whether more readings speak for a feature than it has parameters: through as many it can always be laid."""
         speaking = (hypothesis.gains > 0.0)[self._soundings.stations[hypothesis.evidence.pings]]
-        return bool((_anew(hypothesis, levels) & speaking).sum() > len(hypothesis.parameters))
+        return bool((hypothesis.explains_anew(levels) & speaking).sum() > len(hypothesis.parameters))
 
     def _is_missed(self, hypothesis: Hypothesis) -> bool:
         """Whether most stations that should hear a cylinder do not; walls may seem so while poses are in error."""
@@ -177,9 +177,3 @@ class Belief:
         evidence = hypothesis.evidence
         here: BoolArray = self._soundings.stations[evidence.pings] == np.argmax(hypothesis.gains)
         return here & evidence.audible
-
-
-def _anew(hypothesis: Hypothesis, levels: FloatArray) -> BoolArray:
-    """Tell which pings a hypothesis explains, and better than anything else."""
-    anew: BoolArray = hypothesis.evidence.densities > np.maximum(levels[hypothesis.evidence.pings], 0.0)
-    return anew

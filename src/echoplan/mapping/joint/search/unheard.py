@@ -82,8 +82,7 @@ def levels_over_unheard(
         Logarithm of the density of each reading by the unheard wall that explains most [log 1/m]; ``UNHEARD`` where it
         explains nothing.
     """
-    told = np.full(len(levels), UNHEARD)
-    own = _own(wall, levels)
+    told, own = np.full(len(levels), UNHEARD), wall.evidence.pings[wall.explains_anew(levels)]
     if not len(own):
         return told
     chosen = np.zeros(len(levels), dtype=bool)
@@ -97,12 +96,6 @@ def levels_over_unheard(
             if gain > most:
                 most, told[chosen] = gain, echoes
     return told
-
-
-def _own(wall: Hypothesis, levels: FloatArray) -> IntArray:
-    """List the pings that a wall explains, and better than anything else."""
-    pings: IntArray = wall.evidence.pings[wall.evidence.densities > np.maximum(levels[wall.evidence.pings], 0.0)]
-    return pings
 
 
 def _loudest(explanation: Explanation, pings: IntArray) -> _Heard:
