@@ -9,6 +9,7 @@ from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.classification.evidence import Evidence
 from echoplan.classification.past import NO_PAST, Past
+from echoplan.geometry import directions
 
 __all__ = ["Hypothesis", "Key"]
 
@@ -78,6 +79,13 @@ class Hypothesis:
     def line(self) -> FloatArray:
         """Normal angle and offset of a wall [rad, m], shape (2,)."""
         return self.reflector[1:3]
+
+    @property
+    def ends_xy(self) -> FloatArray:
+        """Ends of a wall [m], shape (2, 2)."""
+        normal = directions(self.line[0])
+        ends: FloatArray = self.line[1] * normal + np.outer(self.extent, (-normal[1], normal[0]))
+        return ends
 
     def speaking(self, least: float) -> int:
         """Count the stations that speak for it by more than this [nats]."""

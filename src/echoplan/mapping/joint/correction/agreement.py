@@ -1,17 +1,16 @@
 """Agreement: whether all that was heard fits together, as it does from exact poses."""
 
 import copy
-import math
 
 import numpy as np
 
 from echoplan.classification.evidence import UNCERTAIN
-from echoplan.geometry import along, directions, signed_distances, wrap
+from echoplan.geometry import along, signed_distances, wrap
 from echoplan.mapping.joint.account import Account
 from echoplan.mapping.joint.adjustment.drift import VERY_STRONG
 from echoplan.mapping.joint.adjustment.independence import gain_of_common_errors, intraclass_correlation
 from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, pose_rows, waypoint_beliefs
-from echoplan.mapping.joint.search.copies import pairs_of_copies, without_copies
+from echoplan.mapping.joint.search.copies import cross, pairs_of_copies, without_copies
 
 __all__ = ["agreement", "agrees", "are_at_odds", "evidence", "is_doubtful", "is_scattered", "is_torn"]
 
@@ -163,13 +162,13 @@ def _are_two(account: Account) -> bool:
     """Tell whether walls that seem to be one twice are two, even if poses are off by what is usual for odometry.
 
     Where stations that heard either of them have enough else in common, both are known well from free poses, too.
-    Only where pings fit together is all that they have in common what it is taken for.
+    Only where pings fit together is all that they have in common what it is taken for, and no two walls cross.
     """
-    if not agrees(account):
+    pairs = pairs_of_copies(account.features, account.settings.copies)
+    if not agrees(account) or any(cross(account.features[one], account.features[other]) for one, other in pairs):
         return False
     free = copy.copy(account)
     free.adjust(account.noise, account.odometry())
-    pairs = pairs_of_copies(account.features, account.settings.copies)
     return all(_contradiction(free, pair) > VERY_STRONG for pair in pairs)
 
 
@@ -177,9 +176,7 @@ def _contradiction(account: Account, pair: tuple[int, int]) -> float:
     """Tell how far two walls are from being one, by how well these are known: half of Mahalanobis' distance squared."""
     adjusted, copied, numbers = account.adjusted, account.features[pair[1]], list(pair)
     assert adjusted is not None
-    angle, offset = copied.line.tolist()
-    middle = offset * directions(angle) + 0.5 * sum(copied.extent) * directions(angle + 0.5 * math.pi)
-    lines = adjusted.reflectors[numbers, 1:3]
+    lines, middle = adjusted.reflectors[numbers, 1:3], copied.ends_xy.mean(axis=0)
     offsets, beside = signed_distances(lines, middle), along(lines, middle)
     apart = np.array([wrap(lines[0, 0] - lines[1, 0]), offsets[0] - offsets[1]])
     slopes = np.array([[1.0, 0.0, -1.0, 0.0], [beside[0], -1.0, -beside[1], 1.0]])

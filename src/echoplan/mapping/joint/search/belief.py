@@ -18,7 +18,7 @@ class BeliefSettings(BaseModel, frozen=True, extra="forbid"):
 
     accept: float = Field(default=12.0, gt=0.0, description="least gain in log likelihood [nats]")
     second_station: float = Field(default=5.0, description="least gain of the second best station [nats]")
-    without_best: float = Field(default=8.0, description="least gain without the best station [nats]")
+    without_best: float = Field(default=6.0, description="least gain without the best station [nats]")
     radius_cost: float = Field(default=2.0, ge=0.0, description="cost of the third parameter of a cylinder [nats]")
     hit_share: float = Field(
         default=0.75, gt=0.0, description="of the unmasked pings that must hear a wall known from one station"

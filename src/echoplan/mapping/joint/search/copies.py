@@ -7,8 +7,9 @@ from itertools import combinations
 from pydantic import BaseModel, Field
 
 from echoplan.classification.hypotheses import Hypothesis
+from echoplan.geometry import crosses_segments, signed_distances
 
-__all__ = ["CopySettings", "are_copies", "pairs_of_copies", "without_copies"]
+__all__ = ["CopySettings", "are_copies", "cross", "pairs_of_copies", "without_copies"]
 
 
 class CopySettings(BaseModel, frozen=True, extra="forbid"):
@@ -86,6 +87,23 @@ def are_copies(one: Hypothesis, other: Hypothesis, settings: CopySettings) -> bo
     return beside < settings.beside and apart < settings.apart
 
 
+def cross(one: Hypothesis, other: Hypothesis) -> bool:
+    """Tell whether what was heard of a wall crosses what was heard of another, as no two walls do.
+
+    Parameters
+    ----------
+    one, other : Hypothesis
+        Two walls.
+
+    Returns
+    -------
+    bool
+        Whether there is a point inside both.
+    """
+    start, end = one.ends_xy
+    return bool(crosses_segments([start], [end], other.ends_xy).any())
+
+
 def _may_be_one(one: Hypothesis, other: Hypothesis, settings: CopySettings) -> bool:
     return are_copies(one, other, settings) and not _told_apart(one, other)
 
@@ -96,6 +114,4 @@ def _told_apart(one: Hypothesis, other: Hypothesis) -> bool:
 
 def _beside(one: Hypothesis, other: Hypothesis) -> float:
     """How far the middle of what was heard of one wall lies beside the line of another."""
-    (angle, offset), (turned, beyond) = one.line.tolist(), other.line.tolist()
-    middle = 0.5 * (other.extent[0] + other.extent[1])
-    return float(abs(beyond * math.cos(turned - angle) - middle * math.sin(turned - angle) - offset))
+    return float(abs(signed_distances(one.line, other.ends_xy.mean(axis=0))))

@@ -152,6 +152,17 @@ def test_a_wall_that_a_drive_tore_in_two_makes_poses_doubtful_and_a_bend_does_no
     assert not are_at_odds(torn)
 
 
+def test_no_two_walls_cross_however_well_both_are_known() -> None:
+    account = copy(trusted(odometry=None, bent=True))
+    (pair,) = pairs_of_copies(account.features, account.settings.copies)
+    assert not are_at_odds(account)
+    longer = {number: tuple(np.add(account.features[number].extent, (-0.5, 0.5))) for number in pair}
+    account.features = [
+        replace(each, extent=longer.get(number, each.extent)) for number, each in enumerate(account.features)
+    ]
+    assert are_at_odds(account)
+
+
 def test_corrected_poses_have_more_evidence_than_drifting_ones() -> None:
     assert evidence(corrected()) > evidence(trusted(odometry=LOST)) + 100.0
 

@@ -7,7 +7,7 @@ from echoplan.acoustics.expectation import Kind
 from echoplan.classification.evidence import Evidence
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.classification.past import Past
-from echoplan.mapping.joint.search.copies import CopySettings, are_copies, pairs_of_copies, without_copies
+from echoplan.mapping.joint.search.copies import CopySettings, are_copies, cross, pairs_of_copies, without_copies
 
 SETTINGS = CopySettings()
 
@@ -53,6 +53,15 @@ def test_only_walls_have_copies() -> None:
     post = feature([Kind.CYLINDER, 1.0, 0.0, 0.1])
     assert not are_copies(post, post, SETTINGS)
     assert without_copies([post, post], SETTINGS) == [post, post]
+
+
+def test_walls_cross_where_a_point_is_inside_both() -> None:
+    wall = face(0, 1.0, ends=(-1.0, 1.0))
+    assert cross(wall, face(5, 1.0, ends=(-1.0, 1.0)))
+    # At a bend they meet, or would if they were longer.
+    assert not cross(wall, face(5, 1.0, ends=(0.1, 1.0)))
+    assert not cross(face(5, 1.0, ends=(0.1, 1.0)), wall)
+    assert not cross(wall, face(0, 1.0, ends=(-1.0, 1.0)))
 
 
 def test_the_copy_that_explains_most_stays() -> None:
