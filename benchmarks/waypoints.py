@@ -2,8 +2,9 @@
 
 Maps each recording as it is, and copies of it whose headings are all zero and whose way-points are each off by so many
 metres in some direction (5 cm unless told otherwise), all of them together neither moved nor turned.  Prints how much
-of the walls is found and right, how far they are off, and how far headings are from those of the recording as it is,
-but for one turn of all.  ``--poses correct`` asks for correction instead of leaving it to doubt.
+of the walls is found and right, how far they are off, and, but for one turn of all, how far headings are from those of
+the recording as it is, and from those that all copies have in the median.  ``--poses correct`` asks for correction
+instead of leaving it to doubt.
 """
 
 import argparse
@@ -103,21 +104,21 @@ def rows(outcomes: list[Outcome]) -> list[tuple[str, ...]]:
 def row(name: str, outcomes: list[Outcome], itself: Outcome) -> tuple[str, ...]:
     """Lay out recall, precision, errors, and the differences of headings."""
     tally = sum((each.walls for each in outcomes[1:]), start=outcomes[0].walls)
-    turned = [wrap(each.headings - itself.headings) for each in outcomes]
-    apart = np.degrees(np.abs([wrap(each - np.median(each)) for each in turned]))
+    turned = np.array([wrap(each.headings - itself.headings) for each in outcomes])
+    off = np.degrees(wrap(turned - np.median(turned, axis=1, keepdims=True)))
+    apart = off - np.median(off, axis=0)
     return (
         name,
         f"{100 * tally.found / tally.wanted:.0f} / {100 * tally.right / tally.estimates:.0f}",
         f"{np.mean([value for each in outcomes for value in each.distances]):.1f}",
         f"{np.mean([value for each in outcomes for value in each.angles]):.2f}",
-        f"{apart.mean():.1f}",
-        f"{apart.max():.1f}",
+        *(f"{np.abs(each).mean():.1f}, {np.abs(each).max():.1f}" for each in (off, apart)),
     )
 
 
 def table(lines: list[tuple[str, ...]]) -> Table:
     """Lay out all rows."""
-    columns = ("recording", "walls, recall / precision (%)", "mm", "°", "headings apart (°)", "at most")
+    columns = ("recording", "walls, recall / precision (%)", "mm", "°", "headings off (°), at most", "apart, at most")
     return Table(title="Headings forgotten, way-points astray", columns=columns, rows=tuple(lines))
 
 
