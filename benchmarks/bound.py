@@ -95,9 +95,12 @@ def _bounds(features: Sequence[_Error], simulation: Simulation, sweeps: Sequence
         reflectors=reflectors,
         extents=extents,
         shadows=np.zeros((len(features), len(sweeps))),
+        doubts=np.zeros((len(features), len(sweeps))),
         ends=edges_of(reflectors, extents),
     )
-    start = State(features=shadowed(heard, model.tabulated(), everything), model=model)
+    # What no method knows of shadows is no nuisance to the bound.
+    everything = shadowed(heard, model.tabulated(), everything)._replace(doubts=everything.doubts)
+    start = State(features=everything, model=model)
     single = heard._replace(weights=np.ones(len(heard.weights)))
     adjusted = adjust(single, start, _beliefs(simulation, start.model), _AT_THE_TRUTH)
     places = [adjusted.unknowns.feature(number) for number in range(len(features))]

@@ -34,7 +34,7 @@ def corrected(*, wrong: float = 0.0, scale: float = 0.0) -> Adjusted:
     readings = np.where(east, heard - wrong, heard) / (1.0 + scale)
     extents = np.tile([-REACH, REACH], (4, 1))
     ends = edges_of(ROOM, extents)
-    features = Features(reflectors=ROOM, extents=extents, shadows=np.zeros((4, 4)), ends=ends)
+    features = Features(reflectors=ROOM, extents=extents, shadows=np.zeros((4, 4)), doubts=np.zeros((4, 4)), ends=ends)
     start = State(features=features, model=SONAR, poses=GIVEN)
     return adjust(recorded._replace(readings=readings), start, BELIEFS, AdjustmentSettings(rounds=20))
 

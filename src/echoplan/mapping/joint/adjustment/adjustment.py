@@ -251,28 +251,34 @@ def _linearised(
     variances = beliefs.noise**2 + now.model.scatter(excesses) ** 2
     doubts = variances * (1.0 + residuals**2 / (settings.robust**2 * variances)) ** 2
     counts = beliefs.independence * soundings.weights[explained]
+    owners, stations = matched.owners[explained], soundings.stations[explained]
     readings = _Readings(
-        owners=matched.owners[explained],
-        stations=soundings.stations[explained],
+        owners=owners,
+        stations=stations,
         neighbours=neighbours,
         slopes=slopes if len(now.poses) else slopes[:, : 5 + len(SONAR_UNKNOWNS)],
         residuals=residuals,
-        weights=_capped(counts / doubts, matched, explained, soundings, beliefs.pair_sigma),
+        weights=_capped(counts / doubts, owners, stations, _common(now.features.doubts, beliefs)),
     )
     if len(now.poses):
         slopes[:, -1] += _leverage(soundings, explained, now.poses, slopes)
     return matched, readings
 
 
-def _capped(
-    weights: FloatArray, matched: Matched, explained: IntArray, soundings: Soundings, pair_sigma: float
-) -> FloatArray:
+def _common(doubts: FloatArray, beliefs: Beliefs) -> FloatArray:
+    """Variance of what is wrong together in all that a station says of a feature [m^2], by feature and station.
+
+    Of way-points that is learned from what is left of the readings, whatever the reason.
+    """
+    by_hand = beliefs.poses is not None and not beliefs.poses.relative
+    return beliefs.pair_sigma**2 + (np.zeros_like(doubts) if by_hand else doubts)
+
+
+def _capped(weights: FloatArray, owners: IntArray, stations: IntArray, common: FloatArray) -> FloatArray:
     """Let all that a station says of a feature count no more than its common error allows."""
-    if pair_sigma == 0.0 or not len(weights):
-        return weights
-    pairs = matched.owners[explained] * len(soundings.centers) + soundings.stations[explained]
-    sums = np.bincount(pairs, weights)
-    capped: FloatArray = weights / (1.0 + sums[pairs] * pair_sigma**2)
+    sums = np.zeros(common.shape)
+    np.add.at(sums, (owners, stations), weights)
+    capped: FloatArray = weights / (1.0 + (sums * common)[owners, stations])
     return capped
 
 

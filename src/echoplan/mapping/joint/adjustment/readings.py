@@ -44,6 +44,8 @@ class Features(NamedTuple):
         Ends of walls along them [m].
     shadows : ndarray, shape (f, s)
         How much fainter than all of it each station hears it [dB]; ``inf`` for stations that did not hear it.
+    doubts : ndarray, shape (f, s)
+        Variance of what each station reads too far because nobody knows how much of it it hears [m^2].
     ends : ndarray, shape (f, 2, 6)
         Where walls end because another goes on around a corner [m], as ``edges_of`` tells.
     """
@@ -51,6 +53,7 @@ class Features(NamedTuple):
     reflectors: FloatArray
     extents: FloatArray
     shadows: FloatArray
+    doubts: FloatArray
     ends: FloatArray
 
 
@@ -96,6 +99,7 @@ def as_arrays(features: Sequence[Hypothesis], stations: int) -> Features:
         reflectors=reflectors,
         extents=extents,
         shadows=np.where(heard, 0.0, np.inf),
+        doubts=np.zeros(heard.shape),
         ends=edges_of(reflectors, extents),
     )
 

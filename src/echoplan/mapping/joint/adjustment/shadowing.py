@@ -3,6 +3,8 @@
 Something may stand before half of it, or the echo would come from beyond its end: at the very end of a wall half of
 the amplitude is left, a Fresnel zone beyond it a tenth (Keller 1962).  A faint echo is read too far, so a wall heard
 past its end comes out askew unless its loudness is asked first: by the angles off the axis up to which it is heard.
+Where something nearer masks what is far off the axis, or is heard there instead, these do not tell: then nobody knows
+how late all that this station says of the wall may be, and it counts for less.
 """
 
 import math
@@ -24,6 +26,8 @@ _WALL = int(Kind.WALL)
 _SHADOWS = 31
 # What a shadow must explain better than none does [nats]: beams differ by a decibel or two.
 _COST = 4.0
+# Two in a hundred walls that a station hears are taken to be in shadow, in any of these as likely as in another [nats].
+_RARE = math.log(_SHADOWS / 0.02)
 # No ping is surer than this: things stand in the way, others echo from just there.
 _LEAST, _MOST = 0.03, 0.97
 _LOG_LEAST, _LOG_MOST = math.log(_LEAST), math.log(_MOST)
@@ -50,17 +54,21 @@ def shadowed(soundings: Soundings, hearing: Hearing, features: Features) -> Feat
     Returns
     -------
     Features
-        The same with their shadows: 0 wherever none explains much better, ``inf`` where they were.
+        The same with their shadows, 0 wherever none explains much better, ``inf`` where they were; and with what is not
+        known of them.
     """
-    return features._replace(shadows=_shadows(soundings, hearing, features))
+    shadows, doubts = _shadows(soundings, hearing, features)
+    return features._replace(shadows=shadows, doubts=doubts)
 
 
 @compiled
-def _shadows(soundings: Soundings, hearing: Hearing, features: Features) -> FloatArray:
-    shadows = features.shadows.copy()
+def _shadows(soundings: Soundings, hearing: Hearing, features: Features) -> tuple[FloatArray, FloatArray]:
+    shadows, doubts = features.shadows.copy(), features.doubts.copy()
     for feature in range(len(shadows)):
-        gains = _likelihoods(soundings, hearing, features, feature)
+        gains, excesses = _likelihoods(soundings, hearing, features, feature)
         past = _past(soundings, features, feature)
+        if features.reflectors[feature, 0] == _WALL:
+            doubts[feature] = _doubts(hearing, gains, excesses)
         for station in range(len(gains)):
             if past[station]:
                 shadows[feature, station] = np.inf
@@ -68,7 +76,21 @@ def _shadows(soundings: Soundings, hearing: Hearing, features: Features) -> Floa
             best = np.argmax(gains[station])
             if gains[station, best] > gains[station, 0] + _COST:
                 shadows[feature, station] = best
-    return shadows
+    return shadows, doubts
+
+
+@compiled
+def _doubts(hearing: Hearing, gains: FloatArray, excesses: FloatArray) -> FloatArray:
+    """Variances of walks for all that who heard what leaves open of the shadows of a wall [m^2], by station."""
+    doubts = np.zeros(len(gains))
+    for station in range(len(gains)):
+        total, mean, square = 0.0, 0.0, 0.0
+        for shadow in range(_SHADOWS):
+            chance = math.exp(gains[station, shadow] - gains[station].max() - (_RARE if shadow else 0.0))
+            walk = walk_of(hearing, excesses[station] - shadow)
+            total, mean, square = total + chance, mean + chance * walk, square + chance * walk * walk
+        doubts[station] = max(square / total - (mean / total) ** 2, 0.0)
+    return doubts
 
 
 @compiled
@@ -90,10 +112,13 @@ def _is_past(shape: Shape, reach: Reach, center_xy: FloatArray) -> bool:
 
 
 @compiled
-def _likelihoods(soundings: Soundings, hearing: Hearing, features: Features, feature: int) -> FloatArray:
-    """Logarithms of the likelihood of all hits and misses of each station, by shadow."""
+def _likelihoods(
+    soundings: Soundings, hearing: Hearing, features: Features, feature: int
+) -> tuple[FloatArray, FloatArray]:
+    """Logarithms of the likelihood of all hits and misses of each station, by shadow; the mean excess of the hits."""
     shape, reach = shape_of(features.reflectors[feature]), reach_of(features, feature)
     faintest, gains = walk_of(hearing, 0.0), np.zeros((len(soundings.centers), _SHADOWS))
+    excesses, hits = np.zeros(len(gains)), np.zeros(len(gains))
     for ping in range(len(soundings.readings)):
         station = soundings.stations[ping]
         if math.isinf(features.shadows[feature, station]):
@@ -105,9 +130,10 @@ def _likelihoods(soundings: Soundings, hearing: Hearing, features: Features, fea
             continue
         if _EARLY < late < faintest + _LATE:
             _add_hit(gains[station], excess, soundings.weights[ping])
+            excesses[station], hits[station] = excesses[station] + excess, hits[station] + 1.0
         elif late > faintest + _BEHIND:
             _add_miss(gains[station], excess, soundings.weights[ping])
-    return gains
+    return gains, excesses / np.maximum(hits, 1.0)
 
 
 @compiled

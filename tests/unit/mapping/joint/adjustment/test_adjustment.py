@@ -24,8 +24,8 @@ BELIEFS = Beliefs(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, h
 def features(reflectors: Sequence[FloatArray] | FloatArray, stations: int = 4) -> Features:
     """Features that were heard from everywhere, walls from end to end."""
     rows, count = np.array(reflectors).reshape(-1, 4), len(reflectors)
-    extents = np.tile([-REACH, REACH], (count, 1))
-    return Features(reflectors=rows, extents=extents, shadows=np.zeros((count, stations)), ends=edges_of(rows, extents))
+    extents, none = np.tile([-REACH, REACH], (count, 1)), np.zeros((count, stations))
+    return Features(reflectors=rows, extents=extents, shadows=none, doubts=none, ends=edges_of(rows, extents))
 
 
 def adjusted(
@@ -125,6 +125,18 @@ def test_common_errors_of_a_station_do_not_average_out() -> None:
     together = adjusted(soundings, ROOM[:1], beliefs=beliefs._replace(pair_sigma=0.012))
     assert sigmas(alone)[1] < 0.004
     assert sigmas(together)[1] > 0.012
+
+
+def test_what_is_not_known_of_shadows_counts_unless_the_errors_of_way_points_are_learned() -> None:
+    soundings, given = hearing(listening([(0.5, 0.3)]), ROOM[:1]), np.array([[0.5, 0.3, 0.0]])
+    doubtful = features(ROOM[:1], 1)._replace(doubts=np.array([[0.012**2]]))
+    beliefs = BELIEFS._replace(scale_sigma=1e-6)
+    absolute = PoseBeliefs(given, np.full((1, 3), 1e-6), relative=False)
+    trusted = adjust(soundings, State(features=doubtful, model=SONAR), beliefs, AdjustmentSettings())
+    start = State(features=doubtful, model=SONAR, poses=given)
+    by_hand = adjust(soundings, start, beliefs._replace(poses=absolute), AdjustmentSettings())
+    assert sigmas(trusted)[1] > 0.012
+    assert sigmas(by_hand)[1] < 0.004
 
 
 def one_ping(reflector: FloatArray, *, angle: float, latency: float = 0.0) -> Soundings:
@@ -281,7 +293,7 @@ def test_a_reading_belongs_to_the_feature_that_comes_nearest_to_it() -> None:
 def test_only_stations_that_heard_a_feature_say_where_it_is() -> None:
     soundings = hearing(listening(), ROOM[:1])
     known = features(ROOM[:1])
-    known.shadows[0, :2] = np.inf
+    known = known._replace(shadows=np.array([[np.inf, np.inf, 0.0, 0.0]]))
     found = adjust(soundings, State(features=known, model=SONAR), BELIEFS, AdjustmentSettings())
     assert set(soundings.stations[found.owners == 0]) == {2, 3}
 

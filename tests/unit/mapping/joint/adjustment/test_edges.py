@@ -66,7 +66,7 @@ def test_ends_move_as_the_derivatives_say() -> None:
 
 
 def box(rows: FloatArray, stations: int) -> Features:
-    return Features(rows, HEARD, np.zeros((2, stations)), edges_of(rows, HEARD))
+    return Features(rows, HEARD, np.zeros((2, stations)), np.zeros((2, stations)), edges_of(rows, HEARD))
 
 
 def beside(place: float) -> Soundings:
@@ -114,7 +114,7 @@ def directions_along(pings: Soundings, rows: FloatArray) -> FloatArray:
 
 def test_a_wall_fades_past_its_end_by_six_decibels_and_more() -> None:
     # Right before the end half of the amplitude is left (ITU-R P.526: 6.0 dB at 0, 0 dB before -0.78).
-    whole = Features(WEST[None], HEARD[:1], np.zeros((1, 1)), edges_of(WEST[None], HEARD[:1]))
+    whole = Features(WEST[None], HEARD[:1], np.zeros((1, 1)), np.zeros((1, 1)), edges_of(WEST[None], HEARD[:1]))
     pings = beside(1.0)._replace(readings=np.full(90, 0.55))
     alone = match_readings(pings, SONAR.tabulated(), whole, 0.09)
     ended = match_readings(pings, SONAR.tabulated(), box(np.array([WEST, SOUTH]), 1), 0.09)

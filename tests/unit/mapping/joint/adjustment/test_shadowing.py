@@ -33,7 +33,7 @@ def heard(shadows: Sequence[float]) -> Soundings:
 def features(*, unheard_from: Sequence[int] = ()) -> Features:
     shadows = np.where(np.isin(np.arange(len(STATIONS)), unheard_from), np.inf, 0.0)
     extents = np.array([[-REACH, REACH]])
-    return Features(EAST[None], extents, shadows[None], edges_of(EAST[None], extents))
+    return Features(EAST[None], extents, shadows[None], np.zeros((1, len(shadows))), edges_of(EAST[None], extents))
 
 
 def found(pings: Soundings, given: Features | None = None) -> FloatArray:
@@ -56,6 +56,17 @@ def test_what_is_masked_by_something_nearer_has_no_shadow() -> None:
     masked = pings._replace(readings=np.minimum(pings.readings, 0.5 + 9.0 * np.isfinite(pings.readings)))
     assert found(pings).min() > 9.0
     assert found(masked).tolist() == [0.0] * 4
+
+
+def test_what_nobody_knows_of_shadows_is_how_late_readings_may_be() -> None:
+    pings, sonar = heard([0.0] * 4), SONAR.tabulated()
+    # Where all that is farther off the axis than ten degrees hears something nearer, it may as well be half a wall.
+    aside = np.abs(np.angle(np.exp(1j * pings.bearings))) > np.radians(10.0)
+    masked = pings._replace(readings=np.where(aside & (pings.stations == 2), 0.5, pings.readings))
+    clear, open_ = (shadowed(each, sonar, features()).doubts[0] for each in (pings, masked))
+    assert 0.0 < np.sqrt(clear).max() < 0.0003
+    assert open_[[0, 1, 3]] == pytest.approx(clear[[0, 1, 3]])
+    assert 0.0005 < np.sqrt(open_[2]) < 0.01
 
 
 def test_only_those_who_heard_it_are_asked() -> None:

@@ -91,10 +91,9 @@ def room_heard_by(sonar: EchoModel, *, stations: int = 9) -> Adjusted:
     places = [(x, y) for x in (-1.2, 0.0, 1.3) for y in (-0.9, 0.1, 0.8)]
     soundings = hearing(listening(places[:stations]), ROOM, sonar=sonar, noise=0.001, rng=np.random.default_rng(8))
     extents = np.tile([-REACH, REACH], (len(ROOM), 1))
-    shadows = np.zeros((len(ROOM), stations))
-    start = State(
-        features=Features(reflectors=ROOM, extents=extents, shadows=shadows, ends=edges_of(ROOM, extents)), model=SONAR
-    )
+    none = np.zeros((len(ROOM), stations))
+    features = Features(reflectors=ROOM, extents=extents, shadows=none, doubts=none, ends=edges_of(ROOM, extents))
+    start = State(features=features, model=SONAR)
     beliefs = Beliefs(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False, scale_sigma=0.003)
     return adjust(soundings, start, beliefs, AdjustmentSettings())
 

@@ -12,7 +12,8 @@ from expectations import SONAR, corner, cylinder, wall
 def state() -> State:
     rows = np.array([wall(0.2, 1.5), cylinder(0.4, 1.0, 0.1), corner(2.0, 1.5)])
     extents = np.zeros((3, 2))
-    features = Features(reflectors=rows, extents=extents, shadows=np.zeros((3, 2)), ends=edges_of(rows, extents))
+    none = np.zeros((3, 2))
+    features = Features(reflectors=rows, extents=extents, shadows=none, doubts=none, ends=edges_of(rows, extents))
     poses = np.array([[0.0, 0.0, 0.1], [1.0, 0.5, -0.2]])
     return State(features=features, model=SONAR, latency=0.003, poses=poses)
 

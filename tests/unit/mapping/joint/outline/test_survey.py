@@ -45,6 +45,7 @@ def survey(
         reflectors=reflectors,
         extents=extents,
         shadows=np.zeros((len(known), 4)),
+        doubts=np.zeros((len(known), 4)),
         ends=edges_of(reflectors, extents),
     )
     truth = [*ROOM, *(each for each in reflectors if each[0] == Kind.CYLINDER)]
