@@ -31,6 +31,7 @@ BENCHMARKS = (
     "poses.py --slip 0.003 --air 2",
     "joint.py --misset",
     "joint.py --recess",
+    "shadows.py",
     "joint.py 24 --stations 100",
     "joint.py 24 --by-hand 0.003",
     "joint.py 24 --by-hand 0.005",

@@ -26,7 +26,8 @@ _WALL = int(Kind.WALL)
 _SHADOWS = 31
 # What a shadow must explain better than none does [nats]: beams differ by a decibel or two.
 _COST = 4.0
-# Two in a hundred walls that a station hears are taken to be in shadow, in any of these as likely as in another [nats].
+# Two in a hundred walls that a station hears are taken to be in shadow, in any of these as likely as in another [nats]:
+# a guess.  Near or past their ends seven in a thousand are (benchmarks/shadows.py); others have something before them.
 _RARE = math.log(_SHADOWS / 0.02)
 # No ping is surer than this: things stand in the way, others echo from just there.
 _LEAST, _MOST = 0.03, 0.97

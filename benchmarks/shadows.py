@@ -1,0 +1,82 @@
+"""How many walls are heard in shadow: python benchmarks/shadows.py [ROOMS].
+
+Maps so many random rooms (100 unless told otherwise) from exact poses, and asks the truth how much of each wall every
+station heard that speaks for it: all of it from before its middle, less near its end, and what a knife edge leaves from
+past that.  Prints which share of all pairs of a wall and a station that heard it is so many decibels fainter than all
+of the wall.  What stands between is not asked.
+"""
+
+import argparse
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+
+from echoplan.acoustics.expectation import look, shape_of
+from echoplan.arrays import FloatArray
+from echoplan.classification.hypotheses import Hypothesis
+from echoplan.cli.terminal import show, tracked
+from echoplan.geometry import along, lines_through, signed_distances
+from echoplan.mapping.joint.account import Account
+from echoplan.mapping.joint.adjustment.edges import at_end
+from echoplan.mapping.joint.explaining import explained
+from echoplan.mapping.joint.settings import PoseMode
+from echoplan.methods.joint import JointSettings
+from echoplan.model import Table
+from echoplan.preprocessing.soundings import join_soundings, soundings_of
+from rooms import random_simulation  # type: ignore[import-not-found]  # beside this file
+
+ROOMS = 100
+# A wall is one of the truth that is turned by less than this from it [rad], and no farther beside its middle [m].
+TURNED, BESIDE = 0.15, 0.06
+SHADOWS = (1.0, 3.0, 6.0, 9.0, 12.0)
+
+
+def main() -> None:
+    """Ask all rooms and print the shares."""
+    parser = argparse.ArgumentParser(description="How many walls are heard in shadow.")
+    parser.add_argument("rooms", type=int, nargs="?", default=ROOMS)
+    rooms = parser.parse_args().rooms
+    with ProcessPoolExecutor() as workers:
+        runs = list(tracked(workers.map(losses, range(rooms)), total=rooms, task="mapping"))
+    lost = np.concatenate(runs)
+    rows = tuple((f"{each:.0f}", f"{100 * (lost >= each).mean():.1f}") for each in SHADOWS)
+    columns = ("fainter than all of it by (dB) and more", "share (%)")
+    show(Table(title=f"{len(lost)} walls heard in {rooms} rooms", columns=columns, rows=rows))
+
+
+def losses(seed: int) -> FloatArray:
+    """Tell how much fainter than all of a wall each station that heard one in a room heard it [dB]."""
+    simulation = random_simulation(seed)
+    sweeps = tuple(simulation)
+    heard = join_soundings([soundings_of(each, simulation.rig) for each in sweeps])
+    given = np.array([each.station for each in sweeps])
+    account = explained(Account(simulation.rig, heard, given, JointSettings(poses=PoseMode.TRUST)))
+    walls = simulation.truth.walls_xy.reshape(-1, 2, 2)
+    wavelength = account.model.tabulated().wavelength
+    return np.array([lost for each in account.features for lost in lost_of(each, walls, given, wavelength)])
+
+
+def lost_of(wall: Hypothesis, walls: FloatArray, stations: FloatArray, wavelength: float) -> Iterator[float]:
+    """Tell how much of a wall is lost to each station that heard it [dB]."""
+    ends = true_ends(wall, walls) if wall.is_wall else None
+    if ends is None:
+        return
+    low, high = np.sort(along(wall.line, ends))
+    for x, y, _ in stations[wall.gains > 0.0]:
+        normal = np.cos(wall.line[0]), np.sin(wall.line[0])
+        sight, foot = look(shape_of(wall.reflector), (x, y, *normal)), along(wall.line, [x, y])
+        yield sight[4] - at_end(sight, low - foot, foot - high, wavelength)[4]
+
+
+def true_ends(wall: Hypothesis, walls: FloatArray) -> FloatArray | None:
+    """Find the wall of the truth that this one is; none of a ghost."""
+    lines, middle = lines_through(walls[:, 0], walls[:, 1]), wall.ends_xy.mean(axis=0)
+    alike = (np.abs(np.sin(lines[:, 0] - wall.line[0])) < TURNED) & (np.abs(signed_distances(lines, middle)) < BESIDE)
+    # Of two in one line it is the nearer one.
+    apart = np.abs(along(lines, middle) - along(lines[:, None], walls).mean(axis=1))
+    return walls[np.where(alike, apart, np.inf).argmin()] if alike.any() else None
+
+
+if __name__ == "__main__":
+    main()
