@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import soundings
-from echoplan.acoustics.expectation import walk_of
+from echoplan.acoustics.expectation import Kind, walk_of
 from echoplan.arrays import FloatArray
 from echoplan.mapping.joint.adjustment.edges import edges_of
 from echoplan.mapping.joint.adjustment.readings import Features, match_readings
@@ -67,6 +67,14 @@ def test_what_nobody_knows_of_shadows_is_how_late_readings_may_be() -> None:
     assert 0.0 < np.sqrt(clear).max() < 0.0003
     assert open_[[0, 1, 3]] == pytest.approx(clear[[0, 1, 3]])
     assert 0.0005 < np.sqrt(open_[2]) < 0.01
+
+
+def test_only_walls_have_ends_past_which_they_are_heard() -> None:
+    pings = heard([0.0] * 4)
+    column = np.array([[Kind.CYLINDER, 1.7, 0.0, 0.1]])
+    readings = np.where(np.isfinite(pings.readings), expected(pings, column[0])[1], np.inf)
+    given = features()._replace(reflectors=column, extents=np.zeros((1, 2)))
+    assert shadowed(pings._replace(readings=readings), SONAR.tabulated(), given).doubts.tolist() == [[0.0] * 4]
 
 
 def test_only_those_who_heard_it_are_asked() -> None:

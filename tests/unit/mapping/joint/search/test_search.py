@@ -232,6 +232,14 @@ def test_of_what_only_two_stations_know_each_must_hear_a_good_part(share: float,
     assert len(search.tested(proposed(search, truth))) == count
 
 
+@pytest.mark.parametrize(("rest", "is_lone"), [(0.4, True), (0.6, False)])
+def test_half_of_what_a_feature_must_gain_remains_without_its_best_station(rest: float, is_lone: bool) -> None:
+    belief = square().belief
+    assert 2.0 * belief.settings.without_best == belief.settings.accept
+    gains = np.array([30.0, 5.5, rest, 0.0])
+    assert belief.is_lone(replace(found()[0], gains=gains, total=float(gains.sum()))) == is_lone
+
+
 def test_what_known_things_hide_of_a_wall_does_not_count_against_it() -> None:
     truth = wall(np.pi / 2, 1.2)
     soundings = hearing(listening(APART, step=np.radians(2.0)), [truth])
