@@ -64,8 +64,12 @@ class Consistency:
     @property
     def share_inside(self) -> float:
         """Share of the features whose truth lies inside their 95 % ellipse; nan without features."""
-        inside = self.nees <= _quantile(_CONFIDENCE, self.parameters)
-        return float(inside.mean()) if len(inside) else nan
+        return self.inside / len(self.nees) if len(self.nees) else nan
+
+    @property
+    def inside(self) -> int:
+        """How many of the features have the truth inside their 95 % ellipse."""
+        return int(np.sum(self.nees <= _quantile(_CONFIDENCE, self.parameters)))
 
 
 def check_consistency(feature_map: FeatureMap, truth: Truth, matches: Matches) -> Mapping[FeatureClass, Consistency]:

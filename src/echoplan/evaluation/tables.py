@@ -1,7 +1,7 @@
 """Evaluations as tables of text, ready for a terminal or a document."""
 
-from collections.abc import Callable, Mapping
-from math import degrees, isnan
+from collections.abc import Callable, Mapping, Sequence
+from math import degrees, isnan, nan
 from typing import TypeVar
 
 from echoplan.arrays import IntArray
@@ -131,12 +131,13 @@ def consistency_table(consistencies: Mapping[FeatureClass, Consistency]) -> Tabl
     Returns
     -------
     Table
-        A row for each class.
+        A row for each class, and one for all of them.
     """
+    rows = [(name, *_consistency(each)) for name, each in consistencies.items()]
     return Table(
         title="Consistency",
         columns=("class", "count", "mean NEES", "ideal", "accepted", "inside 95 % (%)"),
-        rows=tuple((name, *_consistency(each)) for name, each in consistencies.items()),
+        rows=(*rows, _consistent(list(consistencies.values()))),
     )
 
 
@@ -192,6 +193,12 @@ def _consistency(consistency: Consistency) -> tuple[str, ...]:
         _between(low, high, _decimal) or _UNKNOWN,
         _percent(consistency.share_inside),
     )
+
+
+def _consistent(several: Sequence[Consistency]) -> tuple[str, ...]:
+    """Sum up classes; NEES of different numbers of parameters have no common mean to be held against."""
+    count, inside = sum(len(each.nees) for each in several), sum(each.inside for each in several)
+    return ("all", str(count), *3 * (_UNKNOWN,), _percent(inside / count if count else nan))
 
 
 def _distribution(distribution: Distribution, show: Callable[[float], str]) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ import numpy as np
 import maps
 from echoplan.evaluation import (
     BootstrapSettings,
+    Consistency,
     confusion_table,
     consistency_table,
     cylinder_table,
@@ -61,12 +62,22 @@ def test_the_confusion_has_its_classes_at_both_edges() -> None:
 
 
 def test_consistency_is_told_with_what_it_should_be() -> None:
-    walls, corners, _ = consistency_table(FOUND.consistency).rows
+    walls, corners, _, every = consistency_table(FOUND.consistency).rows
     assert walls[0] == "wall"
     assert walls[1] == "1"
     # One feature of two parameters: the quantiles of chi-square are 0.05 and 7.38.
     assert walls[3:5] == ("2", "[0.1, 7.4]")
     assert corners == ("corner", "0", "-", "2", "-", "-")
+    assert every[:5] == ("all", "2", "-", "-", "-")
+
+
+def test_classes_are_summed_up_by_how_many_are_inside_their_ellipses() -> None:
+    several = {
+        FeatureClass.WALL: Consistency(parameters=2, nees=np.array([1.0, 5.9, 6.1])),
+        FeatureClass.CYLINDER: Consistency(parameters=3, nees=np.array([7.7])),
+    }
+    assert [row[-1] for row in consistency_table(several).rows] == ["66.7", "100.0", "75.0"]
+    assert consistency_table({}).rows == (("all", "0", "-", "-", "-", "-"),)
 
 
 def test_deviations_are_told_with_their_intervals() -> None:
