@@ -4,7 +4,8 @@ Maps each recording as it is, and copies of it whose headings are all zero and w
 metres in some direction (5 cm unless told otherwise), all of them together neither moved nor turned.  Prints how much
 of the walls is found and right, how far they are off, and, but for one turn of all, how far headings are from those of
 the recording as it is, and from those that all copies have in the median.  ``--poses correct`` asks for correction
-instead of leaving it to doubt.
+instead of leaving it to doubt.  ``--told`` does not map the copies: it adjusts what was made of the recording as it is
+to their way-points, to show how far these alone bring walls off.
 """
 
 import argparse
@@ -25,6 +26,7 @@ from echoplan.mapping.joint.settings import PoseMode
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import Sweep, Table
+from told import told_map  # type: ignore[import-not-found]  # beside this file
 
 OFF, COPIES = 0.05, 12
 MIN_HEARD = 1
@@ -46,7 +48,8 @@ def main() -> None:
     arguments = parse()
     cases = list(product(arguments.folders, [None, *range(arguments.copies)]))
     with ProcessPoolExecutor() as workers:
-        outcomes = list(workers.map(partial(mapped, off=arguments.off, poses=arguments.poses), cases))
+        run = partial(mapped, off=arguments.off, poses=arguments.poses, told=arguments.told)
+        outcomes = list(workers.map(run, cases))
     tables = [outcomes[first : first + arguments.copies + 1] for first in range(0, len(cases), arguments.copies + 1)]
     show(table([row for each in tables for row in rows(each)]))
 
@@ -58,15 +61,20 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--off", type=float, default=OFF)
     parser.add_argument("--copies", type=int, default=COPIES)
     parser.add_argument("--poses", type=PoseMode, choices=list(PoseMode), default=PoseMode.AUTO)
+    parser.add_argument("--told", action="store_true")
     return parser.parse_args()
 
 
-def mapped(case: tuple[Path, int | None], *, off: float, poses: PoseMode) -> Outcome:
+def mapped(case: tuple[Path, int | None], *, off: float, poses: PoseMode, told: bool) -> Outcome:
     """Map a copy and hold it against the truth."""
     folder, copy = case
     recording, truth = read_recording(folder), read_truth(folder / "truth.json")
-    sweeps = list(recording) if copy is None else astray(list(recording), off, np.random.default_rng(copy))
-    found = map_sweeps(JointMapper(recording.rig, JointSettings(poses=poses)), sweeps)
+    itself = list(recording)
+    sweeps = itself if copy is None else astray(itself, off, np.random.default_rng(copy))
+    if told and copy is not None:
+        found = told_map(recording.rig, itself, sweeps, off=off)
+    else:
+        found = map_sweeps(JointMapper(recording.rig, JointSettings(poses=poses)), sweeps)
     walls = evaluate(found, truth, EvaluationSettings(matching=MatchingSettings(min_heard=MIN_HEARD))).matches.walls
     return Outcome(
         name=folder.name,
