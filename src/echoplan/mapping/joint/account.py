@@ -93,6 +93,8 @@ class Account:
         self.pair_sigma = settings.pose_errors.pair_sigma
         self.loudness = self.memory.loudness
         self.is_polished = False
+        # What it was worth before readings counted for less; none as long as they count in full [nats].
+        self.worth: float | None = None
         self.independence = self.memory.independence
         self.verdict = "trusted, as asked for"
         self._explanation: tuple[tuple[Soundings, EchoModel, float], Explanation] | None = None
@@ -187,6 +189,8 @@ class Account:
         self._believe_square(None)
         self.search()
         self.features = without_copies(self.features, self.settings.pose_errors.copies)
+        if not beliefs.relative:
+            self._believe_square(roughly_square(self.features, self.settings.squareness))
         self.adjust_often(self.noise, beliefs, 3)
         self.learn_loudness()
         self.adjust_often(0.75 * self.settings.first_noise, self._drifting(beliefs), 2)

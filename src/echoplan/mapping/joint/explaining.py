@@ -17,7 +17,7 @@ from echoplan.mapping.joint.correction.agreement import (
     is_scattered,
     is_torn,
 )
-from echoplan.mapping.joint.correction.effects import learn_common_error
+from echoplan.mapping.joint.correction.effects import learn_common_error, without_common_error
 from echoplan.mapping.joint.correction.misplacement import elsewhere
 from echoplan.mapping.joint.correction.placing import learned_waypoints, place
 from echoplan.mapping.joint.correction.slips import without_slip
@@ -95,7 +95,7 @@ def _mended(torn: Account) -> Account | None:
         return torn
     if not _follows(torn):
         return None
-    return _led(torn, max(_reset(torn, _TORN), _placed(torn, _TORN), key=evidence))
+    return _led(torn, max(_reset(torn, _TORN), _placed(torn, _TORN), key=_worth))
 
 
 def _glanced(account: Account) -> Account | None:
@@ -117,7 +117,7 @@ def _by_wheels(account: Account) -> Account:
         if is_torn(account):
             return tracked
     account.explain()
-    if evidence(tracked) > evidence(account) + VERY_STRONG or not agrees(account):
+    if _worth(tracked) > _worth(account) + VERY_STRONG or not agrees(account):
         return tracked
     account.verdict = f"{why}{_BY_NOTHING}"
     return account
@@ -130,14 +130,19 @@ def _corrected(account: Account) -> str:
     return "corrected" if account.wheels is None else "corrected, as the rig tells that steps lead astray"
 
 
+def _worth(account: Account) -> float:
+    """Tell what an explanation is worth where readings count in full."""
+    return evidence(account) if account.worth is None else account.worth
+
+
 def _better(account: Account, rival: Account) -> Account:
     """Prefer a rival for which there is very strong evidence."""
-    return rival if evidence(rival) > evidence(account) + VERY_STRONG else account
+    return rival if _worth(rival) > _worth(account) + VERY_STRONG else account
 
 
 def _best(account: Account, rivals: Sequence[Account]) -> Account:
     """Prefer the best of its rivals to an account if pings agree only there, or for very strong evidence."""
-    rival = max(rivals, key=evidence, default=account)
+    rival = max(rivals, key=_worth, default=account)
     return rival if agrees(rival) and not agrees(account) else _better(account, rival)
 
 
@@ -145,7 +150,7 @@ def _led(tracked: Account, by_hand: Account) -> Account:
     """Prefer way-points to steps if the evidence of the echoes for them is more than that of the errors for steps."""
     is_marked = are_round(tracked.given)
     errors = 0.0 if is_marked else -scatter(tracked.given, tracked.poses)
-    return by_hand if evidence(by_hand) > evidence(tracked) + max(errors, VERY_STRONG) else tracked
+    return by_hand if _worth(by_hand) > _worth(tracked) + max(errors, VERY_STRONG) else tracked
 
 
 def _tracked(account: Account, verdict: str) -> Account:
@@ -319,13 +324,18 @@ def _nudged(account: Account, why: str, start: FloatArray) -> Account:
 
 
 def _at_rest(account: Account, why: str) -> Account:
-    """Let way-points come to rest with the errors that stations have in common, and with right angles."""
+    """Let way-points come to rest with the errors that stations have in common, and with right angles.
+
+    What that is worth is told before, while readings count in full.
+    """
+    wanted = ", as asked for" if _is_asked(account) else ""
+    account.verdict, account.course = f"corrected by a few centimetres{wanted}: {why}", Course.NUDGED
+    without_common_error(account, waypoint_beliefs(account.given, account.settings.pose_errors))
+    account.worth = evidence(account)
     learn_common_error(account, learned_waypoints(account))
     account.stand_square(learned_waypoints(account))
     if account.is_along_axes:
         account.adjust_often(account.noise, learned_waypoints(account), 2)
-    wanted = ", as asked for" if _is_asked(account) else ""
-    account.verdict, account.course = f"corrected by a few centimetres{wanted}: {why}", Course.NUDGED
     return account
 
 

@@ -24,6 +24,8 @@ class Doubtful:
         self.course, self.verdict, self.settled = Course.TRUSTED, "", 0
         self.is_measured = self.is_along_axes = False
         self.noise, self.adjusted = 0.002, 0
+        self.worth: float | None = None
+        self.is_held_down = False
         self.known = self.features = ()
         self.arcs = (None,)
 
@@ -110,6 +112,7 @@ def best_of(
         "is_scattered": lambda account: account.course in (scattered or set()),
         "is_torn": lambda account: False,
         "learn_common_error": lambda account, beliefs: None,
+        "without_common_error": lambda account, beliefs: None,
     }
     told(monkeypatch, **(answers | (others or {})))
     account = Doubtful(stations)
@@ -127,6 +130,16 @@ def test_the_evidence_tells_steps_from_way_points_set_by_hand(
     monkeypatch: pytest.MonkeyPatch, agree: set[Course], worth: dict[Course, float], expected: Course
 ) -> None:
     assert best_of(monkeypatch, agree=agree, worth=worth).course is expected
+
+
+def test_way_points_are_worth_what_they_explain_while_readings_count_in_full(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Held down by an error that stations have in common, readings tell of no poses that they are much better than others.
+    others = {
+        "evidence": lambda account: HAND_FIRST[account.course] - 15.0 * account.is_held_down,
+        "without_common_error": lambda account, beliefs: setattr(account, "is_held_down", False),
+        "learn_common_error": lambda account, beliefs: setattr(account, "is_held_down", True),
+    }
+    assert best_of(monkeypatch, agree=set(Course), others=others).course is Course.NUDGED
 
 
 @pytest.mark.parametrize("agree", [set(), {Course.TRUSTED}])

@@ -100,7 +100,7 @@ def main_direction(features: Sequence[Hypothesis], settings: SquarenessSettings)
 
 
 def roughly_square(features: Sequence[Hypothesis], settings: SquarenessSettings) -> Squareness | None:
-    """Take walls near the main direction for square, while poses are too wrong to tell.
+    """Take walls near the main direction for square, while way-points are too wrong to tell.
 
     Parameters
     ----------
@@ -112,14 +112,15 @@ def roughly_square(features: Sequence[Hypothesis], settings: SquarenessSettings)
     Returns
     -------
     Squareness or None
-        None where there is no main direction.
+        Along the axes of the map if these are near, from which most measure; None where there is no main direction.
     """
     direction = main_direction(features, settings)
     if direction is None:
         return None
     off = off_square(np.array([each.reflector[1] for each in features]), direction)
     walls = np.array([each.is_wall for each in features])
-    return Squareness(walls & (np.abs(off) < settings.within), settings.sigma)
+    is_near = bool(np.abs(off_square(np.array([direction]), 0.0))[0] < settings.within)
+    return Squareness(walls & (np.abs(off) < settings.within), settings.sigma, along_axes=is_near)
 
 
 def believed_squareness(features: Sequence[Hypothesis], sigma: float, *, along_axes: bool = False) -> Squareness | None:

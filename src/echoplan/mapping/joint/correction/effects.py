@@ -10,10 +10,30 @@ from echoplan.mapping.joint.adjustment.poses import PoseBeliefs
 from echoplan.mapping.joint.adjustment.rows import Rows
 from echoplan.mapping.joint.adjustment.state import State
 
-__all__ = ["common_squares", "learn_common_error"]
+__all__ = ["common_squares", "learn_common_error", "without_common_error"]
 
 # So often what is learned may change all from which it was learned, and by which share of it this is at rest.
 _ROUNDS, _AT_REST = 8, 0.05
+# So often all is adjusted as if there were none.
+_AS_IF = 6
+
+
+def without_common_error(account: Account, believed: PoseBeliefs) -> None:
+    """Adjust everything as if stations erred together by no more than rounding does.
+
+    A guess of how much they do holds readings down, and leaves poses where beliefs in these and in the sonar draw them,
+    though echoes would fit better elsewhere.  What is left of readings there would seem to be common errors.
+
+    Parameters
+    ----------
+    account : Account
+        What was heard, with poses that are nearly right; changed in place.
+    believed : PoseBeliefs
+        What is believed of these; absolute.
+    """
+    account.pair_sigma = account.offset_sigma
+    account.adjust_often(account.noise, believed, _AS_IF)
+    account.learn_noise()
 
 
 def learn_common_error(account: Account, believed: PoseBeliefs) -> None:

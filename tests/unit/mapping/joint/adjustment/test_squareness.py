@@ -16,6 +16,7 @@ from echoplan.mapping.joint.adjustment.squareness import (
     learn_squareness,
     main_direction,
     off_square,
+    roughly_square,
     square_rows,
 )
 from echoplan.mapping.joint.adjustment.unknowns import Unknowns
@@ -69,6 +70,14 @@ def test_too_few_walls_have_none() -> None:
 def test_only_walls_are_asked() -> None:
     post = [replace(each, reflector=np.array([Kind.CYLINDER, 1.0, 1.0, 0.1])) for each in faces(0, 0, 0, 0)]
     assert main_direction([*faces(0, 90), *post], SETTINGS) is None
+
+
+@pytest.mark.parametrize(("turn", "along_axes"), [(8.0, True), (-95.0, True), (20.0, False)])
+def test_walls_near_the_axes_are_taken_to_stand_along_them_at_first(turn: float, *, along_axes: bool) -> None:
+    believed = roughly_square([*faces(turn, turn + 90, turn + 180, turn - 90), *faces(turn + 40, total=1.0)], SETTINGS)
+    assert believed is not None
+    assert believed.members.tolist() == [True] * 4 + [False]
+    assert believed.along_axes == along_axes
 
 
 @given(angle=st.floats(-10, 10), direction=st.floats(-10, 10), turns=st.integers(-3, 3))
