@@ -65,6 +65,7 @@ def main(folders: list[str]) -> None:
         run("waypoints.py", *arenas, "--off", "0", "--copies", "1", "--poses", "correct")
         for off in ASTRAY:
             run("waypoints.py", *arenas, "--off", off)
+            run("waypoints.py", *arenas, "--off", off, "--told")
     for folder in folders:
         if folder not in (*rooms, *arenas):
             run(CORRIDOR, folder, "--shaken", CORRIDOR_COPIES)

@@ -51,7 +51,7 @@ def main() -> None:
         run = partial(mapped, off=arguments.off, poses=arguments.poses, told=arguments.told)
         outcomes = list(workers.map(run, cases))
     tables = [outcomes[first : first + arguments.copies + 1] for first in range(0, len(cases), arguments.copies + 1)]
-    show(table([row for each in tables for row in rows(each)]))
+    show(table(rows(tables)))
 
 
 def parse() -> argparse.Namespace:
@@ -103,18 +103,30 @@ def quarter(vectors: np.ndarray) -> np.ndarray:
     return np.column_stack([-vectors[:, 1], vectors[:, 0]])
 
 
-def rows(outcomes: list[Outcome]) -> list[tuple[str, ...]]:
-    """Sum up a recording and its copies."""
-    itself, *copies = outcomes
-    return [row(itself.name, [itself], itself), row(f"{itself.name}, {len(copies)} copies", copies, itself)]
+def rows(tables: list[list[Outcome]]) -> list[tuple[str, ...]]:
+    """Sum up each recording and its copies, and the copies of all."""
+    lines, everything = list[tuple[str, ...]](), list[Outcome]()
+    astray, apart = list[np.ndarray](), list[np.ndarray]()
+    for itself, *copies in tables:
+        nothing = np.zeros_like(itself.headings)
+        lines.append(row(itself.name, [itself], nothing, nothing))
+        off = differences(copies, itself)
+        astray.append(off.ravel())
+        apart.append((off - np.median(off, axis=0)).ravel())
+        lines.append(row(f"{itself.name}, {len(copies)} copies", copies, astray[-1], apart[-1]))
+        everything += copies
+    return [*lines, row("all copies", everything, np.concatenate(astray), np.concatenate(apart))]
 
 
-def row(name: str, outcomes: list[Outcome], itself: Outcome) -> tuple[str, ...]:
+def differences(copies: list[Outcome], itself: Outcome) -> np.ndarray:
+    """Tell how far headings are from those of the recording as it is, but for a turn of all, by copy [deg]."""
+    turned = np.array([wrap(each.headings - itself.headings) for each in copies])
+    return np.degrees(wrap(turned - np.median(turned, axis=1, keepdims=True)))
+
+
+def row(name: str, outcomes: list[Outcome], off: np.ndarray, apart: np.ndarray) -> tuple[str, ...]:
     """Lay out recall, precision, errors, and the differences of headings."""
     tally = sum((each.walls for each in outcomes[1:]), start=outcomes[0].walls)
-    turned = np.array([wrap(each.headings - itself.headings) for each in outcomes])
-    off = np.degrees(wrap(turned - np.median(turned, axis=1, keepdims=True)))
-    apart = off - np.median(off, axis=0)
     return (
         name,
         f"{100 * tally.found / tally.wanted:.0f} / {100 * tally.right / tally.estimates:.0f}",

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from echoplan.evaluation import EvaluationSettings, MatchingSettings, evaluate
+from echoplan.geometry import directions
 from echoplan.io import read_recording, read_truth, write_recording, write_truth
 from echoplan.mapping.joint.settings import PoseMode
 from echoplan.methods import METHODS, map_sweeps
@@ -79,6 +80,24 @@ def test_walls_of_an_arena_come_out_even_if_nobody_wrote_down_which_way_the_sona
     # They stand along the axes that their way-points were measured in.
     assert np.mean([each.distance for each in walls.right]) < 0.021
     assert np.degrees(np.mean([each.angle for each in walls.right])) < 0.1
+
+
+@pytest.mark.parametrize(("name", "seed"), [("arena-a", 2), ("arena-b", 10)])
+def test_walls_of_an_arena_come_out_though_every_way_point_is_off_by_a_hand_s_breadth(name: str, seed: int) -> None:
+    if not (DATA / name).is_dir():
+        pytest.skip(f"the recording {name} is not here")
+    recording, truth = read_recording(DATA / name), read_truth(DATA / name / "truth.json")
+    rng, off = np.random.default_rng(seed), 0.05
+    ways = off * directions(rng.uniform(-np.pi, np.pi, len(list(recording))))
+    elsewhere = np.column_stack([ways - ways.mean(axis=0), np.zeros(len(ways))])
+    sweeps = [
+        replace(sweep, map_from_base=(sweep.map_from_base + step) * [1.0, 1.0, 0.0])
+        for sweep, step in zip(recording, elsewhere, strict=True)
+    ]
+    found = map_sweeps(METHODS["joint"].build(recording.rig), sweeps)
+    walls = evaluate(found, truth, EvaluationSettings(matching=MatchingSettings(min_heard=1))).matches.walls
+    assert walls.tally.found >= 0.85 * walls.tally.wanted
+    assert np.degrees(np.mean([each.angle for each in walls.right])) < 1.7
 
 
 @pytest.mark.parametrize("name", [*NAMES, "hcsr04-lidar/KalmanFilter.csv", "hcsr04-lidar/noKalmanFilter.csv"])

@@ -133,7 +133,7 @@ def test_the_evidence_tells_steps_from_way_points_set_by_hand(
 
 
 def test_way_points_are_worth_what_they_explain_while_readings_count_in_full(monkeypatch: pytest.MonkeyPatch) -> None:
-    # Held down by an error that stations have in common, readings tell of no poses that they are much better than others.
+    # Held down by an error that stations have in common, readings hardly tell of any poses that they are better.
     others = {
         "evidence": lambda account: HAND_FIRST[account.course] - 15.0 * account.is_held_down,
         "without_common_error": lambda account, beliefs: setattr(account, "is_held_down", False),

@@ -1,12 +1,14 @@
 """What the readings of one feature from one station have in common of their errors is learned from them."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.mapping.joint.adjustment.deviations import learned_factor
 from echoplan.mapping.joint.adjustment.rows import Rows, normal_equations, solve
-from echoplan.mapping.joint.correction.effects import common_squares
+from echoplan.mapping.joint.correction.effects import common_squares, without_common_error
 
 NOISE, GUESS, SPREAD = 0.002, 0.012, 1.15
 FEATURES, STATIONS, READINGS = 6, 30, 10
@@ -71,3 +73,24 @@ def test_what_poses_take_up_entirely_is_told_of_no_effect() -> None:
     single = Rows(rows.columns[own], rows.slopes[own], rows.residuals[own], rows.weights[own])
     _, count = common_squares(*adjusted(single, 0.01), common=0.01)
     assert count == pytest.approx(0.0, abs=1e-3 * STATIONS)
+
+
+class Waiting:
+    """An account that keeps what stations were taken to err by together whenever something was done."""
+
+    offset_sigma, noise = 0.003, 0.006
+
+    def __init__(self) -> None:
+        self.pair_sigma, self.done = GUESS, list[tuple[str, float]]()
+
+    def adjust_often(self, noise: float, beliefs: Any, rounds: int) -> None:
+        self.done.append(("adjusted", self.pair_sigma))
+
+    def learn_noise(self) -> None:
+        self.done.append(("noise", self.pair_sigma))
+
+
+def test_readings_count_in_full_before_it_is_asked_what_they_have_in_common() -> None:
+    account = Waiting()
+    without_common_error(account, None)  # type: ignore[arg-type]
+    assert account.done == [("adjusted", account.offset_sigma), ("noise", account.offset_sigma)]
