@@ -112,15 +112,15 @@ def roughly_square(features: Sequence[Hypothesis], settings: SquarenessSettings)
     Returns
     -------
     Squareness or None
-        Along the axes of the map if these are near, from which most measure; None where there is no main direction.
+        Along the axes of the map if these are near and most measure from such walls; None without a main direction.
     """
     direction = main_direction(features, settings)
     if direction is None:
         return None
     off = off_square(np.array([each.reflector[1] for each in features]), direction)
     walls = np.array([each.is_wall for each in features])
-    is_near = bool(np.abs(off_square(np.array([direction]), 0.0))[0] < settings.within)
-    return Squareness(walls & (np.abs(off) < settings.within), settings.sigma, along_axes=is_near)
+    is_near = abs(float(off_square(np.array([direction]), 0.0)[0])) < settings.within
+    return Squareness(walls & (np.abs(off) < settings.within), settings.sigma, is_near and settings.measured > 0.5)
 
 
 def believed_squareness(features: Sequence[Hypothesis], sigma: float, *, along_axes: bool = False) -> Squareness | None:

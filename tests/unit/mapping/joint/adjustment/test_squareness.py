@@ -80,6 +80,12 @@ def test_walls_near_the_axes_are_taken_to_stand_along_them_at_first(turn: float,
     assert believed.along_axes == along_axes
 
 
+def test_nor_are_they_where_hardly_anybody_measures_from_them() -> None:
+    believed = roughly_square(faces(8, 98, 188, -82), SquarenessSettings(measured=0.1))
+    assert believed is not None
+    assert not believed.along_axes
+
+
 @given(angle=st.floats(-10, 10), direction=st.floats(-10, 10), turns=st.integers(-3, 3))
 def test_right_angles_do_not_matter(angle: float, direction: float, turns: int) -> None:
     off = off_square(np.array([angle]), direction)
