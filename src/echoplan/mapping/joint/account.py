@@ -23,6 +23,7 @@ from echoplan.mapping.joint.adjustment.squareness import (
     Squareness,
     believed_squareness,
     learn_squareness,
+    rest_on_few,
     roughly_square,
 )
 from echoplan.mapping.joint.adjustment.state import State
@@ -189,8 +190,8 @@ class Account:
         self._believe_square(None)
         self.search()
         self.features = without_copies(self.features, self.settings.pose_errors.copies)
-        if not beliefs.relative:
-            self._believe_square(roughly_square(self.features, self.settings.squareness))
+        if not beliefs.relative and self._rests_on_few:
+            self._believe_square(roughly_square(self.features, self.settings.squareness, may_lie_along_axes=True))
         self.adjust_often(self.noise, beliefs, 3)
         self.learn_loudness()
         self.adjust_often(0.75 * self.settings.first_noise, self._drifting(beliefs), 2)
@@ -227,11 +228,15 @@ class Account:
         """Join walls that poses pulled apart; drop weak ones that stand askew where almost all are at right angles."""
         settings = self.settings.squareness
         self.features = without_copies(self.features, self.settings.copies)
-        self._believe_square(roughly_square(self.features, settings))
+        self._believe_square(roughly_square(self.features, settings, may_lie_along_axes=self._rests_on_few))
         if self.square_sigma:
             self.features = [
                 each for each in self.features if not each.is_wall or each.is_square or each.total > settings.cost
             ]
+
+    @property
+    def _rests_on_few(self) -> bool:
+        return rest_on_few(self.features, self.settings.search.second_station)
 
     def polish(self) -> None:
         """Adjust loudness and beam as well, where poses do not drift: readings made late would pass for faint ones."""

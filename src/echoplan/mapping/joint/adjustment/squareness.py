@@ -22,6 +22,7 @@ __all__ = [
     "learn_squareness",
     "main_direction",
     "off_square",
+    "rest_on_few",
     "roughly_square",
     "square_rows",
 ]
@@ -32,6 +33,8 @@ _ANY = 2.0 / math.pi
 _ROUNDS = 30
 # Walls whose chance to be square is less stay as they are.
 _LIKELY = 0.9
+# So many stations leave it open how a wall lies that they were the only ones to hear.
+_FEW = 2
 # A share below this tells nothing of the direction of others.
 _NEVER = 1e-6
 
@@ -99,7 +102,9 @@ def main_direction(features: Sequence[Hypothesis], settings: SquarenessSettings)
     return float(np.angle(mean)) / 4 if abs(mean) > settings.concentration else None
 
 
-def roughly_square(features: Sequence[Hypothesis], settings: SquarenessSettings) -> Squareness | None:
+def roughly_square(
+    features: Sequence[Hypothesis], settings: SquarenessSettings, *, may_lie_along_axes: bool
+) -> Squareness | None:
     """Take walls near the main direction for square, while way-points are too wrong to tell.
 
     Parameters
@@ -108,11 +113,13 @@ def roughly_square(features: Sequence[Hypothesis], settings: SquarenessSettings)
         What is there.
     settings : SquarenessSettings
         How near, and how exactly.
+    may_lie_along_axes : bool
+        Whether they are taken to stand along the axes of the map if these are near and most measure from such walls.
 
     Returns
     -------
     Squareness or None
-        Along the axes of the map if these are near and most measure from such walls; None without a main direction.
+        None where there is no main direction.
     """
     direction = main_direction(features, settings)
     if direction is None:
@@ -120,7 +127,27 @@ def roughly_square(features: Sequence[Hypothesis], settings: SquarenessSettings)
     off = off_square(np.array([each.reflector[1] for each in features]), direction)
     walls = np.array([each.is_wall for each in features])
     is_near = abs(float(off_square(np.array([direction]), 0.0)[0])) < settings.within
-    return Squareness(walls & (np.abs(off) < settings.within), settings.sigma, is_near and settings.measured > 0.5)
+    along_axes = may_lie_along_axes and is_near and settings.measured > 0.5
+    return Squareness(walls & (np.abs(off) < settings.within), settings.sigma, along_axes)
+
+
+def rest_on_few(features: Sequence[Hypothesis], least: float) -> bool:
+    """Tell whether most walls were heard from one station or two: set elsewhere, these leave it open how walls lie.
+
+    Parameters
+    ----------
+    features : sequence of Hypothesis
+        What is there.
+    least : float
+        What a station must gain to count [nats].
+
+    Returns
+    -------
+    bool
+        Whether they were.
+    """
+    walls = [each for each in features if each.is_wall]
+    return 2 * sum(each.speaking(least) <= _FEW for each in walls) > len(walls)
 
 
 def believed_squareness(features: Sequence[Hypothesis], sigma: float, *, along_axes: bool = False) -> Squareness | None:

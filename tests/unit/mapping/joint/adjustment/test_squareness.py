@@ -16,6 +16,7 @@ from echoplan.mapping.joint.adjustment.squareness import (
     learn_squareness,
     main_direction,
     off_square,
+    rest_on_few,
     roughly_square,
     square_rows,
 )
@@ -74,16 +75,33 @@ def test_only_walls_are_asked() -> None:
 
 @pytest.mark.parametrize(("turn", "along_axes"), [(8.0, True), (-95.0, True), (20.0, False)])
 def test_walls_near_the_axes_are_taken_to_stand_along_them_at_first(turn: float, *, along_axes: bool) -> None:
-    believed = roughly_square([*faces(turn, turn + 90, turn + 180, turn - 90), *faces(turn + 40, total=1.0)], SETTINGS)
+    believed = roughly_square(
+        [*faces(turn, turn + 90, turn + 180, turn - 90), *faces(turn + 40, total=1.0)],
+        SETTINGS,
+        may_lie_along_axes=True,
+    )
     assert believed is not None
     assert believed.members.tolist() == [True] * 4 + [False]
     assert believed.along_axes == along_axes
 
 
-def test_nor_are_they_where_hardly_anybody_measures_from_them() -> None:
-    believed = roughly_square(faces(8, 98, 188, -82), SquarenessSettings(measured=0.1))
+@pytest.mark.parametrize(("measured", "may"), [(0.1, True), (0.9, False)])
+def test_nor_are_they_where_hardly_anybody_measures_or_stations_tell_how_they_lie(
+    measured: float, *, may: bool
+) -> None:
+    settings = SquarenessSettings(measured=measured)
+    believed = roughly_square(faces(8, 98, 188, -82), settings, may_lie_along_axes=may)
     assert believed is not None
     assert not believed.along_axes
+
+
+@pytest.mark.parametrize(("heard", "few"), [((1, 2, 2, 5), True), ((1, 3, 3, 5), False), ((2, 2, 3, 3), False)])
+def test_walls_rest_on_few_stations_if_most_were_heard_from_one_or_two(heard: tuple[int, ...], *, few: bool) -> None:
+    walls = [
+        replace(each, gains=np.repeat([5.0, 0.5], [n, 5 - n])) for each, n in zip(faces(*heard), heard, strict=True)
+    ]
+    post = replace(walls[0], reflector=np.array([Kind.CYLINDER, 1.0, 1.0, 0.1]))
+    assert rest_on_few([*walls, post, post, post], 1.0) == few
 
 
 @given(angle=st.floats(-10, 10), direction=st.floats(-10, 10), turns=st.integers(-3, 3))
