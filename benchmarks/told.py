@@ -1,5 +1,6 @@
 """Told: the map that comes out of way-points set elsewhere if somebody tells which echo is of which wall."""
 
+import copy
 import math
 from collections.abc import Sequence
 
@@ -15,8 +16,6 @@ from echoplan.preprocessing.soundings import join_soundings, soundings_of
 
 __all__ = ["told_map"]
 
-# What an adjustment that starts from the right map is told of that map: all but where things are.
-_TOLD = ("model", "noise", "loudness", "independence", "pair_sigma", "square_sigma", "is_along_axes", "is_polished")
 # By then nothing moves any more.
 _ROUNDS, _STILL = 40, 1e-6
 
@@ -25,7 +24,7 @@ def told_map(rig: Rig, sweeps: Sequence[Sweep], elsewhere: Sequence[Sweep], *, o
     """Adjust the right map to way-points that were put elsewhere, without looking for anything.
 
     Nothing is searched for and nothing dropped, headings are free, and how far way-points are off is known, as well as
-    which walls stand at right angles: no method that must find this by itself can be expected to come nearer.
+    which walls stand at right angles.
 
     Parameters
     ----------
@@ -43,11 +42,10 @@ def told_map(rig: Rig, sweeps: Sequence[Sweep], elsewhere: Sequence[Sweep], *, o
     FeatureMap
         Where the features are by the other way-points.
     """
-    known, moved = explained(_account(rig, sweeps)), _account(rig, elsewhere)
-    for name in _TOLD:
-        setattr(moved, name, getattr(known, name))
-    moved.features, moved.poses = known.features, known.poses.copy()
-    moved.soundings = displaced(moved.recorded, moved.given, moved.poses)
+    heard, given = join_soundings([soundings_of(each, rig) for each in sweeps]), _stations(sweeps)
+    moved = copy.copy(explained(Account(rig, heard, given, JointSettings())))
+    moved.given = _stations(elsewhere)
+    moved.recorded = displaced(moved.recorded, given, moved.given)
     # A step in some direction has half of its square along either axis.
     beliefs = {"waypoint": max(off, 1e-3) / math.sqrt(2.0), "waypoint_turn": math.pi}
     poses = waypoint_beliefs(moved.given, moved.settings.pose_errors.model_copy(update=beliefs))
@@ -67,7 +65,6 @@ def told_map(rig: Rig, sweeps: Sequence[Sweep], elsewhere: Sequence[Sweep], *, o
     )
 
 
-def _account(rig: Rig, sweeps: Sequence[Sweep]) -> Account:
+def _stations(sweeps: Sequence[Sweep]) -> np.ndarray:
     """Take every sweep for a station."""
-    heard, given = [soundings_of(sweep, rig) for sweep in sweeps], np.array([sweep.station for sweep in sweeps])
-    return Account(rig, join_soundings(heard), given, JointSettings())
+    return np.array([sweep.station for sweep in sweeps])
