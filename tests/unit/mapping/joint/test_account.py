@@ -1,0 +1,55 @@
+"""What is believed of walls while way-points are still wrong depends on how many stations heard them."""
+
+from copy import copy
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from echoplan.mapping.joint.account import Account
+from echoplan.mapping.joint.adjustment.poses import waypoint_beliefs
+from echoplan.mapping.joint.adjustment.squareness import Squareness
+from echoplan.mapping.joint.explaining import explained
+from echoplan.mapping.joint.settings import PoseMode
+from echoplan.methods.joint import JointSettings
+from echoplan.preprocessing.soundings import join_soundings, soundings_of
+from echoplan.sources import open_source
+
+
+@pytest.fixture(scope="module")
+def square() -> Account:
+    """A square room along the axes, every wall of which several stations heard."""
+    source = open_source("sim:square")
+    sweeps = list(source)
+    heard = join_soundings([soundings_of(sweep, source.rig) for sweep in sweeps])
+    poses = np.array([sweep.map_from_base[0] for sweep in sweeps])
+    return explained(Account(source.rig, heard, poses, JointSettings(poses=PoseMode.TRUST)))
+
+
+@pytest.mark.parametrize(("heard_from", "along_axes"), [(1, True), (2, True), (3, False), (5, False)])
+def test_walls_that_many_stations_heard_are_square_to_each_other_but_not_to_the_axes(
+    square: Account, heard_from: int, *, along_axes: bool
+) -> None:
+    account, gains = copy(square), np.where(np.arange(len(square.given)) < heard_from, 50.0, 0.0)
+    account.features = [replace(each, gains=gains) for each in square.features]
+    account.square_up()
+    assert account.square_sigma > 0.0
+    assert account.is_along_axes == along_axes
+
+
+@pytest.mark.parametrize("few", [True, False])
+def test_way_points_settle_along_the_axes_where_few_stations_heard_each_wall(
+    square: Account, monkeypatch: pytest.MonkeyPatch, *, few: bool
+) -> None:
+    account, believed = copy(square), list[Squareness | None]()
+    believe = Account._believe_square
+
+    def noted(self: Account, squareness: Squareness | None) -> None:
+        believed.append(squareness)
+        believe(self, squareness)
+
+    monkeypatch.setattr(Account, "_believe_square", noted)
+    monkeypatch.setattr(Account, "_rests_on_few", few)
+    account.settle(waypoint_beliefs(account.given, account.settings.pose_errors))
+    at_first = believed[:-1]
+    assert [each is not None and each.along_axes for each in at_first] == ([False, True] if few else [False])
