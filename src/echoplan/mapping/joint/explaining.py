@@ -36,8 +36,9 @@ _BY_NOTHING = ", by nothing: the echoes agree as well from the poses as recorded
 # And where even that is not so.
 _NO_MORE = ", and no more from elsewhere"
 
-# Where errors add up by so much no hand made them, whatever way-points would explain [nats].
-_BEYOND_DOUBT = 4.0 * VERY_STRONG
+# Where errors add up by so much no hand made them: it is not asked what way-points would explain, which takes as long
+# again.  Steps that lead astray seem to add up, too, but by less [nats].
+_BEYOND_DOUBT = 8.0 * VERY_STRONG
 
 # From fewer stations there is nothing to hold a pose against.
 _FEWEST = 3
@@ -66,13 +67,17 @@ def explained(account: Account) -> Account:
 def _explained(account: Account) -> Account:
     if account.memory.course is Course.TRACKED:
         return _tracked(account, account.memory.verdict)
-    if _follows_wheels(account):
-        return _by_wheels(account)
+    return _by_wheels(account) if _follows_wheels(account) else _as_found(account)
+
+
+def _as_found(account: Account) -> Account:
+    """Keep the poses, or correct them if the echoes show that they are wrong; nobody says how they came about."""
     torn = _glanced(account)
-    mended = torn and _mended(torn)
-    if mended:
-        return mended
+    if torn and not _is_by_hand(torn):
+        return torn
     account.explain()
+    if torn and _is_led_for_sure(account, torn):
+        return torn
     return account if account.settings.poses is PoseMode.TRUST else _reconsidered(account, torn)
 
 
@@ -87,15 +92,6 @@ def _follows_wheels(account: Account) -> bool:
 
 def _is_asked(account: Account) -> bool:
     return account.settings.poses is PoseMode.CORRECT
-
-
-def _mended(torn: Account) -> Account | None:
-    """Take the poses to which steps led, if these may have torn walls apart, or move them to all way-points."""
-    if not _is_by_hand(torn) or _led_for_sure(torn):
-        return torn
-    if not _follows(torn):
-        return None
-    return _led(torn, max(_reset(torn, _TORN), _placed(torn, _TORN), key=_worth))
 
 
 def _glanced(account: Account) -> Account | None:
@@ -249,15 +245,20 @@ def _rivals(account: Account, share: str, tracked: Account | None) -> list[Accou
         return [_nudged(account, _why(account, share), account.poses)] if _is_by_hand(account) else []
     why = f"{_corrected(account)}: {share}, but the steps of the robot explain them better"
     tracked = tracked or _tracked(copy.copy(account), why)
-    if _is_by_hand(account) and not _led_for_sure(tracked):
+    if _is_by_hand(account) and not _is_led_for_sure(account, tracked):
         return _steps_or_hand(account, share, tracked)
     return [tracked] if agrees(tracked) else []
 
 
 def _steps_or_hand(account: Account, share: str, tracked: Account) -> list[Account]:
-    """Move the poses to those of way-points, where steps did not lead to what explains more."""
+    """Move the poses to those of way-points, where steps did not lead to what explains more.
+
+    Where pings agree from the poses as recorded errors do not add up, whatever steps that led astray say of them.
+    """
     by_hand = _set_by_hand(account, _why(account, share), tracked)
-    return [_led(tracked, each) for each in by_hand] if _follows(tracked) else by_hand
+    if not _follows(tracked):
+        return by_hand
+    return [_better(each, tracked) if agrees(account) else _led(tracked, each) for each in by_hand]
 
 
 def _follows(tracked: Account) -> bool:
@@ -266,10 +267,10 @@ def _follows(tracked: Account) -> bool:
     return agrees(tracked) and scatter(tracked.given, tracked.poses) <= most
 
 
-def _led_for_sure(tracked: Account) -> bool:
-    """Tell whether pings agree from where steps lead, and errors add up so clearly that no hand made them."""
+def _is_led_for_sure(account: Account, tracked: Account) -> bool:
+    """Tell whether pings agree from where steps lead only, and errors add up so clearly that no hand made them."""
     errors_add_up = scatter(tracked.given, tracked.poses) < -_BEYOND_DOUBT
-    return errors_add_up and not are_round(tracked.given) and agrees(tracked)
+    return errors_add_up and not are_round(tracked.given) and agrees(tracked) and not agrees(account)
 
 
 def _why(account: Account, share: str) -> str:
@@ -279,7 +280,7 @@ def _why(account: Account, share: str) -> str:
 def _set_by_hand(account: Account, why: str, tracked: Account) -> list[Account]:
     """Correct poses as those of way-points, from where steps led if pings agree there, or else from more starts."""
     led = [_reset(tracked, why)] if agrees(tracked) else []
-    if agrees(account) and any(_are_held_together(each) for each in led):
+    if agrees(account) and any(_are_held_together(each) and _worth(each) > _worth(tracked) for each in led):
         return led
     # From different starts they may come to rest at different places.
     nudged = [_nudged(account, why, start) for start in (account.poses, tracked.poses)]

@@ -168,7 +168,7 @@ def test_errors_that_add_up_are_none_of_way_points_unless_echoes_say_so_more_cle
 
 
 @pytest.mark.parametrize("torn", [True, False])
-@pytest.mark.parametrize(("errors", "round_", "expected"), [(-30, False, 0), (-15, False, 1), (-30, True, 1)])
+@pytest.mark.parametrize(("errors", "round_", "expected"), [(-50, False, 0), (-30, False, 1), (-50, True, 1)])
 def test_where_errors_add_up_beyond_doubt_way_points_are_not_even_thought_of(
     monkeypatch: pytest.MonkeyPatch, errors: float, expected: int, *, torn: bool, round_: bool
 ) -> None:
@@ -236,13 +236,38 @@ def test_who_asks_in_vain_is_told_why(monkeypatch: pytest.MonkeyPatch, agree: se
     assert said in found.verdict
 
 
-@pytest.mark.parametrize(("worth", "expected"), [(STEPS_FIRST, Course.TRACKED), (HAND_FIRST, Course.NUDGED)])
+@pytest.mark.parametrize(
+    ("worth", "expected", "why"),
+    [
+        (STEPS_FIRST, Course.TRACKED, "most walls were there twice"),
+        (HAND_FIRST, Course.NUDGED, "only 50 % of the echoes agree"),
+    ],
+)
 def test_where_walls_are_torn_apart_way_points_are_thought_of_too(
-    monkeypatch: pytest.MonkeyPatch, worth: dict[Course, float], expected: Course
+    monkeypatch: pytest.MonkeyPatch, worth: dict[Course, float], expected: Course, why: str
 ) -> None:
     found = best_of(monkeypatch, agree={Course.TRACKED}, worth=worth, others={"is_torn": lambda account: True})
     assert found.course is expected
-    assert "most walls were there twice" in found.verdict
+    assert why in found.verdict
+
+
+@pytest.mark.parametrize(("agree", "expected"), [(set(Course), Course.NUDGED), ({Course.TRACKED}, Course.TRACKED)])
+def test_steps_that_led_astray_do_not_tell_that_errors_add_up_where_pings_agree_from_the_poses_as_recorded(
+    monkeypatch: pytest.MonkeyPatch, agree: set[Course], expected: Course
+) -> None:
+    others: dict[str, Any] = {"scatter": lambda given, poses: -50.0, "is_torn": lambda account: True}
+    assert best_of(monkeypatch, agree=agree, worth=HAND_FIRST, others=others).course is expected
+
+
+def test_where_steps_explain_more_than_what_was_reset_from_them_way_points_are_nudged_too(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # Steps that led astray leave way-points that start there astray, too.
+    def evidence(account: Any) -> float:
+        return 30.0 if account.settled == NUDGED else {**STEPS_FIRST, Course.NUDGED: 10.0}[account.course]
+
+    found = best_of(monkeypatch, agree=set(Course), others={"evidence": evidence})
+    assert found.settled == NUDGED
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import numpy as np
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["gain_of_common_errors", "independence", "intraclass_correlation"]
+__all__ = ["gain_of_common_errors", "independence", "intraclass_correlation", "rounding_in_common"]
 
 # Residuals beyond so many deviations are no errors of readings.
 _WILD = 4.0
@@ -13,6 +13,8 @@ _WILD = 4.0
 _LEAST = 0.0005
 # Fewer pairs of neighbours tell nothing.
 _FEWEST = 50
+# Harmonics of the error of rounding: enough for all but a hundredth of its square.
+_HARMONICS = np.arange(1, 61)
 
 
 def independence(soundings: Soundings, owners: IntArray, residuals: FloatArray, *, noise: float) -> float:
@@ -84,6 +86,38 @@ def intraclass_correlation(soundings: Soundings, owners: IntArray, residuals: Fl
     within = float(np.sum((residuals[told] - means[members]) ** 2)) / (len(members) - len(sizes))
     size = len(members) / len(sizes)
     return (between - within) / max(between + (size - 1.0) * within, 1e-12)
+
+
+def rounding_in_common(step: float, scatter: float) -> float:
+    r"""Tell by how much readings of one distance err together because they are rounded.
+
+    The error of rounding is a saw-tooth of what is rounded.  Its mean over readings that scatter, here as Gaussians do,
+    is each of its harmonics times their characteristic function there (Widrow and Kollar 2008): where readings scatter
+    over several steps nothing of it is left.  Over all distances the mean has the variance
+
+    .. math:: \sum_{k \ge 1} \frac{q^2}{2 \pi^2 k^2} \, e^{-4 \pi^2 k^2 \sigma^2 / q^2}
+
+    Parameters
+    ----------
+    step : float
+        Step q of the readings [m].
+    scatter : float
+        Standard deviation of what is rounded [m].
+
+    Returns
+    -------
+    float
+        Standard deviation of the common error [m].
+
+    Examples
+    --------
+    >>> [round(1000 * rounding_in_common(0.01, scatter), 2) for scatter in (0.0, 0.002, 0.004)]
+    [2.87, 1.02, 0.1]
+    """
+    if step == 0.0:
+        return 0.0
+    waves = step / (np.sqrt(2.0) * np.pi * _HARMONICS)
+    return float(np.sqrt(np.sum((waves * np.exp(-2.0 * (np.pi * _HARMONICS * scatter / step) ** 2)) ** 2)))
 
 
 def gain_of_common_errors(

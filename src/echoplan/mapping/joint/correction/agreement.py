@@ -8,7 +8,11 @@ from echoplan.classification.evidence import UNCERTAIN
 from echoplan.geometry import along, signed_distances, wrap
 from echoplan.mapping.joint.account import Account
 from echoplan.mapping.joint.adjustment.drift import VERY_STRONG
-from echoplan.mapping.joint.adjustment.independence import gain_of_common_errors, intraclass_correlation
+from echoplan.mapping.joint.adjustment.independence import (
+    gain_of_common_errors,
+    intraclass_correlation,
+    rounding_in_common,
+)
 from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, pose_rows, waypoint_beliefs
 from echoplan.mapping.joint.search.copies import cross, pairs_of_copies, without_copies
 
@@ -104,8 +108,15 @@ def are_at_odds(account: Account) -> bool:
         return True
     owners, left = account.adjusted.owners, account.adjusted.residuals
     common = intraclass_correlation(account.soundings, owners, left, noise=account.noise)
-    # Rounding alone makes readings of one distance err together by as much as a module is set right to.
-    return common > account.settings.shared_error and common * account.noise**2 > account.offset_sigma**2
+    # What the model of the sonar lacks makes readings err together, too, by less than the best of them scatter.
+    usual = max(_rounding(account, common), account.settings.least_noise)
+    return common > account.settings.shared_error and common * account.noise**2 > usual**2
+
+
+def _rounding(account: Account, common: float) -> float:
+    """Tell by how much readings of one distance err together because they are rounded [m]."""
+    before = (1.0 - common) * account.noise**2 - account.resolution**2 / 12.0
+    return rounding_in_common(account.resolution, float(np.sqrt(max(before, 0.0))))
 
 
 def is_scattered(account: Account) -> bool:

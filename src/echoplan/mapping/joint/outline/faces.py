@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from pydantic import BaseModel, Field
@@ -24,6 +25,7 @@ class FaceSettings(BaseModel, frozen=True, extra="forbid"):
     )
     wide_gap: float = Field(default=0.4, gt=0.0, description="least gap about a corner that was heard [m]")
     corner_away: float = Field(default=1.0, gt=0.0, description="of such a corner from what was heard of a wall [m]")
+    stub: float = Field(default=0.06, gt=0.0, description="of a wall heard at its end is none that goes on there [m]")
     corner_reach: float = Field(default=0.03, gt=0.0, description="of a corner that was heard as such from a wall [m]")
     echo_span: float = Field(default=math.radians(5), gt=0.0, description="of the pings that hear a corner [rad]")
     right_angle: float = Field(default=math.radians(5), gt=0.0, description="of walls that echo at their vertex [rad]")
@@ -239,22 +241,28 @@ def _away(point_xy: FloatArray, face: Face) -> float:
 
 
 def _cut(whole: Face, feet: FloatArray, breaks: Sequence[float], *, step: float, settings: FaceSettings) -> list[Face]:
-    parts, start = [], 0
-    through = max(4.0, settings.crossing_span / step)
-    for place in np.flatnonzero(np.diff(feet) > settings.gap).tolist():
-        low, high = float(feet[place]), float(feet[place + 1])
+    pieces = np.split(feet, np.flatnonzero(np.diff(feet) > settings.gap) + 1)
+    through, parts = max(4.0, settings.crossing_span / step), pieces[:1]
+    for before, after in pairwise(pieces):
+        low, high = float(before[-1]), float(after[0])
         crossed = ((whole.crossings > low + 0.02) & (whole.crossings < high - 0.02)).sum() >= through
-        broken = high - low > settings.wide_gap and any(low - 0.03 < each < high + 0.03 for each in breaks)
+        broken = high - low > settings.wide_gap and any(_ends(before, each, after, settings) for each in breaks)
         if crossed or broken:
-            parts.append(feet[start : place + 1])
-            start = place + 1
-    parts.append(feet[start:])
+            parts.append(after)
+        else:
+            parts[-1] = np.concatenate([parts[-1], after])
     enough = max(settings.least_share * len(feet), 1.0)
     return [
         replace(whole, low=float(part[0]), high=float(part[-1]), pings=round(whole.pings * len(part) / len(feet)))
         for part in parts
         if len(part) >= min(enough, 6.0)
     ]
+
+
+def _ends(before: FloatArray, place: float, after: FloatArray, settings: FaceSettings) -> bool:
+    """Tell whether a wall ends at a place in a gap, or near it; not where one side is nothing but that place itself."""
+    is_there = before[-1] - settings.corner_reach < place < after[0] + settings.corner_reach
+    return bool(is_there and min(place - before[0], after[-1] - place) > settings.stub)
 
 
 def _fronts(whole: Face, wholes: Sequence[Face], settings: FaceSettings) -> list[float]:

@@ -9,7 +9,13 @@ from echoplan.acoustics.expectation import EchoModel, Kind
 from echoplan.arrays import FloatArray
 from echoplan.geometry import intersections
 from echoplan.mapping.joint.adjustment.adjusted import Adjusted
-from echoplan.mapping.joint.adjustment.adjustment import AdjustmentSettings, Beliefs, Features, adjust
+from echoplan.mapping.joint.adjustment.adjustment import (
+    AdjustmentSettings,
+    Beliefs,
+    Features,
+    adjust,
+    reading_rows,
+)
 from echoplan.mapping.joint.adjustment.edges import edges_of
 from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, displaced
 from echoplan.mapping.joint.adjustment.state import State
@@ -116,6 +122,18 @@ def test_twice_the_pings_make_it_surer_by_the_root_of_two() -> None:
     ratio = sigmas(coarse)[coarse.unknowns.feature(1)] / sigmas(fine)[fine.unknowns.feature(1)]
     assert ratio[0] == pytest.approx(np.sqrt(2.0), rel=0.1)
     assert ratio[1] > 1.0
+
+
+def test_what_faint_echoes_scatter_more_is_no_part_of_the_noise_twice() -> None:
+    # The noise is what all readings scatter on the whole: a spread of loudness shifts weight from faint echoes to
+    # loud ones, and adds nothing to what the usual one scatters.
+    soundings = hearing(listening(), ROOM)
+    start = State(features=features(ROOM, len(soundings.centers)), model=SONAR)
+    models = [replace(SONAR, spread=spread) for spread in (0.0, 0.3)]
+    rows = [reading_rows(soundings, replace(start, model=each), BELIEFS, AdjustmentSettings()) for each in models]
+    assert np.median(rows[1].weights / rows[0].weights) == pytest.approx(1.0, abs=0.03)
+    assert rows[1].weights.min() < 0.8 * rows[0].weights.min()
+    assert rows[1].weights.max() > rows[0].weights.max()
 
 
 def test_common_errors_of_a_station_do_not_average_out() -> None:

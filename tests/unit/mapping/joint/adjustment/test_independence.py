@@ -6,7 +6,12 @@ from scipy.signal import lfilter
 from scipy.stats import multivariate_normal
 
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.mapping.joint.adjustment.independence import gain_of_common_errors, independence, intraclass_correlation
+from echoplan.mapping.joint.adjustment.independence import (
+    gain_of_common_errors,
+    independence,
+    intraclass_correlation,
+    rounding_in_common,
+)
 from expectations import listening
 
 # Eight stations all of whose pings, a degree apart, hear one wall; a full count is four times what weights say.
@@ -134,3 +139,18 @@ def test_errors_of_their_own_are_none_the_likelier() -> None:
 
 def test_readings_that_nothing_explains_say_nothing_of_their_errors() -> None:
     assert gained(SINGLE, 0.002, owners=np.full(len(ALL), -1)) == 0.0
+
+
+@pytest.mark.parametrize("scatter", [0.0005, 0.002, 0.003])
+def test_what_rounding_has_in_common_is_less_the_more_readings_scatter(scatter: float) -> None:
+    rng, step = np.random.default_rng(5), 0.01
+    places = np.linspace(0.0, step, 101)[:-1, None]
+    readings = places + scatter * rng.standard_normal((100, 20_000))
+    means = (np.round(readings / step) * step - readings).mean(axis=1)
+    assert rounding_in_common(step, scatter) == pytest.approx(means.std(), rel=0.03)
+
+
+def test_what_does_not_scatter_is_rounded_alike() -> None:
+    assert rounding_in_common(0.01, 0.0) == pytest.approx(0.01 / np.sqrt(12.0), rel=0.01)
+    assert rounding_in_common(0.01, 0.1) == 0.0
+    assert rounding_in_common(0.0, 0.001) == 0.0

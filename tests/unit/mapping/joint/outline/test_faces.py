@@ -100,6 +100,16 @@ def test_a_corner_that_was_heard_as_such_cuts_whatever_makes_it() -> None:
     assert spans(cut(with_gap(-0.3, 0.3), np.zeros(0), echoes=heard)) == [(-1.0, -0.3), (0.3, 1.0)]
 
 
+@pytest.mark.parametrize(("length", "parts"), [(0.05, 1), (0.10, 2)])
+@pytest.mark.parametrize("end", [0.3, 0.27])
+def test_what_was_heard_at_a_corner_alone_does_not_go_on_from_there(length: float, parts: int, end: float) -> None:
+    # As from a station straight before the corner of a room, of whose far wall nobody heard the middle.
+    heard = Echoes(corners_xy=np.array([[1.0, end + 0.01]]))
+    feet = np.concatenate([np.linspace(-1.0, -0.3, 30), np.linspace(end, end + length, 20)])
+    assert len(cut(feet, np.zeros(0), echoes=heard)) == parts
+    assert len(cut(np.sort(-feet), np.zeros(0), echoes=Echoes(corners_xy=heard.corners_xy * [1.0, -1.0]))) == parts
+
+
 def test_nobody_knows_whether_a_wall_goes_on_behind_what_may_stand_against_it() -> None:
     cupboard = feature(wall(0.0, 0.4), extent=(-0.2, 0.2))
     assert spans(cut(with_gap(-0.3, 0.3), np.zeros(0), cupboard)) == [(-1.0, -0.3), (0.3, 1.0)]
