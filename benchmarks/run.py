@@ -42,6 +42,10 @@ BENCHMARKS = (
     "rays.py 8 --noise 0.01",
     "referee.py",
     "referee.py --burst smooth",
+    "arenas.py",
+    "arenas.py --coarse",
+    "arenas.py --off 0.025 --turn 3",
+    "arenas.py --off 0.025 --turn 3 --coarse",
 )
 RECORDINGS, CORRIDOR = "recordings.py", "corridor.py"
 # How often noise is added to real recordings, to tell luck from skill.
