@@ -26,6 +26,8 @@ _SILENT = math.log(1.0 - 0.8)
 _MOSTLY = 0.5
 # What is as near to a wall as this share of the way to it does not block the view of it.
 _NEARLY = 0.97
+# So far along a wall from all that was heard of it there may be a gap in it [m].
+_BESIDE = 0.2
 # A path crosses a line only if both its ends are this far from it [m].
 _CLEAR = 0.02
 
@@ -206,10 +208,12 @@ def silent_places(
 def free_views(feature: Hypothesis, soundings: Soundings, *, step: float) -> BoolArray:
     """Tell which stations should hear a feature if it is there, for nothing nearer was heard.
 
+    Of a wall that was heard on both sides of a door those stand before the gap who hear nothing.
+
     Parameters
     ----------
     feature : Hypothesis
-        The feature, with fresh evidence.
+        The feature, with fresh evidence and the gains of stations.
     soundings : Soundings
         The pings.
     step : float
@@ -224,10 +228,19 @@ def free_views(feature: Hypothesis, soundings: Soundings, *, step: float) -> Boo
     stations, asked = soundings.stations[evidence.pings], evidence.audible
     if feature.is_wall:
         asked = asked & (evidence.feet >= feature.extent[0]) & (evidence.feet <= feature.extent[1])
+        asked &= _beside(evidence.feet, evidence.feet[asked & (feature.gains > 0.0)[stations]])
     should = np.bincount(stations[asked], minlength=count)
     could = np.bincount(stations[asked & evidence.unmasked], minlength=count)
     free: BoolArray = (should >= max(1.0, _SPAN / step)) & (could > _MOSTLY * should)
     return free
+
+
+def _beside(places: FloatArray, heard: FloatArray) -> BoolArray:
+    """Tell which places along a wall are near to any where it was heard."""
+    ends = np.concatenate([[-np.inf], np.sort(heard), [np.inf]])
+    after = np.searchsorted(ends, places)
+    near: BoolArray = np.minimum(places - ends[np.maximum(after - 1, 0)], ends[after] - places) < _BESIDE
+    return near
 
 
 def _ends_xy(wall: Hypothesis) -> FloatArray:

@@ -215,5 +215,16 @@ def test_a_wall_is_seen_only_by_those_it_reaches() -> None:
     assert seen(ROOM[0], soundings, extent=(between[0] - 0.1, between[1] + 0.1)) == [True, False, True, False]
 
 
+def test_who_stands_before_a_gap_in_a_wall_does_not_miss_it() -> None:
+    # Two stations hear the wall, one at each end of it; the others stand before the middle of it, and hear nothing.
+    soundings = hearing(listening([(0.5, y) for y in (-1.0, -0.15, 0.15, 1.0)], step=STEP), ROOM)
+    inner = np.isin(soundings.stations, (1, 2))
+    (wide,) = judged(explanation(soundings._replace(readings=np.where(inner, np.inf, soundings.readings))), ROOM[:1])
+    assert free_views(wide, soundings, step=STEP).tolist() == [True, False, False, True]
+    near = hearing(listening([(0.5, y) for y in (-0.3, -0.1, 0.1, 0.3)], step=STEP), ROOM)
+    (narrow,) = judged(explanation(near._replace(readings=np.where(inner, np.inf, near.readings))), ROOM[:1])
+    assert free_views(narrow, near, step=STEP).tolist() == [True] * 4
+
+
 def test_what_is_out_of_reach_is_not_seen() -> None:
     assert seen(cylinder(9.0, 0.0, 0.1), listening(step=STEP)) == [False] * 4
