@@ -73,11 +73,9 @@ def _explained(account: Account) -> Account:
 def _as_found(account: Account) -> Account:
     """Keep the poses, or correct them if the echoes show that they are wrong; nobody says how they came about."""
     torn = _glanced(account)
-    if torn and not _is_by_hand(torn):
+    if torn and (not _is_by_hand(torn) or _is_led_for_sure(account, torn)):
         return torn
     account.explain()
-    if torn and _is_led_for_sure(account, torn):
-        return torn
     return account if account.settings.poses is PoseMode.TRUST else _reconsidered(account, torn)
 
 
