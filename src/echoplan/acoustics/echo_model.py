@@ -154,6 +154,34 @@ class EchoModel:
         """
         return self.walk_gain * self.walk.scatter(excess, self.spread)
 
+    def variances(self, excess: ArrayLike, *, noise: float) -> FloatArray:
+        """Tell the variances of readings that scatter by the noise on the whole, and the more the fainter they are.
+
+        The noise is learned from readings of all loudnesses, so that what these add in the median is in it already;
+        half of its square at least is taken for the readings' own.
+
+        Parameters
+        ----------
+        excess : array_like, shape (n,)
+            What they should be [dB].
+        noise : float
+            Standard deviation of all readings [m].
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Of each [m^2].
+
+        Examples
+        --------
+        >>> model = EchoModel.of(Transducer())
+        >>> 1000 * np.sqrt(model.variances([1.0, 6.0, 20.0], noise=0.002)).round(5)
+        array([2.98, 2.  , 1.76])
+        """
+        squares = self.scatter(excess) ** 2
+        usual = min(float(np.median(squares)), 0.5 * noise**2) if len(squares) else 0.0
+        return noise**2 - usual + squares
+
     def seeing(self, half_angle: float) -> "EchoModel":
         """Return a model of what robot simulators call a sonar: the nearest point in a cone of rays.
 

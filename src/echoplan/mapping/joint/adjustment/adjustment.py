@@ -248,7 +248,7 @@ def _linearised(
     walk = (now.model.range_offset, now.model.walk_gain)
     slopes, neighbours = differentiate_readings(soundings, hearing, now.features, matched, explained, walk)
     residuals, excesses = matched.residuals[explained], matched.excesses[explained]
-    variances = _variances(beliefs.noise, now.model.scatter(excesses))
+    variances = now.model.variances(excesses, noise=beliefs.noise)
     doubts = variances * (1.0 + residuals**2 / (settings.robust**2 * variances)) ** 2
     counts = beliefs.independence * soundings.weights[explained]
     owners, stations = matched.owners[explained], soundings.stations[explained]
@@ -263,18 +263,6 @@ def _linearised(
     if len(now.poses):
         slopes[:, -1] += _leverage(soundings, explained, now.poses, slopes)
     return matched, readings
-
-
-def _variances(noise: float, scatter: FloatArray) -> FloatArray:
-    """Tell the variances of readings that scatter by the noise on the whole, and the more the fainter they are.
-
-    The noise is learned from all that is left of the readings, so that what loudness adds to it in the median is in it
-    already; half of its square at least is taken for the readings' own.
-    """
-    squares = scatter**2
-    usual = min(float(np.median(squares)), 0.5 * noise**2) if len(squares) else 0.0
-    variances: FloatArray = noise**2 - usual + squares
-    return variances
 
 
 def _common(doubts: FloatArray, beliefs: Beliefs) -> FloatArray:

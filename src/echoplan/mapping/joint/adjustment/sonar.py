@@ -113,7 +113,7 @@ def walking(model: EchoModel, adjusted: Adjusted | None, noise: float) -> EchoMo
         return model
     excess = np.maximum(adjusted.excesses[explained], 0.0)
     late = adjusted.residuals[explained] + model.walk_gain * model.walk.blurred(model.spread)(excess)
-    weights = 1.0 / (noise**2 + model.scatter(excess) ** 2)
+    weights = 1.0 / model.variances(excess, noise=noise)
     try:
         curve, fall = fitted_walk(excess, late, weights=weights, pieces=pieces)
     except InvalidValueError:
