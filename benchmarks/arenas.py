@@ -9,9 +9,9 @@ the arenas that are not right.  ``--coarse`` turns the sensor by 5 degrees at a 
 """
 
 import argparse
-from collections.abc import Sequence
+import time
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -19,16 +19,27 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Evaluation, EvaluationSettings, MatchingSettings, evaluate
-from echoplan.geometry import distances_to_segments
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper
 from echoplan.model import Polyline, Rig, Route, Sensor, Servo, Sweep, Table, World
 from echoplan.simulation import Simulation, SimulationSettings
+from joint import fault_table  # type: ignore[import-not-found]  # beside this file
+from recordings import COLUMNS, row  # type: ignore[import-not-found]  # likewise
+from rooms import Floor  # type: ignore[import-not-found]  # likewise
 
 ARENAS, OFF, TURN = 24, 0.015, 1.5
 # Boards are cut in multiples of this [m]; an arena is so many of them wide, and one or two of its corners lack so many.
 BOARD, WIDTHS, LACKING = 0.42, (5, 6), (1, 2)
-WAYPOINTS, CLEAR, APART = 5, 0.2, 0.25
+WAYPOINTS, CLEAR, APART, TRIES = 5, 0.2, 0.25, 10_000
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Outcome:
+    """What came of one arena."""
+
+    seed: int
+    evaluation: Evaluation
+    seconds: float
 
 
 def main() -> None:
@@ -44,11 +55,13 @@ def main() -> None:
             partial(run, off=arguments.off, turn=arguments.turn, coarse=arguments.coarse), range(arguments.arenas)
         )
         outcomes = list(tracked(runs, total=arguments.arenas, task="mapping"))
-    show(score_table(outcomes))
+    total = row("all", [each.evaluation for each in outcomes], sum(each.seconds for each in outcomes))
+    title = f"joint in {len(outcomes)} random arenas: recall / precision (%), mean deviation"
+    show(Table(title=title, columns=("arenas", *COLUMNS[1:]), rows=(total,)))
     show(fault_table(outcomes))
 
 
-def run(seed: int, *, off: float, turn: float, coarse: bool) -> Evaluation:
+def run(seed: int, *, off: float, turn: float, coarse: bool) -> Outcome:
     """Sound one arena, map it and hold the map against the truth."""
     rng = np.random.default_rng(seed)
     outline_xy = outline(rng)
@@ -61,8 +74,10 @@ def run(seed: int, *, off: float, turn: float, coarse: bool) -> Evaluation:
         settings=SimulationSettings(dropout=0.03, stray=0.03, jitter=0.004),
         seed=seed,
     )
-    found = map_sweeps(JointMapper(simulation.rig), [set_down(sweep, marks) for sweep in simulation])
-    return evaluate(found, simulation.truth, EvaluationSettings(matching=MatchingSettings(min_heard=1)))
+    sweeps, begun = [set_down(sweep, marks) for sweep in simulation], time.process_time()
+    found = map_sweeps(JointMapper(simulation.rig), sweeps)
+    seconds, settings = time.process_time() - begun, EvaluationSettings(matching=MatchingSettings(min_heard=1))
+    return Outcome(seed=seed, evaluation=evaluate(found, simulation.truth, settings), seconds=seconds)
 
 
 def outline(rng: np.random.Generator) -> FloatArray:
@@ -83,20 +98,11 @@ def outline(rng: np.random.Generator) -> FloatArray:
 
 def waypoints(outline_xy: FloatArray, rng: np.random.Generator) -> FloatArray:
     """Draw places that are clear of the boards and of each other."""
-    sides = np.stack([outline_xy, np.roll(outline_xy, -1, axis=0)], axis=1)
-    places = np.zeros((0, 2))
-    while len(places) < WAYPOINTS:
-        place = rng.uniform(outline_xy.min(axis=0), outline_xy.max(axis=0))
-        is_clear = distances_to_segments(place[None], sides).min() > CLEAR
-        if is_clear and is_inside(place, outline_xy) and (np.hypot(*(places - place).T) > APART).all():
-            places = np.vstack([places, place])
-    return places
-
-
-def is_inside(place: FloatArray, outline_xy: FloatArray) -> bool:
-    """Tell whether an outline goes round a place."""
-    sights = np.unwrap(np.arctan2(*(np.vstack([outline_xy, outline_xy[:1]]) - place).T[::-1]))
-    return abs(float(sights[-1] - sights[0])) > np.pi
+    floor = Floor(outline_xy=outline_xy)
+    for _ in range(WAYPOINTS):
+        place = next(floor.places(rng, clearance=CLEAR, tries=TRIES))
+        floor = floor.beside(place, APART - CLEAR)
+    return floor.discs[:, :2]
 
 
 def turned_sensor(*, coarse: bool) -> Rig:
@@ -116,34 +122,6 @@ def turned_sensor(*, coarse: bool) -> Rig:
 def set_down(sweep: Sweep, marks: FloatArray) -> Sweep:
     """Say of a sweep that it was made on its mark."""
     return replace(sweep, map_from_base=np.broadcast_to(marks[sweep.index], (len(sweep), 3)))
-
-
-def score_table(outcomes: Sequence[Evaluation]) -> Table:
-    """Tell what was found, and how far it is off."""
-    walls = [each.matches.walls for each in outcomes]
-    tally = sum((each.tally for each in walls[1:]), start=walls[0].tally)
-    right = [match for each in walls for match in each.right]
-    row = (
-        str(len(outcomes)),
-        str(tally.wanted),
-        f"{100 * tally.found / tally.wanted:.0f} / {100 * tally.right / tally.estimates:.0f}",
-        f"{1000 * np.mean([match.distance for match in right]):.1f}",
-        f"{np.degrees(np.mean([match.angle for match in right])):.2f}",
-    )
-    columns = ("arenas", "walls", "recall / precision (%)", "mm", "°")
-    return Table(title="joint in random arenas", columns=columns, rows=(row,))
-
-
-def fault_table(outcomes: Sequence[Evaluation]) -> Table:
-    """List the arenas in which walls are missing, false or there twice."""
-    rows = []
-    for seed, each in enumerate(outcomes):
-        walls = each.matches.walls
-        faults = (len(set(walls.wanted) - set(walls.found)), len(walls.spurious), len(walls.duplicate))
-        if any(faults):
-            rows.append((str(seed), *map(str, faults)))
-    columns = ("arena", "missed", "false", "twice")
-    return Table(title=f"Arenas with faults: {len(rows)} of {len(outcomes)}", columns=columns, rows=tuple(rows))
 
 
 if __name__ == "__main__":

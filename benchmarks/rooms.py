@@ -13,7 +13,7 @@ from echoplan.io import builtin_rig
 from echoplan.model import Pillar, Polyline, Route, World
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 
-__all__ = ["ARRAY", "DRIFT", "LEGS", "STATIONS", "Drive", "is_oblique", "random_drive", "random_simulation"]
+__all__ = ["ARRAY", "DRIFT", "LEGS", "STATIONS", "Drive", "Floor", "is_oblique", "random_drive", "random_simulation"]
 
 ARRAY, STATIONS = "rotary-array", 14
 # Stations of a drive, and the odometry of its robot: 2 % of the way, 2 degrees a metre and 2 degrees a turn of 1 rad.
@@ -39,8 +39,16 @@ _TRIES, _STATION_TRIES = 50, 4000
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class _Floor:
-    """Where there is room: inside an outline, outside of discs (x, y, radius) about what stands there."""
+class Floor:
+    """Where there is room: inside an outline, outside of discs.
+
+    Parameters
+    ----------
+    outline_xy : ndarray, shape (n, 2)
+        Vertices [m].
+    discs : ndarray, shape (k, 3), optional
+        About what stands there: x, y, radius [m].
+    """
 
     outline_xy: FloatArray
     discs: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
@@ -60,9 +68,9 @@ class _Floor:
         points = (rng.uniform(low, high) for _ in range(tries))
         return (point for point in points if self.is_free(point, clearance))
 
-    def beside(self, center_xy: FloatArray, radius: float) -> "_Floor":
+    def beside(self, center_xy: FloatArray, radius: float) -> "Floor":
         """Return what is left of the floor beside one more disc."""
-        return _Floor(outline_xy=self.outline_xy, discs=np.vstack([self.discs, [*center_xy, radius]]))
+        return Floor(outline_xy=self.outline_xy, discs=np.vstack([self.discs, [*center_xy, radius]]))
 
 
 def is_oblique(seed: int) -> bool:
@@ -122,7 +130,7 @@ def random_drive(seed: int, drive: Drive | None = None) -> Simulation:
         With the true poses beside it.
     """
     rng, how = np.random.default_rng(seed), drive or Drive()
-    floor = _Floor(outline_xy=_outline(rng, oblique=is_oblique(seed)))
+    floor = Floor(outline_xy=_outline(rng, oblique=is_oblique(seed)))
     floor, boxes = _boxes(floor, rng, oblique=is_oblique(seed))
     floor, pillars = _pillars(floor, rng)
     room = Polyline(points_xy=floor.outline_xy, closed=True)
@@ -174,7 +182,7 @@ def random_simulation(
     """
     rng = np.random.default_rng(seed)
     outline_xy = _outline(rng, oblique=is_oblique(seed))
-    floor = _Floor(outline_xy=_with_recess(outline_xy, rng) if recess else outline_xy)
+    floor = Floor(outline_xy=_with_recess(outline_xy, rng) if recess else outline_xy)
     floor, boxes = _boxes(floor, rng, oblique=is_oblique(seed))
     floor, pillars = _pillars(floor, rng)
     room = Polyline(points_xy=floor.outline_xy, closed=True)
@@ -212,7 +220,7 @@ def _with_recess(outline_xy: FloatArray, rng: np.random.Generator) -> FloatArray
     return np.vstack([outline_xy[:1], start, start + inward, stop + inward, stop, outline_xy[1:]])
 
 
-def _boxes(floor: _Floor, rng: np.random.Generator, *, oblique: bool) -> tuple[_Floor, tuple[Polyline, ...]]:
+def _boxes(floor: Floor, rng: np.random.Generator, *, oblique: bool) -> tuple[Floor, tuple[Polyline, ...]]:
     """Put up to two boxes on the floor."""
     boxes = []
     for _ in range(rng.integers(0, 3)):
@@ -227,7 +235,7 @@ def _boxes(floor: _Floor, rng: np.random.Generator, *, oblique: bool) -> tuple[_
     return floor, tuple(boxes)
 
 
-def _pillars(floor: _Floor, rng: np.random.Generator) -> tuple[_Floor, tuple[Pillar, ...]]:
+def _pillars(floor: Floor, rng: np.random.Generator) -> tuple[Floor, tuple[Pillar, ...]]:
     """Put one to three cylinders on the floor."""
     pillars = []
     for _ in range(rng.integers(1, 4)):
@@ -239,7 +247,7 @@ def _pillars(floor: _Floor, rng: np.random.Generator) -> tuple[_Floor, tuple[Pil
     return floor, tuple(pillars)
 
 
-def _route(floor: _Floor, rng: np.random.Generator, stations: int) -> Route:
+def _route(floor: Floor, rng: np.random.Generator, stations: int) -> Route:
     """Choose stations with any heading; the more there are the closer they stand."""
     stride, chosen = _STRIDE * min(1.0, float(np.sqrt(STATIONS / stations))), np.zeros((0, 2))
     for place in floor.places(rng, clearance=_BODY, tries=_STATION_TRIES):
@@ -248,7 +256,7 @@ def _route(floor: _Floor, rng: np.random.Generator, stations: int) -> Route:
     return Route(map_from_base=np.column_stack([chosen, rng.uniform(-np.pi, np.pi, len(chosen))]))
 
 
-def _drive(floor: _Floor, rng: np.random.Generator, stations: int) -> Route:
+def _drive(floor: Floor, rng: np.random.Generator, stations: int) -> Route:
     """Drive from place to place."""
     way = [next(floor.places(rng, clearance=_BODY, tries=_STATION_TRIES))]
     while len(way) < stations:
@@ -262,7 +270,7 @@ def _drive(floor: _Floor, rng: np.random.Generator, stations: int) -> Route:
     return Route(map_from_base=np.column_stack([way, np.append(yaws, yaws[-1])]))
 
 
-def _is_free(floor: _Floor, start: FloatArray, stop: FloatArray) -> bool:
+def _is_free(floor: Floor, start: FloatArray, stop: FloatArray) -> bool:
     """Tell whether a leg is neither short nor long, and a robot fits all along it."""
     length = math.dist(start, stop)
     if not _NEAREST < length < _FARTHEST:
