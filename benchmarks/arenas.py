@@ -102,7 +102,8 @@ def waypoints(outline_xy: FloatArray, rng: np.random.Generator) -> FloatArray:
     for _ in range(WAYPOINTS):
         place = next(floor.places(rng, clearance=CLEAR, tries=TRIES))
         floor = floor.beside(place, APART - CLEAR)
-    return floor.discs[:, :2]
+    places: FloatArray = floor.discs[:, :2]
+    return places
 
 
 def turned_sensor(*, coarse: bool) -> Rig:
