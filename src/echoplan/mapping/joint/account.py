@@ -194,21 +194,24 @@ class Account:
             self._believe_square(roughly_square(self.features, self.settings.squareness, may_lie_along_axes=True))
         self.adjust_often(self.noise, beliefs, 3)
         self.learn_loudness()
-        self.adjust_often(0.75 * self.settings.first_noise, self._drifting(beliefs), 2)
+        self.adjust_often(0.75 * self.settings.first_noise, beliefs, 2)
         self.learn_noise()
+        learned = self._learned(beliefs)
         self.search()
-        self.adjust_often(self.noise, self._drifting(beliefs), 3)
+        self.adjust_often(self.noise, learned, 3)
         self.settle_features()
         self.independence = self._independence()
-        self.adjust_often(self.noise, self._drifting(beliefs), 2)
-        self.stand_square(self._drifting(beliefs))
+        self.adjust_often(self.noise, learned, 2)
+        self.stand_square(learned)
 
-    def _drifting(self, beliefs: PoseBeliefs) -> PoseBeliefs:
-        """Learn how far odometry is off, unless the rig tells."""
+    def _learned(self, beliefs: PoseBeliefs) -> PoseBeliefs:
+        """Learn how far odometry is off, unless the rig tells, from poses corrected with what is believed of it."""
         if self.adjusted is None or not beliefs.relative or beliefs.told:
             return beliefs
-        poses = slice(self.adjusted.unknowns.pose, None)
-        return learn_drift(beliefs, self.poses, self.adjusted.covariance[poses, poses], self.settings.drift)
+        self.adjust_often(self.noise, beliefs, 2)
+        poses, understated = slice(self.adjusted.unknowns.pose, None), self._independence() / self.independence
+        covariance = self.adjusted.covariance[poses, poses]
+        return learn_drift(beliefs, self.poses, covariance, self.settings.drift, understated=understated)
 
     def adjust_often(self, noise: float, beliefs: PoseBeliefs | None, rounds: int) -> None:
         """Adjust features, sonar and poses until all stays the same, who hears what too, but no more than so often."""

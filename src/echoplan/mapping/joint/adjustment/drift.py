@@ -18,8 +18,14 @@ VERY_STRONG = 5.0
 _ROUND = 1e-3
 # Of fewer poses nobody can tell.
 _FEWEST = 3
+# Of fewer steps a deviation is known to no better than a third (1 / sqrt(2 n)).
+_STEPS = 5
 # What digits leave of any error, squared [m^2, rad^2].
 _LEAST = 1e-8
+# What is left of the variance of a step that was believed, however much is heard.
+_HEARD = 1e-9
+# Deviations of axes are learned in turn, so often; each on a grid so far to either side [deviations of its logarithm].
+_TURNS, _REACH, _GRID = 3, 6.0, 241
 
 
 class DriftSettings(BaseModel, frozen=True, extra="forbid"):
@@ -28,48 +34,99 @@ class DriftSettings(BaseModel, frozen=True, extra="forbid"):
     spread: float = Field(
         default=0.5 * math.log(10.0), gt=0.0, description="deviation of a factor's logarithm: a guess good to tenfold"
     )
-    least: float = Field(default=0.1, gt=0.0, description="of what was believed, that may be learned")
+    least: float = Field(default=0.1, gt=0.0, description="share of what was believed of way-points that is learned")
     greatest: float = Field(default=10.0, gt=0.0, description="likewise")
 
 
 def learn_drift(
-    beliefs: PoseBeliefs, poses: FloatArray, covariance: FloatArray, settings: DriftSettings
+    beliefs: PoseBeliefs,
+    poses: FloatArray,
+    covariance: FloatArray,
+    settings: DriftSettings,
+    *,
+    understated: float = 1.0,
 ) -> PoseBeliefs:
     r"""Take the errors of odometry, axis by axis, from poses that were corrected.
 
-    One step of expectation and maximisation for a factor f of each axis (Dempster, Laird and Rubin 1977) whose
-    logarithm is normal before anything was seen, with deviation t: whoever guesses a deviation means its order of
-    magnitude.  The expected square of an error is that of the corrected step less the given one, and its variance.
+    What readings alone tell of the errors of all steps is the information about them after an adjustment without that
+    of what was believed, and what that makes of the errors that came out.  With the errors of the other axes left
+    open, its eigenvalues l and the pulls p along their vectors, all in deviations believed, a factor f of the
+    deviations of one axis has the marginal likelihood
 
-    .. math:: S = \sum_k (r_k^2 + J_k C J_k') / \sigma_k^2
+    .. math:: L(f) = \prod_k (1 + l_k f^2)^{-1/2} \exp \frac{p_k^2 f^2}{2 (1 + l_k f^2)}
+
+    that is the evidence of Bishop (2006, Section 3.5).  Before anything was heard ln f is normal with deviation t and
+    mean -t^2: some robots err tenfold less than others, and what is guessed is the root mean square of all.  Where
+    nothing tells a small error from none the greatest likelihood would be that of none (Chung et al. 2013), and poses
+    would seem surer than they are: taken is the factor that leaves as much of the errors open as all factors do in
+    the mean.
+
+    .. math:: \sum_k \frac{f^2}{1 + l_k f^2} = E_f \sum_k \frac{f^2}{1 + l_k f^2}
 
     Parameters
     ----------
     beliefs : PoseBeliefs
-        What was believed; relative.
+        With what the poses were corrected; relative.
     poses : ndarray, shape (s, 3)
         As corrected [m, m, rad].
     covariance : ndarray, shape (3 s, 3 s)
         Of the corrected poses.
     settings : DriftSettings
         How much what was believed counts.
+    understated : float, optional
+        How many times more readings tell than they were let count for.
 
     Returns
     -------
     PoseBeliefs
-        The same with other deviations.
+        The same with other deviations; what was believed where there are fewer than five steps.
     """
-    if len(poses) < 2:
+    if len(poses) <= _STEPS:
         return beliefs
-    slopes = np.concatenate(step_slopes(beliefs.given, poses), axis=2)[1:]
-    places = 3 * np.arange(len(poses) - 1)[:, None] + np.arange(6)
-    blocks = covariance[places[:, :, None], places[:, None, :]]
-    variances = np.einsum("kij,kjl,kil->ki", slopes, blocks, slopes)
-    squares = (step_residuals(beliefs.given, poses) ** 2 + variances) / beliefs.sigmas[1:] ** 2
-    factors = learned_factor(squares.sum(axis=0), float(len(squares)), settings.spread)
+    information, pull = (understated * each for each in _heard_of_steps(beliefs, poses, covariance))
+    squares = np.ones(3)
+    for _ in range(_TURNS):
+        for axis in range(3):
+            squares[axis] = _square(*_heard_of_axis(information, pull, axis, squares), settings.spread)
     sigmas = beliefs.sigmas.copy()
-    sigmas[1:] *= np.clip(factors, settings.least, settings.greatest)
+    sigmas[1:] *= np.sqrt(squares)
     return beliefs._replace(sigmas=sigmas)
+
+
+def _heard_of_steps(beliefs: PoseBeliefs, poses: FloatArray, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Tell what readings alone say of the errors of steps in deviations believed: information, and how it pulls."""
+    slopes = np.concatenate(step_slopes(beliefs.given, poses), axis=2)[1:]
+    jacobian = np.zeros((*slopes.shape[:2], len(covariance)))
+    for step, (slope, sigmas) in enumerate(zip(slopes, beliefs.sigmas[1:], strict=True)):
+        jacobian[step, :, 3 * step : 3 * step + 6] = slope / sigmas[:, None]
+    jacobian = jacobian.reshape(-1, len(covariance))
+    believed = np.eye(len(jacobian))
+    known = np.linalg.inv(jacobian @ covariance @ jacobian.T + _HEARD * believed)
+    return known - believed, known @ (step_residuals(beliefs.given, poses) / beliefs.sigmas[1:]).ravel()
+
+
+def _heard_of_axis(
+    information: FloatArray, pull: FloatArray, axis: int, squares: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Tell what readings say of the errors of one axis while those of the others are open, by so much squared."""
+    own = np.arange(len(pull)) % 3 == axis
+    known = information + np.diag(np.tile(1.0 / squares, len(pull) // 3))
+    left = np.linalg.solve(known[~own][:, ~own], np.column_stack([information[~own][:, own], pull[~own]]))
+    left = information[own][:, ~own] @ left
+    return information[own][:, own] - left[:, :-1], pull[own] - left[:, -1]
+
+
+def _square(information: FloatArray, pull: FloatArray, spread: float) -> float:
+    """Tell how many times greater the squares of errors are than was believed."""
+    levels, axes = np.linalg.eigh(information)
+    levels, pulls = np.maximum(levels, 0.0), axes.T @ pull
+    scores = np.linspace(-_REACH, _REACH, _GRID)
+    logarithms = 2.0 * spread * (scores - spread)
+    squares = np.exp(logarithms)[:, None]
+    left = squares / (1.0 + levels * squares)
+    gains = 0.5 * (np.sum(pulls**2 * left - np.log1p(levels * squares), axis=1) - scores**2)
+    chances, sums = np.exp(gains - gains.max()), left.sum(axis=1)
+    return float(np.exp(np.interp(chances @ sums / chances.sum(), sums, logarithms)))
 
 
 def learn_waypoints(

@@ -1,8 +1,9 @@
 """Odometry that is better or worse than believed is found out."""
 
+import math
+
 import numpy as np
 import pytest
-from scipy.optimize import minimize_scalar
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose
@@ -21,7 +22,7 @@ from echoplan.mapping.joint.adjustment.poses import (
     pose_rows,
     waypoint_beliefs,
 )
-from echoplan.mapping.joint.adjustment.rows import normal_equations
+from echoplan.mapping.joint.adjustment.rows import normal_equations, prior
 
 SETTINGS = DriftSettings()
 STEPS = 200
@@ -59,24 +60,66 @@ def test_poses_that_nothing_tells_teach_nothing() -> None:
     beliefs, _ = walked(np.ones(3))
     information, _ = normal_equations([pose_rows(beliefs, beliefs.given, 0)], 3 * STEPS + 3)
     covariance: FloatArray = np.linalg.inv(information).astype(np.float64)
-    assert factors(beliefs, learn_drift(beliefs, beliefs.given, covariance, SETTINGS)) == pytest.approx(np.ones(3))
+    learned = learn_drift(beliefs, beliefs.given, covariance, SETTINGS)
+    assert factors(beliefs, learned) == pytest.approx(np.ones(3), rel=1e-3)
 
 
-@pytest.mark.parametrize("steps", [1, 9, 200])
+def adjusted(
+    beliefs: PoseBeliefs, truth: FloatArray, errors: FloatArray, *, believed: float = 1.0
+) -> tuple[FloatArray, FloatArray]:
+    """Where poses come to rest that something tells with such errors, in deviations of steps, and their covariance."""
+    sigmas = np.tile(errors * beliefs.sigmas[-1], len(truth))
+    found = truth
+    told = truth.ravel() + sigmas * np.random.default_rng(1).standard_normal(truth.size)
+    for _ in range(5):
+        held = prior(np.arange(truth.size), sigma=believed * sigmas, residual=told - found.ravel())
+        information, right = normal_equations([pose_rows(beliefs, found, 0), held], truth.size)
+        found = found + np.linalg.solve(information, right).reshape(-1, 3)
+    covariance: FloatArray = np.linalg.inv(information).astype(np.float64)
+    return found, covariance
+
+
+@pytest.mark.parametrize("off", [0.3, 1.0, 3.0])
+def test_errors_of_steps_are_told_from_those_of_what_is_heard(off: float) -> None:
+    # What is heard errs by more than the least of these steps.
+    beliefs, truth = walked(np.full(3, off))
+    poses, covariance = adjusted(beliefs, truth, np.full(3, 0.3))
+    assert factors(beliefs, learn_drift(beliefs, poses, covariance, SETTINGS)) == pytest.approx(off, rel=0.2)
+
+
+def test_readings_that_tell_more_than_they_counted_for_teach_more() -> None:
+    # Poses that came to rest as if what is heard erred twice as much as it does.
+    beliefs, truth = walked(np.full(3, 0.3))
+    poses, covariance = adjusted(beliefs, truth, np.full(3, 0.3), believed=2.0)
+    learned = [factors(beliefs, learn_drift(beliefs, poses, covariance, SETTINGS, understated=u)) for u in (1.0, 4.0)]
+    assert (learned[0][:2] < 0.2).all()
+    assert learned[1] == pytest.approx(0.3, rel=0.2)
+
+
+def test_steps_without_any_error_are_not_taken_for_that() -> None:
+    # Nothing tells a small error from none: one is left open that is well below what is heard.
+    beliefs, truth = walked(np.zeros(3))
+    poses, covariance = adjusted(beliefs, truth, np.full(3, 0.3))
+    learned = factors(beliefs, learn_drift(beliefs, poses, covariance, SETTINGS))
+    assert ((learned > 0.002) & (learned < 0.1)).all()
+
+
+@pytest.mark.parametrize("steps", [5, 9, 200])
 @pytest.mark.parametrize("off", [0.2, 1.0, 6.0])
 def test_a_guess_is_good_to_tenfold(steps: int, off: float) -> None:
-    # The same by another way: the least of what the factor costs before and after the steps are seen.
-    straight, known = np.tile([0.5, 0.0, 0.0], (steps, 1)), np.zeros((3 * steps + 3,) * 2)
-    beliefs = odometry_beliefs(added_up(straight), PoseSettings())
-    poses = added_up(straight + off * beliefs.sigmas[1:] * [1.0, 0.0, 0.0])
-    learned = learn_drift(beliefs, poses, known, SETTINGS)
+    # The same by another way: of steps that are known the mean of the information that each factor stands for.
+    beliefs = odometry_beliefs(added_up(np.tile([0.5, 0.0, 0.0], (steps, 1))), PoseSettings())
+    poses = added_up(np.tile([0.5, 0.0, 0.0], (steps, 1)) + off * beliefs.sigmas[1:] * [1.0, 0.0, 0.0])
+    learned = learn_drift(beliefs, poses, np.zeros((3 * steps + 3,) * 2), SETTINGS)
 
-    def cost(logarithm: float) -> float:
-        guessed = 0.5 * (logarithm / SETTINGS.spread) ** 2
-        return float(steps * logarithm + 0.5 * steps * off**2 * np.exp(-2.0 * logarithm) + guessed)
+    def gain(logarithm: float) -> float:
+        score = logarithm / SETTINGS.spread + SETTINGS.spread
+        return -steps * logarithm - 0.5 * steps * off**2 * math.exp(-2.0 * logarithm) - 0.5 * score**2
 
-    best = minimize_scalar(cost, bounds=(-4.0, 4.0), method="bounded", options={"xatol": 1e-9}).x
-    assert factors(beliefs, learned)[0] == pytest.approx(np.exp(best), rel=1e-4)
+    logarithms = np.linspace(-4.0, 4.0, 4001)
+    chances = np.exp([gain(each) - max(map(gain, logarithms[::100])) for each in logarithms])
+    expected = (chances.sum() / (chances @ np.exp(-2.0 * logarithms))) ** 0.5
+    assert factors(beliefs, learned)[0] == pytest.approx(expected, rel=1e-3)
 
 
 def test_the_first_pose_stays_the_frame() -> None:
@@ -84,15 +127,18 @@ def test_the_first_pose_stays_the_frame() -> None:
     assert (learn_drift(beliefs, poses, KNOWN, SETTINGS).sigmas[0] == beliefs.sigmas[0]).all()
 
 
-def test_nothing_is_learned_beyond_bounds() -> None:
-    beliefs, poses = walked(np.array([1e-3, 1e3, 1.0]))
-    learned = factors(beliefs, learn_drift(beliefs, poses, KNOWN, SETTINGS))
-    assert learned[:2].tolist() == pytest.approx([SETTINGS.least, SETTINGS.greatest])
+@pytest.mark.parametrize("steps", [0, 1, 4])
+def test_few_steps_teach_nothing(steps: int) -> None:
+    beliefs = odometry_beliefs(added_up(np.tile([0.5, 0.0, 0.3], (steps, 1))), PoseSettings())
+    assert learn_drift(beliefs, beliefs.given, np.zeros((3 * steps + 3,) * 2), SETTINGS) is beliefs
 
 
-def test_one_pose_has_no_steps() -> None:
-    beliefs = odometry_beliefs(np.zeros((1, 3)), PoseSettings())
-    assert learn_drift(beliefs, np.zeros((1, 3)), np.zeros((3, 3)), SETTINGS) is beliefs
+@pytest.mark.parametrize(("off", "bound"), [(1e-5, SETTINGS.least), (1e3, SETTINGS.greatest)])
+def test_nothing_is_learned_of_way_points_beyond_bounds(off: float, bound: float) -> None:
+    beliefs = waypoint_beliefs(added_up(np.tile([0.5, 0.0, 0.3], (STEPS, 1))), PoseSettings())
+    poses = beliefs.given + np.array([off, off, 0.0])
+    learned = learn_waypoints(beliefs, poses, KNOWN, SETTINGS)
+    assert factors(beliefs, learned)[:2].tolist() == pytest.approx([bound, bound])
 
 
 # Deviations of errors along, across and in heading.
