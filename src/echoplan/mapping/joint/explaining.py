@@ -254,21 +254,30 @@ def _steps_or_hand(account: Account, share: str, tracked: Account) -> list[Accou
     Where pings agree from the poses as recorded errors do not add up, whatever steps that led astray say of them.
     """
     by_hand = _set_by_hand(account, _why(account, share), tracked)
-    if not _follows(tracked):
+    return [_steps_or(each, account, tracked) for each in by_hand] if _may_be_steps(tracked) else by_hand
+
+
+def _steps_or(by_hand: Account, account: Account, tracked: Account) -> Account:
+    """Prefer steps to way-points if they explain more; where pings disagree from there, only if no hand was at work."""
+    if not agrees(tracked) and (agrees(account) or agrees(by_hand) or not _adds_up(tracked)):
         return by_hand
-    return [_better(each, tracked) if agrees(account) else _led(tracked, each) for each in by_hand]
+    return _better(by_hand, tracked) if agrees(account) else _led(tracked, by_hand)
 
 
-def _follows(tracked: Account) -> bool:
-    """Tell whether pings agree from where steps lead, and these may be what was wrong."""
+def _may_be_steps(tracked: Account) -> bool:
+    """Tell whether steps may be what was wrong: errors that scatter are none of steps."""
     most = -VERY_STRONG if are_round(tracked.given) else VERY_STRONG
-    return agrees(tracked) and scatter(tracked.given, tracked.poses) <= most
+    return scatter(tracked.given, tracked.poses) <= most
 
 
 def _is_led_for_sure(account: Account, tracked: Account) -> bool:
     """Tell whether pings agree from where steps lead only, and errors add up so clearly that no hand made them."""
-    errors_add_up = scatter(tracked.given, tracked.poses) < -_BEYOND_DOUBT
-    return errors_add_up and not are_round(tracked.given) and agrees(tracked) and not agrees(account)
+    return _adds_up(tracked) and agrees(tracked) and not agrees(account)
+
+
+def _adds_up(tracked: Account) -> bool:
+    """Tell whether errors add up so clearly that no hand made them."""
+    return scatter(tracked.given, tracked.poses) < -_BEYOND_DOUBT and not are_round(tracked.given)
 
 
 def _why(account: Account, share: str) -> str:

@@ -147,6 +147,21 @@ def test_steps_are_not_followed_to_where_pings_disagree(monkeypatch: pytest.Monk
     assert best_of(monkeypatch, agree=agree, worth=STEPS_FIRST).course is Course.NUDGED
 
 
+@pytest.mark.parametrize(
+    ("agree", "errors", "expected"),
+    [
+        (set(), -30.0, Course.NUDGED),
+        (set(), -50.0, Course.TRACKED),
+        ({Course.NUDGED}, -50.0, Course.NUDGED),
+    ],
+)
+def test_where_pings_agree_from_nowhere_errors_that_add_up_beyond_doubt_are_of_steps(
+    monkeypatch: pytest.MonkeyPatch, agree: set[Course], errors: float, expected: Course
+) -> None:
+    others = {"scatter": lambda given, poses: errors}
+    assert best_of(monkeypatch, agree=agree, worth=STEPS_FIRST, others=others).course is expected
+
+
 @pytest.mark.parametrize("torn", [True, False])
 def test_errors_that_scatter_about_the_steps_are_none_of_odometry(
     monkeypatch: pytest.MonkeyPatch, *, torn: bool
