@@ -34,13 +34,17 @@ class Explanation:
         The sonar.
     noise : float
         Standard deviation of readings [m].
+    before : Explanation, optional
+        Of the same pings from other poses, or with another sonar.
     """
 
-    def __init__(self, soundings: Soundings, hearing: Hearing, noise: float) -> None:
+    def __init__(
+        self, soundings: Soundings, hearing: Hearing, noise: float, *, before: "Explanation | None" = None
+    ) -> None:
         self.soundings = soundings
         self.hearing = hearing
         self.noise = noise
-        self._multipath = Multipath(soundings, hearing, noise)
+        self.multipath: Multipath = Multipath(soundings, hearing, noise, before=before and before.multipath)
 
     @property
     def floor(self) -> float:
@@ -153,7 +157,7 @@ class Explanation:
         ndarray, shape (n,)
             As ``levels``; ``UNHEARD`` where no ghost explains a ping.
         """
-        return self._best(self._multipath.parts(features), UNHEARD)
+        return self._best(self.multipath.parts(features), UNHEARD)
 
     def levels_of(self, feature: Hypothesis) -> FloatArray:
         """Explain pings by one feature alone.
@@ -189,7 +193,7 @@ class Explanation:
 
     def _parts(self, features: Sequence[Hypothesis]) -> Iterator[Part]:
         yield from (self._alone(number, each) for number, each in enumerate(features))
-        yield from self._multipath.parts(features)
+        yield from self.multipath.parts(features)
 
     def _alone(self, number: int, feature: Hypothesis) -> Part:
         evidence, (low, high) = feature.evidence, feature.extent

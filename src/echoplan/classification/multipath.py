@@ -13,7 +13,7 @@ from echoplan.classification.evidence import UNHEARD
 from echoplan.classification.flanks import flanks_of
 from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
 from echoplan.classification.hypotheses import Hypothesis, Key
-from echoplan.classification.images import Extent
+from echoplan.classification.images import Extent, farthest_audible
 from echoplan.classification.volleys import Bursts, bursts_of, volleys_over
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
@@ -59,18 +59,40 @@ class Multipath:
         The sonar.
     noise : float
         Standard deviation of readings [m].
+    before : Multipath, optional
+        Of the same pings from other poses, or with another sonar: bursts that come as far are not listed again.
     """
 
-    def __init__(self, soundings: Soundings, hearing: Hearing, noise: float) -> None:
+    def __init__(
+        self, soundings: Soundings, hearing: Hearing, noise: float, *, before: "Multipath | None" = None
+    ) -> None:
         self._soundings = soundings
         self._hearing = hearing
         self._noise = noise
-        self._bursts: Bursts | None = None
+        self._bursts: Bursts | None = before.bursts_if(soundings, hearing) if before else None
         self._parts: dict[tuple[Key, ...], list[Part]] = {}
         self._numbers: dict[Key, int] = {}
         # By number of the first feature, in the order in which they come: with which it was tried, and what came of it.
         self._tried: defaultdict[int, set[int]] = defaultdict(set)
         self._ghosts: defaultdict[int, dict[int, Ghost]] = defaultdict(dict)
+
+    def bursts_if(self, soundings: Soundings, hearing: Hearing) -> Bursts | None:
+        """Tell the bursts that were listed, if others would be the same: how far each has come no pose tells.
+
+        Parameters
+        ----------
+        soundings : Soundings
+            The others.
+        hearing : Hearing
+            Their sonar.
+
+        Returns
+        -------
+        Bursts or None
+            Nothing if none were listed, or others would be listed.
+        """
+        same = soundings.readings is self._soundings.readings and soundings.mates is self._soundings.mates
+        return self._bursts if same and _range_of(hearing) == _range_of(self._hearing) else None
 
     def parts(self, features: Sequence[Hypothesis]) -> Sequence[Part]:
         """Work out the ghosts of features.
@@ -130,6 +152,11 @@ class Multipath:
         self._tried[one].add(other)
         if len(ghost[0]):
             self._ghosts[one][other] = ghost
+
+
+def _range_of(hearing: Hearing) -> tuple[float, float]:
+    """How far readings are, and how far sound is heard."""
+    return hearing.scale, farthest_audible(hearing)
 
 
 def _casting(numbered: Mapping[int, Hypothesis]) -> Iterator[tuple[int, set[int]]]:

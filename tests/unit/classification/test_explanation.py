@@ -1,4 +1,5 @@
 import itertools
+from dataclasses import replace
 from unittest.mock import patch
 
 import numpy as np
@@ -12,7 +13,20 @@ from echoplan.classification.explanation import Explanation
 from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.classification.verdicts import Frame, judge
-from expectations import NOISE, REACH, ROOM, corner, cylinder, explanation, feature, hearing, judged, listening, wall
+from expectations import (
+    NOISE,
+    REACH,
+    ROOM,
+    SONAR,
+    corner,
+    cylinder,
+    explanation,
+    feature,
+    hearing,
+    judged,
+    listening,
+    wall,
+)
 
 POST = cylinder(0.3, 0.9, 0.1)
 
@@ -175,6 +189,25 @@ def test_leaving_one_out_is_explaining_by_all_others(
         assert levels.tolist() == room.levels(others).tolist()
     assert any(levels.tolist() != room.levels(features).tolist() for levels in left_out)
     assert room.levels_without([]) == []
+
+
+@pytest.mark.parametrize(("what", "again"), [("moved", 0), ("warmer", 1), ("fainter", 1), ("others", 1)])
+def test_bursts_are_listed_again_only_where_others_may_be_heard(room: Explanation, what: str, again: int) -> None:
+    # How far bursts have come no pose tells.
+    told, sonar = room.soundings, SONAR
+    sonars = {
+        "warmer": replace(sonar, range_scale=sonar.range_scale + 0.01),
+        "fainter": replace(sonar, figure_of_merit=sonar.figure_of_merit - 3.0),
+    }
+    heard_ = {"moved": told._replace(x=told.x + 0.1), "others": told._replace(readings=told.readings.copy())}
+    first = explanation(told)
+    walls = judged(first, ROOM)
+    first.ghost_levels(walls)
+    later = Explanation(heard_.get(what, told), sonars.get(what, sonar).tabulated(), NOISE, before=first)
+    afresh = Explanation(later.soundings, later.hearing, NOISE).ghost_levels(walls)
+    with patch.object(multipath, "bursts_of", wraps=multipath.bursts_of) as listed:
+        assert later.ghost_levels(walls).tolist() == afresh.tolist()
+    assert listed.call_count == again
 
 
 def test_a_ghost_is_worked_out_once(room: Explanation, walls: list[Hypothesis]) -> None:

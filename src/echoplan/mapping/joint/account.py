@@ -90,10 +90,9 @@ class Account:
         self.adjusted: Adjusted | None = None
         self.believed: PoseBeliefs | None = None
         self.course = Course.TRUSTED
-        self.square_sigma, self.is_along_axes = 0.0, False
+        self.square_sigma, self.is_along_axes, self.is_polished = 0.0, False, False
         self.pair_sigma = settings.pose_errors.pair_sigma
         self.loudness = self.memory.loudness
-        self.is_polished = False
         # What it was worth before readings counted for less; none as long as they count in full [nats].
         self.worth: float | None = None
         self.independence = self.memory.independence
@@ -110,7 +109,8 @@ class Account:
         """What explains the pings; the same as long as these, the sonar and the noise stay, for it remembers ghosts."""
         cause = (self.soundings, self.model, self.noise)
         if self._explanation is None or any(a is not b for a, b in zip(cause, self._explanation[0], strict=True)):
-            self._explanation = cause, Explanation(self.soundings, self.model.tabulated(), self.noise)
+            before, hearing = self._explanation and self._explanation[1], self.model.tabulated()
+            self._explanation = cause, Explanation(self.soundings, hearing, self.noise, before=before)
         return self._explanation[1]
 
     @property
