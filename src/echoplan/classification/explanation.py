@@ -44,7 +44,7 @@ class Explanation:
         self.soundings = soundings
         self.hearing = hearing
         self.noise = noise
-        self.multipath: Multipath = Multipath(soundings, hearing, noise, before=before and before.multipath)
+        self.multipath: Multipath = Multipath(soundings, hearing, noise, before=before.multipath if before else None)
 
     @property
     def floor(self) -> float:

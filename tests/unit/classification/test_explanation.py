@@ -13,6 +13,7 @@ from echoplan.classification.explanation import Explanation
 from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.classification.verdicts import Frame, judge
+from echoplan.classification.volleys import bursts_of
 from expectations import (
     NOISE,
     REACH,
@@ -205,7 +206,7 @@ def test_bursts_are_listed_again_only_where_others_may_be_heard(room: Explanatio
     first.ghost_levels(walls)
     later = Explanation(heard_.get(what, told), sonars.get(what, sonar).tabulated(), NOISE, before=first)
     afresh = Explanation(later.soundings, later.hearing, NOISE).ghost_levels(walls)
-    with patch.object(multipath, "bursts_of", wraps=multipath.bursts_of) as listed:
+    with patch.object(multipath, "bursts_of", wraps=bursts_of) as listed:
         assert later.ghost_levels(walls).tolist() == afresh.tolist()
     assert listed.call_count == again
 

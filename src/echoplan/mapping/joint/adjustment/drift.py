@@ -132,10 +132,11 @@ def _square(information: FloatArray, pull: FloatArray, spread: float) -> float:
 def learn_waypoints(
     beliefs: PoseBeliefs, poses: FloatArray, covariance: FloatArray, settings: DriftSettings, *, headings: bool = False
 ) -> PoseBeliefs:
-    """Take the errors of way-points from poses that were corrected, as ``learn_drift`` does those of odometry.
+    """Take the errors of way-points from the squares that are expected of them where poses were corrected.
 
-    Those of headings only if asked to.  Stations that hear few walls of others turn about with what they hear: errors
-    of headings learned from such would be what was believed of them.
+    A guess is good to tenfold either way (``learned_factor``).  Errors of headings are learned only if asked for.
+    Stations that hear few walls of others turn about with what they hear: errors of headings learned from such would be
+    what was believed of them.
 
     Parameters
     ----------

@@ -64,11 +64,13 @@ def test_poses_that_nothing_tells_teach_nothing() -> None:
     assert factors(beliefs, learned) == pytest.approx(np.ones(3), rel=1e-3)
 
 
-def adjusted(
-    beliefs: PoseBeliefs, truth: FloatArray, errors: FloatArray, *, believed: float = 1.0
-) -> tuple[FloatArray, FloatArray]:
-    """Where poses come to rest that something tells with such errors, in deviations of steps, and their covariance."""
-    sigmas = np.tile(errors * beliefs.sigmas[-1], len(truth))
+# What is heard errs by so many deviations of steps as they are guessed.
+HEARD = 0.3
+
+
+def adjusted(beliefs: PoseBeliefs, truth: FloatArray, *, believed: float = 1.0) -> tuple[FloatArray, FloatArray]:
+    """Where poses come to rest, and their covariance, if what is heard is believed to err so many times as much."""
+    sigmas = np.tile(HEARD * beliefs.sigmas[-1], len(truth))
     found = truth
     told = truth.ravel() + sigmas * np.random.default_rng(1).standard_normal(truth.size)
     for _ in range(5):
@@ -83,14 +85,14 @@ def adjusted(
 def test_errors_of_steps_are_told_from_those_of_what_is_heard(off: float) -> None:
     # What is heard errs by more than the least of these steps.
     beliefs, truth = walked(np.full(3, off))
-    poses, covariance = adjusted(beliefs, truth, np.full(3, 0.3))
+    poses, covariance = adjusted(beliefs, truth)
     assert factors(beliefs, learn_drift(beliefs, poses, covariance, SETTINGS)) == pytest.approx(off, rel=0.2)
 
 
 def test_readings_that_tell_more_than_they_counted_for_teach_more() -> None:
     # Poses that came to rest as if what is heard erred twice as much as it does.
     beliefs, truth = walked(np.full(3, 0.3))
-    poses, covariance = adjusted(beliefs, truth, np.full(3, 0.3), believed=2.0)
+    poses, covariance = adjusted(beliefs, truth, believed=2.0)
     learned = [factors(beliefs, learn_drift(beliefs, poses, covariance, SETTINGS, understated=u)) for u in (1.0, 4.0)]
     assert (learned[0][:2] < 0.2).all()
     assert learned[1] == pytest.approx(0.3, rel=0.2)
@@ -99,7 +101,7 @@ def test_readings_that_tell_more_than_they_counted_for_teach_more() -> None:
 def test_steps_without_any_error_are_not_taken_for_that() -> None:
     # Nothing tells a small error from none: one is left open that is well below what is heard.
     beliefs, truth = walked(np.zeros(3))
-    poses, covariance = adjusted(beliefs, truth, np.full(3, 0.3))
+    poses, covariance = adjusted(beliefs, truth)
     learned = factors(beliefs, learn_drift(beliefs, poses, covariance, SETTINGS))
     assert ((learned > 0.002) & (learned < 0.1)).all()
 
