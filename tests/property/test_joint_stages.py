@@ -9,14 +9,15 @@ from echoplan.acoustics.expectation import EchoModel, Kind, differentiate, shape
 from echoplan.acoustics.walk import WalkCurve, fitted_walk
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD, weigh
-from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
+from echoplan.classification.ghosts import ghosts_of_walls
 from echoplan.classification.images import Extent
 from echoplan.classification.verdicts import Frame, judge
-from echoplan.classification.volleys import bursts_of, volleys_over
+from echoplan.classification.volleys import bursts_of
 from echoplan.extraction.arcs import ArcSettings, arc_planes, find_arcs
 from echoplan.geometry import directions, transform_points, wrap
 from echoplan.preprocessing.soundings import Soundings, chosen_soundings, late_by
 from expectations import NOISE, ROOM, SONAR, cylinder, edge, expected, hearing, listening, wall
+from ghost_levels import ghosts_of_cylinder, volleys_over
 
 POSES = st.tuples(st.floats(-10, 10), st.floats(-10, 10), st.floats(-3, 3))
 SEEDS = st.integers(0, 10_000)
@@ -154,7 +155,7 @@ def test_in_a_mirror_a_verdict_is_the_same_and_a_wall_runs_the_other_way(reflect
 
 def volleys(soundings: Soundings, walls: tuple[FloatArray, FloatArray], extents: tuple[Extent, Extent]) -> FloatArray:
     """What bursts by way of walls explain."""
-    return volleys_over(soundings, HEARING, bursts_of(soundings, HEARING), walls, extents, ROUGH)
+    return volleys_over((soundings, HEARING, bursts_of(soundings, HEARING)), walls, extents, ROUGH)
 
 
 @settings(max_examples=30)
@@ -171,8 +172,8 @@ def test_no_place_or_direction_changes_a_ghost(pose: tuple[float, float, float])
             ghosts_of_walls(elsewhere, HEARING, (east, north), (spans[0], spans[1]), ROUGH),
         ),
         (
-            ghosts_of_cylinder(mates, HEARING, ROOM[0], POST, ROUGH),
-            ghosts_of_cylinder(elsewhere, HEARING, east, moved(POST, pose), ROUGH),
+            ghosts_of_cylinder((mates, HEARING), ROOM[0], POST, ROUGH),
+            ghosts_of_cylinder((elsewhere, HEARING), east, moved(POST, pose), ROUGH),
         ),
         (
             volleys(mates, (ROOM[1], ROOM[1]), (ENDS, ENDS)),

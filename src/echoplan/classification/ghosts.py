@@ -32,7 +32,7 @@ from echoplan.classification.images import (
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["ghosts_of_cylinder", "ghosts_of_walls"]
+__all__ = ["add_ghosts_of_cylinder", "add_ghosts_of_walls", "ghosts_of_walls"]
 
 # Paths of second order are known less well than reflectors, so their readings scatter more, by these factors.
 _OF_WALLS, _OF_CYLINDER = 1.5, 2.0
@@ -53,7 +53,7 @@ def ghosts_of_walls(
     extents: tuple[Extent, Extent],
     noise: float,
 ) -> FloatArray:
-    """Explain readings by echoes of one wall in another.
+    """Explain readings by nothing but echoes of one wall in another.
 
     Parameters
     ----------
@@ -61,51 +61,70 @@ def ghosts_of_walls(
         The pings.
     hearing : Hearing
         The sonar.
+    walls, extents, noise
+        As those of ``add_ghosts_of_walls``.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Logarithm of the density of each reading if it is such an echo [log 1/m].
+    """
+    levels = np.full(len(soundings.readings), UNHEARD)
+    add_ghosts_of_walls(levels, (soundings, hearing), walls, extents, noise)
+    return levels
+
+
+@compiled
+def add_ghosts_of_walls(
+    levels: FloatArray,
+    heard: tuple[Soundings, Hearing],
+    walls: tuple[FloatArray, FloatArray],
+    extents: tuple[Extent, Extent],
+    noise: float,
+) -> None:
+    """Explain readings by echoes of one wall in another.
+
+    Parameters
+    ----------
+    levels : ndarray, shape (n,)
+        Logarithm of the density of each reading by what explains it so far [log 1/m]; raised in place where such an
+        echo explains it better.
+    heard : tuple of Soundings and Hearing
+        The pings and the sonar.
     walls : tuple of ndarray, shape (4,)
         The two walls.
     extents : tuple of Extent
         Between which places along it each wall may reflect [m].
     noise : float
         Standard deviation of readings [m].
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Logarithm of the density of each reading if it is such an echo [log 1/m].
     """
-    levels = np.full(len(soundings.readings), UNHEARD)
+    soundings, hearing = heard
     shapes, scatter = (shape_of(walls[0]), shape_of(walls[1])), _OF_WALLS * noise
     # Between walls that open wider than a right angle no sound comes back over both to where it came from.
     if shapes[0][1] * shapes[1][1] + shapes[0][2] * shapes[1][2] > 0.0:
         _add_vertex(levels, soundings, hearing, shapes, extents, scatter)
     else:
         _add_images(levels, soundings, hearing, shapes, extents, scatter)
-    return levels
 
 
 @compiled
-def ghosts_of_cylinder(
-    soundings: Soundings, hearing: Hearing, wall: FloatArray, cylinder: FloatArray, noise: float
-) -> FloatArray:
+def add_ghosts_of_cylinder(
+    levels: FloatArray, heard: tuple[Soundings, Hearing], wall: FloatArray, cylinder: FloatArray, noise: float
+) -> None:
     """Explain readings by echoes of a cylinder in a wall.
 
     Parameters
     ----------
-    soundings : Soundings
-        The pings.
-    hearing : Hearing
-        The sonar.
+    levels : ndarray, shape (n,)
+        As those of ``add_ghosts_of_walls``.
+    heard : tuple of Soundings and Hearing
+        The pings and the sonar.
     wall, cylinder : ndarray, shape (4,)
         The reflectors.
     noise : float
         Standard deviation of readings [m].
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Logarithm of the density of each reading if it is such an echo [log 1/m].
     """
-    levels = np.full(len(soundings.readings), UNHEARD)
+    soundings, hearing = heard
     mirror, screen, late = shape_of(wall), shape_of(cylinder), lateness(hearing, _OF_CYLINDER * noise)
     center = (screen[1], screen[2])
     for ping in range(len(levels)):
@@ -129,8 +148,7 @@ def ghosts_of_cylinder(
         path = (depth, departure[0], departure[1], arrival[0], arrival[1])
         far = length_of((center[0] - unfolded[0], center[1] - unfolded[1]))
         strength = _TWOFOLD + 10.0 * math.log10(max(screen[3], 0.001) / far)
-        levels[ping] = echo_level(hearing, path, reading, strength, _OF_CYLINDER * noise)
-    return levels
+        levels[ping] = max(levels[ping], echo_level(hearing, path, reading, strength, _OF_CYLINDER * noise))
 
 
 @compiled
@@ -155,7 +173,8 @@ def _add_images(
         found, path = _by_two_walls((place, image), axis, walls, extents)
         if found:
             passing = _passing(vertex, place, image, hearing.wavelength) if crossing else math.inf
-            levels[ping] = echo_level(hearing, path, reading, 20.0 * math.log10(1.0 + min(passing, 1.0)), scatter)
+            level = echo_level(hearing, path, reading, 20.0 * math.log10(1.0 + min(passing, 1.0)), scatter)
+            levels[ping] = max(levels[ping], level)
 
 
 @compiled
@@ -179,7 +198,7 @@ def _add_vertex(
         if is_near(beyond, place, reading, late) and _faces(walls, place):
             path = _straight((soundings.ux[ping], soundings.uy[ping]), place, vertex)
             passing = _passing(vertex, place, image_of(motion, place), hearing.wavelength)
-            levels[ping] = echo_level(hearing, path, reading, -_faded(passing), scatter)
+            levels[ping] = max(levels[ping], echo_level(hearing, path, reading, -_faded(passing), scatter))
 
 
 @compiled

@@ -11,10 +11,10 @@ from echoplan.acoustics.expectation import Hearing, Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classification.evidence import UNHEARD
 from echoplan.classification.flanks import flanks_of
-from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
+from echoplan.classification.ghosts import add_ghosts_of_cylinder, add_ghosts_of_walls
 from echoplan.classification.hypotheses import Hypothesis, Key
 from echoplan.classification.images import Extent, farthest_audible
-from echoplan.classification.volleys import Bursts, bursts_of, volleys_over
+from echoplan.classification.volleys import Bursts, add_volleys, bursts_of
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
@@ -187,39 +187,38 @@ def _cast(
 ) -> tuple[IntArray, IntArray, FloatArray]:
     """Work out the ghosts of many pairs: where those of each begin and end, their pings and their levels."""
     reflectors, extents = features
-    count, bounds, found = 0, np.zeros(len(pairs) + 1, np.int64), np.empty((len(soundings.readings), 2))
+    count, bounds, levels = 0, np.zeros(len(pairs) + 1, np.int64), np.full(len(soundings.readings), UNHEARD)
+    pings, densities = np.empty(len(levels), np.int64), np.empty(len(levels))
     for number in range(len(pairs)):
         one, other = pairs[number]
         pair = reflectors[one], reflectors[other]
         ends = reflecting(pair, ((extents[one, 0], extents[one, 1]), (extents[other, 0], extents[other, 1])))
-        levels = _cast_by(soundings, hearing, bursts, pair, ends, noise)
-        heard = np.flatnonzero(levels > UNHEARD)
-        if count + len(heard) > len(found):
-            found = np.concatenate((found, np.empty((len(found) + len(heard), 2))))
-        found[count : count + len(heard), 0] = heard
-        found[count : count + len(heard), 1] = levels[heard]
-        count += len(heard)
+        _cast_by(levels, (soundings, hearing, bursts), pair, ends, noise)
+        if count + len(levels) > len(pings):
+            pings, densities = np.append(pings, np.empty_like(pings)), np.append(densities, np.empty_like(densities))
+        for ping in np.flatnonzero(levels > UNHEARD):
+            pings[count], densities[count], levels[ping] = ping, levels[ping], UNHEARD
+            count += 1
         bounds[number + 1] = count
-    return bounds, found[:count, 0].astype(np.int64), found[:count, 1].copy()
+    return bounds, pings[:count].copy(), densities[:count].copy()
 
 
 @compiled
 def _cast_by(
-    soundings: Soundings,
-    hearing: Hearing,
-    bursts: Bursts,
+    levels: FloatArray,
+    heard: tuple[Soundings, Hearing, Bursts],
     pair: tuple[FloatArray, FloatArray],
     ends: tuple[Extent, Extent],
     noise: float,
-) -> FloatArray:
+) -> None:
+    """Raise levels where ghosts of a pair explain readings better."""
     if pair[1][0] != _WALL:
-        return ghosts_of_cylinder(soundings, hearing, pair[0], pair[1], noise)
-    there = volleys_over(soundings, hearing, bursts, pair, ends, noise)
-    if (pair[0] == pair[1]).all():
-        return there
-    back = volleys_over(soundings, hearing, bursts, (pair[1], pair[0]), (ends[1], ends[0]), noise)
-    best: FloatArray = np.maximum(np.maximum(there, back), ghosts_of_walls(soundings, hearing, pair, ends, noise))
-    return best
+        add_ghosts_of_cylinder(levels, (heard[0], heard[1]), pair[0], pair[1], noise)
+        return
+    add_volleys(levels, heard, pair, ends, noise)
+    if not (pair[0] == pair[1]).all():
+        add_volleys(levels, heard, (pair[1], pair[0]), (ends[1], ends[0]), noise)
+        add_ghosts_of_walls(levels, (heard[0], heard[1]), pair, ends, noise)
 
 
 @compiled

@@ -12,7 +12,6 @@ import numpy as np
 from echoplan.acoustics import Air
 from echoplan.acoustics.expectation import Hearing, Shape, shape_of
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.classification.evidence import UNHEARD
 from echoplan.classification.images import (
     Extent,
     Lateness,
@@ -35,7 +34,7 @@ from echoplan.classification.images import (
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["Bursts", "bursts_of", "volleys_over"]
+__all__ = ["Bursts", "add_volleys", "bursts_of"]
 
 # Such readings scatter more than those of reflectors, by this factor.
 _SCATTER = 2.0
@@ -107,37 +106,30 @@ def bursts_of(soundings: Soundings, hearing: Hearing) -> Bursts:
 
 
 @compiled
-def volleys_over(
-    soundings: Soundings,
-    hearing: Hearing,
-    bursts: Bursts,
+def add_volleys(
+    levels: FloatArray,
+    heard: tuple[Soundings, Hearing, Bursts],
     walls: tuple[FloatArray, FloatArray],
     extents: tuple[Extent, Extent],
     noise: float,
-) -> FloatArray:
+) -> None:
     """Explain readings by bursts not meant for them.
 
     Parameters
     ----------
-    soundings : Soundings
-        The pings.
-    hearing : Hearing
-        The sonar.
-    bursts : Bursts
-        That they may hear.
+    levels : ndarray, shape (n,)
+        Logarithm of the density of each reading by what explains it so far [log 1/m]; raised in place where such an
+        echo explains it better.
+    heard : tuple of Soundings, Hearing and Bursts
+        The pings, the sonar, and the bursts that may be heard.
     walls : tuple of ndarray, shape (4,)
         Two walls in the order in which the sound strikes them; twice the same for one alone.
     extents : tuple of Extent
         Between which places along it each wall may reflect [m].
     noise : float
         Standard deviation of readings [m].
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Logarithm of the density of each reading if it is such an echo [log 1/m]; ``UNHEARD`` where there is none.
     """
-    levels = np.full(len(soundings.readings), UNHEARD)
+    soundings, hearing, bursts = heard
     first, last = shape_of(walls[0]), shape_of(walls[1])
     double = first != last
     motion = after(mirroring(first), last) if double else mirroring(first)
@@ -150,7 +142,6 @@ def volleys_over(
         if found:
             level = echo_level(hearing, path, bursts.travelled[burst], 0.0, scatter)
             levels[ping] = max(levels[ping], level)
-    return levels
 
 
 @compiled

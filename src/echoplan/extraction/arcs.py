@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from echoplan.acoustics.expectation import Hearing, Kind, excess_of, look, walk_of
-from echoplan.arrays import FloatArray, IntArray
+from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.extraction.runs import connected_runs
 from echoplan.geometry import circular_mean, rotation_step, wrap
@@ -49,6 +49,21 @@ class Arc:
 
     station: int
     pings: IntArray
+
+    def share_of(self, chosen: BoolArray) -> float:
+        """Tell how many of its echoes are among some pings.
+
+        Parameters
+        ----------
+        chosen : ndarray of bool, shape (n,)
+            Which of all pings.
+
+        Returns
+        -------
+        float
+            So many of one: NumPy's mean takes five times as long for so few.
+        """
+        return np.count_nonzero(chosen[self.pings]) / len(self.pings)
 
 
 def find_arcs(soundings: Soundings, *, resolution: float, settings: ArcSettings) -> list[Arc]:

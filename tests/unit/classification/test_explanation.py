@@ -10,7 +10,7 @@ from echoplan.arrays import FloatArray
 from echoplan.classification import multipath
 from echoplan.classification.evidence import UNHEARD
 from echoplan.classification.explanation import Explanation
-from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
+from echoplan.classification.ghosts import ghosts_of_walls
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.classification.verdicts import Frame, judge
 from echoplan.classification.volleys import bursts_of
@@ -28,6 +28,7 @@ from expectations import (
     listening,
     wall,
 )
+from ghost_levels import ghosts_of_cylinder
 
 POST = cylinder(0.3, 0.9, 0.1)
 
@@ -169,7 +170,7 @@ def test_ghosts_are_those_of_each_pair_of_walls_and_each_cylinder() -> None:
     # Between the robot and a wall: a sensor hears nothing that comes from behind it.
     told, walls, post = (room.soundings, room.hearing), judged(room, ROOM), feature(cylinder(-1.2, -0.6, 0.1))
     pairs = [room.pair_levels(one, other) for one, other in itertools.combinations(walls, 2)]
-    posts = [ghosts_of_cylinder(*told, each.reflector, post.reflector, NOISE) for each in walls]
+    posts = [ghosts_of_cylinder(told, each.reflector, post.reflector, NOISE) for each in walls]
     expected = np.max([*pairs, *posts], axis=0)
     assert room.ghost_levels([post, *walls]) == pytest.approx(expected)
     assert all(each.max() > UNHEARD for each in (np.array(pairs), np.array(posts)))

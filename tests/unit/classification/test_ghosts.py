@@ -8,11 +8,12 @@ from echoplan.acoustics import bistatic_cylinder_echo, directivity, edge_echo, s
 from echoplan.acoustics.air import Air
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD
-from echoplan.classification.ghosts import ghosts_of_cylinder, ghosts_of_walls
+from echoplan.classification.ghosts import add_ghosts_of_cylinder, add_ghosts_of_walls, ghosts_of_walls
 from echoplan.classification.images import Extent
 from echoplan.geometry import directions
 from echoplan.preprocessing.soundings import Soundings
 from expectations import NOISE, SONAR, cylinder, wall
+from ghost_levels import ghosts_of_cylinder
 from single_ping import PLAIN, length, likeliest, one_ping, point_on
 from soundings import PAPER
 
@@ -201,7 +202,7 @@ def over_cylinder(place: tuple[float, float], reflector: FloatArray, disc: tuple
 @pytest.mark.parametrize("center", [(0.5, 1.0), (-0.4, 1.4), (0.2, -1.2)])
 def test_the_echo_of_a_cylinder_in_a_wall_takes_the_way_over_both(radius: float, center: tuple[float, float]) -> None:
     soundings = one_ping((0.0, 0.0), float(np.arctan2(center[1], center[0] + 0.5)))
-    levels = ghosts_of_cylinder(soundings, PLAIN.tabulated(), EAST, cylinder(center[0], center[1], radius), NOISE)
+    levels = ghosts_of_cylinder((soundings, PLAIN.tabulated()), EAST, cylinder(center[0], center[1], radius), NOISE)
     shortest = over_cylinder((0.0, 0.0), EAST, (*center, radius))
     assert likeliest(soundings, levels) == pytest.approx(shortest / 2, abs=1e-4)
 
@@ -209,7 +210,7 @@ def test_the_echo_of_a_cylinder_in_a_wall_takes_the_way_over_both(radius: float,
 def test_the_echo_of_a_cylinder_in_a_wall_is_about_as_loud_as_its_law_says() -> None:
     center, radius, bearing = np.array([-0.3, 1.5]), 0.1, 1.3
     soundings = one_ping((0.0, 0.0), bearing)
-    levels = ghosts_of_cylinder(soundings, PLAIN.tabulated(), wall(0.0, 0.6), cylinder(-0.3, 1.5, radius), NOISE)
+    levels = ghosts_of_cylinder((soundings, PLAIN.tabulated()), wall(0.0, 0.6), cylinder(-0.3, 1.5, radius), NOISE)
     image = np.array([1.2 - center[0], center[1]])
     near, far = np.hypot(*center), np.hypot(*image)
     incidence = (np.arctan2(*center[::-1]) - np.arctan2(*image[::-1])) / 2
@@ -223,5 +224,24 @@ def test_the_echo_of_a_cylinder_in_a_wall_is_about_as_loud_as_its_law_says() -> 
 
 def test_a_sensor_behind_the_wall_hears_no_cylinder_in_it() -> None:
     soundings = one_ping((1.5, 0.0), 1.5)
-    levels = ghosts_of_cylinder(soundings, PLAIN.tabulated(), EAST, cylinder(0.5, 1.0, 0.05), NOISE)
+    levels = ghosts_of_cylinder((soundings, PLAIN.tabulated()), EAST, cylinder(0.5, 1.0, 0.05), NOISE)
     assert (levels == UNHEARD).all()
+
+
+@pytest.mark.parametrize("walls", [(EAST, NORTH), (EAST, OBLIQUE)])
+def test_what_explains_readings_better_stays(walls: tuple[FloatArray, FloatArray]) -> None:
+    heard = one_ping((0.2, 0.1), 0.7), PLAIN.tabulated()
+    alone = ghosts_of_walls(*heard, walls, (ENDLESS, ENDLESS), NOISE)
+    known = np.where(np.arange(len(alone)) % 2, 0.0, UNHEARD)
+    add_ghosts_of_walls(levels := known.copy(), heard, walls, (ENDLESS, ENDLESS), NOISE)
+    assert alone.max() > 0.0
+    assert levels.tolist() == np.maximum(alone, known).tolist()
+
+
+def test_what_explains_readings_better_than_the_echo_of_a_cylinder_stays() -> None:
+    heard, post = (one_ping((0.0, 0.0), 1.1), PLAIN.tabulated()), cylinder(0.5, 1.0, 0.05)
+    alone = ghosts_of_cylinder(heard, EAST, post, NOISE)
+    known = np.where(np.arange(len(alone)) % 2, 0.0, UNHEARD)
+    add_ghosts_of_cylinder(levels := known.copy(), heard, EAST, post, NOISE)
+    assert alone.max() > 0.0
+    assert levels.tolist() == np.maximum(alone, known).tolist()

@@ -9,9 +9,10 @@ from echoplan.acoustics.echo_model import EchoModel
 from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNHEARD
 from echoplan.classification.images import Extent
-from echoplan.classification.volleys import bursts_of, volleys_over
+from echoplan.classification.volleys import add_volleys, bursts_of
 from echoplan.preprocessing.soundings import Soundings
 from expectations import NOISE, listening, wall
+from ghost_levels import volleys_over
 from single_ping import PLAIN, length, likeliest, one_ping, point_on
 
 ENDLESS = (-50.0, 50.0)
@@ -24,7 +25,7 @@ def over(soundings: Soundings, model: EchoModel, *walls: FloatArray, extents: tu
     """What bursts by way of walls explain that were not meant for these pings."""
     hearing, reaches = model.tabulated(), extents or (ENDLESS, ENDLESS)
     pair, ends = (walls[0], walls[-1]), (reaches[0], reaches[-1])
-    return volleys_over(soundings, hearing, bursts_of(soundings, hearing), pair, ends, NOISE)
+    return volleys_over((soundings, hearing, bursts_of(soundings, hearing)), pair, ends, NOISE)
 
 
 def heard(soundings: Soundings, *walls: FloatArray, extents: tuple[Extent, ...] = ()) -> FloatArray:
@@ -137,7 +138,7 @@ def test_no_burst_is_missed_by_looking_only_where_they_can_come_from() -> None:
     everywhere = bursts._replace(spread=np.full(len(bursts.spread), np.inf))
     for walls in ((EAST, EAST), (wall(np.pi / 2, 0.8), EAST)):
         here, there = (
-            volleys_over(heard_, told, each, walls, (ENDLESS, ENDLESS), 0.02) for each in (bursts, everywhere)
+            volleys_over((heard_, told, each), walls, (ENDLESS, ENDLESS), 0.02) for each in (bursts, everywhere)
         )
         assert (here > UNHEARD).sum() > 5
         assert here.tolist() == there.tolist()
@@ -147,3 +148,13 @@ def test_bursts_from_too_far_to_be_heard_are_left_out() -> None:
     near, far = (one_ping((0.0, 0.0), 0.0, mate=(0.0, 0.0), lag=lag) for lag in (FIRING, 8 * FIRING))
     assert len(bursts_of(near, PLAIN.tabulated()).pings) > 0
     assert len(bursts_of(far, PLAIN.tabulated()).pings) == 0
+
+
+def test_what_explains_readings_better_than_bursts_stays() -> None:
+    soundings, told = one_ping((0.0, 0.0), 0.2, mate=(0.0, -0.4), mate_bearing=0.1), PLAIN.tabulated()
+    bursts, ends = bursts_of(soundings, told), (ENDLESS, ENDLESS)
+    alone = volleys_over((soundings, told, bursts), (EAST, EAST), ends, NOISE)
+    known = np.where(np.arange(len(alone)) % 2, 0.0, UNHEARD)
+    add_volleys(levels := known.copy(), (soundings, told, bursts), (EAST, EAST), ends, NOISE)
+    assert alone.max() > 0.0
+    assert levels.tolist() == np.maximum(alone, known).tolist()

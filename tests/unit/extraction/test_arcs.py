@@ -165,3 +165,8 @@ def test_readings_that_are_too_short_are_scaled_before_planes_are_laid() -> None
     assert expected(silent, wall(0.4, 2.0), warm)[1].min() < 1.95
     ((_, offset),) = arc_planes(arcs_of(soundings), soundings, warm.tabulated())
     assert offset == pytest.approx(2.0, abs=0.002)
+
+
+def test_an_arc_tells_how_many_of_its_echoes_are_among_others() -> None:
+    chosen = np.array([True, False, True, True, True])
+    assert Arc(station=0, pings=np.array([0, 1, 3])).share_of(chosen) == pytest.approx(2 / 3)

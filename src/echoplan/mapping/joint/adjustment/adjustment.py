@@ -13,6 +13,7 @@ from pydantic import BaseModel, Field
 
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray, IntArray
+from echoplan.compiled import compiled
 from echoplan.mapping.joint.adjustment.adjusted import Adjusted
 from echoplan.mapping.joint.adjustment.crossings import TieSettings, corner_ties
 from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, displaced, pose_rows
@@ -261,7 +262,7 @@ def _linearised(
         weights=_capped(counts / doubts, owners, stations, _common(now.features.doubts, beliefs)),
     )
     if len(now.poses):
-        slopes[:, -1] += _leverage(soundings, explained, now.poses, slopes)
+        _add_leverage(slopes, soundings, explained, now.poses)
     return matched, readings
 
 
@@ -282,26 +283,38 @@ def _capped(weights: FloatArray, owners: IntArray, stations: IntArray, common: F
     return capped
 
 
-def _leverage(soundings: Soundings, explained: IntArray, poses: FloatArray, slopes: FloatArray) -> FloatArray:
-    """How a turn of the robot moves its sensors, and so the readings."""
-    base = poses[soundings.stations[explained]]
-    ahead, aside = soundings.x[explained] - base[:, 0], soundings.y[explained] - base[:, 1]
-    moved: FloatArray = slopes[:, -2] * ahead - slopes[:, -3] * aside
-    return moved
+@compiled
+def _add_leverage(slopes: FloatArray, soundings: Soundings, explained: IntArray, poses: FloatArray) -> None:
+    """Let a turn of the robot move its sensors, and so the readings."""
+    for row, ping in enumerate(explained):
+        base = poses[soundings.stations[ping]]
+        ahead, aside = soundings.x[ping] - base[0], soundings.y[ping] - base[1]
+        slopes[row, -1] += slopes[row, -2] * ahead - slopes[row, -3] * aside
 
 
 def _placed(readings: _Readings, unknowns: Unknowns) -> Rows:
     """Give the derivatives of readings their places among the unknowns."""
-    sonar = np.arange(unknowns.sonar, unknowns.pose)
-    columns = [
-        unknowns.columns[readings.owners],
+    columns = _columns(readings, unknowns.columns, (unknowns.sonar, unknowns.pose))
+    return Rows(columns, readings.slopes, readings.residuals, readings.weights)
+
+
+@compiled
+def _columns(readings: _Readings, of_features: IntArray, starts: tuple[int, int]) -> IntArray:
+    """Where parameters of its feature, of the neighbour, of the sonar and of its pose stand, for each reading."""
+    columns: IntArray = np.empty(readings.slopes.shape, np.int64)
+    owners, neighbours, stations = readings.owners, readings.neighbours, readings.stations
+    (sonar, pose), first = starts, 5 + starts[1] - starts[0]
+    for row in range(len(columns)):
+        for place in range(3):
+            columns[row, place] = of_features[owners[row], place]
         # Of most there is none: that is the last row.
-        unknowns.columns[readings.neighbours, :2],
-        np.broadcast_to(sonar, (len(readings.owners), len(sonar))),
-    ]
-    if unknowns.poses:
-        columns.append(unknowns.pose + 3 * readings.stations[:, None] + np.arange(3))
-    return Rows(np.concatenate(columns, axis=1), readings.slopes, readings.residuals, readings.weights)
+        for place in range(3, 5):
+            columns[row, place] = of_features[neighbours[row], place - 3]
+        for place in range(5, first):
+            columns[row, place] = sonar + place - 5
+        for place in range(first, columns.shape[1]):
+            columns[row, place] = pose + 3 * stations[row] + place - first
+    return columns
 
 
 def _priors(now: State, unknowns: Unknowns, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:

@@ -187,7 +187,7 @@ def _learn(account: Account, beliefs: PoseBeliefs, count: int) -> Catalogue:
 def _catalogue(known: Account) -> Catalogue:
     """List features, and arcs that belong to none as walls, corners and cylinders."""
     features, explained = known.features, known.explained(known.features)
-    loose = [arc for arc in known.arcs if explained[arc.pings].mean() < 0.5]
+    loose = [arc for arc in known.arcs if arc.share_of(explained) < 0.5]
     sure = Catalogue.of(features)
     rows, extents = list(sure.reflectors), list(sure.extents)
     if loose:

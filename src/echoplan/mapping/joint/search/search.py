@@ -7,6 +7,7 @@ feature has to stand up again beside it.  When nothing is left to accept, what i
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from pydantic import Field
@@ -70,10 +71,17 @@ class Search:
         self.arcs = list(arcs)
         self.settings = settings
         self.belief = Belief(explanation.soundings, half_aperture=half_aperture, settings=settings)
-        self._few = independent(explanation.soundings)
-        few = chosen_soundings(explanation.soundings, self._few)
+
+    @cached_property
+    def _few(self) -> BoolArray:
+        return independent(self.explanation.soundings)
+
+    @cached_property
+    def _rough(self) -> Explanation:
+        """A few of the pings, each of which counts for more; whoever only judges needs none of it."""
+        few = chosen_soundings(self.explanation.soundings, self._few)
         few = few._replace(weights=few.weights * (len(self._few) / max(len(few.weights), 1)))
-        self._rough = Explanation(few, explanation.hearing, max(0.012, 2 * explanation.noise))
+        return Explanation(few, self.explanation.hearing, max(0.012, 2 * self.explanation.noise))
 
     def run(self, known: Sequence[Hypothesis] = ()) -> list[Hypothesis]:
         """Find the features.
@@ -249,7 +257,7 @@ class Search:
         explanation = self.explanation
         levels = explanation.levels(features)
         open_readings = levels < explanation.floor + _UNEXPLAINED
-        arcs = [arc for arc in self.arcs if open_readings[arc.pings].mean() > 0.5]
+        arcs = [arc for arc in self.arcs if arc.share_of(open_readings) > 0.5]
         if not arcs:
             return []
         stations = np.array([arc.station for arc in arcs])
