@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from echoplan.evaluation import EvaluationSettings, MatchingSettings, evaluate
-from echoplan.geometry import directions
+from echoplan.geometry import directions, wrap
 from echoplan.io import read_recording, read_truth, write_recording, write_truth
 from echoplan.mapping.joint.settings import PoseMode
 from echoplan.methods import METHODS, map_sweeps
@@ -98,6 +98,22 @@ def test_walls_of_an_arena_come_out_though_every_way_point_is_off_by_a_hand_s_br
     walls = evaluate(found, truth, EvaluationSettings(matching=MatchingSettings(min_heard=1))).matches.walls
     assert walls.tally.found >= 0.85 * walls.tally.wanted
     assert np.degrees(np.mean([each.angle for each in walls.right])) < 1.7
+
+
+@pytest.mark.parametrize("name", ["arena-a", "arena-b"])
+def test_robots_faced_the_same_way_whichever_was_recorded(name: str) -> None:
+    if not (DATA / name).is_dir():
+        pytest.skip(f"the recording {name} is not here")
+    recording = read_recording(DATA / name)
+    headings = []
+    for kept in (1.0, 0.0):
+        sweeps = [replace(sweep, map_from_base=sweep.map_from_base * [1.0, 1.0, kept]) for sweep in recording]
+        found = map_sweeps(METHODS["joint"].build(recording.rig), sweeps)
+        headings.append(found.poses[:, 2])
+    given = np.array([sweep.station[2] for sweep in recording])
+    apart, before = (np.degrees(wrap(each - np.median(each))) for each in (headings[1] - headings[0], given))
+    assert np.abs(before).max() > 6.0
+    assert np.abs(apart).max() < 4.0
 
 
 @pytest.mark.parametrize("name", [*NAMES, "hcsr04-lidar/KalmanFilter.csv", "hcsr04-lidar/noKalmanFilter.csv"])

@@ -74,13 +74,11 @@ class Account:
         self.settings = settings
         self.memory = memory or Memory()
         self.resolution = max(sensor.resolution for sensor in rig.sensors)
-        self.half_aperture = half_aperture_of(rig)
-        self.wheels = rig.odometry
+        self.half_aperture, self.wheels = half_aperture_of(rig), rig.odometry
         self.prior = expected_sonar(rig, heard, self.memory.model, walk=settings.walk)
         self.recorded = chosen_soundings(heard, healthy(heard, settings.health))
         self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=settings.arcs)
-        self.given = given
-        self.poses = continued(given, self.memory.poses)
+        self.given, self.poses = given, continued(given, self.memory.poses)
         self.soundings = displaced(self.recorded, given, self.poses)
         self.at_hand = self.memory.near(self.soundings.centers, _AROUND + heard.max_range)
         self.model = self.memory.model or self.prior
@@ -89,14 +87,12 @@ class Account:
         self.features: list[Hypothesis] = self.known
         self.adjusted: Adjusted | None = None
         self.believed: PoseBeliefs | None = None
-        self.course = Course.TRUSTED
-        self.square_sigma, self.is_along_axes, self.is_polished = 0.0, False, False
-        self.pair_sigma = settings.pose_errors.pair_sigma
-        self.loudness = self.memory.loudness
+        self.course, self.verdict = Course.TRUSTED, "trusted, as asked for"
+        self.square_sigma, self.is_along_axes, self.is_polished, self.asks_bearings = 0.0, False, False, False
+        self.pair_sigma, self.loudness = settings.pose_errors.pair_sigma, self.memory.loudness
         # What it was worth before readings counted for less; none as long as they count in full [nats].
         self.worth: float | None = None
         self.independence = self.memory.independence
-        self.verdict = "trusted, as asked for"
         self._explanation: tuple[tuple[Soundings, EchoModel, float], Explanation] | None = None
 
     @property
@@ -172,6 +168,8 @@ class Account:
             for noise in noises:
                 self._agree_on(noise, beliefs)
                 self.learn_loudness()
+            # Who hears a wall tells which way it lies only once it is known how wide the sonar hears.
+            self.asks_bearings = True
         self.learn_noise()
         self._agree_on(self.noise, beliefs)
         self.settle_features()
@@ -196,6 +194,7 @@ class Account:
         self.learn_loudness()
         self.adjust_often(0.75 * self.settings.first_noise, beliefs, 2)
         self.learn_noise()
+        self.asks_bearings = True
         learned = self._learned(beliefs)
         self.search()
         self.adjust_often(self.noise, learned, 3)
@@ -357,6 +356,7 @@ class Account:
             pair_sigma=0.0 if poses is None or poses.relative else self.pair_sigma,
             loudness=self.loudness if self.is_polished else None,
             squareness=self._squareness,
+            bearings=self.asks_bearings,
         )
 
     def learn_loudness(self) -> None:

@@ -11,7 +11,7 @@ from echoplan.classification.evidence import NO_EVIDENCE
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.classification.past import Past
 from echoplan.mapping.joint.account import Account
-from echoplan.mapping.joint.adjustment.adjustment import adjust, reading_rows
+from echoplan.mapping.joint.adjustment.adjustment import adjust, facing_rows, reading_rows
 from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, pose_rows
 from echoplan.mapping.joint.adjustment.readings import as_arrays
 from echoplan.mapping.joint.adjustment.rows import Summary
@@ -151,6 +151,7 @@ def _summary(account: Account, everything: list[Hypothesis], gone: BoolArray, co
     beliefs = account.beliefs(account.noise, believed)
     rows = [reading_rows(heard, state, beliefs, account.settings.adjustment)]
     if believed:
+        rows.append(facing_rows(heard, state, beliefs))
         rows.append(pose_rows(believed, state.poses, state.unknowns.pose))
     return summarised(state, rows, account.memory.about(everything, state.unknowns), count)
 

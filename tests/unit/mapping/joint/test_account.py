@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from echoplan.mapping.joint.account import Account
-from echoplan.mapping.joint.adjustment.poses import waypoint_beliefs
+from echoplan.mapping.joint.adjustment.adjustment import Beliefs
+from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, waypoint_beliefs
 from echoplan.mapping.joint.adjustment.squareness import Squareness
 from echoplan.mapping.joint.explaining import explained
 from echoplan.mapping.joint.settings import PoseMode
@@ -53,3 +54,23 @@ def test_way_points_settle_along_the_axes_where_few_stations_heard_each_wall(
     account.settle(waypoint_beliefs(account.given, account.settings.pose_errors))
     at_first = believed[:-1]
     assert [each is not None and each.along_axes for each in at_first] == ([False, True] if few else [False])
+
+
+def test_walls_are_asked_which_way_they_lie_once_it_is_known_how_wide_the_sonar_hears(
+    square: Account, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    account, asked = copy(square), list[tuple[bool, float]]()
+    beliefs = Account.beliefs
+
+    def noted(self: Account, noise: float, poses: PoseBeliefs | None) -> Beliefs:
+        told = beliefs(self, noise, poses)
+        asked.append((told.bearings, noise))
+        return told
+
+    monkeypatch.setattr(Account, "beliefs", noted)
+    account.correct(waypoint_beliefs(account.given, account.settings.pose_errors), account.given)
+    bearings, noises = np.array([each for each, _ in asked]), np.array([each for _, each in asked])
+    # They are asked from the second pass from coarse to fine on.
+    first = int(np.flatnonzero(np.diff(noises) > 0.0)[0]) + 1
+    assert not bearings[:first].any()
+    assert bearings[first:].all()

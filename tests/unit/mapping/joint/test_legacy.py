@@ -11,6 +11,8 @@ import pytest
 from echoplan.acoustics.expectation import Kind
 from echoplan.geometry import wrap
 from echoplan.mapping.joint.account import Account
+from echoplan.mapping.joint.adjustment.poses import waypoint_beliefs
+from echoplan.mapping.joint.adjustment.rows import prior
 from echoplan.mapping.joint.explaining import explained
 from echoplan.mapping.joint.legacy import leave, survey
 from echoplan.mapping.joint.memory import Memory
@@ -159,3 +161,15 @@ def test_features_are_told_as_surely_as_readings_tell_them_where_poses_are_trust
     moved = copy(trusted)
     moved.believed = moved.odometry()
     assert moved.understated() == 1.0
+
+
+def test_which_way_walls_lie_from_way_points_along_the_axes_is_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
+    by_hand = copy(account(0, 7))
+    by_hand.features = [replace(each, is_square=each.is_wall) for each in by_hand.features]
+    by_hand.square_sigma, by_hand.is_along_axes, by_hand.asks_bearings = np.radians(1.0), True, True
+    by_hand.believed = waypoint_beliefs(by_hand.given, by_hand.settings.pose_errors)
+    told = leave(by_hand, 7).summary.information
+    monkeypatch.setattr("echoplan.mapping.joint.legacy.facing_rows", lambda *_: prior([], sigma=[], residual=[]))
+    less = leave(by_hand, 7).summary.information
+    # The angle of the first wall is the first unknown.
+    assert told[0, 0] > 1.001 * less[0, 0]

@@ -15,6 +15,7 @@ from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.mapping.joint.adjustment.adjusted import Adjusted
+from echoplan.mapping.joint.adjustment.bearings import NO_BEARINGS, Bearings, bearing_rows, bearings_of
 from echoplan.mapping.joint.adjustment.crossings import TieSettings, corner_ties
 from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, displaced, pose_rows
 from echoplan.mapping.joint.adjustment.readings import Features, Matched, differentiate_readings, match_readings
@@ -29,6 +30,7 @@ __all__ = [
     "Beliefs",
     "Features",
     "adjust",
+    "facing_rows",
     "reading_rows",
 ]
 
@@ -91,6 +93,8 @@ class Beliefs(NamedTuple):
         or while poses drift or have not settled: then they stay as they are.
     squareness : Squareness or None
         How square the walls stand, where right angles are believed in.
+    bearings : bool
+        Whether way-points ask who heard walls along the axes which way they face.
     """
 
     noise: float
@@ -106,6 +110,7 @@ class Beliefs(NamedTuple):
     understated: float = 1.0
     loudness: tuple[float, float] | None = None
     squareness: Squareness | None = None
+    bearings: bool = False
 
 
 def adjust(
@@ -137,14 +142,15 @@ def adjust(
         Features, sonar and covariance.
     """
     unknowns = start.unknowns
-    now = start
+    now, bearings = start, _bearings(soundings, start, beliefs)
     for _ in range(settings.rounds):
         matched, readings = _linearised(_as_heard(soundings, now, beliefs), now, beliefs, settings)
         held = [
             *_priors(now, unknowns, beliefs, settings),
             *corner_ties(now.features.reflectors, unknowns, settings.ties),
         ]
-        heard, right = normal_equations([_placed(readings, unknowns)], unknowns.size)
+        told = [_placed(readings, unknowns), bearing_rows(bearings, now)]
+        heard, right = normal_equations(told, unknowns.size)
         if known is not None:
             heard[np.ix_(known.columns, known.columns)] += known.information
             right[known.columns] += known.vector - known.information @ now.values[known.columns]
@@ -221,6 +227,31 @@ def reading_rows(soundings: Soundings, now: State, beliefs: Beliefs, settings: A
     """
     _, readings = _linearised(_as_heard(soundings, now, beliefs), now, beliefs, settings)
     return _placed(readings, now.unknowns)
+
+
+def facing_rows(soundings: Soundings, now: State, beliefs: Beliefs) -> Rows:
+    """Linearise the bearings of walls, where these tell which way stations face.
+
+    Parameters
+    ----------
+    soundings, now, beliefs
+        As those of ``reading_rows``.
+
+    Returns
+    -------
+    Rows
+        One a wall and station; none unless headings are free and walls stand along the axes.
+    """
+    return bearing_rows(_bearings(soundings, now, beliefs), now)
+
+
+def _bearings(soundings: Soundings, now: State, beliefs: Beliefs) -> Bearings:
+    """Find the bearings of walls; those of walls that may lie anyhow tell nothing of headings."""
+    poses, square = beliefs.poses, beliefs.squareness
+    if not beliefs.bearings or poses is None or poses.relative or square is None or not square.along_axes:
+        return NO_BEARINGS
+    heard = _as_heard(soundings, now, beliefs)
+    return bearings_of(heard, now.model.tabulated(), now.features, now.poses[:, 2])
 
 
 class _Readings(NamedTuple):

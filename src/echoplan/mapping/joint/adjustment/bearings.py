@@ -1,0 +1,145 @@
+"""Bearings: which way walls lie from a station, as told by the angles between which it heard them.
+
+Readings hardly change with the angle off the axis, least of all those of whole centimetres, and so they leave it open
+which way a robot faced that somebody set down by hand.  Between which angles it heard a wall, and beyond which it did
+not, tells that to a few degrees.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from echoplan.acoustics.expectation import Hearing, Kind, Sight, excess_of, shape_of, walk_of
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.classification.evidence import audibility
+from echoplan.compiled import compiled
+from echoplan.geometry import wrap
+from echoplan.mapping.joint.adjustment.readings import Features, faced, reach_of
+from echoplan.mapping.joint.adjustment.rows import Rows
+from echoplan.mapping.joint.adjustment.state import State
+from echoplan.preprocessing.soundings import Soundings
+
+__all__ = ["NO_BEARINGS", "Bearings", "bearing_rows", "bearings_of"]
+
+_WALL = int(Kind.WALL)
+# Turns of a station that are asked about [rad]; if nothing speaks for any of them, so much is left of their variance.
+_TURNS = np.radians(np.arange(-15.0, 15.1, 1.5))
+_OPEN = 0.5 * float(np.var(_TURNS))
+# How far bearings err that many pings tell: beams are not even, and arcs of walls that meet hide each other's sides.  A
+# guess; in a wooden arena those of one station scatter by four degrees about each other, and single ones by ten [rad].
+_UNEVEN = math.radians(6.0)
+# No ping is surer than this: things stand in the way, others echo from just there.
+_LEAST, _MOST = 0.03, 0.97
+# Readings this much before the depth, or after that of the faintest echo, may still be hits; later ones are misses [m].
+_EARLY, _LATE, _BEHIND = -0.02, 0.02, 0.04
+# No reading is expected within this of the reach [m], and nothing from so far off the axis (cosine).
+_RIM, _STEEP = 0.02, math.cos(1.2)
+
+
+class Bearings(NamedTuple):
+    """Which way walls lie from stations.
+
+    Attributes
+    ----------
+    walls, stations : ndarray of int, shape (b,)
+        Which wall, and from which station.
+    headings : ndarray, shape (b,)
+        Of the station less the direction of the wall's normal [rad].
+    variances : ndarray, shape (b,)
+        Of these [rad^2].
+    """
+
+    walls: IntArray
+    stations: IntArray
+    headings: FloatArray
+    variances: FloatArray
+
+
+NO_BEARINGS = Bearings(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
+
+
+def bearings_of(soundings: Soundings, hearing: Hearing, features: Features, headings: FloatArray) -> Bearings:
+    r"""Find the bearings of all walls from all stations that heard them.
+
+    Each ping that looks at a wall is a hit or a miss, unless something nearer answered.  Turned by :math:`\tau`, as
+    far as 15 degrees, a station would have heard these with the likelihood :math:`L(\tau)`, which is Bernoulli's with
+    the chance that the echo is heard.  Its mean and its variance, and that of beams which are not even, make a bearing.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings of s stations.
+    hearing : Hearing
+        The sonar.
+    features : Features
+        What is there.
+    headings : ndarray, shape (s,)
+        Of the stations, as heard from there [rad].
+
+    Returns
+    -------
+    Bearings
+        Those that the pings tell.
+    """
+    likelihoods = _likelihoods(soundings, hearing, features)
+    chances = np.exp(likelihoods - likelihoods.max(axis=2, keepdims=True))
+    chances /= chances.sum(axis=2, keepdims=True)
+    turns = chances @ _TURNS
+    variances = chances @ _TURNS**2 - turns**2
+    walls, stations = np.nonzero(variances < _OPEN)
+    facing = headings[stations] + turns[walls, stations] - features.reflectors[walls, 1]
+    return Bearings(walls, stations, facing, variances[walls, stations] + _UNEVEN**2)
+
+
+def bearing_rows(bearings: Bearings, now: State) -> Rows:
+    """Hold headings and walls against bearings.
+
+    Parameters
+    ----------
+    bearings : Bearings
+        Which way walls lie from stations.
+    now : State
+        Features and poses.
+
+    Returns
+    -------
+    Rows
+        One a bearing.
+    """
+    walls, stations = bearings.walls, bearings.stations
+    columns = np.column_stack([now.unknowns.starts[walls], now.unknowns.pose + 3 * stations + 2])
+    residuals = wrap(bearings.headings - now.poses[stations, 2] + now.features.reflectors[walls, 1])
+    return Rows(columns, np.tile([-1.0, 1.0], (len(walls), 1)), residuals, 1.0 / bearings.variances)
+
+
+@compiled
+def _likelihoods(soundings: Soundings, hearing: Hearing, features: Features) -> FloatArray:
+    """Logarithms of the likelihood of hits and misses, by wall, station, and turn of this."""
+    likelihoods = np.zeros((len(features.reflectors), len(soundings.centers), len(_TURNS)))
+    faintest = walk_of(hearing, 0.0)
+    for feature in range(len(likelihoods)):
+        shape, reach = shape_of(features.reflectors[feature]), reach_of(features, feature)
+        for ping in range(len(soundings.readings) if shape[0] == _WALL else 0):
+            shadow = features.shadows[feature, soundings.stations[ping]]
+            if math.isinf(shadow):
+                continue
+            place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
+            sight, late = faced(shape, reach, place, soundings.readings[ping] * hearing.scale, hearing.wavelength)
+            hit, miss = _EARLY < late < faintest + _LATE, late > faintest + _BEHIND
+            if (hit or miss) and sight[1] > _STEEP and sight[0] < soundings.max_range - _RIM:
+                told = likelihoods[feature, soundings.stations[ping]]
+                _add(told, hearing, sight, (hit, soundings.weights[ping], shadow))
+    return likelihoods
+
+
+@compiled
+def _add(told: FloatArray, hearing: Hearing, sight: Sight, asked: tuple[bool, float, float]) -> None:
+    """Add what a ping says of each turn: whether it was a hit, what it counts, and how faint the wall is there."""
+    hit, weight, shadow = asked
+    for number, turn in enumerate(_TURNS):
+        cosine, sine = math.cos(turn), math.sin(turn)
+        turned = (cosine * sight[1] - sine * sight[2], sine * sight[1] + cosine * sight[2])
+        excess = excess_of(hearing, (sight[0], turned[0], turned[1], sight[3], sight[4])) - shadow
+        chance = min(max(audibility(excess), _LEAST), _MOST)
+        told[number] += weight * math.log(chance if hit else 1.0 - chance)
