@@ -12,9 +12,9 @@ import numpy as np
 
 from echoplan.acoustics.expectation import Hearing, Kind, Sight, excess_of, shape_of, walk_of
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.classification.evidence import audibility
 from echoplan.compiled import compiled
 from echoplan.geometry import wrap
+from echoplan.mapping.joint.adjustment.hits import RIM, log_chance, outcome_of
 from echoplan.mapping.joint.adjustment.readings import Features, faced, reach_of
 from echoplan.mapping.joint.adjustment.rows import Rows
 from echoplan.mapping.joint.adjustment.state import State
@@ -29,12 +29,8 @@ _OPEN = 0.5 * float(np.var(_TURNS))
 # How far bearings err that many pings tell: beams are not even, and arcs of walls that meet hide each other's sides.  A
 # guess; in a wooden arena those of one station scatter by four degrees about each other, and single ones by ten [rad].
 _UNEVEN = math.radians(6.0)
-# No ping is surer than this: things stand in the way, others echo from just there.
-_LEAST, _MOST = 0.03, 0.97
-# Readings this much before the depth, or after that of the faintest echo, may still be hits; later ones are misses [m].
-_EARLY, _LATE, _BEHIND = -0.02, 0.02, 0.04
-# No reading is expected within this of the reach [m], and nothing from so far off the axis (cosine).
-_RIM, _STEEP = 0.02, math.cos(1.2)
+# Nothing is expected from so far off the axis (cosine).
+_STEEP = math.cos(1.2)
 
 
 class Bearings(NamedTuple):
@@ -126,20 +122,19 @@ def _likelihoods(soundings: Soundings, hearing: Hearing, features: Features) -> 
                 continue
             place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
             sight, late = faced(shape, reach, place, soundings.readings[ping] * hearing.scale, hearing.wavelength)
-            hit, miss = _EARLY < late < faintest + _LATE, late > faintest + _BEHIND
-            if (hit or miss) and sight[1] > _STEEP and sight[0] < soundings.max_range - _RIM:
+            outcome = outcome_of(late, faintest)
+            if outcome != 0.0 and sight[1] > _STEEP and sight[0] < soundings.max_range - RIM:
                 told = likelihoods[feature, soundings.stations[ping]]
-                _add(told, hearing, sight, (hit, soundings.weights[ping], shadow))
+                _add(told, hearing, sight, (outcome, soundings.weights[ping], shadow))
     return likelihoods
 
 
 @compiled
-def _add(told: FloatArray, hearing: Hearing, sight: Sight, asked: tuple[bool, float, float]) -> None:
-    """Add what a ping says of each turn: whether it was a hit, what it counts, and how faint the wall is there."""
-    hit, weight, shadow = asked
+def _add(told: FloatArray, hearing: Hearing, sight: Sight, asked: tuple[float, float, float]) -> None:
+    """Add what a ping says of each turn: its outcome, what it counts, and how faint the wall is there."""
+    outcome, weight, shadow = asked
     for number, turn in enumerate(_TURNS):
         cosine, sine = math.cos(turn), math.sin(turn)
         turned = (cosine * sight[1] - sine * sight[2], sine * sight[1] + cosine * sight[2])
         excess = excess_of(hearing, (sight[0], turned[0], turned[1], sight[3], sight[4])) - shadow
-        chance = min(max(audibility(excess), _LEAST), _MOST)
-        told[number] += weight * math.log(chance if hit else 1.0 - chance)
+        told[number] += weight * log_chance(outcome * excess)

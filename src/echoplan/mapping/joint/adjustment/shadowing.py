@@ -13,9 +13,9 @@ import numpy as np
 
 from echoplan.acoustics.expectation import Hearing, Kind, Shape, excess_of, shape_of, walk_of
 from echoplan.arrays import BoolArray, FloatArray
-from echoplan.classification.evidence import audibility
 from echoplan.compiled import compiled
 from echoplan.mapping.joint.adjustment.edges import Reach
+from echoplan.mapping.joint.adjustment.hits import RIM, log_chance, outcome_of
 from echoplan.mapping.joint.adjustment.readings import Features, faced, reach_of
 from echoplan.preprocessing.soundings import Soundings
 
@@ -29,15 +29,6 @@ _COST = 4.0
 # Two in a hundred walls that a station hears are taken to be in shadow, in any of these as likely as in another [nats]:
 # a guess.  Near or past their ends seven in a thousand are (benchmarks/shadows.py); others have something before them.
 _RARE = math.log(_SHADOWS / 0.02)
-# No ping is surer than this: things stand in the way, others echo from just there.
-_LEAST, _MOST = 0.03, 0.97
-_LOG_LEAST, _LOG_MOST = math.log(_LEAST), math.log(_MOST)
-# Where every echo is as sure as that, or as faint [dB].
-_FADED = 5.0
-# Readings this much before the depth, or after that of the faintest echo, may still be hits; later ones are misses [m].
-_EARLY, _LATE, _BEHIND = -0.02, 0.02, 0.04
-# No reading is expected within this of the reach [m].
-_RIM = 0.02
 
 
 def shadowed(soundings: Soundings, hearing: Hearing, features: Features) -> Features:
@@ -127,32 +118,18 @@ def _likelihoods(
         place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
         sight, late = faced(shape, reach, place, soundings.readings[ping] * hearing.scale, hearing.wavelength)
         excess = excess_of(hearing, sight)
-        if excess <= 0.0 or sight[0] > soundings.max_range - _RIM:
+        if excess <= 0.0 or sight[0] > soundings.max_range - RIM:
             continue
-        if _EARLY < late < faintest + _LATE:
-            _add_hit(gains[station], excess, soundings.weights[ping])
+        outcome = outcome_of(late, faintest)
+        if outcome != 0.0:
+            _add(gains[station], outcome, excess, soundings.weights[ping])
+        if outcome > 0.0:
             excesses[station], hits[station] = excesses[station] + excess, hits[station] + 1.0
-        elif late > faintest + _BEHIND:
-            _add_miss(gains[station], excess, soundings.weights[ping])
     return gains, excesses / np.maximum(hits, 1.0)
 
 
 @compiled
-def _add_hit(gains: FloatArray, excess: float, weight: float) -> None:
+def _add(gains: FloatArray, outcome: float, excess: float, weight: float) -> None:
+    """Add what a hit or a miss says of each shadow."""
     for shadow in range(_SHADOWS):
-        gains[shadow] += weight * _log_chance(excess - shadow)
-
-
-@compiled
-def _add_miss(gains: FloatArray, excess: float, weight: float) -> None:
-    # The chance is as far from none where the excess is as far below the threshold.
-    for shadow in range(_SHADOWS):
-        gains[shadow] += weight * _log_chance(shadow - excess)
-
-
-@compiled
-def _log_chance(excess: float) -> float:
-    """Logarithm of the chance that an echo is heard; most are far from the threshold."""
-    if abs(excess) > _FADED:
-        return _LOG_MOST if excess > 0.0 else _LOG_LEAST
-    return math.log(min(max(audibility(excess), _LEAST), _MOST))
+        gains[shadow] += weight * log_chance(outcome * (excess - shadow))
