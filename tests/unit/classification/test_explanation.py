@@ -176,6 +176,20 @@ def test_ghosts_are_those_of_each_pair_of_walls_and_each_cylinder() -> None:
     assert all(each.max() > UNHEARD for each in (np.array(pairs), np.array(posts)))
 
 
+def test_a_ghost_is_no_other_for_the_pairs_that_came_before_it() -> None:
+    room = explanation(hearing(listening(), [*ROOM, corner(2.0, 1.5)]))
+    features = [*judged(room, ROOM), feature(cylinder(-1.2, -0.6, 0.1))]
+    parts = room.multipath.parts(features)
+    assert len({part.owners for part in parts}) > 2
+    for part in parts:
+        own = [features[number] for number in dict.fromkeys(part.owners)]
+        (alone,) = (
+            each for each in explanation(room.soundings).multipath.parts(own) if len(set(each.owners)) == len(own)
+        )
+        assert part.pings.tolist() == alone.pings.tolist()
+        assert part.levels.tolist() == alone.levels.tolist()
+
+
 def test_corners_cast_no_ghosts(room: Explanation, walls: list[Hypothesis]) -> None:
     point = feature(corner(2.0, 1.5))
     assert room.ghost_levels([walls[0], point]).tolist() == room.ghost_levels([walls[0]]).tolist()
