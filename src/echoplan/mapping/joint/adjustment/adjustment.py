@@ -145,16 +145,12 @@ def adjust(
     now, bearings = start, _bearings(soundings, start, beliefs)
     for _ in range(settings.rounds):
         matched, readings = _linearised(_as_heard(soundings, now, beliefs), now, beliefs, settings)
-        held = [
-            *_priors(now, unknowns, beliefs, settings),
-            *corner_ties(now.features.reflectors, unknowns, settings.ties),
-        ]
         told = [_placed(readings, unknowns), bearing_rows(bearings, now)]
         heard, right = normal_equations(told, unknowns.size)
         if known is not None:
             heard[np.ix_(known.columns, known.columns)] += known.information
             right[known.columns] += known.vector - known.information @ now.values[known.columns]
-        information, pull = normal_equations(held, unknowns.size)
+        information, pull = normal_equations(list(_held_by(now, unknowns, beliefs, settings)), unknowns.size)
         information, right = information + heard, right + pull
         step = _step(information, right, now, beliefs, settings)
         now, left = now.moved(step), float(step @ information @ step)
@@ -348,7 +344,8 @@ def _columns(readings: _Readings, of_features: IntArray, starts: tuple[int, int]
     return columns
 
 
-def _priors(now: State, unknowns: Unknowns, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:
+def _held_by(now: State, unknowns: Unknowns, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:
+    """Collect what holds the unknowns besides the pings: priors, and ties of corners to their walls."""
     yield _sonar_prior(now, unknowns.sonar, beliefs, settings)
     if beliefs.squareness is not None:
         yield square_rows(beliefs.squareness, now.features.reflectors[:, 1], unknowns.starts)
@@ -358,6 +355,7 @@ def _priors(now: State, unknowns: Unknowns, beliefs: Beliefs, settings: Adjustme
     columns = np.flatnonzero(unknowns.kinds == _CYLINDER)
     residuals = settings.radius - now.features.reflectors[columns, 3]
     yield prior(unknowns.starts[columns] + 2, sigma=settings.radius_sigma, residual=residuals)
+    yield from corner_ties(now.features.reflectors, unknowns, settings.ties)
 
 
 def _sonar_prior(now: State, first: int, beliefs: Beliefs, settings: AdjustmentSettings) -> Rows:
