@@ -36,6 +36,8 @@ BENCHMARKS = (
     "joint.py 24 --by-hand 0.005",
     "joint.py 24 --by-hand 0.01",
     "joint.py 24 --by-hand 0.02",
+    "joint.py 60 --by-hand 0.01",
+    "joint.py 48 --by-hand 0.02",
     "rays.py",
     "rays.py --as-sound",
     "rays.py 8 --noise 0.01",
@@ -69,6 +71,7 @@ def main(folders: list[str]) -> None:
         for off in ASTRAY:
             run("waypoints.py", *arenas, "--off", off)
             run("waypoints.py", *arenas, "--off", off, "--told")
+        run("waypoints.py", *arenas, "--off", ASTRAY[-1], "--copies", "24")
     for folder in folders:
         if folder not in (*rooms, *arenas):
             run(CORRIDOR, folder, "--shaken", CORRIDOR_COPIES)

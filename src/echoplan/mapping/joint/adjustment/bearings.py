@@ -26,8 +26,8 @@ _WALL = int(Kind.WALL)
 # Turns of a station that are asked about [rad]; if nothing speaks for any of them, so much is left of their variance.
 _TURNS = np.radians(np.arange(-15.0, 15.1, 1.5))
 _OPEN = 0.5 * float(np.var(_TURNS))
-# How far bearings err that many pings tell: beams are not even, and arcs of walls that meet hide each other's sides.  A
-# guess; in a wooden arena those of one station scatter by four degrees about each other, and single ones by ten [rad].
+# How far bearings err that many pings tell: beams are not even, and arcs of walls that meet hide each other's sides; a
+# guess [rad].
 _UNEVEN = math.radians(6.0)
 # Nothing is expected from so far off the axis (cosine).
 _STEEP = math.cos(1.2)
