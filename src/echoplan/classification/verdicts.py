@@ -11,7 +11,7 @@ from echoplan.classification.evidence import MASKING, Evidence
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["Frame", "Verdict", "judge"]
+__all__ = ["Frame", "Verdict", "judge", "missed"]
 
 _WALL, _CYLINDER = int(Kind.WALL), int(Kind.CYLINDER)
 
@@ -101,6 +101,29 @@ def judge(
     heard = soundings.stations, soundings.weights, soundings.centers
     told = evidence.pings, evidence.densities, evidence.misses, evidence.feet
     return Verdict(*_judged(heard, reflector, told, levels, (frame.reflectors, frame.extents), known))
+
+
+def missed(soundings: Soundings, evidence: Evidence, extent: tuple[float, float]) -> float:
+    """Sum up how unlikely it is that pings missed a reflector that is there.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+    evidence : Evidence
+        What they say about it.
+    extent : tuple of float
+        Ends of a wall along it, beyond which it may not go on [m]; 0 for other reflectors.
+
+    Returns
+    -------
+    float
+        Logarithm of the chance [nats]; no station counts for more than one that stood behind something.
+    """
+    within = (extent[0] <= evidence.feet) & (evidence.feet <= extent[1])
+    misses = soundings.weights[evidence.pings] * evidence.misses * within
+    by_station = np.bincount(soundings.stations[evidence.pings], misses)
+    return float(np.maximum(by_station, -_LOUDEST_NO).sum())
 
 
 @compiled

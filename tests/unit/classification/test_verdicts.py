@@ -5,7 +5,7 @@ import pytest
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classification.evidence import Evidence, weigh
-from echoplan.classification.verdicts import Frame, Verdict, judge
+from echoplan.classification.verdicts import Frame, Verdict, judge, missed
 from echoplan.preprocessing.soundings import Soundings
 from expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, evidence_for, hearing, listening, wall
 
@@ -72,6 +72,37 @@ def test_what_is_explained_already_gains_nothing_again(room: Soundings) -> None:
 def test_one_station_speaks_against_a_reflector_no_louder_than_twelve_nats() -> None:
     silent = listening(step=np.radians(4.0))
     assert verdict_on(silent, cylinder(0.0, 0.5, 0.3)).gains == pytest.approx(-12.0)
+
+
+def test_no_station_that_misses_a_reflector_counts_for_more_than_twelve_nats() -> None:
+    silent, post = listening(step=np.radians(4.0)), cylinder(0.0, 0.5, 0.3)
+    evidence = evidence_for(silent, post)
+    alone = np.bincount(silent.stations[evidence.pings], evidence.misses)
+    assert alone.max() < -12.0
+    assert missed(silent, evidence, (0.0, 0.0)) == pytest.approx(-12.0 * len(alone))
+    quiet = silent._replace(weights=0.01 * silent.weights)
+    assert missed(quiet, evidence, (0.0, 0.0)) == pytest.approx(0.01 * alone.sum())
+
+
+def test_walls_are_missed_between_their_ends_only() -> None:
+    silent = listening(step=np.radians(4.0))
+    evidence = evidence_for(silent, EAST)
+    quiet = silent._replace(weights=0.01 * silent.weights)
+    low, high = evidence.feet.min(), evidence.feet.max()
+    middle = 0.5 * (low + high)
+    whole = missed(quiet, evidence, (low, high))
+    assert whole == pytest.approx(0.01 * evidence.misses.sum())
+    beyond = np.nextafter(middle, high)
+    assert missed(quiet, evidence, (low, middle)) + missed(quiet, evidence, (beyond, high)) == pytest.approx(whole)
+    assert whole < missed(quiet, evidence, (low, middle)) < 0.0
+    assert missed(quiet, evidence, (high + 0.1, high + 0.2)) == 0.0
+
+
+def test_hardly_anybody_misses_what_answers(room: Soundings) -> None:
+    silent = room._replace(readings=np.full(len(room.readings), np.inf))
+    everywhere = -9.0, 9.0
+    unheard = missed(silent, evidence_for(silent, EAST), everywhere)
+    assert 0.1 * unheard < missed(room, evidence_for(room, EAST), everywhere) <= 0.0
 
 
 def test_a_station_that_misses_more_than_it_hears_does_not_speak_for_a_reflector() -> None:

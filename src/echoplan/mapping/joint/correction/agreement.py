@@ -5,6 +5,7 @@ import copy
 import numpy as np
 
 from echoplan.classification.evidence import UNCERTAIN
+from echoplan.classification.verdicts import missed
 from echoplan.geometry import along, signed_distances, wrap
 from echoplan.mapping.joint.account import Account
 from echoplan.mapping.joint.adjustment.drift import VERY_STRONG
@@ -161,7 +162,8 @@ def evidence(account: Account) -> float:
     if account.believed is not None:
         heard = np.bincount(account.soundings.stations[gains > 0.0], minlength=len(account.given))
         cost += 1.5 * float(np.log(np.maximum(heard[1:], 1)).sum()) + _strain(account, account.believed)
-    return float(account.soundings.weights @ gains) + _gain_of_common_errors(account) - cost
+    misses = sum(missed(account.soundings, each.evidence, each.extent) for each in account.features)
+    return float(account.soundings.weights @ gains) + misses + _gain_of_common_errors(account) - cost
 
 
 def _copies(account: Account) -> int:

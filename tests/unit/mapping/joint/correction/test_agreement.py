@@ -204,6 +204,22 @@ def test_a_wall_there_twice_speaks_against_the_poses() -> None:
     assert evidence(account) < once[0] - 12.0
 
 
+def test_a_wall_that_pings_look_through_speaks_against_the_poses() -> None:
+    account = account_of(None)
+    account.features = trusted(odometry=None).features
+    without = evidence(account)
+    wall = next(each for each in account.features if each.is_wall)
+    # Too far off to be the same wall twice, and nearer, so that whoever hears the one looks through the other.
+    nearer = wall.reflector - np.array([0.0, 0.0, 0.4, 0.0])
+    there = replace(account.explanation.propose(nearer), extent=wall.extent)
+    account.features = [*account.features, there]
+    cost = account.settings.search.accept
+    assert not pairs_of_copies(account.features, account.settings.copies)
+    assert evidence(account) < without - cost - 12.0
+    account.features[-1] = replace(there, extent=(0.0, 0.0))
+    assert evidence(account) == pytest.approx(without - cost, abs=6.0)
+
+
 def test_poses_that_nobody_would_believe_cost_what_makes_them_unlikely() -> None:
     account = copy(corrected())
     likely = evidence(account)
