@@ -68,10 +68,10 @@ class _TransducerForm(Form, extra="forbid"):
 
 
 class _OdometryForm(Form, extra="forbid"):
-    along: float = Field(default=0.0, description="the deviation along the way after 1 m [m]")
-    lateral: float = Field(default=0.0, description="the deviation across the way after 1 m [m]")
-    yaw_per_metre: Radians = Field(default=0.0, description="the deviation of the heading after 1 m [rad]")
-    yaw_per_radian: Radians = Field(default=0.0, description="the deviation of the heading after a turn of 1 rad [rad]")
+    along: float | None = Field(default=None, description="the deviation along the way after 1 m [m]")
+    lateral: float | None = Field(default=None, description="the deviation across the way after 1 m [m]")
+    yaw_per_metre: Radians | None = Field(default=None, description="the deviation of the heading after 1 m [rad]")
+    yaw_per_radian: Radians | None = Field(default=None, description="the same after a turn of 1 rad [rad]")
 
     def value(self) -> Odometry:
         """Make what is known of dead reckoning."""

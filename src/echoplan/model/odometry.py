@@ -11,13 +11,15 @@ __all__ = ["Odometry"]
 class Odometry:
     """How dead reckoning goes astray: a random walk, so that its deviation grows with the root of the way.
 
+    What is left out nobody knows: it is guessed.
+
     Parameters
     ----------
-    along, lateral : float
+    along, lateral : float, optional
         Deviation along and across the way after 1 m [m].
-    yaw_per_metre : float
+    yaw_per_metre : float, optional
         Deviation of the heading after 1 m [rad].
-    yaw_per_radian : float
+    yaw_per_radian : float, optional
         Deviation of the heading after a turn of 1 rad [rad].
 
     Raises
@@ -26,11 +28,12 @@ class Odometry:
         If a number is negative or not finite.
     """
 
-    along: float = 0.0
-    lateral: float = 0.0
-    yaw_per_metre: float = 0.0
-    yaw_per_radian: float = 0.0
+    along: float | None = None
+    lateral: float | None = None
+    yaw_per_metre: float | None = None
+    yaw_per_radian: float | None = None
 
     def __post_init__(self) -> None:
         for name, value in asdict(self).items():
-            checked_number(value, name=name, minimum=0.0)
+            if value is not None:
+                checked_number(value, name=name, minimum=0.0)

@@ -17,7 +17,7 @@ from echoplan.geometry import aligned
 from echoplan.mapping.joint.settings import PoseMode, WindowSettings
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper, JointSettings
-from echoplan.model import CornerKind, FeatureMap, Rig, Route, Sweep
+from echoplan.model import CornerKind, FeatureMap, Odometry, Rig, Route, Sweep
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 from echoplan.sources import find_rig, find_route, find_world
 
@@ -306,7 +306,9 @@ def test_a_side_of_a_box_that_looked_like_a_corner_is_a_wall_once_all_else_is_in
     assert found.spurious == ()
 
 
-def test_walls_that_are_seen_again_close_the_loop() -> None:
+@cache
+def around_a_block() -> Simulation:
+    """A drive around a block in a room, by dead reckoning that nobody told anything about."""
     place = soundings.world(
         [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0], [0.0, 0.0]],
         [[1.6, 1.1], [2.5, 1.1], [2.5, 1.9], [1.6, 1.9], [1.6, 1.1]],
@@ -324,13 +326,17 @@ def test_walls_that_are_seen_again_close_the_loop() -> None:
     ]
     way = np.array([*around, [0.8, 1.3], [0.85, 0.65]])
     ahead = np.diff(way, axis=0, append=way[1:2])
-    drive = soundings.simulation(
+    return soundings.simulation(
         place,
         using=soundings.array(resolution=0.005),
         poses=np.column_stack([way, np.arctan2(ahead[:, 1], ahead[:, 0])]),
         seed=2,
         odometry=OdometryNoise(along=0.03, lateral=0.02, yaw_per_metre=np.radians(3.0)),
     )
+
+
+def test_walls_that_are_seen_again_close_the_loop() -> None:
+    drive = around_a_block()
     found = mapped(drive.rig, tuple(drive), JointSettings(poses=PoseMode.AUTO))
     lost, off = (np.hypot(*(each - drive.truth.poses)[-1, :2]) for each in (drive.truth.given, found.poses))
     assert lost > 0.1
@@ -340,6 +346,27 @@ def test_walls_that_are_seen_again_close_the_loop() -> None:
     # Nor can such steps tell how warm the air was: that is left to the maker, and said to be.
     told: Any = found.parameters["found"]
     assert told["range_scale"] == {"value": pytest.approx(0.0, abs=1e-6), "sigma": 0.002, "believed": 0.002}
+
+
+@pytest.mark.parametrize(
+    ("told", "farther"),
+    [
+        (Odometry(along=0.03), False),
+        (Odometry(along=0.003, lateral=0.002, yaw_per_metre=np.radians(0.3), yaw_per_radian=0.0), True),
+    ],
+    ids=["part", "a tenth"],
+)
+@pytest.mark.parametrize("stations", [24, 7], ids=["at once", "as they come"])
+def test_a_rig_that_tells_too_little_of_its_odometry_does_not_bend_the_map(
+    told: Odometry, *, farther: bool, stations: int
+) -> None:
+    drive, window = around_a_block(), WindowSettings(stations=stations, step=2)
+    mapper = JointMapper(replace(drive.rig, odometry=told), JointSettings(window=window))
+    found = map_sweeps(mapper, tuple(drive))
+    assert np.hypot(*(found.poses - drive.truth.poses)[:, :2].T).max() < 0.01
+    assert len(found.walls) == 8
+    verdict: Any = found.parameters["found"]
+    assert verdict["poses"].endswith("farther than it tells") == farther
 
 
 def test_a_room_is_where_all_way_points_say_that_it_is_not_where_the_first_one_does() -> None:

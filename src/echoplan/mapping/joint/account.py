@@ -13,29 +13,21 @@ from echoplan.classification.hypotheses import Hypothesis
 from echoplan.extraction.arcs import find_arcs
 from echoplan.mapping.joint.adjustment.adjusted import Adjusted
 from echoplan.mapping.joint.adjustment.adjustment import Beliefs, adjust
-from echoplan.mapping.joint.adjustment.drift import learn_drift
 from echoplan.mapping.joint.adjustment.independence import independence
 from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, continued, displaced, odometry_beliefs
 from echoplan.mapping.joint.adjustment.readings import Features, as_arrays
 from echoplan.mapping.joint.adjustment.shadowing import shadowed
 from echoplan.mapping.joint.adjustment.sonar import expected_sonar, half_aperture_of, learned_sonar, walking
-from echoplan.mapping.joint.adjustment.squareness import (
-    Squareness,
-    believed_squareness,
-    learn_squareness,
-    rest_on_few,
-    roughly_square,
-)
+from echoplan.mapping.joint.adjustment.squareness import Squareness
 from echoplan.mapping.joint.adjustment.state import State
 from echoplan.mapping.joint.adjustment.unknowns import SONAR_UNKNOWNS
 from echoplan.mapping.joint.memory import Course, Memory
 from echoplan.mapping.joint.search.boxes import with_boxes
-from echoplan.mapping.joint.search.copies import without_copies
 from echoplan.mapping.joint.search.phantoms import without_phantoms
 from echoplan.mapping.joint.search.reclassification import reclassified
 from echoplan.mapping.joint.search.search import Search
 from echoplan.mapping.joint.settings import AccountSettings
-from echoplan.model import Rig
+from echoplan.model import Odometry, Rig
 from echoplan.preprocessing.health import healthy
 from echoplan.preprocessing.soundings import Soundings, chosen_soundings, step_of
 
@@ -74,7 +66,8 @@ class Account:
         self.settings = settings
         self.memory = memory or Memory()
         self.resolution = max(sensor.resolution for sensor in rig.sensors)
-        self.half_aperture, self.wheels = half_aperture_of(rig), rig.odometry
+        self.half_aperture = half_aperture_of(rig)
+        self.believes_rig, self._odometry = self.memory.believes_rig, rig.odometry
         self.prior = expected_sonar(rig, heard, self.memory.model, walk=settings.walk)
         self.recorded = chosen_soundings(heard, healthy(heard, settings.health))
         self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=settings.arcs)
@@ -88,7 +81,8 @@ class Account:
         self.adjusted: Adjusted | None = None
         self.believed: PoseBeliefs | None = None
         self.course, self.verdict = Course.TRUSTED, "trusted, as asked for"
-        self.square_sigma, self.is_along_axes, self.is_polished, self.asks_bearings = 0.0, False, False, False
+        self._square: Squareness | None = None
+        self.is_polished = self.asks_bearings = False
         self.pair_sigma, self.loudness = settings.pose_errors.pair_sigma, self.memory.loudness
         # What it was worth before readings counted for less; none as long as they count in full [nats].
         self.worth: float | None = None
@@ -110,6 +104,11 @@ class Account:
         return self._explanation[1]
 
     @property
+    def wheels(self) -> Odometry | None:
+        """How far the rig says that steps lead astray, as far as it is believed."""
+        return self._odometry if self.believes_rig else None
+
+    @property
     def step(self) -> float:
         """Turn from one ping to the next [rad]."""
         return step_of(self.soundings)
@@ -128,6 +127,23 @@ class Account:
     def drifts(self) -> bool:
         """Whether errors of the poses add up, as far as is known by now."""
         return self.believed is not None and self.believed.relative
+
+    @property
+    def squareness(self) -> Squareness | None:
+        """What is believed of right angles between the features as they are now."""
+        members: BoolArray = np.array([each.is_square for each in self.features], dtype=bool)
+        return self._square._replace(members=members) if self._square is not None and members.any() else None
+
+    @squareness.setter
+    def squareness(self, believed: Squareness | None) -> None:
+        self._square = believed
+        members = np.zeros(len(self.features), dtype=bool) if believed is None else believed.members
+        self.features = [replace(each, is_square=bool(e)) for each, e in zip(self.features, members, strict=True)]
+
+    @property
+    def is_along_axes(self) -> bool:
+        """Whether walls are believed to stand along the axes of the map."""
+        return self.squareness is not None and self.squareness.along_axes
 
     @property
     def has_servo(self) -> bool:
@@ -159,59 +175,6 @@ class Account:
         self.adjust(self.noise)
         self.judge(self.noise)
 
-    def correct(self, beliefs: PoseBeliefs, start: FloatArray) -> None:
-        """Start over, move the poses to where the pings agree, and do so again with the sonar that this has taught."""
-        self.poses, self.soundings = start, displaced(self.recorded, self.given, start)
-        coarse_to_fine = self.settings.pose_errors.noises
-        for noises in (coarse_to_fine, coarse_to_fine[1:]):
-            self.features = self.known
-            for noise in noises:
-                self._agree_on(noise, beliefs)
-                self.learn_loudness()
-            # Who hears a wall tells which way it lies only once it is known how wide the sonar hears.
-            self.asks_bearings = True
-        self.learn_noise()
-        self._agree_on(self.noise, beliefs)
-        self.settle_features()
-        self.adjust(self.noise, beliefs)
-        self.judge(self.noise)
-
-    def _agree_on(self, noise: float, beliefs: PoseBeliefs) -> None:
-        self.noise = noise
-        self.search()
-        self.square_up()
-        self.adjust_often(noise, beliefs, 6)
-
-    def settle(self, beliefs: PoseBeliefs) -> None:
-        """Explain everything from poses that are nearly right, learn the sonar, and refine all together."""
-        self.noise, self.soundings = self.settings.first_noise, displaced(self.recorded, self.given, self.poses)
-        self._believe_square(None)
-        self.search()
-        self.features = without_copies(self.features, self.settings.pose_errors.copies)
-        if not beliefs.relative and self._rests_on_few:
-            self._believe_square(roughly_square(self.features, self.settings.squareness, may_lie_along_axes=True))
-        self.adjust_often(self.noise, beliefs, 3)
-        self.learn_loudness()
-        self.adjust_often(0.75 * self.settings.first_noise, beliefs, 2)
-        self.learn_noise()
-        self.asks_bearings = True
-        learned = self._learned(beliefs)
-        self.search()
-        self.adjust_often(self.noise, learned, 3)
-        self.settle_features()
-        self.independence = self._independence()
-        self.adjust_often(self.noise, learned, 2)
-        self.stand_square(learned)
-
-    def _learned(self, beliefs: PoseBeliefs) -> PoseBeliefs:
-        """Learn how far odometry is off, unless the rig tells, from poses corrected with what is believed of it."""
-        if self.adjusted is None or not beliefs.relative or beliefs.told:
-            return beliefs
-        self.adjust_often(self.noise, beliefs, 2)
-        poses, understated = slice(self.adjusted.unknowns.pose, None), self._independence() / self.independence
-        covariance = self.adjusted.covariance[poses, poses]
-        return learn_drift(beliefs, self.poses, covariance, self.settings.drift, understated=understated)
-
     def adjust_often(self, noise: float, beliefs: PoseBeliefs | None, rounds: int) -> None:
         """Adjust features, sonar and poses until all stays the same, who hears what too, but no more than so often."""
         for _ in range(rounds):
@@ -226,20 +189,6 @@ class Account:
         heard: BoolArray = np.array([each.gains for each in self.features]) > 0.0
         return heard
 
-    def square_up(self) -> None:
-        """Join walls that poses pulled apart; drop weak ones that stand askew where almost all are at right angles."""
-        settings = self.settings.squareness
-        self.features = without_copies(self.features, self.settings.copies)
-        self._believe_square(roughly_square(self.features, settings, may_lie_along_axes=self._rests_on_few))
-        if self.square_sigma:
-            self.features = [
-                each for each in self.features if not each.is_wall or each.is_square or each.total > settings.cost
-            ]
-
-    @property
-    def _rests_on_few(self) -> bool:
-        return rest_on_few(self.features, self.settings.search.second_station)
-
     def polish(self) -> None:
         """Adjust loudness and beam as well, where poses do not drift: readings made late would pass for faint ones."""
         if not self.drifts:
@@ -249,26 +198,6 @@ class Account:
                 self.prior = replace(self.prior, walk=self.model.walk, walk_gain=self.model.walk_gain)
             # What is remembered of them came to rest before.
             self.adjust_often(self.noise, self.believed, 3 if self.memory.is_empty else 1)
-
-    def stand_square(self, beliefs: PoseBeliefs | None) -> None:
-        """Adjust with walls drawn to right angles, where they stand so by themselves."""
-        now, believed, settings = self.adjusted, self._squareness, self.settings.squareness
-        by_hand = beliefs is not None and not beliefs.relative
-        assert now is not None
-        found = learn_squareness(now.reflectors, now.unknowns, now.covariance, settings, believed, by_hand=by_hand)
-        self._believe_square(found)
-        if found is not None or believed is not None:
-            self.adjust_often(self.noise, beliefs, 2)
-
-    @property
-    def _squareness(self) -> Squareness | None:
-        return believed_squareness(self.features, self.square_sigma, along_axes=self.is_along_axes)
-
-    def _believe_square(self, believed: Squareness | None) -> None:
-        members = np.zeros(len(self.features), dtype=bool) if believed is None else believed.members
-        self.square_sigma = 0.0 if believed is None else believed.sigma
-        self.is_along_axes = believed is not None and believed.along_axes
-        self.features = [replace(each, is_square=bool(e)) for each, e in zip(self.features, members, strict=True)]
 
     def settle_features(self) -> None:
         """Take features for what they are best taken for, and drop those that do not stand up."""
@@ -355,7 +284,7 @@ class Account:
             independence=self.independence,
             pair_sigma=0.0 if poses is None or poses.relative else self.pair_sigma,
             loudness=self.loudness if self.is_polished else None,
-            squareness=self._squareness,
+            squareness=self.squareness,
             bearings=self.asks_bearings,
         )
 
@@ -386,9 +315,10 @@ class Account:
         There all that the model of the sonar lacks pulls at features alike, however many readings say so: their weights
         stay low.  Where poses are corrected they count in full.
         """
-        return self._independence() if self.believed is None else 1.0
+        return self.found_independence() if self.believed is None else 1.0
 
-    def _independence(self) -> float:
+    def found_independence(self) -> float:
+        """Tell how far pings count by themselves, by what is left of them."""
         if self.adjusted is None:
             return 1.0
         return independence(self.soundings, self.adjusted.owners, self.adjusted.residuals, noise=self.noise)

@@ -1,7 +1,6 @@
 """Explaining: from the poses as they are, and from better ones if the pings disagree."""
 
 import copy
-from collections.abc import Sequence
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import aligned
@@ -11,15 +10,16 @@ from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, waypoint_belief
 from echoplan.mapping.joint.correction.agreement import (
     agreement,
     agrees,
-    are_at_odds,
     evidence,
     is_doubtful,
     is_scattered,
+    is_strained,
     is_torn,
 )
 from echoplan.mapping.joint.correction.effects import learn_common_error, without_common_error
 from echoplan.mapping.joint.correction.misplacement import elsewhere
 from echoplan.mapping.joint.correction.placing import learned_waypoints, place
+from echoplan.mapping.joint.correction.settling import converge, settle, stand_square
 from echoplan.mapping.joint.correction.slips import without_slip
 from echoplan.mapping.joint.correction.tracking import track
 from echoplan.mapping.joint.memory import Course
@@ -31,6 +31,8 @@ __all__ = ["explained"]
 _TORN = "from the poses as recorded most walls were there twice"
 # What the verdict says besides where a step led farther astray than was believed.
 _SLIPPED = "; a slip was taken back"
+# Where all steps did.
+_FARTHER = ", and farther than it tells"
 # And where nothing came of it.
 _BY_NOTHING = ", by nothing: the echoes agree as well from the poses as recorded"
 # And where even that is not so.
@@ -105,16 +107,24 @@ def _glanced(account: Account) -> Account | None:
 def _by_wheels(account: Account) -> Account:
     """Correct poses, unless all is explained as well from the poses as recorded: then these were right."""
     why = _corrected(account)
-    tracked = _tracked(copy.copy(account), why)
+    tracked = _followed(account, why)
     if account.memory.is_empty:
         account.glance()
         if is_torn(account):
             return tracked
     account.explain()
-    if _worth(tracked) > _worth(account) + VERY_STRONG or not agrees(account):
-        return tracked
     account.verdict = f"{why}{_BY_NOTHING}"
-    return account
+    return _better(account, tracked)
+
+
+def _followed(account: Account, why: str) -> Account:
+    """Follow the wheels, and farther astray than the rig tells where that holds them back."""
+    tracked = _tracked(copy.copy(account), why)
+    if account.wheels is None or (agrees(tracked) and not is_strained(tracked)):
+        return tracked
+    free = copy.copy(account)
+    free.believes_rig = False
+    return _better(tracked, _tracked(free, f"{why}{_FARTHER}"))
 
 
 def _corrected(account: Account) -> str:
@@ -132,12 +142,6 @@ def _worth(account: Account) -> float:
 def _better(account: Account, rival: Account) -> Account:
     """Prefer a rival for which there is very strong evidence."""
     return rival if _worth(rival) > _worth(account) + VERY_STRONG else account
-
-
-def _best(account: Account, rivals: Sequence[Account]) -> Account:
-    """Prefer the best of its rivals to an account if pings agree only there, or for very strong evidence."""
-    rival = max(rivals, key=_worth, default=account)
-    return rival if agrees(rival) and not agrees(account) else _better(account, rival)
 
 
 def _led(tracked: Account, by_hand: Account) -> Account:
@@ -194,7 +198,7 @@ def _settled(account: Account, poses: FloatArray, beliefs: PoseBeliefs) -> Accou
     """Explain everything from other poses, if that explains more."""
     moved = copy.copy(account)
     moved.poses = poses
-    moved.settle(beliefs)
+    settle(moved, beliefs)
     return _better(account, moved)
 
 
@@ -209,7 +213,7 @@ def _reconsidered(account: Account, tracked: Account | None) -> Account:
         return account
     if not _is_by_hand(account) and not agrees(account):
         return _stepped(account, share)
-    best = _best(account, _rivals(account, share, tracked))
+    best = _better(account, max(_rivals(account, share, tracked), key=_worth, default=account))
     if best is account and _is_asked(account):
         account.verdict = _in_vain(account, share)
     return best
@@ -230,11 +234,9 @@ def _in_vain(account: Account, share: str) -> str:
 def _stepped(account: Account, share: str) -> Account:
     """Correct the poses as those of odometry: nobody sets so many way-points by hand.
 
-    Poses that are free explain a little more of anything, strange echoes too: if stations do not contradict each other,
-    poses move only where there is very strong evidence.
+    Poses that are free explain a little more of anything, strange echoes too.
     """
-    moved = _tracked(copy.copy(account), f"{_corrected(account)}: only {share}")
-    return moved if are_at_odds(account) else _better(account, moved)
+    return _better(account, _tracked(copy.copy(account), f"{_corrected(account)}: only {share}"))
 
 
 def _rivals(account: Account, share: str, tracked: Account | None) -> list[Account]:
@@ -245,23 +247,13 @@ def _rivals(account: Account, share: str, tracked: Account | None) -> list[Accou
     tracked = tracked or _tracked(copy.copy(account), why)
     if _is_by_hand(account) and not _is_led_for_sure(account, tracked):
         return _steps_or_hand(account, share, tracked)
-    return [tracked] if agrees(tracked) else []
+    return [tracked]
 
 
 def _steps_or_hand(account: Account, share: str, tracked: Account) -> list[Account]:
-    """Move the poses to those of way-points, where steps did not lead to what explains more.
-
-    Where pings agree from the poses as recorded errors do not add up, whatever steps that led astray say of them.
-    """
+    """Move the poses to those of way-points, where steps did not lead to what explains more."""
     by_hand = _set_by_hand(account, _why(account, share), tracked)
-    return [_steps_or(each, account, tracked) for each in by_hand] if _may_be_steps(tracked) else by_hand
-
-
-def _steps_or(by_hand: Account, account: Account, tracked: Account) -> Account:
-    """Prefer steps to way-points if they explain more; where pings disagree from there, only if no hand was at work."""
-    if not agrees(tracked) and (agrees(account) or agrees(by_hand) or not _adds_up(tracked)):
-        return by_hand
-    return _better(by_hand, tracked) if agrees(account) else _led(tracked, by_hand)
+    return [_led(tracked, each) for each in by_hand] if _may_be_steps(tracked) else by_hand
 
 
 def _may_be_steps(tracked: Account) -> bool:
@@ -272,12 +264,8 @@ def _may_be_steps(tracked: Account) -> bool:
 
 def _is_led_for_sure(account: Account, tracked: Account) -> bool:
     """Tell whether pings agree from where steps lead only, and errors add up so clearly that no hand made them."""
-    return _adds_up(tracked) and agrees(tracked) and not agrees(account)
-
-
-def _adds_up(tracked: Account) -> bool:
-    """Tell whether errors add up so clearly that no hand made them."""
-    return scatter(tracked.given, tracked.poses) < -_BEYOND_DOUBT and not are_round(tracked.given)
+    adds_up = scatter(tracked.given, tracked.poses) < -_BEYOND_DOUBT and not are_round(tracked.given)
+    return adds_up and agrees(tracked) and not agrees(account)
 
 
 def _why(account: Account, share: str) -> str:
@@ -293,17 +281,12 @@ def _set_by_hand(account: Account, why: str, tracked: Account) -> list[Account]:
     nudged = [_nudged(account, why, start) for start in (account.poses, tracked.poses)]
     # Stations that remember others are known by their numbers: these cannot come in another order.
     placed = [_placed(account, why)] if account.memory.is_empty else []
-    return [*filter(_are_in_place, [*led, *placed]), *nudged]
+    return [*led, *placed, *nudged]
 
 
 def _are_held_together(account: Account) -> bool:
     """Tell whether pings agree and stations heard walls of each other."""
     return agrees(account) and not is_scattered(account)
-
-
-def _are_in_place(account: Account) -> bool:
-    """Tell whether pings agree, and stations heard walls of each other or walls along the axes."""
-    return agrees(account) and (account.is_along_axes or not is_scattered(account))
 
 
 def _placed(account: Account, why: str) -> Account:
@@ -320,14 +303,14 @@ def _reset(tracked: Account, why: str) -> Account:
     """
     moved, beliefs = copy.copy(tracked), waypoint_beliefs(tracked.given, tracked.settings.pose_errors)
     moved.poses, moved.features = aligned(tracked.poses, tracked.given), tracked.known
-    moved.settle(beliefs)
+    settle(moved, beliefs)
     return _at_rest(moved, why)
 
 
 def _nudged(account: Account, why: str, start: FloatArray) -> Account:
     """Move poses a little."""
     moved, beliefs = copy.copy(account), waypoint_beliefs(account.given, account.settings.pose_errors)
-    moved.correct(beliefs, start)
+    converge(moved, beliefs, start)
     return _at_rest(moved, why)
 
 
@@ -341,7 +324,7 @@ def _at_rest(account: Account, why: str) -> Account:
     without_common_error(account, waypoint_beliefs(account.given, account.settings.pose_errors))
     account.worth = evidence(account)
     learn_common_error(account, learned_waypoints(account))
-    account.stand_square(learned_waypoints(account))
+    stand_square(account, learned_waypoints(account))
     if account.is_along_axes:
         account.adjust_often(account.noise, learned_waypoints(account), 2)
     return account

@@ -125,6 +125,7 @@ def leave(account: Account, count: int) -> Memory:
         noise=account.noise,
         loudness=account.loudness,
         independence=account.independence,
+        believes_rig=account.believes_rig,
         reckoned=_reckoned(account, count),
         issued=account.memory.issued + len(known),
     )

@@ -65,6 +65,8 @@ class Memory:
         Figure of merit [dB] and logarithm of the beam's ka as told by who heard what.
     independence : float, optional
         How many times more readings count than their weights say.
+    believes_rig : bool, optional
+        Whether steps lead no farther astray than the rig tells.
     reckoned : ndarray, shape (3,), optional
         What odometry alone leaves open of the first pose at hand, as standard deviations [m, m, rad].
     issued : int, optional
@@ -83,6 +85,7 @@ class Memory:
     noise: float = np.nan
     loudness: tuple[float, float] | None = None
     independence: float = 1.0
+    believes_rig: bool = True
     reckoned: FloatArray = field(default_factory=lambda: np.zeros(3))
     issued: int = 0
 

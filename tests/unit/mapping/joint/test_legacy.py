@@ -13,6 +13,7 @@ from echoplan.geometry import wrap
 from echoplan.mapping.joint.account import Account
 from echoplan.mapping.joint.adjustment.poses import waypoint_beliefs
 from echoplan.mapping.joint.adjustment.rows import prior
+from echoplan.mapping.joint.adjustment.squareness import Squareness
 from echoplan.mapping.joint.explaining import explained
 from echoplan.mapping.joint.legacy import leave, survey
 from echoplan.mapping.joint.memory import Memory
@@ -165,8 +166,8 @@ def test_features_are_told_as_surely_as_readings_tell_them_where_poses_are_trust
 
 def test_which_way_walls_lie_from_way_points_along_the_axes_is_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
     by_hand = copy(account(0, 7))
-    by_hand.features = [replace(each, is_square=each.is_wall) for each in by_hand.features]
-    by_hand.square_sigma, by_hand.is_along_axes, by_hand.asks_bearings = np.radians(1.0), True, True
+    walls = np.array([each.is_wall for each in by_hand.features])
+    by_hand.squareness, by_hand.asks_bearings = Squareness(walls, np.radians(1.0), along_axes=True), True
     by_hand.believed = waypoint_beliefs(by_hand.given, by_hand.settings.pose_errors)
     told = leave(by_hand, 7).summary.information
     monkeypatch.setattr("echoplan.mapping.joint.legacy.facing_rows", lambda *_: prior([], sigma=[], residual=[]))

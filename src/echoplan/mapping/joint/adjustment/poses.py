@@ -99,7 +99,7 @@ def odometry_beliefs(given: FloatArray, settings: PoseSettings, told: Odometry |
     settings : PoseSettings
         How far steps may be off where nobody tells.
     told : Odometry, optional
-        How far they are off by the rig.
+        How far they are off by the rig; what it leaves out is guessed.
 
     Returns
     -------
@@ -108,7 +108,7 @@ def odometry_beliefs(given: FloatArray, settings: PoseSettings, told: Odometry |
     """
     steps = _steps(given)
     length, turn = np.hypot(steps[:, 0], steps[:, 1]), np.abs(steps[:, 2])
-    sigmas = _guessed(length, turn, settings) if told is None else _told(length, turn, told)
+    sigmas = _guessed(length, turn, settings) if told is None else _told(length, turn, told, settings)
     return PoseBeliefs(given, np.concatenate([[_FIXED], sigmas]), relative=True, told=told is not None)
 
 
@@ -124,13 +124,20 @@ def _guessed(length: FloatArray, turn: FloatArray, settings: PoseSettings) -> Fl
     )
 
 
-def _told(length: FloatArray, turn: FloatArray, told: Odometry) -> FloatArray:
+def _told(length: FloatArray, turn: FloatArray, told: Odometry, settings: PoseSettings) -> FloatArray:
+    along, across = settings.along * length + settings.floor, settings.across * length + settings.floor
+    by_way, by_turn = settings.turn_per_metre * length, np.hypot(settings.turn_share * turn, settings.turn_floor)
     variances = [
-        told.along**2 * length,
-        told.lateral**2 * length,
-        told.yaw_per_metre**2 * length + told.yaw_per_radian**2 * turn,
+        _variance(told.along, length, along),
+        _variance(told.lateral, length, across),
+        _variance(told.yaw_per_metre, length, by_way) + _variance(told.yaw_per_radian, turn, by_turn),
     ]
     return np.sqrt(np.column_stack(variances) + np.square(_ROUNDED))
+
+
+def _variance(told: float | None, way: FloatArray, guessed: FloatArray) -> FloatArray:
+    """Variance of a random walk, or of a guess of its deviation."""
+    return guessed**2 if told is None else told**2 * way
 
 
 def waypoint_beliefs(given: FloatArray, settings: PoseSettings) -> PoseBeliefs:

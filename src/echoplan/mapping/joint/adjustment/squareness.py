@@ -18,7 +18,6 @@ from echoplan.mapping.joint.adjustment.unknowns import Unknowns
 __all__ = [
     "Squareness",
     "SquarenessSettings",
-    "believed_squareness",
     "learn_squareness",
     "main_direction",
     "off_square",
@@ -148,27 +147,6 @@ def rest_on_few(features: Sequence[Hypothesis], least: float) -> bool:
     """
     walls = [each for each in features if each.is_wall]
     return 2 * sum(each.speaking(least) <= _FEW for each in walls) > len(walls)
-
-
-def believed_squareness(features: Sequence[Hypothesis], sigma: float, *, along_axes: bool = False) -> Squareness | None:
-    """Collect which features are believed to stand square.
-
-    Parameters
-    ----------
-    features : sequence of Hypothesis
-        What is there.
-    sigma : float
-        How exactly [rad]; 0 where nothing is believed.
-    along_axes : bool, optional
-        Whether they stand along the axes of the map.
-
-    Returns
-    -------
-    Squareness or None
-        None where there are none.
-    """
-    members = np.array([each.is_square for each in features], dtype=bool)
-    return Squareness(members, sigma, along_axes) if sigma and members.any() else None
 
 
 def learn_squareness(

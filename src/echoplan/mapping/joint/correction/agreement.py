@@ -17,10 +17,12 @@ from echoplan.mapping.joint.adjustment.independence import (
 from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, pose_rows, waypoint_beliefs
 from echoplan.mapping.joint.search.copies import cross, pairs_of_copies, without_copies
 
-__all__ = ["agreement", "agrees", "are_at_odds", "evidence", "is_doubtful", "is_scattered", "is_torn"]
+__all__ = ["agreement", "agrees", "are_at_odds", "evidence", "is_doubtful", "is_scattered", "is_strained", "is_torn"]
 
 # Two walls so near to each other are as rare as so many other features.
 _RARE = 3.0
+# Errors are greater than was believed where their squares are so many times what these should be.
+_PULLED = 2.0
 
 
 def agreement(account: Account) -> float:
@@ -164,6 +166,23 @@ def evidence(account: Account) -> float:
         cost += 1.5 * float(np.log(np.maximum(heard[1:], 1)).sum()) + _strain(account, account.believed)
     misses = sum(missed(account.soundings, each.evidence, each.extent) for each in account.features)
     return float(account.soundings.weights @ gains) + misses + _gain_of_common_errors(account) - cost
+
+
+def is_strained(account: Account) -> bool:
+    """Tell whether pings pull poses farther from where they were believed to be than chance would.
+
+    Parameters
+    ----------
+    account : Account
+        Of corrected poses.
+
+    Returns
+    -------
+    bool
+        Whether the squares of their errors, in deviations, are twice what these should be.
+    """
+    believed = account.believed
+    return believed is not None and _strain(account, believed) > 0.5 * _PULLED * believed.sigmas[1:].size
 
 
 def _copies(account: Account) -> int:

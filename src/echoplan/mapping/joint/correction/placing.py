@@ -11,6 +11,7 @@ from echoplan.geometry import wrap
 from echoplan.mapping.joint.account import Account
 from echoplan.mapping.joint.adjustment.drift import learn_waypoints
 from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, PoseSettings, waypoint_beliefs, waypoint_steps
+from echoplan.mapping.joint.correction.settling import settle
 from echoplan.mapping.joint.correction.tracking import follow
 from echoplan.preprocessing.soundings import rearranged_stations
 
@@ -38,7 +39,7 @@ def place(account: Account) -> None:
 
     beliefs = waypoint_steps(part.given, settings)
     follow(part, beliefs, expected)
-    part.settle(beliefs)
+    settle(part, beliefs)
     account.poses = account.given.copy()
     account.poses[order] = part.poses
 

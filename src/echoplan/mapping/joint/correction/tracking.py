@@ -15,6 +15,7 @@ from echoplan.geometry import compose, directions, invert
 from echoplan.mapping.joint.account import Account
 from echoplan.mapping.joint.adjustment.drift import VERY_STRONG
 from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, continued, displaced, reckoned
+from echoplan.mapping.joint.correction.settling import settle
 from echoplan.mapping.joint.search.localisation import Catalogue, Sightline, best_score, locate, sightlines
 from echoplan.preprocessing.soundings import first_stations
 
@@ -58,7 +59,7 @@ def track(account: Account, beliefs: PoseBeliefs) -> None:
     first = follow(account, beliefs, expected)
     if account.memory.is_empty and len(account.given) > _FEW:
         _join_first(account, beliefs, first)
-    account.settle(beliefs)
+    settle(account, beliefs)
 
 
 def follow(account: Account, beliefs: PoseBeliefs, expected: _Expected) -> Sightline:
@@ -84,7 +85,7 @@ def follow(account: Account, beliefs: PoseBeliefs, expected: _Expected) -> Sight
     """
     # What a first look learned of the sonar it learned from poses in error.
     account.model, account.adjusted = account.memory.model or account.prior, None
-    account.loudness, account.square_sigma = account.memory.loudness, 0.0
+    account.loudness, account.squareness = account.memory.loudness, None
     sights, settings = sights_of(account), account.settings.localisation
     account.poses, account.features = continued(account.given, account.memory.poses).copy(), account.known
     first = max(1, len(account.memory.poses))

@@ -75,6 +75,19 @@ def test_what_nobody_tells_is_a_guess() -> None:
     assert not odometry_beliefs(WAY, SETTINGS).told
 
 
+def test_what_a_rig_leaves_out_is_a_guess_and_what_it_tells_to_be_none_is_none() -> None:
+    guessed = odometry_beliefs(WAY, SETTINGS).sigmas[1:]
+    told = odometry_beliefs(WAY, SETTINGS, Odometry(along=0.3, lateral=0.0)).sigmas[1:]
+    length = np.hypot(*np.diff(WAY[:, :2], axis=0).T)
+    assert told[:, 0] == pytest.approx(0.3 * np.sqrt(length), rel=0.01)
+    assert told[:, 1].max() < 0.001
+    assert told[:, 2] == pytest.approx(guessed[:, 2], rel=0.01)
+    turning = odometry_beliefs(WAY, SETTINGS, Odometry(yaw_per_metre=0.0)).sigmas[1:]
+    assert turning[:, :2] == pytest.approx(guessed[:, :2], rel=0.02)
+    floor = np.hypot(SETTINGS.turn_share * np.abs(wrap(np.diff(WAY[:, 2]))), SETTINGS.turn_floor)
+    assert turning[:, 2] == pytest.approx(floor, rel=0.01)
+
+
 def test_the_first_pose_is_the_frame_of_the_map() -> None:
     assert odometry_beliefs(WAY, SETTINGS).sigmas[0].max() < 1e-3
 

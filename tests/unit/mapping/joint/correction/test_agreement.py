@@ -17,14 +17,15 @@ from echoplan.mapping.joint.correction.agreement import (
     evidence,
     is_doubtful,
     is_scattered,
+    is_strained,
     is_torn,
 )
-from echoplan.mapping.joint.correction.tracking import track, until
+from echoplan.mapping.joint.correction.tracking import track
 from echoplan.mapping.joint.explaining import explained
 from echoplan.mapping.joint.memory import Course
 from echoplan.mapping.joint.search.copies import pairs_of_copies, without_copies
 from echoplan.mapping.joint.settings import AccountSettings, PoseMode
-from echoplan.model import Polyline, Route, World
+from echoplan.model import Odometry, Polyline, Route, World
 from echoplan.preprocessing.soundings import Soundings, join_soundings, soundings_of
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 
@@ -228,6 +229,17 @@ def test_poses_that_nobody_would_believe_cost_what_makes_them_unlikely() -> None
     assert evidence(account) < likely - 50.0
 
 
+def test_steps_that_lead_ten_times_farther_astray_than_was_told_are_strained() -> None:
+    account = copy(corrected())
+    assert not is_strained(account)
+    heard, given = drive(odometry=LOST, bent=False)
+    told = Odometry(along=0.003, lateral=0.0, yaw_per_metre=np.radians(0.3), yaw_per_radian=0.0)
+    sure = Account(replace(RIG, odometry=told), heard, given, AccountSettings())
+    sure.poses, sure.believed = account.poses, sure.odometry()
+    assert is_strained(sure)
+    assert not is_strained(trusted(odometry=None))
+
+
 def test_drift_is_corrected_without_being_asked_and_exact_poses_are_trusted() -> None:
     lost = explained(account_of(LOST))
     assert lost.course is Course.TRACKED
@@ -252,11 +264,3 @@ def test_asked_to_correct_drift_it_does() -> None:
     assert asked.course is Course.TRACKED
     assert asked.verdict.startswith("corrected, as asked for: ")
     assert np.hypot(*(asked.poses - WAY)[:, :2].T).max() < 0.02
-
-
-def test_more_poses_than_anybody_sets_by_hand_are_odometry_when_echoes_disagree() -> None:
-    # Nothing agrees as well as is asked for here.
-    few = explained(until(account_of(LOST, agreement=1.0, torn=1.0), 4))
-    many = explained(until(account_of(LOST, agreement=1.0, torn=1.0, by_hand=3), 4))
-    assert few.course is not Course.TRACKED
-    assert many.course is Course.TRACKED

@@ -11,6 +11,7 @@ from echoplan.mapping.joint import explaining
 from echoplan.mapping.joint.account import Account
 from echoplan.mapping.joint.adjustment.poses import displaced
 from echoplan.mapping.joint.correction.misplacement import elsewhere
+from echoplan.mapping.joint.correction.settling import settle
 from echoplan.mapping.joint.explaining import explained
 from echoplan.mapping.joint.settings import AccountSettings, PoseMode
 from echoplan.model import Route
@@ -33,7 +34,7 @@ def settled() -> Account:
     )
     heard = join_soundings([soundings_of(sweep, simulation.rig) for sweep in simulation])
     account = Account(simulation.rig, heard, WAY, AccountSettings(poses=PoseMode.CORRECT, by_hand=0))
-    account.settle(account.odometry())
+    settle(account, account.odometry())
     return account
 
 

@@ -14,6 +14,7 @@ from echoplan.io import builtin_rig
 from echoplan.mapping.joint import explaining
 from echoplan.mapping.joint.account import Account
 from echoplan.mapping.joint.adjustment.poses import displaced
+from echoplan.mapping.joint.correction.settling import settle
 from echoplan.mapping.joint.correction.slips import without_slip
 from echoplan.mapping.joint.explaining import explained
 from echoplan.mapping.joint.settings import AccountSettings, PoseMode
@@ -87,7 +88,7 @@ def account(*, slips: bool) -> Account:
     settings = AccountSettings(poses=PoseMode.CORRECT, by_hand=0)
     account = Account(builtin_rig("rotary-array"), displaced(heard(), WAY, given), given, settings)
     if not slips:
-        account.settle(account.odometry())
+        settle(account, account.odometry())
         return account
     account.model, account.noise = right().model, right().noise
     account.features = [part for each in right().features for part in parted(each)]
@@ -138,7 +139,7 @@ def test_where_nothing_seems_there_twice_no_step_is_doubted() -> None:
 
 
 def test_what_a_slip_tore_apart_is_one_again_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(explaining, "track", Account.settle)
+    monkeypatch.setattr(explaining, "track", settle)
     monkeypatch.setattr(explaining, "agrees", lambda _: False)
     found = explained(copy.copy(account(slips=True)))
     assert sum(not each.is_wall for each in found.features) == 1

@@ -132,7 +132,7 @@ def test_the_first_station_is_only_moved_on_strong_evidence(
 
     account = account_of(drive())
     monkeypatch.setattr("echoplan.mapping.joint.correction.tracking.locate", located)
-    monkeypatch.setattr(Account, "settle", lambda *_: None)
+    monkeypatch.setattr("echoplan.mapping.joint.correction.tracking.settle", lambda *_: None)
     track(account, odometry_beliefs(account.given, account.settings.pose_errors))
     away = np.hypot(*(account.poses[1:] - WAY[1:])[:, :2].T)
     assert stays

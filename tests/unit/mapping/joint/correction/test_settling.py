@@ -10,6 +10,8 @@ from echoplan.mapping.joint.account import Account
 from echoplan.mapping.joint.adjustment.adjustment import Beliefs
 from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, waypoint_beliefs
 from echoplan.mapping.joint.adjustment.squareness import Squareness
+from echoplan.mapping.joint.correction import settling
+from echoplan.mapping.joint.correction.settling import converge, settle, square_up
 from echoplan.mapping.joint.explaining import explained
 from echoplan.mapping.joint.settings import PoseMode
 from echoplan.methods.joint import JointSettings
@@ -33,8 +35,8 @@ def test_walls_that_many_stations_heard_are_square_to_each_other_but_not_to_the_
 ) -> None:
     account, gains = copy(square), np.where(np.arange(len(square.given)) < heard_from, 50.0, 0.0)
     account.features = [replace(each, gains=gains) for each in square.features]
-    account.square_up()
-    assert account.square_sigma > 0.0
+    square_up(account)
+    assert account.squareness is not None
     assert account.is_along_axes == along_axes
 
 
@@ -43,17 +45,18 @@ def test_way_points_settle_along_the_axes_where_few_stations_heard_each_wall(
     square: Account, monkeypatch: pytest.MonkeyPatch, *, few: bool
 ) -> None:
     account, believed = copy(square), list[Squareness | None]()
-    believe = Account._believe_square
+    beliefs = Account.beliefs
 
-    def noted(self: Account, squareness: Squareness | None) -> None:
-        believed.append(squareness)
-        believe(self, squareness)
+    def noted(self: Account, noise: float, poses: PoseBeliefs | None) -> Beliefs:
+        told = beliefs(self, noise, poses)
+        believed.append(told.squareness)
+        return told
 
-    monkeypatch.setattr(Account, "_believe_square", noted)
-    monkeypatch.setattr(Account, "_rests_on_few", few)
-    account.settle(waypoint_beliefs(account.given, account.settings.pose_errors))
-    at_first = believed[:-1]
-    assert [each is not None and each.along_axes for each in at_first] == ([False, True] if few else [False])
+    monkeypatch.setattr(Account, "beliefs", noted)
+    monkeypatch.setattr(settling, "rest_on_few", lambda *_: few)
+    settle(account, waypoint_beliefs(account.given, account.settings.pose_errors))
+    at_first = believed[0]
+    assert (at_first is not None and at_first.along_axes) == few
 
 
 def test_walls_are_asked_which_way_they_lie_once_it_is_known_how_wide_the_sonar_hears(
@@ -68,7 +71,7 @@ def test_walls_are_asked_which_way_they_lie_once_it_is_known_how_wide_the_sonar_
         return told
 
     monkeypatch.setattr(Account, "beliefs", noted)
-    account.correct(waypoint_beliefs(account.given, account.settings.pose_errors), account.given)
+    converge(account, waypoint_beliefs(account.given, account.settings.pose_errors), account.given)
     bearings, noises = np.array([each for each, _ in asked]), np.array([each for _, each in asked])
     # They are asked from the second pass from coarse to fine on.
     first = int(np.flatnonzero(np.diff(noises) > 0.0)[0]) + 1
