@@ -7,9 +7,10 @@ ellipses are true.  ``--array`` and ``--stations`` take another built-in rig, an
 doubles the errors of odometry, with 8 % dropouts and 6 % strays.  ``--slip`` lets the robot slip sideways, too, by so
 many metres in the first of its way, growing with the root of it.  ``--air`` lets the air be so much warmer or colder
 than the modules take it to be, which no drive can tell, unless there is a ``--thermometer`` that errs by so many
-degrees.  ``--lag`` lets the servo lag by up to so many seconds behind the angle it is told.  ``--exact FOLDER`` maps
-recordings with exact poses as well, once trusted and once corrected, to show what harm is done.  ``--save FILE`` keeps
-the figures of each drive as JSON.
+degrees.  ``--told`` lets the rig tell of so large a share of the errors of odometry, 1 of all of them.  ``--lag`` lets
+the servo lag by up to so many seconds behind the angle it is told.  ``--exact FOLDER`` maps recordings with exact poses
+as well, once trusted and once corrected, to show what harm is done.  ``--save FILE`` keeps the figures of each drive as
+JSON.
 """
 
 import argparse
@@ -99,6 +100,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--slip", type=float, default=0.0)
     parser.add_argument("--air", type=float, default=0.0)
     parser.add_argument("--thermometer", type=float, default=math.inf)
+    parser.add_argument("--told", type=float)
     parser.add_argument("--lag", type=float, default=0.0)
     parser.add_argument("--exact", type=Path)
     parser.add_argument("--workers", type=int)
@@ -118,6 +120,7 @@ def conditions(arguments: argparse.Namespace) -> Drive:
         air=arguments.air,
         lag=arguments.lag,
         thermometer=arguments.thermometer,
+        told=arguments.told,
     )
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from echoplan.acoustics import Air
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, distances_to_segments, wrap
 from echoplan.io import builtin_rig
-from echoplan.model import Pillar, Polyline, Route, World
+from echoplan.model import Odometry, Pillar, Polyline, Rig, Route, World
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 
 __all__ = ["ARRAY", "DRIFT", "LEGS", "STATIONS", "Drive", "Floor", "is_oblique", "random_drive", "random_simulation"]
@@ -98,6 +98,8 @@ class Drive:
         By how much the servo may lag behind the angle it is told [s].
     thermometer : float, optional
         Deviation of a thermometer [degrees]; infinite without one.
+    told : float, optional
+        Which share of these errors the rig tells of; None where it tells of none.
     """
 
     array: str = ARRAY
@@ -108,6 +110,7 @@ class Drive:
     air: float = 0.0
     lag: float = 0.0
     thermometer: float = math.inf
+    told: float | None = None
 
 
 def random_drive(seed: int, drive: Drive | None = None) -> Simulation:
@@ -139,7 +142,7 @@ def random_drive(seed: int, drive: Drive | None = None) -> Simulation:
     latency = float(rng.uniform(0.0, how.lag))
     return Simulation(
         world=World(name=f"drive {seed}", polylines=(room, *boxes), pillars=pillars),
-        rig=builtin_rig(how.array),
+        rig=_told(builtin_rig(how.array), how),
         route=route,
         settings=SimulationSettings(
             dropout=how.dropout,
@@ -151,6 +154,12 @@ def random_drive(seed: int, drive: Drive | None = None) -> Simulation:
         ),
         seed=seed,
     )
+
+
+def _told(rig: Rig, how: Drive) -> Rig:
+    if how.told is None:
+        return rig
+    return replace(rig, odometry=Odometry(**{name: how.told * sigma for name, sigma in how.odometry}))
 
 
 def random_simulation(

@@ -25,6 +25,7 @@ BENCHMARKS = (
     "poses.py 150",
     "poses.py --stations 6",
     "poses.py --noisy",
+    "poses.py --told 0.1",
     "poses.py --air 2",
     "poses.py --air 2 --thermometer 0.5",
     "poses.py 150 --air 2 --slip 0.001",

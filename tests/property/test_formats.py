@@ -86,6 +86,10 @@ def sensors(draw: st.DrawFn, sensor_id: int) -> Sensor:
     )
 
 
+told = st.none() | sizes
+odometries = st.builds(Odometry, along=told, lateral=told, yaw_per_metre=told, yaw_per_radian=told)
+
+
 @st.composite
 def rigs(draw: st.DrawFn) -> Rig:
     ids = draw(st.lists(st.integers(-(2**40), 2**40), min_size=1, max_size=4, unique=True))
@@ -99,7 +103,7 @@ def rigs(draw: st.DrawFn) -> Rig:
         servo=draw(st.sampled_from([None, servo])),
         firing=draw(st.sampled_from([None, Firing(period=step, groups=groups)])),
         transducer=draw(st.none() | st.builds(Transducer, frequency=sizes, figure_of_merit=lengths)),
-        odometry=draw(st.none() | st.builds(Odometry, along=sizes, lateral=sizes, yaw_per_metre=sizes)),
+        odometry=draw(st.none() | odometries),
         speed_of_sound=draw(st.none() | st.floats(300.0, 370.0)),
         rays=draw(st.none() | st.booleans()),
     )

@@ -71,7 +71,9 @@ class _OdometryForm(Form, extra="forbid"):
     along: float | None = Field(default=None, description="the deviation along the way after 1 m [m]")
     lateral: float | None = Field(default=None, description="the deviation across the way after 1 m [m]")
     yaw_per_metre: Radians | None = Field(default=None, description="the deviation of the heading after 1 m [rad]")
-    yaw_per_radian: Radians | None = Field(default=None, description="the same after a turn of 1 rad [rad]")
+    yaw_per_radian: Radians | None = Field(
+        default=None, description="the deviation of the heading after a turn of 1 rad [rad]"
+    )
 
     def value(self) -> Odometry:
         """Make what is known of dead reckoning."""

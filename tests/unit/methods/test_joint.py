@@ -366,7 +366,14 @@ def test_a_rig_that_tells_too_little_of_its_odometry_does_not_bend_the_map(
     assert np.hypot(*(found.poses - drive.truth.poses)[:, :2].T).max() < 0.01
     assert len(found.walls) == 8
     verdict: Any = found.parameters["found"]
-    assert verdict["poses"].endswith("farther than it tells") == farther
+    assert verdict["poses"].endswith("farther than the rig tells") == farther
+
+
+def test_a_table_of_odometry_that_says_nothing_is_none() -> None:
+    drive = around_a_block()
+    plain, empty = (mapped(replace(drive.rig, odometry=each), tuple(drive)[:4]) for each in (None, Odometry()))
+    assert np.array_equal(plain.poses, empty.poses)
+    assert plain.parameters == empty.parameters
 
 
 def test_a_room_is_where_all_way_points_say_that_it_is_not_where_the_first_one_does() -> None:

@@ -67,7 +67,9 @@ class Account:
         self.memory = memory or Memory()
         self.resolution = max(sensor.resolution for sensor in rig.sensors)
         self.half_aperture = half_aperture_of(rig)
-        self.believes_rig, self._odometry = self.memory.believes_rig, rig.odometry
+        # A table that says nothing is none.
+        self._odometry = None if rig.odometry == Odometry() else rig.odometry
+        self.believes_rig = self.memory.believes_rig
         self.prior = expected_sonar(rig, heard, self.memory.model, walk=settings.walk)
         self.recorded = chosen_soundings(heard, healthy(heard, settings.health))
         self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=settings.arcs)

@@ -2,6 +2,8 @@
 
 import copy
 
+import numpy as np
+
 from echoplan.arrays import FloatArray
 from echoplan.geometry import aligned
 from echoplan.mapping.joint.account import Account
@@ -29,10 +31,12 @@ __all__ = ["explained"]
 
 # Why poses are corrected that a first look shows to be wrong.
 _TORN = "from the poses as recorded most walls were there twice"
+# And what explains them better where few echoes or none contradict each other.
+_STEPS, _ELSEWHERE = "the steps of the robot", "way-points a little elsewhere"
 # What the verdict says besides where a step led farther astray than was believed.
 _SLIPPED = "; a slip was taken back"
 # Where all steps did.
-_FARTHER = ", and farther than it tells"
+_FARTHER = ", and farther than the rig tells"
 # And where nothing came of it.
 _BY_NOTHING = ", by nothing: the echoes agree as well from the poses as recorded"
 # And where even that is not so.
@@ -113,7 +117,7 @@ def _by_wheels(account: Account) -> Account:
         if is_torn(account):
             return tracked
     account.explain()
-    account.verdict = f"{why}{_BY_NOTHING}"
+    account.verdict = _in_vain(account)
     return _better(account, tracked)
 
 
@@ -124,7 +128,10 @@ def _followed(account: Account, why: str) -> Account:
         return tracked
     free = copy.copy(account)
     free.believes_rig = False
-    return _better(tracked, _tracked(free, f"{why}{_FARTHER}"))
+    loose = _tracked(free, f"{why}{_FARTHER}")
+    # Who believes in greater errors finds none of them unlikely, and each of them less likely.
+    wider = float(np.log(loose.odometry().sigmas[1:] / tracked.odometry().sigmas[1:]).sum())
+    return loose if _worth(loose) > _worth(tracked) + wider + VERY_STRONG else tracked
 
 
 def _corrected(account: Account) -> str:
@@ -207,16 +214,18 @@ def _reconsidered(account: Account, tracked: Account | None) -> Account:
 
     Steps that were followed at first sight, because walls were torn apart, lead to the same place again.
     """
-    share = f"{100 * agreement(account):.0f} % of the echoes agree from the poses as recorded"
+    share = _share(account)
     account.verdict = f"trusted: {share if account.arcs else 'too little was heard to hold them against'}"
     if not _is_in_question(account):
         return account
-    if not _is_by_hand(account) and not agrees(account):
-        return _stepped(account, share)
     best = _better(account, max(_rivals(account, share, tracked), key=_worth, default=account))
-    if best is account and _is_asked(account):
-        account.verdict = _in_vain(account, share)
+    if best is account and _is_asked(account) and account.arcs:
+        account.verdict = _in_vain(account)
     return best
+
+
+def _share(account: Account) -> str:
+    return f"{100 * agreement(account):.0f} % of the echoes agree from the poses as recorded"
 
 
 def _is_in_question(account: Account) -> bool:
@@ -224,27 +233,18 @@ def _is_in_question(account: Account) -> bool:
     return len(account.given) >= _FEWEST and (_is_asked(account) or is_doubtful(account))
 
 
-def _in_vain(account: Account, share: str) -> str:
-    """Say why poses stay as they are, though somebody asked for better ones."""
-    if not account.arcs:
-        return account.verdict
-    return f"{_corrected(account)}{_BY_NOTHING}" if agrees(account) else f"left as recorded: only {share}{_NO_MORE}"
-
-
-def _stepped(account: Account, share: str) -> Account:
-    """Correct the poses as those of odometry: nobody sets so many way-points by hand.
-
-    Poses that are free explain a little more of anything, strange echoes too.
-    """
-    return _better(account, _tracked(copy.copy(account), f"{_corrected(account)}: only {share}"))
+def _in_vain(account: Account) -> str:
+    """Say why poses stay as they are, though better ones were looked for."""
+    if agrees(account):
+        return f"{_corrected(account)}{_BY_NOTHING}"
+    return f"left as recorded: only {_share(account)}{_NO_MORE}"
 
 
 def _rivals(account: Account, share: str, tracked: Account | None) -> list[Account]:
-    """Correct poses as those of odometry, and as those of way-points that somebody set by hand."""
+    """Correct poses as those of odometry, and as those of way-points that somebody set by hand, unless too many."""
     if account.memory.course is Course.NUDGED:
-        return [_nudged(account, _why(account, share), account.poses)] if _is_by_hand(account) else []
-    why = f"{_corrected(account)}: {share}, but the steps of the robot explain them better"
-    tracked = tracked or _tracked(copy.copy(account), why)
+        return [_nudged(account, _why(account, share, _ELSEWHERE), account.poses)] if _is_by_hand(account) else []
+    tracked = tracked or _tracked(copy.copy(account), f"{_corrected(account)}: {_why(account, share, _STEPS)}")
     if _is_by_hand(account) and not _is_led_for_sure(account, tracked):
         return _steps_or_hand(account, share, tracked)
     return [tracked]
@@ -252,7 +252,7 @@ def _rivals(account: Account, share: str, tracked: Account | None) -> list[Accou
 
 def _steps_or_hand(account: Account, share: str, tracked: Account) -> list[Account]:
     """Move the poses to those of way-points, where steps did not lead to what explains more."""
-    by_hand = _set_by_hand(account, _why(account, share), tracked)
+    by_hand = _set_by_hand(account, _why(account, share, _ELSEWHERE), tracked)
     return [_led(tracked, each) for each in by_hand] if _may_be_steps(tracked) else by_hand
 
 
@@ -268,8 +268,9 @@ def _is_led_for_sure(account: Account, tracked: Account) -> bool:
     return adds_up and agrees(tracked) and not agrees(account)
 
 
-def _why(account: Account, share: str) -> str:
-    return f"{share}, but way-points a little elsewhere explain them better" if agrees(account) else f"only {share}"
+def _why(account: Account, share: str, instead: str) -> str:
+    """Say why other poses are better than those as recorded."""
+    return f"{share}, but {instead} explain them better" if agrees(account) else f"only {share}"
 
 
 def _set_by_hand(account: Account, why: str, tracked: Account) -> list[Account]:

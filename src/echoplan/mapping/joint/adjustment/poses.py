@@ -67,7 +67,7 @@ class PoseBeliefs(NamedTuple):
     relative : bool
         Whether errors add up from one pose to the next.
     told : bool
-        Whether the rig told the deviations; else they are a guess, from which better ones may be learned.
+        Whether the rig told deviations, be it some; else they are a guess, from which better ones may be learned.
     """
 
     given: FloatArray

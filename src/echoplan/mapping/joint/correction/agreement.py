@@ -4,6 +4,7 @@ import copy
 
 import numpy as np
 
+from echoplan.arrays import FloatArray
 from echoplan.classification.evidence import UNCERTAIN
 from echoplan.classification.verdicts import missed
 from echoplan.geometry import along, signed_distances, wrap
@@ -21,8 +22,9 @@ __all__ = ["agreement", "agrees", "are_at_odds", "evidence", "is_doubtful", "is_
 
 # Two walls so near to each other are as rare as so many other features.
 _RARE = 3.0
-# Errors are greater than was believed where their squares are so many times what these should be.
-_PULLED = 2.0
+# Errors may be greater than was believed where their squares are so many times what these should be: to ask in vain
+# costs time only.  From fewer poses no step is left but the one that may be a slip.
+_PULLED, _FEWEST = 1.5, 3
 
 
 def agreement(account: Account) -> float:
@@ -171,6 +173,8 @@ def evidence(account: Account) -> float:
 def is_strained(account: Account) -> bool:
     """Tell whether pings pull poses farther from where they were believed to be than chance would.
 
+    A single step that led astray is a slip, and tells nothing of the others.
+
     Parameters
     ----------
     account : Account
@@ -179,10 +183,12 @@ def is_strained(account: Account) -> bool:
     Returns
     -------
     bool
-        Whether the squares of their errors, in deviations, are twice what these should be.
+        Whether the squares of all errors but the greatest, in deviations, are half as great again as these should be.
     """
-    believed = account.believed
-    return believed is not None and _strain(account, believed) > 0.5 * _PULLED * believed.sigmas[1:].size
+    if account.believed is None or len(account.poses) < _FEWEST:
+        return False
+    pulls = np.sort(_pulls(account, account.believed)[1:].sum(axis=1))[:-1]
+    return float(pulls.mean()) > 3.0 * _PULLED
 
 
 def _copies(account: Account) -> int:
@@ -230,6 +236,12 @@ def _gain_of_common_errors(account: Account) -> float:
 
 def _strain(account: Account, believed: PoseBeliefs) -> float:
     """Tell how unlikely it is that poses are so far off: as was believed before the pings were asked [nats]."""
+    return 0.5 * float(_pulls(account, believed).sum())
+
+
+def _pulls(account: Account, believed: PoseBeliefs) -> FloatArray:
+    """Squares of the errors of poses, in deviations that were believed before the pings were asked, shape (s, 3)."""
     by_hand = waypoint_beliefs(account.given, account.settings.pose_errors)
     held = pose_rows(account.odometry() if believed.relative else by_hand, account.poses, 0)
-    return 0.5 * float(held.weights @ held.residuals**2)
+    pulls: FloatArray = (held.weights * held.residuals**2).reshape(-1, 3)
+    return pulls

@@ -240,6 +240,14 @@ def test_steps_that_lead_ten_times_farther_astray_than_was_told_are_strained() -
     assert not is_strained(trusted(odometry=None))
 
 
+def test_a_single_slip_strains_no_other_step() -> None:
+    account = copy(corrected())
+    account.poses = account.poses.copy()
+    account.poses[3:, 0] += 0.5
+    assert evidence(account) < evidence(corrected()) - 50.0
+    assert not is_strained(account)
+
+
 def test_drift_is_corrected_without_being_asked_and_exact_poses_are_trusted() -> None:
     lost = explained(account_of(LOST))
     assert lost.course is Course.TRACKED
