@@ -26,6 +26,7 @@ BENCHMARKS = (
     "poses.py --stations 6",
     "poses.py --noisy",
     "poses.py --told 0.1",
+    "poses.py --told 1",
     "poses.py --air 2",
     "poses.py --air 2 --thermometer 0.5",
     "poses.py 150 --air 2 --slip 0.001",
@@ -72,7 +73,8 @@ def main(folders: list[str]) -> None:
         for off in ASTRAY:
             run("waypoints.py", *arenas, "--off", off)
             run("waypoints.py", *arenas, "--off", off, "--told")
-        run("waypoints.py", *arenas, "--off", ASTRAY[-1], "--copies", "24")
+        for told in ([], ["--told"]):
+            run("waypoints.py", *arenas, "--off", ASTRAY[-1], "--copies", "24", *told)
     for folder in folders:
         if folder not in (*rooms, *arenas):
             run(CORRIDOR, folder, "--shaken", CORRIDOR_COPIES)

@@ -138,6 +138,7 @@ class Account:
 
     @squareness.setter
     def squareness(self, believed: Squareness | None) -> None:
+        """Believe that some of the features stand square, and no others; each of them carries it from then on."""
         self._square = believed
         members = np.zeros(len(self.features), dtype=bool) if believed is None else believed.members
         self.features = [replace(each, is_square=bool(e)) for each, e in zip(self.features, members, strict=True)]
