@@ -18,7 +18,7 @@ from echoplan.mapping.joint.explaining import explained
 from echoplan.mapping.joint.legacy import leave, survey
 from echoplan.mapping.joint.memory import Memory
 from echoplan.mapping.joint.settings import AccountSettings, PoseMode
-from echoplan.model import Sweep
+from echoplan.model import Odometry, Sweep
 from echoplan.preprocessing.soundings import join_soundings, soundings_of
 from echoplan.simulation import Simulation
 from echoplan.sources import find_rig, find_route, find_world
@@ -174,3 +174,15 @@ def test_which_way_walls_lie_from_way_points_along_the_axes_is_remembered(monkey
     less = leave(by_hand, 7).summary.information
     # The angle of the first wall is the first unknown.
     assert told[0, 0] > 1.001 * less[0, 0]
+
+
+def test_a_rig_that_is_not_believed_is_not_believed_by_those_who_come_later() -> None:
+    first = copy(account(0, 7))
+    assert leave(first, 3).believes_rig
+    first.believes_rig = False
+    told = replace(RIG, odometry=Odometry(along=0.001))
+    believing, doubting = Memory(), leave(first, 3)
+    wheels = [
+        Account(told, first.recorded, first.given, first.settings, memory).wheels for memory in (believing, doubting)
+    ]
+    assert wheels == [told.odometry, None]
