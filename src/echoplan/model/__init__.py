@@ -7,6 +7,8 @@ from echoplan.model.features import (
     Cylinder,
     FeatureClass,
     FeatureMap,
+    Opening,
+    UnobservedStretch,
     Wall,
 )
 from echoplan.model.grid import OccupancyGrid
@@ -28,6 +30,7 @@ __all__ = [
     "Firing",
     "OccupancyGrid",
     "Odometry",
+    "Opening",
     "Pillar",
     "Pings",
     "Polyline",
@@ -41,6 +44,7 @@ __all__ = [
     "Table",
     "Transducer",
     "Truth",
+    "UnobservedStretch",
     "Wall",
     "World",
 ]

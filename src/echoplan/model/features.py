@@ -18,7 +18,17 @@ from echoplan.arrays import (
 from echoplan.errors import InvalidValueError
 from echoplan.geometry import directions
 
-__all__ = ["ClassProbabilities", "Corner", "CornerKind", "Cylinder", "FeatureClass", "FeatureMap", "Wall"]
+__all__ = [
+    "ClassProbabilities",
+    "Corner",
+    "CornerKind",
+    "Cylinder",
+    "FeatureClass",
+    "FeatureMap",
+    "Opening",
+    "UnobservedStretch",
+    "Wall",
+]
 
 
 class FeatureClass(StrEnum):
@@ -83,11 +93,18 @@ class Wall:
         How many pings speak for it.
     stations : int, optional
         From how many stations they came.
+    endpoint_sigmas : ndarray, shape (2,), optional
+        Standard deviation of the start and of the end along the wall [m]: half the width of the 95 % interval, divided
+        by 1.96.  NaN (the default) where the method does not estimate it.
+    inferred : ndarray, shape (2,), optional
+        Length at the start and at the end of the wall over which it was extrapolated to a corner that was not detected
+        [m]; 0 by default.
 
     Raises
     ------
     InvalidValueError
-        If a number is not finite, the ends coincide or the covariance is none.
+        If a number is not finite, the ends coincide, the covariance is none, or ``inferred`` or a standard deviation
+        is negative.
     """
 
     normal_angle: float
@@ -97,6 +114,8 @@ class Wall:
     class_probabilities: ClassProbabilities = field(default_factory=lambda: ClassProbabilities(wall=1.0))
     pings: int = 0
     stations: int = 0
+    endpoint_sigmas: FloatArray = field(default_factory=lambda: np.full(2, np.nan))
+    inferred: FloatArray = field(default_factory=lambda: np.zeros(2))
 
     def __post_init__(self) -> None:
         checked_number(self.normal_angle, name="normal_angle")
@@ -104,10 +123,17 @@ class Wall:
         ends = checked_floats(self.endpoints_xy, name="endpoints_xy", shape=(2, 2))
         if (ends[0] == ends[1]).all():
             raise InvalidValueError(f"the ends of a wall must differ, both are {ends[0].tolist()}")
+        sigmas = checked_floats(self.endpoint_sigmas, name="endpoint_sigmas", shape=(2,), finite=False)
+        inferred = checked_floats(self.inferred, name="inferred", shape=(2,))
+        for name, lengths in (("endpoint_sigmas", sigmas), ("inferred", inferred)):
+            if (lengths < 0.0).any():
+                raise InvalidValueError(f"{name} must not be negative, it is {lengths.tolist()}")
         store(
             self,
             endpoints_xy=ends,
             covariance=checked_covariance(self.covariance, name="covariance", size=2),
+            endpoint_sigmas=sigmas,
+            inferred=inferred,
         )
 
     @property
@@ -204,6 +230,70 @@ class Cylinder:
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Opening:
+    """A gap between walls through which the robot drove or sound travelled, such as a doorway.
+
+    Parameters
+    ----------
+    endpoints_xy : ndarray, shape (2, 2)
+        Start and end: the two jambs [m].
+    width_sigma : float
+        Standard deviation of the width [m]: half the width of the 95 % interval, divided by 1.96.
+    walls : tuple of int
+        Indices of the walls on both sides, in the map that holds the opening.
+    passed : bool, optional
+        True if the robot drove through; False if only sound travelled through.
+
+    Raises
+    ------
+    InvalidValueError
+        If a number is not finite, the ends coincide, or the standard deviation is negative.
+    """
+
+    endpoints_xy: FloatArray
+    width_sigma: float
+    walls: tuple[int, ...]
+    passed: bool = False
+
+    def __post_init__(self) -> None:
+        checked_number(self.width_sigma, name="width_sigma", minimum=0.0)
+        ends = checked_floats(self.endpoints_xy, name="endpoints_xy", shape=(2, 2))
+        if (ends[0] == ends[1]).all():
+            raise InvalidValueError(f"the ends of an opening must differ, both are {ends[0].tolist()}")
+        store(self, endpoints_xy=ends, walls=tuple(int(each) for each in self.walls))
+
+    @property
+    def width(self) -> float:
+        """Distance between the ends [m]."""
+        return float(np.hypot(*(self.endpoints_xy[1] - self.endpoints_xy[0])))
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class UnobservedStretch:
+    """A stretch of a wall line between two walls that no station could observe: neither wall nor opening.
+
+    Parameters
+    ----------
+    endpoints_xy : ndarray, shape (2, 2)
+        Start and end [m].
+    walls : tuple of int
+        Indices of the walls on both sides, in the map that holds the stretch.
+
+    Raises
+    ------
+    InvalidValueError
+        If a number is not finite.
+    """
+
+    endpoints_xy: FloatArray
+    walls: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        ends = checked_floats(self.endpoints_xy, name="endpoints_xy", shape=(2, 2))
+        store(self, endpoints_xy=ends, walls=tuple(int(each) for each in self.walls))
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class FeatureMap:
     """A map of features, with the poses from which they were heard.
 
@@ -228,12 +318,16 @@ class FeatureMap:
         Frame of all coordinates (REP 105).
     parameters : mapping, optional
         Settings of the run, ready for JSON.
+    openings : tuple of Opening, optional
+        Doorways and other gaps between walls.
+    unobserved : tuple of UnobservedStretch, optional
+        Stretches of wall lines that no station could observe.
 
     Raises
     ------
     InvalidValueError
-        If sweeps and poses differ in number, or poses and those of their covariances that there are; or if one of
-        these is none.
+        If sweeps and poses differ in number, or poses and those of their covariances that there are; if one of
+        these is none; or if an opening or an unobserved stretch refers to a wall that the map does not hold.
     """
 
     method: str
@@ -245,8 +339,14 @@ class FeatureMap:
     pose_covariances: FloatArray = field(default_factory=lambda: np.zeros((0, 3, 3)))
     frame: str = "map"
     parameters: Mapping[str, object] = field(default_factory=dict)
+    openings: tuple[Opening, ...] = ()
+    unobserved: tuple[UnobservedStretch, ...] = ()
 
     def __post_init__(self) -> None:
+        for gap in (*self.openings, *self.unobserved):
+            for wall in gap.walls:
+                if not 0 <= wall < len(self.walls):
+                    raise InvalidValueError(f"wall {wall} is not in the map: it holds {len(self.walls)} walls")
         sweeps = checked_integers(self.sweeps, name="sweeps", shape=(None,))
         count = len(sweeps) if len(self.pose_covariances) else 0
         covariances = checked_floats(self.pose_covariances, name="pose_covariances", shape=(count, 3, 3))
