@@ -163,25 +163,28 @@ def find_segments(
     for _ in range(_ROUNDS):
         before, segments = segments, []
         for number, wall in walls.items():
-            obstacles = _Obstacles.of([each for each in before if each.owner != number], discs, settings.margin)
-            line = _Line.of(number, wall, obstacles, settings)
+            others = [each for each in before if each.owner != number]
+            narrow, wide = _Obstacles.of(others), _Obstacles.of(others, discs, settings.margin)
+            line = _Line.of(number, wall, (narrow, wide), settings)
             corners = _corner_ends(number, wall, before, echoes)
             chain = smoothed(*line.potentials(path_xy, corners))
-            segments += line.segments(chain, obstacles, path_xy)
+            segments += line.segments(chain, narrow, path_xy)
     return segments
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class _Obstacles:
-    """What blocks the view of a line: segments of other walls and cylinders, each a margin wider than it is."""
+    """What blocks the view of a line: segments of other walls, and cylinders."""
 
     segments_xy: FloatArray
     discs: FloatArray
 
     @classmethod
-    def of(cls, segments: Sequence[Segment], discs: FloatArray, margin: float) -> "_Obstacles":
+    def of(cls, segments: Sequence[Segment], discs: FloatArray | None = None, margin: float = 0.0) -> "_Obstacles":
+        """Take segments and cylinders for obstacles, each a margin wider than it is [m]."""
         ends = [[each.point(each.low - margin), each.point(each.high + margin)] for each in segments]
-        return cls(segments_xy=np.array(ends).reshape(-1, 2, 2), discs=discs + (0.0, 0.0, margin))
+        wide = np.zeros((0, 3)) if discs is None else discs + (0.0, 0.0, margin)
+        return cls(segments_xy=np.array(ends).reshape(-1, 2, 2), discs=wide)
 
     def block(self, origins_xy: FloatArray, targets_xy: FloatArray) -> BoolArray:
         """Return which targets cannot be seen from the origin beside each: up to 5 cm before them."""
@@ -222,15 +225,20 @@ class _Line:
     settings: SegmentSettings
 
     @classmethod
-    def of(cls, owner: int, wall: Hypothesis, obstacles: _Obstacles, settings: SegmentSettings) -> "_Line":
-        """Lay cells along a line, as far as stations say something of it."""
+    def of(
+        cls, owner: int, wall: Hypothesis, obstacles: tuple[_Obstacles, _Obstacles], settings: SegmentSettings
+    ) -> "_Line":
+        """Lay cells along a line, as far as stations say something of it.
+
+        What another wall blocks is no echo of this one, whatever was detected; and where an obstacle, with a margin, is
+        in the way, an echo may be missing.
+        """
         feet, centers_xy, ratios = wall.past.line
         places = np.concatenate([feet, wall.past.crossings])
         start = float(places.min()) - OFFSETS[-1]
-        blocked = obstacles.block(centers_xy, _points(wall.line, feet))
-        # A station whose view is blocked cannot miss a wall; what it detects all the same lies about its foot.
-        seen = np.where(OFFSETS <= 0.0, np.maximum(ratios[:, :, :1], 0.0), 0.0)
-        ratios = np.where(blocked[:, None, None], seen, ratios)
+        hidden, disturbed = (each.block(centers_xy, _points(wall.line, feet))[:, None, None] for each in obstacles)
+        detected = np.where(OFFSETS <= 0.0, np.maximum(ratios[:, :, :1], 0.0), 0.0)
+        ratios = np.where(hidden, 0.0, np.where(disturbed, detected, ratios))
         # With a small probability e what a station says is about something else, as likely as its best explanation:
         # log of (1 - e) p / p_best + e never falls below log of e.
         best = np.maximum(ratios.max(axis=(1, 2), initial=0.0), 0.0)[:, None, None]
@@ -291,7 +299,7 @@ class _Line:
         ]
         return [
             self._segment(chain, piece, before, after)
-            for piece, before, after in zip(pieces, [None, *pieces[:-1]], [*pieces[1:], None], strict=True)
+            for piece, before, after in zip(pieces, [None, *pieces], [*pieces[1:], None], strict=False)
         ]
 
     def _observed(self, support: FloatArray, obstacles: _Obstacles, path_xy: FloatArray) -> list[FloatArray]:
