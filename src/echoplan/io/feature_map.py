@@ -207,8 +207,8 @@ class _MapForm(Form):
             pose_covariances=np.reshape([pose.covariance for pose in self.poses if pose.covariance], (-1, 3, 3)),
             frame=self.frame,
             parameters=self.parameters,
-            openings=tuple(opening.value() for opening in self.openings),
-            unobserved=tuple(stretch.value() for stretch in self.unobserved),
+            openings=tuple(map(_OpeningForm.value, self.openings)),
+            unobserved=tuple(map(_UnobservedForm.value, self.unobserved)),
         )
 
 

@@ -107,12 +107,16 @@ def draw_walls(axes: Axes, walls: Sequence[Wall], stations_xy: FloatArray, *, th
     color = COLORS[FeatureClass.WALL]
     bodies = wall_bodies(walls, stations_xy, thickness=thickness)
     pieces = [body_pieces(body, wall.inferred) for wall, body in zip(walls, bodies, strict=True)]
-    for number, body in enumerate(each for observed, _ in pieces for each in observed):
-        axes.fill(*body.T, color=color, linewidth=0.6, label="wall" if number == 0 else None)
-    sides = [side for _, inferred in pieces for body in inferred for side in (body[:2], body[2:])]
-    for number, side in enumerate(sides):
-        label = "inferred wall end" if number == 0 else None
-        axes.plot(*side.T, color=color, linewidth=0.8, linestyle=(0, (3, 2)), label=label)
+    filled = [axes.fill(*each.T, color=color, linewidth=0.6) for observed, _ in pieces for each in observed]
+    # Face and back of a piece are two lines.
+    dashed = [
+        axes.plot(*each.reshape(2, 2, 2).T, color=color, linewidth=0.8, linestyle=(0, (3, 2)))
+        for _, inferred in pieces
+        for each in inferred
+    ]
+    for drawn, label in ((filled, "wall"), (dashed, "inferred wall end")):
+        if drawn:
+            drawn[0][0].set_label(label)
 
 
 def draw_unobserved(axes: Axes, unobserved: Sequence[UnobservedStretch]) -> None:
