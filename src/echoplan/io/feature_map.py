@@ -1,6 +1,6 @@
 """Maps in JSON: ``map.json``."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -43,24 +43,9 @@ class _ProbabilitiesForm(Form):
 _Likelihood = Annotated[_ProbabilitiesForm | None, Field(description="how likely it is of each class")]
 _Pings = Annotated[Count, Field(description="how many pings speak for it")]
 _Stations = Annotated[Count, Field(description="from how many stations it was heard")]
-_EndpointSigmas = Annotated[
-    list[_Length | None],
-    Field(
-        min_length=2,
-        max_length=2,
-        description="the standard deviations of start and end along the wall [m], null where not estimated",
-    ),
-]
-_Inferred = Annotated[
-    list[_Length],
-    Field(
-        min_length=2,
-        max_length=2,
-        description="the lengths at start and end over which the wall was extrapolated [m]",
-    ),
-]
 _Neighbours = Annotated[
-    list[Count], Field(description="a list of the walls on both sides, by their places in the list of walls, counted from 0")
+    list[Count],
+    Field(description="a list of the walls on both sides, by their places in the list of walls, counted from 0"),
 ]
 
 
@@ -73,8 +58,18 @@ class _WallForm(Form):
     class_probabilities: _Likelihood = None
     pings: _Pings = 0
     stations: _Stations = 0
-    endpoint_sigmas: _EndpointSigmas = [None, None]
-    inferred: _Inferred = [0.0, 0.0]
+    endpoint_sigmas: list[_Length | None] = Field(
+        default=[None, None],
+        min_length=2,
+        max_length=2,
+        description="the standard deviations of start and end along the wall [m], null where not estimated",
+    )
+    inferred: list[_Length] = Field(
+        default=[0.0, 0.0],
+        min_length=2,
+        max_length=2,
+        description="the lengths at start and end over which the wall was extrapolated [m]",
+    )
 
     def value(self) -> Wall:
         """Make the wall."""
@@ -138,7 +133,7 @@ class _OpeningForm(Form):
     start: Pair = Field(description="its one jamb [x, y] in metres")
     end: Pair = Field(description="its other jamb [x, y] in metres")
     width_sigma: _Length = Field(description="the standard deviation of its width [m]")
-    walls: _Neighbours = []
+    walls: _Neighbours = Field(default=[])
     passed: bool = Field(default=False, description="true if the robot drove through it")
 
     def value(self) -> Opening:
@@ -154,7 +149,7 @@ class _OpeningForm(Form):
 class _UnobservedForm(Form):
     start: Pair = Field(description="its one end [x, y] in metres")
     end: Pair = Field(description="its other end [x, y] in metres")
-    walls: _Neighbours = []
+    walls: _Neighbours = Field(default=[])
 
     def value(self) -> UnobservedStretch:
         """Make the stretch."""
@@ -184,8 +179,8 @@ class _MapForm(Form):
     @field_validator("openings", "unobserved", mode="after")
     @classmethod
     def _refers_to_walls_of_the_map(
-        cls, gaps: list[_OpeningForm] | list[_UnobservedForm], info: ValidationInfo
-    ) -> list[_OpeningForm] | list[_UnobservedForm]:
+        cls, gaps: Sequence[_OpeningForm | _UnobservedForm], info: ValidationInfo
+    ) -> Sequence[_OpeningForm | _UnobservedForm]:
         # Walls that are at fault themselves are not in the data, and pydantic reports them.
         count = len(info.data["walls"]) if "walls" in info.data else None
         for number, gap in enumerate(gaps):

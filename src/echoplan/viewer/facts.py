@@ -219,7 +219,7 @@ def _gap(gap: Opening | UnobservedStretch) -> tuple[tuple[str, str], ...]:
 
 
 def _ends(wall: Wall) -> list[tuple[str, str]]:
-    """What is known of the ends of a wall, by end."""
+    """List what is known of the ends of a wall: only what was estimated, and only lengths that are not zero."""
     ends = list(zip(("start", "end"), wall.endpoint_sigmas.tolist(), wall.inferred.tolist(), strict=True))
     sigmas = [(f"{SIGMA} of its {name}", in_millimetres(sigma)) for name, sigma, _ in ends if not math.isnan(sigma)]
     inferred = [(f"inferred at its {name}", in_metres(length)) for name, _, length in ends if length]

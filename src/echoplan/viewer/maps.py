@@ -136,16 +136,18 @@ def draw_openings(axes: Axes, feature_map: FeatureMap, *, thickness: float) -> N
     """Draw the openings of a map: jambs at both ends and a threshold between; walls are as thick as given [m]."""
     color = COLORS[FeatureClass.WALL]
     bodies = wall_bodies(feature_map.walls, feature_map.poses[:, :2], thickness=thickness)
-    for number, opening in enumerate(feature_map.openings):
+    for opening in feature_map.openings:
         axes.plot(*opening.endpoints_xy.T, color=color, linewidth=0.4, alpha=0.7)
         for jamb in jamb_strokes(opening, bodies, thickness=thickness):
             axes.plot(*jamb.T, color=color, linewidth=1.0)
     if feature_map.openings:
-        axes.plot([], [], linestyle="none", marker=_opening_marker(), markersize=14, mec=color, mew=0.8, label="opening")
+        axes.plot(
+            [], [], linestyle="none", marker=_opening_marker(), markersize=14, mec=color, mew=0.8, label="opening"
+        )
 
 
 def _opening_marker() -> Path:
-    """An opening for the legend: two jambs and the threshold between them."""
+    """Make an opening for the legend: two jambs and the threshold between them."""
     from matplotlib.path import Path  # noqa: PLC0415 - with the rest of matplotlib
 
     strokes = [(-1.0, -0.35), (-1.0, 0.35), (-1.0, 0.0), (1.0, 0.0), (1.0, -0.35), (1.0, 0.35)]

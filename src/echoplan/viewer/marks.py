@@ -64,7 +64,8 @@ def wall_marks(plan: Plan, sheet: Sheet) -> list[ET.Element]:
     walls = plan.feature_map.walls
     bodies = wall_bodies(walls, plan.feature_map.poses[:, :2], thickness=plan.thickness)
     return [
-        _feature(facts, *_wall(wall, body, sheet)) for wall, body, facts in zip(walls, bodies, wall_facts(walls), strict=True)
+        _feature(facts, *_wall(wall, body, sheet))
+        for wall, body, facts in zip(walls, bodies, wall_facts(walls), strict=True)
     ]
 
 

@@ -130,7 +130,10 @@ def test_a_wall_at_fault_is_reported_before_the_openings_beside_it(tmp_path: Pat
             {"walls": [WALL | {"endpoint_sigmas": [0.01]}]},
             r"walls\[0\]\.endpoint_sigmas: must have at least 2 items, not 1; endpoint_sigmas is the standard dev",
         ),
-        ({"walls": [WALL | {"inferred": [0.0, -0.5]}]}, r"inferred\[1\]: must be greater than or equal to 0, not -0\.5"),
+        (
+            {"walls": [WALL | {"inferred": [0.0, -0.5]}]},
+            r"inferred\[1\]: must be greater than or equal to 0, not -0\.5",
+        ),
         (
             {"openings": [OPENING, OPENING | {"walls": [0, 7]}]},
             r"map\.json, openings: entry 1 refers to wall 7, but the number of walls is 1; use their places",

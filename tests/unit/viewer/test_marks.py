@@ -268,5 +268,7 @@ def test_the_width_is_written_where_there_is_room_and_the_robot_drove_through() 
     # At 1 : 100 an opening of 0.9 m is 9 mm wide, less than its label.
     small = Sheet(bounds_xy=np.array([[0.0, 0.0], [16.0, 12.0]]))
     assert marked(gap_marks(Plan(feature_map=found), small), "width") == []
-    _, seen, _ = gap_marks(Plan(feature_map=replace(found, openings=(replace(found.openings[0], passed=False),) * 2)), SHEET)
+    _, seen, _ = gap_marks(
+        Plan(feature_map=replace(found, openings=(replace(found.openings[0], passed=False),) * 2)), SHEET
+    )
     assert marked(seen, "width") == []

@@ -40,7 +40,7 @@ def test_openings_and_unobserved_stretches_are_within_the_bounds() -> None:
         {"openings": (Opening(endpoints_xy=ends, width_sigma=0.0, walls=()),)},
         {"unobserved": (UnobservedStretch(endpoints_xy=ends, walls=()),)},
     ):
-        np.testing.assert_allclose(Plan(feature_map=FeatureMap(method="m", **gap)).bounds_xy, ends)  # type: ignore[arg-type]
+        np.testing.assert_allclose(Plan(feature_map=FeatureMap(method="m", **gap)).bounds_xy, ends)
 
 
 def test_corners_and_stations_are_within_the_bounds() -> None:
