@@ -25,7 +25,16 @@ import numpy as np
 from bound import against_bound, true_scale  # type: ignore[import-not-found]  # beside this file
 from echoplan.arrays import FloatArray
 from echoplan.cli.terminal import show, tracked
-from echoplan.evaluation import Evaluation, Interval, Summary, consistency_table, deviation_table, evaluate, pool
+from echoplan.evaluation import (
+    Evaluation,
+    Interval,
+    Summary,
+    consistency_table,
+    deviation_table,
+    evaluate,
+    floor_plan_tables,
+    pool,
+)
 from echoplan.evaluation.consistency import PARAMETERS
 from echoplan.io import rig_names
 from echoplan.mapping.joint.settings import PoseMode
@@ -180,6 +189,7 @@ def tables(outcomes: Sequence[Outcome]) -> list[Table]:
     summary = summed(outcomes)
     return [
         score_table(outcomes),
+        *plan_tables(outcomes),
         deviation_table(summary),
         fault_table(outcomes),
         consistency_table({name: each.consistency for name, each in summary.classes.items()}),
@@ -196,13 +206,6 @@ def summed(outcomes: Sequence[Outcome]) -> Summary:
 
 def score_table(outcomes: Sequence[Outcome]) -> Table:
     """Tell how complete, right and exact the maps are, by kind of room, by what became of the poses, and in all."""
-    groups = {
-        "right-angled": [each for each in outcomes if not is_oblique(each.seed)],
-        "oblique": [each for each in outcomes if is_oblique(each.seed)],
-        "poses kept": [each for each in outcomes if not is_moved(each)],
-        "poses moved": [each for each in outcomes if is_moved(each)],
-        "all": outcomes,
-    }
     rows = [
         (
             f"{len(members)} {group}: {name}s",
@@ -212,8 +215,7 @@ def score_table(outcomes: Sequence[Outcome]) -> Table:
             f"{1000 * each.distance.median.value:.2f}",
             f"{1000 * each.distance.percentile95.value:.1f}",
         )
-        for group, members in groups.items()
-        if members
+        for group, members in grouped(outcomes).items()
         for name, each in summed(members).classes.items()
     ]
     return Table(
@@ -221,6 +223,24 @@ def score_table(outcomes: Sequence[Outcome]) -> Table:
         columns=("rooms", "wanted", "recall (%)", "precision (%)", "median error (mm)", "95th percentile"),
         rows=tuple(rows),
     )
+
+
+def plan_tables(outcomes: Sequence[Outcome]) -> tuple[Table, ...]:
+    """Lay out wall lengths, wall ends and openings, by the same groups."""
+    plans = {f"{len(members)} {group}": summed(members).floor_plan for group, members in grouped(outcomes).items()}
+    return floor_plan_tables(plans, rows="rooms")
+
+
+def grouped(outcomes: Sequence[Outcome]) -> dict[str, Sequence[Outcome]]:
+    """Group rooms by their kind and by what became of the poses; without empty groups."""
+    groups = {
+        "right-angled": [each for each in outcomes if not is_oblique(each.seed)],
+        "oblique": [each for each in outcomes if is_oblique(each.seed)],
+        "poses kept": [each for each in outcomes if not is_moved(each)],
+        "poses moved": [each for each in outcomes if is_moved(each)],
+        "all": outcomes,
+    }
+    return {group: members for group, members in groups.items() if members}
 
 
 def is_moved(outcome: Outcome) -> bool:

@@ -20,7 +20,7 @@ def run(
     min_heard: Annotated[int, typer.Option(help="Objects heard from fewer stations are not asked for.", min=0)] = 2,
     as_json: Annotated[bool, typer.Option("--json", help="Print all numbers as JSON.")] = False,
 ) -> None:
-    """Hold a map against the truth: Table 5 of the paper, recall and precision, classes, uncertainties.
+    """Compare a map with the truth: Table 5 of the paper, recall and precision, classes, uncertainties, openings.
 
     Example: echoplan evaluate map/ rec/truth.json
     """
@@ -55,12 +55,13 @@ def evaluation_tables(evaluation: "Evaluation") -> tuple["Table", ...]:
     Returns
     -------
     tuple of Table
-        Walls, cylinders, recall and precision, classes, consistency, poses; without those that would be empty.
+        Walls, cylinders, recall and precision, lengths, openings, classes, consistency, poses; without those that would be empty.
     """
     from echoplan.evaluation import (  # noqa: PLC0415
         confusion_table,
         consistency_table,
         cylinder_table,
+        floor_plan_tables,
         tally_table,
         trajectory_table,
         wall_table,
@@ -70,6 +71,7 @@ def evaluation_tables(evaluation: "Evaluation") -> tuple["Table", ...]:
         wall_table(evaluation.matches.walls),
         cylinder_table(evaluation.matches.cylinders),
         tally_table({name: matching.tally for name, matching in evaluation.matches.by_class.items()}),
+        *floor_plan_tables({evaluation.method: evaluation.floor_plan}, rows="method"),
         confusion_table(evaluation.confusion),
         consistency_table(evaluation.consistency),
         trajectory_table(evaluation.trajectory),
