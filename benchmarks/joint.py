@@ -1,12 +1,13 @@
 """The method joint in random rooms: python benchmarks/joint.py [ROOMS] [--stations N] [--poses trust] [--recess].
 
 Draws so many rooms (100 unless told otherwise), sounds them by the simulator, maps them, and prints what is found and
-how exactly, which rooms are not right, whether covariances and class probabilities are true, how near the errors come
-to the Cramer-Rao bound, what was learned of the sonar, and the time.  Each is sounded from 14 stations, or from as many
-as ``--stations`` says.  The poses are exact: ``--poses trust`` tells the method so.  ``--misset`` lets the modules of
-each room be off by up to half a step of their readings, which is what the method takes them to be.  ``--recess`` lets a
-pier stand out from one wall of each room, or sinks a niche into it.  ``--by-hand M`` sets the robot down on two marks
-0.2 m apart, and each of them is off by so much.  ``--save FILE`` keeps what docs/how_it_works.py draws.
+how exactly, how much of the wall length and which openings are right, which rooms are not right, whether covariances
+and class probabilities are true, how near the errors come to the Cramer-Rao bound, what was learned of the sonar, and
+the time.  Each is sounded from 14 stations, or from as many as ``--stations`` says.  The poses are exact:
+``--poses trust`` tells the method so.  ``--misset`` lets the modules of each room be off by up to half a step of their
+readings, which is what the method takes them to be.  ``--recess`` lets a pier stand out from one wall of each room, or
+sinks a niche into it.  ``--by-hand M`` sets the robot down on two marks 0.2 m apart, and each of them is off by so
+much.  ``--save FILE`` keeps what docs/how_it_works.py draws.
 """
 
 import argparse

@@ -29,9 +29,9 @@ Of several maps (``summary_document``)::
                       distributions over recordings
 
 An interval is ``value, low, high``; a distribution is ``count, mean, median, p95, rms, max``, of which mean to rms
-are intervals; errors are ``count, mean_mm`` (without sign), ``bias_mm`` (with sign) and ``share_inside`` (of the 95 %
-intervals that the map gives, null where it gives none); a consistency is ``count, parameters, mean_nees, accepted_low, accepted_high, share_inside``.  What is
-not known is null.
+are intervals; a consistency is ``count, parameters, mean_nees, accepted_low, accepted_high, share_inside``; errors
+are ``count, mean_mm`` (absolute), ``bias_mm`` (signed) and ``share_inside`` (of the 95 % intervals that the map gives).
+What is not known is null.
 """
 
 from dataclasses import asdict

@@ -75,15 +75,7 @@ def true_doorways(truth: Truth) -> tuple[Doorway, ...]:
     """
     walls = truth.walls_xy[np.hypot(*(truth.walls_xy[:, 1] - truth.walls_xy[:, 0]).T) > _OFFSET]
     gaps = [_gap(first, second) for first, second in combinations(walls, 2)]
-    free = [gap for gap in gaps if gap is not None and _leads_through(gap, walls)]
-    doorways: list[list[FloatArray]] = []
-    for gap in free:
-        faces = next((faces for faces in doorways if _is_other_face(gap, faces[0])), None)
-        if faces is None:
-            doorways.append([gap])
-        else:
-            faces.append(gap if _unit(gap) @ _unit(faces[0]) > 0 else gap[::-1])
-    return tuple(Doorway(faces_xy=np.array(faces)) for faces in doorways)
+    return _joined([gap for gap in gaps if gap is not None and _leads_through(gap, walls)])
 
 
 def count_stations(doorways: Sequence[Doorway], truth: Truth, *, reach: float) -> IntArray:
@@ -160,6 +152,18 @@ def _is_clear(start: FloatArray, end: FloatArray, walls: FloatArray) -> bool:
     from_walls = distances_to_segments(walls.reshape(-1, 2), [[start, end]])
     from_stretch = distances_to_segments([start, end], walls)
     return bool(not crossed and from_walls.min() > _OFFSET and from_stretch.min() > _OFFSET)
+
+
+def _joined(gaps: Sequence[FloatArray]) -> tuple[Doorway, ...]:
+    """Join the gaps in both faces of a wall to one doorway."""
+    doorways: list[list[FloatArray]] = []
+    for gap in gaps:
+        faces = next((faces for faces in doorways if _is_other_face(gap, faces[0])), None)
+        if faces is None:
+            doorways.append([gap])
+        else:
+            faces.append(gap if _unit(gap) @ _unit(faces[0]) > 0 else gap[::-1])
+    return tuple(Doorway(faces_xy=np.array(faces)) for faces in doorways)
 
 
 def _is_other_face(gap: FloatArray, face: FloatArray) -> bool:

@@ -1,7 +1,7 @@
 """A map as a floor plan: how much of the walls is drawn, where the openings are, and where walls end."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -35,10 +35,10 @@ class FloorPlanScore:
         Of both ends of each right wall, along the wall; positive where the wall is drawn too long.
     """
 
-    lengths: WallLengths = WallLengths()
-    openings: Tally = Tally()
-    opening_widths: IntervalErrors = IntervalErrors()
-    wall_ends: IntervalErrors = IntervalErrors()
+    lengths: WallLengths = field(default_factory=WallLengths)
+    openings: Tally = field(default_factory=Tally)
+    opening_widths: IntervalErrors = field(default_factory=IntervalErrors)
+    wall_ends: IntervalErrors = field(default_factory=IntervalErrors)
 
     def __add__(self, other: "FloorPlanScore") -> "FloorPlanScore":
         return FloorPlanScore(
@@ -142,9 +142,7 @@ def _candidate(
 def _wall_ends(feature_map: FeatureMap, truth: Truth, walls: Matching[WallMatch]) -> IntervalErrors:
     """Errors of the ends of right walls."""
     drawn = [feature_map.walls[match.estimate] for match in walls.right]
-    errors = [
-        _end_errors(wall, truth.walls_xy[match.truth]) for wall, match in zip(drawn, walls.right, strict=True)
-    ]
+    errors = [_end_errors(wall, truth.walls_xy[match.truth]) for wall, match in zip(drawn, walls.right, strict=True)]
     return IntervalErrors(
         errors=np.concatenate([np.zeros(0), *errors]),
         sigmas=np.concatenate([np.zeros(0), *(wall.endpoint_sigmas for wall in drawn)]),

@@ -1,15 +1,15 @@
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike
 
 from echoplan.evaluation.doorways import count_stations, true_doorways
 from echoplan.geometry import directions
 from echoplan.model import EVERYWHERE, Truth
 
 
-def truth(*polygons: ArrayLike, lines: ArrayLike = (), poses: ArrayLike = ()) -> Truth:
+def truth(*polygons: Any, lines: Any = (), poses: Any = ()) -> Truth:
     """A floor plan of closed polygons and single walls."""
     closed = [np.stack([np.array(each), np.roll(each, -1, axis=0)], axis=1) for each in polygons]
     walls = np.concatenate([*closed, np.reshape(np.array(lines, dtype=float), (-1, 2, 2))])
@@ -74,11 +74,11 @@ def test_a_slit_and_an_open_side_are_no_doorways(door: tuple[float, float]) -> N
 @pytest.mark.parametrize(
     "wall", [[[4.06, 1.2], [4.06, 1.6]], [[3.8, 1.4], [3.9, 1.4]], [[3.7, 0.5], [3.7, 2.5]], [[4.0, 1.0], [4.0, 1.8]]]
 )
-def test_a_doorway_that_something_stands_in_is_none(wall: ArrayLike) -> None:
+def test_a_doorway_that_something_stands_in_is_none(wall: Any) -> None:
     assert true_doorways(truth(rooms(), lines=[wall])) == ()
 
 
-def stations(*poses: ArrayLike, reach: float = 4.0, lines: ArrayLike = ()) -> int:
+def stations(*poses: Any, reach: float = 4.0, lines: Any = ()) -> int:
     plan = truth(rooms(), lines=lines, poses=[[*xy, 0.0] for xy in np.array(poses)])
     (count,) = count_stations(true_doorways(plan), plan, reach=reach)
     return int(count)

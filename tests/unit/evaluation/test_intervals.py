@@ -6,7 +6,7 @@ from echoplan.evaluation import IntervalErrors
 
 def test_errors_have_a_mean_without_sign_and_a_bias_with_sign() -> None:
     errors = IntervalErrors(errors=np.array([0.03, -0.01]), sigmas=np.array([0.01, 0.01]))
-    assert (errors.mean, errors.bias) == (pytest.approx(0.02), pytest.approx(0.01))
+    assert [errors.mean, errors.bias] == pytest.approx([0.02, 0.01])
 
 
 def test_only_errors_with_an_interval_can_be_inside_one() -> None:
