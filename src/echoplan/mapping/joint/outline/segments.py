@@ -31,8 +31,12 @@ CELL = 0.02
 _ROUNDS = 3
 # Log-likelihood ratio of a wall where the robot drove [nats].
 _NEVER = 50.0
-# Length from which a stretch that nobody sees interrupts a wall [m].
-_UNSEEN = 0.1
+# Length from which a stretch behind something interrupts a wall; what stands nearer before it is part of it [m].
+_UNSEEN, _BEFORE = 0.1, 0.05
+# No furniture that stands against a wall is deeper [m].
+_DEEPEST = 1.0
+# Walls within 12 degrees of each other are parallel (cosine).
+_PARALLEL = math.cos(math.radians(12.0))
 # Feet of single pings lie about that of their station: by less than the arm of a turret [m].
 _ARM = 0.1
 # Standard deviations across the 95 % interval of a normal distribution.
@@ -48,7 +52,7 @@ class SegmentSettings(BaseModel, frozen=True, extra="forbid"):
 
     ends_per_metre: float = Field(default=1 / 3, gt=0.0, description="Prior rate of ends along a wall line [1/m].")
     unrelated: float = Field(
-        default=0.003,
+        default=0.02,
         gt=0.0,
         lt=0.5,
         description="Probability that what a station says of a wall is about something else: it is blocked by something "
@@ -168,7 +172,7 @@ def find_segments(
             line = _Line.of(number, wall, (narrow, wide), settings)
             corners = _corner_ends(number, wall, before, echoes)
             chain = smoothed(*line.potentials(path_xy, corners))
-            segments += line.segments(chain, narrow, path_xy)
+            segments += line.segments(chain, corners, others)
     return segments
 
 
@@ -273,6 +277,7 @@ class _Line:
         settings, past = self.settings, self.wall.past
         cells = np.bincount(self.cells_of(self.feet), self.ratios[:, 0, 0], minlength=self.count)
         cells += math.log(settings.unrelated) * np.bincount(self.cells_of(past.crossings), minlength=self.count)
+        cells += np.bincount(self.cells_of(_beside(corners)), minlength=self.count) * -math.log(settings.unrelated)
         cells[self.cells_of(path_crossings(self.wall.line, path_xy))] = -_NEVER
         rate = settings.ends_per_metre * CELL
         ends, stay = np.full((2, self.count - 1), math.log(rate)), np.full((2, self.count - 1), math.log1p(-rate))
@@ -286,43 +291,35 @@ class _Line:
                 ends[side] += np.interp(over, OFFSETS, ratios) - inside
         return cells, ends, stay
 
-    def segments(self, chain: Chain, obstacles: _Obstacles, path_xy: FloatArray) -> list[Segment]:
+    def segments(
+        self, chain: Chain, corners: Sequence[tuple[float, int]], others: Sequence[Segment]
+    ) -> list[Segment]:
         """Take the runs of cells that are more likely wall than not, as far as stations detected them."""
         is_wall = np.concatenate([[False], chain.wall > 0.5, [False]])
         runs = np.flatnonzero(np.diff(is_wall.astype(int))).reshape(-1, 2)
-        support = np.sort(self.feet[self.ratios[:, 0, 0] > 0.0])
+        support = np.sort(np.concatenate([self.feet[self.ratios[:, 0, 0] > 0.0], _beside(corners)]))
         owners = self.cells_of(support)
         pieces = [
             each
             for first, last in runs
-            for each in self._observed(support[(owners >= first) & (owners < last)], obstacles, path_xy)
+            for each in self._observed(support[(owners >= first) & (owners < last)], others)
         ]
         return [
             self._segment(chain, piece, before, after)
             for piece, before, after in zip(pieces, [None, *pieces], [*pieces[1:], None], strict=False)
         ]
 
-    def _observed(self, support: FloatArray, obstacles: _Obstacles, path_xy: FloatArray) -> list[FloatArray]:
-        """Split the feet of a run where no station sees the line between two of them."""
+    def _observed(self, support: FloatArray, others: Sequence[Segment]) -> list[FloatArray]:
+        """Split the places that support a run where something stands before the line and nobody listened behind it."""
         if not len(support):
             return []
+        fronts = _fronts(self.wall.line, others)
         cuts = [
             index + 1
             for index, (low, high) in enumerate(pairwise(support))
-            if high - low > _UNSEEN and self._is_unseen(low, high, obstacles, path_xy)
+            if any(min(high, last) - max(low, first) > _UNSEEN for first, last in fronts)
         ]
         return np.split(support, cuts)
-
-    def _is_unseen(self, low: float, high: float, obstacles: _Obstacles, path_xy: FloatArray) -> bool:
-        """Return True if some stretch between two places is seen from nowhere."""
-        places = np.arange(low + CELL, high, CELL)
-        targets = _points(self.wall.line, places)
-        before = path_xy[self.wall.line[1] - path_xy @ directions(self.wall.line[0]) > 0.0]
-        origins = np.repeat(before, len(places), axis=0)
-        seen = ~obstacles.block(origins, np.tile(targets, (len(before), 1))).reshape(len(before), -1)
-        unseen = np.concatenate([[0], (~seen.any(axis=0)).astype(int), [0]])
-        lengths = np.diff(np.flatnonzero(np.diff(unseen)).reshape(-1, 2), axis=1)
-        return bool(CELL * lengths.max(initial=0) > _UNSEEN)
 
     def _segment(self, chain: Chain, piece: FloatArray, before: FloatArray | None, after: FloatArray | None) -> Segment:
         """Make a segment of the stations that support it: each end where it probably is, if stations say so."""
@@ -368,6 +365,28 @@ def _points(line: FloatArray, places: FloatArray) -> FloatArray:
     """Points at places along a line [m], shape (n, 2)."""
     points: FloatArray = line[1] * directions(line[0]) + places[:, None] * directions(line[0] + math.pi / 2)
     return points
+
+
+def _beside(corners: Sequence[tuple[float, int]]) -> FloatArray:
+    """Places that a corner shows to be wall: a cell before it [m]."""
+    return np.array([place + (CELL if side == 0 else -CELL) for place, side in corners])
+
+
+def _fronts(line: FloatArray, others: Sequence[Segment]) -> list[tuple[float, float]]:
+    """Where along a line a wall of something stands before it, and nobody detected the back of that."""
+    normal, along = directions(line[0]), directions(line[0] + math.pi / 2)
+    fronts, backs = [], []
+    for other in others:
+        depth = line[1] - float(other.middle_xy @ normal)
+        first, last = sorted((float(other.point(each) @ along) for each in (other.low, other.high)))
+        turn = math.cos(other.wall.line[0] - line[0])
+        if _BEFORE < depth < _DEEPEST and abs(turn) > _PARALLEL:
+            (fronts if turn > 0.0 else backs).append((depth, first, last))
+    return [
+        (first, last)
+        for depth, first, last in fronts
+        if not any(behind < depth and low < last and first < high for behind, low, high in backs)
+    ]
 
 
 def path_crossings(line: FloatArray, path_xy: FloatArray) -> FloatArray:

@@ -16,7 +16,7 @@ from echoplan.geometry import wrap
 from echoplan.mapping.joint.adjustment.adjusted import Adjusted
 from echoplan.mapping.joint.adjustment.crossings import crossing_slopes
 from echoplan.mapping.joint.adjustment.squareness import Squareness
-from echoplan.mapping.joint.outline.openings import Gap
+from echoplan.mapping.joint.outline.openings import Gap, merged_faces
 from echoplan.mapping.joint.outline.segments import CELL, Segment, path_crossings
 from echoplan.mapping.joint.outline.vertices import Vertex
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Wall
@@ -195,24 +195,23 @@ class Survey:
             if one.owner == other.owner
         ]
         gaps = [self._gap(one, other, path_xy) for one, other in pairs]
-        return [each for each in gaps if each.ends[1] - each.ends[0] > _TOUCHING]
+        return merged_faces([each for each in gaps if each.ends[1] - each.ends[0] > _TOUCHING])
 
     def _gap(self, one: int, other: int, path_xy: FloatArray) -> Gap:
         before, after, segment = self._ends(one), self._ends(other), self.segments[one]
         ends, line = np.array([before.places[1], after.places[0]]), segment.wall.line
         sigmas = np.array([before.sigmas[1], after.sigmas[0]])
         crossings = path_crossings(line, path_xy)
+        is_free = bool(segment.chances_between(*ends).min(initial=1.0) < _SURELY_NOT)
+        is_known = not np.isnan(sigmas).any()
+        is_concave = self._is_concave(one, upper=True), self._is_concave(other, upper=False)
         return Gap(
             walls=(one, other),
             line=line,
             ends=ends,
             variances=np.maximum(sigmas, _LEAST_SIGMA) ** 2,
-            is_open=bool(
-                segment.chances_between(*ends).min(initial=1.0) < _SURELY_NOT
-                and not np.isnan(sigmas).any()
-                and not self._is_concave(one, upper=True)
-                and not self._is_concave(other, upper=False)
-            ),
+            is_free=is_free,
+            is_open=is_free and is_known and not any(is_concave),
             passed=bool(((crossings > ends[0]) & (crossings < ends[1])).any()),
         )
 
