@@ -45,6 +45,8 @@ _WIDTH_OF_95 = 2.0 * 1.96
 _OBLIQUE = math.sin(math.radians(5.0))
 # Pings that detect a corner at least; distance of the corner from what was detected of the other wall at most [m].
 _LEAST_PINGS, _AWAY = 5, 1.0
+# Distance from a line up to which a corner lies on it [m].
+_CORNER_REACH = 0.03
 
 
 class SegmentSettings(BaseModel, frozen=True, extra="forbid"):
@@ -170,10 +172,17 @@ def find_segments(
             others = [each for each in before if each.owner != number]
             narrow, wide = _Obstacles.of(others), _Obstacles.of(others, discs, settings.margin)
             line = _Line.of(number, wall, (narrow, wide), settings)
-            corners = _corner_ends(number, wall, before, echoes)
+            corners = _corners_on(number, wall, before, echoes)
             chain = smoothed(*line.potentials(path_xy, corners))
             segments += line.segments(chain, corners, others)
     return segments
+
+
+class _CornerOnLine(NamedTuple):
+    """A corner that was detected on a line: where [m], and which end of the wall may lie there (0 lower, 1 upper)."""
+
+    place: float
+    sides: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -268,11 +277,10 @@ class _Line:
         return np.floor((np.asarray(places) - self.start) / CELL).astype(np.int64).clip(0, self.count - 1)
 
     def potentials(
-        self, path_xy: FloatArray, corners: Sequence[tuple[float, int]]
+        self, path_xy: FloatArray, corners: Sequence[_CornerOnLine]
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the log potentials of the chain: cells, ends and no ends.
 
-        A corner on the line is a place and the end of the wall that lies there: 0 the lower one, 1 the upper one.
         """
         settings, past = self.settings, self.wall.past
         cells = np.bincount(self.cells_of(self.feet), self.ratios[:, 0, 0], minlength=self.count)
@@ -281,9 +289,10 @@ class _Line:
         cells[self.cells_of(path_crossings(self.wall.line, path_xy))] = -_NEVER
         rate = settings.ends_per_metre * CELL
         ends, stay = np.full((2, self.count - 1), math.log(rate)), np.full((2, self.count - 1), math.log1p(-rate))
-        for place, side in corners:
+        for place, sides in corners:
             border = int(np.abs(self.borders - place).argmin())
-            ends[side, border], stay[side, border] = math.log(settings.corner_end), math.log1p(-settings.corner_end)
+            ends[list(sides), border] = math.log(settings.corner_end / len(sides))
+            stay[list(sides), border] = math.log1p(-settings.corner_end)
         for foot, (lower, upper) in zip(self.feet, self.ratios, strict=True):
             for side, ratios, over in ((0, lower, self.borders - foot), (1, upper, foot - self.borders)):
                 # The cell of the foot counts as whole wall wherever it is wall; what an end near it changes is added.
@@ -292,7 +301,7 @@ class _Line:
         return cells, ends, stay
 
     def segments(
-        self, chain: Chain, corners: Sequence[tuple[float, int]], others: Sequence[Segment]
+        self, chain: Chain, corners: Sequence[_CornerOnLine], others: Sequence[Segment]
     ) -> list[Segment]:
         """Take the runs of cells that are more likely wall than not, as far as stations detected them."""
         is_wall = np.concatenate([[False], chain.wall > 0.5, [False]])
@@ -367,9 +376,10 @@ def _points(line: FloatArray, places: FloatArray) -> FloatArray:
     return points
 
 
-def _beside(corners: Sequence[tuple[float, int]]) -> FloatArray:
-    """Places that a corner shows to be wall: a cell before it [m]."""
-    return np.array([place + (CELL if side == 0 else -CELL) for place, side in corners])
+def _beside(corners: Sequence[_CornerOnLine]) -> FloatArray:
+    """Places that corners of two known walls show to be wall: a cell before them [m]."""
+    known = [(each.place, each.sides[0]) for each in corners if len(each.sides) == 1]
+    return np.array([place + (CELL if side == 0 else -CELL) for place, side in known])
 
 
 def _fronts(line: FloatArray, others: Sequence[Segment]) -> list[tuple[float, float]]:
@@ -398,11 +408,9 @@ def path_crossings(line: FloatArray, path_xy: FloatArray) -> FloatArray:
     return crossings
 
 
-def _corner_ends(
-    number: int, wall: Hypothesis, segments: Sequence[Segment], echoes: Echoes
-) -> list[tuple[float, int]]:
-    """Where other walls abut on a line with a corner that was detected, and which end of the wall lies there."""
-    along, ends = directions(wall.line[0] + math.pi / 2), []
+def _corners_on(number: int, wall: Hypothesis, segments: Sequence[Segment], echoes: Echoes) -> list[_CornerOnLine]:
+    """Find the corners that were detected on a line: with other walls that abut on it, and with nothing known."""
+    along, corners = directions(wall.line[0] + math.pi / 2), []
     for other in segments:
         if other.owner == number or abs(math.cos(wall.line[0] - other.wall.line[0])) > _OBLIQUE:
             continue
@@ -410,7 +418,13 @@ def _corner_ends(
         is_detected = echo.is_believed and echo.pings >= _LEAST_PINGS
         if not is_detected or other.extension(point) > _AWAY or other.is_open_toward(point):
             continue
-        # The wall lies before the other one: if its normal looks down the line, this is the upper end.
+        # The wall lies before the other one: if its normal looks up the line, this is the upper end.
         ahead = float(directions(other.wall.line[0]) @ along)
-        ends.append((float(point @ along), 1 if ahead > 0.0 else 0))
-    return ends
+        corners.append(_CornerOnLine(float(point @ along), (1 if ahead > 0.0 else 0,)))
+    on_line = np.abs(echoes.corners_xy @ directions(wall.line[0]) - wall.line[1]) < _CORNER_REACH
+    alone = [place for place in echoes.corners_xy[on_line] @ along if not _is_near(place, corners)]
+    return [*corners, *(_CornerOnLine(float(place), (0, 1)) for place in alone)]
+
+
+def _is_near(place: float, corners: Sequence[_CornerOnLine]) -> bool:
+    return any(abs(place - each.place) < 2.0 * _CORNER_REACH for each in corners)
