@@ -8,6 +8,7 @@ import numpy as np
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
+from echoplan.mapping.joint.outline.segments import End
 from echoplan.model import Opening, UnobservedStretch
 
 __all__ = ["Gap", "merged_faces", "openings_of", "unobserved_of"]
@@ -26,10 +27,8 @@ class Gap:
         Indices of the walls beside it.
     line : ndarray, shape (2,)
         Normal angle and offset [rad, m].
-    ends : ndarray, shape (2,)
-        Where it begins and ends along the line [m].
-    variances : ndarray, shape (2,)
-        Of both ends [m^2].
+    jambs : tuple of End
+        Where it begins and ends along the line.
     is_free : bool
         Whether there is surely no wall somewhere in it.
     is_open : bool
@@ -40,11 +39,15 @@ class Gap:
 
     walls: tuple[int, ...]
     line: FloatArray
-    ends: FloatArray
-    variances: FloatArray
+    jambs: tuple[End, End]
     is_free: bool
     is_open: bool
     passed: bool
+
+    @property
+    def ends(self) -> FloatArray:
+        """Where it begins and ends along the line [m], shape (2,)."""
+        return np.array([each.place for each in self.jambs])
 
     @property
     def endpoints_xy(self) -> FloatArray:
@@ -63,18 +66,18 @@ class Gap:
         return bool(-_THICKEST < between < 0.0 and high - low > 0.5 * shorter)
 
     def merged(self, other: "Gap") -> "Gap":
-        """Merge it, an open one, with that of the other face: midway between both, each end the weighted mean of two.
+        """Merge it, an open one, with that of the other face: midway between both, each end where both say that it is.
 
         A gap in the other face that is not known to be open only tells where that face is.
         """
-        ends, variances = -other.ends[::-1], other.variances[::-1]
-        weights = 1.0 / np.stack([self.variances, variances if other.is_open else np.full(2, np.inf)])
+        first, last = self.jambs
+        if other.is_open:
+            first, last = first.joined(other.jambs[1].reversed()), last.joined(other.jambs[0].reversed())
         return replace(
             self,
             walls=(*self.walls, *other.walls),
             line=np.array([self.line[0], 0.5 * (self.line[1] - other.line[1])]),
-            ends=(weights * np.stack([self.ends, ends])).sum(axis=0) / weights.sum(axis=0),
-            variances=1.0 / weights.sum(axis=0),
+            jambs=(first, last),
             passed=self.passed or other.passed,
         )
 
@@ -96,7 +99,7 @@ def openings_of(gaps: Sequence[Gap]) -> tuple[Opening, ...]:
     return tuple(
         Opening(
             endpoints_xy=each.endpoints_xy,
-            width_sigma=float(np.sqrt(each.variances.sum())),
+            width_sigma=math.hypot(*(jamb.sigma for jamb in each.jambs)),
             walls=each.walls,
             passed=each.passed,
         )

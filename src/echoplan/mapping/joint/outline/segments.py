@@ -23,7 +23,7 @@ from echoplan.mapping.joint.outline.chain import Chain, smoothed
 from echoplan.mapping.joint.outline.views import OFFSETS
 from echoplan.mapping.joint.search.echoes import Echoes
 
-__all__ = ["CELL", "Segment", "SegmentSettings", "find_segments", "path_crossings"]
+__all__ = ["CELL", "End", "Segment", "SegmentSettings", "find_segments", "path_crossings"]
 
 # Width of a cell [m].
 CELL = 0.02
@@ -39,6 +39,8 @@ _DEEPEST = 1.0
 _PARALLEL = math.cos(math.radians(12.0))
 # Feet of single pings lie about that of their station: by less than the arm of a turret [m].
 _ARM = 0.1
+# Share of the probability of one source about which two must agree to be joined.
+_AGREEMENT = 0.01
 # Standard deviations across the 95 % interval of a normal distribution.
 _WIDTH_OF_95 = 2.0 * 1.96
 # Walls off a right angle by more than 5 degrees return no echo from their corner (cosine between the normals).
@@ -73,6 +75,57 @@ class SegmentSettings(BaseModel, frozen=True, extra="forbid"):
     certain: float = Field(default=0.95, gt=0.5, lt=1.0, description="Probability from which a cell counts as known.")
 
 
+class End(NamedTuple):
+    """Where a wall may end along its line.
+
+    Attributes
+    ----------
+    places : ndarray, shape (n,)
+        Borders between cells, in order [m].
+    chances : ndarray, shape (n,)
+        Probability of each, up to a factor.
+    """
+
+    places: FloatArray
+    chances: FloatArray
+
+    @classmethod
+    def normal(cls, place: float, sigma: float) -> "End":
+        """Make one that is normally distributed."""
+        deviations = np.linspace(-3.0, 3.0, 61)
+        return cls(place + max(sigma, 1e-6) * deviations, np.exp(-0.5 * deviations**2))
+
+    @property
+    def interval(self) -> FloatArray:
+        """Quantiles of 2.5, 50 and 97.5 % [m], shape (3,)."""
+        half = 0.5 * (self.places[-1] - self.places[0]) / (len(self.places) - 1) if len(self.places) > 1 else 0.5 * CELL
+        total = np.concatenate([[0.0], np.cumsum(self.chances)]) / self.chances.sum()
+        bounds = np.concatenate([self.places[:1] - half, self.places + half])
+        quantiles: FloatArray = np.interp([0.025, 0.5, 0.975], total, bounds)
+        return quantiles
+
+    @property
+    def place(self) -> float:
+        """Median [m]."""
+        return float(self.interval[1])
+
+    @property
+    def sigma(self) -> float:
+        """Half the width of the 95 % interval, divided by 1.96 [m]."""
+        lower, _, upper = self.interval
+        return float(upper - lower) / _WIDTH_OF_95
+
+    def reversed(self) -> "End":
+        """Return the same end along the same line counted the other way."""
+        return End(-self.places[::-1], self.chances[::-1])
+
+    def joined(self, other: "End") -> "End":
+        """Return where the end is if two independent sources say where; the better known one if they disagree."""
+        fine, coarse = sorted((self, other), key=lambda each: each.sigma)
+        chances = fine.chances * np.interp(fine.places, coarse.places, coarse.chances, left=0.0, right=0.0)
+        return End(fine.places, chances) if chances.sum() > _AGREEMENT * coarse.chances.max() else fine
+
+
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Segment:
     """A part of a line that is wall.
@@ -85,9 +138,8 @@ class Segment:
         The feature.
     low, high : float
         Ends along the line [m].
-    sigmas : tuple of float
-        Standard deviation of both: half the width of the 95 % interval, divided by 1.96 [m]; NaN where nothing says
-        that the wall ends there.
+    ends : tuple of End or None
+        Where the lower and the upper end may be; None where nothing says that the wall ends there.
     pings : int
         How many pings it reflected.
     start : float
@@ -100,7 +152,7 @@ class Segment:
     wall: Hypothesis
     low: float
     high: float
-    sigmas: tuple[float, float]
+    ends: tuple[End | None, End | None]
     pings: int
     start: float
     chances: FloatArray
@@ -338,36 +390,25 @@ class _Line:
         # A station may detect a wall from a little past its end.
         low = self._end(chain.ends[0], -math.inf if before is None else before[-1], piece[0] + OFFSETS[-1])
         high = self._end(chain.ends[1], piece[-1] - OFFSETS[-1], math.inf if after is None else after[0])
-        is_low = low is not None and (before is not None or low.sigma < self.settings.max_end_sigma)
-        is_high = high is not None and (after is not None or high.sigma < self.settings.max_end_sigma)
+        if low is not None and before is None and low.sigma > self.settings.max_end_sigma:
+            low = None
+        if high is not None and after is None and high.sigma > self.settings.max_end_sigma:
+            high = None
         return Segment(
             owner=self.owner,
             wall=self.wall,
-            low=low.place if is_low else first,
-            high=high.place if is_high else last,
-            sigmas=(low.sigma if is_low else math.nan, high.sigma if is_high else math.nan),
+            low=first if low is None else low.place,
+            high=last if high is None else high.place,
+            ends=(low, high),
             pings=round(self.wall.past.pings * len(near) / max(len(feet), 1)),
             start=self.start,
             chances=chain.wall,
         )
 
-    def _end(self, ends: FloatArray, low: float, high: float) -> "_End | None":
+    def _end(self, ends: FloatArray, low: float, high: float) -> End | None:
         """Return the end of a wall between two places; None if there may be none."""
-        borders = self.borders
-        within = (borders > low) & (borders < high)
-        chances, places = ends[within], borders[within]
-        if chances.sum() < self.settings.certain:
-            return None
-        total = np.cumsum(chances) / chances.sum()
-        lower, place, upper = np.interp([0.025, 0.5, 0.975], total, places + 0.5 * CELL)
-        return _End(float(place), float(upper - lower) / _WIDTH_OF_95)
-
-
-class _End(NamedTuple):
-    """Where a wall ends along its line, in the median, and the width of the 95 % interval over 2 x 1.96 [m]."""
-
-    place: float
-    sigma: float
+        within = (self.borders > low) & (self.borders < high)
+        return End(self.borders[within], ends[within]) if ends[within].sum() > self.settings.certain else None
 
 
 def _points(line: FloatArray, places: FloatArray) -> FloatArray:
