@@ -1,12 +1,13 @@
 """The method joint in random rooms: python benchmarks/joint.py [ROOMS] [--stations N] [--poses trust] [--recess].
 
 Draws so many rooms (100 unless told otherwise), sounds them by the simulator, maps them, and prints what is found and
-how exactly, which rooms are not right, whether covariances and class probabilities are true, how near the errors come
-to the Cramer-Rao bound, what was learned of the sonar, and the time.  Each is sounded from 14 stations, or from as many
-as ``--stations`` says.  The poses are exact: ``--poses trust`` tells the method so.  ``--misset`` lets the modules of
-each room be off by up to half a step of their readings, which is what the method takes them to be.  ``--recess`` lets a
-pier stand out from one wall of each room, or sinks a niche into it.  ``--by-hand M`` sets the robot down on two marks
-0.2 m apart, and each of them is off by so much.  ``--save FILE`` keeps what docs/how_it_works.py draws.
+how exactly, how much of the wall length and which openings are right, which rooms are not right, whether covariances
+and class probabilities are true, how near the errors come to the Cramer-Rao bound, what was learned of the sonar, and
+the time.  Each is sounded from 14 stations, or from as many as ``--stations`` says.  The poses are exact:
+``--poses trust`` tells the method so.  ``--misset`` lets the modules of each room be off by up to half a step of their
+readings, which is what the method takes them to be.  ``--recess`` lets a pier stand out from one wall of each room, or
+sinks a niche into it.  ``--by-hand M`` sets the robot down on two marks 0.2 m apart, and each of them is off by so
+much.  ``--save FILE`` keeps what docs/how_it_works.py draws.
 """
 
 import argparse
@@ -25,7 +26,16 @@ import numpy as np
 from bound import against_bound, true_scale  # type: ignore[import-not-found]  # beside this file
 from echoplan.arrays import FloatArray
 from echoplan.cli.terminal import show, tracked
-from echoplan.evaluation import Evaluation, Interval, Summary, consistency_table, deviation_table, evaluate, pool
+from echoplan.evaluation import (
+    Evaluation,
+    Interval,
+    Summary,
+    consistency_table,
+    deviation_table,
+    evaluate,
+    floor_plan_tables,
+    pool,
+)
 from echoplan.evaluation.consistency import PARAMETERS
 from echoplan.io import rig_names
 from echoplan.mapping.joint.settings import PoseMode
@@ -180,6 +190,7 @@ def tables(outcomes: Sequence[Outcome]) -> list[Table]:
     summary = summed(outcomes)
     return [
         score_table(outcomes),
+        *plan_tables(outcomes),
         deviation_table(summary),
         fault_table(outcomes),
         consistency_table({name: each.consistency for name, each in summary.classes.items()}),
@@ -196,13 +207,6 @@ def summed(outcomes: Sequence[Outcome]) -> Summary:
 
 def score_table(outcomes: Sequence[Outcome]) -> Table:
     """Tell how complete, right and exact the maps are, by kind of room, by what became of the poses, and in all."""
-    groups = {
-        "right-angled": [each for each in outcomes if not is_oblique(each.seed)],
-        "oblique": [each for each in outcomes if is_oblique(each.seed)],
-        "poses kept": [each for each in outcomes if not is_moved(each)],
-        "poses moved": [each for each in outcomes if is_moved(each)],
-        "all": outcomes,
-    }
     rows = [
         (
             f"{len(members)} {group}: {name}s",
@@ -212,8 +216,7 @@ def score_table(outcomes: Sequence[Outcome]) -> Table:
             f"{1000 * each.distance.median.value:.2f}",
             f"{1000 * each.distance.percentile95.value:.1f}",
         )
-        for group, members in groups.items()
-        if members
+        for group, members in grouped(outcomes).items()
         for name, each in summed(members).classes.items()
     ]
     return Table(
@@ -221,6 +224,24 @@ def score_table(outcomes: Sequence[Outcome]) -> Table:
         columns=("rooms", "wanted", "recall (%)", "precision (%)", "median error (mm)", "95th percentile"),
         rows=tuple(rows),
     )
+
+
+def plan_tables(outcomes: Sequence[Outcome]) -> tuple[Table, ...]:
+    """Lay out wall lengths, wall ends and openings, by the same groups."""
+    plans = {f"{len(members)} {group}": summed(members).floor_plan for group, members in grouped(outcomes).items()}
+    return floor_plan_tables(plans, rows="rooms")
+
+
+def grouped(outcomes: Sequence[Outcome]) -> dict[str, Sequence[Outcome]]:
+    """Group rooms by their kind and by what became of the poses; without empty groups."""
+    groups = {
+        "right-angled": [each for each in outcomes if not is_oblique(each.seed)],
+        "oblique": [each for each in outcomes if is_oblique(each.seed)],
+        "poses kept": [each for each in outcomes if not is_moved(each)],
+        "poses moved": [each for each in outcomes if is_moved(each)],
+        "all": outcomes,
+    }
+    return {group: members for group, members in groups.items() if members}
 
 
 def is_moved(outcome: Outcome) -> bool:

@@ -2,7 +2,8 @@
 
 A folder is a recording (pings.csv, rig.toml, truth.json) or holds recordings; those without truth are passed over.
 Prints a row for each recording and method, and a row for all recordings of a method together, with the seconds of
-the processor that mapping took, once the compiled code for exact poses was loaded.  ``--shaken`` scores copies with
+the processor that mapping took, once the compiled code for exact poses was loaded; then wall lengths, wall ends and
+openings in tables of their own.  ``--shaken`` scores copies with
 a millimetre of noise instead of the recordings themselves.
 """
 
@@ -19,7 +20,16 @@ import numpy as np
 
 from copies import shaken  # type: ignore[import-not-found]  # beside this file
 from echoplan.cli.terminal import show
-from echoplan.evaluation import Evaluation, EvaluationSettings, MatchingSettings, Summary, evaluate, pool
+from echoplan.evaluation import (
+    Evaluation,
+    EvaluationSettings,
+    FloorPlanScore,
+    MatchingSettings,
+    Summary,
+    evaluate,
+    floor_plan_tables,
+    pool,
+)
 from echoplan.io import read_recording, read_truth
 from echoplan.methods import METHODS, find_method, map_sweeps
 from echoplan.model import FeatureClass, Table
@@ -64,7 +74,8 @@ def main() -> None:
     with ProcessPoolExecutor(initializer=warm_up, initargs=(methods,)) as workers:
         outcomes = list(workers.map(run, cases))
     for method in methods:
-        show(table(method, [outcome for outcome in outcomes if outcome.case.method == method]))
+        for scores in tables(method, [outcome for outcome in outcomes if outcome.case.method == method]):
+            show(scores)
 
 
 def parse() -> argparse.Namespace:
@@ -96,23 +107,23 @@ def run(case: Case) -> Outcome:
     start = process_time()
     feature_map = map_sweeps(find_method(case.method).build(recording.rig), shaken(recording, case.copy))
     seconds = process_time() - start
-    settings = EvaluationSettings(matching=MatchingSettings(min_heard=case.min_heard))
+    matching = MatchingSettings(min_heard=case.min_heard, opening_reach=float(recording.rig.max_ranges.max()))
+    truth = read_truth(case.folder / "truth.json")
     return Outcome(
         case=case,
-        evaluation=evaluate(feature_map, read_truth(case.folder / "truth.json"), settings),
+        evaluation=evaluate(feature_map, truth, EvaluationSettings(matching=matching)),
         seconds=seconds,
     )
 
 
-def table(method: str, outcomes: list[Outcome]) -> Table:
+def tables(method: str, outcomes: list[Outcome]) -> tuple[Table, ...]:
     """Lay out the scores of one method."""
     rows = [row(outcome.case.name, [outcome.evaluation], outcome.seconds) for outcome in outcomes]
     total = row("all", [outcome.evaluation for outcome in outcomes], sum(outcome.seconds for outcome in outcomes))
-    return Table(
-        title=f"{method}: recall / precision (%), mean deviation",
-        columns=COLUMNS,
-        rows=(*rows, total),
-    )
+    title = f"{method}: recall / precision (%), mean deviation"
+    plans = {outcome.case.name: outcome.evaluation.floor_plan for outcome in outcomes}
+    plans["all"] = sum(plans.values(), start=FloorPlanScore())
+    return Table(title=title, columns=COLUMNS, rows=(*rows, total)), *floor_plan_tables(plans, rows=COLUMNS[0])
 
 
 def row(name: str, evaluations: Iterable[Evaluation], seconds: float) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from echoplan.model import FeatureMap, Recording, Truth
 from echoplan.simulation import Simulation, SimulationSettings
 from echoplan.simulation.settings import OdometryNoise
 from echoplan.sources import find_truth, open_source
-from echoplan.viewer.maps import draw_cylinders, draw_truth, draw_walls
+from echoplan.viewer.maps import draw_cylinders, draw_openings, draw_truth, draw_unobserved, draw_walls
 
 PICTURES = Path(__file__).parent / "pictures"
 
@@ -110,6 +110,8 @@ def _draw_map(panel: Axes, found: FeatureMap, truth: Truth | None) -> None:
         panel.set_xlim(low[0], high[0])
         panel.set_ylim(low[1], high[1])
     draw_walls(panel, found.walls, found.poses[:, :2], thickness=0.04)
+    draw_unobserved(panel, found.unobserved)
+    draw_openings(panel, found, thickness=0.04)
     draw_cylinders(panel, found.cylinders)
     panel.plot(*found.poses[:, :2].T, ".", color="gray", markersize=2)
 

@@ -3,12 +3,13 @@
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from echoplan.arrays import FloatArray
 from echoplan.mapping import Observation
-from echoplan.model import Corner, CornerKind
+from echoplan.model import Corner, CornerKind, FeatureMap, Opening, UnobservedStretch
 from echoplan.viewer.plan import Plan
 from maps import ROOM, corner, cylinder, drawn, wall
 from scenes import observed_circle, observed_wall
@@ -25,6 +26,23 @@ def full_plan(*, heard: tuple[Observation, ...] = HEARD) -> Plan:
     walls = [wall(start, end) for start, end in ROOM.walls_xy]
     found = drawn(*walls, corner([0.0, 0.0]), edge, cylinder([3.5, 0.6], 0.1), poses=STATIONS)
     return Plan(feature_map=found, truth=ROOM, heard=heard, echoes_xy=np.array([[1.0, 0.0], [9.0, 9.0]]))
+
+
+def gapped_map() -> FeatureMap:
+    """A floor with a doorway that was driven through, a slit that was seen through and a hidden stretch.
+
+    Its last wall is inferred over 0.5 m at its end; all was observed from above.
+    """
+    floor = [wall([left, 0.0], [right, 0.0]) for left, right in ((0.0, 1.0), (1.9, 3.0), (3.25, 4.0), (4.5, 6.0))]
+    floor[-1] = replace(floor[-1], endpoint_sigmas=np.array([0.01, np.nan]), inferred=np.array([0.0, 0.5]))
+    return replace(
+        drawn(*floor, poses=[[1.5, 1.0, 0.0], [1.5, -1.0, 0.0], [3.0, 1.0, 0.0], [5.0, 1.0, 0.0], [3.5, 1.0, 0.0]]),
+        openings=(
+            Opening(endpoints_xy=np.array([[1.0, 0.0], [1.9, 0.0]]), width_sigma=0.02, walls=(0, 1), passed=True),
+            Opening(endpoints_xy=np.array([[3.0, 0.0], [3.25, 0.0]]), width_sigma=0.1, walls=(1, 2)),
+        ),
+        unobserved=(UnobservedStretch(endpoints_xy=np.array([[4.0, 0.0], [4.5, 0.0]]), walls=(2, 3)),),
+    )
 
 
 def strokes(made: ET.Element) -> list[FloatArray]:

@@ -30,6 +30,7 @@ FORMATS: dict[str, tuple[Callable[[Path | str], Any], Callable[[Path | str, Any]
     "way.csv": (read_route, write_route),
     "truth.json": (read_truth, write_truth),
     "map.json": (read_map, write_map),
+    "map-openings.json": (read_map, write_map),
 }
 
 
@@ -104,3 +105,16 @@ def test_a_truth_and_a_map_mean_what_they_meant() -> None:
     assert found.corners[0].class_probabilities.corner == 0.75
     assert found.cylinders[0].center_xy.tolist() == [3.2, 1.0]
     assert found.sweeps.tolist() == [2, 5]
+
+
+def test_openings_mean_what_they_meant() -> None:
+    assert read_map(FOLDER / "map.json").openings == ()
+    found = read_map(FOLDER / "map-openings.json")
+    np.testing.assert_array_equal(found.walls[0].endpoint_sigmas, [np.nan, 0.015])
+    assert found.walls[1].inferred.tolist() == [0.0, 0.35]
+    driven, seen = found.openings
+    assert driven.endpoints_xy.tolist() == [[1.5, 0.0], [2.4, 0.0]]
+    assert (driven.width_sigma, driven.walls, driven.passed) == (0.02, (0, 1), True)
+    assert (seen.walls, seen.passed) == ((1,), False)
+    assert found.unobserved[0].endpoints_xy.tolist() == [[4.0, 0.5], [4.0, 1.25]]
+    assert found.unobserved[0].walls == (2, 2)

@@ -22,7 +22,7 @@ def compared(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
 
 def test_a_table_on_the_terminal_has_a_row_for_each_method(compared: tuple[Path, str]) -> None:
     rows = [line.split() for line in compared[1].splitlines() if line.startswith(("mdp-fuzzy", "rcd"))]
-    assert [row[0] for row in rows] == ["mdp-fuzzy", "rcd"]
+    assert [row[0] for row in rows] == 2 * ["mdp-fuzzy", "rcd"]
     assert rows[0][4:7] == ["100", "/", "100"]
 
 
@@ -31,6 +31,8 @@ def test_the_numbers_on_disk_are_those_of_the_maps(compared: tuple[Path, str]) -
     document = json.loads((compared[0] / "comparison.json").read_text(encoding="utf-8"))
     assert [float(row["wall_recall"]) for row in rows] == [1.0, 1.0]
     assert float(rows[0]["wall_offset_mm"]) < 5.0
+    assert float(rows[0]["length_precision"]) > 0.9
+    assert (rows[0]["walked_through"], rows[0]["opening_recall"]) == ("0.0", "")
     assert float(rows[0]["map_error_mm"]) < 10.0 < float(rows[1]["map_error_mm"])
     assert document["methods"][0]["trials"][0]["evaluation"]["walls"]["recall"] == 1.0
 

@@ -65,12 +65,13 @@ def test_the_truth_and_the_map_are_read(examples: Path) -> None:
     assert read_truth(examples / "truth.json").walls_heard.tolist() == [3, 1]
     found = read_map(examples / "map.json")
     assert (found.walls[0].pings, found.corners[0].kind, found.cylinders[0].radius) == (412, CornerKind.CONCAVE, 0.1)
+    assert (found.openings[0].passed, found.walls[1].inferred.tolist()) == (True, [0.0, 0.4])
 
 
 def test_every_key_of_a_map_is_explained(examples: Path) -> None:
     write_map(examples / "again.json", read_map(examples / "map.json"))
     document = json.loads((examples / "again.json").read_text())
-    features = [document[kind][0] for kind in ("walls", "corners", "cylinders")]
+    features = [document[kind][-1] for kind in ("walls", "corners", "cylinders", "openings", "unobserved")]
     keys = {key for table in (document, *features) for key in table}
     assert [key for key in sorted(keys) if f"`{key}`" not in TEXT] == []
 

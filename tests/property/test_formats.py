@@ -37,6 +37,7 @@ from echoplan.model import (
     FeatureMap,
     Firing,
     Odometry,
+    Opening,
     Pillar,
     Polyline,
     Recording,
@@ -47,6 +48,7 @@ from echoplan.model import (
     Sweep,
     Transducer,
     Truth,
+    UnobservedStretch,
     Wall,
     World,
 )
@@ -198,7 +200,22 @@ def evidence(draw: st.DrawFn, size: int) -> dict[str, Any]:
 def walls(draw: st.DrawFn) -> Wall:
     start, length, angle = draw(st.tuples(st.tuples(lengths, lengths), st.floats(0.1, 9.0), angles))
     ends = np.array([start, np.add(start, [length, 0.0])])
-    return Wall(normal_angle=angle, offset=draw(lengths), endpoints_xy=ends, **draw(evidence(2)))
+    return Wall(
+        normal_angle=angle,
+        offset=draw(lengths),
+        endpoints_xy=ends,
+        endpoint_sigmas=np.array(draw(st.tuples(*2 * [sizes | st.just(np.nan)]))),
+        inferred=np.array(draw(st.tuples(*2 * [sizes | st.just(0.0)]))),
+        **draw(evidence(2)),
+    )
+
+
+@st.composite
+def gaps(draw: st.DrawFn, walls: int) -> dict[str, Any]:
+    """Ends of an opening or of a stretch, and the walls beside it."""
+    start = draw(st.tuples(lengths, lengths))
+    beside = draw(st.lists(st.integers(0, walls - 1), max_size=2)) if walls else []
+    return {"endpoints_xy": np.array([start, np.add(start, [0.5, 0.0])]), "walls": tuple(beside)}
 
 
 @st.composite
@@ -224,9 +241,13 @@ json_values = st.recursive(
 def maps(draw: st.DrawFn) -> FeatureMap:
     sweeps = draw(st.lists(counts, max_size=4))
     known = draw(st.sampled_from([sweeps, []]))
+    faces = tuple(draw(st.lists(walls(), max_size=2)))
+    beside = st.lists(gaps(len(faces)), max_size=2)
     return FeatureMap(
         method=draw(names),
-        walls=tuple(draw(st.lists(walls(), max_size=2))),
+        walls=faces,
+        openings=tuple(Opening(width_sigma=draw(sizes), passed=draw(st.booleans()), **each) for each in draw(beside)),
+        unobserved=tuple(UnobservedStretch(**each) for each in draw(beside)),
         corners=tuple(draw(st.lists(corners(), max_size=2))),
         cylinders=tuple(draw(st.lists(cylinders(), max_size=2))),
         sweeps=np.array(sweeps, dtype=np.int64),

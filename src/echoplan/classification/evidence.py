@@ -12,7 +12,18 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["MASKING", "NO_EVIDENCE", "UNCERTAIN", "UNHEARD", "Evidence", "audibility", "weigh"]
+__all__ = [
+    "MASKING",
+    "NO_EVIDENCE",
+    "UNCERTAIN",
+    "UNHEARD",
+    "Evidence",
+    "audibility",
+    "log_density",
+    "log_non_detection",
+    "noise_of",
+    "weigh",
+]
 
 _WALL = int(Kind.WALL)
 
@@ -150,19 +161,27 @@ def _ask(
     if excess <= _INAUDIBLE or not limits[0] <= reading <= limits[1]:
         return False, False, False, 0.0, 0.0
     late = heard - reading
-    scatter = noise * _SCATTER if excess < UNCERTAIN else noise
+    scatter = noise_of(excess, noise)
     within = reading < limits[1] - _BEYOND * scatter
-    miss = _miss(excess) if late > _BEYOND * scatter else 0.0
-    return True, within and excess > 0.0, late > -MASKING, _density(late, scatter, excess), within * miss
+    miss = log_non_detection(excess) if late > _BEYOND * scatter else 0.0
+    return True, within and excess > 0.0, late > -MASKING, log_density(late, scatter, excess), within * miss
 
 
 @compiled
-def _density(late: float, scatter: float, excess: float) -> float:
+def noise_of(excess: float, noise: float) -> float:
+    """Standard deviation of the reading of an echo of this signal excess [m]: more near the threshold."""
+    return noise * _SCATTER if excess < UNCERTAIN else noise
+
+
+@compiled
+def log_density(late: float, scatter: float, excess: float) -> float:
+    """Log density of a reading that is so much later than expected, times the detection probability [log 1/m]."""
     if abs(late) >= _NEAR * scatter:
         return UNHEARD
     return math.log(audibility(excess) / (_ROOT_TAU * scatter)) - 0.5 * (late / scatter) ** 2
 
 
 @compiled
-def _miss(excess: float) -> float:
+def log_non_detection(excess: float) -> float:
+    """Log probability that an echo of this signal excess [dB] is not detected."""
     return _SURE_MISS if excess > _SURE else math.log(max(1.0 - _HEARD * audibility(excess), _WRONG))

@@ -1,13 +1,14 @@
 """Past: what stations said of a feature whose pings are no longer at hand."""
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
-from echoplan.arrays import FloatArray
+from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.model import ClassProbabilities
 
-__all__ = ["NO_PAST", "Past"]
+__all__ = ["NO_PAST", "LineEvidence", "Past"]
 
 
 def _undecided() -> ClassProbabilities:
@@ -16,6 +17,37 @@ def _undecided() -> ClassProbabilities:
 
 def _nowhere() -> FloatArray:
     return np.zeros(0)
+
+
+class LineEvidence(NamedTuple):
+    """What k stations say of where a line is wall.
+
+    Attributes
+    ----------
+    feet : ndarray, shape (k,)
+        Foot of the perpendicular from each station, along the line [m].
+    centers_xy : ndarray, shape (k, 2)
+        The stations [m].
+    log_ratios : ndarray, shape (k, 2, m)
+        Log-likelihood ratio of a wall whose lower or upper end lies at each of m offsets from the foot against no wall
+        [nats].
+    """
+
+    feet: FloatArray
+    centers_xy: FloatArray
+    log_ratios: FloatArray
+
+    def joined(self, other: "LineEvidence") -> "LineEvidence":
+        """Add what other stations say."""
+        return other if not len(self.feet) else LineEvidence(*map(np.concatenate, zip(self, other, strict=True)))
+
+    def chosen(self, rows: BoolArray | IntArray) -> "LineEvidence":
+        """Keep some of the stations."""
+        return LineEvidence(*(each[rows] for each in self))
+
+
+def _no_line_evidence() -> LineEvidence:
+    return LineEvidence(np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2, 0)))
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -45,9 +77,9 @@ class Past:
     feet : ndarray, shape (k,)
         Where along a wall it sent sound back, in order [m].
     crossings : ndarray, shape (c,)
-        Where sound of other features went through its line, in order [m].
-    silences : ndarray, shape (d,)
-        Where along a wall stations should have heard it and did not, in order [m].
+        Where sound of other features crossed its line, one place a station and feature [m]: there it is no wall.
+    line : LineEvidence
+        What each station says of where the line of a wall is wall.
     probabilities : ClassProbabilities, optional
         How sure its class was when it was heard best.
     certainty : float
@@ -65,7 +97,7 @@ class Past:
     extent: tuple[float, float] = (np.inf, -np.inf)
     feet: FloatArray = field(default_factory=_nowhere)
     crossings: FloatArray = field(default_factory=_nowhere)
-    silences: FloatArray = field(default_factory=_nowhere)
+    line: LineEvidence = field(default_factory=_no_line_evidence)
     probabilities: ClassProbabilities = field(default_factory=_undecided)
     certainty: float = -np.inf
 

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from echoplan.comparison import MethodScore, Outcome, Subject
-    from echoplan.model import Table
 
 __all__ = ["run"]
 
@@ -35,7 +34,7 @@ def run(
     Example: echoplan compare sim:square sim:paper-room --methods mdp-fuzzy,rcd --out comparison/
     """
     # --help must not wait for NumPy.
-    from echoplan.comparison import Trial, failure_table, run_trials, score_methods, score_table  # noqa: PLC0415
+    from echoplan.comparison import Trial, comparison_tables, run_trials, score_methods  # noqa: PLC0415
     from echoplan.io import check_folder  # noqa: PLC0415
 
     names = _chosen(methods)
@@ -46,7 +45,8 @@ def run(
     done = tracked(run_trials(trials, workers=jobs), total=len(trials), task="comparing")
     outcomes = _in_order(done, subjects)
     scores = score_methods(outcomes, names)
-    _show(score_table(scores), failure_table(outcomes))
+    for table in comparison_tables(scores):
+        show(table)
     if out is not None:
         _write(out, scores)
 
@@ -72,12 +72,6 @@ def _subject(text: str, truth: Path | None, *, min_heard: int) -> "Subject":
         truth=read_truth(inside(truth, "truth.json")) if truth else find_truth(text, opened),
         min_heard=min_heard,
     )
-
-
-def _show(*tables: "Table") -> None:
-    for table in tables:
-        if table.rows:
-            show(table)
 
 
 def _in_order(outcomes: "Iterable[Outcome]", subjects: "Sequence[Subject]") -> "list[Outcome]":

@@ -18,9 +18,10 @@ def run(
     feature_map: Annotated[Path, typer.Argument(metavar="MAP", help="A map.json, or the folder that holds it.")],
     truth: Annotated[Path, typer.Argument(help="A truth.json, the folder that holds it, or a world.toml.")],
     min_heard: Annotated[int, typer.Option(help="Objects heard from fewer stations are not asked for.", min=0)] = 2,
+    reach: Annotated[float, typer.Option(help="Stations farther from an opening do not face it [m].", min=0.1)] = 4.0,
     as_json: Annotated[bool, typer.Option("--json", help="Print all numbers as JSON.")] = False,
 ) -> None:
-    """Hold a map against the truth: Table 5 of the paper, recall and precision, classes, uncertainties.
+    """Compare a map with the truth: Table 5 of the paper, recall and precision, classes, uncertainties, openings.
 
     Example: echoplan evaluate map/ rec/truth.json
     """
@@ -34,7 +35,8 @@ def run(
     from echoplan.io.text import format_json  # noqa: PLC0415
 
     drawn, true = read_map(inside(feature_map, "map.json")), read_truth(inside(truth, "truth.json"))
-    evaluation = evaluate(drawn, true, EvaluationSettings(matching=MatchingSettings(min_heard=min_heard)))
+    matching = MatchingSettings(min_heard=min_heard, opening_reach=reach)
+    evaluation = evaluate(drawn, true, EvaluationSettings(matching=matching))
     if as_json:
         put(format_json(evaluation_document(evaluation)))
         return
@@ -55,12 +57,14 @@ def evaluation_tables(evaluation: "Evaluation") -> tuple["Table", ...]:
     Returns
     -------
     tuple of Table
-        Walls, cylinders, recall and precision, classes, consistency, poses; without those that would be empty.
+        Walls, cylinders, recall and precision, wall lengths, openings, classes, consistency, poses; without those that
+        would be empty.
     """
     from echoplan.evaluation import (  # noqa: PLC0415
         confusion_table,
         consistency_table,
         cylinder_table,
+        floor_plan_tables,
         tally_table,
         trajectory_table,
         wall_table,
@@ -70,6 +74,7 @@ def evaluation_tables(evaluation: "Evaluation") -> tuple["Table", ...]:
         wall_table(evaluation.matches.walls),
         cylinder_table(evaluation.matches.cylinders),
         tally_table({name: matching.tally for name, matching in evaluation.matches.by_class.items()}),
+        *floor_plan_tables({evaluation.method: evaluation.floor_plan}, rows="method"),
         confusion_table(evaluation.confusion),
         consistency_table(evaluation.consistency),
         trajectory_table(evaluation.trajectory),

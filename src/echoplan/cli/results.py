@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from echoplan.cli.evaluate import evaluation_tables
-from echoplan.cli.terminal import put, report_files
+from echoplan.cli.terminal import put, report_files, show
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -90,16 +90,19 @@ def write_results(folder: Path, results: Results) -> None:
 
 
 def say_what_was_found(plan: "Plan") -> None:
-    """Print a line about a map.
+    """Print a line about a map, and a table of its openings if it has any.
 
     Parameters
     ----------
     plan : Plan
         The map.
     """
-    from echoplan.viewer import found_in_words  # noqa: PLC0415
+    from echoplan.viewer import found_in_words, opening_table  # noqa: PLC0415
 
     put(found_in_words(plan.feature_map))
+    if plan.feature_map.openings:
+        put()
+        show(opening_table(plan.feature_map.openings))
     for section in _learned(plan):
         for name, text in section.items:
             put(f"{name}: {text}")

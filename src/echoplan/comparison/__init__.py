@@ -4,7 +4,7 @@ from echoplan.comparison.documents import comparison_csv, comparison_document
 from echoplan.comparison.page import comparison_page
 from echoplan.comparison.running import run_trials
 from echoplan.comparison.scores import MethodScore, score_methods
-from echoplan.comparison.tables import failure_table, score_table
+from echoplan.comparison.tables import comparison_tables, failure_table, score_table
 from echoplan.comparison.trials import Outcome, Subject, Trial, measure
 
 __all__ = [
@@ -15,6 +15,7 @@ __all__ = [
     "comparison_csv",
     "comparison_document",
     "comparison_page",
+    "comparison_tables",
     "failure_table",
     "measure",
     "run_trials",

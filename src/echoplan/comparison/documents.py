@@ -27,6 +27,12 @@ _SCORES: Mapping[str, Callable[[Evaluation], float]] = {
     "cylinder_recall": lambda each: each.matches.cylinders.tally.recall,
     "cylinder_precision": lambda each: each.matches.cylinders.tally.precision,
     "map_error_mm": lambda each: 1000 * each.map_error.mean,
+    "length_recall": lambda each: each.floor_plan.lengths.recall,
+    "length_precision": lambda each: each.floor_plan.lengths.precision,
+    "walked_through": lambda each: each.floor_plan.lengths.walked_through,
+    "opening_recall": lambda each: each.floor_plan.openings.recall,
+    "opening_precision": lambda each: each.floor_plan.openings.precision,
+    "opening_width_mm": lambda each: 1000 * each.floor_plan.opening_widths.mean,
     "pose_error_mm": lambda each: 1000 * each.trajectory.absolute_error if each.trajectory else nan,
 }
 

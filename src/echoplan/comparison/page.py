@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from math import isnan
 
 from echoplan.comparison.scores import MethodScore
-from echoplan.comparison.tables import failure_table, score_table
+from echoplan.comparison.tables import comparison_tables
 from echoplan.comparison.trials import Outcome
 from echoplan.viewer import Exhibit, Gallery, Plan, gallery_html
 
@@ -26,7 +26,6 @@ def comparison_page(scores: Sequence[MethodScore]) -> str:
     """
     outcomes = [outcome for score in scores for outcome in score.outcomes]
     subjects = {outcome.trial.subject.name: outcome.trial.subject for outcome in outcomes}
-    tables = (score_table(scores), failure_table(outcomes))
     return gallery_html(
         Gallery(
             title=f"{_counted(len(scores), 'method')}, side by side",
@@ -36,7 +35,7 @@ def comparison_page(scores: Sequence[MethodScore]) -> str:
                 (name, tuple(_exhibit(each) for each in outcomes if each.trial.subject.name == name))
                 for name in subjects
             ),
-            sections=tuple(table for table in tables if table.rows),
+            sections=comparison_tables(scores),
         )
     )
 

@@ -5,10 +5,10 @@ from math import degrees, isnan
 
 from echoplan.comparison.scores import MethodScore
 from echoplan.comparison.trials import Outcome
-from echoplan.evaluation import GridScore, Summary
+from echoplan.evaluation import GridScore, Summary, floor_plan_tables
 from echoplan.model import FeatureClass, Table
 
-__all__ = ["failure_table", "score_table"]
+__all__ = ["comparison_tables", "failure_table", "score_table"]
 
 _UNKNOWN = "-"
 _MEANING = "; shares are recall / precision, of grids errors of occupied / free cells"
@@ -23,6 +23,25 @@ _RIGHTNESS = (
     "grid (%)",
     "poses (mm)",
 )
+
+
+def comparison_tables(scores: Sequence[MethodScore]) -> tuple[Table, ...]:
+    """Lay out all that a comparison says.
+
+    Parameters
+    ----------
+    scores : sequence of MethodScore
+        What each method reached.
+
+    Returns
+    -------
+    tuple of Table
+        Scores, walls and openings as on a floor plan, and failures; without those that would be empty.
+    """
+    plans = {score.method: score.summary.floor_plan for score in scores if score.summary}
+    failures = failure_table([outcome for score in scores for outcome in score.outcomes])
+    tables = (score_table(scores), *floor_plan_tables(plans, rows="method"), failures)
+    return tuple(table for table in tables if table.rows)
 
 
 def score_table(scores: Sequence[MethodScore]) -> Table:

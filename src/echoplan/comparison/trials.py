@@ -48,7 +48,8 @@ class Subject:
     @property
     def settings(self) -> EvaluationSettings:
         """How maps of it are evaluated."""
-        return EvaluationSettings(matching=MatchingSettings(min_heard=self.min_heard))
+        matching = MatchingSettings(min_heard=self.min_heard, opening_reach=_reach(self.recording))
+        return EvaluationSettings(matching=matching)
 
     @property
     def pings(self) -> int:

@@ -6,7 +6,11 @@ from echoplan.evaluation.consistency import Consistency
 from echoplan.evaluation.deviations import Deviation, deviations
 from echoplan.evaluation.documents import evaluation_document, summary_document
 from echoplan.evaluation.evaluation import Evaluation, EvaluationSettings, evaluate
+from echoplan.evaluation.floor_plan import FloorPlanScore
+from echoplan.evaluation.floor_plan_tables import floor_plan_tables
 from echoplan.evaluation.grids import GridScore, pool_grid_scores, score_grid, true_grid
+from echoplan.evaluation.intervals import IntervalErrors
+from echoplan.evaluation.lengths import WallLengths
 from echoplan.evaluation.map_error import map_error
 from echoplan.evaluation.matches import CylinderMatch, Match, Matches, Matching, WallMatch
 from echoplan.evaluation.matching import MatchingSettings, match_map
@@ -37,8 +41,10 @@ __all__ = [
     "Distribution",
     "Evaluation",
     "EvaluationSettings",
+    "FloorPlanScore",
     "GridScore",
     "Interval",
+    "IntervalErrors",
     "MapError",
     "Match",
     "Matches",
@@ -49,6 +55,7 @@ __all__ = [
     "Summary",
     "Tally",
     "Trajectory",
+    "WallLengths",
     "WallMatch",
     "confusion_table",
     "consistency_table",
@@ -57,6 +64,7 @@ __all__ = [
     "deviations",
     "evaluate",
     "evaluation_document",
+    "floor_plan_tables",
     "map_error",
     "match_map",
     "pool",

@@ -11,6 +11,10 @@ Of one map (``evaluation_document``)::
                       walls and cylinders as in truth.json, corners by x, then y
     confusion         {class in truth: {class in map: count}}
     map_error         mean_mm, median_mm, hausdorff_mm, map_to_truth_mm, truth_to_map_mm
+    lengths           drawn_m, correct_m, wanted_m, covered_m; recall, precision: numbers; walked_through: drawn walls
+                      that the true path crosses
+    openings          counts as of walls; recall, precision: numbers; width: errors
+    wall_ends         errors along the wall, positive where a wall is drawn too long
     poses             count, ate_mm, heading_deg; null where poses cannot be compared
 
 Of several maps (``summary_document``)::
@@ -19,13 +23,15 @@ Of several maps (``summary_document``)::
     walls, corners, cylinders
                       counts as above; recall, precision: intervals; consistency; distance_mm
                       and of walls angle_deg, of cylinders radius_mm (without sign): distributions
-    confusion         as above
+    confusion, lengths, openings, wall_ends
+                      as above
     map_error_mm, hausdorff_mm, ate_mm, heading_deg
                       distributions over recordings
 
 An interval is ``value, low, high``; a distribution is ``count, mean, median, p95, rms, max``, of which mean to rms
-are intervals; a consistency is ``count, parameters, mean_nees, accepted_low, accepted_high, share_inside``.  What is
-not known is null.
+are intervals; a consistency is ``count, parameters, mean_nees, accepted_low, accepted_high, share_inside``; errors
+are ``count, mean_mm`` (absolute), ``bias_mm`` (signed) and ``share_inside`` (of the 95 % intervals that the map gives).
+What is not known is null.
 """
 
 from dataclasses import asdict
@@ -38,6 +44,8 @@ from echoplan.evaluation.confusion import MAP_CLASSES, TRUE_CLASSES
 from echoplan.evaluation.consistency import Consistency
 from echoplan.evaluation.deviations import Deviation, deviations
 from echoplan.evaluation.evaluation import Evaluation
+from echoplan.evaluation.floor_plan import FloorPlanScore
+from echoplan.evaluation.intervals import IntervalErrors
 from echoplan.evaluation.matches import CylinderMatch, Match, WallMatch
 from echoplan.evaluation.outlines import MapError
 from echoplan.evaluation.summary import Summary
@@ -81,6 +89,7 @@ def evaluation_document(evaluation: Evaluation) -> Document:
         **classes,
         "confusion": _confusion(evaluation.confusion),
         "map_error": _map_error(evaluation.map_error),
+        **_floor_plan(evaluation.floor_plan),
         "poses": _poses(evaluation.trajectory),
     }
 
@@ -114,6 +123,7 @@ def summary_document(summary: Summary) -> Document:
         "recordings": summary.recordings,
         **classes,
         "confusion": _confusion(summary.confusion),
+        **_floor_plan(summary.floor_plan),
         "map_error_mm": _distribution(summary.map_error, unit=_MILLIMETRES),
         "hausdorff_mm": _distribution(summary.hausdorff, unit=_MILLIMETRES),
         "ate_mm": _distribution(summary.position, unit=_MILLIMETRES),
@@ -181,6 +191,34 @@ def _map_error(error: MapError) -> Document:
         "hausdorff_mm": _number(error.hausdorff, _MILLIMETRES),
         "map_to_truth_mm": _number(error.map_to_truth.mean, _MILLIMETRES),
         "truth_to_map_mm": _number(error.truth_to_map.mean, _MILLIMETRES),
+    }
+
+
+def _floor_plan(score: FloorPlanScore) -> Document:
+    lengths, openings = score.lengths, score.openings
+    return {
+        "lengths": {
+            **{f"{name}_m": getattr(lengths, name) for name in ("drawn", "correct", "wanted", "covered")},
+            "recall": _number(lengths.recall),
+            "precision": _number(lengths.precision),
+            "walked_through": lengths.walked_through,
+        },
+        "openings": {
+            **asdict(openings),
+            "recall": _number(openings.recall),
+            "precision": _number(openings.precision),
+            "width": _errors(score.opening_widths),
+        },
+        "wall_ends": _errors(score.wall_ends),
+    }
+
+
+def _errors(errors: IntervalErrors) -> Document:
+    return {
+        "count": len(errors.errors),
+        "mean_mm": _number(errors.mean, _MILLIMETRES),
+        "bias_mm": _number(errors.bias, _MILLIMETRES),
+        "share_inside": _number(errors.share_inside),
     }
 
 

@@ -8,6 +8,7 @@ from pydantic import BaseModel, Field
 from echoplan.arrays import IntArray, checked_integers, store
 from echoplan.evaluation.confusion import confusion_matrix
 from echoplan.evaluation.consistency import Consistency, check_consistency
+from echoplan.evaluation.floor_plan import FloorPlanScore, score_floor_plan
 from echoplan.evaluation.matches import Matches
 from echoplan.evaluation.matching import MatchingSettings, match_map
 from echoplan.evaluation.outlines import MapError, OutlineSettings, compare_outlines
@@ -40,6 +41,8 @@ class Evaluation:
         Errors against the map's own covariances.
     map_error : MapError
         Distance between the outlines.
+    floor_plan : FloorPlanScore
+        Lengths of walls, openings and ends of walls.
     trajectory : Trajectory or None
         Errors of the poses; None where they cannot be compared.
     """
@@ -49,6 +52,7 @@ class Evaluation:
     confusion: IntArray
     consistency: Mapping[FeatureClass, Consistency]
     map_error: MapError
+    floor_plan: FloorPlanScore
     trajectory: Trajectory | None
 
     def __post_init__(self) -> None:
@@ -90,6 +94,9 @@ def evaluate(feature_map: FeatureMap, truth: Truth, settings: EvaluationSettings
         consistency=check_consistency(feature_map, truth, matches),
         map_error=compare_outlines(
             feature_map, truth, min_heard=settings.matching.min_heard, settings=settings.outlines
+        ),
+        floor_plan=score_floor_plan(
+            feature_map, truth, matches.walls, matching=settings.matching, outlines=settings.outlines
         ),
         trajectory=compare_poses(feature_map, truth),
     )

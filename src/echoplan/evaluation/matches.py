@@ -8,7 +8,7 @@ from echoplan.arrays import IntArray, checked_integers, store
 from echoplan.evaluation.tally import Tally
 from echoplan.model import FeatureClass
 
-__all__ = ["CylinderMatch", "Match", "Matches", "Matching", "WallMatch"]
+__all__ = ["CylinderMatch", "Match", "Matches", "Matching", "OpeningMatch", "WallMatch"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,8 +20,8 @@ class Match:
     truth, estimate : int
         Numbers of the two in the truth and in the map; a true corner's is that of its vertex.
     distance : float
-        By how much the estimate is off [m]: a wall's midpoint from the true line, a centre from the true one, a
-        corner from the true vertex.
+        By how much the estimate is off [m]: a wall's midpoint from the true line, a centre or an opening's
+        midpoint from the true one, a corner from the true vertex.
     """
 
     truth: int
@@ -53,6 +53,19 @@ class CylinderMatch(Match):
     """
 
     radius_error: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OpeningMatch(Match):
+    """An estimated opening and the true one.
+
+    Parameters
+    ----------
+    width_error : float
+        Estimated width minus the true one [m].
+    """
+
+    width_error: float
 
 
 Kind_co = TypeVar("Kind_co", bound=Match, covariant=True)

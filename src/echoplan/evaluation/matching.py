@@ -16,7 +16,15 @@ from echoplan.evaluation.vertices import true_vertices
 from echoplan.geometry import along, lines_through, signed_distances, wrap
 from echoplan.model import Corner, Cylinder, FeatureMap, Truth, Wall
 
-__all__ = ["MatchingSettings", "match_corners", "match_cylinders", "match_map", "match_walls"]
+__all__ = [
+    "MatchingSettings",
+    "angles_between",
+    "match_corners",
+    "match_cylinders",
+    "match_map",
+    "match_walls",
+    "one_each",
+]
 
 Kind = TypeVar("Kind", bound=Match)
 
@@ -38,6 +46,15 @@ class MatchingSettings(BaseModel, frozen=True, extra="forbid"):
     )
     cylinder_distance: float = Field(default=0.15, gt=0, description="greatest distance between two centres [m]")
     corner_distance: float = Field(default=0.15, gt=0, description="greatest distance of a corner from a vertex [m]")
+    opening_distance: float = Field(
+        default=0.30, gt=0, description="greatest distance between the midpoints of two openings [m]"
+    )
+    opening_angle: float = Field(
+        default=float(np.radians(15)), gt=0, description="greatest angle between an estimated and a true opening [rad]"
+    )
+    opening_reach: float = Field(
+        default=4.0, gt=0, description="greatest distance of a station that faces an opening [m]: an HC-SR04's reach"
+    )
     min_heard: int = Field(
         default=2, ge=1, description="a true object counts for recall if so many stations can hear it"
     )
@@ -86,7 +103,7 @@ def match_walls(walls: Sequence[Wall], truth: Truth, settings: MatchingSettings)
         At most one right estimate for each true wall.
     """
     candidates = [_wall_candidate(number, wall, truth, settings) for number, wall in enumerate(walls)]
-    return _one_each(candidates, heard=truth.walls_heard, settings=settings, rank=lambda match: match.distance)
+    return one_each(candidates, heard=truth.walls_heard, settings=settings, rank=lambda match: match.distance)
 
 
 def match_cylinders(cylinders: Sequence[Cylinder], truth: Truth, settings: MatchingSettings) -> Matching[CylinderMatch]:
@@ -107,7 +124,7 @@ def match_cylinders(cylinders: Sequence[Cylinder], truth: Truth, settings: Match
         At most one right estimate for each true cylinder.
     """
     candidates = [_cylinder_candidate(number, each, truth, settings) for number, each in enumerate(cylinders)]
-    return _one_each(candidates, heard=truth.cylinders_heard, settings=settings, rank=lambda match: match.estimate)
+    return one_each(candidates, heard=truth.cylinders_heard, settings=settings, rank=lambda match: match.estimate)
 
 
 def match_corners(corners: Sequence[Corner], truth: Truth, settings: MatchingSettings) -> Matching[Match]:
@@ -151,7 +168,7 @@ def _wall_candidate(number: int, wall: Wall, truth: Truth, settings: MatchingSet
     starts, ends = truth.walls_xy[:, 0], truth.walls_xy[:, 1]
     lines = lines_through(starts, ends)
     middle = wall.endpoints_xy.mean(axis=0)
-    angles = _angles_between(lines_through(*wall.endpoints_xy)[0], lines[:, 0])
+    angles = angles_between(lines_through(*wall.endpoints_xy)[0], lines[:, 0])
     distances = np.abs(signed_distances(lines, middle))
     beyond = np.maximum(along(lines, starts) - along(lines, middle), along(lines, middle) - along(lines, ends))
     close = (angles <= settings.wall_angle) & (distances <= settings.wall_distance) & (beyond <= settings.wall_slack)
@@ -171,7 +188,7 @@ def _cylinder_candidate(
     return CylinderMatch(truth=match.truth, estimate=number, distance=match.distance, radius_error=radius_error)
 
 
-def _angles_between(direction: float, directions: FloatArray) -> FloatArray:
+def angles_between(direction: float, directions: FloatArray) -> FloatArray:
     """Angles between lines, which have no sense, in [0, pi/2] [rad]."""
     return np.abs(wrap(2 * (directions - direction))) / 2
 
@@ -189,7 +206,7 @@ def _distances(position_xy: FloatArray, others_xy: FloatArray | Sequence[FloatAr
     return np.hypot(offsets[:, 0], offsets[:, 1])
 
 
-def _one_each(
+def one_each(
     candidates: Sequence[Kind | None],
     *,
     heard: IntArray,

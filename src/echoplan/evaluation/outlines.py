@@ -24,6 +24,9 @@ class OutlineSettings(BaseModel, frozen=True, extra="forbid"):
         gt=0,
         description="greatest distance between two samples of an outline [m]: an HC-SR04's centimetre",
     )
+    tolerance: float = Field(
+        default=0.05, gt=0, description="greatest distance between a drawn and a true stretch of wall that agree [m]"
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -13,6 +13,7 @@ from echoplan.evaluation.bootstrap import BootstrapSettings, Distribution, Inter
 from echoplan.evaluation.confusion import no_confusion
 from echoplan.evaluation.consistency import PARAMETERS, Consistency, pool_consistency
 from echoplan.evaluation.evaluation import Evaluation
+from echoplan.evaluation.floor_plan import FloorPlanScore
 from echoplan.evaluation.tally import Tally
 from echoplan.model import FeatureClass
 
@@ -63,6 +64,8 @@ class Summary:
         What stands for what: rows as in ``TRUE_CLASSES``, columns as in ``MAP_CLASSES``.
     map_error, hausdorff : Distribution
         Symmetric mean and Hausdorff distance of the outlines of each map [m].
+    floor_plan : FloorPlanScore
+        Lengths of walls, openings and ends of walls over all maps.
     position, heading : Distribution
         Root mean square errors of the poses of each map [m], [rad].
     """
@@ -74,6 +77,7 @@ class Summary:
     confusion: IntArray
     map_error: Distribution
     hausdorff: Distribution
+    floor_plan: FloorPlanScore
     position: Distribution
     heading: Distribution
 
@@ -111,6 +115,7 @@ def pool(
         confusion=sum((each.confusion for each in every), start=no_confusion()),
         map_error=spread(_known(each.map_error.mean) for each in every),
         hausdorff=spread(_known(each.map_error.hausdorff) for each in every),
+        floor_plan=sum((each.floor_plan for each in every), start=FloorPlanScore()),
         position=spread(map(_position_error, every)),
         heading=spread(map(_heading_error, every)),
     )

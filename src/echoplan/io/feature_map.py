@@ -1,22 +1,33 @@
 """Maps in JSON: ``map.json``."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator
 
 from echoplan.io.files import by_name, write_text
 from echoplan.io.structure import Count, Form, Pair, Triple, read_json
 from echoplan.io.text import format_json
-from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, FeatureClass, FeatureMap, Wall
+from echoplan.model import (
+    ClassProbabilities,
+    Corner,
+    CornerKind,
+    Cylinder,
+    FeatureClass,
+    FeatureMap,
+    Opening,
+    UnobservedStretch,
+    Wall,
+)
 
 __all__ = ["read_map", "write_map"]
 
 _Matrix2 = Annotated[list[Pair], Field(min_length=2, max_length=2)]
 _Matrix3 = Annotated[list[Triple], Field(min_length=3, max_length=3)]
+_Length = Annotated[float, Field(ge=0.0)]
 
 
 class _ProbabilitiesForm(Form):
@@ -32,6 +43,10 @@ class _ProbabilitiesForm(Form):
 _Likelihood = Annotated[_ProbabilitiesForm | None, Field(description="how likely it is of each class")]
 _Pings = Annotated[Count, Field(description="how many pings speak for it")]
 _Stations = Annotated[Count, Field(description="from how many stations it was heard")]
+_Neighbours = Annotated[
+    list[Count],
+    Field(description="a list of the walls on both sides, by their places in the list of walls, counted from 0"),
+]
 
 
 class _WallForm(Form):
@@ -43,6 +58,18 @@ class _WallForm(Form):
     class_probabilities: _Likelihood = None
     pings: _Pings = 0
     stations: _Stations = 0
+    endpoint_sigmas: list[_Length | None] = Field(
+        default=[None, None],
+        min_length=2,
+        max_length=2,
+        description="the standard deviations of start and end along the wall [m], null where not estimated",
+    )
+    inferred: list[_Length] = Field(
+        default=[0.0, 0.0],
+        min_length=2,
+        max_length=2,
+        description="the lengths at start and end over which the wall was extrapolated [m]",
+    )
 
     def value(self) -> Wall:
         """Make the wall."""
@@ -51,6 +78,8 @@ class _WallForm(Form):
             offset=self.offset,
             endpoints_xy=np.array([self.start, self.end]),
             covariance=np.array(self.covariance),
+            endpoint_sigmas=np.array(self.endpoint_sigmas, dtype=np.float64),
+            inferred=np.array(self.inferred),
             **_evidence_in(self, FeatureClass.WALL),
         )
 
@@ -100,6 +129,33 @@ def _evidence_in(form: _WallForm | _CornerForm | _CylinderForm, kind: FeatureCla
     }
 
 
+class _OpeningForm(Form):
+    start: Pair = Field(description="its one jamb [x, y] in metres")
+    end: Pair = Field(description="its other jamb [x, y] in metres")
+    width_sigma: _Length = Field(description="the standard deviation of its width [m]")
+    walls: _Neighbours = Field(default=[])
+    passed: bool = Field(default=False, description="true if the robot drove through it")
+
+    def value(self) -> Opening:
+        """Make the opening."""
+        return Opening(
+            endpoints_xy=np.array([self.start, self.end]),
+            width_sigma=self.width_sigma,
+            walls=tuple(self.walls),
+            passed=self.passed,
+        )
+
+
+class _UnobservedForm(Form):
+    start: Pair = Field(description="its one end [x, y] in metres")
+    end: Pair = Field(description="its other end [x, y] in metres")
+    walls: _Neighbours = Field(default=[])
+
+    def value(self) -> UnobservedStretch:
+        """Make the stretch."""
+        return UnobservedStretch(endpoints_xy=np.array([self.start, self.end]), walls=tuple(self.walls))
+
+
 class _PoseForm(Form):
     sweep: Count = Field(description="the number of the sweep")
     x: float = Field(description="where the robot was [m]")
@@ -117,6 +173,22 @@ class _MapForm(Form):
     corners: list[_CornerForm] = Field(default=[], description="a list of corners")
     cylinders: list[_CylinderForm] = Field(default=[], description="a list of cylinders")
     poses: list[_PoseForm] = Field(default=[], description="a list of poses, one a sweep")
+    openings: list[_OpeningForm] = Field(default=[], description="a list of openings between walls")
+    unobserved: list[_UnobservedForm] = Field(default=[], description="a list of stretches that no station observed")
+
+    @field_validator("openings", "unobserved", mode="after")
+    @classmethod
+    def _refers_to_walls_of_the_map(
+        cls, gaps: Sequence[_OpeningForm | _UnobservedForm], info: ValidationInfo
+    ) -> Sequence[_OpeningForm | _UnobservedForm]:
+        # Walls that are at fault themselves are not in the data, and pydantic reports them.
+        count = len(info.data["walls"]) if "walls" in info.data else None
+        for number, gap in enumerate(gaps):
+            wall = max(gap.walls, default=-1)
+            if count is not None and wall >= count:
+                problem = f"entry {number} refers to wall {wall}, but the number of walls is {count}"
+                raise ValueError(f"{problem}; use their places in the list of walls, counted from 0")
+        return gaps
 
     def value(self) -> FeatureMap:
         """Make the map."""
@@ -130,6 +202,8 @@ class _MapForm(Form):
             pose_covariances=np.reshape([pose.covariance for pose in self.poses if pose.covariance], (-1, 3, 3)),
             frame=self.frame,
             parameters=self.parameters,
+            openings=tuple(map(_OpeningForm.value, self.openings)),
+            unobserved=tuple(map(_UnobservedForm.value, self.unobserved)),
         )
 
 
@@ -189,6 +263,7 @@ def write_map(path: Path, feature_map: FeatureMap) -> None:
         "corners": _numbered(map(_corner, feature_map.corners)),
         "cylinders": _numbered(map(_cylinder, feature_map.cylinders)),
         "poses": _poses(feature_map),
+        **_gaps(feature_map),
     }
     write_text(path, format_json(document) + "\n")
 
@@ -208,10 +283,37 @@ def _poses(feature_map: FeatureMap) -> list[dict[str, Any]]:
     return [{**pose, "covariance": covariance} for pose, covariance in zip(poses, covariances, strict=True)]
 
 
+def _gaps(feature_map: FeatureMap) -> dict[str, Any]:
+    """List openings and unobserved stretches; a map without them is written as it was before there were any."""
+    lists = {
+        "openings": _numbered(map(_opening, feature_map.openings)),
+        "unobserved": _numbered(map(_stretch, feature_map.unobserved)),
+    }
+    return {name: entries for name, entries in lists.items() if entries}
+
+
+def _opening(opening: Opening) -> dict[str, Any]:
+    start, end = opening.endpoints_xy.tolist()
+    neighbours = {"walls": list(opening.walls), "passed": opening.passed}
+    return {"start": start, "end": end, "width_sigma": opening.width_sigma, **neighbours}
+
+
+def _stretch(stretch: UnobservedStretch) -> dict[str, Any]:
+    start, end = stretch.endpoints_xy.tolist()
+    return {"start": start, "end": end, "walls": list(stretch.walls)}
+
+
 def _wall(wall: Wall) -> dict[str, Any]:
     start, end = wall.endpoints_xy.tolist()
     line = {"normal_angle": wall.normal_angle, "offset": wall.offset}
-    return {"start": start, "end": end, **line, **_evidence(wall)}
+    return {"start": start, "end": end, **line, **_evidence(wall), **_ends(wall)}
+
+
+def _ends(wall: Wall) -> dict[str, Any]:
+    """List what is known of the ends of a wall: there is no NaN in JSON, and zero goes without saying."""
+    sigmas = [None if np.isnan(sigma) else sigma for sigma in wall.endpoint_sigmas.tolist()]
+    ends = {} if sigmas == [None, None] else {"endpoint_sigmas": sigmas}
+    return {**ends, "inferred": wall.inferred.tolist()} if wall.inferred.any() else ends
 
 
 def _corner(corner: Corner) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from echoplan.mapping.joint.calibration import calibration
 from echoplan.mapping.joint.explaining import explained
 from echoplan.mapping.joint.legacy import leave, survey
 from echoplan.mapping.joint.memory import Memory
+from echoplan.mapping.joint.outline.openings import openings_of, unobserved_of
 from echoplan.mapping.joint.posed import Posed, joined, posed
 from echoplan.mapping.joint.settings import AccountSettings
 from echoplan.model import FeatureMap, Rig, Sweep
@@ -83,7 +84,10 @@ class JointMapper:
             return FeatureMap(method="joint", parameters=parameters, sweeps=sweeps, poses=self._given())
         stations = self._stations()
         account = self._account(stations)
-        found, posed = survey(account), joined([*self._done, self._posed(account, stations)])
+        posed = joined([*self._done, self._posed(account, stations)])
+        path_xy = posed.poses[:, :2]
+        found = survey(account, path_xy)
+        gaps = found.gaps(path_xy)
         learned = {
             **calibration(account, found.adjusted),
             "right_angles": found.right_angles(),
@@ -95,6 +99,8 @@ class JointMapper:
             walls=found.walls(),
             corners=found.corners(),
             cylinders=found.cylinders(),
+            openings=openings_of(gaps),
+            unobserved=unobserved_of(gaps),
             sweeps=sweeps,
             poses=posed.poses,
             pose_covariances=posed.covariances,

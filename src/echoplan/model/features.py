@@ -343,7 +343,8 @@ class FeatureMap:
     unobserved: tuple[UnobservedStretch, ...] = ()
 
     def __post_init__(self) -> None:
-        for gap in (*self.openings, *self.unobserved):
+        gaps: tuple[Opening | UnobservedStretch, ...] = (*self.openings, *self.unobserved)
+        for gap in gaps:
             for wall in gap.walls:
                 if not 0 <= wall < len(self.walls):
                     raise InvalidValueError(f"wall {wall} is not in the map: it holds {len(self.walls)} walls")

@@ -9,6 +9,7 @@ from echoplan.viewer.report import Report, found_in_words, report_html
 from echoplan.viewer.sections import Definitions, Picture, Section, Text, flattened
 from echoplan.viewer.stages import SweepStages, sweep_stages
 from echoplan.viewer.svg import plan_svg
+from echoplan.viewer.tables import opening_table
 
 __all__ = [
     "Definitions",
@@ -26,6 +27,7 @@ __all__ = [
     "gallery_html",
     "learned_in_words",
     "map_picture",
+    "opening_table",
     "paper_pictures",
     "plan_svg",
     "report_html",

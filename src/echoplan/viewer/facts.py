@@ -6,16 +6,18 @@ from dataclasses import dataclass
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import wrap
-from echoplan.model import Corner, Cylinder, FeatureClass, FeatureMap, Wall
+from echoplan.model import Corner, Cylinder, FeatureClass, FeatureMap, Opening, UnobservedStretch, Wall
 from echoplan.viewer.plan import station_labels
-from echoplan.viewer.uncertainty import error_ellipse, middle_sigma, sigma
+from echoplan.viewer.uncertainty import error_ellipse, half_interval, middle_sigma, sigma
 from echoplan.viewer.wording import SIGMA, decimal, in_degrees, in_metres, in_millimetres, in_percent, plural, point
 
 __all__ = [
     "Facts",
     "corner_facts",
     "cylinder_facts",
+    "opening_facts",
     "station_facts",
+    "unobserved_facts",
     "wall_facts",
 ]
 
@@ -77,6 +79,7 @@ def wall_facts(walls: Sequence[Wall]) -> list[Facts]:
                 ),
                 ("offset", f"{in_metres(wall.offset)}, {SIGMA} {in_millimetres(sigma(wall.covariance, 1))}"),
                 (f"{SIGMA} across, in its middle", in_millimetres(middle_sigma(wall))),
+                *_ends(wall),
                 *_evidence(wall),
             ),
         )
@@ -138,6 +141,32 @@ def cylinder_facts(cylinders: Sequence[Cylinder]) -> list[Facts]:
     ]
 
 
+def opening_facts(openings: Sequence[Opening]) -> list[Facts]:
+    """List the facts of openings, one value an opening."""
+    return [
+        Facts(
+            title=f"opening {number}",
+            items=(
+                *_gap(opening),
+                ("width", f"{in_metres(opening.width)} ± {in_metres(half_interval(opening.width_sigma))} (95 %)"),
+                ("evidence", "driven through" if opening.passed else "seen through"),
+            ),
+        )
+        for number, opening in enumerate(openings)
+    ]
+
+
+def unobserved_facts(unobserved: Sequence[UnobservedStretch]) -> list[Facts]:
+    """List the facts of unobserved stretches, one value a stretch."""
+    return [
+        Facts(
+            title=f"unobserved stretch {number}",
+            items=(*_gap(stretch), ("meaning", "wall or opening: no station could observe it")),
+        )
+        for number, stretch in enumerate(unobserved)
+    ]
+
+
 def station_facts(feature_map: FeatureMap) -> list[Facts]:
     """Tell where each sweep was made.
 
@@ -181,6 +210,20 @@ def _spread(position_xy: FloatArray, covariance: FloatArray) -> tuple[tuple[str,
     # An axis has no sense: its direction is told modulo half a turn.
     direction = in_degrees(math.remainder(ellipse.angle, math.pi), digits=0)
     return ((f"{SIGMA} in x, y", sigmas), ("95 % ellipse", f"± {long} by {short} mm, long axis at {direction}"))
+
+
+def _gap(gap: Opening | UnobservedStretch) -> tuple[tuple[str, str], ...]:
+    ends = (("from", point(gap.endpoints_xy[0])), ("to", point(gap.endpoints_xy[1])))
+    beside = " and ".join(f"wall {wall}" for wall in dict.fromkeys(gap.walls))
+    return (*ends, ("beside", beside)) if beside else ends
+
+
+def _ends(wall: Wall) -> list[tuple[str, str]]:
+    """List what is known of the ends of a wall: only what was estimated, and only lengths that are not zero."""
+    ends = list(zip(("start", "end"), wall.endpoint_sigmas.tolist(), wall.inferred.tolist(), strict=True))
+    sigmas = [(f"{SIGMA} of its {name}", in_millimetres(sigma)) for name, sigma, _ in ends if not math.isnan(sigma)]
+    inferred = [(f"inferred at its {name}", in_metres(length)) for name, _, length in ends if length]
+    return [*sigmas, *inferred]
 
 
 def _evidence(feature: Wall | Corner | Cylinder) -> tuple[tuple[str, str], ...]:

@@ -9,25 +9,43 @@ import numpy as np
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
-from echoplan.model import Corner, CornerKind, Cylinder, FeatureClass, FeatureMap, Truth, Wall
-from echoplan.viewer.outline import wall_bodies
+from echoplan.model import (
+    Corner,
+    CornerKind,
+    Cylinder,
+    FeatureClass,
+    FeatureMap,
+    Opening,
+    Truth,
+    UnobservedStretch,
+    Wall,
+)
+from echoplan.viewer.outline import body_pieces, jamb_strokes, label_turn, wall_bodies
 from echoplan.viewer.palette import COLORS, INK, MARKERS, MUTED, TRUTH
 from echoplan.viewer.plan import Plan, station_labels
 from echoplan.viewer.style import dress_map, tell
 from echoplan.viewer.uncertainty import Ellipse
+from echoplan.viewer.wording import decimal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.path import Path
 
 __all__ = [
     "draw_corners",
     "draw_cylinders",
     "draw_ellipses",
+    "draw_openings",
     "draw_plan",
     "draw_stations",
     "draw_truth",
+    "draw_unobserved",
     "draw_walls",
+    "draw_widths",
 ]
+
+# An opening narrower than this many thicknesses of a wall has no room for the label of its width.
+_LABELLED = 6.0
 
 
 def draw_plan(axes: Axes, plan: Plan) -> None:
@@ -42,6 +60,9 @@ def draw_plan(axes: Axes, plan: Plan) -> None:
     """
     found = plan.feature_map
     draw_walls(axes, found.walls, found.poses[:, :2], thickness=plan.thickness)
+    draw_unobserved(axes, found.unobserved)
+    draw_openings(axes, found, thickness=plan.thickness)
+    draw_widths(axes, found.openings, thickness=plan.thickness)
     draw_cylinders(axes, found.cylinders)
     if plan.truth is not None:
         draw_truth(axes, plan.truth)
@@ -70,7 +91,7 @@ def draw_truth(axes: Axes, truth: Truth) -> None:
 
 
 def draw_walls(axes: Axes, walls: Sequence[Wall], stations_xy: FloatArray, *, thickness: float) -> None:
-    """Draw walls with a body behind their faces.
+    """Draw walls with a body behind their faces; their inferred ends as dashed lines.
 
     Parameters
     ----------
@@ -83,8 +104,74 @@ def draw_walls(axes: Axes, walls: Sequence[Wall], stations_xy: FloatArray, *, th
     thickness : float
         How thick to draw them [m].
     """
-    for number, body in enumerate(wall_bodies(walls, stations_xy, thickness=thickness)):
-        axes.fill(*body.T, color=COLORS[FeatureClass.WALL], linewidth=0.6, label="wall" if number == 0 else None)
+    color = COLORS[FeatureClass.WALL]
+    bodies = wall_bodies(walls, stations_xy, thickness=thickness)
+    pieces = [body_pieces(body, wall.inferred) for wall, body in zip(walls, bodies, strict=True)]
+    filled = [axes.fill(*each.T, color=color, linewidth=0.6) for observed, _ in pieces for each in observed]
+    # Face and back of a piece are two lines.
+    dashed = [
+        axes.plot(*each.reshape(2, 2, 2).T, color=color, linewidth=0.8, linestyle=(0, (3, 2)))
+        for _, inferred in pieces
+        for each in inferred
+    ]
+    for drawn, label in ((filled, "wall"), (dashed, "inferred wall end")):
+        if drawn:
+            drawn[0][0].set_label(label)
+
+
+def draw_unobserved(axes: Axes, unobserved: Sequence[UnobservedStretch]) -> None:
+    """Draw stretches that no station observed, as dots."""
+    for number, stretch in enumerate(unobserved):
+        axes.plot(
+            *stretch.endpoints_xy.T,
+            color=COLORS[FeatureClass.WALL],
+            linewidth=1.6,
+            linestyle=(0, (0.01, 2)),
+            dash_capstyle="round",
+            label="unobserved" if number == 0 else None,
+        )
+
+
+def draw_openings(axes: Axes, feature_map: FeatureMap, *, thickness: float) -> None:
+    """Draw the openings of a map: jambs at both ends and a threshold between; walls are as thick as given [m]."""
+    color = COLORS[FeatureClass.WALL]
+    bodies = wall_bodies(feature_map.walls, feature_map.poses[:, :2], thickness=thickness)
+    for opening in feature_map.openings:
+        axes.plot(*opening.endpoints_xy.T, color=color, linewidth=0.4, alpha=0.7)
+        for jamb in jamb_strokes(opening, bodies, thickness=thickness):
+            axes.plot(*jamb.T, color=color, linewidth=1.0)
+    if feature_map.openings:
+        axes.plot(
+            [], [], linestyle="none", marker=_opening_marker(), markersize=14, mec=color, mew=0.8, label="opening"
+        )
+
+
+def _opening_marker() -> Path:
+    """Make an opening for the legend: two jambs and the threshold between them."""
+    from matplotlib.path import Path  # noqa: PLC0415 - with the rest of matplotlib
+
+    strokes = [(-1.0, -0.35), (-1.0, 0.35), (-1.0, 0.0), (1.0, 0.0), (1.0, -0.35), (1.0, 0.35)]
+    return Path(strokes, [Path.MOVETO, Path.LINETO] * 3)
+
+
+def draw_widths(axes: Axes, openings: Sequence[Opening], *, thickness: float) -> None:
+    """Write the widths of openings that were driven through along them, where there is room beside walls so thick."""
+    for opening in openings:
+        if opening.passed and opening.width >= _LABELLED * thickness:
+            turn = label_turn(opening.endpoints_xy)
+            away = 5.0 * directions(np.radians(turn + 90.0))
+            axes.annotate(
+                f"{decimal(opening.width, 2)} m",
+                tuple(opening.endpoints_xy.mean(axis=0)),
+                xytext=tuple(away),
+                textcoords="offset points",
+                ha="center",
+                va="center",
+                rotation=turn,
+                fontsize=6.5,
+                color=INK,
+                bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.4},
+            )
 
 
 def draw_corners(axes: Axes, corners: Sequence[Corner]) -> None:

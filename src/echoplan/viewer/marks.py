@@ -8,15 +8,33 @@ from echoplan.arrays import FloatArray
 from echoplan.classification import class_of
 from echoplan.geometry import directions
 from echoplan.mapping import Observation
-from echoplan.model import Truth, Wall
-from echoplan.viewer.facts import Facts, corner_facts, cylinder_facts, station_facts, wall_facts
+from echoplan.model import Opening, Truth, Wall
+from echoplan.viewer.facts import (
+    Facts,
+    corner_facts,
+    cylinder_facts,
+    opening_facts,
+    station_facts,
+    unobserved_facts,
+    wall_facts,
+)
 from echoplan.viewer.markup import coordinates, element, path, size
-from echoplan.viewer.outline import wall_bodies
+from echoplan.viewer.outline import body_pieces, jamb_strokes, label_turn, wall_bodies
 from echoplan.viewer.plan import Plan, station_labels
 from echoplan.viewer.sheet import Sheet
 from echoplan.viewer.uncertainty import Ellipse, wall_band
+from echoplan.viewer.wording import decimal
 
-__all__ = ["corner_marks", "cylinder_marks", "echo_marks", "heard_marks", "station_marks", "truth_marks", "wall_marks"]
+__all__ = [
+    "corner_marks",
+    "cylinder_marks",
+    "echo_marks",
+    "gap_marks",
+    "heard_marks",
+    "station_marks",
+    "truth_marks",
+    "wall_marks",
+]
 
 # A drawing stays light however long the recording: more echoes than this are thinned out.
 _MOST_ECHOES = 20_000
@@ -24,10 +42,12 @@ _MOST_ECHOES = 20_000
 # Sizes on paper [mm].
 _TRIANGLE = np.array([[0.0, -1.5], [1.3, 0.75], [-1.3, 0.75]])
 _TICK, _STATION, _AXIS, _REACH = 1.2, 0.7, 0.4, 3.0
+# Below this width an opening has no room for its label, which is written this far from it [mm].
+_LABELLED, _AWAY = 13.0, 1.2
 
 
 def wall_marks(plan: Plan, sheet: Sheet) -> list[ET.Element]:
-    """Draw walls: the face that was heard, a body behind it, the band of its uncertainty.
+    """Draw walls: the face that was observed, a body behind it, the band of its uncertainty, and inferred ends apart.
 
     Parameters
     ----------
@@ -44,13 +64,33 @@ def wall_marks(plan: Plan, sheet: Sheet) -> list[ET.Element]:
     walls = plan.feature_map.walls
     bodies = wall_bodies(walls, plan.feature_map.poses[:, :2], thickness=plan.thickness)
     return [
-        _feature(
-            facts,
-            element("path", class_="body", d=path([sheet.paper(body)], closed=True)),
-            _band(wall, sheet),
-            element("path", class_="face", d=path([sheet.paper(wall.endpoints_xy)])),
-        )
+        _feature(facts, *_wall(wall, body, sheet))
         for wall, body, facts in zip(walls, bodies, wall_facts(walls), strict=True)
+    ]
+
+
+def gap_marks(plan: Plan, sheet: Sheet) -> list[ET.Element]:
+    """Draw what lies between walls: stretches that no station observed as dots, openings as jambs and a threshold."""
+    found = plan.feature_map
+    bodies = wall_bodies(found.walls, found.poses[:, :2], thickness=plan.thickness)
+    return [
+        *(
+            _feature(facts, *_line(stretch.endpoints_xy, sheet, kind="stretch"))
+            for stretch, facts in zip(found.unobserved, unobserved_facts(found.unobserved), strict=True)
+        ),
+        *(
+            _feature(
+                facts,
+                *_line(opening.endpoints_xy, sheet, kind="threshold"),
+                element(
+                    "path",
+                    class_="jamb",
+                    d=path(sheet.paper(jamb_strokes(opening, bodies, thickness=plan.thickness))),
+                ),
+                *_width(opening, sheet),
+            )
+            for opening, facts in zip(found.openings, opening_facts(found.openings), strict=True)
+        ),
     ]
 
 
@@ -221,6 +261,35 @@ def _feature(facts: Facts, *parts: ET.Element, **data: str) -> ET.Element:
     attributes = {"id": facts.key, "class": f"feature {facts.kind}", "tabindex": "0", "role": "img"}
     data = {f"data_{name}": value for name, value in data.items()}
     return element("g", element("title", text=facts.text), *parts, **attributes, **data)
+
+
+def _wall(wall: Wall, body: FloatArray, sheet: Sheet) -> list[ET.Element]:
+    observed, inferred = body_pieces(body, wall.inferred)
+    return [
+        *(element("path", class_="body", d=path([sheet.paper(each)], closed=True)) for each in observed),
+        *(element("path", class_="body inferred", d=path([sheet.paper(each)], closed=True)) for each in inferred),
+        _band(wall, sheet),
+        *(element("path", class_="face", d=path([sheet.paper(each[:2])])) for each in observed),
+        *(element("path", class_="face inferred", d=path([sheet.paper(each[:2])])) for each in inferred),
+    ]
+
+
+def _line(ends_xy: FloatArray, sheet: Sheet, *, kind: str) -> list[ET.Element]:
+    """Draw a thin line, and around it what a pointer can hit."""
+    drawn = path([sheet.paper(ends_xy)])
+    return [element("path", class_="grip", d=drawn), element("path", class_=kind, d=drawn)]
+
+
+def _width(opening: Opening, sheet: Sheet) -> list[ET.Element]:
+    """Write the width of an opening that was driven through along it, if there is room."""
+    start, end = sheet.paper(opening.endpoints_xy)
+    if not opening.passed or np.hypot(*(end - start)) < _LABELLED:
+        return []
+    words = f"{decimal(opening.width, 2)} m"
+    label = element("text", text=words, class_="width", text_anchor="middle", y=size(-_AWAY))
+    turn = size(-label_turn(opening.endpoints_xy))
+    place = f"translate({coordinates((start + end) / 2)}) rotate({turn})"
+    return [element("g", element("g", label, class_="fixed"), transform=place)]
 
 
 def _fixed(point_xy: FloatArray, sheet: Sheet, *parts: ET.Element) -> ET.Element:

@@ -1,14 +1,16 @@
 """Walls with a thickness: bodies behind the faces that were heard, mitred where two walls meet."""
 
+import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import crosses_segments, directions, intersections, lines_through, signed_distances
-from echoplan.model import Wall
+from echoplan.model import Opening, Wall
 
-__all__ = ["wall_bodies"]
+__all__ = ["body_pieces", "jamb_strokes", "label_turn", "wall_bodies"]
 
 # Ends nearer than this are one corner [m].
 _JOINED = 1e-3
@@ -49,6 +51,41 @@ def wall_bodies(walls: Sequence[Wall], stations_xy: FloatArray, *, thickness: fl
         np.stack([*faces[number], *(_back_end(number, end, faces, backs, squares=squares) for end in (1, 0))])
         for number in range(len(walls))
     ]
+
+
+def body_pieces(body: FloatArray, inferred: FloatArray) -> tuple[list[FloatArray], list[FloatArray]]:
+    """Cut the body of a wall, shape (4, 2), where its inferred ends [m] begin: into observed and inferred pieces."""
+    length = float(np.hypot(*(body[1] - body[0])))
+    along = (body[1] - body[0]) / length
+    across = (body[2] - body[1]) - ((body[2] - body[1]) @ along) * along
+    first = min(float(inferred[0]), length)
+    last = max(length - float(inferred[1]), first)
+    start, end = body[[0, 3]], body[[1, 2]]
+    edges = [
+        start,
+        np.stack([body[0] + first * along, body[0] + first * along + across]) if first > 0.0 else start,
+        np.stack([body[0] + last * along, body[0] + last * along + across]) if last < length else end,
+        end,
+    ]
+    before, observed, after = (
+        [np.stack([one[0], other[0], other[1], one[1]])] if far > near else []
+        for (near, far), (one, other) in zip(pairwise((0.0, first, last, length)), pairwise(edges), strict=True)
+    )
+    return observed, before + after
+
+
+def jamb_strokes(opening: Opening, bodies: Sequence[FloatArray], *, thickness: float) -> FloatArray:
+    """Strokes across both ends of an opening, shape (2, 2, 2) [m], twice as long as the bodies beside it are thick."""
+    normal = directions(lines_through(*opening.endpoints_xy)[0])
+    depth = sum(float((bodies[wall][2] - bodies[wall][1]) @ normal) for wall in opening.walls)
+    middle = float(np.clip(depth, -thickness, thickness)) / 2
+    return opening.endpoints_xy[:, None] + np.array([[middle - thickness], [middle + thickness]]) * normal
+
+
+def label_turn(ends_xy: FloatArray) -> float:
+    """Angle of a label along a stroke, shape (2, 2): read from below or from the right [degrees, -90 to 90]."""
+    across, along = (ends_xy[1] - ends_xy[0]).tolist()
+    return 90.0 - (90.0 - math.degrees(math.atan2(along, across))) % 180.0
 
 
 def _outward(wall: Wall, line: FloatArray, others: FloatArray, stations_xy: FloatArray) -> float:

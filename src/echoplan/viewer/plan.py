@@ -93,6 +93,8 @@ class Plan:
             [
                 found.poses[:, :2],
                 *(wall.endpoints_xy for wall in found.walls),
+                *(opening.endpoints_xy for opening in found.openings),
+                *(stretch.endpoints_xy for stretch in found.unobserved),
                 *(corner.position_xy[None] for corner in found.corners),
                 circles[:, :2] - circles[:, 2:],
                 circles[:, :2] + circles[:, 2:],

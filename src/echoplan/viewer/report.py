@@ -4,12 +4,14 @@ import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from string import Template
 
+import numpy as np
+
 from echoplan.model import FeatureMap
 from echoplan.viewer.markup import element
 from echoplan.viewer.plan import Plan
 from echoplan.viewer.sections import Section
 from echoplan.viewer.svg import plan_element
-from echoplan.viewer.tables import corner_table, cylinder_table, wall_table
+from echoplan.viewer.tables import corner_table, cylinder_table, opening_table, wall_table
 from echoplan.viewer.wording import plural
 from echoplan.viewer.writing import escaped, html_of, own_file, section_element, table_element, titled
 
@@ -59,6 +61,7 @@ def report_html(report: Report) -> str:
     found = report.plan.feature_map
     tables = {
         "wall": wall_table(found.walls),
+        "opening": opening_table(found.openings),
         "corner": corner_table(found.corners),
         "cylinder": cylinder_table(found.cylinders),
     }
@@ -93,17 +96,32 @@ def found_in_words(feature_map: FeatureMap) -> str:
     Returns
     -------
     str
-        A sentence.
+        A sentence; and another if parts of walls were not observed.
 
     Examples
     --------
     >>> found_in_words(FeatureMap(method="rcd"))
     '0 walls, 0 corners and 0 cylinders, heard from 0 stations.'
     """
-    walls = plural(len(feature_map.walls), "wall")
-    corners = plural(len(feature_map.corners), "corner")
+    openings = [plural(len(feature_map.openings), "opening")] if feature_map.openings else []
+    features = ", ".join(
+        [plural(len(feature_map.walls), "wall"), *openings, plural(len(feature_map.corners), "corner")]
+    )
     cylinders = plural(len(feature_map.cylinders), "cylinder")
-    return f"{walls}, {corners} and {cylinders}, heard from {plural(len(feature_map.sweeps), 'station')}."
+    found = f"{features} and {cylinders}, heard from {plural(len(feature_map.sweeps), 'station')}."
+    return " ".join([found, *_not_observed(feature_map)])
+
+
+def _not_observed(feature_map: FeatureMap) -> list[str]:
+    """Say how much of the walls was inferred or not observed, if any."""
+    inferred = sum(float(wall.inferred.sum()) for wall in feature_map.walls)
+    unobserved = sum(float(np.hypot(*np.ptp(each.endpoints_xy, axis=0))) for each in feature_map.unobserved)
+    lengths = (
+        (inferred, "of wall inferred up to undetected corners"),
+        (unobserved, "between walls not observed"),
+    )
+    told = [f"{length:.2f} m {what}" for length, what in lengths if length]
+    return [f"{'; '.join(told)}."] if told else []
 
 
 def _facts(plan: Plan) -> ET.Element:

@@ -3,11 +3,11 @@
 import math
 from collections.abc import Sequence
 
-from echoplan.model import Corner, Cylinder, Table, Wall
-from echoplan.viewer.uncertainty import greatest_sigma, middle_sigma, sigma
+from echoplan.model import Corner, Cylinder, Opening, Table, Wall
+from echoplan.viewer.uncertainty import greatest_sigma, half_interval, middle_sigma, sigma
 from echoplan.viewer.wording import SIGMA, decimal, in_percent
 
-__all__ = ["corner_table", "cylinder_table", "wall_table"]
+__all__ = ["corner_table", "cylinder_table", "opening_table", "wall_table"]
 
 
 def wall_table(walls: Sequence[Wall]) -> Table:
@@ -104,6 +104,36 @@ def cylinder_table(cylinders: Sequence[Cylinder]) -> Table:
                 *_counts(cylinder, cylinder.class_probabilities.cylinder),
             )
             for number, cylinder in enumerate(cylinders)
+        ),
+    )
+
+
+def opening_table(openings: Sequence[Opening]) -> Table:
+    """Tabulate openings.
+
+    Parameters
+    ----------
+    openings : sequence of Opening
+        The openings of a map.
+
+    Returns
+    -------
+    Table
+        A row an opening, numbered as in ``map.json``: its width and half its 95 % interval, its middle,
+        the walls beside it, and whether the robot drove through or only sound travelled through.
+    """
+    return Table(
+        title="Openings",
+        columns=("opening", "width, 95 % (m)", "x (m)", "y (m)", "walls", "evidence"),
+        rows=tuple(
+            (
+                str(number),
+                f"{decimal(opening.width, 3)} ± {decimal(half_interval(opening.width_sigma), 3)}",
+                *(decimal(value, 3) for value in opening.endpoints_xy.mean(axis=0)),
+                ", ".join(map(str, dict.fromkeys(opening.walls))),
+                "driven through" if opening.passed else "seen through",
+            )
+            for number, opening in enumerate(openings)
         ),
     )
 

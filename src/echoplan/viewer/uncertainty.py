@@ -17,6 +17,7 @@ __all__ = [
     "across_sigmas",
     "error_ellipse",
     "greatest_sigma",
+    "half_interval",
     "middle_sigma",
     "sigma",
     "wall_band",
@@ -151,6 +152,11 @@ def greatest_sigma(covariance: FloatArray) -> float:
     return math.sqrt(max(float(np.linalg.eigvalsh(covariance)[-1]), 0.0))
 
 
+def half_interval(deviation: float, *, probability: float = PROBABILITY) -> float:
+    """Half the width of the interval that holds a Gaussian number with a given probability, from its sigma."""
+    return NormalDist().inv_cdf((1 + probability) / 2) * deviation
+
+
 def sigma(covariance: FloatArray, index: int) -> float:
     """Tell how uncertain one parameter is by itself.
 
@@ -187,5 +193,5 @@ def wall_band(wall: Wall, *, probability: float = PROBABILITY) -> FloatArray:
     """
     shares = np.linspace(0.0, 1.0, _BAND_POINTS)
     points = wall.endpoints_xy[0] + shares[:, None] * (wall.endpoints_xy[1] - wall.endpoints_xy[0])
-    half = NormalDist().inv_cdf((1 + probability) / 2) * across_sigmas(wall, points)
+    half = half_interval(1.0, probability=probability) * across_sigmas(wall, points)
     return np.stack([shares * wall.length, half], axis=-1)

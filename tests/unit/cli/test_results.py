@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import maps
+from drawings import gapped_map
 from echoplan.cli.results import Results, say_what_was_found, write_results
 from echoplan.config import Run
 from echoplan.errors import OutputError
@@ -66,3 +67,11 @@ def test_a_place_that_cannot_be_written_is_told(tmp_path: Path) -> None:
 def test_what_was_found_is_said_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     say_what_was_found(results().plan)
     assert capsys.readouterr().out == "6 walls, 0 corners and 0 cylinders, heard from 2 stations.\n"
+
+
+def test_openings_are_listed_with_their_widths(capsys: pytest.CaptureFixture[str]) -> None:
+    say_what_was_found(Plan(feature_map=gapped_map()))
+    printed = capsys.readouterr().out
+    assert "0.900 ± 0.039" in printed
+    assert "driven through" in printed
+    assert "seen through" in printed

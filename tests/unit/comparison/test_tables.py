@@ -1,6 +1,6 @@
 """Comparisons as people read them."""
 
-from echoplan.comparison import failure_table, score_methods, score_table
+from echoplan.comparison import comparison_tables, failure_table, score_methods, score_table
 from outcomes import some
 
 
@@ -30,3 +30,10 @@ def test_without_truth_only_maps_and_costs_are_told() -> None:
 
 def test_failures_are_told_with_their_reason() -> None:
     assert failure_table(some()).rows == (("poor", "rec/<two>", "ValueError: no <walls>"),)
+
+
+def test_lengths_of_walls_have_a_table_of_their_own_where_there_is_a_truth() -> None:
+    _, lengths, failures = comparison_tables(score_methods(some(), ["good", "poor"]))
+    assert [row[:3] for row in lengths.rows] == [("good", "100.0", "100.0"), ("poor", "73.5", "100.0")]
+    assert failures.rows == failure_table(some()).rows
+    assert len(comparison_tables(score_methods(some(truth=None)[:3], ["good", "poor"]))) == 1

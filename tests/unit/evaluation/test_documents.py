@@ -51,6 +51,22 @@ def test_a_map_is_told_in_millimetres_and_degrees() -> None:
     assert told["corners"]["deviations"][4]["distance_mm"] == pytest.approx(100.0)
     assert told["confusion"]["wall"] == {"wall": 1, "corner": 0, "cylinder": 0, "missed": 4}
     assert told["map_error"]["map_to_truth_mm"] < told["map_error"]["truth_to_map_mm"]
+    assert told["lengths"] == {
+        "drawn_m": pytest.approx(2.0, abs=1e-3),
+        "correct_m": pytest.approx(2.0, abs=1e-3),
+        "wanted_m": pytest.approx(13.0),
+        "covered_m": pytest.approx(2.09, abs=0.02),
+        "recall": pytest.approx(2.09 / 13, abs=0.001),
+        "precision": 1.0,
+        "walked_through": 0,
+    }
+    assert (told["openings"]["wanted"], told["openings"]["recall"], told["openings"]["width"]["count"]) == (0, None, 0)
+    assert told["wall_ends"] == {
+        "count": 2,
+        "mean_mm": pytest.approx(1500.0, rel=1e-3),
+        "bias_mm": pytest.approx(-1500.0, rel=1e-3),
+        "share_inside": None,
+    }
     errors = {"ate_mm": pytest.approx(50.0), "heading_deg": pytest.approx(2.0)}
     assert {name: told["poses"][name] for name in ("count", *errors)} == {"count": 2, **errors}
     assert told["poses"]["positions"]["count"] == 0
@@ -91,6 +107,8 @@ def test_a_summary_is_told_with_intervals() -> None:
     assert told["walls"]["distance_mm"]["max"] == pytest.approx(40.0)
     assert told["walls"]["angle_deg"]["max"] == pytest.approx(np.degrees(np.arctan(0.01)))
     assert told["cylinders"]["radius_mm"]["mean"]["value"] == pytest.approx(20.0)
+    assert told["lengths"]["drawn_m"] == pytest.approx(4.0, abs=1e-3)
+    assert told["wall_ends"]["count"] == 4
     assert told["ate_mm"]["mean"]["value"] == pytest.approx(50.0)
     assert told["heading_deg"]["mean"]["value"] == pytest.approx(2.0)
     # Sigmas of 0.01 rad and 1 cm: one wall goes through the origin, turned by 0.01 rad; the other is 4 cm off.

@@ -25,6 +25,8 @@ SHARED = Path(__file__).parents[3] / ".." / "shared"
 SCORER = SHARED / "tools" / "score.py"
 TRUTHS = sorted([*SHARED.glob("data/rooms/*/truth.json"), *SHARED.glob("data/arena-*/truth.json")])
 SEEDS = range(4)
+# The scorer samples walls every 2 cm and counts both ends; lengths are compared with samples that are this dense [m].
+SPACING = 0.001
 
 pytestmark = pytest.mark.skipif(not SCORER.exists() or not TRUTHS, reason="the scorer and its rooms are not here")
 
@@ -82,7 +84,21 @@ def scores_of(evaluation: Evaluation) -> dict[str, Any]:
         "cor_pos": [match.distance for match in matches.corners.right],
         "ate": evaluation.trajectory.absolute_error,
         "yaw": np.degrees(evaluation.trajectory.heading_error),
+        "walked_through": evaluation.floor_plan.lengths.walked_through,
     }
+
+
+def scored_lengths(document: dict[str, Any], feature_map: FeatureMap, min_heard: int) -> tuple[float, float]:
+    """Recall and precision of the wall length by the scorer, densely sampled."""
+    true = np.array(document["walls"], dtype=float)
+    drawn = scorer().walls_of(map_document(feature_map))
+    wanted = true[np.array(document["walls_heard"]) >= min_heard]
+    pairs = ((wanted, drawn), (drawn, true))
+    recall, precision = (
+        float(scorer().near(scorer().samples(walls, SPACING), others).mean()) if len(walls) else np.nan
+        for walls, others in pairs
+    )
+    return recall, precision
 
 
 def totals_of(summary: Summary) -> dict[str, float]:
@@ -106,6 +122,7 @@ def totals_of(summary: Summary) -> dict[str, float]:
         "corner_mm_mean": 1000 * corners.distance.mean.value,
         "ate_mm": 1000 * summary.position.mean.value,
         "yaw_deg": np.degrees(summary.heading.mean.value),
+        "walked_through": summary.floor_plan.lengths.walked_through,
     }
 
 
@@ -118,8 +135,13 @@ def test_every_number_of_a_map_is_that_of_the_scorer(path: Path, min_heard: int)
     for seed in SEEDS:
         feature_map = maps.spoilt(truth, np.random.default_rng(seed))
         expected = scorer().score_case(document, map_document(feature_map), min_heard)
-        found = scores_of(evaluate(feature_map, truth, settings))
-        assert found.keys() == expected.keys()
+        evaluation = evaluate(feature_map, truth, settings)
+        found, lengths = scores_of(evaluation), evaluation.floor_plan.lengths
+        assert found.keys() == expected.keys() - {"len_drawn", "len_right", "len_true", "len_found"}
+        assert (lengths.recall, lengths.precision) == pytest.approx(
+            scored_lengths(document, feature_map, min_heard), abs=0.003, nan_ok=True
+        )
+        expected = {name: expected[name] for name in found}
         for name, value in expected.items():
             assert found[name] == pytest.approx(value, rel=1e-9, abs=1e-12), name
 
@@ -134,7 +156,10 @@ def test_every_total_over_all_rooms_is_that_of_the_scorer() -> None:
             expected.append(scorer().score_case(document, map_document(feature_map)))
             evaluations.append(evaluate(feature_map, truth))
     summary = pool(evaluations, rng=np.random.default_rng(0), settings=BootstrapSettings(resamples=10))
-    assert totals_of(summary) == pytest.approx(scorer().total(expected), rel=1e-9)
+    total, lengths = scorer().total(expected), summary.floor_plan.lengths
+    shares = total.pop("length_recall"), total.pop("length_precision")
+    assert (lengths.recall, lengths.precision) == pytest.approx(shares, abs=0.005)
+    assert totals_of(summary) == pytest.approx(total, rel=1e-9)
     # The spoiling must reach every rule, or the agreement says little.
     for of_class in summary.classes.values():
         assert 0.1 < of_class.recall.value < 0.9

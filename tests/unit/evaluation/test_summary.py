@@ -53,6 +53,14 @@ def test_poses_and_outlines_are_pooled_one_number_a_map() -> None:
     assert summary.map_error.maximum < summary.hausdorff.mean.value
 
 
+def test_lengths_and_wall_ends_are_pooled_over_all_walls() -> None:
+    first, second = evaluate(FIRST, maps.ROOM).floor_plan, evaluate(SECOND, maps.ROOM).floor_plan
+    plan = pooled(evaluate(FIRST, maps.ROOM), evaluate(SECOND, maps.ROOM)).floor_plan
+    assert plan.lengths == first.lengths + second.lengths
+    assert plan.lengths.precision == pytest.approx(5.0 / (5.0 + np.sqrt(2)), abs=0.02)
+    assert len(plan.wall_ends.errors) == 6
+
+
 def test_confusions_add_up() -> None:
     first, second = evaluate(FIRST, maps.ROOM), evaluate(SECOND, maps.ROOM)
     assert np.array_equal(pooled(first, second).confusion, first.confusion + second.confusion)

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from echoplan.errors import InputError, InvalidValueError
@@ -17,6 +18,8 @@ WALL = {
     "offset": 0.0,
     "covariance": [[1e-6, 0], [0, 1e-6]],
 }
+OPENING = {"start": [1.0, 0.0], "end": [1.9, 0.0], "width_sigma": 0.02, "walls": [0], "passed": True}
+STRETCH = {"start": [3.0, 0.0], "end": [3.5, 0.0], "walls": [0]}
 MAP = {
     "format": "echoplan-map/1",
     "method": "by hand",
@@ -77,6 +80,39 @@ def test_poses_without_covariances_are_written_without(tmp_path: Path) -> None:
     assert "covariance" not in json.loads((tmp_path / "again.json").read_text())["poses"][0]
 
 
+def test_openings_and_unobserved_stretches_are_read_and_written_with_their_numbers(tmp_path: Path) -> None:
+    found = read(tmp_path, openings=[OPENING], unobserved=[STRETCH, STRETCH])
+    (opening,) = found.openings
+    assert opening.endpoints_xy.tolist() == [[1.0, 0.0], [1.9, 0.0]]
+    assert (opening.width_sigma, opening.walls, opening.passed) == (0.02, (0,), True)
+    assert [each.walls for each in found.unobserved] == [(0,), (0,)]
+    write_map(tmp_path / "again.json", found)
+    written = json.loads((tmp_path / "again.json").read_text())
+    assert written["openings"] == [{"id": 0} | OPENING]
+    assert written["unobserved"] == [{"id": 0} | STRETCH, {"id": 1} | STRETCH]
+
+
+def test_what_is_known_of_the_ends_of_a_wall_is_read_and_written(tmp_path: Path) -> None:
+    found = read(tmp_path, walls=[WALL | {"endpoint_sigmas": [0.01, None], "inferred": [0.0, 0.4]}, WALL])
+    np.testing.assert_array_equal(found.walls[0].endpoint_sigmas, [0.01, np.nan])
+    np.testing.assert_array_equal(found.walls[1].endpoint_sigmas, [np.nan, np.nan])
+    assert [each.inferred.tolist() for each in found.walls] == [[0.0, 0.4], [0.0, 0.0]]
+    write_map(tmp_path / "again.json", found)
+    ends, bare = json.loads((tmp_path / "again.json").read_text())["walls"]
+    assert (ends["endpoint_sigmas"], ends["inferred"]) == ([0.01, None], [0.0, 0.4])
+    assert {"endpoint_sigmas", "inferred"}.isdisjoint(bare)
+
+
+def test_the_walls_beside_an_opening_and_whether_it_was_passed_may_be_left_out(tmp_path: Path) -> None:
+    (opening,) = read(tmp_path, openings=[{"start": [1.0, 0.0], "end": [1.9, 0.0], "width_sigma": 0.0}]).openings
+    assert (opening.walls, opening.passed) == ((), False)
+
+
+def test_a_wall_at_fault_is_reported_before_the_openings_beside_it(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"walls\[0\]\.pings"):
+        read(tmp_path, walls=[WALL | {"pings": -1}], openings=[OPENING | {"walls": [7]}])
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -90,6 +126,26 @@ def test_poses_without_covariances_are_written_without(tmp_path: Path) -> None:
         ({"walls": [WALL | {"class_probabilities": {"wall": 0.5}}]}, r"walls\[0\].*must sum to 1, not 0\.5"),
         ({"walls": [WALL | {"pings": -1}]}, r"walls\[0\]\.pings: must be greater than or equal to 0, not -1"),
         ({"corners": [{"position": [0.0, 0.0]}]}, r"corners\[0\]\.kind: the key 'kind' is missing"),
+        (
+            {"walls": [WALL | {"endpoint_sigmas": [0.01]}]},
+            r"walls\[0\]\.endpoint_sigmas: must have at least 2 items, not 1; endpoint_sigmas is the standard dev",
+        ),
+        (
+            {"walls": [WALL | {"inferred": [0.0, -0.5]}]},
+            r"inferred\[1\]: must be greater than or equal to 0, not -0\.5",
+        ),
+        (
+            {"openings": [OPENING, OPENING | {"walls": [0, 7]}]},
+            r"map\.json, openings: entry 1 refers to wall 7, but the number of walls is 1; use their places",
+        ),
+        ({"unobserved": [STRETCH | {"walls": [1]}]}, r"map\.json, unobserved: entry 0 refers to wall 1, but"),
+        ({"openings": [OPENING | {"walls": [-1]}]}, r"openings\[0\]\.walls\[0\]: must be greater than or equal to 0"),
+        (
+            {"openings": [OPENING | {"width_sigma": -0.01}]},
+            r"openings\[0\]\.width_sigma: must be greater than or equal to 0, not -0\.01; width_sigma is the standard",
+        ),
+        ({"openings": [OPENING | {"end": [1.0, 0.0]}]}, r"openings\[0\]: the ends of an opening must differ"),
+        ({"openings": [OPENING | {"passed": "yes"}]}, r"openings\[0\]\.passed: must be a valid boolean, not 'yes'"),
         ({"poses": [{"sweep": 0, "x": 0.0, "y": 0.0}]}, r"poses\[0\]\.yaw: the key 'yaw' is missing; add it: yaw is"),
     ],
 )

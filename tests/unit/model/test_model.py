@@ -10,6 +10,7 @@ from echoplan.model import (
     Corner,
     Cylinder,
     FeatureMap,
+    Opening,
     Pillar,
     Pings,
     Polyline,
@@ -18,12 +19,25 @@ from echoplan.model import (
     Sensor,
     Sweep,
     Truth,
+    UnobservedStretch,
     Wall,
 )
 
 SENSOR = Sensor(sensor_id=0, half_aperture=0.6, min_range=0.03, max_range=3.0, resolution=0.005)
 CASES: list[tuple[Any, dict[str, Any]]] = [
-    (Wall, {"normal_angle": 0.0, "offset": 1.0, "endpoints_xy": np.eye(2), "covariance": np.eye(2)}),
+    (
+        Wall,
+        {
+            "normal_angle": 0.0,
+            "offset": 1.0,
+            "endpoints_xy": np.eye(2),
+            "covariance": np.eye(2),
+            "endpoint_sigmas": np.ones(2),
+            "inferred": np.ones(2),
+        },
+    ),
+    (Opening, {"endpoints_xy": np.eye(2), "width_sigma": 0.0, "walls": ()}),
+    (UnobservedStretch, {"endpoints_xy": np.eye(2), "walls": ()}),
     (Corner, {"position_xy": np.ones(2), "kind": "concave", "covariance": np.eye(2)}),
     (Cylinder, {"center_xy": np.ones(2), "radius": 0.1, "covariance": np.eye(3)}),
     (

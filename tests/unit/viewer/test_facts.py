@@ -3,8 +3,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drawings import gapped_map
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, FeatureMap, Wall
-from echoplan.viewer.facts import Facts, corner_facts, cylinder_facts, station_facts, wall_facts
+from echoplan.viewer.facts import (
+    Facts,
+    corner_facts,
+    cylinder_facts,
+    opening_facts,
+    station_facts,
+    unobserved_facts,
+    wall_facts,
+)
 from echoplan.viewer.wording import SIGMA
 from maps import corner, cylinder, drawn, wall
 
@@ -164,3 +173,30 @@ def test_a_corrected_station_is_told_with_its_uncertainty() -> None:
     (only,) = station_facts(replace(drawn(poses=[[1.0, -2.0, 0.0]]), pose_covariances=covariance[None]))
     assert table(only)[f"{SIGMA} in x, y"] == "2.0 mm, 1.0 mm"
     assert table(only)[f"{SIGMA} of the heading"] == "0.25°"
+
+
+def test_an_opening_has_its_width_with_the_95_percent_interval_and_its_evidence() -> None:
+    door, slit = opening_facts(gapped_map().openings)
+    assert door.kind == "opening"
+    assert table(door) == {
+        "from": "(1.000, 0.000) m",
+        "to": "(1.900, 0.000) m",
+        "beside": "wall 0 and wall 1",
+        "width": "0.900 m ± 0.039 m (95 %)",
+        "evidence": "driven through",
+    }
+    assert table(slit)["evidence"] == "seen through"
+
+
+def test_an_unobserved_stretch_has_its_ends_and_the_walls_beside_it() -> None:
+    (hidden,) = unobserved_facts(gapped_map().unobserved)
+    assert (hidden.key, hidden.kind) == ("unobserved-stretch-0", "unobserved")
+    assert table(hidden)["to"] == "(4.500, 0.000) m"
+    assert table(hidden)["beside"] == "wall 2 and wall 3"
+
+
+def test_a_wall_lists_what_is_known_of_its_ends_and_nothing_else() -> None:
+    facts = of_wall(gapped_map().walls[-1])
+    assert facts[f"{SIGMA} of its start"] == "10.0 mm"
+    assert facts["inferred at its end"] == "0.500 m"
+    assert {f"{SIGMA} of its end", "inferred at its start"}.isdisjoint(facts)

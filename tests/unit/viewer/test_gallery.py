@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from drawings import gapped_map
 from echoplan.model import Cylinder, FeatureMap, OccupancyGrid, Wall
 from echoplan.viewer import Exhibit, Gallery, Plan, Text, gallery_html
 from echoplan.viewer.sheet import Sheet
@@ -87,6 +88,12 @@ def test_an_empty_map_is_drawn_as_what_it_is() -> None:
     (drawing,) = drawings((Exhibit(name="", plan=empty),))
     assert faces(drawing) == []
     assert drawing.find("./g[@class='truth']/path") is not None
+
+
+def test_openings_and_inferred_walls_are_drawn_in_small_too() -> None:
+    (drawing,) = drawings((Exhibit(name="", plan=Plan(feature_map=gapped_map())),))
+    classes = [each.get("class") for each in drawing.iter("path")]
+    assert (classes.count("jamb"), classes.count("stretch"), classes.count("face inferred")) == (2, 1, 1)
 
 
 def test_features_tell_their_numbers_but_stop_no_keyboard() -> None:

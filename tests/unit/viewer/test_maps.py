@@ -7,12 +7,13 @@ from matplotlib.colors import to_hex
 from matplotlib.patches import Circle, Ellipse, Polygon
 
 from canvas import axes_of, color, data, legend, line, lines, names, notes
-from drawings import STATIONS, full_plan
+from drawings import STATIONS, full_plan, gapped_map
 from echoplan.model import Corner, CornerKind, FeatureClass, FeatureMap
 from echoplan.viewer.maps import (
     draw_corners,
     draw_cylinders,
     draw_ellipses,
+    draw_openings,
     draw_plan,
     draw_stations,
     draw_truth,
@@ -209,3 +210,29 @@ def test_a_map_of_nothing_has_axes_and_no_legend() -> None:
 def test_a_map_of_one_feature_explains_just_that() -> None:
     axes = axes_of(lambda axes: draw_plan(axes, Plan(feature_map=drawn(wall([0.0, 0.0], [2.0, 1.0])))))
     assert legend(axes) == ["wall"]
+
+
+def test_a_map_with_gaps_explains_them_and_writes_the_width_of_its_doorway() -> None:
+    axes = axes_of(lambda axes: draw_plan(axes, Plan(feature_map=gapped_map())))
+    assert {"wall", "inferred wall end", "unobserved", "opening"} <= set(legend(axes))
+    assert [each.get_text() for each in notes(axes) if each.get_text().endswith(" m")] == ["0.90 m"]
+    np.testing.assert_allclose(data(line(axes, "unobserved")), [[4.0, 0.0], [4.5, 0.0]])
+
+
+def test_inferred_wall_ends_are_dashed_and_not_filled() -> None:
+    found = gapped_map()
+    axes = axes_of(lambda axes: draw_walls(axes, found.walls[-1:], INSIDE, thickness=0.1))
+    (body,) = axes.patches
+    assert isinstance(body, Polygon)
+    assert body.get_xy()[:, 0].max() == pytest.approx(5.5)
+    face, back = axes.lines
+    np.testing.assert_allclose(data(face), [[5.5, 0.0], [6.0, 0.0]])
+    np.testing.assert_allclose(data(back), [[6.0, -0.1], [5.5, -0.1]])
+    assert all(each.is_dashed() for each in (face, back))
+
+
+def test_openings_have_a_threshold_and_two_jambs() -> None:
+    axes = axes_of(lambda axes: draw_openings(axes, gapped_map(), thickness=0.1))
+    threshold, *jambs = axes.lines[:3]
+    np.testing.assert_allclose(data(threshold), [[1.0, 0.0], [1.9, 0.0]])
+    assert [data(each)[:, 0].tolist() for each in jambs] == [[1.0, 1.0], [1.9, 1.9]]

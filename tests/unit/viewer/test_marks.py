@@ -3,13 +3,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drawings import STATIONS, full_plan, group_of, marked, placed, stroke, strokes, the
+from drawings import STATIONS, full_plan, gapped_map, group_of, marked, placed, stroke, strokes, the
 from echoplan.arrays import FloatArray
 from echoplan.model import Corner, CornerKind, FeatureMap
 from echoplan.viewer.marks import (
     corner_marks,
     cylinder_marks,
     echo_marks,
+    gap_marks,
     heard_marks,
     station_marks,
     truth_marks,
@@ -242,3 +243,32 @@ def test_the_true_room_is_drawn_as_it_is() -> None:
     assert [each.attrib["class"] for each in circles] == ["true", "true"]
     found = [[float(each.attrib[name]) for name in ("cx", "cy", "r")] for each in circles]
     np.testing.assert_allclose(found, [[*paper(3.5, 0.6), 4.0], [*paper(1.0, 2.2), 2.0]])
+
+
+def test_the_face_of_a_wall_is_drawn_apart_where_it_was_inferred() -> None:
+    observed, inferred = marked(wall_marks(Plan(feature_map=gapped_map()), SHEET)[-1], "face")
+    assert (observed.attrib["class"], inferred.attrib["class"]) == ("face", "face inferred")
+    np.testing.assert_allclose(stroke(observed), [paper(4.5, 0.0), paper(5.5, 0.0)])
+    np.testing.assert_allclose(stroke(inferred), [paper(5.5, 0.0), paper(6.0, 0.0)])
+
+
+def test_gaps_are_drawn_between_their_ends_and_named_as_in_the_file() -> None:
+    hidden, door, slit = gap_marks(Plan(feature_map=gapped_map()), SHEET)
+    assert [each.attrib["id"] for each in (hidden, door, slit)] == ["unobserved-stretch-0", "opening-0", "opening-1"]
+    np.testing.assert_allclose(stroke(the(hidden, "stretch")), [paper(4.0, 0.0), paper(4.5, 0.0)])
+    np.testing.assert_allclose(stroke(the(door, "threshold")), [paper(1.0, 0.0), paper(1.9, 0.0)])
+    assert [jamb[:, 0].tolist() for jamb in strokes(the(door, "jamb"))] == [[50.0, 50.0], [86.0, 86.0]]
+
+
+def test_the_width_is_written_where_there_is_room_and_the_robot_drove_through() -> None:
+    found = gapped_map()
+    _, door, slit = gap_marks(Plan(feature_map=found), SHEET)
+    assert the(door, "width").text == "0.90 m"
+    assert marked(slit, "width") == []
+    # At 1 : 100 an opening of 0.9 m is 9 mm wide, less than its label.
+    small = Sheet(bounds_xy=np.array([[0.0, 0.0], [16.0, 12.0]]))
+    assert marked(gap_marks(Plan(feature_map=found), small), "width") == []
+    _, seen, _ = gap_marks(
+        Plan(feature_map=replace(found, openings=(replace(found.openings[0], passed=False),) * 2)), SHEET
+    )
+    assert marked(seen, "width") == []

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
+from drawings import gapped_map
 from echoplan.arrays import FloatArray
-from echoplan.model import Wall
-from echoplan.viewer.outline import wall_bodies
+from echoplan.model import Opening, Wall
+from echoplan.viewer.outline import body_pieces, jamb_strokes, label_turn, wall_bodies
 from maps import ROOM, wall
 
 INSIDE = np.array([[1.0, 1.0], [1.0, 2.0]])
@@ -155,3 +156,49 @@ def test_a_mitre_that_would_be_a_spike_is_cut_off(degrees: float) -> None:
 
 def test_a_thin_wall_is_thin() -> None:
     assert area(body(FLOOR, thickness=0.02)) == pytest.approx(0.08)
+
+
+def test_a_wall_without_inferred_ends_is_one_observed_piece() -> None:
+    whole = wall_bodies(box(), INSIDE, thickness=0.1)[0]
+    observed, inferred = body_pieces(whole, np.zeros(2))
+    np.testing.assert_array_equal(observed, [whole])
+    assert inferred == []
+
+
+def test_a_body_is_cut_square_where_its_inferred_ends_begin_and_keeps_its_mitres() -> None:
+    whole = wall_bodies(box(), INSIDE, thickness=0.1)[0]
+    (observed,), (before, after) = body_pieces(whole, np.array([0.5, 1.0]))
+    np.testing.assert_allclose(observed, [[0.5, 0.0], [3.0, 0.0], [3.0, -0.1], [0.5, -0.1]], atol=1e-12)
+    np.testing.assert_allclose(before, [[0.0, 0.0], [0.5, 0.0], [0.5, -0.1], [-0.1, -0.1]], atol=1e-12)
+    np.testing.assert_allclose(after, [[3.0, 0.0], [4.0, 0.0], [4.1, -0.1], [3.0, -0.1]], atol=1e-12)
+
+
+@pytest.mark.parametrize("inferred", [[4.0, 0.0], [0.0, 9.0], [2.5, 1.5], [3.0, 3.0]])
+def test_a_wall_that_was_only_inferred_has_no_observed_piece(inferred: list[float]) -> None:
+    observed, pieces = body_pieces(body(FLOOR), np.array(inferred))
+    assert observed == []
+    assert sum(area(each) for each in pieces) == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_jambs_reach_across_the_walls_beside_an_opening(swapped: bool) -> None:  # noqa: FBT001 - both ways round
+    found = gapped_map()
+    bodies = wall_bodies(found.walls, found.poses[:, :2], thickness=0.1)
+    opening = found.openings[0]
+    ends = opening.endpoints_xy[::-1] if swapped else opening.endpoints_xy
+    turned = Opening(endpoints_xy=ends, width_sigma=0.0, walls=opening.walls)
+    for (x, _), stroke in zip(ends, jamb_strokes(turned, bodies, thickness=0.1), strict=True):
+        np.testing.assert_allclose(stroke[:, 0], x, atol=1e-12)
+        np.testing.assert_allclose(sorted(stroke[:, 1]), [-0.15, 0.05], atol=1e-12)
+
+
+def test_jambs_without_walls_beside_them_reach_as_far_to_both_sides() -> None:
+    opening = Opening(endpoints_xy=np.array([[1.0, 0.0], [2.0, 0.0]]), width_sigma=0.0, walls=())
+    np.testing.assert_allclose(np.abs(jamb_strokes(opening, [], thickness=0.1)[..., 1]), 0.1)
+
+
+@pytest.mark.parametrize(
+    ("end", "degrees"), [([1, 0], 0), ([-1, 0], 0), ([0, 1], 90), ([0, -1], 90), ([1, -1], -45), ([-1, -1], 45)]
+)
+def test_labels_are_read_from_below_or_from_the_right(end: list[int], degrees: float) -> None:
+    assert label_turn(np.array([[0.0, 0.0], end])) == pytest.approx(degrees)

@@ -7,7 +7,7 @@ import pytest
 from echoplan.arrays import FloatArray
 from echoplan.errors import InvalidValueError
 from echoplan.geometry import directions
-from echoplan.model import Corner, CornerKind, Cylinder, FeatureMap
+from echoplan.model import Corner, CornerKind, Cylinder, FeatureMap, Opening, UnobservedStretch
 from echoplan.viewer.plan import MOST_LABELS, Plan, station_labels
 from maps import ROOM, corner, cylinder, drawn, wall
 
@@ -32,6 +32,15 @@ def test_walls_are_bounded_by_their_ends() -> None:
 def test_cylinders_are_bounded_by_their_faces() -> None:
     one = plan(cylinder([0.0, 0.0], 0.5), cylinder([4.0, 3.0], 0.25))
     np.testing.assert_allclose(one.bounds_xy, [[-0.5, -0.5], [4.25, 3.25]])
+
+
+def test_openings_and_unobserved_stretches_are_within_the_bounds() -> None:
+    ends = np.array([[-1.0, 0.0], [7.0, 4.0]])
+    for gap in (
+        {"openings": (Opening(endpoints_xy=ends, width_sigma=0.0, walls=()),)},
+        {"unobserved": (UnobservedStretch(endpoints_xy=ends, walls=()),)},
+    ):
+        np.testing.assert_allclose(Plan(feature_map=FeatureMap(method="m", **gap)).bounds_xy, ends)
 
 
 def test_corners_and_stations_are_within_the_bounds() -> None:

@@ -6,6 +6,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
+from drawings import gapped_map
 from echoplan.evaluation import evaluate
 from echoplan.io import builtin_rig, builtin_route, builtin_world
 from echoplan.methods import find_method, map_sweeps, observations_of
@@ -132,6 +133,20 @@ def test_a_picture_is_carried_along_and_told_to_those_who_cannot_see_it() -> Non
 def test_a_map_is_summed_up_in_a_sentence(plan: Plan) -> None:
     counts = [len(each) for each in (plan.feature_map.walls, plan.feature_map.corners, plan.feature_map.cylinders)]
     assert [int(each) for each in re.findall(r"\d+", found_in_words(plan.feature_map))] == [*counts, 10]
+
+
+def test_openings_have_a_row_and_a_drawing_of_one_name() -> None:
+    page = Page(report_html(Report(title="A floor", plan=Plan(feature_map=gapped_map()))))
+    assert {"opening-0", "opening-1"} <= {row.get("data-feature") for row in page.all("tr")}
+    assert {"opening-0", "opening-1", "unobserved-stretch-0"} <= {group.get("id") for group in page.all("g")}
+    assert page.texts.count("Openings") == 1
+
+
+def test_the_sum_of_a_map_names_what_was_not_observed() -> None:
+    assert found_in_words(gapped_map()) == (
+        "4 walls, 2 openings, 0 corners and 0 cylinders, heard from 5 stations. "
+        "0.50 m of wall inferred up to undetected corners; 0.50 m between walls not observed."
+    )
 
 
 def test_the_map_of_a_room_without_features_is_still_a_page() -> None:

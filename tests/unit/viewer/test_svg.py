@@ -7,13 +7,13 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from drawings import SVG, full_plan, marked, stroke, strokes, the, titles, view_box
+from drawings import SVG, full_plan, gapped_map, marked, stroke, strokes, the, titles, view_box
 from echoplan.model import FeatureMap
 from echoplan.viewer.plan import Plan
 from echoplan.viewer.svg import plan_element, plan_svg
 from maps import corner, drawn, wall
 
-LAYERS = ["grid", "echoes", "heard", "walls", "truth", "cylinders", "corners", "stations", "legend"]
+LAYERS = ["grid", "echoes", "heard", "walls", "gaps", "truth", "cylinders", "corners", "stations", "legend"]
 NOTHING = Plan(feature_map=FeatureMap(method="none"))
 
 
@@ -44,7 +44,7 @@ def test_layers_lie_over_each_other_from_the_grid_to_the_legend(drawing: ET.Elem
 def test_a_layer_without_marks_is_still_there() -> None:
     bare = plan_element(NOTHING)
     assert [each.get("class") for each in bare if each.tag == "g"] == LAYERS
-    for name in ("walls", "truth", "cylinders", "corners"):
+    for name in ("walls", "gaps", "truth", "cylinders", "corners"):
         assert len(layer(bare, name)) == 0
 
 
@@ -230,7 +230,8 @@ def test_a_file_ends_its_last_line() -> None:
 
 
 def test_the_style_speaks_of_nothing_that_is_not_drawn(document: ET.Element) -> None:
-    used = {name for each in document.iter() for name in each.get("class", "").split()}
+    gaps = plan_element(Plan(feature_map=gapped_map()))
+    used = {name for each in (*document.iter(), *gaps.iter()) for name in each.get("class", "").split()}
     rules = re.sub(r"/\*.*?\*/|{.*?}", " ", document[1].text or "", flags=re.DOTALL)
     assert set(re.findall(r"\.([a-z]+)", rules)) <= used
 

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from drawings import gapped_map
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Table, Wall
-from echoplan.viewer.tables import corner_table, cylinder_table, wall_table
+from echoplan.viewer.tables import corner_table, cylinder_table, opening_table, wall_table
 from echoplan.viewer.wording import SIGMA
 
 WALL = Wall(
@@ -43,7 +44,8 @@ def row(table: Table, number: int = 0) -> dict[str, str]:
 
 
 @pytest.mark.parametrize(
-    ("tabulate", "title"), [(wall_table, "Walls"), (corner_table, "Corners"), (cylinder_table, "Cylinders")]
+    ("tabulate", "title"),
+    [(wall_table, "Walls"), (opening_table, "Openings"), (corner_table, "Corners"), (cylinder_table, "Cylinders")],
 )
 def test_nothing_found_is_a_table_without_rows(tabulate: Callable[[Sequence[Any]], Table], title: str) -> None:
     table = tabulate([])
@@ -113,3 +115,16 @@ def test_the_radius_does_not_make_the_centre_less_sure() -> None:
 def test_a_feature_that_no_ping_speaks_for_has_noughts_and_no_blanks() -> None:
     bare = Corner(position_xy=np.zeros(2), kind=CornerKind.CONCAVE, covariance=np.zeros((2, 2)))
     assert corner_table([bare]).rows == (("0", "0.000", "0.000", "concave", "0.0", "100", "0", "0"),)
+
+
+def test_an_opening_has_its_width_with_the_95_percent_interval_its_middle_and_its_evidence() -> None:
+    table = opening_table(gapped_map().openings)
+    assert row(table) == {
+        "opening": "0",
+        "width, 95 % (m)": "0.900 ± 0.039",
+        "x (m)": "1.450",
+        "y (m)": "0.000",
+        "walls": "0, 1",
+        "evidence": "driven through",
+    }
+    assert row(table, 1)["evidence"] == "seen through"

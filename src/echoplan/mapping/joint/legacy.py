@@ -9,7 +9,7 @@ from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.classification.evidence import NO_EVIDENCE
 from echoplan.classification.hypotheses import Hypothesis
-from echoplan.classification.past import Past
+from echoplan.classification.past import LineEvidence, Past
 from echoplan.mapping.joint.account import Account
 from echoplan.mapping.joint.adjustment.adjustment import adjust, facing_rows, reading_rows
 from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, pose_rows
@@ -18,13 +18,14 @@ from echoplan.mapping.joint.adjustment.rows import Summary
 from echoplan.mapping.joint.adjustment.squareness import learn_squareness
 from echoplan.mapping.joint.adjustment.state import State
 from echoplan.mapping.joint.memory import Memory, summarised
-from echoplan.mapping.joint.outline.faces import find_faces
+from echoplan.mapping.joint.outline.segments import find_segments
 from echoplan.mapping.joint.outline.survey import Survey
 from echoplan.mapping.joint.outline.vertices import find_vertices
+from echoplan.mapping.joint.outline.views import line_evidence
 from echoplan.mapping.joint.posed import reckoned
 from echoplan.mapping.joint.search.echoes import CornerEcho, corner_echoes
 from echoplan.mapping.joint.search.hiding import hiding
-from echoplan.mapping.joint.search.paths import Paths, free_views, silent_places, trace_paths
+from echoplan.mapping.joint.search.paths import Paths, free_views, trace_paths
 from echoplan.mapping.joint.search.rivals import class_probabilities
 from echoplan.model import ClassProbabilities
 from echoplan.preprocessing.soundings import chosen_soundings
@@ -33,15 +34,19 @@ __all__ = ["leave", "survey"]
 
 # Of all places along a wall within one cell, so many are worth keeping [m].
 _CELL, _KEPT = 0.01, 4
+# Where feet of a wall are farther apart than this, sound may have gone through between them [m].
+_WIDE_GAP = 0.4
 
 
-def survey(account: Account) -> Survey:
+def survey(account: Account, path_xy: FloatArray) -> Survey:
     """Draw all that was ever found.
 
     Parameters
     ----------
     account : Account
         Of the stations at hand, with the memory of all before them.
+    path_xy : ndarray, shape (p, 2)
+        The way of the robot from the first station on [m].
 
     Returns
     -------
@@ -62,12 +67,12 @@ def survey(account: Account) -> Survey:
         adjusted = adjust(nothing, state, beliefs._replace(squareness=square), settings.adjustment, known=known)
     features = [replace(each, reflector=row) for each, row in zip(found, adjusted.reflectors, strict=True)]
     echoes = memory.echoes_of(features)
-    faces = find_faces(features, echoes, step=account.step, settings=settings.faces)
+    segments = find_segments(features, echoes, path_xy, settings.segments)
     return Survey(
         features=features,
         adjusted=adjusted,
-        faces=faces,
-        vertices=find_vertices(faces, echoes, settings.vertices),
+        segments=segments,
+        vertices=find_vertices(segments, echoes, settings.vertices),
         squareness=square,
         settings=settings.survey,
     )
@@ -175,12 +180,13 @@ class _Going(NamedTuple):
     passed: BoolArray
     owners: IntArray
     stations: IntArray
+    lines: dict[int, LineEvidence]
 
 
 def _going(account: Account, gone: BoolArray, count: int) -> _Going:
     assert account.adjusted is not None
     paths = trace_paths(account.explanation, account.features, step=account.step)
-    hides = hiding(paths, account.features, gap=account.settings.faces.wide_gap)
+    hides = hiding(paths, account.features, gap=_WIDE_GAP)
     return _Going(
         size=count,
         pings=gone,
@@ -189,7 +195,18 @@ def _going(account: Account, gone: BoolArray, count: int) -> _Going:
         passed=hides.passed[:, gone],
         owners=account.adjusted.owners[gone],
         stations=account.soundings.stations[gone],
+        lines=_lines(account, count),
     )
+
+
+def _lines(account: Account, count: int) -> dict[int, LineEvidence]:
+    """Collect what the first stations say of where the line of each wall is wall."""
+    features, left_out = account.features, account.explanation.levels_without(account.features)
+    return {
+        number: line_evidence(account.explanation, each, count, levels)
+        for number, (each, levels) in enumerate(zip(features, left_out, strict=True))
+        if each.is_wall
+    }
 
 
 def _with_pasts(account: Account, going: _Going) -> list[Hypothesis]:
@@ -239,14 +256,12 @@ def _sounded(past: Past, number: int, account: Account, going: _Going) -> Past:
     wall, paths = account.features[number], going.paths
     if not wall.is_wall:
         return past
-    others = [each for each in account.features if each is not wall]
-    silences = silent_places(wall, going.pings[wall.evidence.pings], others, account.soundings, step=account.step)
     return replace(
         past,
         extent=wall.extent,
         feet=_joined(past.feet, paths.feet(number, wall.line)),
         crossings=_joined(past.crossings, paths.crossings(number, wall.line)),
-        silences=_joined(past.silences, silences),
+        line=_thinned(past.line.joined(going.lines[number])),
     )
 
 
@@ -257,14 +272,24 @@ def _certain(past: Past, feature: Hypothesis, probabilities: ClassProbabilities)
 
 
 def _joined(before: FloatArray, now: FloatArray) -> FloatArray:
-    """Join places along a line; of many in one cell a few stay, if some of them were there before."""
+    """Join places along a line [m]: of many in one cell a few are kept, if some of them were there before."""
     if not len(before):
-        return now
+        return np.sort(now)
     places = np.sort(np.concatenate([before, now]))
-    cells = np.floor(places / _CELL)
-    starts = np.searchsorted(cells, cells)
-    kept: FloatArray = places[np.arange(len(places)) - starts < _KEPT]
+    kept: FloatArray = places[_first_of_cells(places)]
     return kept
+
+
+def _thinned(line: LineEvidence) -> LineEvidence:
+    """Keep a few stations of each cell, so that memory grows with the map and not with the recording."""
+    ordered = line.chosen(np.argsort(line.feet, kind="stable"))
+    return ordered.chosen(_first_of_cells(ordered.feet))
+
+
+def _first_of_cells(places: FloatArray) -> BoolArray:
+    cells = np.floor(places / _CELL)
+    first: BoolArray = np.arange(len(places)) - np.searchsorted(cells, cells) < _KEPT
+    return first
 
 
 def _bare(feature: Hypothesis) -> Hypothesis:

@@ -13,7 +13,7 @@ from echoplan.mapping.joint.adjustment.drift import DriftSettings
 from echoplan.mapping.joint.adjustment.poses import PoseSettings
 from echoplan.mapping.joint.adjustment.squareness import SquarenessSettings
 from echoplan.mapping.joint.certainty import CertaintySettings
-from echoplan.mapping.joint.outline.faces import FaceSettings
+from echoplan.mapping.joint.outline.segments import SegmentSettings
 from echoplan.mapping.joint.outline.survey import SurveySettings
 from echoplan.mapping.joint.outline.vertices import VertexSettings
 from echoplan.mapping.joint.search.copies import CopySettings
@@ -79,7 +79,7 @@ class AccountSettings(BaseModel, frozen=True, extra="forbid"):
     squareness: SquarenessSettings = Field(default_factory=SquarenessSettings)
     copies: CopySettings = Field(default_factory=CopySettings)
     localisation: LocalisationSettings = Field(default_factory=LocalisationSettings)
-    faces: FaceSettings = Field(default_factory=FaceSettings)
+    segments: SegmentSettings = Field(default_factory=SegmentSettings)
     vertices: VertexSettings = Field(default_factory=VertexSettings)
     survey: SurveySettings = Field(default_factory=SurveySettings)
     walk: Annotated[str | tuple[tuple[float, float], ...], AfterValidator(_falls)] = Field(

@@ -1,4 +1,4 @@
-"""Vertices: where two faces meet, and so end."""
+"""Vertices: where two segments meet, and so end."""
 
 import math
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, intersections
-from echoplan.mapping.joint.outline.faces import Face
+from echoplan.mapping.joint.outline.segments import Segment
 from echoplan.mapping.joint.search.echoes import CornerEcho, Echoes, returns_sound
 from echoplan.model import CornerKind
 
@@ -17,11 +17,11 @@ __all__ = ["Vertex", "VertexSettings", "find_vertices"]
 
 
 class VertexSettings(BaseModel, frozen=True, extra="forbid"):
-    """When two faces are taken to meet."""
+    """When two segments are taken to meet."""
 
-    least_turn: float = Field(default=math.radians(20), gt=0.0, description="between two faces that meet [rad]")
-    overlap: float = Field(default=0.08, ge=0.0, description="that a face may reach past its end [m]")
-    extension: float = Field(default=3.0, gt=0.0, description="of a face beyond what was heard of it [m]")
+    least_turn: float = Field(default=math.radians(20), gt=0.0, description="between two segments that meet [rad]")
+    overlap: float = Field(default=0.08, ge=0.0, description="that a segment may reach past its end [m]")
+    extension: float = Field(default=3.0, gt=0.0, description="of a segment beyond what was heard of it [m]")
     silent_extension: float = Field(default=2.0, gt=0.0, description="likewise, to a corner that returns no sound [m]")
     oblique_extension: float = Field(default=1.0, gt=0.0, description="to the echo of a corner of no right angle [m]")
     unheard_extension: float = Field(default=0.5, gt=0.0, description="to a concave corner that nobody heard [m]")
@@ -34,27 +34,27 @@ class VertexSettings(BaseModel, frozen=True, extra="forbid"):
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Vertex:
-    """Where two faces meet.
+    """Where two segments meet.
 
     Parameters
     ----------
-    faces : tuple of int
+    segments : tuple of int
         Numbers of both.
     upper : tuple of bool
         Whether it is the upper end of each.
     position_xy : ndarray, shape (2,)
         The vertex [m].
     kind : CornerKind
-        As seen from where the faces were heard.
+        As seen from where the segments were heard.
     heard : bool
         Whether sound came back from it.
     echo : CornerEcho
         What was heard of one of its walls in the other.
     cost : float
-        How far the faces had to be extended [m]; heard vertices come first.
+        How far the segments had to be extended [m]; heard vertices come first.
     """
 
-    faces: tuple[int, int]
+    segments: tuple[int, int]
     upper: tuple[bool, bool]
     position_xy: FloatArray
     kind: CornerKind
@@ -63,38 +63,38 @@ class Vertex:
     cost: float
 
 
-def find_vertices(faces: Sequence[Face], echoes: Echoes, settings: VertexSettings) -> list[Vertex]:
-    """Find where faces meet, each end at most once, the likeliest first.
+def find_vertices(segments: Sequence[Segment], echoes: Echoes, settings: VertexSettings) -> list[Vertex]:
+    """Find where segments meet, each end at most once, the likeliest first.
 
     Parameters
     ----------
-    faces : sequence of Face
-        The faces.
+    segments : sequence of Segment
+        The segments.
     echoes : Echoes
         Where corners were heard.
     settings : VertexSettings
-        When two faces meet.
+        When two segments meet.
 
     Returns
     -------
     list of Vertex
         The vertices.
     """
-    pairs = ((one, other) for one in range(len(faces)) for other in range(one + 1, len(faces)))
-    found = [_vertex(faces, pair, echoes, settings) for pair in pairs]
+    pairs = ((one, other) for one in range(len(segments)) for other in range(one + 1, len(segments)))
+    found = [_vertex(segments, pair, echoes, settings) for pair in pairs]
     vertices: list[Vertex] = []
     taken: set[tuple[int, bool]] = set()
-    apart = [each for each in found if each is not None and not _goes_over_another(faces, each)]
+    apart = [each for each in found if each is not None and not _goes_over_another(segments, each)]
     for vertex in sorted(apart, key=lambda each: each.cost):
-        ends = set(zip(vertex.faces, vertex.upper, strict=True))
+        ends = set(zip(vertex.segments, vertex.upper, strict=True))
         if not ends & taken:
             vertices.append(vertex)
             taken |= ends
     return vertices
 
 
-def _vertex(faces: Sequence[Face], pair: tuple[int, int], echoes: Echoes, settings: VertexSettings) -> Vertex | None:
-    one, other = (faces[each] for each in pair)
+def _vertex(segments: Sequence[Segment], pair: tuple[int, int], echoes: Echoes, settings: VertexSettings) -> Vertex | None:
+    one, other = (segments[each] for each in pair)
     if abs(math.sin(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.least_turn):
         return None
     point, kind = intersections(one.wall.line, other.wall.line), _kind(one, other)
@@ -107,7 +107,7 @@ def _vertex(faces: Sequence[Face], pair: tuple[int, int], echoes: Echoes, settin
     if not heard and _is_far_fetched((one, other), extensions, kind, echo, settings):
         return None
     return Vertex(
-        faces=pair,
+        segments=pair,
         upper=(one.is_upper(point), other.is_upper(point)),
         position_xy=point,
         kind=kind,
@@ -117,12 +117,12 @@ def _vertex(faces: Sequence[Face], pair: tuple[int, int], echoes: Echoes, settin
     )
 
 
-def _goes_over_another(faces: Sequence[Face], vertex: Vertex) -> bool:
-    """Tell whether a face would have to be drawn on over another one of its line."""
-    for face in (faces[each] for each in vertex.faces):
-        place = float(vertex.position_xy @ face.along)
-        others = [each for each in faces if each.owner == face.owner and each is not face]
-        if any(face.high <= each.low < place or place < each.high <= face.low for each in others):
+def _goes_over_another(segments: Sequence[Segment], vertex: Vertex) -> bool:
+    """Tell whether a segment would have to be drawn on over another one of its line."""
+    for segment in (segments[each] for each in vertex.segments):
+        place = float(vertex.position_xy @ segment.along)
+        others = [each for each in segments if each.owner == segment.owner and each is not segment]
+        if any(segment.high <= each.low < place or place < each.high <= segment.low for each in others):
             return True
     return False
 
@@ -132,51 +132,51 @@ def _cost(extensions: Sequence[float], *, heard: bool) -> float:
 
 
 def _reachable(
-    faces: tuple[Face, Face],
+    segments: tuple[Segment, Segment],
     point_xy: FloatArray,
     extensions: Sequence[float],
     echoes: Echoes,
     *,
     settings: VertexSettings,
 ) -> bool:
-    """Tell whether a crossing is at an end of both faces, and what lies between may be part of them."""
+    """Tell whether a crossing is at an end of both segments, and what lies between may be part of them."""
     if min(extensions) < -settings.overlap or max(extensions) > settings.extension:
         return False
     return not any(
-        face.is_open_toward(point_xy) or _ends_before(face, point_xy, echoes.corners_xy, settings) for face in faces
+        segment.is_open_toward(point_xy) or _ends_before(segment, point_xy, echoes.corners_xy, settings) for segment in segments
     )
 
 
 def _is_far_fetched(
-    faces: tuple[Face, Face], extensions: Sequence[float], kind: CornerKind, echo: CornerEcho, settings: VertexSettings
+    segments: tuple[Segment, Segment], extensions: Sequence[float], kind: CornerKind, echo: CornerEcho, settings: VertexSettings
 ) -> bool:
-    """Tell whether faces would have to be made too long for a vertex that nobody heard.
+    """Tell whether segments would have to be made too long for a vertex that nobody heard.
 
     Of a convex one hardly any sound comes back, but a concave one of a right angle returns it to wherever it comes
     from: if it should have been heard, it is not there.  What an oblique one returns is hard to tell; that nobody heard
-    it speaks against it, the more the less was heard of the faces.
+    it speaks against it, the more the less was heard of the segments.
     """
-    if kind is CornerKind.CONCAVE and returns_sound(faces[0].wall.line, faces[1].wall.line):
+    if kind is CornerKind.CONCAVE and returns_sound(segments[0].wall.line, segments[1].wall.line):
         return max(extensions) > settings.unheard_extension and echo.gain < -settings.certain
     if max(extensions) > settings.silent_extension:
         return True
     if kind is CornerKind.CONVEX:
         return False
-    most = [max(settings.unheard_extension, settings.unheard_stretch * (each.high - each.low)) for each in faces]
+    most = [max(settings.unheard_extension, settings.unheard_stretch * (each.high - each.low)) for each in segments]
     return any(extension > limit for extension, limit in zip(extensions, most, strict=True))
 
 
-def _ends_before(face: Face, point_xy: FloatArray, corners_xy: FloatArray, settings: VertexSettings) -> bool:
-    """Tell whether a corner was heard on a face's line on the way to a point: the face ends there."""
-    on_line = np.abs(corners_xy @ directions(face.wall.line[0]) - face.wall.line[1]) < settings.reach
-    sign = 1.0 if face.is_upper(point_xy) else -1.0
-    start, stop = max(sign * face.low, sign * face.high), sign * float(point_xy @ face.along)
-    places = sign * (corners_xy[on_line] @ face.along)
+def _ends_before(segment: Segment, point_xy: FloatArray, corners_xy: FloatArray, settings: VertexSettings) -> bool:
+    """Tell whether a corner was heard on a segment's line on the way to a point: the segment ends there."""
+    on_line = np.abs(corners_xy @ directions(segment.wall.line[0]) - segment.wall.line[1]) < settings.reach
+    sign = 1.0 if segment.is_upper(point_xy) else -1.0
+    start, stop = max(sign * segment.low, sign * segment.high), sign * float(point_xy @ segment.along)
+    places = sign * (corners_xy[on_line] @ segment.along)
     return bool(((places > start - settings.overlap) & (places < stop - settings.reach)).any())
 
 
-def _kind(one: Face, other: Face) -> CornerKind | None:
-    """Concave if each face lies before the other, convex if behind; None if they cannot be faces of one body."""
+def _kind(one: Segment, other: Segment) -> CornerKind | None:
+    """Concave if each segment lies before the other, convex if behind; None if they cannot be segments of one body."""
     before = [
         first.wall.line[1] - float(directions(first.wall.line[0]) @ second.middle_xy)
         for first, second in ((one, other), (other, one))
@@ -186,7 +186,7 @@ def _kind(one: Face, other: Face) -> CornerKind | None:
     return CornerKind.CONCAVE if before[0] > 0.0 else CornerKind.CONVEX
 
 
-def _is_heard(one: Face, other: Face, extension: float, echo: CornerEcho, settings: VertexSettings) -> bool:
+def _is_heard(one: Segment, other: Segment, extension: float, echo: CornerEcho, settings: VertexSettings) -> bool:
     square = abs(math.cos(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.right_angle)
     near = square or extension < settings.oblique_extension
     return near and (echo.pings >= settings.echoes or echo.gain > settings.certain)

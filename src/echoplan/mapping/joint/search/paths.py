@@ -11,25 +11,23 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.classification.evidence import UNHEARD
 from echoplan.classification.explanation import Explanation
 from echoplan.classification.hypotheses import Hypothesis
-from echoplan.geometry import directions, is_blocked
+from echoplan.geometry import directions
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["Paths", "free_views", "silent_places", "trace_paths"]
+__all__ = ["Paths", "free_views", "trace_paths"]
 
 # A reading that is this many times likelier than if it were anything is explained.
 _EXPLAINED = math.log(20.0)
 # Groups of pings of one feature and station that span less than this may be chance [rad].
 _SPAN = math.radians(12.0)
-# A ping is silent if an echo would have been this likely.
-_SILENT = math.log(1.0 - 0.8)
 # A station has a free view of a feature if this share of the pings that should hear it heard nothing nearer.
 _MOSTLY = 0.5
-# What is as near to a wall as this share of the way to it does not block the view of it.
-_NEARLY = 0.97
 # So far along a wall from all that was heard of it there may be a gap in it [m].
 _BESIDE = 0.2
 # A path crosses a line only if both its ends are this far from it [m].
 _CLEAR = 0.02
+# What stands less than this behind a wall may stand before it [m]: that well walls and poses are known.
+_BEHIND = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -44,12 +42,15 @@ class Paths:
         The feature that explains each ping; -1 for none.
     sure : ndarray of bool, shape (n,)
         Whether enough other pings of the station agree.
+    stations : ndarray of int, shape (n,)
+        The station that made each ping.
     """
 
     starts_xy: FloatArray
     ends_xy: FloatArray
     owners: IntArray
     sure: BoolArray
+    stations: IntArray
 
     def chosen(self, pings: BoolArray) -> "Paths":
         """Keep some of them.
@@ -69,6 +70,7 @@ class Paths:
             ends_xy=self.ends_xy[pings],
             owners=self.owners[pings],
             sure=self.sure[pings],
+            stations=self.stations[pings],
         )
 
     def feet(self, owner: int, line: FloatArray) -> FloatArray:
@@ -91,24 +93,13 @@ class Paths:
         return places
 
     def crossings(self, owner: int, line: FloatArray) -> FloatArray:
-        """Tell where sound of other features went through the line of a wall.
-
-        Parameters
-        ----------
-        owner : int
-            Number of the wall.
-        line : ndarray, shape (2,)
-            Its normal angle and offset [rad, m].
-
-        Returns
-        -------
-        ndarray, shape (k,)
-            Places along it, in order [m]: there the wall is not.
-        """
-        pings, places = self.through(line)
+        """Return where sound of other features crossed the line of a wall: one place a station and feature [m]."""
+        pings, places = self.through(line, behind=_BEHIND)
         others = self.sure[pings] & (self.owners[pings] != owner)
-        crossings: FloatArray = np.sort(places[others])
-        return crossings
+        pings, places = pings[others], places[others]
+        _, groups = np.unique(np.column_stack([self.stations[pings], self.owners[pings]]), axis=0, return_inverse=True)
+        means: FloatArray = np.bincount(groups.ravel(), places) / np.maximum(np.bincount(groups.ravel()), 1)
+        return means
 
     def through(self, line: FloatArray, *, behind: float = _CLEAR) -> tuple[IntArray, FloatArray]:
         """Tell which sound went through a line, and where.
@@ -165,44 +156,7 @@ def trace_paths(explanation: Explanation, features: Sequence[Hypothesis], *, ste
     groups = soundings.stations * max(len(features), 1) + np.maximum(owners, 0)
     counts = np.bincount(groups[owners >= 0], minlength=int(groups.max(initial=0)) + 1)
     sure = (owners >= 0) & (counts[groups] >= max(1.0, _SPAN / step))
-    return Paths(starts_xy=starts, ends_xy=ends, owners=owners, sure=sure)
-
-
-def silent_places(
-    feature: Hypothesis, among: BoolArray, others: Sequence[Hypothesis], soundings: Soundings, *, step: float
-) -> FloatArray:
-    """Tell before which places along the line of a wall stations should have heard it, and did not.
-
-    Parameters
-    ----------
-    feature : Hypothesis
-        The wall, with fresh evidence.
-    among : ndarray of bool, shape (m,)
-        Which of the pings of its evidence to ask.
-    others : sequence of Hypothesis
-        What may block the view.
-    soundings : Soundings
-        The pings.
-    step : float
-        Turn from one ping to the next [rad].
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        One a silent ping, in order [m]: there the wall is not.
-    """
-    evidence, count = feature.evidence, len(soundings.centers)
-    stations = soundings.stations[evidence.pings]
-    silent, hits = among & (evidence.misses < _SILENT), among & (evidence.densities > 0.0)
-    silences = np.bincount(stations[silent], minlength=count)
-    deaf = (silences >= max(1.0, _SPAN / step)) & (np.bincount(stations[hits], minlength=count) < 0.5 * silences)
-    normal = directions(feature.line[0])
-    ways = (feature.line[1] - soundings.centers @ normal)[:, None] * normal
-    walls = np.array([_ends_xy(each) for each in others if each.is_wall]).reshape(-1, 2, 2)
-    discs = np.array([each.reflector[1:] for each in others if each.kind is Kind.CYLINDER]).reshape(-1, 3)
-    open_ = ~is_blocked(soundings.centers, soundings.centers + _NEARLY * ways, segments_xy=walls, discs=discs)
-    places: FloatArray = np.sort(evidence.feet[silent & (deaf & open_)[stations]])
-    return places
+    return Paths(starts_xy=starts, ends_xy=ends, owners=owners, sure=sure, stations=soundings.stations)
 
 
 def free_views(feature: Hypothesis, soundings: Soundings, *, step: float) -> BoolArray:
@@ -241,12 +195,6 @@ def _beside(places: FloatArray, heard: FloatArray) -> BoolArray:
     after = np.searchsorted(ends, places)
     near: BoolArray = np.minimum(places - ends[np.maximum(after - 1, 0)], ends[after] - places) < _BESIDE
     return near
-
-
-def _ends_xy(wall: Hypothesis) -> FloatArray:
-    normal, along = directions(wall.line[0]), directions(wall.line[0] + math.pi / 2)
-    ends: FloatArray = wall.line[1] * normal + np.array(wall.extent)[:, None] * along
-    return ends
 
 
 def _owners(explanation: Explanation, features: Sequence[Hypothesis]) -> IntArray:

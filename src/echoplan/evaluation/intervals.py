@@ -1,0 +1,62 @@
+"""Errors of estimated lengths against the 95 % intervals that the map gives them."""
+
+from dataclasses import dataclass, field
+from math import nan
+
+import numpy as np
+
+from echoplan.arrays import FloatArray, checked_floats, store
+
+__all__ = ["IntervalErrors"]
+
+# Half the width of a 95 % interval, in standard deviations.
+_HALF_WIDTH = 1.96
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class IntervalErrors:
+    """Errors of n estimated lengths; those of several maps add up.
+
+    Parameters
+    ----------
+    errors : ndarray, shape (n,), optional
+        Estimated minus true [m].
+    sigmas : ndarray, shape (n,), optional
+        Standard deviations by the map [m]; nan where it gives none.
+
+    Examples
+    --------
+    >>> widths = IntervalErrors(errors=[0.01, -0.03], sigmas=[0.01, 0.01])
+    >>> widths.mean, widths.bias, widths.share_inside
+    (0.02, -0.01, 0.5)
+    """
+
+    errors: FloatArray = field(default_factory=lambda: np.zeros(0))
+    sigmas: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        errors = checked_floats(self.errors, name="errors", shape=(None,))
+        sigmas = checked_floats(self.sigmas, name="sigmas", shape=(len(errors),), finite=False)
+        store(self, errors=errors, sigmas=sigmas)
+
+    def __add__(self, other: "IntervalErrors") -> "IntervalErrors":
+        return IntervalErrors(
+            errors=np.concatenate([self.errors, other.errors]), sigmas=np.concatenate([self.sigmas, other.sigmas])
+        )
+
+    @property
+    def mean(self) -> float:
+        """Mean error without sign [m]; nan without estimates."""
+        return float(np.abs(self.errors).mean()) if len(self.errors) else nan
+
+    @property
+    def bias(self) -> float:
+        """Mean error with sign [m]; nan without estimates."""
+        return float(self.errors.mean()) if len(self.errors) else nan
+
+    @property
+    def share_inside(self) -> float:
+        """Share of the true lengths inside their 95 % interval; nan where the map gives none."""
+        known = np.isfinite(self.sigmas)
+        inside = np.abs(self.errors[known]) <= _HALF_WIDTH * self.sigmas[known]
+        return float(inside.mean()) if len(inside) else nan
