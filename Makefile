@@ -11,7 +11,7 @@ INSTALL := $(BIN)/uv pip install --quiet $(CERTIFICATES) --python $(BIN)/python 
 help: ## List the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 14
 
-demo: $(STAMPS)/base ## Simulate the paper's room, map it, print Table 5 and draw the figures into echoplan-demo/
+demo: $(STAMPS)/base ## Simulate a furnished flat, map it and compare the map with the truth, into echoplan-demo/
 	@$(BIN)/echoplan demo
 
 # Rewriting the asserts and compiling the package costs each process 8 s wherever byte code is not kept.

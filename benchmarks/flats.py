@@ -1,8 +1,9 @@
 """The method joint in random flats: python benchmarks/flats.py [FLATS] [--first SEED], or --write DIR --seeds 0-19.
 
-Simulates so many flats (20 by default) of two to four rooms with doors and furniture, maps them, and prints how complete
-and exact the maps are: flats with exact poses, flats with odometry that drifts (2 % of the way, 2 degrees a metre), and
-all of them; then each flat by itself.  ``--write`` writes flats as recordings with truth instead: DIR/flat00 and so on.
+Simulates so many flats (20 by default) of two to four rooms with doors and furniture, maps them, and prints how
+complete and exact the maps are: flats with exact poses, flats with odometry that drifts (2 % of the way, 2 degrees a
+metre), and all of them; then each flat by itself.  ``--write`` writes flats as recordings with truth instead:
+DIR/flat00 and so on.
 """
 
 import argparse
@@ -15,7 +16,7 @@ import numpy as np
 
 from apartments import is_drifting, random_flat  # type: ignore[import-not-found]  # beside this file
 from echoplan.cli.terminal import show, tracked
-from echoplan.evaluation import Evaluation, Summary, consistency_table, evaluate, pool
+from echoplan.evaluation import Evaluation, Summary, consistency_table, evaluate, floor_plan_tables, pool
 from echoplan.io import write_recording, write_truth
 from echoplan.mapping.joint.settings import PoseMode
 from echoplan.model import FeatureClass, Table
@@ -87,12 +88,11 @@ def tables(outcomes: Sequence[Outcome]) -> list[Table]:
         "all": outcomes,
     }
     summaries = {f"{len(members)} {name}": summed(members) for name, members in groups.items() if members}
+    plans = {name: summary.floor_plan for name, summary in summaries.items()}
     return [
         feature_table(summaries),
-        *(
-            consistency_table({f"{name}: {kind}s": each.consistency for kind, each in summary.classes.items()})
-            for name, summary in list(summaries.items())[-1:]
-        ),
+        *floor_plan_tables(plans, rows="flats"),
+        consistency_table({kind: each.consistency for kind, each in summed(outcomes).classes.items()}),
         flat_table(outcomes),
     ]
 
@@ -127,7 +127,17 @@ def flat_table(outcomes: Sequence[Outcome]) -> Table:
     """Lay out each flat by itself: walls and cylinders found, missed and false, the poses, the time."""
     return Table(
         title="Flat by flat: found / missed / false or duplicate",
-        columns=("seed", "poses", "stations", "walls", "cylinders", "pose error (mm)", "seconds"),
+        columns=(
+            "seed",
+            "poses",
+            "stations",
+            "walls",
+            "cylinders",
+            "openings",
+            "walked through",
+            "poses off (mm)",
+            "seconds",
+        ),
         rows=tuple(
             (
                 str(each.seed),
@@ -135,6 +145,8 @@ def flat_table(outcomes: Sequence[Outcome]) -> Table:
                 str(each.stations),
                 counts(each.evaluation, FeatureClass.WALL),
                 counts(each.evaluation, FeatureClass.CYLINDER),
+                opening_counts(each.evaluation),
+                str(each.evaluation.floor_plan.lengths.walked_through),
                 "-"
                 if each.evaluation.trajectory is None
                 else f"{1000 * each.evaluation.trajectory.absolute_error:.0f}",
@@ -150,6 +162,12 @@ def counts(evaluation: Evaluation, kind: FeatureClass) -> str:
     matching = evaluation.matches.by_class[kind]
     missed = len(set(matching.wanted) - set(matching.found))
     return f"{len(matching.found)} / {missed} / {len(matching.spurious) + len(matching.duplicate)}"
+
+
+def opening_counts(evaluation: Evaluation) -> str:
+    """Count the openings that are found, missed, and false or duplicate."""
+    tally = evaluation.floor_plan.openings
+    return f"{tally.found} / {tally.wanted - tally.found} / {tally.estimates - tally.right}"
 
 
 if __name__ == "__main__":

@@ -114,9 +114,9 @@ class _Roadmap:
 
 
 def _visits(doors: Sequence[tuple[int, int]], rooms: int, rng: np.random.Generator) -> list[tuple[int, int]] | None:
-    """Return in which order to visit rooms, and by which door to leave each (-1 the last): through all doors at least once.
+    """Return in which order to visit rooms, and by which door to leave each (-1 for the last one).
 
-    None if a room cannot be reached.  A room with an odd number of doors is the better start (Euler).
+    All doors are passed at least once; None if a room cannot be reached.  A room with an odd number of doors is the better start (Euler).
     """
     degrees = Counter(room for pair in doors for room in pair)
     starts = sorted(range(rooms), key=lambda room: (degrees[room] % 2 == 0, rng.random()))

@@ -1,6 +1,6 @@
 """Makes the pictures of the documents anew: python docs/pictures.py."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
@@ -22,6 +22,8 @@ from echoplan.sources import find_truth, open_source
 from echoplan.viewer.maps import draw_cylinders, draw_openings, draw_truth, draw_unobserved, draw_walls
 
 PICTURES = Path(__file__).parent / "pictures"
+# Figures of the paper that its page shows.
+PAPER_FIGURES = ("02-ranges", "05-fit", "07-memberships", "10-filter", "11-clusters", "12-classes", "13-map")
 
 
 def main() -> None:
@@ -30,13 +32,22 @@ def main() -> None:
         draw()
 
 
+def flat() -> None:
+    """Take the map of ``echoplan demo`` for the README."""
+    _take(["map"], paper=False)
+
+
 def paper_room() -> None:
-    """Take the pictures of ``echoplan demo``: the map for the README, the paper's figures for docs/paper.md."""
+    """Take the figures of ``echoplan demo --paper`` for docs/paper.md."""
+    _take([f"figure-{name}" for name in PAPER_FIGURES], paper=True)
+
+
+def _take(names: Sequence[str], *, paper: bool) -> None:
     with TemporaryDirectory() as folder:
         with redirect_stdout(StringIO()):
-            demo.run(Path(folder) / "demo")
-        for picture in (Path(folder) / "demo" / "pictures").iterdir():
-            write_bytes(PICTURES / picture.name, picture.read_bytes())
+            demo.run(Path(folder) / "demo", paper=paper)
+        for name in names:
+            write_bytes(PICTURES / f"{name}.png", (Path(folder) / "demo" / "pictures" / f"{name}.png").read_bytes())
 
 
 def methods_side_by_side() -> None:
@@ -133,7 +144,14 @@ def _save(figure: Figure, name: str) -> None:
     figure.savefig(PICTURES / f"{name}.png", dpi=90)
 
 
-DRAWINGS: tuple[Callable[[], None], ...] = (paper_room, methods_side_by_side, drifting_odometry, places, *HOW_IT_WORKS)
+DRAWINGS: tuple[Callable[[], None], ...] = (
+    flat,
+    paper_room,
+    methods_side_by_side,
+    drifting_odometry,
+    places,
+    *HOW_IT_WORKS,
+)
 
 if __name__ == "__main__":
     main()

@@ -1,6 +1,7 @@
-"""``echoplan demo``: the paper's room from the echoes to the map, beside the paper's own figures."""
+"""``echoplan demo``: a flat from the echoes to the map, or the room of the paper beside the paper's own figures."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from math import isnan, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,20 +13,28 @@ from echoplan.cli.terminal import Progressing, put, report_files, show, tracked
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from echoplan.arrays import FloatArray
+    from echoplan.evaluation import Evaluation, Match, Matching
     from echoplan.methods import Mapper
+    from echoplan.methods.joint import JointMapper
     from echoplan.methods.mdp_fuzzy import MdpFuzzyMapper
     from echoplan.model import FeatureMap, Sweep, Table
     from echoplan.simulation import Simulation
-    from echoplan.viewer import Picture, Plan
+    from echoplan.viewer import Picture, Plan, Section
 
 __all__ = ["run"]
 
-_WORLD, _RIG = "paper-room", "rotary-array"
+_FLAT, _PAPER_ROOM, _RIG = "two-room-flat", "paper-room", "rotary-array"
 
-_INTRODUCTION = (
+_FLAT_INTRODUCTION = (
+    "A robot with four ultrasonic sensors on a servo drives through a furnished flat of two rooms and stops at 25 "
+    "stations. Flat and sensors are simulated, with 2 % of the echoes missing and 2 % false. The map is made by joint, "
+    "from the echoes and the poses of the robot alone; the true flat is drawn dashed."
+)
+_PAPER_INTRODUCTION = (
     (
         "A robot with four ultrasonic sensors on a servo stops at ten stations A to J in a room with eight flat faces, "
-        "a cylinder and a corner. Room and sensors are simulated, with 2 % of the echoes missing and 2 % astray. "
+        "a cylinder and a corner. Room and sensors are simulated, with 2 % of the echoes missing and 2 % false. "
         "The map is made by joint, which explains all stations at once. The figures of the paper are drawn by its own "
         "method, mdp-fuzzy; rcd is the conventional one."
     ),
@@ -41,66 +50,151 @@ def run(
         "echoplan-demo"
     ),
     seed: Annotated[int, typer.Option(help="Seed of all noise.")] = 0,
+    paper: Annotated[bool, typer.Option("--paper", help="Map the paper's room: its figures and Table 5.")] = False,
 ) -> None:
-    """Simulate the paper's room, map it by three methods, and draw the figures of the paper.
+    """Simulate a furnished flat of two rooms, map it, and compare the map with the truth.
 
     Example: echoplan demo --seed 1
     """
-    from echoplan.config import Run  # noqa: PLC0415 - --help must not wait for NumPy
-    from echoplan.io import check_folder  # noqa: PLC0415
-    from echoplan.methods.joint import JointMapper  # noqa: PLC0415
-    from echoplan.methods.mdp_fuzzy import MdpFuzzyMapper  # noqa: PLC0415
-    from echoplan.methods.rcd import RcdMapper  # noqa: PLC0415
-    from echoplan.viewer import EchoListener, Plan, Text, map_picture  # noqa: PLC0415
+    from echoplan.io import check_folder  # noqa: PLC0415 - --help must not wait for NumPy
 
     check_folder(out, RESULTS)
-    simulation = _simulation(seed)
-    listener = EchoListener(simulation.rig)
-    sweeps = list(listener.listen(Progressing(simulation, "simulating")))
-    joint, paper = JointMapper(simulation.rig), MdpFuzzyMapper(simulation.rig)
-    mappers: dict[str, Mapper] = {"joint": joint, "mdp-fuzzy": paper, "rcd": RcdMapper(simulation.rig)}
-    maps = {name: _mapped(mapper, sweeps) for name, mapper in mappers.items()}
-    plan = Plan(feature_map=maps["joint"], truth=simulation.truth, echoes_xy=listener.points_xy)
-    figures = _paper_figures(paper, sweeps, replace(plan, feature_map=maps["mdp-fuzzy"]))
-    table = _table5(maps, simulation)
-    _say(plan, table)
-    _write_recording(out / "recording", simulation)
-    _write_pictures(out / "pictures", (map_picture(plan), *figures))
-    results = Results(
-        title="The room of the paper",
-        run=Run(source=f"sim:{_WORLD},rig={_RIG},seed={seed}", method="joint", seed=seed),
-        settings={"simulation": simulation.settings, "method": joint.settings},
-        plan=plan,
-        times=listener.times,
-        sections=(Text(title="What this is", paragraphs=_INTRODUCTION), table, *figures),
-    )
-    write_results(out, results)
+    (_map_paper_room if paper else _map_flat)(out, seed)
     put(f"Now open {out / 'report.html'} in a browser.")
 
 
-def _simulation(seed: int) -> "Simulation":
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Drive:
+    """A simulated drive with its sweeps, and the echoes as points."""
+
+    world: str
+    simulation: "Simulation"
+    sweeps: "Sequence[Sweep]"
+    echoes_xy: "FloatArray"
+    times: "FloatArray"
+
+
+def _map_flat(out: Path, seed: int) -> None:
+    from echoplan.evaluation import evaluate  # noqa: PLC0415
+    from echoplan.methods.joint import JointMapper  # noqa: PLC0415
+    from echoplan.viewer import Plan, Text, map_picture  # noqa: PLC0415
+
+    put(f"{_FLAT_INTRODUCTION}\n")
+    drive = _simulated(_FLAT, seed)
+    mapper, truth = JointMapper(drive.simulation.rig), drive.simulation.truth
+    plan = Plan(feature_map=_mapped(mapper, drive.sweeps), truth=truth, echoes_xy=drive.echoes_xy)
+    evaluation = evaluate(plan.feature_map, truth)
+    table = _score_table(evaluation)
+    say_what_was_found(plan)
+    put()
+    show(table)
+    _say_lengths(evaluation)
+    _write_recording(out / "recording", drive.simulation)
+    _write_pictures(out / "pictures", (map_picture(plan),))
+    introduction = Text(title="What this is", paragraphs=(_FLAT_INTRODUCTION,))
+    write_results(out, _results("A flat of two rooms", drive, mapper, plan, (introduction, table)))
+
+
+def _map_paper_room(out: Path, seed: int) -> None:
+    from echoplan.methods.joint import JointMapper  # noqa: PLC0415
+    from echoplan.methods.mdp_fuzzy import MdpFuzzyMapper  # noqa: PLC0415
+    from echoplan.methods.rcd import RcdMapper  # noqa: PLC0415
+    from echoplan.viewer import Plan, Text, map_picture  # noqa: PLC0415
+
+    drive = _simulated(_PAPER_ROOM, seed)
+    rig = drive.simulation.rig
+    joint, paper = JointMapper(rig), MdpFuzzyMapper(rig)
+    mappers: dict[str, Mapper] = {"joint": joint, "mdp-fuzzy": paper, "rcd": RcdMapper(rig)}
+    maps = {name: _mapped(mapper, drive.sweeps) for name, mapper in mappers.items()}
+    plan = Plan(feature_map=maps["joint"], truth=drive.simulation.truth, echoes_xy=drive.echoes_xy)
+    figures = _paper_figures(paper, drive.sweeps, replace(plan, feature_map=maps["mdp-fuzzy"]))
+    table = _table5(maps, drive.simulation)
+    say_what_was_found(plan)
+    put()
+    show(table)
+    _write_recording(out / "recording", drive.simulation)
+    _write_pictures(out / "pictures", (map_picture(plan), *figures))
+    introduction = Text(title="What this is", paragraphs=_PAPER_INTRODUCTION)
+    write_results(out, _results("The room of the paper", drive, joint, plan, (introduction, table, *figures)))
+
+
+def _simulated(world: str, seed: int) -> _Drive:
     from echoplan.io import builtin_rig, builtin_route, builtin_world  # noqa: PLC0415
     from echoplan.simulation import Simulation, SimulationSettings  # noqa: PLC0415
+    from echoplan.viewer import EchoListener  # noqa: PLC0415
 
-    return Simulation(
-        world=builtin_world(_WORLD),
+    simulation = Simulation(
+        world=builtin_world(world),
         rig=builtin_rig(_RIG),
-        route=builtin_route(_WORLD),
+        route=builtin_route(world),
         settings=SimulationSettings(dropout=0.02, stray=0.02),
         seed=seed,
     )
+    listener = EchoListener(simulation.rig)
+    sweeps = list(listener.listen(Progressing(simulation, "simulating")))
+    return _Drive(world=world, simulation=simulation, sweeps=sweeps, echoes_xy=listener.points_xy, times=listener.times)
+
+
+def _results(
+    title: str, drive: _Drive, mapper: "JointMapper", plan: "Plan", sections: "tuple[Section, ...]"
+) -> Results:
+    from echoplan.config import Run  # noqa: PLC0415
+
+    seed = drive.simulation.seed
+    return Results(
+        title=title,
+        run=Run(source=f"sim:{drive.world},rig={_RIG},seed={seed}", method="joint", seed=seed),
+        settings={"simulation": drive.simulation.settings, "method": mapper.settings},
+        plan=plan,
+        times=drive.times,
+        sections=sections,
+    )
+
+
+def _score_table(evaluation: "Evaluation") -> "Table":
+    """Compare the map with the truth, a row for each kind of object."""
+    from echoplan.model import Table  # noqa: PLC0415
+
+    plan = evaluation.floor_plan
+    found = {f"{kind}s": (each.tally, _mean_error(each)) for kind, each in evaluation.matches.by_class.items()}
+    found["openings (width)"] = (plan.openings, plan.opening_widths.mean)
+    return Table(
+        title="The map compared with the true flat",
+        columns=("objects", "true", "found", "false or duplicate", "mean error (mm)"),
+        rows=tuple(
+            (
+                name,
+                str(tally.wanted),
+                str(tally.found),
+                str(tally.estimates - tally.right),
+                "-" if isnan(error) else f"{1000 * error:.1f}",
+            )
+            for name, (tally, error) in found.items()
+        ),
+    )
+
+
+def _mean_error(matching: "Matching[Match]") -> float:
+    """Return the mean distance of the right estimates from their true objects [m]; nan without any."""
+    distances = [match.distance for match in matching.right]
+    return sum(distances) / len(distances) if distances else nan
+
+
+def _say_lengths(evaluation: "Evaluation") -> None:
+    from echoplan.viewer.wording import plural  # noqa: PLC0415
+
+    lengths = evaluation.floor_plan.lengths
+    put(
+        f"Of the length of the true walls {100 * lengths.recall:.1f} % is drawn; of the length of the drawn walls "
+        f"{100 * lengths.precision:.1f} % is right. The path crosses {plural(lengths.walked_through, 'drawn wall')}."
+    )
+    put()
 
 
 def _mapped(mapper: "Mapper", sweeps: "Sequence[Sweep]") -> "FeatureMap":
     from echoplan.methods import map_sweeps  # noqa: PLC0415
 
     return map_sweeps(mapper, tracked(sweeps, total=len(sweeps), task="mapping"))
-
-
-def _say(plan: "Plan", table: "Table") -> None:
-    say_what_was_found(plan)
-    put()
-    show(table)
 
 
 def _paper_figures(mapper: "MdpFuzzyMapper", sweeps: "Sequence[Sweep]", plan: "Plan") -> "tuple[Picture, ...]":

@@ -155,7 +155,8 @@ def plan_figure(plan: Plan) -> Figure:
     matplotlib.figure.Figure
         One panel.
     """
-    figure = new_figure(height=1.0 + map_height(plan.bounds_xy, width=5.6))
+    # The legend may take three rows, and the axis its label.
+    figure = new_figure(height=1.3 + map_height(plan.bounds_xy, width=5.6))
     draw_plan(figure.subplots(), plan)
     return figure
 
