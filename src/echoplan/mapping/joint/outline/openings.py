@@ -8,7 +8,7 @@ import numpy as np
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
-from echoplan.mapping.joint.outline.segments import End
+from echoplan.mapping.joint.outline.segment import End
 from echoplan.model import Opening, UnobservedStretch
 
 __all__ = ["Gap", "merged_faces", "openings_of", "unobserved_of"]

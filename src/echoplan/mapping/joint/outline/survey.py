@@ -17,7 +17,8 @@ from echoplan.mapping.joint.adjustment.adjusted import Adjusted
 from echoplan.mapping.joint.adjustment.crossings import crossing_slopes
 from echoplan.mapping.joint.adjustment.squareness import Squareness
 from echoplan.mapping.joint.outline.openings import Gap, merged_faces
-from echoplan.mapping.joint.outline.segments import End, Segment, path_crossings
+from echoplan.mapping.joint.outline.segment import End, Segment
+from echoplan.mapping.joint.outline.surroundings import path_crossings
 from echoplan.mapping.joint.outline.vertices import Vertex
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Wall
 
@@ -25,8 +26,6 @@ __all__ = ["Survey", "SurveySettings"]
 
 # A gap shorter than this is none [m].
 _TOUCHING = 0.05
-# Probability of wall below which a cell is surely none.
-_SURELY_NOT = 0.05
 
 
 class SurveySettings(BaseModel, frozen=True, extra="forbid"):
@@ -35,12 +34,11 @@ class SurveySettings(BaseModel, frozen=True, extra="forbid"):
     clear_station: float = Field(default=5.0, description="least gain of a station that counts [nats]")
     lone_stations: int = Field(default=3, ge=1, description="that must have heard a corner without walls")
     lone_distance: float = Field(default=0.06, gt=0.0, description="of such a corner from any other [m]")
-    ends_per_metre: float = Field(default=1 / 3, gt=0.0, description="Prior rate of ends along a wall line [1/m].")
     least_length: float = Field(default=0.06, gt=0.0, description="of a wall of which only one point was heard [m]")
 
 
 class _Drawn(NamedTuple):
-    """How a segment is drawn: its ends, None where they are not known, where it is drawn to, and what is inferred [m]."""
+    """How a segment is drawn: its ends (None if not known), where it is drawn to, and how much is inferred [m]."""
 
     ends: tuple[End | None, End | None]
     places: tuple[float, float]
@@ -48,7 +46,10 @@ class _Drawn(NamedTuple):
 
     def moved_to(self, gap: Gap, along: FloatArray) -> "_Drawn":
         """Move the end that is beside a gap to where both faces of the wall say that it is."""
-        (first, last), (low, high) = sorted(zip(gap.endpoints_xy @ along, gap.jambs, strict=True), key=lambda each: each[0]), self.places
+        (first, last), (low, high) = (
+            sorted(zip(gap.endpoints_xy @ along, gap.jambs, strict=True), key=lambda each: each[0]),
+            self.places,
+        )
         upper = abs(high - first[0]) < abs(low - last[0])
         place, jamb = first if upper else last
         known = End.normal(place, jamb.sigma)
@@ -219,14 +220,13 @@ class Survey:
         jambs = before.ends[1] or End.normal(low, 0.0), after.ends[0] or End.normal(high, 0.0)
         is_known = before.ends[1] is not None and after.ends[0] is not None
         is_concave = self._is_concave(one, upper=True), self._is_concave(other, upper=False)
-        is_free = bool(segment.chances_between(low, high).min(initial=1.0) < _SURELY_NOT)
         crossings = path_crossings(line, path_xy)
         return Gap(
             walls=(one, other),
             line=line,
             jambs=jambs,
-            is_free=is_free,
-            is_open=is_free and is_known and not any(is_concave),
+            is_free=segment.is_free(low, high),
+            is_open=segment.is_free(low, high) and is_known and not any(is_concave),
             passed=bool(((crossings > low) & (crossings < high)).any()),
         )
 
@@ -255,12 +255,13 @@ class Survey:
         return covariance
 
     def _class_of_vertex(self, vertex: Vertex) -> ClassProbabilities:
-        """Of a corner where two lines cross: sure if it was detected, less so the farther walls are drawn to it."""
-        certain = ClassProbabilities(corner=1.0)
-        if vertex.heard:
-            return certain
-        far = sum(max(self.segments[each].extension(vertex.position_xy), 0.0) for each in vertex.segments)
-        return _diluted(certain, -math.expm1(-self.settings.ends_per_metre * far))
+        """Of a corner where two lines cross: sure if it was detected, else as likely as both walls go on up to it."""
+        chance = (
+            1.0
+            if vertex.heard
+            else min(self.segments[each].chance_up_to(vertex.position_xy) for each in vertex.segments)
+        )
+        return _diluted(ClassProbabilities(corner=1.0), 1.0 - chance)
 
     def _lone_corner(self, number: int, feature: Hypothesis) -> Corner:
         return Corner(

@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, intersections
-from echoplan.mapping.joint.outline.segments import Segment
+from echoplan.mapping.joint.outline.segment import Segment
 from echoplan.mapping.joint.search.echoes import CornerEcho, Echoes, returns_sound
 from echoplan.model import CornerKind
 

@@ -91,7 +91,7 @@ def _log_ratio(
     noise: float,
     level: float,
 ) -> float:
-    """Log-likelihood ratio of one reading: a wall whose lower (0) or upper (1) end lies so far before the foot, or none."""
+    """Return what one reading says of a wall whose lower (0) or upper (1) end lies so far before the foot [nats]."""
     side, over = end
     beyond = -math.inf
     sight = at_end(look(shape, place), over if side == 0 else beyond, over if side == 1 else beyond, hearing.wavelength)
