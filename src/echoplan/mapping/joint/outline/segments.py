@@ -328,10 +328,7 @@ class _Line:
         """Make a segment of the stations that support it: each end where it probably is, if stations say so."""
         feet = self.wall.past.feet
         near = feet[(feet >= piece[0] - _ARM) & (feet <= piece[-1] + _ARM)]
-        first, last = (
-            min(float(piece[0]), near.min(initial=math.inf)),
-            max(float(piece[-1]), near.max(initial=-math.inf)),
-        )
+        first, last = min(float(piece[0]), near.min(initial=math.inf)), max(float(piece[-1]), near.max(initial=-math.inf))
         # A station may detect a wall from a little past its end.
         low = self._end(chain.ends[0], -math.inf if before is None else before[-1], piece[0] + OFFSETS[-1])
         high = self._end(chain.ends[1], piece[-1] - OFFSETS[-1], math.inf if after is None else after[0])
@@ -382,7 +379,9 @@ def path_crossings(line: FloatArray, path_xy: FloatArray) -> FloatArray:
     return crossings
 
 
-def _corner_ends(number: int, wall: Hypothesis, segments: Sequence[Segment], echoes: Echoes) -> list[tuple[float, int]]:
+def _corner_ends(
+    number: int, wall: Hypothesis, segments: Sequence[Segment], echoes: Echoes
+) -> list[tuple[float, int]]:
     """Where other walls abut on a line with a corner that was detected, and which end of the wall lies there."""
     along, ends = directions(wall.line[0] + math.pi / 2), []
     for other in segments:

@@ -93,9 +93,7 @@ def find_vertices(segments: Sequence[Segment], echoes: Echoes, settings: VertexS
     return vertices
 
 
-def _vertex(
-    segments: Sequence[Segment], pair: tuple[int, int], echoes: Echoes, settings: VertexSettings
-) -> Vertex | None:
+def _vertex(segments: Sequence[Segment], pair: tuple[int, int], echoes: Echoes, settings: VertexSettings) -> Vertex | None:
     one, other = (segments[each] for each in pair)
     if abs(math.sin(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.least_turn):
         return None
@@ -145,17 +143,12 @@ def _reachable(
     if min(extensions) < -settings.overlap or max(extensions) > settings.extension:
         return False
     return not any(
-        segment.is_open_toward(point_xy) or _ends_before(segment, point_xy, echoes.corners_xy, settings)
-        for segment in segments
+        segment.is_open_toward(point_xy) or _ends_before(segment, point_xy, echoes.corners_xy, settings) for segment in segments
     )
 
 
 def _is_far_fetched(
-    segments: tuple[Segment, Segment],
-    extensions: Sequence[float],
-    kind: CornerKind,
-    echo: CornerEcho,
-    settings: VertexSettings,
+    segments: tuple[Segment, Segment], extensions: Sequence[float], kind: CornerKind, echo: CornerEcho, settings: VertexSettings
 ) -> bool:
     """Tell whether segments would have to be made too long for a vertex that nobody heard.
 

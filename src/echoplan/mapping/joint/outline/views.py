@@ -24,7 +24,9 @@ OFFSETS = np.linspace(-0.10, 0.40, 26)
 _JAMB = 6.0
 
 
-def line_evidence(explanation: Explanation, wall: Hypothesis, count: int, levels: FloatArray) -> LineEvidence:
+def line_evidence(
+    explanation: Explanation, wall: Hypothesis, count: int, levels: FloatArray
+) -> LineEvidence:
     """Collect what the first stations say of where a line is wall.
 
     Parameters
