@@ -169,13 +169,13 @@ def _ask(
 
 @compiled
 def noise_of(excess: float, noise: float) -> float:
-    """Standard deviation of the reading of an echo of this signal excess [m]: more near the threshold."""
+    """Return the standard deviation of readings of this signal excess [m]: more near the threshold."""
     return noise * _SCATTER if excess < UNCERTAIN else noise
 
 
 @compiled
 def log_density(late: float, scatter: float, excess: float) -> float:
-    """Log density of a reading that is so much later than expected, times the detection probability [log 1/m]."""
+    """Return the log density of a reading that is so much later than expected, with its detection [log 1/m]."""
     if abs(late) >= _NEAR * scatter:
         return UNHEARD
     return math.log(audibility(excess) / (_ROOT_TAU * scatter)) - 0.5 * (late / scatter) ** 2
@@ -183,5 +183,5 @@ def log_density(late: float, scatter: float, excess: float) -> float:
 
 @compiled
 def log_non_detection(excess: float) -> float:
-    """Log probability that an echo of this signal excess [dB] is not detected."""
+    """Return the log probability that an echo of this signal excess [dB] is not detected."""
     return _SURE_MISS if excess > _SURE else math.log(max(1.0 - _HEARD * audibility(excess), _WRONG))

@@ -20,6 +20,8 @@ _WIDTHS = (0.4, 3.0)
 _THICKNESS = 0.4
 # So far to both sides of the gap there is free space, beyond the thickest wall [m], and it is so much wider [m].
 _BEHIND, _WIDER = 0.5, 0.1
+# Walls that come so near to each other are connected [m]: corners of a surveyed plan may be open by some centimetres.
+_CONNECTED = 0.05
 # The ends of the gap, where jambs begin, are left out of the test whether it is free [m].
 _JAMB = 2 * _OFFSET
 
@@ -61,7 +63,8 @@ def true_doorways(truth: Truth) -> tuple[Doorway, ...]:
 
     A doorway is a gap of 0.4 to 3 m between the facing ends of two walls on one line.  No wall stands in it or up to
     0.5 m before and behind its middle, and on both sides the free space there is wider than the gap: a niche or a pier
-    is none.  Gaps in two faces of one wall, at most 0.4 m apart, are one doorway.
+    is none.  Closing it would divide the floor: walls connect its ends another way, directly or across other gaps, so
+    the gap beside a free-standing box is none.  Gaps in two faces of one wall, at most 0.4 m apart, are one doorway.
 
     Parameters
     ----------
@@ -75,7 +78,12 @@ def true_doorways(truth: Truth) -> tuple[Doorway, ...]:
     """
     walls = truth.walls_xy[np.hypot(*(truth.walls_xy[:, 1] - truth.walls_xy[:, 0]).T) > _OFFSET]
     gaps = [_gap(first, second) for first, second in combinations(walls, 2)]
-    return _joined([gap for gap in gaps if gap is not None and _leads_through(gap, walls)])
+    doorways = _joined([gap for gap in gaps if gap is not None and _leads_through(gap, walls)])
+    return tuple(
+        doorway
+        for doorway in doorways
+        if _is_connected(doorway, [walls, *(other.faces_xy for other in doorways if other is not doorway)])
+    )
 
 
 def count_stations(doorways: Sequence[Doorway], truth: Truth, *, reach: float) -> IntArray:
@@ -172,6 +180,21 @@ def _is_other_face(gap: FloatArray, face: FloatArray) -> bool:
     is_parallel = abs(_cross(unit, _unit(gap))) < np.sin(_ANGLE)
     widths = np.hypot(*(gap[1] - gap[0])) + np.hypot(*(face[1] - face[0]))
     return bool(is_parallel and abs(_cross(unit, apart)) <= _THICKNESS and abs(unit @ apart) < 0.5 * widths)
+
+
+def _is_connected(doorway: Doorway, others: Sequence[FloatArray]) -> bool:
+    """Whether walls and closed gaps connect the ends of a doorway another way."""
+    lines = np.concatenate(others)
+    near = (
+        (distances_to_segments(lines.reshape(-1, 2), lines) < _CONNECTED).reshape(len(lines), 2, len(lines)).any(axis=1)
+    )
+    is_touching = near | near.T | crosses_segments(lines[:, 0], lines[:, 1], lines)
+    start, end = distances_to_segments(doorway.faces_xy[0], lines) < _CONNECTED
+    count = 0
+    while start.sum() > count:
+        count = start.sum()
+        start |= is_touching[start].any(axis=0)
+    return bool((start & end).any())
 
 
 def _unit(segment: FloatArray) -> FloatArray:

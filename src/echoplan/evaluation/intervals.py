@@ -27,7 +27,7 @@ class IntervalErrors:
     Examples
     --------
     >>> widths = IntervalErrors(errors=[0.01, -0.03], sigmas=[0.01, 0.01])
-    >>> widths.mean, widths.bias, widths.share_inside
+    >>> round(widths.mean, 3), round(widths.bias, 3), widths.share_inside
     (0.02, -0.01, 0.5)
     """
 

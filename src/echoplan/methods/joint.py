@@ -96,7 +96,7 @@ class JointMapper:
         return FeatureMap(
             method="joint",
             parameters={**parameters, "found": learned},
-            walls=found.walls(),
+            walls=found.walls(gaps),
             corners=found.corners(),
             cylinders=found.cylinders(),
             openings=openings_of(gaps),

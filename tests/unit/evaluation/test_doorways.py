@@ -61,9 +61,21 @@ def test_a_gap_between_a_box_and_a_wall_is_no_doorway() -> None:
     assert true_doorways(truth([[0, 0], [4, 0], [4, 3], [0, 3]], box)) == ()
 
 
-def test_aligned_boxes_have_no_doorway_between_them() -> None:
-    boxes = [[[x, 1.0], [x + 0.8, 1.0], [x + 0.8, 1.8], [x, 1.8]] for x in (1.0, 2.5)]
+@pytest.mark.parametrize("depth", [0.3, 0.8])
+def test_aligned_boxes_have_no_doorway_between_them(depth: float) -> None:
+    boxes = [[[x, 1.0], [x + 0.8, 1.0], [x + 0.8, 1.0 + depth], [x, 1.0 + depth]] for x in (1.0, 2.5)]
     assert true_doorways(truth([[0, 0], [5, 0], [5, 4], [0, 4]], *boxes)) == ()
+
+
+def test_a_box_in_line_with_a_wall_has_no_doorway_beside_it() -> None:
+    room = [[0, 0], [2, 0], [2, -1], [5, -1], [5, 3], [0, 3]]
+    assert true_doorways(truth(room, [[2, 1.0], [2.5, 1.0], [2.5, 1.5], [2, 1.5]])) == ()
+
+
+def test_two_doors_in_one_wall_are_two_doorways() -> None:
+    outline = [[0, 0], [8, 0], [8, 4], [0, 4]]
+    thin = [[[4, 0], [4, 0.6]], [[4, 1.5], [4, 2.5]], [[4, 3.4], [4, 4]]]
+    assert [doorway.width for doorway in true_doorways(truth(outline, lines=thin))] == pytest.approx([0.9, 0.9])
 
 
 @pytest.mark.parametrize("door", [(1.0, 1.3), (0.0, 3.0)])

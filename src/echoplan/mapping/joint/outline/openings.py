@@ -8,9 +8,10 @@ import numpy as np
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
+from echoplan.mapping.joint.outline.segment import End
 from echoplan.model import Opening, UnobservedStretch
 
-__all__ = ["Gap", "openings_of", "unobserved_of"]
+__all__ = ["Gap", "merged_faces", "openings_of", "unobserved_of"]
 
 # The two faces of a wall are parallel within this and at most so far apart [rad, m].
 _PARALLEL, _THICKEST = math.radians(10.0), 0.4
@@ -26,22 +27,27 @@ class Gap:
         Indices of the walls beside it.
     line : ndarray, shape (2,)
         Normal angle and offset [rad, m].
-    ends : ndarray, shape (2,)
-        Where it begins and ends along the line [m].
-    variances : ndarray, shape (2,)
-        Of both ends [m^2].
+    jambs : tuple of End
+        Where it begins and ends along the line.
+    is_free : bool
+        Whether there is surely no wall somewhere in it.
     is_open : bool
-        Whether there is surely no wall somewhere in it, and none that meets it at a right angle ends it.
+        Whether it is free and known at both ends, and neither of these is a concave corner.
     passed : bool
         Whether the robot drove through.
     """
 
     walls: tuple[int, ...]
     line: FloatArray
-    ends: FloatArray
-    variances: FloatArray
+    jambs: tuple[End, End]
+    is_free: bool
     is_open: bool
     passed: bool
+
+    @property
+    def ends(self) -> FloatArray:
+        """Where it begins and ends along the line [m], shape (2,)."""
+        return np.array([each.place for each in self.jambs])
 
     @property
     def endpoints_xy(self) -> FloatArray:
@@ -60,41 +66,50 @@ class Gap:
         return bool(-_THICKEST < between < 0.0 and high - low > 0.5 * shorter)
 
     def merged(self, other: "Gap") -> "Gap":
-        """Merge it with that of the other face: midway between both, each end the weighted mean of two."""
-        ends, variances = -other.ends[::-1], other.variances[::-1]
-        weights = 1.0 / np.stack([self.variances, variances])
+        """Merge it, an open one, with that of the other face: midway between both, each end where both say that it is.
+
+        A gap in the other face that is not known to be open only tells where that face is.
+        """
+        first, last = self.jambs
+        if other.is_open:
+            first, last = first.joined(other.jambs[1].reversed()), last.joined(other.jambs[0].reversed())
         return replace(
             self,
             walls=(*self.walls, *other.walls),
             line=np.array([self.line[0], 0.5 * (self.line[1] - other.line[1])]),
-            ends=(weights * np.stack([self.ends, ends])).sum(axis=0) / weights.sum(axis=0),
-            variances=1.0 / weights.sum(axis=0),
+            jambs=(first, last),
             passed=self.passed or other.passed,
         )
 
 
-def openings_of(gaps: Sequence[Gap]) -> tuple[Opening, ...]:
-    """Make openings of the gaps that are open: one of those in the two faces of a wall."""
+def merged_faces(gaps: Sequence[Gap]) -> list[Gap]:
+    """Merge open gaps with those in the other faces of their walls."""
     merged: list[Gap] = []
-    for gap in gaps:
-        if not gap.is_open:
-            continue
-        faces = [each for each in merged if gap.is_other_face_of(each)]
-        merged = [each for each in merged if each not in faces]
-        merged.append(faces[0].merged(gap) if faces else gap)
+    for gap in sorted(gaps, key=lambda each: not each.is_open):
+        face = next((each for each in merged if each.is_open and gap.is_other_face_of(each)), None)
+        if face is None:
+            merged.append(gap)
+        else:
+            merged[merged.index(face)] = face.merged(gap)
+    return merged
+
+
+def openings_of(gaps: Sequence[Gap]) -> tuple[Opening, ...]:
+    """Make openings of the gaps that are open."""
     return tuple(
         Opening(
             endpoints_xy=each.endpoints_xy,
-            width_sigma=float(np.sqrt(each.variances.sum())),
+            width_sigma=math.hypot(*(jamb.sigma for jamb in each.jambs)),
             walls=each.walls,
             passed=each.passed,
         )
-        for each in merged
+        for each in gaps
+        if each.is_open
     )
 
 
 def unobserved_of(gaps: Sequence[Gap]) -> tuple[UnobservedStretch, ...]:
-    """Make unobserved stretches of the gaps that are not open."""
+    """Make unobserved stretches of the gaps that may be wall."""
     return tuple(
-        UnobservedStretch(endpoints_xy=each.endpoints_xy, walls=each.walls) for each in gaps if not each.is_open
+        UnobservedStretch(endpoints_xy=each.endpoints_xy, walls=each.walls) for each in gaps if not each.is_free
     )

@@ -16,8 +16,9 @@ from echoplan.geometry import wrap
 from echoplan.mapping.joint.adjustment.adjusted import Adjusted
 from echoplan.mapping.joint.adjustment.crossings import crossing_slopes
 from echoplan.mapping.joint.adjustment.squareness import Squareness
-from echoplan.mapping.joint.outline.openings import Gap
-from echoplan.mapping.joint.outline.segments import CELL, Segment, path_crossings
+from echoplan.mapping.joint.outline.openings import Gap, merged_faces
+from echoplan.mapping.joint.outline.segment import End, Segment
+from echoplan.mapping.joint.outline.surroundings import path_crossings
 from echoplan.mapping.joint.outline.vertices import Vertex
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Wall
 
@@ -25,10 +26,6 @@ __all__ = ["Survey", "SurveySettings"]
 
 # A gap shorter than this is none [m].
 _TOUCHING = 0.05
-# No end is known better than the cell that holds it [m].
-_LEAST_SIGMA = CELL / math.sqrt(12.0)
-# Probability of wall below which a cell is surely none.
-_SURELY_NOT = 0.05
 
 
 class SurveySettings(BaseModel, frozen=True, extra="forbid"):
@@ -37,16 +34,28 @@ class SurveySettings(BaseModel, frozen=True, extra="forbid"):
     clear_station: float = Field(default=5.0, description="least gain of a station that counts [nats]")
     lone_stations: int = Field(default=3, ge=1, description="that must have heard a corner without walls")
     lone_distance: float = Field(default=0.06, gt=0.0, description="of such a corner from any other [m]")
-    ends_per_metre: float = Field(default=1 / 3, gt=0.0, description="Prior rate of ends along a wall line [1/m].")
     least_length: float = Field(default=0.06, gt=0.0, description="of a wall of which only one point was heard [m]")
 
 
-class _Ends(NamedTuple):
-    """Ends of a wall along its line: where, how well known, and how much of the wall is inferred there; (2,) each [m]."""
+class _Drawn(NamedTuple):
+    """How a segment is drawn: its ends (None if not known), where it is drawn to, and how much is inferred [m]."""
 
-    places: FloatArray
-    sigmas: FloatArray
-    inferred: FloatArray
+    ends: tuple[End | None, End | None]
+    places: tuple[float, float]
+    inferred: tuple[float, float]
+
+    def moved_to(self, gap: Gap, along: FloatArray) -> "_Drawn":
+        """Move the end that is beside a gap to where both faces of the wall say that it is."""
+        (first, last), (low, high) = (
+            sorted(zip(gap.endpoints_xy @ along, gap.jambs, strict=True), key=lambda each: each[0]),
+            self.places,
+        )
+        upper = abs(high - first[0]) < abs(low - last[0])
+        place, jamb = first if upper else last
+        known = End.normal(place, jamb.sigma)
+        if upper:
+            return self._replace(ends=(self.ends[0], known), places=(low, place))
+        return self._replace(ends=(known, self.ends[1]), places=(place, high))
 
 
 def _diluted(probabilities: ClassProbabilities, share: float) -> ClassProbabilities:
@@ -97,15 +106,24 @@ class Survey:
         walls = int(sum(self.squareness.members[segment.owner] for segment in self.segments))
         return {"walls": walls, "sigma": self.squareness.sigma, "along_axes": self.squareness.along_axes}
 
-    def walls(self) -> tuple[Wall, ...]:
-        """Draw the segments, each up to the vertices at its ends.
+    def walls(self, gaps: Sequence[Gap]) -> tuple[Wall, ...]:
+        """Draw the segments, each up to what ends it.
+
+        Parameters
+        ----------
+        gaps : sequence of Gap
+            What lies between segments: both faces of a wall end at the same jamb.
 
         Returns
         -------
         tuple of Wall
             One a segment.
         """
-        return tuple(self._wall(number, segment) for number, segment in enumerate(self.segments))
+        drawn = [self._drawn(number) for number in range(len(self.segments))]
+        for gap in gaps:
+            for number in gap.walls if gap.is_open else ():
+                drawn[number] = drawn[number].moved_to(gap, self.segments[number].along)
+        return tuple(self._wall(*each) for each in zip(self.segments, drawn, strict=True))
 
     def cylinders(self) -> tuple[Cylinder, ...]:
         """Draw the cylinders.
@@ -144,37 +162,36 @@ class Survey:
         ]
         return (*met, *lone)
 
-    def _wall(self, number: int, segment: Segment) -> Wall:
-        ends = self._ends(number)
-        low, high = ends.places
+    def _wall(self, segment: Segment, drawn: _Drawn) -> Wall:
+        low, high = drawn.places
         normal_angle, offset = segment.wall.line.tolist()
         return Wall(
             normal_angle=float(wrap(normal_angle)),
             offset=offset,
             endpoints_xy=np.stack([segment.point(low), segment.point(high)]),
             covariance=self._covariance([segment.owner]),
-            class_probabilities=_diluted(self._class_of(segment.owner), float(ends.inferred.sum()) / (high - low)),
+            class_probabilities=_diluted(self._class_of(segment.owner), sum(drawn.inferred) / (high - low)),
             pings=segment.pings,
             stations=self._stations(segment.wall),
-            endpoint_sigmas=ends.sigmas,
-            inferred=ends.inferred,
+            endpoint_sigmas=np.array([math.nan if each is None else each.sigma for each in drawn.ends]),
+            inferred=np.array(drawn.inferred),
         )
 
-    def _ends(self, number: int) -> "_Ends":
-        """Return where a segment ends: at a vertex, or where stations say so, or where it was detected last."""
+    def _drawn(self, number: int) -> _Drawn:
+        """Draw a segment up to vertices, or to where it probably ends, or to where it was detected last."""
         segment = self.segments[number]
-        places, sigmas, inferred = np.array([segment.low, segment.high]), np.array(segment.sigmas), np.zeros(2)
+        ends, places, inferred = list(segment.ends), [segment.low, segment.high], [0.0, 0.0]
         for vertex in self.vertices:
             for each, upper in zip(vertex.segments, vertex.upper, strict=True):
                 if each == number:
                     place = float(vertex.position_xy @ segment.along)
-                    if not vertex.heard:
-                        inferred[int(upper)] = max((place - segment.high) if upper else (segment.low - place), 0.0)
-                    places[int(upper)] = place
                     variance = segment.along @ self._covariance_of_vertex(vertex) @ segment.along
-                    sigmas[int(upper)] = math.sqrt(max(float(variance), 0.0))
-        missing = max(self.settings.least_length - float(places[1] - places[0]), 0.0) / 2
-        return _Ends(places + missing * np.array([-1.0, 1.0]), sigmas, inferred)
+                    ends[int(upper)] = End.normal(place, math.sqrt(max(float(variance), 0.0)))
+                    if not vertex.heard:
+                        inferred[int(upper)] = max(place - segment.high if upper else segment.low - place, 0.0)
+                    places[int(upper)] = place
+        missing = max(self.settings.least_length - (places[1] - places[0]), 0.0) / 2
+        return _Drawn((ends[0], ends[1]), (places[0] - missing, places[1] + missing), (inferred[0], inferred[1]))
 
     def gaps(self, path_xy: FloatArray) -> list[Gap]:
         """Find what lies between two segments that follow each other on a line.
@@ -195,25 +212,22 @@ class Survey:
             if one.owner == other.owner
         ]
         gaps = [self._gap(one, other, path_xy) for one, other in pairs]
-        return [each for each in gaps if each.ends[1] - each.ends[0] > _TOUCHING]
+        return merged_faces([each for each in gaps if each.ends[1] - each.ends[0] > _TOUCHING])
 
     def _gap(self, one: int, other: int, path_xy: FloatArray) -> Gap:
-        before, after, segment = self._ends(one), self._ends(other), self.segments[one]
-        ends, line = np.array([before.places[1], after.places[0]]), segment.wall.line
-        sigmas = np.array([before.sigmas[1], after.sigmas[0]])
+        before, after, segment = self._drawn(one), self._drawn(other), self.segments[one]
+        low, high, line = before.places[1], after.places[0], segment.wall.line
+        jambs = before.ends[1] or End.normal(low, 0.0), after.ends[0] or End.normal(high, 0.0)
+        is_known = before.ends[1] is not None and after.ends[0] is not None
+        is_concave = self._is_concave(one, upper=True), self._is_concave(other, upper=False)
         crossings = path_crossings(line, path_xy)
         return Gap(
             walls=(one, other),
             line=line,
-            ends=ends,
-            variances=np.maximum(sigmas, _LEAST_SIGMA) ** 2,
-            is_open=bool(
-                segment.chances_between(*ends).min(initial=1.0) < _SURELY_NOT
-                and not np.isnan(sigmas).any()
-                and not self._is_concave(one, upper=True)
-                and not self._is_concave(other, upper=False)
-            ),
-            passed=bool(((crossings > ends[0]) & (crossings < ends[1])).any()),
+            jambs=jambs,
+            is_free=segment.is_free(low, high),
+            is_open=segment.is_free(low, high) and is_known and not any(is_concave),
+            passed=bool(((crossings > low) & (crossings < high)).any()),
         )
 
     def _is_concave(self, number: int, *, upper: bool) -> bool:
@@ -241,12 +255,13 @@ class Survey:
         return covariance
 
     def _class_of_vertex(self, vertex: Vertex) -> ClassProbabilities:
-        """Of a corner where two lines cross: sure if it was detected, less so the farther walls are drawn to it."""
-        certain = ClassProbabilities(corner=1.0)
-        if vertex.heard:
-            return certain
-        far = sum(max(self.segments[each].extension(vertex.position_xy), 0.0) for each in vertex.segments)
-        return _diluted(certain, -math.expm1(-self.settings.ends_per_metre * far))
+        """Of a corner where two lines cross: sure if it was detected, else as likely as both walls go on up to it."""
+        chance = (
+            1.0
+            if vertex.heard
+            else min(self.segments[each].chance_up_to(vertex.position_xy) for each in vertex.segments)
+        )
+        return _diluted(ClassProbabilities(corner=1.0), 1.0 - chance)
 
     def _lone_corner(self, number: int, feature: Hypothesis) -> Corner:
         return Corner(

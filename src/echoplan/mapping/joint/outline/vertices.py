@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, intersections
-from echoplan.mapping.joint.outline.segments import Segment
+from echoplan.mapping.joint.outline.segment import Segment
 from echoplan.mapping.joint.search.echoes import CornerEcho, Echoes, returns_sound
 from echoplan.model import CornerKind
 
@@ -93,7 +93,9 @@ def find_vertices(segments: Sequence[Segment], echoes: Echoes, settings: VertexS
     return vertices
 
 
-def _vertex(segments: Sequence[Segment], pair: tuple[int, int], echoes: Echoes, settings: VertexSettings) -> Vertex | None:
+def _vertex(
+    segments: Sequence[Segment], pair: tuple[int, int], echoes: Echoes, settings: VertexSettings
+) -> Vertex | None:
     one, other = (segments[each] for each in pair)
     if abs(math.sin(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.least_turn):
         return None
@@ -143,12 +145,17 @@ def _reachable(
     if min(extensions) < -settings.overlap or max(extensions) > settings.extension:
         return False
     return not any(
-        segment.is_open_toward(point_xy) or _ends_before(segment, point_xy, echoes.corners_xy, settings) for segment in segments
+        segment.is_open_toward(point_xy) or _ends_before(segment, point_xy, echoes.corners_xy, settings)
+        for segment in segments
     )
 
 
 def _is_far_fetched(
-    segments: tuple[Segment, Segment], extensions: Sequence[float], kind: CornerKind, echo: CornerEcho, settings: VertexSettings
+    segments: tuple[Segment, Segment],
+    extensions: Sequence[float],
+    kind: CornerKind,
+    echo: CornerEcho,
+    settings: VertexSettings,
 ) -> bool:
     """Tell whether segments would have to be made too long for a vertex that nobody heard.
 

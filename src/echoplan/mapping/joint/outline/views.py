@@ -24,9 +24,7 @@ OFFSETS = np.linspace(-0.10, 0.40, 26)
 _JAMB = 6.0
 
 
-def line_evidence(
-    explanation: Explanation, wall: Hypothesis, count: int, levels: FloatArray
-) -> LineEvidence:
+def line_evidence(explanation: Explanation, wall: Hypothesis, count: int, levels: FloatArray) -> LineEvidence:
     """Collect what the first stations say of where a line is wall.
 
     Parameters
@@ -93,7 +91,7 @@ def _log_ratio(
     noise: float,
     level: float,
 ) -> float:
-    """Log-likelihood ratio of one reading: a wall whose lower (0) or upper (1) end lies so far before the foot, or none."""
+    """Return what one reading says of a wall whose lower (0) or upper (1) end lies so far before the foot [nats]."""
     side, over = end
     beyond = -math.inf
     sight = at_end(look(shape, place), over if side == 0 else beyond, over if side == 1 else beyond, hearing.wavelength)

@@ -1,0 +1,118 @@
+"""What surrounds a wall line: obstacles before it, corners on it, and the path of the robot across it."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from echoplan.arrays import BoolArray, FloatArray
+from echoplan.classification.hypotheses import Hypothesis
+from echoplan.geometry import directions, intersections, is_blocked
+from echoplan.mapping.joint.outline.segment import CELL, Segment
+from echoplan.mapping.joint.search.echoes import Echoes
+
+__all__ = ["CornerOnLine", "Obstacles", "before_corners", "corners_on", "fronts_of", "path_crossings", "points_on"]
+
+# What stands less than this before a line is part of it, and what stands farther than that before it is no furniture
+# against it [m].
+_BEFORE, _DEEPEST = 0.05, 1.0
+# Walls within 12 degrees of each other are parallel (cosine).
+_PARALLEL = math.cos(math.radians(12.0))
+# Walls off a right angle by more than 5 degrees return no echo from their corner (cosine between the normals).
+_OBLIQUE = math.sin(math.radians(5.0))
+# Pings that detect a corner at least; distance of the corner from what was detected of the other wall at most [m].
+_LEAST_PINGS, _AWAY = 5, 1.0
+# Distance from a line up to which a corner lies on it [m].
+_CORNER_REACH = 0.03
+
+
+class CornerOnLine(NamedTuple):
+    """A corner that was detected on a line: where [m], and which end of the wall may lie there (0 lower, 1 upper)."""
+
+    place: float
+    sides: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Obstacles:
+    """What blocks the view of a line: segments of other walls, and cylinders."""
+
+    segments_xy: FloatArray
+    discs: FloatArray
+
+    @classmethod
+    def of(cls, segments: Sequence[Segment], discs: FloatArray | None = None, margin: float = 0.0) -> "Obstacles":
+        """Take segments and cylinders for obstacles, each a margin wider than it is [m]."""
+        ends = [[each.point(each.low - margin), each.point(each.high + margin)] for each in segments]
+        wide = np.zeros((0, 3)) if discs is None else discs + np.array([0.0, 0.0, margin])
+        return cls(segments_xy=np.array(ends).reshape(-1, 2, 2), discs=wide)
+
+    def block(self, origins_xy: FloatArray, targets_xy: FloatArray) -> BoolArray:
+        """Return which targets cannot be seen from the origin beside each: up to 5 cm before them."""
+        way = targets_xy - origins_xy
+        length = np.hypot(*way.T)[:, None]
+        ends = origins_xy + way * np.maximum(1.0 - 0.05 / np.maximum(length, 1e-9), 0.0)
+        return is_blocked(origins_xy, ends, segments_xy=self.segments_xy, discs=self.discs)
+
+
+def points_on(line: FloatArray, places: FloatArray) -> FloatArray:
+    """Points at places along a line [m], shape (n, 2)."""
+    points: FloatArray = line[1] * directions(line[0]) + places[:, None] * directions(line[0] + math.pi / 2)
+    return points
+
+
+def path_crossings(line: FloatArray, path_xy: FloatArray) -> FloatArray:
+    """Places along a line where a path crosses it [m]."""
+    depths, places = line[1] - path_xy @ directions(line[0]), path_xy @ directions(line[0] + math.pi / 2)
+    crossed = (depths[:-1] > 0.0) != (depths[1:] > 0.0)
+    before, after = depths[:-1][crossed], depths[1:][crossed]
+    crossings: FloatArray = places[:-1][crossed] + np.diff(places)[crossed] * before / (before - after)
+    return crossings
+
+
+def fronts_of(line: FloatArray, others: Sequence[Segment]) -> list[tuple[float, float]]:
+    """Where along a line a wall of something stands before it, and nobody detected the back of that."""
+    normal, along = directions(line[0]), directions(line[0] + math.pi / 2)
+    fronts: list[tuple[float, float, float]] = []
+    backs: list[tuple[float, float, float]] = []
+    for other in others:
+        depth = line[1] - float(other.middle_xy @ normal)
+        first, last = sorted(float(other.point(each) @ along) for each in (other.low, other.high))
+        turn = math.cos(other.wall.line[0] - line[0])
+        if _BEFORE < depth < _DEEPEST and abs(turn) > _PARALLEL:
+            (fronts if turn > 0.0 else backs).append((depth, first, last))
+    return [
+        (first, last)
+        for depth, first, last in fronts
+        if not any(behind < depth and low < last and first < high for behind, low, high in backs)
+    ]
+
+
+def corners_on(number: int, wall: Hypothesis, segments: Sequence[Segment], echoes: Echoes) -> list[CornerOnLine]:
+    """Find the corners that were detected on a line: with other walls that abut on it, and with nothing known."""
+    along, corners = directions(wall.line[0] + math.pi / 2), []
+    for other in segments:
+        if other.owner == number or abs(math.cos(wall.line[0] - other.wall.line[0])) > _OBLIQUE:
+            continue
+        point, echo = intersections(wall.line, other.wall.line), echoes.between(number, other.owner)
+        is_detected = echo.is_believed and echo.pings >= _LEAST_PINGS
+        if not is_detected or other.extension(point) > _AWAY or other.is_open_toward(point):
+            continue
+        # The wall lies before the other one: if its normal looks up the line, this is the upper end.
+        ahead = float(directions(other.wall.line[0]) @ along)
+        corners.append(CornerOnLine(float(point @ along), (1 if ahead > 0.0 else 0,)))
+    on_line = np.abs(echoes.corners_xy @ directions(wall.line[0]) - wall.line[1]) < _CORNER_REACH
+    alone = [place for place in echoes.corners_xy[on_line] @ along if not _is_near(place, corners)]
+    return [*corners, *(CornerOnLine(float(place), (0, 1)) for place in alone)]
+
+
+def _is_near(place: float, corners: Sequence[CornerOnLine]) -> bool:
+    return any(abs(place - each.place) < 2.0 * _CORNER_REACH for each in corners)
+
+
+def before_corners(corners: Sequence[CornerOnLine]) -> FloatArray:
+    """Places that corners of two known walls show to be wall: a cell before them [m]."""
+    known = [(each.place, each.sides[0]) for each in corners if len(each.sides) == 1]
+    return np.array([place + (CELL if side == 0 else -CELL) for place, side in known])
