@@ -2,7 +2,7 @@
 
 The regions of a plane touch one line, those of a corner cross in one point, those of a cylinder touch one circle
 (Leonard and Durrant-Whyte, *Directed Sonar Sensing for Mobile Robot Navigation*, 1992).  From one station the three
-look alike, so each observation goes to the hypothesis that explains the views from most stations.
+look alike, so the hypotheses compete for the views from several.
 """
 
 from dataclasses import dataclass
@@ -10,6 +10,7 @@ from enum import Enum
 
 import numpy as np
 
+from echoplan.arrays import FloatArray
 from echoplan.geometry import wrap
 from echoplan.mapping.association import AssociationSettings, Group, group_lines
 from echoplan.mapping.cylinders import CylinderSettings
@@ -40,13 +41,26 @@ class Target:
         What was fitted; a point is a circle of radius 0.
     group : Group
         The observations and the fit.
-    cost : float
-        Akaike information criterion: chi-square of the residuals plus two for each parameter.
+    chi_squares : ndarray, shape (n,)
+        Squared residuals of each observation over their variances.
+    prior : float
+        The same of the radius against its prior.
     """
 
     kind: TargetKind
     group: Group
-    cost: float
+    chi_squares: FloatArray
+    prior: float = 0.0
+
+    @property
+    def gain(self) -> float:
+        """By how much the Akaike information criterion falls when one target replaces an object per observation.
+
+        An object of its own costs an observation two for each of two parameters and leaves no residual, so none loses
+        more by joining a target.
+        """
+        parameters = 3 if self.kind is TargetKind.CIRCLE else 2
+        return float(np.maximum(4.0 - self.chi_squares, 0.0).sum()) - 2.0 * parameters - self.prior
 
 
 def find_targets(
@@ -58,8 +72,8 @@ def find_targets(
 ) -> list[Target]:
     """Explain observations by lines, points and circles, each observation by one of them.
 
-    The hypothesis that most stations support is accepted first; of several with as many, the one of the lowest cost.
-    It keeps its observations, and the others are fitted again without them.
+    The hypothesis of the greatest gain is accepted first.  It keeps its observations, and the others are fitted again
+    without them.
 
     Parameters
     ----------
@@ -81,16 +95,11 @@ def find_targets(
     for kind in (TargetKind.POINT, TargetKind.CIRCLE):
         hypotheses += _grown(kind, observations, gates, cylinders)
     accepted: list[Target] = []
-    while hypotheses:
-        best = min(hypotheses, key=lambda each: (-each.group.stations, each.cost))
-        if best.group.stations < min_stations:
-            break
+    while hopeful := [each for each in hypotheses if each.gain > 0 and each.group.stations >= min_stations]:
+        best = max(hopeful, key=lambda each: each.gain)
         accepted.append(best)
-        hypotheses = [
-            rest
-            for each in hypotheses
-            if each is not best and (rest := _without(best.group.members, each, gates, cylinders)) is not None
-        ]
+        rest = (_without(best.group.members, each, gates, cylinders) for each in hopeful if each is not best)
+        hypotheses = [each for each in rest if each is not None]
     return accepted
 
 
@@ -99,14 +108,16 @@ def _fitted(
 ) -> Target:
     """Fit a target of a kind to observations."""
     stack = Stack.of(list(members), floor=(gates.bearing_floor, gates.distance_floor))
+    prior = 0.0
     if kind is TargetKind.LINE:
-        fit, parameters = fit_line(stack), 2
+        fit = fit_line(stack)
     elif kind is TargetKind.POINT:
-        fit, parameters = fit_circle(stack, radius=0.0, radius_sigma=_POINT), 2
+        fit = fit_circle(stack, radius=0.0, radius_sigma=_POINT)
     else:
-        fit, parameters = fit_circle(stack, radius=cylinders.radius, radius_sigma=cylinders.radius_sigma), 3
-    scaled = np.concatenate([fit.bearing_residuals / stack.bearing_sigmas, fit.distance_residuals / stack.distance_sigmas])
-    return Target(kind=kind, group=Group(members=members, fit=fit), cost=float(scaled @ scaled) + 2 * parameters)
+        fit = fit_circle(stack, radius=cylinders.radius, radius_sigma=cylinders.radius_sigma)
+        prior = float((fit.parameters[2] - cylinders.radius) / cylinders.radius_sigma) ** 2
+    bearings, distances = fit.bearing_residuals / stack.bearing_sigmas, fit.distance_residuals / stack.distance_sigmas
+    return Target(kind=kind, group=Group(members=members, fit=fit), chi_squares=bearings**2 + distances**2, prior=prior)
 
 
 def _grown(
@@ -122,7 +133,7 @@ def _grown(
         }
         fitting = {number: target for number, target in wider.items() if _is_within(target, gates)}
         if fitting:
-            best = min(fitting, key=lambda number: fitting[number].cost - targets[number].cost)
+            best = min(fitting, key=lambda number: fitting[number].chi_squares.sum() - targets[number].chi_squares.sum())
             targets[best] = fitting[best]
         else:
             targets.append(_fitted(kind, (observation,), gates, cylinders))
