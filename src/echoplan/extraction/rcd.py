@@ -39,6 +39,8 @@ class Rcd:
         How many echoes it holds.
     covered_ends : int, optional
         At how many ends a nearer echo cuts the region off.
+    beyond : float, optional
+        Angle over which the object answers beyond the region [rad].
     tolerance : float, optional
         Greatest difference of depth within the region [m].
     """
@@ -49,6 +51,7 @@ class Rcd:
     depth: float
     pings: int
     covered_ends: int = 0
+    beyond: float = 0.0
     tolerance: float = 0.0
 
     def __post_init__(self) -> None:
@@ -70,11 +73,12 @@ class Rcd:
         Returns
         -------
         LocatedPoint
-            Middle and depth.  Between free ends, at which the echo grew too weak or too long, the middle is as good
-            as a step of rotation; with one end covered it may lie anywhere in the inner half of the region, with both
-            anywhere in it.  The depth is as good as half the tolerance: nothing is compensated within it.
+            Middle and depth.  The normal may lie off the middle by half of what the object answers beyond the region,
+            and by a step of rotation; with one end covered it may lie anywhere in the inner half of the region, with
+            both anywhere in it.  The depth is as good as half the tolerance: nothing is compensated within it.
         """
-        window = (self.width / max(self.pings - 1, 1), self.width / 2, self.width)[self.covered_ends]
+        step = self.width / max(self.pings - 1, 1)
+        window = self.beyond / 2 + (step, self.width / 2, self.width)[self.covered_ends]
         return LocatedPoint(
             hub_xy=self.hub_xy,
             bearing=(self.bearing_min + self.bearing_max) / 2,
@@ -113,6 +117,7 @@ def region_of_constant_depth(cluster: Cluster, settings: RcdSettings | None = No
         pings=len(distances[run]),
         covered_ends=int(run.start == 0 and cluster.right < distances[0])
         + int(run.stop == len(distances) and cluster.left < distances[-1]),
+        beyond=cluster.extent - float(np.ptp(bearings[run])),
         tolerance=settings.tolerance,
     )
 
