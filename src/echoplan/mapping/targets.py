@@ -133,7 +133,9 @@ def _grown(
         }
         fitting = {number: target for number, target in wider.items() if _is_within(target, gates)}
         if fitting:
-            best = min(fitting, key=lambda number: fitting[number].chi_squares.sum() - targets[number].chi_squares.sum())
+            best = min(
+                fitting, key=lambda number: fitting[number].chi_squares.sum() - targets[number].chi_squares.sum()
+            )
             targets[best] = fitting[best]
         else:
             targets.append(_fitted(kind, (observation,), gates, cylinders))

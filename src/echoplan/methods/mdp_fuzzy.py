@@ -236,7 +236,7 @@ class MdpFuzzyMapper:
         ]
 
     def _locate(self, cluster: Cluster, feature_class: FeatureClass, learned: _Learned) -> LocatedPoint | None:
-        """Fit the minimum with the curvature that the class supposes (Section 3.2): a flat has none, a corner is a point."""
+        """Fit the minimum with the curvature of the class (Section 3.2): a flat has none, a corner is a point."""
         resolution = max(sensor.resolution for sensor in self.rig.sensors)
 
         def located(radius: float) -> LocatedPoint | None:
