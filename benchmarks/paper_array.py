@@ -1,4 +1,4 @@
-"""What the built-in array of the paper reads of single objects, against their distance: python benchmarks/paper_array.py.
+"""What the array of the paper reads of single objects, against their distance: python benchmarks/paper_array.py.
 
 Prints over how many degrees of rotation it reads a wall, a cylinder and a concave corner, and by how much it reads a
 wall too long: on its normal, 30 degrees off it, and at the vertex of the parabola after the compensation.
