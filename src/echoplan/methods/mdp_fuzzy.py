@@ -145,17 +145,14 @@ class MdpFuzzyMapper:
         """
         if self.settings.fuzzy.max_width is not None:
             return self.settings.fuzzy.max_width
-        widest = {
-            sweep.index: max((cluster.extent for cluster in clusters), default=0.0)
-            for sweep, clusters in zip(self._sweeps, self._clusters, strict=True)
-        }
-        repeated = [scans[:2] for scans in _by_station(self._sweeps) if len(scans) > 1]
+        extents = [[cluster.extent for cluster in clusters] for clusters in self._clusters]
+        widest = {sweep.index: max(own) for sweep, own in zip(self._sweeps, extents, strict=True) if own}
+        if not widest:
+            return math.tau
+        repeated = _repeated_scans(self._sweeps, widest)
         if repeated:
-            greatest = [max(widest[scan.index] for scan in scans) for scans in zip(*repeated, strict=True)]
-            if min(greatest) > 0:
-                return float(np.mean(greatest))
-        heard = [width for width in widest.values() if width > 0]
-        return float(np.median(heard)) if heard else math.tau
+            return float(np.max(repeated, axis=0).mean())
+        return float(np.median(list(widest.values())))
 
     def observe(self, sweep: Sweep, clusters: list[Cluster]) -> list[Observation]:
         """Classify and locate the objects of one sweep.
@@ -293,6 +290,12 @@ def _by_station(sweeps: list[Sweep]) -> list[list[Sweep]]:
     for sweep, number in zip(sweeps, numbers, strict=True):
         stations[number].append(sweep)
     return stations
+
+
+def _repeated_scans(sweeps: list[Sweep], widest: dict[int, float]) -> list[list[float]]:
+    """Return the greatest widths of the first and the second scan of each station with clusters in two."""
+    stations = [[widest[scan.index] for scan in scans if scan.index in widest] for scans in _by_station(sweeps)]
+    return [widths[:2] for widths in stations if len(widths) > 1]
 
 
 def _have_settled(earlier: Sequence[Cylinder], later: Sequence[Cylinder]) -> bool:
