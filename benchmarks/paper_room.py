@@ -9,9 +9,11 @@ radius of the cylinder, puts the transducers on the axis of the turret, or sweep
 """
 
 import argparse
+import json
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -78,7 +80,8 @@ def main() -> None:
     methods = arguments.methods.split(",")
     cases = list(product(variants, methods, seeds))
     with ProcessPoolExecutor() as workers:
-        scores = dict(zip(cases, workers.map(score, cases), strict=True))
+        scored = workers.map(partial(score, settings=json.loads(arguments.settings)), cases)
+        scores = dict(zip(cases, scored, strict=True))
     rows = {
         (method if len(variants) == 1 else f"{method}, {variant.name}"): [
             scores[variant, method, seed] for seed in seeds
@@ -95,6 +98,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("seeds", type=int, nargs="?", help="100, or 20 with --variants")
     parser.add_argument("--variants", action="store_true", help="change stations, cylinder, arm or sweeps")
     parser.add_argument("--methods", default="joint,mdp-fuzzy,rcd", help=f"of {', '.join(METHODS)}")
+    parser.add_argument("--settings", default="{}", help="of the methods, as JSON")
     return parser.parse_args()
 
 
@@ -136,11 +140,13 @@ def route_of(variant: Variant, seed: int) -> Route:
     return Route(map_from_base=np.repeat(poses, variant.sweeps, axis=0))
 
 
-def score(case: tuple[Variant, str, int]) -> Score:
+def score(case: tuple[Variant, str, int], settings: dict[str, object]) -> Score:
     """Simulate, map and evaluate one seed."""
     variant, method, seed = case
     simulation = simulation_of(variant, seed)
-    feature_map = map_sweeps(find_method(method).build(simulation.rig), simulation)
+    found = find_method(method)
+    mapper = found.build(simulation.rig, found.settings_type.model_validate(settings))
+    feature_map = map_sweeps(mapper, simulation)
     return score_of(feature_map, evaluate(feature_map, simulation.truth))
 
 
