@@ -17,6 +17,8 @@ BENCHMARKS = (
     "grids.py",
     "square.py",
     "paper_room.py",
+    "paper_room.py --variants --methods mdp-fuzzy,rcd",
+    "paper_array.py",
     "joint.py",
     "joint.py --poses trust",
     "pace.py",

@@ -10,7 +10,7 @@ from echoplan.extraction.runs import connected_runs
 from echoplan.geometry import circular_mean, directions, rotation_step, wrap
 from echoplan.model import Pings
 
-__all__ = ["Cluster", "ClusteringSettings", "differential_clusters", "hub_distances"]
+__all__ = ["Cluster", "ClusteringSettings", "differential_clusters", "hub_distances", "indexed_clusters"]
 
 
 class ClusteringSettings(BaseModel, frozen=True, extra="forbid"):
@@ -82,41 +82,54 @@ def hub_distances(pings: Pings) -> FloatArray:
     return distances
 
 
-def differential_clusters(pings: Pings, settings: ClusteringSettings | None = None) -> list[Cluster]:
+def differential_clusters(
+    pings: Pings, settings: ClusteringSettings | None = None, *, distances: FloatArray | None = None
+) -> list[Cluster]:
     """Split a sweep into runs of neighbouring echoes without a jump in distance.
 
     Parameters
     ----------
     pings : Pings
-        Valid pings of one sweep.
+        n valid pings of one sweep.
     settings : ClusteringSettings, optional
         What is a jump and what is a gap.
+    distances : ndarray, shape (n,), optional
+        Distances in which jumps are looked for [m], such as compensated ones; those from the hub by default.
 
     Returns
     -------
     list of Cluster
         The runs; empty if there is none.
     """
+    return [cluster for cluster, _ in indexed_clusters(pings, settings, distances=distances)]
+
+
+def indexed_clusters(
+    pings: Pings, settings: ClusteringSettings | None = None, *, distances: FloatArray | None = None
+) -> list[tuple[Cluster, IntArray]]:
+    """Return differential clusters, each with the indices of its echoes in ``pings``, in the order of the cluster."""
     settings = settings or ClusteringSettings()
     if not len(pings):
         return []
-    circle = pings[np.argsort(wrap(pings.bearings), kind="stable")]
-    distances = hub_distances(circle)
+    around = np.argsort(wrap(pings.bearings), kind="stable")
+    circle = pings[around]
+    depths = hub_distances(circle) if distances is None else distances[around]
     max_gap = settings.max_gap * rotation_step(circle.bearings)
-    runs = connected_runs(circle.bearings, distances, max_gap=max_gap, jump=settings.jump, reach=settings.reach)
-    return [
-        _cluster(circle, np.sort(run), distances=distances, max_gap=max_gap)
-        for run in runs
-        if len(run) >= settings.min_pings
-    ]
+    runs = connected_runs(circle.bearings, depths, max_gap=max_gap, jump=settings.jump, reach=settings.reach)
+    ordered = [_unrolled(circle, np.sort(run)) for run in runs if len(run) >= settings.min_pings]
+    return [(_cluster(circle, run, max_gap=max_gap), around[run]) for run in ordered]
 
 
-def _cluster(circle: Pings, run: IntArray, *, distances: FloatArray, max_gap: float) -> Cluster:
-    """Unroll a run about its middle and look at what lies beyond its ends."""
+def _unrolled(circle: Pings, run: IntArray) -> IntArray:
+    """Order a run counter-clockwise about its middle, so that none starts at 180 degrees."""
+    return run[np.argsort(wrap(circle.bearings[run] - circular_mean(circle.bearings[run])), kind="stable")]
+
+
+def _cluster(circle: Pings, run: IntArray, *, max_gap: float) -> Cluster:
+    """Unroll the bearings of an ordered run and look at what lies beyond its ends."""
     middle = circular_mean(circle.bearings[run])
-    unrolled = middle + wrap(circle.bearings[run] - middle)
-    order = np.argsort(unrolled, kind="stable")
-    run, bearings = run[order], unrolled[order]
+    bearings = middle + wrap(circle.bearings[run] - middle)
+    distances = hub_distances(circle)
 
     def neighbour(end: int, step: int) -> float:
         beyond = (run[end] + step) % len(circle)

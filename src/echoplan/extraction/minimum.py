@@ -6,14 +6,22 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray, checked_covariance, checked_floats, store
-from echoplan.extraction.clusters import Cluster
+from echoplan.extraction.clusters import (
+    Cluster,
+    ClusteringSettings,
+    differential_clusters,
+    hub_distances,
+    indexed_clusters,
+)
 from echoplan.extraction.compensation import arm_excess
 from echoplan.geometry import directions, wrap
+from echoplan.model import Pings
 
 __all__ = [
     "LocatedPoint",
     "MdpSettings",
     "Parabola",
+    "compensated_clusters",
     "compensated_distances",
     "fit_parabola",
     "middle_point",
@@ -227,6 +235,36 @@ def minimum_distance_point(
         distance=float(distance),
         covariance=parabola.vertex_covariance,
     )
+
+
+def compensated_clusters(
+    pings: Pings, clustering: ClusteringSettings | None = None, mdp: MdpSettings | None = None
+) -> list[Cluster]:
+    """Cluster, take the arm out of each cluster, and cluster the compensated distances again (Section 5.2).
+
+    The class of an object follows from the second clustering, so the first compensation takes it for a flat (Eq. 1).
+    Clusters without a nearest point keep their distances.
+
+    Parameters
+    ----------
+    pings : Pings
+        Valid pings of one sweep.
+    clustering : ClusteringSettings, optional
+        What is a jump and what is a gap.
+    mdp : MdpSettings, optional
+        Rounds of compensation.
+
+    Returns
+    -------
+    list of Cluster
+        The clusters of the second round, with the distances as measured.
+    """
+    distances = hub_distances(pings)
+    for cluster, indices in indexed_clusters(pings, clustering):
+        point = minimum_distance_point(cluster, mdp)
+        if point is not None:
+            distances[indices] = compensated_distances(cluster, normal=point.bearing, depth=point.distance)
+    return differential_clusters(pings, clustering, distances=distances)
 
 
 def middle_point(cluster: Cluster, *, resolution: float = 0.0) -> LocatedPoint:

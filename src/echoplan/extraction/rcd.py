@@ -37,6 +37,12 @@ class Rcd:
         Distance from the hub [m].
     pings : int
         How many echoes it holds.
+    covered_ends : int, optional
+        At how many ends a nearer echo cuts the region off.
+    beyond : float, optional
+        Angle over which the object answers beyond the region [rad].
+    tolerance : float, optional
+        Greatest difference of depth within the region [m].
     """
 
     hub_xy: FloatArray
@@ -44,6 +50,9 @@ class Rcd:
     bearing_max: float
     depth: float
     pings: int
+    covered_ends: int = 0
+    beyond: float = 0.0
+    tolerance: float = 0.0
 
     def __post_init__(self) -> None:
         store(self, hub_xy=checked_floats(self.hub_xy, name="hub_xy", shape=(2,)))
@@ -64,14 +73,17 @@ class Rcd:
         Returns
         -------
         LocatedPoint
-            Middle and depth.  The middle may lie anywhere in the inner half of the region, whose ends are where
-            the echo crossed the threshold; the depth is as good as a step of the readings.
+            Middle and depth.  The normal may lie off the middle by half of what the object answers beyond the region,
+            and by a step of rotation; with one end covered it may lie anywhere in the inner half of the region, with
+            both anywhere in it.  The depth is as good as half the tolerance: nothing is compensated within it.
         """
+        step = self.width / max(self.pings - 1, 1)
+        window = self.beyond / 2 + (step, self.width / 2, self.width)[self.covered_ends]
         return LocatedPoint(
             hub_xy=self.hub_xy,
             bearing=(self.bearing_min + self.bearing_max) / 2,
             distance=self.depth,
-            covariance=np.diag([(self.width / 2) ** 2 / 12, resolution**2 / 12]),
+            covariance=np.diag([window**2 / 12, (self.tolerance / 2) ** 2 + resolution**2 / 12]),
         )
 
 
@@ -103,6 +115,10 @@ def region_of_constant_depth(cluster: Cluster, settings: RcdSettings | None = No
         bearing_max=float(bearings[run][-1]),
         depth=float(distances[run].mean()),
         pings=len(distances[run]),
+        covered_ends=int(run.start == 0 and cluster.right < distances[0])
+        + int(run.stop == len(distances) and cluster.left < distances[-1]),
+        beyond=cluster.extent - float(np.ptp(bearings[run])),
+        tolerance=settings.tolerance,
     )
 
 

@@ -8,6 +8,7 @@ from echoplan.mapping.fits import Fit, fit_circle, fit_line
 from echoplan.mapping.junctions import Junction, Span, junctions, settle
 from echoplan.mapping.observations import Observation, Stack, shares, stations_of
 from echoplan.mapping.points import PointFeatures, PointFeatureSettings, features_of_points
+from echoplan.mapping.targets import Target, TargetKind, find_targets
 from echoplan.mapping.walls import WallSettings, heard_span, walls_of
 
 __all__ = [
@@ -23,6 +24,8 @@ __all__ = [
     "PointFeatures",
     "Span",
     "Stack",
+    "Target",
+    "TargetKind",
     "Voices",
     "WallSettings",
     "absorb",
@@ -31,6 +34,7 @@ __all__ = [
     "crossing_covariance",
     "cylinder_of",
     "features_of_points",
+    "find_targets",
     "fit_circle",
     "fit_line",
     "group_lines",

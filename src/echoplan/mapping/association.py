@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray
@@ -107,7 +108,7 @@ def absorb(groups: list[Group], observations: list[Observation], settings: Assoc
 
 
 def group_points(
-    observations: list[Observation], settings: AssociationSettings, *, depth: float = 0.0
+    observations: list[Observation], settings: AssociationSettings, *, depth: ArrayLike = 0.0
 ) -> list[tuple[Observation, ...]]:
     """Put observations together that lie close to each other.
 
@@ -117,8 +118,8 @@ def group_points(
         Observations of cylinders or corners.
     settings : AssociationSettings
         The gate.
-    depth : float, optional
-        How far behind its nearest point the middle of an object lies [m].
+    depth : array_like, optional
+        How far behind its nearest point the middle of each object lies [m]; broadcasts to shape (n,).
 
     Returns
     -------
@@ -130,7 +131,9 @@ def group_points(
 
     if not observations:
         return []
-    middles = np.array([each.point.position_xy + depth * directions(each.point.bearing) for each in observations])
+    nearest = np.array([each.point.position_xy for each in observations])
+    inward = directions(np.array([each.point.bearing for each in observations]))
+    middles = nearest + np.broadcast_to(depth, len(observations))[:, None] * inward
     tree = cKDTree(middles)
     near = tree.sparse_distance_matrix(tree, settings.point_gate)
     count, labels = connected_components(near > 0, directed=False)

@@ -35,12 +35,13 @@ def cylinder_of(
     Returns
     -------
     Cylinder or None
-        None if the radius came out negative: what was heard is no cylinder.
+        None if the radius came out negative, so that the object is no cylinder, or less certain than the gate within
+        which points belong together: the stations lie too close to each other to tell it.
     """
     floor = (association.bearing_floor, association.distance_floor)
     stack = Stack.of(list(members), floor=floor)
     fit = fit_circle(stack, radius=settings.radius, radius_sigma=settings.radius_sigma)
-    if fit.parameters[2] <= 0:
+    if fit.parameters[2] <= 0 or fit.covariance[2, 2] > association.point_gate**2:
         return None
     return Cylinder(
         center_xy=fit.parameters[:2],

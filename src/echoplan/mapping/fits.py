@@ -121,17 +121,31 @@ def fit_circle(stack: Stack, *, radius: float, radius_sigma: float) -> Fit:
 def _gauss_newton(
     predict: Callable[[FloatArray], Prediction], stack: Stack, *, start: FloatArray, prior: FloatArray
 ) -> Fit:
-    """Least squares from a start; the prior is the information that the start itself carries."""
-    parameters = start.copy()
+    """Least squares from a start; the prior is the information that the start itself carries.
+
+    A step that makes the squares greater is halved until it does not: far from the minimum a circle would run away.
+    """
     sigmas = np.stack([stack.bearing_sigmas, stack.distance_sigmas])
-    for _ in range(_STEPS):
+
+    def linearised(parameters: FloatArray) -> tuple[float, FloatArray, FloatArray]:
         predicted, slopes = predict(parameters)
         residuals = np.stack([wrap(stack.bearings - predicted[0]), stack.distances - predicted[1]])
+        off = parameters - start
+        return float(np.square(residuals / sigmas).sum() + off @ prior @ off), residuals, slopes
+
+    parameters = start.copy()
+    cost, residuals, slopes = linearised(parameters)
+    for _ in range(_STEPS):
         jacobian = (slopes / sigmas[..., None]).reshape(-1, len(start))
         information = jacobian.T @ jacobian + prior
         gradient = jacobian.T @ (residuals / sigmas).ravel() + prior @ (start - parameters)
         change = np.linalg.solve(information, gradient)
+        trial = linearised(parameters + change)
+        while trial[0] > cost and np.abs(change).max() >= _CONVERGED:
+            change = change / 2
+            trial = linearised(parameters + change)
         parameters = parameters + change
+        cost, residuals, slopes = trial
         if np.abs(change).max() < _CONVERGED:
             break
     covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)

@@ -19,10 +19,10 @@ from echoplan.mapping import (
     AssemblySettings,
     Grouped,
     Observation,
+    Target,
+    TargetKind,
     assemble,
-    cylinder_of,
-    group_lines,
-    group_points,
+    find_targets,
 )
 from echoplan.model import FeatureMap, Pings, Rig, Sweep
 from echoplan.preprocessing import valid_pings
@@ -88,30 +88,34 @@ class RcdMapper:
             parameters=self.settings.model_dump(mode="json"),
         )
 
-    def group(self, heard: list[Observation]) -> Grouped:
+    def group(self, observations: list[Observation]) -> Grouped:
         """Tell walls, corners and cylinders apart by what their regions share.
 
         Parameters
         ----------
-        heard : list of Observation
+        observations : list of Observation
             Regions of all sweeps.
 
         Returns
         -------
         Grouped
-            Common tangents first; what is left, by the radius of the circle that it touches.
+            Walls are line targets; corners are point targets and circles so small that they are points.
         """
-        gates = self.settings.assembly.association
-        candidates = group_lines(heard, gates)
-        lines = [group for group in candidates if group.stations > 1]
-        left = [each for group in candidates if group.stations == 1 for each in group.members]
-        points = group_points(left, gates)
-        round_ones = [members for members in points if self._radius(members) > self.settings.point_radius]
-        return Grouped(
-            lines=lines,
-            corners=[each for members in points if members not in round_ones for each in members],
-            cylinders=round_ones,
+        assembly = self.settings.assembly
+        targets = find_targets(
+            observations, assembly.association, assembly.cylinders, min_stations=assembly.min_stations
         )
+        points = [each for each in targets if self._is_point(each)]
+        circles = [each for each in targets if each.kind is TargetKind.CIRCLE and not self._is_point(each)]
+        return Grouped(
+            lines=[each.group for each in targets if each.kind is TargetKind.LINE],
+            corners=[member for each in points for member in each.group.members],
+            cylinders=[each.group.members for each in circles],
+        )
+
+    def _is_point(self, target: Target) -> bool:
+        radius = target.group.fit.parameters[2] if target.kind is TargetKind.CIRCLE else 0.0
+        return target.kind is not TargetKind.LINE and bool(radius <= self.settings.point_radius)
 
     def _observation(self, sweep: Sweep, region: Rcd) -> Observation:
         resolution = max(sensor.resolution for sensor in self.rig.sensors)
@@ -121,8 +125,3 @@ class RcdMapper:
             degrees=_UNDECIDED,
             pings=region.pings,
         )
-
-    def _radius(self, members: tuple[Observation, ...]) -> float:
-        assembly = self.settings.assembly
-        cylinder = cylinder_of(members, assembly.cylinders, association=assembly.association)
-        return 0.0 if cylinder is None else cylinder.radius

@@ -12,7 +12,6 @@ from echoplan.extraction import (
     LocatedPoint,
     Parabola,
     compensated_distances,
-    differential_clusters,
     fit_parabola,
 )
 from echoplan.geometry import signed_distances, wrap
@@ -161,7 +160,7 @@ def sweep_stages(mapper: MdpFuzzyMapper, sweep: Sweep) -> SweepStages:
     """
     valid = valid_pings(Pings.from_sweep(sweep, mapper.rig), mapper.rig)
     kept = kmeans_filter(valid, mapper.settings.filter)
-    clusters = differential_clusters(kept, mapper.settings.clustering)
+    clusters = mapper.clusters_of(kept)
     located = (Located(cluster=each, observation=_only(mapper.observe(sweep, [each]))) for each in clusters)
     return SweepStages(index=sweep.index, valid=valid, kept=kept, located=tuple(located))
 

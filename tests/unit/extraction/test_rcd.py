@@ -37,4 +37,20 @@ def test_the_middle_of_a_region_is_taken_for_the_normal() -> None:
     point = region.located(resolution=0.005)
     assert point.bearing == pytest.approx(1.0)
     assert point.distance == pytest.approx(1.0 + scenes.ARM)
-    assert np.sqrt(point.covariance[1, 1]) == pytest.approx(0.005 / np.sqrt(12))
+    # Half the tolerance of 10 mm and the rounding to 5 mm.
+    assert np.sqrt(point.covariance[1, 1]) == pytest.approx(np.hypot(0.005, 0.005 / np.sqrt(12)))
+
+
+def test_a_middle_is_less_sure_where_the_region_is_cut_off_or_does_not_fill_its_cluster() -> None:
+    bearings = scenes.around(0.0, np.radians(20))
+    even, steep = np.ones(len(bearings)), np.where(np.abs(bearings) < np.radians(12.5), 1.0, 1.015)
+    clusters = [
+        scenes.cluster(bearings, even),
+        scenes.cluster(bearings, steep),
+        scenes.cluster(bearings, even, right=0.8),
+        scenes.cluster(bearings, even, right=0.8, left=0.8),
+    ]
+    regions = [region_of_constant_depth(each) for each in clusters]
+    sigmas = [np.sqrt(each.located(resolution=0.005).covariance[0, 0]) for each in regions if each is not None]
+    assert (np.diff(sigmas) > 0).all()
+    assert sigmas[-1] == pytest.approx(np.radians(40) / np.sqrt(12))

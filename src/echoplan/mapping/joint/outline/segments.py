@@ -20,6 +20,7 @@ from echoplan.classification.hypotheses import Hypothesis
 from echoplan.mapping.joint.outline.chain import Chain, smoothed
 from echoplan.mapping.joint.outline.segment import CELL, CERTAIN, End, Segment
 from echoplan.mapping.joint.outline.surroundings import (
+    Beside,
     CornerOnLine,
     Obstacles,
     before_corners,
@@ -39,6 +40,8 @@ _ROUNDS = 3
 _NEVER = 50.0
 # Length from which a stretch behind something interrupts a wall [m].
 _UNSEEN = 0.1
+# A knife edge describes what a real wall ends in to within a cell: weights of the borders about an end.
+_BLUR = np.array([0.25, 0.5, 0.25])
 # Feet of single pings lie about that of their station: by less than the arm of a turret [m].
 _ARM = 0.1
 
@@ -51,7 +54,7 @@ class SegmentSettings(BaseModel, frozen=True, extra="forbid"):
         default=0.05,
         gt=0.0,
         lt=0.5,
-        description="Probability that a station misses a wall because something that is not in the map blocks its view.",
+        description="Probability that a station misses a wall because of something before it that is not in the map.",
     )
     false_echo: float = Field(
         default=0.005,
@@ -100,7 +103,16 @@ def find_segments(
             corners = corners_on(number, wall, before, echoes)
             chain = smoothed(*line.potentials(corners))
             segments += line.segments(chain, corners, others)
-    return segments
+    return _without_copies(segments)
+
+
+def _without_copies(segments: Sequence[Segment]) -> list[Segment]:
+    """Leave out segments beside others that face the same way and of which more was detected: there is one wall."""
+    kept: list[Segment] = []
+    for segment in sorted(segments, key=lambda each: each.pings, reverse=True):
+        if not any(Beside.of(each.wall.line, segment).is_copy_of(each) for each in kept):
+            kept.append(segment)
+    return [each for each in segments if each in kept]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -260,7 +272,9 @@ class _Line:
     def _end(self, ends: FloatArray, low: float, high: float) -> End | None:
         """Return the end of a wall between two places; None if there may be none."""
         within = (self.borders > low) & (self.borders < high)
-        return End(self.borders[within], ends[within]) if ends[within].sum() > CERTAIN else None
+        if ends[within].sum() < CERTAIN:
+            return None
+        return End(self.borders[within], np.convolve(ends[within], _BLUR, mode="same"))
 
 
 def _with_neighbours(pieces: Sequence[FloatArray]) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:

@@ -13,7 +13,16 @@ from echoplan.geometry import directions, intersections, is_blocked
 from echoplan.mapping.joint.outline.segment import CELL, Segment
 from echoplan.mapping.joint.search.echoes import Echoes
 
-__all__ = ["CornerOnLine", "Obstacles", "before_corners", "corners_on", "fronts_of", "path_crossings", "points_on"]
+__all__ = [
+    "Beside",
+    "CornerOnLine",
+    "Obstacles",
+    "before_corners",
+    "corners_on",
+    "fronts_of",
+    "path_crossings",
+    "points_on",
+]
 
 # What stands less than this before a line is part of it, and what stands farther than that before it is no furniture
 # against it [m].
@@ -74,42 +83,66 @@ def path_crossings(line: FloatArray, path_xy: FloatArray) -> FloatArray:
 
 def fronts_of(line: FloatArray, others: Sequence[Segment]) -> list[tuple[float, float]]:
     """Where along a line a wall of something stands before it, and nobody detected the back of that."""
-    normal, along = directions(line[0]), directions(line[0] + math.pi / 2)
-    fronts: list[tuple[float, float, float]] = []
-    backs: list[tuple[float, float, float]] = []
-    for other in others:
-        depth = line[1] - float(other.middle_xy @ normal)
-        first, last = sorted(float(other.point(each) @ along) for each in (other.low, other.high))
-        turn = math.cos(other.wall.line[0] - line[0])
-        if _BEFORE < depth < _DEEPEST and abs(turn) > _PARALLEL:
-            (fronts if turn > 0.0 else backs).append((depth, first, last))
+    parallel = [Beside.of(line, each) for each in others if abs(math.cos(each.wall.line[0] - line[0])) > _PARALLEL]
+    near = [each for each in parallel if _BEFORE < each.depth < _DEEPEST]
+    backs = [each for each in near if not each.faces_alike]
     return [
-        (first, last)
-        for depth, first, last in fronts
-        if not any(behind < depth and low < last and first < high for behind, low, high in backs)
+        (each.first, each.last)
+        for each in near
+        if each.faces_alike and not any(back.depth < each.depth and back.overlaps(each) for back in backs)
     ]
+
+
+class Beside(NamedTuple):
+    """A segment parallel to a line: how far before it, between which places along it [m], and facing the same way."""
+
+    depth: float
+    first: float
+    last: float
+    faces_alike: bool
+
+    @classmethod
+    def of(cls, line: FloatArray, other: Segment) -> "Beside":
+        """See a segment from a line."""
+        along = directions(line[0] + math.pi / 2)
+        first, last = sorted(float(other.point(each) @ along) for each in (other.low, other.high))
+        depth = line[1] - float(other.middle_xy @ directions(line[0]))
+        return cls(float(depth), first, last, bool(math.cos(other.wall.line[0] - line[0]) > 0.0))
+
+    def overlaps(self, other: "Beside") -> bool:
+        """Return True if they share places along the line."""
+        return self.first < other.last and other.first < self.last
+
+    def is_copy_of(self, segment: Segment) -> bool:
+        """Return True if it lies mostly beside a segment of the line, facing the same way, with no room between."""
+        shared = min(self.last, segment.high) - max(self.first, segment.low)
+        return self.faces_alike and abs(self.depth) < _BEFORE and shared > 0.5 * (self.last - self.first)
 
 
 def corners_on(number: int, wall: Hypothesis, segments: Sequence[Segment], echoes: Echoes) -> list[CornerOnLine]:
     """Find the corners that were detected on a line: with other walls that abut on it, and with nothing known."""
-    along, corners = directions(wall.line[0] + math.pi / 2), []
-    for other in segments:
-        if other.owner == number or abs(math.cos(wall.line[0] - other.wall.line[0])) > _OBLIQUE:
-            continue
-        point, echo = intersections(wall.line, other.wall.line), echoes.between(number, other.owner)
-        is_detected = echo.is_believed and echo.pings >= _LEAST_PINGS
-        if not is_detected or other.extension(point) > _AWAY or other.is_open_toward(point):
-            continue
+    along, normal = directions(wall.line[0] + math.pi / 2), directions(wall.line[0])
+    corners = [
         # The wall lies before the other one: if its normal looks up the line, this is the upper end.
-        ahead = float(directions(other.wall.line[0]) @ along)
-        corners.append(CornerOnLine(float(point @ along), (1 if ahead > 0.0 else 0,)))
-    on_line = np.abs(echoes.corners_xy @ directions(wall.line[0]) - wall.line[1]) < _CORNER_REACH
-    alone = [place for place in echoes.corners_xy[on_line] @ along if not _is_near(place, corners)]
+        CornerOnLine(
+            float(intersections(wall.line, other.wall.line) @ along),
+            (int(directions(other.wall.line[0]) @ along > 0.0),),
+        )
+        for other in segments
+        if other.owner != number and _is_corner(number, wall, other, echoes)
+    ]
+    places = echoes.corners_xy[np.abs(echoes.corners_xy @ normal - wall.line[1]) < _CORNER_REACH] @ along
+    alone = [each for each in places if all(abs(each - known.place) > 2.0 * _CORNER_REACH for known in corners)]
     return [*corners, *(CornerOnLine(float(place), (0, 1)) for place in alone)]
 
 
-def _is_near(place: float, corners: Sequence[CornerOnLine]) -> bool:
-    return any(abs(place - each.place) < 2.0 * _CORNER_REACH for each in corners)
+def _is_corner(number: int, wall: Hypothesis, other: Segment, echoes: Echoes) -> bool:
+    """Return True if the corner of a wall and a segment was detected, and the segment may go on up to it."""
+    if abs(math.cos(wall.line[0] - other.wall.line[0])) > _OBLIQUE:
+        return False
+    point, echo = intersections(wall.line, other.wall.line), echoes.between(number, other.owner)
+    is_detected = echo.is_believed and echo.pings >= _LEAST_PINGS
+    return is_detected and other.extension(point) <= _AWAY and not other.is_open_toward(point)
 
 
 def before_corners(corners: Sequence[CornerOnLine]) -> FloatArray:

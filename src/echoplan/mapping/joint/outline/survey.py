@@ -18,7 +18,7 @@ from echoplan.mapping.joint.adjustment.crossings import crossing_slopes
 from echoplan.mapping.joint.adjustment.squareness import Squareness
 from echoplan.mapping.joint.outline.openings import Gap, merged_faces
 from echoplan.mapping.joint.outline.segment import End, Segment
-from echoplan.mapping.joint.outline.surroundings import path_crossings
+from echoplan.mapping.joint.outline.surroundings import fronts_of, path_crossings
 from echoplan.mapping.joint.outline.vertices import Vertex
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Wall
 
@@ -26,6 +26,8 @@ __all__ = ["Survey", "SurveySettings"]
 
 # A gap shorter than this is none [m].
 _TOUCHING = 0.05
+# What is narrower is no way through, and what is wider belongs to no wall [m].
+_WIDTHS = (0.4, 3.0)
 
 
 class SurveySettings(BaseModel, frozen=True, extra="forbid"):
@@ -225,13 +227,17 @@ class Survey:
         is_known = before.ends[1] is not None and after.ends[0] is not None
         is_concave = self._is_concave(one, upper=True), self._is_concave(other, upper=False)
         crossings = path_crossings(line, path_xy)
+        passed = bool(((crossings > low) & (crossings < high)).any())
+        others = [each for each in self.segments if each.owner != segment.owner]
+        is_hidden = any(first < high and low < last for first, last in fronts_of(line, others))
+        is_open = _WIDTHS[0] < high - low < _WIDTHS[1] and segment.is_free(low, high) and (passed or not is_hidden)
         return Gap(
             walls=(one, other),
             line=line,
             jambs=jambs,
             is_free=segment.is_free(low, high),
-            is_open=segment.is_free(low, high) and is_known and not any(is_concave),
-            passed=bool(((crossings > low) & (crossings < high)).any()),
+            is_open=is_open and is_known and not any(is_concave),
+            passed=passed,
         )
 
     def _is_concave(self, number: int, *, upper: bool) -> bool:
