@@ -77,7 +77,7 @@ def test_the_places_are_those_of_the_unknowns_at_hand() -> None:
     summary = memory().about(features, state(features).unknowns)
     assert summary is not None
     # In the order of the memory: the wall, the point, then the sonar.
-    assert summary.columns.tolist() == [4, 5, 0, 1, 6, 7, 8, 9, 10, 11]
+    assert summary.columns.tolist() == [4, 5, 0, 1, *range(6, 6 + len(SONAR_UNKNOWNS))]
 
 
 def test_what_was_said_of_a_feature_that_fell_is_left_aside() -> None:
