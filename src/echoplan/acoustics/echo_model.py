@@ -40,8 +40,9 @@ _SPEEDS = speed_of_sound(_TEMPERATURES)
 class EchoModel:
     """A sonar as a recording shows it: loudness, beam, and how its readings relate to ranges.
 
-    A reading z stands for the depth e by ``z (1 + range_scale) = e + range_offset + walk_gain (walk(M) - walk(M_1))``,
-    where M is the signal excess and M_1 that of an aimed plane at 1 m: that is where a maker sets a module right.
+    A reading z stands for the depth e by
+    ``z (1 + range_scale) = e + range_offset + walk_gain (walk(M)^k - walk(M_1)^k)``, where M is the signal excess, M_1
+    that of an aimed plane at 1 m, where a maker sets a module right, and k is ``walk_exponent``.
 
     Parameters
     ----------
@@ -55,6 +56,10 @@ class EchoModel:
         Shape of the range walk.
     walk_gain : float
         Walk at the threshold [m].
+    walk_exponent : float
+        How the walk of loud echoes compares with that of faint ones: an envelope that rises as ``t^n`` crosses a
+        threshold M decibels below its peak after a delay in proportion to ``10^(-M / 20n)``, so another n is a power
+        of the same curve.
     range_offset : float
         Error of the reading of an aimed plane at 1 m [m].
     range_scale : float
@@ -73,6 +78,7 @@ class EchoModel:
     absorption: float
     walk: WalkCurve
     walk_gain: float
+    walk_exponent: float = 1.0
     range_offset: float = 0.0
     range_scale: float = 0.0
     frequency: float = 40_000.0
@@ -133,6 +139,11 @@ class EchoModel:
     def reference_excess(self) -> float:
         """Signal excess of an aimed plane at 1 m [dB]."""
         return self.figure_of_merit - 20 * math.log10(2.0) - 2 * self.absorption
+
+    @property
+    def reference_walk(self) -> float:
+        """Walk of an aimed plane at 1 m, as a share of that at the threshold."""
+        return float(self.walk.blurred(self.spread)(self.reference_excess) ** self.walk_exponent)
 
     def scatter(self, excess: ArrayLike) -> FloatArray:
         """Tell how much readings scatter because the excess of an echo is not known exactly.
@@ -213,8 +224,8 @@ class EchoModel:
         if self.cone:
             return self._seen()
         walk = self.walk.blurred(self.spread)
-        shape = walk.values - float(walk(self.reference_excess))
-        below, above = walk(self.reference_excess + np.array([-_ABOUT, _ABOUT]))
+        shape = walk.values**self.walk_exponent - self.reference_walk
+        below, above = walk(self.reference_excess + np.array([-_ABOUT, _ABOUT])) ** self.walk_exponent
         late = self.range_offset + self.walk_gain * shape
         return Hearing(
             figure_of_merit=self.figure_of_merit,

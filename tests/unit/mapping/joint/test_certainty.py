@@ -147,7 +147,7 @@ def test_between_walls_these_are_no_unknowns() -> None:
 
 
 def test_where_there_are_no_walls_nothing_is_between_them() -> None:
-    alone = adjusted([Kind.CYLINDER], np.diag(np.arange(1.0, 16.0)))
+    alone = adjusted([Kind.CYLINDER], np.diag(np.arange(1.0, 3.0 + len(SONAR_UNKNOWNS) + 7.0)))
     np.testing.assert_array_equal(covariances_between_walls(alone), pose_covariances(alone))
 
 

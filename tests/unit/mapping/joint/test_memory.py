@@ -9,6 +9,7 @@ from echoplan.classification.past import Past
 from echoplan.mapping.joint.adjustment.readings import as_arrays
 from echoplan.mapping.joint.adjustment.rows import Rows, Summary, normal_equations
 from echoplan.mapping.joint.adjustment.state import State
+from echoplan.mapping.joint.adjustment.unknowns import SONAR_UNKNOWNS
 from echoplan.mapping.joint.memory import Memory, summarised
 from echoplan.mapping.joint.search.echoes import CornerEcho
 from expectations import SONAR, corner, cylinder, feature, wall
@@ -22,7 +23,7 @@ def known(reflector: FloatArray, number: int, extent: tuple[float, float] = (0.0
 
 FEATURES = [known(EAST, 1, (-1.0, 1.0)), known(COLUMN, 2), known(POINT, 3)]
 # Seven parameters of the features, six of the sonar.
-SIZE = 2 + 3 + 2 + 6
+SIZE = 2 + 3 + 2 + len(SONAR_UNKNOWNS)
 
 
 def information(size: int, seed: int = 3) -> FloatArray:
@@ -76,7 +77,7 @@ def test_the_places_are_those_of_the_unknowns_at_hand() -> None:
     summary = memory().about(features, state(features).unknowns)
     assert summary is not None
     # In the order of the memory: the wall, the point, then the sonar.
-    assert summary.columns.tolist() == [4, 5, 0, 1, 6, 7, 8, 9, 10, 11]
+    assert summary.columns.tolist() == [4, 5, 0, 1, *range(6, 6 + len(SONAR_UNKNOWNS))]
 
 
 def test_what_was_said_of_a_feature_that_fell_is_left_aside() -> None:
@@ -88,7 +89,7 @@ def test_what_was_said_of_a_feature_that_fell_is_left_aside() -> None:
     assert np.linalg.inv(summary.information) == pytest.approx(covariance, rel=1e-6)
 
 
-@pytest.mark.parametrize(("poses", "columns"), [(2, 16), (0, 13)])
+@pytest.mark.parametrize(("poses", "columns"), [(2, SIZE + 3), (0, SIZE)])
 def test_a_first_pose_counts_only_where_poses_are_free(poses: int, columns: int) -> None:
     summary = memory(rest=7).about(FEATURES, state(FEATURES, poses).unknowns)
     assert summary is not None

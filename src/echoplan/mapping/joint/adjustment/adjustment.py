@@ -53,6 +53,12 @@ class AdjustmentSettings(BaseModel, frozen=True, extra="forbid"):
     latency_sigma: float = Field(default=0.02, gt=0.0, description="of the servo's latency [s]")
     merit_sigma: float = Field(default=0.6, gt=0.0, description="of the figure of merit as told by who heard what [dB]")
     ka_sigma: float = Field(default=0.015, gt=0.0, description="likewise of the logarithm of the beam's ka")
+    exponent_sigma: float = Field(
+        default=0.2,
+        gt=0.0,
+        description="uncertainty of the exponent of the range walk: 0.17 is the root mean square over bursts of 4 to "
+        "16 cycles and resonators of a quality of 5 to 30",
+    )
     determined: float = Field(
         default=2.0, gt=0.0, description="deviations of a latency that drifting poses leave clear"
     )
@@ -273,7 +279,8 @@ def _linearised(
     hearing = now.model.tabulated()
     matched = match_readings(soundings, hearing, now.features, max(0.025, 6.0 * beliefs.noise))
     explained = np.flatnonzero(matched.owners >= 0)
-    walk = (now.model.range_offset, now.model.walk_gain)
+    model = now.model
+    walk = (model.range_offset, model.walk_gain, model.reference_walk, model.walk_exponent)
     slopes, neighbours = differentiate_readings(soundings, hearing, now.features, matched, explained, walk)
     residuals, excesses = matched.residuals[explained], matched.excesses[explained]
     variances = now.model.variances(excesses, noise=beliefs.noise)
@@ -362,12 +369,14 @@ def _sonar_prior(now: State, first: int, beliefs: Beliefs, settings: AdjustmentS
     model, gain_sigma = now.model, settings.gain_share * beliefs.walk_gain
     # Without a servo nothing lags: the unknown stays where it is.
     latency_sigma = settings.latency_sigma if beliefs.has_servo else 1e-9
+    # There is no range walk in a cone of rays.
+    exponent_sigma = 1e-9 if model.cone else settings.exponent_sigma
     merit, log_ka, *loudness = (model.figure_of_merit, math.log(model.ka), 1e-9, 1e-9)
     if beliefs.loudness is not None:
         merit, log_ka, *loudness = *beliefs.loudness, settings.merit_sigma, settings.ka_sigma
     return prior(
         first + np.arange(len(SONAR_UNKNOWNS)),
-        sigma=(beliefs.offset_sigma, gain_sigma, beliefs.scale_sigma, latency_sigma, *loudness),
+        sigma=(beliefs.offset_sigma, gain_sigma, beliefs.scale_sigma, latency_sigma, *loudness, exponent_sigma),
         residual=(
             -model.range_offset,
             beliefs.walk_gain - model.walk_gain,
@@ -375,5 +384,6 @@ def _sonar_prior(now: State, first: int, beliefs: Beliefs, settings: AdjustmentS
             -now.latency,
             merit - model.figure_of_merit,
             log_ka - math.log(model.ka),
+            1.0 - model.walk_exponent,
         ),
     )

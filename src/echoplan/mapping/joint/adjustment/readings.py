@@ -203,7 +203,7 @@ def differentiate_readings(
     features: Features,
     matched: Matched,
     explained: IntArray,
-    walk: tuple[float, float],
+    walk: tuple[float, float, float, float],
 ) -> tuple[FloatArray, IntArray]:
     """Differentiate readings by all that they depend on.
 
@@ -220,18 +220,20 @@ def differentiate_readings(
     explained : ndarray of int, shape (m,)
         The pings to differentiate.
     walk : tuple of float
-        Range offset and walk gain [m].
+        Range offset and walk gain [m], walk of an aimed plane at 1 m as a share of that at the threshold, and exponent.
 
     Returns
     -------
-    slopes : ndarray, shape (m, 14)
+    slopes : ndarray, shape (m, 15)
         By the three parameters of the feature; by angle and offset of the wall where it ends; by range offset, walk
-        gain, range scale, servo latency, figure of merit and the logarithm of ``ka``; by place and direction of the
-        sensor.
+        gain, range scale, servo latency, figure of merit, the logarithm of ``ka`` and the exponent of the walk; by
+        place and direction of the sensor.
     neighbours : ndarray of int, shape (m,)
         Which wall that is; -1 for none.
     """
-    slopes, neighbours, own = np.zeros((len(explained), 14)), np.full(len(explained), -1), np.zeros(8)
+    slopes, neighbours, own = np.zeros((len(explained), 15)), np.full(len(explained), -1), np.zeros(8)
+    offset, gain, reference, exponent = walk
+    bent_reference = _bend(reference)
     for row, ping in enumerate(explained):
         place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
         owner = matched.owners[ping]
@@ -243,11 +245,18 @@ def differentiate_readings(
             differentiate(hearing, shape, place, own, shadow)
         slopes[row, :3] = own[:3]
         slopes[row, 5] = 1.0
-        slopes[row, 6] = (walk_of(hearing, matched.excesses[ping]) - walk[0]) / walk[1]
+        slopes[row, 6] = (walk_of(hearing, matched.excesses[ping]) - offset) / gain
         slopes[row, 7] = -soundings.readings[ping]
         turning = own[4] * soundings.arms_x[ping] - own[3] * soundings.arms_y[ping] + own[5]
         slopes[row, 8] = -soundings.rates[ping] * turning
         # However loud a sonar is: where it was set right its readings stay.
         slopes[row, 9], slopes[row, 10] = own[6] - hearing.reference, own[7]
-        slopes[row, 11:] = own[3:6]
+        # The derivative of w^k by k is w^k ln w, which is w^k ln w^k over k.
+        slopes[row, 11] = gain * (_bend(slopes[row, 6] + reference) - bent_reference) / exponent
+        slopes[row, 12:] = own[3:6]
     return slopes, neighbours
+
+
+@compiled
+def _bend(walk: float) -> float:
+    return walk * math.log(walk) if walk > 0.0 else 0.0

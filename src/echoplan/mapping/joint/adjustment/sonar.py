@@ -112,13 +112,14 @@ def walking(model: EchoModel, adjusted: Adjusted | None, noise: float) -> EchoMo
     if adjusted is None or model.cone or pieces < 2:
         return model
     excess = np.maximum(adjusted.excesses[explained], 0.0)
-    late = adjusted.residuals[explained] + model.walk_gain * model.walk.blurred(model.spread)(excess)
+    shape = model.walk.blurred(model.spread)(excess) ** model.walk_exponent
+    late = adjusted.residuals[explained] + model.walk_gain * shape
     weights = 1.0 / model.variances(excess, noise=noise)
     try:
         curve, fall = fitted_walk(excess, late, weights=weights, pieces=pieces)
     except InvalidValueError:
         return model
-    return replace(model, walk=curve, walk_gain=fall)
+    return replace(model, walk=curve, walk_gain=fall, walk_exponent=1.0)
 
 
 def half_aperture_of(rig: Rig) -> float:

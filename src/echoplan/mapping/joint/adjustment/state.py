@@ -18,6 +18,8 @@ __all__ = ["State"]
 # Features, walls where they were heard, and poses move no farther than this in a step [rad or m], loudness and beam
 # change by no more than these [dB, 1].
 _LONGEST, _LOUDER, _WIDER = 0.05, 1.0, 0.05
+# The exponent of the range walk stays between these: bursts that rise as t^4 or faster, and at once.
+_SLOWEST, _FASTEST = 0.5, 2.0
 # Radii stay between these [m].
 _THIN, _THICK = 0.01, 0.5
 
@@ -53,7 +55,7 @@ class State:
         """All of them in one vector, shape (u,)."""
         model = self.model
         sonar = [model.range_offset, model.walk_gain, model.range_scale, self.latency]
-        sonar += [model.figure_of_merit, math.log(model.ka)]
+        sonar += [model.figure_of_merit, math.log(model.ka), model.walk_exponent]
         return np.concatenate([self.features.reflectors[:, 1:][self.unknowns.free], sonar, self.poses.ravel()])
 
     def moved(self, step: FloatArray) -> "State":
@@ -78,13 +80,14 @@ class State:
         reflectors[:, 1:] += _share(moves) * steps
         reflectors[:, 3] = np.where(unknowns.kinds == Kind.CYLINDER, np.clip(reflectors[:, 3], _THIN, _THICK), 0.0)
         ways = step[unknowns.pose :].reshape(-1, 3)
-        offset, gain, scale, latency, merit, log_ka = step[unknowns.sonar : unknowns.pose].tolist()
+        offset, gain, scale, latency, merit, log_ka, exponent = step[unknowns.sonar : unknowns.pose].tolist()
         model = replace(
             self.model.scaled(self.model.range_scale + scale),
             range_offset=self.model.range_offset + offset,
             walk_gain=self.model.walk_gain + gain,
             figure_of_merit=self.model.figure_of_merit + min(max(merit, -_LOUDER), _LOUDER),
             ka=self.model.ka * math.exp(min(max(log_ka, -_WIDER), _WIDER)),
+            walk_exponent=min(max(self.model.walk_exponent + exponent, _SLOWEST), _FASTEST),
         )
         extents = self.features.extents + _shifts(self.features, reflectors)[:, None]
         return State(

@@ -11,8 +11,16 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 __all__ = ["SONAR_UNKNOWNS", "Unknowns"]
 
 # Of the sonar, in this order: range offset [m], walk gain [m], range scale, servo latency [s], figure of merit [dB],
-# logarithm of the beam's ka.
-SONAR_UNKNOWNS = ("range_offset", "walk_gain", "range_scale", "servo_latency", "figure_of_merit", "log_ka")
+# logarithm of the beam's ka, exponent of the range walk.
+SONAR_UNKNOWNS = (
+    "range_offset",
+    "walk_gain",
+    "range_scale",
+    "servo_latency",
+    "figure_of_merit",
+    "log_ka",
+    "walk_exponent",
+)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -284,6 +284,13 @@ class Survey:
         )
 
     def _is_lone(self, feature: Hypothesis) -> bool:
+        """Return True for a corner that no walls make and that is where its echo seems to come from.
+
+        The echo of a concave corner goes over both of its sides: in one of the angle b it comes back after r sin(b),
+        not r, of the distance r of the vertex. Only where walls are square to each other the vertex is known.
+        """
+        if feature.kind is Kind.CORNER and self.squareness is None:
+            return False
         distances = [math.dist(each.position_xy, feature.reflector[1:3]) for each in self.vertices]
         far = min(distances, default=math.inf) > self.settings.lone_distance
         return far and self._stations(feature) >= self.settings.lone_stations

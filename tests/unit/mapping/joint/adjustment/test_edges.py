@@ -85,7 +85,7 @@ def test_readings_change_with_both_walls_and_the_sensor_as_the_derivatives_say()
     rows, pings, step = np.array([wall(0.02, 1.0), wall(np.pi / 2 + 0.05, 1.01)]), beside(1.06), 1e-6
     matched, _ = expected(pings, rows)
     told = np.flatnonzero((matched.owners == 0) & (matched.excesses > 1.0))
-    walk = (SONAR.range_offset, SONAR.walk_gain)
+    walk = (SONAR.range_offset, SONAR.walk_gain, SONAR.reference_walk, SONAR.walk_exponent)
     slopes, neighbours = differentiate_readings(pings, SONAR.tabulated(), box(rows, 1), matched, told, walk)
     ended = neighbours == 1
     assert ended.sum() > 10
@@ -101,7 +101,7 @@ def test_readings_change_with_both_walls_and_the_sensor_as_the_derivatives_say()
         assert slopes[kept, column] == pytest.approx(change, rel=0.02, abs=0.02)
     moved = pings._replace(y=pings.y + step)
     change = (expected(moved, rows)[1] - expected(pings, rows)[1])[seen] / step
-    assert slopes[kept, 12] == pytest.approx(change, rel=0.02, abs=0.02)
+    assert slopes[kept, 13] == pytest.approx(change, rel=0.02, abs=0.02)
 
 
 def directions_along(pings: Soundings, rows: FloatArray) -> FloatArray:

@@ -174,10 +174,17 @@ def test_a_corner_that_was_heard_tells_from_where() -> None:
 
 def test_a_corner_where_no_walls_meet_is_drawn_as_it_was_heard() -> None:
     inner, outer = (feature(kind(0.4, -0.9), gains=[9.0] * 4) for kind in (corner, edge))
+    square = Squareness(np.array([True] * 4 + [False]), 0.003)
     for lone, kind in ((inner, CornerKind.CONCAVE), (outer, CornerKind.CONVEX)):
-        drawn = survey(lone).corners()[-1]
+        drawn = replace(survey(lone), squareness=square).corners()[-1]
         assert drawn.position_xy == pytest.approx([0.4, -0.9])
         assert (drawn.kind, drawn.stations) == (kind, 4)
+
+
+def test_a_lone_corner_whose_angle_nobody_knows_is_not_drawn() -> None:
+    # In an angle of 76 degrees sound comes back after 0.97 of the way to the vertex: centimetres short of it.
+    lone = feature(corner(0.4, -0.9), gains=[9.0] * 4)
+    assert len(survey(lone).corners()) == 4
 
 
 def test_a_lone_corner_that_two_stations_heard_is_not_drawn() -> None:
