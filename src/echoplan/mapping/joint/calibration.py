@@ -30,6 +30,7 @@ def calibration(account: Account, adjusted: Adjusted) -> dict[str, object]:
     """
     sigmas, model, settings = adjusted.sonar_sigmas(), adjusted.model, account.settings.adjustment
     beliefs = account.beliefs(account.noise, account.believed)
+    sigmas["range_scale"] = adjusted.considered_sigma("range_scale", "walk_exponent", settings.exponent_sigma)
     if account.drifts:
         # Then it is held at what was believed.
         sigmas["range_scale"] = beliefs.scale_sigma

@@ -27,13 +27,15 @@ from echoplan.mapping.joint.search.echoes import CornerEcho, corner_echoes
 from echoplan.mapping.joint.search.hiding import hiding
 from echoplan.mapping.joint.search.paths import Paths, free_views, trace_paths
 from echoplan.mapping.joint.search.rivals import class_probabilities
-from echoplan.model import ClassProbabilities
+from echoplan.model import ClassProbabilities, FeatureClass
 from echoplan.preprocessing.soundings import chosen_soundings
 
 __all__ = ["leave", "survey"]
 
 # Of all places along a wall within one cell, so many are worth keeping [m].
 _CELL, _KEPT = 0.01, 4
+# A feature whose own class is less probable is none.
+_UNLIKELY = 0.05
 # Where feet of a wall are farther apart than this, sound may have gone through between them [m].
 _WIDE_GAP = 0.4
 
@@ -87,9 +89,18 @@ def _is_there(feature: Hypothesis) -> bool:
     no ping that others do not explain better is nothing.
     """
     past = feature.past
+    if _own_probability(feature) < _UNLIKELY:
+        return False
     if past.speaking - past.hidden < past.hidden or 2 * past.passed >= past.pings:
         return False
     return feature.kind not in (Kind.WALL, Kind.CYLINDER) or past.speaking >= past.missing
+
+
+def _own_probability(feature: Hypothesis) -> float:
+    """Return the probability of the class that a feature is taken for."""
+    own = {Kind.WALL: FeatureClass.WALL, Kind.CYLINDER: FeatureClass.CYLINDER}.get(feature.kind, FeatureClass.CORNER)
+    probability: float = getattr(feature.past.probabilities, own)
+    return probability
 
 
 def leave(account: Account, count: int) -> Memory:

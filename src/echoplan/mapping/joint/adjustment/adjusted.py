@@ -94,3 +94,15 @@ class Adjusted:
         """
         variances = np.diag(self.covariance)[self.unknowns.sonar : self.unknowns.pose]
         return dict(zip(SONAR_UNKNOWNS, np.sqrt(variances).tolist(), strict=True))
+
+    def considered_sigma(self, name: str, consider: str, sigma: float) -> float:
+        """Return how well a number of the sonar is known if the readings do not tell a consider parameter.
+
+        Of the joint covariance P, ``P_xp / P_pp`` is how far x moves with the parameter p; what p may be off by its
+        prior standard deviation adds to the rest of x (S. F. Schmidt, "Application of state-space methods to navigation
+        problems", Adv. Control Syst. 3 (1966) 293).
+        """
+        x, p = (self.unknowns.sonar + SONAR_UNKNOWNS.index(each) for each in (name, consider))
+        covariance = self.covariance
+        slope = covariance[x, p] / covariance[p, p]
+        return math.sqrt(covariance[x, x] + slope**2 * max(sigma**2 - covariance[p, p], 0.0))

@@ -181,18 +181,22 @@ def adjust(
 def _step(
     information: FloatArray, right: FloatArray, now: State, beliefs: Beliefs, settings: AdjustmentSettings
 ) -> FloatArray:
-    """Solve, but keep numbers of the sonar that drifting poses leave open at what they are taken for (Schmidt 1966).
+    """Solve, but keep consider parameters of the sonar at their prior means (Schmidt 1966).
 
-    Where the way itself is uncertain, all that is left to tell the range scale are the arms of the array, a few
-    centimetres long: an error of the beam's shape by tenths of a millimetre would pass for a percent.  A servo that
-    lags looks like a robot that turns a little too far one way and back again, sweep by sweep; it never leads.  Their
+    The exponent of the range walk is one: it is held at 1, for maps are no better with one that is estimated.  Where the
+    poses drift, two more are: all that is left to tell the range scale are the arms of the array, a few centimetres
+    long, and an error of the beam's shape by tenths of a millimetre would pass for a percent; and a servo that lags
+    looks like a robot that turns a little too far one way and back again, sweep by sweep (it never leads).  Their
     uncertainty stays in the covariance.
     """
+    considered = ("walk_exponent", "range_scale", "servo_latency")
+    exponent, scale, latency = (now.unknowns.sonar + SONAR_UNKNOWNS.index(each) for each in considered)
+    units = np.eye(len(right))[[exponent, scale, latency]]
+    step, by_exponent, by_scale, by_latency = solve(information, np.column_stack([right, *units])).T
+    step = _held(step, by_exponent, exponent, 1.0 - now.model.walk_exponent)
     if not beliefs.drifting:
-        return solve(information, right)
-    scale, latency = (now.unknowns.sonar + SONAR_UNKNOWNS.index(name) for name in ("range_scale", "servo_latency"))
-    units = np.eye(len(right))[[scale, latency]]
-    step, by_scale, by_latency = solve(information, np.column_stack([right, *units])).T
+        return step
+    by_scale, by_latency = (_held(each, by_exponent, exponent, 0.0) for each in (by_scale, by_latency))
     step = _held(step, by_scale, scale, beliefs.range_scale - now.model.range_scale)
     by_latency = _held(by_latency, by_scale, scale, 0.0)
     change, variance = step[latency], by_latency[latency]
