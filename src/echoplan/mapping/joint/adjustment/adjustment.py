@@ -183,7 +183,7 @@ def _step(
 ) -> FloatArray:
     """Solve, but keep consider parameters of the sonar at their prior means (Schmidt 1966).
 
-    The exponent of the range walk is one: it is held at 1, for maps are no better with one that is estimated.  Where the
+    The exponent of the range walk is one: maps are no better with one that is estimated.  Where the
     poses drift, two more are: all that is left to tell the range scale are the arms of the array, a few centimetres
     long, and an error of the beam's shape by tenths of a millimetre would pass for a percent; and a servo that lags
     looks like a robot that turns a little too far one way and back again, sweep by sweep (it never leads).  Their
