@@ -13,7 +13,7 @@ from echoplan.mapping.joint.adjustment.adjustment import AdjustmentSettings, Bel
 from echoplan.mapping.joint.adjustment.edges import edges_of
 from echoplan.mapping.joint.adjustment.squareness import Squareness
 from echoplan.mapping.joint.adjustment.state import State
-from echoplan.mapping.joint.outline.faces import Face
+from echoplan.mapping.joint.outline.segment import Segment
 from echoplan.mapping.joint.outline.survey import Survey, SurveySettings
 from echoplan.mapping.joint.outline.vertices import VertexSettings, find_vertices
 from echoplan.mapping.joint.search.echoes import CornerEcho, Echoes
@@ -36,6 +36,7 @@ def survey(
     heard_to: float = 1.2,
     joined: bool = True,
     echoes: Echoes = SILENT,
+    chance: float = 1.0,
 ) -> Survey:
     """The survey of a room of 4 x 3 m that was heard but for the corners."""
     known = [*(feature(each, gains=[9.0, 6.0, 4.0, -1.0]) for each in walls), *others]
@@ -56,15 +57,16 @@ def survey(
         replace(each, past=past_of(each, number, int((adjusted.owners == number).sum())))
         for number, each in enumerate(known)
     ]
-    faces = [
-        Face(
+    segments = [
+        Segment(
             owner=number,
             wall=each,
             low=-heard_to,
             high=heard_to,
-            crossings=np.zeros(0),
-            silences=np.zeros(0),
+            ends=(None, None),
             pings=40 + number,
+            start=-3.0,
+            chances=np.full(300, chance),
         )
         for number, each in enumerate(known)
         if each.is_wall
@@ -72,15 +74,15 @@ def survey(
     return Survey(
         features=known,
         adjusted=adjusted,
-        faces=faces,
-        vertices=find_vertices(faces, echoes, VertexSettings()) if joined else [],
+        segments=segments,
+        vertices=find_vertices(segments, echoes, VertexSettings()) if joined else [],
         squareness=None,
         settings=SurveySettings(),
     )
 
 
 def test_walls_end_at_their_vertices() -> None:
-    east, north, *_ = survey().walls()
+    east, north, *_ = survey().walls([])
     assert east.endpoints_xy == pytest.approx(np.array([[2.0, -1.5], [2.0, 1.5]]))
     assert north.endpoints_xy == pytest.approx(np.array([[2.0, 1.5], [-2.0, 1.5]]))
 
@@ -93,35 +95,41 @@ def test_walls_drawn_to_right_angles_are_counted_and_other_members_are_not() -> 
 
 
 def test_a_wall_without_vertices_ends_where_it_was_heard_to_end() -> None:
-    east, *_ = survey(joined=False).walls()
+    east, *_ = survey(joined=False).walls([])
     assert east.endpoints_xy == pytest.approx(np.array([[2.0, -1.2], [2.0, 1.2]]))
 
 
 def test_a_wall_of_which_one_point_was_heard_is_six_centimetres_long() -> None:
-    east, *_ = survey(joined=False, heard_to=0.0).walls()
+    east, *_ = survey(joined=False, heard_to=0.0).walls([])
     assert east.length == pytest.approx(0.06)
     assert east.endpoints_xy.mean(axis=0) == pytest.approx([2.0, 0.0])
 
 
 def test_a_wall_is_the_line_of_its_feature_with_what_speaks_for_it() -> None:
-    east, north, *_ = survey().walls()
+    east, north, *_ = survey().walls([])
     assert (north.normal_angle, north.offset) == pytest.approx((np.pi / 2, 1.5))
     assert (east.pings, north.pings) == (40, 41)
     # Stations whose gain is above five.
     assert east.stations == 2
-    assert east.class_probabilities is SURE
+
+
+def test_a_wall_that_is_drawn_as_far_as_it_was_detected_is_as_surely_one_as_its_feature() -> None:
+    for east in (survey(joined=False).walls([])[0], survey(heard_to=1.5).walls([])[0]):
+        assert east.inferred.tolist() == [0.0, 0.0]
+        chances = (east.class_probabilities.wall, east.class_probabilities.corner, east.class_probabilities.cylinder)
+        assert chances == pytest.approx((0.8, 0.15, 0.05))
 
 
 def test_the_covariance_of_a_wall_is_its_block_of_the_adjustment() -> None:
     found = survey()
     place = found.adjusted.unknowns.feature(1)
     block = found.adjusted.covariance[place, place]
-    assert found.walls()[1].covariance == pytest.approx(block, rel=1e-9)
+    assert found.walls([])[1].covariance == pytest.approx(block, rel=1e-9)
 
 
 def test_every_covariance_is_symmetric_and_positive_definite() -> None:
     found = survey(feature(COLUMN), feature(edge(0.0, -0.9), gains=[9.0] * 4))
-    drawn: list[Wall | Corner | Cylinder] = [*found.walls(), *found.corners(), *found.cylinders()]
+    drawn: list[Wall | Corner | Cylinder] = [*found.walls([]), *found.corners(), *found.cylinders()]
     assert len(drawn) == 4 + 5 + 1
     for each in drawn:
         assert each.covariance == pytest.approx(each.covariance.T, rel=1e-9)
@@ -152,13 +160,13 @@ def test_the_covariance_of_a_corner_is_that_of_its_walls_carried_on_by_finite_di
     found = survey()
     unknowns, step = found.adjusted.unknowns, 1e-6
     for vertex, drawn in zip(found.vertices, found.corners(), strict=True):
-        lines = np.array([found.features[each].line for each in vertex.faces])
+        lines = np.array([found.features[each].line for each in vertex.segments])
         slopes = np.zeros((2, 4))
         for column in range(4):
             nudge = np.zeros((2, 2))
             nudge.flat[column] = step
             slopes[:, column] = (intersections(*(lines + nudge)) - intersections(*(lines - nudge))) / (2 * step)
-        places = np.concatenate([np.arange(unknowns.size)[unknowns.feature(each)] for each in vertex.faces])
+        places = np.concatenate([np.arange(unknowns.size)[unknowns.feature(each)] for each in vertex.segments])
         expected = slopes @ found.adjusted.covariance[np.ix_(places, places)] @ slopes.T
         assert drawn.covariance == pytest.approx(expected, rel=1e-5)
 
@@ -197,4 +205,4 @@ def test_cylinders_are_drawn_and_nothing_else_among_them() -> None:
 
 def test_where_nothing_was_found_nothing_is_drawn() -> None:
     empty = survey(walls=np.zeros((0, 4)))
-    assert (empty.walls(), empty.corners(), empty.cylinders()) == ((), (), ())
+    assert (empty.walls([]), empty.corners(), empty.cylinders()) == ((), (), ())
