@@ -84,7 +84,7 @@ def test_doors_and_walls_are_within_their_limits(seed: int) -> None:
         first, second = door.jambs_xy
         assert 0.7 <= door.width <= 1.4
         thicknesses = np.hypot(*(first - second[::-1]).T)
-        assert 0.08 <= thicknesses.min()
+        assert thicknesses.min() >= 0.08
         assert thicknesses.max() <= 0.16
         for jambs, room in zip(door.jambs_xy, door.rooms, strict=True):
             corners = plan(seed).rooms[room].corners_xy

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from echoplan.mapping.joint.outline.segment import CELL, Segment
+from echoplan.mapping.joint.outline.segment import Segment
 from echoplan.mapping.joint.outline.vertices import Vertex, VertexSettings, find_vertices
 from echoplan.mapping.joint.search.echoes import CornerEcho, Echoes
 from echoplan.model import CornerKind
-from expectations import feature, wall
+from outlines import segment
 
 SILENT = Echoes()
 # A corner that should have been heard and was not.
@@ -15,31 +15,6 @@ MISSED = Echoes(pairs={(0, 1): CornerEcho(gain=-6.0)})
 def between(**heard: float) -> Echoes:
     """What was heard of the corner of segments 0 and 1."""
     return Echoes(pairs={(0, 1): CornerEcho(**heard)})  # type: ignore[arg-type]
-
-
-def segment(
-    normal_angle: float,
-    offset: float,
-    ends: tuple[float, float],
-    *,
-    owner: int = 0,
-    free: float | None = None,
-    chance: float = 0.0,
-) -> Segment:
-    """A segment by its line and its ends along it; at one place there may be no wall, with a chance that there is."""
-    start, chances = -3.0, np.full(300, 0.9)
-    if free is not None:
-        chances[int((free - start) / CELL)] = chance
-    return Segment(
-        owner=owner,
-        wall=feature(wall(normal_angle, offset)),
-        low=ends[0],
-        high=ends[1],
-        ends=(None, None),
-        pings=50,
-        start=start,
-        chances=chances,
-    )
 
 
 def met(*segments: Segment, echoes: Echoes = SILENT, **settings: float) -> list[Vertex]:
