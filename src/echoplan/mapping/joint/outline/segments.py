@@ -36,7 +36,7 @@ __all__ = ["SegmentSettings", "find_segments"]
 # Rounds in which segments are found, each with the views that those of the round before block.
 _ROUNDS = 3
 # Log-likelihood ratio of a wall where the robot drove [nats].
-_NEVER = 50.0
+_NEVER = 1e6
 # Length from which a stretch behind something interrupts a wall [m].
 _UNSEEN = 0.1
 # Feet of single pings lie about that of their station: by less than the arm of a turret [m].
