@@ -95,10 +95,9 @@ def find_segments(
         for number, wall in walls.items():
             others = [each for each in before if each.owner != number]
             narrow, wide = Obstacles.of(others), Obstacles.of(others, discs, settings.margin)
-            line = _Line.of(
-                number, wall, obstacles=(narrow, wide), passed=path_crossings(wall.line, path_xy), settings=settings
-            )
-            corners = corners_on(number, wall, before, echoes)
+            corners, passed = corners_on(number, wall, before, echoes), path_crossings(wall.line, path_xy)
+            places = np.concatenate([passed, [each.place for each in corners]])
+            line = _Line.of(number, wall, obstacles=(narrow, wide), passed=passed, places=places, settings=settings)
             chain = smoothed(*line.potentials(corners))
             segments += line.segments(chain, corners, others)
     return segments
@@ -145,15 +144,16 @@ class _Line:
         *,
         obstacles: tuple[Obstacles, Obstacles],
         passed: FloatArray,
+        places: FloatArray,
         settings: SegmentSettings,
     ) -> "_Line":
-        """Lay cells along a line, as far as stations say something of it.
+        """Lay cells along a line, as far as stations say something of it, and to some other places.
 
         What another wall blocks is no echo of this one, whatever was detected; and where an obstacle, with a margin, is
         in the way, an echo may be missing.
         """
         feet, centers_xy, ratios = wall.past.line
-        places = np.concatenate([feet, wall.past.crossings, passed])
+        places = np.concatenate([feet, wall.past.crossings, places])
         start = float(places.min()) - OFFSETS[-1]
         hidden, disturbed = (each.block(centers_xy, points_on(wall.line, feet))[:, None, None] for each in obstacles)
         detected = np.where(OFFSETS <= 0.0, np.maximum(ratios[:, :, :1], 0.0), 0.0)

@@ -144,6 +144,30 @@ def test_behind_the_front_of_a_box_a_wall_goes_on_only_if_its_back_was_detected(
     assert len(found(known)) == spans_of_the_wall
 
 
+def beside_a_door(*, north: bool) -> list[Hypothesis]:
+    """The wall x = 2 up to a door, beyond which nobody stands, and the wall y = 1.5, which ends it."""
+    far, other = wall(0.0, 2.0), wall(np.pi / 2, 1.5)
+    stations = [(0.9, float(y)) for y in np.arange(-1.5, -0.01, 0.15)]
+    stations += [(float(x), 0.7) for x in np.arange(-1.0, 1.6, 0.15)]
+    stretches: list[Stretch] = [(far, -3.0, 0.2), (other, -2.0, 3.0)]
+    known = remembered(detecting(listening(stations), stretches), [far, other])
+    return known if north else known[:1]
+
+
+def test_a_corner_of_two_known_walls_supports_a_stub_that_no_station_faced() -> None:
+    echoes = Echoes(pairs={(0, 1): CornerEcho(pings=8, stations=2, heard=30.0, gain=5.0)})
+    assert len(found(beside_a_door(north=True), path_xy=across(0.7))) == 1
+    before, stub = found(beside_a_door(north=True), path_xy=across(0.7), echoes=echoes)
+    assert before.high == pytest.approx(0.2, abs=0.1)
+    assert stub.low > 0.7
+    assert stub.high == pytest.approx(1.5, abs=0.03)
+
+
+def test_a_lone_corner_ends_a_wall_and_supports_nothing() -> None:
+    echoes = Echoes(corners_xy=np.array([[2.0, 1.5]]))
+    assert len(found(beside_a_door(north=False), path_xy=across(0.7), echoes=echoes)) == 1
+
+
 def test_only_walls_of_which_stations_say_something_have_segments() -> None:
     known = [feature(corner(1.0, 1.0)), feature(cylinder(0.0, 1.0, 0.1)), feature(EAST)]
     assert find_segments(known, SILENT, NOWHERE, SegmentSettings()) == []
