@@ -65,7 +65,7 @@ def find_route(flat: "Flat", world: World, rng: np.random.Generator) -> Route | 
 
 def clearances(points_xy: FloatArray, world: World) -> FloatArray:
     """Return the distance from each point to the nearest wall, box or cylinder [m]."""
-    nearest = distances_to_segments(points_xy, world.segments_xy).min(axis=1)
+    nearest: FloatArray = distances_to_segments(points_xy, world.segments_xy).min(axis=1)
     for x, y, radius in world.discs:
         nearest = np.minimum(nearest, np.hypot(*(points_xy - (x, y)).T) - radius)
     return nearest
@@ -114,9 +114,10 @@ class _Roadmap:
 
 
 def _visits(doors: Sequence[tuple[int, int]], rooms: int, rng: np.random.Generator) -> list[tuple[int, int]] | None:
-    """Return in which order to visit rooms, and by which door to leave each (-1 for the last one).
+    """Return the order in which to visit rooms, and the door by which to leave each (-1: the last one).
 
-    All doors are passed at least once; None if a room cannot be reached.  A room with an odd number of doors is the better start (Euler).
+    All doors are passed at least once; None if a room cannot be reached.  A room with an odd number of doors is the
+    better start (Euler).
     """
     degrees = Counter(room for pair in doors for room in pair)
     starts = sorted(range(rooms), key=lambda room: (degrees[room] % 2 == 0, rng.random()))

@@ -1,5 +1,8 @@
 """Walls: from lines that several sweeps share to faces with ends."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 from pydantic import BaseModel, Field
 
@@ -10,7 +13,10 @@ from echoplan.mapping.junctions import Junction, Span
 from echoplan.mapping.observations import shares
 from echoplan.model import Wall
 
-__all__ = ["WallSettings", "heard_span", "walls_of"]
+__all__ = ["WallSettings", "heard_span", "opened_by", "walls_of"]
+
+# A robot is at least this wide to each side of its path; shorter pieces of a wall are not kept [m].
+_HALF_WIDTH = 0.1
 
 
 class WallSettings(BaseModel, frozen=True, extra="forbid"):
@@ -96,3 +102,32 @@ def _wall(group: Group, start_xy: FloatArray, end_xy: FloatArray) -> Wall:
         pings=group.pings,
         stations=group.stations,
     )
+
+
+def opened_by(path_xy: FloatArray, walls: Sequence[Wall]) -> tuple[Wall, ...]:
+    """Cut walls where the path of the robot, shape (p, 2) [m], leads through them."""
+    return tuple(piece for wall in walls for piece in _pieces(wall, path_xy))
+
+
+def _pieces(wall: Wall, path_xy: FloatArray) -> list[Wall]:
+    start, unit = wall.endpoints_xy[0], (wall.endpoints_xy[1] - wall.endpoints_xy[0]) / wall.length
+    across, ahead = (path_xy - start) @ np.array([-unit[1], unit[0]]), (path_xy - start) @ unit
+    crossed = np.flatnonzero((across[:-1] > 0.0) != (across[1:] > 0.0))
+    shares = across[crossed] / (across[crossed] - across[crossed + 1])
+    places = ahead[crossed] + shares * (ahead[crossed + 1] - ahead[crossed])
+    places = np.sort(places[(places > 0.0) & (places < wall.length)])
+    if not len(places):
+        return [wall]
+    begins = np.concatenate([[0.0], places + _HALF_WIDTH])
+    ends = np.concatenate([places - _HALF_WIDTH, [wall.length]])
+    return [
+        replace(
+            wall,
+            endpoints_xy=start + np.outer((begin, end), unit),
+            pings=round(wall.pings * (end - begin) / wall.length),
+            endpoint_sigmas=np.full(2, np.nan),
+            inferred=np.zeros(2),
+        )
+        for begin, end in zip(begins, ends, strict=True)
+        if end - begin > _HALF_WIDTH
+    ]

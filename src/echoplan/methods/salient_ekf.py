@@ -24,6 +24,7 @@ from echoplan.extraction import (
 from echoplan.geometry import invert, signed_distances, transform_points, wrap
 from echoplan.mapping import AssemblySettings, Fit, Group, Grouped, Observation, assemble
 from echoplan.mapping.slam import CIRCLE, LINE, Landmark, Slam, SlamSettings
+from echoplan.mapping.walls import opened_by
 from echoplan.model import Cylinder, FeatureMap, Pings, Rig, Sweep
 from echoplan.preprocessing import valid_pings
 
@@ -94,7 +95,8 @@ class SalientEkfMapper:
             parameters=self.settings.model_dump(mode="json"),
         )
         cylinders = tuple(self._cylinder(each) for each in self._circles(round_ones=True) if self._is_confirmed(each))
-        return replace(assembled, cylinders=cylinders, poses=self.slam.poses)
+        poses = self.slam.poses
+        return replace(assembled, walls=opened_by(poses[:, :2], assembled.walls), cylinders=cylinders, poses=poses)
 
     @property
     def observations(self) -> list[Observation]:

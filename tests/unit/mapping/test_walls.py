@@ -12,6 +12,8 @@ from echoplan.mapping import (
     junctions,
     walls_of,
 )
+from echoplan.mapping.walls import opened_by
+from echoplan.model import Wall
 
 GATES = AssociationSettings()
 SOUTH, EAST = (-np.pi / 2, 0.0), (0.0, 3.0)
@@ -63,3 +65,27 @@ def test_a_wall_tells_what_it_was_made_of() -> None:
     assert wall.class_probabilities.wall == 1.0
     assert (wall.normal_angle, wall.offset) == pytest.approx(SOUTH, abs=1e-9)
     np.testing.assert_array_equal(wall.covariance, group.fit.covariance)
+
+
+def test_a_wall_is_cut_where_the_robot_drove_through_it() -> None:
+    wall = Wall(
+        normal_angle=0.0,
+        offset=1.0,
+        endpoints_xy=np.array([[1.0, -1.0], [1.0, 1.0]]),
+        covariance=np.eye(2) * 1e-6,
+        pings=200,
+    )
+    path = np.array([[0.0, 0.5], [2.0, 0.5], [2.0, 3.0], [0.0, 3.0]])
+    lower, upper = opened_by(path, [wall])
+    np.testing.assert_allclose(lower.endpoints_xy, [[1.0, -1.0], [1.0, 0.4]])
+    np.testing.assert_allclose(upper.endpoints_xy, [[1.0, 0.6], [1.0, 1.0]])
+    assert (lower.pings, upper.pings) == (140, 40)
+    assert opened_by(path[:1], [wall]) == (wall,)
+    assert opened_by(path, [lower]) == (lower,)
+
+
+def test_nothing_is_left_of_a_wall_that_is_hardly_wider_than_the_robot() -> None:
+    wall = Wall(
+        normal_angle=0.0, offset=1.0, endpoints_xy=np.array([[1.0, 0.0], [1.0, 0.3]]), covariance=np.eye(2) * 1e-6
+    )
+    assert opened_by(np.array([[0.0, 0.15], [2.0, 0.15]]), [wall]) == ()

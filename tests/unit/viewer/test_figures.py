@@ -131,7 +131,7 @@ def test_a_map_of_nothing_is_a_figure_all_the_same() -> None:
 
 
 @pytest.mark.parametrize(
-    ("end", "high"), [([4.0, 3.0], 1 + 5.6 * 0.75), ([30.0, 1.0], 1 + 5.6 * 0.4), ([1.0, 30.0], 8.5)]
+    ("end", "high"), [([4.0, 3.0], 1.3 + 5.6 * 0.75), ([30.0, 1.0], 1.3 + 5.6 * 0.4), ([1.0, 30.0], 8.8)]
 )
 def test_a_figure_is_as_high_as_its_map_and_no_higher_than_a_page(end: list[float], high: float) -> None:
     figure = plan_figure(Plan(feature_map=drawn(wall([0.0, 0.0], end))))

@@ -16,6 +16,8 @@ __all__ = ["CELL", "CERTAIN", "End", "Segment"]
 CELL = 0.02
 # Probability from which something counts as known.
 CERTAIN = 0.95
+# Standard deviation up to which an end is known [m].
+_KNOWN = 0.2
 # Share of the probability of one source about which two must agree to be joined.
 _AGREEMENT = 0.01
 # Standard deviations across the 95 % interval of a normal distribution.
@@ -64,6 +66,11 @@ class End(NamedTuple):
         lower, _, upper = self.interval
         return float(upper - lower) / _WIDTH_OF_95
 
+    @property
+    def is_known(self) -> bool:
+        """Whether it is known well enough to draw a wall up to it; else it is drawn as far as it was detected."""
+        return self.sigma < _KNOWN
+
     def reversed(self) -> "End":
         """Return the same end along the same line counted the other way."""
         return End(-self.places[::-1], self.chances[::-1])
@@ -87,7 +94,7 @@ class Segment:
     wall : Hypothesis
         The feature.
     low, high : float
-        Ends along the line [m].
+        Where it is drawn to along the line [m]: up to an end that is known, or as far as it was detected.
     ends : tuple of End or None
         Where the lower and the upper end may be; None where nothing says that the wall ends there.
     pings : int

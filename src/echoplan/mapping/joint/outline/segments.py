@@ -7,7 +7,7 @@ between two cells.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -55,15 +55,9 @@ class SegmentSettings(BaseModel, frozen=True, extra="forbid"):
         "the map blocks its view, or it detects an echo that the model does not know.",
     )
     corner_end: float = Field(
-        default=0.9, gt=0.0, lt=1.0, description="Probability that a wall ends at a corner detected on its line."
+        default=0.97, gt=0.0, lt=1.0, description="Probability that a wall ends at a corner detected on its line."
     )
     margin: float = Field(default=0.05, ge=0.0, description="Width beside an obstacle that blocks an echo, too [m].")
-    max_end_sigma: float = Field(
-        default=0.2,
-        gt=0.0,
-        description="Standard deviation up to which an end is where it probably is; an end that is known less well is "
-        "where the wall was detected last [m].",
-    )
 
 
 def find_segments(
@@ -214,14 +208,17 @@ class _Line:
         support = np.sort(np.concatenate([self.feet[self.ratios[:, 0, 0] > 0.0], before_corners(corners)]))
         owners = self.cells_of(support)
         pieces = [
-            each
+            piece
             for first, last in runs
-            for each in self._observed(support[(owners >= first) & (owners < last)], others)
+            for piece in self._observed(support[(owners >= first) & (owners < last)], others)
         ]
-        return [
-            self._segment(chain, piece, before, after)
-            for piece, before, after in zip(pieces, [None, *pieces], [*pieces[1:], None], strict=False)
-        ]
+        pieces = [piece for piece, *beside in _with_neighbours(pieces) if self._is_wanted(piece, *beside)]
+        return [self._segment(chain, *each) for each in _with_neighbours(pieces)]
+
+    def _is_wanted(self, piece: FloatArray, before: FloatArray, after: FloatArray) -> bool:
+        """Return False for a stub that no station faced, unless the robot drove between it and the next piece."""
+        beside = (self.passed > before[-1]) & (self.passed < after[0])
+        return bool(np.isin(piece, self.feet).any() or beside.any())
 
     def _observed(self, support: FloatArray, others: Sequence[Segment]) -> list[FloatArray]:
         """Split the places that support a run where something stands before the line and nobody listened behind it."""
@@ -235,26 +232,19 @@ class _Line:
         ]
         return np.split(support, cuts)
 
-    def _segment(self, chain: Chain, piece: FloatArray, before: FloatArray | None, after: FloatArray | None) -> Segment:
+    def _segment(self, chain: Chain, piece: FloatArray, before: FloatArray, after: FloatArray) -> Segment:
         """Make a segment of the stations that support it: each end where it probably is, if stations say so."""
         feet = self.wall.past.feet
         near = feet[(feet >= piece[0] - _ARM) & (feet <= piece[-1] + _ARM)]
-        first, last = (
-            min(float(piece[0]), near.min(initial=math.inf)),
-            max(float(piece[-1]), near.max(initial=-math.inf)),
-        )
+        detected = np.concatenate([piece, near])
         # A station may detect a wall from a little past its end.
-        low = self._end(chain.ends[0], -math.inf if before is None else before[-1], piece[0] + OFFSETS[-1])
-        high = self._end(chain.ends[1], piece[-1] - OFFSETS[-1], math.inf if after is None else after[0])
-        if low is not None and before is None and low.sigma > self.settings.max_end_sigma:
-            low = None
-        if high is not None and after is None and high.sigma > self.settings.max_end_sigma:
-            high = None
+        low = self._end(chain.ends[0], before[-1], piece[0] + OFFSETS[-1])
+        high = self._end(chain.ends[1], piece[-1] - OFFSETS[-1], after[0])
         return Segment(
             owner=self.owner,
             wall=self.wall,
-            low=first if low is None else low.place,
-            high=last if high is None else high.place,
+            low=low.place if low is not None and low.is_known else float(detected.min()),
+            high=high.place if high is not None and high.is_known else float(detected.max()),
             ends=(low, high),
             pings=round(self.wall.past.pings * len(near) / max(len(feet), 1)),
             start=self.start,
@@ -265,3 +255,8 @@ class _Line:
         """Return the end of a wall between two places; None if there may be none."""
         within = (self.borders > low) & (self.borders < high)
         return End(self.borders[within], ends[within]) if ends[within].sum() > CERTAIN else None
+
+
+def _with_neighbours(pieces: Sequence[FloatArray]) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
+    """Yield each piece with the one before and the one after it; infinitely far away where there is none."""
+    yield from zip(pieces, [np.array([-np.inf]), *pieces], [*pieces[1:], np.array([np.inf])], strict=False)

@@ -38,7 +38,7 @@ class SurveySettings(BaseModel, frozen=True, extra="forbid"):
 
 
 class _Drawn(NamedTuple):
-    """How a segment is drawn: its ends (None if not known), where it is drawn to, and how much is inferred [m]."""
+    """How a segment is drawn: its ends (None if nothing says where), where to, and how much is inferred there [m]."""
 
     ends: tuple[End | None, End | None]
     places: tuple[float, float]
@@ -52,6 +52,8 @@ class _Drawn(NamedTuple):
         )
         upper = abs(high - first[0]) < abs(low - last[0])
         place, jamb = first if upper else last
+        if not jamb.is_known:
+            return self
         known = End.normal(place, jamb.sigma)
         if upper:
             return self._replace(ends=(self.ends[0], known), places=(low, place))
@@ -173,7 +175,9 @@ class Survey:
             class_probabilities=_diluted(self._class_of(segment.owner), sum(drawn.inferred) / (high - low)),
             pings=segment.pings,
             stations=self._stations(segment.wall),
-            endpoint_sigmas=np.array([math.nan if each is None else each.sigma for each in drawn.ends]),
+            endpoint_sigmas=np.array(
+                [each.sigma if each is not None and each.is_known else math.nan for each in drawn.ends]
+            ),
             inferred=np.array(drawn.inferred),
         )
 
