@@ -115,6 +115,8 @@ class _Line:
         Foot of the perpendicular from each station [m].
     ratios : ndarray, shape (k, 2, m)
         As in ``LineEvidence``, without those of stations whose view is blocked, and bounded.
+    best : ndarray, shape (k,)
+        The most that each station says for a wall, not bounded.
     passed : ndarray, shape (p,)
         Where the robot crossed the line [m].
     settings : SegmentSettings
@@ -127,6 +129,7 @@ class _Line:
     count: int
     feet: FloatArray
     ratios: FloatArray
+    best: FloatArray
     passed: FloatArray
     settings: SegmentSettings
 
@@ -154,9 +157,10 @@ class _Line:
         ratios = np.where(hidden, 0.0, np.where(disturbed, detected, ratios))
         # With a small probability e what a station says is about something else, as likely as its best explanation:
         # log of (1 - e) p / p_best + e never falls below log of e.
-        best = np.maximum(ratios.max(axis=(1, 2), initial=0.0), 0.0)[:, None, None]
+        best = np.maximum(ratios.max(axis=(1, 2), initial=0.0), 0.0)
+        over, nothing = ratios - best[:, None, None], -best[:, None, None]
         related, unrelated = math.log1p(-settings.unrelated), math.log(settings.unrelated)
-        ratios = np.logaddexp(related + ratios - best, unrelated) - np.logaddexp(related - best, unrelated)
+        ratios = np.logaddexp(related + over, unrelated) - np.logaddexp(related + nothing, unrelated)
         return cls(
             owner=owner,
             wall=wall,
@@ -164,6 +168,7 @@ class _Line:
             count=math.ceil((float(places.max()) + OFFSETS[-1] - start) / CELL) + 1,
             feet=feet,
             ratios=ratios,
+            best=best,
             passed=passed,
             settings=settings,
         )
@@ -187,8 +192,10 @@ class _Line:
         ratios = np.repeat([-certain, certain], [len(past.crossings), len(corner_feet)])
         ratios = np.concatenate([self.ratios[:, 0, 0], ratios])
         cells: FloatArray = np.bincount(self.cells_of(places), ratios, minlength=self.count).astype(np.float64)
-        cells[self.cells_of(self.passed)] = -_NEVER
         rate = settings.ends_per_metre * CELL
+        # The line is known because a wall is there: where the station that says most for it stands, its ends are free.
+        cells[self.cells_of(self.feet[self.best.argmax(keepdims=True)])] -= 2.0 * math.log(rate)
+        cells[self.cells_of(self.passed)] = -_NEVER
         ends, stay = np.full((2, self.count - 1), math.log(rate)), np.full((2, self.count - 1), math.log1p(-rate))
         for place, sides in corners:
             border = int(np.abs(self.borders - place).argmin())

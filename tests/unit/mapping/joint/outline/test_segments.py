@@ -33,10 +33,6 @@ def found(
     return [each for each in segments if each.owner == owner]
 
 
-def spans(segments: Sequence[Segment]) -> list[tuple[float, float]]:
-    return [(round(each.low, 2), round(each.high, 2)) for each in segments]
-
-
 def across(place: float) -> FloatArray:
     """A path through all walls along y."""
     return np.array([[0.0, place], [3.0, place]])
@@ -85,6 +81,14 @@ def test_a_gap_that_stations_missed_lies_between_two_segments_whose_intervals_ho
 def test_it_takes_two_stations_that_missed_a_wall_to_open_it(spacing: float) -> None:
     assert len(found(missed_by(1, spacing))) == 1
     assert len(found(missed_by(2, spacing))) == 2
+
+
+@pytest.mark.parametrize("spacing", [0.2, 0.3, 0.5])
+def test_a_short_wall_that_one_station_detected_is_drawn_though_its_neighbours_missed_it(spacing: float) -> None:
+    (stub,) = found(remembered(detecting(listening(row(spacing)), [(EAST, -0.12, 0.12)]), [EAST]))
+    middle = float(min(np.abs(row(spacing))[:, 1]))
+    assert stub.low - 0.05 < middle < stub.high + 0.05
+    assert stub.high - stub.low < 2 * spacing
 
 
 def test_beside_many_that_detect_a_wall_even_two_that_missed_it_may_be_wrong() -> None:
@@ -180,4 +184,4 @@ def test_every_wall_has_its_own_segments_in_the_order_of_the_features() -> None:
     segments = find_segments(known, SILENT, NOWHERE, SegmentSettings())
     assert [each.owner for each in segments] == [1, 2]
     assert all(each.pings > 20 for each in segments)
-    assert spans(segments)[1] == (pytest.approx(-0.15, abs=0.05), pytest.approx(0.15, abs=0.05))
+    assert (segments[1].low, segments[1].high) == pytest.approx((-0.15, 0.15), abs=0.05)
