@@ -145,7 +145,7 @@ def survey(
         replace(piece, wall=each, pings=40 + number)
         for number, each in enumerate(known)
         if each.is_wall
-        for piece in pieces.get(number, [segment(*each.line, (-heard_to, heard_to), owner=number)])
+        for piece in pieces.get(number, [segment(each.line[0], each.line[1], (-heard_to, heard_to), owner=number)])
     ]
     return Survey(
         features=known,
