@@ -47,12 +47,17 @@ class SegmentSettings(BaseModel, frozen=True, extra="forbid"):
     """The model of a wall line."""
 
     ends_per_metre: float = Field(default=1 / 3, gt=0.0, description="Prior rate of ends along a wall line [1/m].")
-    unrelated: float = Field(
-        default=0.02,
+    unmapped: float = Field(
+        default=0.05,
         gt=0.0,
         lt=0.5,
-        description="Probability that what a station says of a wall is about something else: something that is not in "
-        "the map blocks its view, or it detects an echo that the model does not know.",
+        description="Probability that a station misses a wall because something that is not in the map blocks its view.",
+    )
+    false_echo: float = Field(
+        default=0.005,
+        gt=0.0,
+        lt=0.5,
+        description="Probability that what a station detects of a wall is an echo that the model does not know.",
     )
     corner_end: float = Field(
         default=0.97, gt=0.0, lt=1.0, description="Probability that a wall ends at a corner detected on its line."
@@ -157,10 +162,10 @@ class _Line:
         ratios = np.where(hidden, 0.0, np.where(disturbed, detected, ratios))
         # With a small probability e what a station says is about something else, as likely as its best explanation:
         # log of (1 - e) p / p_best + e never falls below log of e.
-        best = np.maximum(ratios.max(axis=(1, 2), initial=0.0), 0.0)
-        over, nothing = ratios - best[:, None, None], -best[:, None, None]
-        related, unrelated = math.log1p(-settings.unrelated), math.log(settings.unrelated)
-        ratios = np.logaddexp(related + over, unrelated) - np.logaddexp(related + nothing, unrelated)
+        best = np.maximum(ratios.max(axis=(1, 2), initial=0.0), 0.0)[:, None, None]
+        wrong = np.where(best > 0.0, settings.false_echo, settings.unmapped)
+        related, unrelated = np.log1p(-wrong), np.log(wrong)
+        ratios = np.logaddexp(related + ratios - best, unrelated) - np.logaddexp(related - best, unrelated)
         return cls(
             owner=owner,
             wall=wall,
@@ -168,7 +173,7 @@ class _Line:
             count=math.ceil((float(places.max()) + OFFSETS[-1] - start) / CELL) + 1,
             feet=feet,
             ratios=ratios,
-            best=best,
+            best=best[:, 0, 0],
             passed=passed,
             settings=settings,
         )
@@ -187,9 +192,9 @@ class _Line:
     def potentials(self, corners: Sequence[CornerOnLine]) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the log potentials of the chain: cells, ends and no ends."""
         settings, past = self.settings, self.wall.past
-        corner_feet, certain = before_corners(corners), -math.log(settings.unrelated)
+        corner_feet, sure = before_corners(corners), math.log(settings.false_echo)
         places = np.concatenate([self.feet, past.crossings, corner_feet])
-        ratios = np.repeat([-certain, certain], [len(past.crossings), len(corner_feet)])
+        ratios = np.repeat([sure, -sure], [len(past.crossings), len(corner_feet)])
         ratios = np.concatenate([self.ratios[:, 0, 0], ratios])
         cells: FloatArray = np.bincount(self.cells_of(places), ratios, minlength=self.count).astype(np.float64)
         rate = settings.ends_per_metre * CELL

@@ -8,7 +8,7 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.classification.hypotheses import Hypothesis
-from echoplan.mapping.joint.outline.segment import Segment
+from echoplan.mapping.joint.outline.segment import CELL, Segment
 from echoplan.mapping.joint.outline.segments import SegmentSettings, find_segments
 from echoplan.mapping.joint.search.echoes import CornerEcho, Echoes
 from expectations import NOISE, corner, cylinder, feature, listening, wall
@@ -68,12 +68,17 @@ def test_a_gap_that_stations_missed_lies_between_two_segments_whose_intervals_ho
     feet = np.array(places)[:, 1]
     for end, place, drawn in ((before.ends[1], low, before.high), (after.ends[0], high, after.low)):
         assert end is not None
-        assert end.interval[0] < place < end.interval[2]
+        # To a tenth of a cell: the likelihood is constant within one.
+        assert end.interval[0] - 0.1 * CELL < place < end.interval[2] + 0.1 * CELL
         # The last station that detects the wall and the first that does not are at most that far away.
         assert abs(drawn - place) < spacing
         assert feet[feet < place].max() - 0.2 < drawn < feet[feet > place].min() + 0.2
     assert before.ends[0] is None
     assert after.ends[1] is None
+
+
+def test_a_gap_that_many_stations_missed_is_surely_free() -> None:
+    before, after = found(missed_by(10, 0.1))
     assert before.is_free(before.high, after.low)
 
 
@@ -91,11 +96,10 @@ def test_a_short_wall_that_one_station_detected_is_drawn_though_its_neighbours_m
     assert stub.high - stub.low < 2 * spacing
 
 
-def test_beside_many_that_detect_a_wall_even_two_that_missed_it_may_be_wrong() -> None:
+def test_where_stations_stand_close_together_it_takes_more_of_them() -> None:
     # Their neighbours, 15 cm away, leave hardly any room for an opening.
     assert len(found(missed_by(2, 0.15))) == 1
-    before, after = found(missed_by(3, 0.15))
-    assert not before.is_free(before.high, after.low)
+    assert len(found(missed_by(6, 0.15))) == 2
 
 
 def test_the_path_of_the_robot_opens_a_wall() -> None:
@@ -112,12 +116,11 @@ def test_the_path_of_the_robot_opens_a_wall_however_many_stations_detected_it_th
     assert -0.15 < before.high < 0.03 < after.low < 0.2
 
 
-@pytest.mark.parametrize(("crossings", "parts"), [((), 1), ((0.02,), 1), ((-0.05, 0.01, 0.02, 0.05), 2)])
+@pytest.mark.parametrize(("crossings", "parts"), [((), 1), ((0.07,), 1), ((0.04, 0.06, 0.07, 0.09), 2)])
 def test_sound_of_other_features_opens_a_wall_where_it_crossed_often_enough(
     crossings: tuple[float, ...], parts: int
 ) -> None:
-    stations = [(0.0, y) for y in (-1.0, -0.7, -0.4, 0.4, 0.7, 1.0)]
-    (east,) = remembered(detecting(listening(stations), [LONG]), [EAST])
+    (east,) = remembered(detecting(listening(row()), [LONG]), [EAST])
     crossed = replace(east, past=replace(east.past, crossings=np.array(crossings)))
     assert len(found([crossed])) == parts
 
