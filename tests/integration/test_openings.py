@@ -12,14 +12,14 @@ from echoplan.geometry import crosses_segments
 from echoplan.io import read_map, write_map
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper
-from echoplan.model import FeatureMap, Opening
+from echoplan.model import FeatureMap, Odometry, Opening
 from echoplan.simulation import OdometryNoise, Simulation
 from echoplan.sources import find_rig, find_route, find_world
 from soundings import array, simulation, turning, world
 
 # The jambs of the door of the two-room flat, midway between the faces of its wall.
 JAMBS = np.array([[3.96, 1.6], [3.96, 2.45]])
-DRIFTING = OdometryNoise(along=0.02, lateral=0.01, yaw_per_metre=np.radians(1.0))
+DRIFT = {"along": 0.02, "lateral": 0.01, "yaw_per_metre": float(np.radians(1.0))}
 
 
 @cache
@@ -31,7 +31,7 @@ def flat() -> FeatureMap:
 
 
 def small_flat(seed: int) -> tuple[Simulation, FloatArray]:
-    """Two rooms with a door between them, and a drive from one into the other, the first by drifting odometry; the jambs."""
+    """A drive from one room into another, the first one by drifting odometry, and the jambs of the door between."""
     rng = np.random.default_rng(seed)
     height, west, east, thickness = rng.uniform([2.2, 2.0, 2.0, 0.09], [2.8, 2.6, 2.6, 0.15])
     low = rng.uniform(0.5, height - 1.4)
@@ -44,8 +44,8 @@ def small_flat(seed: int) -> tuple[Simulation, FloatArray]:
     way += [[end - 0.5, height - 0.5], [end - 0.5, 0.5 * height], [end - 0.5, 0.5], [wall + 0.5 * east, 0.5]]
     ahead = np.diff(way, axis=0, append=[way[-1]])
     poses = np.column_stack([way, np.arctan2(ahead[:, 1], ahead[:, 0])])
-    odometry = OdometryNoise() if seed else DRIFTING
-    rig = replace(array(), servo=turning(-45, 45, 3))
+    odometry = OdometryNoise(**({} if seed else DRIFT))
+    rig = replace(array(), servo=turning(-45, 45, 3), odometry=None if seed else Odometry(**DRIFT))
     drive = simulation(world(outline, closed=True), using=rig, poses=poses, seed=seed, odometry=odometry)
     return drive, np.array([low, high])
 

@@ -199,7 +199,7 @@ class _Line:
         cells: FloatArray = np.bincount(self.cells_of(places), ratios, minlength=self.count).astype(np.float64)
         rate = settings.ends_per_metre * CELL
         # The line is known because a wall is there: where the station that says most for it stands, its ends are free.
-        cells[self.cells_of(self.feet[self.best.argmax(keepdims=True)])] -= 2.0 * math.log(rate)
+        cells[self.cells_of(self.feet[[int(self.best.argmax())]])] -= 2.0 * math.log(rate)
         cells[self.cells_of(self.passed)] = -_NEVER
         ends, stay = np.full((2, self.count - 1), math.log(rate)), np.full((2, self.count - 1), math.log1p(-rate))
         for place, sides in corners:
