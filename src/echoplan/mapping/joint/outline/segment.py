@@ -79,7 +79,8 @@ class End(NamedTuple):
         """Return where the end is if two independent sources say where; the better known one if they disagree."""
         fine, coarse = sorted((self, other), key=lambda each: each.sigma)
         chances = fine.chances * np.interp(fine.places, coarse.places, coarse.chances, left=0.0, right=0.0)
-        return End(fine.places, chances) if chances.sum() > _AGREEMENT * coarse.chances.max() else fine
+        agrees = chances.sum() > _AGREEMENT * fine.chances.sum() * coarse.chances.max()
+        return End(fine.places, chances) if agrees else fine
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

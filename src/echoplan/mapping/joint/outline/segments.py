@@ -37,7 +37,7 @@ __all__ = ["SegmentSettings", "find_segments"]
 # Rounds in which segments are found, each with the views that those of the round before block.
 _ROUNDS = 3
 # Log-likelihood ratio of a wall where the robot drove [nats].
-_NEVER = 50.0
+_NEVER = 1e6
 # Length from which a stretch behind something interrupts a wall [m].
 _UNSEEN = 0.1
 # A knife edge describes what a real wall ends in to within a cell: weights of the borders about an end.
@@ -97,10 +97,9 @@ def find_segments(
         for number, wall in walls.items():
             others = [each for each in before if each.owner != number]
             narrow, wide = Obstacles.of(others), Obstacles.of(others, discs, settings.margin)
-            line = _Line.of(
-                number, wall, obstacles=(narrow, wide), passed=path_crossings(wall.line, path_xy), settings=settings
-            )
-            corners = corners_on(number, wall, before, echoes)
+            corners, passed = corners_on(number, wall, before, echoes), path_crossings(wall.line, path_xy)
+            places = np.concatenate([passed, [each.place for each in corners]])
+            line = _Line.of(number, wall, obstacles=(narrow, wide), passed=passed, places=places, settings=settings)
             chain = smoothed(*line.potentials(corners))
             segments += line.segments(chain, corners, others)
     return _without_copies(segments)
@@ -133,6 +132,8 @@ class _Line:
         Foot of the perpendicular from each station [m].
     ratios : ndarray, shape (k, 2, m)
         As in ``LineEvidence``, without those of stations whose view is blocked, and bounded.
+    best : ndarray, shape (k,)
+        The most that each station says for a wall, not bounded.
     passed : ndarray, shape (p,)
         Where the robot crossed the line [m].
     settings : SegmentSettings
@@ -145,6 +146,7 @@ class _Line:
     count: int
     feet: FloatArray
     ratios: FloatArray
+    best: FloatArray
     passed: FloatArray
     settings: SegmentSettings
 
@@ -156,15 +158,16 @@ class _Line:
         *,
         obstacles: tuple[Obstacles, Obstacles],
         passed: FloatArray,
+        places: FloatArray,
         settings: SegmentSettings,
     ) -> "_Line":
-        """Lay cells along a line, as far as stations say something of it.
+        """Lay cells along a line, as far as stations say something of it, and to some other places.
 
         What another wall blocks is no echo of this one, whatever was detected; and where an obstacle, with a margin, is
         in the way, an echo may be missing.
         """
         feet, centers_xy, ratios = wall.past.line
-        places = np.concatenate([feet, wall.past.crossings, passed])
+        places = np.concatenate([feet, wall.past.crossings, places])
         start = float(places.min()) - OFFSETS[-1]
         hidden, disturbed = (each.block(centers_xy, points_on(wall.line, feet))[:, None, None] for each in obstacles)
         detected = np.where(OFFSETS <= 0.0, np.maximum(ratios[:, :, :1], 0.0), 0.0)
@@ -182,6 +185,7 @@ class _Line:
             count=math.ceil((float(places.max()) + OFFSETS[-1] - start) / CELL) + 1,
             feet=feet,
             ratios=ratios,
+            best=best[:, 0, 0],
             passed=passed,
             settings=settings,
         )
@@ -205,8 +209,10 @@ class _Line:
         ratios = np.repeat([sure, -sure], [len(past.crossings), len(corner_feet)])
         ratios = np.concatenate([self.ratios[:, 0, 0], ratios])
         cells: FloatArray = np.bincount(self.cells_of(places), ratios, minlength=self.count).astype(np.float64)
-        cells[self.cells_of(self.passed)] = -_NEVER
         rate = settings.ends_per_metre * CELL
+        # The line is known because a wall is there: where the station that says most for it stands, its ends are free.
+        cells[self.cells_of(self.feet[[int(self.best.argmax())]])] -= 2.0 * math.log(rate)
+        cells[self.cells_of(self.passed)] = -_NEVER
         ends, stay = np.full((2, self.count - 1), math.log(rate)), np.full((2, self.count - 1), math.log1p(-rate))
         for place, sides in corners:
             border = int(np.abs(self.borders - place).argmin())

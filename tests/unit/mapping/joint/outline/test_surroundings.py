@@ -1,0 +1,111 @@
+import numpy as np
+import pytest
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import directions
+from echoplan.mapping.joint.outline.segment import CELL, Segment
+from echoplan.mapping.joint.outline.surroundings import (
+    Obstacles,
+    before_corners,
+    corners_on,
+    fronts_of,
+    path_crossings,
+    points_on,
+)
+from echoplan.mapping.joint.search.echoes import CornerEcho, Echoes
+from outlines import segment
+
+LINE = np.array([0.0, 2.0])
+EAST = segment(0.0, 2.0, (-1.0, 1.0))
+NORTH = segment(np.pi / 2, 1.5, (-1.8, 1.0), owner=1)
+SQUARE = Echoes(pairs={(0, 1): CornerEcho(pings=5, stations=1, heard=30.0, gain=-29.0)})
+
+
+def test_a_path_crosses_a_line_where_it_changes_sides() -> None:
+    path = np.array([[0.0, 0.0], [4.0, 1.0], [4.0, 3.0], [1.0, 3.0], [1.0, 5.0]])
+    assert path_crossings(LINE, path) == pytest.approx([0.5, 3.0])
+    assert len(path_crossings(LINE, path[:1])) == len(path_crossings(LINE, path[:0])) == 0
+
+
+@pytest.mark.parametrize("line", [np.array([0.7, 1.2]), np.array([-2.5, 0.4])])
+def test_crossings_of_a_slanted_line_lie_on_the_path(line: FloatArray) -> None:
+    path = np.array([[-3.0, -2.0], [3.0, 2.5]])
+    (point,) = points_on(line, path_crossings(line, path))
+    assert point @ directions(line[0]) == pytest.approx(line[1])
+    shares = (point - path[0]) / (path[1] - path[0])
+    assert shares[0] == pytest.approx(shares[1])
+
+
+def test_an_obstacle_blocks_the_view_of_what_is_behind_it() -> None:
+    origins, targets = np.zeros((4, 2)), np.array([[3.0, 0.0], [1.96, 0.0], [2.04, 0.0], [3.0, 2.0]])
+    assert Obstacles.of([EAST]).block(origins, targets).tolist() == [True, False, False, False]
+    assert Obstacles.of([EAST], margin=0.4).block(origins, targets).tolist() == [True, False, False, True]
+
+
+def test_a_cylinder_blocks_as_far_as_its_margin() -> None:
+    discs, aside = np.array([[1.0, 0.0, 0.1]]), np.array([[2.0, 0.0], [2.0, 0.28]])
+    for margin, blocked in ((0.0, [True, False]), (0.1, [True, True])):
+        assert Obstacles.of([], discs, margin).block(np.zeros((2, 2)), aside).tolist() == blocked
+    assert not Obstacles.of([]).block(np.zeros((2, 2)), aside).any()
+
+
+FRONT = segment(0.0, 1.4, (-0.3, 0.2), owner=1)
+
+
+def test_a_wall_stands_before_a_line_where_the_front_of_something_is() -> None:
+    (front,) = fronts_of(LINE, [FRONT])
+    assert front == pytest.approx((-0.3, 0.2))
+
+
+@pytest.mark.parametrize(
+    "others",
+    [
+        [segment(0.0, 0.9, (-0.3, 0.2))],
+        [segment(0.0, 1.96, (-0.3, 0.2))],
+        [segment(0.0, 2.3, (-0.3, 0.2))],
+        [segment(np.radians(15.0), 1.4, (-0.3, 0.2))],
+        [segment(np.pi, -1.4, (-0.3, 0.2))],
+        [FRONT, segment(np.pi, -1.6, (-0.1, 0.2))],
+    ],
+    ids=["far before it", "as good as in it", "behind it", "askew", "facing it", "with a back"],
+)
+def test_nothing_else_is_a_front(others: list[Segment]) -> None:
+    assert fronts_of(LINE, others) == []
+
+
+def test_the_back_of_something_else_aside_leaves_a_front_as_it_is() -> None:
+    aside = segment(np.pi, -1.6, (-0.9, -0.5))
+    assert len(fronts_of(LINE, [FRONT, aside])) == 1
+
+
+def test_a_wall_ends_at_the_corner_with_another_that_was_detected_and_is_wall_before_it() -> None:
+    for other, side in ((NORTH, 1), (segment(-np.pi / 2, 1.5, (-1.0, 1.8), owner=1), 0)):
+        (corner,) = corners_on(0, EAST.wall, [EAST, other], SQUARE)
+        place = 1.5 if side else -1.5
+        assert corner.place == pytest.approx(place)
+        assert corner.sides == (side,)
+        assert before_corners([corner]) == pytest.approx([place - CELL if side else place + CELL])
+
+
+@pytest.mark.parametrize(
+    ("other", "echo"),
+    [
+        (NORTH, CornerEcho(pings=4, heard=30.0)),
+        (NORTH, CornerEcho(pings=9, heard=30.0, gain=-31.0)),
+        (segment(np.radians(80.0), 1.5, (-1.8, 1.0), owner=1), CornerEcho(pings=9, heard=30.0)),
+        (segment(np.pi / 2, 1.5, (-0.9, 1.0), owner=1), CornerEcho(pings=9, heard=30.0)),
+        (segment(np.pi / 2, 1.5, (-1.8, 1.0), owner=1, free=-1.9), CornerEcho(pings=9, heard=30.0)),
+    ],
+    ids=["hardly detected", "missed by others", "oblique", "far from it", "behind a gap"],
+)
+def test_no_other_pair_of_walls_makes_a_corner(other: Segment, echo: CornerEcho) -> None:
+    assert corners_on(0, EAST.wall, [EAST, other], Echoes(pairs={(0, 1): echo})) == []
+
+
+def test_a_lone_corner_on_a_line_may_be_either_end_of_a_wall_and_is_counted_once() -> None:
+    at_corner, beside, elsewhere = [2.01, 1.48], [2.04, 0.2], [2.0, 0.3]
+    lone = Echoes(corners_xy=np.array([at_corner, beside, elsewhere]))
+    assert [each.place for each in corners_on(0, EAST.wall, [EAST], lone)] == pytest.approx([1.48, 0.3])
+    both = Echoes(pairs=SQUARE.pairs, corners_xy=lone.corners_xy)
+    assert [each.sides for each in corners_on(0, EAST.wall, [EAST, NORTH], both)] == [(1,), (0, 1)]
+    assert len(before_corners(corners_on(0, EAST.wall, [EAST], lone))) == 0
