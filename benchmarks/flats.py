@@ -20,9 +20,11 @@ from echoplan.evaluation import Evaluation, Summary, consistency_table, evaluate
 from echoplan.io import write_recording, write_truth
 from echoplan.mapping.joint.settings import PoseMode
 from echoplan.model import FeatureClass, Table
+from jambs import JambErrors, jamb_errors  # type: ignore[import-not-found]
 from joint import mapped, percent  # type: ignore[import-not-found]
 
-FLATS = 20
+# Seeds below 200 were looked at while the method was written.
+FLATS, FIRST = 20, 200
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -31,6 +33,7 @@ class Outcome:
 
     seed: int
     evaluation: Evaluation
+    jambs: JambErrors
     stations: int
     seconds: float
 
@@ -53,7 +56,7 @@ def parse() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description="The method joint in random flats.")
     parser.add_argument("flats", type=int, nargs="?", default=FLATS, help="how many flats to map")
-    parser.add_argument("--first", type=int, default=0, metavar="SEED", help="seed of the first flat")
+    parser.add_argument("--first", type=int, default=FIRST, metavar="SEED", help="seed of the first flat")
     parser.add_argument("--write", type=Path, metavar="DIR", help="write recordings with truth to this folder instead")
     parser.add_argument("--seeds", type=seed_range, default=range(FLATS), metavar="A-B", help="seeds to write")
     return parser.parse_args()
@@ -77,7 +80,13 @@ def run(seed: int) -> Outcome:
     simulation = random_flat(seed)
     sweeps = tuple(simulation)
     feature_map, seconds = mapped(simulation, sweeps, PoseMode.AUTO)
-    return Outcome(seed=seed, evaluation=evaluate(feature_map, simulation.truth), stations=len(sweeps), seconds=seconds)
+    return Outcome(
+        seed=seed,
+        evaluation=evaluate(feature_map, simulation.truth),
+        jambs=jamb_errors(feature_map, simulation.truth, reach=max(each.max_range for each in simulation.rig.sensors)),
+        stations=len(sweeps),
+        seconds=seconds,
+    )
 
 
 def tables(outcomes: Sequence[Outcome]) -> list[Table]:
@@ -92,6 +101,7 @@ def tables(outcomes: Sequence[Outcome]) -> list[Table]:
     return [
         feature_table(summaries),
         *floor_plan_tables(plans, rows="flats"),
+        jamb_table(groups),
         consistency_table({kind: each.consistency for kind, each in summed(outcomes).classes.items()}),
         flat_table(outcomes),
     ]
@@ -119,6 +129,21 @@ def feature_table(summaries: Mapping[str, Summary]) -> Table:
     return Table(
         title="joint in random flats [95 % intervals over flats]",
         columns=("flats", "wanted", "recall (%)", "precision (%)", "median error (mm)", "95th percentile"),
+        rows=tuple(rows),
+    )
+
+
+def jamb_table(groups: Mapping[str, Sequence[Outcome]]) -> Table:
+    """Lay out how far jambs are off, and how far the middle between the nearest feet would be."""
+    rows = []
+    for name, members in groups.items():
+        mapped = [error for each in members for error in each.jambs.mapped]
+        halfway = [error for each in members for error in each.jambs.halfway]
+        if mapped:
+            rows.append((name, str(len(mapped)), f"{1000 * np.mean(mapped):.0f}", f"{1000 * np.mean(halfway):.0f}"))
+    return Table(
+        title="Jambs between two feet of perpendiculars, mean distance",
+        columns=("flats", "jambs", "mapped (mm)", "halfway between the feet (mm)"),
         rows=tuple(rows),
     )
 

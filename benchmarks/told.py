@@ -53,11 +53,12 @@ def told_map(rig: Rig, sweeps: Sequence[Sweep], elsewhere: Sequence[Sweep], *, o
         moved.adjust(moved.noise, poses)
         if moved.adjusted is None or moved.adjusted.left < _STILL:
             break
-    found = survey(moved)
+    path_xy = moved.poses[:, :2]
+    found = survey(moved, path_xy)
     return FeatureMap(
         method="joint",
         parameters={},
-        walls=found.walls(),
+        walls=found.walls(found.gaps(path_xy)),
         corners=found.corners(),
         cylinders=found.cylinders(),
         sweeps=np.array([sweep.index for sweep in elsewhere]),

@@ -18,6 +18,7 @@ from echoplan.mapping.joint.adjustment.rows import Summary
 from echoplan.mapping.joint.adjustment.squareness import learn_squareness
 from echoplan.mapping.joint.adjustment.state import State
 from echoplan.mapping.joint.memory import Memory, summarised
+from echoplan.mapping.joint.outline.segment import CELL
 from echoplan.mapping.joint.outline.segments import find_segments
 from echoplan.mapping.joint.outline.survey import Survey
 from echoplan.mapping.joint.outline.vertices import find_vertices
@@ -287,18 +288,18 @@ def _joined(before: FloatArray, now: FloatArray) -> FloatArray:
     if not len(before):
         return np.sort(now)
     places = np.sort(np.concatenate([before, now]))
-    kept: FloatArray = places[_first_of_cells(places)]
+    kept: FloatArray = places[_first_of_cells(places, _CELL)]
     return kept
 
 
 def _thinned(line: LineEvidence) -> LineEvidence:
     """Keep a few stations of each cell, so that memory grows with the map and not with the recording."""
     ordered = line.chosen(np.argsort(line.feet, kind="stable"))
-    return ordered.chosen(_first_of_cells(ordered.feet))
+    return ordered.chosen(_first_of_cells(ordered.feet, CELL))
 
 
-def _first_of_cells(places: FloatArray) -> BoolArray:
-    cells = np.floor(places / _CELL)
+def _first_of_cells(places: FloatArray, size: float) -> BoolArray:
+    cells = np.floor(places / size)
     first: BoolArray = np.arange(len(places)) - np.searchsorted(cells, cells) < _KEPT
     return first
 

@@ -223,22 +223,29 @@ class Survey:
     def _gap(self, one: int, other: int, path_xy: FloatArray) -> Gap:
         before, after, segment = self._drawn(one), self._drawn(other), self.segments[one]
         low, high, line = before.places[1], after.places[0], segment.wall.line
-        jambs = before.ends[1] or End.normal(low, 0.0), after.ends[0] or End.normal(high, 0.0)
-        is_known = before.ends[1] is not None and after.ends[0] is not None
-        is_concave = self._is_concave(one, upper=True), self._is_concave(other, upper=False)
-        crossings = path_crossings(line, path_xy)
+        ends, crossings = (before.ends[1], after.ends[0]), path_crossings(line, path_xy)
         passed = bool(((crossings > low) & (crossings < high)).any())
-        others = [each for each in self.segments if each.owner != segment.owner]
-        is_hidden = any(first < high and low < last for first, last in fronts_of(line, others))
-        is_open = _WIDTHS[0] < high - low < _WIDTHS[1] and segment.is_free(low, high) and (passed or not is_hidden)
+        is_open = (
+            segment.is_free(low, high)
+            and _WIDTHS[0] < high - low < _WIDTHS[1]
+            and None not in ends
+            and not self._is_concave(one, upper=True)
+            and not self._is_concave(other, upper=False)
+            and (passed or not self._is_behind_a_front(segment, low, high))
+        )
         return Gap(
             walls=(one, other),
             line=line,
-            jambs=jambs,
+            jambs=(ends[0] or End.normal(low, 0.0), ends[1] or End.normal(high, 0.0)),
             is_free=segment.is_free(low, high),
-            is_open=is_open and is_known and not any(is_concave),
+            is_open=is_open,
             passed=passed,
         )
+
+    def _is_behind_a_front(self, segment: Segment, low: float, high: float) -> bool:
+        """Return True if something stands before a stretch of a line: what stations miss there, that may block."""
+        others = [each for each in self.segments if each.owner != segment.owner]
+        return any(first < high and low < last for first, last in fronts_of(segment.wall.line, others))
 
     def _is_concave(self, number: int, *, upper: bool) -> bool:
         """Return True if an end of a segment is a concave corner: what follows is another wall, and no opening."""

@@ -62,8 +62,7 @@ def _log_ratios(
     noise: float,
 ) -> FloatArray:
     """Log-likelihood ratios of a wall that ends at each offset against none, by station and end, shape (s, 2, m)."""
-    shape, offsets = shape_of(reflector), np.linspace(-0.10, 0.40, 26)
-    ratios = np.zeros((len(feet), 2, len(offsets)))
+    shape, ratios = shape_of(reflector), np.zeros((len(feet), 2, len(OFFSETS)))
     limits = soundings.min_range * hearing.scale, soundings.max_range * hearing.scale
     for ping in pings:
         station, weight = soundings.stations[ping], soundings.weights[ping]
@@ -73,8 +72,8 @@ def _log_ratios(
         for side in range(2):
             # How much farther past the end the foot of this ping lies than that of its station.
             further = feet[station] - foot if side == 0 else foot - feet[station]
-            for index in range(len(offsets)):
-                over = offsets[index] + further
+            for index in range(len(OFFSETS)):
+                over = OFFSETS[index] + further
                 ratio = _log_ratio(hearing, shape, place, (side, over), reading, limits, noise, levels[ping])
                 ratios[station, side, index] += weight * ratio
     return ratios

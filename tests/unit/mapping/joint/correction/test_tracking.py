@@ -140,7 +140,7 @@ def test_the_first_station_is_only_moved_on_strong_evidence(
 
 
 def test_the_walls_are_there_once_and_in_their_places() -> None:
-    walls = survey(tracked()).walls()
+    walls = survey(tracked(), WAY[:, :2]).walls([])
     assert len(walls) == 4
     distances = sorted(abs(wall.offset) for wall in walls)
     assert distances == pytest.approx([0.5, 1.0, 2.0, 2.5], abs=0.01)
@@ -191,7 +191,7 @@ def test_what_the_data_sheet_says_is_believed_at_first() -> None:
 
 
 def test_what_was_learned_comes_with_its_uncertainty() -> None:
-    learned = calibration(tracked(), survey(tracked()).adjusted)
+    learned = calibration(tracked(), survey(tracked(), WAY[:, :2]).adjusted)
     scale = learned["range_scale"]
     assert isinstance(scale, dict)
     assert abs(scale["value"]) < 3 * scale["sigma"] + 0.002

@@ -175,6 +175,33 @@ def test_a_lone_corner_ends_a_wall_and_supports_nothing() -> None:
     assert len(found(beside_a_door(north=False), path_xy=across(0.7), echoes=echoes)) == 1
 
 
+def drawn_beside(other: Stretch, stations: Sequence[tuple[float, float]] = ((-0.3, 0.6), (-0.3, 0.8))) -> list[int]:
+    """Owners of the segments of the wall x = 1 and of another that a few other stations detected."""
+    (east,) = remembered(detecting(listening(row()), [LONG]), [EAST])
+    (copy,) = remembered(detecting(listening(stations), [other]), [other[0]])
+    return [each.owner for each in find_segments([copy, east], SILENT, NOWHERE, SegmentSettings())]
+
+
+@pytest.mark.parametrize(
+    "other", [(wall(0.0, 1.02), 0.3, 1.1), (wall(np.radians(2.0), 1.0), 0.3, 1.1)], ids=["behind it", "askew"]
+)
+def test_of_two_walls_between_which_there_is_no_room_the_one_more_was_detected_of_is_drawn(other: Stretch) -> None:
+    assert drawn_beside(other) == [1]
+
+
+@pytest.mark.parametrize(
+    ("other", "stations"),
+    [
+        ((wall(0.0, 0.9), 0.3, 1.1), ((-0.3, 0.6), (-0.3, 0.8))),
+        ((wall(0.0, 1.01), 1.9, 3.0), ((0.0, 2.2), (0.0, 2.5))),
+        ((wall(np.pi, -1.02), -1.1, -0.3), ((1.7, 0.6), (1.7, 0.8))),
+    ],
+    ids=["before it", "farther on", "other face"],
+)
+def test_of_two_walls_that_are_apart_both_are_drawn(other: Stretch, stations: Sequence[tuple[float, float]]) -> None:
+    assert set(drawn_beside(other, stations)) == {0, 1}
+
+
 def test_only_walls_of_which_stations_say_something_have_segments() -> None:
     known = [feature(corner(1.0, 1.0)), feature(cylinder(0.0, 1.0, 0.1)), feature(EAST)]
     assert find_segments(known, SILENT, NOWHERE, SegmentSettings()) == []
