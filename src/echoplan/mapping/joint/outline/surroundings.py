@@ -83,14 +83,23 @@ def path_crossings(line: FloatArray, path_xy: FloatArray) -> FloatArray:
 
 def fronts_of(line: FloatArray, others: Sequence[Segment]) -> list[tuple[float, float]]:
     """Where along a line a wall of something stands before it, and nobody detected the back of that."""
-    parallel = [Beside.of(line, each) for each in others if abs(math.cos(each.wall.line[0] - line[0])) > _PARALLEL]
-    near = [each for each in parallel if _BEFORE < each.depth < _DEEPEST]
+    near = [each for each in _parallel(line, others) if _BEFORE < each.depth < _DEEPEST]
     backs = [each for each in near if not each.faces_alike]
     return [
         (each.first, each.last)
         for each in near
         if each.faces_alike and not any(back.depth < each.depth and back.overlaps(each) for back in backs)
     ]
+
+
+def backs_of(line: FloatArray, others: Sequence[Segment]) -> list[tuple[float, float]]:
+    """Where along a line a wall that faces the same way stands a little behind it: the back of a recess."""
+    near = [each for each in _parallel(line, others) if -_DEEPEST < each.depth < -_BEFORE]
+    return [(each.first, each.last) for each in near if each.faces_alike]
+
+
+def _parallel(line: FloatArray, others: Sequence[Segment]) -> list["Beside"]:
+    return [Beside.of(line, each) for each in others if abs(math.cos(each.wall.line[0] - line[0])) > _PARALLEL]
 
 
 class Beside(NamedTuple):

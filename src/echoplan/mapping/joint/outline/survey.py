@@ -18,7 +18,7 @@ from echoplan.mapping.joint.adjustment.crossings import crossing_slopes
 from echoplan.mapping.joint.adjustment.squareness import Squareness
 from echoplan.mapping.joint.outline.openings import Gap, merged_faces
 from echoplan.mapping.joint.outline.segment import End, Segment
-from echoplan.mapping.joint.outline.surroundings import fronts_of, path_crossings
+from echoplan.mapping.joint.outline.surroundings import backs_of, fronts_of, path_crossings
 from echoplan.mapping.joint.outline.vertices import Vertex
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Wall
 
@@ -231,7 +231,7 @@ class Survey:
             and None not in ends
             and not self._is_concave(one, upper=True)
             and not self._is_concave(other, upper=False)
-            and (passed or not self._is_behind_a_front(segment, low, high))
+            and (passed or self._leads_on(segment, low, high))
         )
         return Gap(
             walls=(one, other),
@@ -242,10 +242,11 @@ class Survey:
             passed=passed,
         )
 
-    def _is_behind_a_front(self, segment: Segment, low: float, high: float) -> bool:
-        """Return True if something stands before a stretch of a line: what stations miss there, that may block."""
+    def _leads_on(self, segment: Segment, low: float, high: float) -> bool:
+        """Return False if something stands before a stretch of a line, or closes it a little behind: a recess."""
         others = [each for each in self.segments if each.owner != segment.owner]
-        return any(first < high and low < last for first, last in fronts_of(segment.wall.line, others))
+        closing = fronts_of(segment.wall.line, others) + backs_of(segment.wall.line, others)
+        return not any(first < high and low < last for first, last in closing)
 
     def _is_concave(self, number: int, *, upper: bool) -> bool:
         """Return True if an end of a segment is a concave corner: what follows is another wall, and no opening."""

@@ -89,7 +89,7 @@ def test_what_differs_between_this_sonar_and_the_usual_one_is_learned() -> None:
 
 
 @pytest.mark.parametrize("exponent", [0.85, 1.0, 1.25])
-def test_a_burst_of_another_shape_does_not_pass_for_another_speed_of_sound(exponent: float) -> None:
+def test_the_speed_of_sound_is_as_uncertain_as_the_shape_of_the_burst(exponent: float) -> None:
     # The walk of loud echoes differs by millimetres between near and far walls, as air of another temperature does.
     truth, errors = [*ROOM, COLUMN, *CORNERS], []
     true = replace(SONAR, walk_exponent=exponent)
@@ -97,14 +97,12 @@ def test_a_burst_of_another_shape_does_not_pass_for_another_speed_of_sound(expon
     for _ in range(12):
         readings = clean.readings + rng.normal(0.0, 0.001, len(clean.readings))
         found = adjusted(clean._replace(readings=readings), truth, beliefs=BELIEFS._replace(noise=0.001), rounds=12)
-        sigmas = found.sonar_sigmas()
-        errors.append(
-            [
-                found.model.range_scale / sigmas["range_scale"],
-                (found.model.walk_exponent - exponent) / sigmas["walk_exponent"],
-            ]
-        )
-    assert (np.abs(np.mean(errors, axis=0)) < 1.0).all()
+        sigma = found.considered_sigma("range_scale", "walk_exponent", 0.2)
+        errors.append(found.model.range_scale / sigma)
+        assert found.model.walk_exponent == 1.0
+        assert sigma > found.sonar_sigmas()["range_scale"]
+    # The exponent is off by as much as its prior allows for, and so may the scale be.
+    assert abs(np.mean(errors)) < 1.5
 
 
 def test_of_the_sonar_only_what_the_readings_tell_is_changed() -> None:
