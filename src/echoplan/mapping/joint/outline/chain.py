@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from echoplan.arrays import FloatArray
+from echoplan.compiled import compiled
 
 __all__ = ["Chain", "smoothed"]
 
@@ -45,20 +46,25 @@ def smoothed(cells: FloatArray, ends: FloatArray, stay: FloatArray) -> Chain:
     Chain
         Marginals.
     """
+    return Chain(*_marginals(cells, ends, stay))
+
+
+@compiled
+def _marginals(cells: FloatArray, ends: FloatArray, stay: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Marginals of cells, shape (n,), and of ends, shape (2, n - 1); state 0 is no wall, 1 is wall."""
     count = len(cells)
-    # State 0 is no wall, 1 is wall; the potential of going from one to the other at each border.
-    steps = np.array([[stay[0], ends[0]], [ends[1], stay[1]]])
-    levels = np.stack([np.zeros(count), cells])
-    forward, backward = np.zeros((2, count)), np.zeros((2, count))
-    forward[:, 0] = levels[:, 0]
+    forward, backward = np.zeros((count, 2)), np.zeros((count, 2))
+    forward[0, 1] = cells[0]
     for cell in range(1, count):
-        forward[:, cell] = levels[:, cell] + np.logaddexp(*(forward[:, cell - 1, None] + steps[:, :, cell - 1]))
+        none, wall = forward[cell - 1]
+        forward[cell, 0] = np.logaddexp(none + stay[0, cell - 1], wall + ends[1, cell - 1])
+        forward[cell, 1] = np.logaddexp(none + ends[0, cell - 1], wall + stay[1, cell - 1]) + cells[cell]
     for cell in range(count - 2, -1, -1):
-        after = backward[:, cell + 1] + levels[:, cell + 1]
-        backward[:, cell] = np.logaddexp(*(steps[:, :, cell] + after).T)
-    total = np.logaddexp(*forward[:, -1])
-    wall = np.exp(forward[1] + backward[1] - total)
-    after = backward[:, 1:] + levels[:, 1:]
-    lower = np.exp(forward[0, :-1] + steps[0, 1] + after[1] - total)
-    upper = np.exp(forward[1, :-1] + steps[1, 0] + after[0] - total)
-    return Chain(wall, np.stack([lower, upper]))
+        none, wall = backward[cell + 1, 0], backward[cell + 1, 1] + cells[cell + 1]
+        backward[cell, 0] = np.logaddexp(stay[0, cell] + none, ends[0, cell] + wall)
+        backward[cell, 1] = np.logaddexp(ends[1, cell] + none, stay[1, cell] + wall)
+    total = np.logaddexp(forward[-1, 0], forward[-1, 1])
+    marginals = np.empty((2, count - 1))
+    marginals[0] = np.exp(forward[:-1, 0] + ends[0] + cells[1:] + backward[1:, 1] - total)
+    marginals[1] = np.exp(forward[:-1, 1] + ends[1] + backward[1:, 0] - total)
+    return np.exp(forward[:, 1] + backward[:, 1] - total), marginals

@@ -8,7 +8,6 @@ import numpy as np
 
 from echoplan.arrays import FloatArray
 from echoplan.classification.hypotheses import Hypothesis
-from echoplan.geometry import directions
 
 __all__ = ["CELL", "CERTAIN", "End", "Segment"]
 
@@ -117,7 +116,8 @@ class Segment:
     @property
     def along(self) -> FloatArray:
         """Unit vector along it, shape (2,)."""
-        return directions(self.wall.line[0] + math.pi / 2)
+        angle = float(self.wall.line[0])
+        return np.array([-math.sin(angle), math.cos(angle)])
 
     @property
     def middle_xy(self) -> FloatArray:
@@ -126,8 +126,9 @@ class Segment:
 
     def point(self, place: float) -> FloatArray:
         """Return the point at a place along the line [m], shape (2,)."""
-        point: FloatArray = self.wall.line[1] * directions(self.wall.line[0]) + place * self.along
-        return point
+        angle, offset = self.wall.line.tolist()
+        cosine, sine = math.cos(angle), math.sin(angle)
+        return np.array([offset * cosine - place * sine, offset * sine + place * cosine])
 
     def chances_between(self, low: float, high: float) -> FloatArray:
         """Return the probabilities of the cells whose middles lie between two places along the line [m]."""

@@ -246,8 +246,8 @@ class _Line:
 
     def _observed(self, support: FloatArray, others: Sequence[Segment]) -> list[FloatArray]:
         """Split the places that support a run where something stands before the line and nobody listened behind it."""
-        if not len(support):
-            return []
+        if not (np.diff(support) > _UNSEEN).any():
+            return [support] if len(support) else []
         fronts = fronts_of(self.wall.line, others)
         cuts = [
             index + 1
