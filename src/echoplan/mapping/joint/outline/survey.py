@@ -12,7 +12,7 @@ from pydantic import BaseModel, Field
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray
 from echoplan.classification.hypotheses import Hypothesis
-from echoplan.geometry import wrap
+from echoplan.geometry import crosses_segments, wrap
 from echoplan.mapping.joint.adjustment.adjusted import Adjusted
 from echoplan.mapping.joint.adjustment.crossings import crossing_slopes
 from echoplan.mapping.joint.adjustment.squareness import Squareness
@@ -27,7 +27,7 @@ __all__ = ["Survey", "SurveySettings"]
 # A gap shorter than this is none [m].
 _TOUCHING = 0.05
 # What is narrower is no way through, and what is wider belongs to no wall [m].
-_WIDTHS = (0.4, 3.0)
+_WIDTHS = (0.5, 3.0)
 
 
 class SurveySettings(BaseModel, frozen=True, extra="forbid"):
@@ -231,6 +231,7 @@ class Survey:
             and None not in ends
             and not self._is_concave(one, upper=True)
             and not self._is_concave(other, upper=False)
+            and not self._is_crossed(segment, low, high)
             and (passed or self._leads_on(segment, low, high))
         )
         return Gap(
@@ -241,6 +242,13 @@ class Survey:
             is_open=is_open,
             passed=passed,
         )
+
+    def _is_crossed(self, segment: Segment, low: float, high: float) -> bool:
+        """Return True if another wall crosses a stretch of a line: what is beside it is not one wall."""
+        others = [each for each in self.segments if each.owner != segment.owner]
+        ends_xy = np.array([[each.point(each.low), each.point(each.high)] for each in others]).reshape(-1, 2, 2)
+        inner = segment.point(low + _TOUCHING), segment.point(high - _TOUCHING)
+        return bool(crosses_segments([inner[0]], [inner[1]], ends_xy).any())
 
     def _leads_on(self, segment: Segment, low: float, high: float) -> bool:
         """Return False if something stands before a stretch of a line, or closes it a little behind: a recess."""
