@@ -79,7 +79,7 @@ def run(seed: int) -> Outcome:
     """Simulate one flat, map it and compare the map with the truth."""
     simulation = random_flat(seed)
     sweeps = tuple(simulation)
-    feature_map, seconds = mapped(simulation, sweeps, PoseMode.AUTO)
+    feature_map, seconds = mapped(simulation, sweeps, PoseMode.AUTO, driven=True)
     return Outcome(
         seed=seed,
         evaluation=evaluate(feature_map, simulation.truth),

@@ -38,6 +38,7 @@ from echoplan.evaluation import (
 )
 from echoplan.evaluation.consistency import PARAMETERS
 from echoplan.io import rig_names
+from echoplan.mapping.joint.outline.segments import SegmentSettings
 from echoplan.mapping.joint.settings import PoseMode
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper, JointSettings
@@ -152,10 +153,12 @@ def set_down(simulation: Simulation, error: float) -> tuple[Sweep, ...]:
     )
 
 
-def mapped(simulation: Simulation, sweeps: Sequence[Sweep], poses: PoseMode) -> tuple[FeatureMap, float]:
-    """Map sweeps, and count the seconds of the processor."""
-    begun = time.process_time()
-    feature_map = map_sweeps(JointMapper(simulation.rig, JointSettings(poses=poses)), sweeps)
+def mapped(
+    simulation: Simulation, sweeps: Sequence[Sweep], poses: PoseMode, *, driven: bool = False
+) -> tuple[FeatureMap, float]:
+    """Map sweeps of stations that lie anywhere unless the robot drove, and count the seconds of the processor."""
+    settings, begun = JointSettings(poses=poses, segments=SegmentSettings(driven=driven)), time.process_time()
+    feature_map = map_sweeps(JointMapper(simulation.rig, settings), sweeps)
     return feature_map, time.process_time() - begun
 
 

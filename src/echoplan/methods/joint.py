@@ -85,7 +85,7 @@ class JointMapper:
         stations = self._stations()
         account = self._account(stations)
         posed = joined([*self._done, self._posed(account, stations)])
-        path_xy = posed.poses[:, :2]
+        path_xy = posed.poses[:, :2] if self.settings.segments.driven else np.zeros((0, 2))
         found = survey(account, path_xy)
         gaps = found.gaps(path_xy)
         learned = {

@@ -65,6 +65,10 @@ class SegmentSettings(BaseModel, frozen=True, extra="forbid"):
     corner_end: float = Field(
         default=0.97, gt=0.0, lt=1.0, description="Probability that a wall ends at a corner detected on its line."
     )
+    driven: bool = Field(
+        default=True,
+        description="Whether the robot drove straight from station to station: then no wall crosses its path.",
+    )
     margin: float = Field(default=0.05, ge=0.0, description="Width beside an obstacle that blocks an echo, too [m].")
 
 
