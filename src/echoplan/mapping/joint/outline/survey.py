@@ -47,19 +47,18 @@ class _Drawn(NamedTuple):
     inferred: tuple[float, float]
 
     def moved_to(self, gap: Gap, along: FloatArray) -> "_Drawn":
-        """Move the end that is beside a gap to where both faces of the wall say that it is."""
+        """Move the end beside a gap to where both faces of the wall say that it is, unless no observed wall is left."""
         (first, last), (low, high) = (
             sorted(zip(gap.endpoints_xy @ along, gap.jambs, strict=True), key=lambda each: each[0]),
             self.places,
         )
         upper = abs(high - first[0]) < abs(low - last[0])
         place, jamb = first if upper else last
-        if not jamb.is_known:
+        places = (low, place) if upper else (place, high)
+        if not jamb.is_known or places[1] - places[0] <= sum(self.inferred):
             return self
         known = End.normal(place, jamb.sigma)
-        if upper:
-            return self._replace(ends=(self.ends[0], known), places=(low, place))
-        return self._replace(ends=(known, self.ends[1]), places=(place, high))
+        return self._replace(ends=(self.ends[0], known) if upper else (known, self.ends[1]), places=places)
 
 
 def _diluted(probabilities: ClassProbabilities, share: float) -> ClassProbabilities:
