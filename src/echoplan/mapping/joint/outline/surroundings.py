@@ -103,7 +103,10 @@ def _parallel(line: FloatArray, others: Sequence[Segment]) -> list["Beside"]:
 
 
 class Beside(NamedTuple):
-    """A segment parallel to a line: how far before it, between which places along it [m], and facing the same way."""
+    """A segment beside a line: how far before it, between which places along it [m], and whether it faces alike.
+
+    Only a parallel segment does.
+    """
 
     depth: float
     first: float
@@ -116,7 +119,7 @@ class Beside(NamedTuple):
         along = directions(line[0] + math.pi / 2)
         first, last = sorted(float(other.point(each) @ along) for each in (other.low, other.high))
         depth = line[1] - float(other.middle_xy @ directions(line[0]))
-        return cls(float(depth), first, last, bool(math.cos(other.wall.line[0] - line[0]) > 0.0))
+        return cls(float(depth), first, last, bool(math.cos(other.wall.line[0] - line[0]) > _PARALLEL))
 
     def overlaps(self, other: "Beside") -> bool:
         """Return True if they share places along the line."""
