@@ -20,6 +20,7 @@ __all__ = [
     "before_corners",
     "corners_on",
     "fronts_of",
+    "is_filled",
     "path_crossings",
     "points_on",
 ]
@@ -96,6 +97,12 @@ def backs_of(line: FloatArray, others: Sequence[Segment]) -> list[tuple[float, f
     """Where along a line a wall that faces the same way stands a little behind it: the back of a recess."""
     near = [each for each in _parallel(line, others) if -_DEEPEST < each.depth < -_BEFORE]
     return [(each.first, each.last) for each in near if each.faces_alike]
+
+
+def is_filled(line: FloatArray, low: float, high: float, others: Sequence[Segment]) -> bool:
+    """Return True if a wall that faces the same way stands in the line over most of the way between two places."""
+    beside = [each for each in _parallel(line, others) if each.faces_alike and abs(each.depth) < _BEFORE]
+    return any(min(each.last, high) - max(each.first, low) > 0.5 * (high - low) for each in beside)
 
 
 def _parallel(line: FloatArray, others: Sequence[Segment]) -> list["Beside"]:

@@ -18,7 +18,7 @@ from echoplan.mapping.joint.adjustment.crossings import crossing_slopes
 from echoplan.mapping.joint.adjustment.squareness import Squareness
 from echoplan.mapping.joint.outline.openings import Gap, merged_faces
 from echoplan.mapping.joint.outline.segment import End, Segment
-from echoplan.mapping.joint.outline.surroundings import backs_of, fronts_of, path_crossings
+from echoplan.mapping.joint.outline.surroundings import backs_of, fronts_of, is_filled, path_crossings
 from echoplan.mapping.joint.outline.vertices import Vertex
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Wall
 
@@ -217,7 +217,13 @@ class Survey:
             if one.owner == other.owner
         ]
         gaps = [self._gap(one, other, path_xy) for one, other in pairs]
-        return merged_faces([each for each in gaps if each.ends[1] - each.ends[0] > _TOUCHING])
+        wide = [each for each in gaps if each.ends[1] - each.ends[0] > _TOUCHING]
+        return merged_faces([each for each in wide if not self._is_filled(each)])
+
+    def _is_filled(self, gap: Gap) -> bool:
+        """Return True if a wall of another feature stands in a gap: one wall may be mapped as two features."""
+        owner = self.segments[gap.walls[0]].owner
+        return is_filled(gap.line, *gap.ends, [each for each in self.segments if each.owner != owner])
 
     def _gap(self, one: int, other: int, path_xy: FloatArray) -> Gap:
         before, after, segment = self._drawn(one), self._drawn(other), self.segments[one]
