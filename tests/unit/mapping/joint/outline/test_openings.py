@@ -148,7 +148,7 @@ def test_an_opening_was_passed_if_the_path_leads_through_between_its_jambs(
     assert door.passed == passed
 
 
-@pytest.mark.parametrize(("width", "count"), [(0.35, 0), (0.45, 1), (1.5, 1)])
+@pytest.mark.parametrize(("width", "count"), [(0.45, 0), (0.55, 1), (1.5, 1)])
 def test_what_is_narrower_than_any_passage_is_no_opening(width: float, count: int) -> None:
     openings, unobserved = between(pieces(-0.5 * width, 0.5 * width))
     assert (len(openings), unobserved) == (count, ())
