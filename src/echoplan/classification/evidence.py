@@ -13,6 +13,7 @@ from echoplan.compiled import compiled
 from echoplan.preprocessing.soundings import Soundings
 
 __all__ = [
+    "BEYOND",
     "MASKING",
     "NO_EVIDENCE",
     "UNCERTAIN",
@@ -37,7 +38,7 @@ _INAUDIBLE = -4.0
 # Below this excess a detector scatters more, by this factor [dB].
 UNCERTAIN, _SCATTER = 6.0, 1.6
 # Readings within so many deviations may be echoes of the reflector; later by so many, it was not heard.
-_NEAR, _BEYOND = 6.0, 4.0
+_NEAR, BEYOND = 6.0, 4.0
 # Chance to hear even the loudest echo, and chance that a reading is wrong whatever is there.
 _HEARD, _WRONG = 0.97, 0.06
 # From this excess on a miss cannot count for more [dB, nats].
@@ -162,8 +163,8 @@ def _ask(
         return False, False, False, 0.0, 0.0
     late = heard - reading
     scatter = noise_of(excess, noise)
-    within = reading < limits[1] - _BEYOND * scatter
-    miss = log_non_detection(excess) if late > _BEYOND * scatter else 0.0
+    within = reading < limits[1] - BEYOND * scatter
+    miss = log_non_detection(excess) if late > BEYOND * scatter else 0.0
     return True, within and excess > 0.0, late > -MASKING, log_density(late, scatter, excess), within * miss
 
 

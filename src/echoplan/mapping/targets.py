@@ -143,7 +143,7 @@ def _grown(
 
 
 def _is_near(target: Target, observation: Observation, gates: AssociationSettings) -> bool:
-    """Return whether a fit with the observation is worth its time: the centre may move by the gate of the bearing."""
+    """Return whether an observation is so near that a fit with it may succeed: a fit may move the centre."""
     x, y, radius = target.group.fit.parameters
     point, depth = observation.point, target.group.members[0].point.distance
     away = np.array([x, y]) - point.hub_xy

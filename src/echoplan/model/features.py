@@ -103,8 +103,8 @@ class Wall:
     Raises
     ------
     InvalidValueError
-        If a number is not finite, the ends coincide, the covariance is none, or ``inferred`` or a standard deviation
-        is negative.
+        If a number is not finite (NaN is allowed in ``endpoint_sigmas``), the ends coincide, the covariance is none, or
+        ``inferred`` or a standard deviation is negative.
     """
 
     normal_angle: float
@@ -120,14 +120,12 @@ class Wall:
     def __post_init__(self) -> None:
         checked_number(self.normal_angle, name="normal_angle")
         checked_number(self.offset, name="offset")
-        ends = checked_floats(self.endpoints_xy, name="endpoints_xy", shape=(2, 2))
-        if (ends[0] == ends[1]).all():
-            raise InvalidValueError(f"the ends of a wall must differ, both are {ends[0].tolist()}")
+        ends = _checked_ends(self.endpoints_xy, kind="a wall")
         sigmas = checked_floats(self.endpoint_sigmas, name="endpoint_sigmas", shape=(2,), finite=False)
         inferred = checked_floats(self.inferred, name="inferred", shape=(2,))
         for name, lengths in (("endpoint_sigmas", sigmas), ("inferred", inferred)):
-            if (lengths < 0.0).any():
-                raise InvalidValueError(f"{name} must not be negative, it is {lengths.tolist()}")
+            if (lengths < 0.0).any() or np.isinf(lengths).any():
+                raise InvalidValueError(f"{name} must be neither negative nor infinite, it is {lengths.tolist()}")
         store(
             self,
             endpoints_xy=ends,
@@ -257,9 +255,7 @@ class Opening:
 
     def __post_init__(self) -> None:
         checked_number(self.width_sigma, name="width_sigma", minimum=0.0)
-        ends = checked_floats(self.endpoints_xy, name="endpoints_xy", shape=(2, 2))
-        if (ends[0] == ends[1]).all():
-            raise InvalidValueError(f"the ends of an opening must differ, both are {ends[0].tolist()}")
+        ends = _checked_ends(self.endpoints_xy, kind="an opening")
         store(self, endpoints_xy=ends, walls=tuple(int(each) for each in self.walls))
 
     @property
@@ -282,14 +278,14 @@ class UnobservedStretch:
     Raises
     ------
     InvalidValueError
-        If a number is not finite.
+        If a number is not finite, or the ends coincide.
     """
 
     endpoints_xy: FloatArray
     walls: tuple[int, ...]
 
     def __post_init__(self) -> None:
-        ends = checked_floats(self.endpoints_xy, name="endpoints_xy", shape=(2, 2))
+        ends = _checked_ends(self.endpoints_xy, kind="an unobserved stretch")
         store(self, endpoints_xy=ends, walls=tuple(int(each) for each in self.walls))
 
 
@@ -360,3 +356,11 @@ class FeatureMap:
     def is_empty(self) -> bool:
         """Whether nothing was found."""
         return not (self.walls or self.corners or self.cylinders)
+
+
+def _checked_ends(endpoints_xy: FloatArray, *, kind: str) -> FloatArray:
+    """Check both ends of something long, shape (2, 2) [m]."""
+    ends = checked_floats(endpoints_xy, name="endpoints_xy", shape=(2, 2))
+    if (ends[0] == ends[1]).all():
+        raise InvalidValueError(f"the ends of {kind} must differ, both are {ends[0].tolist()}")
+    return ends

@@ -120,8 +120,8 @@ def _not_observed(feature_map: FeatureMap) -> list[str]:
         (inferred, "of wall inferred up to undetected corners"),
         (unobserved, "between walls not observed"),
     )
-    told = [f"{length:.2f} m {what}" for length, what in lengths if length]
-    return [f"{'; '.join(told)}."] if told else []
+    parts = [f"{length:.2f} m {what}" for length, what in lengths if length]
+    return [f"{'; '.join(parts)}."] if parts else []
 
 
 def _facts(plan: Plan) -> ET.Element:

@@ -5,7 +5,16 @@ import numpy as np
 import pytest
 
 from echoplan.errors import InvalidValueError
-from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, FeatureMap, Wall
+from echoplan.model import (
+    ClassProbabilities,
+    Corner,
+    CornerKind,
+    Cylinder,
+    FeatureMap,
+    Opening,
+    UnobservedStretch,
+    Wall,
+)
 
 # The line 3x + 4y = 10.
 WALL: dict[str, Any] = {
@@ -16,6 +25,8 @@ WALL: dict[str, Any] = {
 }
 CORNER: dict[str, Any] = {"position_xy": [2.0, 1.0], "kind": "convex", "covariance": np.eye(2)}
 CYLINDER: dict[str, Any] = {"center_xy": [3.2, 1.0], "radius": 0.1, "covariance": np.eye(3)}
+GAP: dict[str, Any] = {"endpoints_xy": [[1.0, 0.0], [1.8, 0.0]], "walls": ()}
+OPENING: dict[str, Any] = {**GAP, "width_sigma": 0.01}
 
 
 def test_a_wall_knows_its_length_and_its_normal() -> None:
@@ -57,6 +68,10 @@ def test_probabilities_that_are_none_are_refused(probabilities: dict[str, float]
         (Wall, WALL, {"offset": np.inf}, "offset must be finite, not inf"),
         (Wall, WALL, {"endpoints_xy": [[1, 2], [1, 2]]}, "the ends of a wall must differ, both are [1.0, 2.0]"),
         (Wall, WALL, {"endpoints_xy": [1, 2, 3, 4]}, "endpoints_xy must have shape (2, 2), not (4,)"),
+        (Wall, WALL, {"endpoint_sigmas": [np.nan, np.inf]}, "endpoint_sigmas must be neither negative nor infinite"),
+        (Wall, WALL, {"endpoint_sigmas": [-0.1, np.nan]}, "endpoint_sigmas must be neither negative nor infinite"),
+        (Opening, OPENING, {"endpoints_xy": np.ones((2, 2))}, "the ends of an opening must differ"),
+        (UnobservedStretch, GAP, {"endpoints_xy": np.ones((2, 2))}, "the ends of an unobserved stretch must differ"),
         (Wall, WALL, {"covariance": np.eye(3)}, "covariance must have shape (2, 2), not (3, 3)"),
         (Corner, CORNER, {"position_xy": [1, np.nan]}, "position_xy must be finite, not nan"),
         (Corner, CORNER, {"covariance": -np.eye(2)}, "covariance must have no negative eigenvalue, not "),

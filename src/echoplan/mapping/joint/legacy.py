@@ -82,12 +82,12 @@ def survey(account: Account, path_xy: FloatArray) -> Survey:
 
 
 def _is_there(feature: Hypothesis) -> bool:
-    """Tell whether most stations that heard a feature did so past all walls, and most that should have heard it did.
+    """Return True if a feature probably is of its class, and most of the stations that should detect it did.
 
-    A few stations can always be found that something explains a little better.  The longer a recording, the more of
-    them there are, and what they speak for would add up, if the others were not asked.  Of points little sound comes
-    back, so these may be missing.  A wall that lets half as much sound through as it sends back is none, and what has
-    no ping that others do not explain better is nothing.
+    A few stations can always be found that a false feature explains a little better, and the more of them, the longer
+    a recording is.  So most stations that detected it must have done so past all walls, and, but for points, which
+    return little sound, most that should have detected it must have done so.  A wall through which half as many pings
+    passed as it reflected is none, nor is a feature that explains no ping best.
     """
     past = feature.past
     if _own_probability(feature) < _UNLIKELY:

@@ -249,7 +249,7 @@ class _Line:
         return bool(np.isin(piece, self.feet).any() or beside.any())
 
     def _observed(self, support: FloatArray, others: Sequence[Segment]) -> list[FloatArray]:
-        """Split the places that support a run where something stands before the line and nobody listened behind it."""
+        """Split the places that support a run where something stands before the line and no station is behind it."""
         if not (np.diff(support) > _UNSEEN).any():
             return [support] if len(support) else []
         fronts = fronts_of(self.wall.line, others)

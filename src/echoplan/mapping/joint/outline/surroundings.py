@@ -20,6 +20,7 @@ __all__ = [
     "before_corners",
     "corners_on",
     "fronts_of",
+    "is_filled",
     "path_crossings",
     "points_on",
 ]
@@ -98,12 +99,21 @@ def backs_of(line: FloatArray, others: Sequence[Segment]) -> list[tuple[float, f
     return [(each.first, each.last) for each in near if each.faces_alike]
 
 
+def is_filled(line: FloatArray, low: float, high: float, others: Sequence[Segment]) -> bool:
+    """Return True if a wall that faces the same way stands in the line over most of the way between two places."""
+    beside = [each for each in _parallel(line, others) if each.faces_alike and abs(each.depth) < _BEFORE]
+    return any(min(each.last, high) - max(each.first, low) > 0.5 * (high - low) for each in beside)
+
+
 def _parallel(line: FloatArray, others: Sequence[Segment]) -> list["Beside"]:
     return [Beside.of(line, each) for each in others if abs(math.cos(each.wall.line[0] - line[0])) > _PARALLEL]
 
 
 class Beside(NamedTuple):
-    """A segment parallel to a line: how far before it, between which places along it [m], and facing the same way."""
+    """A segment beside a line: how far before it, between which places along it [m], and whether it faces alike.
+
+    Only a parallel segment does.
+    """
 
     depth: float
     first: float
@@ -116,7 +126,7 @@ class Beside(NamedTuple):
         along = directions(line[0] + math.pi / 2)
         first, last = sorted(float(other.point(each) @ along) for each in (other.low, other.high))
         depth = line[1] - float(other.middle_xy @ directions(line[0]))
-        return cls(float(depth), first, last, bool(math.cos(other.wall.line[0] - line[0]) > 0.0))
+        return cls(float(depth), first, last, bool(math.cos(other.wall.line[0] - line[0]) > _PARALLEL))
 
     def overlaps(self, other: "Beside") -> bool:
         """Return True if they share places along the line."""

@@ -18,7 +18,7 @@ from echoplan.mapping.joint.adjustment.crossings import crossing_slopes
 from echoplan.mapping.joint.adjustment.squareness import Squareness
 from echoplan.mapping.joint.outline.openings import Gap, merged_faces
 from echoplan.mapping.joint.outline.segment import End, Segment
-from echoplan.mapping.joint.outline.surroundings import backs_of, fronts_of, path_crossings
+from echoplan.mapping.joint.outline.surroundings import backs_of, fronts_of, is_filled, path_crossings
 from echoplan.mapping.joint.outline.vertices import Vertex
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Wall
 
@@ -47,19 +47,18 @@ class _Drawn(NamedTuple):
     inferred: tuple[float, float]
 
     def moved_to(self, gap: Gap, along: FloatArray) -> "_Drawn":
-        """Move the end that is beside a gap to where both faces of the wall say that it is."""
+        """Move the end beside a gap to where both faces of the wall say that it is, unless no observed wall is left."""
         (first, last), (low, high) = (
             sorted(zip(gap.endpoints_xy @ along, gap.jambs, strict=True), key=lambda each: each[0]),
             self.places,
         )
         upper = abs(high - first[0]) < abs(low - last[0])
         place, jamb = first if upper else last
-        if not jamb.is_known:
+        places = (low, place) if upper else (place, high)
+        if not jamb.is_known or places[1] - places[0] <= sum(self.inferred):
             return self
         known = End.normal(place, jamb.sigma)
-        if upper:
-            return self._replace(ends=(self.ends[0], known), places=(low, place))
-        return self._replace(ends=(known, self.ends[1]), places=(place, high))
+        return self._replace(ends=(self.ends[0], known) if upper else (known, self.ends[1]), places=places)
 
 
 def _diluted(probabilities: ClassProbabilities, share: float) -> ClassProbabilities:
@@ -218,7 +217,13 @@ class Survey:
             if one.owner == other.owner
         ]
         gaps = [self._gap(one, other, path_xy) for one, other in pairs]
-        return merged_faces([each for each in gaps if each.ends[1] - each.ends[0] > _TOUCHING])
+        wide = [each for each in gaps if each.ends[1] - each.ends[0] > _TOUCHING]
+        return merged_faces([each for each in wide if not self._is_filled(each)])
+
+    def _is_filled(self, gap: Gap) -> bool:
+        """Return True if a wall of another feature stands in a gap: one wall may be mapped as two features."""
+        owner = self.segments[gap.walls[0]].owner
+        return is_filled(gap.line, *gap.ends, [each for each in self.segments if each.owner != owner])
 
     def _gap(self, one: int, other: int, path_xy: FloatArray) -> Gap:
         before, after, segment = self._drawn(one), self._drawn(other), self.segments[one]

@@ -120,7 +120,7 @@ def _vertex(
 
 
 def _goes_over_another(segments: Sequence[Segment], vertex: Vertex) -> bool:
-    """Tell whether a segment would have to be drawn on over another one of its line."""
+    """Return True if a segment would have to be extended across another one of its line."""
     for segment in (segments[each] for each in vertex.segments):
         place = float(vertex.position_xy @ segment.along)
         others = [each for each in segments if each.owner == segment.owner and each is not segment]
@@ -141,7 +141,7 @@ def _reachable(
     *,
     settings: VertexSettings,
 ) -> bool:
-    """Tell whether a crossing is at an end of both segments, and what lies between may be part of them."""
+    """Return True if a crossing is at an end of both segments, and what lies between may be part of them."""
     if min(extensions) < -settings.overlap or max(extensions) > settings.extension:
         return False
     return not any(
@@ -157,11 +157,11 @@ def _is_far_fetched(
     echo: CornerEcho,
     settings: VertexSettings,
 ) -> bool:
-    """Tell whether segments would have to be made too long for a vertex that nobody heard.
+    """Return True if segments would have to be made too long for a vertex that no station detected.
 
-    Of a convex one hardly any sound comes back, but a concave one of a right angle returns it to wherever it comes
-    from: if it should have been heard, it is not there.  What an oblique one returns is hard to tell; that nobody heard
-    it speaks against it, the more the less was heard of the segments.
+    A convex one returns hardly any sound, but a concave one of a right angle returns it to wherever it comes from: if
+    it should have been detected, it is not there.  What an oblique one returns is hard to predict: it may be missed,
+    but only near to segments that were themselves detected over some length.
     """
     if kind is CornerKind.CONCAVE and returns_sound(segments[0].wall.line, segments[1].wall.line):
         return max(extensions) > settings.unheard_extension and echo.gain < -settings.certain
@@ -174,7 +174,7 @@ def _is_far_fetched(
 
 
 def _ends_before(segment: Segment, point_xy: FloatArray, corners_xy: FloatArray, settings: VertexSettings) -> bool:
-    """Tell whether a corner was heard on a segment's line on the way to a point: the segment ends there."""
+    """Return True if a corner was detected on a segment's line on the way to a point: the segment ends there."""
     on_line = np.abs(corners_xy @ directions(segment.wall.line[0]) - segment.wall.line[1]) < settings.reach
     sign = 1.0 if segment.is_upper(point_xy) else -1.0
     start, stop = max(sign * segment.low, sign * segment.high), sign * float(point_xy @ segment.along)

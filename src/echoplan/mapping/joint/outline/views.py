@@ -6,7 +6,7 @@ import numpy as np
 
 from echoplan.acoustics.expectation import Hearing, Ping, Shape, excess_of, look, shape_of, walk_of
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.classification.evidence import log_density, log_non_detection, noise_of
+from echoplan.classification.evidence import BEYOND, log_density, log_non_detection, noise_of
 from echoplan.classification.explanation import Explanation
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.classification.past import LineEvidence
@@ -85,7 +85,7 @@ def _log_ratio(
     shape: Shape,
     place: Ping,
     end: tuple[int, float],
-    heard: float,
+    measured: float,
     limits: tuple[float, float],
     noise: float,
     level: float,
@@ -98,8 +98,8 @@ def _log_ratio(
     expected = sight[0] + walk_of(hearing, excess)
     if not limits[0] <= expected <= limits[1]:
         return 0.0
-    late, sigma = heard - expected, noise_of(excess, noise)
+    late, sigma = measured - expected, noise_of(excess, noise)
     ratio = max(log_density(late, sigma, excess) - level, 0.0)
-    if late > 4.0 * sigma and expected < limits[1] - 4.0 * sigma:
+    if late > BEYOND * sigma and expected < limits[1] - BEYOND * sigma:
         ratio += log_non_detection(excess if over <= 0.0 else excess - _JAMB)
     return ratio

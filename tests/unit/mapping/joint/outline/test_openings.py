@@ -148,7 +148,7 @@ def test_an_opening_was_passed_if_the_path_leads_through_between_its_jambs(
     assert door.passed == passed
 
 
-@pytest.mark.parametrize(("width", "count"), [(0.35, 0), (0.45, 1), (1.5, 1)])
+@pytest.mark.parametrize(("width", "count"), [(0.45, 0), (0.55, 1), (1.5, 1)])
 def test_what_is_narrower_than_any_passage_is_no_opening(width: float, count: int) -> None:
     openings, unobserved = between(pieces(-0.5 * width, 0.5 * width))
     assert (len(openings), unobserved) == (count, ())
@@ -161,6 +161,14 @@ def test_behind_the_front_of_furniture_only_a_gap_that_was_driven_through_is_an_
     front = segment(0.0, 1.4, (-0.2, 0.2), owner=4)
     found = survey(walls=[*ROOM, wall(0.0, 1.4)], pieces={0: pieces(), 4: [front]})
     assert len(openings_of(found.gaps(path_xy))) == count
+
+
+@pytest.mark.parametrize("chance", [0.0, 0.3], ids=["free", "nobody looked"])
+@pytest.mark.parametrize(("ends", "count"), [((-0.35, 0.35), 0), ((-0.35, -0.1), 1)], ids=["most of it", "a part"])
+def test_where_another_feature_is_the_wall_there_is_no_gap(chance: float, ends: tuple[float, float], count: int) -> None:
+    other = segment(0.0, 2.02, ends, owner=4)
+    found = survey(walls=[*ROOM, wall(0.0, 2.02)], pieces={0: pieces(chance=chance), 4: [other]})
+    assert len(found.gaps(NOWHERE)) == count
 
 
 def test_a_gap_of_less_than_five_centimetres_is_none() -> None:

@@ -5,6 +5,7 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
 from echoplan.mapping.joint.outline.segment import CELL, Segment
 from echoplan.mapping.joint.outline.surroundings import (
+    Beside,
     Obstacles,
     before_corners,
     corners_on,
@@ -71,6 +72,15 @@ def test_a_wall_stands_before_a_line_where_the_front_of_something_is() -> None:
 )
 def test_nothing_else_is_a_front(others: list[Segment]) -> None:
     assert fronts_of(LINE, others) == []
+
+
+@pytest.mark.parametrize("angle", [90.0, 89.9, 70.0, -89.9])
+def test_a_stub_across_the_line_of_a_wall_is_no_copy_of_it(angle: float) -> None:
+    cosine, sine = directions(np.radians(angle))
+    stub = segment(np.radians(angle), 2.0 * cosine, (-2.0 * sine - 0.04, -2.0 * sine + 0.04), owner=1)
+    assert stub.middle_xy == pytest.approx([2.0, 0.0])
+    assert not Beside.of(LINE, stub).is_copy_of(EAST)
+    assert Beside.of(LINE, segment(np.radians(2.0), 2.0, (-0.04, 0.04), owner=1)).is_copy_of(EAST)
 
 
 def test_the_back_of_something_else_aside_leaves_a_front_as_it_is() -> None:

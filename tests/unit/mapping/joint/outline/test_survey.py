@@ -222,6 +222,18 @@ def test_walls_end_at_the_jambs_of_an_opening() -> None:
     assert ends_beside(opening(jambs)) == pytest.approx([-0.38, 0.43, 0.02], rel=0.02)
 
 
+def test_a_wall_that_lies_within_an_opening_of_the_other_face_is_not_turned_around() -> None:
+    # The nearer jamb is at -1.3, beyond the lower end of the lower piece.
+    below, *_ = survey(pieces=TWO, joined=False).walls([opening((End.normal(-1.3, 0.02), End.normal(0.43, 0.02)))])
+    assert below.endpoints_xy == pytest.approx(np.array([[2.0, -1.2], [2.0, -0.4]]))
+
+
+def test_a_wall_is_not_shortened_to_what_is_inferred_of_it() -> None:
+    # From -1.2 to 0.9 it was observed, and on to the corners at -1.5 and 1.5 it is inferred.
+    east, *_ = survey(pieces={0: [EAST]}).walls([opening((End.normal(-0.9, 0.02), End.normal(4.0, 0.02)), (0,))])
+    assert east.endpoints_xy[:, 1] == pytest.approx([-1.5, 1.5])
+
+
 @pytest.mark.parametrize(
     "gap",
     [
