@@ -165,7 +165,9 @@ def test_behind_the_front_of_furniture_only_a_gap_that_was_driven_through_is_an_
 
 @pytest.mark.parametrize("chance", [0.0, 0.3], ids=["free", "nobody looked"])
 @pytest.mark.parametrize(("ends", "count"), [((-0.35, 0.35), 0), ((-0.35, -0.1), 1)], ids=["most of it", "a part"])
-def test_where_another_feature_is_the_wall_there_is_no_gap(chance: float, ends: tuple[float, float], count: int) -> None:
+def test_where_another_feature_is_the_wall_there_is_no_gap(
+    chance: float, ends: tuple[float, float], count: int
+) -> None:
     other = segment(0.0, 2.02, ends, owner=4)
     found = survey(walls=[*ROOM, wall(0.0, 2.02)], pieces={0: pieces(chance=chance), 4: [other]})
     assert len(found.gaps(NOWHERE)) == count
