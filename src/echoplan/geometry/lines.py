@@ -3,13 +3,15 @@
 A line is an array ``(normal_angle, offset)`` in radians and metres; leading axes are items.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry.angles import directions
 
-__all__ = ["PARALLEL", "along", "feet", "intersections", "lines_through", "signed_distances"]
+__all__ = ["PARALLEL", "along", "feet", "intersections", "lines_through", "path_crossings", "signed_distances"]
 
 # Lines whose normals differ by less than this sine are parallel: rounding alone would place their crossing.
 PARALLEL = 1e-9
@@ -144,3 +146,30 @@ def intersections(first: ArrayLike, second: ArrayLike) -> FloatArray:
     x = (p * m[..., 1] - q * n[..., 1]) / sines
     y = (q * n[..., 0] - p * m[..., 0]) / sines
     return np.stack([x, y], axis=-1)
+
+
+def path_crossings(line: FloatArray, path_xy: FloatArray) -> FloatArray:
+    """Places along a line where a path crosses it.
+
+    Parameters
+    ----------
+    line : ndarray, shape (2,)
+        ``(normal_angle, offset)`` [rad, m].
+    path_xy : ndarray, shape (p, 2)
+        Points of the path, straight from each to the next [m].
+
+    Returns
+    -------
+    ndarray, shape (k,)
+        Coordinates as of ``along`` [m], in the order of the path.
+
+    Examples
+    --------
+    >>> path_crossings(np.array([0.0, 2.0]), np.array([[1.0, 0.0], [3.0, 1.0], [3.0, 5.0]]))
+    array([0.5])
+    """
+    depths, places = line[1] - path_xy @ directions(line[0]), path_xy @ directions(line[0] + math.pi / 2)
+    crossed = (depths[:-1] > 0.0) != (depths[1:] > 0.0)
+    before, after = depths[:-1][crossed], depths[1:][crossed]
+    crossings: FloatArray = places[:-1][crossed] + np.diff(places)[crossed] * before / (before - after)
+    return crossings

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray
-from echoplan.geometry import along
+from echoplan.geometry import along, lines_through, path_crossings
 from echoplan.mapping.association import Group
 from echoplan.mapping.junctions import Junction, Span
 from echoplan.mapping.observations import shares
@@ -111,11 +111,9 @@ def opened_by(path_xy: FloatArray, walls: Sequence[Wall]) -> tuple[Wall, ...]:
 
 def _pieces(wall: Wall, path_xy: FloatArray) -> list[Wall]:
     start, unit = wall.endpoints_xy[0], (wall.endpoints_xy[1] - wall.endpoints_xy[0]) / wall.length
-    across, ahead = (path_xy - start) @ np.array([-unit[1], unit[0]]), (path_xy - start) @ unit
-    crossed = np.flatnonzero((across[:-1] > 0.0) != (across[1:] > 0.0))
-    shares = across[crossed] / (across[crossed] - across[crossed + 1])
-    places = ahead[crossed] + shares * (ahead[crossed + 1] - ahead[crossed])
-    places = np.sort(places[(places > 0.0) & (places < wall.length)])
+    line = lines_through(*wall.endpoints_xy)
+    places = np.sort(path_crossings(line, path_xy) - along(line, start))
+    places = places[(places > 0.0) & (places < wall.length)]
     if not len(places):
         return [wall]
     begins = np.concatenate([[0.0], places + _HALF_WIDTH])

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from echoplan.geometry import along, feet, intersections, lines_through, signed_distances
+from echoplan.arrays import FloatArray
+from echoplan.geometry import along, directions, feet, intersections, lines_through, path_crossings, signed_distances
 
 # The line 3x + 4y = 10: its normal (0.6, 0.8), its offset 2.
 LINE = (np.arctan2(4.0, 3.0), 2.0)
@@ -43,3 +44,18 @@ def test_lines_and_points_broadcast_item_by_item() -> None:
     points = np.array([[0.0, 0.0], [5.0, 7.0]])
     distances = signed_distances(lines[:, None], points)
     assert distances == pytest.approx(np.array([[-2.0, 6.6], [-1.0, 4.0], [-1.0, 6.0]]))
+
+
+def test_a_path_crosses_a_line_where_it_changes_sides() -> None:
+    line, path = np.array([0.0, 2.0]), np.array([[0.0, 0.0], [4.0, 1.0], [4.0, 3.0], [1.0, 3.0], [1.0, 5.0]])
+    assert path_crossings(line, path) == pytest.approx([0.5, 3.0])
+    assert len(path_crossings(line, path[:1])) == len(path_crossings(line, path[:0])) == 0
+
+
+@pytest.mark.parametrize("line", [np.array([0.7, 1.2]), np.array([-2.5, 0.4])])
+def test_crossings_of_a_slanted_line_lie_on_the_path(line: FloatArray) -> None:
+    path = np.array([[-3.0, -2.0], [3.0, 2.5]])
+    (place,) = path_crossings(line, path)
+    point = line[1] * directions(line[0]) + place * directions(line[0] + np.pi / 2)
+    shares = (point - path[0]) / (path[1] - path[0])
+    assert shares[0] == pytest.approx(shares[1])

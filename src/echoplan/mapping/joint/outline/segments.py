@@ -17,6 +17,7 @@ from pydantic import BaseModel, Field
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classification.hypotheses import Hypothesis
+from echoplan.geometry import path_crossings
 from echoplan.mapping.joint.outline.chain import Chain, smoothed
 from echoplan.mapping.joint.outline.segment import CELL, CERTAIN, End, Segment
 from echoplan.mapping.joint.outline.surroundings import (
@@ -26,7 +27,6 @@ from echoplan.mapping.joint.outline.surroundings import (
     before_corners,
     corners_on,
     fronts_of,
-    path_crossings,
     points_on,
 )
 from echoplan.mapping.joint.outline.views import OFFSETS

@@ -1,4 +1,4 @@
-"""What surrounds a wall line: obstacles before it, corners on it, and the path of the robot across it."""
+"""What surrounds a wall line: obstacles before it, corners on it, and walls beside it."""
 
 import math
 from collections.abc import Sequence
@@ -21,7 +21,6 @@ __all__ = [
     "corners_on",
     "fronts_of",
     "is_filled",
-    "path_crossings",
     "points_on",
 ]
 
@@ -71,15 +70,6 @@ def points_on(line: FloatArray, places: FloatArray) -> FloatArray:
     """Points at places along a line [m], shape (n, 2)."""
     points: FloatArray = line[1] * directions(line[0]) + places[:, None] * directions(line[0] + math.pi / 2)
     return points
-
-
-def path_crossings(line: FloatArray, path_xy: FloatArray) -> FloatArray:
-    """Places along a line where a path crosses it [m]."""
-    depths, places = line[1] - path_xy @ directions(line[0]), path_xy @ directions(line[0] + math.pi / 2)
-    crossed = (depths[:-1] > 0.0) != (depths[1:] > 0.0)
-    before, after = depths[:-1][crossed], depths[1:][crossed]
-    crossings: FloatArray = places[:-1][crossed] + np.diff(places)[crossed] * before / (before - after)
-    return crossings
 
 
 def fronts_of(line: FloatArray, others: Sequence[Segment]) -> list[tuple[float, float]]:

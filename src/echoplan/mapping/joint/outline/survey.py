@@ -12,13 +12,13 @@ from pydantic import BaseModel, Field
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray
 from echoplan.classification.hypotheses import Hypothesis
-from echoplan.geometry import crosses_segments, wrap
+from echoplan.geometry import crosses_segments, path_crossings, wrap
 from echoplan.mapping.joint.adjustment.adjusted import Adjusted
 from echoplan.mapping.joint.adjustment.crossings import crossing_slopes
 from echoplan.mapping.joint.adjustment.squareness import Squareness
 from echoplan.mapping.joint.outline.openings import Gap, merged_faces
 from echoplan.mapping.joint.outline.segment import End, Segment
-from echoplan.mapping.joint.outline.surroundings import backs_of, fronts_of, is_filled, path_crossings
+from echoplan.mapping.joint.outline.surroundings import backs_of, fronts_of, is_filled
 from echoplan.mapping.joint.outline.vertices import Vertex
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Wall
 
@@ -222,8 +222,8 @@ class Survey:
 
     def _is_filled(self, gap: Gap) -> bool:
         """Return True if a wall of another feature stands in a gap: one wall may be mapped as two features."""
-        owner = self.segments[gap.walls[0]].owner
-        return is_filled(gap.line, *gap.ends, [each for each in self.segments if each.owner != owner])
+        owner, (low, high) = self.segments[gap.walls[0]].owner, gap.ends.tolist()
+        return is_filled(gap.line, low, high, [each for each in self.segments if each.owner != owner])
 
     def _gap(self, one: int, other: int, path_xy: FloatArray) -> Gap:
         before, after, segment = self._drawn(one), self._drawn(other), self.segments[one]

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
 from echoplan.mapping.joint.outline.segment import CELL, Segment
 from echoplan.mapping.joint.outline.surroundings import (
@@ -10,8 +9,6 @@ from echoplan.mapping.joint.outline.surroundings import (
     before_corners,
     corners_on,
     fronts_of,
-    path_crossings,
-    points_on,
 )
 from echoplan.mapping.joint.search.echoes import CornerEcho, Echoes
 from outlines import segment
@@ -20,21 +17,6 @@ LINE = np.array([0.0, 2.0])
 EAST = segment(0.0, 2.0, (-1.0, 1.0))
 NORTH = segment(np.pi / 2, 1.5, (-1.8, 1.0), owner=1)
 SQUARE = Echoes(pairs={(0, 1): CornerEcho(pings=5, stations=1, heard=30.0, gain=-29.0)})
-
-
-def test_a_path_crosses_a_line_where_it_changes_sides() -> None:
-    path = np.array([[0.0, 0.0], [4.0, 1.0], [4.0, 3.0], [1.0, 3.0], [1.0, 5.0]])
-    assert path_crossings(LINE, path) == pytest.approx([0.5, 3.0])
-    assert len(path_crossings(LINE, path[:1])) == len(path_crossings(LINE, path[:0])) == 0
-
-
-@pytest.mark.parametrize("line", [np.array([0.7, 1.2]), np.array([-2.5, 0.4])])
-def test_crossings_of_a_slanted_line_lie_on_the_path(line: FloatArray) -> None:
-    path = np.array([[-3.0, -2.0], [3.0, 2.5]])
-    (point,) = points_on(line, path_crossings(line, path))
-    assert point @ directions(line[0]) == pytest.approx(line[1])
-    shares = (point - path[0]) / (path[1] - path[0])
-    assert shares[0] == pytest.approx(shares[1])
 
 
 def test_an_obstacle_blocks_the_view_of_what_is_behind_it() -> None:
