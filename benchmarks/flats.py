@@ -16,7 +16,16 @@ import numpy as np
 
 from apartments import is_drifting, random_flat  # type: ignore[import-not-found]  # beside this file
 from echoplan.cli.terminal import show, tracked
-from echoplan.evaluation import Evaluation, Summary, consistency_table, evaluate, floor_plan_tables, pool
+from echoplan.evaluation import (
+    Evaluation,
+    EvaluationSettings,
+    MatchingSettings,
+    Summary,
+    consistency_table,
+    evaluate,
+    floor_plan_tables,
+    pool,
+)
 from echoplan.io import write_recording, write_truth
 from echoplan.mapping.joint.settings import PoseMode
 from echoplan.model import FeatureClass, Table
@@ -80,10 +89,12 @@ def run(seed: int) -> Outcome:
     simulation = random_flat(seed)
     sweeps = tuple(simulation)
     feature_map, seconds = mapped(simulation, sweeps, PoseMode.AUTO, driven=True)
+    reach = max(each.max_range for each in simulation.rig.sensors)
+    settings = EvaluationSettings(matching=MatchingSettings(opening_reach=reach))
     return Outcome(
         seed=seed,
-        evaluation=evaluate(feature_map, simulation.truth),
-        jambs=jamb_errors(feature_map, simulation.truth, reach=max(each.max_range for each in simulation.rig.sensors)),
+        evaluation=evaluate(feature_map, simulation.truth, settings),
+        jambs=jamb_errors(feature_map, simulation.truth, reach=reach),
         stations=len(sweeps),
         seconds=seconds,
     )

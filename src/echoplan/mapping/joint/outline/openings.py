@@ -56,27 +56,37 @@ class Gap:
         ends: FloatArray = self.line[1] * normal + self.ends[:, None] * along
         return ends
 
+    def seen_along(self, line: FloatArray) -> "Gap":
+        """Return the same gap as one in a line through its middle that runs as another line does [rad, m]."""
+        along, normal = directions(line[0] + math.pi / 2), directions(line[0])
+        ends = zip(self.endpoints_xy @ along, self.jambs, strict=True)
+        turned = math.cos(self.line[0] - line[0]) < 0.0
+        jambs = [(each.reversed() if turned else each).centred(float(place)) for place, each in ends]
+        first, last = jambs[::-1] if turned else jambs
+        offset = float(self.endpoints_xy.mean(axis=0) @ normal)
+        return replace(self, line=np.array([line[0], offset]), jambs=(first, last))
+
     def is_other_face_of(self, other: "Gap") -> bool:
         """Return True if this and another gap are in the two faces of one wall."""
         if math.cos(self.line[0] - other.line[0]) > -math.cos(_PARALLEL):
             return False
-        between = self.line[1] + other.line[1]
-        low, high = np.maximum(self.ends[0], -other.ends[1]), np.minimum(self.ends[1], -other.ends[0])
-        shorter = min(self.ends[1] - self.ends[0], other.ends[1] - other.ends[0])
-        return bool(-_THICKEST < between < 0.0 and high - low > 0.5 * shorter)
+        face = other.seen_along(self.line)
+        low, high = max(self.ends[0], face.ends[0]), min(self.ends[1], face.ends[1])
+        shorter = min(float(np.diff(each.ends)[0]) for each in (self, face))
+        return bool(0.0 < face.line[1] - self.line[1] < _THICKEST and high - low > 0.5 * shorter)
 
     def merged(self, other: "Gap") -> "Gap":
         """Merge it, an open one, with that of the other face: midway between both, each end where both say that it is.
 
         A gap in the other face that is not known to be open only tells where that face is.
         """
-        first, last = self.jambs
+        face, (first, last) = other.seen_along(self.line), self.jambs
         if other.is_open:
-            first, last = first.joined(other.jambs[1].reversed()), last.joined(other.jambs[0].reversed())
+            first, last = first.joined(face.jambs[0]), last.joined(face.jambs[1])
         return replace(
             self,
             walls=(*self.walls, *other.walls),
-            line=np.array([self.line[0], 0.5 * (self.line[1] - other.line[1])]),
+            line=np.array([self.line[0], 0.5 * (self.line[1] + face.line[1])]),
             jambs=(first, last),
             passed=self.passed or other.passed,
         )

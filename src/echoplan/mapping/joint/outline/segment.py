@@ -74,6 +74,10 @@ class End(NamedTuple):
         """Return the same end along the same line counted the other way."""
         return End(-self.places[::-1], self.chances[::-1])
 
+    def centred(self, place: float) -> "End":
+        """Return an end as well known at another place [m]."""
+        return End(self.places + (place - self.place), self.chances)
+
     def joined(self, other: "End") -> "End":
         """Return where the end is if two independent sources say where; the better known one if they disagree."""
         fine, coarse = sorted((self, other), key=lambda each: each.sigma)

@@ -26,6 +26,8 @@ __all__ = ["Survey", "SurveySettings"]
 
 # A gap shorter than this is none [m].
 _TOUCHING = 0.05
+# A wall is drawn so much farther at most to the jamb that its other face shows [m].
+_FARTHEST = 0.4
 # What is narrower is no way through, and what is wider belongs to no wall [m].
 _WIDTHS = (0.5, 3.0)
 
@@ -52,10 +54,14 @@ class _Drawn(NamedTuple):
             sorted(zip(gap.endpoints_xy @ along, gap.jambs, strict=True), key=lambda each: each[0]),
             self.places,
         )
-        upper = abs(high - first[0]) < abs(low - last[0])
+        upper = bool(abs(high - first[0]) < abs(low - last[0]))
         place, jamb = first if upper else last
         places = (low, place) if upper else (place, high)
-        if not jamb.is_known or places[1] - places[0] <= sum(self.inferred):
+        if (
+            not jamb.is_known
+            or places[1] - places[0] <= sum(self.inferred)
+            or abs(place - self.places[upper]) > _FARTHEST
+        ):
             return self
         known = End.normal(place, jamb.sigma)
         return self._replace(ends=(self.ends[0], known) if upper else (known, self.ends[1]), places=places)

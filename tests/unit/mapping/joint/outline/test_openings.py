@@ -67,6 +67,16 @@ def test_gaps_that_are_not_in_both_faces_of_one_wall_stay_two(other: Gap) -> Non
     assert len(merged_faces([WEST, other])) == 2
 
 
+@pytest.mark.parametrize("turn", [-0.5, 0.25, 0.5])
+def test_faces_that_are_not_quite_parallel_make_one_opening_where_the_door_is(turn: float) -> None:
+    # A door 6 m along the wall, in faces that are estimated askew by a fraction of a degree.
+    middle, angle = np.array([2.2, 6.4]), np.pi + np.radians(turn)
+    normal, along = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    east = gap((angle, float(middle @ normal)), (float(middle @ along) - 0.4, float(middle @ along) + 0.4))
+    (both,) = openings_of(merged_faces([gap((0.0, 2.0), (6.0, 6.8)), east]))
+    assert both.endpoints_xy == pytest.approx(np.array([[2.1, 6.0], [2.1, 6.8]]), abs=0.005)
+
+
 def test_a_face_that_nobody_knows_to_be_open_tells_only_where_the_wall_is() -> None:
     for order in ([WEST, other_face((-0.2, 0.6), is_open=False)], [other_face((-0.2, 0.6), is_open=False), WEST]):
         (both,) = openings_of(merged_faces(order))
