@@ -78,7 +78,7 @@ class Gap:
     def merged(self, other: "Gap") -> "Gap":
         """Merge it, an open one, with that of the other face: midway between both, each end where both say that it is.
 
-        A gap in the other face that is not known to be open only tells where that face is.
+        Of a gap in the other face that is not known to be open, only the place of that face is used.
         """
         face, (first, last) = other.seen_along(self.line), self.jambs
         if other.is_open:
