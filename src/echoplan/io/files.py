@@ -2,6 +2,7 @@
 
 import errno
 import os
+import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import wraps
@@ -260,8 +261,9 @@ def _writable(path: Path) -> Iterator[None]:
 
 
 def _undecodable_line(path: Path) -> int:
-    with path.open(encoding="utf-8", errors="replace") as file:
-        return next(number for number, line in enumerate(file, start=1) if "\N{REPLACEMENT CHARACTER}" in line)
+    # Bytes that cannot be decoded become lone surrogates, which no UTF-8 text holds.
+    with path.open(encoding="utf-8", errors="surrogateescape") as file:
+        return next(number for number, line in enumerate(file, start=1) if re.search(r"[\udc80-\udcff]", line))
 
 
 def _check_replaceable(target: Path) -> None:
