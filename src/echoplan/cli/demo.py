@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from echoplan.cli.results import RESULTS, Results, say_what_was_found, write_results
+from echoplan.cli.results import PICTURES, RESULTS, Results, results_folder, say_what_was_found
 from echoplan.cli.terminal import Progressing, put, report_files, show, tracked
 
 if TYPE_CHECKING:
@@ -89,10 +89,9 @@ def _map_flat(out: Path, seed: int) -> None:
     put()
     show(table)
     _say_lengths(evaluation)
-    _write_recording(out / "recording", drive.simulation)
-    _write_pictures(out / "pictures", (map_picture(plan),))
     introduction = Text(title="What this is", paragraphs=(_FLAT_INTRODUCTION,))
-    write_results(out, _results("A flat of two rooms", drive, mapper, plan, (introduction, table)))
+    results = _results("A flat of two rooms", drive, mapper, plan, (introduction, table))
+    _write(out, results, drive.simulation, (map_picture(plan),))
 
 
 def _map_paper_room(out: Path, seed: int) -> None:
@@ -112,10 +111,9 @@ def _map_paper_room(out: Path, seed: int) -> None:
     say_what_was_found(plan)
     put()
     show(table)
-    _write_recording(out / "recording", drive.simulation)
-    _write_pictures(out / "pictures", (map_picture(plan), *figures))
     introduction = Text(title="What this is", paragraphs=_PAPER_INTRODUCTION)
-    write_results(out, _results("The room of the paper", drive, joint, plan, (introduction, table, *figures)))
+    results = _results("The room of the paper", drive, joint, plan, (introduction, table, *figures))
+    _write(out, results, drive.simulation, (map_picture(plan), *figures))
 
 
 def _simulated(world: str, seed: int) -> _Drive:
@@ -203,22 +201,17 @@ def _paper_figures(mapper: "MdpFuzzyMapper", sweeps: "Sequence[Sweep]", plan: "P
     return paper_pictures([sweep_stages(mapper, sweep) for sweep in sweeps], plan)
 
 
-def _write_recording(folder: Path, simulation: "Simulation") -> None:
-    from echoplan.io import write_recording, write_truth, written_whole  # noqa: PLC0415
+def _write(out: Path, results: Results, simulation: "Simulation", pictures: "tuple[Picture, ...]") -> None:
+    from echoplan.io import write_bytes, write_recording, write_truth  # noqa: PLC0415
 
-    with written_whole(folder) as draft:
-        write_recording(draft, simulation)
-        write_truth(draft / "truth.json", simulation.truth)
-    report_files(folder, ["pings.csv", "rig.toml", "truth.json"])
-
-
-def _write_pictures(folder: Path, pictures: "tuple[Picture, ...]") -> None:
-    from echoplan.io import write_bytes, written_whole  # noqa: PLC0415
-
-    with written_whole(folder) as draft:
+    with results_folder(out, results) as draft:
+        write_recording(draft / "recording", simulation)
+        write_truth(draft / "recording" / "truth.json", simulation.truth)
         for picture in pictures:
-            write_bytes(draft / f"{picture.name}.png", picture.png)
-    report_files(folder, [f"{picture.name}.png" for picture in pictures])
+            write_bytes(draft / PICTURES / f"{picture.name}.png", picture.png)
+    report_files(out / "recording", ["pings.csv", "rig.toml", "truth.json"])
+    report_files(out / PICTURES, [f"{picture.name}.png" for picture in pictures])
+    report_files(out, RESULTS)
 
 
 def _table5(maps: "dict[str, FeatureMap]", simulation: "Simulation") -> "Table":

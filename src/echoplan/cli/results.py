@@ -1,10 +1,13 @@
 """What the commands that map leave in a folder: the map, its drawing, the report and the settings of the run."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from echoplan.cli.evaluate import evaluation_tables
+from echoplan.cli.output import output_folder
 from echoplan.cli.terminal import put, report_files, show
 
 if TYPE_CHECKING:
@@ -15,9 +18,11 @@ if TYPE_CHECKING:
     from echoplan.model import OccupancyGrid
     from echoplan.viewer import Definitions, Plan, Section
 
-__all__ = ["RESULTS", "Results", "say_what_was_found", "write_results"]
+__all__ = ["PICTURES", "RESULTS", "Results", "results_folder", "say_what_was_found", "write_results"]
 
 RESULTS = ("map.json", "map.svg", "report.html", "trajectory.tum", "run.toml")
+# The folder of pictures in that of a demo.
+PICTURES = "pictures"
 _GRID = ("map.yaml", "map.pgm")
 
 
@@ -55,12 +60,10 @@ class Results:
 def write_results(folder: Path, results: Results) -> None:
     """Write the files of ``RESULTS``, and ``map.yaml`` with its picture if there is a grid; all or none, and say so.
 
-    The grid that an earlier run left in the folder goes.
-
     Parameters
     ----------
     folder : Path
-        Where to; it is made if it is not there.
+        Where to; it is made if it is not there. The grid that an earlier run left there goes.
     results : Results
         What the run came to.
 
@@ -69,13 +72,40 @@ def write_results(folder: Path, results: Results) -> None:
     OutputError
         If one of them cannot be written.
     """
-    from echoplan.config import write_run  # noqa: PLC0415 - --help must not wait for NumPy
-    from echoplan.io import write_grid, write_map, write_text, write_trajectory, written_whole  # noqa: PLC0415
-    from echoplan.viewer import Report, plan_svg, report_html  # noqa: PLC0415
+    with results_folder(folder, results):
+        pass
+    report_files(folder, (*RESULTS, *(_GRID if results.grid is not None else ())))
 
-    plan, was_run = results.plan, (folder / "run.toml").exists()
+
+@contextmanager
+def results_folder(folder: Path, results: Results) -> Iterator[Path]:
+    """Write the files of a run together with what the block writes; all or none.
+
+    Parameters
+    ----------
+    folder : Path
+        Where to; it is made if it is not there. Files of an earlier run that this one does not make go.
+    results : Results
+        What the run came to.
+
+    Yields
+    ------
+    Path
+        Where to write, instead of the folder.
+
+    Raises
+    ------
+    OutputError
+        If one of them cannot be written.
+    """
+    from echoplan.config import write_run  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.io import write_grid, write_map, write_text, write_trajectory  # noqa: PLC0415
+    from echoplan.viewer import PAPER_FIGURES, Report, plan_svg, report_html  # noqa: PLC0415
+
+    plan = results.plan
     sections = (*results.sections, *_learned(plan), *_evaluated(plan), *_settings(results))
-    with written_whole(folder) as draft:
+    optional = (*_GRID, *(f"{PICTURES}/{name}.png" for name in PAPER_FIGURES))
+    with output_folder(folder, stale=optional if (folder / "run.toml").exists() else ()) as draft:
         write_map(draft / "map.json", plan.feature_map)
         write_text(draft / "map.svg", plan_svg(plan))
         write_text(draft / "report.html", report_html(Report(title=results.title, plan=plan, sections=sections)))
@@ -83,10 +113,7 @@ def write_results(folder: Path, results: Results) -> None:
         write_run(draft / "run.toml", results.run, results.settings)
         if results.grid is not None:
             write_grid(draft / "map.yaml", results.grid)
-    if was_run and results.grid is None:
-        for stale in filter(Path.is_file, (folder / name for name in _GRID)):
-            stale.unlink()
-    report_files(folder, (*RESULTS, *(_GRID if results.grid is not None else ())))
+        yield draft
 
 
 def say_what_was_found(plan: "Plan") -> None:

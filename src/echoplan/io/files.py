@@ -8,10 +8,11 @@ from contextlib import contextmanager
 from functools import wraps
 from os import PathLike
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Concatenate, ParamSpec, TextIO, TypeVar
 
 from echoplan.errors import InputError, OutputError
+from echoplan.io.replacing import replace_files
+from echoplan.io.scratch import scratch_folder
 
 __all__ = [
     "by_name",
@@ -137,7 +138,7 @@ def read_text(path: Path) -> str:
 
 
 @contextmanager
-def written_whole(path: Path) -> Iterator[Path]:
+def written_whole(path: Path, *, stale: Iterable[str] = ()) -> Iterator[Path]:
     """Write a file or a folder so that it is there whole or not at all.
 
     The block writes a file, or makes a folder, at the path it is given; that path lies beside the target and
@@ -147,6 +148,8 @@ def written_whole(path: Path) -> Iterator[Path]:
     ----------
     path : Path
         The target; the folders above it are made.
+    stale : iterable of str, optional
+        Files of an earlier run, relative to the folder: they go unless the block writes them.
 
     Yields
     ------
@@ -170,14 +173,16 @@ def written_whole(path: Path) -> Iterator[Path]:
     with _writable(path):
         target = path.resolve()
         _check_replaceable(target)
-        beside = target if target.is_dir() else target.parent
-        beside.mkdir(parents=True, exist_ok=True)
-        with TemporaryDirectory(prefix=".echoplan-", dir=beside) as scratch:
-            draft = Path(scratch) / target.name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with scratch_folder(target) as scratch:
+            draft = scratch / target.name
             yield draft
             _flush(draft)
             _check_movable(draft, target)
-            _move(draft, target)
+            if target.is_dir():
+                replace_files(draft, target, stale=stale, scratch=scratch)
+            else:
+                draft.replace(target)
 
 
 def check_folder(path: Path, names: Iterable[str]) -> None:
@@ -292,11 +297,3 @@ def _check_movable(draft: Path, target: Path) -> None:
         raise _in_the_way(target)
     for child in draft.iterdir() if draft.is_dir() else ():
         _check_movable(child, target / child.name)
-
-
-def _move(draft: Path, target: Path) -> None:
-    if draft.is_dir() and target.exists():
-        for child in draft.iterdir():
-            _move(child, target / child.name)
-    else:
-        draft.replace(target)

@@ -3,7 +3,7 @@
 from echoplan.viewer.gallery import Exhibit, Gallery, gallery_html
 from echoplan.viewer.learning import learned_in_words
 from echoplan.viewer.listening import EchoListener
-from echoplan.viewer.pictures import map_picture, paper_pictures
+from echoplan.viewer.pictures import PAPER_FIGURES, map_picture, paper_pictures
 from echoplan.viewer.plan import Plan
 from echoplan.viewer.report import Report, found_in_words, report_html
 from echoplan.viewer.sections import Definitions, Picture, Section, Text, flattened
@@ -12,6 +12,7 @@ from echoplan.viewer.svg import plan_svg
 from echoplan.viewer.tables import opening_table
 
 __all__ = [
+    "PAPER_FIGURES",
     "Definitions",
     "EchoListener",
     "Exhibit",

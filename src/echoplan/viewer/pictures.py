@@ -28,7 +28,7 @@ from echoplan.viewer.style import png
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["map_picture", "paper_pictures"]
+__all__ = ["PAPER_FIGURES", "map_picture", "paper_pictures"]
 
 _OF_A_MAP = "Walls, corners and cylinders, the stations in their order, and the true room where it is known."
 # By the stem of the file: title and caption.
@@ -62,6 +62,8 @@ _WORDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "map": ("The map", _OF_A_MAP),
     }
 )
+# The stems of the figures of the paper.
+PAPER_FIGURES = tuple(name for name in _WORDS if name != "map")
 
 
 def paper_pictures(stages: Sequence[SweepStages], plan: Plan) -> tuple[Picture, ...]:

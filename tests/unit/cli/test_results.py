@@ -6,7 +6,7 @@ import pytest
 
 import maps
 from drawings import gapped_map
-from echoplan.cli.results import Results, say_what_was_found, write_results
+from echoplan.cli.results import PICTURES, Results, results_folder, say_what_was_found, write_results
 from echoplan.config import Run
 from echoplan.errors import OutputError
 from echoplan.io import read_map
@@ -62,6 +62,16 @@ def test_a_place_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="choose another place"):
         write_results(tmp_path / "out", results())
     assert (tmp_path / "out").read_text(encoding="utf-8") == "mine"
+
+
+def test_pictures_that_a_run_does_not_make_go_and_others_stay(tmp_path: Path) -> None:
+    for made in (("map", "figure-05-fit"), ("map",)):
+        with results_folder(tmp_path, results()) as draft:
+            (draft / PICTURES).mkdir()
+            for name in made:
+                (draft / PICTURES / f"{name}.png").touch()
+        (tmp_path / PICTURES / "mine.png").touch()
+    assert sorted(path.name for path in (tmp_path / PICTURES).iterdir()) == ["map.png", "mine.png"]
 
 
 def test_what_was_found_is_said_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
