@@ -16,7 +16,7 @@ from echoplan.arrays import FloatArray, checked_floats, store
 from echoplan.evaluation.matches import Matches
 from echoplan.evaluation.vertices import true_vertices
 from echoplan.geometry import lines_through, wrap
-from echoplan.model import FeatureClass, FeatureMap, Truth, Wall
+from echoplan.model import FeatureClass, FeatureMap, Truth, Wall, translated_wall
 
 __all__ = ["PARAMETERS", "Consistency", "check_consistency", "check_errors", "nees", "pool_consistency", "wall_error"]
 
@@ -201,7 +201,14 @@ def nees(error: ArrayLike, covariance: FloatArray) -> float:
 
 def _wall_squares(feature_map: FeatureMap, truth: Truth, matches: Matches) -> list[float]:
     pairs = [(feature_map.walls[match.estimate], truth.walls_xy[match.truth]) for match in matches.walls.right]
-    return [nees(wall_error(wall, ends_xy), wall.covariance) for wall, ends_xy in pairs]
+    return [_wall_square(wall, ends_xy) for wall, ends_xy in pairs]
+
+
+def _wall_square(wall: Wall, true_ends_xy: FloatArray) -> float:
+    """Normalised error squared of a wall, seen from its own middle: far away, offset and angle are one and the same."""
+    middle_xy = wall.endpoints_xy.mean(axis=0)
+    near = translated_wall(wall, -middle_xy)
+    return nees(wall_error(near, true_ends_xy - middle_xy), near.covariance)
 
 
 def _corner_squares(feature_map: FeatureMap, truth: Truth, matches: Matches) -> list[float]:

@@ -229,11 +229,14 @@ def minimum_distance_point(
     if parabola is None or not cluster.bearings[0] <= parabola.vertex[0] <= cluster.bearings[-1]:
         return None
     bearing, distance = parabola.vertex
+    # The vertex lies in the window of the cluster, however flat the parabola: sigma is at most that of the window.
+    sigma = float(np.sqrt(parabola.vertex_covariance[0, 0]))
+    shrink = np.array([min(1.0, cluster.extent / np.sqrt(12) / sigma) if sigma > 0 else 1.0, 1.0])
     return LocatedPoint(
         hub_xy=cluster.hub_xy,
         bearing=float(bearing),
         distance=float(distance),
-        covariance=parabola.vertex_covariance,
+        covariance=parabola.vertex_covariance * np.outer(shrink, shrink),
     )
 
 

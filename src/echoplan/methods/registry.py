@@ -1,43 +1,16 @@
 """The methods by name: what turns sweeps into a map, all of equal rank."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Protocol
 
-import numpy as np
 from pydantic import BaseModel
 
-from echoplan.arrays import FloatArray
 from echoplan.errors import UnknownNameError
-from echoplan.mapping import Observation
-from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep
+from echoplan.methods.local import LocalMapper
+from echoplan.model import Rig
 
-__all__ = ["METHODS", "Mapper", "Method", "find_method", "grid_of", "map_sweeps", "observations_of", "points_of"]
-
-
-class Mapper(Protocol):
-    """Anything that takes sweeps and gives a map."""
-
-    def add(self, sweep: Sweep) -> None:
-        """Take one more sweep.
-
-        Parameters
-        ----------
-        sweep : Sweep
-            The pings of one pass of the array.
-        """
-        ...
-
-    def result(self) -> FeatureMap:
-        """Make the map of all sweeps so far.
-
-        Returns
-        -------
-        FeatureMap
-            The map; asking for it changes nothing.
-        """
-        ...
+__all__ = ["METHODS", "Method", "find_method"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,7 +38,7 @@ class Method:
         found: type[BaseModel] = getattr(self._module(), self.settings)
         return found
 
-    def build(self, rig: Rig, settings: BaseModel | None = None) -> Mapper:
+    def build(self, rig: Rig, settings: BaseModel | None = None) -> LocalMapper:
         """Make a mapper.
 
         Parameters
@@ -77,11 +50,10 @@ class Method:
 
         Returns
         -------
-        Mapper
-            Ready for the first sweep.
+        LocalMapper
+            Ready for the first sweep; it checks sweeps and maps in a frame near the first station.
         """
-        mapper: Mapper = getattr(self._module(), self.mapper)(rig, settings or self.settings_type())
-        return mapper
+        return LocalMapper(getattr(self._module(), self.mapper)(rig, settings or self.settings_type()), rig)
 
     def _module(self) -> object:
         return import_module(f"echoplan.methods.{self.name.replace('-', '_')}")
@@ -235,72 +207,3 @@ def find_method(name: str) -> Method:
         return METHODS[name]
     except KeyError:
         raise UnknownNameError("method", name, known=METHODS) from None
-
-
-def map_sweeps(mapper: Mapper, sweeps: Iterable[Sweep]) -> FeatureMap:
-    """Give a mapper all sweeps and take its map.
-
-    Parameters
-    ----------
-    mapper : Mapper
-        The mapper.
-    sweeps : iterable of Sweep
-        The sweeps, in the order of time.
-
-    Returns
-    -------
-    FeatureMap
-        The map of all of them.
-    """
-    for sweep in sweeps:
-        mapper.add(sweep)
-    return mapper.result()
-
-
-def points_of(mapper: Mapper) -> FloatArray:
-    """Ask a mapper for the points of which it makes its map.
-
-    Parameters
-    ----------
-    mapper : Mapper
-        A mapper that was given sweeps.
-
-    Returns
-    -------
-    ndarray, shape (n, 2)
-        The points [m]; none if it makes its map of something else.
-    """
-    points: FloatArray = getattr(mapper, "points_xy", np.zeros((0, 2)))
-    return points
-
-
-def observations_of(mapper: Mapper) -> tuple[Observation, ...]:
-    """Ask a mapper what single sweeps heard.
-
-    Parameters
-    ----------
-    mapper : Mapper
-        A mapper that was given sweeps.
-
-    Returns
-    -------
-    tuple of Observation
-        What was located, sweep by sweep; empty if the mapper locates nothing in single sweeps.
-    """
-    return tuple(getattr(mapper, "observations", ()))
-
-
-def grid_of(mapper: Mapper) -> OccupancyGrid | None:
-    """Ask a mapper for the grid beneath its map.
-
-    Parameters
-    ----------
-    mapper : Mapper
-        A mapper that was given sweeps.
-
-    Returns
-    -------
-    OccupancyGrid or None
-        None if the mapper keeps no grid.
-    """
-    return getattr(mapper, "grid", None)

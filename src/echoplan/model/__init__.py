@@ -17,6 +17,7 @@ from echoplan.model.rig import Firing, Rig, Servo
 from echoplan.model.sensor import Sensor, Transducer
 from echoplan.model.sweep import Pings, Recording, Source, Sweep
 from echoplan.model.table import Table
+from echoplan.model.translation import translated, translated_wall
 from echoplan.model.world import EVERYWHERE, Pillar, Polyline, Route, Truth, World
 
 __all__ = [
@@ -47,4 +48,6 @@ __all__ = [
     "UnobservedStretch",
     "Wall",
     "World",
+    "translated",
+    "translated_wall",
 ]

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import chi2
@@ -7,7 +9,7 @@ from echoplan.arrays import FloatArray
 from echoplan.evaluation import Consistency, evaluate
 from echoplan.evaluation.consistency import nees, pool_consistency, wall_error
 from echoplan.geometry import directions
-from echoplan.model import FeatureClass, FeatureMap, Wall
+from echoplan.model import FeatureClass, FeatureMap, Wall, translated_wall
 
 # The line 3x + 4y = 10 from (2, 1) to (-2, 4).
 TRUE_ENDS = np.array([[2.0, 1.0], [-2.0, 4.0]])
@@ -130,3 +132,12 @@ def test_a_wall_is_as_consistent_about_a_far_origin() -> None:
 def test_an_empty_map_is_neither_consistent_nor_not() -> None:
     for each in evaluate(FeatureMap(method="none"), maps.ROOM).consistency.values():
         assert np.isnan(each.share_inside)
+
+
+def test_coordinates_of_a_country_do_not_hide_the_consistency_of_a_wall() -> None:
+    shift = np.array([500_000.0, 5_200_000.0])
+    wall = maps.wall((1, 0.002), (3, 0.002), covariance=np.diag([1e-8, 1e-6]))
+    far_truth = replace(maps.ROOM, walls_xy=maps.ROOM.walls_xy + shift)
+    near = evaluate(maps.drawn(wall), maps.ROOM).consistency[FeatureClass.WALL]
+    far = evaluate(maps.drawn(translated_wall(wall, shift)), far_truth).consistency[FeatureClass.WALL]
+    assert far.nees == pytest.approx(near.nees, rel=1e-2)

@@ -158,6 +158,21 @@ def test_readings_in_steps_are_never_surer_than_their_steps() -> None:
     assert stepped.distance == smooth.distance
 
 
+def test_the_nearest_point_of_a_plateau_is_no_less_certain_than_its_window() -> None:
+    # Rounding alone gives these readings a curvature, of which the vertex would be uncertain by 10^11 rad.
+    bearings = np.radians([-57.0, -56.0, -55.0, -54.0, -53.0, -52.0])
+    pings = Pings(
+        origins_xy=np.zeros((6, 2)),
+        hubs_xy=np.zeros((6, 2)),
+        bearings=bearings,
+        ranges=np.full(6, 0.59) + 1e-16 * np.arange(-2, 4) ** 2,
+        sensors=np.zeros(6, dtype=np.int64),
+    )
+    point = minimum_distance_point(Cluster(pings=pings, bearings=bearings, right=np.inf, left=np.inf), resolution=0.01)
+    assert point is not None
+    assert np.sqrt(point.covariance[0, 0]) <= np.radians(5.0) / np.sqrt(12) + 1e-12
+
+
 def test_sensors_on_arms_of_different_lengths_tell_the_same_distance() -> None:
     bearings = scenes.around(0.0, np.radians(30))
     arms = np.where(np.arange(len(bearings)) % 2, 0.05, 0.12)

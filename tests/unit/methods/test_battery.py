@@ -90,10 +90,33 @@ def test_readings_that_are_no_ranges_show_nothing(
     assert (empty.walls, empty.corners, empty.cylinders) == ((), (), ())
 
 
-@pytest.mark.parametrize("count", [1, 2, 5])
+@pytest.mark.parametrize("count", [0, 1, 2, 5, 12])
 def test_a_few_pings_break_nothing(method: Method, cell: Simulation, sweeps: list[Sweep], count: int) -> None:
     few = [some(sweep, slice(count)) for sweep in sweeps]
-    assert len(map_sweeps(method.build(cell.rig), few).poses) == len(sweeps)
+    assert len(map_sweeps(method.build(cell.rig), few).poses) == (len(sweeps) if count else 0)
+
+
+@pytest.mark.parametrize("poses", [POSES, [POSES[0]] * 4], ids=["several places", "one place"])
+@pytest.mark.parametrize("count", [6, 91])
+def test_equal_readings_break_nothing(
+    method: Method, cell: Simulation, sweeps: list[Sweep], poses: list[list[float]], count: int
+) -> None:
+    # Coarse readings of a wall are a plateau: without an arm its nearest point may be anywhere.
+    alone = replace(cell.rig, sensors=(replace(cell.rig.sensors[0], x=0.0, y=0.0),), firing=None)
+    plateaus = [
+        replace(
+            some(sweep, slice(0, 4 * count, 4)), ranges=np.full(count, reading), map_from_base=np.tile(pose, (count, 1))
+        )
+        for sweep, pose, reading in zip(sweeps, poses, (0.59, 1.51, 0.59, 0.6), strict=True)
+    ]
+    assert len(map_sweeps(method.build(alone), plateaus).poses) == len(sweeps)
+
+
+def test_many_sweeps_from_one_place_break_nothing(method: Method, cell: Simulation, sweeps: list[Sweep]) -> None:
+    again = [
+        replace(sweeps[0], index=number, stamps_ns=sweeps[0].stamps_ns + number * 10_000_000_000) for number in range(4)
+    ]
+    assert len(map_sweeps(method.build(cell.rig), again).poses) == len(again)
 
 
 def test_one_sensor_is_enough(method: Method, cell: Simulation, sweeps: list[Sweep]) -> None:

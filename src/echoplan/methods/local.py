@@ -1,0 +1,99 @@
+"""What all mappers have in common: each sweep is checked, and mapped in a frame whose origin is near the robot."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from echoplan.arrays import FloatArray
+from echoplan.errors import InvalidValueError
+from echoplan.mapping import Observation
+from echoplan.methods.mapper import Mapper, grid_of, observations_of, points_of
+from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep, translated
+
+__all__ = ["LocalMapper"]
+
+
+class LocalMapper:
+    """Checks sweeps and hands them to a mapper in a local frame.
+
+    Coordinates of a country are so large that rounding alone would ruin normal equations.  The origin of the local
+    frame is the position of the first station, in whole metres: so subtracting it is exact, and the cells of grids
+    stay where they were.
+
+    Parameters
+    ----------
+    mapper : Mapper
+        What maps in the local frame.
+    rig : Rig
+        What made the sweeps.
+    """
+
+    def __init__(self, mapper: Mapper, rig: Rig) -> None:
+        self.mapper = mapper
+        self.rig = rig
+        self._origin_xy = np.zeros(2)
+        self._last: Sweep | None = None
+
+    def add(self, sweep: Sweep) -> None:
+        """Check one more sweep and map it; one without pings says nothing.
+
+        Parameters
+        ----------
+        sweep : Sweep
+            The pings of one pass of the array.
+
+        Raises
+        ------
+        UnknownNameError
+            If a sensor id is not of the rig.
+        InvalidValueError
+            If the sweep does not follow the one before in index and time; the mapper stays as it was.
+        """
+        if not len(sweep):
+            return
+        self.rig.indices(sweep.sensor_ids)
+        if self._last is not None:
+            _check_order(self._last, sweep)
+        origin_xy = np.round(sweep.station[:2]) if self._last is None else self._origin_xy
+        self.mapper.add(replace(sweep, map_from_base=sweep.map_from_base - np.append(origin_xy, 0.0)))
+        self._origin_xy, self._last = origin_xy, sweep
+
+    def result(self) -> FeatureMap:
+        """Make the map of all sweeps so far.
+
+        Returns
+        -------
+        FeatureMap
+            In the frame of the sweeps.
+        """
+        return translated(self.mapper.result(), self._origin_xy)
+
+    @property
+    def points_xy(self) -> FloatArray:
+        """Points of which the mapper makes its map [m], shape (n, 2)."""
+        return points_of(self.mapper) + self._origin_xy
+
+    @property
+    def observations(self) -> tuple[Observation, ...]:
+        """What the mapper located in single sweeps."""
+        return tuple(
+            replace(each, point=replace(each.point, hub_xy=each.point.hub_xy + self._origin_xy))
+            for each in observations_of(self.mapper)
+        )
+
+    @property
+    def grid(self) -> OccupancyGrid | None:
+        """The grid beneath the map, if the mapper keeps one."""
+        grid = grid_of(self.mapper)
+        return grid and replace(grid, origin_xy=grid.origin_xy + self._origin_xy)
+
+
+def _check_order(last: Sweep, sweep: Sweep) -> None:
+    if sweep.index <= last.index:
+        raise InvalidValueError(f"the index of a sweep must increase, not go from {last.index} to {sweep.index}")
+    begins, ended = int(sweep.stamps_ns[0]), int(last.stamps_ns[-1])
+    if begins < ended:
+        raise InvalidValueError(
+            f"sweep {sweep.index} begins at {begins * 1e-9:g} s, before sweep {last.index} ends at {ended * 1e-9:g} s; "
+            "add sweeps in the order of time"
+        )

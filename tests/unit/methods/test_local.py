@@ -1,0 +1,154 @@
+"""Every mapper that the registry builds maps near the origin of its own frame, and refuses bad sweeps."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import soundings
+from echoplan.arrays import FloatArray
+from echoplan.errors import EchoplanError
+from echoplan.methods import METHODS, Method, grid_of, map_sweeps, observations_of, points_of
+from echoplan.model import FeatureMap, Pillar, Polyline, Sweep, World
+from echoplan.simulation import Simulation
+
+CELL = World(
+    name="cell",
+    polylines=(Polyline(points_xy=np.array([[0.0, 0.0], [2.4, 0.2], [2.1, 1.9], [0.1, 1.6]]), closed=True),),
+    pillars=(Pillar(center_xy=np.array([1.7, 0.7]), radius=0.08),),
+)
+# Multiples of 2^-6 m, so that positions far away are exact and a shifted recording is the same recording.
+POSES = np.array([[0.5, 0.5, 0.0], [1.0, 0.625, 0.5], [0.75, 1.25, 1.0], [1.375, 1.25, 1.5]])
+# A place in UTM coordinates [m].
+FAR = np.array([500_000.0, 5_200_000.0])
+
+
+@pytest.fixture(params=METHODS.values(), ids=list(METHODS), scope="module")
+def method(request: pytest.FixtureRequest) -> Method:
+    """Each method in turn."""
+    chosen: Method = request.param
+    return chosen
+
+
+@pytest.fixture(scope="module")
+def cell() -> Simulation:
+    """A small room without a right angle, with a pillar, heard from four stations."""
+    return soundings.simulation(CELL, using=soundings.array(resolution=0.005), poses=POSES)
+
+
+@pytest.fixture(scope="module")
+def sweeps(cell: Simulation) -> list[Sweep]:
+    return list(cell)
+
+
+def shifted(sweep: Sweep, by_xy: FloatArray) -> Sweep:
+    return replace(sweep, map_from_base=sweep.map_from_base + np.append(by_xy, 0.0))
+
+
+def about(found: FeatureMap, origin_xy: FloatArray) -> list[FloatArray]:
+    """Everything that a map holds in metres and radians, seen from an origin."""
+    walls = [each.endpoints_xy - origin_xy for each in found.walls]
+    offsets = [np.array([each.normal_angle, each.offset - each.normal_xy @ origin_xy]) for each in found.walls]
+    points = [each.position_xy - origin_xy for each in found.corners]
+    circles = [np.array([*(each.center_xy - origin_xy), each.radius]) for each in found.cylinders]
+    gaps = [each.endpoints_xy - origin_xy for each in found.openings]
+    gaps += [each.endpoints_xy - origin_xy for each in found.unobserved]
+    covariances = [each.covariance for each in found.corners] + [each.covariance for each in found.cylinders]
+    return [*walls, *offsets, *points, *circles, *gaps, *covariances, found.poses[:, :2] - origin_xy]
+
+
+def test_coordinates_of_a_country_change_nothing_but_the_frame(
+    method: Method, cell: Simulation, sweeps: list[Sweep]
+) -> None:
+    here, there = method.build(cell.rig), method.build(cell.rig)
+    near, far = map_sweeps(here, sweeps), map_sweeps(there, [shifted(sweep, FAR) for sweep in sweeps])
+    for one, other in zip(about(near, np.zeros(2)), about(far, FAR), strict=True):
+        assert other == pytest.approx(one, abs=1e-8)
+    assert points_of(there) - FAR == pytest.approx(points_of(here), abs=1e-8)
+    hubs = [
+        np.array([each.point.hub_xy for each in observations_of(mapper)]).reshape(-1, 2) for mapper in (here, there)
+    ]
+    assert hubs[1] - FAR == pytest.approx(hubs[0], abs=1e-8)
+    grids = [grid_of(mapper) for mapper in (here, there)]
+    if grids[0] is not None:
+        assert grids[1] is not None
+        assert grids[1].origin_xy - FAR == pytest.approx(grids[0].origin_xy, abs=1e-8)
+        assert (grids[1].values == grids[0].values).all()
+
+
+def test_a_wall_far_away_is_as_sure_as_it_is_near(method: Method, cell: Simulation, sweeps: list[Sweep]) -> None:
+    shift = np.array([64.0, -128.0])
+    near = map_sweeps(method.build(cell.rig), sweeps)
+    far = map_sweeps(method.build(cell.rig), [shifted(sweep, shift) for sweep in sweeps])
+    for one, other in zip(near.walls, far.walls, strict=True):
+        # Offset = n . (p - shift): its derivative by the angle of n is the shift along the wall.
+        along = np.array([-one.normal_xy[1], one.normal_xy[0]]) @ shift
+        back = np.array([[1.0, 0.0], [-along, 1.0]])
+        assert back @ other.covariance @ back.T == pytest.approx(one.covariance, rel=1e-6)
+
+
+@pytest.fixture(scope="module")
+def bad_sweeps(sweeps: list[Sweep]) -> dict[str, tuple[Sweep, str]]:
+    """Sweeps that no mapper can take after the first two, and what is said about them."""
+    third = sweeps[2]
+    return {
+        "unknown sensor": (replace(third, sensor_ids=np.full(len(third), 99)), "unknown sensor id '99'"),
+        "index repeated": (replace(third, index=sweeps[1].index), "index of a sweep must increase, not go from 1 to 1"),
+        "index going back": (replace(third, index=0), "index of a sweep must increase, not go from 1 to 0"),
+        "time going back": (
+            replace(third, stamps_ns=third.stamps_ns - third.stamps_ns[0]),
+            "sweep 2 begins at 0 s, before sweep 1 ends",
+        ),
+    }
+
+
+@pytest.mark.parametrize("fault", ["unknown sensor", "index repeated", "index going back", "time going back"])
+def test_a_bad_sweep_is_refused_and_changes_nothing(
+    method: Method, cell: Simulation, sweeps: list[Sweep], bad_sweeps: dict[str, tuple[Sweep, str]], fault: str
+) -> None:
+    bad, message = bad_sweeps[fault]
+    plain, disturbed = method.build(cell.rig), method.build(cell.rig)
+    map_sweeps(plain, sweeps)
+    map_sweeps(disturbed, sweeps[:2])
+    with pytest.raises(EchoplanError, match=message):
+        disturbed.add(bad)
+    map_sweeps(disturbed, sweeps[2:])
+    expected, found = about(plain.result(), np.zeros(2)), about(disturbed.result(), np.zeros(2))
+    assert all((one == other).all() for one, other in zip(expected, found, strict=True))
+
+
+def test_a_bad_first_sweep_does_not_set_the_frame(
+    method: Method, cell: Simulation, sweeps: list[Sweep], bad_sweeps: dict[str, tuple[Sweep, str]]
+) -> None:
+    mapper = method.build(cell.rig)
+    with pytest.raises(EchoplanError, match="unknown sensor id"):
+        mapper.add(shifted(bad_sweeps["unknown sensor"][0], FAR))
+    assert len(map_sweeps(mapper, sweeps[:1]).poses) == 1
+
+
+def test_a_sweep_without_pings_has_no_time_and_no_place(method: Method, cell: Simulation, sweeps: list[Sweep]) -> None:
+    empty = Sweep(
+        index=0,
+        stamps_ns=np.zeros(0, dtype=np.int64),
+        sensor_ids=np.zeros(0, dtype=np.int64),
+        servo_angles=np.zeros(0),
+        ranges=np.zeros(0),
+        map_from_base=np.zeros((0, 3)),
+    )
+    mapper = method.build(cell.rig)
+    mapper.add(empty)
+    mapper.add(replace(sweeps[1], index=1))
+    assert mapper.result().poses[-1] == pytest.approx(sweeps[1].station)
+
+
+def test_a_sweep_that_is_refused_for_being_far_away_changes_nothing(
+    method: Method, cell: Simulation, sweeps: list[Sweep]
+) -> None:
+    plain, disturbed = method.build(cell.rig), method.build(cell.rig)
+    map_sweeps(plain, sweeps[:2])
+    map_sweeps(disturbed, sweeps[:2])
+    try:
+        disturbed.add(shifted(sweeps[2], FAR))
+    except EchoplanError:
+        expected, found = about(plain.result(), np.zeros(2)), about(disturbed.result(), np.zeros(2))
+        assert all((one == other).all() for one, other in zip(expected, found, strict=True))
