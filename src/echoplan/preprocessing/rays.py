@@ -11,18 +11,24 @@ from echoplan.preprocessing.soundings import Soundings
 
 __all__ = ["share_of_ramps"]
 
-# A ramp is looked for over this angle [rad], and in no fewer readings than tell one from chance.
-_WIDTH, _FEWEST = math.radians(12.0), 5
-# It rises by more than the walk of any module would [m], and by more than this share of the way; that closely it is
-# a parabola (of its rise), which steps from one wall to the next are not.
+# A ramp is sought over this angle [rad].  Fewer readings fit any parabola: with 5 in a window, up to a third of the
+# readings of sonars turned by hand seem to lie in ramps.
+_WIDTH, _FEWEST = math.radians(12.0), 8
+# Wider steps show no ramp: eight readings are of one reflector and the next [rad].
+_COARSEST = math.radians(3.0)
+# Within a ramp all steps are this even: a factor about the median.
+_UNEVEN = 2.0
+# A ramp rises by more than the walk of any module would [m], and by more than this share of the range.  It is a
+# parabola, but for this share of its rise, which steps from one wall to the next are not; and its echo points lie on a
+# line that closely, which readings of a sonar in a moving hand do not.
 _RISE, _SHARE, _LEFT = 0.1, 0.05, 0.05
 
 
 def share_of_ramps(soundings: Soundings) -> float:
-    """Tell how many of the readings are of surfaces that were met aslant.
+    """Return the share of the readings that glide along surfaces met at a slant.
 
-    Sound that meets a wall aslant glances off: as a sonar turns away, its reading stays the same, but for the walk, and
-    then jumps to something else.  The nearest point in a cone of rays glides along the wall, farther and farther.
+    Sound that meets a wall at a slant glances off: as a sonar turns away, its reading stays the same, but for the walk,
+    and then jumps to something else.  The nearest point in a cone of rays glides along the wall, farther and farther.
 
     Parameters
     ----------
@@ -32,7 +38,7 @@ def share_of_ramps(soundings: Soundings) -> float:
     Returns
     -------
     float
-        Share of the readings that lie in ramps; 0 of sonars that do not turn.
+        Share of the readings that lie in ramps; 0 of sonars that do not turn, or in steps too wide to show a ramp.
     """
     heard = np.isfinite(soundings.readings)
     scans = soundings.stations * (int(soundings.sensors.max(initial=0)) + 1) + soundings.sensors
@@ -43,33 +49,42 @@ def share_of_ramps(soundings: Soundings) -> float:
 
 
 def _ramps(soundings: Soundings, scan: IntArray) -> BoolArray:
-    """Tell which pings of one sensor at one station lie in a ramp."""
+    """Mark the pings of one sensor at one station that lie in a ramp."""
     readings, marked = soundings.readings[scan], np.zeros(len(scan), dtype=bool)
     turns = wrap(np.diff(soundings.bearings[scan]))
     step = float(np.median(np.abs(turns)))
-    count = max(_FEWEST, math.ceil(_WIDTH / step) + 1) if step else len(scan) + 1
+    count = max(_FEWEST, math.ceil(_WIDTH / step) + 1) if 0.0 < step <= _COARSEST else len(scan) + 1
     if count > len(scan):
         return marked
-    spans = np.lib.stride_tricks.sliding_window_view(turns, count - 1).sum(axis=1)
-    windows = np.lib.stride_tricks.sliding_window_view(readings, count)
-    usual = np.abs(np.abs(spans) / ((count - 1) * step) - 1.0) < 0.5
-    whole = usual & np.isfinite(windows).all(axis=1)
+    # A simulated servo turns evenly, a hand does not.
+    steps = np.abs(_windows(turns, count - 1)) / step
+    even = ((steps < _UNEVEN) & (steps > 1.0 / _UNEVEN)).all(axis=1)
+    whole = even & np.isfinite(_windows(readings, count)).all(axis=1)
     places = np.stack([soundings.x[scan], soundings.y[scan]])
     moved = np.hypot(*(places[:, count - 1 :] - places[:, : len(scan) - count + 1]))
-    for first in np.flatnonzero(whole)[_are_ramps(windows[whole], moved[whole])]:
+    ways = np.where(np.isfinite(readings), readings, 0.0)
+    echoes = places + ways * np.stack([soundings.ux[scan], soundings.uy[scan]])
+    points = np.stack([_windows(each, count)[whole] for each in echoes], axis=-1)
+    for first in np.flatnonzero(whole)[_are_ramps(_windows(readings, count)[whole], points, moved[whole])]:
         marked[first : first + count] = True
     return marked
 
 
-def _are_ramps(windows: FloatArray, moved: FloatArray) -> BoolArray:
-    """Tell which rows rise or fall steadily, as a parabola, and by more than the sonar moved."""
+def _windows(values: FloatArray, count: int) -> FloatArray:
+    return np.lib.stride_tricks.sliding_window_view(values, count)
+
+
+def _are_ramps(windows: FloatArray, points: FloatArray, moved: FloatArray) -> BoolArray:
+    """Tell which rows rise or fall by more than the sonar moved, as a parabola, with echo points on a line."""
     count = windows.shape[1]
     basis = _parabolas(count)
     fitted = windows @ basis @ basis.T
     left = np.sqrt(((windows - fitted) ** 2).sum(axis=1) / (count - 3))
     rise = np.abs(fitted[:, -1] - fitted[:, 0])
-    ramps: BoolArray = (rise - moved > np.maximum(_RISE, _SHARE * windows.mean(axis=1))) & (left < _LEFT * rise)
-    return ramps
+    rises: BoolArray = (rise - moved > np.maximum(_RISE, _SHARE * windows.mean(axis=1))) & (left < _LEFT * rise)
+    centred = points - points.mean(axis=1, keepdims=True)
+    aside = np.linalg.svd(centred, compute_uv=False)[:, 1] / math.sqrt(count - 2)
+    return rises & (aside < _LEFT * rise)
 
 
 @cache

@@ -8,7 +8,7 @@ import pytest
 
 from echoplan.model import Rig, Sweep
 from echoplan.preprocessing.rays import share_of_ramps
-from echoplan.preprocessing.soundings import Soundings, join_soundings, soundings_of
+from echoplan.preprocessing.soundings import Soundings, chosen_soundings, join_soundings, soundings_of
 from echoplan.simulation import Simulation
 from echoplan.sources import find_rig, find_route, find_world
 
@@ -37,6 +37,20 @@ def test_rays_glide_along_walls(half_angle: float) -> None:
 
 def test_with_a_centimetre_of_noise_they_still_do() -> None:
     assert share_of_ramps(by_rays(15.0, noise=0.01)) > 0.1
+
+
+def test_steps_too_wide_to_show_a_ramp_are_taken_for_sound() -> None:
+    every = by_rays(15.0)
+    ahead = chosen_soundings(every, every.sensors == 0)
+    assert share_of_ramps(chosen_soundings(ahead, np.arange(len(ahead.readings)) % 2 == 0)) > 0.15
+    assert share_of_ramps(chosen_soundings(ahead, np.arange(len(ahead.readings)) % 4 == 0)) == 0.0
+
+
+def test_what_a_hand_turns_unevenly_is_taken_for_sound() -> None:
+    every = by_rays(15.0)
+    ahead = chosen_soundings(every, every.sensors == 0)
+    in_turn = np.isin(np.arange(len(ahead.readings)) % 5, [0, 1])
+    assert share_of_ramps(chosen_soundings(ahead, in_turn)) == 0.0
 
 
 def test_sound_does_not() -> None:
