@@ -68,6 +68,8 @@ class _Motion:
     route: Route
     rounds: _Rounds
     latency_ns: int
+    gain: float
+    offset: float
 
     def servo_angles(self, stamps_ns: IntArray) -> FloatArray:
         angles: FloatArray = np.interp(stamps_ns, self.rounds.stamps_ns, self.rounds.angles)
@@ -83,7 +85,7 @@ class _Motion:
         return np.stack([np.interp(moments, knots, column) for column in poses.T], axis=-1)
 
     def map_from_sensors(self, stamps_ns: IntArray, sweeps: IntArray, sensors: IntArray) -> FloatArray:
-        angles = self.servo_angles(stamps_ns - self.latency_ns)
+        angles = self.offset + self.gain * self.servo_angles(stamps_ns - self.latency_ns)
         in_base = self.rig.base_from_sensors(self.rig.sensor_ids[sensors], angles)
         return compose(self.map_from_base(stamps_ns, sweeps), in_base)
 
@@ -104,7 +106,9 @@ def default_firing(rig: Rig) -> Firing:
     return rig.firing or Firing(period=_PERIOD, groups=(tuple(rig.sensor_ids.tolist()),))
 
 
-def build_schedule(rig: Rig, route: Route, *, servo_latency: float = 0.0) -> Schedule:
+def build_schedule(
+    rig: Rig, route: Route, *, servo_latency: float = 0.0, servo_gain: float = 1.0, servo_offset: float = 0.0
+) -> Schedule:
     """Lay out every ping of a rig on its route.
 
     At a station the servo turns once, to and fro at alternate stations; on a stamped route it keeps turning to and
@@ -119,6 +123,10 @@ def build_schedule(rig: Rig, route: Route, *, servo_latency: float = 0.0) -> Sch
         Where it goes.
     servo_latency : float, optional
         How long the servo lags behind the angle it is told [s].
+    servo_gain : float, optional
+        How far the servo turns for each radian that is recorded [rad].
+    servo_offset : float, optional
+        Where the servo stands when it records 0 [rad].
 
     Returns
     -------
@@ -143,7 +151,14 @@ def build_schedule(rig: Rig, route: Route, *, servo_latency: float = 0.0) -> Sch
     stamps_ns = np.add.outer(rounds.stamps_ns, offsets_ns).ravel()
     sensors = np.tile(fired, len(rounds.stamps_ns))
     sweeps = np.repeat(rounds.sweeps, len(fired))
-    motion = _Motion(rig=rig, route=route, rounds=rounds, latency_ns=_to_ns(servo_latency))
+    motion = _Motion(
+        rig=rig,
+        route=route,
+        rounds=rounds,
+        latency_ns=_to_ns(servo_latency),
+        gain=servo_gain,
+        offset=servo_offset if rig.servo else 0.0,
+    )
     poses = motion.map_from_sensors(stamps_ns, sweeps, sensors)
     later = motion.map_from_sensors(stamps_ns + _MOMENT_NS, sweeps, sensors)
     moved = np.column_stack([later[:, :2] - poses[:, :2], wrap(later[:, 2] - poses[:, 2])])

@@ -60,3 +60,7 @@ class SimulationSettings(BaseModel, frozen=True, extra="forbid"):
     servo_latency: float = Field(
         default=0.0, ge=0.0, description="how long the servo lags behind the angle it is told [s]"
     )
+    servo_gain: float = Field(
+        default=1.0, gt=0.0, description="how far the servo turns for each radian that is recorded [rad]"
+    )
+    servo_offset: float = Field(default=0.0, description="where the servo stands when it records 0 [rad]")

@@ -86,7 +86,13 @@ class Simulation:
         settings = self.settings
         transducer = self.rig.transducer or typical_transducer(self.rig.sensors[0])
         module = build_module(self.rig, transducer, settings)
-        schedule = build_schedule(self.rig, self.route, servo_latency=settings.servo_latency)
+        schedule = build_schedule(
+            self.rig,
+            self.route,
+            servo_latency=settings.servo_latency,
+            servo_gain=settings.servo_gain,
+            servo_offset=settings.servo_offset,
+        )
         memory = memory_of(transducer, settings.air) if settings.second_time_around else None
         stage = Stage(
             scene=build_scene(self.world),

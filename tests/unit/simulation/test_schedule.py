@@ -104,6 +104,20 @@ def test_a_late_servo_points_where_it_was_told_to_a_moment_ago() -> None:
     assert back.tolist() == pytest.approx([0, -1] + [-2] * 9, abs=1e-9)
 
 
+def test_a_servo_of_another_gain_mounted_askew_points_elsewhere_than_recorded() -> None:
+    rig = soundings.rig(servo=soundings.turning(-10, 10, 10), period=0.025)
+    route = Route(map_from_base=np.zeros((1, 3)))
+    schedule = build_schedule(rig, route, servo_gain=0.9, servo_offset=np.radians(4.0))
+    assert np.degrees(schedule.servo_angles).tolist() == pytest.approx([-10.0, 0.0, 10.0])
+    assert np.degrees(schedule.map_from_sensors[:, 2]).tolist() == pytest.approx([-5.0, 4.0, 13.0])
+
+
+def test_fixed_sensors_are_not_turned_by_the_offset_of_a_servo() -> None:
+    rig, route = soundings.rig(period=0.025), Route(map_from_base=np.zeros((1, 3)))
+    schedule = build_schedule(rig, route, servo_gain=0.9, servo_offset=0.1)
+    assert schedule.map_from_sensors[:, 2].tolist() == [0.0]
+
+
 def test_without_an_order_all_sensors_fire_at_once_every_25_ms() -> None:
     plain = Rig(name="plain", sensors=(soundings.sensor(4), soundings.sensor(2)))
     firing = default_firing(plain)
