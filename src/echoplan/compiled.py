@@ -5,8 +5,10 @@ Importing this module imports numba, which takes its time: import what uses it w
 
 import logging
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from pickle import UnpicklingError
 from typing import Any, ParamSpec, TypeVar
 
 import numba
@@ -17,6 +19,9 @@ __all__ = ["compiled"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
+
+# What opening a file says, and pickle of one that was cut off or overwritten.
+_UNREADABLE = (OSError, EOFError, UnpicklingError, AttributeError, ImportError, LookupError, TypeError, ValueError)
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
@@ -48,8 +53,10 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     """
     fast: Any = numba.njit(error_model="numpy")(function)
     if function.__name__.isidentifier():
-        # numba's own way in, njit(cache=True), cannot be told of another cache.
-        fast._cache = _PackageCache(function)  # type: ignore[no-untyped-call]  # noqa: SLF001
+        # Without a folder that may be written to, numba says RuntimeError, and machine code is kept in memory only.
+        with suppress(RuntimeError):
+            # numba's own way in, njit(cache=True), cannot be told of another cache.
+            fast._cache = _PackageCache(function)  # type: ignore[no-untyped-call]  # noqa: SLF001
     kept: Callable[P, R] = fast
     return kept
 
@@ -74,11 +81,25 @@ event.register("numba:compile", _Notice())  # type: ignore[no-untyped-call]
 
 
 class _PackageCache(FunctionCache):
-    """numba's cache of a function, with the state of the package in the key."""
+    """numba's cache of a function, with the state of the package in the key; it may be damaged, or the disk full."""
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
         key: tuple[Any, ...] = super()._index_key(sig, codegen)  # type: ignore[no-untyped-call]
         return (*key, _state_of_package())
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Load machine code; nothing if what is kept cannot be read, and then that goes."""
+        try:
+            return super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+        except _UNREADABLE:
+            with suppress(OSError):
+                self.flush()  # type: ignore[no-untyped-call]
+        return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep machine code if the disk takes it."""
+        with suppress(*_UNREADABLE):
+            super().save_overload(sig, data)  # type: ignore[no-untyped-call]
 
 
 @cache

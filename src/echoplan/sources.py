@@ -1,6 +1,7 @@
 """Where sweeps come from, told in one line of text: a recording's folder or a world to be simulated."""
 
 import re
+import reprlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from echoplan.io import (
     read_world,
     world_names,
 )
+from echoplan.io.files import readable
 from echoplan.model import Rig, Route, Source, Truth, World
 from echoplan.simulation import Simulation, SimulationSettings
 
@@ -144,7 +146,9 @@ def find_route(name: str) -> Route:
         return builtin_route(name)
     path = Path(name)
     beside = path.with_suffix(".csv")
-    if path.suffix == ".toml" and not beside.exists():
+    with readable(beside):
+        missing = path.suffix == ".toml" and not beside.exists()
+    if missing:
         remedy = "write its stations there as x,y,yaw, or name another route"
         raise InputError(beside, f"there is no route through {path.name}", remedy=remedy)
     return read_route(beside if path.suffix == ".toml" else path)
@@ -178,7 +182,9 @@ def find_truth(text: str, source: Source) -> Truth | None:
     if isinstance(source, Simulation):
         return source.truth
     beside = Path(text) / "truth.json"
-    return read_truth(beside) if beside.exists() else None
+    with readable(beside):
+        known = beside.exists()
+    return read_truth(beside) if known else None
 
 
 def _is_file(name: str) -> bool:
@@ -187,7 +193,9 @@ def _is_file(name: str) -> bool:
 
 def _open_recording(text: str, _: SimulationSettings | None) -> Source:
     path = Path(text)
-    if path.exists():
+    with readable(path):
+        found = path.exists()
+    if found:
         return read_recording(path)
     near = f"sim:{text}" if text in world_names() else "a recording's folder or sim:WORLD"
     raise InputError(text, "there is no such file or folder", remedy=f"name {near}")
@@ -201,8 +209,9 @@ def _open_simulation(text: str, settings: SimulationSettings | None) -> Source:
         if option not in _SIMULATION_OPTIONS:
             raise UnknownNameError("option", option, known=_SIMULATION_OPTIONS)
     seed = options.get("seed", "0")
-    if not seed.isdecimal():
-        raise InputError(text, f"the seed {seed!r} is no whole number", remedy="write, say, seed=3")
+    if not re.fullmatch(r"[0-9]{1,18}", seed):
+        digits = " of up to 18 digits" if seed.isdecimal() else ""
+        raise InputError(text, f"the seed {reprlib.repr(seed)} is no whole number{digits}", remedy="write, say, seed=3")
     return Simulation(
         world=find_world(world),
         rig=find_rig(options.get("rig", "rotary-array")),

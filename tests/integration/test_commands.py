@@ -408,10 +408,18 @@ class TestTerminal:
 
     def test_help_does_not_wait_for_numpy(self) -> None:
         probe = (
-            "import sys; import echoplan.cli.main; "
+            "import sys; import echoplan.cli.app; "
             "print(sorted({'numpy', 'scipy', 'numba', 'matplotlib', 'sklearn', 'pydantic'} & set(sys.modules)))"
         )
         done = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)
+        assert done.stdout.strip() == "[]"
+
+    def test_errors_can_be_told_before_anything_heavy_is_imported(self) -> None:
+        probe = (
+            "import sys; import echoplan.cli.main; "
+            "print(sorted({'typer', 'rich', 'numpy', 'pathlib', 'echoplan.errors'} & set(sys.modules)))"
+        )
+        done = subprocess.run([sys.executable, "-S", "-c", probe], capture_output=True, text=True, check=True)
         assert done.stdout.strip() == "[]"
 
     @pytest.mark.parametrize("name", ["demo", "simulate", "map", "evaluate", "info"])

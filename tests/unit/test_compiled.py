@@ -1,7 +1,6 @@
 import os
 import subprocess
 import sys
-import textwrap
 from pathlib import Path
 
 import numpy as np
@@ -50,25 +49,42 @@ def test_the_machine_code_is_kept_and_renewed_when_any_file_of_the_package_chang
     assert state() != before
 
 
-def test_a_second_process_takes_the_machine_code_of_the_first(tmp_path: Path) -> None:
-    (tmp_path / "work.py").write_text(
-        textwrap.dedent("""
-        from echoplan.compiled import compiled
-        @compiled
-        def twice(x):
-            return 2 * x
-        twice(1.0)
-        print(sum(twice.stats.cache_hits.values()))
-        """)
+WORK = """
+from echoplan.compiled import compiled
+@compiled
+def twice(x):
+    return 2 * x
+assert twice(1.0) == 2.0
+print(sum(twice.stats.cache_hits.values()))
+"""
+
+
+def hits(folder: Path, **environment: str) -> str:
+    """Run a compiled function in a process of its own; return how often its machine code was found."""
+    (folder / "work.py").write_text(WORK)
+    command = [sys.executable, str(folder / "work.py")]
+    done = subprocess.run(
+        command, check=True, capture_output=True, text=True, env={**os.environ, "NUMBA_CACHE_DIR": "", **environment}
     )
-    hits = [
-        subprocess.run(
-            [sys.executable, str(tmp_path / "work.py")],
-            check=True,
-            capture_output=True,
-            text=True,
-            env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
-        ).stdout.strip()
-        for _ in range(2)
-    ]
-    assert hits == ["0", "1"]
+    assert not done.stderr
+    return done.stdout.strip()
+
+
+def test_a_second_process_takes_the_machine_code_of_the_first(tmp_path: Path) -> None:
+    assert [hits(tmp_path, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(2)] == ["0", "1"]
+
+
+def test_where_nothing_can_be_kept_functions_are_compiled_in_memory(tmp_path: Path) -> None:
+    (tmp_path / "__pycache__").write_text("a file where a folder should be")
+    nowhere = {name: str(tmp_path / "work.py" / "x") for name in ("NUMBA_CACHE_DIR", "HOME", "XDG_CACHE_HOME")}
+    assert [hits(tmp_path, **nowhere) for _ in range(2)] == ["0", "0"]
+
+
+@pytest.mark.parametrize("rubbish", [b"", b"\x80\x04K\x01."])
+@pytest.mark.parametrize("kind", ["nbi", "nbc"])
+def test_damaged_machine_code_is_compiled_and_kept_again(tmp_path: Path, kind: str, rubbish: bytes) -> None:
+    environment = {"NUMBA_CACHE_DIR": str(tmp_path)}
+    assert hits(tmp_path, **environment) == "0"
+    for path in tmp_path.rglob(f"*.{kind}"):
+        path.write_bytes(rubbish)
+    assert [hits(tmp_path, **environment) for _ in range(2)] == ["0", "1"]

@@ -1,5 +1,6 @@
 """A source is named in one line of text."""
 
+import errno
 from pathlib import Path
 
 import numpy as np
@@ -115,6 +116,7 @@ def test_names_are_built_in_and_paths_are_files(room: Path) -> None:
         ("sim:square,seed=soon", "sim:square,seed=soon: the seed 'soon' is no whole number; write, say, seed=3"),
         ("sim:square,seed=-1", "the seed '-1' is no whole number"),
         ("sim:square,seed", "the seed '' is no whole number"),
+        (f"sim:square,seed={'9' * 5000}", r"the seed '999.*999' is no whole number of up to 18 digits; write, say"),
         ("sim:none.toml", r"none\.toml: there is no such file; check the name"),
     ],
 )
@@ -146,3 +148,12 @@ def test_a_world_without_a_route_is_told(room: Path) -> None:
     room.with_suffix(".csv").unlink()
     with pytest.raises(InputError, match=r"room\.csv: there is no route through room\.toml; write its stations there"):
         open_source(f"sim:{room}")
+
+
+def test_a_path_that_may_not_be_searched_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(_: Path) -> bool:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(Path, "exists", refuse)
+    with pytest.raises(InputError, match="rec: it may not be read; ask its owner for permission"):
+        open_source("private/rec")

@@ -97,4 +97,7 @@ def inside(path: Path, name: str) -> Path:
     Path
         The file.
     """
-    return path / name if path.is_dir() else path
+    from echoplan.io.files import readable  # noqa: PLC0415 - --help must not wait for NumPy
+
+    with readable(path):
+        return path / name if path.is_dir() else path

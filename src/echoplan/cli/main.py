@@ -1,55 +1,140 @@
-"""The command line: one line a subcommand, and the one place where errors become messages."""
+"""The one place where errors become messages.
 
+Whatever takes time to import is imported inside ``main``, where an interrupt is one, too.
+"""
+
+import atexit
+import io
+import os
+import signal
 import sys
-from typing import NoReturn
+from _thread import interrupt_main
+from collections.abc import Callable
+from types import FrameType
+from typing import TextIO
 
-import typer
-from typer.exceptions import TyperException
+__all__ = ["main"]
 
-from echoplan.cli import compare, demo, evaluate, info, simulate
-from echoplan.cli import map as map_command
-from echoplan.errors import EchoplanError
-
-__all__ = ["app", "main"]
-
-app = typer.Typer(
-    name="echoplan",
-    help="Floor plans from echoes: maps of walls, corners and cylinders from cheap ultrasonic sensors.",
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-    rich_markup_mode="markdown",
-)
-app.command("demo")(demo.run)
-app.command("simulate")(simulate.run)
-app.command("map")(map_command.run)
-app.command("evaluate")(evaluate.run)
-app.command("compare")(compare.run)
-app.command("info")(info.run)
+# Status of a refusal, as of argparse and click; a signal ends a program with 128 and its number, as shells have it.
+_REFUSED, _SIGNALLED = 2, 128
+# As much of an error as is read: an argument may have a hundred thousand characters.
+_LONGEST_MESSAGE = 1000
 
 
 def main() -> None:
-    """Run the command line; bad words and errors of ours become one line on standard error and exit status 2."""
-    words = sys.argv[1:]
+    """Run the command line.
+
+    Bad words, bad input, and whatever the system or the memory refuses become one line on standard error and exit
+    status 2; an interrupt is 130, a request to terminate 143.
+    """
+    signals: list[int] = []
+    restore = _watch(signals)
     try:
-        sys.exit(app(words or ["--help"], prog_name="echoplan", standalone_mode=False))
+        _prepare_streams()
+        status = _run(sys.argv[1:] or ["--help"])
+        status = _flush(sys.stdout) or status
+    finally:
+        if signals:
+            # An interrupt of an import or of machine code may come out as any error.
+            os._exit(_SIGNALLED + signals[0])
+        restore()
+    sys.exit(status)
+
+
+def _watch(signals: list[int]) -> Callable[[], None]:
+    """Let signals interrupt the work and be listed; return what puts the handlers back that were there before."""
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [*map(signal.getsignal, numbers)]
+    hook = sys.unraisablehook
+
+    def stop(number: int, _: FrameType | None) -> None:
+        signals.append(number)
+        raise KeyboardInterrupt
+
+    def insist(ignored: "sys.UnraisableHookArgs") -> None:
+        # Python drops what is raised in a callback or a destructor; an interrupt must not get lost there.
+        if signals:
+            interrupt_main()
+        else:
+            hook(ignored)
+
+    def restore() -> None:
+        sys.unraisablehook = hook
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
+
+    # When all is done and Python closes, there is nothing to interrupt any more.
+    atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
+    sys.unraisablehook = insist
+    for number, handler in zip(numbers, before, strict=True):
+        # A job in the background is started with interrupts ignored, and goes on.
+        if handler != signal.SIG_IGN:
+            signal.signal(number, stop)
+    return restore
+
+
+def _run(words: list[str]) -> int:
+    from typer.exceptions import TyperException  # noqa: PLC0415 - see above
+
+    from echoplan.cli.app import app, as_clause, help_for  # noqa: PLC0415
+    from echoplan.errors import EchoplanError  # noqa: PLC0415
+
+    try:
+        status = app(words, prog_name="echoplan", standalone_mode=False)
     except EchoplanError as error:
-        _refuse(str(error))
+        return _refuse(str(error))
     except TyperException as error:
-        _refuse(f"{_as_clause(error.format_message())}; see {_help_for(words)}")
+        return _refuse(f"{as_clause(error.format_message())}; see {help_for(words)}")
+    except OSError as error:
+        return _refuse(f"{_place_of(error)}: {error.strerror or error}; check the name, the permissions and the disk")
+    except MemoryError:
+        return _refuse("the memory is not enough; try a shorter recording, or coarser settings")
+    except RecursionError:
+        return _refuse("the input is nested too deeply; take out a level")
+    return int(status or 0)
 
 
-def _refuse(message: str) -> NoReturn:
-    sys.stderr.write(f"echoplan: {message}\n")
-    sys.exit(2)
+def _place_of(error: OSError) -> str:
+    return os.fsdecode(error.filename) if isinstance(error.filename, str | bytes) else "the system says"
 
 
-def _as_clause(sentence: str) -> str:
-    words = " ".join(sentence.split()).rstrip(".")
-    return words[:1].lower() + words[1:]
+def _refuse(message: str) -> int:
+    if len(message) > _LONGEST_MESSAGE:
+        half = _LONGEST_MESSAGE // 2
+        message = f"{message[:half]} ... {message[-half:]}"
+    # A name may hold line ends, commands to a terminal, and bytes that are no text.
+    line = "".join(each if each.isprintable() else repr(each)[1:-1] for each in message)
+    try:
+        sys.stderr.write(f"echoplan: {line}\n")
+    except OSError:
+        _discard(sys.stderr)
+    _flush(sys.stderr)
+    return _REFUSED
 
 
-def _help_for(words: list[str]) -> str:
-    commands = {command.name for command in app.registered_commands}
-    named = [word for word in words[:1] if word in commands]
-    return " ".join(["echoplan", *named, "--help"])
+def _flush(stream: TextIO) -> int:
+    try:
+        stream.flush()
+    except BrokenPipeError:
+        # Who reads has had enough, as head has.
+        _discard(stream)
+    except OSError as error:
+        _discard(stream)
+        if stream is sys.stdout:
+            return _refuse(f"standard output: {error.strerror}; free some space or print to another place")
+    return 0
+
+
+def _discard(stream: TextIO) -> None:
+    """Send nowhere what a stream still holds, lest Python complain when it closes."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def _prepare_streams() -> None:
+    """Open the streams that are closed, so that no file gets their numbers, and let every terminal show all text."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), mode, encoding="utf-8"))
+        elif mode == "w" and isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, as_completed
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
+from signal import SIG_DFL, SIGINT, signal
 
 from echoplan.comparison.trials import Outcome, Trial, measure
 
@@ -27,16 +28,27 @@ def run_trials(trials: Iterable[Trial], *, workers: int) -> Iterator[Outcome]:
     Outcome
         In the order in which they are ready; a trial that failed says why.
     """
-    with ThreadPoolExecutor(max_workers=workers) as pool:
+    pool = ThreadPoolExecutor(max_workers=workers)
+    try:
         for done in as_completed([pool.submit(_in_own_process, trial) for trial in trials]):
             yield done.result()
+    finally:
+        # Whoever is interrupted waits for nobody.
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in active_children():
+            process.terminate()
 
 
 def _in_own_process(trial: Trial) -> Outcome:
-    with ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn")) as process:
+    with ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn"), initializer=_die_silently) as process:
         future = process.submit(measure, trial)
         error = future.exception()
     return future.result() if error is None else Outcome(trial=trial, failure=_in_one_line(error))
+
+
+def _die_silently() -> None:
+    # A terminal interrupts all processes at once; the first one says what is to say.
+    signal(SIGINT, SIG_DFL)
 
 
 def _in_one_line(error: BaseException) -> str:

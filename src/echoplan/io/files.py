@@ -3,6 +3,7 @@
 import errno
 import os
 import re
+import stat
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import wraps
@@ -16,6 +17,7 @@ from echoplan.io.scratch import scratch_folder
 
 __all__ = [
     "by_name",
+    "check_file",
     "check_folder",
     "open_text",
     "read_text",
@@ -33,6 +35,8 @@ _UNREADABLE = {
     errno.ENOTDIR: ("it lies below a file, not a folder", "check the name"),
     errno.EISDIR: ("it is a folder", "name a file in it"),
     errno.EACCES: ("it may not be read", "ask its owner for permission"),
+    errno.ELOOP: ("its links lead in a circle", "name the file itself"),
+    errno.ENAMETOOLONG: ("its name is too long", "check the name"),
 }
 _UNWRITABLE = {
     errno.ENOSPC: "free some space or choose another disk",
@@ -76,14 +80,35 @@ def readable(path: Path) -> Iterator[None]:
     Raises
     ------
     InputError
-        If the block raises an ``OSError``.
+        If the block raises an ``OSError``, or no file can have such a name.
     """
+    if "\0" in str(path):
+        raise InputError(path, "no file has a name with a zero byte", remedy="check the name")
     try:
         yield
     except OSError as error:
         said = error.strerror or str(error)
         problem, remedy = _UNREADABLE.get(error.errno or 0, (said, "check the disk and try again"))
         raise InputError(path, problem, remedy=remedy) from error
+
+
+def check_file(path: Path) -> None:
+    """Refuse what is no file on a disk: a pipe may never end, and cannot be read twice.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If it is a pipe, a socket or a device, or cannot be looked at.
+    """
+    with readable(path):
+        mode = path.stat().st_mode
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        raise InputError(path, "it is a pipe or a device, not a file", remedy="save it as a file and name that")
 
 
 @contextmanager
@@ -103,8 +128,9 @@ def open_text(path: Path) -> Iterator[TextIO]:
     Raises
     ------
     InputError
-        If it cannot be read or is no UTF-8.
+        If it cannot be read, is a pipe or a device, or is no UTF-8.
     """
+    check_file(path)
     with readable(path):
         try:
             with path.open(encoding="utf-8-sig") as file:
@@ -171,7 +197,7 @@ def written_whole(path: Path, *, stale: Iterable[str] = ()) -> Iterator[Path]:
     'two sweeps'
     """
     with _writable(path):
-        target = path.resolve()
+        target = _resolved(path)
         _check_replaceable(target)
         target.parent.mkdir(parents=True, exist_ok=True)
         with scratch_folder(target) as scratch:
@@ -201,7 +227,7 @@ def check_folder(path: Path, names: Iterable[str]) -> None:
         If the folder cannot be made or written to, or something that is no file bears one of the names.
     """
     with _writable(path):
-        target = path.resolve()
+        target = _resolved(path)
         _check_replaceable(target)
         if target.is_file():
             raise _in_the_way(target)
@@ -224,14 +250,15 @@ def write_text(path: Path, text: str) -> None:
     path : Path or str
         The file.
     text : str
-        What it shall hold; written as UTF-8 with line feeds on every system.
+        What it shall hold; written as UTF-8 with line feeds on every system, and with question marks for lone
+        surrogates, of which Python makes file names that are no UTF-8.
 
     Raises
     ------
     OutputError
         If it cannot be written.
     """
-    write_bytes(path, text.encode())
+    write_bytes(path, text.encode(errors="replace"))
 
 
 @by_name
@@ -263,6 +290,16 @@ def _writable(path: Path) -> Iterator[None]:
     except OSError as error:
         remedy = _UNWRITABLE.get(error.errno or 0, "choose another place")
         raise OutputError(path, error.strerror or str(error), remedy=remedy) from error
+
+
+def _resolved(path: Path) -> Path:
+    try:
+        target = path.resolve()
+    except RuntimeError as error:  # so it is in Python 3.11 and 3.12; later a link is left in the path
+        raise OSError(errno.ELOOP, os.strerror(errno.ELOOP)) from error
+    if any(map(Path.is_symlink, (target, *target.parents))):
+        raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
+    return target
 
 
 def _undecodable_line(path: Path) -> int:

@@ -1,6 +1,7 @@
 """Occupancy grids as ROS keeps them: a picture and a YAML file beside it that says where it lies (map_server)."""
 
 import re
+import reprlib
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -21,8 +22,7 @@ __all__ = ["read_grid", "write_grid"]
 _OCCUPIED, _UNKNOWN, _FREE = 0, 205, 254
 _OCCUPIED_THRESHOLD, _FREE_THRESHOLD = 0.65, 0.196
 
-_ENTRY = re.compile(r"(\w+)\s*:\s*(.*?)\s*(?:#.*)?$")
-_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 Origin = Annotated[list[float], Field(min_length=3, max_length=3)]
 
 
@@ -108,20 +108,29 @@ def write_grid(path: Path, grid: OccupancyGrid) -> None:
 
 def _read_form(path: Path) -> _GridForm:
     entries: dict[str, object] = {}
-    for number, line in enumerate(read_text(path).splitlines(), start=1):
-        if line.strip() in ("", "---") or line.lstrip().startswith("#"):
+    for number, line in enumerate(read_text(path).split("\n"), start=1):
+        content = _without_comment(line)
+        if content in ("", "---"):
             continue
-        entry = _ENTRY.match(line)
-        if entry is None:
+        name, colon, text = content.partition(":")
+        if not colon:
             remedy = "write one entry a line: name: value"
-            raise InputError(path, f"{line.strip()!r} is no entry of a map", place=f"line {number}", remedy=remedy)
-        entries[entry[1]] = _value(entry[2])
+            problem = f"{reprlib.repr(content)} is no entry of a map"
+            raise InputError(path, problem, place=f"line {number}", remedy=remedy)
+        entries[name.strip()] = _value(text.strip())
     try:
         return _GridForm.model_validate(entries)
     except ValidationError as error:
         fault = error.errors()[0]
-        place, problem = str(fault["loc"][0]), f"{fault['msg'].lower()}, not {entries.get(str(fault['loc'][0]))!r}"
+        place = str(fault["loc"][0])
+        problem = f"{fault['msg'].lower()}, not {reprlib.repr(entries.get(place))}"
         raise InputError(path, problem, place=place, remedy="see the documentation of map_server") from error
+
+
+def _without_comment(line: str) -> str:
+    # A comment begins with the line or after a blank; elsewhere # is a character like others.
+    before, *_ = re.split(r"(?:^|(?<=\s))#", line, maxsplit=1)
+    return before.strip()
 
 
 def _value(text: str) -> object:
@@ -129,7 +138,7 @@ def _value(text: str) -> object:
     if text.startswith("[") and text.endswith("]"):
         return [_value(item.strip()) for item in text[1:-1].split(",")]
     if _NUMBER.fullmatch(text):
-        return float(text) if set(text) & set(".eE") else int(text)
+        return int(text) if re.fullmatch(r"[-+]?[0-9]{1,18}", text) else float(text)
     return {"true": 1, "false": 0}.get(text.lower(), text.strip("\"'"))
 
 

@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from echoplan.errors import InputError
-from echoplan.io.files import readable, write_bytes
+from echoplan.io.files import check_file, readable, write_bytes
 
 __all__ = ["read_pgm", "write_pgm"]
 
 # The kind, then width, height and greatest value between white space and comments, then one white space.
 _GAP = rb"(?:\s|#[^\n]*\n)+"
-_HEAD = re.compile(rb"(P\d)" + (_GAP + rb"(\d+)") * 3 + rb"\s")
+_HEAD = re.compile(rb"(P\d)" + (_GAP + rb"(\d{1,9})") * 3 + rb"\s")
 _REMEDY = "save it as a binary PGM with one byte a pixel"
 
 
@@ -35,6 +35,7 @@ def read_pgm(path: Path) -> NDArray[np.uint8]:
     InputError
         If the file cannot be read, is of another kind or is cut off.
     """
+    check_file(path)
     with readable(path):
         data = path.read_bytes()
     head = _HEAD.match(data)

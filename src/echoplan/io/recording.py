@@ -87,7 +87,9 @@ def read_recording(path: Path) -> RecordingFolder:
             raise InputError(path, problem, remedy="name a folder with pings.csv and rig.toml")
     rig = read_rig(path / "rig.toml")
     table = Table.open(path / "pings.csv", PING_COLUMNS, optional=MEASURED)
-    return RecordingFolder(name=path.resolve().name, rig=rig, table=table)
+    # Python makes lone surrogates of the bytes of a name that is no UTF-8, and no other text may hold them.
+    name = path.resolve().name.encode(errors="replace").decode()
+    return RecordingFolder(name=name, rig=rig, table=table)
 
 
 @by_name

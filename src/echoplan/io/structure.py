@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from pydantic_core import ErrorDetails
 
 from echoplan.errors import InputError
-from echoplan.io.files import read_text
+from echoplan.io.files import check_file, read_text, readable
 
 __all__ = [
     "Count",
@@ -29,6 +29,13 @@ __all__ = [
 
 FormT = TypeVar("FormT", bound=BaseModel)
 Location = tuple[int | str, ...]
+
+# Ten thousand poses with their covariances take 4 MB, and so do the corners of a hundred thousand faces.
+_LARGEST_FILE = 32_000_000
+# Time and memory of tomllib grow with the square of the parts of a key; the longest of ours has three.
+_DEEPEST_KEY = 16
+_KEY_PART = r"""(?:[A-Za-z0-9_-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
+_DEEP_KEY = re.compile(rf"""(?<![\w"'.\\-])(?:{_KEY_PART}[ \t]*+\.[ \t]*+){{{_DEEPEST_KEY}}}""")
 
 Whole = Annotated[int, Field(ge=-(2**62), le=2**62)]
 Count = Annotated[int, Field(ge=0, le=2**62)]
@@ -82,7 +89,7 @@ def read_toml(path: Path, form: type[FormT]) -> FormT:
     InputError
         If the file cannot be read, is no TOML or does not fit the form.
     """
-    return _fill(path, form, parse=tomllib.loads)
+    return _fill(path, form, parse=_parse_toml)
 
 
 def read_json(path: Path, form: type[FormT]) -> FormT:
@@ -105,10 +112,16 @@ def read_json(path: Path, form: type[FormT]) -> FormT:
     InputError
         If the file cannot be read, is no JSON or does not fit the form.
     """
-    return _fill(path, form, parse=json.loads)
+    return _fill(path, form, parse=_parse_json)
 
 
 def _fill(path: Path, form: type[FormT], *, parse: Callable[[str], object]) -> FormT:
+    check_file(path)
+    with readable(path):
+        size = path.stat().st_size
+    if size > _LARGEST_FILE:
+        problem = f"it has {size / 1e6:.0f} MB, and {_LARGEST_FILE / 1e6:.0f} MB are read at most"
+        raise InputError(path, problem, remedy="split it, or name another file")
     text = read_text(path)
     try:
         return form.model_validate(parse(text))
@@ -118,10 +131,27 @@ def _fill(path: Path, form: type[FormT], *, parse: Callable[[str], object]) -> F
         raise _broken(path, str(error)) from error
 
 
+def _parse_toml(text: str) -> object:
+    if deep := _DEEP_KEY.search(text):
+        line = text.count("\n", 0, deep.start()) + 1
+        raise ValueError(f"a key has more than {_DEEPEST_KEY} parts (at line {line}, column 1)")
+    return tomllib.loads(text)
+
+
+def _parse_json(text: str) -> object:
+    value = json.loads(text)
+    if re.search(r"\\u[dD][89a-fA-F]", text):
+        try:
+            json.dumps(value, ensure_ascii=False).encode()
+        except UnicodeEncodeError as error:
+            raise ValueError("a text has half a character, \\ud800 to \\udfff, without its other half") from error
+    return value
+
+
 def _broken(path: Path, said: str) -> InputError:
     position = re.search(r"line (\d+),? column (\d+)", said)
-    place = f"line {position[1]}, column {position[2]}" if position else "at its end"
-    problem = re.split(r" \(at |: line ", said)[0]
+    place = f"line {position[1]}, column {position[2]}" if position else "at its end" * ("end of document" in said)
+    problem = re.split(r" \(at |: line |: value has ", said)[0]
     return InputError(path, f"the file is broken: {problem}", place=place, remedy="mend it there")
 
 
@@ -153,7 +183,13 @@ def _mismatch(error: ErrorDetails) -> str:
     if error["type"] in ("too_long", "too_short"):
         return error["msg"].replace("List should", "must").replace(" after validation", "")
     wanted = "must be a table" if error["type"] == "model_type" else error["msg"].replace("Input should", "must")
-    return f"{wanted.partition(', unable')[0]}, not {reprlib.repr(error['input'])}"
+    return f"{wanted.partition(', unable')[0]}, not {_shown(error['input'])}"
+
+
+def _shown(value: object) -> str:
+    # Python refuses to write out whole numbers of thousands of digits.
+    too_long = isinstance(value, int) and value.bit_length() > 1000
+    return "a number of hundreds of digits" if too_long else reprlib.repr(value)
 
 
 def _key_at(location: Location, form: type[BaseModel]) -> tuple[str, str]:

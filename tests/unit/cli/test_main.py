@@ -1,9 +1,17 @@
+import errno
+import os
+import shlex
+import signal
+import subprocess
 import sys
+import time
+from pathlib import Path
 
 import pytest
 import typer
 
-from echoplan.cli.main import app, main
+from echoplan.cli.app import app
+from echoplan.cli.main import main
 from echoplan.errors import EchoplanError, InputError, OutputError, UnknownNameError
 
 FAULTS: dict[str, tuple[EchoplanError, str]] = {
@@ -33,6 +41,90 @@ def test_a_fault_of_ours_becomes_one_line_and_status_2(
         main()
     assert ended.value.code == 2
     assert capsys.readouterr() == ("", f"echoplan: {told}\n")
+
+
+REFUSALS: dict[str, tuple[BaseException, str]] = {
+    "system": (PermissionError(errno.EACCES, "Permission denied", "/private/rec"), "/private/rec: Permission denied; "),
+    "system without a name": (OSError(errno.EIO, "Input/output error"), "the system says: Input/output error; "),
+    "memory": (MemoryError(), "the memory is not enough; try a shorter recording, or coarser settings"),
+    "depth": (RecursionError(), "the input is nested too deeply"),
+}
+
+
+@pytest.mark.parametrize(("fault", "told"), REFUSALS.values(), ids=list(REFUSALS))
+def test_what_system_and_memory_refuse_becomes_one_line_and_status_2(
+    fault: BaseException,
+    told: str,
+    typed: None,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def fail(_: str) -> None:
+        raise fault
+
+    monkeypatch.setattr("echoplan.sources.open_source", fail)
+    with pytest.raises(SystemExit) as ended:
+        main()
+    out, err = capsys.readouterr()
+    assert (ended.value.code, out, len(err.splitlines())) == (2, "", 1)
+    assert err.startswith(f"echoplan: {told}")
+
+
+def test_a_name_with_line_ends_and_commands_to_the_terminal_is_shown_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["echoplan", "info", "one\ntwo\x1b[2J\udce4" + "x" * 100_000])
+    with pytest.raises(SystemExit):
+        main()
+    err = capsys.readouterr().err
+    assert err.startswith("echoplan: one\\ntwo\\x1b[2J\\udce4xxx")
+    assert (len(err.splitlines()), len(err) < 1100) == (1, True)
+
+
+def test_handlers_of_signals_are_put_back(typed: None) -> None:
+    before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+    with pytest.raises(SystemExit):
+        main()
+    assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)] == before
+
+
+COMMAND = [sys.executable, "-m", "echoplan"]
+
+
+@pytest.mark.parametrize("words", ["info nope", "--help"])
+@pytest.mark.parametrize("stream", ["1", "2"])
+@pytest.mark.parametrize("place", ["&-", "/dev/full"])
+def test_streams_that_are_closed_or_full_make_no_other_noise(words: str, stream: str, place: str) -> None:
+    line = f"{shlex.join(COMMAND)} {words} {stream}>{place}"
+    done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False)
+    full = stream == "1" and place == "/dev/full"
+    assert done.returncode == (2 if full or "nope" in words else 0)
+    assert len(done.stderr.splitlines()) <= 1
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "utf-8"])
+def test_terminals_of_any_encoding_show_what_they_can(encoding: str, tmp_path: Path) -> None:
+    environment = {**os.environ, "PYTHONIOENCODING": encoding}
+    words = ["simulate", "square", "--out", str(tmp_path / os.fsdecode(b"r\xe4um"))]
+    done = subprocess.run([*COMMAND, *words], capture_output=True, env=environment, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"r?um" in done.stdout
+    assert (tmp_path / os.fsdecode(b"r\xe4um") / "pings.csv").exists()
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_at_any_moment_ends_the_program_without_a_word(
+    number: signal.Signals, status: int, tmp_path: Path
+) -> None:
+    words = ["map", "sim:paper-room", "--out", str(tmp_path / "map"), "--method", "rcd"]
+    for wait in (0.4, 1.0):
+        with subprocess.Popen([*COMMAND, *words], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
+            time.sleep(wait)
+            process.send_signal(number)
+            assert process.stderr is not None
+            assert process.stderr.read() == b""
+        assert process.returncode in (status, 0)
 
 
 def test_a_fault_in_the_program_itself_is_not_hidden(typed: None, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -247,3 +247,33 @@ def test_a_folder_that_cannot_be_filled_is_refused_beforehand(tmp_path: Path, mo
     monkeypatch.setattr(os, "access", lambda *_: False)
     with pytest.raises(OutputError, match="new: Permission denied; choose a folder that you may write to"):
         check_folder(tmp_path / "new", ["map.json"])
+
+
+def test_a_pipe_is_refused_at_once(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pings.csv")
+    with pytest.raises(InputError, match=r"pings\.csv: it is a pipe or a device, not a file; save it as a file"):
+        read_text(tmp_path / "pings.csv")
+    with pytest.raises(InputError, match="it is a pipe or a device"):
+        read_text("/dev/null")
+
+
+@pytest.mark.parametrize("name", ["loop", "loop/x", "loop/x/y"])
+def test_links_in_a_circle_are_refused_to_read_and_to_write(tmp_path: Path, name: str) -> None:
+    (tmp_path / "loop").symlink_to("loop")
+    with pytest.raises(InputError, match="its links lead in a circle; name the file itself"):
+        read_text(tmp_path / name)
+    with pytest.raises(OutputError, match=r"Too many levels of symbolic links; choose another place"):
+        check_folder(tmp_path / name, ["map.json"])
+    with pytest.raises(OutputError, match=r"Too many levels of symbolic links; choose another place"):
+        write_text(tmp_path / name, "new")
+
+
+@pytest.mark.parametrize(("name", "problem"), [("a\0b", "zero byte"), ("a" * 300, "its name is too long")])
+def test_a_name_that_no_file_can_have_is_refused(tmp_path: Path, name: str, problem: str) -> None:
+    with pytest.raises(InputError, match=problem):
+        read_text(tmp_path / name)
+
+
+def test_text_from_a_name_that_is_no_utf8_is_written_with_question_marks(tmp_path: Path) -> None:
+    write_text(tmp_path / "a.txt", "r\udce4um")
+    assert (tmp_path / "a.txt").read_bytes() == b"r?um"

@@ -1,4 +1,5 @@
 from pathlib import Path
+from time import process_time
 
 import numpy as np
 import pytest
@@ -97,3 +98,30 @@ def test_a_map_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="it lies below a file, not a folder"):
         write_grid(tmp_path / "file" / "map.yaml", GRID)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"image: map.pgm\nresolution: {'1' * 60_000}x\n",
+        f"image: a{' ' * 200_000}b\n",
+        f"resolution: {'9' * 5000}\n",
+        "image: \0\nresolution: 1\norigin: [0, 0, 0]\n",
+        f"{' ' * 200_000}x\n",
+        f"image{' #' * 200_000}",
+    ],
+    ids=["digits", "blanks", "number", "zero byte", "margin", "comments"],
+)
+def test_files_made_to_keep_a_reader_busy_are_refused_at_once(tmp_path: Path, text: str) -> None:
+    path = kept(tmp_path, text)
+    start = process_time()
+    with pytest.raises(InputError) as caught:
+        read_grid(path)
+    assert process_time() - start < 1.0
+    assert len(str(caught.value)) < 500
+
+
+def test_only_a_mark_after_a_blank_begins_a_comment(tmp_path: Path) -> None:
+    write_pgm(tmp_path / "map#1.pgm", np.array([[0]], dtype=np.uint8))
+    (tmp_path / "map.yaml").write_text(YAML.replace("map.pgm", "map#1.pgm #2"), encoding="utf-8")
+    assert read_grid(tmp_path / "map.yaml").values.tolist() == [[1.0]]

@@ -49,3 +49,9 @@ def test_what_is_no_picture_of_this_kind_is_told_in_one_line(tmp_path: Path, dat
 def test_a_picture_that_is_not_there_is_told(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="there is no such file; check the name"):
         read_pgm(tmp_path / "map.pgm")
+
+
+def test_a_head_with_thousands_of_digits_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "map.pgm").write_bytes(b"P5 " + b"9" * 5000 + b" 1 255 x")
+    with pytest.raises(InputError, match="it is no PGM"):
+        read_pgm(tmp_path / "map.pgm")

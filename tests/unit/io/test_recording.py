@@ -1,6 +1,7 @@
 """Recordings are read sweep by sweep and written whole."""
 
 import errno
+import os
 import tracemalloc
 from collections.abc import Callable, Iterator
 from itertools import chain
@@ -186,3 +187,9 @@ def test_no_more_than_a_chunk_and_a_sweep_are_held(folder: Folder, monkeypatch: 
     assert peak_while(lambda: sum(map(len, recording))) < half_of_it
     assert peak_while(lambda: len(recording)) < half_of_it
     assert peak_while(lambda: list(recording)) > half_of_it
+
+
+def test_a_folder_whose_name_is_no_utf8_is_read(folder: Folder) -> None:
+    path = folder(*ROWS)
+    odd = path.rename(os.fsdecode(os.fsencode(path.parent) + b"/r\xe4um"))
+    assert read_recording(odd).name == "r?um"

@@ -103,7 +103,7 @@ def test_what_programs_write_may_hold_more_than_is_known(tmp_path: Path) -> None
         ('{"text": "a",}', r"note\.json, line 1, column \d+: the file is broken"),
         ("", r"note\.json, line 1, column 1: the file is broken: Expecting value"),
         ("[]", r"note\.json: must be a table, not \[\]"),
-        ("[" * 100_000, r"note\.json, at its end: the file is broken: maximum recursion depth"),
+        ("[" * 100_000, r"note\.json: the file is broken: maximum recursion depth"),
     ],
 )
 def test_a_fault_in_json_is_told(tmp_path: Path, text: str, message: str) -> None:
@@ -116,3 +116,40 @@ def test_a_key_that_would_break_the_line_is_quoted(tmp_path: Path) -> None:
         read_toml(write(tmp_path, '"two\\nlines" = 1\n'), SonarForm)
     assert r"['two\nlines']: the key 'two\nlines' is unknown" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "key", [".".join(["a"] * 20_000), " . ".join(["a"] * 20_000), ".".join([r'"\""'] * 2_000), ".".join(["''"] * 20)]
+)
+@pytest.mark.parametrize("line", ["{key} = 1", "[{key}]", "[[{key}]]", "main = {{{key} = 1}}"])
+def test_a_key_of_many_parts_is_refused_before_it_costs_time_and_memory(tmp_path: Path, key: str, line: str) -> None:
+    path = write(tmp_path, f'name = "sonar"\n{line.format(key=key)}\n')
+    with pytest.raises(InputError, match=r"sonar\.toml, line 2, column 1: the file is broken: a key has more than 16"):
+        read_toml(path, SonarForm)
+
+
+def test_a_text_with_dots_is_no_key_of_many_parts(tmp_path: Path) -> None:
+    name = "an ellipsis ...................., numbers 1.2.3.4, and a.b.c"
+    assert read_toml(write(tmp_path, f'name = "{name}"\n'), SonarForm).name == name
+
+
+def test_half_a_character_is_refused_and_both_halves_are_read(tmp_path: Path) -> None:
+    assert read_json(write(tmp_path, r'{"text": "\ud83d\ude00"}', "note.json"), NoteForm).text == "\U0001f600"
+    with pytest.raises(InputError, match=r"note\.json: the file is broken: a text has half a character"):
+        read_json(write(tmp_path, r'{"text": "\ud800"}', "note.json"), NoteForm)
+
+
+def test_numbers_of_thousands_of_digits_are_refused(tmp_path: Path) -> None:
+    for text in ("9" * 5000, f"0x{'f' * 5000}"):
+        with pytest.raises(InputError, match=r"sonar\.toml"):
+            read_toml(write(tmp_path, f"main = {{width = {text}}}"), SonarForm)
+    with pytest.raises(InputError, match=r"note\.json: the file is broken: Exceeds the limit .* conversion; mend it"):
+        read_json(write(tmp_path, f'{{"text": {"9" * 5000}}}', "note.json"), NoteForm)
+
+
+def test_a_file_that_would_fill_the_memory_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "sonar.toml"
+    with path.open("wb") as file:
+        file.truncate(10**9)
+    with pytest.raises(InputError, match=r"sonar\.toml: it has 1000 MB, and 32 MB are read at most"):
+        read_toml(path, SonarForm)

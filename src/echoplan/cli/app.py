@@ -1,0 +1,36 @@
+"""The commands, one file each, gathered under one name."""
+
+import typer
+
+from echoplan.cli import compare, demo, evaluate, info, simulate
+from echoplan.cli import map as map_command
+
+__all__ = ["app", "as_clause", "help_for"]
+
+app = typer.Typer(
+    name="echoplan",
+    help="Floor plans from echoes: maps of walls, corners and cylinders from cheap ultrasonic sensors.",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    rich_markup_mode="markdown",
+)
+app.command("demo")(demo.run)
+app.command("simulate")(simulate.run)
+app.command("map")(map_command.run)
+app.command("evaluate")(evaluate.run)
+app.command("compare")(compare.run)
+app.command("info")(info.run)
+
+
+def as_clause(sentence: str) -> str:
+    """Make a clause of one line of a sentence."""
+    words = " ".join(sentence.split()).rstrip(".")
+    return words[:1].lower() + words[1:]
+
+
+def help_for(words: list[str]) -> str:
+    """Name the command that helps with words that were typed wrongly."""
+    commands = {command.name for command in app.registered_commands}
+    named = [word for word in words[:1] if word in commands]
+    return " ".join(["echoplan", *named, "--help"])
