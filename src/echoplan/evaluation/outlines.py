@@ -14,6 +14,8 @@ __all__ = ["DirectedError", "MapError", "Outline", "OutlineSettings", "compare_o
 
 # Points that are held against an outline at once: a whole building would fill the memory.
 _BLOCK = 4096
+# At the default spacing a kilometre of walls, more than a large building has; longer outlines are sampled less densely.
+_SAMPLES_AT_MOST = 100_000
 
 
 class OutlineSettings(BaseModel, frozen=True, extra="forbid"):
@@ -51,13 +53,20 @@ class Outline:
             circles=checked_floats(self.circles, name="circles", shape=(None, 3)),
         )
 
+    @property
+    def length(self) -> float:
+        """Length of all segments and circles [m]."""
+        spans = self.segments_xy[:, 1] - self.segments_xy[:, 0]
+        return float(np.hypot(*spans.T).sum() + 2 * pi * self.circles[:, 2].sum())
+
     def samples(self, spacing: float) -> FloatArray:
         """Take points at even distances; each stands for an equal stretch of its segment or circle.
 
         Parameters
         ----------
         spacing : float
-            Greatest distance between neighbours along the outline [m].
+            Greatest distance between neighbours along the outline [m]; where that makes more than 100 000 points,
+            the distance that makes so many.
 
         Returns
         -------
@@ -70,6 +79,7 @@ class Outline:
         array([[0.25, 1.  ],
                [0.75, 1.  ]])
         """
+        spacing = max(spacing, self.length / _SAMPLES_AT_MOST)
         walls = [start + _middles(np.hypot(*(end - start)), spacing) * (end - start) for start, end in self.segments_xy]
         rounds = [
             circle[:2] + circle[2] * directions(2 * pi * _middles(2 * pi * circle[2], spacing)[:, 0])

@@ -201,7 +201,9 @@ def written_whole(path: Path, *, stale: Iterable[str] = ()) -> Iterator[Path]:
         _check_replaceable(target)
         target.parent.mkdir(parents=True, exist_ok=True)
         with scratch_folder(target) as scratch:
-            draft = scratch / target.name
+            # In a folder of its own: that of the scratch folder is locked.
+            draft = scratch / "draft" / target.name
+            draft.parent.mkdir()
             yield draft
             _flush(draft)
             _check_movable(draft, target)

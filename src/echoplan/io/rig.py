@@ -9,7 +9,7 @@ from pydantic import Field
 from echoplan.io.files import by_name, write_text
 from echoplan.io.structure import Form, Whole, read_toml
 from echoplan.io.text import format_toml
-from echoplan.io.units import HalfAperture, Metres, Radians
+from echoplan.io.units import HalfAperture, Lever, Metres, Radians
 from echoplan.model import Firing, Odometry, Rig, Sensor, Servo, Transducer
 
 __all__ = ["format_rig", "read_rig", "write_rig"]
@@ -17,8 +17,8 @@ __all__ = ["format_rig", "read_rig", "write_rig"]
 
 class _SensorForm(Form, extra="forbid"):
     id: Whole = Field(description="the number of the sensor in the recording")
-    x: float = Field(default=0.0, description="the place of the acoustic centre in the turret's frame [m]")
-    y: float = Field(default=0.0, description="the place of the acoustic centre in the turret's frame [m]")
+    x: Lever = Field(default=0.0, description="the place of the acoustic centre in the turret's frame [m]")
+    y: Lever = Field(default=0.0, description="the place of the acoustic centre in the turret's frame [m]")
     yaw: Radians = Field(default=0.0, description="the direction of the beam axis in the turret's frame [rad]")
     half_aperture: HalfAperture = Field(description="half of the opening angle of the beam [rad]")
     min_range: Metres = Field(description="the nearest distance that is read [m]")
@@ -31,8 +31,8 @@ class _SensorForm(Form, extra="forbid"):
 
 
 class _TurretForm(Form, extra="forbid"):
-    x: float = Field(default=0.0, description="the place of the servo's axis in base_link [m]")
-    y: float = Field(default=0.0, description="the place of the servo's axis in base_link [m]")
+    x: Lever = Field(default=0.0, description="the place of the servo's axis in base_link [m]")
+    y: Lever = Field(default=0.0, description="the place of the servo's axis in base_link [m]")
     yaw: Radians = Field(default=0.0, description="the direction of servo angle 0 in base_link [rad]")
 
 

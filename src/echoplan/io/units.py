@@ -9,7 +9,7 @@ from pydantic import AfterValidator
 
 from echoplan.arrays import FloatArray
 
-__all__ = ["HalfAperture", "Metres", "Radians", "looks_like_degrees", "wrong_length_unit"]
+__all__ = ["HalfAperture", "Lever", "Metres", "Radians", "looks_like_degrees", "wrong_length_unit"]
 
 _WRONG_UNITS = {"centimetres": 100.0, "millimetres": 1000.0}
 
@@ -97,6 +97,13 @@ def _checked_length(length: float) -> float:
     return length
 
 
+def _checked_lever(length: float) -> float:
+    if abs(length) > 50.0:
+        raise ValueError(f"{length:g} m is larger than a robot; write metres")
+    return length
+
+
 HalfAperture = Annotated[float, AfterValidator(_checked_aperture)]
+Lever = Annotated[float, AfterValidator(_checked_lever)]
 Radians = Annotated[float, AfterValidator(_checked_angle)]
 Metres = Annotated[float, AfterValidator(_checked_length)]

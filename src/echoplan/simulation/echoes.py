@@ -15,6 +15,7 @@ from echoplan.simulation.detector import Echoes
 from echoplan.simulation.scene import Disc, Edge, Face, Scene
 from echoplan.simulation.sonar import Sonar
 from echoplan.simulation.stage import Ear, Mouth, Stage
+from echoplan.simulation.visibility import TIE, distance, faces_within, is_blocked, on_line, passes
 
 __all__ = ["find_echoes"]
 
@@ -22,8 +23,6 @@ Echo: TypeAlias = tuple[float, complex, int]
 Ends: TypeAlias = tuple[Mouth, Ear]
 Route: TypeAlias = tuple[complex, complex, complex, complex]
 
-# Points nearer than this are one point [m]; directions nearer than this are one direction [rad].
-_TIE = 1e-9
 # No reflector sounds louder than at this distance: the face of a transducer is not a point [m].
 _NEAREST = 1e-3
 # No robot gains 1 % on sound, and no servo turns by more than this while sound flies [rad].
@@ -99,10 +98,11 @@ def _trace_faces(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> N
 
 @compiled
 def _trace_pairs(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
-    mouth, ear = ends
+    (mouth, ear), reached = ends, np.empty(len(scene.faces), np.int64)
     for first in scene.faces:
         image = _mirrored_mouth(first, mouth)
-        for second in scene.faces:
+        for index in reached[: faces_within(scene, first, image.place, ear.longest, reached)]:
+            second = scene.faces[index]
             final = _mirrored_mouth(second, image)
             if _is_beyond(final, ear):
                 continue
@@ -158,9 +158,9 @@ def _trace_discs_then_faces(found: list[Echo], scene: Scene, sonar: Sonar, ends:
 def _trace_edges(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
     mouth, ear = ends
     for edge in scene.edges:
-        there = _distance(mouth.place, edge.apex)
-        heard = _later(ear, mouth.fired + (there + _distance(edge.apex, ear.place)) / sonar.speed)
-        back = _distance(edge.apex, heard.place)
+        there = distance(mouth.place, edge.apex)
+        heard = _later(ear, mouth.fired + (there + distance(edge.apex, ear.place)) / sonar.speed)
+        back = distance(edge.apex, heard.place)
         loudness = _loudness(sonar, (mouth, heard), (edge.apex - mouth.place, edge.apex - heard.place), there + back)
         # An edge diffracts no more than a plane reflects.
         if min(there, back) < _NEAREST or abs(loudness) < sonar.floor * (there + back):
@@ -175,7 +175,7 @@ def _trace_edges(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> N
 def _record(found: list[Echo], scene: Scene, route: Route, echo: Echo) -> None:
     clear = echo[1] != 0
     for leg in range(3):
-        clear = clear and not _is_blocked(scene, route[leg], route[leg + 1])
+        clear = clear and not is_blocked(scene, route[leg], route[leg + 1])
     if clear:
         found.append(echo)
 
@@ -183,8 +183,8 @@ def _record(found: list[Echo], scene: Scene, route: Route, echo: Echo) -> None:
 @compiled
 def _straight(sonar: Sonar, image: Mouth, ear: Ear) -> tuple[complex, float, float]:
     # Where the ear is when it hears an image, when, and how loud: mirrors leave way and beam of an image straight.
-    heard = _later(ear, image.fired + _distance(image.place, ear.place) / sonar.speed)
-    way, length = heard.place - image.place, _distance(heard.place, image.place)
+    heard = _later(ear, image.fired + distance(image.place, ear.place) / sonar.speed)
+    way, length = heard.place - image.place, distance(heard.place, image.place)
     pressure = _loudness(sonar, (image, heard), (way, -way), length) / max(length, _NEAREST)
     return heard.place, image.fired + length / sonar.speed, pressure
 
@@ -192,12 +192,12 @@ def _straight(sonar: Sonar, image: Mouth, ear: Ear) -> tuple[complex, float, flo
 @compiled
 def _over(sonar: Sonar, disc: Disc, mouth: Mouth, ear: Ear) -> tuple[complex, complex, float, float]:
     # The spot at which sound glances off a cylinder, where the ear is when it hears it, when, and how loud.
-    around = _distance(mouth.place, disc.center) + _distance(disc.center, ear.place) - 2 * disc.radius
+    around = distance(mouth.place, disc.center) + distance(disc.center, ear.place) - 2 * disc.radius
     heard = _later(ear, mouth.fired + around / sonar.speed)
     spot, cosine = _glance(disc, mouth.place, heard.place)
     if cosine <= 0:
         return disc.center, ear.place, 0.0, 0.0
-    there, back = max(_distance(mouth.place, spot), _NEAREST), max(_distance(spot, heard.place), _NEAREST)
+    there, back = max(distance(mouth.place, spot), _NEAREST), max(distance(spot, heard.place), _NEAREST)
     length = there + back
     law = disc.gain / math.sqrt(length * (length + 2 * there * back / (disc.radius * cosine)))
     pressure = law * _loudness(sonar, (mouth, heard), (spot - mouth.place, spot - heard.place), length)
@@ -217,7 +217,7 @@ def _is_beyond(image: Mouth, ear: Ear) -> bool:
 @compiled
 def _is_out(disc: Disc, mouth: Mouth, ear: Ear) -> bool:
     # The same for a cylinder between mouth and ear.
-    there, back = _distance(mouth.place, disc.center), _distance(disc.center, ear.place)
+    there, back = distance(mouth.place, disc.center), distance(disc.center, ear.place)
     out_of_time = there + back < ear.shortest or there + back - 2 * disc.radius > ear.longest
     ahead = ((disc.center - mouth.place) * mouth.axis.conjugate()).real
     before = ((disc.center - ear.place) * ear.axis.conjugate()).real
@@ -244,12 +244,12 @@ def _loudness(sonar: Sonar, ends: Ends, ways: tuple[complex, complex], length: f
 
 @compiled
 def _beam(table: FloatArray, axis: complex, way: complex) -> float:
-    distance, seen = _distance(way, 0j), way * axis.conjugate()
-    if distance < _TIE:
+    length, seen = distance(way, 0j), way * axis.conjugate()
+    if length < TIE:
         return 1.0
-    if seen.real < -_TIE * distance:
+    if seen.real < -TIE * length:
         return 0.0
-    return float(_looked_up(table, min(abs(seen.imag) / distance, 1.0)))
+    return float(_looked_up(table, min(abs(seen.imag) / length, 1.0)))
 
 
 @compiled
@@ -259,19 +259,8 @@ def _looked_up(table: FloatArray | ComplexArray, share: float) -> Any:
 
 
 @compiled
-def _distance(p: complex, q: complex) -> float:
-    return math.sqrt((p.real - q.real) ** 2 + (p.imag - q.imag) ** 2)
-
-
-@compiled
-def _on_line(face: Face, point: complex) -> complex:
-    # Along a face, and above it.
-    return (point - face.start) * face.tangent.conjugate()
-
-
-@compiled
 def _mirror(face: Face, point: complex) -> complex:
-    return face.start + face.tangent * _on_line(face, point).conjugate()
+    return face.start + face.tangent * on_line(face, point).conjugate()
 
 
 @compiled
@@ -289,14 +278,14 @@ def _mirrored_ear(face: Face, ear: Ear) -> Ear:
 @compiled
 def _bounce(face: Face, p: complex, q: complex) -> tuple[complex, float]:
     # Where a face reflects sound from p to q, and the share that it returns there: half at an end, none beyond it.
-    from_p, from_q = _on_line(face, p), _on_line(face, q)
-    if min(from_p.imag, from_q.imag) < -_TIE and max(from_p.imag, from_q.imag) > _TIE:
+    from_p, from_q = on_line(face, p), on_line(face, q)
+    if min(from_p.imag, from_q.imag) < -TIE and max(from_p.imag, from_q.imag) > TIE:
         return p, 0.0
     heights = abs(from_p.imag) + abs(from_q.imag)
-    share = abs(from_p.imag) / heights if heights > _TIE else 0.5
+    share = abs(from_p.imag) / heights if heights > TIE else 0.5
     along = from_p.real + share * (from_q.real - from_p.real)
     inside = min(along, face.length - along)
-    lit = 1.0 if inside > _TIE else (0.5 if inside >= -_TIE else 0.0)
+    lit = 1.0 if inside > TIE else (0.5 if inside >= -TIE else 0.0)
     return face.start + along * face.tangent, lit
 
 
@@ -314,47 +303,26 @@ def _bounce_twice(pair: tuple[Face, Face], image: complex, p: complex, q: comple
 @compiled
 def _facing(face: Face, other: Face, point: complex) -> float:
     # Positive if another face lies on a point's side of a face.
-    return _on_line(face, other.start + 0.5 * other.length * other.tangent).imag * _on_line(face, point).imag
-
-
-@compiled
-def _is_blocked(scene: Scene, p: complex, q: complex) -> bool:
-    for face in scene.faces:
-        from_p, from_q = _on_line(face, p), _on_line(face, q)
-        if min(from_p.imag, from_q.imag) < -_TIE and max(from_p.imag, from_q.imag) > _TIE:
-            along = from_p.real + (from_q.real - from_p.real) * from_p.imag / (from_p.imag - from_q.imag)
-            if -_TIE <= along <= face.length + _TIE:
-                return True
-    hidden = False
-    for disc in scene.discs:
-        hidden = hidden or _passes(disc, p, q)
-    return hidden
-
-
-@compiled
-def _passes(disc: Disc, p: complex, q: complex) -> bool:
-    way, length = q - p, _distance(p, q)
-    share = ((disc.center - p) * way.conjugate()).real / (length * length) if length > 0 else 0.0
-    return _distance(p + min(max(share, 0.0), 1.0) * way, disc.center) < disc.radius - _TIE
+    return on_line(face, other.start + 0.5 * other.length * other.tangent).imag * on_line(face, point).imag
 
 
 @compiled
 def _glance(disc: Disc, p: complex, q: complex) -> tuple[complex, float]:
     # The point of a cylinder at which sound from p is reflected to q, and the cosine of its incidence; 0 if none.
     # The way over the cylinder is shortest there: Newton's steps, or halving where an end is still out of sight.
-    away_p, away_q = _distance(p, disc.center), _distance(q, disc.center)
-    if min(away_p, away_q) <= disc.radius or _passes(disc, p, q):
+    away_p, away_q = distance(p, disc.center), distance(q, disc.center)
+    if min(away_p, away_q) <= disc.radius or passes(disc, p, q):
         return disc.center, 0.0
     low, high = (p - disc.center) * (1 / away_p), (q - disc.center) * (1 / away_q)
     normal = (away_q - disc.radius) * low + (away_p - disc.radius) * high
     way = math.copysign(1.0, (high * low.conjugate()).imag)
     for _ in range(50):
-        normal *= 1 / _distance(normal, 0j)
+        normal *= 1 / distance(normal, 0j)
         spot = disc.center + disc.radius * normal
-        near_p, near_q = _distance(p, spot), _distance(q, spot)
+        near_p, near_q = distance(p, spot), distance(q, spot)
         to_p, to_q = (p - spot) * normal.conjugate() * (1 / near_p), (q - spot) * normal.conjugate() * (1 / near_q)
         slope, is_lit = to_p.imag + to_q.imag, min(to_p.real, to_q.real) > 0
-        if is_lit and abs(slope) < _TIE:
+        if is_lit and abs(slope) < TIE:
             return spot, to_p.real
         low, high = (normal, high) if way * slope > 0 else (low, normal)
         stiffness = to_p.real + to_q.real + disc.radius * (to_p.real**2 / near_p + to_q.real**2 / near_q)
@@ -366,8 +334,8 @@ def _glance(disc: Disc, p: complex, q: complex) -> tuple[complex, float]:
 def _direction(edge: Edge, point: complex) -> float:
     # Angle of a point as seen from an edge, counted from its first face; negative outside of its air.
     angle = math.atan2(point.imag - edge.apex.imag, point.real - edge.apex.real) - edge.first
-    angle = (angle + _TIE) % math.tau - _TIE
-    return max(angle, 0.0) if angle <= edge.opening + _TIE else -1.0
+    angle = (angle + TIE) % math.tau - TIE
+    return max(angle, 0.0) if angle <= edge.opening + TIE else -1.0
 
 
 @compiled
@@ -391,7 +359,7 @@ def _scattered(sonar: Sonar, edge: Edge, ends: Ends, distances: tuple[float, flo
 @compiled
 def _term(sonar: Sonar, angle: float, opening: float, kl: float) -> complex:
     deviation = angle - 2 * opening * round(angle / (2 * opening))
-    if abs(deviation) < _TIE:
+    if abs(deviation) < TIE:
         return 0j
     leaning = abs(math.sin(deviation / 2)) / math.tan(deviation * math.pi / (2 * opening))
     z = 2 * math.sqrt(kl / math.pi) * abs(math.sin(deviation / 2))

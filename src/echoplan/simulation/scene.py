@@ -10,6 +10,7 @@ from echoplan.acoustics import reflection_coefficients
 from echoplan.arrays import ComplexArray, FloatArray
 from echoplan.geometry import distances_to_segments
 from echoplan.model import World
+from echoplan.simulation.tree import Tree, build_tree
 
 __all__ = ["Disc", "Edge", "Face", "Scene", "build_scene"]
 
@@ -57,11 +58,14 @@ class Scene(NamedTuple):
     ----------
     faces, discs, edges : ndarray of records, shapes (m,), (k,), (q,)
         The flat faces, the cylinders and the edges that diffract, with the fields of Face, Disc and Edge.
+    tree : Tree
+        Boxes around the faces.
     """
 
     faces: NDArray[np.void]
     discs: NDArray[np.void]
     edges: NDArray[np.void]
+    tree: Tree
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,6 +123,7 @@ def build_scene(world: World) -> Scene:
         faces=_records(_FACE, starts, spans / lengths, lengths, gains),
         discs=_records(_DISC, _as_complex(discs[:, :2]), discs[:, 2], disc_gains),
         edges=np.array([edge.record for edge in _edges(segments, gains) if edge.scatters], dtype=_EDGE),
+        tree=build_tree(segments),
     )
 
 
@@ -135,12 +140,24 @@ def _edges(segments_xy: FloatArray, gains: FloatArray) -> list[_Wedge]:
     if not len(ends):
         return []
     apexes = ends[np.unique(np.round(ends / _WELD), axis=0, return_index=True)[1]]
-    touching = distances_to_segments(apexes, segments_xy) < _WELD
     return [
         edge
-        for apex, near in zip(apexes, touching, strict=True)
+        for apex, near in zip(apexes, _touching(apexes, segments_xy), strict=True)
         for edge in _edges_at(apex, segments_xy[near], gains[near])
     ]
+
+
+def _touching(points_xy: FloatArray, segments_xy: FloatArray) -> list[list[int]]:
+    """Find the segments on which each point lies."""
+    from scipy.spatial import KDTree  # noqa: PLC0415 - SciPy is slow to import
+
+    centers, radii = segments_xy.mean(axis=1), np.linalg.norm(segments_xy[:, 1] - segments_xy[:, 0], axis=1) / 2
+    tree, touching = KDTree(points_xy), [list[int]() for _ in points_xy]
+    for number, (segment, center, radius) in enumerate(zip(segments_xy, centers, radii, strict=True)):
+        near = np.array(tree.query_ball_point(center, radius + 2 * _WELD), dtype=np.int64)
+        for point in near[distances_to_segments(points_xy[near], segment)[:, 0] < _WELD]:
+            touching[point].append(number)
+    return touching
 
 
 def _edges_at(apex: FloatArray, segments_xy: FloatArray, gains: FloatArray) -> list[_Wedge]:

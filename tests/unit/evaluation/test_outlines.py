@@ -101,3 +101,10 @@ def test_many_points_are_measured_as_few_are() -> None:
     points = np.random.default_rng(0).uniform(-1, 6, size=(9001, 2))
     halves = [outline.distances(half) for half in np.array_split(points, 90)]
     assert np.array_equal(outline.distances(points), np.concatenate(halves))
+
+
+def test_a_wall_that_ends_far_away_is_sampled_less_densely() -> None:
+    near, far = [[0.0, 0.0], [0.0, 3.0]], [[0.0, 0.0], [1e6, 0.0]]
+    samples = Outline(segments_xy=np.array([near, far]), circles=np.zeros((0, 3))).samples(0.01)
+    assert 90_000 < len(samples) <= 100_002
+    assert len(Outline(segments_xy=np.array([near]), circles=np.zeros((0, 3))).samples(0.01)) == 300

@@ -199,6 +199,16 @@ def test_a_folder_does_not_replace_a_file(tmp_path: Path) -> None:
     assert (tmp_path / "out").read_text() == "mine"
 
 
+def test_a_draft_may_itself_be_written_whole(tmp_path: Path) -> None:
+    with written_whole(tmp_path / "out") as draft:
+        with written_whole(draft) as inner:
+            inner.mkdir()
+            write_text(inner / "pings.csv", "t")
+        write_text(draft / "truth.json", "{}")
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["pings.csv", "truth.json"]
+    assert list(tmp_path.iterdir()) == [tmp_path / "out"]
+
+
 def test_an_error_from_a_draft_names_the_target(tmp_path: Path) -> None:
     def write_below_a_file() -> None:
         with written_whole(tmp_path / "out") as draft:

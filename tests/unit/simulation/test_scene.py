@@ -90,4 +90,4 @@ def test_the_gains_of_an_edge_are_those_of_its_faces_counter_clockwise() -> None
 
 def test_an_empty_world_is_an_empty_scene() -> None:
     scene = build_scene(soundings.world())
-    assert [len(part) for part in scene] == [0, 0, 0]
+    assert [len(part) for part in (scene.faces, scene.discs, scene.edges, *scene.tree)] == [0] * 5

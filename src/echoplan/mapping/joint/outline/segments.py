@@ -44,6 +44,8 @@ _UNSEEN = 0.1
 _BLUR = np.array([0.25, 0.5, 0.25])
 # Feet of single pings lie about that of their station: by less than the arm of a turret [m].
 _ARM = 0.1
+# At the default rate of ends cells so far apart say nothing of each other: their correlation is 2e-9 [m].
+_APART = 30.0
 
 
 class SegmentSettings(BaseModel, frozen=True, extra="forbid"):
@@ -101,12 +103,19 @@ def find_segments(
         for number, wall in walls.items():
             others = [each for each in before if each.owner != number]
             narrow, wide = Obstacles.of(others), Obstacles.of(others, discs, settings.margin)
-            corners, passed = corners_on(number, wall, before, echoes), path_crossings(wall.line, path_xy)
+            corners = corners_on(number, wall, before, echoes)
+            passed = _near(path_crossings(wall.line, path_xy), wall.past.line.feet)
             places = np.concatenate([passed, [each.place for each in corners]])
             line = _Line.of(number, wall, obstacles=(narrow, wide), passed=passed, places=places, settings=settings)
             chain = smoothed(*line.potentials(corners))
             segments += line.segments(chain, corners, others)
     return _without_copies(segments)
+
+
+def _near(places: FloatArray, feet: FloatArray) -> FloatArray:
+    """Return the places along a line that matter to where it is observed."""
+    near: FloatArray = places[(places > feet.min() - _APART) & (places < feet.max() + _APART)]
+    return near
 
 
 def _without_copies(segments: Sequence[Segment]) -> list[Segment]:
@@ -171,7 +180,7 @@ class _Line:
         in the way, an echo may be missing.
         """
         feet, centers_xy, ratios = wall.past.line
-        places = np.concatenate([feet, wall.past.crossings, places])
+        places = np.concatenate([feet, _near(wall.past.crossings, feet), places])
         start = float(places.min()) - OFFSETS[-1]
         hidden, disturbed = (each.block(centers_xy, points_on(wall.line, feet))[:, None, None] for each in obstacles)
         detected = np.where(OFFSETS <= 0.0, np.maximum(ratios[:, :, :1], 0.0), 0.0)
@@ -209,8 +218,9 @@ class _Line:
         """Return the log potentials of the chain: cells, ends and no ends."""
         settings, past = self.settings, self.wall.past
         corner_feet, sure = before_corners(corners), math.log(settings.false_echo)
-        places = np.concatenate([self.feet, past.crossings, corner_feet])
-        ratios = np.repeat([sure, -sure], [len(past.crossings), len(corner_feet)])
+        crossings = _near(past.crossings, self.feet)
+        places = np.concatenate([self.feet, crossings, corner_feet])
+        ratios = np.repeat([sure, -sure], [len(crossings), len(corner_feet)])
         ratios = np.concatenate([self.ratios[:, 0, 0], ratios])
         cells: FloatArray = np.bincount(self.cells_of(places), ratios, minlength=self.count).astype(np.float64)
         rate = settings.ends_per_metre * CELL

@@ -25,6 +25,8 @@ _BESIDE = 0.5
 _FAR = 8.0
 # No heading is told more exactly by a normal [rad].
 _LEAST_TURN = math.radians(0.7)
+# Headings to either side at most, however long the lever: half a turn in such steps.
+_MOST_TURNS = 256
 
 
 class LocalisationSettings(BaseModel, frozen=True, extra="forbid"):
@@ -161,7 +163,8 @@ def locate(
     if not len(sight.depths) or not len(catalogue.reflectors):
         return best, score
     span, steps = settings.deviations * sigmas, np.full(3, settings.steps)
-    steps[2] = max(settings.steps, math.ceil(span[2] / (2.0 * _told_apart(sight, settings))))
+    turns = math.ceil(span[2] / (2.0 * _told_apart(sight, settings)))
+    steps[2] = max(settings.steps, min(turns, _MOST_TURNS))
     scale, narrowing = np.ones(3), 1.0
     for turn in range(settings.refinements + 1):
         offsets = _grid(span * scale, steps if turn == 0 else np.full(3, 3))
