@@ -6,12 +6,15 @@ from functools import cached_property
 
 import numpy as np
 
-from echoplan.acoustics.expectation import EchoModel
+from echoplan.acoustics.expectation import EchoModel, Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.mapping.joint.adjustment.rows import solve
 from echoplan.mapping.joint.adjustment.unknowns import SONAR_UNKNOWNS, Unknowns
 
 __all__ = ["Adjusted"]
+
+# As long a wall is drawn of which only one point was heard [m].
+_SHORTEST = 0.06
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -36,6 +39,12 @@ class Adjusted:
         The part of it that readings gave.
     understated : float
         How many times more these tell than they were let count for.
+    offset_sigma : float
+        How well the range offset is known at best [m].
+    model_error : float
+        How well each end of a wall, or a point, is known at best beside that [m].
+    extents : ndarray, shape (f, 2)
+        Ends of walls along them [m].
     owners : ndarray of int, shape (n,)
         Which feature explains each ping; -1 for none.
     residuals : ndarray, shape (n,)
@@ -54,6 +63,9 @@ class Adjusted:
     information: FloatArray
     heard: FloatArray
     understated: float
+    offset_sigma: float
+    model_error: float
+    extents: FloatArray
     owners: IntArray
     residuals: FloatArray
     excesses: FloatArray
@@ -67,7 +79,8 @@ class Adjusted:
         readings average out, even if these were let count for 1 / f of what they tell: with H, the part of the
         information A that readings gave, features scatter about what the sonar has them at by
         ``A^-1 (A - H + H / f) A^-1``, as any least-squares estimate with other weights than those of the errors does
-        (White 1980).
+        (White 1980).  The range offset is known no better than to ``offset_sigma``, and what moves with it is as
+        uncertain (Schmidt 1966).  What the model lacks about each feature does not average out either.
         """
         covariance = solve(self.information, np.eye(self.unknowns.size))
         if self.understated > 1.0:
@@ -76,6 +89,27 @@ class Adjusted:
             covariance[features, features] -= (
                 (1.0 - 1.0 / self.understated) * about @ self.heard[features, features] @ about
             )
+        offset = self.unknowns.sonar + SONAR_UNKNOWNS.index("range_offset")
+        slopes, variance = covariance[:, offset] / covariance[offset, offset], covariance[offset, offset]
+        covariance += max(self.offset_sigma**2 - variance, 0.0) * np.outer(slopes, slopes)
+        for number in range(len(self.extents)):
+            place = self.unknowns.feature(number)
+            covariance[place, place] += self._model_covariance(number)
+        return covariance
+
+    def _model_covariance(self, number: int) -> FloatArray:
+        """Covariance of what the model lacks about one feature.
+
+        Both ends of a wall err by themselves, so that a long wall turns less than a short one.
+        """
+        variance = self.model_error**2
+        if self.unknowns.kinds[number] != Kind.WALL:
+            return variance * np.eye(int(self.unknowns.counts[number]))
+        low, high = self.extents[number].tolist()
+        missing = max(_SHORTEST - (high - low), 0.0) / 2
+        # A line that turns by da and moves by dr moves by dr - s da at the place s along it.
+        inverse = np.linalg.inv([[missing - low, 1.0], [-missing - high, 1.0]])
+        covariance: FloatArray = variance * inverse @ inverse.T
         return covariance
 
     @property

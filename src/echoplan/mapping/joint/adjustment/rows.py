@@ -1,6 +1,6 @@
 """Rows of a linearised least-squares problem: every observation, tie and prior is some of them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +10,7 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.errors import InvalidValueError
 
-__all__ = ["Rows", "Summary", "normal_equations", "prior", "solve"]
+__all__ = ["Rows", "Summary", "held", "normal_equations", "prior", "solve"]
 
 # Systems of more unknowns than this are mostly empty, and are solved as such.
 _DENSE = 250
@@ -174,6 +174,34 @@ def solve(information: FloatArray, right: ArrayLike) -> FloatArray:
     except (LinAlgError, RuntimeError):  # SuperLU says so by a RuntimeError
         raise InvalidValueError("the observations leave an unknown undetermined") from None
     return solution
+
+
+def held(step: FloatArray, columns: Sequence[FloatArray], changes: Mapping[int, float]) -> FloatArray:
+    """Let some unknowns change by so much and no other way: the others follow.
+
+    Parameters
+    ----------
+    step : ndarray, shape (n,)
+        Solution of normal equations.
+    columns : sequence of ndarray, shape (n,)
+        Columns of the covariance, of these unknowns.
+    changes : mapping of int to float
+        How much each of them is to change, by its place, in the same order.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        The solution under these constraints.
+
+    Examples
+    --------
+    >>> held(np.array([1.0, 3.0]), [np.array([2.0, 1.0])], {0: 0.0})
+    array([0. , 2.5])
+    """
+    places, responses = list(changes), np.column_stack(columns)
+    missing = np.array(list(changes.values())) - step[places]
+    constrained: FloatArray = step + responses @ np.linalg.solve(responses[places], missing)
+    return constrained
 
 
 @compiled

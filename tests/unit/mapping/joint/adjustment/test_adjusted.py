@@ -32,6 +32,9 @@ def adjusted(share: float) -> Adjusted:
         information=share * HEARD + HELD,
         heard=share * HEARD,
         understated=1.0 / share,
+        offset_sigma=0.0,
+        model_error=0.0,
+        extents=np.zeros((2, 2)),
         owners=nothing.astype(np.int64),
         residuals=nothing,
         excesses=nothing,
@@ -73,3 +76,26 @@ def test_it_is_a_covariance() -> None:
     lone = replace(adjusted(0.25), understated=1.0).covariance
     assert (np.diag(quarter)[FEATURES] < np.diag(lone)[FEATURES]).all()
     assert (np.diag(quarter)[FEATURES] > np.diag(full)[FEATURES]).all()
+
+
+def test_however_much_was_heard_features_are_known_no_better_than_the_range_offset() -> None:
+    free = adjusted(1.0)
+    known = replace(free, offset_sigma=0.9)
+    offset = UNKNOWNS.sonar
+    assert known.sonar_sigmas()["range_offset"] == pytest.approx(0.9)
+    # What moves with the offset is as uncertain; what is left once the offset is known stays.
+    slopes = free.covariance[:, offset] / free.covariance[offset, offset]
+    rest = free.covariance - free.covariance[offset, offset] * np.outer(slopes, slopes)
+    assert known.covariance == pytest.approx(rest + 0.81 * np.outer(slopes, slopes))
+    assert replace(free, offset_sigma=1e-9).covariance == pytest.approx(free.covariance)
+
+
+def test_however_much_was_heard_the_ends_of_a_wall_are_known_no_better_than_the_model() -> None:
+    free = replace(adjusted(1.0), extents=np.array([[-1.0, 3.0], [0.0, 0.0]]))
+    added = replace(free, model_error=0.5).covariance - free.covariance
+    wall, cylinder = UNKNOWNS.feature(0), UNKNOWNS.feature(1)
+    assert added[cylinder, cylinder] == pytest.approx(0.25 * np.eye(3))
+    ends = np.array([[1.0, 1.0], [-3.0, 1.0]])
+    assert ends @ added[wall, wall] @ ends.T == pytest.approx(0.25 * np.eye(2))
+    point = replace(free, model_error=0.5, extents=np.zeros((2, 2))).covariance
+    assert np.isfinite(point).all()
