@@ -7,6 +7,7 @@ from pathlib import Path
 
 from echoplan.errors import InputError, UnknownNameError
 from echoplan.io import (
+    RecordingFolder,
     builtin_rig,
     builtin_route,
     builtin_world,
@@ -18,10 +19,10 @@ from echoplan.io import (
     world_names,
 )
 from echoplan.io.files import readable
-from echoplan.model import Rig, Route, Source, Truth, World
+from echoplan.model import Conventions, Rig, Route, Source, Truth, World
 from echoplan.simulation import Simulation, SimulationSettings
 
-__all__ = ["find_rig", "find_route", "find_truth", "find_world", "open_source"]
+__all__ = ["conventions_of", "find_rig", "find_route", "find_truth", "find_world", "open_source"]
 
 _SIMULATION_OPTIONS = ("rig", "route", "seed")
 
@@ -185,6 +186,11 @@ def find_truth(text: str, source: Source) -> Truth | None:
     with readable(beside):
         known = beside.exists()
     return read_truth(beside) if known else None
+
+
+def conventions_of(source: Source) -> Conventions:
+    """Return how the recording behind a source is written; SI and REP 103 where there is none."""
+    return source.conventions if isinstance(source, RecordingFolder) else Conventions()
 
 
 def _is_file(name: str) -> bool:

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from echoplan.io import builtin_world, read_grid, read_map, read_recording, read_truth, write_recording, write_world
-from echoplan.model import Recording
+from echoplan.model import Conventions, Heading, Recording, Verdict
 from echoplan.sources import open_source
 from typed import echoplan, succeed
 
@@ -129,10 +129,35 @@ class TestMap:
         heard = read_recording(recording)
         silent = tuple(replace(sweep, ranges=np.full(len(sweep.ranges), np.inf)) for sweep in heard)
         write_recording(tmp_path / "rec", Recording(name="silent", rig=heard.rig, sweeps=silent))
-        said = succeed("map", tmp_path / "rec", "--out", tmp_path / "map")
-        assert f"echoplan info {tmp_path / 'rec'}" in said
+        done = echoplan("map", tmp_path / "rec", "--out", tmp_path / "map")
+        said = done.out
+        assert done.status == 0
+        assert said.splitlines()[0] == "Failed map: it does not show the room."
+        assert "No wall, corner or cylinder was found." in said
+        assert "Run echoplan info on the recording" in said
         assert "Readings scatter by: not determined" in said
-        assert "Nothing stood out" not in succeed("map", recording, "--out", tmp_path / "heard")
+
+    def test_the_first_line_says_whether_the_map_is_good(self, mapped: Path, recording: Path, tmp_path: Path) -> None:
+        said = succeed("map", recording, "--out", tmp_path, "--strict")
+        assert said.startswith("Good map: ")
+        quality = read_map(mapped / "map.json").quality
+        assert quality is not None
+        assert quality.verdict is Verdict.GOOD
+        assert "Good map: " in (mapped / "report.html").read_text(encoding="utf-8")
+
+    def test_a_failed_map_is_written_with_the_remedy_that_makes_it_good(self, recording: Path, tmp_path: Path) -> None:
+        heard = read_recording(recording)
+        mirrored = tuple(map(Conventions(servo_sign=-1).undo, heard))
+        write_recording(tmp_path / "rec", Recording(name="mirrored", rig=heard.rig, sweeps=mirrored))
+        done = echoplan("map", tmp_path / "rec", "--out", tmp_path / "map", "--strict")
+        assert done.status == 2
+        assert done.err.startswith("echoplan: the map failed: The servo seems to turn clockwise: ")
+        quality = read_map(tmp_path / "map" / "map.json").quality
+        assert quality is not None
+        assert "set servo_sign = -1 under [conventions] in rig.toml" in quality.next_step.lower()
+        with (tmp_path / "rec" / "rig.toml").open("a", encoding="utf-8") as file:
+            file.write("\n[conventions]\nservo_sign = -1\n")
+        assert succeed("map", tmp_path / "rec", "--out", tmp_path / "map", "--strict").startswith("Good map: ")
 
     def test_it_says_what_it_found(self, recording: Path, tmp_path: Path) -> None:
         assert "4 walls, 4 corners and 0 cylinders" in succeed("map", recording, "--out", tmp_path)
@@ -238,6 +263,14 @@ class TestInfo:
         assert (document["sweeps"], document["pings"], document["rig"]) == (5, 1820, "rotary array")
         assert [sensor["pings"] for sensor in document["sensors"]] == [455] * 4
         assert document["sensors"][0]["shortest"] < document["sensors"][0]["longest"] < 3.0
+
+    def test_it_names_what_seems_to_be_wrong(self, recording: Path, tmp_path: Path) -> None:
+        assert "No mistake was found in how the recording is written." in succeed("info", recording)
+        heard = read_recording(recording)
+        compass = tuple(map(Conventions(heading=Heading.COMPASS).undo, heard))
+        write_recording(tmp_path / "rec", Recording(name="compass", rig=heard.rig, sweeps=compass))
+        assert 'Set heading = "compass" under [conventions]' in succeed("info", tmp_path / "rec")
+        assert json.loads(succeed("info", tmp_path / "rec", "--json"))["quality"]["verdict"] == "failed"
 
     def test_what_a_deaf_sensor_heard_is_null(self, recording: Path, tmp_path: Path) -> None:
         (tmp_path / "rig.toml").write_bytes((recording / "rig.toml").read_bytes())

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from echoplan.cli.terminal import Progressing, put, show
+from echoplan.cli.terminal import Progressing, busy, put, show
 
 if TYPE_CHECKING:
-    from echoplan.model import Rig, Table
+    from echoplan.model import Quality, Rig, Table
     from echoplan.preprocessing import Survey
 
 __all__ = ["run"]
@@ -19,21 +19,33 @@ def run(
     source: Annotated[str, typer.Argument(help="A recording's folder, or sim:WORLD.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print all numbers as JSON.")] = False,
 ) -> None:
-    """Tell what is in a recording: rig, sweeps, pings, echoes.
+    """Show what is in a recording, rig, sweeps, pings and echoes, and what seems to be wrong with it.
 
     Example: echoplan info rec/
     """
-    from echoplan.io.text import format_json  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.diagnosis import examine  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.io.text import format_json  # noqa: PLC0415
     from echoplan.preprocessing import survey  # noqa: PLC0415
-    from echoplan.sources import open_source  # noqa: PLC0415
+    from echoplan.sources import conventions_of, open_source  # noqa: PLC0415
 
     opened = open_source(source)
-    found = survey(Progressing(opened, "reading"), opened.rig)
+    sweeps = list(Progressing(opened, "reading"))
+    found = survey(sweeps, opened.rig)
+    with busy("checking the recording"):
+        quality = examine(opened.rig, sweeps, conventions=conventions_of(opened))
     if as_json:
-        put(format_json(_document(opened.name, opened.rig, found)))
+        put(format_json({**_document(opened.name, opened.rig, found), "quality": asdict(quality)}))
         return
     put(_headline(opened.name, opened.rig, found))
     show(_sensor_table(found))
+    _say_what_is_wrong(quality)
+
+
+def _say_what_is_wrong(quality: "Quality") -> None:
+    for reason in quality.reasons or ("No mistake was found in how the recording is written.",):
+        put(reason)
+    if quality.next_step:
+        put(f"Next step: {quality.next_step}")
 
 
 def _document(name: str, rig: "Rig", found: "Survey") -> dict[str, Any]:

@@ -1,22 +1,22 @@
 """``echoplan map``: sweeps in, a map with its pictures and its settings out."""
 
-import shlex
+import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from echoplan.cli.results import RESULTS, Results, say_what_was_found, write_results
-from echoplan.cli.terminal import Progressing, busy, put
+from echoplan.cli.terminal import Progressing, busy
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
     from pydantic import BaseModel
 
     from echoplan.methods import Mapper
-    from echoplan.model import FeatureMap, Sweep
-    from echoplan.viewer import Plan
+    from echoplan.model import FeatureMap, Source, Sweep
 
 __all__ = ["run"]
 
@@ -30,6 +30,7 @@ def run(
     ] = None,
     poses: Annotated[str | None, typer.Option(help="Of joint: trust, correct, or auto.", show_default="auto")] = None,
     config: Annotated[Path | None, typer.Option(help="Settings of the method, in a [method] table.")] = None,
+    strict: Annotated[bool, typer.Option("--strict", help="Exit with status 2 if the map failed.")] = False,
 ) -> None:
     """Map a recording: map.json, map.svg, report.html and the settings of the run.
 
@@ -41,6 +42,8 @@ def run(
     from echoplan.sources import find_truth, open_source  # noqa: PLC0415
     from echoplan.viewer import EchoListener, Plan  # noqa: PLC0415
 
+    sweeps: list[Sweep] = []
+
     method = method or (method_of(config) if config else None) or "joint"
     chosen = find_method(method)
     sections = {"method": chosen.settings_type}
@@ -49,13 +52,14 @@ def run(
     check_folder(out, RESULTS)
     opened = open_source(source)
     mapper, listener = chosen.build(opened.rig, settings), EchoListener(opened.rig)
+    heard = _kept(listener.listen(Progressing(opened, "mapping")), sweeps)
     plan = Plan(
-        feature_map=_map_of(mapper, listener.listen(Progressing(opened, "mapping"))),
+        feature_map=_assessed(_map_of(mapper, heard), opened, sweeps),
         truth=find_truth(source, opened),
         heard=observations_of(mapper),
         echoes_xy=listener.points_xy,
     )
-    _say(plan, source)
+    say_what_was_found(plan)
     results = Results(
         title=f"Map of {opened.name}",
         run=Run(source=source, method=method),
@@ -65,12 +69,31 @@ def run(
         grid=grid_of(mapper),
     )
     write_results(out, results)
+    _warn_if_failed(plan.feature_map, strict=strict)
 
 
-def _say(plan: "Plan", source: str) -> None:
-    say_what_was_found(plan)
-    if plan.feature_map.is_empty:
-        put(f"Nothing stood out; see what came of the pings: echoplan info {shlex.quote(source)}")
+def _kept(sweeps: "Iterable[Sweep]", kept: "list[Sweep]") -> "Iterator[Sweep]":
+    for sweep in sweeps:
+        kept.append(sweep)
+        yield sweep
+
+
+def _assessed(feature_map: "FeatureMap", source: "Source", sweeps: "list[Sweep]") -> "FeatureMap":
+    from echoplan.diagnosis import assess  # noqa: PLC0415
+    from echoplan.sources import conventions_of  # noqa: PLC0415
+
+    with busy("checking the map"):
+        quality = assess(feature_map, source.rig, sweeps, conventions=conventions_of(source))
+    return replace(feature_map, quality=quality)
+
+
+def _warn_if_failed(feature_map: "FeatureMap", *, strict: bool) -> None:
+    """Say on standard error that a map failed; with exit status 2 if that is asked for."""
+    quality = feature_map.quality
+    if quality is not None and quality.verdict == "failed":
+        sys.stderr.write(f"echoplan: the map failed: {quality.reasons[0]}\n")
+        if strict:
+            raise typer.Exit(2)
 
 
 def _map_of(mapper: "Mapper", sweeps: "Iterable[Sweep]") -> "FeatureMap":

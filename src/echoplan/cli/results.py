@@ -117,15 +117,19 @@ def results_folder(folder: Path, results: Results) -> Iterator[Path]:
 
 
 def say_what_was_found(plan: "Plan") -> None:
-    """Print a line about a map, and a table of its openings if it has any.
+    """Print whether a map can be trusted, a line about what is in it, and a table of its openings if it has any.
 
     Parameters
     ----------
     plan : Plan
         The map.
     """
-    from echoplan.viewer import found_in_words, opening_table  # noqa: PLC0415
+    from echoplan.viewer import found_in_words, opening_table, quality_lines  # noqa: PLC0415
 
+    if plan.feature_map.quality:
+        for line in quality_lines(plan.feature_map.quality):
+            put(line)
+        put()
     put(found_in_words(plan.feature_map))
     if plan.feature_map.openings:
         put()

@@ -19,7 +19,9 @@ from echoplan.model import (
     FeatureClass,
     FeatureMap,
     Opening,
+    Quality,
     UnobservedStretch,
+    Verdict,
     Wall,
 )
 
@@ -164,6 +166,16 @@ class _PoseForm(Form):
     covariance: _Matrix3 | None = Field(default=None, description="the 3 x 3 covariance of x, y and yaw")
 
 
+class _QualityForm(Form):
+    verdict: Literal["good", "doubtful", "failed"] = Field(description="whether the map can be trusted")
+    reasons: list[str] = Field(default=[], description="a list of sentences that say why not")
+    next_step: str = Field(default="", description="what to do about it")
+
+    def value(self) -> Quality:
+        """Make the quality."""
+        return Quality(verdict=Verdict(self.verdict), reasons=tuple(self.reasons), next_step=self.next_step)
+
+
 class _MapForm(Form):
     format: Literal["echoplan-map/1"] = Field(description="the version that this echoplan reads, echoplan-map/1")
     frame: str = Field(default="map", description="the frame of all coordinates")
@@ -175,6 +187,7 @@ class _MapForm(Form):
     poses: list[_PoseForm] = Field(default=[], description="a list of poses, one a sweep")
     openings: list[_OpeningForm] = Field(default=[], description="a list of openings between walls")
     unobserved: list[_UnobservedForm] = Field(default=[], description="a list of stretches that no station observed")
+    quality: _QualityForm | None = Field(default=None, description="whether the map can be trusted")
 
     @field_validator("openings", "unobserved", mode="after")
     @classmethod
@@ -204,6 +217,7 @@ class _MapForm(Form):
             parameters=self.parameters,
             openings=tuple(map(_OpeningForm.value, self.openings)),
             unobserved=tuple(map(_UnobservedForm.value, self.unobserved)),
+            quality=self.quality.value() if self.quality else None,
         )
 
 
@@ -258,6 +272,7 @@ def write_map(path: Path, feature_map: FeatureMap) -> None:
         "format": "echoplan-map/1",
         "frame": feature_map.frame,
         "method": feature_map.method,
+        **({} if feature_map.quality is None else {"quality": asdict(feature_map.quality)}),
         "parameters": dict(feature_map.parameters),
         "walls": _numbered(map(_wall, feature_map.walls)),
         "corners": _numbered(map(_corner, feature_map.corners)),

@@ -1,6 +1,7 @@
 """The rows of ``pings.csv``: their columns, and what must hold between them and the rig."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,8 +9,8 @@ from echoplan.errors import InputError
 from echoplan.io.kinds import COUNT, NUMBER, READING, SECONDS, TEMPERATURE, WHOLE, Kind
 from echoplan.io.table import Rows, Table
 from echoplan.io.text import format_seconds
-from echoplan.io.units import looks_like_degrees, wrong_length_unit
-from echoplan.model import Rig
+from echoplan.io.units import looks_like_degrees, possible_length_units
+from echoplan.model import Conventions, Rig
 
 __all__ = ["MEASURED", "PING_COLUMNS", "REQUIRED", "checked_pings"]
 
@@ -31,7 +32,7 @@ REQUIRED = tuple(name for name in PING_COLUMNS if name not in MEASURED)
 _LONGEST_STRIDE = 10.0
 
 
-def checked_pings(table: Table, rig: Rig) -> Iterator[Rows]:
+def checked_pings(table: Table, rig: Rig, conventions: Conventions) -> Iterator[Rows]:
     """Read pings in chunks, each checked before it is given away.
 
     Parameters
@@ -40,11 +41,13 @@ def checked_pings(table: Table, rig: Rig) -> Iterator[Rows]:
         The pings.
     rig : Rig
         What made them.
+    conventions : Conventions
+        How they are written.
 
     Yields
     ------
     Rows
-        Rows in the order of time and of sweeps, of sensors that the rig has.
+        Rows in SI and REP 103, in the order of time and of sweeps, of sensors that the rig has.
 
     Raises
     ------
@@ -52,7 +55,8 @@ def checked_pings(table: Table, rig: Rig) -> Iterator[Rows]:
         If a row cannot be, is out of order or in a wrong unit, or no ping of all has a reading.
     """
     last, silent = None, True
-    for rows in table:
+    for recorded in table:
+        rows = _converted(recorded, conventions)
         _check_sensors(rows, rig)
         if not rows.first:
             with np.errstate(over="ignore"):
@@ -64,6 +68,18 @@ def checked_pings(table: Table, rig: Rig) -> Iterator[Rows]:
     if silent:
         problem, remedy = "no ping has a reading", "check the wiring of the sensors"
         raise InputError(table.path, problem, place="column range", remedy=remedy)
+
+
+def _converted(rows: Rows, conventions: Conventions) -> Rows:
+    """Convert rows to SI and REP 103."""
+    if conventions == Conventions():
+        return rows
+    data = rows.data.copy()
+    data["servo"] = conventions.servo_angles(data["servo"])
+    data["range"] = conventions.ranges(data["range"])
+    poses = conventions.poses(np.column_stack([data["x"], data["y"], data["yaw"]]))
+    data["x"], data["y"], data["yaw"] = poses.T
+    return replace(rows, data=data)
 
 
 def _check_sensors(rows: Rows, rig: Rig) -> None:
@@ -97,10 +113,14 @@ def _check_units(rows: Rows, rig: Rig) -> None:
 
 def _check_ranges(rows: Rows, rig: Rig) -> None:
     sensors = rig.indices(rows.data["sensor"])
-    unit = wrong_length_unit(rows.data["range"], min_ranges=rig.min_ranges[sensors], max_ranges=rig.max_ranges[sensors])
-    if unit:
-        problem = f"the ranges look like {unit}: as metres, max_range of rig.toml puts them out of reach"
-        raise rows.refusal(0, "range", problem, remedy="write metres")
+    units = possible_length_units(
+        rows.data["range"], min_ranges=rig.min_ranges[sensors], max_ranges=rig.max_ranges[sensors]
+    )
+    if units:
+        named = " or ".join(f'"{unit}"' for unit in units)
+        problem = "the ranges are no metres: max_range of rig.toml puts them out of reach"
+        remedy = f"set range_unit = {named} under [conventions] in rig.toml, whichever the program writes"
+        raise rows.refusal(0, "range", problem, remedy=remedy)
 
 
 def _check_positions(rows: Rows, rig: Rig) -> None:
@@ -109,4 +129,6 @@ def _check_positions(rows: Rows, rig: Rig) -> None:
     reach = rig.max_ranges.max()
     if stride > _LONGEST_STRIDE * reach:
         problem = f"the robot moves by {stride:g} at a time, but its sensors reach {reach:g} m"
-        raise rows.refusal(0, "x", problem, remedy="write x and y in metres")
+        raise rows.refusal(
+            0, "x", problem, remedy="write x and y in metres, or set position_unit under [conventions] in rig.toml"
+        )

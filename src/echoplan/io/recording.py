@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -13,10 +13,10 @@ from echoplan.arrays import known_median
 from echoplan.errors import InputError, InvalidValueError
 from echoplan.io.files import by_name, readable, written_whole
 from echoplan.io.pings import MEASURED, PING_COLUMNS, REQUIRED, checked_pings
-from echoplan.io.rig import read_rig, write_rig
+from echoplan.io.rig import read_conventions, read_rig, write_rig
 from echoplan.io.table import Rows, Table
 from echoplan.io.text import format_seconds
-from echoplan.model import Rig, Source, Sweep
+from echoplan.model import Conventions, Rig, Source, Sweep
 
 __all__ = ["RecordingFolder", "read_recording", "write_recording"]
 
@@ -33,11 +33,14 @@ class RecordingFolder:
         What made the sweeps.
     table : Table
         The pings.
+    conventions : Conventions, optional
+        How the table is written; sweeps are in SI and REP 103.
     """
 
     name: str
     rig: Rig
     table: Table
+    conventions: Conventions = field(default_factory=Conventions)
 
     def __iter__(self) -> Iterator[Sweep]:
         """Yield the sweeps in the order of time.
@@ -47,7 +50,7 @@ class RecordingFolder:
         InputError
             Where the file has a fault; the sweeps before it were yielded.
         """
-        return _sweeps(checked_pings(self.table, self.rig))
+        return _sweeps(checked_pings(self.table, self.rig, self.conventions))
 
     def __len__(self) -> int:
         return self._count
@@ -89,12 +92,13 @@ def read_recording(path: Path) -> RecordingFolder:
     table = Table.open(path / "pings.csv", PING_COLUMNS, optional=MEASURED)
     # Python makes lone surrogates of the bytes of a name that is no UTF-8, and no other text may hold them.
     name = path.resolve().name.encode(errors="replace").decode()
-    return RecordingFolder(name=name, rig=rig, table=table)
+    conventions = read_conventions(path / "rig.toml")
+    return RecordingFolder(name=name, rig=rig, table=table, conventions=conventions)
 
 
 @by_name
 def write_recording(path: Path, source: Source) -> None:
-    """Write all sweeps of a source as they come.
+    """Write all sweeps of a source as they come, in SI and REP 103.
 
     Parameters
     ----------

@@ -2,6 +2,7 @@
 
 from dataclasses import asdict
 from pathlib import Path
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
@@ -10,9 +11,9 @@ from echoplan.io.files import by_name, write_text
 from echoplan.io.structure import Form, Whole, read_toml
 from echoplan.io.text import format_toml
 from echoplan.io.units import HalfAperture, Lever, Metres, Radians
-from echoplan.model import Firing, Odometry, Rig, Sensor, Servo, Transducer
+from echoplan.model import UNITS, Axes, Conventions, Firing, Heading, Odometry, Rig, Sensor, Servo, Transducer
 
-__all__ = ["format_rig", "read_rig", "write_rig"]
+__all__ = ["format_rig", "read_conventions", "read_rig", "write_rig"]
 
 
 class _SensorForm(Form, extra="forbid"):
@@ -80,6 +81,44 @@ class _OdometryForm(Form, extra="forbid"):
         return Odometry(**self.model_dump())
 
 
+_Unit = Annotated[
+    Literal["m", "cm", "mm", "in", "ft"] | Annotated[float, Field(gt=0.0)], Field(union_mode="left_to_right")
+]
+
+
+class _ConventionsForm(Form, extra="forbid"):
+    servo_sign: Literal[1, -1] = Field(default=1, description="-1 if recorded servo angles grow clockwise")
+    servo_offset: Radians = Field(default=0.0, description="the servo angle where 0 is recorded [rad]")
+    servo_gain: float = Field(default=1.0, description="how far the servo turns where a radian is recorded")
+    range_unit: _Unit = Field(
+        default="m", description='the unit of ranges: "m", "cm", "mm", "in", "ft" or metres in it'
+    )
+    position_unit: _Unit = Field(default="m", description="the unit of x and y, likewise")
+    heading: Literal["counter-clockwise", "clockwise", "compass"] = Field(
+        default="counter-clockwise",
+        description='how headings grow: "counter-clockwise" or "clockwise" from +x, "compass" (clockwise from +y)',
+    )
+    axes: Literal["xy", "yx", "x-y"] = Field(
+        default="xy", description='how x and y lie: "xy"; "yx" if swapped; "x-y" if y points right, or down on a screen'
+    )
+
+    def value(self) -> Conventions:
+        """Make the conventions."""
+        return Conventions(
+            servo_sign=self.servo_sign,
+            servo_offset=self.servo_offset,
+            servo_gain=self.servo_gain,
+            range_unit=_metres(self.range_unit),
+            position_unit=_metres(self.position_unit),
+            heading=Heading(self.heading),
+            axes=Axes(self.axes),
+        )
+
+
+def _metres(unit: str | float) -> float:
+    return UNITS[unit] if isinstance(unit, str) else unit
+
+
 class _RigForm(Form, extra="forbid"):
     name: str = Field(default="rig", description="what people call the rig")
     turret: _TurretForm = Field(default=_TurretForm(), description="the pose of the servo's axis in base_link")
@@ -88,6 +127,9 @@ class _RigForm(Form, extra="forbid"):
     firing: _FiringForm | None = Field(default=None, description="the order in which the sensors fire")
     transducer: _TransducerForm | None = Field(default=None, description="what the simulator needs to know")
     odometry: _OdometryForm | None = Field(default=None, description="how far dead reckoning may be off")
+    conventions: _ConventionsForm = Field(
+        default=_ConventionsForm(), description="how the recording beside it is written"
+    )
     speed_of_sound: float | None = Field(default=None, description="with which modules turn time into range [m/s]")
     rays: bool | None = Field(default=None, description="whether a reading is the nearest point in a cone of rays")
 
@@ -126,6 +168,28 @@ def read_rig(path: Path) -> Rig:
         If the file cannot be read or describes no possible rig.
     """
     return read_toml(path, _RigForm).value()
+
+
+@by_name
+def read_conventions(path: Path) -> Conventions:
+    """Read how the recording beside a rig is written.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file of the rig, usually ``rig.toml``.
+
+    Returns
+    -------
+    Conventions
+        SI and REP 103 where the file has no table ``[conventions]``.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or describes no possible rig.
+    """
+    return read_toml(path, _RigForm).conventions.value()
 
 
 @by_name

@@ -8,10 +8,9 @@ from numpy.typing import ArrayLike
 from pydantic import AfterValidator
 
 from echoplan.arrays import FloatArray
+from echoplan.model import UNITS
 
-__all__ = ["HalfAperture", "Lever", "Metres", "Radians", "looks_like_degrees", "wrong_length_unit"]
-
-_WRONG_UNITS = {"centimetres": 100.0, "millimetres": 1000.0}
+__all__ = ["HalfAperture", "Lever", "Metres", "Radians", "looks_like_degrees", "possible_length_units"]
 
 
 def looks_like_degrees(angles: ArrayLike) -> bool:
@@ -41,8 +40,8 @@ def looks_like_degrees(angles: ArrayLike) -> bool:
     return bool(beyond and np.allclose(tenths, np.rint(tenths), rtol=0.0, atol=1e-6))
 
 
-def wrong_length_unit(ranges: FloatArray, *, min_ranges: FloatArray, max_ranges: FloatArray) -> str:
-    """Name the unit in which readings surely are, if it is not the metre.
+def possible_length_units(ranges: FloatArray, *, min_ranges: FloatArray, max_ranges: FloatArray) -> tuple[str, ...]:
+    """Name the units in which readings may be, if they are surely no metres.
 
     Parameters
     ----------
@@ -53,26 +52,26 @@ def wrong_length_unit(ranges: FloatArray, *, min_ranges: FloatArray, max_ranges:
 
     Returns
     -------
-    str
-        The unit; empty if the readings may be metres: if one in twenty lies within reach, or the middle one
-        less than twice beyond it.
+    tuple of str
+        Units as ``rig.toml`` has them, in which more than half of the readings lie within reach; empty if the readings
+        may be metres: if one in twenty lies within reach, or the middle one less than twice beyond it.
 
     Examples
     --------
-    >>> dead, reach = np.full(3, 0.03), np.full(3, 3.0)
-    >>> wrong_length_unit(np.array([120.0, 45.5, 81.0]), min_ranges=dead, max_ranges=reach)
-    'centimetres'
+    >>> dead, reach = np.full(3, 0.2), np.full(3, 3.0)
+    >>> possible_length_units(np.array([120.0, 45.5, 81.0]), min_ranges=dead, max_ranges=reach)
+    ('cm', 'in')
     """
     heard = np.isfinite(ranges)
     readings, reaches = ranges[heard], max_ranges[heard]
 
-    def share(scale: float) -> float:
-        """Share of the readings within reach, if a metre has so many of their unit."""
-        return float(np.mean((min_ranges[heard] <= readings / scale) & (readings / scale <= reaches)))
+    def share(metres: float) -> float:
+        """Share of the readings within reach, if their unit has so many metres."""
+        return float(np.mean((min_ranges[heard] <= readings * metres) & (readings * metres <= reaches)))
 
     if not heard.any() or share(1.0) > 0.05 or np.median(readings / reaches) <= 2.0:
-        return ""
-    return next((unit for unit, scale in _WRONG_UNITS.items() if share(scale) > 0.5), "")
+        return ()
+    return tuple(unit for unit, metres in UNITS.items() if share(metres) > 0.5)
 
 
 def _checked_angle(angle: float) -> float:

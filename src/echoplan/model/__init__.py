@@ -1,5 +1,6 @@
 """The values that flow through echoplan: frozen, checked, with read-only arrays."""
 
+from echoplan.model.conventions import UNITS, Axes, Conventions, Heading
 from echoplan.model.features import (
     ClassProbabilities,
     Corner,
@@ -13,6 +14,7 @@ from echoplan.model.features import (
 )
 from echoplan.model.grid import OccupancyGrid
 from echoplan.model.odometry import Odometry
+from echoplan.model.quality import Quality, Verdict
 from echoplan.model.rig import Firing, Rig, Servo
 from echoplan.model.sensor import Sensor, Transducer
 from echoplan.model.sweep import Pings, Recording, Source, Sweep
@@ -22,19 +24,24 @@ from echoplan.model.world import EVERYWHERE, Pillar, Polyline, Route, Truth, Wor
 
 __all__ = [
     "EVERYWHERE",
+    "UNITS",
+    "Axes",
     "ClassProbabilities",
+    "Conventions",
     "Corner",
     "CornerKind",
     "Cylinder",
     "FeatureClass",
     "FeatureMap",
     "Firing",
+    "Heading",
     "OccupancyGrid",
     "Odometry",
     "Opening",
     "Pillar",
     "Pings",
     "Polyline",
+    "Quality",
     "Recording",
     "Rig",
     "Route",
@@ -46,6 +53,7 @@ __all__ = [
     "Transducer",
     "Truth",
     "UnobservedStretch",
+    "Verdict",
     "Wall",
     "World",
     "translated",

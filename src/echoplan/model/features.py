@@ -17,6 +17,7 @@ from echoplan.arrays import (
 )
 from echoplan.errors import InvalidValueError
 from echoplan.geometry import directions
+from echoplan.model.quality import Quality
 
 __all__ = [
     "ClassProbabilities",
@@ -318,6 +319,8 @@ class FeatureMap:
         Doorways and other gaps between walls.
     unobserved : tuple of UnobservedStretch, optional
         Stretches of wall lines that no station could observe.
+    quality : Quality, optional
+        Whether the map can be trusted; None where nobody assessed it.
 
     Raises
     ------
@@ -337,6 +340,7 @@ class FeatureMap:
     parameters: Mapping[str, object] = field(default_factory=dict)
     openings: tuple[Opening, ...] = ()
     unobserved: tuple[UnobservedStretch, ...] = ()
+    quality: Quality | None = None
 
     def __post_init__(self) -> None:
         gaps: tuple[Opening | UnobservedStretch, ...] = (*self.openings, *self.unobserved)

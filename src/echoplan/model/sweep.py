@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -90,6 +90,11 @@ class Sweep:
         """Pose of the robot halfway through the sweep [m, m, rad], shape (3,)."""
         middle: FloatArray = self.map_from_base[len(self) // 2]
         return middle
+
+    def __getitem__(self, chosen: BoolArray | IntArray | slice) -> "Sweep":
+        """Return some of the pings: a mask, indices or a slice."""
+        columns = ("stamps_ns", "sensor_ids", "servo_angles", "ranges", "map_from_base")
+        return replace(self, **{name: getattr(self, name)[chosen] for name in columns})
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -5,6 +5,7 @@ from echoplan.viewer.learning import learned_in_words
 from echoplan.viewer.listening import EchoListener
 from echoplan.viewer.pictures import PAPER_FIGURES, map_picture, paper_pictures
 from echoplan.viewer.plan import Plan
+from echoplan.viewer.quality import quality_lines
 from echoplan.viewer.report import Report, found_in_words, report_html
 from echoplan.viewer.sections import Definitions, Picture, Section, Text, flattened
 from echoplan.viewer.stages import SweepStages, sweep_stages
@@ -31,6 +32,7 @@ __all__ = [
     "opening_table",
     "paper_pictures",
     "plan_svg",
+    "quality_lines",
     "report_html",
     "sweep_stages",
 ]

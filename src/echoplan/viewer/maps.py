@@ -23,6 +23,7 @@ from echoplan.model import (
 from echoplan.viewer.outline import body_pieces, jamb_strokes, label_turn, wall_bodies
 from echoplan.viewer.palette import COLORS, INK, MARKERS, MUTED, TRUTH
 from echoplan.viewer.plan import Plan, station_labels
+from echoplan.viewer.quality import warning_of
 from echoplan.viewer.style import dress_map, tell
 from echoplan.viewer.uncertainty import Ellipse
 from echoplan.viewer.wording import decimal
@@ -69,6 +70,8 @@ def draw_plan(axes: Axes, plan: Plan) -> None:
     draw_stations(axes, found)
     draw_ellipses(axes, plan.ellipses, magnification=plan.magnification)
     draw_corners(axes, found.corners)
+    if warning := warning_of(found.quality):
+        axes.set_title(warning, color=COLORS[FeatureClass.CORNER], fontsize=8.5, loc="left")
     dress_map(axes)
     tell(axes, columns=4, where="above")
 

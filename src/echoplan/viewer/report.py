@@ -9,6 +9,7 @@ import numpy as np
 from echoplan.model import FeatureMap
 from echoplan.viewer.markup import element
 from echoplan.viewer.plan import Plan
+from echoplan.viewer.quality import quality_element
 from echoplan.viewer.sections import Section
 from echoplan.viewer.svg import plan_element
 from echoplan.viewer.tables import corner_table, cylinder_table, opening_table, wall_table
@@ -73,9 +74,11 @@ def report_html(report: Report) -> str:
         ),
         *(section_element(each) for each in report.sections),
     ]
+    quality = [html_of(quality_element(found.quality))] if found.quality else []
     return Template(own_file("report.html")).substitute(
         title=escaped(report.title),
-        lead=escaped(found_in_words(report.plan.feature_map)),
+        quality="".join(quality),
+        lead=escaped(found_in_words(found)),
         facts=html_of(_facts(report.plan)),
         style=own_file("report.css"),
         script=own_file("report.js") + own_file("sorting.js"),

@@ -19,6 +19,7 @@ from echoplan.viewer.marks import (
 )
 from echoplan.viewer.markup import coordinates, element, path, size
 from echoplan.viewer.plan import Plan
+from echoplan.viewer.quality import warning_of
 from echoplan.viewer.sheet import Sheet
 
 __all__ = ["plan_element", "plan_svg"]
@@ -83,12 +84,12 @@ def plan_element(plan: Plan) -> ET.Element:
         "cylinders": cylinder_marks(plan, sheet),
         "corners": corner_marks(plan, sheet),
         "stations": station_marks(plan, sheet),
-        "legend": _legend(sheet),
+        "legend": [*_legend(sheet), *_warning(plan)],
     }
     width, height = (size(each) for each in sheet.size)
     return element(
         "svg",
-        element("title", text=f"Map made by {plan.feature_map.method}"),
+        element("title", text=_title(plan)),
         element("rect", class_="paper", width=width, height=height),
         *(element("g", *marks, class_=name) for name, marks in layers.items()),
         class_="map",
@@ -96,6 +97,17 @@ def plan_element(plan: Plan) -> ET.Element:
         data_scale=f"{sheet.scale:g}",
         data_origin=coordinates(sheet.paper([0.0, 0.0])),
     )
+
+
+def _title(plan: Plan) -> str:
+    warning = warning_of(plan.feature_map.quality)
+    return f"Map made by {plan.feature_map.method}{f'. {warning}' if warning else ''}"
+
+
+def _warning(plan: Plan) -> list[ET.Element]:
+    """Write above the drawing that the map is not good, if it is not."""
+    words = warning_of(plan.feature_map.quality)
+    return [element("text", text=words, class_="warning", x=size(_MARGIN), y=size(_MARGIN / 2))] if words else []
 
 
 def _sheet(plan: Plan) -> Sheet:

@@ -1,6 +1,7 @@
 """Maps are read from what programs write, ours and others."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import pytest
 
 from echoplan.errors import InputError, InvalidValueError
 from echoplan.io import read_map, write_map
-from echoplan.model import ClassProbabilities, CornerKind, FeatureMap
+from echoplan.model import ClassProbabilities, CornerKind, FeatureMap, Quality, Verdict
 
 WALL = {
     "start": [0.0, 0.0],
@@ -152,3 +153,25 @@ def test_a_wall_at_fault_is_reported_before_the_openings_beside_it(tmp_path: Pat
 def test_a_map_that_cannot_be_is_told(tmp_path: Path, changes: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         read(tmp_path, **changes)
+
+
+def test_the_quality_of_a_map_is_written_and_read(tmp_path: Path) -> None:
+    quality = Quality(verdict=Verdict.FAILED, reasons=("Nothing fits.",), next_step="Record again.")
+    write_map(tmp_path / "new.json", replace(read(tmp_path), quality=quality))
+    assert json.loads((tmp_path / "new.json").read_text())["quality"] == {
+        "verdict": "failed",
+        "reasons": ["Nothing fits."],
+        "next_step": "Record again.",
+    }
+    assert read_map(tmp_path / "new.json").quality == quality
+
+
+def test_a_map_that_nobody_assessed_has_no_quality(tmp_path: Path) -> None:
+    write_map(tmp_path / "new.json", read(tmp_path))
+    assert read_map(tmp_path / "new.json").quality is None
+    assert "quality" not in json.loads((tmp_path / "new.json").read_text())
+
+
+def test_an_unknown_verdict_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"quality\.verdict: must be 'good', 'doubtful' or 'failed'"):
+        read(tmp_path, quality={"verdict": "fine"})

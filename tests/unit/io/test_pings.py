@@ -73,8 +73,12 @@ def test_silence_is_a_reading(folder: Folder) -> None:
 
 
 WRONG_UNITS = {
-    "centimetres": (series("range", [30.5, 120.0, 85.5]), "range", "the ranges look like centimetres"),
-    "millimetres": (series("range", [305, 1200, 2855]), "range", "the ranges look like millimetres"),
+    "centimetres": (
+        series("range", [30.5, 120.0, 85.5]),
+        "range",
+        'the ranges are no metres: .* set range_unit = "cm" or "mm" or "in"',
+    ),
+    "millimetres": (series("range", [305, 1200, 2855]), "range", 'the ranges are no metres: .* set range_unit = "mm"'),
     "pose in centimetres": (series("x", [0, 55, 110, 90]), "x", "the robot moves by 55 at a time, but its sensors"),
     "pose in millimetres": (series("y", [0, 550, 1100, 900]), "x", "the robot moves by 550 at a time"),
     "servo in degrees": (series("servo", range(-45, 46)), "servo", "the angles look like degrees; write radians"),

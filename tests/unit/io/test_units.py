@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from echoplan.arrays import FloatArray
-from echoplan.io.units import looks_like_degrees, wrong_length_unit
+from echoplan.io.units import looks_like_degrees, possible_length_units
 
 DEGREES = {
     "servo": np.arange(-45.0, 46.0),
@@ -31,16 +31,18 @@ def test_radians_are_not_mistaken_for_degrees(name: str) -> None:
     assert not looks_like_degrees(RADIANS[name])
 
 
-def unit_of(ranges: FloatArray) -> str:
-    return wrong_length_unit(ranges, min_ranges=np.full(len(ranges), 0.03), max_ranges=np.full(len(ranges), 3.0))
+def units_of(ranges: FloatArray) -> tuple[str, ...]:
+    return possible_length_units(ranges, min_ranges=np.full(len(ranges), 0.2), max_ranges=np.full(len(ranges), 3.0))
 
 
 METRES = np.array([0.4, 0.85, 1.2, np.inf, 2.9, -np.inf, np.nan])
 
 
-@pytest.mark.parametrize(("scale", "unit"), [(1.0, ""), (100.0, "centimetres"), (1000.0, "millimetres")])
-def test_ranges_out_of_all_reach_tell_their_unit(scale: float, unit: str) -> None:
-    assert unit_of(scale * METRES) == unit
+@pytest.mark.parametrize(
+    ("scale", "units"), [(1.0, ()), (100.0, ("cm",)), (1000.0, ("mm",)), (1.0 / 0.0254, ("cm", "in"))]
+)
+def test_ranges_out_of_all_reach_tell_which_units_they_may_have(scale: float, units: tuple[str, ...]) -> None:
+    assert units_of(scale * METRES) == units
 
 
 @pytest.mark.parametrize(
@@ -53,4 +55,4 @@ def test_ranges_out_of_all_reach_tell_their_unit(scale: float, unit: str) -> Non
     ],
 )
 def test_odd_ranges_are_not_mistaken_for_another_unit(ranges: FloatArray) -> None:
-    assert not unit_of(ranges)
+    assert not units_of(ranges)

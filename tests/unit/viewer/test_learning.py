@@ -11,7 +11,7 @@ def items(**changed: object) -> tuple[tuple[str, str], ...]:
     found: dict[str, object] = {
         "range_scale": {"value": 0.0199, "sigma": 0.0003, "believed": 0.03},
         "noise": 0.0031,
-        "poses": "trusted: 99 % of the echoes agree",
+        "poses": "used as recorded: 99 % of the echoes fit together",
     }
     walls = (wall([0.0, 0.0], [1.0, 0.0]),) * 9
     (section,) = learned_in_words(FeatureMap(method="joint", walls=walls, parameters={"found": {**found, **changed}}))

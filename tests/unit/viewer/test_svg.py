@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drawings import SVG, full_plan, gapped_map, marked, stroke, strokes, the, titles, view_box
-from echoplan.model import FeatureMap
+from echoplan.model import FeatureMap, Quality, Verdict
 from echoplan.viewer.plan import Plan
 from echoplan.viewer.svg import plan_element, plan_svg
 from maps import corner, drawn, wall
@@ -231,7 +231,8 @@ def test_a_file_ends_its_last_line() -> None:
 
 def test_the_style_speaks_of_nothing_that_is_not_drawn(document: ET.Element) -> None:
     gaps = plan_element(Plan(feature_map=gapped_map()))
-    used = {name for each in (*document.iter(), *gaps.iter()) for name in each.get("class", "").split()}
+    failed = plan_element(Plan(feature_map=replace(gapped_map(), quality=Quality(verdict=Verdict.FAILED))))
+    used = {name for each in (*document.iter(), *gaps.iter(), *failed.iter()) for name in each.get("class", "").split()}
     rules = re.sub(r"/\*.*?\*/|{.*?}", " ", document[1].text or "", flags=re.DOTALL)
     assert set(re.findall(r"\.([a-z]+)", rules)) <= used
 

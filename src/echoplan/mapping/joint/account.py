@@ -82,7 +82,7 @@ class Account:
         self.features: list[Hypothesis] = self.known
         self.adjusted: Adjusted | None = None
         self.believed: PoseBeliefs | None = None
-        self.course, self.verdict = Course.TRUSTED, "trusted, as asked for"
+        self.course, self.verdict = Course.TRUSTED, "used as recorded, as asked for"
         self._square: Squareness | None = None
         self.is_polished = self.asks_bearings = False
         self.pair_sigma, self.loudness = settings.pose_errors.pair_sigma, self.memory.loudness

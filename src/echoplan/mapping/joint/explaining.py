@@ -38,7 +38,7 @@ _SLIPPED = "; a slip was taken back"
 # Where all steps did.
 _FARTHER = ", and farther than the rig tells"
 # And where nothing came of it.
-_BY_NOTHING = ", by nothing: the echoes agree as well from the poses as recorded"
+_BY_NOTHING = ", but none moved: the echoes fit together as well from the poses as recorded"
 # And where even that is not so.
 _NO_MORE = ", and no more from elsewhere"
 
@@ -215,7 +215,7 @@ def _reconsidered(account: Account, tracked: Account | None) -> Account:
     Steps that were followed at first sight, because walls were torn apart, lead to the same place again.
     """
     share = _share(account)
-    account.verdict = f"trusted: {share if account.arcs else 'too little was heard to hold them against'}"
+    account.verdict = f"used as recorded: {share if account.arcs else 'too few echoes to check them'}"
     if not _is_in_question(account):
         return account
     best = _better(account, max(_rivals(account, share, tracked), key=_worth, default=account))
@@ -225,7 +225,7 @@ def _reconsidered(account: Account, tracked: Account | None) -> Account:
 
 
 def _share(account: Account) -> str:
-    return f"{100 * agreement(account):.0f} % of the echoes agree from the poses as recorded"
+    return f"{100 * agreement(account):.0f} % of the echoes fit together from the poses as recorded"
 
 
 def _is_in_question(account: Account) -> bool:

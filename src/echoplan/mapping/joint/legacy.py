@@ -78,6 +78,7 @@ def survey(account: Account, path_xy: FloatArray) -> Survey:
         vertices=find_vertices(segments, echoes, settings.vertices),
         squareness=square,
         settings=settings.survey,
+        path_xy=path_xy,
     )
 
 

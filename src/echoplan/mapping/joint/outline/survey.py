@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -26,6 +26,8 @@ __all__ = ["Survey", "SurveySettings"]
 
 # A gap shorter than this is none [m].
 _TOUCHING = 0.05
+# A wall ends this far from the path of the robot, so that both do not touch [m].
+_CLEAR = 0.001
 # A wall is drawn so much farther at most to the jamb that its other face shows [m].
 _FARTHEST = 0.4
 # What is narrower is no way through, and what is wider belongs to no wall [m].
@@ -92,6 +94,8 @@ class Survey:
         Which features were drawn to right angles.
     settings : SurveySettings
         What is drawn.
+    path_xy : ndarray, shape (p, 2), optional
+        The way of the robot, which no wall crosses [m].
     """
 
     features: Sequence[Hypothesis]
@@ -100,6 +104,7 @@ class Survey:
     vertices: Sequence[Vertex]
     squareness: Squareness | None
     settings: SurveySettings
+    path_xy: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
 
     def right_angles(self) -> dict[str, float | bool]:
         """Tell how many walls were drawn to right angles, how closely, and whether along the axes.
@@ -202,7 +207,15 @@ class Survey:
                         inferred[int(upper)] = max(place - segment.high if upper else segment.low - place, 0.0)
                     places[int(upper)] = place
         missing = max(self.settings.least_length - (places[1] - places[0]), 0.0) / 2
-        return _Drawn((ends[0], ends[1]), (places[0] - missing, places[1] + missing), (inferred[0], inferred[1]))
+        places = self._beside_path(segment, places[0] - missing, places[1] + missing)
+        return _Drawn((ends[0], ends[1]), (places[0], places[1]), (inferred[0], inferred[1]))
+
+    def _beside_path(self, segment: Segment, low: float, high: float) -> list[float]:
+        """End what is drawn beyond a segment where the robot drove across its line."""
+        crossings, middle = path_crossings(segment.wall.line, self.path_xy), (segment.low + segment.high) / 2
+        before = max(crossings[crossings <= middle], default=-math.inf)
+        after = min(crossings[crossings > middle], default=math.inf)
+        return [max(low, before + _CLEAR), min(high, after - _CLEAR)]
 
     def gaps(self, path_xy: FloatArray) -> list[Gap]:
         """Find what lies between two segments that follow each other on a line.

@@ -254,7 +254,7 @@ def test_drift_is_corrected_without_being_asked_and_exact_poses_are_trusted() ->
     assert lost.verdict.startswith("corrected")
     right = explained(account_of(None))
     assert right.course is Course.TRUSTED
-    assert right.verdict.startswith("trusted: ")
+    assert right.verdict.startswith("used as recorded: ")
     assert right.poses == pytest.approx(WAY)
 
 

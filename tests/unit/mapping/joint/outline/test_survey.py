@@ -41,6 +41,14 @@ def test_a_wall_of_which_one_point_was_heard_is_six_centimetres_long() -> None:
     assert east.endpoints_xy.mean(axis=0) == pytest.approx([2.0, 0.0])
 
 
+def test_nothing_is_drawn_across_the_path_of_the_robot() -> None:
+    path_xy = np.array([[1.0, 0.01], [3.0, 0.01], [3.0, 1.3], [1.0, 1.3]])
+    short = replace(survey(joined=False, heard_to=0.0), path_xy=path_xy).walls([])[0]
+    assert short.endpoints_xy == pytest.approx(np.array([[2.0, -0.03], [2.0, 0.009]]))
+    met = replace(survey(heard_to=1.2), path_xy=path_xy[2:]).walls([])[0]
+    assert met.endpoints_xy == pytest.approx(np.array([[2.0, -1.5], [2.0, 1.299]]))
+
+
 def test_a_wall_is_the_line_of_its_feature_with_what_speaks_for_it() -> None:
     east, north, *_ = survey().walls([])
     assert (north.normal_angle, north.offset) == pytest.approx((np.pi / 2, 1.5))

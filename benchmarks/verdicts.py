@@ -1,0 +1,93 @@
+"""Verdicts on maps: python benchmarks/verdicts.py [RECORDINGS] [--first SEED].
+
+Simulates so many recordings (300 unless told otherwise) of random rooms and arenas, by sensors on servos and by rings,
+from marks, exact stations and drives, half of them with one mistake in how they are written; maps each by joint and
+assesses the map.  Prints how many sound ones were called good, doubtful or failed, the same of spoiled ones by their
+mistake, how often the remedy was the right one, and how long the assessment takes beside the mapping.
+"""
+
+import argparse
+import time
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+
+from echoplan.cli.terminal import show, tracked
+from echoplan.diagnosis import assess
+from echoplan.methods import map_sweeps
+from echoplan.methods.joint import JointMapper
+from echoplan.model import Quality, Table, Verdict
+from faulty import Faulty, draw, remedy_for  # type: ignore[import-not-found]  # beside this file
+
+RECORDINGS, FIRST = 300, 5000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """What came of one recording."""
+
+    seed: int
+    name: str
+    fault: str
+    quality: Quality
+    is_named: bool
+    mapping: float
+    assessing: float
+
+
+def main() -> None:
+    """Map and assess all, and print what came of them."""
+    parser = argparse.ArgumentParser(description="Verdicts on maps.")
+    parser.add_argument("recordings", type=int, nargs="?", default=RECORDINGS)
+    parser.add_argument("--first", type=int, default=FIRST)
+    parser.add_argument("--workers", type=int)
+    arguments = parser.parse_args()
+    seeds = range(arguments.first, arguments.first + arguments.recordings)
+    with ProcessPoolExecutor(arguments.workers) as workers:
+        outcomes = list(tracked(workers.map(run, seeds), total=len(seeds), task="mapping"))
+    show(table("Recordings by what made them", outcomes, lambda each: f"{each.name}{', spoiled' * bool(each.fault)}"))
+    show(table("Recordings by their mistake", outcomes, lambda each: each.fault or "none"))
+    for each in outcomes:
+        if each.quality.verdict is (Verdict.GOOD if each.fault else Verdict.FAILED):
+            print(
+                f"seed {each.seed}, {each.name}, {each.fault or 'sound'}: {each.quality.verdict}", *each.quality.reasons
+            )
+    mapping, assessing = (sum(getattr(each, name) for each in outcomes) for name in ("mapping", "assessing"))
+    print(f"{mapping / len(outcomes):.1f} s of mapping and {assessing / len(outcomes):.1f} s of assessing a recording")
+
+
+def run(seed: int) -> Outcome:
+    """Map one recording and assess the map."""
+    faulty: Faulty = draw(seed)
+    begun = time.process_time()
+    found = map_sweeps(JointMapper(faulty.rig), faulty.sweeps)
+    mapped = time.process_time()
+    quality = assess(found, faulty.rig, faulty.sweeps)
+    return Outcome(
+        seed=seed,
+        name=faulty.name,
+        fault=faulty.fault,
+        quality=quality,
+        is_named=bool(faulty.fault) and remedy_for(faulty) in quality.next_step,
+        mapping=mapped - begun,
+        assessing=time.process_time() - mapped,
+    )
+
+
+def table(title: str, outcomes: list[Outcome], group: Callable[[Outcome], str]) -> Table:
+    """Count verdicts by group."""
+    groups = sorted({group(each) for each in outcomes})
+    rows = [row(name, [each for each in outcomes if group(each) == name]) for name in groups]
+    return Table(title=title, columns=("recordings", "number", *Verdict, "right remedy"), rows=tuple(rows))
+
+
+def row(name: str, outcomes: Iterable[Outcome]) -> tuple[str, ...]:
+    """Count verdicts."""
+    members = list(outcomes)
+    verdicts = [sum(each.quality.verdict is verdict for each in members) for verdict in Verdict]
+    named = str(sum(each.is_named for each in members)) if any(each.fault for each in members) else "-"
+    return (name, str(len(members)), *map(str, verdicts), named)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,107 @@
+"""Consistency: how many of the echoes one room explains, if all poses are right."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from echoplan.arrays import IntArray
+from echoplan.mapping.joint.account import Account
+from echoplan.mapping.joint.correction.agreement import evidence
+from echoplan.mapping.joint.search.copies import without_copies
+from echoplan.mapping.joint.settings import AccountSettings, PoseMode
+from echoplan.model import Rig, Sweep
+from echoplan.preprocessing.soundings import join_soundings, soundings_of
+from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps
+
+__all__ = ["FEW_STATIONS", "Consistency", "account_of", "consistency", "sampled", "stations_of"]
+
+# Stations, and pings of each, that tell a wrong convention from the right one: those of a small recording, which takes
+# a third of a second to explain.
+FEW_STATIONS, _PINGS = 10, 100
+
+
+class Consistency(NamedTuple):
+    """What one room explains of a recording.
+
+    Attributes
+    ----------
+    explained : ndarray of int, shape (s,)
+        Echoes of each sensor of the rig that it explains.
+    grouped : ndarray of int, shape (s,)
+        Echoes that neighbouring pings share: strays are not among them.
+    gain : float
+        Log evidence for the room [nats].
+    weight : float
+        Independent echoes among those that are explained.
+    """
+
+    explained: IntArray
+    grouped: IntArray
+    gain: float
+    weight: float
+
+    @property
+    def share(self) -> float:
+        """Explained share of the echoes that neighbouring pings share; 0 without any."""
+        return float(self.explained.sum()) / max(int(self.grouped.sum()), 1)
+
+    @property
+    def strangest(self) -> int:
+        """Index of the sensor of whose echoes the smallest share is explained."""
+        return int(np.argmin((self.explained + 1) / (self.grouped + 1)))
+
+
+def sampled(sweeps: Sequence[Sweep], rig: Rig, *, stations: int = FEW_STATIONS) -> list[Sweep]:
+    """Choose the sweeps of so many stations, and of fine scans every k-th firing.
+
+    Stations beyond those that joint explains together are left out: a robot may have drifted, or left the room.
+    """
+    numbers = stations_of(sweeps).numbers
+    last = min(int(numbers[-1]), AccountSettings().window.stations - 1)
+    chosen = np.unique(np.linspace(0, last, stations).astype(np.int64))
+    return [_thinned(sweep, rig) for sweep, number in zip(sweeps, numbers, strict=True) if number in chosen]
+
+
+def stations_of(sweeps: Sequence[Sweep]) -> Stations:
+    """Group sweeps as joint does, by their recorded poses."""
+    poses = np.array([sweep.station for sweep in sweeps]).reshape(-1, 3)
+    return group_sweeps(poses, np.array([len(sweep) for sweep in sweeps]), AccountSettings().stations)
+
+
+def _thinned(sweep: Sweep, rig: Rig) -> Sweep:
+    stride = len(sweep) // (_PINGS * len(rig.sensors)) + 1
+    firings = np.unique(sweep.stamps_ns, return_inverse=True)[1]
+    return sweep[firings % stride == 0] if stride > 1 else sweep
+
+
+def account_of(sweeps: Sequence[Sweep], rig: Rig) -> Account | None:
+    """Explain sweeps from the poses as recorded; None without any reading."""
+    parts = [soundings_of(sweep, rig) for sweep in sweeps]
+    if not any(np.isfinite(part.readings).any() for part in parts):
+        return None
+    stations = stations_of(sweeps)
+    heard = at_stations(join_soundings(parts), stations)
+    # Matrices are small: threads would only wait for each other.
+    with threadpool_limits(limits=1, user_api="blas"):
+        account = Account(rig, heard, stations.poses, AccountSettings(poses=PoseMode.TRUST))
+        account.explain()
+    return account
+
+
+def consistency(sweeps: Sequence[Sweep], rig: Rig) -> Consistency:
+    """Tell how many echoes of some sweeps one room explains from the poses as recorded."""
+    account, count = account_of(sweeps, rig), len(rig.sensors)
+    if account is None or not account.arcs:
+        none = np.zeros(count, dtype=np.int64)
+        return Consistency(none, none, 0.0, 0.0)
+    pings = np.concatenate([arc.pings for arc in account.arcs])
+    features = without_copies(account.features, account.settings.copies)
+    sensors, hits = account.soundings.sensors[pings], account.explained(features)[pings]
+    return Consistency(
+        explained=np.bincount(sensors[hits], minlength=count),
+        grouped=np.bincount(sensors, minlength=count),
+        gain=evidence(account),
+        weight=float(account.soundings.weights[pings[hits]].sum()),
+    )

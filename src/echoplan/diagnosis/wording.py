@@ -1,0 +1,132 @@
+"""Words for what a verdict is made of: one sentence a reason, and the next step."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import fields
+from typing import TYPE_CHECKING
+
+from echoplan.diagnosis.causes import Cause, Remedy
+from echoplan.diagnosis.stations import Misplaced
+from echoplan.model import UNITS, Axes, Conventions, Heading
+
+if TYPE_CHECKING:
+    from echoplan.diagnosis.assessment import Measures
+
+__all__ = ["next_step", "reasons"]
+
+_ELSEWHERE = "Run echoplan info on the recording to check the readings, and check rig.toml and the poses."
+_PLACES = "Record from at least three places, half a metre apart."
+_HEADINGS = {
+    Heading.COUNTER_CLOCKWISE: "headings seem to grow counter-clockwise from +x",
+    Heading.CLOCKWISE: "headings seem to grow clockwise",
+    Heading.COMPASS: "headings seem to be those of a compass, clockwise from +y",
+}
+_AXES = {
+    Axes.XY: "y seems to point left of x",
+    Axes.YX: "x and y seem to be swapped",
+    Axes.Y_DOWN: "y seems to point right of x, as on a screen",
+}
+
+
+def reasons(measures: "Measures", now: Conventions) -> tuple[str, ...]:
+    """Say why a map is not good, the most serious reason first."""
+    empty = () if measures.features else ("No wall, corner or cylinder was found.",)
+    if measures.remedies:
+        best = measures.remedies[0]
+        shares = f"{_percent(best.share)} of the echoes fit together then, instead of {_percent(best.share_before)}"
+        return (f"{_capital(_problem(best, now))}: {shares}.", *empty)
+    return (*empty, *_symptoms(measures))
+
+
+def _symptoms(measures: "Measures") -> Iterator[str]:
+    if measures.features and measures.is_unexplained:
+        yield f"Only {_percent(measures.share)} of the echoes fit together."
+    yield from (_misplaced(each) for each in measures.misplaced)
+    if measures.crossed:
+        walls = "1 wall lies" if measures.crossed == 1 else f"{measures.crossed} walls lie"
+        yield f"{walls} across the path of the robot."
+    if measures.is_from_few_places:
+        places = "one place" if measures.places == 1 else f"{measures.places} places"
+        yield f"The room was recorded from {places} only, so that no second view checks the walls."
+
+
+def next_step(measures: "Measures", now: Conventions) -> str:
+    """Say what to do about it."""
+    if measures.remedies:
+        best, *rivals = measures.remedies
+        otherwise = "".join(f" If {_problem(each, now)}, {_what_to_set(each, now)} instead." for each in rivals[:1])
+        return f"{_capital(_what_to_set(best, now))} and map again.{otherwise}"
+    if measures.is_from_few_places:
+        return _PLACES
+    if measures.misplaced:
+        sweeps = " and ".join(str(each.sweep) for each in measures.misplaced)
+        return f"Check x, y and yaw of sweep {sweeps} in pings.csv, or leave the sweep out, and map again."
+    return _ELSEWHERE
+
+
+def _problem(remedy: Remedy, now: Conventions) -> str:
+    then = remedy.conventions
+    words = {
+        Cause.SERVO: lambda: f"the servo seems to {_servo(then, now)}",
+        Cause.HEADING: lambda: _HEADINGS[then.heading],
+        Cause.AXES: lambda: _AXES[then.axes],
+        Cause.RANGE_UNIT: lambda: f"the ranges seem to be {_mistaken(then.range_unit / now.range_unit)}",
+        Cause.POSITION_UNIT: lambda: f"x and y seem to be {_mistaken(then.position_unit / now.position_unit)}",
+        Cause.SENSOR: lambda: f"sensor {remedy.sensor_id} seems to look the other way",
+    }
+    return words[remedy.cause]()
+
+
+def _servo(then: Conventions, now: Conventions) -> str:
+    turning = f"turn {'clockwise' if then.servo_sign < 0 else 'counter-clockwise'}"
+    if then.servo_offset == now.servo_offset:
+        return turning
+    ahead = f"look ahead at {-then.servo_sign * math.degrees(then.servo_offset):.0f} degrees"
+    return ahead if then.servo_sign == now.servo_sign else f"{ahead} and to {turning}"
+
+
+_UNITS = {"m": "metres", "cm": "centimetres", "mm": "millimetres", "in": "inches", "ft": "feet"}
+
+
+def _mistaken(factor: float) -> str:
+    """Name the mistake by which lengths come out so many times too small: centimetres are what people expect."""
+    pairs = [(one, other) for one in UNITS for other in UNITS if math.isclose(UNITS[one] / UNITS[other], factor)]
+    one, other = next((pair for pair in pairs if "cm" in pair), pairs[0])
+    return f"{_UNITS[one]} that were taken for {_UNITS[other]}"
+
+
+def _what_to_set(remedy: Remedy, now: Conventions) -> str:
+    if remedy.sensor_id is not None:
+        return f"set yaw = {remedy.yaw:.5f} of sensor {remedy.sensor_id} in rig.toml"
+    lines = [
+        f"{field.name} = {_toml(field.name, getattr(remedy.conventions, field.name))}"
+        for field in fields(Conventions)
+        if getattr(remedy.conventions, field.name) != getattr(now, field.name)
+    ]
+    return f"set {' and '.join(lines)} under [conventions] in rig.toml"
+
+
+def _toml(name: str, value: object) -> str:
+    if isinstance(value, float):
+        unit = next((unit for unit, metres in UNITS.items() if metres == value), None)
+        return f'"{unit}"' if unit and name.endswith("unit") else f"{value:.6g}"
+    return f'"{value}"' if isinstance(value, str) else str(value)
+
+
+def _misplaced(station: Misplaced) -> str:
+    turn, way = math.degrees(station.turn), "left" if station.turn > 0.0 else "right"
+    moves = [f"{station.distance:.2f} m elsewhere"] if station.distance > _VISIBLE else []
+    turns = [f"turned {abs(turn):.0f} degrees to the {way}"] if abs(turn) > 1.0 else []
+    return f"Sweep {station.sweep} does not fit the others: it would fit {' and '.join((*moves, *turns))}."
+
+
+# Shorter ways are not worth a word [m].
+_VISIBLE = 0.02
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f} %"
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]

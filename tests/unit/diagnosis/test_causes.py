@@ -1,0 +1,50 @@
+"""Causes: a mistake in how a recording is written is found on the recording itself."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from echoplan.diagnosis import Cause, find_remedies
+from echoplan.model import Axes, Conventions, Heading
+from mistaken import RIG, sound_sweeps
+
+NOW = Conventions()
+MISTAKES = {
+    "servo clockwise": (Cause.SERVO, Conventions(servo_sign=-1)),
+    "servo 0 to 180": (Cause.SERVO, Conventions(servo_offset=-math.pi / 2)),
+    "servo 180 to 0": (Cause.SERVO, Conventions(servo_sign=-1, servo_offset=math.pi / 2)),
+    "headings clockwise": (Cause.HEADING, Conventions(heading=Heading.CLOCKWISE)),
+    "compass": (Cause.HEADING, Conventions(heading=Heading.COMPASS)),
+    "swapped": (Cause.AXES, Conventions(axes=Axes.YX)),
+    "y to the right": (Cause.AXES, Conventions(axes=Axes.Y_DOWN)),
+    "inches": (Cause.RANGE_UNIT, Conventions(range_unit=2.54)),
+    "places in millimetres": (Cause.POSITION_UNIT, Conventions(position_unit=0.1)),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_is_found_with_its_remedy(name: str) -> None:
+    cause, conventions = MISTAKES[name]
+    best = find_remedies([conventions.undo(sweep) for sweep in sound_sweeps()], RIG, conventions=NOW, share=0.5)[0]
+    assert best.cause is cause
+    assert best.conventions == conventions
+    assert best.share > 0.9 > best.share_before
+
+
+def test_a_sensor_that_looks_backwards_is_found() -> None:
+    backwards = replace(RIG, sensors=(RIG.sensors[0], replace(RIG.sensors[1], yaw=-math.pi / 2)))
+    best = find_remedies(sound_sweeps(), backwards, conventions=NOW, share=0.5)[0]
+    assert (best.cause, best.sensor_id) == (Cause.SENSOR, 1)
+    assert best.yaw == pytest.approx(math.pi / 2)
+
+
+def test_nothing_is_found_in_a_sound_recording() -> None:
+    assert find_remedies(sound_sweeps(), RIG, conventions=NOW, share=0.5) == ()
+
+
+def test_a_wrong_convention_is_taken_back() -> None:
+    wrong = Conventions(servo_sign=-1, range_unit=0.01)
+    right = Conventions(range_unit=0.01)
+    read = [wrong.apply(right.undo(sweep)) for sweep in sound_sweeps()]
+    assert find_remedies(read, RIG, conventions=wrong, share=0.5)[0].conventions == right

@@ -1,0 +1,93 @@
+"""Words: each reason is a sentence, each remedy a line of rig.toml."""
+
+import math
+
+import pytest
+
+from echoplan.diagnosis import Cause, Measures, Misplaced, Remedy
+from echoplan.diagnosis.wording import next_step, reasons
+from echoplan.model import Axes, Conventions, Heading
+
+NOW = Conventions()
+
+
+def measures(*remedies: Remedy, **changes: object) -> Measures:
+    return Measures(**({"share": 0.49, "places": 3, "features": 5, "remedies": remedies} | changes))  # type: ignore[arg-type]
+
+
+def remedy(cause: Cause, conventions: Conventions = NOW, **changes: object) -> Remedy:
+    return Remedy(cause=cause, conventions=conventions, share=0.97, share_before=0.49, **changes)  # type: ignore[arg-type]
+
+
+REMEDIES = {
+    "clockwise": (
+        remedy(Cause.SERVO, Conventions(servo_sign=-1)),
+        "The servo seems to turn clockwise",
+        "Set servo_sign = -1 under [conventions]",
+    ),
+    "half turn": (
+        remedy(Cause.SERVO, Conventions(servo_offset=-math.pi / 2)),
+        "The servo seems to look ahead at 90 degrees",
+        "Set servo_offset = -1.5708 under",
+    ),
+    "half turn, clockwise": (
+        remedy(Cause.SERVO, Conventions(servo_sign=-1, servo_offset=math.pi / 2)),
+        "The servo seems to look ahead at 90 degrees and to turn clockwise",
+        "Set servo_sign = -1 and servo_offset = 1.5708 under",
+    ),
+    "compass": (
+        remedy(Cause.HEADING, Conventions(heading=Heading.COMPASS)),
+        "Headings seem to be those of a compass, clockwise from +y",
+        'Set heading = "compass" under',
+    ),
+    "swapped": (
+        remedy(Cause.AXES, Conventions(axes=Axes.YX)),
+        "X and y seem to be swapped",
+        'Set axes = "yx" under',
+    ),
+    "inches": (
+        remedy(Cause.RANGE_UNIT, Conventions(range_unit=2.54)),
+        "The ranges seem to be inches that were taken for centimetres",
+        "Set range_unit = 2.54 under",
+    ),
+    "places in centimetres": (
+        remedy(Cause.POSITION_UNIT, Conventions(position_unit=0.01)),
+        "X and y seem to be centimetres that were taken for metres",
+        'Set position_unit = "cm" under',
+    ),
+    "backwards": (
+        remedy(Cause.SENSOR, sensor_id=2, yaw=-1.5708),
+        "Sensor 2 seems to look the other way",
+        "Set yaw = -1.57080 of sensor 2 in rig.toml and map again.",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REMEDIES)
+def test_a_remedy_is_a_line_of_the_rig(name: str) -> None:
+    what, problem, step = REMEDIES[name]
+    assert reasons(measures(what), NOW)[0] == f"{problem}: 97 % of the echoes fit together then, instead of 49 %."
+    assert next_step(measures(what), NOW).startswith(step)
+
+
+def test_a_remedy_that_explains_as_much_is_named_too() -> None:
+    both = measures(remedy(Cause.SERVO, Conventions(servo_sign=-1)), remedy(Cause.AXES, Conventions(axes=Axes.Y_DOWN)))
+    assert next_step(both, NOW).endswith(
+        ' If y seems to point right of x, as on a screen, set axes = "x-y" under [conventions] in rig.toml instead.'
+    )
+
+
+def test_a_station_is_named_by_its_sweep_with_what_it_lacks() -> None:
+    lone = measures(share=0.9, misplaced=(Misplaced(sweep=7, distance=0.15, turn=math.radians(-15.0), gain=40.0),))
+    (reason,) = reasons(lone, NOW)
+    assert (
+        reason == "Sweep 7 does not fit the others: it would fit 0.15 m elsewhere and turned 15 degrees to the right."
+    )
+    assert next_step(lone, NOW).startswith("Check x, y and yaw of sweep 7")
+
+
+@pytest.mark.parametrize(("places", "said"), [(1, "from one place only"), (2, "from 2 places only")])
+def test_few_places_call_for_more(places: int, said: str) -> None:
+    few = measures(share=0.9, places=places)
+    assert said in reasons(few, NOW)[0]
+    assert next_step(few, NOW) == "Record from at least three places, half a metre apart."
