@@ -1,4 +1,4 @@
-"""``echoplan info``: what is in a recording, and how well it was heard."""
+"""``echoplan info``: what is in a recording, and what is wrong with its readings."""
 
 from dataclasses import asdict
 from math import isnan
@@ -10,7 +10,7 @@ from echoplan.cli.terminal import Progressing, put, show
 
 if TYPE_CHECKING:
     from echoplan.model import Rig, Table
-    from echoplan.preprocessing import Survey
+    from echoplan.preprocessing import Faults, RecordingFault, SensorFault, SensorSurvey, Survey
 
 __all__ = ["run"]
 
@@ -19,24 +19,28 @@ def run(
     source: Annotated[str, typer.Argument(help="A recording's folder, or sim:WORLD.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print all numbers as JSON.")] = False,
 ) -> None:
-    """Tell what is in a recording: rig, sweeps, pings, echoes.
+    """Show what is in a recording: rig, sweeps, pings, echoes; and what is wrong with its readings.
 
     Example: echoplan info rec/
     """
     from echoplan.io.text import format_json  # noqa: PLC0415 - --help must not wait for NumPy
-    from echoplan.preprocessing import survey  # noqa: PLC0415
+    from echoplan.preprocessing import find_faults, survey  # noqa: PLC0415
     from echoplan.sources import open_source  # noqa: PLC0415
+    from echoplan.viewer import faults_in_words  # noqa: PLC0415
 
     opened = open_source(source)
-    found = survey(Progressing(opened, "reading"), opened.rig)
+    sweeps = tuple(Progressing(opened, "reading"))
+    found, faults = survey(sweeps, opened.rig), find_faults(sweeps, opened.rig)
     if as_json:
-        put(format_json(_document(opened.name, opened.rig, found)))
+        put(format_json(_document(opened.name, opened.rig, found, faults)))
         return
     put(_headline(opened.name, opened.rig, found))
     show(_sensor_table(found))
+    for sentence in faults_in_words(faults):
+        put(sentence)
 
 
-def _document(name: str, rig: "Rig", found: "Survey") -> dict[str, Any]:
+def _document(name: str, rig: "Rig", found: "Survey", faults: "Faults") -> dict[str, Any]:
     return {
         "name": name,
         "rig": rig.name,
@@ -46,11 +50,13 @@ def _document(name: str, rig: "Rig", found: "Survey") -> dict[str, Any]:
         "way": found.way,
         "within": [found.low_xy.tolist(), found.high_xy.tolist()],
         "temperature": None if isnan(found.temperature) else found.temperature,
-        "sensors": [
-            {key: None if isnan(number) else number for key, number in asdict(sensor).items()}
-            for sensor in found.sensors
-        ],
+        "sensors": [_fields(sensor) for sensor in found.sensors],
+        "faults": [*map(_fields, faults.recording), *map(_fields, faults.sensors)],
     }
+
+
+def _fields(value: "SensorSurvey | SensorFault | RecordingFault") -> dict[str, Any]:
+    return {key: None if isinstance(field, float) and isnan(field) else field for key, field in asdict(value).items()}
 
 
 def _headline(name: str, rig: "Rig", found: "Survey") -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from echoplan.cli.results import RESULTS, Results, say_what_was_found, write_results
-from echoplan.cli.terminal import Progressing, busy, put
+from echoplan.cli.terminal import Progressing, busy, put, tracked
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
     from echoplan.methods import Mapper
     from echoplan.model import FeatureMap, Sweep
-    from echoplan.viewer import Plan
+    from echoplan.preprocessing import Faults
+    from echoplan.viewer import Plan, Section
 
 __all__ = ["run"]
 
@@ -38,6 +39,7 @@ def run(
     from echoplan.config import Run, method_of, read_config  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.io import check_folder  # noqa: PLC0415
     from echoplan.methods import find_method, grid_of, observations_of  # noqa: PLC0415
+    from echoplan.preprocessing import clean_sweeps, find_faults  # noqa: PLC0415
     from echoplan.sources import find_truth, open_source  # noqa: PLC0415
     from echoplan.viewer import EchoListener, Plan  # noqa: PLC0415
 
@@ -48,28 +50,49 @@ def run(
     settings = settings if poses is None else _with_poses(settings, poses, method)
     check_folder(out, RESULTS)
     opened = open_source(source)
+    recorded = tuple(Progressing(opened, "reading"))
+    faults = find_faults(recorded, opened.rig)
+    _say_faults(faults)
+    cleaned = clean_sweeps(recorded, opened.rig, faults)
     mapper, listener = chosen.build(opened.rig, settings), EchoListener(opened.rig)
+    sweeps = listener.listen(tracked(cleaned, total=len(cleaned), task="mapping"))
+    withheld = faults.has_no_poses or (faults.is_from_one_place and method == "joint")
     plan = Plan(
-        feature_map=_map_of(mapper, listener.listen(Progressing(opened, "mapping"))),
+        feature_map=_without_features(method, settings, sweeps) if withheld else _map_of(mapper, sweeps),
         truth=find_truth(source, opened),
         heard=observations_of(mapper),
         echoes_xy=listener.points_xy,
     )
-    _say(plan, source)
+    _say(plan, source, faults)
     results = Results(
         title=f"Map of {opened.name}",
         run=Run(source=source, method=method),
         settings={"method": settings},
         plan=plan,
         times=listener.times,
+        sections=_fault_section(faults),
         grid=grid_of(mapper),
     )
     write_results(out, results)
 
 
-def _say(plan: "Plan", source: str) -> None:
+def _say_faults(faults: "Faults") -> None:
+    from echoplan.viewer import faults_in_words  # noqa: PLC0415
+
+    for sentence in faults_in_words(faults):
+        put(sentence)
+
+
+def _fault_section(faults: "Faults") -> "tuple[Section, ...]":
+    from echoplan.viewer import Text, faults_in_words  # noqa: PLC0415
+
+    sentences = faults_in_words(faults)
+    return (Text(title="Faults of this recording", paragraphs=sentences),) if sentences else ()
+
+
+def _say(plan: "Plan", source: str, faults: "Faults") -> None:
     say_what_was_found(plan)
-    if plan.feature_map.is_empty:
+    if plan.feature_map.is_empty and not faults.recording:
         put(f"Nothing stood out; see what came of the pings: echoplan info {shlex.quote(source)}")
 
 
@@ -78,6 +101,21 @@ def _map_of(mapper: "Mapper", sweeps: "Iterable[Sweep]") -> "FeatureMap":
         mapper.add(sweep)
     with busy("putting the map together"):
         return mapper.result()
+
+
+def _without_features(method: str, settings: "BaseModel", sweeps: "Iterable[Sweep]") -> "FeatureMap":
+    """Make a map of the poses alone, where features would be invented."""
+    import numpy as np  # noqa: PLC0415
+
+    from echoplan.model import FeatureMap  # noqa: PLC0415
+
+    pinged = [sweep for sweep in sweeps if len(sweep)]
+    return FeatureMap(
+        method=method,
+        parameters=settings.model_dump(mode="json"),
+        sweeps=np.array([sweep.index for sweep in pinged], dtype=np.int64),
+        poses=np.array([sweep.station for sweep in pinged]).reshape(-1, 3),
+    )
 
 
 def _with_poses(settings: "BaseModel", poses: str, method: str) -> "BaseModel":
