@@ -45,6 +45,14 @@ def mapped(recording: Path) -> Path:
     return folder
 
 
+def with_a_stuck_sensor(recording: Path, folder: Path) -> Path:
+    """A recording in which sensor 2 always reads 1.27 m."""
+    source = read_recording(recording)
+    sweeps = tuple(replace(sweep, ranges=np.where(sweep.sensor_ids == 2, 1.27, sweep.ranges)) for sweep in source)
+    write_recording(folder, Recording(name="stuck", rig=source.rig, sweeps=sweeps))
+    return folder
+
+
 class TestSimulate:
     def test_it_leaves_a_recording_its_truth_and_its_settings(self, recording: Path) -> None:
         assert names(recording) == ["pings.csv", "rig.toml", "run.toml", "truth.json"]
@@ -124,6 +132,27 @@ class TestMap:
         run = tomllib.loads((mapped / "run.toml").read_text(encoding="utf-8"))
         assert run["run"]["source"] == str(recording)
         assert run["method"]["poses"] == "auto"
+
+    def test_a_stuck_sensor_is_left_out_and_named(self, recording: Path, tmp_path: Path) -> None:
+        said = succeed("map", with_a_stuck_sensor(recording, tmp_path / "stuck"), "--out", tmp_path / "map")
+        sentence = "Sensor 2 reads 1.27 m wherever the robot stands and the sensor points. It is left out."
+        assert sentence in said
+        assert sentence in (tmp_path / "map" / "report.html").read_text(encoding="utf-8")
+        assert len(read_map(tmp_path / "map" / "map.json").walls) == 4
+
+    @pytest.mark.parametrize(("kept", "stations", "method"), [(0.0, 5, "rcd"), (0.0, 5, "joint"), (1.0, 1, "joint")])
+    def test_without_positions_or_from_one_place_no_features_are_drawn(
+        self, recording: Path, tmp_path: Path, kept: float, stations: int, method: str
+    ) -> None:
+        source = read_recording(recording)
+        sweeps = tuple(replace(sweep, map_from_base=kept * sweep.map_from_base) for sweep in source)[:stations]
+        write_recording(tmp_path / "rec", Recording(name="rec", rig=source.rig, sweeps=sweeps))
+        said = succeed("map", tmp_path / "rec", "--out", tmp_path / "map", "--method", method)
+        assert ("from one place" if kept else "no positions in this recording") in said
+        found = read_map(tmp_path / "map" / "map.json")
+        assert found.is_empty
+        assert len(found.poses) == stations
+        assert "echoes as points" in (tmp_path / "map" / "report.html").read_text(encoding="utf-8")
 
     def test_where_nothing_was_heard_it_says_where_to_look(self, recording: Path, tmp_path: Path) -> None:
         heard = read_recording(recording)
@@ -278,6 +307,14 @@ class TestInfo:
         (tmp_path / "pings.csv").write_text(rows, encoding="utf-8")
         document = json.loads(succeed("info", tmp_path, "--json"))
         assert [sensor["longest"] for sensor in document["sensors"][:2]] == [1.5, None]
+
+    def test_it_says_what_is_wrong_with_the_readings_and_what_to_do(self, recording: Path, tmp_path: Path) -> None:
+        assert json.loads(succeed("info", recording, "--json"))["faults"] == []
+        stuck = with_a_stuck_sensor(recording, tmp_path / "stuck")
+        said = "Sensor 2 reads 1.27 m wherever the robot stands and the sensor points. It is left out."
+        assert said in succeed("info", stuck)
+        document = json.loads(succeed("info", stuck, "--json"))
+        assert document["faults"] == [{"sensor_id": 2, "kind": "stuck", "value": 1.27, "share": 1.0}]
 
 
 BAD_INPUT = {

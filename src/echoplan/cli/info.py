@@ -1,4 +1,4 @@
-"""``echoplan info``: what is in a recording, and how well it was heard."""
+"""``echoplan info``: what is in a recording, and what is wrong with its readings."""
 
 from dataclasses import asdict
 from math import isnan
@@ -10,7 +10,7 @@ from echoplan.cli.terminal import Progressing, busy, put, show
 
 if TYPE_CHECKING:
     from echoplan.model import Quality, Rig, Table
-    from echoplan.preprocessing import Survey
+    from echoplan.preprocessing import Faults, RecordingFault, SensorFault, SensorSurvey, Survey
 
 __all__ = ["run"]
 
@@ -25,16 +25,18 @@ def run(
     """
     from echoplan.diagnosis import examine  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.io.text import format_json  # noqa: PLC0415
-    from echoplan.preprocessing import survey  # noqa: PLC0415
+    from echoplan.preprocessing import clean_sweeps, find_faults, survey  # noqa: PLC0415
     from echoplan.sources import conventions_of, open_source  # noqa: PLC0415
+    from echoplan.viewer import faults_in_words  # noqa: PLC0415
 
     opened = open_source(source)
-    sweeps = list(Progressing(opened, "reading"))
-    found = survey(sweeps, opened.rig)
+    sweeps = tuple(Progressing(opened, "reading"))
+    found, faults = survey(sweeps, opened.rig), find_faults(sweeps, opened.rig)
     with busy("checking the recording"):
-        quality = examine(opened.rig, sweeps, conventions=conventions_of(opened))
+        cleaned, findings = clean_sweeps(sweeps, opened.rig, faults), faults_in_words(faults)
+        quality = examine(opened.rig, cleaned, conventions=conventions_of(opened), findings=findings)
     if as_json:
-        put(format_json({**_document(opened.name, opened.rig, found), "quality": asdict(quality)}))
+        put(format_json({**_document(opened.name, opened.rig, found, faults), "quality": asdict(quality)}))
         return
     put(_headline(opened.name, opened.rig, found))
     show(_sensor_table(found))
@@ -48,7 +50,7 @@ def _say_what_is_wrong(quality: "Quality") -> None:
         put(f"Next step: {quality.next_step}")
 
 
-def _document(name: str, rig: "Rig", found: "Survey") -> dict[str, Any]:
+def _document(name: str, rig: "Rig", found: "Survey", faults: "Faults") -> dict[str, Any]:
     return {
         "name": name,
         "rig": rig.name,
@@ -58,11 +60,13 @@ def _document(name: str, rig: "Rig", found: "Survey") -> dict[str, Any]:
         "way": found.way,
         "within": [found.low_xy.tolist(), found.high_xy.tolist()],
         "temperature": None if isnan(found.temperature) else found.temperature,
-        "sensors": [
-            {key: None if isnan(number) else number for key, number in asdict(sensor).items()}
-            for sensor in found.sensors
-        ],
+        "sensors": [_fields(sensor) for sensor in found.sensors],
+        "faults": [*map(_fields, faults.recording), *map(_fields, faults.sensors)],
     }
+
+
+def _fields(value: "SensorSurvey | SensorFault | RecordingFault") -> dict[str, Any]:
+    return {key: None if isinstance(field, float) and isnan(field) else field for key, field in asdict(value).items()}
 
 
 def _headline(name: str, rig: "Rig", found: "Survey") -> str:

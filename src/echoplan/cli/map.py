@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from echoplan.cli.results import RESULTS, Results, say_what_was_found, write_results
-from echoplan.cli.terminal import Progressing, busy
+from echoplan.cli.terminal import Progressing, busy, tracked
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Sequence
 
     from pydantic import BaseModel
 
     from echoplan.methods import Mapper
     from echoplan.model import FeatureMap, Source, Sweep
+    from echoplan.preprocessing import Faults
 
 __all__ = ["run"]
 
@@ -39,10 +40,9 @@ def run(
     from echoplan.config import Run, method_of, read_config  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.io import check_folder  # noqa: PLC0415
     from echoplan.methods import find_method, grid_of, observations_of  # noqa: PLC0415
+    from echoplan.preprocessing import clean_sweeps, find_faults  # noqa: PLC0415
     from echoplan.sources import find_truth, open_source  # noqa: PLC0415
     from echoplan.viewer import EchoListener, Plan  # noqa: PLC0415
-
-    sweeps: list[Sweep] = []
 
     method = method or (method_of(config) if config else None) or "joint"
     chosen = find_method(method)
@@ -51,10 +51,15 @@ def run(
     settings = settings if poses is None else _with_poses(settings, poses, method)
     check_folder(out, RESULTS)
     opened = open_source(source)
+    recorded = tuple(Progressing(opened, "reading"))
+    faults = find_faults(recorded, opened.rig)
+    cleaned = clean_sweeps(recorded, opened.rig, faults)
     mapper, listener = chosen.build(opened.rig, settings), EchoListener(opened.rig)
-    heard = _kept(listener.listen(Progressing(opened, "mapping")), sweeps)
+    sweeps = listener.listen(tracked(cleaned, total=len(cleaned), task="mapping"))
+    withheld = faults.has_no_poses or (faults.is_from_one_place and method == "joint")
+    found = _without_features(method, settings, sweeps) if withheld else _map_of(mapper, sweeps)
     plan = Plan(
-        feature_map=_assessed(_map_of(mapper, heard), opened, sweeps),
+        feature_map=_assessed(found, opened, cleaned, faults),
         truth=find_truth(source, opened),
         heard=observations_of(mapper),
         echoes_xy=listener.points_xy,
@@ -72,18 +77,14 @@ def run(
     _warn_if_failed(plan.feature_map, strict=strict)
 
 
-def _kept(sweeps: "Iterable[Sweep]", kept: "list[Sweep]") -> "Iterator[Sweep]":
-    for sweep in sweeps:
-        kept.append(sweep)
-        yield sweep
-
-
-def _assessed(feature_map: "FeatureMap", source: "Source", sweeps: "list[Sweep]") -> "FeatureMap":
+def _assessed(feature_map: "FeatureMap", source: "Source", sweeps: "Sequence[Sweep]", faults: "Faults") -> "FeatureMap":
     from echoplan.diagnosis import assess  # noqa: PLC0415
     from echoplan.sources import conventions_of  # noqa: PLC0415
+    from echoplan.viewer import faults_in_words  # noqa: PLC0415
 
     with busy("checking the map"):
-        quality = assess(feature_map, source.rig, sweeps, conventions=conventions_of(source))
+        findings = faults_in_words(faults)
+        quality = assess(feature_map, source.rig, sweeps, conventions=conventions_of(source), findings=findings)
     return replace(feature_map, quality=quality)
 
 
@@ -101,6 +102,21 @@ def _map_of(mapper: "Mapper", sweeps: "Iterable[Sweep]") -> "FeatureMap":
         mapper.add(sweep)
     with busy("putting the map together"):
         return mapper.result()
+
+
+def _without_features(method: str, settings: "BaseModel", sweeps: "Iterable[Sweep]") -> "FeatureMap":
+    """Make a map of the poses alone, where features would be invented."""
+    import numpy as np  # noqa: PLC0415
+
+    from echoplan.model import FeatureMap  # noqa: PLC0415
+
+    pinged = [sweep for sweep in sweeps if len(sweep)]
+    return FeatureMap(
+        method=method,
+        parameters=settings.model_dump(mode="json"),
+        sweeps=np.array([sweep.index for sweep in pinged], dtype=np.int64),
+        poses=np.array([sweep.station for sweep in pinged]).reshape(-1, 3),
+    )
 
 
 def _with_poses(settings: "BaseModel", poses: str, method: str) -> "BaseModel":

@@ -28,8 +28,7 @@ from echoplan.mapping.joint.search.reclassification import reclassified
 from echoplan.mapping.joint.search.search import Search
 from echoplan.mapping.joint.settings import AccountSettings
 from echoplan.model import Odometry, Rig
-from echoplan.preprocessing.health import healthy
-from echoplan.preprocessing.soundings import Soundings, chosen_soundings, step_of
+from echoplan.preprocessing.soundings import Soundings, step_of
 
 __all__ = ["Account"]
 
@@ -71,7 +70,7 @@ class Account:
         self._odometry = None if rig.odometry == Odometry() else rig.odometry
         self.believes_rig = self.memory.believes_rig
         self.prior = expected_sonar(rig, heard, self.memory.model, walk=settings.walk)
-        self.recorded = chosen_soundings(heard, healthy(heard, settings.health))
+        self.recorded = heard
         self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=settings.arcs)
         self.given, self.poses = given, continued(given, self.memory.poses)
         self.soundings = displaced(self.recorded, given, self.poses)

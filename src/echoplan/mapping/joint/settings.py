@@ -19,7 +19,6 @@ from echoplan.mapping.joint.outline.vertices import VertexSettings
 from echoplan.mapping.joint.search.copies import CopySettings
 from echoplan.mapping.joint.search.localisation import LocalisationSettings
 from echoplan.mapping.joint.search.search import SearchSettings
-from echoplan.preprocessing.health import HealthSettings
 from echoplan.preprocessing.stations import StationSettings
 
 __all__ = ["AccountSettings", "PoseMode", "WindowSettings"]
@@ -69,7 +68,6 @@ class AccountSettings(BaseModel, frozen=True, extra="forbid"):
     poses: PoseMode = Field(default=PoseMode.AUTO, description="trust, correct, or correct if the pings disagree")
     stations: StationSettings = Field(default_factory=StationSettings)
     window: WindowSettings = Field(default_factory=WindowSettings)
-    health: HealthSettings = Field(default_factory=HealthSettings)
     arcs: ArcSettings = Field(default_factory=ArcSettings)
     search: SearchSettings = Field(default_factory=SearchSettings)
     adjustment: AdjustmentSettings = Field(default_factory=AdjustmentSettings)

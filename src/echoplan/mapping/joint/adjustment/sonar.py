@@ -16,7 +16,7 @@ from echoplan.mapping.joint.adjustment.cones import fit_cone
 from echoplan.mapping.joint.adjustment.loudness import fit_loudness
 from echoplan.model import Rig
 from echoplan.preprocessing import expected_scale
-from echoplan.preprocessing.rays import share_of_ramps
+from echoplan.preprocessing.rays import are_rays
 from echoplan.preprocessing.soundings import Soundings
 
 __all__ = ["Walk", "expected_sonar", "half_aperture_of", "learned_sonar", "walking"]
@@ -26,8 +26,6 @@ Walk: TypeAlias = str | Sequence[tuple[float, float]]
 
 # Fewer pings do not tell a piece of a walk, and more pieces tell no more.
 _A_PIECE, _PIECES = 25, 24
-# Of the readings of sound hardly one in a hundred is in a ramp; of rays, with a centimetre of noise, one in ten.
-_RAMPS = 0.05
 
 
 def expected_sonar(rig: Rig, heard: Soundings, known: EchoModel | None = None, *, walk: Walk = "physical") -> EchoModel:
@@ -141,4 +139,4 @@ def half_aperture_of(rig: Rig) -> float:
 def _reads_rays(rig: Rig, heard: Soundings, known: EchoModel | None) -> bool:
     if known is not None:
         return known.cone > 0.0
-    return share_of_ramps(heard) > _RAMPS if rig.rays is None else rig.rays
+    return are_rays(heard) if rig.rays is None else rig.rays
