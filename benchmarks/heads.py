@@ -2,7 +2,8 @@
 
 Draws so many random rooms (20 unless told otherwise), sounds each from eight stations by a head whose servo turns 0.9
 to 1.1 times as far as it is told and sits up to 10 degrees askew, and maps it twice: from exact poses, and from poses
-that are off by 1.5 cm and 3 degrees.  Four heads of five have one HC-SR04, the fifth has four modules 90 degrees apart.
+that are off by 1.5 cm and 3 degrees and written down in whole centimetres and degrees, as the sketch in docs/formats.md
+does.  Four heads of five have one HC-SR04, the fifth has four modules 90 degrees apart.
 Prints what is found and how exactly, whether covariances are true, and how well gain and offset were learned.
 ``--gain`` and ``--offset`` say how far servos may be off: both 0 for heads without a fault.
 """
@@ -16,6 +17,7 @@ from functools import partial
 
 import numpy as np
 
+from echoplan.arrays import FloatArray
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Evaluation, evaluate
 from echoplan.methods import map_sweeps
@@ -25,6 +27,7 @@ from echoplan.simulation import Simulation
 from rooms import random_simulation  # type: ignore[import-not-found]  # beside this file
 
 ROOMS, STATIONS = 20, 8
+KINDS = ("exact", "by hand")
 # How far gains may be off, and offsets [degrees].
 GAIN, OFFSET = 0.1, 10.0
 # What tape and eye leave of a place put down by hand [m, m, rad].
@@ -48,7 +51,7 @@ def main() -> None:
     arguments = parse()
     seeds = range(arguments.first, arguments.first + arguments.rooms)
     with ProcessPoolExecutor(arguments.jobs) as workers:
-        run = partial(mapped_twice, gain=arguments.gain, offset=arguments.offset)
+        run = partial(mapped, gain=arguments.gain, offset=arguments.offset, kinds=arguments.poses or KINDS)
         pairs = list(tracked(workers.map(run, seeds), total=arguments.rooms, task="mapping"))
     outcomes = [each for pair in pairs for each in pair]
     for table in (score_table(outcomes), servo_table(outcomes)):
@@ -64,6 +67,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--gain", type=float, default=GAIN)
     parser.add_argument("--offset", type=float, default=OFFSET)
+    parser.add_argument("--poses", choices=KINDS, action="append")
     parser.add_argument("--each", action="store_true", help="list the rooms one by one")
     parser.add_argument("--jobs", type=int)
     return parser.parse_args()
@@ -78,12 +82,13 @@ def sounded(seed: int, *, gain: float, offset: float) -> tuple[str, Simulation]:
     return array, replace(simulation, settings=settings)
 
 
-def mapped_twice(seed: int, *, gain: float, offset: float) -> tuple[Outcome, Outcome]:
+def mapped(seed: int, *, gain: float, offset: float, kinds: Sequence[str]) -> list[Outcome]:
     """Map a room from exact poses, and from those of a hand."""
     array, simulation = sounded(seed, gain=gain, offset=offset)
     exact, truth = list(simulation), simulation.truth
     outcomes = []
-    for poses, sweeps in (("exact", exact), ("by hand", set_down(exact, seed))):
+    for poses in kinds:
+        sweeps = exact if poses == KINDS[0] else set_down(exact, seed)
         feature_map = map_sweeps(JointMapper(simulation.rig), sweeps)
         outcomes.append(
             Outcome(
@@ -95,23 +100,29 @@ def mapped_twice(seed: int, *, gain: float, offset: float) -> tuple[Outcome, Out
                 evaluation=evaluate(feature_map, truth),
             )
         )
-    return outcomes[0], outcomes[1]
+    return outcomes
 
 
 def set_down(sweeps: Sequence[Sweep], seed: int) -> list[Sweep]:
-    """Set the robot down by hand at each station."""
+    """Set the robot down by hand at each station, and write down where in whole centimetres and degrees."""
     rng = np.random.default_rng((seed, 12))
-    return [replace(each, map_from_base=each.map_from_base + rng.normal(0.0, BY_HAND)) for each in sweeps]
+    return [replace(each, map_from_base=_written(each.map_from_base + rng.normal(0.0, BY_HAND))) for each in sweeps]
+
+
+def _written(poses: FloatArray) -> FloatArray:
+    steps = np.array([0.01, 0.01, math.radians(1.0)])
+    rounded: FloatArray = steps * np.round(poses / steps)
+    return rounded
 
 
 def grouped(outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
     """Group maps by poses and by head."""
     groups = {
         f"{name}, poses {poses}": [each for each in outcomes if each.poses == poses and each.array == array]
-        for poses in ("exact", "by hand")
+        for poses in KINDS
         for name, array in (("one sensor", "hc-sr04-servo"), ("four sensors", "rotary-array"))
     }
-    groups |= {f"all, poses {poses}": [e for e in outcomes if e.poses == poses] for poses in ("exact", "by hand")}
+    groups |= {f"all, poses {poses}": [e for e in outcomes if e.poses == poses] for poses in KINDS}
     return {name: members for name, members in groups.items() if members}
 
 
