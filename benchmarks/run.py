@@ -56,6 +56,8 @@ BENCHMARKS = (
     "arenas.py --coarse",
     "arenas.py --off 0.025 --turn 3",
     "arenas.py --off 0.025 --turn 3 --coarse",
+    "heads.py",
+    "heads.py --gain 0 --offset 0",
 )
 RECORDINGS, CORRIDOR = "recordings.py", "corridor.py"
 # How often noise is added to real recordings, to tell luck from skill.

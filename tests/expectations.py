@@ -67,6 +67,7 @@ def listening(
         uy=axes[:, 1].copy(),
         arms_x=arm * axes[:, 0],
         arms_y=arm * axes[:, 1],
+        angles=np.tile(bearings, count),
         rates=np.repeat(np.array(rates or [0.0] * count), len(bearings)),
         readings=np.full(len(hubs), np.inf),
         stations=np.repeat(np.arange(count), len(bearings)),

@@ -43,6 +43,7 @@ def one_ping(
         uy=axes[:, 1].copy(),
         arms_x=nothing,
         arms_y=nothing,
+        angles=nothing,
         rates=nothing,
         readings=readings,
         stations=np.zeros(count, dtype=np.int64),

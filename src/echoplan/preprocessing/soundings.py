@@ -22,6 +22,7 @@ __all__ = [
     "rearranged_stations",
     "soundings_of",
     "step_of",
+    "turned",
 ]
 
 # Pings this far apart hear a reflector independently of each other [rad]; nearer ones share their errors.
@@ -32,7 +33,8 @@ _MEMORY = 0.06
 _SPEED = Air().speed_of_sound
 # What there is one of for each ping.
 _BY_PING = (
-    "x", "y", "ux", "uy", "arms_x", "arms_y", "rates", "readings", "stations", "sensors", "mates", "lags", "weights"
+    "x", "y", "ux", "uy", "arms_x", "arms_y", "angles", "rates", "readings", "stations", "sensors", "mates", "lags",
+    "weights",
 )  # fmt: skip
 
 
@@ -47,6 +49,8 @@ class Soundings(NamedTuple):
         Unit vectors of the beam axes.
     arms_x, arms_y : ndarray, shape (n,)
         From the axis of the servo to the acoustic centre [m].
+    angles : ndarray, shape (n,)
+        Where the servo was, as recorded [rad].
     rates : ndarray, shape (n,)
         How fast the servo turned [rad/s].
     readings : ndarray, shape (n,)
@@ -76,6 +80,7 @@ class Soundings(NamedTuple):
     uy: FloatArray
     arms_x: FloatArray
     arms_y: FloatArray
+    angles: FloatArray
     rates: FloatArray
     readings: FloatArray
     stations: IntArray
@@ -123,6 +128,7 @@ def soundings_of(sweep: Sweep, rig: Rig) -> Soundings:
         uy=axes[:, 1].copy(),
         arms_x=kept.origins_xy[:, 0] - kept.hubs_xy[:, 0],
         arms_y=kept.origins_xy[:, 1] - kept.hubs_xy[:, 1],
+        angles=sweep.servo_angles[telling],
         rates=_rates(sweep.stamps_ns, sweep.servo_angles)[telling],
         readings=readings[telling],
         stations=np.zeros(len(kept), dtype=np.int64),
@@ -299,7 +305,7 @@ def late_by(soundings: Soundings, latency: float) -> Soundings:
     """
     if latency == 0.0:
         return soundings
-    return _turned(soundings, -latency * soundings.rates)
+    return turned(soundings, -latency * soundings.rates)
 
 
 def _halfway(soundings: Soundings) -> Soundings:
@@ -310,22 +316,35 @@ def _halfway(soundings: Soundings) -> Soundings:
     it could.
     """
     ways = np.where(np.isfinite(soundings.readings), soundings.readings, 0.5 * soundings.max_range)
-    return _turned(soundings, soundings.rates * ways / _SPEED)
+    return turned(soundings, soundings.rates * ways / _SPEED)
 
 
-def _turned(soundings: Soundings, angles: FloatArray) -> Soundings:
-    """Turn the servo under each ping by an angle [rad]."""
+def turned(soundings: Soundings, angles: FloatArray) -> Soundings:
+    """Turn the servo under each ping.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+    angles : ndarray, shape (n,)
+        By how much [rad].
+
+    Returns
+    -------
+    Soundings
+        The pings from there.
+    """
     turn = np.exp(1j * angles)
     axes = (soundings.ux + 1j * soundings.uy) * turn
     arms = soundings.arms_x + 1j * soundings.arms_y
-    turned = arms * turn
+    moved = arms * turn
     return soundings._replace(
-        x=soundings.x + (turned - arms).real,
-        y=soundings.y + (turned - arms).imag,
+        x=soundings.x + (moved - arms).real,
+        y=soundings.y + (moved - arms).imag,
         ux=axes.real.copy(),
         uy=axes.imag.copy(),
-        arms_x=turned.real.copy(),
-        arms_y=turned.imag.copy(),
+        arms_x=moved.real.copy(),
+        arms_y=moved.imag.copy(),
     )
 
 

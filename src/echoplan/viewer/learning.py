@@ -31,6 +31,11 @@ _NUMBERS = (
     ),
     ("servo_latency", ("The servo lags by", "The servo leads by", "The servo lags by"), 1000.0, "ms"),
 )
+# Of a servo that is calibrated: name, what it is called, what turns it into its unit, and the unit.
+_SERVO = (
+    ("servo_gain", "The servo turns", 1.0, " of the recorded angle"),
+    ("servo_offset", "Where it records 0 the servo stands at", math.degrees(1.0), "\N{DEGREE SIGN}"),
+)
 # What robot simulators make of a sonar.
 _CONE = "the nearest points in cones of rays of \N{PLUS-MINUS SIGN}{:.1f}\N{DEGREE SIGN}, as robot simulators make them"
 # A value that the pings did not narrow down by this factor is what was believed before.
@@ -68,8 +73,28 @@ def learned_in_words(feature_map: FeatureMap) -> tuple[Definitions, ...]:
     rays = [("Readings are", _CONE.format(math.degrees(float(found["cone"]))))] if "cone" in found else []
     square = [_square(feature_map, found["right_angles"])] if found.get("right_angles") else []
     open_ways = [("Not determined", _open_way(each)) for each in _joined(found.get("undetermined", ()))]
-    told = (*rays, poses, *open_ways, *square, *items, noise)
+    told = (*rays, poses, *open_ways, *square, *items, *_servo(found), noise)
     return (Definitions(title="What the recording tells of itself", items=told),)
+
+
+def _servo(found: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Write gain and offset of a servo that was calibrated, and how to make them permanent."""
+    items, keys = [], []
+    for name, words, factor, unit in _SERVO:
+        if name not in found:
+            continue
+        value, sigma, believed = (float(found[name][key]) for key in ("value", "sigma", "believed"))
+        if sigma > _DETERMINED * believed:
+            items.append((words, _OPEN))
+            continue
+        digits = _digits(factor * sigma)
+        items.append((words, f"{factor * value:.{digits}f} \N{PLUS-MINUS SIGN} {factor * sigma:.{digits}f}{unit}"))
+        keys.append(f"{name} = {value:.{_digits(sigma)}f}")
+    return [*items, ("To make that permanent", f"{', '.join(keys)} in rig.toml")] if keys else items
+
+
+def _digits(sigma: float) -> int:
+    return max(0, min(3, 1 - math.floor(math.log10(max(sigma, 1e-3)))))
 
 
 def _square(feature_map: FeatureMap, square: Mapping[str, Any]) -> tuple[str, str]:
@@ -114,6 +139,6 @@ def _told(number: Mapping[str, Any], words: tuple[str, str, str], factor: float,
     is_determined, air = sigma <= _DETERMINED * factor * float(number["believed"]), number.get("temperature")
     if not is_determined and air is None:
         return words[2], _OPEN
-    digits = max(0, min(3, 1 - math.floor(math.log10(max(sigma, 1e-3)))))
+    digits = _digits(sigma)
     source = "" if air is None else f", in air of {float(air):.1f} \N{DEGREE SIGN}C by the thermometer"
     return words[value < 0.0], f"{abs(value):.{digits}f} \N{PLUS-MINUS SIGN} {sigma:.{digits}f} {unit}{source}"

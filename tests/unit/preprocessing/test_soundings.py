@@ -7,6 +7,7 @@ from echoplan.acoustics import Air
 from echoplan.arrays import FloatArray
 from echoplan.geometry import wrap
 from echoplan.model import Rig, Sensor, Sweep
+from echoplan.preprocessing.servo import ServoError, turned_by
 from echoplan.preprocessing.soundings import (
     Soundings,
     chosen_soundings,
@@ -181,6 +182,18 @@ def test_soundings_turned_back_are_those_of_a_servo_that_is_where_it_says(latenc
     turned = late_by(soundings_of(recorded, rig()), latency)
     assert same(turned, truth)
     assert not same(soundings_of(recorded, rig()), truth)
+
+
+def test_soundings_turned_by_gain_and_offset_are_those_of_a_servo_that_was_there() -> None:
+    recorded = heard()
+    error = ServoError(0.95, 0.07)
+    truth = soundings_of(replace(recorded, servo_angles=0.95 * recorded.servo_angles + 0.07), rig())
+    turned = turned_by(soundings_of(recorded, rig()), error=error, before=ServoError())
+    assert turned.bearings == pytest.approx(truth.bearings, abs=2e-3)
+    assert turned.x == pytest.approx(truth.x, abs=2e-4)
+    back = turned_by(turned, error=ServoError(), before=error)
+    assert back.bearings == pytest.approx(soundings_of(recorded, rig()).bearings)
+    assert turned_by(turned, error=error, before=error) is turned
 
 
 def test_without_latency_soundings_stay_as_they_are() -> None:

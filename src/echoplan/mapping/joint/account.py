@@ -28,6 +28,7 @@ from echoplan.mapping.joint.search.reclassification import reclassified
 from echoplan.mapping.joint.search.search import Search
 from echoplan.mapping.joint.settings import AccountSettings
 from echoplan.model import Odometry, Rig
+from echoplan.preprocessing.servo import AS_RECORDED, ServoError, turned_by
 from echoplan.preprocessing.soundings import Soundings, step_of
 
 __all__ = ["Account"]
@@ -71,6 +72,10 @@ class Account:
         self.believes_rig = self.memory.believes_rig
         self.prior = expected_sonar(rig, heard, self.memory.model, walk=settings.walk)
         self.recorded = heard
+        # Gain and offset of the servo where it is calibrated; then the pings are turned accordingly.
+        self.servo: ServoError | None = None
+        if self.memory.servo is not None:
+            self._turn_servo(self.memory.servo)
         self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=settings.arcs)
         self.given, self.poses = given, continued(given, self.memory.poses)
         self.soundings = displaced(self.recorded, given, self.poses)
@@ -151,6 +156,17 @@ class Account:
     def has_servo(self) -> bool:
         """Whether anything turned while it listened."""
         return bool(np.any(self.recorded.rates))
+
+    def calibrate(self, servo: ServoError) -> None:
+        """Calibrate the servo: start from this gain and this offset, and let adjustments estimate them."""
+        self._turn_servo(servo)
+        self.asks_bearings = True
+        self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=self.settings.arcs)
+        self.soundings = displaced(self.recorded, self.given, self.poses)
+
+    def _turn_servo(self, servo: ServoError) -> None:
+        self.recorded = turned_by(self.recorded, error=servo, before=self.servo or AS_RECORDED)
+        self.servo = servo
 
     def glance(self) -> None:
         """Take a first look; and another where the air turns out to be warmer or colder than the modules assume."""
@@ -245,6 +261,7 @@ class Account:
             features=self.as_heard(self.features),
             model=self.model,
             latency=self.latency,
+            servo=self.servo or AS_RECORDED,
             poses=self.poses if poses is not None else np.zeros((0, 3)),
         )
         known = self.at_hand.about(self.features, state.unknowns)
@@ -253,8 +270,16 @@ class Account:
         self.features = [
             replace(each, reflector=row) for each, row in zip(self.features, self.adjusted.reflectors, strict=True)
         ]
-        if poses is not None:
+        self._move()
+
+    def _move(self) -> None:
+        """Let the pings be where poses and servo are after an adjustment, if these are free."""
+        assert self.adjusted is not None
+        if self.believed is not None:
             self.poses = self.adjusted.poses
+        if self.servo is not None:
+            self._turn_servo(self.adjusted.servo)
+        if self.believed is not None or self.servo is not None:
             self.soundings = displaced(self.recorded, self.given, self.poses)
 
     def as_heard(self, features: Sequence[Hypothesis]) -> Features:
@@ -288,6 +313,7 @@ class Account:
             loudness=self.loudness if self.is_polished else None,
             squareness=self.squareness,
             bearings=self.asks_bearings,
+            servo=self.servo,
         )
 
     def learn_loudness(self) -> None:

@@ -41,8 +41,12 @@ def calibration(account: Account, adjusted: Adjusted) -> dict[str, object]:
         "walk_gain": (model.walk_gain, settings.gain_share * beliefs.walk_gain),
         "range_scale": (model.range_scale, beliefs.scale_sigma),
         "servo_latency": (adjusted.latency - open_lag, settings.latency_sigma),
+        "servo_gain": (adjusted.servo.gain, settings.servo_gain_sigma),
+        "servo_offset": (adjusted.servo.offset, settings.servo_offset_sigma),
     }
     silent = [] if account.has_servo else ["servo_latency"]
+    if account.servo is None:
+        silent += ["servo_gain", "servo_offset"]
     if model.cone:
         silent.append("walk_gain")
     learned = {

@@ -21,11 +21,13 @@ from echoplan.mapping.joint.correction.agreement import (
 from echoplan.mapping.joint.correction.effects import learn_common_error, without_common_error
 from echoplan.mapping.joint.correction.misplacement import elsewhere
 from echoplan.mapping.joint.correction.placing import learned_waypoints, place
+from echoplan.mapping.joint.correction.servo import find_servo
 from echoplan.mapping.joint.correction.settling import converge, settle, stand_square
 from echoplan.mapping.joint.correction.slips import without_slip
 from echoplan.mapping.joint.correction.tracking import track
 from echoplan.mapping.joint.memory import Course
 from echoplan.mapping.joint.settings import PoseMode
+from echoplan.preprocessing.servo import ServoError
 
 __all__ = ["explained"]
 
@@ -63,11 +65,19 @@ def explained(account: Account) -> Account:
     Account
         The same, or another one with better poses; its verdict says which and why.
     """
-    best = _explained(account)
+    servo = find_servo(account) if account.memory.is_empty else None
+    best = _explained(account) if servo is None else _calibrated(account, servo)
     best.reconsider()
     best.clear()
     best.polish()
     return best
+
+
+def _calibrated(account: Account, servo: ServoError) -> Account:
+    """Calibrate the servo, if that explains more than that it turns as recorded."""
+    calibrated = copy.copy(account)
+    calibrated.calibrate(servo)
+    return _better(_explained(account), _explained(calibrated))
 
 
 def _explained(account: Account) -> Account:

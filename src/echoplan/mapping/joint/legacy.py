@@ -29,6 +29,7 @@ from echoplan.mapping.joint.search.hiding import hiding
 from echoplan.mapping.joint.search.paths import Paths, free_views, trace_paths
 from echoplan.mapping.joint.search.rivals import class_probabilities
 from echoplan.model import ClassProbabilities, FeatureClass
+from echoplan.preprocessing.servo import AS_RECORDED
 from echoplan.preprocessing.soundings import chosen_soundings
 
 __all__ = ["leave", "survey"]
@@ -58,7 +59,12 @@ def survey(account: Account, path_xy: FloatArray) -> Survey:
     """
     memory, settings = leave(account, len(account.given)), account.settings
     found = [each for each in memory.features if _is_there(each)]
-    state = State(features=as_arrays(found, 0), model=account.model, latency=memory.latency)
+    state = State(
+        features=as_arrays(found, 0),
+        model=account.model,
+        latency=memory.latency,
+        servo=memory.servo or AS_RECORDED,
+    )
     nothing = chosen_soundings(account.recorded, np.zeros(len(account.recorded.readings), dtype=bool))
     beliefs = account.beliefs(account.noise, None)._replace(squareness=None, understated=account.understated())
     known = memory.about(found, state.unknowns)
@@ -140,6 +146,7 @@ def leave(account: Account, count: int) -> Memory:
         verdict=account.verdict,
         model=account.model,
         latency=account.latency,
+        servo=account.servo,
         noise=account.noise,
         loudness=account.loudness,
         independence=account.independence,
@@ -163,14 +170,15 @@ def _summary(account: Account, everything: list[Hypothesis], gone: BoolArray, co
         features=account.as_heard(everything),
         model=account.model,
         latency=account.latency,
+        servo=account.servo or AS_RECORDED,
         poses=np.zeros((0, 3)) if believed is None else account.poses[: len(believed.given)],
     )
     heard = chosen_soundings(account.recorded if believed else account.soundings, gone)
     heard = heard._replace(centers=heard.centers[: len(believed.given)]) if believed else heard
     beliefs = account.beliefs(account.noise, believed)
     rows = [reading_rows(heard, state, beliefs, account.settings.adjustment)]
+    rows.append(facing_rows(heard, state, beliefs))
     if believed:
-        rows.append(facing_rows(heard, state, beliefs))
         rows.append(pose_rows(believed, state.poses, state.unknowns.pose))
     return summarised(state, rows, account.memory.about(everything, state.unknowns), count)
 

@@ -18,6 +18,7 @@ from echoplan.mapping.joint.adjustment.rows import Rows, Summary, normal_equatio
 from echoplan.mapping.joint.adjustment.state import State
 from echoplan.mapping.joint.adjustment.unknowns import Unknowns
 from echoplan.mapping.joint.search.echoes import CornerEcho, Echoes
+from echoplan.preprocessing.servo import ServoError
 
 __all__ = ["Course", "Memory", "places_of", "summarised"]
 
@@ -59,6 +60,8 @@ class Memory:
         The sonar.
     latency : float, optional
         Of the servo [s].
+    servo : ServoError, optional
+        Its gain and offset, where it is calibrated.
     noise : float, optional
         Standard deviation of readings [m].
     loudness : tuple of float, optional
@@ -82,6 +85,7 @@ class Memory:
     verdict: str = ""
     model: EchoModel | None = None
     latency: float = 0.0
+    servo: ServoError | None = None
     noise: float = np.nan
     loudness: tuple[float, float] | None = None
     independence: float = 1.0

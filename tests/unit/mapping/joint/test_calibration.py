@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from echoplan.arrays import FloatArray
+from echoplan.evaluation.matching import match_map
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper
 from echoplan.model import Sweep
-from echoplan.simulation import Simulation
+from echoplan.simulation import Simulation, SimulationSettings
 from echoplan.sources import find_rig, find_route, find_world
 
 RIG = find_rig("rotary-array")
@@ -49,6 +50,26 @@ def test_each_number_comes_with_what_was_believed_before(turning: list[Sweep]) -
     for name in ("range_offset", "walk_gain", "range_scale", "servo_latency"):
         assert set(found[name]) == {"value", "sigma", "believed"}
         assert 0.0 < found[name]["sigma"] <= 1.05 * found[name]["believed"]
+
+
+@pytest.mark.parametrize(("gain", "offset"), [(0.93, np.radians(6.0)), (1.05, np.radians(-4.0))])
+def test_a_head_of_another_gain_that_is_mounted_askew_calibrates_itself(gain: float, offset: float) -> None:
+    settings = SimulationSettings(servo_gain=gain, servo_offset=offset)
+    rig = find_rig("hc-sr04-servo")
+    simulation = Simulation(world=SQUARE, rig=rig, route=find_route("square"), settings=settings, seed=2)
+    feature_map = map_sweeps(JointMapper(rig), simulation)
+    found = feature_map.parameters["found"]
+    assert isinstance(found, Mapping)
+    for name, true in (("servo_gain", gain), ("servo_offset", offset)):
+        assert abs(found[name]["value"] - true) < 3.0 * found[name]["sigma"]
+        assert found[name]["sigma"] < 0.2 * found[name]["believed"]
+    walls = match_map(feature_map, simulation.truth).walls
+    assert len(walls.found) == len(walls.wanted)
+    assert max(match.distance for match in walls.right) < 0.005
+
+
+def test_a_servo_that_turns_as_recorded_is_not_calibrated(turning: list[Sweep]) -> None:
+    assert not {"servo_gain", "servo_offset"} & set(calibrated(turning))
 
 
 def test_a_thermometer_is_told(turning: list[Sweep]) -> None:

@@ -90,6 +90,7 @@ def told(monkeypatch: pytest.MonkeyPatch, **answers: Any) -> None:
         "elsewhere": lambda account, beliefs, station: None,
         "settle": settle,
         "is_strained": lambda account: False,
+        "find_servo": lambda account: None,
         "converge": converge,
         "stand_square": stand_square,
     }

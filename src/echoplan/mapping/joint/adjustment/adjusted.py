@@ -10,6 +10,7 @@ from echoplan.acoustics.expectation import EchoModel, Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.mapping.joint.adjustment.rows import solve
 from echoplan.mapping.joint.adjustment.unknowns import SONAR_UNKNOWNS, Unknowns
+from echoplan.preprocessing.servo import AS_RECORDED, ServoError
 
 __all__ = ["Adjusted"]
 
@@ -29,6 +30,8 @@ class Adjusted:
         The sonar.
     latency : float
         By how much the servo lags behind what was recorded [s].
+    servo : ServoError, optional
+        Gain and offset of the servo.
     poses : ndarray, shape (s, 3)
         Poses of the stations [m, m, rad]; empty where they are not corrected.
     unknowns : Unknowns
@@ -58,6 +61,7 @@ class Adjusted:
     reflectors: FloatArray
     model: EchoModel
     latency: float
+    servo: ServoError = AS_RECORDED
     poses: FloatArray
     unknowns: Unknowns
     information: FloatArray

@@ -9,20 +9,21 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from pydantic import BaseModel, Field
 
 from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.mapping.joint.adjustment.adjusted import Adjusted
 from echoplan.mapping.joint.adjustment.bearings import NO_BEARINGS, Bearings, bearing_rows, bearings_of
-from echoplan.mapping.joint.adjustment.crossings import TieSettings, corner_ties
-from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, displaced, pose_rows
+from echoplan.mapping.joint.adjustment.beliefs import AdjustmentSettings, Beliefs, sonar_prior
+from echoplan.mapping.joint.adjustment.crossings import corner_ties
+from echoplan.mapping.joint.adjustment.poses import displaced, pose_rows
 from echoplan.mapping.joint.adjustment.readings import Features, Matched, differentiate_readings, match_readings
 from echoplan.mapping.joint.adjustment.rows import Rows, Summary, held, normal_equations, prior, solve
-from echoplan.mapping.joint.adjustment.squareness import Squareness, square_rows
+from echoplan.mapping.joint.adjustment.squareness import square_rows
 from echoplan.mapping.joint.adjustment.state import State
 from echoplan.mapping.joint.adjustment.unknowns import SONAR_UNKNOWNS, Unknowns
+from echoplan.preprocessing.servo import turned_by
 from echoplan.preprocessing.soundings import Soundings, late_by
 
 __all__ = [
@@ -39,91 +40,6 @@ _CYLINDER = int(Kind.CYLINDER)
 _HOLD = 0.1
 # What the prior alone holds needs no other hold: readings tell of a number what leaves so much of its variance.
 _TOLD = 0.5
-
-
-class AdjustmentSettings(BaseModel, frozen=True, extra="forbid"):
-    """What is believed before anything was heard, and how errors are weighed."""
-
-    rounds: int = Field(default=6, ge=1, description="Gauss-Newton steps at most")
-    rest: float = Field(default=1e-4, gt=0.0, description="square of a step, in deviations, after which none is taken")
-    robust: float = Field(default=2.5, gt=0.0, description="deviations at which a reading counts a quarter")
-    gain_share: float = Field(default=0.24, gt=0.0, description="uncertainty of the range walk, as a share of it")
-    scale_sigma: float = Field(default=0.03, gt=0.0, description="of the range scale: 50 degrees of temperature")
-    told_scale_sigma: float = Field(default=0.002, gt=0.0, description="likewise, by a thermometer or on a drive")
-    told_offset_sigma: float = Field(default=0.002, gt=0.0, description="of the range offset, by corners [m]: measured")
-    latency_sigma: float = Field(default=0.02, gt=0.0, description="of the servo's latency [s]")
-    merit_sigma: float = Field(default=0.6, gt=0.0, description="of the figure of merit as told by who heard what [dB]")
-    ka_sigma: float = Field(default=0.015, gt=0.0, description="likewise of the logarithm of the beam's ka")
-    exponent_sigma: float = Field(
-        default=0.2,
-        gt=0.0,
-        description="uncertainty of the exponent of the range walk: 0.17 is the root mean square over bursts of 4 to "
-        "16 cycles and resonators of a quality of 5 to 30",
-    )
-    model_error: float = Field(
-        default=0.0004,
-        ge=0.0,
-        description="of each end of a wall, and of a point, however many readings tell it [m]: in rooms of 100 "
-        "stations 95 % of the angles of walls lie in their interval with it, 87 % without",
-    )
-    determined: float = Field(
-        default=2.0, gt=0.0, description="deviations of a latency that drifting poses leave clear"
-    )
-    radius: float = Field(default=0.12, gt=0.0, description="of a cylinder of which little was heard [m]")
-    radius_sigma: float = Field(default=0.1, gt=0.0, description="of that guess [m]")
-    ties: TieSettings = Field(default_factory=TieSettings)
-
-
-class Beliefs(NamedTuple):
-    """What the rig tells before anything was heard.
-
-    Attributes
-    ----------
-    noise : float
-        Standard deviation of readings [m].
-    offset_sigma : float
-        Of the reading of an aimed plane at 1 m [m]: modules are set right there, within a step of the readings.
-    walk_gain : float
-        Range walk at the threshold [m].
-    has_servo : bool
-        Whether there is a servo that may lag.
-    scale_sigma : float
-        How well it is known how fast sound is.
-    range_scale : float
-        As is to be expected of the air.
-    drifting : bool
-        Whether errors of the poses add up.
-    poses : PoseBeliefs or None
-        What is believed of the poses, if they are to be corrected.
-    pair_sigma : float
-        What all pings of one station say of one feature is wrong together by this [m]; 0 if they are independent.
-    independence : float
-        How many times more readings count than their weights say.
-    understated : float
-        How many times more readings tell than they are let count for.
-    loudness : tuple of float or None
-        Figure of merit [dB] and logarithm of the beam's ka as told by who heard what; None if nothing told them yet,
-        or while poses drift or have not settled: then they stay as they are.
-    squareness : Squareness or None
-        How square the walls stand, where right angles are believed in.
-    bearings : bool
-        Whether way-points ask who heard walls along the axes which way they face.
-    """
-
-    noise: float
-    offset_sigma: float
-    walk_gain: float
-    has_servo: bool
-    scale_sigma: float
-    range_scale: float = 0.0
-    drifting: bool = False
-    poses: PoseBeliefs | None = None
-    pair_sigma: float = 0.0
-    independence: float = 1.0
-    understated: float = 1.0
-    loudness: tuple[float, float] | None = None
-    squareness: Squareness | None = None
-    bearings: bool = False
 
 
 def adjust(
@@ -173,6 +89,7 @@ def adjust(
         reflectors=now.features.reflectors,
         model=now.model,
         latency=now.latency,
+        servo=now.servo,
         poses=now.poses,
         unknowns=unknowns,
         information=information,
@@ -259,12 +176,16 @@ def facing_rows(soundings: Soundings, now: State, beliefs: Beliefs) -> Rows:
 
 
 def _bearings(soundings: Soundings, now: State, beliefs: Beliefs) -> Bearings:
-    """Find the bearings of walls; those of walls that may lie anyhow tell nothing of headings."""
+    """Find the bearings of walls; those of walls that may lie anyhow tell nothing of headings, but of the servo."""
     poses, square = beliefs.poses, beliefs.squareness
-    if not beliefs.bearings or poses is None or poses.relative or square is None or not square.along_axes:
+    along_axes = poses is not None and not poses.relative and square is not None and square.along_axes
+    if not beliefs.bearings or not (along_axes or beliefs.servo is not None):
         return NO_BEARINGS
     heard = _as_heard(soundings, now, beliefs)
-    return bearings_of(heard, now.model.tabulated(), now.features, now.poses[:, 2])
+    headings = now.poses[:, 2] if len(now.poses) else np.zeros(len(soundings.centers))
+    return bearings_of(
+        heard, now.model.tabulated(), now.features, headings, servo=None if beliefs.servo is None else now.servo
+    )
 
 
 class _Readings(NamedTuple):
@@ -281,6 +202,8 @@ class _Readings(NamedTuple):
 def _as_heard(soundings: Soundings, now: State, beliefs: Beliefs) -> Soundings:
     """Place the pings where the servo and the robot were."""
     turned = late_by(soundings, now.latency)
+    if beliefs.servo is not None:
+        turned = turned_by(turned, error=now.servo, before=beliefs.servo)
     return turned if beliefs.poses is None else displaced(turned, beliefs.poses.given, now.poses)
 
 
@@ -364,7 +287,7 @@ def _columns(readings: _Readings, of_features: IntArray, starts: tuple[int, int]
 
 def _held_by(now: State, unknowns: Unknowns, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:
     """Collect what holds the unknowns besides the pings: priors, and ties of corners to their walls."""
-    yield _sonar_prior(now, unknowns.sonar, beliefs, settings)
+    yield sonar_prior(now, unknowns.sonar, beliefs, settings)
     if beliefs.squareness is not None:
         yield square_rows(beliefs.squareness, now.features.reflectors[:, 1], unknowns.starts)
     if beliefs.poses is not None:
@@ -374,27 +297,3 @@ def _held_by(now: State, unknowns: Unknowns, beliefs: Beliefs, settings: Adjustm
     residuals = settings.radius - now.features.reflectors[columns, 3]
     yield prior(unknowns.starts[columns] + 2, sigma=settings.radius_sigma, residual=residuals)
     yield from corner_ties(now.features.reflectors, unknowns, settings.ties)
-
-
-def _sonar_prior(now: State, first: int, beliefs: Beliefs, settings: AdjustmentSettings) -> Rows:
-    model, gain_sigma = now.model, settings.gain_share * beliefs.walk_gain
-    # Without a servo nothing lags: the unknown stays where it is.
-    latency_sigma = settings.latency_sigma if beliefs.has_servo else 1e-9
-    # There is no range walk in a cone of rays.
-    exponent_sigma = 1e-9 if model.cone else settings.exponent_sigma
-    merit, log_ka, *loudness = (model.figure_of_merit, math.log(model.ka), 1e-9, 1e-9)
-    if beliefs.loudness is not None:
-        merit, log_ka, *loudness = *beliefs.loudness, settings.merit_sigma, settings.ka_sigma
-    return prior(
-        first + np.arange(len(SONAR_UNKNOWNS)),
-        sigma=(beliefs.offset_sigma, gain_sigma, beliefs.scale_sigma, latency_sigma, *loudness, exponent_sigma),
-        residual=(
-            -model.range_offset,
-            beliefs.walk_gain - model.walk_gain,
-            beliefs.range_scale - model.range_scale,
-            -now.latency,
-            merit - model.figure_of_merit,
-            log_ka - math.log(model.ka),
-            1.0 - model.walk_exponent,
-        ),
-    )

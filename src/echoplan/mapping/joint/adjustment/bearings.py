@@ -18,6 +18,8 @@ from echoplan.mapping.joint.adjustment.hits import RIM, log_chance, outcome_of
 from echoplan.mapping.joint.adjustment.readings import Features, faced, reach_of
 from echoplan.mapping.joint.adjustment.rows import Rows
 from echoplan.mapping.joint.adjustment.state import State
+from echoplan.mapping.joint.adjustment.unknowns import SONAR_UNKNOWNS
+from echoplan.preprocessing.servo import AS_RECORDED, ServoError
 from echoplan.preprocessing.soundings import Soundings
 
 __all__ = ["NO_BEARINGS", "Bearings", "bearing_rows", "bearings_of"]
@@ -29,6 +31,7 @@ _OPEN = 0.5 * float(np.var(_TURNS))
 # How far bearings err that many pings tell: beams are not even, and arcs of walls that meet hide each other's sides; a
 # guess [rad].
 _UNEVEN = math.radians(6.0)
+_SERVO = ("servo_gain", "servo_offset")
 # Nothing is expected from so far off the axis (cosine).
 _STEEP = math.cos(1.2)
 
@@ -42,20 +45,33 @@ class Bearings(NamedTuple):
         Which wall, and from which station.
     headings : ndarray, shape (b,)
         Of the station less the direction of the wall's normal [rad].
+    angles : ndarray, shape (b,)
+        Where the servo was, in the mean of the pings that detected the wall, as recorded [rad].
     variances : ndarray, shape (b,)
         Of these [rad^2].
+    servo : ServoError
+        Gain and offset of the servo with which they are so.
     """
 
     walls: IntArray
     stations: IntArray
     headings: FloatArray
+    angles: FloatArray
     variances: FloatArray
+    servo: ServoError = AS_RECORDED
 
 
-NO_BEARINGS = Bearings(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
+NO_BEARINGS = Bearings(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0))
 
 
-def bearings_of(soundings: Soundings, hearing: Hearing, features: Features, headings: FloatArray) -> Bearings:
+def bearings_of(
+    soundings: Soundings,
+    hearing: Hearing,
+    features: Features,
+    headings: FloatArray,
+    *,
+    servo: ServoError | None = None,
+) -> Bearings:
     r"""Find the bearings of all walls from all stations that heard them.
 
     Each ping that looks at a wall is a hit or a miss, unless something nearer answered.  Turned by :math:`\tau`, as
@@ -72,20 +88,32 @@ def bearings_of(soundings: Soundings, hearing: Hearing, features: Features, head
         What is there.
     headings : ndarray, shape (s,)
         Of the stations, as heard from there [rad].
+    servo : ServoError, optional
+        Gain and offset with which the pings are as they are, if the servo is calibrated: then each sensor has bearings
+        of its own.
 
     Returns
     -------
     Bearings
         Those that the pings tell.
     """
-    likelihoods = _likelihoods(soundings, hearing, features)
+    sensors = 1 if servo is None else int(soundings.sensors.max(initial=0)) + 1
+    groups = soundings.stations if servo is None else sensors * soundings.stations + soundings.sensors
+    likelihoods, angles = _likelihoods(soundings, hearing, features, groups, sensors * len(soundings.centers))
     chances = np.exp(likelihoods - likelihoods.max(axis=2, keepdims=True))
     chances /= chances.sum(axis=2, keepdims=True)
     turns = chances @ _TURNS
     variances = chances @ _TURNS**2 - turns**2
-    walls, stations = np.nonzero(variances < _OPEN)
-    facing = headings[stations] + turns[walls, stations] - features.reflectors[walls, 1]
-    return Bearings(walls, stations, facing, variances[walls, stations] + _UNEVEN**2)
+    walls, members = np.nonzero(variances < _OPEN)
+    stations = members // sensors
+    return Bearings(
+        walls=walls,
+        stations=stations,
+        headings=headings[stations] + turns[walls, members] - features.reflectors[walls, 1],
+        angles=angles[walls, members],
+        variances=variances[walls, members] + _UNEVEN**2,
+        servo=servo or AS_RECORDED,
+    )
 
 
 def bearing_rows(bearings: Bearings, now: State) -> Rows:
@@ -103,16 +131,27 @@ def bearing_rows(bearings: Bearings, now: State) -> Rows:
     Rows
         One a bearing.
     """
-    walls, stations = bearings.walls, bearings.stations
-    columns = np.column_stack([now.unknowns.starts[walls], now.unknowns.pose + 3 * stations + 2])
-    residuals = wrap(bearings.headings - now.poses[stations, 2] + now.features.reflectors[walls, 1])
-    return Rows(columns, np.tile([-1.0, 1.0], (len(walls), 1)), residuals, 1.0 / bearings.variances)
+    walls, stations, unknowns = bearings.walls, bearings.stations, now.unknowns
+    headings = now.poses[stations, 2] if len(now.poses) else np.zeros(len(walls))
+    turned = headings + (now.servo.gain - bearings.servo.gain) * bearings.angles
+    residuals = wrap(
+        bearings.headings - turned + bearings.servo.offset - now.servo.offset + now.features.reflectors[walls, 1]
+    )
+    gain, offset = (np.full(len(walls), unknowns.sonar + SONAR_UNKNOWNS.index(each)) for each in _SERVO)
+    facing = unknowns.pose + 3 * stations + 2 if len(now.poses) else np.full(len(walls), -1)
+    columns = np.column_stack([unknowns.starts[walls], facing, gain, offset])
+    ones = np.ones(len(walls))
+    slopes = np.column_stack([-ones, ones, bearings.angles, ones])
+    return Rows(columns, slopes, residuals, 1.0 / bearings.variances)
 
 
 @compiled
-def _likelihoods(soundings: Soundings, hearing: Hearing, features: Features) -> FloatArray:
-    """Logarithms of the likelihood of hits and misses, by wall, station, and turn of this."""
-    likelihoods = np.zeros((len(features.reflectors), len(soundings.centers), len(_TURNS)))
+def _likelihoods(
+    soundings: Soundings, hearing: Hearing, features: Features, groups: IntArray, count: int
+) -> tuple[FloatArray, FloatArray]:
+    """Logarithms of the likelihood of hits and misses, by wall, group of pings, and turn; mean servo angle of hits."""
+    likelihoods = np.zeros((len(features.reflectors), count, len(_TURNS)))
+    angles, hits = np.zeros((len(features.reflectors), count)), np.full((len(features.reflectors), count), 1e-9)
     faintest = walk_of(hearing, 0.0)
     for feature in range(len(likelihoods)):
         shape, reach = shape_of(features.reflectors[feature]), reach_of(features, feature)
@@ -124,9 +163,12 @@ def _likelihoods(soundings: Soundings, hearing: Hearing, features: Features) -> 
             sight, late = faced(shape, reach, place, soundings.readings[ping] * hearing.scale, hearing.wavelength)
             outcome = outcome_of(late, faintest)
             if outcome != 0.0 and sight[1] > _STEEP and sight[0] < soundings.max_range - RIM:
-                told = likelihoods[feature, soundings.stations[ping]]
+                told = likelihoods[feature, groups[ping]]
+                if outcome > 0.0:
+                    angles[feature, groups[ping]] += soundings.angles[ping]
+                    hits[feature, groups[ping]] += 1.0
                 _add(told, hearing, sight, (outcome, soundings.weights[ping], shadow))
-    return likelihoods
+    return likelihoods, angles / hits
 
 
 @compiled

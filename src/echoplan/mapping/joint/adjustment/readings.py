@@ -224,14 +224,14 @@ def differentiate_readings(
 
     Returns
     -------
-    slopes : ndarray, shape (m, 15)
+    slopes : ndarray, shape (m, 17)
         By the three parameters of the feature; by angle and offset of the wall where it ends; by range offset, walk
-        gain, range scale, servo latency, figure of merit, the logarithm of ``ka`` and the exponent of the walk; by
-        place and direction of the sensor.
+        gain, range scale, servo latency, servo gain, servo offset, figure of merit, the logarithm of ``ka`` and the
+        exponent of the walk; by place and direction of the sensor.
     neighbours : ndarray of int, shape (m,)
         Which wall that is; -1 for none.
     """
-    slopes, neighbours, own = np.zeros((len(explained), 15)), np.full(len(explained), -1), np.zeros(8)
+    slopes, neighbours, own = np.zeros((len(explained), 17)), np.full(len(explained), -1), np.zeros(8)
     offset, gain, reference, exponent = walk
     bent_reference = _bend(reference)
     for row, ping in enumerate(explained):
@@ -249,11 +249,12 @@ def differentiate_readings(
         slopes[row, 7] = -soundings.readings[ping]
         turning = own[4] * soundings.arms_x[ping] - own[3] * soundings.arms_y[ping] + own[5]
         slopes[row, 8] = -soundings.rates[ping] * turning
+        slopes[row, 9], slopes[row, 10] = soundings.angles[ping] * turning, turning
         # However loud a sonar is: where it was set right its readings stay.
-        slopes[row, 9], slopes[row, 10] = own[6] - hearing.reference, own[7]
+        slopes[row, 11], slopes[row, 12] = own[6] - hearing.reference, own[7]
         # The derivative of w^k by k is w^k ln w, which is w^k ln w^k over k.
-        slopes[row, 11] = gain * (_bend(slopes[row, 6] + reference) - bent_reference) / exponent
-        slopes[row, 12:] = own[3:6]
+        slopes[row, 13] = gain * (_bend(slopes[row, 6] + reference) - bent_reference) / exponent
+        slopes[row, 14:] = own[3:6]
     return slopes, neighbours
 
 

@@ -12,11 +12,12 @@ from echoplan.geometry import directions
 from echoplan.mapping.joint.adjustment.edges import edges_of
 from echoplan.mapping.joint.adjustment.readings import Features
 from echoplan.mapping.joint.adjustment.unknowns import Unknowns
+from echoplan.preprocessing.servo import AS_RECORDED, ServoError
 
 __all__ = ["State"]
 
-# Features, walls where they were heard, and poses move no farther than this in a step [rad or m], loudness and beam
-# change by no more than these [dB, 1].
+# Features, walls where they were heard, poses and the servo move no farther than this in a step [rad or m], loudness
+# and beam change by no more than these [dB, 1].
 _LONGEST, _LOUDER, _WIDER = 0.05, 1.0, 0.05
 # The exponent of the range walk stays between these: bursts that rise as t^4 or faster, and at once.
 _SLOWEST, _FASTEST = 0.5, 2.0
@@ -36,6 +37,8 @@ class State:
         The sonar.
     latency : float, optional
         By how much the servo lags behind what was recorded [s].
+    servo : ServoError, optional
+        Gain and offset of the servo.
     poses : ndarray, shape (s, 3), optional
         Poses of the stations [m, m, rad]; empty if they are trusted.
     """
@@ -43,6 +46,7 @@ class State:
     features: Features
     model: EchoModel
     latency: float = 0.0
+    servo: ServoError = AS_RECORDED
     poses: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
 
     @cached_property
@@ -54,7 +58,7 @@ class State:
     def values(self) -> FloatArray:
         """All of them in one vector, shape (u,)."""
         model = self.model
-        sonar = [model.range_offset, model.walk_gain, model.range_scale, self.latency]
+        sonar = [model.range_offset, model.walk_gain, model.range_scale, self.latency, *self.servo]
         sonar += [model.figure_of_merit, math.log(model.ka), model.walk_exponent]
         return np.concatenate([self.features.reflectors[:, 1:][self.unknowns.free], sonar, self.poses.ravel()])
 
@@ -80,7 +84,7 @@ class State:
         reflectors[:, 1:] += _share(moves) * steps
         reflectors[:, 3] = np.where(unknowns.kinds == Kind.CYLINDER, np.clip(reflectors[:, 3], _THIN, _THICK), 0.0)
         ways = step[unknowns.pose :].reshape(-1, 3)
-        offset, gain, scale, latency, merit, log_ka, exponent = step[unknowns.sonar : unknowns.pose].tolist()
+        offset, gain, scale, latency, *servo, merit, log_ka, exponent = step[unknowns.sonar : unknowns.pose].tolist()
         model = replace(
             self.model.scaled(self.model.range_scale + scale),
             range_offset=self.model.range_offset + offset,
@@ -94,6 +98,9 @@ class State:
             features=self.features._replace(reflectors=reflectors, extents=extents, ends=edges_of(reflectors, extents)),
             model=model,
             latency=self.latency + latency,
+            servo=ServoError(
+                *(now + min(max(turn, -_LONGEST), _LONGEST) for now, turn in zip(self.servo, servo, strict=True))
+            ),
             poses=self.poses + _share(ways) * ways,
         )
 

@@ -10,13 +10,15 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["SONAR_UNKNOWNS", "Unknowns"]
 
-# Of the sonar, in this order: range offset [m], walk gain [m], range scale, servo latency [s], figure of merit [dB],
-# logarithm of the beam's ka, exponent of the range walk.
+# Of the sonar, in this order: range offset [m], walk gain [m], range scale, servo latency [s], servo gain, servo
+# offset [rad], figure of merit [dB], logarithm of the beam's ka, exponent of the range walk.
 SONAR_UNKNOWNS = (
     "range_offset",
     "walk_gain",
     "range_scale",
     "servo_latency",
+    "servo_gain",
+    "servo_offset",
     "figure_of_merit",
     "log_ka",
     "walk_exponent",

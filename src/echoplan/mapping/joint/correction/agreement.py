@@ -147,7 +147,8 @@ def evidence(account: Account) -> float:
 
     Each free parameter of a pose costs half of the logarithm of the number of readings that tell it (Schwarz 1978),
     each feature what a candidate must gain to be accepted, and a wall that seems to be there twice three times that
-    more.  Poses that are far off cost what makes them unlikely.  Readings of one feature from one station may err
+    more; gain and offset of a servo that is calibrated cost as much as others.  Poses that are far off cost what makes
+    them unlikely, and so do gain and offset.  Readings of one feature from one station may err
     together: else features that were heard from one station each would seem to explain more than one that was heard
     from all of them.
 
@@ -166,6 +167,9 @@ def evidence(account: Account) -> float:
     if account.believed is not None:
         heard = np.bincount(account.soundings.stations[gains > 0.0], minlength=len(account.given))
         cost += 1.5 * float(np.log(np.maximum(heard[1:], 1)).sum()) + _strain(account, account.believed)
+    if account.servo is not None:
+        strain = account.settings.adjustment.servo_strain(*account.servo)
+        cost += float(np.log(np.count_nonzero(gains > 0.0) + 1.0)) + float(strain)
     misses = sum(missed(account.soundings, each.evidence, each.extent) for each in account.features)
     return float(account.soundings.weights @ gains) + misses + _gain_of_common_errors(account) - cost
 

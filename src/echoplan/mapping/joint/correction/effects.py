@@ -9,6 +9,7 @@ from echoplan.mapping.joint.adjustment.deviations import learned_factor
 from echoplan.mapping.joint.adjustment.poses import PoseBeliefs
 from echoplan.mapping.joint.adjustment.rows import Rows
 from echoplan.mapping.joint.adjustment.state import State
+from echoplan.preprocessing.servo import AS_RECORDED
 
 __all__ = ["common_squares", "learn_common_error", "without_common_error"]
 
@@ -66,6 +67,7 @@ def _learned(account: Account, believed: PoseBeliefs) -> float:
         features=account.as_heard(account.features),
         model=account.model,
         latency=account.latency,
+        servo=account.servo or AS_RECORDED,
         poses=account.poses,
     )
     single, settings = account.beliefs(account.noise, believed)._replace(pair_sigma=0.0), account.settings

@@ -59,7 +59,7 @@ def test_features_scatter_about_a_known_sonar_as_is_told() -> None:
     found = adjusted(0.25)
     known = np.diag(np.where(np.arange(UNKNOWNS.size) < UNKNOWNS.sonar, 0.0, 1e12))
     held = replace(found, information=found.information + known)
-    errors = scattered(0.25, 40_000)
+    errors = scattered(0.25, 160_000)
     assert held.covariance[FEATURES, FEATURES] == pytest.approx(np.cov(errors.T), rel=0.05, abs=3e-4)
 
 

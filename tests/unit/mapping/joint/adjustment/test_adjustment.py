@@ -20,6 +20,7 @@ from echoplan.mapping.joint.adjustment.edges import edges_of
 from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, displaced
 from echoplan.mapping.joint.adjustment.state import State
 from echoplan.mapping.joint.adjustment.unknowns import SONAR_UNKNOWNS
+from echoplan.preprocessing.servo import ServoError, turned_by
 from echoplan.preprocessing.soundings import Soundings, chosen_soundings, late_by
 from expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, edge, expected, hearing, listening, wall
 
@@ -191,7 +192,8 @@ REFLECTORS = [wall(0.4, 1.4), cylinder(0.9, 0.6, 0.1), corner(1.2, 0.3), edge(0.
 @pytest.mark.parametrize("reflector", REFLECTORS)
 def test_one_ping_tells_of_each_unknown_as_its_reading_changes_with_it(reflector: FloatArray) -> None:
     soundings = one_ping(reflector, angle=np.radians(8.0))
-    beliefs = BELIEFS._replace(has_servo=True, loudness=(SONAR.figure_of_merit, math.log(SONAR.ka)))
+    loudness = (SONAR.figure_of_merit, math.log(SONAR.ka))
+    beliefs = BELIEFS._replace(has_servo=True, loudness=loudness, servo=ServoError())
     found = adjusted(soundings, [reflector], beliefs=beliefs, rounds=1)
     assert found.owners.tolist() == [0]
     information = np.linalg.inv(found.covariance)
@@ -207,7 +209,7 @@ def differences(soundings: Soundings, reflector: FloatArray, count: int) -> Floa
     """Derivatives of what one reading should be, less what it is, by finite differences."""
 
     def too_short(change: FloatArray) -> float:
-        offset, gain, scale, latency, merit, log_ka, exponent = change[count:]
+        offset, gain, scale, latency, turned, askew, merit, log_ka, exponent = change[count:]
         sonar = replace(
             SONAR,
             range_offset=offset,
@@ -217,13 +219,14 @@ def differences(soundings: Soundings, reflector: FloatArray, count: int) -> Floa
             walk_exponent=SONAR.walk_exponent + exponent,
         )
         moved = reflector + np.pad(change[:count], (1, 3 - count))
-        _, reading = expected(late_by(soundings, latency), moved, sonar)
+        turned_pings = turned_by(soundings, error=ServoError(1.0 + turned, askew), before=ServoError())
+        _, reading = expected(late_by(turned_pings, latency), moved, sonar)
         return float(reading[0] - (1.0 + scale) * soundings.readings[0])
 
     slopes = []
     # What follows from decibels follows tables, which are straight between their points.
-    for column, step in enumerate([*[1e-6] * (count + 4), 0.02, 0.002, 1e-5]):
-        nudge = np.zeros(count + 7)
+    for column, step in enumerate([*[1e-6] * (count + 6), 0.02, 0.002, 1e-5]):
+        nudge = np.zeros(count + 9)
         nudge[column] = step
         slopes.append((too_short(nudge) - too_short(-nudge)) / (2 * step))
     return np.array(slopes)
@@ -358,6 +361,8 @@ def test_where_nothing_is_explained_there_is_only_belief() -> None:
             "walk_gain": beliefs.gain_share * SONAR.walk_gain,
             "range_scale": beliefs.scale_sigma,
             "servo_latency": 1e-9,
+            "servo_gain": 1e-9,
+            "servo_offset": 1e-9,
             "figure_of_merit": 1e-9,
             "log_ka": 1e-9,
             "walk_exponent": beliefs.exponent_sigma,

@@ -1,5 +1,7 @@
 """Readings hardly say which way a robot faced; the angles between which it heard a wall do."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -18,6 +20,8 @@ from echoplan.mapping.joint.adjustment.poses import (
 from echoplan.mapping.joint.adjustment.readings import Features
 from echoplan.mapping.joint.adjustment.squareness import Squareness
 from echoplan.mapping.joint.adjustment.state import State
+from echoplan.mapping.joint.adjustment.unknowns import SONAR_UNKNOWNS
+from echoplan.preprocessing.servo import ServoError, turned_by
 from echoplan.preprocessing.soundings import Soundings
 from expectations import REACH, ROOM, SONAR, cylinder, hearing, listening
 
@@ -81,10 +85,30 @@ def test_rows_hold_headings_against_walls() -> None:
     now, moved = state(given, poses), given.reflectors.copy()
     bearings = bearings_of(heard(EASTWARD), SONAR.tabulated(), given, poses[:, 2])
     rows = bearing_rows(bearings, now)
-    assert rows.columns.tolist() == [[0, now.unknowns.pose + 2], [0, now.unknowns.pose + 5]]
+    servo = [now.unknowns.sonar + SONAR_UNKNOWNS.index(each) for each in ("servo_gain", "servo_offset")]
+    assert rows.columns.tolist() == [[0, now.unknowns.pose + 2, *servo], [0, now.unknowns.pose + 5, *servo]]
     moved[:, 1] += 0.02
-    later = bearing_rows(bearings, state(given._replace(reflectors=moved), poses + np.array([0.0, 0.0, 0.05])))
-    assert later.residuals == pytest.approx(rows.residuals - rows.slopes @ [0.02, 0.05])
+    later = state(given._replace(reflectors=moved), poses + np.array([0.0, 0.0, 0.05]))
+    later = replace(later, servo=ServoError(0.97, 0.04))
+    assert bearing_rows(bearings, later).residuals == pytest.approx(
+        rows.residuals - rows.slopes @ [0.02, 0.05, -0.03, 0.04]
+    )
+
+
+def test_bearings_determine_gain_and_offset_of_a_servo_from_poses_that_are_trusted() -> None:
+    pings, true = heard(ROOM), ServoError(0.95, np.radians(4.0))
+    # The servo turned from -pi to pi, and recorded more.
+    recorded = pings._replace(angles=(pings.angles - true.offset) / true.gain)
+    as_recorded = turned_by(recorded, error=ServoError(), before=true)
+    beliefs = believed(waypoint_beliefs(at(0.0), PoseSettings()), None)._replace(poses=None, servo=ServoError())
+    start = State(features=features(ROOM), model=SONAR)
+    found = adjust(as_recorded, start, beliefs, AdjustmentSettings())
+    sigmas = found.sonar_sigmas()
+    assert found.servo.gain == pytest.approx(true.gain, abs=0.02)
+    assert found.servo.offset == pytest.approx(true.offset, abs=np.radians(1.5))
+    assert (sigmas["servo_gain"], sigmas["servo_offset"]) < (0.03, np.radians(3.5))
+    held = adjust(as_recorded, start, beliefs._replace(servo=None), AdjustmentSettings())
+    assert held.servo == pytest.approx(ServoError(), abs=1e-6)
 
 
 def believed(poses: PoseBeliefs, squareness: Squareness | None) -> Beliefs:
