@@ -8,13 +8,13 @@ import numpy as np
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
-from echoplan.mapping.joint.outline.segment import End
+from echoplan.mapping.joint.outline.segment import PARALLEL, End
 from echoplan.model import Opening, UnobservedStretch
 
 __all__ = ["Gap", "merged_faces", "openings_of", "unobserved_of"]
 
-# The two faces of a wall are parallel within this and at most so far apart [rad, m].
-_PARALLEL, _THICKEST = math.radians(10.0), 0.4
+# The two faces of a wall are at most so far apart [m].
+_THICKEST = 0.4
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -68,7 +68,7 @@ class Gap:
 
     def is_other_face_of(self, other: "Gap") -> bool:
         """Return True if this and another gap are in the two faces of one wall."""
-        if math.cos(self.line[0] - other.line[0]) > -math.cos(_PARALLEL):
+        if math.cos(self.line[0] - other.line[0]) > -PARALLEL:
             return False
         face = other.seen_along(self.line)
         low, high = max(self.ends[0], face.ends[0]), min(self.ends[1], face.ends[1])

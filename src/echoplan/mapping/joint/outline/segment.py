@@ -9,12 +9,14 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.classification.hypotheses import Hypothesis
 
-__all__ = ["CELL", "CERTAIN", "End", "Segment"]
+__all__ = ["CELL", "CERTAIN", "PARALLEL", "End", "Segment"]
 
 # Width of a cell of a line [m].
 CELL = 0.02
 # Probability from which something counts as known.
 CERTAIN = 0.95
+# Walls within 12 degrees of each other are parallel (cosine).
+PARALLEL = math.cos(math.radians(12.0))
 # Standard deviation up to which an end is known [m].
 _KNOWN = 0.2
 # Share of the probability of one source about which two must agree to be joined.

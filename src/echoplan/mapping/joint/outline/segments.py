@@ -7,6 +7,7 @@ between two cells.
 """
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -18,15 +19,17 @@ from echoplan.acoustics.expectation import Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.geometry import path_crossings
+from echoplan.mapping.joint.outline.bodies import Bodies
 from echoplan.mapping.joint.outline.chain import Chain, smoothed
 from echoplan.mapping.joint.outline.segment import CELL, CERTAIN, End, Segment
 from echoplan.mapping.joint.outline.surroundings import (
-    Beside,
     CornerOnLine,
     Obstacles,
     before_corners,
     corners_on,
     fronts_of,
+    is_across,
+    is_copy,
     points_on,
 )
 from echoplan.mapping.joint.outline.views import OFFSETS
@@ -100,13 +103,22 @@ def find_segments(
     segments: list[Segment] = []
     for _ in range(_ROUNDS):
         before, segments = segments, []
+        bodies = Bodies.behind(before, path_xy)
         for number, wall in walls.items():
             others = [each for each in before if each.owner != number]
             narrow, wide = Obstacles.of(others), Obstacles.of(others, discs, settings.margin)
             corners = corners_on(number, wall, before, echoes)
             passed = _near(path_crossings(wall.line, path_xy), wall.past.line.feet)
             places = np.concatenate([passed, [each.place for each in corners]])
-            line = _Line.of(number, wall, obstacles=(narrow, wide), passed=passed, places=places, settings=settings)
+            line = _Line.of(
+                number,
+                wall,
+                obstacles=(narrow, wide),
+                bodies=bodies,
+                passed=passed,
+                places=places,
+                settings=settings,
+            )
             chain = smoothed(*line.potentials(corners))
             segments += line.segments(chain, corners, others)
     return _without_copies(segments)
@@ -119,10 +131,15 @@ def _near(places: FloatArray, feet: FloatArray) -> FloatArray:
 
 
 def _without_copies(segments: Sequence[Segment]) -> list[Segment]:
-    """Leave out segments beside others that face the same way and of which more was detected: there is one wall."""
+    """Leave out segments beside or across others of which more was detected: there is one wall, or one of its corners.
+
+    Of a wall that has other segments a stub across another wall is an end that a corner shows.
+    """
     kept: list[Segment] = []
+    owners = Counter(each.owner for each in segments)
     for segment in sorted(segments, key=lambda each: each.pings, reverse=True):
-        if not any(Beside.of(each.wall.line, segment).is_copy_of(each) for each in kept):
+        is_lone = owners[segment.owner] == 1
+        if not any(is_copy(segment, each) or (is_lone and is_across(segment, each)) for each in kept):
             kept.append(segment)
     return [each for each in segments if each in kept]
 
@@ -170,6 +187,7 @@ class _Line:
         wall: Hypothesis,
         *,
         obstacles: tuple[Obstacles, Obstacles],
+        bodies: Bodies,
         passed: FloatArray,
         places: FloatArray,
         settings: SegmentSettings,
@@ -177,7 +195,7 @@ class _Line:
         """Lay cells along a line, as far as stations say something of it, and to some other places.
 
         What another wall blocks is no echo of this one, whatever was detected; and where an obstacle, with a margin, is
-        in the way, an echo may be missing.
+        in the way, an echo may be missing, as it may behind the front of a body.
         """
         feet, centers_xy, ratios = wall.past.line
         places = np.concatenate([feet, _near(wall.past.crossings, feet), places])
@@ -188,7 +206,8 @@ class _Line:
         # With a small probability e what a station says is about something else, as likely as its best explanation:
         # log of (1 - e) p / p_best + e never falls below log of e.
         best = np.maximum(ratios.max(axis=(1, 2), initial=0.0), 0.0)[:, None, None]
-        wrong = np.where(best > 0.0, settings.false_echo, settings.unmapped)
+        seen = (1.0 - settings.unmapped) * (1.0 - bodies.hide(centers_xy, owner, wall.line, feet))
+        wrong = np.where(best > 0.0, settings.false_echo, 1.0 - np.maximum(seen, 1e-9)[:, None, None])
         related, unrelated = np.log1p(-wrong), np.log(wrong)
         ratios = np.logaddexp(related + ratios - best, unrelated) - np.logaddexp(related - best, unrelated)
         return cls(
@@ -217,37 +236,46 @@ class _Line:
     def potentials(self, corners: Sequence[CornerOnLine]) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the log potentials of the chain: cells, ends and no ends."""
         settings, past = self.settings, self.wall.past
-        corner_feet, sure = before_corners(corners), math.log(settings.false_echo)
         crossings = _near(past.crossings, self.feet)
-        places = np.concatenate([self.feet, crossings, corner_feet])
-        ratios = np.repeat([sure, -sure], [len(crossings), len(corner_feet)])
-        ratios = np.concatenate([self.ratios[:, 0, 0], ratios])
+        places = np.concatenate([self.feet, crossings])
+        passing = np.full(len(crossings), math.log(settings.false_echo))
+        ratios = np.concatenate([self.ratios[:, 0, 0], passing])
         cells: FloatArray = np.bincount(self.cells_of(places), ratios, minlength=self.count).astype(np.float64)
         rate = settings.ends_per_metre * CELL
         # The line is known because a wall is there: where the station that says most for it stands, its ends are free.
         cells[self.cells_of(self.feet[[int(self.best.argmax())]])] -= 2.0 * math.log(rate)
         cells[self.cells_of(self.passed)] = -_NEVER
         ends, stay = np.full((2, self.count - 1), math.log(rate)), np.full((2, self.count - 1), math.log1p(-rate))
-        for place, sides in corners:
-            border = int(np.abs(self.borders - place).argmin())
-            ends[list(sides), border] = math.log(settings.corner_end / len(sides))
-            stay[list(sides), border] = math.log1p(-settings.corner_end)
+        for corner in corners:
+            border = int(np.abs(self.borders - corner.place).argmin())
+            ends[:, border], stay[:, border] = self._at_corner(corner, rate)
         for foot, (lower, upper) in zip(self.feet, self.ratios, strict=True):
             for side, by_end, over in ((0, lower, self.borders - foot), (1, upper, foot - self.borders)):
                 # The cell of the foot counts as whole wall wherever it is wall; what an end near it changes is added.
                 inside = np.where(over <= 0.0, by_end[0], 0.0)
-                ends[side] += np.interp(over, OFFSETS, by_end) - inside
+                ends[side] += np.interp(over, OFFSETS, by_end, right=0.0) - inside
         return cells, ends, stay
 
+    def _at_corner(self, corner: CornerOnLine, rate: float) -> tuple[FloatArray, FloatArray]:
+        """Return the log potentials of ends and no ends where a corner was detected, or an echo of something else."""
+        settings = self.settings
+        wrong = settings.false_echo + (1.0 - settings.false_echo) * math.exp(-corner.evidence)
+        ends, stay = np.full(2, wrong * rate), np.full(2, wrong * (1.0 - rate))
+        ends[list(corner.sides)] += (1.0 - wrong) * settings.corner_end
+        # Before the corner of two known walls there is wall.
+        stay[1 if len(corner.sides) == 1 else slice(None)] += (1.0 - wrong) * (1.0 - settings.corner_end)
+        return np.log(ends), np.log(stay)
+
     def segments(self, chain: Chain, corners: Sequence[CornerOnLine], others: Sequence[Segment]) -> list[Segment]:
-        """Take the runs of cells that are more likely wall than not, as far as stations detected them."""
+        """Take the runs of cells that are more likely wall than not, and surely so somewhere, as far as detected."""
         is_wall = np.concatenate([[False], chain.wall > 0.5, [False]])
         runs = np.flatnonzero(np.diff(is_wall.astype(int))).reshape(-1, 2)
+        known = [(first, last) for first, last in runs if chain.wall[first:last].max() > CERTAIN]
         support = np.sort(np.concatenate([self.feet[self.ratios[:, 0, 0] > 0.0], before_corners(corners)]))
         owners = self.cells_of(support)
         pieces = [
             piece
-            for first, last in runs
+            for first, last in known
             for piece in self._observed(support[(owners >= first) & (owners < last)], others)
         ]
         pieces = [piece for piece, *beside in _with_neighbours(pieces) if self._is_wanted(piece, *beside)]

@@ -10,7 +10,7 @@ import numpy as np
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.classification.hypotheses import Hypothesis
 from echoplan.geometry import directions, intersections, is_blocked
-from echoplan.mapping.joint.outline.segment import CELL, Segment
+from echoplan.mapping.joint.outline.segment import CELL, PARALLEL, Segment
 from echoplan.mapping.joint.search.echoes import Echoes
 
 __all__ = [
@@ -20,6 +20,8 @@ __all__ = [
     "before_corners",
     "corners_on",
     "fronts_of",
+    "is_across",
+    "is_copy",
     "is_filled",
     "points_on",
 ]
@@ -27,21 +29,30 @@ __all__ = [
 # What stands less than this before a line is part of it, and what stands farther than that before it is no furniture
 # against it [m].
 _BEFORE, _DEEPEST = 0.05, 1.0
-# Walls within 12 degrees of each other are parallel (cosine).
-_PARALLEL = math.cos(math.radians(12.0))
 # Walls off a right angle by more than 5 degrees return no echo from their corner (cosine between the normals).
 _OBLIQUE = math.sin(math.radians(5.0))
-# Pings that detect a corner at least; distance of the corner from what was detected of the other wall at most [m].
+# Pings that detect a corner at least; distance of the corner from what was detected of its wall at most [m].
 _LEAST_PINGS, _AWAY = 5, 1.0
 # Distance from a line up to which a corner lies on it [m].
 _CORNER_REACH = 0.03
 
 
 class CornerOnLine(NamedTuple):
-    """A corner that was detected on a line: where [m], and which end of the wall may lie there (0 lower, 1 upper)."""
+    """A corner that was detected on a line.
+
+    Attributes
+    ----------
+    place : float
+        Where along the line [m].
+    sides : tuple of int
+        Which end of the wall may lie there (0 lower, 1 upper): one if the other wall is known.
+    evidence : float
+        Log-likelihood ratio of the corner against none [nats].
+    """
 
     place: float
     sides: tuple[int, ...]
+    evidence: float
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -96,7 +107,7 @@ def is_filled(line: FloatArray, low: float, high: float, others: Sequence[Segmen
 
 
 def _parallel(line: FloatArray, others: Sequence[Segment]) -> list["Beside"]:
-    return [Beside.of(line, each) for each in others if abs(math.cos(each.wall.line[0] - line[0])) > _PARALLEL]
+    return [Beside.of(line, each) for each in others if abs(math.cos(each.wall.line[0] - line[0])) > PARALLEL]
 
 
 class Beside(NamedTuple):
@@ -116,16 +127,32 @@ class Beside(NamedTuple):
         along = directions(line[0] + math.pi / 2)
         first, last = sorted(float(other.point(each) @ along) for each in (other.low, other.high))
         depth = line[1] - float(other.middle_xy @ directions(line[0]))
-        return cls(float(depth), first, last, bool(math.cos(other.wall.line[0] - line[0]) > _PARALLEL))
+        return cls(float(depth), first, last, bool(math.cos(other.wall.line[0] - line[0]) > PARALLEL))
 
     def overlaps(self, other: "Beside") -> bool:
         """Return True if they share places along the line."""
         return self.first < other.last and other.first < self.last
 
-    def is_copy_of(self, segment: Segment) -> bool:
-        """Return True if it lies mostly beside a segment of the line, facing the same way, with no room between."""
-        shared = min(self.last, segment.high) - max(self.first, segment.low)
-        return self.faces_alike and abs(self.depth) < _BEFORE and shared > 0.5 * (self.last - self.first)
+
+def is_copy(segment: Segment, other: Segment) -> bool:
+    """Return True if a segment lies mostly beside another, facing the same way, with no room between."""
+    beside = Beside.of(other.wall.line, segment)
+    shared = min(beside.last, other.high) - max(beside.first, other.low)
+    return beside.faces_alike and abs(beside.depth) < _BEFORE and shared >= 0.5 * (beside.last - beside.first)
+
+
+def is_across(segment: Segment, other: Segment) -> bool:
+    """Return True if a segment lies across the line of another where that may be wall.
+
+    What a corner of a wall with something that is not in the map reflects looks like that from two stations.
+    """
+    if abs(math.cos(segment.wall.line[0] - other.wall.line[0])) > PARALLEL:
+        return False
+    ends = np.array([segment.point(segment.low), segment.point(segment.high)])
+    depths = ends @ directions(other.wall.line[0]) - other.wall.line[1]
+    low, high = sorted((ends @ other.along).tolist())
+    is_at_wall = np.abs(depths).max() < _BEFORE and other.extension(segment.middle_xy) <= _AWAY
+    return bool(is_at_wall and not other.is_free(low - CELL, high + CELL))
 
 
 def corners_on(number: int, wall: Hypothesis, segments: Sequence[Segment], echoes: Echoes) -> list[CornerOnLine]:
@@ -136,13 +163,14 @@ def corners_on(number: int, wall: Hypothesis, segments: Sequence[Segment], echoe
         CornerOnLine(
             float(intersections(wall.line, other.wall.line) @ along),
             (int(directions(other.wall.line[0]) @ along > 0.0),),
+            echoes.between(number, other.owner).evidence,
         )
         for other in segments
         if other.owner != number and _is_corner(number, wall, other, echoes)
     ]
     places = echoes.corners_xy[np.abs(echoes.corners_xy @ normal - wall.line[1]) < _CORNER_REACH] @ along
     alone = [each for each in places if all(abs(each - known.place) > 2.0 * _CORNER_REACH for known in corners)]
-    return [*corners, *(CornerOnLine(float(place), (0, 1)) for place in alone)]
+    return [*corners, *(CornerOnLine(float(place), (0, 1), math.inf) for place in alone)]
 
 
 def _is_corner(number: int, wall: Hypothesis, other: Segment, echoes: Echoes) -> bool:
@@ -150,7 +178,7 @@ def _is_corner(number: int, wall: Hypothesis, other: Segment, echoes: Echoes) ->
     if abs(math.cos(wall.line[0] - other.wall.line[0])) > _OBLIQUE:
         return False
     point, echo = intersections(wall.line, other.wall.line), echoes.between(number, other.owner)
-    is_detected = echo.is_believed and echo.pings >= _LEAST_PINGS
+    is_detected = echo.evidence >= 0.0 and echo.pings >= _LEAST_PINGS
     return is_detected and other.extension(point) <= _AWAY and not other.is_open_toward(point)
 
 

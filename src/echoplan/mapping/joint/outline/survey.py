@@ -235,7 +235,8 @@ class Survey:
             for number, (one, other) in enumerate(pairwise(self.segments))
             if one.owner == other.owner
         ]
-        gaps = [self._gap(one, other, path_xy) for one, other in pairs]
+        drawn = [self._drawn(number) for number in range(len(self.segments))]
+        gaps = [self._gap(pair, (drawn[pair[0]], drawn[pair[1]]), path_xy) for pair in pairs]
         wide = [each for each in gaps if each.ends[1] - each.ends[0] > _TOUCHING]
         return merged_faces([each for each in wide if not self._is_filled(each)])
 
@@ -244,8 +245,8 @@ class Survey:
         owner, (low, high) = self.segments[gap.walls[0]].owner, gap.ends.tolist()
         return is_filled(gap.line, low, high, [each for each in self.segments if each.owner != owner])
 
-    def _gap(self, one: int, other: int, path_xy: FloatArray) -> Gap:
-        before, after, segment = self._drawn(one), self._drawn(other), self.segments[one]
+    def _gap(self, pair: tuple[int, int], drawn: tuple[_Drawn, _Drawn], path_xy: FloatArray) -> Gap:
+        (one, other), (before, after), segment = pair, drawn, self.segments[pair[0]]
         low, high, line = before.places[1], after.places[0], segment.wall.line
         ends, crossings = (before.ends[1], after.ends[0]), path_crossings(line, path_xy)
         passed = bool(((crossings > low) & (crossings < high)).any())

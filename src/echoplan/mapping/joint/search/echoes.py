@@ -43,9 +43,9 @@ class CornerEcho:
     gain: float = 0.0
 
     @property
-    def is_believed(self) -> bool:
-        """Whether those that heard one wall in the other say more for the corner than all others against it."""
-        return self.heard + self.gain >= 0.0
+    def evidence(self) -> float:
+        """By how much those that heard one wall in the other say more for the corner than all others against it."""
+        return self.heard + self.gain
 
     def joined(self, other: "CornerEcho") -> "CornerEcho":
         """Add what other stations heard.
@@ -149,10 +149,12 @@ def _heard(
         if each.kind in (Kind.WALL, Kind.CYLINDER):
             np.maximum(direct, explanation.levels_of(each), out=direct)
     least = np.maximum(np.maximum(direct + math.log(5.0), explanation.floor + math.log(20.0)), UNHEARD)
+    levels_of = {pair: explanation.pair_levels(*(features[each] for each in pair)) for pair in pairs}
+    for levels in levels_of.values():
+        np.maximum(least, levels, out=least)
     echoes = {}
-    for one, other in pairs:
-        levels = explanation.pair_levels(features[one], features[other])
-        clear = (levels > least) & among
+    for (one, other), levels in levels_of.items():
+        clear = (levels >= least) & among
         echoes[one, other] = CornerEcho(
             pings=int(clear.sum()),
             stations=len(np.unique(explanation.soundings.stations[clear])),

@@ -8,8 +8,10 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.classification.hypotheses import Hypothesis
+from echoplan.classification.past import LineEvidence
 from echoplan.mapping.joint.outline.segment import CELL, Segment
 from echoplan.mapping.joint.outline.segments import SegmentSettings, find_segments
+from echoplan.mapping.joint.outline.views import OFFSETS
 from echoplan.mapping.joint.search.echoes import CornerEcho, Echoes
 from expectations import NOISE, corner, cylinder, feature, listening, wall
 from outlines import Stretch, detecting, remembered
@@ -136,6 +138,28 @@ def test_a_station_whose_view_is_blocked_by_another_segment_says_nothing() -> No
     assert len(found(known)) == 1
 
 
+@pytest.mark.parametrize(("front", "parts"), [(False, 2), (True, 1)], ids=["alone", "front"])
+def test_what_stations_miss_that_look_past_the_back_of_a_front_opens_no_wall(*, front: bool, parts: int) -> None:
+    # The front of something that stands between y = -0.25 and wherever.
+    south = wall(np.pi / 2, -0.25)
+    stations = [*row(0.1), (0.4, -0.9), (0.6, -0.9)]
+    soundings = detecting(listening(stations), [LONG, (south, -0.8, -0.3)])
+    missing = [number for number, (x, y) in enumerate(stations) if x == 0.0 and abs(y) < 0.24]
+    silent = np.isin(soundings.stations, missing)
+    known = remembered(soundings._replace(readings=np.where(silent, np.inf, soundings.readings)), [EAST, south])
+    assert len(found(known if front else known[:1])) == parts
+
+
+@pytest.mark.parametrize(("ratio", "parts"), [(1.5, 1), (40.0, 2)])
+def test_a_stretch_that_is_nowhere_surely_wall_is_not_drawn(ratio: float, parts: int) -> None:
+    (east,) = remembered(detecting(listening(row()), [LONG]), [EAST])
+    far = LineEvidence(np.array([3.0, 3.1]), np.array([[0.0, 3.0], [0.0, 3.1]]), np.full((2, 2, len(OFFSETS)), 0.0))
+    far.log_ratios[:, :, OFFSETS <= 0.0] = ratio
+    crossings = np.full(2, 2.2)
+    past = replace(east.past, line=east.past.line.joined(far), crossings=crossings)
+    assert len(found([replace(east, past=past)])) == parts
+
+
 @pytest.mark.parametrize(("back", "spans_of_the_wall"), [(False, 2), (True, 1)], ids=["front alone", "front and back"])
 def test_behind_the_front_of_a_box_a_wall_goes_on_only_if_its_back_was_detected(
     *, back: bool, spans_of_the_wall: int
@@ -168,6 +192,11 @@ def test_a_corner_of_two_known_walls_supports_a_stub_that_no_station_faced() -> 
     assert before.high == pytest.approx(0.2, abs=0.1)
     assert stub.low > 0.7
     assert stub.high == pytest.approx(1.5, abs=0.03)
+
+
+def test_a_corner_of_which_stations_say_little_supports_no_stub() -> None:
+    weak = Echoes(pairs={(0, 1): CornerEcho(pings=8, stations=1, heard=30.0, gain=-29.0)})
+    assert len(found(beside_a_door(north=True), path_xy=across(0.7), echoes=weak)) == 1
 
 
 def test_a_lone_corner_ends_a_wall_and_supports_nothing() -> None:

@@ -4,11 +4,12 @@ import pytest
 from echoplan.geometry import directions
 from echoplan.mapping.joint.outline.segment import CELL, Segment
 from echoplan.mapping.joint.outline.surroundings import (
-    Beside,
     Obstacles,
     before_corners,
     corners_on,
     fronts_of,
+    is_across,
+    is_copy,
 )
 from echoplan.mapping.joint.search.echoes import CornerEcho, Echoes
 from outlines import segment
@@ -61,8 +62,36 @@ def test_a_stub_across_the_line_of_a_wall_is_no_copy_of_it(angle: float) -> None
     cosine, sine = directions(np.radians(angle))
     stub = segment(np.radians(angle), 2.0 * cosine, (-2.0 * sine - 0.04, -2.0 * sine + 0.04), owner=1)
     assert stub.middle_xy == pytest.approx([2.0, 0.0])
-    assert not Beside.of(LINE, stub).is_copy_of(EAST)
-    assert Beside.of(LINE, segment(np.radians(2.0), 2.0, (-0.04, 0.04), owner=1)).is_copy_of(EAST)
+    assert not is_copy(stub, EAST)
+    assert is_copy(segment(np.radians(2.0), 2.0, (-0.04, 0.04), owner=1), EAST)
+
+
+@pytest.mark.parametrize(("place", "copy"), [(-1.1, False), (-1.0, True), (0.2, True), (1.1, False)])
+def test_a_point_of_a_wall_is_a_copy_of_another_that_reaches_it(place: float, *, copy: bool) -> None:
+    assert is_copy(segment(0.0, 2.01, (place, place), owner=1), EAST) == copy
+
+
+def crossing(angle: float, place: float, half: float) -> Segment:
+    """A segment whose middle lies on the line of EAST."""
+    normal, along = directions(np.radians([angle, angle + 90.0]))
+    middle = np.array([2.0, place])
+    return segment(np.radians(angle), float(middle @ normal), (middle @ along - half, middle @ along + half), owner=1)
+
+
+@pytest.mark.parametrize(
+    ("other", "stub", "across"),
+    [
+        (EAST, crossing(50.0, 1.1, 0.03), True),
+        (EAST, crossing(15.0, 1.1, 0.09), True),
+        (EAST, crossing(50.0, 1.1, 0.2), False),
+        (EAST, crossing(2.0, 1.1, 0.03), False),
+        (EAST, crossing(50.0, 2.1, 0.03), False),
+        (segment(0.0, 2.0, (-1.0, 1.0), free=1.11), crossing(50.0, 1.1, 0.03), False),
+    ],
+    ids=["short", "oblique", "long", "parallel", "far from its end", "in a gap"],
+)
+def test_a_stub_lies_across_a_wall_where_this_may_go_on(other: Segment, stub: Segment, *, across: bool) -> None:
+    assert is_across(stub, other) == across
 
 
 def test_the_back_of_something_else_aside_leaves_a_front_as_it_is() -> None:
@@ -76,6 +105,7 @@ def test_a_wall_ends_at_the_corner_with_another_that_was_detected_and_is_wall_be
         place = 1.5 if side else -1.5
         assert corner.place == pytest.approx(place)
         assert corner.sides == (side,)
+        assert corner.evidence == pytest.approx(1.0)
         assert before_corners([corner]) == pytest.approx([place - CELL if side else place + CELL])
 
 

@@ -77,3 +77,11 @@ def test_an_echo_that_a_column_explains_is_none_of_a_corner() -> None:
     plain, hidden = (corner_echoes(account, judged(account, k), 1) for k in (ROOM, [*ROOM, cylinder(x, y, 0.4)]))
     assert plain[0, 1].pings > 1
     assert hidden[0, 1].pings == 0
+
+
+def test_an_echo_is_one_of_the_corner_that_explains_it_best() -> None:
+    account = explanation(hearing(listening(step=STEP), HEARD))
+    beside = [*ROOM, ROOM[0] + np.array([0.0, 0.0, 0.004, 0.0])]
+    heard = corner_echoes(account, judged(account, beside), ALL)
+    assert heard[0, 1].pings > 10
+    assert heard[1, 4].pings < 0.2 * heard[0, 1].pings
