@@ -20,8 +20,7 @@ from scipy.spatial import cKDTree
 from echoplan.arrays import FloatArray
 from echoplan.cli.terminal import show
 from echoplan.evaluation import Outline, map_error
-from echoplan.methods import METHODS, grid_of, map_sweeps, points_of
-from echoplan.methods.registry import Mapper
+from echoplan.methods import METHODS, Mapper, grid_of, map_sweeps, points_of
 from echoplan.model import FeatureMap, Table, Truth
 from echoplan.simulation import Simulation
 from echoplan.sources import open_source
