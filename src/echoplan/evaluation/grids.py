@@ -7,6 +7,7 @@ from math import ceil, inf, nan
 import numpy as np
 
 from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.errors import InvalidValueError
 from echoplan.evaluation.outlines import Outline
 from echoplan.geometry import is_blocked
 from echoplan.model import OccupancyGrid, Truth
@@ -17,6 +18,8 @@ __all__ = ["GridScore", "pool_grid_scores", "score_grid", "true_grid"]
 _BLOCK = 4096
 # What rounding may take from or add to a length, as a share of it.
 _TOLERANCE = 1e-9
+# A truth that covers more cells is refused: 200 m by 200 m at 5 cm.
+_CELLS_AT_MOST = 16_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -170,6 +173,12 @@ def _about(truth: Truth, grid: OccupancyGrid) -> OccupancyGrid:
     # A face along the border of two cells is in both.
     rim = _TOLERANCE * grid.resolution
     first, end = grid.cells_of(true_xy.min(axis=0) - rim), grid.cells_of(true_xy.max(axis=0) + rim) + 1
+    height, width = (end - first).tolist()
+    if height * width > _CELLS_AT_MOST:
+        raise InvalidValueError(
+            f"a grid of {width} by {height} cells, which the truth covers, has more than {_CELLS_AT_MOST} cells; "
+            "check the truth or choose a greater resolution"
+        )
     low, high = np.clip([first, end], 0, grid.values.shape)
     values = np.full(end - first, 0.5)
     values[_window(low - first, high - first)] = grid.values[_window(low, high)]

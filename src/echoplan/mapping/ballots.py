@@ -39,6 +39,9 @@ class Ballot:
         self._numbers: IntArray = numbers.reshape(cells.shape)
         self._votes = self._count(np.arange(len(cells)))
 
+    def __len__(self) -> int:
+        return len(self._names)
+
     def leader(self) -> tuple[int, float]:
         """Find the cell with the most votes.
 

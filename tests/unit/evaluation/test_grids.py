@@ -7,6 +7,7 @@ from scipy.ndimage import label
 
 import maps
 from echoplan.arrays import FloatArray
+from echoplan.errors import InvalidValueError
 from echoplan.evaluation import GridScore, pool_grid_scores, score_grid, true_grid
 from echoplan.model import OccupancyGrid, Truth
 
@@ -127,3 +128,9 @@ def test_pooled_scores_are_those_of_all_cells_together() -> None:
     assert pooled.free == pytest.approx(0.4)
     assert (pooled.occupied_cells, pooled.free_cells) == (40, 30)
     assert isnan(pool_grid_scores([]).error)
+
+
+def test_a_truth_that_ends_far_away_is_refused() -> None:
+    far = Truth(walls_xy=np.array([[[0.0, 0.0], [1e5, 1e5]]]), walls_heard=np.array([1]))
+    with pytest.raises(InvalidValueError, match="check the truth or choose a greater resolution"):
+        score_grid(unknown(), far)

@@ -52,6 +52,17 @@ def test_a_wall_knows_its_stations_and_pings() -> None:
         assert wall.pings == pytest.approx(4 * 57, abs=16)
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+def test_random_ranges_are_no_walls(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    mapper = HoughMapper(scenes.rig())
+    for index in range(10):
+        pose = (*rng.uniform(0.0, 4.0, 2).tolist(), 0.0)
+        mapper.add(scenes.sweep_of(rng.uniform(0.1, 3.0, len(BEARINGS)), index=index, pose=pose))
+    assert mapper.result().is_empty
+    assert len(mapper.points_xy) == 0
+
+
 def test_echoes_are_drawn_where_they_come_from() -> None:
     points = room_corner().points_xy
     on_walls = np.minimum(np.abs(points[:, 0] - 2.4), np.abs(points[:, 1] - 2.2))

@@ -10,7 +10,7 @@ from echoplan.extraction import LocatedPoint
 from echoplan.geometry import circular_mean, directions, wrap
 from echoplan.mapping.fits import fit_circle, fit_line
 from echoplan.mapping.loci.loci import Loci
-from echoplan.mapping.loci.votes import VoteSettings, line_ballot, point_ballot
+from echoplan.mapping.loci.votes import VoteSettings, chance_votes, line_ballot, point_ballot
 from echoplan.mapping.observations import Observation, Stack
 
 __all__ = ["Reflector", "ReflectorKind", "echo_points", "find_reflectors", "observations_of_reflector"]
@@ -67,12 +67,15 @@ def find_reflectors(loci: Loci, settings: VoteSettings) -> list[Reflector]:
     ballots = {ReflectorKind.LINE: line_ballot(loci, settings), ReflectorKind.POINT: point_ballot(loci, settings)}
     free = np.ones(len(loci), dtype=bool)
     found: list[Reflector] = []
+    cells = sum(map(len, ballots.values()))
+    least = _least_votes(loci, cells, settings)
     while True:
         leaders = {kind: ballot.leader() for kind, ballot in ballots.items()}
-        kind = max(leaders, key=lambda each: leaders[each][1])
-        cell, votes = leaders[kind]
-        if votes < settings.min_votes:
+        winners = {kind: votes for kind, (_, votes) in leaders.items() if votes >= least[kind]}
+        if not winners:
             return found
+        kind = max(winners, key=lambda each: winners[each])
+        cell, _ = leaders[kind]
         reflector = _settled(kind, ballots[kind].voters(cell), loci, free, settings)
         if reflector is None:
             ballots[kind].strike(np.array([cell]))
@@ -81,6 +84,7 @@ def find_reflectors(loci: Loci, settings: VoteSettings) -> list[Reflector]:
         free[reflector.members] = False
         for ballot in ballots.values():
             ballot.withdraw(reflector.members)
+        least = _least_votes(loci[free], cells, settings)
 
 
 def observations_of_reflector(reflector: Reflector, loci: Loci, *, degrees: FloatArray) -> list[Observation]:
@@ -131,6 +135,15 @@ def echo_points(reflector: Reflector, loci: Loci) -> FloatArray:
     own = loci[reflector.members]
     points: FloatArray = own.centers_xy + own.ranges[:, None] * directions(_normals(reflector, own.centers_xy))
     return points
+
+
+def _least_votes(loci: Loci, cells: int, settings: VoteSettings) -> dict[ReflectorKind, int]:
+    # A square cell is wide, in the mean over all directions, by 4 / pi of its side.
+    widths = {ReflectorKind.LINE: settings.offset_step, ReflectorKind.POINT: 4.0 / np.pi * settings.cell}
+    return {
+        kind: max(settings.min_votes, chance_votes(loci, width=width, cells=cells, settings=settings))
+        for kind, width in widths.items()
+    }
 
 
 def _located(reflector: Reflector, own: Loci) -> LocatedPoint:

@@ -14,7 +14,7 @@ from echoplan.geometry import directions
 from echoplan.mapping.ballots import Ballot
 from echoplan.mapping.loci.loci import Loci
 
-__all__ = ["VoteSettings", "line_ballot", "point_ballot"]
+__all__ = ["VoteSettings", "chance_votes", "line_ballot", "point_ballot"]
 
 
 class VoteSettings(BaseModel, frozen=True, extra="forbid"):
@@ -25,9 +25,46 @@ class VoteSettings(BaseModel, frozen=True, extra="forbid"):
     cell: float = Field(default=0.05, gt=0.0, description="side of a point's cell [m]")
     gate: float = Field(default=0.03, gt=0.0, description="greatest distance of an arc from what it comes from [m]")
     min_votes: int = Field(default=4, ge=1, description="least votes of a winner")
+    false_alarms: float = Field(
+        default=0.1, gt=0.0, description="winners of a map that random ranges may be expected to make"
+    )
     min_sweeps: int = Field(
         default=3, ge=1, description="sweeps that must vote for a winner: any two arcs share tangents and crossings"
     )
+
+
+def chance_votes(loci: Loci, *, width: float, cells: int, settings: VoteSettings) -> int:
+    """Find how many votes a cell needs so that it hardly won them by chance.
+
+    If ranges were random, up to the longest one, a cell would get a binomial number of votes: of the arcs that look
+    into one direction, each with the share of the ranges that a cell is wide (a contrario detection, Desolneux, Moisan
+    and Morel 2000).
+
+    Parameters
+    ----------
+    loci : Loci
+        The arcs that vote.
+    width : float
+        Of a cell, along a range [m].
+    cells : int
+        How many cells there are.
+    settings : VoteSettings
+        How many cells may win by chance.
+
+    Returns
+    -------
+    int
+        Least votes.
+    """
+    from scipy.special import bdtrc  # noqa: PLC0415 - SciPy is slow to import
+
+    if not len(loci):
+        return 1
+    alphas, inside = _alphas(loci, settings.angle_step)
+    directed = int(np.bincount(_columns(alphas, settings.angle_step)[inside]).max(initial=0))
+    votes = np.arange(1, directed + 2)
+    chances = cells * bdtrc(votes - 1.0, directed, min(width / float(loci.ranges.max()), 1.0))
+    return int(votes[:-1][chances[:-1] <= settings.false_alarms].min(initial=directed + 1))
 
 
 def line_ballot(loci: Loci, settings: VoteSettings) -> Ballot:
@@ -48,8 +85,7 @@ def line_ballot(loci: Loci, settings: VoteSettings) -> Ballot:
     alphas, inside = _alphas(loci, settings.angle_step)
     rays = directions(alphas)
     offsets = loci.ranges[:, None] + np.sum(loci.centers_xy[:, None] * rays, axis=2)
-    turn = round(2 * np.pi / settings.angle_step)
-    columns = np.mod(np.rint(alphas / settings.angle_step).astype(np.int64), turn)
+    columns = _columns(alphas, settings.angle_step)
     rows = _halves(offsets, settings.offset_step)
     return _ballot([(rows, columns), (rows - 1, columns)], inside, loci, settings)
 
@@ -83,6 +119,12 @@ def _alphas(loci: Loci, step: float) -> tuple[FloatArray, BoolArray]:
     alphas: FloatArray = step * (middles + np.arange(-most, most + 1, dtype=np.float64))
     inside: BoolArray = np.abs(alphas - loci.bearings[:, None]) <= loci.half_apertures[:, None]
     return alphas, inside
+
+
+def _columns(alphas: FloatArray, step: float) -> IntArray:
+    """Return directions as numbers of steps around a turn."""
+    columns: IntArray = np.mod(np.rint(alphas / step).astype(np.int64), round(2 * np.pi / step))
+    return columns
 
 
 def _halves(values: FloatArray, step: float) -> IntArray:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from pydantic import BaseModel, Field
 
 from echoplan.arrays import BoolArray, FloatArray, IntArray, checked_floats, checked_number, store
+from echoplan.errors import InvalidValueError
 from echoplan.geometry import directions
 from echoplan.model import Pings
 
@@ -22,6 +23,9 @@ class FreeSpaceSettings(BaseModel, frozen=True, extra="forbid"):
     """What counts as free."""
 
     resolution: float = Field(default=0.05, gt=0.0, description="side of a cell [m]")
+    max_cells: int = Field(
+        default=16_000_000, gt=0, description="a map of more cells is refused: 200 m by 200 m at 5 cm"
+    )
     share: float = Field(
         default=0.7,
         gt=0.0,
@@ -134,6 +138,11 @@ def find_free_space(heard: Sequence[Pings], settings: FreeSpaceSettings | None =
     FreeSpace
         Just large enough for all of it, with a border that is not free.
 
+    Raises
+    ------
+    InvalidValueError
+        If that would have more cells than it may.
+
     Examples
     --------
     >>> zero = np.zeros((1, 2))
@@ -161,7 +170,12 @@ def _empty(heard: Sequence[Pings], settings: FreeSpaceSettings) -> FreeSpace:
     border = np.maximum(reaches, settings.body) + 2 * settings.resolution
     low = (places - border).min(axis=0).reshape(2, 2).min(axis=0)
     high = (places + border).max(axis=0).reshape(2, 2).max(axis=0)
-    width, height = np.ceil((high - low) / settings.resolution).astype(np.int64)
+    width, height = map(int, np.ceil((high - low) / settings.resolution))
+    if width * height > settings.max_cells:
+        raise InvalidValueError(
+            f"a grid of {width * settings.resolution:.5g} m by {height * settings.resolution:.5g} m would have more "
+            f"cells than max_cells = {settings.max_cells}; check the poses or choose a greater resolution"
+        )
     return FreeSpace(origin_xy=low, resolution=settings.resolution, data=np.zeros((height, width), dtype=np.bool_))
 
 

@@ -79,3 +79,9 @@ def test_rows_are_y_and_columns_are_x() -> None:
 def test_a_grid_without_size_is_refused() -> None:
     with pytest.raises(InvalidValueError, match="resolution must be greater than 0"):
         FreeSpace(origin_xy=np.zeros(2), resolution=0.0, data=np.zeros((1, 1), dtype=np.bool_))
+
+
+def test_pings_a_thousand_kilometres_apart_are_refused() -> None:
+    far = pings(np.array([0.0]), np.array([2.0]), hub=(1e6, 1e6))
+    with pytest.raises(InvalidValueError, match="max_cells = 16000000; check the poses"):
+        find_free_space([WALL, far])

@@ -244,3 +244,9 @@ def test_every_wall_has_its_own_segments_in_the_order_of_the_features() -> None:
     assert [each.owner for each in segments] == [1, 2]
     assert all(each.pings > 20 for each in segments)
     assert (segments[1].low, segments[1].high) == pytest.approx((-0.15, 0.15), abs=0.05)
+
+
+def test_where_the_robot_crosses_a_line_far_away_makes_no_cells() -> None:
+    known = remembered(detecting(listening(row()), [LONG]), [EAST])
+    (here,), (far,) = found(known), found(known, path_xy=across(1000.0))
+    assert len(far.chances) == len(here.chances)

@@ -1,3 +1,4 @@
+import tracemalloc
 from functools import cache
 
 import numpy as np
@@ -146,3 +147,15 @@ def test_no_reflector_is_passed_over_that_an_arc_may_be_of(seed: int, monkeypatc
     everywhere, best = locate(sight, room(COLUMN), guess, sigmas, SETTINGS)
     assert pose == pytest.approx(everywhere, abs=1e-12)
     assert score == pytest.approx(best, abs=1e-9)
+
+
+def test_a_sensor_far_from_its_robot_costs_no_more_memory() -> None:
+    sight = sight_from(HERE)
+    far = sight._replace(origins_xy=sight.origins_xy + 1e5)
+    tracemalloc.start()
+    try:
+        locate(far, room(COLUMN), HERE, SIGMAS, SETTINGS)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak < 50e6
