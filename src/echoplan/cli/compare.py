@@ -63,16 +63,14 @@ def _subject(text: str, truth: Path | None, *, min_heard: int) -> "Subject":
     from echoplan.comparison import Subject  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.io import read_truth  # noqa: PLC0415
     from echoplan.model import Recording  # noqa: PLC0415
-    from echoplan.preprocessing import clean_sweeps, find_faults  # noqa: PLC0415
+    from echoplan.preprocessing import find_faults  # noqa: PLC0415
     from echoplan.sources import find_truth, open_source  # noqa: PLC0415
     from echoplan.viewer import faults_in_words  # noqa: PLC0415
 
     opened = open_source(text)
-    recorded = tuple(Progressing(opened, f"reading {text}"))
-    faults = find_faults(recorded, opened.rig)
-    for sentence in faults_in_words(faults):
+    sweeps = tuple(Progressing(opened, f"reading {text}"))
+    for sentence in faults_in_words(find_faults(sweeps, opened.rig)):
         put(f"{text}: {sentence}")
-    sweeps = clean_sweeps(recorded, opened.rig, faults)
     return Subject(
         name=text,
         recording=Recording(name=opened.name, rig=opened.rig, sweeps=sweeps),

@@ -7,13 +7,16 @@ import numpy as np
 
 from echoplan.arrays import FloatArray
 from echoplan.mapping import Observation
-from echoplan.model import FeatureMap, OccupancyGrid, Sweep
+from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep
+from echoplan.preprocessing import clean_sweeps, find_faults
 
 __all__ = ["Mapper", "grid_of", "map_sweeps", "observations_of", "points_of"]
 
 
 class Mapper(Protocol):
     """Anything that takes sweeps and gives a map."""
+
+    rig: Rig
 
     def add(self, sweep: Sweep) -> None:
         """Take one more sweep.
@@ -37,7 +40,7 @@ class Mapper(Protocol):
 
 
 def map_sweeps(mapper: Mapper, sweeps: Iterable[Sweep]) -> FeatureMap:
-    """Give a mapper all sweeps and take its map.
+    """Give a mapper all sweeps, without what faults of sensors put there, and take its map.
 
     Parameters
     ----------
@@ -51,7 +54,8 @@ def map_sweeps(mapper: Mapper, sweeps: Iterable[Sweep]) -> FeatureMap:
     FeatureMap
         The map of all of them.
     """
-    for sweep in sweeps:
+    recorded = tuple(sweeps)
+    for sweep in clean_sweeps(recorded, mapper.rig, find_faults(recorded, mapper.rig)):
         mapper.add(sweep)
     return mapper.result()
 

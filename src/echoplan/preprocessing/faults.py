@@ -131,7 +131,9 @@ def clean_sweeps(sweeps: Sequence[Sweep], rig: Rig, faults: Faults) -> tuple[Swe
     tuple of Sweep
         As many sweeps with as many pings; the same objects if no sensor has a fault.
     """
-    if not faults.sensors:
+    dead = sum(fault.kind == SensorFaultKind.DEAD for fault in faults.sensors)
+    # If no sensor has an echo, that is what there is to map.
+    if not faults.sensors or dead == len(rig.sensors):
         return tuple(sweeps)
     sizes = [len(sweep) for sweep in sweeps]
     sensor_ids = np.concatenate([sweep.sensor_ids for sweep in sweeps])

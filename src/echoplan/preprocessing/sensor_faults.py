@@ -132,7 +132,7 @@ def _is_stuck(trace: Trace) -> bool:
 def _constants(trace: Trace, sensor: Sensor) -> Iterator[SensorFault]:
     """Yield the values that stand for no echo or for what is too close, and whether readings repeat."""
     has_no_echo = is_no_echo(trace, sensor)
-    names_no_echo = bool(has_no_echo.any())
+    names_no_echo = bool(has_no_echo.mean() >= _SHARE)
     rest = trace._replace(readings=np.where(has_no_echo, np.nan, trace.readings))
     for value in _commonest(rest):
         kind = _kind_of(value, rest, sensor, names_no_echo=names_no_echo)
@@ -197,7 +197,7 @@ def _with_mates(found: list[SensorFault], traces: Sequence[Trace], rig: Rig) -> 
     faulty = {fault.sensor_id for fault in found}
     if any(fault.kind == SensorFaultKind.HELD for fault in found):
         for trace, sensor in zip(traces, rig.sensors, strict=True):
-            if sensor.sensor_id not in faulty and len(trace.readings) and not is_no_echo(trace, sensor).any():
+            if sensor.sensor_id not in faulty and len(trace.readings) and is_no_echo(trace, sensor).mean() < _SHARE:
                 share = float((np.bincount(runs_of(trace.readings)) - 1).sum() / len(trace.readings))
                 found.append(SensorFault(sensor_id=sensor.sensor_id, kind=SensorFaultKind.HELD, share=share))
     places = {sensor.sensor_id: place for place, sensor in enumerate(rig.sensors)}
