@@ -50,6 +50,10 @@ class Faults:
         """Whether all readings are from one place, or nobody wrote down from where."""
         return self.has_no_poses or any(fault.kind == RecordingFaultKind.ONE_PLACE for fault in self.recording)
 
+    def has_no_echoes(self, rig: Rig) -> bool:
+        """Return True if no sensor of a rig has an echo: then that is what there is to map."""
+        return [fault.kind for fault in self.sensors] == [SensorFaultKind.DEAD] * len(rig.sensors)
+
 
 def find_faults(sweeps: Sequence[Sweep], rig: Rig) -> Faults:
     """Find faults of the readings of a recording, sensor by sensor, and of the recording as a whole.
@@ -131,9 +135,7 @@ def clean_sweeps(sweeps: Sequence[Sweep], rig: Rig, faults: Faults) -> tuple[Swe
     tuple of Sweep
         As many sweeps with as many pings; the same objects if no sensor has a fault.
     """
-    dead = sum(fault.kind == SensorFaultKind.DEAD for fault in faults.sensors)
-    # If no sensor has an echo, that is what there is to map.
-    if not faults.sensors or dead == len(rig.sensors):
+    if not faults.sensors or faults.has_no_echoes(rig):
         return tuple(sweeps)
     sizes = [len(sweep) for sweep in sweeps]
     sensor_ids = np.concatenate([sweep.sensor_ids for sweep in sweeps])

@@ -277,3 +277,11 @@ def test_rays_of_a_narrow_beam_are_no_sonar() -> None:
         rays = FANS["cast"](sweeps, world, using, rays=31, noise=0.002, rng=np.random.default_rng(0))
         assert [fault.kind for fault in find_faults(rays, using).recording] == found
         assert find_faults(rays, replace(using, rays=True)).recording == ()
+
+
+def test_where_no_sensor_has_an_echo_that_is_said_and_mapped() -> None:
+    rig, sweeps = recorded(ROOM)
+    silent = with_readings(sweeps, lambda readings: np.full(len(readings), np.inf))
+    faults = find_faults(silent, rig)
+    assert kinds(faults) == [(0, SensorFaultKind.DEAD)]
+    assert all(one is other for one, other in zip(clean_sweeps(silent, rig, faults), silent, strict=True))
