@@ -19,7 +19,7 @@ from echoplan.mapping.joint.posed import Posed, joined, posed
 from echoplan.mapping.joint.settings import AccountSettings
 from echoplan.model import FeatureMap, Rig, Sweep
 from echoplan.preprocessing.soundings import Soundings, join_soundings, soundings_of
-from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps
+from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps, without_repeats
 
 __all__ = ["JointMapper", "JointSettings"]
 
@@ -107,7 +107,7 @@ class JointMapper:
         )
 
     def _account(self, stations: Stations) -> Account:
-        heard = at_stations(join_soundings(self._soundings), stations)
+        heard = without_repeats(at_stations(join_soundings(self._soundings), stations))
         return explained(Account(self.rig, heard, stations.poses, self.settings, self._memory))
 
     def _let_go(self, stations: Stations, count: int) -> None:

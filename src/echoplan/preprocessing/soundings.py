@@ -14,8 +14,10 @@ from echoplan.preprocessing.validity import told_ranges
 
 __all__ = [
     "Soundings",
+    "as_sent",
     "chosen_soundings",
     "first_stations",
+    "halfway",
     "independent",
     "join_soundings",
     "late_by",
@@ -141,7 +143,7 @@ def soundings_of(sweep: Sweep, rig: Rig) -> Soundings:
         max_range=float(rig.max_ranges.max()),
         temperature=sweep.temperature,
     )
-    return _halfway(heard)
+    return halfway(heard)
 
 
 def join_soundings(parts: Sequence[Soundings]) -> Soundings:
@@ -308,15 +310,26 @@ def late_by(soundings: Soundings, latency: float) -> Soundings:
     return turned(soundings, -latency * soundings.rates)
 
 
-def _halfway(soundings: Soundings) -> Soundings:
+def halfway(soundings: Soundings) -> Soundings:
     """Turn soundings on to where they looked halfway between sending and hearing.
 
     A servo turns on while sound is under way: a ping is sent in one direction and heard in another, and the beam there
     and back is that of the direction between them.  Where nothing was heard, sound is taken to have come half as far as
     it could.
     """
+    return turned(soundings, _turns_under_way(soundings))
+
+
+def as_sent(soundings: Soundings) -> Soundings:
+    """Turn soundings back to where they looked when they were sent: what ``halfway`` does, undone."""
+    return turned(soundings, -_turns_under_way(soundings))
+
+
+def _turns_under_way(soundings: Soundings) -> FloatArray:
+    """By how much the servo turns while sound comes half of its way [rad]."""
     ways = np.where(np.isfinite(soundings.readings), soundings.readings, 0.5 * soundings.max_range)
-    return turned(soundings, soundings.rates * ways / _SPEED)
+    turns: FloatArray = soundings.rates * ways / _SPEED
+    return turns
 
 
 def turned(soundings: Soundings, angles: FloatArray) -> Soundings:

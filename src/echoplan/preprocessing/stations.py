@@ -8,9 +8,12 @@ from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.geometry import compose, invert, wrap
-from echoplan.preprocessing.soundings import Soundings
+from echoplan.preprocessing.soundings import Soundings, as_sent, chosen_soundings, halfway
 
-__all__ = ["StationSettings", "Stations", "at_stations", "group_sweeps"]
+__all__ = ["StationSettings", "Stations", "at_stations", "group_sweeps", "without_repeats"]
+
+# Pings of one sensor are the same if they start this near to each other and look in directions this near [m, rad].
+_SAME_PLACE, _SAME_DIRECTION = 0.01, math.radians(0.1)
 
 
 class StationSettings(BaseModel, frozen=True, extra="forbid"):
@@ -18,7 +21,11 @@ class StationSettings(BaseModel, frozen=True, extra="forbid"):
 
     way: float = Field(default=0.15, ge=0.0, description="within which fixed sensors hear the same [m]")
     turn: float = Field(default=math.radians(15), ge=0.0, description="likewise [rad]")
-    most_pings: int = Field(default=100, ge=1, description="more are a station by themselves")
+    most_pings: int = Field(default=100, ge=1, description="more are a station by themselves, unless they repeat it")
+    same_way: float = Field(
+        default=0.01, ge=0.0, description="within which sweeps repeat each other [m]: a wavelength at 40 kHz"
+    )
+    same_turn: float = Field(default=math.radians(1.0), ge=0.0, description="likewise [rad]: a step of a servo")
 
 
 class Stations(NamedTuple):
@@ -58,7 +65,7 @@ class Stations(NamedTuple):
 
 
 def group_sweeps(recorded: FloatArray, pings: IntArray, settings: StationSettings) -> Stations:
-    """Group sweeps of few pings that follow each other from nearly the same pose.
+    """Group sweeps that follow each other from the same pose, or, if they have few pings, from nearly the same.
 
     Parameters
     ----------
@@ -83,9 +90,13 @@ def group_sweeps(recorded: FloatArray, pings: IntArray, settings: StationSetting
     firsts, numbers, together = [0], [0], int(pings[0])
     for sweep in range(1, len(recorded)):
         step = recorded[sweep] - recorded[firsts[-1]]
-        near = math.hypot(step[0], step[1]) <= settings.way and abs(float(wrap(step[2]))) <= settings.turn
-        together += int(pings[sweep])
-        if not near or together > settings.most_pings:
+        way, turn = math.hypot(step[0], step[1]), abs(float(wrap(step[2])))
+        near, same = (
+            way <= settings.way and turn <= settings.turn,
+            way <= settings.same_way and turn <= settings.same_turn,
+        )
+        together += 0 if same else int(pings[sweep])
+        if not (same or (near and together <= settings.most_pings)):
             firsts.append(sweep)
             together = int(pings[sweep])
         numbers.append(len(firsts) - 1)
@@ -111,3 +122,36 @@ def at_stations(soundings: Soundings, stations: Stations) -> Soundings:
     sums = [np.bincount(stations.numbers, column) for column in soundings.centers.T]
     centers = np.column_stack(sums) / count[:, None]
     return soundings._replace(stations=stations.numbers[soundings.stations], centers=centers)
+
+
+def without_repeats(soundings: Soundings) -> Soundings:
+    """Make one ping of all that a sensor made at one place in one direction: the median of their readings.
+
+    What the model of the sonar lacks is the same in all of them, and so they say little more than one does.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        At stations.
+
+    Returns
+    -------
+    Soundings
+        The first of such pings each.  Those of a servo that turns the other way stay, for they tell its latency, but
+        both count as one.
+    """
+    sent = as_sent(soundings)
+    where = np.column_stack([sent.x, sent.y, sent.bearings]) / (_SAME_PLACE, _SAME_PLACE, _SAME_DIRECTION)
+    # A quarter of a cell aside, so that round numbers do not lie on the border of two.
+    keys = np.column_stack([sent.stations, sent.sensors, np.round(where + 0.25), np.sign(sent.rates)])
+    _, firsts, groups, counts = np.unique(keys, axis=0, return_index=True, return_inverse=True, return_counts=True)
+    _, ways, repeats = np.unique(keys[firsts, :-1], axis=0, return_inverse=True, return_counts=True)
+    if len(repeats) == len(keys):
+        return soundings
+    order = np.lexsort((sent.readings, groups.ravel()))
+    # Of an even number the lower one: half way to no echo there is nothing.
+    middles = order[np.cumsum(counts) - counts + (counts - 1) // 2]
+    readings, weights, kept = sent.readings.copy(), sent.weights.copy(), np.zeros(len(keys), dtype=bool)
+    readings[firsts], kept[firsts] = sent.readings[middles], True
+    weights[firsts] /= repeats[ways.ravel()]
+    return halfway(chosen_soundings(sent._replace(readings=readings, weights=weights), kept))

@@ -240,6 +240,38 @@ def test_a_map_through_a_small_window_is_as_good_as_the_map_of_all_at_once() -> 
         assert_square(mapped(RING, sweeps, settings), within=0.006)
 
 
+@both_rigs
+def test_hearing_a_room_again_and_again_from_one_place_says_no_more_than_hearing_it_once(rig: str) -> None:
+    first = simulated(rig)[0]
+    period = int(first.stamps_ns[-1] - first.stamps_ns[0]) + 100_000_000
+    room = Simulation(
+        world=find_world("square"),
+        rig=find_rig(rig),
+        route=Route(map_from_base=np.tile(first.station, (12, 1))),
+        settings=SimulationSettings(),
+        seed=2,
+    )
+    again = [replace(each, index=k, stamps_ns=first.stamps_ns + k * period) for k, each in enumerate(room)]
+    once, found = mapped(rig, again[:1]), mapped(rig, again)
+    assert len(found.walls) == len(once.walls)
+    assert found.poses == pytest.approx(np.tile(first.station, (12, 1)))
+    for wall in found.walls:
+        assert np.sqrt(wall.covariance[1, 1]) > 0.001
+        assert any(abs(np.exp(1j * wall.normal_angle) - np.exp(1j * angle)) < 0.02 for angle, _ in SQUARE)
+
+
+def test_exact_poses_stay_where_readings_are_coarse() -> None:
+    fine = find_rig(ARRAY)
+    coarse = replace(fine, sensors=tuple(replace(each, resolution=0.1) for each in fine.sensors))
+    room = Simulation(world=find_world("square"), rig=coarse, route=find_route("square"), seed=2)
+    found = mapped(coarse, list(room))
+    learned = found.parameters["found"]
+    assert isinstance(learned, dict)
+    assert learned["noise"] >= 0.1 / np.sqrt(12.0)
+    assert "trusted" in learned["poses"]
+    assert found.poses == pytest.approx(room.truth.poses)
+
+
 def test_poses_that_agree_are_left_as_they_are() -> None:
     found = mapped(ARRAY, simulated(ARRAY))
     assert found.poses == pytest.approx(np.array([sweep.station for sweep in simulated(ARRAY)]))

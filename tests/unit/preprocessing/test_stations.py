@@ -3,7 +3,8 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose
-from echoplan.preprocessing.stations import Stations, StationSettings, at_stations, group_sweeps
+from echoplan.preprocessing.soundings import halfway
+from echoplan.preprocessing.stations import Stations, StationSettings, at_stations, group_sweeps, without_repeats
 from expectations import listening
 
 SETTINGS = StationSettings()
@@ -32,11 +33,42 @@ def test_a_heading_across_the_half_turn_is_no_turn() -> None:
 
 
 def test_sweeps_of_many_pings_stay_by_themselves() -> None:
-    assert group_sweeps(along(0.0, 0.0, 0.0), np.full(3, 360), SETTINGS).numbers.tolist() == [0, 1, 2]
+    assert group_sweeps(along(0.0, 0.02, 0.04), np.full(3, 360), SETTINGS).numbers.tolist() == [0, 1, 2]
+
+
+def test_sweeps_from_the_same_place_are_one_station_however_many_pings_they_have() -> None:
+    assert group_sweeps(along(0.0, 0.005, 0.0, 1.0), np.full(4, 360), SETTINGS).numbers.tolist() == [0, 0, 0, 1]
 
 
 def test_a_station_is_full_at_some_number_of_pings() -> None:
-    assert group_sweeps(along(*np.zeros(7)), np.full(7, 40), SETTINGS).numbers.tolist() == [0, 0, 1, 1, 2, 2, 3]
+    places = along(*(0.02 * np.arange(7)))
+    assert group_sweeps(places, np.full(7, 40), SETTINGS).numbers.tolist() == [0, 0, 1, 1, 2, 2, 3]
+
+
+def test_pings_that_repeat_each_other_are_one_with_the_median_of_their_readings() -> None:
+    soundings = listening([(0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 0.0)])
+    readings = np.repeat([2.0, 1.0, 1.5, 3.0], 120)
+    # A dropout is outvoted, and two echoes are no less than two that are missing.
+    readings[[0, 1, 121]] = np.inf
+    stations = Stations(np.array([0, 0, 0, 1]), along(0.0, 1.0))
+    found = without_repeats(at_stations(soundings._replace(readings=readings), stations))
+    assert np.bincount(found.stations).tolist() == [120, 120]
+    assert found.readings[found.stations == 0] == pytest.approx([1.5, np.inf, *[1.5] * 118])
+    assert (found.readings[found.stations == 1] == 3.0).all()
+
+
+def test_pings_of_different_places_are_no_repeats() -> None:
+    soundings = listening([(0.0, 0.0), (0.03, 0.0)])
+    assert without_repeats(soundings) is soundings
+
+
+def test_both_ways_of_a_servo_stay_and_count_as_one() -> None:
+    # The servo turns on until the echo comes: pings of one angle look elsewhere there and back.
+    both = halfway(listening([(0.0, 0.0)] * 2, rates=[0.7, -0.7])._replace(readings=np.repeat([2.0, 2.1], 120)))
+    found = without_repeats(at_stations(both, Stations(np.array([0, 0]), along(0.0))))
+    assert (found.readings == both.readings).all()
+    assert found.bearings == pytest.approx(both.bearings)
+    assert found.weights == pytest.approx(both.weights / 2)
 
 
 def test_sweeps_are_moved_with_their_station() -> None:

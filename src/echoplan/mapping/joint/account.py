@@ -13,7 +13,7 @@ from echoplan.classification.hypotheses import Hypothesis
 from echoplan.extraction.arcs import find_arcs
 from echoplan.mapping.joint.adjustment.adjusted import Adjusted
 from echoplan.mapping.joint.adjustment.adjustment import Beliefs, adjust
-from echoplan.mapping.joint.adjustment.independence import independence
+from echoplan.mapping.joint.adjustment.independence import independence, rounding_in_common
 from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, continued, displaced, odometry_beliefs
 from echoplan.mapping.joint.adjustment.readings import Features, as_arrays
 from echoplan.mapping.joint.adjustment.shadowing import shadowed
@@ -81,8 +81,7 @@ class Account:
         self.soundings = displaced(self.recorded, given, self.poses)
         self.at_hand = self.memory.near(self.soundings.centers, _AROUND + heard.max_range)
         self.model = self.memory.model or self.prior
-        first = max(settings.first_noise, 0.9 * self.resolution)
-        self.noise = first if self.memory.is_empty else self.memory.noise
+        self.noise = self.first_noise if self.memory.is_empty else self.memory.noise
         self.features: list[Hypothesis] = self.known
         self.adjusted: Adjusted | None = None
         self.believed: PoseBeliefs | None = None
@@ -123,6 +122,16 @@ class Account:
     def latency(self) -> float:
         """By how much the servo lags behind what was recorded [s]."""
         return self.adjusted.latency if self.adjusted else self.memory.latency
+
+    @property
+    def first_noise(self) -> float:
+        """Standard deviation of readings before anything is known [m]; coarse steps alone make them scatter."""
+        return max(self.settings.first_noise, 0.9 * self.resolution)
+
+    @property
+    def rounding(self) -> float:
+        """Standard deviation of the error of rounding [m]: no noise is less."""
+        return self.resolution / math.sqrt(12.0)
 
     @property
     def offset_sigma(self) -> float:
@@ -173,14 +182,14 @@ class Account:
         for _ in range(_GLANCES):
             scale = self.model.range_scale
             self.search(rounds=1)
-            self.adjust(self.settings.first_noise)
+            self.adjust(self.first_noise)
             if abs(self.model.range_scale - scale) < self.settings.scale_step:
                 break
 
     def explain(self) -> None:
         """Explain everything, learn the sonar from it, and explain it again."""
         if self.memory.is_empty:
-            first = self.settings.first_noise
+            first = self.first_noise
             self.search()
             self.adjust(first)
             self.judge(first)
@@ -309,12 +318,20 @@ class Account:
             drifting=drifting,
             poses=poses,
             independence=self.independence,
-            pair_sigma=0.0 if poses is None or poses.relative else self.pair_sigma,
+            pair_sigma=self.common_rounding(noise) if poses is None or poses.relative else self.pair_sigma,
             loudness=self.loudness if self.is_polished else None,
             squareness=self.squareness,
             bearings=self.asks_bearings,
             servo=self.servo,
         )
+
+    def common_rounding(self, noise: float, common: float = 0.0) -> float:
+        """Tell by how much readings of one distance err together because they are rounded [m].
+
+        They scatter by the noise, of which a share is common to a station.
+        """
+        before = (1.0 - common) * noise**2 - self.rounding**2
+        return rounding_in_common(self.resolution, math.sqrt(max(before, 0.0)))
 
     def learn_loudness(self) -> None:
         """Take figure of merit and beam from who heard what; of rays, the cone."""
@@ -326,7 +343,7 @@ class Account:
         """Take the noise from what is left of the readings."""
         scatter = self.adjusted.scatter if self.adjusted else math.nan
         if not math.isnan(scatter):
-            self.noise = min(max(scatter, self.settings.least_noise), self.settings.greatest_noise)
+            self.noise = max(min(scatter, self.settings.greatest_noise), self.settings.least_noise, self.rounding)
 
     def explained(self, features: Sequence[Hypothesis]) -> BoolArray:
         """Tell which pings features or their ghosts explain."""

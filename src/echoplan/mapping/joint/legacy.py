@@ -77,9 +77,12 @@ def survey(account: Account, path_xy: FloatArray) -> Survey:
     features = [replace(each, reflector=row) for each, row in zip(found, adjusted.reflectors, strict=True)]
     echoes = memory.echoes_of(features)
     segments = find_segments(features, echoes, path_xy, settings.segments)
+    # What the model of the sonar lacks does not average out over many stations.
+    lacking = settings.adjustment
+    best = min(beliefs.offset_sigma, lacking.told_offset_sigma)
     return Survey(
         features=features,
-        adjusted=adjusted,
+        adjusted=replace(adjusted, offset_sigma=best, model_error=lacking.model_error),
         segments=segments,
         vertices=find_vertices(segments, echoes, settings.vertices),
         squareness=square,

@@ -128,8 +128,6 @@ def adjusted(kinds: list[Kind], information: FloatArray) -> Adjusted:
         information=information,
         heard=information,
         understated=1.0,
-        offset_sigma=0.0,
-        model_error=0.0,
         extents=np.zeros((len(kinds), 2)),
         owners=nothing.astype(np.int64),
         residuals=nothing,

@@ -166,10 +166,20 @@ def test_features_are_told_as_surely_as_readings_tell_them_where_poses_are_trust
     assert adjusted.understated == trusted.understated() > 1.0
     features = slice(0, adjusted.unknowns.sonar)
     plain = np.diag(np.linalg.inv(adjusted.information))[features]
-    assert np.all(np.diag(adjusted.covariance)[features] < plain)
+    told = replace(adjusted, offset_sigma=0.0, model_error=0.0)
+    assert np.all(np.diag(told.covariance)[features] < plain)
     moved = copy(trusted)
     moved.believed = moved.odometry()
     assert moved.understated() == 1.0
+
+
+def test_what_the_model_of_the_sonar_lacks_is_in_the_covariances_of_the_map() -> None:
+    adjusted = survey(account(0, 4)).adjusted
+    assert adjusted.sonar_sigmas()["range_offset"] >= min(adjusted.offset_sigma, 0.002) > 0.0
+    for number in range(len(adjusted.reflectors)):
+        place = adjusted.unknowns.feature(number)
+        assert np.linalg.eigvalsh(adjusted.covariance[place, place]).min() > 0.0
+    assert adjusted.model_error > 0.0
 
 
 def test_which_way_walls_lie_from_way_points_along_the_axes_is_remembered(monkeypatch: pytest.MonkeyPatch) -> None:

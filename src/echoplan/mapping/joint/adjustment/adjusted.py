@@ -42,10 +42,6 @@ class Adjusted:
         The part of it that readings gave.
     understated : float
         How many times more these tell than they were let count for.
-    offset_sigma : float
-        How well the range offset is known at best [m].
-    model_error : float
-        How well each end of a wall, or a point, is known at best beside that [m].
     extents : ndarray, shape (f, 2)
         Ends of walls along them [m].
     owners : ndarray of int, shape (n,)
@@ -56,6 +52,10 @@ class Adjusted:
         Expected signal excess [dB].
     left : float
         Square of the last step, in deviations of what it moves: Newton's decrement.
+    offset_sigma : float, optional
+        How well the range offset is known at best [m].
+    model_error : float, optional
+        How well each end of a wall, or a point, is known at best beside that [m].
     """
 
     reflectors: FloatArray
@@ -67,13 +67,13 @@ class Adjusted:
     information: FloatArray
     heard: FloatArray
     understated: float
-    offset_sigma: float
-    model_error: float
     extents: FloatArray
     owners: IntArray
     residuals: FloatArray
     excesses: FloatArray
     left: float
+    offset_sigma: float = 0.0
+    model_error: float = 0.0
 
     @cached_property
     def covariance(self) -> FloatArray:

@@ -95,8 +95,6 @@ def adjust(
         information=information,
         heard=heard,
         understated=beliefs.understated,
-        offset_sigma=min(beliefs.offset_sigma, settings.told_offset_sigma),
-        model_error=settings.model_error,
         extents=now.features.extents,
         owners=matched.owners,
         residuals=matched.residuals,

@@ -13,7 +13,6 @@ from echoplan.mapping.joint.adjustment.drift import VERY_STRONG
 from echoplan.mapping.joint.adjustment.independence import (
     gain_of_common_errors,
     intraclass_correlation,
-    rounding_in_common,
 )
 from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, pose_rows, waypoint_beliefs
 from echoplan.mapping.joint.search.copies import cross, pairs_of_copies, without_copies
@@ -58,8 +57,7 @@ def agrees(account: Account) -> bool:
     bool
         Whether most are explained, by readings that scatter as usual.
     """
-    usual = max(account.settings.first_noise, 0.9 * account.resolution)
-    return agreement(account) >= account.settings.agreement and account.noise <= usual
+    return agreement(account) >= account.settings.agreement and account.noise <= account.first_noise
 
 
 def is_torn(account: Account) -> bool:
@@ -114,14 +112,8 @@ def are_at_odds(account: Account) -> bool:
     owners, left = account.adjusted.owners, account.adjusted.residuals
     common = intraclass_correlation(account.soundings, owners, left, noise=account.noise)
     # What the model of the sonar lacks makes readings err together, too, by less than the best of them scatter.
-    usual = max(_rounding(account, common), account.settings.least_noise)
+    usual = max(account.common_rounding(account.noise, common), account.settings.least_noise)
     return common > account.settings.shared_error and common * account.noise**2 > usual**2
-
-
-def _rounding(account: Account, common: float) -> float:
-    """Tell by how much readings of one distance err together because they are rounded [m]."""
-    before = (1.0 - common) * account.noise**2 - account.resolution**2 / 12.0
-    return rounding_in_common(account.resolution, float(np.sqrt(max(before, 0.0))))
 
 
 def is_scattered(account: Account) -> bool:

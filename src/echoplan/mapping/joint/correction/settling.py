@@ -20,7 +20,7 @@ def settle(account: Account, beliefs: PoseBeliefs) -> None:
     beliefs : PoseBeliefs
         What is believed of these.
     """
-    first, settings = account.settings.first_noise, account.settings
+    first, settings = account.first_noise, account.settings
     account.noise, account.soundings = first, displaced(account.recorded, account.given, account.poses)
     account.squareness = None
     account.search()
@@ -65,7 +65,7 @@ def converge(account: Account, beliefs: PoseBeliefs, start: FloatArray) -> None:
         Where they are moved from [m, m, rad].
     """
     account.poses, account.soundings = start, displaced(account.recorded, account.given, start)
-    coarse_to_fine = account.settings.pose_errors.noises
+    coarse_to_fine = [max(each, account.rounding) for each in account.settings.pose_errors.noises]
     for noises in (coarse_to_fine, coarse_to_fine[1:]):
         account.features = account.known
         for noise in noises:

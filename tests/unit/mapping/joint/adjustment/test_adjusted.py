@@ -32,8 +32,6 @@ def adjusted(share: float) -> Adjusted:
         information=share * HEARD + HELD,
         heard=share * HEARD,
         understated=1.0 / share,
-        offset_sigma=0.0,
-        model_error=0.0,
         extents=np.zeros((2, 2)),
         owners=nothing.astype(np.int64),
         residuals=nothing,
