@@ -6,7 +6,7 @@ STAMPS := .venv/.stamps
 CERTIFICATES := $(if $(wildcard /etc/ssl/certs/ca-certificates.crt),--system-certs)
 INSTALL := $(BIN)/uv pip install --quiet $(CERTIFICATES) --python $(BIN)/python --compile-bytecode --constraint constraints.txt
 
-.PHONY: help demo test lint format bench docs constraints clean
+.PHONY: help demo test fuzz lint format bench docs constraints clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 14
@@ -17,6 +17,9 @@ demo: $(STAMPS)/base ## Simulate a furnished flat, map it and compare the map wi
 # Rewriting the asserts and compiling the package costs each process 8 s wherever byte code is not kept.
 test: $(STAMPS)/test $(STAMPS)/compiled ## Run every test
 	@PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto --dist loadfile
+
+fuzz: $(STAMPS)/test $(STAMPS)/compiled ## Try random input for two minutes; SEED=7 SECONDS=120 to choose
+	@$(BIN)/python tests/fuzz/campaign.py $(if $(SEED),--seed $(SEED)) $(if $(SECONDS),--seconds $(SECONDS))
 
 lint: $(STAMPS)/dev ## Linters, formatting, types and the import contracts
 	$(BIN)/ruff check .

@@ -368,7 +368,7 @@ def reference_number(name: str, cell: str) -> float | None:
         number = float(cell)
         return number if isfinite(number) and (name != "range" or number >= 0) else None
     exact = Decimal(cell)
-    if abs(exact) > 9 * 10**9 * (1 if name == "t" else 10**9):
+    if exact.copy_abs() > 9 * 10**9 * (1 if name == "t" else 10**9):
         return None
     if name == "t":
         return round(exact * 10**9)

@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field
 from echoplan import __version__
 from echoplan.config import Run, Sections, read_config, write_run
 from echoplan.errors import InputError, OutputError
-from echoplan.methods import METHODS
+from echoplan.methods import METHODS, find_method
 from echoplan.simulation import SimulationSettings
 
 
@@ -102,3 +102,10 @@ def test_a_run_that_cannot_be_recorded_is_told(tmp_path: Path) -> None:
     (tmp_path / "run.toml").mkdir()
     with pytest.raises(OutputError, match="there is a folder of that name"):
         write_run(tmp_path / "run.toml", Run(source="take/"), {})
+
+
+@pytest.mark.parametrize("method", ["rcd", "mdp-fuzzy"])
+def test_a_reach_of_more_pings_than_a_turn_has_is_refused(tmp_path: Path, method: str) -> None:
+    (tmp_path / "c.toml").write_text("[method.clustering]\nreach = 9999999999999999999999999\n")
+    with pytest.raises(InputError):
+        read_config(tmp_path / "c.toml", {"method": find_method(method).settings_type})

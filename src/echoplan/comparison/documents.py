@@ -88,12 +88,21 @@ def comparison_csv(scores: Sequence[MethodScore]) -> str:
     str
         Comma-separated values with a head; cells are empty where something is not known.
     """
-    rows = [_row(outcome) for score in scores for outcome in score.outcomes]
+    rows = [
+        {name: _no_formula(cell) for name, cell in _row(outcome).items()}
+        for score in scores
+        for outcome in score.outcomes
+    ]
     text = StringIO()
     writer = csv.DictWriter(text, fieldnames=list(rows[0]) if rows else [], lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
     return text.getvalue()
+
+
+def _no_formula(cell: object) -> object:
+    # A spreadsheet computes a text that begins so, whatever a folder's name makes it do, and hides the apostrophe.
+    return f"'{cell}" if isinstance(cell, str) and cell.startswith(("=", "+", "-", "@", "\t", "\r")) else cell
 
 
 def _trial(outcome: Outcome) -> dict[str, Any]:

@@ -32,7 +32,7 @@ class ArcSettings(BaseModel, frozen=True, extra="forbid"):
     coarse_jump: float = Field(default=0.03, gt=0.0, description="likewise where pings are 3 degrees apart or more [m]")
     resolutions: float = Field(default=2.2, gt=0.0, description="least such step in steps of the readings")
     max_gap: float = Field(default=4.5, gt=0.0, description="missing steps of rotation that an arc survives")
-    reach: int = Field(default=5, ge=1, description="neighbours to which a ping may be linked")
+    reach: int = Field(default=5, ge=1, le=1000, description="neighbours to which a ping may be linked")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -20,7 +20,7 @@ class ClusteringSettings(BaseModel, frozen=True, extra="forbid"):
         default=0.02, gt=0.0, description="neighbouring distances that differ by more are two reflectors [m]"
     )
     max_gap: float = Field(default=4.5, ge=1.0, description="missing steps of rotation that a run survives (dropouts)")
-    reach: int = Field(default=4, ge=1, description="neighbours to which a ping may be linked (stray echoes)")
+    reach: int = Field(default=4, ge=1, le=1000, description="neighbours to which a ping may be linked (stray echoes)")
     min_pings: int = Field(default=3, ge=1, description="a run of fewer pings is no feature")
 
 

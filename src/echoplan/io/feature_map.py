@@ -1,6 +1,6 @@
 """Maps in JSON: ``map.json``."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -9,8 +9,9 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
 from echoplan.io.files import by_name, write_text
-from echoplan.io.structure import Count, Form, Pair, Triple, read_json
+from echoplan.io.structure import Count, Form, Pair, read_json
 from echoplan.io.text import format_json
+from echoplan.io.units import Coordinate, Radians, Radius, Variance, check_extent
 from echoplan.model import (
     ClassProbabilities,
     Corner,
@@ -27,9 +28,13 @@ from echoplan.model import (
 
 __all__ = ["read_map", "write_map"]
 
-_Matrix2 = Annotated[list[Pair], Field(min_length=2, max_length=2)]
-_Matrix3 = Annotated[list[Triple], Field(min_length=3, max_length=3)]
-_Length = Annotated[float, Field(ge=0.0)]
+_Matrix2 = Annotated[
+    list[Annotated[list[Variance], Field(min_length=2, max_length=2)]], Field(min_length=2, max_length=2)
+]
+_Matrix3 = Annotated[
+    list[Annotated[list[Variance], Field(min_length=3, max_length=3)]], Field(min_length=3, max_length=3)
+]
+_Length = Annotated[Radius, Field(ge=0.0)]
 
 
 class _ProbabilitiesForm(Form):
@@ -54,8 +59,8 @@ _Neighbours = Annotated[
 class _WallForm(Form):
     start: Pair = Field(description="its one end [x, y] in metres")
     end: Pair = Field(description="its other end [x, y] in metres")
-    normal_angle: float = Field(description="the direction of its normal [rad]")
-    offset: float = Field(description="its distance from the origin along the normal [m]")
+    normal_angle: Radians = Field(description="the direction of its normal [rad]")
+    offset: Coordinate = Field(description="its distance from the origin along the normal [m]")
     covariance: _Matrix2 = Field(description="the 2 x 2 covariance of normal_angle and offset")
     class_probabilities: _Likelihood = None
     pings: _Pings = 0
@@ -106,7 +111,7 @@ class _CornerForm(Form):
 
 class _CylinderForm(Form):
     center: Pair = Field(description="its axis [x, y] in metres")
-    radius: float = Field(description="its radius [m]")
+    radius: Radius = Field(description="its radius [m]")
     covariance: _Matrix3 = Field(description="the 3 x 3 covariance of x, y and radius")
     class_probabilities: _Likelihood = None
     pings: _Pings = 0
@@ -160,9 +165,9 @@ class _UnobservedForm(Form):
 
 class _PoseForm(Form):
     sweep: Count = Field(description="the number of the sweep")
-    x: float = Field(description="where the robot was [m]")
-    y: float = Field(description="where the robot was [m]")
-    yaw: float = Field(description="where the robot looked [rad]")
+    x: Coordinate = Field(description="where the robot was [m]")
+    y: Coordinate = Field(description="where the robot was [m]")
+    yaw: Radians = Field(description="where the robot looked [rad]")
     covariance: _Matrix3 | None = Field(default=None, description="the 3 x 3 covariance of x, y and yaw")
 
 
@@ -203,8 +208,20 @@ class _MapForm(Form):
                 raise ValueError(f"{problem}; use their places in the list of walls, counted from 0")
         return gaps
 
+    def _ends(self) -> Iterator[list[float]]:
+        long: tuple[_WallForm | _OpeningForm | _UnobservedForm, ...] = (*self.walls, *self.openings, *self.unobserved)
+        for each in long:
+            yield each.start
+            yield each.end
+
+    def _places(self) -> Iterator[list[float]]:
+        yield from (corner.position for corner in self.corners)
+        yield from (cylinder.center for cylinder in self.cylinders)
+        yield from ([pose.x, pose.y] for pose in self.poses)
+
     def value(self) -> FeatureMap:
         """Make the map."""
+        check_extent([*self._ends(), *self._places()], name="the map")
         return FeatureMap(
             method=self.method,
             walls=tuple(wall.value() for wall in self.walls),

@@ -14,6 +14,7 @@ from echoplan.errors import InputError
 from echoplan.io.files import by_name, read_text, write_text
 from echoplan.io.pgm import read_pgm, write_pgm
 from echoplan.io.structure import Form
+from echoplan.io.units import Coordinate
 from echoplan.model import OccupancyGrid
 
 __all__ = ["read_grid", "write_grid"]
@@ -23,12 +24,12 @@ _OCCUPIED, _UNKNOWN, _FREE = 0, 205, 254
 _OCCUPIED_THRESHOLD, _FREE_THRESHOLD = 0.65, 0.196
 
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
-Origin = Annotated[list[float], Field(min_length=3, max_length=3)]
+Origin = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
 
 
 class _GridForm(Form):
     image: str = Field(min_length=1)
-    resolution: float = Field(gt=0.0)
+    resolution: float = Field(gt=0.0, le=100.0)
     origin: Origin
     negate: Literal[0, 1] = 0
     occupied_thresh: float = Field(default=_OCCUPIED_THRESHOLD, ge=0.0, le=1.0)

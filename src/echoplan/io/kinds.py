@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from echoplan.arrays import BoolArray
+from echoplan.io.units import FARTHEST, LARGEST_ANGLE
 from echoplan.model.sweep import COLDEST, HOTTEST
 
-__all__ = ["COUNT", "NUMBER", "READING", "SECONDS", "TEMPERATURE", "WHOLE", "Kind"]
+__all__ = ["ANGLE", "COUNT", "NUMBER", "POSITION", "READING", "SECONDS", "TEMPERATURE", "WHOLE", "Kind"]
 
 Column: TypeAlias = NDArray[Any]
 
@@ -165,6 +166,21 @@ NUMBER = Kind(
     stored="f8",
     parse=float,
     allows=_is_finite,
+)
+POSITION = Kind(
+    noun="number",
+    remedy="write a finite number of metres, with a decimal point",
+    stored="f8",
+    parse=float,
+    # In whatever unit rig.toml names, millimetres at the finest.
+    allows=lambda numbers: np.abs(numbers) <= 1000 * FARTHEST,
+)
+ANGLE = Kind(
+    noun="number",
+    remedy=f"write a finite number of radians, with a decimal point, at most {LARGEST_ANGLE:.0f}",
+    stored="f8",
+    parse=float,
+    allows=lambda numbers: np.abs(numbers) <= LARGEST_ANGLE,
 )
 READING = Kind(
     noun="range",

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from echoplan.errors import InputError
-from echoplan.io.kinds import COUNT, NUMBER, READING, SECONDS, TEMPERATURE, WHOLE, Kind
+from echoplan.io.kinds import ANGLE, COUNT, POSITION, READING, SECONDS, TEMPERATURE, WHOLE, Kind
 from echoplan.io.table import Rows, Table
 from echoplan.io.text import format_seconds
-from echoplan.io.units import looks_like_degrees, possible_length_units
+from echoplan.io.units import WIDEST, looks_like_degrees, possible_length_units
 from echoplan.model import Conventions, Rig
 
 __all__ = ["MEASURED", "PING_COLUMNS", "REQUIRED", "checked_pings"]
@@ -18,11 +18,11 @@ PING_COLUMNS: Mapping[str, Kind] = {
     "t": SECONDS,
     "sweep": COUNT,
     "sensor": WHOLE,
-    "servo": NUMBER,
+    "servo": ANGLE,
     "range": READING,
-    "x": NUMBER,
-    "y": NUMBER,
-    "yaw": NUMBER,
+    "x": POSITION,
+    "y": POSITION,
+    "yaw": ANGLE,
     "temperature": TEMPERATURE,
 }
 # What is there if somebody measured it, and what must be there.
@@ -54,9 +54,11 @@ def checked_pings(table: Table, rig: Rig, conventions: Conventions) -> Iterator[
     InputError
         If a row cannot be, is out of order or in a wrong unit, or no ping of all has a reading.
     """
-    last, silent = None, True
+    first, last, silent = None, None, True
     for recorded in table:
         rows = _converted(recorded, conventions)
+        first = rows.data[0] if first is None else first
+        _check_way(rows, first)
         _check_sensors(rows, rig)
         if not rows.first:
             with np.errstate(over="ignore"):
@@ -88,6 +90,14 @@ def _check_sensors(rows: Rows, rig: Rig) -> None:
         problem = f"sensor {rows.data['sensor'][strange[0]]} is not in rig.toml"
         known = ", ".join(map(str, rig.sensor_ids))
         raise rows.refusal(int(strange[0]), "sensor", problem, remedy=f"add it there; known are {known}")
+
+
+def _check_way(rows: Rows, first: np.void) -> None:
+    for column in ("x", "y"):
+        far = np.flatnonzero(np.abs(rows.data[column] - first[column]) > WIDEST)
+        if far.size:
+            problem = f"the robot is more than {WIDEST:g} m from where it began"
+            raise rows.refusal(int(far[0]), column, problem, remedy="correct the pose, here or in the first row")
 
 
 def _check_order(rows: Rows, last: np.void) -> None:

@@ -10,7 +10,18 @@ from pydantic import Field
 from echoplan.io.files import by_name, write_text
 from echoplan.io.structure import Form, Whole, read_toml
 from echoplan.io.text import format_toml
-from echoplan.io.units import HalfAperture, Lever, Metres, Radians
+from echoplan.io.units import (
+    Cycles,
+    Decibels,
+    Deviation,
+    HalfAperture,
+    Hertz,
+    Lever,
+    Metres,
+    Period,
+    Radians,
+    Step,
+)
 from echoplan.model import UNITS, Axes, Conventions, Firing, Heading, Odometry, Rig, Sensor, Servo, Transducer
 
 __all__ = ["format_rig", "read_conventions", "read_rig", "write_rig"]
@@ -40,7 +51,7 @@ class _TurretForm(Form, extra="forbid"):
 class _ServoForm(Form, extra="forbid"):
     start: Radians = Field(description="the first angle of a sweep [rad]")
     stop: Radians = Field(description="the last angle of a sweep [rad]")
-    step: float = Field(description="the turn between two firing rounds [rad]")
+    step: Step = Field(description="the turn between two firing rounds [rad]")
 
     def value(self) -> Servo:
         """Make the servo."""
@@ -48,7 +59,7 @@ class _ServoForm(Form, extra="forbid"):
 
 
 class _FiringForm(Form, extra="forbid"):
-    period: float = Field(description="the time from one group's firing to the next [s]")
+    period: Period = Field(description="the time from one group's firing to the next [s]")
     groups: list[list[Whole]] = Field(description="lists of the sensor ids that fire together")
 
     def value(self) -> Firing:
@@ -57,11 +68,11 @@ class _FiringForm(Form, extra="forbid"):
 
 
 class _TransducerForm(Form, extra="forbid"):
-    frequency: float | None = Field(default=None, description="the frequency of the carrier [Hz]")
-    piston_radius: float | None = Field(default=None, description="the radius of the piston that sends and hears [m]")
-    figure_of_merit: float | None = Field(default=None, description="source level less detection threshold [dB]")
-    quality_factor: float | None = Field(default=None, description="the Q of the sending and receiving resonators")
-    burst_cycles: float | None = Field(default=None, description="the number of carrier cycles in the burst")
+    frequency: Hertz | None = Field(default=None, description="the frequency of the carrier [Hz]")
+    piston_radius: Metres | None = Field(default=None, description="the radius of the piston that sends and hears [m]")
+    figure_of_merit: Decibels | None = Field(default=None, description="source level less detection threshold [dB]")
+    quality_factor: Cycles | None = Field(default=None, description="the Q of the sending and receiving resonators")
+    burst_cycles: Cycles | None = Field(default=None, description="the number of carrier cycles in the burst")
 
     def value(self) -> Transducer:
         """Make the transducer."""
@@ -69,8 +80,8 @@ class _TransducerForm(Form, extra="forbid"):
 
 
 class _OdometryForm(Form, extra="forbid"):
-    along: float | None = Field(default=None, description="the deviation along the way after 1 m [m]")
-    lateral: float | None = Field(default=None, description="the deviation across the way after 1 m [m]")
+    along: Deviation | None = Field(default=None, description="the deviation along the way after 1 m [m]")
+    lateral: Deviation | None = Field(default=None, description="the deviation across the way after 1 m [m]")
     yaw_per_metre: Radians | None = Field(default=None, description="the deviation of the heading after 1 m [rad]")
     yaw_per_radian: Radians | None = Field(
         default=None, description="the deviation of the heading after a turn of 1 rad [rad]"

@@ -6,15 +6,15 @@ import numpy as np
 
 from echoplan.errors import InputError, InvalidValueError
 from echoplan.io.files import by_name, write_text
-from echoplan.io.kinds import NUMBER, SECONDS
+from echoplan.io.kinds import ANGLE, POSITION, SECONDS
 from echoplan.io.table import Table
 from echoplan.io.text import format_seconds
-from echoplan.io.units import looks_like_degrees
+from echoplan.io.units import check_extent, looks_like_degrees
 from echoplan.model import Route
 
 __all__ = ["read_route", "write_route"]
 
-_COLUMNS = {"t": SECONDS, "x": NUMBER, "y": NUMBER, "yaw": NUMBER}
+_COLUMNS = {"t": SECONDS, "x": POSITION, "y": POSITION, "yaw": ANGLE}
 
 
 @by_name
@@ -40,9 +40,15 @@ def read_route(path: Path) -> Route:
     rows = np.concatenate([rows.data for rows in table])
     if looks_like_degrees(rows["yaw"]):
         raise InputError(path, "the angles look like degrees", place="column yaw", remedy="write radians")
+    poses = np.stack([rows["x"], rows["y"], rows["yaw"]], axis=1)
+    try:
+        check_extent(poses[:, :2], name="the route")
+    except InvalidValueError as error:
+        problem, _, remedy = str(error).partition("; ")
+        raise InputError(path, problem, remedy=remedy) from error
     try:
         return Route(
-            map_from_base=np.stack([rows["x"], rows["y"], rows["yaw"]], axis=1),
+            map_from_base=poses,
             stamps_ns=rows["t"] if "t" in table.columns else None,
         )
     except InvalidValueError as error:

@@ -15,6 +15,7 @@ from pydantic_core import ErrorDetails
 
 from echoplan.errors import InputError
 from echoplan.io.files import check_file, read_text, readable
+from echoplan.io.units import Coordinate
 
 __all__ = [
     "Count",
@@ -39,9 +40,9 @@ _DEEP_KEY = re.compile(rf"""(?<![\w"'.\\-])(?:{_KEY_PART}[ \t]*+\.[ \t]*+){{{_DE
 
 Whole = Annotated[int, Field(ge=-(2**62), le=2**62)]
 Count = Annotated[int, Field(ge=0, le=2**62)]
-Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
-Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
-Quadruple = Annotated[list[float], Field(min_length=4, max_length=4)]
+Pair = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
+Triple = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
+Quadruple = Annotated[list[Coordinate], Field(min_length=4, max_length=4)]
 
 
 class Form(BaseModel):

@@ -9,6 +9,7 @@ from echoplan.arrays import IntArray
 from echoplan.io.files import by_name, write_text
 from echoplan.io.structure import Count, Form, Quadruple, Triple, read_json
 from echoplan.io.text import format_json
+from echoplan.io.units import check_extent
 from echoplan.io.world import read_world
 from echoplan.model import EVERYWHERE, Truth
 
@@ -28,6 +29,8 @@ class _TruthForm(Form):
 
     def value(self) -> Truth:
         """Make the truth."""
+        places = [each[:2] for each in (*self.cylinders, *self.poses)]
+        check_extent([*np.reshape(self.walls, (-1, 2)), *places], name="the truth")
         return Truth(
             walls_xy=np.reshape(self.walls, (-1, 2, 2)),
             walls_heard=_counts(self.walls_heard, len(self.walls)),

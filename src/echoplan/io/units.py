@@ -1,16 +1,44 @@
-"""Numbers in a wrong unit, as far as they give themselves away."""
+"""What numbers in files can be: their physical bounds, and wrong units as far as they give themselves away."""
 
 from math import pi
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import AfterValidator
+from pydantic import AfterValidator, Field
 
 from echoplan.arrays import FloatArray
+from echoplan.errors import InvalidValueError
 from echoplan.model import UNITS
 
-__all__ = ["HalfAperture", "Lever", "Metres", "Radians", "looks_like_degrees", "possible_length_units"]
+__all__ = [
+    "FARTHEST",
+    "LARGEST_ANGLE",
+    "WIDEST",
+    "Coordinate",
+    "Cycles",
+    "Decibels",
+    "Deviation",
+    "HalfAperture",
+    "Hertz",
+    "Lever",
+    "Metres",
+    "Period",
+    "Radians",
+    "Radius",
+    "Step",
+    "Variance",
+    "check_extent",
+    "looks_like_degrees",
+    "possible_length_units",
+]
+
+# No place is farther from the origin than half around the earth: coordinates of surveyors (UTM) fit.
+FARTHEST = 20_000_000.0
+# No robot turns so often in one recording, and beyond it the digits of an angle are those of its turns.
+LARGEST_ANGLE = 100_000.0
+# No building is wider; what memory and time grow with has an end.
+WIDEST = 10_000.0
 
 
 def looks_like_degrees(angles: ArrayLike) -> bool:
@@ -75,6 +103,8 @@ def possible_length_units(ranges: FloatArray, *, min_ranges: FloatArray, max_ran
 
 
 def _checked_angle(angle: float) -> float:
+    if abs(angle) > LARGEST_ANGLE:
+        raise ValueError(f"{angle:g} rad is more than {LARGEST_ANGLE:g} rad; write radians within a few turns")
     if looks_like_degrees([angle]):
         raise _degrees(angle)
     return angle
@@ -102,6 +132,53 @@ def _checked_lever(length: float) -> float:
     return length
 
 
+def check_extent(points_xy: ArrayLike, *, name: str) -> None:
+    """Refuse what is wider than any building.
+
+    Parameters
+    ----------
+    points_xy : array_like, shape (n, 2)
+        Points [m].
+    name : str
+        Of what they are.
+
+    Raises
+    ------
+    InvalidValueError
+        If they lie too far from each other.
+    """
+    points = np.asarray(points_xy, dtype=np.float64).reshape(-1, 2)
+    width = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+    if width > WIDEST:
+        raise InvalidValueError(
+            f"{name} is {width:g} m wide, and {WIDEST:g} m are the most; correct its farthest point"
+        )
+
+
+def _not_finer_than(least: float) -> AfterValidator:
+    def check(value: float) -> float:
+        # What is not positive the model refuses.
+        if 0.0 < value < least:
+            raise ValueError(f"{value:g} is finer than any device; write at least {least:g}")
+        return value
+
+    return AfterValidator(check)
+
+
+Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
+Radius = Annotated[float, Field(le=WIDEST)]
+# No servo turns by less than a second of arc [rad], and no sonar fires faster than a microsecond [s].
+Step = Annotated[float, Field(le=100.0), _not_finer_than(1e-6)]
+Period = Annotated[float, Field(le=60.0), _not_finer_than(1e-6)]
+# Beyond ten megahertz sound ends within a millimetre of air.
+Hertz = Annotated[float, Field(le=1e7)]
+# Levels of loud and of faint senders differ by some 100 dB, and bursts have some ten cycles.
+Decibels = Annotated[float, Field(ge=-300.0, le=300.0)]
+Cycles = Annotated[float, Field(le=10_000.0)]
+# Dead reckoning that is off by more knows nothing [m, rad].
+Deviation = Annotated[float, Field(le=100.0)]
+# Of a coordinate anywhere on earth [m²].
+Variance = Annotated[float, Field(ge=-(FARTHEST**2), le=FARTHEST**2)]
 HalfAperture = Annotated[float, AfterValidator(_checked_aperture)]
 Lever = Annotated[float, AfterValidator(_checked_lever)]
 Radians = Annotated[float, AfterValidator(_checked_angle)]

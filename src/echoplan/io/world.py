@@ -1,5 +1,6 @@
 """Worlds in TOML: ``world.toml``."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ from pydantic import Field
 from echoplan.io.files import by_name, write_text
 from echoplan.io.structure import Form, Pair, read_toml
 from echoplan.io.text import format_toml
+from echoplan.io.units import Radius, check_extent
 from echoplan.model import Pillar, Polyline, World
 
 __all__ = ["read_world", "write_world"]
@@ -25,7 +27,7 @@ class _WallForm(Form, extra="forbid"):
 
 class _CylinderForm(Form, extra="forbid"):
     center: Pair = Field(description="the axis [x, y] in metres")
-    radius: float = Field(description="the radius [m]")
+    radius: Radius = Field(description="the radius [m]")
     material: str = Field(default="hard", description="what the cylinder is made of")
 
     def value(self) -> Pillar:
@@ -37,6 +39,16 @@ class _WorldForm(Form, extra="forbid"):
     name: str = Field(default="", description="what people call the world")
     wall: list[_WallForm] = Field(default=[], description="a list of tables [[wall]], one for each run")
     cylinder: list[_CylinderForm] = Field(default=[], description="a list of tables [[cylinder]], one for each")
+
+    def value(self) -> World:
+        """Make the world."""
+        world = World(
+            name=self.name,
+            polylines=tuple(wall.value() for wall in self.wall),
+            pillars=tuple(cylinder.value() for cylinder in self.cylinder),
+        )
+        check_extent(np.concatenate([world.segments_xy.reshape(-1, 2), world.discs[:, :2]]), name="the world")
+        return world
 
 
 @by_name
@@ -58,12 +70,8 @@ def read_world(path: Path) -> World:
     InputError
         If the file cannot be read or describes no possible world.
     """
-    form = read_toml(path, _WorldForm)
-    return World(
-        name=form.name or path.stem,
-        polylines=tuple(wall.value() for wall in form.wall),
-        pillars=tuple(cylinder.value() for cylinder in form.cylinder),
-    )
+    world = read_toml(path, _WorldForm).value()
+    return replace(world, name=world.name or path.stem)
 
 
 @by_name

@@ -9,15 +9,20 @@ from echoplan.acoustics import Air
 
 __all__ = ["OdometryNoise", "SimulationSettings"]
 
+# Farther than this ultrasound is not heard in air [m], and dead reckoning that is off by more knows nothing [m, rad].
+_FARTHEST, _ASTRAY = 50.0, 100.0
+
 
 class OdometryNoise(BaseModel, frozen=True, extra="forbid"):
     """How dead reckoning goes astray: a random walk, so that its deviation grows with the root of the way."""
 
-    along: float = Field(default=0.0, ge=0.0, description="deviation along the way after 1 m [m]")
-    lateral: float = Field(default=0.0, ge=0.0, description="deviation across the way after 1 m [m]")
-    yaw_per_metre: float = Field(default=0.0, ge=0.0, description="deviation of the heading after 1 m [rad]")
+    along: float = Field(default=0.0, ge=0.0, le=_ASTRAY, description="deviation along the way after 1 m [m]")
+    lateral: float = Field(default=0.0, ge=0.0, le=_ASTRAY, description="deviation across the way after 1 m [m]")
+    yaw_per_metre: float = Field(
+        default=0.0, ge=0.0, le=_ASTRAY, description="deviation of the heading after 1 m [rad]"
+    )
     yaw_per_radian: float = Field(
-        default=0.0, ge=0.0, description="deviation of the heading after a turn of 1 rad [rad]"
+        default=0.0, ge=0.0, le=_ASTRAY, description="deviation of the heading after a turn of 1 rad [rad]"
     )
 
 
@@ -33,9 +38,11 @@ class SimulationSettings(BaseModel, frozen=True, extra="forbid"):
         "its speed of sound [degrees Celsius]",
     )
     zero_distance: float = Field(
-        default=1.0, gt=0.0, description="where its maker set the module right, before an aimed plane [m]"
+        default=1.0, gt=0.0, le=_FARTHEST, description="where its maker set the module right, before an aimed plane [m]"
     )
-    zero_error: float = Field(default=0.0, description="by how much it reads too far there all the same [m]")
+    zero_error: float = Field(
+        default=0.0, ge=-_FARTHEST, le=_FARTHEST, description="by how much it reads too far there all the same [m]"
+    )
     detector: Literal["envelope", "carrier"] = Field(
         default="envelope", description="what trips the threshold; the carrier does in jumps of whole periods"
     )
@@ -52,13 +59,14 @@ class SimulationSettings(BaseModel, frozen=True, extra="forbid"):
     jitter: float = Field(
         default=0.001,
         ge=0.0,
+        le=_FARTHEST,
         description="standard deviation of a range [m]; 1 mm is a timer of 4 us and a little noise",
     )
     dropout: float = Field(default=0.0, ge=0.0, le=1.0, description="probability that a ping gives no reading")
     stray: float = Field(default=0.0, ge=0.0, le=1.0, description="probability of a stray echo in a ping")
     odometry: OdometryNoise = Field(default=OdometryNoise(), description="errors of the poses in the recording")
     servo_latency: float = Field(
-        default=0.0, ge=0.0, description="how long the servo lags behind the angle it is told [s]"
+        default=0.0, ge=0.0, le=60.0, description="how long the servo lags behind the angle it is told [s]"
     )
     servo_gain: float = Field(
         default=1.0, gt=0.0, description="how far the servo turns for each radian that is recorded [rad]"

@@ -2,6 +2,8 @@
 
 import csv
 import json
+from dataclasses import replace
+from io import StringIO
 
 import pytest
 
@@ -48,6 +50,15 @@ def test_the_table_has_a_row_for_each_trial_and_the_same_cells_in_all() -> None:
     assert float(rows[0]["seconds_per_1000_pings"]) == pytest.approx(1.0)
     assert rows[3]["wall_recall"] == ""
     assert rows[3]["failure"] == "ValueError: no <walls>"
+
+
+@pytest.mark.parametrize("name", ["=HYPERLINK(1)", "+1", "-2", "@SUM(1)", "\t=1"])
+def test_a_spreadsheet_computes_nothing_that_stands_in_a_name(name: str) -> None:
+    trials = [
+        replace(each, trial=replace(each.trial, subject=replace(each.trial.subject, name=name))) for each in some()
+    ]
+    text = comparison_csv(score_methods(trials, ["good"]))
+    assert {row["source"] for row in csv.DictReader(StringIO(text, newline=""))} == {f"'{name}"}
 
 
 def test_without_trials_there_is_no_row() -> None:

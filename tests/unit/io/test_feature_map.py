@@ -1,6 +1,7 @@
 """Maps are read from what programs write, ours and others."""
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 from echoplan.errors import InputError, InvalidValueError
-from echoplan.io import read_map, write_map
+from echoplan.io import read_map, read_truth, write_map
 from echoplan.model import ClassProbabilities, CornerKind, FeatureMap, Quality, Verdict
 
 WALL = {
@@ -175,3 +176,15 @@ def test_a_map_that_nobody_assessed_has_no_quality(tmp_path: Path) -> None:
 def test_an_unknown_verdict_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"quality\.verdict: must be 'good', 'doubtful' or 'failed'"):
         read(tmp_path, quality={"verdict": "fine"})
+
+
+@pytest.mark.parametrize("far", [1e200, 1e308, 1e6])
+@pytest.mark.parametrize("read", [read_map, read_truth])
+def test_a_wall_that_is_longer_than_any_building_is_refused(
+    tmp_path: Path, far: float, read: Callable[..., object]
+) -> None:
+    wall = {"start": [0, 0], "end": [far, 0], "normal_angle": 0, "offset": 0, "covariance": [[1, 0], [0, 1]]}
+    document = {"format": "echoplan-map/1", "walls": [wall]} if read is read_map else {"walls": [[0, 0, far, 0]]}
+    (tmp_path / "map.json").write_text(json.dumps(document))
+    with pytest.raises(InputError, match=r"map\.json.*: (must be less than|the (map|truth) is 1e\+06 m wide)"):
+        read(tmp_path / "map.json")

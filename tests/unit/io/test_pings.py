@@ -40,6 +40,9 @@ def series(column: str, numbers: Iterable[float]) -> list[str]:
         ("range", "far", "'far' is no range"),
         ("x", "nan", "'nan' is no number"),
         ("yaw", "0.5 rad", "'0.5 rad' is no number"),
+        ("x", "1e300", "'1e300' is no number; write a finite number of metres, with a decimal point"),
+        ("y", "500000", "the robot is more than 10000 m from where it began; correct the pose, here or in the first"),
+        ("servo", "1e9", "'1e9' is no number; write a finite number of radians"),
     ],
 )
 def test_a_field_that_cannot_be_is_told_with_line_and_column(

@@ -9,6 +9,7 @@ import pytest
 
 from echoplan.errors import InputError
 from echoplan.io import builtin_rig, read_rig, write_rig
+from echoplan.io.rig import format_rig
 from echoplan.model import Odometry, Rig, Sensor, Transducer
 
 PLAIN = """\
@@ -131,3 +132,28 @@ def test_built_in_rigs_survive_writing(tmp_path: Path) -> None:
     again = read_rig(tmp_path / "rig.toml")
     assert again.sensors == rig.sensors
     assert (again.servo, again.firing, again.transducer) == (None, rig.firing, rig.transducer)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("x = 0.05", "x = 1e6"),
+        ("[turret]\nx = 0.0", "[turret]\nx = 1e308"),
+        ("yaw = 0.0", "yaw = 1e300"),
+        ("step = ", "step = 1e-12 #"),
+        ("period = ", "period = 1e300 #"),
+        ("period = ", "period = 1e-300 #"),
+        ("frequency = ", "frequency = 1e300 #"),
+        ("figure_of_merit = ", "figure_of_merit = 1e300 #"),
+        ("burst_cycles = ", "burst_cycles = 1e12 #"),
+        ("[servo]", "[odometry]\nalong = 1e308\n[servo]"),
+    ],
+)
+def test_a_number_beyond_what_a_rig_can_be_is_refused_with_its_line(tmp_path: Path, old: str, new: str) -> None:
+    text = format_rig(builtin_rig("rotary-array"))
+    assert old in text
+    (tmp_path / "rig.toml").write_text(text.replace(old, new, 1))
+    with pytest.raises(
+        InputError, match=r"rig\.toml, line \d+, .*(must be (less|greater) than|finer than|more than|larger than)"
+    ):
+        read_rig(tmp_path / "rig.toml")

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from echoplan.arrays import FloatArray
-from echoplan.io.units import looks_like_degrees, possible_length_units
+from echoplan.errors import InvalidValueError
+from echoplan.io.units import check_extent, looks_like_degrees, possible_length_units
 
 DEGREES = {
     "servo": np.arange(-45.0, 46.0),
@@ -56,3 +57,10 @@ def test_ranges_out_of_all_reach_tell_which_units_they_may_have(scale: float, un
 )
 def test_odd_ranges_are_not_mistaken_for_another_unit(ranges: FloatArray) -> None:
     assert not units_of(ranges)
+
+
+def test_what_is_wider_than_any_building_is_refused() -> None:
+    check_extent([[5e5, 5e6], [5.05e5, 5e6]], name="the map")
+    check_extent([], name="the map")
+    with pytest.raises(InvalidValueError, match="the map is 1e\\+06 m wide, and 10000 m are the most; correct its"):
+        check_extent([[0.0, 0.0], [0.0, 1e6]], name="the map")

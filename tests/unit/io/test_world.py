@@ -71,3 +71,10 @@ def test_a_world_that_cannot_be_is_told(tmp_path: Path, old: str, new: str, mess
     assert old in ROOM
     with pytest.raises(InputError, match=message):
         read(tmp_path, ROOM.replace(old, new))
+
+
+@pytest.mark.parametrize("far", ["1e308", "-3e7", "20000.0"])
+def test_a_world_that_is_wider_than_any_building_is_refused(tmp_path: Path, far: str) -> None:
+    (tmp_path / "w.toml").write_text(f"[[wall]]\npoints = [[0.0, 0.0], [{far}, 0.0], [4.0, 3.0]]\n")
+    with pytest.raises(InputError, match=r"w\.toml.*: (must be (less|greater) than|the world is 20000 m wide)"):
+        read_world(tmp_path / "w.toml")
