@@ -90,7 +90,7 @@ def _servo(found: Mapping[str, Any]) -> list[tuple[str, str]]:
         digits = _digits(factor * sigma)
         items.append((words, f"{factor * value:.{digits}f} \N{PLUS-MINUS SIGN} {factor * sigma:.{digits}f}{unit}"))
         keys.append(f"{name} = {value:.{_digits(sigma)}f}")
-    return [*items, ("To make that permanent", f"{', '.join(keys)} in rig.toml")] if keys else items
+    return [*items, ("To make that permanent", f"{', '.join(keys)} in [conventions] of rig.toml")] if keys else items
 
 
 def _digits(sigma: float) -> int:

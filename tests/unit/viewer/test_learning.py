@@ -50,7 +50,7 @@ def test_gain_and_offset_of_a_servo_come_with_the_keys_that_make_them_permanent(
     words = told(servo_gain=gain, servo_offset=offset)
     assert words["The servo turns"] == "0.935 \N{PLUS-MINUS SIGN} 0.002 of the recorded angle"
     assert words["Where it records 0 the servo stands at"] == "6.04 \N{PLUS-MINUS SIGN} 0.12\N{DEGREE SIGN}"
-    assert words["To make that permanent"] == "servo_gain = 0.935, servo_offset = 0.105 in rig.toml"
+    assert words["To make that permanent"] == "servo_gain = 0.935, servo_offset = 0.105 in [conventions] of rig.toml"
 
 
 def test_only_what_is_determined_of_a_servo_is_to_be_made_permanent() -> None:
@@ -58,7 +58,7 @@ def test_only_what_is_determined_of_a_servo_is_to_be_made_permanent() -> None:
     offset = {"value": 0.05, "sigma": np.radians(3.0), "believed": np.radians(5.0)}
     words = told(servo_gain=gain, servo_offset=offset)
     assert words["Where it records 0 the servo stands at"] == "not determined by this recording"
-    assert words["To make that permanent"] == "servo_gain = 0.935 in rig.toml"
+    assert words["To make that permanent"] == "servo_gain = 0.935 in [conventions] of rig.toml"
 
 
 def test_noise_is_told_in_millimetres() -> None:

@@ -74,6 +74,7 @@ class Account:
         self.recorded = heard
         # Gain and offset of the servo where it is calibrated; then the pings are turned accordingly.
         self.servo: ServoError | None = None
+        self._first_servo = self.memory.servo or AS_RECORDED
         if self.memory.servo is not None:
             self._turn_servo(self.memory.servo)
         self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=settings.arcs)
@@ -168,10 +169,16 @@ class Account:
 
     def calibrate(self, servo: ServoError) -> None:
         """Calibrate the servo: start from this gain and this offset, and let adjustments estimate them."""
+        self._first_servo = servo
         self._turn_servo(servo)
         self.asks_bearings = True
         self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=self.settings.arcs)
         self.soundings = displaced(self.recorded, self.given, self.poses)
+
+    def restart_servo(self) -> None:
+        """Let the servo be as it was before anything was explained: what poses in error made of it is wrong."""
+        if self.servo is not None:
+            self._turn_servo(self._first_servo)
 
     def _turn_servo(self, servo: ServoError) -> None:
         self.recorded = turned_by(self.recorded, error=servo, before=self.servo or AS_RECORDED)

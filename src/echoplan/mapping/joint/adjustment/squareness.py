@@ -37,6 +37,9 @@ _FEW = 2
 # A share below this tells nothing of the direction of others.
 _NEVER = 1e-6
 
+# Any wall is known to a radian at least: its arcs say so [1/rad^2].
+_LEAST_KNOWN = 1.0
+
 
 class SquarenessSettings(BaseModel, frozen=True, extra="forbid"):
     """When right angles are believed in."""
@@ -257,9 +260,9 @@ def _released(angles: FloatArray, covariance: FloatArray, believed: Squareness) 
     rows = square_rows(believed, angles, np.arange(len(angles)))
     slopes = np.zeros((len(rows.residuals), len(angles)))
     np.add.at(slopes, (np.arange(len(slopes))[:, None], rows.columns), rows.slopes)
-    free: FloatArray = np.linalg.inv(np.linalg.inv(covariance) - slopes.T @ (rows.weights[:, None] * slopes)).astype(
-        np.float64
-    )
+    # What the model of the sonar lacks is in the covariance, too: so more may be taken back than it shows to be known.
+    known, axes = np.linalg.eigh(np.linalg.inv(covariance) - slopes.T @ (rows.weights[:, None] * slopes))
+    free: FloatArray = (axes / np.maximum(known, _LEAST_KNOWN)) @ axes.T
     return angles - free @ (slopes.T @ (rows.weights * rows.residuals)), free
 
 

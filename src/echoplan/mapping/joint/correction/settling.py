@@ -64,6 +64,7 @@ def converge(account: Account, beliefs: PoseBeliefs, start: FloatArray) -> None:
     start : ndarray, shape (s, 3)
         Where they are moved from [m, m, rad].
     """
+    account.restart_servo()
     account.poses, account.soundings = start, displaced(account.recorded, account.given, start)
     coarse_to_fine = [max(each, account.rounding) for each in account.settings.pose_errors.noises]
     for noises in (coarse_to_fine, coarse_to_fine[1:]):

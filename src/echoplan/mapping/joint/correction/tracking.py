@@ -86,6 +86,7 @@ def follow(account: Account, beliefs: PoseBeliefs, expected: _Expected) -> Sight
     # What a first look learned of the sonar it learned from poses in error.
     account.model, account.adjusted = account.memory.model or account.prior, None
     account.loudness, account.squareness = account.memory.loudness, None
+    account.restart_servo()
     sights, settings = sights_of(account), account.settings.localisation
     account.poses, account.features = continued(account.given, account.memory.poses).copy(), account.known
     first = max(1, len(account.memory.poses))
