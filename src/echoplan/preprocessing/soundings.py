@@ -333,7 +333,7 @@ def _turns_under_way(soundings: Soundings) -> FloatArray:
 
 
 def turned(soundings: Soundings, angles: FloatArray) -> Soundings:
-    """Turn the servo under each ping by an angle [rad]."""
+    """Turn the servo under each ping by an angle, shape (n,) [rad]."""
     turn = np.exp(1j * angles)
     axes = (soundings.ux + 1j * soundings.uy) * turn
     arms = soundings.arms_x + 1j * soundings.arms_y

@@ -108,17 +108,15 @@ def _step(
 ) -> FloatArray:
     """Solve, but keep consider parameters of the sonar at their prior means (Schmidt 1966).
 
-    The exponent of the range walk is one: maps are no better with one that is estimated.  So is the range offset where
-    it is known better than corners tell it.  Where the poses drift, two more are: all that is left to tell the range
-    scale are the arms of the array, a few centimetres long, and an error of the beam's shape by tenths of a millimetre
-    would pass for a percent; and a servo that lags looks like a robot that turns a little too far one way and back
-    again, sweep by sweep (it never leads).  Their uncertainty stays in the covariance.
+    The exponent of the range walk is one: maps are no better with one that is estimated.  Where the poses drift, two
+    more are: all that is left to tell the range scale are the arms of the array, a few centimetres long, and an error
+    of the beam's shape by tenths of a millimetre would pass for a percent; and a servo that lags looks like a robot
+    that turns a little too far one way and back again, sweep by sweep (it never leads).  Their uncertainty stays in the
+    covariance.
     """
-    considered = ("walk_exponent", "range_offset", "range_scale", "servo_latency")
-    exponent, offset, scale, latency = (now.unknowns.sonar + SONAR_UNKNOWNS.index(each) for each in considered)
+    considered = ("walk_exponent", "range_scale", "servo_latency")
+    exponent, scale, latency = (now.unknowns.sonar + SONAR_UNKNOWNS.index(each) for each in considered)
     changes = {exponent: 1.0 - now.model.walk_exponent}
-    if beliefs.offset_sigma <= settings.told_offset_sigma:
-        changes[offset] = -now.model.range_offset
     if beliefs.drifting:
         changes[scale] = beliefs.range_scale - now.model.range_scale
     units = np.eye(len(right))[[*changes, latency]]
