@@ -39,8 +39,8 @@ def reasons(measures: "Measures", now: Conventions) -> tuple[str, ...]:
 
 
 def _symptoms(measures: "Measures") -> Iterator[str]:
-    if measures.features and measures.is_unexplained:
-        yield f"Only {_percent(measures.share)} of the echoes fit together."
+    if measures.features:
+        yield from _shares(measures)
     yield from (_misplaced(each) for each in measures.misplaced)
     if measures.crossed:
         walls = "1 wall lies" if measures.crossed == 1 else f"{measures.crossed} walls lie"
@@ -48,6 +48,14 @@ def _symptoms(measures: "Measures") -> Iterator[str]:
     if measures.is_from_few_places:
         places = "one place" if measures.places == 1 else f"{measures.places} places"
         yield f"The room was recorded from {places} only, so that no second view checks the walls."
+
+
+def _shares(measures: "Measures") -> Iterator[str]:
+    if measures.is_unexplained:
+        yield f"Only {_percent(measures.share)} of the echoes fit together."
+    if measures.is_unconfirmed:
+        confirmed = _percent(measures.confirmed)
+        yield f"Only {confirmed} of the echoes come from something that a second station detects, too."
 
 
 def next_step(measures: "Measures", now: Conventions) -> str:

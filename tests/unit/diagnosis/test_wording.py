@@ -12,7 +12,7 @@ NOW = Conventions()
 
 
 def measures(*remedies: Remedy, **changes: object) -> Measures:
-    return Measures(**({"share": 0.49, "places": 3, "features": 5, "remedies": remedies} | changes))  # type: ignore[arg-type]
+    return Measures(**({"share": 0.49, "confirmed": 0.9, "places": 3, "features": 5, "remedies": remedies} | changes))  # type: ignore[arg-type]
 
 
 def remedy(cause: Cause, conventions: Conventions = NOW, **changes: object) -> Remedy:
