@@ -56,6 +56,9 @@ def draw(seed: int) -> Faulty:
         return Faulty(name=name, fault="", rig=rig, sweeps=sweeps)
     has_servo = any(np.ptp(sweep.servo_angles) > 0.0 for sweep in sweeps)
     faults = [fault for fault in FAULTS if has_servo or not fault.startswith("servo")]
+    if not any(sweep.map_from_base[:, 2].any() for sweep in sweeps):
+        # Headings that are all zero are zero clockwise, too.
+        faults.remove("headings clockwise")
     if len(rig.sensors) > 1:
         faults.append(BACKWARDS)
     fault = faults[int(rng.integers(len(faults)))]

@@ -117,8 +117,8 @@ def assess(
         return Quality(verdict=verdict)
     return Quality(
         verdict=Verdict.DOUBTFUL if verdict is Verdict.GOOD else verdict,
-        reasons=(*reasons(measures, now), *findings),
-        next_step=next_step(measures, now),
+        reasons=reasons(measures, now, findings),
+        next_step=next_step(measures, now, findings),
     )
 
 
@@ -151,11 +151,11 @@ def examine(
     places = _places(np.array([sweep.station[:2] for sweep in sweeps if len(sweep)]).reshape(-1, 2))
     misplaced = () if remedies or places < FEWEST_PLACES else misplaced_stations(sweeps, rig)
     measures = Measures(share=1.0, confirmed=1.0, places=places, features=1, misplaced=misplaced, remedies=remedies)
-    verdict, found = verdict_of(measures), (*reasons(measures, now), *findings)
+    verdict, found = verdict_of(measures), reasons(measures, now, findings)
     if not found:
         return Quality(verdict=verdict)
     verdict = Verdict.DOUBTFUL if verdict is Verdict.GOOD else verdict
-    return Quality(verdict=verdict, reasons=found, next_step=next_step(measures, now))
+    return Quality(verdict=verdict, reasons=found, next_step=next_step(measures, now, findings))
 
 
 def verdict_of(measures: Measures) -> Verdict:
