@@ -260,6 +260,9 @@ def _released(angles: FloatArray, covariance: FloatArray, believed: Squareness) 
     free: FloatArray = np.linalg.inv(np.linalg.inv(covariance) - slopes.T @ (rows.weights[:, None] * slopes)).astype(
         np.float64
     )
+    if not (np.linalg.eigvalsh(0.5 * (free + free.T)) > 0.0).all():
+        # The belief holds so much of what is known that rounding takes the rest.
+        return angles, covariance
     return angles - free @ (slopes.T @ (rows.weights * rows.residuals)), free
 
 
