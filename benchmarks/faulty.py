@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from arenas import WAYPOINTS, outline, set_down, turned_sensor, waypoints  # type: ignore[import-not-found]
-from echoplan.model import Axes, Conventions, Heading, Polyline, Rig, Route, Sensor, Sweep, World
-from echoplan.simulation import Simulation, SimulationSettings
+from arenas import set_down, sounded  # type: ignore[import-not-found]
+from echoplan.model import Axes, Conventions, Heading, Rig, Route, Sensor, Sweep
 from rooms import Drive, random_drive, random_simulation  # type: ignore[import-not-found]
 
 __all__ = ["FAULTS", "Faulty", "draw", "remedy_for"]
@@ -57,6 +56,9 @@ def draw(seed: int) -> Faulty:
         return Faulty(name=name, fault="", rig=rig, sweeps=sweeps)
     has_servo = any(np.ptp(sweep.servo_angles) > 0.0 for sweep in sweeps)
     faults = [fault for fault in FAULTS if has_servo or not fault.startswith("servo")]
+    if not any(sweep.map_from_base[:, 2].any() for sweep in sweeps):
+        # Headings that are all zero are zero clockwise, too.
+        faults.remove("headings clockwise")
     if len(rig.sensors) > 1:
         faults.append(BACKWARDS)
     fault = faults[int(rng.integers(len(faults)))]
@@ -118,17 +120,9 @@ def _drive(seed: int, array: str, stations: int) -> tuple[str, Rig, tuple[Sweep,
 
 
 def _arena(seed: int) -> tuple[str, Rig, tuple[Sweep, ...]]:
-    rng = np.random.default_rng(seed)
-    outline_xy = outline(rng)
-    marks = np.column_stack([waypoints(outline_xy, rng), rng.uniform(-math.pi, math.pi, WAYPOINTS)])
-    simulation = Simulation(
-        world=World(name=f"arena {seed}", polylines=(Polyline(points_xy=outline_xy, closed=True),)),
-        rig=turned_sensor(coarse=False),
-        route=Route(map_from_base=marks + rng.normal(0.0, (OFF, OFF, TURN), marks.shape)),
-        settings=SimulationSettings(dropout=0.03, stray=0.03, jitter=0.004),
-        seed=seed,
-    )
-    return "arena, 5 marks", simulation.rig, tuple(set_down(sweep, marks) for sweep in simulation)
+    """Sound an arena as students do."""
+    _, told, sweeps = sounded(seed, off=0.02, turn=3.0, coarse=False, students=True)
+    return "arena of students, 5 marks", told, tuple(sweeps)
 
 
 _MAKERS: tuple[Callable[[int], tuple[str, Rig, tuple[Sweep, ...]]], ...] = (

@@ -19,7 +19,7 @@ from echoplan.methods.joint import JointMapper
 from echoplan.model import Quality, Table, Verdict
 from faulty import Faulty, draw, remedy_for  # type: ignore[import-not-found]  # beside this file
 
-RECORDINGS, FIRST = 300, 5000
+RECORDINGS, FIRST = 300, 7000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,7 +12,7 @@ from echoplan.diagnosis.stations import Misplaced, misplaced_stations
 from echoplan.diagnosis.wording import next_step, reasons
 from echoplan.geometry import compose, crosses_segments, invert
 from echoplan.mapping.joint.settings import AccountSettings
-from echoplan.model import Conventions, FeatureMap, Quality, Rig, Sweep, Verdict
+from echoplan.model import Conventions, Corner, Cylinder, FeatureMap, Quality, Rig, Sweep, Verdict, Wall
 
 __all__ = ["FEWEST_PLACES", "Measures", "assess", "examine", "verdict_of"]
 
@@ -24,8 +24,10 @@ _APART = 0.15
 _STEP = 0.5
 # Where so many echoes fit together from the poses as recorded, joint does not question these.
 _AGREE = AccountSettings().agreement
-# Shares of explained echoes below which a map is doubtful, and has failed: on seeds 1000 on of benchmarks/verdicts.py.
+# Shares of explained echoes, and of those whose feature a second station detects, below which a map is doubtful, and
+# has failed: on seeds 1000 on of benchmarks/verdicts.py.
 _GOOD, _FAILED = 0.8, 0.6
+_CONFIRMED, _LONE = 0.5, 0.3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,6 +38,8 @@ class Measures:
     ----------
     share : float
         Share of the echoes that the map explains.
+    confirmed : float
+        Share of the explained echoes whose feature a second station detects.
     places : int
         Places from which the room was sounded, counted up to ``FEWEST_PLACES``.
     features : int
@@ -49,6 +53,7 @@ class Measures:
     """
 
     share: float
+    confirmed: float
     places: int
     features: int
     crossed: int = 0
@@ -59,6 +64,11 @@ class Measures:
     def is_unexplained(self) -> bool:
         """Whether too few echoes are explained for a good map."""
         return self.share < _GOOD
+
+    @property
+    def is_unconfirmed(self) -> bool:
+        """Whether too few echoes are confirmed by a second station for a good map from several places."""
+        return self.confirmed < _CONFIRMED and not self.is_from_few_places
 
     @property
     def is_from_few_places(self) -> bool:
@@ -107,8 +117,8 @@ def assess(
         return Quality(verdict=verdict)
     return Quality(
         verdict=Verdict.DOUBTFUL if verdict is Verdict.GOOD else verdict,
-        reasons=(*reasons(measures, now), *findings),
-        next_step=next_step(measures, now),
+        reasons=reasons(measures, now, findings),
+        next_step=next_step(measures, now, findings),
     )
 
 
@@ -138,21 +148,29 @@ def examine(
     now = conventions or Conventions()
     share = consistency(sampled(sweeps, rig), rig).share
     remedies = find_remedies(sweeps, rig, conventions=now, share=share) if share < _AGREE else ()
-    places = _places(np.array([sweep.station[:2] for sweep in sweeps]))
+    places = _places(np.array([sweep.station[:2] for sweep in sweeps if len(sweep)]).reshape(-1, 2))
     misplaced = () if remedies or places < FEWEST_PLACES else misplaced_stations(sweeps, rig)
-    measures = Measures(share=1.0, places=places, features=1, misplaced=misplaced, remedies=remedies)
-    verdict, found = verdict_of(measures), (*reasons(measures, now), *findings)
+    measures = Measures(share=1.0, confirmed=1.0, places=places, features=1, misplaced=misplaced, remedies=remedies)
+    verdict, found = verdict_of(measures), reasons(measures, now, findings)
     if not found:
         return Quality(verdict=verdict)
     verdict = Verdict.DOUBTFUL if verdict is Verdict.GOOD else verdict
-    return Quality(verdict=verdict, reasons=found, next_step=next_step(measures, now))
+    return Quality(verdict=verdict, reasons=found, next_step=next_step(measures, now, findings))
 
 
 def verdict_of(measures: Measures) -> Verdict:
     """Judge by numbers alone."""
     if not measures.features or not measures.share >= _FAILED or measures.remedies:
         return Verdict.FAILED
-    if measures.is_unexplained or measures.is_from_few_places or measures.crossed or measures.misplaced:
+    if measures.is_unconfirmed and measures.confirmed < _LONE:
+        return Verdict.FAILED
+    if (
+        measures.is_unexplained
+        or measures.is_unconfirmed
+        or measures.is_from_few_places
+        or measures.crossed
+        or measures.misplaced
+    ):
         return Verdict.DOUBTFUL
     return Verdict.GOOD
 
@@ -162,6 +180,7 @@ def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: C
     placed = _placed(sweeps, feature_map)
     measures = Measures(
         share=_share(feature_map, rig, placed) if placed else 0.0,
+        confirmed=_confirmed(feature_map),
         places=_places(feature_map.poses[:, :2]),
         features=features,
         crossed=_crossed_walls(feature_map),
@@ -181,6 +200,13 @@ def _share(feature_map: FeatureMap, rig: Rig, placed: Sequence[Sweep]) -> float:
     if isinstance(found, Mapping) and "agreement" in found:
         return float(found["agreement"])
     return consistency(sampled(placed, rig), rig).share
+
+
+def _confirmed(feature_map: FeatureMap) -> float:
+    """Return the share of the pings of all features whose feature a second station detects; 1 without pings."""
+    features: list[Wall | Corner | Cylinder] = [*feature_map.walls, *feature_map.corners, *feature_map.cylinders]
+    pings = sum(each.pings for each in features)
+    return sum(each.pings for each in features if each.stations > 1) / pings if pings else 1.0
 
 
 def _placed(sweeps: Sequence[Sweep], feature_map: FeatureMap) -> list[Sweep]:

@@ -74,25 +74,35 @@ def find_remedies(sweeps: Sequence[Sweep], rig: Rig, *, conventions: Conventions
         Those that explain the echoes, and clearly more of them than are explained now; the best first.
     """
     some = sampled(sweeps, rig)
+    if len({tuple(sweep.station[:2]) for sweep in some}) < _PLACES:
+        return ()
     before = consistency(some, rig)
     recorded = [conventions.undo(sweep) for sweep in some]
     found: list[tuple[float, Remedy]] = []
     for trial in _trials(some, rig, conventions, before):
         after = consistency([trial.conventions.apply(sweep) for sweep in recorded], _turned_about(rig, trial))
         gain = _gain(after, trial.conventions.range_unit / conventions.range_unit) - before.gain
-        if after.share > _ENOUGH.get(trial.cause, _USUAL) and gain > _BETTER * after.weight:
+        if _explains(after, gain):
             found.append((gain, replace(trial, share=after.share, share_before=min(share, before.share))))
     found.sort(key=lambda each: -each[0])
     return tuple(remedy for gain, remedy in found if gain > _AS_GOOD * found[0][0])
 
 
+# From fewer places anything fits.
+_PLACES = 3
 # Share of the echoes that are explained once a mistake is corrected, and evidence for it from each of them that is
-# independent [nats]: of benchmarks/verdicts.py, seeds 1000 on.  From poses that drift fewer echoes are explained, but
-# more, the shorter a way is taken to be: a wrong unit must explain nearly all.
-_USUAL, _BETTER = 0.5, 0.4
-_ENOUGH = {Cause.RANGE_UNIT: 0.85, Cause.POSITION_UNIT: 0.85}
+# independent [nats]: of benchmarks/verdicts.py, seeds 1000 on.  From poses that drift fewer echoes are explained, and
+# by chance more if these are read in another way.
+_ENOUGH, _NEARLY_ALL = 0.5, 0.9
+_BETTER, _FAR_BETTER = 0.5, 1.5
 # A mistake for which there is nearly as much evidence may be it, too.
 _AS_GOOD = 0.97
+
+
+def _explains(after: Consistency, gain: float) -> bool:
+    """Return True if a correction explains the echoes, and clearly more of them than before."""
+    least = _BETTER if after.share > _NEARLY_ALL else _FAR_BETTER
+    return after.share > _ENOUGH and gain > least * after.weight
 
 
 def _gain(tried: Consistency, scale: float) -> float:
@@ -136,8 +146,8 @@ def _named(metres: float) -> float:
     return next((unit for unit in UNITS.values() if math.isclose(unit, metres, rel_tol=1e-6)), metres)
 
 
-# A length in one unit that was taken for another is off by one of these.
-_FACTORS = sorted({one / other for one, other in product(UNITS.values(), repeat=2)} - {1.0})
+# A length in one unit that was taken for a metric one is off by one of these.
+_FACTORS = sorted({one / UNITS[other] for one, other in product(UNITS.values(), ("m", "cm", "mm"))} - {1.0})
 # Readings that must lie within reach, places that must be as far apart as robots are moved: shares and reaches.
 _WITHIN, _NEAREST, _FARTHEST = 0.9, 0.02, 2.0
 

@@ -1,6 +1,7 @@
 """Consistency: how many of the echoes one room explains, if all poses are right."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -57,11 +58,17 @@ def sampled(sweeps: Sequence[Sweep], rig: Rig, *, stations: int = FEW_STATIONS) 
     """Choose the sweeps of so many stations, and of fine scans every k-th firing.
 
     Stations beyond those that joint explains together are left out: a robot may have drifted, or left the room.
+    Positions are those from near the first one: those of a country are so large that rounding alone would spoil them.
     """
+    sweeps = [sweep for sweep in sweeps if len(sweep)]
+    if not sweeps:
+        return []
     numbers = stations_of(sweeps).numbers
     last = min(int(numbers[-1]), AccountSettings().window.stations - 1)
     chosen = np.unique(np.linspace(0, last, stations).astype(np.int64))
-    return [_thinned(sweep, rig) for sweep, number in zip(sweeps, numbers, strict=True) if number in chosen]
+    origin = np.append(np.round(sweeps[0].station[:2]), 0.0)
+    kept = [_thinned(sweep, rig) for sweep, number in zip(sweeps, numbers, strict=True) if number in chosen]
+    return [replace(sweep, map_from_base=sweep.map_from_base - origin) for sweep in kept]
 
 
 def stations_of(sweeps: Sequence[Sweep]) -> Stations:

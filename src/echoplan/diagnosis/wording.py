@@ -1,7 +1,7 @@
 """Words for what a verdict is made of: one sentence a reason, and the next step."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 __all__ = ["next_step", "reasons"]
 
 _ELSEWHERE = "Run echoplan info on the recording to check the readings, and check rig.toml and the poses."
-_PLACES = "Record from at least three places, half a metre apart."
+_PLACES = "Record from at least three places, 30 cm apart or more."
+_FINDINGS = "Correct what the first reason says, record again if need be, and map again."
 _HEADINGS = {
     Heading.COUNTER_CLOCKWISE: "headings seem to grow counter-clockwise from +x",
     Heading.CLOCKWISE: "headings seem to grow clockwise",
@@ -28,34 +29,47 @@ _AXES = {
 }
 
 
-def reasons(measures: "Measures", now: Conventions) -> tuple[str, ...]:
-    """Say why a map is not good, the most serious reason first."""
+def reasons(measures: "Measures", now: Conventions, findings: Sequence[str] = ()) -> tuple[str, ...]:
+    """Say why a map is not good: causes before symptoms."""
     empty = () if measures.features else ("No wall, corner or cylinder was found.",)
     if measures.remedies:
         best = measures.remedies[0]
         shares = f"{_percent(best.share)} of the echoes fit together then, instead of {_percent(best.share_before)}"
-        return (f"{_capital(_problem(best, now))}: {shares}.", *empty)
-    return (*empty, *_symptoms(measures))
+        return (f"{_capital(_problem(best, now))}: {shares}.", *findings, *empty)
+    return (*findings, *empty, *_symptoms(measures, is_explained=bool(findings)))
 
 
-def _symptoms(measures: "Measures") -> Iterator[str]:
-    if measures.features and measures.is_unexplained:
-        yield f"Only {_percent(measures.share)} of the echoes fit together."
+def _symptoms(measures: "Measures", *, is_explained: bool) -> Iterator[str]:
+    yield from _shares(measures) if measures.features else ()
     yield from (_misplaced(each) for each in measures.misplaced)
     if measures.crossed:
-        walls = "1 wall lies" if measures.crossed == 1 else f"{measures.crossed} walls lie"
-        yield f"{walls} across the path of the robot."
-    if measures.is_from_few_places:
-        places = "one place" if measures.places == 1 else f"{measures.places} places"
+        yield f"{_counted(measures.crossed, 'wall lies', 'walls lie')} across the path of the robot."
+    # That there is one place only, others find, too.
+    if measures.is_from_few_places and not (is_explained and measures.places <= 1):
+        places = _counted(measures.places, "place", "places")
         yield f"The room was recorded from {places} only, so that no second view checks the walls."
 
 
-def next_step(measures: "Measures", now: Conventions) -> str:
+def _shares(measures: "Measures") -> Iterator[str]:
+    if measures.is_unexplained:
+        yield f"Only {_percent(measures.share)} of the echoes fit together."
+    if measures.is_unconfirmed:
+        confirmed = _percent(measures.confirmed)
+        yield f"Only {confirmed} of the echoes come from something that a second station detects, too."
+
+
+def _counted(count: int, one: str, more: str) -> str:
+    return f"{count} {one if count == 1 else more}"
+
+
+def next_step(measures: "Measures", now: Conventions, findings: Sequence[str] = ()) -> str:
     """Say what to do about it."""
     if measures.remedies:
         best, *rivals = measures.remedies
         otherwise = "".join(f" If {_problem(each, now)}, {_what_to_set(each, now)} instead." for each in rivals[:1])
         return f"{_capital(_what_to_set(best, now))} and map again.{otherwise}"
+    if findings:
+        return _FINDINGS
     if measures.is_from_few_places:
         return _PLACES
     if measures.misplaced:

@@ -12,7 +12,7 @@ from echoplan.methods.joint import JointMapper
 from echoplan.model import Conventions, FeatureMap, Verdict, Wall
 from mistaken import RIG, sound_map, sound_sweeps
 
-SOUND = Measures(share=0.98, places=3, features=8)
+SOUND = Measures(share=0.98, confirmed=0.9, places=3, features=8)
 
 
 def test_a_map_of_a_sound_recording_is_good() -> None:
@@ -59,6 +59,9 @@ def test_a_wall_across_the_path_is_a_reason_against_a_map() -> None:
         ({"share": 0.3}, Verdict.FAILED),
         ({"share": math.nan}, Verdict.FAILED),
         ({"places": 2}, Verdict.DOUBTFUL),
+        ({"confirmed": 0.4}, Verdict.DOUBTFUL),
+        ({"confirmed": 0.2}, Verdict.FAILED),
+        ({"confirmed": 0.0, "places": 1}, Verdict.DOUBTFUL),
         ({"crossed": 1}, Verdict.DOUBTFUL),
         ({"features": 0}, Verdict.FAILED),
     ],

@@ -31,8 +31,19 @@ def test_a_station_at_a_wrong_place_is_named() -> None:
     assert worst.distance == pytest.approx(0.2, abs=0.03)
 
 
+def test_where_the_origin_is_does_not_matter() -> None:
+    far = np.array([612_345.0, 5_432_101.5, 0.0])
+    sweeps = [replace(sweep, map_from_base=sweep.map_from_base + far) for sweep in sound_sweeps()]
+    assert misplaced_stations(sweeps, RIG) == ()
+
+
 def test_stations_that_agree_are_left_alone() -> None:
     assert misplaced_stations(sound_sweeps(), RIG) == ()
+
+
+def test_without_sweeps_no_station_is_apart() -> None:
+    assert misplaced_stations((), RIG) == ()
+    assert misplaced_stations([sweep[:0] for sweep in sound_sweeps()], RIG) == ()
 
 
 def test_without_an_echo_no_station_is_apart() -> None:

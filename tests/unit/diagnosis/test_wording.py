@@ -12,7 +12,7 @@ NOW = Conventions()
 
 
 def measures(*remedies: Remedy, **changes: object) -> Measures:
-    return Measures(**({"share": 0.49, "places": 3, "features": 5, "remedies": remedies} | changes))  # type: ignore[arg-type]
+    return Measures(**({"share": 0.49, "confirmed": 0.9, "places": 3, "features": 5, "remedies": remedies} | changes))  # type: ignore[arg-type]
 
 
 def remedy(cause: Cause, conventions: Conventions = NOW, **changes: object) -> Remedy:
@@ -86,8 +86,15 @@ def test_a_station_is_named_by_its_sweep_with_what_it_lacks() -> None:
     assert next_step(lone, NOW).startswith("Check x, y and yaw of sweep 7")
 
 
-@pytest.mark.parametrize(("places", "said"), [(1, "from one place only"), (2, "from 2 places only")])
+@pytest.mark.parametrize(("places", "said"), [(1, "from 1 place only"), (2, "from 2 places only")])
 def test_few_places_call_for_more(places: int, said: str) -> None:
     few = measures(share=0.9, places=places)
     assert said in reasons(few, NOW)[0]
-    assert next_step(few, NOW) == "Record from at least three places, half a metre apart."
+    assert next_step(few, NOW) == "Record from at least three places, 30 cm apart or more."
+
+
+def test_what_others_find_comes_before_symptoms_and_one_place_is_said_once() -> None:
+    found = ("All readings are from one place.",)
+    assert reasons(measures(share=0.9, places=1), NOW, found) == found
+    assert next_step(measures(share=0.9, places=1), NOW, found).startswith("Correct what the first reason says")
+    assert len(reasons(measures(share=0.9, places=2), NOW, found)) == 2

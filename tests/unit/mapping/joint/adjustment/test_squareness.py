@@ -1,3 +1,4 @@
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -212,6 +213,17 @@ def test_what_was_believed_of_right_angles_is_taken_back_first(sigma: float, ask
         assert again.along_axes == free.along_axes
         assert again.sigma == pytest.approx(free.sigma, rel=1e-4)
     assert (free is not None) == (askew == 0.0)
+
+
+def test_a_belief_that_holds_more_than_is_known_is_not_taken_back() -> None:
+    angles = np.radians([0.0, 91.0, 180.0, 271.0])
+    unknowns = Unknowns(kinds=np.array([Kind.WALL] * 4))
+    covariance = np.radians(1.0) ** 2 * np.eye(unknowns.size)
+    walls = np.column_stack([np.full(4, Kind.WALL), angles, np.ones(4), np.zeros(4)])
+    # Without the belief the variances would be negative.
+    believed = Squareness(np.ones(4, dtype=bool), np.radians(0.2))
+    square = learn_squareness(walls, unknowns, covariance, SETTINGS, believed, by_hand=True)
+    assert square is None or math.isfinite(square.sigma)
 
 
 def test_how_square_walls_are_is_learned_from_those_that_are_known_well() -> None:
