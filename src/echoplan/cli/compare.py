@@ -61,11 +61,11 @@ def _chosen(methods: str) -> list[str]:
 
 def _subject(text: str, truth: Path | None, *, min_heard: int) -> "Subject":
     from echoplan.comparison import Subject  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.diagnosis import faults_in_words  # noqa: PLC0415
     from echoplan.io import read_truth  # noqa: PLC0415
     from echoplan.model import Recording  # noqa: PLC0415
     from echoplan.preprocessing import find_faults  # noqa: PLC0415
     from echoplan.sources import find_truth, open_source  # noqa: PLC0415
-    from echoplan.viewer import faults_in_words  # noqa: PLC0415
 
     opened = open_source(text)
     sweeps = tuple(Progressing(opened, f"reading {text}"))

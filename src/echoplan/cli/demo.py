@@ -82,7 +82,7 @@ def _map_flat(out: Path, seed: int) -> None:
     put(f"{_FLAT_INTRODUCTION}\n")
     drive = _simulated(_FLAT, seed)
     mapper, truth = JointMapper(drive.simulation.rig), drive.simulation.truth
-    plan = Plan(feature_map=_mapped(mapper, drive.sweeps), truth=truth, echoes_xy=drive.echoes_xy)
+    plan = Plan(feature_map=_assessed(_mapped(mapper, drive.sweeps), drive), truth=truth, echoes_xy=drive.echoes_xy)
     evaluation = evaluate(plan.feature_map, truth)
     table = _score_table(evaluation)
     say_what_was_found(plan)
@@ -105,7 +105,7 @@ def _map_paper_room(out: Path, seed: int) -> None:
     joint, paper = JointMapper(rig), MdpFuzzyMapper(rig)
     mappers: dict[str, Mapper] = {"joint": joint, "mdp-fuzzy": paper, "rcd": RcdMapper(rig)}
     maps = {name: _mapped(mapper, drive.sweeps) for name, mapper in mappers.items()}
-    plan = Plan(feature_map=maps["joint"], truth=drive.simulation.truth, echoes_xy=drive.echoes_xy)
+    plan = Plan(feature_map=_assessed(maps["joint"], drive), truth=drive.simulation.truth, echoes_xy=drive.echoes_xy)
     figures = _paper_figures(paper, drive.sweeps, replace(plan, feature_map=maps["mdp-fuzzy"]))
     table = _table5(maps, drive.simulation)
     say_what_was_found(plan)
@@ -193,6 +193,12 @@ def _mapped(mapper: "Mapper", sweeps: "Sequence[Sweep]") -> "FeatureMap":
     from echoplan.methods import map_sweeps  # noqa: PLC0415
 
     return map_sweeps(mapper, tracked(sweeps, total=len(sweeps), task="mapping"))
+
+
+def _assessed(feature_map: "FeatureMap", drive: _Drive) -> "FeatureMap":
+    from echoplan.diagnosis import assess  # noqa: PLC0415
+
+    return replace(feature_map, quality=assess(feature_map, drive.simulation.rig, drive.sweeps))
 
 
 def _paper_figures(mapper: "MdpFuzzyMapper", sweeps: "Sequence[Sweep]", plan: "Plan") -> "tuple[Picture, ...]":

@@ -25,16 +25,14 @@ def run(
     """
     from echoplan.diagnosis import examine  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.io.text import format_json  # noqa: PLC0415
-    from echoplan.preprocessing import clean_sweeps, find_faults, survey  # noqa: PLC0415
+    from echoplan.preprocessing import find_faults, survey  # noqa: PLC0415
     from echoplan.sources import conventions_of, open_source  # noqa: PLC0415
-    from echoplan.viewer import faults_in_words  # noqa: PLC0415
 
     opened = open_source(source)
     sweeps = tuple(Progressing(opened, "reading"))
     found, faults = survey(sweeps, opened.rig), find_faults(sweeps, opened.rig)
     with busy("checking the recording"):
-        cleaned, findings = clean_sweeps(sweeps, opened.rig, faults), faults_in_words(faults)
-        quality = examine(opened.rig, cleaned, conventions=conventions_of(opened), findings=findings)
+        quality = examine(opened.rig, sweeps, conventions=conventions_of(opened))
     if as_json:
         put(format_json({**_document(opened.name, opened.rig, found, faults), "quality": asdict(quality)}))
         return

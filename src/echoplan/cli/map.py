@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from echoplan.methods import Mapper
     from echoplan.model import FeatureMap, Source, Sweep
-    from echoplan.preprocessing import Faults
 
 __all__ = ["run"]
 
@@ -59,7 +58,7 @@ def run(
     withheld = faults.has_no_poses or (faults.is_from_one_place and method == "joint")
     found = _without_features(method, settings, sweeps) if withheld else _map_of(mapper, sweeps)
     plan = Plan(
-        feature_map=_assessed(found, opened, cleaned, faults),
+        feature_map=_assessed(found, opened, recorded),
         truth=find_truth(source, opened),
         heard=observations_of(mapper),
         echoes_xy=listener.points_xy,
@@ -77,14 +76,12 @@ def run(
     _warn_if_failed(plan.feature_map, strict=strict)
 
 
-def _assessed(feature_map: "FeatureMap", source: "Source", sweeps: "Sequence[Sweep]", faults: "Faults") -> "FeatureMap":
+def _assessed(feature_map: "FeatureMap", source: "Source", sweeps: "Sequence[Sweep]") -> "FeatureMap":
     from echoplan.diagnosis import assess  # noqa: PLC0415
     from echoplan.sources import conventions_of  # noqa: PLC0415
-    from echoplan.viewer import faults_in_words  # noqa: PLC0415
 
     with busy("checking the map"):
-        findings = faults_in_words(faults)
-        quality = assess(feature_map, source.rig, sweeps, conventions=conventions_of(source), findings=findings)
+        quality = assess(feature_map, source.rig, sweeps, conventions=conventions_of(source))
     return replace(feature_map, quality=quality)
 
 

@@ -1,11 +1,10 @@
 """Assessment: whether a map can be trusted, from the map itself and the recording."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from echoplan.arrays import FloatArray
 from echoplan.diagnosis.causes import Remedy, find_remedies
 from echoplan.diagnosis.consistency import consistency, sampled
 from echoplan.diagnosis.stations import Misplaced, misplaced_stations
@@ -13,13 +12,10 @@ from echoplan.diagnosis.wording import next_step, reasons
 from echoplan.geometry import compose, crosses_segments, invert
 from echoplan.mapping.joint.settings import AccountSettings
 from echoplan.model import Conventions, Corner, Cylinder, FeatureMap, Quality, Rig, Sweep, Verdict, Wall
+from echoplan.preprocessing import Faults, clean_sweeps, find_faults
 
-__all__ = ["FEWEST_PLACES", "Measures", "assess", "examine", "verdict_of"]
+__all__ = ["Measures", "assess", "examine", "verdict_of"]
 
-# From fewer places nothing checks where a wall is.
-FEWEST_PLACES = 3
-# Places nearer than this hear the same [m]: that of the stations of joint.
-_APART = 0.15
 # Longer steps need not be straight [m].
 _STEP = 0.5
 # Where so many echoes fit together from the poses as recorded, joint does not question these.
@@ -39,23 +35,23 @@ class Measures:
     share : float
         Share of the echoes that the map explains.
     confirmed : float
-        Share of the explained echoes whose feature a second station detects.
-    places : int
-        Places from which the room was sounded, counted up to ``FEWEST_PLACES``.
+        Share of the explained echoes that are of something that a second station detects, too.
     features : int
         Walls, corners and cylinders of the map.
-    crossed : int
+    faults : Faults, optional
+        Faults of the recording and of its readings.
+    crossed : int, optional
         Walls that the path of the robot crosses.
-    misplaced : tuple of Misplaced
+    misplaced : tuple of Misplaced, optional
         Stations that do not fit the others.
-    remedies : tuple of Remedy
+    remedies : tuple of Remedy, optional
         Mistakes in how the recording is written that explain it.
     """
 
     share: float
     confirmed: float
-    places: int
     features: int
+    faults: Faults = field(default_factory=Faults)
     crossed: int = 0
     misplaced: tuple[Misplaced, ...] = ()
     remedies: tuple[Remedy, ...] = ()
@@ -68,21 +64,11 @@ class Measures:
     @property
     def is_unconfirmed(self) -> bool:
         """Whether too few echoes are confirmed by a second station for a good map from several places."""
-        return self.confirmed < _CONFIRMED and not self.is_from_few_places
-
-    @property
-    def is_from_few_places(self) -> bool:
-        """Whether there were too few places for a good map."""
-        return self.places < FEWEST_PLACES
+        return self.confirmed < _CONFIRMED and not self.faults.recording
 
 
 def assess(
-    feature_map: FeatureMap,
-    rig: Rig,
-    sweeps: Sequence[Sweep],
-    *,
-    conventions: Conventions | None = None,
-    findings: Sequence[str] = (),
+    feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], *, conventions: Conventions | None = None
 ) -> Quality:
     """Assess a map: whether it can be trusted, and if not, why and what to do.
 
@@ -93,16 +79,14 @@ def assess(
     rig : Rig
         What made the sweeps.
     sweeps : sequence of Sweep
-        All sweeps of which the map was made.
+        All sweeps of which the map was made, as recorded.
     conventions : Conventions, optional
         How the recording was written, as ``rig.toml`` has it; SI and REP 103 by default.
-    findings : sequence of str, optional
-        What else is wrong with the recording, a sentence each, the most serious first; a map is doubtful at best then.
 
     Returns
     -------
     Quality
-        The verdict, its reasons and the next step.
+        The verdict, its reasons and the next step.  A map of a recording with faults is doubtful at best.
 
     Examples
     --------
@@ -111,20 +95,10 @@ def assess(
     'failed'
     """
     now = conventions or Conventions()
-    measures = _measured(feature_map, rig, sweeps, now)
-    verdict = verdict_of(measures)
-    if verdict is Verdict.GOOD and not findings:
-        return Quality(verdict=verdict)
-    return Quality(
-        verdict=Verdict.DOUBTFUL if verdict is Verdict.GOOD else verdict,
-        reasons=reasons(measures, now, findings),
-        next_step=next_step(measures, now, findings),
-    )
+    return _quality(_measured(feature_map, rig, sweeps, now), now)
 
 
-def examine(
-    rig: Rig, sweeps: Sequence[Sweep], *, conventions: Conventions | None = None, findings: Sequence[str] = ()
-) -> Quality:
+def examine(rig: Rig, sweeps: Sequence[Sweep], *, conventions: Conventions | None = None) -> Quality:
     """Examine a recording before anything is mapped, for mistakes that can be told from the recording alone.
 
     That few echoes fit together is none of them: poses of a robot that drives drift, and mapping corrects them.
@@ -134,28 +108,30 @@ def examine(
     rig : Rig
         What made the sweeps.
     sweeps : sequence of Sweep
-        All sweeps.
+        All sweeps, as recorded.
     conventions : Conventions, optional
         How the recording was written, as ``rig.toml`` has it; SI and REP 103 by default.
-    findings : sequence of str, optional
-        What else is wrong with the recording, a sentence each.
 
     Returns
     -------
     Quality
         ``good`` if nothing was found, ``failed`` if the recording is written in another way than it is read.
     """
-    now = conventions or Conventions()
-    share = consistency(sampled(sweeps, rig), rig).share
-    remedies = find_remedies(sweeps, rig, conventions=now, share=share) if share < _AGREE else ()
-    places = _places(np.array([sweep.station[:2] for sweep in sweeps if len(sweep)]).reshape(-1, 2))
-    misplaced = () if remedies or places < FEWEST_PLACES else misplaced_stations(sweeps, rig)
-    measures = Measures(share=1.0, confirmed=1.0, places=places, features=1, misplaced=misplaced, remedies=remedies)
-    verdict, found = verdict_of(measures), reasons(measures, now, findings)
-    if not found:
-        return Quality(verdict=verdict)
-    verdict = Verdict.DOUBTFUL if verdict is Verdict.GOOD else verdict
-    return Quality(verdict=verdict, reasons=found, next_step=next_step(measures, now, findings))
+    now, faults = conventions or Conventions(), find_faults(sweeps, rig)
+    measures = Measures(share=1.0, confirmed=1.0, features=1, faults=faults)
+    # Poses and beams that are not known explain nothing, however they are written.
+    if any(map(len, sweeps)) and not faults.recording:
+        cleaned = clean_sweeps(sweeps, rig, faults)
+        share = consistency(sampled(cleaned, rig), rig).share
+        remedies = find_remedies(cleaned, rig, conventions=now, share=share) if share < _AGREE else ()
+        misplaced = () if remedies else misplaced_stations(cleaned, rig)
+        measures = replace(measures, misplaced=misplaced, remedies=remedies)
+    return _quality(measures, now)
+
+
+def _quality(measures: Measures, now: Conventions) -> Quality:
+    verdict, why = verdict_of(measures), reasons(measures, now)
+    return Quality(verdict=verdict, reasons=why, next_step=next_step(measures, now) if why else "")
 
 
 def verdict_of(measures: Measures) -> Verdict:
@@ -164,38 +140,38 @@ def verdict_of(measures: Measures) -> Verdict:
         return Verdict.FAILED
     if measures.is_unconfirmed and measures.confirmed < _LONE:
         return Verdict.FAILED
-    if (
-        measures.is_unexplained
-        or measures.is_unconfirmed
-        or measures.is_from_few_places
-        or measures.crossed
-        or measures.misplaced
-    ):
-        return Verdict.DOUBTFUL
-    return Verdict.GOOD
+    symptoms = measures.is_unexplained or measures.is_unconfirmed or measures.crossed or measures.misplaced
+    return Verdict.DOUBTFUL if symptoms or measures.faults != Faults() else Verdict.GOOD
 
 
 def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: Conventions) -> Measures:
-    features = len(feature_map.walls) + len(feature_map.corners) + len(feature_map.cylinders)
-    placed = _placed(sweeps, feature_map)
+    faults = find_faults(sweeps, rig)
+    cleaned = clean_sweeps(sweeps, rig, faults)
+    placed = _placed(cleaned, feature_map)
     measures = Measures(
         share=_share(feature_map, rig, placed) if placed else 0.0,
         confirmed=_confirmed(feature_map),
-        places=_places(feature_map.poses[:, :2]),
-        features=features,
+        features=len(feature_map.walls) + len(feature_map.corners) + len(feature_map.cylinders),
+        faults=faults,
         crossed=_crossed_walls(feature_map),
     )
-    if placed and verdict_of(measures) is not Verdict.GOOD:
-        remedies = find_remedies(sweeps, rig, conventions=now, share=measures.share)
+    # Poses and beams that are not known explain nothing, however they are written.
+    if not placed or faults.recording:
+        return measures
+    if verdict_of(replace(measures, faults=Faults())) is not Verdict.GOOD:
+        remedies = find_remedies(cleaned, rig, conventions=now, share=measures.share)
         measures = replace(measures, remedies=remedies)
     # Of a failed map most stations do not fit the others.
-    if placed and verdict_of(measures) is not Verdict.FAILED:
+    if verdict_of(measures) is not Verdict.FAILED:
         measures = replace(measures, misplaced=misplaced_stations(placed, rig))
     return measures
 
 
 def _share(feature_map: FeatureMap, rig: Rig, placed: Sequence[Sweep]) -> float:
     """Take the share of explained echoes from joint, or explain those of some stations."""
+    if feature_map.method == "point-plot":
+        # It draws readings as they are, of any kind of sensor.
+        return 1.0
     found = feature_map.parameters.get("found")
     if isinstance(found, Mapping) and "agreement" in found:
         return float(found["agreement"])
@@ -217,15 +193,6 @@ def _placed(sweeps: Sequence[Sweep], feature_map: FeatureMap) -> list[Sweep]:
         for sweep in sweeps
         if len(sweep) and (pose := poses.get(sweep.index)) is not None
     ]
-
-
-def _places(stations_xy: FloatArray) -> int:
-    """Count places that are apart from each other, up to those that are enough."""
-    apart = np.zeros((0, 2))
-    for place in stations_xy:
-        if len(apart) < FEWEST_PLACES and np.hypot(*(apart - place).T).min(initial=np.inf) > _APART:
-            apart = np.vstack([apart, place])
-    return len(apart)
 
 
 def _crossed_walls(feature_map: FeatureMap) -> int:

@@ -1,13 +1,15 @@
 """Words for what a verdict is made of: one sentence a reason, and the next step."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import fields
 from typing import TYPE_CHECKING
 
 from echoplan.diagnosis.causes import Cause, Remedy
+from echoplan.diagnosis.findings import faults_in_words
 from echoplan.diagnosis.stations import Misplaced
 from echoplan.model import UNITS, Axes, Conventions, Heading
+from echoplan.preprocessing import RecordingFaultKind
 
 if TYPE_CHECKING:
     from echoplan.diagnosis.assessment import Measures
@@ -15,8 +17,9 @@ if TYPE_CHECKING:
 __all__ = ["next_step", "reasons"]
 
 _ELSEWHERE = "Run echoplan info on the recording to check the readings, and check rig.toml and the poses."
-_PLACES = "Record from at least three places, 30 cm apart or more."
-_FINDINGS = "Correct what the first reason says, record again if need be, and map again."
+_RECORD = "Record again as the first reason says."
+_POINTS = "Map it with --method point-plot, whose map nothing checks."
+_FINDINGS = "Correct the sensor or its program as the first reason says, and record again."
 _HEADINGS = {
     Heading.COUNTER_CLOCKWISE: "headings seem to grow counter-clockwise from +x",
     Heading.CLOCKWISE: "headings seem to grow clockwise",
@@ -29,25 +32,22 @@ _AXES = {
 }
 
 
-def reasons(measures: "Measures", now: Conventions, findings: Sequence[str] = ()) -> tuple[str, ...]:
+def reasons(measures: "Measures", now: Conventions) -> tuple[str, ...]:
     """Say why a map is not good: causes before symptoms."""
+    findings = faults_in_words(measures.faults)
     empty = () if measures.features else ("No wall, corner or cylinder was found.",)
     if measures.remedies:
         best = measures.remedies[0]
         shares = f"{_percent(best.share)} of the echoes fit together then, instead of {_percent(best.share_before)}"
         return (f"{_capital(_problem(best, now))}: {shares}.", *findings, *empty)
-    return (*findings, *empty, *_symptoms(measures, is_explained=bool(findings)))
+    return (*findings, *empty, *_symptoms(measures))
 
 
-def _symptoms(measures: "Measures", *, is_explained: bool) -> Iterator[str]:
+def _symptoms(measures: "Measures") -> Iterator[str]:
     yield from _shares(measures) if measures.features else ()
     yield from (_misplaced(each) for each in measures.misplaced)
     if measures.crossed:
         yield f"{_counted(measures.crossed, 'wall lies', 'walls lie')} across the path of the robot."
-    # That there is one place only, others find, too.
-    if measures.is_from_few_places and not (is_explained and measures.places <= 1):
-        places = _counted(measures.places, "place", "places")
-        yield f"The room was recorded from {places} only, so that no second view checks the walls."
 
 
 def _shares(measures: "Measures") -> Iterator[str]:
@@ -62,20 +62,19 @@ def _counted(count: int, one: str, more: str) -> str:
     return f"{count} {one if count == 1 else more}"
 
 
-def next_step(measures: "Measures", now: Conventions, findings: Sequence[str] = ()) -> str:
+def next_step(measures: "Measures", now: Conventions) -> str:
     """Say what to do about it."""
     if measures.remedies:
         best, *rivals = measures.remedies
         otherwise = "".join(f" If {_problem(each, now)}, {_what_to_set(each, now)} instead." for each in rivals[:1])
         return f"{_capital(_what_to_set(best, now))} and map again.{otherwise}"
-    if findings:
-        return _FINDINGS
-    if measures.is_from_few_places:
-        return _PLACES
+    if measures.faults.recording:
+        is_beam = measures.faults.recording[0].kind is RecordingFaultKind.NARROW_BEAM
+        return _POINTS if is_beam else _RECORD
     if measures.misplaced:
         sweeps = " and ".join(str(each.sweep) for each in measures.misplaced)
         return f"Check x, y and yaw of sweep {sweeps} in pings.csv, or leave the sweep out, and map again."
-    return _ELSEWHERE
+    return _FINDINGS if measures.faults.sensors else _ELSEWHERE
 
 
 def _problem(remedy: Remedy, now: Conventions) -> str:

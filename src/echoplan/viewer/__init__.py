@@ -1,6 +1,5 @@
 """Pictures of maps and of how they came about: figures, drawings to scale, reports."""
 
-from echoplan.viewer.findings import faults_in_words
 from echoplan.viewer.gallery import Exhibit, Gallery, gallery_html
 from echoplan.viewer.learning import learned_in_words
 from echoplan.viewer.listening import EchoListener
@@ -25,7 +24,6 @@ __all__ = [
     "Section",
     "SweepStages",
     "Text",
-    "faults_in_words",
     "flattened",
     "found_in_words",
     "gallery_html",

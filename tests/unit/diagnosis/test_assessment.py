@@ -6,13 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from echoplan.diagnosis import Measures, assess, verdict_of
+from echoplan.diagnosis import Measures, assess, examine, verdict_of
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper
 from echoplan.model import Conventions, FeatureMap, Verdict, Wall
+from echoplan.preprocessing import Faults, RecordingFault, RecordingFaultKind
 from mistaken import RIG, sound_map, sound_sweeps
 
-SOUND = Measures(share=0.98, confirmed=0.9, places=3, features=8)
+TWO_PLACES = Faults(recording=(RecordingFault(kind=RecordingFaultKind.TWO_PLACES),))
+SOUND = Measures(share=0.98, confirmed=0.9, features=8)
 
 
 def test_a_map_of_a_sound_recording_is_good() -> None:
@@ -37,9 +39,19 @@ def test_an_empty_map_has_failed() -> None:
     assert (quality.verdict, quality.reasons[0]) == (Verdict.FAILED, "No wall, corner or cylinder was found.")
 
 
-def test_what_others_find_wrong_is_listed_and_makes_a_map_doubtful() -> None:
-    quality = assess(sound_map(), RIG, sound_sweeps(), findings=("Sensor 1 is stuck.",))
-    assert (quality.verdict, quality.reasons) == (Verdict.DOUBTFUL, ("Sensor 1 is stuck.",))
+def test_zeros_for_no_echo_are_a_reason_and_make_a_map_doubtful() -> None:
+    zeros = [replace(sweep, ranges=np.where(np.isinf(sweep.ranges), 0.0, sweep.ranges)) for sweep in sound_sweeps()]
+    quality = assess(map_sweeps(JointMapper(RIG), zeros), RIG, zeros)
+    assert quality.verdict is Verdict.DOUBTFUL
+    assert "reads 0 m where it has no echo" in quality.reasons[0]
+
+
+def test_without_positions_no_mistake_in_the_rig_is_suspected() -> None:
+    sweeps = [replace(sweep, map_from_base=np.zeros_like(sweep.map_from_base)) for sweep in sound_sweeps()]
+    quality = assess(FeatureMap(method="joint"), RIG, sweeps)
+    assert quality.verdict is Verdict.FAILED
+    assert quality.reasons[0].startswith("There are no positions in this recording")
+    assert examine(RIG, sweeps).reasons == quality.reasons[:1]
 
 
 def test_a_wall_across_the_path_is_a_reason_against_a_map() -> None:
@@ -58,10 +70,10 @@ def test_a_wall_across_the_path_is_a_reason_against_a_map() -> None:
         ({"share": 0.7}, Verdict.DOUBTFUL),
         ({"share": 0.3}, Verdict.FAILED),
         ({"share": math.nan}, Verdict.FAILED),
-        ({"places": 2}, Verdict.DOUBTFUL),
+        ({"faults": TWO_PLACES}, Verdict.DOUBTFUL),
         ({"confirmed": 0.4}, Verdict.DOUBTFUL),
         ({"confirmed": 0.2}, Verdict.FAILED),
-        ({"confirmed": 0.0, "places": 1}, Verdict.DOUBTFUL),
+        ({"confirmed": 0.0, "faults": TWO_PLACES}, Verdict.DOUBTFUL),
         ({"crossed": 1}, Verdict.DOUBTFUL),
         ({"features": 0}, Verdict.FAILED),
     ],

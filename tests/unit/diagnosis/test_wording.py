@@ -7,12 +7,13 @@ import pytest
 from echoplan.diagnosis import Cause, Measures, Misplaced, Remedy
 from echoplan.diagnosis.wording import next_step, reasons
 from echoplan.model import Axes, Conventions, Heading
+from echoplan.preprocessing import Faults, RecordingFault, RecordingFaultKind, SensorFault, SensorFaultKind
 
 NOW = Conventions()
 
 
 def measures(*remedies: Remedy, **changes: object) -> Measures:
-    return Measures(**({"share": 0.49, "confirmed": 0.9, "places": 3, "features": 5, "remedies": remedies} | changes))  # type: ignore[arg-type]
+    return Measures(**({"share": 0.49, "confirmed": 0.9, "features": 5, "remedies": remedies} | changes))  # type: ignore[arg-type]
 
 
 def remedy(cause: Cause, conventions: Conventions = NOW, **changes: object) -> Remedy:
@@ -86,15 +87,21 @@ def test_a_station_is_named_by_its_sweep_with_what_it_lacks() -> None:
     assert next_step(lone, NOW).startswith("Check x, y and yaw of sweep 7")
 
 
-@pytest.mark.parametrize(("places", "said"), [(1, "from 1 place only"), (2, "from 2 places only")])
-def test_few_places_call_for_more(places: int, said: str) -> None:
-    few = measures(share=0.9, places=places)
-    assert said in reasons(few, NOW)[0]
-    assert next_step(few, NOW) == "Record from at least three places, 30 cm apart or more."
+@pytest.mark.parametrize(
+    ("kind", "said", "step"),
+    [
+        (RecordingFaultKind.ONE_PLACE, "All readings are from one place", "Record again"),
+        (RecordingFaultKind.NARROW_BEAM, "The beam is too narrow for sonar", "Map it with --method point-plot"),
+    ],
+)
+def test_faults_of_the_recording_come_before_symptoms(kind: RecordingFaultKind, said: str, step: str) -> None:
+    found = measures(share=0.2, faults=Faults(recording=(RecordingFault(kind=kind),)))
+    assert reasons(found, NOW)[0].startswith(said)
+    assert len(reasons(found, NOW)) == 2
+    assert next_step(found, NOW).startswith(step)
 
 
-def test_what_others_find_comes_before_symptoms_and_one_place_is_said_once() -> None:
-    found = ("All readings are from one place.",)
-    assert reasons(measures(share=0.9, places=1), NOW, found) == found
-    assert next_step(measures(share=0.9, places=1), NOW, found).startswith("Correct what the first reason says")
-    assert len(reasons(measures(share=0.9, places=2), NOW, found)) == 2
+def test_a_fault_of_a_sensor_is_a_reason_and_its_remedy_the_next_step() -> None:
+    held = Faults(sensors=(SensorFault(sensor_id=3, kind=SensorFaultKind.HELD),))
+    assert reasons(measures(share=0.9, faults=held), NOW)[0].startswith("Sensor 3 repeats its last reading")
+    assert next_step(measures(share=0.9, faults=held), NOW).startswith("Correct the sensor")

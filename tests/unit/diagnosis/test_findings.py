@@ -1,5 +1,6 @@
 import pytest
 
+from echoplan.diagnosis import faults_in_words
 from echoplan.preprocessing import (
     Faults,
     RecordingFault,
@@ -7,7 +8,6 @@ from echoplan.preprocessing import (
     SensorFault,
     SensorFaultKind,
 )
-from echoplan.viewer import faults_in_words
 
 
 def test_nothing_is_said_of_a_sound_recording() -> None:
@@ -28,7 +28,7 @@ def test_every_fault_of_a_sensor_names_it_and_says_what_to_do(kind: SensorFaultK
 def test_every_fault_of_a_recording_says_what_to_do(kind: RecordingFaultKind) -> None:
     (said,) = faults_in_words(Faults(recording=(RecordingFault(kind=kind),)))
     assert said.endswith(".")
-    assert any(verb in said for verb in ("Record from", "Write where", "Use --method"))
+    assert any(verb in said for verb in ("Record from", "Write where", "--method point-plot draws"))
 
 
 def test_values_have_their_units() -> None:

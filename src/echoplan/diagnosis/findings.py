@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping
 
 from echoplan.preprocessing import Faults, RecordingFault, RecordingFaultKind, SensorFault, SensorFaultKind
-from echoplan.viewer.wording import decimal, in_percent
 
 __all__ = ["faults_in_words"]
 
@@ -55,7 +54,7 @@ _RECORDINGS: Mapping[RecordingFaultKind, str] = {
     ),
     RecordingFaultKind.NARROW_BEAM: (
         "The beam is too narrow for sonar, about {beam} in all: these are readings of a laser or of infrared light. "
-        "Use --method point-plot."
+        "--method point-plot draws them."
     ),
 }
 
@@ -86,8 +85,8 @@ def faults_in_words(faults: Faults) -> tuple[str, ...]:
 
 
 def _sensor_fault(fault: SensorFault) -> str:
-    value = "nan" if math.isnan(fault.value) else f"{float(decimal(fault.value, 3)):g} m"
-    return _SENSORS[fault.kind].format(value=value, percent=in_percent(fault.share), number=f"{fault.value:.0f}")
+    value = "nan" if math.isnan(fault.value) else f"{round(fault.value, 3):g} m"
+    return _SENSORS[fault.kind].format(value=value, percent=round(100 * fault.share), number=f"{fault.value:.0f}")
 
 
 def _recording_fault(fault: RecordingFault) -> str:
