@@ -40,7 +40,7 @@ def mappers(room: Simulation, sweeps: list[Sweep]) -> dict[str, GridMapper]:
 
 def mapper(room: Simulation, sweeps: list[Sweep], name: str, **rule: object) -> GridMapper:
     settings = METHODS[name].settings_type.model_validate({"rule": rule})
-    made = METHODS[name].build(room.rig, settings)
+    made = METHODS[name].build(room.rig, settings).mapper
     assert isinstance(made, GridMapper)
     map_sweeps(made, sweeps)
     return made

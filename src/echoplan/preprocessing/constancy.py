@@ -29,6 +29,8 @@ _FINE, _TOO_LONG, _BEAM_SHARE = 0.14, 2.0, 0.5
 _ONCE = 0.1
 # Half of them are logged as many times, to this factor.
 _REGULAR = 2.0
+# Fewer copies of each are left as they are.
+_OFTEN = 3
 
 
 class Trace(NamedTuple):
@@ -165,10 +167,11 @@ def is_logged_repeatedly(trace: Trace) -> bool:
     """Return True if every reading was logged about as many times, as by a logger faster than its sensor.
 
     Runs of equal readings are long elsewhere, too, where steps are coarse; but some are short and some very long.
+    Readings that are there twice do little harm, and a steady distance in coarse steps looks the same.
     """
     finite = trace.readings[np.isfinite(trace.readings)]
     lengths = np.bincount(runs_of(finite)) if len(finite) else np.zeros(0, dtype=np.int64)
     if len(lengths) < _FEWEST_RUNS or float(np.mean(lengths == 1)) > _ONCE:
         return False
     low, high = np.quantile(lengths, [0.25, 0.75])
-    return bool(high <= _REGULAR * low)
+    return bool(_OFTEN <= low and high <= _REGULAR * low)

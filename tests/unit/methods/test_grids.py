@@ -27,7 +27,7 @@ def build(request: pytest.FixtureRequest) -> Callable[[], GridMapper]:
     """Each method of grids in turn."""
 
     def made() -> GridMapper:
-        mapper = request.param.build(scenes.rig())
+        mapper = request.param.build(scenes.rig()).mapper
         assert isinstance(mapper, GridMapper)
         return mapper
 
@@ -140,7 +140,7 @@ def test_finer_cells_cover_the_same_ground() -> None:
     for resolution in (0.1, 0.05):
         method = METHODS["grid-bayes"]
         settings = method.settings_type.model_validate({"canvas": CanvasSettings(resolution=resolution)})
-        mapper = method.build(scenes.rig(), settings)
+        mapper = method.build(scenes.rig(), settings).mapper
         assert isinstance(mapper, GridMapper)
         mapper.add(rough_sweep(STATIONS[1]))
         areas.append(resolution**2 * (mapper.grid.values < 0.5).sum())
@@ -163,7 +163,7 @@ def test_a_stricter_threshold_leaves_fewer_walls() -> None:
     for occupied in (0.65, 0.999):
         method = METHODS["grid-muriel"]
         settings = method.settings_type.model_validate({"features": {"occupied": occupied}})
-        mapper = method.build(scenes.rig(), settings)
+        mapper = method.build(scenes.rig(), settings).mapper
         for index, station in enumerate(STATIONS):
             mapper.add(rough_sweep(station, index=index))
         feature_map = mapper.result()
