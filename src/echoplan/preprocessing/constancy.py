@@ -174,4 +174,4 @@ def is_logged_repeatedly(trace: Trace) -> bool:
     if len(lengths) < _FEWEST_RUNS or float(np.mean(lengths == 1)) > _ONCE:
         return False
     low, high = np.quantile(lengths, [0.25, 0.75])
-    return bool(_OFTEN <= low and high <= _REGULAR * low)
+    return bool(low >= _OFTEN and high <= _REGULAR * low)
