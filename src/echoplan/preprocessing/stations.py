@@ -91,12 +91,11 @@ def group_sweeps(recorded: FloatArray, pings: IntArray, settings: StationSetting
     for sweep in range(1, len(recorded)):
         step = recorded[sweep] - recorded[firsts[-1]]
         way, turn = math.hypot(step[0], step[1]), abs(float(wrap(step[2])))
-        near, same = (
-            way <= settings.way and turn <= settings.turn,
-            way <= settings.same_way and turn <= settings.same_turn,
-        )
-        together += 0 if same else int(pings[sweep])
-        if not (same or (near and together <= settings.most_pings)):
+        near = way <= settings.way and turn <= settings.turn
+        # Two sweeps of so many pings never make a station, unless one repeats the other.
+        is_repeat = way <= settings.same_way and turn <= settings.same_turn and 2 * pings[sweep] > settings.most_pings
+        together += 0 if is_repeat else int(pings[sweep])
+        if not (is_repeat or (near and together <= settings.most_pings)):
             firsts.append(sweep)
             together = int(pings[sweep])
         numbers.append(len(firsts) - 1)
@@ -125,7 +124,7 @@ def at_stations(soundings: Soundings, stations: Stations) -> Soundings:
 
 
 def without_repeats(soundings: Soundings) -> Soundings:
-    """Make one ping of all that a sensor made at one place in one direction: the median of their readings.
+    """Make one ping of all that a turning sensor made at one place in one direction: the median of their readings.
 
     What the model of the sonar lacks is the same in all of them, and so they say little more than one does.
 
@@ -140,6 +139,9 @@ def without_repeats(soundings: Soundings) -> Soundings:
         The first of such pings each.  Those of a servo that turns the other way stay, for they tell its latency, but
         both count as one.
     """
+    if not soundings.rates.any():
+        # Repeats of fixed sensors show how much their readings scatter, and a station has few of them.
+        return soundings
     sent = as_sent(soundings)
     where = np.column_stack([sent.x, sent.y, sent.bearings]) / (_SAME_PLACE, _SAME_PLACE, _SAME_DIRECTION)
     # A quarter of a cell aside, so that round numbers do not lie on the border of two.

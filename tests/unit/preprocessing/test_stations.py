@@ -46,7 +46,7 @@ def test_a_station_is_full_at_some_number_of_pings() -> None:
 
 
 def test_pings_that_repeat_each_other_are_one_with_the_median_of_their_readings() -> None:
-    soundings = listening([(0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 0.0)])
+    soundings = listening([(0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 0.0)], rates=[1e-9] * 4)
     readings = np.repeat([2.0, 1.0, 1.5, 3.0], 120)
     # A dropout is outvoted, and two echoes are no less than two that are missing.
     readings[[0, 1, 121]] = np.inf
@@ -57,8 +57,13 @@ def test_pings_that_repeat_each_other_are_one_with_the_median_of_their_readings(
     assert (found.readings[found.stations == 1] == 3.0).all()
 
 
+def test_pings_of_fixed_sensors_stay() -> None:
+    soundings = listening([(0.0, 0.0), (0.0, 0.0)])
+    assert without_repeats(soundings) is soundings
+
+
 def test_pings_of_different_places_are_no_repeats() -> None:
-    soundings = listening([(0.0, 0.0), (0.03, 0.0)])
+    soundings = listening([(0.0, 0.0), (0.03, 0.0)], rates=[1.0, 1.0])
     assert without_repeats(soundings) is soundings
 
 
