@@ -31,7 +31,8 @@ os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from echoplan.cli.main import main as echoplan
-from fuzz.cases import Case, draw_case, kill_at, read_twice
+from fuzz.cases import Case, draw_case, read_twice
+from killed import die_before
 
 __all__ = ["main"]
 
@@ -149,8 +150,10 @@ def _become(folder: Path, case: Case) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (int(_LONGEST), int(_LONGEST) + 1))
         resource.setrlimit(resource.RLIMIT_AS, (6 * _MOST_MEMORY, 6 * _MOST_MEMORY))
         signal.alarm(int(6 * _LONGEST))
-        if case.kill_at:
-            kill_at(case.kill_at)
+        die_before(case.kill_step)
+        if case.kill_time:
+            # Nothing handles the signal of this timer: it ends the process as SIGKILL does.
+            signal.setitimer(signal.ITIMER_REAL, case.kill_time)
         if case.words[0] == "read twice":
             read_twice(Path(case.words[1]))
         else:
@@ -176,7 +179,7 @@ def _judge(ended: Running, base: Path, status: int, usage: resource.struct_rusag
         return f"{said.strip().splitlines()[-1].partition(':')[0]}{where}"
     if usage.ru_maxrss * 1024 > _MOST_MEMORY:
         return f"memory of {ended.case.name}"
-    if ended.case.kill_at:
+    if ended.case.is_killed:
         return _judge_killed(ended, base)
     return _judge_words(ended, status, said) or _judge_out(ended, status)
 
@@ -230,7 +233,7 @@ def _keep(ended: Running, kind: str, seed: int, *, first: bool) -> None:
     )
     command = shlex.join(("echoplan", *ended.case.words))
     again = f"python tests/fuzz/campaign.py --seed {seed} --only {ended.number}"
-    (place / "cmd.sh").write_text(f"cd input && {command}  # kill {ended.case.kill_at}\n# {again}\n", errors="replace")
+    (place / "cmd.sh").write_text(f"cd input && {command}\n# {ended.case}\n# {again}\n", errors="replace")
 
 
 def _is_pipe(folder: str, name: str) -> bool:

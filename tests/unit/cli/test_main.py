@@ -127,6 +127,22 @@ def test_a_signal_at_any_moment_ends_the_program_without_a_word(
         assert process.returncode in (status, 0)
 
 
+def test_an_interrupt_while_the_command_line_is_imported_ends_the_program_without_a_word() -> None:
+    # The signal comes when the first module after those of the interpreter itself is imported.
+    program = (
+        "import os, signal, sys\n"
+        "class Finder:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'echoplan.cli.main':\n"
+        "            os.kill(os.getpid(), signal.SIGINT)\n"
+        "from echoplan.__main__ import main\n"
+        "sys.meta_path.insert(0, Finder())\n"
+        "main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
+
+
 def test_a_fault_in_the_program_itself_is_not_hidden(typed: None, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(_: str) -> None:
         raise ZeroDivisionError
