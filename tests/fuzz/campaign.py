@@ -210,7 +210,7 @@ def _judge_killed(ended: Running, base: Path) -> str:
 
 def _files(folder: Path) -> dict[str, bytes]:
     """What a folder holds, scratch folders apart."""
-    if not folder.is_dir():
+    if not os.path.isdir(folder):  # noqa: PTH112 - pathlib raises for a name that is too long
         return {}
     files = (path for path in folder.rglob("*") if path.is_file() and ".echoplan-" not in str(path.parent))
     return {str(path.relative_to(folder)): path.read_bytes() for path in files}
