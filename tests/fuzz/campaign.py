@@ -189,7 +189,8 @@ def _judge_words(ended: Running, status: int, said: str) -> str:
         return f"status {status} of {ended.case.name}"
     if status == 2 and (len(said.splitlines()) != 1 or not said.startswith("echoplan: ")):
         return f"not one line from {ended.case.name}"
-    if status == 0 and said:
+    warned = len(said.splitlines()) == 1 and said.startswith("echoplan: the map failed: ")
+    if status == 0 and said and not warned:
         return f"noise from {ended.case.name}: {re.sub(r'[^A-Za-z]+', ' ', said.splitlines()[0])[-40:]}"
     return ""
 
