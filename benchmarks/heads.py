@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -153,7 +154,7 @@ def score_table(outcomes: Sequence[Outcome]) -> Table:
 
 def learned(outcome: Outcome) -> list[tuple[float, float]]:
     """Errors of gain and offset, and the standard deviations that the map gives them."""
-    found = outcome.feature_map.parameters["found"]
+    found: Any = outcome.feature_map.parameters["found"]
     names = zip(("servo_gain", "servo_offset"), outcome.true, strict=True)
     return [(found[name]["value"] - true, found[name]["sigma"]) for name, true in names if name in found]
 
@@ -178,7 +179,8 @@ def each_table(outcomes: Sequence[Outcome]) -> Table:
     for each in outcomes:
         walls = each.evaluation.matches.walls
         worst = [max([0.0, *values]) for values in zip(*((m.distance, m.angle) for m in walls.right), strict=True)]
-        (gain, offset), found = each.true, each.feature_map.parameters["found"]
+        (gain, offset) = each.true
+        found: Any = each.feature_map.parameters["found"]
         told = [
             (factor * v["value"], factor * v["sigma"])
             for name, factor in (("servo_gain", 1.0), ("servo_offset", math.degrees(1.0)))

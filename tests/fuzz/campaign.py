@@ -31,7 +31,8 @@ os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from echoplan.cli.main import main as echoplan
-from fuzz.cases import Case, draw_case, kill_at, read_twice
+from fuzz.cases import Case, draw_case, read_twice
+from killed import die_before
 
 __all__ = ["main"]
 
@@ -149,8 +150,10 @@ def _become(folder: Path, case: Case) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (int(_LONGEST), int(_LONGEST) + 1))
         resource.setrlimit(resource.RLIMIT_AS, (6 * _MOST_MEMORY, 6 * _MOST_MEMORY))
         signal.alarm(int(6 * _LONGEST))
-        if case.kill_at:
-            kill_at(case.kill_at)
+        die_before(case.kill_step)
+        if case.kill_time:
+            # Nothing handles the signal of this timer: it ends the process as SIGKILL does.
+            signal.setitimer(signal.ITIMER_REAL, case.kill_time)
         if case.words[0] == "read twice":
             read_twice(Path(case.words[1]))
         else:
@@ -176,7 +179,7 @@ def _judge(ended: Running, base: Path, status: int, usage: resource.struct_rusag
         return f"{said.strip().splitlines()[-1].partition(':')[0]}{where}"
     if usage.ru_maxrss * 1024 > _MOST_MEMORY:
         return f"memory of {ended.case.name}"
-    if ended.case.kill_at:
+    if ended.case.is_killed:
         return _judge_killed(ended, base)
     return _judge_words(ended, status, said) or _judge_out(ended, status)
 
@@ -186,7 +189,8 @@ def _judge_words(ended: Running, status: int, said: str) -> str:
         return f"status {status} of {ended.case.name}"
     if status == 2 and (len(said.splitlines()) != 1 or not said.startswith("echoplan: ")):
         return f"not one line from {ended.case.name}"
-    if status == 0 and said:
+    warned = len(said.splitlines()) == 1 and said.startswith("echoplan: the map failed: ")
+    if status == 0 and said and not warned:
         return f"noise from {ended.case.name}: {re.sub(r'[^A-Za-z]+', ' ', said.splitlines()[0])[-40:]}"
     return ""
 
@@ -207,7 +211,7 @@ def _judge_killed(ended: Running, base: Path) -> str:
 
 def _files(folder: Path) -> dict[str, bytes]:
     """What a folder holds, scratch folders apart."""
-    if not folder.is_dir():
+    if not os.path.isdir(folder):  # noqa: PTH112 - pathlib raises for a name that is too long
         return {}
     files = (path for path in folder.rglob("*") if path.is_file() and ".echoplan-" not in str(path.parent))
     return {str(path.relative_to(folder)): path.read_bytes() for path in files}
@@ -230,7 +234,7 @@ def _keep(ended: Running, kind: str, seed: int, *, first: bool) -> None:
     )
     command = shlex.join(("echoplan", *ended.case.words))
     again = f"python tests/fuzz/campaign.py --seed {seed} --only {ended.number}"
-    (place / "cmd.sh").write_text(f"cd input && {command}  # kill {ended.case.kill_at}\n# {again}\n", errors="replace")
+    (place / "cmd.sh").write_text(f"cd input && {command}\n# {ended.case}\n# {again}\n", errors="replace")
 
 
 def _is_pipe(folder: str, name: str) -> bool:

@@ -1,9 +1,6 @@
 """Cases: a command on mutated files, a reader against itself, or a run that is killed."""
 
-import os
 import shutil
-import signal
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from random import Random
@@ -14,9 +11,7 @@ from echoplan.io import read_recording, write_recording
 from echoplan.io import table as table_module
 from fuzz.mutations import mutate_file, odd_path, spoil_path
 
-__all__ = ["Case", "draw_case", "kill_at", "read_twice"]
-
-_RESULTS = ("map.json", "map.svg", "report.html", "trajectory.tum", "run.toml")
+__all__ = ["Case", "draw_case", "read_twice"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,14 +26,22 @@ class Case:
         The command; the first word of a function's case is its name.
     out : str
         The folder that it writes into, relative to that of the case; nothing if it writes none.
-    kill_at : int
-        At which change of a name in the file system it is killed; 0 for never.
+    kill_step : int
+        Before which change of the file system it is killed; 0 for none.
+    kill_time : float
+        After how many seconds it is killed; 0 for never.
     """
 
     name: str
     words: tuple[str, ...]
     out: str = ""
-    kill_at: int = 0
+    kill_step: int = 0
+    kill_time: float = 0.0
+
+    @property
+    def is_killed(self) -> bool:
+        """Whether it is killed, unless it ends before."""
+        return self.kill_step > 0 or self.kill_time > 0.0
 
 
 def draw_case(base: Path, folder: Path, rng: Random) -> Case:
@@ -47,12 +50,9 @@ def draw_case(base: Path, folder: Path, rng: Random) -> Case:
     if rng.random() < 0.5:
         shutil.copytree(folder / "old", folder / "out")
     if (folder / "out").exists() and rng.random() < 0.2:
-        return Case(
-            name="kill",
-            words=("map", "rec", "--out", "out", "--method", "rcd"),
-            out="out",
-            kill_at=rng.randrange(1, 30),
-        )
+        # Such a run takes 110 steps and half a second.
+        moment = {"kill_step": rng.randrange(1, 110)} if rng.random() < 0.7 else {"kill_time": rng.uniform(0.01, 0.6)}
+        return Case(name="kill", words=("map", "rec", "--out", "out", "--method", "rcd"), out="out", **moment)
     # Comparing starts a process of its own, and takes as long as twenty others.
     name = rng.choice([each for each in _COMMANDS for _ in range(1 if each == "compare" else 4)])
     words, files = _COMMANDS[name]
@@ -123,20 +123,3 @@ def _check_same(one: list[np.ndarray] | str, other: list[np.ndarray] | str) -> N
 
 def _equal(one: np.ndarray, other: np.ndarray) -> bool:
     return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
-
-
-def kill_at(count: int) -> None:
-    """Let the process be killed before the n-th change of a name in the file system."""
-    left = [count]
-
-    def killing(change: Callable[..., None]) -> Callable[..., None]:
-        def changed(*args: object, **kwargs: object) -> None:
-            left[0] -= 1
-            if not left[0]:
-                os.kill(os.getpid(), signal.SIGKILL)
-            change(*args, **kwargs)
-
-        return changed
-
-    for name in ("rename", "replace", "unlink", "rmdir", "symlink", "link", "mkdir"):
-        setattr(os, name, killing(getattr(os, name)))

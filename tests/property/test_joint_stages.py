@@ -15,7 +15,8 @@ from echoplan.classification.verdicts import Frame, judge
 from echoplan.classification.volleys import bursts_of
 from echoplan.extraction.arcs import ArcSettings, arc_planes, find_arcs
 from echoplan.geometry import directions, transform_points, wrap
-from echoplan.preprocessing.soundings import Soundings, chosen_soundings, late_by
+from echoplan.preprocessing.servo import late_by
+from echoplan.preprocessing.soundings import Soundings, chosen_soundings
 from expectations import NOISE, ROOM, SONAR, cylinder, edge, expected, hearing, listening, wall
 from ghost_levels import ghosts_of_cylinder, volleys_over
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from echoplan.cli.evaluate import inside
-from echoplan.cli.output import output_folder
 from echoplan.cli.terminal import Progressing, put, report_files, show, tracked
 
 if TYPE_CHECKING:
@@ -86,10 +85,10 @@ def _in_order(outcomes: "Iterable[Outcome]", subjects: "Sequence[Subject]") -> "
 
 def _write(folder: Path, scores: "Sequence[MethodScore]") -> None:
     from echoplan.comparison import comparison_csv, comparison_document, comparison_page  # noqa: PLC0415
-    from echoplan.io import write_text  # noqa: PLC0415
+    from echoplan.io import write_text, written_whole  # noqa: PLC0415
     from echoplan.io.text import format_json  # noqa: PLC0415
 
-    with output_folder(folder) as draft:
+    with written_whole(folder) as draft:
         write_text(draft / "comparison.json", format_json(comparison_document(scores)))
         write_text(draft / "comparison.csv", comparison_csv(scores))
         write_text(draft / "comparison.html", comparison_page(scores))

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from echoplan.cli.evaluate import evaluation_tables
-from echoplan.cli.output import output_folder
 from echoplan.cli.terminal import put, report_files, show
 
 if TYPE_CHECKING:
@@ -99,13 +98,13 @@ def results_folder(folder: Path, results: Results) -> Iterator[Path]:
         If one of them cannot be written.
     """
     from echoplan.config import write_run  # noqa: PLC0415 - --help must not wait for NumPy
-    from echoplan.io import write_grid, write_map, write_text, write_trajectory  # noqa: PLC0415
+    from echoplan.io import write_grid, write_map, write_text, write_trajectory, written_whole  # noqa: PLC0415
     from echoplan.viewer import PAPER_FIGURES, Report, plan_svg, report_html  # noqa: PLC0415
 
     plan = results.plan
     sections = (*results.sections, *_learned(plan), *_evaluated(plan), *_settings(results))
     optional = (*_GRID, *(f"{PICTURES}/{name}.png" for name in PAPER_FIGURES))
-    with output_folder(folder, stale=optional if (folder / "run.toml").exists() else ()) as draft:
+    with written_whole(folder, stale=optional if (folder / "run.toml").exists() else ()) as draft:
         write_map(draft / "map.json", plan.feature_map)
         write_text(draft / "map.svg", plan_svg(plan))
         write_text(draft / "report.html", report_html(Report(title=results.title, plan=plan, sections=sections)))

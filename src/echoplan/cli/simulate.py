@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from echoplan.cli.output import output_folder
 from echoplan.cli.terminal import Progressing, report_files
 
 if TYPE_CHECKING:
@@ -33,7 +32,7 @@ def run(
     Example: echoplan simulate paper-room --out rec/ --seed 1
     """
     from echoplan.config import Run, read_config, write_run  # noqa: PLC0415 - --help must not wait for NumPy
-    from echoplan.io import write_recording, write_truth  # noqa: PLC0415
+    from echoplan.io import write_recording, write_truth, written_whole  # noqa: PLC0415
     from echoplan.simulation import Simulation, SimulationSettings, with_odometry  # noqa: PLC0415
     from echoplan.sources import find_rig, find_route, find_world  # noqa: PLC0415
 
@@ -43,7 +42,7 @@ def run(
     with _told_of(world):
         simulation = Simulation(world=place, rig=using, route=way, settings=settings, seed=seed)
     _check_in_reach(simulation, route or world)
-    with output_folder(out) as draft:
+    with written_whole(out) as draft:
         write_recording(draft, Progressing(simulation, "simulating"))
         write_truth(draft / "truth.json", simulation.truth)
         source = f"sim:{world},rig={rig}{f',route={route}' if route else ''},seed={seed}"

@@ -179,9 +179,12 @@ def _share(feature_map: FeatureMap, rig: Rig, placed: Sequence[Sweep]) -> float:
 
 
 def _confirmed(feature_map: FeatureMap) -> float:
-    """Return the share of the pings of all features whose feature a second station detects; 1 without pings."""
+    """Return the share of the pings of all features whose feature a second station detects; 1 without pings.
+
+    Features whose stations are not known, such as those from cells of a grid, do not count.
+    """
     features: list[Wall | Corner | Cylinder] = [*feature_map.walls, *feature_map.corners, *feature_map.cylinders]
-    pings = sum(each.pings for each in features)
+    pings = sum(each.pings for each in features if each.stations)
     return sum(each.pings for each in features if each.stations > 1) / pings if pings else 1.0
 
 

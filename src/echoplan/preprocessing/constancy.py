@@ -16,8 +16,9 @@ _TURN, _WIDTH = math.radians(1.0), 0.1
 _MOST_READINGS, _MOST_WALLS = 1000, 40
 # So many steps beside a value are compared with it.
 _BESIDE = 8
-# A value without neighbours is taken to have this many walls beside it, as of a room with few walls.
-_FEW = 0.5
+# A value without neighbours is taken to have this many walls beside it, as of a room with few walls where steps are at
+# most so wide [m]; a wider step holds the walls of as many fine ones.
+_FEW, _FINE_STEP = 0.5, 0.01
 # Fewer runs than this do not show how long a run usually is.
 _FEWEST_RUNS = 20
 # A run over more than this many beams is of no single reflector.
@@ -113,7 +114,8 @@ def excess_of_value(trace: Trace, value: float) -> float:
     found = _walls_at(trace, value)
     asides = trace.step * np.arange(1, _BESIDE + 1)
     beside = [[_walls_at(trace, value - aside), _walls_at(trace, value + aside)] for aside in asides]
-    usual = max(_FEW, *beside[0], float(np.mean(beside)))
+    few = _FEW * max(1.0, trace.step / _FINE_STEP)
+    usual = max(few, *beside[0], float(np.mean(beside)))
     return found * math.log(found / usual) - (found - usual) if found > usual else 0.0
 
 

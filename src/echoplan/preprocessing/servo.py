@@ -1,10 +1,10 @@
-"""A servo that turns farther than it records, or less far, and sits askew: where its pings looked."""
+"""A servo that turns farther than it records, or less far, sits askew, or lags behind: where its pings looked."""
 
 from typing import NamedTuple
 
 from echoplan.preprocessing.soundings import Soundings, turned
 
-__all__ = ["AS_RECORDED", "ServoError", "turned_by"]
+__all__ = ["AS_RECORDED", "ServoError", "late_by", "turned_by"]
 
 
 class ServoError(NamedTuple):
@@ -45,3 +45,23 @@ def turned_by(soundings: Soundings, *, error: ServoError, before: ServoError) ->
     if error == before:
         return soundings
     return turned(soundings, error.offset - before.offset + (error.gain - before.gain) * soundings.angles)
+
+
+def late_by(soundings: Soundings, latency: float) -> Soundings:
+    """Turn soundings back to where the servo was, if it lags behind what was recorded.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings as recorded.
+    latency : float
+        How long the servo takes to be where it is told [s].
+
+    Returns
+    -------
+    Soundings
+        The pings as they were.
+    """
+    if latency == 0.0:
+        return soundings
+    return turned(soundings, -latency * soundings.rates)

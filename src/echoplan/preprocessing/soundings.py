@@ -20,7 +20,6 @@ __all__ = [
     "halfway",
     "independent",
     "join_soundings",
-    "late_by",
     "rearranged_stations",
     "soundings_of",
     "step_of",
@@ -288,26 +287,6 @@ def _spacing(soundings: Soundings) -> float:
     gaps = np.diff(bearings)[np.diff(stations) == 0]
     wide = gaps[gaps > _INDEPENDENT]
     return float(np.median(wide)) if len(wide) else float(_INDEPENDENT)
-
-
-def late_by(soundings: Soundings, latency: float) -> Soundings:
-    """Turn soundings back to where the servo was, if it lags behind what was recorded.
-
-    Parameters
-    ----------
-    soundings : Soundings
-        The pings as recorded.
-    latency : float
-        How long the servo takes to be where it is told [s].
-
-    Returns
-    -------
-    Soundings
-        The pings as they were.
-    """
-    if latency == 0.0:
-        return soundings
-    return turned(soundings, -latency * soundings.rates)
 
 
 def halfway(soundings: Soundings) -> Soundings:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from echoplan.arrays import FloatArray, IntArray
+from echoplan.errors import InvalidValueError
 from echoplan.geometry import compose, wrap
 from echoplan.model import Firing, Rig, Route
 
@@ -14,6 +15,8 @@ __all__ = ["Schedule", "build_schedule", "default_firing"]
 _PERIOD = 0.025
 # Time between two stations, on the way between which nothing is recorded.
 _WAY_NS = 1_000_000_000
+# Three and a half hours of the paper's array; each ping takes 350 bytes of memory.
+_MOST_PINGS = 2_000_000
 # Over which the motion of a sensor is taken from its poses.
 _MOMENT_NS = 1_000_000
 
@@ -133,6 +136,11 @@ def build_schedule(
     Schedule
         All pings.
 
+    Raises
+    ------
+    InvalidValueError
+        If there are more than two million pings.
+
     Examples
     --------
     >>> from echoplan.model import Sensor, Servo
@@ -182,6 +190,11 @@ def _lay_out_rounds(rig: Rig, route: Route, firing: Firing) -> _Rounds:
     else:
         count = int((route.stamps_ns[-1] - route.stamps_ns[0]) // duration_ns) + 1
         begin_ns, pause_ns = int(route.stamps_ns[0]), 0
+    pings = count * sum(map(len, firing.groups))
+    if pings > _MOST_PINGS:
+        raise InvalidValueError(
+            f"the route must take at most {_MOST_PINGS} pings, not {pings}; shorten it, or let the rig fire less often"
+        )
     numbers = np.arange(count)
     sweeps, steps = numbers // len(forward), numbers % len(forward)
     angles = np.where(sweeps % 2 == 0, forward[steps], forward[::-1][steps])

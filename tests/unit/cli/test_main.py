@@ -127,6 +127,40 @@ def test_a_signal_at_any_moment_ends_the_program_without_a_word(
         assert process.returncode in (status, 0)
 
 
+def test_a_command_that_is_terminated_leaves_the_folder_as_it_was_and_nothing_beside_it(tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "pings.csv").write_text("old")
+    program = (
+        "import os, signal, sys\n"
+        "from echoplan.__main__ import main\n"
+        "def stop(event, arguments):\n"
+        "    if event == 'open' and str(arguments[0]).endswith('truth.json'):\n"
+        "        os.kill(os.getpid(), signal.SIGTERM)\n"
+        "sys.addaudithook(stop)\n"
+        "main()\n"
+    )
+    words = ["simulate", "square", "--out", str(tmp_path / "out")]
+    done = subprocess.run([sys.executable, "-c", program, *words], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (143, "", "")
+    assert list(tmp_path.rglob("*")) == [tmp_path / "out", tmp_path / "out" / "pings.csv"]
+    assert (tmp_path / "out" / "pings.csv").read_text() == "old"
+
+
+def test_an_interrupt_while_the_command_line_is_imported_ends_the_program_without_a_word() -> None:
+    program = (
+        "import os, signal, sys\n"
+        "class Finder:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'echoplan.cli.main':\n"
+        "            os.kill(os.getpid(), signal.SIGINT)\n"
+        "from echoplan.__main__ import main\n"
+        "sys.meta_path.insert(0, Finder())\n"
+        "main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
+
+
 def test_a_fault_in_the_program_itself_is_not_hidden(typed: None, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(_: str) -> None:
         raise ZeroDivisionError

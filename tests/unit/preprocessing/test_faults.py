@@ -82,7 +82,7 @@ def test_a_sound_recording_has_no_faults_and_stays_as_it_is(world: str, rig: str
     assert all(one is other for one, other in zip(clean_sweeps(sweeps, used, faults), sweeps, strict=True))
 
 
-@pytest.mark.parametrize("step", [0.01, 0.0254, 0.05])
+@pytest.mark.parametrize("step", [0.01, 0.0254, 0.05, 0.1])
 @pytest.mark.parametrize("world", ["paper-room", "hexagon", "square", "office"])
 def test_readings_in_coarse_steps_are_sound(world: str, step: float) -> None:
     rig, sweeps = recorded(f"sim:{world},rig=rotary-array,seed=23")

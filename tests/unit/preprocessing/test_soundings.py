@@ -7,14 +7,13 @@ from echoplan.acoustics import Air
 from echoplan.arrays import FloatArray
 from echoplan.geometry import wrap
 from echoplan.model import Rig, Sensor, Sweep
-from echoplan.preprocessing.servo import ServoError, turned_by
+from echoplan.preprocessing.servo import ServoError, late_by, turned_by
 from echoplan.preprocessing.soundings import (
     Soundings,
     chosen_soundings,
     first_stations,
     independent,
     join_soundings,
-    late_by,
     soundings_of,
     step_of,
 )

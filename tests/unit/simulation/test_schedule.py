@@ -5,6 +5,7 @@ import pytest
 
 import soundings
 from echoplan.arrays import FloatArray
+from echoplan.errors import InvalidValueError
 from echoplan.geometry import compose
 from echoplan.model import Rig, Route
 from echoplan.simulation.schedule import Schedule, build_schedule, default_firing
@@ -32,6 +33,11 @@ def test_the_servo_goes_to_and_fro_from_station_to_station() -> None:
     schedule = build_schedule(rig, STATIONS)
     angles = np.radians([-10.0, 0.0, 10.0])
     assert sweeps(schedule, schedule.servo_angles) == [angles.tolist(), angles[::-1].tolist(), angles.tolist()]
+
+
+def test_a_route_of_a_whole_day_is_refused_before_it_fills_the_memory() -> None:
+    with pytest.raises(InvalidValueError, match="the route must take at most 2000000 pings, not 3456002; shorten it"):
+        build_schedule(two_groups(), driven(2 * 86_400.0))
 
 
 def test_at_a_station_the_robot_stands() -> None:

@@ -23,8 +23,8 @@ from echoplan.mapping.joint.adjustment.rows import Rows, Summary, held, normal_e
 from echoplan.mapping.joint.adjustment.squareness import square_rows
 from echoplan.mapping.joint.adjustment.state import State
 from echoplan.mapping.joint.adjustment.unknowns import SONAR_UNKNOWNS, Unknowns
-from echoplan.preprocessing.servo import turned_by
-from echoplan.preprocessing.soundings import Soundings, late_by
+from echoplan.preprocessing.servo import late_by, turned_by
+from echoplan.preprocessing.soundings import Soundings
 
 __all__ = [
     "AdjustmentSettings",

@@ -20,8 +20,8 @@ from echoplan.mapping.joint.adjustment.edges import edges_of
 from echoplan.mapping.joint.adjustment.poses import PoseBeliefs, displaced
 from echoplan.mapping.joint.adjustment.state import State
 from echoplan.mapping.joint.adjustment.unknowns import SONAR_UNKNOWNS
-from echoplan.preprocessing.servo import ServoError, turned_by
-from echoplan.preprocessing.soundings import Soundings, chosen_soundings, late_by
+from echoplan.preprocessing.servo import ServoError, late_by, turned_by
+from echoplan.preprocessing.soundings import Soundings, chosen_soundings
 from expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, edge, expected, hearing, listening, wall
 
 COLUMN = cylinder(0.2, 0.9, 0.1)
