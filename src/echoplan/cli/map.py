@@ -40,7 +40,7 @@ def run(
     from echoplan.io import check_folder  # noqa: PLC0415
     from echoplan.methods import find_method, grid_of, observations_of  # noqa: PLC0415
     from echoplan.preprocessing import clean_sweeps, find_faults  # noqa: PLC0415
-    from echoplan.sources import find_truth, open_source  # noqa: PLC0415
+    from echoplan.sources import conventions_of, find_truth, open_source  # noqa: PLC0415
     from echoplan.viewer import EchoListener, Plan  # noqa: PLC0415
 
     method = method or (method_of(config) if config else None) or "joint"
@@ -62,6 +62,7 @@ def run(
         truth=find_truth(source, opened),
         heard=observations_of(mapper),
         echoes_xy=listener.points_xy,
+        conventions=conventions_of(opened),
     )
     say_what_was_found(plan)
     results = Results(

@@ -141,7 +141,7 @@ def say_what_was_found(plan: "Plan") -> None:
 def _learned(plan: "Plan") -> "tuple[Definitions, ...]":
     from echoplan.viewer import learned_in_words  # noqa: PLC0415
 
-    return learned_in_words(plan.feature_map)
+    return learned_in_words(plan.feature_map, plan.conventions)
 
 
 def _evaluated(plan: "Plan") -> "tuple[Section, ...]":

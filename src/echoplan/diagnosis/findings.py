@@ -37,7 +37,7 @@ _SENSORS: Mapping[SensorFaultKind, str] = {
     ),
     SensorFaultKind.FLYBACK: (
         "reads while the servo is still on its way back: the first {number} readings of each sweep belong to other "
-        "angles. They are left out. Wait half a second before the first reading of a sweep."
+        "angles. They are left out. Wait 0.8 s before the first reading of a sweep."
     ),
 }
 _RECORDINGS: Mapping[RecordingFaultKind, str] = {

@@ -10,7 +10,7 @@ from echoplan.io.kinds import ANGLE, COUNT, POSITION, READING, SECONDS, TEMPERAT
 from echoplan.io.table import Rows, Table
 from echoplan.io.text import format_seconds
 from echoplan.io.units import WIDEST, looks_like_degrees, possible_length_units
-from echoplan.model import Conventions, Rig
+from echoplan.model import UNITS, Conventions, Rig
 
 __all__ = ["MEASURED", "PING_COLUMNS", "REQUIRED", "checked_pings"]
 
@@ -30,6 +30,8 @@ MEASURED = ("temperature",)
 REQUIRED = tuple(name for name in PING_COLUMNS if name not in MEASURED)
 # Stations farther apart than this many reaches of the sensors have no object in common.
 _LONGEST_STRIDE = 10.0
+# A servo_gain below this is near pi / 180: it makes radians of recorded degrees.
+_LEAST_GAIN_OF_RADIANS = 0.1
 
 
 def checked_pings(table: Table, rig: Rig, conventions: Conventions) -> Iterator[Rows]:
@@ -62,7 +64,7 @@ def checked_pings(table: Table, rig: Rig, conventions: Conventions) -> Iterator[
         _check_sensors(rows, rig)
         if not rows.first:
             with np.errstate(over="ignore"):
-                _check_units(rows, rig)
+                _check_units(recorded, rows, rig, conventions)
         _check_order(rows, rows.data[0] if last is None else last)
         last = rows.data[-1]
         silent = silent and bool(np.isnan(rows.data["range"]).all())
@@ -112,25 +114,28 @@ def _check_order(rows: Rows, last: np.void) -> None:
             raise rows.refusal(int(falls[0]), column, f"{column} {after} comes after {before}", remedy=remedy)
 
 
-def _check_units(rows: Rows, rig: Rig) -> None:
-    """Hold the first rows against the rig: what is in a wrong unit is so from the start."""
-    _check_ranges(rows, rig)
+def _check_units(recorded: Rows, rows: Rows, rig: Rig, conventions: Conventions) -> None:
+    """Hold the first rows, before and after conversion, against the rig: a wrong unit is wrong from the start."""
+    _check_ranges(recorded, rig, conventions.range_unit)
     _check_positions(rows, rig)
-    for column in ("servo", "yaw"):
-        if looks_like_degrees(rows.data[column]):
+    for column, gain in (("servo", conventions.servo_gain), ("yaw", 1.0)):
+        if gain >= _LEAST_GAIN_OF_RADIANS and looks_like_degrees(recorded.data[column]):
             raise rows.refusal(0, column, "the angles look like degrees", remedy="write radians")
 
 
-def _check_ranges(rows: Rows, rig: Rig) -> None:
-    sensors = rig.indices(rows.data["sensor"])
-    units = possible_length_units(
-        rows.data["range"], min_ranges=rig.min_ranges[sensors], max_ranges=rig.max_ranges[sensors]
-    )
-    if units:
-        named = " or ".join(f'"{unit}"' for unit in units)
-        problem = "the ranges are no metres: max_range of rig.toml puts them out of reach"
+def _check_ranges(recorded: Rows, rig: Rig, unit: float) -> None:
+    """Hold ranges, recorded in a unit of so many metres, against the reach of the sensors."""
+    sensors = rig.indices(recorded.data["sensor"])
+    least, most = rig.min_ranges[sensors], rig.max_ranges[sensors]
+    others = possible_length_units(recorded.data["range"], min_ranges=least, max_ranges=most, unit=unit)
+    if others:
+        named = " or ".join(f'"{other}"' for other in others)
+        present = next((f'"{name}"' for name, metres in UNITS.items() if metres == unit), f"{unit:g}")
+        problem = "no metres" if unit == 1.0 else f"not in the range_unit that is set, {present}"
         remedy = f"set range_unit = {named} under [conventions] in rig.toml, whichever the program writes"
-        raise rows.refusal(0, "range", problem, remedy=remedy)
+        raise recorded.refusal(
+            0, "range", f"the ranges are {problem}: max_range of rig.toml puts them out of reach", remedy=remedy
+        )
 
 
 def _check_positions(rows: Rows, rig: Rig) -> None:

@@ -68,21 +68,26 @@ def looks_like_degrees(angles: ArrayLike) -> bool:
     return bool(beyond and np.allclose(tenths, np.rint(tenths), rtol=0.0, atol=1e-6))
 
 
-def possible_length_units(ranges: FloatArray, *, min_ranges: FloatArray, max_ranges: FloatArray) -> tuple[str, ...]:
-    """Name the units in which readings may be, if they are surely no metres.
+def possible_length_units(
+    ranges: FloatArray, *, min_ranges: FloatArray, max_ranges: FloatArray, unit: float = 1.0
+) -> tuple[str, ...]:
+    """Name the units in which readings may be, if they are surely not in the one they should be in.
 
     Parameters
     ----------
     ranges : ndarray, shape (n,)
-        Readings that should be metres.
+        Readings as recorded.
     min_ranges, max_ranges : ndarray, shape (n,)
         Dead distance and reach of the sensor of each [m].
+    unit : float, optional
+        What they should be in [m].
 
     Returns
     -------
     tuple of str
         Units as ``rig.toml`` has them, in which more than half of the readings lie within reach; empty if the readings
-        may be metres: if one in twenty lies within reach, or the middle one less than twice beyond it.
+        may be in the one they should be in: if one in twenty lies within reach, or the middle one less than twice
+        beyond it.
 
     Examples
     --------
@@ -97,7 +102,7 @@ def possible_length_units(ranges: FloatArray, *, min_ranges: FloatArray, max_ran
         """Share of the readings within reach, if their unit has so many metres."""
         return float(np.mean((min_ranges[heard] <= readings * metres) & (readings * metres <= reaches)))
 
-    if not heard.any() or share(1.0) > 0.05 or np.median(readings / reaches) <= 2.0:
+    if not heard.any() or share(unit) > 0.05 or np.median(unit * readings / reaches) <= 2.0:
         return ()
     return tuple(unit for unit, metres in UNITS.items() if share(metres) > 0.5)
 

@@ -89,6 +89,10 @@ class Conventions:
         angles: FloatArray = self.servo_sign * self.servo_gain * recorded + self.servo_offset
         return angles
 
+    def with_servo(self, *, gain: float, offset: float) -> "Conventions":
+        """Put a gain and an offset [rad] that a servo was found to have on top of these conventions."""
+        return replace(self, servo_gain=gain * self.servo_gain, servo_offset=gain * self.servo_offset + offset)
+
     def ranges(self, recorded: FloatArray) -> FloatArray:
         """Convert recorded ranges [m]."""
         ranges: FloatArray = self.range_unit * recorded

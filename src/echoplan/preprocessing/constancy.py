@@ -169,11 +169,24 @@ def is_logged_repeatedly(trace: Trace) -> bool:
     """Return True if every reading was logged about as many times, as by a logger faster than its sensor.
 
     Runs of equal readings are long elsewhere, too, where steps are coarse; but some are short and some very long.
-    Readings that are there twice do little harm, and a steady distance in coarse steps looks the same.
+    Readings that are there twice do little harm, and a steady distance in coarse steps looks the same.  Sensors that
+    fire several times from one place in one direction read one distance: where that is all they read there, it counts
+    once.
     """
-    finite = trace.readings[np.isfinite(trace.readings)]
+    finite = _once_a_view(trace.only(np.isfinite(trace.readings)))
     lengths = np.bincount(runs_of(finite)) if len(finite) else np.zeros(0, dtype=np.int64)
     if len(lengths) < _FEWEST_RUNS or float(np.mean(lengths == 1)) > _ONCE:
         return False
     low, high = np.quantile(lengths, [0.25, 0.75])
     return bool(low >= _OFTEN and high <= _REGULAR * low)
+
+
+def _once_a_view(trace: Trace) -> FloatArray:
+    """Return the readings, but of those in one direction from one place only the first if they are all the same."""
+    turns = np.ones(len(trace.readings), dtype=bool)
+    turns[1:] = (np.diff(trace.x) != 0.0) | (np.diff(trace.y) != 0.0) | (np.diff(trace.bearings) != 0.0)
+    views = np.cumsum(turns) - 1
+    changes = np.diff(trace.readings, prepend=np.nan) != 0.0
+    differ = np.bincount(views, weights=changes & ~turns) > 0.0
+    kept: FloatArray = trace.readings[turns | differ[views]]
+    return kept

@@ -11,6 +11,8 @@ __all__ = ["OdometryNoise", "SimulationSettings"]
 
 # Farther than this ultrasound is not heard in air [m], and dead reckoning that is off by more knows nothing [m, rad].
 _FARTHEST, _ASTRAY = 50.0, 100.0
+# No servo turns ten times as far as it was told.
+_LARGEST_GAIN = 10.0
 
 
 class OdometryNoise(BaseModel, frozen=True, extra="forbid"):
@@ -69,6 +71,11 @@ class SimulationSettings(BaseModel, frozen=True, extra="forbid"):
         default=0.0, ge=0.0, le=60.0, description="how long the servo lags behind the angle it is told [s]"
     )
     servo_gain: float = Field(
-        default=1.0, gt=0.0, description="how far the servo turns for each radian that is recorded [rad]"
+        default=1.0,
+        gt=0.0,
+        le=_LARGEST_GAIN,
+        description="how far the servo turns for each radian that is recorded [rad]",
     )
-    servo_offset: float = Field(default=0.0, description="where the servo stands when it records 0 [rad]")
+    servo_offset: float = Field(
+        default=0.0, ge=-math.pi, le=math.pi, description="where the servo stands when it records 0 [rad]"
+    )

@@ -5,7 +5,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from echoplan.model import FeatureMap
+from echoplan.model import Conventions, FeatureMap
 from echoplan.viewer.sections import Definitions
 
 __all__ = ["learned_in_words"]
@@ -45,13 +45,15 @@ _OPEN = "not determined by this recording"
 _ONE_WAY, _BETWEEN = math.radians(15), 12
 
 
-def learned_in_words(feature_map: FeatureMap) -> tuple[Definitions, ...]:
+def learned_in_words(feature_map: FeatureMap, conventions: Conventions | None = None) -> tuple[Definitions, ...]:
     """Say what was learned beside the map.
 
     Parameters
     ----------
     feature_map : FeatureMap
         A map whose method learns about the sonar.
+    conventions : Conventions, optional
+        How the recording that was mapped is written: what makes a finding permanent comes on top of them.
 
     Returns
     -------
@@ -73,13 +75,13 @@ def learned_in_words(feature_map: FeatureMap) -> tuple[Definitions, ...]:
     rays = [("Readings are", _CONE.format(math.degrees(float(found["cone"]))))] if "cone" in found else []
     square = [_square(feature_map, found["right_angles"])] if found.get("right_angles") else []
     open_ways = [("Not determined", _open_way(each)) for each in _joined(found.get("undetermined", ()))]
-    told = (*rays, poses, *open_ways, *square, *items, *_servo(found), noise)
+    told = (*rays, poses, *open_ways, *square, *items, *_servo(found, conventions or Conventions()), noise)
     return (Definitions(title="What the recording tells of itself", items=told),)
 
 
-def _servo(found: Mapping[str, Any]) -> list[tuple[str, str]]:
+def _servo(found: Mapping[str, Any], now: Conventions) -> list[tuple[str, str]]:
     """Write gain and offset of a servo that was calibrated, and how to make them permanent."""
-    items, keys = [], []
+    items, known = [], {"gain": 1.0, "offset": 0.0}
     for name, words, factor, unit in _SERVO:
         if name not in found:
             continue
@@ -89,7 +91,9 @@ def _servo(found: Mapping[str, Any]) -> list[tuple[str, str]]:
             continue
         digits = _digits(factor * sigma)
         items.append((words, f"{factor * value:.{digits}f} \N{PLUS-MINUS SIGN} {factor * sigma:.{digits}f}{unit}"))
-        keys.append(f"{name} = {value:.{_digits(sigma)}f}")
+        known[name.removeprefix("servo_")] = value
+    then = now.with_servo(**known)
+    keys = [f"{name} = {getattr(then, name):.5f}" for name, *_ in _SERVO if getattr(then, name) != getattr(now, name)]
     return [*items, ("To make that permanent", f"{', '.join(keys)} in [conventions] of rig.toml")] if keys else items
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from echoplan.arrays import FloatArray, IntArray, checked_floats, store
 from echoplan.mapping import Observation
-from echoplan.model import FeatureMap, OccupancyGrid, Truth
+from echoplan.model import Conventions, FeatureMap, OccupancyGrid, Truth
 from echoplan.viewer.uncertainty import Ellipse, error_ellipse
 
 __all__ = ["MOST_LABELS", "Plan", "station_labels"]
@@ -38,6 +38,8 @@ class Plan:
         Points that the readings would mean if sound were a ray [m].
     grid : OccupancyGrid, optional
         Cells of which the map was made.
+    conventions : Conventions, optional
+        How the recording is written that was mapped.
     """
 
     feature_map: FeatureMap
@@ -45,6 +47,7 @@ class Plan:
     heard: tuple[Observation, ...] = ()
     echoes_xy: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     grid: OccupancyGrid | None = None
+    conventions: Conventions = field(default_factory=Conventions)
 
     def __post_init__(self) -> None:
         store(self, echoes_xy=checked_floats(self.echoes_xy, name="echoes_xy", shape=(None, 2)))

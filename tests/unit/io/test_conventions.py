@@ -1,5 +1,6 @@
 """Conventions are read beside the rig, and applied before anything else is checked."""
 
+import json
 from math import pi
 from pathlib import Path
 
@@ -77,6 +78,51 @@ def test_ranges_in_an_unknown_unit_are_refused_with_the_units_that_are_possible(
         InputError, match=r'column range: .* set range_unit = "cm" or "mm" or "in" under \[conventions\]'
     ):
         list(read_recording(folder(tmp_path, "")))
+
+
+@pytest.mark.parametrize(
+    ("unit", "said"),
+    [
+        ("cm", r'not in the range_unit that is set, "cm": .* set range_unit = "mm" under'),
+        (2.0, r'not in the range_unit that is set, 2: .* set range_unit = "mm" under'),
+        ("in", r'not in the range_unit that is set, "in": .* set range_unit = "mm" under'),
+    ],
+)
+def test_ranges_in_another_unit_than_the_one_set_are_refused_with_those_that_are_possible(
+    tmp_path: Path, unit: str | float, said: str
+) -> None:
+    path = folder(tmp_path, f"[conventions]\nrange_unit = {json.dumps(unit)}\n")
+    rows = [f"{k},0,0,0,{1000 * metres:.0f},0,0,0\n" for k, metres in enumerate((0.6, 1.2, 2.9, 3.1))]
+    (path / "pings.csv").write_text("".join([PINGS.splitlines(keepends=True)[0], *rows]))
+    with pytest.raises(InputError, match=said):
+        list(read_recording(path))
+
+
+def degrees(tmp_path: Path, conventions: str) -> Path:
+    """A recording of which servo angles and headings are written in degrees."""
+    path = folder(tmp_path, f"[conventions]\n{conventions}\n")
+    rows = [f"{k},0,0,{10 * k},1.5,0,0,{yaw}\n" for k, yaw in enumerate([90] * 19)]
+    (path / "pings.csv").write_text("".join([PINGS.splitlines(keepends=True)[0], *rows]))
+    return path
+
+
+@pytest.mark.parametrize("offset", ["servo_offset = -1.570796", "servo_gain = 0.94", 'heading = "compass"'])
+def test_degrees_are_refused_whatever_conventions_make_of_them(tmp_path: Path, offset: str) -> None:
+    with pytest.raises(InputError, match="column servo: the angles look like degrees"):
+        list(read_recording(degrees(tmp_path, offset)))
+
+
+def test_headings_of_a_compass_in_degrees_are_refused(tmp_path: Path) -> None:
+    path = degrees(tmp_path, 'servo_gain = 0.0174533\nheading = "compass"')
+    with pytest.raises(InputError, match="column yaw: the angles look like degrees"):
+        list(read_recording(path))
+
+
+def test_a_gain_may_make_radians_of_degrees(tmp_path: Path) -> None:
+    path = degrees(tmp_path, "servo_gain = 0.0174533")
+    (path / "pings.csv").write_text((path / "pings.csv").read_text().replace(",90\n", ",1.5\n"))
+    (sweep,) = read_recording(path)
+    assert sweep.servo_angles[-1] == pytest.approx(pi, abs=1e-4)
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,7 @@ from echoplan.preprocessing import (
     clean_sweeps,
     find_faults,
 )
+from echoplan.simulation import SimulationSettings
 from echoplan.sources import open_source
 
 FANS = run_path(str(Path(__file__).parents[3] / "benchmarks" / "fans.py"))
@@ -214,6 +215,37 @@ def test_a_reading_that_is_logged_several_times_counts_once() -> None:
     cleaned = all_ranges(clean_sweeps(wrong, rig, faults))
     finite = cleaned[np.isfinite(cleaned)]
     assert (np.diff(finite) != 0.0).all()
+
+
+def standing(times: int) -> tuple[Rig, tuple[Sweep, ...]]:
+    """What a ring reads that fires several times at each station, in whole centimetres, without noise."""
+    room = open_source("sim:two-room-flat,rig=ring-16", simulation=SimulationSettings(jitter=0.0))
+    again = [sweep for sweep in room for _ in range(times)]
+    return room.rig, tuple(
+        replace(
+            sweep,
+            index=k,
+            stamps_ns=sweep.stamps_ns - sweep.stamps_ns[0] + k * 10_000_000_000,
+            ranges=np.round(sweep.ranges, 2),
+        )
+        for k, sweep in enumerate(again)
+    )
+
+
+@pytest.mark.parametrize("times", [4, 8])
+def test_a_ring_that_fires_several_times_at_each_place_is_sound(times: int) -> None:
+    rig, sweeps = standing(times)
+    assert find_faults(sweeps, rig).sensors == ()
+
+
+def test_a_reading_that_is_logged_several_times_at_one_place_counts_once() -> None:
+    rig, sweeps = standing(12)
+    rng = np.random.default_rng(4)
+
+    def logged(readings: FloatArray) -> FloatArray:
+        return np.repeat(readings[::4] + np.round(rng.normal(0.0, 0.02, len(readings) // 4), 2), 4)
+
+    assert kinds(find_faults(with_readings(sweeps, logged), rig)) == [(0, SensorFaultKind.LOGGED_REPEATEDLY)]
 
 
 @pytest.mark.parametrize("late", [4, 12])

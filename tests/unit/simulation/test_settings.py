@@ -1,3 +1,4 @@
+import math
 from typing import Any
 
 import pytest
@@ -15,11 +16,18 @@ from echoplan.simulation import OdometryNoise, SimulationSettings
         {"detector": "peak"},
         {"superposition": "both"},
         {"zero_distance": 0.0},
+        {"servo_gain": 0.0},
+        {"servo_gain": 11.0},
+        {"servo_gain": math.inf},
+        {"servo_gain": math.nan},
+        {"servo_offset": 3.2},
+        {"servo_offset": -math.inf},
+        {"servo_offset": math.nan},
         {"odometry": {"sideways": 0.1}},
         {"air": {"humidity": 0.5}},
         {"temprature": 20.0},
     ],
-    ids=lambda wrong: next(iter(wrong)),
+    ids=str,
 )
 def test_what_cannot_be_or_is_misspelt_is_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):

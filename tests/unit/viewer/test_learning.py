@@ -1,12 +1,15 @@
+import tomllib
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from echoplan.model import FeatureMap
+from echoplan.model import Conventions, FeatureMap
 from echoplan.viewer import learned_in_words
 from maps import wall
 
 
-def items(**changed: object) -> tuple[tuple[str, str], ...]:
+def items(conventions: Conventions | None = None, **changed: object) -> tuple[tuple[str, str], ...]:
     """What is told about a recording of which one number is known."""
     found: dict[str, object] = {
         "range_scale": {"value": 0.0199, "sigma": 0.0003, "believed": 0.03},
@@ -14,12 +17,13 @@ def items(**changed: object) -> tuple[tuple[str, str], ...]:
         "poses": "used as recorded: 99 % of the echoes fit together",
     }
     walls = (wall([0.0, 0.0], [1.0, 0.0]),) * 9
-    (section,) = learned_in_words(FeatureMap(method="joint", walls=walls, parameters={"found": {**found, **changed}}))
+    feature_map = FeatureMap(method="joint", walls=walls, parameters={"found": {**found, **changed}})
+    (section,) = learned_in_words(feature_map, conventions)
     return section.items
 
 
-def told(**changed: object) -> dict[str, str]:
-    return dict(items(**changed))
+def told(conventions: Conventions | None = None, **changed: object) -> dict[str, str]:
+    return dict(items(conventions, **changed))
 
 
 def test_a_number_comes_with_its_uncertainty_and_unit() -> None:
@@ -50,7 +54,9 @@ def test_gain_and_offset_of_a_servo_come_with_the_keys_that_make_them_permanent(
     words = told(servo_gain=gain, servo_offset=offset)
     assert words["The servo turns"] == "0.935 \N{PLUS-MINUS SIGN} 0.002 of the recorded angle"
     assert words["Where it records 0 the servo stands at"] == "6.04 \N{PLUS-MINUS SIGN} 0.12\N{DEGREE SIGN}"
-    assert words["To make that permanent"] == "servo_gain = 0.935, servo_offset = 0.105 in [conventions] of rig.toml"
+    assert (
+        words["To make that permanent"] == "servo_gain = 0.93470, servo_offset = 0.10542 in [conventions] of rig.toml"
+    )
 
 
 def test_only_what_is_determined_of_a_servo_is_to_be_made_permanent() -> None:
@@ -58,7 +64,33 @@ def test_only_what_is_determined_of_a_servo_is_to_be_made_permanent() -> None:
     offset = {"value": 0.05, "sigma": np.radians(3.0), "believed": np.radians(5.0)}
     words = told(servo_gain=gain, servo_offset=offset)
     assert words["Where it records 0 the servo stands at"] == "not determined by this recording"
-    assert words["To make that permanent"] == "servo_gain = 0.935 in [conventions] of rig.toml"
+    assert words["To make that permanent"] == "servo_gain = 0.93470 in [conventions] of rig.toml"
+
+
+@pytest.mark.parametrize(
+    "now",
+    [
+        Conventions(servo_offset=-np.pi / 2),
+        Conventions(servo_gain=1.1),
+        Conventions(servo_sign=-1, servo_offset=np.pi / 2, servo_gain=0.9),
+    ],
+    ids=["0 to 180 degrees", "a gain", "all"],
+)
+def test_what_makes_a_servo_permanent_comes_on_top_of_the_conventions_that_are_set(now: Conventions) -> None:
+    gain, offset, recorded = 0.9347, 0.1054, np.array([0.0, 1.0, 3.0])
+    words = told(
+        now,
+        servo_gain={"value": gain, "sigma": 0.0021, "believed": 0.05},
+        servo_offset={"value": offset, "sigma": 0.002, "believed": 0.09},
+    )
+    keys = tomllib.loads(words["To make that permanent"].split(" in ")[0].replace(", ", "\n"))
+    then = replace(now, **keys)
+    assert then.servo_angles(recorded) == pytest.approx(gain * now.servo_angles(recorded) + offset, abs=1e-4)
+
+
+def test_a_gain_alone_turns_the_offset_that_is_set() -> None:
+    words = told(Conventions(servo_offset=-1.0), servo_gain={"value": 0.95, "sigma": 0.0021, "believed": 0.05})
+    assert words["To make that permanent"].startswith("servo_gain = 0.95000, servo_offset = -0.95000 in")
 
 
 def test_noise_is_told_in_millimetres() -> None:

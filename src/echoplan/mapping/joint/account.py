@@ -88,7 +88,7 @@ class Account:
         self.believed: PoseBeliefs | None = None
         self.course, self.verdict = Course.TRUSTED, "used as recorded, as asked for"
         self._square: Squareness | None = None
-        self.is_polished = self.asks_bearings = False
+        self.is_polished, self.asks_bearings = False, self.servo is not None
         self.pair_sigma, self.loudness = settings.pose_errors.pair_sigma, self.memory.loudness
         # What it was worth before readings counted for less; none as long as they count in full [nats].
         self.worth: float | None = None

@@ -5,6 +5,7 @@ import pytest
 
 from echoplan.mapping.joint.account import Account
 from echoplan.mapping.joint.correction.servo import find_servo
+from echoplan.mapping.joint.memory import Memory
 from echoplan.mapping.joint.settings import AccountSettings
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError, turned_by
 from echoplan.preprocessing.soundings import Soundings, chosen_soundings
@@ -44,6 +45,13 @@ def test_gain_and_offset_are_found_from_arcs_alone(error: ServoError) -> None:
 
 def test_a_servo_that_turns_as_recorded_is_left_alone() -> None:
     assert find_servo(account(AS_RECORDED)) is None
+
+
+@pytest.mark.parametrize("known", [None, ServoError(0.95, 0.05)])
+def test_bearings_count_from_the_start_where_a_servo_was_calibrated_before(known: ServoError | None) -> None:
+    later = Account(rig(), heard(), GIVEN, AccountSettings(), Memory(servo=known))
+    assert later.servo == known
+    assert later.asks_bearings == (known is not None)
 
 
 def test_fixed_sensors_have_no_servo() -> None:
