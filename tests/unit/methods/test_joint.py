@@ -278,6 +278,22 @@ def test_poses_that_agree_are_left_as_they_are() -> None:
     assert found.sweeps.tolist() == [0, 1, 2, 3, 4]
 
 
+@pytest.mark.parametrize(("length", "width", "beside"), [(5.2, 3.4, 1.3), (3.3, 2.6, 0.8)])
+def test_exact_poses_of_a_straight_drive_with_fixed_sensors_stay(length: float, width: float, beside: float) -> None:
+    way = np.array([[x, beside, 0.0] for x in np.arange(0.6, length - 0.8, 0.05)])
+    places = enumerate([(0.1, 0.0), (0.0, 0.06), (-0.1, 0.0), (0.0, -0.06)])
+    told = {"half_aperture": np.pi / 6, "max_range": 4.0, "resolution": 0.003}
+    each = [soundings.sensor(number, x=x, y=y, yaw=number * np.pi / 2, **told) for number, (x, y) in places]
+    car = replace(soundings.rig(*each, period=0.06, groups=((0,), (1,), (2,), (3,))), transducer=None)
+    room = soundings.world([[0.0, 0.0], [length, 0.0], [length, width], [0.0, width]], closed=True)
+    sweeps = list(soundings.simulation(room, using=car, poses=way, seed=11, jitter=0.001))
+    found = mapped(car, sweeps)
+    assert found.poses == pytest.approx(way, abs=1e-9)
+    assert len(found.walls) == 4
+    for angle in np.arange(4) * np.pi / 2:
+        assert sum(np.cos(wall.normal_angle - angle) > 0.99 for wall in found.walls) == 1
+
+
 def test_what_was_learned_of_the_sonar_is_told_with_the_settings() -> None:
     found = mapped(ARRAY, simulated(ARRAY))
     told = json.loads(json.dumps(found.parameters))

@@ -1,7 +1,8 @@
 """Adjustment: all features and the calibration of the recording in one robust least-squares problem.
 
-Gauss-Newton on the readings that the features explain, with analytic derivatives, weights by Geman and McClure, ties
-between corners and the walls that make them, and priors from the rig for what the readings do not determine.
+Gauss-Newton on the readings that the features explain, damped where a step would make them fit worse (Levenberg 1944),
+with analytic derivatives, weights by Geman and McClure, ties between corners and the walls that make them, and priors
+from the rig for what the readings do not determine.
 """
 
 import math
@@ -18,7 +19,13 @@ from echoplan.mapping.joint.adjustment.bearings import NO_BEARINGS, Bearings, be
 from echoplan.mapping.joint.adjustment.beliefs import AdjustmentSettings, Beliefs, sonar_prior
 from echoplan.mapping.joint.adjustment.crossings import corner_ties
 from echoplan.mapping.joint.adjustment.poses import displaced, pose_rows
-from echoplan.mapping.joint.adjustment.readings import Features, Matched, differentiate_readings, match_readings
+from echoplan.mapping.joint.adjustment.readings import (
+    Features,
+    Matched,
+    differentiate_readings,
+    match_readings,
+    residuals_of,
+)
 from echoplan.mapping.joint.adjustment.rows import Rows, Summary, held, normal_equations, prior, solve
 from echoplan.mapping.joint.adjustment.squareness import square_rows
 from echoplan.mapping.joint.adjustment.state import State
@@ -40,6 +47,9 @@ _CYLINDER = int(Kind.CYLINDER)
 _HOLD = 0.1
 # What the prior alone holds needs no other hold: readings tell of a number what leaves so much of its variance.
 _TOLD = 0.5
+# What is added to the information of all unknowns until a step does not make readings fit worse (Levenberg 1944): from
+# what is known to 3 rad or m to what is known to 0.1 mrad or mm, beyond which nothing is left to move.
+_DAMPINGS = tuple(10.0 ** np.arange(-1, 9))
 
 
 def adjust(
@@ -74,15 +84,22 @@ def adjust(
     now, bearings = start, _bearings(soundings, start, beliefs)
     for _ in range(settings.rounds):
         matched, readings = _linearised(_as_heard(soundings, now, beliefs), now, beliefs, settings)
-        told = [_placed(readings, unknowns), bearing_rows(bearings, now)]
-        heard, right = normal_equations(told, unknowns.size)
+        of_readings, told = normal_equations([_placed(readings, unknowns)], unknowns.size)
+        rest, right = normal_equations([bearing_rows(bearings, now)], unknowns.size)
         if known is not None:
-            heard[np.ix_(known.columns, known.columns)] += known.information
+            rest[np.ix_(known.columns, known.columns)] += known.information
             right[known.columns] += known.vector - known.information @ now.values[known.columns]
+        heard = of_readings + rest
         information, pull = normal_equations(list(_held_by(now, unknowns, beliefs, settings)), unknowns.size)
-        information, right = information + heard, right + pull
-        step = _step(information, right, now, beliefs, settings)
-        now, left = now.moved(step), float(step @ information @ step)
+        rest, right = rest + information, right + pull
+        information = of_readings + rest
+        linear = _Linear(matched, readings, rest, right)
+        for damping in (0.0, *_DAMPINGS):
+            step = _step(information + damping * np.eye(unknowns.size), told + right, now, beliefs, settings)
+            moved = now.moved(step)
+            if _rise(soundings, now, moved, beliefs=beliefs, linear=linear) <= 0.0:
+                break
+        now, left = moved, float(step @ information @ step)
         if left < settings.rest:
             break
     return Adjusted(
@@ -101,6 +118,20 @@ def adjust(
         excesses=matched.excesses,
         left=left,
     )
+
+
+def _rise(soundings: Soundings, now: State, moved: State, *, beliefs: Beliefs, linear: "_Linear") -> float:
+    """Return by how much a move raises the weighted squares of the residuals, twice a robust negative log likelihood.
+
+    A wall that turns about the foot of a sensor's axis changes readings by the square of the turn: derivatives say
+    nothing of that, and a full step may lead anywhere.  With the weights and owners of the readings held, a fall of the
+    squares is a fall of the robust cost, too.  All but the readings is as good as linear.
+    """
+    change = moved.values - now.values
+    heard, hearing = _as_heard(soundings, moved, beliefs), moved.model.tabulated()
+    left = residuals_of(heard, hearing, moved.features, linear.matched.owners)
+    of_readings = linear.readings.weights @ (left**2 - linear.readings.residuals**2)
+    return float(of_readings + change @ (linear.information @ change - 2.0 * linear.right))
 
 
 def _step(
@@ -193,6 +224,15 @@ class _Readings(NamedTuple):
     slopes: FloatArray
     residuals: FloatArray
     weights: FloatArray
+
+
+class _Linear(NamedTuple):
+    """Everything about one state: readings with their owners, and normal equations of all that holds it besides."""
+
+    matched: Matched
+    readings: _Readings
+    information: FloatArray
+    right: FloatArray
 
 
 def _as_heard(soundings: Soundings, now: State, beliefs: Beliefs) -> Soundings:

@@ -24,7 +24,16 @@ from echoplan.compiled import compiled
 from echoplan.mapping.joint.adjustment.edges import Reach, at_end, differentiate_at_end, edges_of, is_ended
 from echoplan.preprocessing.soundings import Soundings
 
-__all__ = ["Features", "Matched", "as_arrays", "differentiate_readings", "faced", "match_readings", "reach_of"]
+__all__ = [
+    "Features",
+    "Matched",
+    "as_arrays",
+    "differentiate_readings",
+    "faced",
+    "match_readings",
+    "reach_of",
+    "residuals_of",
+]
 
 _WALL = int(Kind.WALL)
 # Fainter than this nothing is expected [dB].
@@ -141,6 +150,23 @@ def match_readings(soundings: Soundings, hearing: Hearing, features: Features, b
             if excess > _FAINT and abs(late) < min(band, abs(residuals[ping]) if owners[ping] >= 0 else band):
                 owners[ping], residuals[ping], excesses[ping] = feature, late, excess
     return Matched(owners, residuals, excesses)
+
+
+@compiled
+def residuals_of(soundings: Soundings, hearing: Hearing, features: Features, owners: IntArray) -> FloatArray:
+    """Return readings less those expected of the features that own them, shape (m,) [m], of all m pings with an owner.
+
+    A sensor that does not face its feature any more makes the whole reading a residual.
+    """
+    explained = np.flatnonzero(owners >= 0)
+    residuals = np.empty(len(explained))
+    for row, ping in enumerate(explained):
+        owner, reading = owners[ping], soundings.readings[ping] * hearing.scale
+        shape, shadow = shape_of(features.reflectors[owner]), features.shadows[owner, soundings.stations[ping]]
+        place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
+        sight, late = faced(shape, reach_of(features, owner), place, reading, hearing.wavelength)
+        residuals[row] = reading if math.isinf(late) else late - walk_of(hearing, excess_of(hearing, sight) - shadow)
+    return residuals
 
 
 @compiled

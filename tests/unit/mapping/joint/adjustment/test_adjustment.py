@@ -75,6 +75,18 @@ def test_readings_with_noise_are_explained_up_to_the_noise() -> None:
     assert ((found.owners >= 0) == np.isfinite(soundings.readings)).mean() > 0.99
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_step_never_makes_readings_fit_worse(seed: int) -> None:
+    # Four fixed sensors on a straight drive: how walls ahead and behind are turned changes readings by its square only.
+    drive, rng = [(x, -0.5) for x in np.arange(-1.5, 1.46, 0.05)], np.random.default_rng(seed)
+    clean = hearing(listening(drive, step=np.pi / 2, arm=0.1), ROOM)
+    readings = 0.003 * np.round((clean.readings + rng.normal(0.0, 0.001, len(clean.readings))) / 0.003)
+    start = [wall(0.005, 2.0), ROOM[1], wall(np.pi - 0.005, 2.0), ROOM[3]]
+    found = adjusted(clean._replace(readings=readings), start, beliefs=BELIEFS._replace(noise=0.0015))
+    assert (found.owners >= 0).all()
+    assert found.model.range_scale == pytest.approx(0.0, abs=0.01)
+
+
 def test_what_differs_between_this_sonar_and_the_usual_one_is_learned() -> None:
     truth = [*ROOM, COLUMN, *CORNERS]
     true = replace(SONAR, range_offset=0.003, walk_gain=1.1 * SONAR.walk_gain, range_scale=0.02)
