@@ -40,9 +40,9 @@ _SLIPPED = "; a slip was taken back"
 # Where all steps did.
 _FARTHER = ", and farther than the rig tells"
 # And where nothing came of it.
-_BY_NOTHING = ", but none moved: the echoes fit together as well from the poses as recorded"
+_NOT_NEEDED = "no correction was needed: the echoes fit together as well from the poses as recorded"
 # And where even that is not so.
-_NO_MORE = ", and no more from elsewhere"
+_NO_MORE = ", and other poses explain no more"
 
 # Where errors add up by so much no hand made them: it is not asked what way-points would explain, which takes as long
 # again.  Steps that lead astray seem to add up, too, but by less [nats].
@@ -246,7 +246,7 @@ def _is_in_question(account: Account) -> bool:
 def _in_vain(account: Account) -> str:
     """Say why poses stay as they are, though better ones were looked for."""
     if agrees(account):
-        return f"{_corrected(account)}{_BY_NOTHING}"
+        return _NOT_NEEDED
     return f"left as recorded: only {_share(account)}{_NO_MORE}"
 
 
