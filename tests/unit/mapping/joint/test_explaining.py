@@ -252,7 +252,9 @@ def test_way_points_that_were_set_by_hand_stay_so_when_the_first_are_only_rememb
     assert found.course is Course.NUDGED
 
 
-@pytest.mark.parametrize(("agree", "said"), [({Course.TRUSTED}, "no correction was needed"), (set(), "left as recorded: only 50 %")])
+@pytest.mark.parametrize(
+    ("agree", "said"), [({Course.TRUSTED}, "no correction was needed"), (set(), "left as recorded: only 50 %")]
+)
 @pytest.mark.parametrize("wheels", [None, Odometry(along=0.02)])
 def test_who_asks_in_vain_is_told_why(
     monkeypatch: pytest.MonkeyPatch, agree: set[Course], said: str, wheels: Odometry | None
