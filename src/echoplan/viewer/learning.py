@@ -75,13 +75,14 @@ def learned_in_words(feature_map: FeatureMap, conventions: Conventions | None = 
     rays = [("Readings are", _CONE.format(math.degrees(float(found["cone"]))))] if "cone" in found else []
     square = [_square(feature_map, found["right_angles"])] if found.get("right_angles") else []
     open_ways = [("Not determined", _open_way(each)) for each in _joined(found.get("undetermined", ()))]
-    told = (*rays, poses, *open_ways, *square, *items, *_servo(found, conventions or Conventions()), noise)
-    return (Definitions(title="What the recording tells of itself", items=told),)
+    told = (*rays, poses, *open_ways, *square, *items, *_servo(found, conventions), noise)
+    return (Definitions(title="Calibration and quality", items=told),)
 
 
-def _servo(found: Mapping[str, Any], now: Conventions) -> list[tuple[str, str]]:
+def _servo(found: Mapping[str, Any], conventions: Conventions | None) -> list[tuple[str, str]]:
     """Write gain and offset of a servo that was calibrated, and how to make them permanent."""
     items, known = [], {"gain": 1.0, "offset": 0.0}
+    now = conventions or Conventions()
     for name, words, factor, unit in _SERVO:
         if name not in found:
             continue

@@ -205,7 +205,8 @@ def test_a_rig_that_tells_how_steps_go_astray_has_no_way_points(
 ) -> None:
     found = best_of(monkeypatch, agree={Course.TRUSTED}, worth=worth, wheels=Odometry(along=0.02))
     assert found.course is expected
-    assert found.verdict.startswith("corrected, as the rig tells")
+    is_needed = expected is not Course.TRUSTED
+    assert found.verdict.startswith("corrected, as the rig tells" if is_needed else "no correction was needed")
 
 
 @pytest.mark.parametrize(
