@@ -12,7 +12,7 @@ from echoplan.diagnosis.wording import next_step, reasons
 from echoplan.geometry import compose, crosses_segments, invert
 from echoplan.mapping.joint.settings import AccountSettings
 from echoplan.model import Conventions, Corner, Cylinder, FeatureMap, Quality, Rig, Sweep, Verdict, Wall
-from echoplan.preprocessing import Faults, clean_sweeps, find_faults
+from echoplan.preprocessing import Faults, RecordingFaultKind, clean_sweeps, find_faults
 
 __all__ = ["Measures", "assess", "examine", "verdict_of"]
 
@@ -46,6 +46,9 @@ class Measures:
         Stations that do not fit the others.
     remedies : tuple of Remedy, optional
         Mistakes in how the recording is written that explain it.
+    unchecked : str, optional
+        The method, if it does not say how well its map explains the echoes; the share is that of one room from the
+        poses of the map then.
     """
 
     share: float
@@ -55,6 +58,7 @@ class Measures:
     crossed: int = 0
     misplaced: tuple[Misplaced, ...] = ()
     remedies: tuple[Remedy, ...] = ()
+    unchecked: str = ""
 
     @property
     def is_unexplained(self) -> bool:
@@ -141,24 +145,27 @@ def verdict_of(measures: Measures) -> Verdict:
     if measures.is_unconfirmed and measures.confirmed < _LONE:
         return Verdict.FAILED
     symptoms = measures.is_unexplained or measures.is_unconfirmed or measures.crossed or measures.misplaced
-    return Verdict.DOUBTFUL if symptoms or measures.faults != Faults() else Verdict.GOOD
+    causes = measures.faults != Faults() or measures.unchecked
+    return Verdict.DOUBTFUL if symptoms or causes else Verdict.GOOD
 
 
 def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: Conventions) -> Measures:
     faults = find_faults(sweeps, rig)
     cleaned = clean_sweeps(sweeps, rig, faults)
     placed = _placed(cleaned, feature_map)
+    agreement = _agreement(feature_map)
     measures = Measures(
-        share=_share(feature_map, rig, placed) if placed else 0.0,
+        share=_share(agreement, rig, placed, faults) if placed else 0.0,
         confirmed=_confirmed(feature_map),
         features=len(feature_map.walls) + len(feature_map.corners) + len(feature_map.cylinders),
         faults=faults,
         crossed=_crossed_walls(feature_map),
+        unchecked=feature_map.method if agreement is None else "",
     )
     # Poses and beams that are not known explain nothing, however they are written.
     if not placed or faults.recording:
         return measures
-    if verdict_of(replace(measures, faults=Faults())) is not Verdict.GOOD:
+    if verdict_of(replace(measures, faults=Faults(), unchecked="")) is not Verdict.GOOD:
         remedies = find_remedies(cleaned, rig, conventions=now, share=measures.share)
         measures = replace(measures, remedies=remedies)
     # Of a failed map most stations do not fit the others.
@@ -167,15 +174,19 @@ def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: C
     return measures
 
 
-def _share(feature_map: FeatureMap, rig: Rig, placed: Sequence[Sweep]) -> float:
-    """Take the share of explained echoes from joint, or explain those of some stations."""
-    if feature_map.method == "point-plot":
-        # It draws readings as they are, of any kind of sensor.
-        return 1.0
+def _agreement(feature_map: FeatureMap) -> float | None:
+    """Return the share of echoes that the map explains; None where the method does not say it."""
     found = feature_map.parameters.get("found")
-    if isinstance(found, Mapping) and "agreement" in found:
-        return float(found["agreement"])
-    return consistency(sampled(placed, rig), rig).share
+    return float(found["agreement"]) if isinstance(found, Mapping) and "agreement" in found else None
+
+
+def _share(agreement: float | None, rig: Rig, placed: Sequence[Sweep], faults: Faults) -> float:
+    """Return the share of explained echoes, as the method says or by one room from the poses of the map."""
+    if agreement is not None:
+        return agreement
+    # The model of sonar does not apply to readings of a laser.
+    is_beam = any(fault.kind is RecordingFaultKind.NARROW_BEAM for fault in faults.recording)
+    return 1.0 if is_beam else consistency(sampled(placed, rig), rig).share
 
 
 def _confirmed(feature_map: FeatureMap) -> float:

@@ -19,6 +19,8 @@ __all__ = ["next_step", "reasons"]
 _ELSEWHERE = "Run echoplan info on the recording to check the readings, and check rig.toml and the poses."
 _RECORD = "Record again as the first reason says."
 _POINTS = "Map it with --method point-plot, whose map nothing checks."
+_COMPARE = "Measure some walls of the room to check the map: nothing else checks it."
+_JOINT = "Map it with --method joint, which checks its map against the echoes."
 _FINDINGS = "Correct the sensor or its program as the first reason says, and record again."
 _HEADINGS = {
     Heading.COUNTER_CLOCKWISE: "headings seem to grow counter-clockwise from +x",
@@ -48,6 +50,14 @@ def _symptoms(measures: "Measures") -> Iterator[str]:
     yield from (_misplaced(each) for each in measures.misplaced)
     if measures.crossed:
         yield f"{_counted(measures.crossed, 'wall lies', 'walls lie')} across the path of the robot."
+    if measures.unchecked:
+        yield _unchecked(measures)
+
+
+def _unchecked(measures: "Measures") -> str:
+    """Say that nothing checks the map itself; recordings with faults are not tried with other conventions."""
+    rest = "" if measures.faults.recording else ": only the poses and conventions were checked"
+    return f"{measures.unchecked} does not say how well its map explains the echoes{rest}."
 
 
 def _shares(measures: "Measures") -> Iterator[str]:
@@ -70,11 +80,15 @@ def next_step(measures: "Measures", now: Conventions) -> str:
         return f"{_capital(_what_to_set(best, now))} and map again.{otherwise}"
     if measures.faults.recording:
         is_beam = measures.faults.recording[0].kind is RecordingFaultKind.NARROW_BEAM
-        return _POINTS if is_beam else _RECORD
+        if is_beam:
+            return _COMPARE if measures.unchecked == "point-plot" else _POINTS
+        return _RECORD
     if measures.misplaced:
         sweeps = " and ".join(str(each.sweep) for each in measures.misplaced)
         return f"Check x, y and yaw of sweep {sweeps} in pings.csv, or leave the sweep out, and map again."
-    return _FINDINGS if measures.faults.sensors else _ELSEWHERE
+    if measures.faults.sensors:
+        return _FINDINGS
+    return _JOINT if measures.unchecked else _ELSEWHERE
 
 
 def _problem(remedy: Remedy, now: Conventions) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from echoplan.diagnosis import Measures, assess, examine, verdict_of
-from echoplan.methods import map_sweeps
+from echoplan.methods import METHODS, map_sweeps
 from echoplan.methods.joint import JointMapper
 from echoplan.model import Conventions, FeatureMap, Verdict, Wall
 from echoplan.preprocessing import Faults, RecordingFault, RecordingFaultKind
@@ -22,8 +22,25 @@ def test_a_map_of_a_sound_recording_is_good() -> None:
     assert (quality.verdict, quality.reasons, quality.next_step) == (Verdict.GOOD, (), "")
 
 
-def test_a_map_of_another_method_is_assessed_too() -> None:
-    assert assess(replace(sound_map(), method="hough", parameters={}), RIG, sound_sweeps()).verdict is Verdict.GOOD
+@pytest.mark.parametrize("name", ["mdp-fuzzy", "point-plot", "hough", "gmm", "directional-maximum", "grid-bayes"])
+def test_a_map_that_no_method_checks_is_doubtful_at_best(name: str) -> None:
+    found = map_sweeps(METHODS[name].build(RIG), sound_sweeps())
+    quality = assess(found, RIG, sound_sweeps())
+    reason = f"{name} does not say how well its map explains the echoes: only the poses and conventions were checked."
+    assert (quality.verdict, quality.reasons) == (Verdict.DOUBTFUL, (reason,))
+    assert quality.next_step == "Map it with --method joint, which checks its map against the echoes."
+
+
+def test_a_map_that_no_method_checks_has_failed_if_the_recording_is_written_otherwise() -> None:
+    sweeps = [Conventions(servo_sign=-1).undo(sweep) for sweep in sound_sweeps()]
+    quality = assess(map_sweeps(METHODS["point-plot"].build(RIG), sweeps), RIG, sweeps)
+    assert quality.verdict is Verdict.FAILED
+    assert quality.reasons[0].startswith("The servo seems to turn clockwise: ")
+
+
+def test_features_whose_stations_nobody_counted_do_not_make_a_map_doubtful() -> None:
+    uncounted = [replace(wall, stations=0) for wall in sound_map().walls]
+    assert assess(replace(sound_map(), walls=tuple(uncounted)), RIG, sound_sweeps()).verdict is Verdict.GOOD
 
 
 def test_walls_whose_stations_are_not_known_are_not_called_unconfirmed() -> None:

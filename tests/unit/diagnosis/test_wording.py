@@ -105,3 +105,10 @@ def test_a_fault_of_a_sensor_is_a_reason_and_its_remedy_the_next_step() -> None:
     held = Faults(sensors=(SensorFault(sensor_id=3, kind=SensorFaultKind.HELD),))
     assert reasons(measures(share=0.9, faults=held), NOW)[0].startswith("Sensor 3 repeats its last reading")
     assert next_step(measures(share=0.9, faults=held), NOW).startswith("Correct the sensor")
+
+
+def test_a_map_of_a_laser_by_points_says_that_nothing_checks_it() -> None:
+    laser = Faults(recording=(RecordingFault(kind=RecordingFaultKind.NARROW_BEAM),))
+    found = measures(share=1.0, faults=laser, unchecked="point-plot")
+    assert reasons(found, NOW)[1:] == ("point-plot does not say how well its map explains the echoes.",)
+    assert next_step(found, NOW).startswith("Measure some walls of the room")
