@@ -7,7 +7,7 @@ import numpy as np
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper
 from echoplan.model import FeatureMap, Polyline, Rig, Route, Sensor, Servo, Sweep, World
-from echoplan.simulation import Simulation
+from echoplan.simulation import Simulation, SimulationSettings
 
 # An L without symmetry, so that no mistake makes another room of it.
 _ROOM = np.array([[0.0, 0.0], [3.4, 0.0], [3.4, 1.5], [2.0, 1.5], [2.0, 2.6], [0.0, 2.6]])
@@ -27,8 +27,18 @@ RIG = Rig(
 @cache
 def sound_sweeps() -> tuple[Sweep, ...]:
     """Six sweeps with all that they should say."""
+    return _simulated(SimulationSettings())
+
+
+@cache
+def askew_sweeps(gain: float, degrees: float) -> tuple[Sweep, ...]:
+    """The same of a servo that does not quite turn as recorded."""
+    return _simulated(SimulationSettings(servo_gain=gain, servo_offset=np.radians(degrees)))
+
+
+def _simulated(settings: SimulationSettings) -> tuple[Sweep, ...]:
     world = World(name="L", polylines=(Polyline(points_xy=_ROOM, closed=True),))
-    return tuple(Simulation(world=world, rig=RIG, route=Route(map_from_base=_STATIONS), seed=1))
+    return tuple(Simulation(world=world, rig=RIG, route=Route(map_from_base=_STATIONS), settings=settings, seed=1))
 
 
 @cache

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from echoplan.diagnosis.calibration import servo_error, servo_turned
 from echoplan.diagnosis.causes import Remedy, find_remedies
 from echoplan.diagnosis.consistency import consistency, sampled
 from echoplan.diagnosis.stations import Misplaced, misplaced_stations
@@ -13,6 +14,7 @@ from echoplan.geometry import compose, crosses_segments, invert
 from echoplan.mapping.joint.settings import AccountSettings
 from echoplan.model import Conventions, Corner, Cylinder, FeatureMap, Quality, Rig, Sweep, Verdict, Wall
 from echoplan.preprocessing import Faults, RecordingFaultKind, clean_sweeps, find_faults
+from echoplan.preprocessing.servo import AS_RECORDED, ServoError
 
 __all__ = ["Measures", "assess", "examine", "verdict_of"]
 
@@ -126,9 +128,10 @@ def examine(rig: Rig, sweeps: Sequence[Sweep], *, conventions: Conventions | Non
     # Poses and beams that are not known explain nothing, however they are written.
     if any(map(len, sweeps)) and not faults.recording:
         cleaned = clean_sweeps(sweeps, rig, faults)
-        share = consistency(sampled(cleaned, rig), rig).share
-        remedies = find_remedies(cleaned, rig, conventions=now, share=share) if share < _AGREE else ()
-        misplaced = () if remedies else misplaced_stations(cleaned, rig)
+        turned = servo_turned(cleaned, servo_error(cleaned, rig))
+        share = consistency(sampled(turned, rig), rig).share
+        remedies = find_remedies(cleaned, rig, conventions=now) if share < _AGREE else ()
+        misplaced = () if remedies else misplaced_stations(turned, rig)
         measures = replace(measures, misplaced=misplaced, remedies=remedies)
     return _quality(measures, now)
 
@@ -166,7 +169,7 @@ def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: C
     if not placed or faults.recording:
         return measures
     if verdict_of(replace(measures, faults=Faults(), unchecked="")) is not Verdict.GOOD:
-        remedies = find_remedies(cleaned, rig, conventions=now, share=measures.share)
+        remedies = find_remedies(cleaned, rig, conventions=now)
         measures = replace(measures, remedies=remedies)
     # Of a failed map most stations do not fit the others.
     if verdict_of(measures) is not Verdict.FAILED:
@@ -200,13 +203,21 @@ def _confirmed(feature_map: FeatureMap) -> float:
 
 
 def _placed(sweeps: Sequence[Sweep], feature_map: FeatureMap) -> list[Sweep]:
-    """Put sweeps where the map has them."""
+    """Put sweeps where the map has them, and the servo where the method found it."""
     poses = dict(zip(feature_map.sweeps.tolist(), feature_map.poses, strict=True))
     return [
         replace(sweep, map_from_base=compose(pose, compose(invert(sweep.station), sweep.map_from_base)))
-        for sweep in sweeps
+        for sweep in servo_turned(sweeps, _servo(feature_map))
         if len(sweep) and (pose := poses.get(sweep.index)) is not None
     ]
+
+
+def _servo(feature_map: FeatureMap) -> ServoError:
+    """Return gain and offset of the servo, if the method found them."""
+    found = feature_map.parameters.get("found")
+    if not isinstance(found, Mapping) or "servo_gain" not in found:
+        return AS_RECORDED
+    return ServoError(gain=float(found["servo_gain"]["value"]), offset=float(found["servo_offset"]["value"]))
 
 
 def _crossed_walls(feature_map: FeatureMap) -> int:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from echoplan.diagnosis.calibration import servo_error, servo_turned
 from echoplan.diagnosis.consistency import Consistency, consistency, sampled
 from echoplan.model import UNITS, Axes, Conventions, Heading, Rig, Sweep
 
@@ -54,7 +55,7 @@ class Remedy:
     share_before: float = 0.0
 
 
-def find_remedies(sweeps: Sequence[Sweep], rig: Rig, *, conventions: Conventions, share: float) -> tuple[Remedy, ...]:
+def find_remedies(sweeps: Sequence[Sweep], rig: Rig, *, conventions: Conventions) -> tuple[Remedy, ...]:
     """Try what people get wrong, one after the other, on a part of a recording.
 
     Parameters
@@ -65,8 +66,6 @@ def find_remedies(sweeps: Sequence[Sweep], rig: Rig, *, conventions: Conventions
         What made them.
     conventions : Conventions
         As ``rig.toml`` has them.
-    share : float
-        Share of the echoes that are explained as it is.
 
     Returns
     -------
@@ -76,14 +75,15 @@ def find_remedies(sweeps: Sequence[Sweep], rig: Rig, *, conventions: Conventions
     some = sampled(sweeps, rig)
     if len({tuple(sweep.station[:2]) for sweep in some}) < _PLACES:
         return ()
-    before = consistency(some, rig)
+    # A servo that does not quite turn as recorded is no mistake: joint calibrates it.
+    before = consistency(servo_turned(some, servo_error(some, rig)), rig)
     recorded = [conventions.undo(sweep) for sweep in some]
     found: list[tuple[float, Remedy]] = []
     for trial in _trials(some, rig, conventions, before):
         after = consistency([trial.conventions.apply(sweep) for sweep in recorded], _turned_about(rig, trial))
         gain = _gain(after, trial.conventions.range_unit / conventions.range_unit) - before.gain
         if _explains(after, gain):
-            found.append((gain, replace(trial, share=after.share, share_before=min(share, before.share))))
+            found.append((gain, replace(trial, share=after.share, share_before=before.share)))
     found.sort(key=lambda each: -each[0])
     return tuple(remedy for gain, remedy in found if gain > _AS_GOOD * found[0][0])
 

@@ -13,10 +13,11 @@ from echoplan.mapping.joint.correction.agreement import evidence
 from echoplan.mapping.joint.search.copies import without_copies
 from echoplan.mapping.joint.settings import AccountSettings, PoseMode
 from echoplan.model import Rig, Sweep
+from echoplan.preprocessing.servo import ServoError
 from echoplan.preprocessing.soundings import join_soundings, soundings_of
 from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps
 
-__all__ = ["FEW_STATIONS", "Consistency", "account_of", "consistency", "sampled", "stations_of"]
+__all__ = ["FEW_STATIONS", "Consistency", "account_of", "consistency", "gathered", "sampled", "stations_of"]
 
 # Stations, and pings of each, that tell a wrong convention from the right one: those of a small recording, which takes
 # a third of a second to explain.
@@ -83,16 +84,25 @@ def _thinned(sweep: Sweep, rig: Rig) -> Sweep:
     return sweep[firings % stride == 0] if stride > 1 else sweep
 
 
-def account_of(sweeps: Sequence[Sweep], rig: Rig) -> Account | None:
-    """Explain sweeps from the poses as recorded; None without any reading."""
+def gathered(sweeps: Sequence[Sweep], rig: Rig) -> Account | None:
+    """Gather what was detected, from the poses as recorded; None without any reading."""
     parts = [soundings_of(sweep, rig) for sweep in sweeps]
     if not any(np.isfinite(part.readings).any() for part in parts):
         return None
     stations = stations_of(sweeps)
     heard = at_stations(join_soundings(parts), stations)
+    return Account(rig, heard, stations.poses, AccountSettings(poses=PoseMode.TRUST))
+
+
+def account_of(sweeps: Sequence[Sweep], rig: Rig, *, servo: ServoError | None = None) -> Account | None:
+    """Explain sweeps from the poses as recorded, calibrating the servo from an error; None without any reading."""
+    account = gathered(sweeps, rig)
+    if account is None:
+        return None
     # Matrices are small: threads would only wait for each other.
     with threadpool_limits(limits=1, user_api="blas"):
-        account = Account(rig, heard, stations.poses, AccountSettings(poses=PoseMode.TRUST))
+        if servo is not None:
+            account.calibrate(servo)
         account.explain()
     return account
 

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from echoplan.diagnosis import Measures, assess, examine, verdict_of
+from echoplan.diagnosis import Measures, assess, examine, find_remedies, verdict_of
 from echoplan.methods import METHODS, map_sweeps
 from echoplan.methods.joint import JointMapper
 from echoplan.model import Conventions, FeatureMap, Verdict, Wall
 from echoplan.preprocessing import Faults, RecordingFault, RecordingFaultKind
-from mistaken import RIG, sound_map, sound_sweeps
+from mistaken import RIG, askew_sweeps, sound_map, sound_sweeps
 
 TWO_PLACES = Faults(recording=(RecordingFault(kind=RecordingFaultKind.TWO_PLACES),))
 SOUND = Measures(share=0.98, confirmed=0.9, features=8)
@@ -36,6 +36,22 @@ def test_a_map_that_no_method_checks_has_failed_if_the_recording_is_written_othe
     quality = assess(map_sweeps(METHODS["point-plot"].build(RIG), sweeps), RIG, sweeps)
     assert quality.verdict is Verdict.FAILED
     assert quality.reasons[0].startswith("The servo seems to turn clockwise: ")
+
+
+ASKEW = [(0.92, 0.0), (1.08, -4.0), (1.0, 9.0)]
+
+
+@pytest.mark.parametrize(("gain", "degrees"), ASKEW)
+def test_a_map_for_which_the_servo_was_calibrated_is_good(gain: float, degrees: float) -> None:
+    sweeps = askew_sweeps(gain, degrees)
+    quality = assess(map_sweeps(JointMapper(RIG), sweeps), RIG, sweeps)
+    assert (quality.verdict, quality.reasons) == (Verdict.GOOD, ())
+
+
+@pytest.mark.parametrize(("gain", "degrees"), ASKEW)
+def test_a_servo_that_joint_calibrates_is_no_mistake(gain: float, degrees: float) -> None:
+    assert examine(RIG, askew_sweeps(gain, degrees)).reasons == ()
+    assert find_remedies(askew_sweeps(gain, degrees), RIG, conventions=Conventions()) == ()
 
 
 def test_features_whose_stations_nobody_counted_do_not_make_a_map_doubtful() -> None:

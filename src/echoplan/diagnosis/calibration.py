@@ -1,0 +1,33 @@
+"""Calibration: servo angles as they were, of servos that do not turn as recorded."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from echoplan.diagnosis.consistency import account_of, gathered, sampled
+from echoplan.mapping.joint.adjustment.drift import VERY_STRONG
+from echoplan.mapping.joint.correction.agreement import evidence
+from echoplan.mapping.joint.correction.servo import find_servo
+from echoplan.model import Rig, Sweep
+from echoplan.preprocessing.servo import AS_RECORDED, ServoError
+
+__all__ = ["servo_error", "servo_turned"]
+
+
+def servo_error(sweeps: Sequence[Sweep], rig: Rig) -> ServoError:
+    """Find gain and offset of the servo from a part of a recording, as joint does."""
+    some = sampled(sweeps, rig)
+    account = gathered(some, rig)
+    error = None if account is None else find_servo(account)
+    if error is None:
+        return AS_RECORDED
+    recorded, calibrated = account_of(some, rig), account_of(some, rig, servo=error)
+    if recorded is None or calibrated is None or evidence(calibrated) < evidence(recorded) + VERY_STRONG:
+        return AS_RECORDED
+    return calibrated.servo or error
+
+
+def servo_turned(sweeps: Sequence[Sweep], error: ServoError) -> list[Sweep]:
+    """Turn the servo of sweeps to where it was."""
+    if error == AS_RECORDED:
+        return list(sweeps)
+    return [replace(each, servo_angles=error.gain * each.servo_angles + error.offset) for each in sweeps]
