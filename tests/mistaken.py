@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 
+from echoplan.arrays import FloatArray
 from echoplan.methods import map_sweeps
 from echoplan.methods.joint import JointMapper
 from echoplan.model import FeatureMap, Polyline, Rig, Route, Sensor, Servo, Sweep, World
@@ -27,18 +28,25 @@ RIG = Rig(
 @cache
 def sound_sweeps() -> tuple[Sweep, ...]:
     """Six sweeps with all that they should say."""
-    return _simulated(SimulationSettings())
+    return _simulated(_STATIONS)
 
 
 @cache
 def askew_sweeps(gain: float, degrees: float) -> tuple[Sweep, ...]:
     """The same of a servo that does not quite turn as recorded."""
-    return _simulated(SimulationSettings(servo_gain=gain, servo_offset=np.radians(degrees)))
+    return _simulated(_STATIONS, SimulationSettings(servo_gain=gain, servo_offset=np.radians(degrees)))
 
 
-def _simulated(settings: SimulationSettings) -> tuple[Sweep, ...]:
+@cache
+def many_sweeps() -> tuple[Sweep, ...]:
+    """Forty of them, more than joint explains together."""
+    return _simulated(np.random.default_rng(1).uniform([0.4, 0.4, -np.pi], [1.7, 2.2, np.pi], (40, 3)))
+
+
+def _simulated(stations: FloatArray, settings: SimulationSettings | None = None) -> tuple[Sweep, ...]:
+    settings = settings or SimulationSettings()
     world = World(name="L", polylines=(Polyline(points_xy=_ROOM, closed=True),))
-    return tuple(Simulation(world=world, rig=RIG, route=Route(map_from_base=_STATIONS), settings=settings, seed=1))
+    return tuple(Simulation(world=world, rig=RIG, route=Route(map_from_base=stations), settings=settings, seed=1))
 
 
 @cache

@@ -7,7 +7,7 @@ import numpy as np
 
 from echoplan.diagnosis.calibration import servo_error, servo_turned
 from echoplan.diagnosis.causes import Remedy, find_remedies
-from echoplan.diagnosis.consistency import consistency, sampled
+from echoplan.diagnosis.consistency import consistency, sampled, stations_of, windows
 from echoplan.diagnosis.stations import Misplaced, misplaced_stations
 from echoplan.diagnosis.wording import next_step, reasons
 from echoplan.geometry import compose, crosses_segments, invert
@@ -22,6 +22,8 @@ __all__ = ["Measures", "assess", "examine", "verdict_of"]
 _STEP = 0.5
 # Where so many echoes fit together from the poses as recorded, joint does not question these.
 _AGREE = AccountSettings().agreement
+# Windows of a long recording of which the share of explained echoes is the mean: each takes a third of a second.
+_WINDOWS = 5
 # Shares of explained echoes, and of those whose feature a second station detects, below which a map is doubtful, and
 # has failed: on seeds 1000 on of benchmarks/verdicts.py.
 _GOOD, _FAILED = 0.8, 0.6
@@ -184,12 +186,16 @@ def _agreement(feature_map: FeatureMap) -> float | None:
 
 
 def _share(agreement: float | None, rig: Rig, placed: Sequence[Sweep], faults: Faults) -> float:
-    """Return the share of explained echoes, as the method says or by one room from the poses of the map."""
-    if agreement is not None:
+    """Return the share of explained echoes: as the method says of all, or by one room from the poses of the map."""
+    window = AccountSettings().window
+    # Of a longer recording joint says it of the last window.
+    if agreement is not None and len(stations_of(placed).poses) <= window.stations + window.step:
         return agreement
     # The model of sonar does not apply to readings of a laser.
-    is_beam = any(fault.kind is RecordingFaultKind.NARROW_BEAM for fault in faults.recording)
-    return 1.0 if is_beam else consistency(sampled(placed, rig), rig).share
+    if any(fault.kind is RecordingFaultKind.NARROW_BEAM for fault in faults.recording):
+        return 1.0 if agreement is None else agreement
+    shares = [consistency(sampled(part, rig), rig).share for part in windows(placed, most=_WINDOWS)]
+    return float(np.mean(shares))
 
 
 def _confirmed(feature_map: FeatureMap) -> float:

@@ -1,5 +1,6 @@
 """Consistency: how many of the echoes one room explains, if all poses are right."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -17,7 +18,7 @@ from echoplan.preprocessing.servo import ServoError
 from echoplan.preprocessing.soundings import join_soundings, soundings_of
 from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps
 
-__all__ = ["FEW_STATIONS", "Consistency", "account_of", "consistency", "gathered", "sampled", "stations_of"]
+__all__ = ["FEW_STATIONS", "Consistency", "account_of", "consistency", "gathered", "sampled", "stations_of", "windows"]
 
 # Stations, and pings of each, that tell a wrong convention from the right one: those of a small recording, which takes
 # a third of a second to explain.
@@ -70,6 +71,20 @@ def sampled(sweeps: Sequence[Sweep], rig: Rig, *, stations: int = FEW_STATIONS) 
     origin = np.append(np.round(sweeps[0].station[:2]), 0.0)
     kept = [_thinned(sweep, rig) for sweep, number in zip(sweeps, numbers, strict=True) if number in chosen]
     return [replace(sweep, map_from_base=sweep.map_from_base - origin) for sweep in kept]
+
+
+def windows(sweeps: Sequence[Sweep], *, most: int) -> list[list[Sweep]]:
+    """Split sweeps into those of stations that joint explains together; of many windows keep some, spread evenly."""
+    sweeps = [sweep for sweep in sweeps if len(sweep)]
+    if not sweeps:
+        return []
+    numbers = stations_of(sweeps).numbers
+    stations = np.arange(numbers[-1] + 1)
+    parts = np.array_split(stations, math.ceil(len(stations) / AccountSettings().window.stations))
+    chosen = np.unique(np.linspace(0, len(parts) - 1, most).round().astype(np.int64))
+    return [
+        [sweep for sweep, number in zip(sweeps, numbers, strict=True) if number in parts[index]] for index in chosen
+    ]
 
 
 def stations_of(sweeps: Sequence[Sweep]) -> Stations:

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from echoplan.arrays import FloatArray
-from echoplan.diagnosis.consistency import account_of, sampled, stations_of
+from echoplan.diagnosis.consistency import account_of, sampled, stations_of, windows
 from echoplan.geometry import compose, invert
 from echoplan.mapping.joint.account import Account
 from echoplan.mapping.joint.correction.agreement import evidence
 from echoplan.mapping.joint.search.localisation import Catalogue, locate, sightlines
+from echoplan.mapping.joint.settings import AccountSettings
 from echoplan.model import Rig, Sweep
 
 __all__ = ["Misplaced", "misplaced_stations"]
@@ -23,9 +24,10 @@ _SLIP, _HELD = np.array([0.15, 0.15, math.radians(20.0)]), 1e-3
 # on seeds 1000 on of benchmarks/verdicts.py.
 _OTHERS, _TRIED, _BELIEVED = 2, 0.8, 30.0
 _FAR, _TURNED = 0.06, math.radians(6.0)
-_ALL = 24  # that joint explains together
 # More than so many stations are not misplaced one by one.
 _MOST = 3
+# Windows of a long recording that are checked: each takes as long as mapping it.
+_WINDOWS = 10
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,13 +53,18 @@ class Misplaced:
 
 
 def misplaced_stations(sweeps: Sequence[Sweep], rig: Rig) -> tuple[Misplaced, ...]:
-    """Find the stations that fit the others better from elsewhere, the worst first."""
-    some = sampled(sweeps, rig, stations=_ALL)
+    """Find the stations that fit those about them better from elsewhere, the worst first."""
+    found = [each for window in windows(sweeps, most=_WINDOWS) for each in _misplaced(window, rig)]
+    return tuple(sorted(found, key=lambda each: -each.gain)[:_MOST])
+
+
+def _misplaced(window: Sequence[Sweep], rig: Rig) -> Iterator[Misplaced]:
+    """Yield those of one window."""
+    some = sampled(window, rig, stations=AccountSettings().window.stations)
     account = account_of(some, rig)
     if account is None:
-        return ()
+        return
     trials = sorted(_trials(account), key=lambda trial: -trial[2])[:_MOST]
-    found = []
     numbers = stations_of(some).numbers
     for station, moved, _ in trials:
         given = account.given[station]
@@ -70,8 +77,7 @@ def misplaced_stations(sweeps: Sequence[Sweep], rig: Rig) -> tuple[Misplaced, ..
         if gain > _BELIEVED:
             off, first = compose(invert(given), moved), some[int(np.argmax(numbers == station))]
             distance = float(np.hypot(off[0], off[1]))
-            found.append(Misplaced(sweep=first.index, distance=distance, turn=float(off[2]), gain=gain))
-    return tuple(sorted(found, key=lambda each: -each.gain))
+            yield Misplaced(sweep=first.index, distance=distance, turn=float(off[2]), gain=gain)
 
 
 def _moved(sweep: Sweep, given: FloatArray, moved: FloatArray) -> Sweep:

@@ -11,7 +11,7 @@ from echoplan.methods import METHODS, map_sweeps
 from echoplan.methods.joint import JointMapper
 from echoplan.model import Conventions, FeatureMap, Verdict, Wall
 from echoplan.preprocessing import Faults, RecordingFault, RecordingFaultKind
-from mistaken import RIG, askew_sweeps, sound_map, sound_sweeps
+from mistaken import RIG, askew_sweeps, many_sweeps, sound_map, sound_sweeps
 
 TWO_PLACES = Faults(recording=(RecordingFault(kind=RecordingFaultKind.TWO_PLACES),))
 SOUND = Measures(share=0.98, confirmed=0.9, features=8)
@@ -36,6 +36,17 @@ def test_a_map_that_no_method_checks_has_failed_if_the_recording_is_written_othe
     quality = assess(map_sweeps(METHODS["point-plot"].build(RIG), sweeps), RIG, sweeps)
     assert quality.verdict is Verdict.FAILED
     assert quality.reasons[0].startswith("The servo seems to turn clockwise: ")
+
+
+def test_a_long_map_is_judged_by_all_of_it() -> None:
+    poses = np.array([sweep.station for sweep in many_sweeps()])
+    found = {"found": {"agreement": 0.98}}
+    whole = replace(sound_map(), sweeps=np.arange(len(poses)), poses=poses, parameters=found)
+    assert assess(whole, RIG, many_sweeps()).verdict is Verdict.GOOD
+    drifting = poses + np.linspace(1.0, 0.0, len(poses))[:, None] * np.array([1.0, 0.5, 1.0])
+    quality = assess(replace(whole, poses=drifting), RIG, many_sweeps())
+    assert quality.verdict is not Verdict.GOOD
+    assert quality.reasons[0].endswith("of the echoes fit together.")
 
 
 ASKEW = [(0.92, 0.0), (1.08, -4.0), (1.0, 9.0)]

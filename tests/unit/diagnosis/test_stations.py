@@ -8,7 +8,7 @@ import pytest
 
 from echoplan.diagnosis import misplaced_stations
 from echoplan.model import Sweep
-from mistaken import RIG, sound_sweeps
+from mistaken import RIG, many_sweeps, sound_sweeps
 
 
 def moved(sweep: Sweep, x: float, turn: float) -> Sweep:
@@ -29,6 +29,12 @@ def test_a_station_at_a_wrong_place_is_named() -> None:
     worst = misplaced_stations(sweeps, RIG)[0]
     assert worst.sweep == 1
     assert worst.distance == pytest.approx(0.2, abs=0.03)
+
+
+def test_a_station_late_in_a_long_recording_is_named() -> None:
+    sweeps = list(many_sweeps())
+    sweeps[33] = moved(sweeps[33], 0.0, math.radians(15.0))
+    assert [each.sweep for each in misplaced_stations(sweeps, RIG)] == [33]
 
 
 def test_where_the_origin_is_does_not_matter() -> None:
