@@ -149,9 +149,8 @@ def verdict_of(measures: Measures) -> Verdict:
         return Verdict.FAILED
     if measures.is_unconfirmed and measures.confirmed < _LONE:
         return Verdict.FAILED
-    symptoms = measures.is_unexplained or measures.is_unconfirmed or measures.crossed or measures.misplaced
-    causes = measures.faults != Faults() or measures.unchecked
-    return Verdict.DOUBTFUL if symptoms or causes else Verdict.GOOD
+    symptoms = (measures.is_unexplained, measures.is_unconfirmed, measures.crossed, measures.misplaced)
+    return Verdict.DOUBTFUL if any((*symptoms, measures.faults != Faults(), measures.unchecked)) else Verdict.GOOD
 
 
 def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: Conventions) -> Measures:

@@ -12,10 +12,13 @@ import numpy as np
 from echoplan.diagnosis.calibration import servo_error, servo_turned
 from echoplan.diagnosis.consistency import Consistency, consistency, sampled
 from echoplan.model import UNITS, Axes, Conventions, Heading, Rig, Sweep
+from echoplan.preprocessing import ENOUGH_PLACES, count_places
 
-__all__ = ["Cause", "Remedy", "find_remedies"]
+__all__ = ["SAME_UNIT", "Cause", "Remedy", "find_remedies"]
 
 _HALF = math.pi / 2
+# Lengths of a unit that are written with six digits are the same.
+SAME_UNIT = 1e-6
 
 
 class Cause(StrEnum):
@@ -73,7 +76,8 @@ def find_remedies(sweeps: Sequence[Sweep], rig: Rig, *, conventions: Conventions
         Those that explain the echoes, and clearly more of them than are explained now; the best first.
     """
     some = sampled(sweeps, rig)
-    if len({tuple(sweep.station[:2]) for sweep in some}) < _PLACES:
+    # From fewer places anything fits.
+    if count_places(some) < ENOUGH_PLACES:
         return ()
     # A servo that does not quite turn as recorded is no mistake: joint calibrates it.
     before = consistency(servo_turned(some, servo_error(some, rig)), rig)
@@ -88,8 +92,6 @@ def find_remedies(sweeps: Sequence[Sweep], rig: Rig, *, conventions: Conventions
     return tuple(remedy for gain, remedy in found if gain > _AS_GOOD * found[0][0])
 
 
-# From fewer places anything fits.
-_PLACES = 3
 # Share of the echoes that are explained once a mistake is corrected, and evidence for it from each of them that is
 # independent [nats]: of benchmarks/verdicts.py, seeds 1000 on.  From poses that drift fewer echoes are explained, and
 # by chance more if these are read in another way.
@@ -143,7 +145,7 @@ def _written(cause: Cause, now: Conventions, changes: Iterable[Mapping[str, Any]
 
 def _named(metres: float) -> float:
     """Round a unit to one that has a name, if it is that."""
-    return next((unit for unit in UNITS.values() if math.isclose(unit, metres, rel_tol=1e-6)), metres)
+    return next((unit for unit in UNITS.values() if math.isclose(unit, metres, rel_tol=SAME_UNIT)), metres)
 
 
 # A length in one unit that was taken for a metric one is off by one of these.

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import fields
 from typing import TYPE_CHECKING
 
-from echoplan.diagnosis.causes import Cause, Remedy
+from echoplan.diagnosis.causes import SAME_UNIT, Cause, Remedy
 from echoplan.diagnosis.findings import faults_in_words
 from echoplan.diagnosis.stations import Misplaced
 from echoplan.model import UNITS, Axes, Conventions, Heading
@@ -79,16 +79,20 @@ def next_step(measures: "Measures", now: Conventions) -> str:
         otherwise = "".join(f" If {_problem(each, now)}, {_what_to_set(each, now)} instead." for each in rivals[:1])
         return f"{_capital(_what_to_set(best, now))} and map again.{otherwise}"
     if measures.faults.recording:
-        is_beam = measures.faults.recording[0].kind is RecordingFaultKind.NARROW_BEAM
-        if is_beam:
-            return _COMPARE if measures.unchecked == "point-plot" else _POINTS
-        return _RECORD
+        return _otherwise_recorded(measures)
     if measures.misplaced:
         sweeps = " and ".join(str(each.sweep) for each in measures.misplaced)
         return f"Check x, y and yaw of sweep {sweeps} in pings.csv, or leave the sweep out, and map again."
     if measures.faults.sensors:
         return _FINDINGS
     return _JOINT if measures.unchecked else _ELSEWHERE
+
+
+def _otherwise_recorded(measures: "Measures") -> str:
+    """Say what to do about a fault of the recording."""
+    if measures.faults.recording[0].kind is not RecordingFaultKind.NARROW_BEAM:
+        return _RECORD
+    return _COMPARE if measures.unchecked == "point-plot" else _POINTS
 
 
 def _problem(remedy: Remedy, now: Conventions) -> str:
@@ -117,7 +121,11 @@ _UNITS = {"m": "metres", "cm": "centimetres", "mm": "millimetres", "in": "inches
 
 def _mistaken(factor: float) -> str:
     """Name the mistake by which lengths come out so many times too small: centimetres are what people expect."""
-    pairs = [(one, other) for one in UNITS for other in UNITS if math.isclose(UNITS[one] / UNITS[other], factor)]
+    factors = {(one, other): UNITS[one] / UNITS[other] for one in UNITS for other in UNITS if one != other}
+    # As exactly as a remedy is rounded to a unit.
+    pairs = [pair for pair, ratio in factors.items() if math.isclose(ratio, factor, rel_tol=SAME_UNIT)]
+    if not pairs:
+        return "in another unit"
     one, other = next((pair for pair in pairs if "cm" in pair), pairs[0])
     return f"{_UNITS[one]} that were taken for {_UNITS[other]}"
 

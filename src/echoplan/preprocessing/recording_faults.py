@@ -7,19 +7,25 @@ from enum import StrEnum
 
 import numpy as np
 
-from echoplan.arrays import FloatArray
 from echoplan.model import Rig, Sweep
 from echoplan.preprocessing.beams import cone_of_rays
 from echoplan.preprocessing.constancy import Trace
 from echoplan.preprocessing.rays import are_rays
 from echoplan.preprocessing.soundings import join_soundings, soundings_of
 
-__all__ = ["RecordingFault", "RecordingFaultKind", "find_beam_faults", "find_place_faults"]
+__all__ = [
+    "ENOUGH_PLACES",
+    "RecordingFault",
+    "RecordingFaultKind",
+    "count_places",
+    "find_beam_faults",
+    "find_place_faults",
+]
 
 # Positions nearer to each other are one place: from there a wall and a pole differ by less than readings scatter [m].
 _APART = 0.1
 # From so many places at least a wall, a corner and a pole differ.
-_ENOUGH = 3
+ENOUGH_PLACES = 3
 # Readings of a sensor in one direction, to this width [rad], agree to this [m]: as far as a hand sways that turns it.
 _DIRECTION, _AGREE = math.radians(5.0), 0.2
 # At one place nearly all readings agree with those of before; from the stations of simulated rooms without their poses
@@ -56,6 +62,26 @@ class RecordingFault:
     value: float = math.nan
 
 
+def count_places(sweeps: Sequence[Sweep]) -> int:
+    """Count the places from which a recording was made, up to three, which are enough.
+
+    Parameters
+    ----------
+    sweeps : sequence of Sweep
+        All sweeps.
+
+    Returns
+    -------
+    int
+        Places at least 10 cm apart.
+    """
+    count, left = 0, np.concatenate([np.zeros((0, 2)), *(sweep.map_from_base[:, :2] for sweep in sweeps)])
+    while len(left) and count < ENOUGH_PLACES:
+        left = left[np.hypot(*(left - left[0]).T) > _APART]
+        count += 1
+    return count
+
+
 def find_place_faults(sweeps: Sequence[Sweep], traces: Sequence[Trace]) -> tuple[RecordingFault, ...]:
     """Find out whether the positions of a recording suffice for a map.
 
@@ -71,10 +97,10 @@ def find_place_faults(sweeps: Sequence[Sweep], traces: Sequence[Trace]) -> tuple
     tuple of RecordingFault
         One at most.
     """
-    count = _count_places(np.concatenate([sweep.map_from_base[:, :2] for sweep in sweeps]))
-    if count >= _ENOUGH:
+    count = count_places(sweeps)
+    if count >= ENOUGH_PLACES:
         return ()
-    if count == _ENOUGH - 1:
+    if count == ENOUGH_PLACES - 1:
         return (RecordingFault(kind=RecordingFaultKind.TWO_PLACES),)
     shares = [share for trace in traces for share in _agreements(trace)]
     if len(shares) >= _DIRECTIONS and np.mean(shares) < _SAME_PLACE:
@@ -103,15 +129,6 @@ def find_beam_faults(sweeps: Sequence[Sweep], rig: Rig) -> tuple[RecordingFault,
     joined = join_soundings(scans)
     cone = cone_of_rays(joined) if are_rays(joined) else math.nan
     return (RecordingFault(kind=RecordingFaultKind.NARROW_BEAM, value=cone),) if cone < _NARROW else ()
-
-
-def _count_places(positions_xy: FloatArray) -> int:
-    """Count the places among positions [m], shape (n, 2), up to three, which are enough."""
-    left, count = positions_xy, 0
-    while len(left) and count < _ENOUGH:
-        left = left[np.hypot(*(left - left[0]).T) > _APART]
-        count += 1
-    return count
 
 
 def _agreements(trace: Trace) -> list[float]:

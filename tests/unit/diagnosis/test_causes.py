@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from echoplan.diagnosis import Cause, find_remedies
@@ -41,6 +42,12 @@ def test_a_sensor_that_looks_backwards_is_found() -> None:
 
 def test_nothing_is_found_in_a_sound_recording() -> None:
     assert find_remedies(sound_sweeps(), RIG, conventions=NOW) == ()
+
+
+def test_no_mistake_is_found_where_all_places_are_nearly_one() -> None:
+    mirrored = [Conventions(servo_sign=-1).undo(sweep) for sweep in sound_sweeps()]
+    near = [replace(sweep, map_from_base=sweep.map_from_base * np.array([0.01, 0.01, 1.0])) for sweep in mirrored]
+    assert find_remedies(near, RIG, conventions=NOW) == ()
 
 
 def test_a_wrong_convention_is_taken_back() -> None:

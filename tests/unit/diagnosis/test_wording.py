@@ -51,6 +51,16 @@ REMEDIES = {
         "The ranges seem to be inches that were taken for centimetres",
         "Set range_unit = 2.54 under",
     ),
+    "inches, rounded": (
+        remedy(Cause.RANGE_UNIT, Conventions(range_unit=0.0254 * (1.0 + 5e-7))),
+        "The ranges seem to be inches that were taken for metres",
+        "Set range_unit = 0.0254 under",
+    ),
+    "a unit without a name": (
+        remedy(Cause.RANGE_UNIT, Conventions(range_unit=1.7)),
+        "The ranges seem to be in another unit",
+        "Set range_unit = 1.7 under",
+    ),
     "places in centimetres": (
         remedy(Cause.POSITION_UNIT, Conventions(position_unit=0.01)),
         "X and y seem to be centimetres that were taken for metres",
