@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from echoplan.cli.results import PICTURES, RESULTS, Results, results_folder, say_what_was_found
-from echoplan.cli.terminal import Progressing, put, report_files, show, tracked
+from echoplan.cli.results import PICTURES, RESULTS, Results, mapped, results_folder, say_what_was_found
+from echoplan.cli.terminal import Progressing, put, report_files, show
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -82,7 +82,7 @@ def _map_flat(out: Path, seed: int) -> None:
     put(f"{_FLAT_INTRODUCTION}\n")
     drive = _simulated(_FLAT, seed)
     mapper, truth = JointMapper(drive.simulation.rig), drive.simulation.truth
-    plan = Plan(feature_map=_assessed(_mapped(mapper, drive.sweeps), drive), truth=truth, echoes_xy=drive.echoes_xy)
+    plan = Plan(feature_map=_assessed(mapped(mapper, drive.sweeps), drive), truth=truth, echoes_xy=drive.echoes_xy)
     evaluation = evaluate(plan.feature_map, truth)
     table = _score_table(evaluation)
     say_what_was_found(plan)
@@ -104,7 +104,7 @@ def _map_paper_room(out: Path, seed: int) -> None:
     rig = drive.simulation.rig
     joint, paper = JointMapper(rig), MdpFuzzyMapper(rig)
     mappers: dict[str, Mapper] = {"joint": joint, "mdp-fuzzy": paper, "rcd": RcdMapper(rig)}
-    maps = {name: _mapped(mapper, drive.sweeps) for name, mapper in mappers.items()}
+    maps = {name: mapped(mapper, drive.sweeps) for name, mapper in mappers.items()}
     plan = Plan(feature_map=_assessed(maps["joint"], drive), truth=drive.simulation.truth, echoes_xy=drive.echoes_xy)
     figures = _paper_figures(paper, drive.sweeps, replace(plan, feature_map=maps["mdp-fuzzy"]))
     table = _table5(maps, drive.simulation)
@@ -187,12 +187,6 @@ def _say_lengths(evaluation: "Evaluation") -> None:
         f"{100 * lengths.precision:.1f} % is right. The path crosses {plural(lengths.walked_through, 'drawn wall')}."
     )
     put()
-
-
-def _mapped(mapper: "Mapper", sweeps: "Sequence[Sweep]") -> "FeatureMap":
-    from echoplan.methods import map_sweeps  # noqa: PLC0415
-
-    return map_sweeps(mapper, tracked(sweeps, total=len(sweeps), task="mapping"))
 
 
 def _assessed(feature_map: "FeatureMap", drive: _Drive) -> "FeatureMap":

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from echoplan.cli.results import RESULTS, Results, say_what_was_found, write_results
-from echoplan.cli.terminal import Progressing, busy, tracked
+from echoplan.cli.results import RESULTS, Results, mapped, say_what_was_found, write_results
+from echoplan.cli.terminal import Progressing, busy
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
     from pydantic import BaseModel
 
-    from echoplan.methods import Mapper
     from echoplan.model import FeatureMap, Source, Sweep
 
 __all__ = ["run"]
@@ -39,7 +38,6 @@ def run(
     from echoplan.config import Run, method_of, read_config  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.io import check_folder  # noqa: PLC0415
     from echoplan.methods import find_method, grid_of, observations_of  # noqa: PLC0415
-    from echoplan.preprocessing import clean_sweeps, find_faults  # noqa: PLC0415
     from echoplan.sources import conventions_of, find_truth, open_source  # noqa: PLC0415
     from echoplan.viewer import EchoListener, Plan  # noqa: PLC0415
 
@@ -51,12 +49,8 @@ def run(
     check_folder(out, RESULTS)
     opened = open_source(source)
     recorded = tuple(Progressing(opened, "reading"))
-    faults = find_faults(recorded, opened.rig)
-    cleaned = clean_sweeps(recorded, opened.rig, faults)
     mapper, listener = chosen.build(opened.rig, settings), EchoListener(opened.rig)
-    sweeps = listener.listen(tracked(cleaned, total=len(cleaned), task="mapping"))
-    withheld = faults.has_no_poses or (faults.is_from_one_place and method == "joint")
-    found = _without_features(method, settings, sweeps) if withheld else _map_of(mapper, sweeps)
+    found = mapped(mapper, recorded, listener.listen)
     plan = Plan(
         feature_map=_assessed(found, opened, recorded),
         truth=find_truth(source, opened),
@@ -93,28 +87,6 @@ def _warn_if_failed(feature_map: "FeatureMap", *, strict: bool) -> None:
         sys.stderr.write(f"echoplan: the map failed: {quality.reasons[0]}\n")
         if strict:
             raise typer.Exit(2)
-
-
-def _map_of(mapper: "Mapper", sweeps: "Iterable[Sweep]") -> "FeatureMap":
-    for sweep in sweeps:
-        mapper.add(sweep)
-    with busy("putting the map together"):
-        return mapper.result()
-
-
-def _without_features(method: str, settings: "BaseModel", sweeps: "Iterable[Sweep]") -> "FeatureMap":
-    """Make a map of the poses alone, where features would be invented."""
-    import numpy as np  # noqa: PLC0415
-
-    from echoplan.model import FeatureMap  # noqa: PLC0415
-
-    pinged = [sweep for sweep in sweeps if len(sweep)]
-    return FeatureMap(
-        method=method,
-        parameters=settings.model_dump(mode="json"),
-        sweeps=np.array([sweep.index for sweep in pinged], dtype=np.int64),
-        poses=np.array([sweep.station for sweep in pinged]).reshape(-1, 3),
-    )
 
 
 def _with_poses(settings: "BaseModel", poses: str, method: str) -> "BaseModel":

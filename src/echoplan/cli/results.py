@@ -1,23 +1,26 @@
 """What the commands that map leave in a folder: the map, its drawing, the report and the settings of the run."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from echoplan.cli.evaluate import evaluation_tables
-from echoplan.cli.terminal import put, report_files, show
+from echoplan.cli.terminal import busy, put, report_files, show, tracked
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
     from pydantic import BaseModel
 
     from echoplan.arrays import FloatArray
     from echoplan.config import Run
-    from echoplan.model import OccupancyGrid
+    from echoplan.methods import Mapper
+    from echoplan.model import FeatureMap, OccupancyGrid, Sweep
     from echoplan.viewer import Definitions, Plan, Section
 
-__all__ = ["PICTURES", "RESULTS", "Results", "results_folder", "say_what_was_found", "write_results"]
+__all__ = ["PICTURES", "RESULTS", "Results", "mapped", "results_folder", "say_what_was_found", "write_results"]
 
 RESULTS = ("map.json", "map.svg", "report.html", "trajectory.tum", "run.toml")
 # The folder of pictures in that of a demo.
@@ -113,6 +116,36 @@ def results_folder(folder: Path, results: Results) -> Iterator[Path]:
         if results.grid is not None:
             write_grid(draft / "map.yaml", results.grid)
         yield draft
+
+
+def mapped(
+    mapper: "Mapper", sweeps: "Sequence[Sweep]", listen: "Callable[[Iterable[Sweep]], Iterable[Sweep]]" = iter
+) -> "FeatureMap":
+    """Map sweeps, and show how far that is.
+
+    Parameters
+    ----------
+    mapper : Mapper
+        The mapper.
+    sweeps : sequence of Sweep
+        All sweeps, as recorded.
+    listen : callable, optional
+        Passes the cleaned sweeps on.
+
+    Returns
+    -------
+    FeatureMap
+        The map.
+    """
+    from echoplan.methods import map_sweeps  # noqa: PLC0415
+
+    with ExitStack() as shown:
+
+        def follow(cleaned: "Sequence[Sweep]") -> "Iterator[Sweep]":
+            yield from listen(tracked(cleaned, total=len(cleaned), task="mapping"))
+            shown.enter_context(busy("putting the map together"))
+
+        return map_sweeps(mapper, sweeps, follow=follow)
 
 
 def say_what_was_found(plan: "Plan") -> None:

@@ -16,7 +16,7 @@ from echoplan.evaluation import (
     evaluate,
     score_grid,
 )
-from echoplan.methods import find_method, grid_of, map_sweeps, points_of
+from echoplan.methods import Method, find_method, grid_of, map_sweeps, points_of
 from echoplan.model import FeatureMap, OccupancyGrid, Recording, Truth
 
 __all__ = ["Outcome", "Subject", "Trial", "measure"]
@@ -135,7 +135,7 @@ def measure(trial: Trial) -> Outcome:
     """
     recording, truth = trial.subject.recording, trial.subject.truth
     method = find_method(trial.method)
-    map_sweeps(method.build(recording.rig), recording.sweeps[:1])
+    _warm_up(method, recording)
     mapper = method.build(recording.rig)
     start = process_time()
     feature_map = map_sweeps(mapper, recording)
@@ -151,6 +151,13 @@ def measure(trial: Trial) -> Outcome:
         seconds=seconds,
         peak_memory=_peak_memory(),
     )
+
+
+def _warm_up(method: Method, recording: Recording) -> None:
+    mapper = method.build(recording.rig)
+    for sweep in recording.sweeps[:1]:
+        mapper.add(sweep)
+    mapper.result()
 
 
 def _reach(recording: Recording) -> float:

@@ -39,6 +39,9 @@ class JointMapper:
         Settings of the stages.
     """
 
+    # A wall, a corner and a cylinder sound alike from one place.
+    needs_places = True
+
     def __init__(self, rig: Rig, settings: JointSettings | None = None) -> None:
         self.rig = rig
         self.settings = settings or JointSettings()

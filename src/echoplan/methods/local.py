@@ -7,7 +7,7 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.errors import InvalidValueError
 from echoplan.mapping import Observation
-from echoplan.methods.mapper import Mapper, grid_of, observations_of, points_of
+from echoplan.methods.mapper import Mapper, grid_of, needs_places, observations_of, points_of
 from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep, translated
 
 __all__ = ["LocalMapper"]
@@ -67,6 +67,11 @@ class LocalMapper:
             In the frame of the sweeps.
         """
         return translated(self.mapper.result(), self._origin_xy)
+
+    @property
+    def needs_places(self) -> bool:
+        """Whether the mapper would invent features from one place."""
+        return needs_places(self.mapper)
 
     @property
     def points_xy(self) -> FloatArray:

@@ -57,6 +57,16 @@ class SensorFaultKind(StrEnum):
     FLYBACK = "flyback"
 
 
+# Of sensors with one of these it is settled whether they hold readings; others may do so besides.
+_SETTLED = {
+    SensorFaultKind.DEAD,
+    SensorFaultKind.STUCK,
+    SensorFaultKind.NO_ECHO_VALUE,
+    SensorFaultKind.HELD,
+    SensorFaultKind.LOGGED_REPEATEDLY,
+}
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SensorFault:
     """A fault of one sensor.
@@ -194,10 +204,10 @@ def _stands_for_something(trace: Trace, value: float) -> bool:
 
 def _with_mates(found: list[SensorFault], traces: Sequence[Trace], rig: Rig) -> tuple[SensorFault, ...]:
     """Add the mates of sensors that hold their last reading: the same modules, if they never read no echo either."""
-    faulty = {fault.sensor_id for fault in found}
+    settled = {fault.sensor_id for fault in found if fault.kind in _SETTLED}
     if any(fault.kind == SensorFaultKind.HELD for fault in found):
         for trace, sensor in zip(traces, rig.sensors, strict=True):
-            if sensor.sensor_id not in faulty and len(trace.readings) and is_no_echo(trace, sensor).mean() < _SHARE:
+            if sensor.sensor_id not in settled and len(trace.readings) and is_no_echo(trace, sensor).mean() < _SHARE:
                 share = float((np.bincount(runs_of(trace.readings)) - 1).sum() / len(trace.readings))
                 found.append(SensorFault(sensor_id=sensor.sensor_id, kind=SensorFaultKind.HELD, share=share))
     places = {sensor.sensor_id: place for place, sensor in enumerate(rig.sensors)}

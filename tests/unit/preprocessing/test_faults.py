@@ -266,13 +266,43 @@ def test_readings_while_the_servo_flies_back_say_nothing(late: int) -> None:
     assert all(np.isnan(sweep.ranges).sum() <= late + 2 for sweep in cleaned)
 
 
+def test_a_mate_of_a_sensor_that_holds_readings_does_so_besides_its_own_fault() -> None:
+    rig, recording = recorded("sim:paper-room,rig=rotary-array,seed=21")
+    # The mate has an echo everywhere.
+    sweeps = with_readings(with_readings(forth(recording), holding, sensor=2), without_gaps, sensor=3)
+    late, wrong = 12, []
+    for sweep in sweeps:
+        own, ranges = np.flatnonzero(sweep.sensor_ids == 3), sweep.ranges.copy()
+        back = np.round(len(own) - 1 - (len(own) - 1 - late) * np.arange(late) / late).astype(int)
+        ranges[own[:late]] = ranges[own[back]]
+        wrong.append(replace(sweep, ranges=ranges))
+    mates = [(2, SensorFaultKind.HELD), (3, SensorFaultKind.HELD)]
+    assert kinds(find_faults(sweeps, rig)) == mates
+    assert kinds(find_faults(wrong, rig)) == [mates[0], (3, SensorFaultKind.FLYBACK), mates[1]]
+
+
+def without_gaps(readings: FloatArray) -> FloatArray:
+    heard = np.isfinite(readings)
+    return np.interp(np.arange(len(readings)), np.flatnonzero(heard), readings[heard])
+
+
 def test_sweeps_in_one_direction_without_flyback_are_sound() -> None:
     rig, sweeps = recorded(ROOM)
-    forth = []
-    for sweep in sweeps:
-        order = np.argsort(sweep.servo_angles, kind="stable")
-        forth.append(replace(sweep, servo_angles=sweep.servo_angles[order], ranges=sweep.ranges[order]))
-    assert find_faults(forth, rig) == Faults()
+    assert find_faults(forth(sweeps), rig) == Faults()
+
+
+def forth(sweeps: tuple[Sweep, ...]) -> tuple[Sweep, ...]:
+    """The same pings in the order of their angles, so that the servo always sweeps the same way."""
+    ways = [np.argsort(sweep.servo_angles, kind="stable") for sweep in sweeps]
+    return tuple(
+        replace(
+            sweep,
+            sensor_ids=sweep.sensor_ids[way],
+            servo_angles=sweep.servo_angles[way],
+            ranges=sweep.ranges[way],
+        )
+        for sweep, way in zip(sweeps, ways, strict=True)
+    )
 
 
 @pytest.mark.parametrize("rig", ["hc-sr04-servo", "rotary-array", "ring-16"])
