@@ -116,7 +116,8 @@ def main() -> None:
     total = row("all", evaluations, sum(each.seconds for each in outcomes))
     title = f"joint in {len(outcomes)} random arenas: recall / precision (%), mean deviation"
     show(Table(title=title, columns=("arenas", *COLUMNS[1:]), rows=(total,)))
-    show(consistency_table(pool(evaluations, rng=np.random.default_rng(0))))
+    summary = pool(evaluations, rng=np.random.default_rng(0))
+    show(consistency_table({name: each.consistency for name, each in summary.classes.items()}))
     show(fault_table(outcomes))
 
 
