@@ -228,7 +228,11 @@ def _reconsidered(account: Account, tracked: Account | None) -> Account:
     account.verdict = f"used as recorded: {share if account.arcs else 'too few echoes to check them'}"
     if not _is_in_question(account):
         return account
-    best = _better(account, max(_rivals(account, share, tracked), key=_worth, default=account))
+    rivals = _rivals(account, share, tracked)
+    if rivals and _is_by_hand(account) and are_round(account.given) and is_doubtful(account):
+        # Nobody sets a robot down exactly on a mark, so the poses as recorded are not among the rivals.
+        return max(rivals, key=_worth)
+    best = _better(account, max(rivals, key=_worth, default=account))
     if best is account and _is_asked(account) and account.arcs:
         account.verdict = _in_vain(account)
     return best

@@ -151,6 +151,11 @@ def test_way_points_are_worth_what_they_explain_while_readings_count_in_full(mon
     assert best_of(monkeypatch, agree=set(Course), others=others).course is Course.NUDGED
 
 
+def test_marks_in_whole_centimetres_are_never_exact_where_they_are_doubtful(monkeypatch: pytest.MonkeyPatch) -> None:
+    others = {"are_round": lambda given: True}
+    assert best_of(monkeypatch, agree=set(Course), worth=NEITHER, others=others).course is Course.NUDGED
+
+
 @pytest.mark.parametrize("torn", [True, False])
 def test_errors_that_scatter_about_the_steps_are_none_of_odometry(
     monkeypatch: pytest.MonkeyPatch, *, torn: bool
