@@ -221,14 +221,15 @@ def free_board(outline_xy: FloatArray, rng: np.random.Generator) -> FloatArray:
     inner = np.flatnonzero(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0] < 0.0)
     corner = rng.choice(inner)
     way = rng.choice([before[corner], -after[corner]])
-    return outline_xy[corner] + np.array([[0.0, 0.0], way / np.hypot(*way) * BOARD])
+    board: FloatArray = outline_xy[corner] + np.array([[0.0, 0.0], way / np.hypot(*way) * BOARD])
+    return board
 
 
 def waypoints(outline_xy: FloatArray, boards: tuple[FloatArray, ...], rng: np.random.Generator) -> FloatArray:
     """Draw places that are clear of the boards and of each other."""
     floor = Floor(outline_xy=outline_xy)
     for board in boards:
-        for place in np.linspace(*board, 4):
+        for place in np.linspace(board[0], board[1], 4):
             floor = floor.beside(place, 0.0)
     for _ in range(WAYPOINTS):
         place = next(floor.places(rng, clearance=CLEAR, tries=TRIES))
