@@ -70,12 +70,6 @@ def test_features_whose_stations_nobody_counted_do_not_make_a_map_doubtful() -> 
     assert assess(replace(sound_map(), walls=tuple(uncounted)), RIG, sound_sweeps()).verdict is Verdict.GOOD
 
 
-def test_walls_whose_stations_are_not_known_are_not_called_unconfirmed() -> None:
-    walls = tuple(replace(wall, stations=0) for wall in sound_map().walls)
-    from_cells = replace(sound_map(), method="grid-elfes", parameters={}, walls=walls, corners=(), cylinders=())
-    assert assess(from_cells, RIG, sound_sweeps()).verdict is Verdict.GOOD
-
-
 def test_a_map_from_a_servo_that_turns_clockwise_has_failed_and_says_why() -> None:
     sweeps = [Conventions(servo_sign=-1).undo(sweep) for sweep in sound_sweeps()]
     quality = assess(map_sweeps(JointMapper(RIG), sweeps), RIG, sweeps)
