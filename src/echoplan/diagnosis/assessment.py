@@ -130,9 +130,11 @@ def examine(rig: Rig, sweeps: Sequence[Sweep], *, conventions: Conventions | Non
     # Poses and beams that are not known explain nothing, however they are written.
     if any(map(len, sweeps)) and not faults.recording:
         cleaned = clean_sweeps(sweeps, rig, faults)
-        turned = servo_turned(cleaned, servo_error(cleaned, rig))
-        share = consistency(sampled(turned, rig), rig).share
-        remedies = find_remedies(cleaned, rig, conventions=now) if share < _AGREE else ()
+        error = servo_error(cleaned, rig)
+        turned = servo_turned(cleaned, error)
+        # What seems to be a servo askew may be another mistake.
+        is_strange = error != AS_RECORDED or consistency(sampled(turned, rig), rig).share < _AGREE
+        remedies = find_remedies(cleaned, rig, conventions=now) if is_strange else ()
         misplaced = () if remedies else misplaced_stations(turned, rig)
         measures = replace(measures, misplaced=misplaced, remedies=remedies)
     return _quality(measures, now)
