@@ -171,7 +171,9 @@ def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: C
     # Poses and beams that are not known explain nothing, however they are written.
     if not placed or faults.recording:
         return measures
-    if verdict_of(replace(measures, faults=Faults(), unchecked="")) is not Verdict.GOOD:
+    is_strange = verdict_of(replace(measures, faults=Faults(), unchecked="")) is not Verdict.GOOD
+    # What seems to be a servo askew may be another mistake.
+    if is_strange or _servo(feature_map) != AS_RECORDED:
         remedies = find_remedies(cleaned, rig, conventions=now)
         measures = replace(measures, remedies=remedies)
     # Of a failed map most stations do not fit the others.
