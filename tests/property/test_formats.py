@@ -342,7 +342,7 @@ def test_pings_of_anything_are_read_or_told_in_one_line(
 # What the documents say of a cell, written down a second time.
 _DECIMAL = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 _MEASURED = rf"{_DECIMAL}|[-+]?(?:inf|infinity|nan)|"
-_QUOTED_ROW = re.compile(r'(?: *"((?:[^"]|"")*)"|([^",][^,]*|))(?:,|$)')
+_QUOTED_ROW = re.compile(r'(?: *"((?:[^"]|"")*)"|( *[^", ][^,]*| *))(?:,|$)')
 
 
 def reference_cells(line: str) -> list[str] | None:
