@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from echoplan.cli import main as application
 from echoplan.io import builtin_world, read_grid, read_map, read_recording, read_truth, write_recording, write_world
 from echoplan.model import Conventions, Heading, Recording, Verdict
 from echoplan.sources import open_source
@@ -489,7 +490,10 @@ class TestTerminal:
             "import sys; import echoplan.cli.main; "
             "print(sorted({'typer', 'rich', 'numpy', 'pathlib', 'echoplan.errors'} & set(sys.modules)))"
         )
-        done = subprocess.run([sys.executable, "-S", "-c", probe], capture_output=True, text=True, check=True)
+        # Without site-packages, where others may import what they like, the package must be found by name.
+        environment = {**os.environ, "PYTHONPATH": str(Path(application.__file__).parents[2])}
+        words = [sys.executable, "-S", "-c", probe]
+        done = subprocess.run(words, capture_output=True, text=True, check=True, env=environment)
         assert done.stdout.strip() == "[]"
 
     @pytest.mark.parametrize("name", ["demo", "simulate", "map", "evaluate", "info"])

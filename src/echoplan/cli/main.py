@@ -32,7 +32,7 @@ def main() -> None:
     try:
         _prepare_streams()
         status = _run(sys.argv[1:] or ["--help"])
-        status = _flush(sys.stdout) or status
+        status = _flush(sys.stdout, is_refused=status == _REFUSED) or status
     finally:
         if signals:
             # An interrupt of an import or of machine code may come out as any error.
@@ -112,7 +112,8 @@ def _refuse(message: str) -> int:
     return _REFUSED
 
 
-def _flush(stream: TextIO) -> int:
+def _flush(stream: TextIO, *, is_refused: bool = False) -> int:
+    """Write what a stream still holds; one refusal is enough."""
     try:
         stream.flush()
     except BrokenPipeError:
@@ -120,7 +121,7 @@ def _flush(stream: TextIO) -> int:
         _discard(stream)
     except OSError as error:
         _discard(stream)
-        if stream is sys.stdout:
+        if stream is sys.stdout and not is_refused:
             return _refuse(f"standard output: {error.strerror}; free some space or print to another place")
     return 0
 
