@@ -22,9 +22,9 @@ _NUMBERS = (
     (
         "walk_gain",
         (
-            "Faint echoes are read too far by up to",
-            "Faint echoes are read too near by up to",
-            "Faint echoes are off by",
+            "Weak echoes read long, by up to",
+            "Weak echoes read short, by up to",
+            "Weak echoes read long, by up to",
         ),
         1000.0,
         "mm",

@@ -104,14 +104,14 @@ def found_in_words(feature_map: FeatureMap) -> str:
     Examples
     --------
     >>> found_in_words(FeatureMap(method="rcd"))
-    '0 walls, 0 corners and 0 cylinders, heard from 0 stations.'
+    '0 walls, 0 corners and 0 cylinders, detected from 0 stations.'
     """
     openings = [plural(len(feature_map.openings), "opening")] if feature_map.openings else []
     features = ", ".join(
         [plural(len(feature_map.walls), "wall"), *openings, plural(len(feature_map.corners), "corner")]
     )
     cylinders = plural(len(feature_map.cylinders), "cylinder")
-    found = f"{features} and {cylinders}, heard from {plural(len(feature_map.sweeps), 'station')}."
+    found = f"{features} and {cylinders}, detected from {plural(len(feature_map.sweeps), 'station')}."
     return " ".join([found, *_not_observed(feature_map)])
 
 

@@ -76,7 +76,7 @@ def test_pictures_that_a_run_does_not_make_go_and_others_stay(tmp_path: Path) ->
 
 def test_what_was_found_is_said_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     say_what_was_found(results().plan)
-    assert capsys.readouterr().out == "6 walls, 0 corners and 0 cylinders, heard from 2 stations.\n"
+    assert capsys.readouterr().out == "6 walls, 0 corners and 0 cylinders, detected from 2 stations.\n"
 
 
 def test_openings_are_listed_with_their_widths(capsys: pytest.CaptureFixture[str]) -> None:

@@ -144,7 +144,7 @@ def test_openings_have_a_row_and_a_drawing_of_one_name() -> None:
 
 def test_the_sum_of_a_map_names_what_was_not_observed() -> None:
     assert found_in_words(gapped_map()) == (
-        "4 walls, 2 openings, 0 corners and 0 cylinders, heard from 5 stations. "
+        "4 walls, 2 openings, 0 corners and 0 cylinders, detected from 5 stations. "
         "0.50 m of wall inferred up to undetected corners; 0.50 m between walls not observed."
     )
 

@@ -225,7 +225,8 @@ def _reconsidered(account: Account, tracked: Account | None) -> Account:
     Steps that were followed at first sight, because walls were torn apart, lead to the same place again.
     """
     share = _share(account)
-    account.verdict = f"used as recorded: {share if account.arcs else 'too few echoes to check them'}"
+    fits = f"{100 * agreement(account):.0f} % of the echoes fit together"
+    account.verdict = f"used as recorded: {fits if account.arcs else 'too few echoes to check them'}"
     if not _is_in_question(account):
         return account
     rivals = _rivals(account, share, tracked)
