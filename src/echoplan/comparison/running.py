@@ -28,6 +28,7 @@ def run_trials(trials: Iterable[Trial], *, workers: int) -> Iterator[Outcome]:
     Outcome
         In the order in which they are ready; a trial that failed says why.
     """
+    others = active_children()
     pool = ThreadPoolExecutor(max_workers=workers)
     try:
         for done in as_completed([pool.submit(_in_own_process, trial) for trial in trials]):
@@ -36,7 +37,8 @@ def run_trials(trials: Iterable[Trial], *, workers: int) -> Iterator[Outcome]:
         # Whoever is interrupted waits for nobody.
         pool.shutdown(wait=False, cancel_futures=True)
         for process in active_children():
-            process.terminate()
+            if process not in others:
+                process.terminate()
 
 
 def _in_own_process(trial: Trial) -> Outcome:
