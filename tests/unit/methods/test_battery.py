@@ -6,16 +6,12 @@ import numpy as np
 import pytest
 
 import soundings
+from cell import CELL
 from echoplan.errors import UnknownNameError
 from echoplan.methods import METHODS, Mapper, Method, map_sweeps
-from echoplan.model import FeatureMap, Pillar, Polyline, Sweep, World
+from echoplan.model import FeatureMap, Sweep
 from echoplan.simulation import Simulation
 
-CELL = World(
-    name="cell",
-    polylines=(Polyline(points_xy=np.array([[0.0, 0.0], [2.4, 0.2], [2.1, 1.9], [0.1, 1.6]]), closed=True),),
-    pillars=(Pillar(center_xy=np.array([1.7, 0.7]), radius=0.08),),
-)
 POSES = [[0.5, 0.5, 0.0], [1.0, 0.6, 0.5], [0.7, 1.2, 1.0], [1.4, 1.3, 1.5]]
 
 

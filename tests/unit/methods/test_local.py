@@ -6,17 +6,13 @@ import numpy as np
 import pytest
 
 import soundings
+from cell import CELL
 from echoplan.arrays import FloatArray
 from echoplan.errors import EchoplanError
 from echoplan.methods import METHODS, Method, grid_of, map_sweeps, observations_of, points_of
-from echoplan.model import FeatureMap, Pillar, Polyline, Sweep, World
+from echoplan.model import FeatureMap, Sweep
 from echoplan.simulation import Simulation
 
-CELL = World(
-    name="cell",
-    polylines=(Polyline(points_xy=np.array([[0.0, 0.0], [2.4, 0.2], [2.1, 1.9], [0.1, 1.6]]), closed=True),),
-    pillars=(Pillar(center_xy=np.array([1.7, 0.7]), radius=0.08),),
-)
 # Multiples of 2^-6 m, so that positions far away are exact and a shifted recording is the same recording.
 POSES = np.array([[0.5, 0.5, 0.0], [1.0, 0.625, 0.5], [0.75, 1.25, 1.0], [1.375, 1.25, 1.5]])
 # A place in UTM coordinates [m].
