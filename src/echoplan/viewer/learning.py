@@ -10,15 +10,10 @@ from echoplan.viewer.sections import Definitions
 
 __all__ = ["learned_in_words"]
 
-# Name, what it is called above and below zero and where nothing tells it, what turns it into its unit, and the unit.
+# Name, what it is called above and below zero and where it is not determined, factor to its unit, and the unit.
+# The range offset is in map.json only: no recording determines it better than modules are set.
 _NUMBERS = (
     ("range_scale", ("Ranges are too short by", "Ranges are too long by", "Ranges are off by"), 100.0, "%"),
-    (
-        "range_offset",
-        ("Ranges at 1 m are too long by", "Ranges at 1 m are too short by", "Ranges at 1 m are off by"),
-        1000.0,
-        "mm",
-    ),
     (
         "walk_gain",
         (

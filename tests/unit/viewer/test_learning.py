@@ -37,8 +37,8 @@ def test_a_number_below_zero_is_told_the_other_way_round() -> None:
 
 @pytest.mark.parametrize("value", [0.0002, -0.0002])
 def test_of_what_the_pings_do_not_narrow_down_not_even_the_sign_is_told(value: float) -> None:
-    offset = {"value": value, "sigma": 0.0013, "believed": 0.0014}
-    assert told(range_offset=offset)["Ranges at 1 m are off by"] == "not determined by this recording"
+    scale = {"value": value, "sigma": 0.028, "believed": 0.03}
+    assert told(range_scale=scale)["Ranges are off by"] == "not determined by this recording"
 
 
 def test_what_the_thermometer_tells_is_said_to_come_from_it() -> None:
