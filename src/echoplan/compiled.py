@@ -55,7 +55,7 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     if function.__name__.isidentifier():
         # Without a folder that may be written to, numba says RuntimeError, and machine code is kept in memory only.
         with suppress(RuntimeError):
-            # numba's own way in, njit(cache=True), cannot be told of another cache.
+            # numba's own way in, njit(cache=True), cannot take another cache.
             fast._cache = _PackageCache(function)  # type: ignore[no-untyped-call]  # noqa: SLF001
     kept: Callable[P, R] = fast
     return kept

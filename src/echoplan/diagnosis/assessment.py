@@ -107,7 +107,7 @@ def assess(
 
 
 def examine(rig: Rig, sweeps: Sequence[Sweep], *, conventions: Conventions | None = None) -> Quality:
-    """Examine a recording before anything is mapped, for mistakes that can be told from the recording alone.
+    """Examine a recording before anything is mapped, for mistakes that show in the recording alone.
 
     That few echoes fit together is none of them: poses of a robot that drives drift, and mapping corrects them.
 

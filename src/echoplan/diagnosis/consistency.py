@@ -20,8 +20,8 @@ from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps
 
 __all__ = ["FEW_STATIONS", "Consistency", "account_of", "consistency", "gathered", "sampled", "stations_of", "windows"]
 
-# Stations, and pings of each, that tell a wrong convention from the right one: those of a small recording, which takes
-# a third of a second to explain.
+# Stations, and pings of each, that separate a wrong convention from the right one: a small recording, explained in a
+# third of a second.
 FEW_STATIONS, _PINGS = 10, 100
 
 
@@ -123,7 +123,7 @@ def account_of(sweeps: Sequence[Sweep], rig: Rig, *, servo: ServoError | None = 
 
 
 def consistency(sweeps: Sequence[Sweep], rig: Rig) -> Consistency:
-    """Tell how many echoes of some sweeps one room explains from the poses as recorded."""
+    """Count the echoes of some sweeps that one room explains from the poses as recorded."""
     account, count = account_of(sweeps, rig), len(rig.sensors)
     if account is None or not account.arcs:
         none = np.zeros(count, dtype=np.int64)

@@ -46,7 +46,7 @@ _RECORDINGS: Mapping[RecordingFaultKind, str] = {
         "drawn. Write where the robot was: x and y in metres, yaw in radians."
     ),
     RecordingFaultKind.ONE_PLACE: (
-        "All readings are from one place: a wall, a corner and a pole cannot be told apart from one place. Record from "
+        "All readings are from one place: a wall, a corner and a pole look the same from one place. Record from "
         "at least three places, 30 cm apart."
     ),
     RecordingFaultKind.TWO_PLACES: (

@@ -155,7 +155,7 @@ def _misplaced(station: Misplaced) -> str:
     return f"Sweep {station.sweep} does not fit the others: it would fit {' and '.join((*moves, *turns))}."
 
 
-# Shorter ways are not worth a word [m].
+# Shorter distances are not mentioned [m].
 _VISIBLE = 0.02
 
 

@@ -97,7 +97,7 @@ def _evidence(scans: Sequence[_Scan], readings: int, delay: float, half_aperture
 
 
 def _agreement(scan: _Scan, readings: int, delay: float, half_aperture: float) -> tuple[BoolArray, FloatArray]:
-    """Tell which first readings agree with later ones of where the servo was, and how many agree with any.
+    """Find the first readings that agree with later ones of where the servo was, and count those that agree with any.
 
     Where it was less than half a beam away from where it should have been, a reading shows nothing.
     """

@@ -136,8 +136,8 @@ def without_repeats(soundings: Soundings) -> Soundings:
     Returns
     -------
     Soundings
-        The first of such pings each.  Those of a servo that turns the other way stay, for they tell its latency, but
-        both count as one.
+        The first of such pings each.  Those of a servo that turns the other way stay, for they determine its latency,
+        but both count as one.
     """
     if not soundings.rates.any():
         # Repeats of fixed sensors show how much their readings scatter, and a station has few of them.

@@ -11,7 +11,7 @@ __all__ = ["OdometryNoise", "SimulationSettings"]
 
 # Farther than this ultrasound is not heard in air [m], and dead reckoning that is off by more knows nothing [m, rad].
 _FARTHEST, _ASTRAY = 50.0, 100.0
-# No servo turns ten times as far as it was told.
+# No servo turns ten times as far as commanded.
 _LARGEST_GAIN = 10.0
 
 

@@ -333,7 +333,7 @@ class Account:
         )
 
     def common_rounding(self, noise: float, common: float = 0.0) -> float:
-        """Tell by how much readings of one distance err together because they are rounded [m].
+        """Return the standard deviation of the common rounding error of readings of one distance [m].
 
         They scatter by the noise, of which a share is common to a station.
         """

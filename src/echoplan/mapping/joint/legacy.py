@@ -79,7 +79,7 @@ def survey(account: Account, path_xy: FloatArray) -> Survey:
     segments = find_segments(features, echoes, path_xy, settings.segments)
     # What the model of the sonar lacks does not average out over many stations.
     lacking = settings.adjustment
-    best = min(beliefs.offset_sigma, lacking.told_offset_sigma)
+    best = min(beliefs.offset_sigma, lacking.offset_floor)
     return Survey(
         features=features,
         adjusted=replace(adjusted, offset_sigma=best, model_error=lacking.model_error),

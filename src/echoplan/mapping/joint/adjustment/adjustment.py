@@ -203,7 +203,7 @@ def facing_rows(soundings: Soundings, now: State, beliefs: Beliefs) -> Rows:
 
 
 def _bearings(soundings: Soundings, now: State, beliefs: Beliefs) -> Bearings:
-    """Find the bearings of walls; those of walls that may lie anyhow tell nothing of headings, but of the servo."""
+    """Find the bearings of walls; those of walls that may lie anyhow determine the servo but not the headings."""
     poses, square = beliefs.poses, beliefs.squareness
     along_axes = poses is not None and not poses.relative and square is not None and square.along_axes
     if not beliefs.bearings or not (along_axes or beliefs.servo is not None):

@@ -28,8 +28,10 @@ class AdjustmentSettings(BaseModel, frozen=True, extra="forbid"):
     gain_share: float = Field(default=0.24, gt=0.0, description="uncertainty of the range walk, as a share of it")
     scale_sigma: float = Field(default=0.03, gt=0.0, description="of the range scale: 50 degrees of temperature")
     told_scale_sigma: float = Field(default=0.002, gt=0.0, description="likewise, by a thermometer or on a drive")
-    told_offset_sigma: float = Field(
-        default=0.002, gt=0.0, description="of the range offset as corners tell it [m]: 1.8 mm in rooms of 100 stations"
+    offset_floor: float = Field(
+        default=0.002,
+        gt=0.0,
+        description="of the range offset as corners determine it, at least [m]: 1.8 mm in rooms of 100 stations",
     )
     latency_sigma: float = Field(default=0.02, gt=0.0, description="of the servo's latency [s]")
     servo_gain_sigma: float = Field(
@@ -53,8 +55,8 @@ class AdjustmentSettings(BaseModel, frozen=True, extra="forbid"):
     model_error: float = Field(
         default=0.0002,
         ge=0.0,
-        description="of each end of a wall, and of a point, however many readings tell it [m]: 0.16 mm in rooms of 60 "
-        "to 150 stations",
+        description="of each end of a wall, and of a point, however many readings determine it [m]: 0.16 mm in rooms "
+        "of 60 to 150 stations",
     )
     determined: float = Field(
         default=2.0, gt=0.0, description="deviations of a latency that drifting poses leave clear"

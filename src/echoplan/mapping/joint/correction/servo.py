@@ -1,6 +1,6 @@
 """Servo: gain and offset that make the arcs of all stations and sensors fit together, before anything is explained.
 
-A hobby servo turns a few percent less or more than it is told, and its horn sits some degrees askew.  Ranges hardly
+A hobby servo turns a few percent less or more than commanded, and its horn sits some degrees askew.  Ranges hardly
 change with that; the directions in which arcs lie do.  With the right gain and offset arcs that different
 stations detected lie on the same planes, or about the same points, as often as they can.
 """
@@ -36,7 +36,7 @@ _FAR = 6.0
 _GAP = 3.0
 # Evidence that is positive [nats] (Kass and Raftery 1995): to ask what a calibrated servo explains costs time only.
 _POSITIVE = 1.0
-# Fewer arcs do not tell.
+# Fewer arcs do not determine gain and offset.
 _FEWEST = 10
 _SINGLE_ARC = (0.006, 0.03)
 
