@@ -8,9 +8,9 @@ import numpy as np
 from echoplan.diagnosis.calibration import servo_error, servo_turned
 from echoplan.diagnosis.causes import Remedy, find_remedies
 from echoplan.diagnosis.consistency import consistency, sampled, stations_of, windows
-from echoplan.diagnosis.stations import Misplaced, misplaced_stations
+from echoplan.diagnosis.stations import Misplaced, carried, misplaced_stations
 from echoplan.diagnosis.wording import next_step, reasons
-from echoplan.geometry import compose, crosses_segments, invert
+from echoplan.geometry import crosses_segments
 from echoplan.mapping.joint.settings import AccountSettings
 from echoplan.model import Conventions, Corner, Cylinder, FeatureMap, Quality, Rig, Sweep, Verdict, Wall
 from echoplan.preprocessing import Faults, RecordingFaultKind, clean_sweeps, find_faults
@@ -216,7 +216,7 @@ def _placed(sweeps: Sequence[Sweep], feature_map: FeatureMap) -> list[Sweep]:
     """Put sweeps where the map has them, and the servo where the method found it."""
     poses = dict(zip(feature_map.sweeps.tolist(), feature_map.poses, strict=True))
     return [
-        replace(sweep, map_from_base=compose(pose, compose(invert(sweep.station), sweep.map_from_base)))
+        carried(sweep, sweep.station, pose)
         for sweep in servo_turned(sweeps, _servo(feature_map))
         if len(sweep) and (pose := poses.get(sweep.index)) is not None
     ]

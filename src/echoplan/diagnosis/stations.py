@@ -15,7 +15,7 @@ from echoplan.mapping.joint.search.localisation import Catalogue, locate, sightl
 from echoplan.mapping.joint.settings import AccountSettings
 from echoplan.model import Rig, Sweep
 
-__all__ = ["Misplaced", "misplaced_stations"]
+__all__ = ["Misplaced", "carried", "misplaced_stations"]
 
 # How far a person is off who made a mistake [m, m, rad], and how exactly a place is held that is not questioned.
 _SLIP, _HELD = np.array([0.15, 0.15, math.radians(20.0)]), 1e-3
@@ -69,7 +69,7 @@ def _misplaced(window: Sequence[Sweep], rig: Rig) -> Iterator[Misplaced]:
     for station, moved, _ in trials:
         given = account.given[station]
         there = [
-            _moved(sweep, given, moved) if number == station else sweep
+            carried(sweep, given, moved) if number == station else sweep
             for sweep, number in zip(some, numbers, strict=True)
         ]
         after = account_of(there, rig)
@@ -80,7 +80,8 @@ def _misplaced(window: Sequence[Sweep], rig: Rig) -> Iterator[Misplaced]:
             yield Misplaced(sweep=first.index, distance=distance, turn=float(off[2]), gain=gain)
 
 
-def _moved(sweep: Sweep, given: FloatArray, moved: FloatArray) -> Sweep:
+def carried(sweep: Sweep, given: FloatArray, moved: FloatArray) -> Sweep:
+    """Carry a sweep along when its station is moved from one pose to another."""
     return replace(sweep, map_from_base=compose(moved, compose(invert(given), sweep.map_from_base)))
 
 

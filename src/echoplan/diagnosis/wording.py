@@ -49,8 +49,10 @@ def _symptoms(measures: "Measures") -> Iterator[str]:
     yield from _shares(measures) if measures.features else ()
     yield from (_misplaced(each) for each in measures.misplaced)
     if measures.crossed:
-        yield f"{_counted(measures.crossed, 'wall lies', 'walls lie')} across the path of the robot."
-    if measures.unchecked:
+        walls = "1 wall lies" if measures.crossed == 1 else f"{measures.crossed} walls lie"
+        yield f"{walls} across the path of the robot."
+    # Of an empty map there is nothing to explain.
+    if measures.unchecked and measures.features:
         yield _unchecked(measures)
 
 
@@ -66,10 +68,6 @@ def _shares(measures: "Measures") -> Iterator[str]:
     if measures.is_unconfirmed:
         confirmed = _percent(measures.confirmed)
         yield f"Only {confirmed} of the echoes come from something that a second station detects, too."
-
-
-def _counted(count: int, one: str, more: str) -> str:
-    return f"{count} {one if count == 1 else more}"
 
 
 def next_step(measures: "Measures", now: Conventions) -> str:
