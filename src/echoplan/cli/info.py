@@ -74,7 +74,7 @@ def _headline(name: str, rig: "Rig", found: "Survey") -> str:
     heard = f"{_counted(found.sweeps, 'sweep')}, {_counted(pings, 'ping')}"
     return (
         f"{name}: {heard}, {found.duration:.1f} s, made by {rig.name!r} with {_counted(len(rig.sensors), 'sensor')}\n"
-        f"way of the robot: {found.way:.2f} m within {width:.2f} x {depth:.2f} m{air}\n"
+        f"path of the robot: {found.way:.2f} m within {width:.2f} x {depth:.2f} m{air}\n"
     )
 
 
@@ -86,7 +86,7 @@ def _sensor_table(found: "Survey") -> "Table":
     from echoplan.model import Table  # noqa: PLC0415
 
     return Table(
-        title="What came of the pings",
+        title="Readings by sensor",
         columns=("sensor", "pings", "echo (%)", "no echo (%)", "too close (%)", "faulty (%)", "ranges (m)"),
         rows=tuple(
             (
