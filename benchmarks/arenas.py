@@ -33,13 +33,13 @@ from echoplan.evaluation import (
     pool,
 )
 from echoplan.geometry import wrap
+from echoplan.joint.mapper import JointMapper
 from echoplan.methods import map_sweeps
-from echoplan.methods.joint import JointMapper
 from echoplan.model import Polyline, Rig, Route, Sensor, Servo, Sweep, Table, Transducer, World
 from echoplan.simulation import Simulation, SimulationSettings
-from joint import fault_table  # type: ignore[import-not-found]  # beside this file
-from recordings import COLUMNS, row  # type: ignore[import-not-found]  # likewise
-from rooms import Floor  # type: ignore[import-not-found]  # likewise
+from joint import fault_table
+from library.rooms import Floor
+from recordings import COLUMNS, row
 
 ARENAS, OFF, TURN = 24, 0.015, 1.5
 # Way-points of students: 3 cm off in the mean, headings by a few degrees, and one of them by up to so many.
@@ -118,7 +118,7 @@ def main() -> None:
     show(Table(title=title, columns=("arenas", *COLUMNS[1:]), rows=(total,)))
     summary = pool(evaluations, rng=np.random.default_rng(0))
     show(consistency_table({name: each.consistency for name, each in summary.classes.items()}))
-    show(fault_table(outcomes))
+    show(fault_table({each.seed: each.evaluation for each in outcomes}))
 
 
 def run(seed: int, *, off: float, turn: float, coarse: bool, students: bool) -> Outcome:

@@ -19,14 +19,14 @@ from typing import Any
 
 import numpy as np
 
-from copies import shaken  # type: ignore[import-not-found]  # beside this file
 from echoplan.cli.terminal import show, tracked
 from echoplan.geometry import wrap
 from echoplan.io import read_recording
-from echoplan.mapping.joint.settings import PoseMode
+from echoplan.joint.mapper import JointMapper, JointSettings
+from echoplan.joint.settings import PoseMode
 from echoplan.methods import map_sweeps
-from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import FeatureMap, Source, Table, Wall
+from library.noisy_copies import shaken
 
 # Walls that face each other within this are sides of one corridor [rad].
 OPPOSITE = 0.1

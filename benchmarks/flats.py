@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 
-from apartments import is_drifting, random_flat  # type: ignore[import-not-found]  # beside this file
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import (
     Evaluation,
@@ -27,10 +26,11 @@ from echoplan.evaluation import (
     pool,
 )
 from echoplan.io import write_recording, write_truth
-from echoplan.mapping.joint.settings import PoseMode
+from echoplan.joint.settings import PoseMode
 from echoplan.model import FeatureClass, Table
-from jambs import JambErrors, jamb_errors  # type: ignore[import-not-found]
-from joint import mapped, percent  # type: ignore[import-not-found]
+from joint import mapped, percent
+from library.flats import is_drifting, random_flat
+from library.jambs import JambErrors, jamb_errors
 
 # Seeds below 300 were looked at while the method was written.
 FLATS, FIRST = 20, 300

@@ -26,14 +26,14 @@ from typing import Any
 
 import numpy as np
 
-from apartments import random_flat  # type: ignore[import-not-found]  # beside this file
 from echoplan.cli.terminal import tracked
 from echoplan.io import write_recording
 from echoplan.model import Rig, Source, Sweep
 from echoplan.simulation import Simulation
-from fans import cast, of_cone  # type: ignore[import-not-found]
-from heads import set_down, sounded  # type: ignore[import-not-found]
-from rooms import random_drive, random_simulation  # type: ignore[import-not-found]
+from heads import set_down, sounded
+from library.flats import random_flat
+from library.ray_cones import cast, of_cone
+from library.rooms import random_drive, random_simulation
 
 ROOT = Path(__file__).resolve().parents[1]
 KEPT = ROOT / "out" / "gate"
@@ -49,8 +49,13 @@ IGNORED = ("parameters", "reasons", "next_step", "version")
 class Recording:
     """Sweeps with the rig that made them: what ``write_recording`` writes."""
 
+    name: str
     rig: Rig
     sweeps: tuple[Sweep, ...]
+
+    def __len__(self) -> int:
+        """Count the sweeps."""
+        return len(self.sweeps)
 
     def __iter__(self) -> Iterator[Sweep]:
         """Yield the sweeps."""
@@ -90,7 +95,7 @@ def cases() -> list[Case]:
 def by_hand(seed: int) -> Source:
     """Measure places with tape and eye, with a head whose servo is off."""
     _, simulation = sounded(seed, gain=0.1, offset=10.0)
-    return Recording(rig=simulation.rig, sweeps=tuple(set_down(list(simulation), seed)))
+    return Recording(name=simulation.name, rig=simulation.rig, sweeps=tuple(set_down(list(simulation), seed)))
 
 
 def rays(seed: int) -> Source:
@@ -98,7 +103,7 @@ def rays(seed: int) -> Source:
     simulation: Simulation = random_simulation(seed)
     rig = of_cone(simulation.rig, math.radians(15.0))
     sweeps = cast(tuple(simulation), simulation.world, rig, rays=31, noise=0.002, rng=np.random.default_rng(seed))
-    return Recording(rig=rig, sweeps=tuple(sweeps))
+    return Recording(name=simulation.name, rig=rig, sweeps=tuple(sweeps))
 
 
 def main() -> int:
@@ -128,7 +133,7 @@ def main() -> int:
 
 def git(*arguments: str) -> str:
     """Run git in this repository and return what it prints."""
-    run = subprocess.run(["git", *arguments], cwd=ROOT, check=True, capture_output=True, text=True)  # noqa: S603, S607
+    run = subprocess.run(["git", *arguments], cwd=ROOT, check=True, capture_output=True, text=True)  # noqa: S607
     return run.stdout.strip()
 
 
@@ -152,7 +157,7 @@ def map_case(case: Case, code: Path, maps: Path) -> None:
     source = case.folder or write_case(case)
     command = [sys.executable, "-m", "echoplan", "map", str(source), "--out", str(out), *case.options]
     environment = os.environ | {"PYTHONPATH": str(code / "src")}
-    run = subprocess.run(command, env=environment, cwd=code, capture_output=True, text=True, check=False)  # noqa: S603
+    run = subprocess.run(command, env=environment, cwd=code, capture_output=True, text=True, check=False)
     if run.returncode:
         raise SystemExit(f"{case.name} with {code}: {run.stderr.strip()}")
 

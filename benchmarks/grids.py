@@ -17,8 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from echoplan.arrays import FloatArray
-from echoplan.cli.terminal import show
-from echoplan.mapping.grids import (
+from echoplan.classical.grids import (
     BayesRule,
     BayesSettings,
     CanvasSettings,
@@ -33,6 +32,7 @@ from echoplan.mapping.grids import (
     RangeLayerRule,
     RangeLayerSettings,
 )
+from echoplan.cli.terminal import show
 from echoplan.model import Table
 
 PEER = Path(__file__).parent / "mrpt"

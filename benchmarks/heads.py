@@ -21,11 +21,11 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Evaluation, evaluate
+from echoplan.joint.mapper import JointMapper
 from echoplan.methods import map_sweeps
-from echoplan.methods.joint import JointMapper
 from echoplan.model import FeatureClass, FeatureMap, Sweep, Table
 from echoplan.simulation import Simulation
-from rooms import random_simulation  # type: ignore[import-not-found]  # beside this file
+from library.rooms import random_simulation
 
 ROOMS, STATIONS = 20, 8
 KINDS = ("exact", "by hand")

@@ -23,7 +23,6 @@ from typing import Any
 
 import numpy as np
 
-from bound import against_bound, true_scale  # type: ignore[import-not-found]  # beside this file
 from echoplan.arrays import FloatArray
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import (
@@ -38,13 +37,14 @@ from echoplan.evaluation import (
 )
 from echoplan.evaluation.consistency import PARAMETERS
 from echoplan.io import rig_names
-from echoplan.mapping.joint.outline.segments import SegmentSettings
-from echoplan.mapping.joint.settings import PoseMode
+from echoplan.joint.map_extraction.segments import SegmentSettings
+from echoplan.joint.mapper import JointMapper, JointSettings
+from echoplan.joint.settings import PoseMode
 from echoplan.methods import map_sweeps
-from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import Corner, Cylinder, FeatureClass, FeatureMap, Sweep, Table, Wall
 from echoplan.simulation import Simulation
-from rooms import ARRAY, STATIONS, is_oblique, random_simulation  # type: ignore[import-not-found]
+from library.error_bound import against_bound, true_scale
+from library.rooms import ARRAY, STATIONS, is_oblique, random_simulation
 
 ROOMS = 100
 # The marks on which a robot is set down are so far apart [m].
@@ -195,7 +195,7 @@ def tables(outcomes: Sequence[Outcome]) -> list[Table]:
         score_table(outcomes),
         *plan_tables(outcomes),
         deviation_table(summary),
-        fault_table(outcomes),
+        fault_table({each.seed: each.evaluation for each in outcomes}),
         consistency_table({name: each.consistency for name, each in summary.classes.items()}),
         bound_table(outcomes),
         belief_table(outcomes),
@@ -253,16 +253,16 @@ def is_moved(outcome: Outcome) -> bool:
     return trajectory is not None and trajectory.absolute_error > 0.0
 
 
-def fault_table(outcomes: Sequence[Outcome]) -> Table:
+def fault_table(outcomes: Mapping[int, Evaluation]) -> Table:
     """List the rooms in which something is missing or false: true objects by number and estimates by number."""
     rows = []
-    for each in outcomes:
-        matchings = each.evaluation.matches.by_class
+    for seed, evaluation in outcomes.items():
+        matchings = evaluation.matches.by_class
         missed = [f"{name} {k}" for name, m in matchings.items() for k in sorted(set(m.wanted) - set(m.found))]
         false = [f"{name} {k}" for name, m in matchings.items() for k in m.spurious]
         twice = [f"{name} {match.truth}" for name, m in matchings.items() for match in m.duplicate]
         if missed or false or twice:
-            rows.append((str(each.seed), *(", ".join(names) or "-" for names in (missed, false, twice))))
+            rows.append((str(seed), *(", ".join(names) or "-" for names in (missed, false, twice))))
     return Table(
         title=f"Rooms with faults: {len(rows)} of {len(outcomes)}",
         columns=("seed", "missed", "false", "twice"),

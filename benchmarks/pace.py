@@ -17,11 +17,11 @@ import numpy as np
 
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Evaluation, evaluate
-from echoplan.mapping.joint.settings import PoseMode
-from echoplan.methods.joint import JointMapper, JointSettings
+from echoplan.joint.mapper import JointMapper, JointSettings
+from echoplan.joint.settings import PoseMode
 from echoplan.model import Table
 from echoplan.simulation import Simulation
-from rooms import random_simulation  # type: ignore[import-not-found]  # beside this file
+from library.rooms import random_simulation
 
 Result = TypeVar("Result")
 

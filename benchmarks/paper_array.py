@@ -10,7 +10,7 @@ from echoplan.cli.terminal import show
 from echoplan.extraction import differential_clusters, minimum_distance_point
 from echoplan.geometry import directions
 from echoplan.model import Pings, Polyline, Table, World
-from simulator import ROTARY_ARRAY, pillar, turned, wall, width  # type: ignore[import-not-found]  # beside this file
+from simulator import ROTARY_ARRAY, pillar, turned, wall, width
 
 ARM = 0.05
 STEP = 0.1

@@ -29,13 +29,13 @@ from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Consistency, Evaluation, consistency_table, evaluate, pool, tally_table
 from echoplan.evaluation.consistency import pool_consistency
 from echoplan.io import read_recording, read_truth, rig_names
-from echoplan.mapping.joint.settings import PoseMode
+from echoplan.joint.mapper import JointMapper, JointSettings
+from echoplan.joint.settings import PoseMode
 from echoplan.methods import map_sweeps
-from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import FeatureClass, Rig, Source, Sweep, Table, Truth
 from echoplan.simulation import OdometryNoise
-from rooms import ARRAY, DRIFT, LEGS, Drive, random_drive  # type: ignore[import-not-found]  # beside this file
-from traces import readings_of  # type: ignore[import-not-found]  # likewise
+from library.rooms import ARRAY, DRIFT, LEGS, Drive, random_drive
+from library.traces import readings_of
 
 DRIVES = 50
 WORST = 5

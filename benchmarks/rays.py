@@ -17,12 +17,12 @@ import numpy as np
 
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Evaluation, evaluate
+from echoplan.joint.mapper import JointMapper
 from echoplan.methods import map_sweeps
-from echoplan.methods.joint import JointMapper
 from echoplan.model import Table
-from fans import cast, of_cone  # type: ignore[import-not-found]  # beside this file
-from recordings import COLUMNS, row  # type: ignore[import-not-found]
-from rooms import random_simulation  # type: ignore[import-not-found]
+from library.ray_cones import cast, of_cone
+from library.rooms import random_simulation
+from recordings import COLUMNS, row
 
 ROOMS = 24
 HALF_ANGLES = (7.5, 15.0, 30.0)

@@ -18,7 +18,6 @@ from time import process_time
 
 import numpy as np
 
-from copies import shaken  # type: ignore[import-not-found]  # beside this file
 from echoplan.cli.terminal import show
 from echoplan.evaluation import (
     Evaluation,
@@ -34,6 +33,7 @@ from echoplan.io import read_recording, read_truth
 from echoplan.methods import METHODS, find_method, map_sweeps
 from echoplan.model import FeatureClass, Table
 from echoplan.sources import open_source
+from library.noisy_copies import shaken
 
 COLUMNS = ("recording", "walls", "mm", "deg", "corners", "mm", "cylinders", "mm", "radius mm", "seconds")
 

@@ -24,12 +24,12 @@ from echoplan.arrays import FloatArray
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Evaluation, evaluate
 from echoplan.geometry import distances_to_segments
+from echoplan.joint.mapper import JointMapper
 from echoplan.methods import map_sweeps
-from echoplan.methods.joint import JointMapper
 from echoplan.model import Pings, Polyline, Rig, Route, Servo, Sweep, Table, World
 from echoplan.simulation import Simulation
 from echoplan.sources import find_rig
-from recordings import COLUMNS, row  # type: ignore[import-not-found]  # beside this file
+from recordings import COLUMNS, row
 
 ROOMS, STATIONS = 12, 14
 SHAPES = {

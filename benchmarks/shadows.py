@@ -12,19 +12,19 @@ from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 
-from echoplan.acoustics.expectation import look, shape_of
+from echoplan.acoustics.predicted_echo import look, shape_of
 from echoplan.arrays import FloatArray
-from echoplan.classification.hypotheses import Hypothesis
 from echoplan.cli.terminal import show, tracked
 from echoplan.geometry import along, lines_through, signed_distances
-from echoplan.mapping.joint.account import Account
-from echoplan.mapping.joint.adjustment.edges import at_end
-from echoplan.mapping.joint.explaining import explained
-from echoplan.mapping.joint.settings import PoseMode
-from echoplan.methods.joint import JointSettings
+from echoplan.joint.estimate import Account
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.mapper import JointSettings
+from echoplan.joint.optimisation.edge_diffraction import at_end
+from echoplan.joint.pose_model_selection import explained
+from echoplan.joint.settings import PoseMode
 from echoplan.model import Table
-from echoplan.preprocessing.soundings import join_soundings, soundings_of
-from rooms import random_simulation  # type: ignore[import-not-found]  # beside this file
+from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
+from library.rooms import random_simulation
 
 ROOMS = 100
 # A wall is one of the truth that is turned by less than this from it [rad], and no farther beside its middle [m].

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 from echoplan.cli.terminal import show, tracked
 from echoplan.diagnosis import assess
+from echoplan.joint.mapper import JointMapper
 from echoplan.methods import map_sweeps
-from echoplan.methods.joint import JointMapper
 from echoplan.model import Quality, Table, Verdict
-from faulty import Faulty, draw, remedy_for  # type: ignore[import-not-found]  # beside this file
+from library.faulty import Faulty, draw, remedy_for
 
 RECORDINGS, FIRST = 300, 7000
 

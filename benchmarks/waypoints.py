@@ -22,11 +22,11 @@ from echoplan.evaluation import EvaluationSettings, MatchingSettings, evaluate
 from echoplan.evaluation.tally import Tally
 from echoplan.geometry import directions, wrap
 from echoplan.io import read_recording, read_truth
-from echoplan.mapping.joint.settings import PoseMode
+from echoplan.joint.mapper import JointMapper, JointSettings
+from echoplan.joint.settings import PoseMode
 from echoplan.methods import map_sweeps
-from echoplan.methods.joint import JointMapper, JointSettings
 from echoplan.model import Sweep, Table
-from told import told_map  # type: ignore[import-not-found]  # beside this file
+from library.known_associations import told_map
 
 OFF, COPIES = 0.05, 12
 MIN_HEARD = 1

@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from echoplan.acoustics.expectation import EchoModel, Hearing, Kind, expect, shape_of
+from echoplan.acoustics.predicted_echo import EchoModel, Hearing, Kind, expect, shape_of
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, wrap
 from echoplan.io import builtin_rig
-from echoplan.mapping.joint.search.refinement import refine
+from echoplan.joint.search.refinement import refine
 from echoplan.methods import find_method, map_sweeps
 from echoplan.model import Polyline, Route, World
-from echoplan.preprocessing.soundings import Soundings, soundings_of
+from echoplan.preprocessing.ping_arrays import Soundings, soundings_of
 from echoplan.simulation import Simulation
 from echoplan.viewer import Plan
 from echoplan.viewer.figures import plan_figure

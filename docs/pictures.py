@@ -11,10 +11,10 @@ from how_it_works import DRAWINGS as HOW_IT_WORKS  # type: ignore[import-not-fou
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from echoplan.classical.topological import TopologicalMapper
 from echoplan.cli import demo
 from echoplan.io import builtin_rig, builtin_route, builtin_world, write_bytes
 from echoplan.methods import METHODS, Mapper, grid_of, map_sweeps, points_of
-from echoplan.methods.topological import TopologicalMapper
 from echoplan.model import FeatureMap, Recording, Truth
 from echoplan.simulation import Simulation, SimulationSettings
 from echoplan.simulation.settings import OdometryNoise

@@ -32,7 +32,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from echoplan.cli.main import main as echoplan
 from fuzz.cases import Case, draw_case, read_twice
-from killed import die_before
+from helpers.killed import die_before
 
 __all__ = ["main"]
 

@@ -20,7 +20,7 @@ from echoplan.cli import main as application
 from echoplan.io import builtin_world, read_grid, read_map, read_recording, read_truth, write_recording, write_world
 from echoplan.model import Conventions, Heading, Recording, Verdict
 from echoplan.sources import open_source
-from typed import echoplan, succeed
+from helpers.typed import echoplan, succeed
 
 COMMAND = [sys.executable, "-m", "echoplan"]
 RESULTS = ["map.json", "map.svg", "report.html", "run.toml", "trajectory.tum"]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from typed import echoplan, succeed
+from helpers.typed import echoplan, succeed
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 from pydantic import BaseModel
 
-from echoplan.classification import Covering, class_of, corrected_memberships
+from echoplan.classical.covering import Covering
+from echoplan.classical.fuzzy import class_of, corrected_memberships
 from echoplan.methods import Method, map_sweeps
 from echoplan.model import FeatureClass, Transducer
 from echoplan.simulation import SimulationSettings
@@ -55,7 +56,7 @@ def test_every_function_that_is_named_with_its_package_exists(document: str) -> 
 def test_every_module_of_joint_that_is_named_exists() -> None:
     named = {name for text in DOCUMENTS.values() for name in re.findall(r"`(joint(?:\.\w+)+)`", text)}
     assert len(named) > 10
-    assert [name for name in sorted(named) if importlib.util.find_spec(f"echoplan.mapping.{name}") is None] == []
+    assert [name for name in sorted(named) if importlib.util.find_spec(f"echoplan.{name}") is None] == []
 
 
 def test_every_file_that_is_linked_exists() -> None:

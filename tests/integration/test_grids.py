@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from echoplan.arrays import BoolArray
+from echoplan.classical.grid_mapper import GridMapper
 from echoplan.evaluation import Evaluation, GridScore, Outline, evaluate, map_error, score_grid
 from echoplan.geometry import directions
 from echoplan.io import read_grid, write_grid
 from echoplan.methods import METHODS, map_sweeps
-from echoplan.methods.grids import GridMapper
 from echoplan.model import Pings, Sweep
 from echoplan.simulation import Simulation
 from echoplan.sources import open_source

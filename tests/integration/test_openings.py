@@ -10,12 +10,12 @@ import pytest
 from echoplan.arrays import FloatArray
 from echoplan.geometry import crosses_segments
 from echoplan.io import read_map, write_map
+from echoplan.joint.mapper import JointMapper
 from echoplan.methods import map_sweeps
-from echoplan.methods.joint import JointMapper
 from echoplan.model import FeatureMap, Odometry, Opening
 from echoplan.simulation import OdometryNoise, Simulation
 from echoplan.sources import find_rig, find_route, find_world
-from soundings import array, simulation, turning, world
+from helpers.soundings import array, simulation, turning, world
 
 # The jambs of the door of the two-room flat, midway between the faces of its wall.
 JAMBS = np.array([[3.96, 1.6], [3.96, 2.45]])

@@ -10,12 +10,12 @@ import pytest
 from echoplan.evaluation import EvaluationSettings, MatchingSettings, evaluate
 from echoplan.geometry import directions, wrap
 from echoplan.io import read_recording, read_truth, write_recording, write_truth
-from echoplan.mapping.joint.settings import PoseMode
+from echoplan.joint.mapper import JointSettings
+from echoplan.joint.settings import PoseMode
 from echoplan.methods import METHODS, map_sweeps
-from echoplan.methods.joint import JointSettings
 from echoplan.model import FeatureMap, Recording, Rig, Sensor, Sweep
+from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
 from echoplan.preprocessing.rays import share_of_ramps
-from echoplan.preprocessing.soundings import join_soundings, soundings_of
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
 NAMES = [

@@ -5,9 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from echoplan.arrays import FloatArray
-from echoplan.geometry import compose, directions, transform_points
-from echoplan.mapping.ballots import Ballot
-from echoplan.mapping.loci import (
+from echoplan.classical.features.ballots import Ballot
+from echoplan.classical.loci import (
     Loci,
     MedianSettings,
     ReflectorKind,
@@ -20,7 +19,8 @@ from echoplan.mapping.loci import (
     transversal_medians,
     triangulate,
 )
-from echoplan.mapping.loci.carving import carve, longest_runs, sample_turns
+from echoplan.classical.loci.carving import carve, longest_runs, sample_turns
+from echoplan.geometry import compose, directions, transform_points
 
 SEEDS = st.integers(0, 10_000)
 POSES = st.tuples(st.floats(-20, 20), st.floats(-20, 20), st.floats(-3, 3))

@@ -5,15 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import scenes
-from echoplan.classification import (
-    Covering,
-    class_of,
-    corrected_memberships,
-    covering_state,
-    memberships,
-)
+from echoplan.classical.covering import Covering, covering_state
+from echoplan.classical.fuzzy import class_of, corrected_memberships, memberships
 from echoplan.model import FeatureClass
+from helpers import scenes
 
 RANK = {FeatureClass.CORNER: 0, FeatureClass.CYLINDER: 1, FeatureClass.WALL: 2}
 widths = st.floats(0.0, 1.2)

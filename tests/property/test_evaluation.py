@@ -7,13 +7,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-import maps
 from echoplan.arrays import FloatArray
 from echoplan.evaluation import BootstrapSettings, Evaluation, MatchingSettings, evaluate, match_map, pool
 from echoplan.evaluation.bootstrap import describe
 from echoplan.evaluation.consistency import nees
 from echoplan.geometry import compose, transform_points
 from echoplan.model import FeatureClass, FeatureMap, Truth, Wall
+from helpers import maps
 
 errors = st.floats(0, 10)
 few = settings(max_examples=25)

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import scenes
 from echoplan.extraction import (
     Cluster,
     arm_excess,
@@ -15,6 +14,7 @@ from echoplan.extraction import (
     region_of_constant_depth,
 )
 from echoplan.geometry import wrap
+from helpers import scenes
 
 angles = st.floats(-np.pi, np.pi)
 seeds = st.integers(0, 10_000)

@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import cells
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.mapping.grids import (
+from echoplan.classical.grids import (
     BayesRule,
     BayesSettings,
     CemalRule,
@@ -25,6 +24,7 @@ from echoplan.mapping.grids import (
     chosen_cones,
 )
 from echoplan.model import OccupancyGrid
+from helpers import cells
 
 RULES: dict[str, Callable[[], GridRule]] = {
     "bayes": lambda: BayesRule(BayesSettings(thickness=0.2, clear_without_echo=True), cells.COARSE),

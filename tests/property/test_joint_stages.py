@@ -5,20 +5,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from echoplan.acoustics.expectation import EchoModel, Kind, differentiate, shape_of
-from echoplan.acoustics.walk import WalkCurve, fitted_walk
+from echoplan.acoustics.predicted_echo import EchoModel, Kind, differentiate, shape_of
+from echoplan.acoustics.range_walk_model import WalkCurve, fitted_walk
 from echoplan.arrays import FloatArray
-from echoplan.classification.evidence import UNHEARD, weigh
-from echoplan.classification.ghosts import ghosts_of_walls
-from echoplan.classification.images import Extent
-from echoplan.classification.verdicts import Frame, judge
-from echoplan.classification.volleys import bursts_of
-from echoplan.extraction.arcs import ArcSettings, arc_planes, find_arcs
 from echoplan.geometry import directions, transform_points, wrap
+from echoplan.joint.arcs import ArcSettings, arc_planes, find_arcs
+from echoplan.joint.likelihood.crosstalk import bursts_of
+from echoplan.joint.likelihood.double_bounces import ghosts_of_walls
+from echoplan.joint.likelihood.hypothesis_scores import Frame, judge
+from echoplan.joint.likelihood.image_sources import Extent
+from echoplan.joint.likelihood.ping_scores import UNHEARD, weigh
+from echoplan.preprocessing.ping_arrays import Soundings, chosen_soundings
 from echoplan.preprocessing.servo import late_by
-from echoplan.preprocessing.soundings import Soundings, chosen_soundings
-from expectations import NOISE, ROOM, SONAR, cylinder, edge, expected, hearing, listening, wall
-from ghost_levels import ghosts_of_cylinder, volleys_over
+from helpers.expectations import NOISE, ROOM, SONAR, cylinder, edge, expected, hearing, listening, wall
+from helpers.ghost_levels import ghosts_of_cylinder, volleys_over
 
 POSES = st.tuples(st.floats(-10, 10), st.floats(-10, 10), st.floats(-3, 3))
 SEEDS = st.integers(0, 10_000)

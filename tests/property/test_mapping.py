@@ -5,10 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import scenes
 from echoplan.arrays import FloatArray
-from echoplan.geometry import compose, transform_points, wrap
-from echoplan.mapping import (
+from echoplan.classical.features import (
     AssociationSettings,
     Span,
     Stack,
@@ -18,6 +16,8 @@ from echoplan.mapping import (
     junctions,
     shares,
 )
+from echoplan.geometry import compose, transform_points, wrap
+from helpers import scenes
 
 GATES = AssociationSettings()
 HUBS = [(0.2, 0.1), (1.4, -0.3), (2.2, 0.4)]

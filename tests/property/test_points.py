@@ -8,12 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from echoplan.arrays import FloatArray
-from echoplan.geometry import directions, distances_to_segments, signed_distances, transform_points
-from echoplan.mapping import features_of_points
-from echoplan.mapping.endpoints import split_at_farthest, split_at_steps
-from echoplan.mapping.kalman import KalmanSettings, Track, merged, misfits, tracked, update
-from echoplan.mapping.mixture import Mixture, MixtureSettings, learn
-from echoplan.mapping.points import (
+from echoplan.classical.features import features_of_points
+from echoplan.classical.features.endpoints import split_at_farthest, split_at_steps
+from echoplan.classical.features.kalman import KalmanSettings, Track, merged, misfits, tracked, update
+from echoplan.classical.features.mixture import Mixture, MixtureSettings, learn
+from echoplan.classical.points import (
     Cloud,
     Segment,
     SegmentSettings,
@@ -22,6 +21,7 @@ from echoplan.mapping.points import (
     fit_taubin,
     line_covariance,
 )
+from echoplan.geometry import directions, distances_to_segments, signed_distances, transform_points
 
 SEEDS = st.integers(0, 10_000)
 POSES = st.tuples(st.floats(-20, 20), st.floats(-20, 20), st.floats(-3, 3))

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import soundings
 from echoplan.acoustics import Air
 from echoplan.arrays import ComplexArray, FloatArray
 from echoplan.geometry import compose
@@ -13,6 +12,7 @@ from echoplan.model import Route
 from echoplan.simulation import Simulation, SimulationSettings
 from echoplan.simulation.echoes import find_echoes
 from echoplan.simulation.schedule import build_schedule
+from helpers import soundings
 
 SECOND = 1_000_000_000
 few = settings(max_examples=25)

@@ -9,8 +9,6 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-import maps
-from drawings import group_of, marked, placed, stroke, strokes, the, titles, view_box
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.geometry import directions, lines_through, signed_distances, transform_points
 from echoplan.model import Corner, CornerKind, FeatureMap, Wall
@@ -22,6 +20,8 @@ from echoplan.viewer.sheet import Sheet
 from echoplan.viewer.svg import plan_element, plan_svg
 from echoplan.viewer.uncertainty import Ellipse, across_sigmas, error_ellipse, greatest_sigma, wall_band
 from echoplan.viewer.wording import decimal
+from helpers import maps
+from helpers.drawings import group_of, marked, placed, stroke, strokes, the, titles, view_box
 
 few = settings(max_examples=25)
 lengths = st.floats(-50.0, 50.0).map(lambda value: round(value, 3))

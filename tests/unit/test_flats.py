@@ -2,8 +2,6 @@
 
 from functools import cache
 from pathlib import Path
-from runpy import run_path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,29 +10,22 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import crosses_segments, distances_to_segments
 from echoplan.io import read_recording, read_truth
 from echoplan.simulation import OdometryNoise, Simulation
+from flats import write
+from library.flats import Flat, random_flat, random_plan
+from library.tours import find_route
 
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 # Exact poses and right angles; drifting; oblique; both.
 SEEDS = (0, 5, 2, 11)
 
 
 @cache
-def benchmark(name: str) -> dict[str, Any]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(BENCHMARKS))
-        return run_path(str(BENCHMARKS / f"{name}.py"))
-
-
-@cache
 def simulation(seed: int) -> Simulation:
-    found = benchmark("apartments")["random_flat"](seed)
-    assert isinstance(found, Simulation)
-    return found
+    return random_flat(seed)
 
 
 @cache
-def plan(seed: int) -> Any:
-    return benchmark("apartments")["random_plan"](np.random.default_rng(seed), oblique=seed % 2 == 1)
+def plan(seed: int) -> Flat:
+    return random_plan(np.random.default_rng(seed), oblique=seed % 2 == 1)
 
 
 def path_points(seed: int) -> FloatArray:
@@ -52,7 +43,7 @@ def clearances(points_xy: FloatArray, seed: int) -> FloatArray:
 
 
 def test_a_seed_makes_the_same_flat_again() -> None:
-    again = benchmark("apartments")["random_flat"](11)
+    again = random_flat(11)
     np.testing.assert_array_equal(again.world.segments_xy, simulation(11).world.segments_xy)
     np.testing.assert_array_equal(again.route.map_from_base, simulation(11).route.map_from_base)
     assert again.settings == simulation(11).settings
@@ -116,12 +107,12 @@ def test_the_route_leads_through_every_door_and_stops_in_every_room_ten_to_sixte
     assert max(counts) <= 16
 
 
-def flat_of(seed: int) -> tuple[Any, FloatArray]:
-    rng, apartments, tours = np.random.default_rng(seed), benchmark("apartments"), benchmark("tours")
+def flat_of(seed: int) -> tuple[Flat, FloatArray]:
+    rng = np.random.default_rng(seed)
     while True:
-        flat = apartments["random_plan"](rng, oblique=seed // 2 % 2 == 1)
+        flat = random_plan(rng, oblique=seed // 2 % 2 == 1)
         world = flat.world("flat")
-        if tours["find_route"](flat, world, rng) is not None:
+        if find_route(flat, world, rng) is not None:
             return flat, world.segments_xy
 
 
@@ -133,7 +124,7 @@ def is_inside(corners_xy: FloatArray, x: float, y: float) -> bool:
 
 def test_a_flat_is_written_as_a_recording_with_truth(tmp_path: Path) -> None:
     seed = 11
-    benchmark("flats")["write"](tmp_path / "flat11", seed)
+    write(tmp_path / "flat11", seed)
     truth = read_truth(tmp_path / "flat11" / "truth.json")
     assert len(read_recording(tmp_path / "flat11")) == len(truth.poses) == len(simulation(seed).route.map_from_base)
     np.testing.assert_array_equal(truth.poses, simulation(seed).route.map_from_base)

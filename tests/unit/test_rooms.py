@@ -1,8 +1,6 @@
 """The random rooms in which benchmarks measure methods."""
 
 from functools import cache
-from pathlib import Path
-from runpy import run_path
 
 import numpy as np
 import pytest
@@ -10,14 +8,14 @@ import pytest
 from echoplan.arrays import FloatArray
 from echoplan.geometry import distances_to_segments
 from echoplan.simulation import Simulation
+from library.rooms import random_simulation
 
-ROOMS = run_path(str(Path(__file__).parents[2] / "benchmarks" / "rooms.py"))
 SEEDS = (2, 5)
 
 
 @cache
 def simulation(seed: int, stations: int = 14) -> Simulation:
-    found = ROOMS["random_simulation"](seed, stations=stations)
+    found = random_simulation(seed, stations=stations)
     assert isinstance(found, Simulation)
     return found
 
@@ -28,7 +26,7 @@ def right_angles(segments_xy: FloatArray) -> bool:
 
 
 def test_a_seed_makes_the_same_room_again() -> None:
-    again = ROOMS["random_simulation"](5)
+    again = random_simulation(5)
     np.testing.assert_array_equal(again.world.segments_xy, simulation(5).world.segments_xy)
     np.testing.assert_array_equal(again.route.map_from_base, simulation(5).route.map_from_base)
     assert again.settings == simulation(5).settings

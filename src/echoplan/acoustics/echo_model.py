@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from echoplan.acoustics.air import Air, speed_of_sound
 from echoplan.acoustics.beam import two_way_loss
 from echoplan.acoustics.detection import peak_delay
+from echoplan.acoustics.range_walk_model import WalkCurve, physical_walk
 from echoplan.acoustics.sonar import piston_ka
-from echoplan.acoustics.walk import WalkCurve, physical_walk
 from echoplan.arrays import FloatArray
 from echoplan.model import Transducer
 

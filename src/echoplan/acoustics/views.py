@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from echoplan.acoustics.echo_model import PER_SQUARED_SINE, SQUARED_SINES
-from echoplan.acoustics.expectation import Hearing, Kind, Ping, Shape, excess_of, look
+from echoplan.acoustics.predicted_echo import Hearing, Kind, Ping, Shape, excess_of, look
 from echoplan.arrays import FloatArray
 from echoplan.compiled import compiled
 

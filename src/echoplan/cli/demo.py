@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from echoplan.arrays import FloatArray
+    from echoplan.classical.mdp_fuzzy import MdpFuzzyMapper
     from echoplan.evaluation import Evaluation, Match, Matching
+    from echoplan.joint.mapper import JointMapper
     from echoplan.methods import Mapper
-    from echoplan.methods.joint import JointMapper
-    from echoplan.methods.mdp_fuzzy import MdpFuzzyMapper
     from echoplan.model import FeatureMap, Sweep, Table
     from echoplan.simulation import Simulation
     from echoplan.viewer import Picture, Plan, Section
@@ -76,7 +76,7 @@ class _Drive:
 
 def _map_flat(out: Path, seed: int) -> None:
     from echoplan.evaluation import evaluate  # noqa: PLC0415
-    from echoplan.methods.joint import JointMapper  # noqa: PLC0415
+    from echoplan.joint.mapper import JointMapper  # noqa: PLC0415
     from echoplan.viewer import Plan, Text, map_picture  # noqa: PLC0415
 
     put(f"{_FLAT_INTRODUCTION}\n")
@@ -95,9 +95,9 @@ def _map_flat(out: Path, seed: int) -> None:
 
 
 def _map_paper_room(out: Path, seed: int) -> None:
-    from echoplan.methods.joint import JointMapper  # noqa: PLC0415
-    from echoplan.methods.mdp_fuzzy import MdpFuzzyMapper  # noqa: PLC0415
-    from echoplan.methods.rcd import RcdMapper  # noqa: PLC0415
+    from echoplan.classical.mdp_fuzzy import MdpFuzzyMapper  # noqa: PLC0415
+    from echoplan.classical.rcd import RcdMapper  # noqa: PLC0415
+    from echoplan.joint.mapper import JointMapper  # noqa: PLC0415
     from echoplan.viewer import Plan, Text, map_picture  # noqa: PLC0415
 
     drive = _simulated(_PAPER_ROOM, seed)

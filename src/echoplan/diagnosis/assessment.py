@@ -11,7 +11,7 @@ from echoplan.diagnosis.consistency import consistency, sampled, stations_of, wi
 from echoplan.diagnosis.stations import Misplaced, carried, misplaced_stations
 from echoplan.diagnosis.wording import next_step, reasons
 from echoplan.geometry import crosses_segments
-from echoplan.mapping.joint.settings import AccountSettings
+from echoplan.joint.settings import AccountSettings
 from echoplan.model import Conventions, Corner, Cylinder, FeatureMap, Quality, Rig, Sweep, Verdict, Wall
 from echoplan.preprocessing import Faults, RecordingFaultKind, clean_sweeps, find_faults
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from echoplan.diagnosis.consistency import account_of, gathered, sampled
-from echoplan.mapping.joint.adjustment.drift import VERY_STRONG
-from echoplan.mapping.joint.correction.agreement import evidence
-from echoplan.mapping.joint.correction.servo import find_servo
+from echoplan.joint.optimisation.odometry_noise import VERY_STRONG
+from echoplan.joint.pose_correction.consistency import evidence
+from echoplan.joint.pose_correction.servo_calibration import find_servo
 from echoplan.model import Rig, Sweep
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError
 

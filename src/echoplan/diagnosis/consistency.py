@@ -9,13 +9,13 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from echoplan.arrays import IntArray
-from echoplan.mapping.joint.account import Account
-from echoplan.mapping.joint.correction.agreement import evidence
-from echoplan.mapping.joint.search.copies import without_copies
-from echoplan.mapping.joint.settings import AccountSettings, PoseMode
+from echoplan.joint.estimate import Account
+from echoplan.joint.pose_correction.consistency import evidence
+from echoplan.joint.search.duplicates import without_copies
+from echoplan.joint.settings import AccountSettings, PoseMode
 from echoplan.model import Rig, Sweep
+from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
 from echoplan.preprocessing.servo import ServoError
-from echoplan.preprocessing.soundings import join_soundings, soundings_of
 from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps
 
 __all__ = ["FEW_STATIONS", "Consistency", "account_of", "consistency", "gathered", "sampled", "stations_of", "windows"]

@@ -9,10 +9,10 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.diagnosis.consistency import account_of, sampled, stations_of, windows
 from echoplan.geometry import compose, invert
-from echoplan.mapping.joint.account import Account
-from echoplan.mapping.joint.correction.agreement import evidence
-from echoplan.mapping.joint.search.localisation import Catalogue, locate, sightlines
-from echoplan.mapping.joint.settings import AccountSettings
+from echoplan.joint.estimate import Account
+from echoplan.joint.pose_correction.consistency import evidence
+from echoplan.joint.search.scan_matching import Catalogue, locate, sightlines
+from echoplan.joint.settings import AccountSettings
 from echoplan.model import Rig, Sweep
 
 __all__ = ["Misplaced", "carried", "misplaced_stations"]

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from echoplan.arrays import FloatArray
+from echoplan.classical.features import Observation
 from echoplan.errors import InvalidValueError
-from echoplan.mapping import Observation
 from echoplan.methods.mapper import Mapper, grid_of, needs_places, observations_of, points_of
 from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep, translated
 

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from echoplan.arrays import FloatArray
-from echoplan.mapping import Observation
+from echoplan.classical.features import Observation
 from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep
 from echoplan.preprocessing import clean_sweeps, find_faults
 

@@ -24,13 +24,16 @@ class Method:
     summary : str
         What it does, in one line.
     mapper, settings : str
-        Names of its mapper and of its settings in the module of the same name.
+        Names of its mapper and of its settings in its module.
+    module : str, optional
+        Module that defines them; by default the module of ``echoplan.classical`` named like the method.
     """
 
     name: str
     summary: str
     mapper: str
     settings: str
+    module: str = ""
 
     @property
     def settings_type(self) -> type[BaseModel]:
@@ -56,7 +59,7 @@ class Method:
         return LocalMapper(getattr(self._module(), self.mapper)(rig, settings or self.settings_type()), rig)
 
     def _module(self) -> object:
-        return import_module(f"echoplan.methods.{self.name.replace('-', '_')}")
+        return import_module(self.module or f"echoplan.classical.{self.name.replace('-', '_')}")
 
 
 METHODS: Mapping[str, Method] = {
@@ -67,6 +70,7 @@ METHODS: Mapping[str, Method] = {
             summary="all stations at once: rival reflectors under a physical model of the sonar",
             mapper="JointMapper",
             settings="JointSettings",
+            module="echoplan.joint.mapper",
         ),
         Method(
             name="mdp-fuzzy",

@@ -5,7 +5,7 @@ from echoplan.preprocessing.kmeans import KmeansSettings, echo_points, kmeans_fi
 from echoplan.preprocessing.recording_faults import ENOUGH_PLACES, RecordingFault, RecordingFaultKind, count_places
 from echoplan.preprocessing.sensor_faults import SensorFault, SensorFaultKind
 from echoplan.preprocessing.sound import expected_scale
-from echoplan.preprocessing.survey import SensorSurvey, Survey, survey
+from echoplan.preprocessing.statistics import SensorSurvey, Survey, survey
 from echoplan.preprocessing.validity import is_valid, told_ranges, valid_pings
 
 __all__ = [

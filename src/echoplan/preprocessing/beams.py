@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.preprocessing.soundings import Soundings
+from echoplan.preprocessing.ping_arrays import Soundings
 
 __all__ = ["cone_of_rays"]
 

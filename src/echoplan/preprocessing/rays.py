@@ -7,7 +7,7 @@ import numpy as np
 
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.geometry.angles import wrap
-from echoplan.preprocessing.soundings import Soundings
+from echoplan.preprocessing.ping_arrays import Soundings
 
 __all__ = ["are_rays", "share_of_ramps"]
 

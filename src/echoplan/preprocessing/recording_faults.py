@@ -10,8 +10,8 @@ import numpy as np
 from echoplan.model import Rig, Sweep
 from echoplan.preprocessing.beams import cone_of_rays
 from echoplan.preprocessing.constancy import Trace
+from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
 from echoplan.preprocessing.rays import are_rays
-from echoplan.preprocessing.soundings import join_soundings, soundings_of
 
 __all__ = [
     "ENOUGH_PLACES",

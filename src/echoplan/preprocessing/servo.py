@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from echoplan.preprocessing.soundings import Soundings, turned
+from echoplan.preprocessing.ping_arrays import Soundings, turned
 
 __all__ = ["AS_RECORDED", "ServoError", "late_by", "turned_by"]
 

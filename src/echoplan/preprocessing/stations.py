@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.geometry import compose, invert, wrap
-from echoplan.preprocessing.soundings import Soundings, as_sent, chosen_soundings, halfway
+from echoplan.preprocessing.ping_arrays import Soundings, as_sent, chosen_soundings, halfway
 
 __all__ = ["StationSettings", "Stations", "at_stations", "group_sweeps", "without_repeats"]
 

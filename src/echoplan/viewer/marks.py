@@ -5,9 +5,9 @@ import xml.etree.ElementTree as ET
 import numpy as np
 
 from echoplan.arrays import FloatArray
-from echoplan.classification import class_of
+from echoplan.classical.features import Observation
+from echoplan.classical.fuzzy import class_of
 from echoplan.geometry import directions
-from echoplan.mapping import Observation
 from echoplan.model import Opening, Truth, Wall
 from echoplan.viewer.facts import (
     Facts,

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from echoplan.classification import CROSSINGS, memberships
-from echoplan.classification.fuzzy import BIG, MEDIUM, SMALL
+from echoplan.classical.fuzzy import BIG, CROSSINGS, MEDIUM, SMALL, memberships
 from echoplan.model import FeatureClass
 from echoplan.viewer.palette import COLORS, INK, MUTED
 from echoplan.viewer.style import dress, tell

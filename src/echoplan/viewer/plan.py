@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from echoplan.arrays import FloatArray, IntArray, checked_floats, store
-from echoplan.mapping import Observation
+from echoplan.classical.features import Observation
 from echoplan.model import Conventions, FeatureMap, OccupancyGrid, Truth
 from echoplan.viewer.uncertainty import Ellipse, error_ellipse
 

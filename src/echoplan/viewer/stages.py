@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from echoplan.arrays import FloatArray, checked_floats, store
-from echoplan.classification import class_of
+from echoplan.classical.features import Observation
+from echoplan.classical.fuzzy import class_of
+from echoplan.classical.mdp_fuzzy import MdpFuzzyMapper
 from echoplan.extraction import (
     Cluster,
     LocatedPoint,
@@ -15,8 +17,6 @@ from echoplan.extraction import (
     fit_parabola,
 )
 from echoplan.geometry import signed_distances, wrap
-from echoplan.mapping import Observation
-from echoplan.methods.mdp_fuzzy import MdpFuzzyMapper
 from echoplan.model import FeatureClass, Pings, Sweep
 from echoplan.preprocessing import kmeans_filter, valid_pings
 

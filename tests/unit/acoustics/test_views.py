@@ -3,10 +3,10 @@ import math
 import numpy as np
 import pytest
 
-from echoplan.acoustics.expectation import expect, shape_of
+from echoplan.acoustics.predicted_echo import expect, shape_of
 from echoplan.acoustics.views import in_view, views_of
 from echoplan.arrays import FloatArray
-from expectations import REACH, SONAR, corner, cylinder, edge, wall
+from helpers.expectations import REACH, SONAR, corner, cylinder, edge, wall
 
 LEAST = -4.0
 REFLECTORS = [wall(0.3, 1.5), wall(2.0, -0.2), cylinder(0.4, 1.0, 0.1), corner(2.0, 1.5), edge(0.3, 0.9)]

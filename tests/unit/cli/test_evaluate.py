@@ -4,9 +4,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import maps
 from echoplan.cli.evaluate import evaluation_tables, inside
 from echoplan.evaluation import evaluate
+from helpers import maps
 
 
 def test_a_file_may_be_named_by_its_folder(tmp_path: Path) -> None:

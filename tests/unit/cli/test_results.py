@@ -4,8 +4,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import maps
-from drawings import gapped_map
 from echoplan.cli.results import PICTURES, Results, results_folder, say_what_was_found, write_results
 from echoplan.config import Run
 from echoplan.errors import OutputError
@@ -13,6 +11,8 @@ from echoplan.io import read_map
 from echoplan.model import Truth
 from echoplan.preprocessing import KmeansSettings
 from echoplan.viewer import Plan
+from helpers import maps
+from helpers.drawings import gapped_map
 
 
 def results(truth: Truth | None = None) -> Results:

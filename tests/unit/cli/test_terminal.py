@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import scenes
 from echoplan.cli.terminal import Progressing, busy, put, report_files, show, tracked
 from echoplan.model import Recording, Table
+from helpers import scenes
 
 
 @pytest.fixture

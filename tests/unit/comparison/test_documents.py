@@ -9,7 +9,7 @@ import pytest
 
 from echoplan.comparison import comparison_csv, comparison_document, score_methods
 from echoplan.io.text import format_json
-from outcomes import some
+from helpers.outcomes import some
 
 SCORES = score_methods(some(), ["good", "poor"])
 

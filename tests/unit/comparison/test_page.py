@@ -8,7 +8,7 @@ import numpy as np
 
 from echoplan.comparison import comparison_page, score_methods
 from echoplan.model import OccupancyGrid
-from outcomes import some
+from helpers.outcomes import some
 
 PAGE = comparison_page(score_methods(some(), ["good", "poor"]))
 

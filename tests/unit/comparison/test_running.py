@@ -12,8 +12,8 @@ from echoplan.io import builtin_rig, builtin_route, builtin_world
 from echoplan.methods import find_method, map_sweeps
 from echoplan.model import Recording, Truth
 from echoplan.simulation import Simulation
-from outcomes import subject
-from scenes import rig, sweep_of
+from helpers.outcomes import subject
+from helpers.scenes import rig, sweep_of
 
 
 class Deadly:

@@ -6,7 +6,7 @@ import pytest
 
 from echoplan.comparison import score_methods
 from echoplan.model import FeatureClass, FeatureMap
-from outcomes import failed, mapped, some, subject
+from helpers.outcomes import failed, mapped, some, subject
 
 
 def test_walls_are_pooled_over_all_recordings_with_a_map() -> None:

@@ -1,7 +1,7 @@
 """Comparisons as people read them."""
 
 from echoplan.comparison import comparison_tables, failure_table, score_methods, score_table
-from outcomes import some
+from helpers.outcomes import some
 
 
 def test_a_row_tells_rightness_and_cost_of_a_method() -> None:

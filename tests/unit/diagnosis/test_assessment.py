@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from echoplan.diagnosis import Measures, assess, examine, find_remedies, verdict_of
+from echoplan.joint.mapper import JointMapper
 from echoplan.methods import METHODS, map_sweeps
-from echoplan.methods.joint import JointMapper
 from echoplan.model import Conventions, FeatureMap, Verdict, Wall
 from echoplan.preprocessing import Faults, RecordingFault, RecordingFaultKind
-from mistaken import RIG, askew_sweeps, many_sweeps, sound_map, sound_sweeps
+from helpers.mistaken import RIG, askew_sweeps, many_sweeps, sound_map, sound_sweeps
 
 TWO_PLACES = Faults(recording=(RecordingFault(kind=RecordingFaultKind.TWO_PLACES),))
 SOUND = Measures(share=0.98, confirmed=0.9, features=8)

@@ -8,7 +8,7 @@ import pytest
 
 from echoplan.diagnosis import Cause, find_remedies
 from echoplan.model import Axes, Conventions, Heading
-from mistaken import RIG, sound_sweeps
+from helpers.mistaken import RIG, sound_sweeps
 
 NOW = Conventions()
 MISTAKES = {

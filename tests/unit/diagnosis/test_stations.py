@@ -8,7 +8,7 @@ import pytest
 
 from echoplan.diagnosis import misplaced_stations
 from echoplan.model import Sweep
-from mistaken import RIG, many_sweeps, sound_sweeps
+from helpers.mistaken import RIG, many_sweeps, sound_sweeps
 
 
 def moved(sweep: Sweep, x: float, turn: float) -> Sweep:

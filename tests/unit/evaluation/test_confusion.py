@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-import maps
 from echoplan.arrays import IntArray
 from echoplan.evaluation import MAP_CLASSES, TRUE_CLASSES, evaluate
 from echoplan.evaluation.confusion import no_confusion
 from echoplan.model import Corner, Cylinder, Truth, Wall
+from helpers import maps
 
 # Of the room, these are wanted: five walls, four corners, one cylinder.
 ALL_MISSED = {("wall", "missed"): 5, ("corner", "missed"): 4, ("cylinder", "missed"): 1}

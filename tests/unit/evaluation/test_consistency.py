@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-import maps
 from echoplan.arrays import FloatArray
 from echoplan.evaluation import Consistency, evaluate
 from echoplan.evaluation.consistency import nees, pool_consistency, wall_error
 from echoplan.geometry import directions
 from echoplan.model import FeatureClass, FeatureMap, Wall, translated_wall
+from helpers import maps
 
 # The line 3x + 4y = 10 from (2, 1) to (-2, 4).
 TRUE_ENDS = np.array([[2.0, 1.0], [-2.0, 4.0]])

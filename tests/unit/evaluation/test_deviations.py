@@ -1,5 +1,5 @@
-import maps
 from echoplan.evaluation import deviations, match_map
+from helpers import maps
 
 
 def test_every_true_wall_has_a_line_found_or_not() -> None:

@@ -4,9 +4,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-import maps
 from echoplan.evaluation import BootstrapSettings, evaluate, evaluation_document, pool, summary_document
 from echoplan.model import FeatureMap
+from helpers import maps
 
 FOUND = maps.drawn(
     maps.wall((1, 0.01), (3, 0.03)),

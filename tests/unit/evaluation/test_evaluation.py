@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-import maps
 from echoplan.evaluation import EvaluationSettings, MatchingSettings, OutlineSettings, evaluate, evaluation_document
 from echoplan.io import read_map, read_truth, write_map, write_truth
 from echoplan.model import FeatureClass, Truth
+from helpers import maps
 
 TRUE_MAP = maps.drawn(
     *(maps.wall(*ends) for ends in maps.ROOM.walls_xy),

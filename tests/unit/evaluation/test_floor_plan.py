@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
-import maps
 from echoplan.evaluation import FloorPlanScore, MatchingSettings, evaluate, floor_plan_tables
 from echoplan.evaluation.floor_plan import match_openings
 from echoplan.model import FeatureMap, Opening, Truth, Wall
+from helpers import maps
 
 # Two rooms, joined by a door of 0.9 m in a wall that is 0.2 m thick; the path leads through it.
 DOOR = np.array([[4.1, 1.0], [4.1, 1.9]])

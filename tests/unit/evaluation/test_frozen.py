@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-import maps
 from echoplan.errors import InvalidValueError
 from echoplan.evaluation import Consistency, Outline, Trajectory, evaluate, pool
 from echoplan.evaluation.vertices import true_vertices
 from echoplan.model import FeatureClass
+from helpers import maps
 
 EVALUATION = evaluate(maps.spoilt(maps.ROOM, np.random.default_rng(1)), maps.ROOM)
 VALUES: list[Any] = [

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from scipy.ndimage import label
 
-import maps
 from echoplan.arrays import FloatArray
 from echoplan.errors import InvalidValueError
 from echoplan.evaluation import GridScore, pool_grid_scores, score_grid, true_grid
 from echoplan.model import OccupancyGrid, Truth
+from helpers import maps
 
 RESOLUTION = 0.1
 

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-import maps
 from echoplan.evaluation import MatchingSettings, match_map
 from echoplan.evaluation.matching import match_corners, match_cylinders, match_walls
 from echoplan.model import Truth, Wall
+from helpers import maps
 
 SETTINGS = MatchingSettings()
 

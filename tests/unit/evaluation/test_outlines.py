@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-import maps
 from echoplan.evaluation import MapError, Outline, OutlineSettings
 from echoplan.evaluation.outlines import compare_outlines
 from echoplan.model import Corner, Cylinder, Truth, Wall
+from helpers import maps
 
 FLOOR = Truth(walls_xy=np.array([[[0.0, 0.0], [4.0, 0.0]]]), walls_heard=np.array([3]))
 NO_CIRCLES, NO_SEGMENTS = np.zeros((0, 3)), np.zeros((0, 2, 2))

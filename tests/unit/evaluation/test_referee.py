@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import maps
 from echoplan.evaluation import (
     BootstrapSettings,
     Evaluation,
@@ -20,6 +19,7 @@ from echoplan.evaluation import (
     pool,
 )
 from echoplan.model import FeatureClass, FeatureMap, Truth
+from helpers import maps
 
 SHARED = Path(__file__).parents[3] / ".." / "shared"
 SCORER = SHARED / "tools" / "score.py"

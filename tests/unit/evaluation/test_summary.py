@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-import maps
 from echoplan.evaluation import BootstrapSettings, Evaluation, Summary, evaluate, pool
 from echoplan.model import FeatureClass
+from helpers import maps
 
 FIRST = maps.drawn(
     maps.wall((1, 0.01), (3, 0.01)),

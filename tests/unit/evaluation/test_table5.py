@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-import maps
 from echoplan.arrays import FloatArray
 from echoplan.evaluation import Evaluation, evaluate, pool, wall_table
 from echoplan.model import FeatureClass, FeatureMap, Truth
+from helpers import maps
 
 DISTANCES_MM = (12.8, 6.7, 1.0, 7.8, 0.5, 1.8, 3.8, 7.0)
 ANGLES_DEG = (3.0, 2.0, 0.0, 3.0, 0.0, 0.0, 1.0, 1.0)

@@ -2,7 +2,6 @@ from dataclasses import replace
 
 import numpy as np
 
-import maps
 from echoplan.evaluation import (
     BootstrapSettings,
     Consistency,
@@ -16,6 +15,7 @@ from echoplan.evaluation import (
     wall_table,
 )
 from echoplan.model import EVERYWHERE, FeatureClass
+from helpers import maps
 
 FOUND = evaluate(
     maps.drawn(

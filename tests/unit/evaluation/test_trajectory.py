@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import maps
 from echoplan.arrays import FloatArray
 from echoplan.evaluation.trajectory import Trajectory, compare_poses, trajectory_table
 from echoplan.geometry import compose
 from echoplan.model import FeatureMap, Truth
+from helpers import maps
 
 WAY = np.array([[0.0, 0, 0], [1.0, 0, 0.5], [1.5, 0.8, 1.6], [1.4, 1.9, 3.0], [0.2, 1.5, -2.5]])
 

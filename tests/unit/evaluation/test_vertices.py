@@ -1,8 +1,8 @@
 import numpy as np
 
-import maps
 from echoplan.evaluation.vertices import true_vertices
 from echoplan.model import Truth
+from helpers import maps
 
 
 def test_a_vertex_is_heard_as_often_as_the_lesser_heard_of_its_two_walls() -> None:

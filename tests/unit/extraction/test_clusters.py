@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-import scenes
 from echoplan.errors import InvalidValueError
 from echoplan.extraction import Cluster, ClusteringSettings, differential_clusters, hub_distances
+from helpers import scenes
 
 
 def test_hub_distance_is_range_plus_arm() -> None:

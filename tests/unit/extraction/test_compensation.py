@@ -3,8 +3,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-import scenes
 from echoplan.extraction import arm_excess, cylinder_excess, flat_excess
+from helpers import scenes
 
 ANGLES = np.radians(np.arange(-35, 36, 5.0))
 

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-import scenes
 from echoplan.errors import InvalidValueError
 from echoplan.extraction import (
     Cluster,
@@ -14,6 +13,7 @@ from echoplan.extraction import (
 )
 from echoplan.geometry import directions
 from echoplan.model import Pings
+from helpers import scenes
 
 
 def test_the_parabola_is_the_least_squares_one() -> None:

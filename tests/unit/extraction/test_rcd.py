@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-import scenes
 from echoplan.extraction import RcdSettings, region_of_constant_depth
+from helpers import scenes
 
 
 def test_the_region_is_the_longest_run_within_the_tolerance() -> None:

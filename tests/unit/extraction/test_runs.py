@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-import scenes
 from echoplan.extraction import connected_runs
 from echoplan.geometry import rotation_step
+from helpers import scenes
 
 
 def test_the_step_of_rotation_is_the_usual_gap() -> None:

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-import killed
 from echoplan.errors import OutputError
 from echoplan.io import written_whole
 from echoplan.io.scratch import locked
+from helpers import killed
 
 OLD = {"map.json": "old", "run.toml": "old", "pictures/map.png": "old", "map.pgm": "old"}
 NEW = {"map.json": "new", "run.toml": "new", "pictures/map.png": "new"}

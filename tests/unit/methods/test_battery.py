@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import soundings
-from cell import CELL
 from echoplan.errors import UnknownNameError
 from echoplan.methods import METHODS, Mapper, Method, map_sweeps
 from echoplan.model import FeatureMap, Sweep
 from echoplan.simulation import Simulation
+from helpers import soundings
+from helpers.cell import CELL
 
 POSES = [[0.5, 0.5, 0.0], [1.0, 0.6, 0.5], [0.7, 1.2, 1.0], [1.4, 1.3, 1.5]]
 

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import soundings
-from cell import CELL
 from echoplan.arrays import FloatArray
 from echoplan.errors import EchoplanError
 from echoplan.methods import METHODS, Method, grid_of, map_sweeps, observations_of, points_of
 from echoplan.model import FeatureMap, Sweep
 from echoplan.simulation import Simulation
+from helpers import soundings
+from helpers.cell import CELL
 
 # Multiples of 2^-6 m, so that positions far away are exact and a shifted recording is the same recording.
 POSES = np.array([[0.5, 0.5, 0.0], [1.0, 0.625, 0.5], [0.75, 1.25, 1.0], [1.375, 1.25, 1.5]])

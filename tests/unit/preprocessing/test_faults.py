@@ -4,8 +4,6 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
-from runpy import run_path
 
 import numpy as np
 import pytest
@@ -21,8 +19,8 @@ from echoplan.preprocessing import (
 )
 from echoplan.simulation import SimulationSettings
 from echoplan.sources import open_source
+from library import ray_cones
 
-FANS = run_path(str(Path(__file__).parents[3] / "benchmarks" / "fans.py"))
 Mistake = Callable[[FloatArray], FloatArray]
 
 
@@ -334,9 +332,9 @@ def test_one_place_and_two_places_are_too_few() -> None:
 def test_rays_of_a_narrow_beam_are_no_sonar() -> None:
     rig, sweeps = recorded("sim:square,rig=rotary-array,seed=21")
     for degrees, found in [(1.0, [RecordingFaultKind.NARROW_BEAM]), (7.5, []), (15.0, [])]:
-        using = FANS["of_cone"](rig, np.radians(degrees))
+        using = ray_cones.of_cone(rig, np.radians(degrees))
         world = open_source("sim:square").world  # type: ignore[attr-defined]
-        rays = FANS["cast"](sweeps, world, using, rays=31, noise=0.002, rng=np.random.default_rng(0))
+        rays = ray_cones.cast(sweeps, world, using, rays=31, noise=0.002, rng=np.random.default_rng(0))
         assert [fault.kind for fault in find_faults(rays, using).recording] == found
         assert find_faults(rays, replace(using, rays=True)).recording == ()
 

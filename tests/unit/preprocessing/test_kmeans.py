@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-import scenes
 from echoplan.preprocessing import KmeansSettings, echo_points, kmeans_filter
+from helpers import scenes
 
 
 def room_with_strays(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,18 +1,15 @@
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
-from runpy import run_path
 
 import numpy as np
 import pytest
 
 from echoplan.model import Rig, Sweep
+from echoplan.preprocessing.ping_arrays import Soundings, chosen_soundings, join_soundings, soundings_of
 from echoplan.preprocessing.rays import share_of_ramps
-from echoplan.preprocessing.soundings import Soundings, chosen_soundings, join_soundings, soundings_of
 from echoplan.simulation import Simulation
 from echoplan.sources import find_rig, find_route, find_world
-
-FANS = run_path(str(Path(__file__).parents[3] / "benchmarks" / "fans.py"))
+from library import ray_cones
 
 
 @cache
@@ -26,8 +23,8 @@ def heard(sweeps: list[Sweep], rig: Rig) -> Soundings:
 
 def by_rays(degrees: float, *, noise: float = 0.002, rig: str = "rotary-array") -> Soundings:
     simulation, rng = sounded(rig), np.random.default_rng(0)
-    using = FANS["of_cone"](simulation.rig, np.radians(degrees))
-    return heard(FANS["cast"](list(simulation), simulation.world, using, rays=31, noise=noise, rng=rng), using)
+    using = ray_cones.of_cone(simulation.rig, np.radians(degrees))
+    return heard(ray_cones.cast(list(simulation), simulation.world, using, rays=31, noise=noise, rng=rng), using)
 
 
 @pytest.mark.parametrize("half_angle", [5.0, 15.0, 30.0])

@@ -5,9 +5,9 @@ from math import isnan, nan
 
 import pytest
 
-import soundings
 from echoplan.acoustics import speed_of_sound
 from echoplan.preprocessing import expected_scale
+from helpers import soundings
 
 RIG = soundings.rig()
 

@@ -3,9 +3,9 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose
-from echoplan.preprocessing.soundings import halfway
+from echoplan.preprocessing.ping_arrays import halfway
 from echoplan.preprocessing.stations import Stations, StationSettings, at_stations, group_sweeps, without_repeats
-from expectations import listening
+from helpers.expectations import listening
 
 SETTINGS = StationSettings()
 

@@ -1,7 +1,7 @@
 import numpy as np
 
-import scenes
 from echoplan.preprocessing import is_valid, told_ranges, valid_pings
+from helpers import scenes
 
 
 def test_only_readings_between_dead_distance_and_reach_are_ranges() -> None:

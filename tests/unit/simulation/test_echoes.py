@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
-import soundings
 from echoplan.acoustics import (
     Air,
     corner_echo,
@@ -20,7 +19,8 @@ from echoplan.model import Polyline, Rig, World
 from echoplan.simulation import Simulation
 from echoplan.simulation.detector import Echoes
 from echoplan.simulation.echoes import find_echoes
-from twin import FLOOR, Twin
+from helpers import soundings
+from helpers.twin import FLOOR, Twin
 
 AIR = Air()
 HALF = 0.5 * np.pi

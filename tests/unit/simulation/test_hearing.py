@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-import soundings
 from echoplan.arrays import IntArray
 from echoplan.simulation import Simulation
+from helpers import soundings
 
 POSES = [[0.9, 1.5, 0.3], [3.6, 1.9, 2.0], [2.3, 0.8, -1.2]]
 

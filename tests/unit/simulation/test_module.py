@@ -4,13 +4,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-import soundings
 from echoplan.acoustics import Air, crossing_delay, plane_echo, signal_excess
 from echoplan.arrays import FloatArray
 from echoplan.errors import InvalidValueError
 from echoplan.model import Transducer
 from echoplan.simulation import SimulationSettings
 from echoplan.simulation.module import Module, build_module
+from helpers import soundings
 
 RIG = soundings.rig(
     soundings.sensor(0, resolution=0.005, max_range=3.0), soundings.sensor(1, min_range=0.2, max_range=4.0)

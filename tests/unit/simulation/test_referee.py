@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.signal import fftconvolve
 
-import soundings
 from echoplan.acoustics import Air, burst_envelope, crossing_delay, directivity, piston_ka, plane_echo, signal_excess
 from echoplan.arrays import FloatArray
 from echoplan.model import Transducer
+from helpers import soundings
 
 # pyroomacoustics warns of its own affairs.
 pytestmark = pytest.mark.filterwarnings("ignore")

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-import soundings
 from echoplan.errors import UnknownNameError
 from echoplan.model import Pillar, Polyline, World
 from echoplan.simulation.scene import build_scene
+from helpers import soundings
 
 SQUARE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
 

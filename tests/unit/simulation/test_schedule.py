@@ -3,12 +3,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-import soundings
 from echoplan.arrays import FloatArray
 from echoplan.errors import InvalidValueError
 from echoplan.geometry import compose
 from echoplan.model import Rig, Route
 from echoplan.simulation.schedule import Schedule, build_schedule, default_firing
+from helpers import soundings
 
 SECOND = 1_000_000_000
 STATIONS = Route(map_from_base=np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 0.5], [3.0, 0.0, -1.0]]))

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-import soundings
 from echoplan.acoustics import Air
 from echoplan.model import Transducer
 from echoplan.simulation import Simulation
 from echoplan.simulation.shots import Shots, memory_of
+from helpers import soundings
 
 
 def shots(simulation: Simulation) -> Shots:

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
-import soundings
 from echoplan.acoustics import Air
 from echoplan.arrays import FloatArray
 from echoplan.errors import InvalidValueError, UnknownNameError
 from echoplan.io import builtin_rig
 from echoplan.model import Pings, Polyline, Rig, Route, Sensor, Transducer, World
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
+from helpers import soundings
 
 SECOND = 1_000_000_000
 POSES = [[0.9, 1.5, 0.3], [3.6, 1.9, 2.0], [2.3, 0.8, -1.2]]

@@ -2,14 +2,13 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
-import soundings
-import twin
 from echoplan.acoustics import burst_envelope, carrier_delay, crossing_delay, peak_delay
 from echoplan.arrays import FloatArray
 from echoplan.model import Transducer
 from echoplan.simulation import SimulationSettings
 from echoplan.simulation.detector import Echoes, build_detector
 from echoplan.simulation.threshold import first_crossings
+from helpers import soundings, twin
 
 HC_SR04 = Transducer()
 TWO_PI_F = 2 * np.pi * HC_SR04.frequency

@@ -5,14 +5,13 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-import chamber
-import scenes
-from canvas import axes_of, color, data, legend, line, lines, names
 from echoplan.geometry import directions
 from echoplan.model import FeatureClass, Pings
 from echoplan.viewer.echoes import draw_classes, draw_clusters, draw_echoes
 from echoplan.viewer.palette import COLORS, MARKERS
 from echoplan.viewer.stages import Located, SweepStages
+from helpers import chamber, scenes
+from helpers.canvas import axes_of, color, data, legend, line, lines, names
 
 MINIMA, STRAY = "minimum-distance point", "in no cluster"
 SILENCE = SweepStages(

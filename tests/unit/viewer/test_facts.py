@@ -3,7 +3,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drawings import gapped_map
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, FeatureMap, Wall
 from echoplan.viewer.facts import (
     Facts,
@@ -15,7 +14,8 @@ from echoplan.viewer.facts import (
     wall_facts,
 )
 from echoplan.viewer.wording import SIGMA
-from maps import corner, cylinder, drawn, wall
+from helpers.drawings import gapped_map
+from helpers.maps import corner, cylinder, drawn, wall
 
 WALL = Wall(
     normal_angle=np.pi / 2,

@@ -2,9 +2,6 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-import chamber
-from canvas import data, legend, line, names
-from drawings import full_plan
 from echoplan.model import FeatureClass, FeatureMap
 from echoplan.viewer.figures import (
     class_figure,
@@ -17,7 +14,10 @@ from echoplan.viewer.figures import (
 )
 from echoplan.viewer.plan import Plan
 from echoplan.viewer.stages import Fitted, WallProfile, example, fitted_cluster, wall_profile
-from maps import drawn, wall
+from helpers import chamber
+from helpers.canvas import data, legend, line, names
+from helpers.drawings import full_plan
+from helpers.maps import drawn, wall
 
 
 @pytest.fixture(scope="module")

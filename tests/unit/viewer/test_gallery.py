@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from drawings import gapped_map
 from echoplan.model import Cylinder, FeatureMap, OccupancyGrid, Wall
 from echoplan.viewer import Exhibit, Gallery, Plan, Text, gallery_html
 from echoplan.viewer.sheet import Sheet
-from maps import ROOM, cylinder, drawn, wall
+from helpers.drawings import gapped_map
+from helpers.maps import ROOM, cylinder, drawn, wall
 
 POSES = [[1.0, 1.0, 0.0], [1.0, 2.0, 3.0]]
 WALLS = [wall(start, end) for start, end in ROOM.walls_xy]

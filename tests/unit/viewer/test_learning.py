@@ -6,7 +6,7 @@ import pytest
 
 from echoplan.model import Conventions, FeatureMap
 from echoplan.viewer import learned_in_words
-from maps import wall
+from helpers.maps import wall
 
 
 def items(conventions: Conventions | None = None, **changed: object) -> tuple[tuple[str, str], ...]:

@@ -6,8 +6,6 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.patches import Circle, Ellipse, Polygon
 
-from canvas import axes_of, color, data, legend, line, lines, names, notes
-from drawings import STATIONS, full_plan, gapped_map
 from echoplan.model import Corner, CornerKind, FeatureClass, FeatureMap
 from echoplan.viewer.maps import (
     draw_corners,
@@ -22,7 +20,9 @@ from echoplan.viewer.maps import (
 from echoplan.viewer.palette import COLORS, MARKERS, TRUTH
 from echoplan.viewer.plan import Plan
 from echoplan.viewer.uncertainty import error_ellipse
-from maps import NOWHERE, ROOM, corner, cylinder, drawn, wall
+from helpers.canvas import axes_of, color, data, legend, line, lines, names, notes
+from helpers.drawings import STATIONS, full_plan, gapped_map
+from helpers.maps import NOWHERE, ROOM, corner, cylinder, drawn, wall
 
 INSIDE = np.array([[2.0, 1.0]])
 WALLS = (wall([0.0, 0.0], [4.0, 0.0]), wall([4.0, 0.0], [4.0, 3.0]))

@@ -3,7 +3,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drawings import STATIONS, full_plan, gapped_map, group_of, marked, placed, stroke, strokes, the
 from echoplan.arrays import FloatArray
 from echoplan.model import Corner, CornerKind, FeatureMap
 from echoplan.viewer.marks import (
@@ -18,8 +17,9 @@ from echoplan.viewer.marks import (
 )
 from echoplan.viewer.plan import Plan
 from echoplan.viewer.sheet import Sheet
-from maps import NOWHERE, ROOM, corner, cylinder, drawn, wall
-from scenes import observed_circle, observed_wall
+from helpers.drawings import STATIONS, full_plan, gapped_map, group_of, marked, placed, stroke, strokes, the
+from helpers.maps import NOWHERE, ROOM, corner, cylinder, drawn, wall
+from helpers.scenes import observed_circle, observed_wall
 
 # Four metres by three at 1 : 25, a metre is 40 mm: the origin lies at (10, 130) on paper.
 SHEET = Sheet(bounds_xy=np.array([[0.0, 0.0], [4.0, 3.0]]))

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-from canvas import axes_of, color, data, legend, line, names, notes
-from echoplan.classification import CROSSINGS, memberships
+from echoplan.classical.fuzzy import CROSSINGS, memberships
 from echoplan.model import FeatureClass
 from echoplan.viewer.membership import draw_memberships
 from echoplan.viewer.palette import COLORS
+from helpers.canvas import axes_of, color, data, legend, line, names, notes
 
 STATES = {
     "small: corner": FeatureClass.CORNER,

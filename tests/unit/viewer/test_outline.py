@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from drawings import gapped_map
 from echoplan.arrays import FloatArray
 from echoplan.model import Opening, Wall
 from echoplan.viewer.outline import body_pieces, jamb_strokes, label_turn, wall_bodies
-from maps import ROOM, wall
+from helpers.drawings import gapped_map
+from helpers.maps import ROOM, wall
 
 INSIDE = np.array([[1.0, 1.0], [1.0, 2.0]])
 NOBODY = np.zeros((0, 2))

@@ -5,15 +5,15 @@ import numpy as np
 import pytest
 from PIL import Image
 
-import chamber
-from drawings import full_plan
 from echoplan.model import FeatureClass, FeatureMap, Truth
 from echoplan.viewer import pictures
 from echoplan.viewer.pictures import map_picture, paper_pictures
 from echoplan.viewer.plan import Plan
 from echoplan.viewer.sections import Picture
 from echoplan.viewer.stages import Located, SweepStages, WallProfile, wall_profile
-from maps import drawn, wall
+from helpers import chamber
+from helpers.drawings import full_plan
+from helpers.maps import drawn, wall
 
 NOTHING = Plan(feature_map=FeatureMap(method="none"))
 SQUARE = (wall([1.0, -0.6], [1.0, 0.8]), wall([1.0, 0.8], [-1.2, 0.8]))

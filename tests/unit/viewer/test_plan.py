@@ -9,7 +9,7 @@ from echoplan.errors import InvalidValueError
 from echoplan.geometry import directions
 from echoplan.model import Corner, CornerKind, Cylinder, FeatureMap, Opening, UnobservedStretch
 from echoplan.viewer.plan import MOST_LABELS, Plan, station_labels
-from maps import ROOM, corner, cylinder, drawn, wall
+from helpers.maps import ROOM, corner, cylinder, drawn, wall
 
 EMPTY = FeatureMap(method="none")
 # The root of the quantile 0.95 of chi-squared with two degrees of freedom.

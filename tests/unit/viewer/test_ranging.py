@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-from canvas import axes_of, color, data, legend, line, names, notes
 from echoplan.extraction import Parabola
 from echoplan.model import FeatureClass
 from echoplan.viewer.palette import COLORS
 from echoplan.viewer.ranging import draw_fit, draw_range_errors, draw_ranges
 from echoplan.viewer.stages import Fitted, WallProfile
-from scenes import around, cluster, observed
+from helpers.canvas import axes_of, color, data, legend, line, names, notes
+from helpers.scenes import around, cluster, observed
 
 PROFILE = WallProfile(
     angles=np.radians([-20.0, 0.0, 30.0]),

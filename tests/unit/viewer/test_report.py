@@ -6,13 +6,13 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from drawings import gapped_map
 from echoplan.evaluation import evaluate
 from echoplan.io import builtin_rig, builtin_route, builtin_world
 from echoplan.methods import find_method, map_sweeps, observations_of
 from echoplan.model import FeatureMap, Table, Truth
 from echoplan.simulation import Simulation
 from echoplan.viewer import Definitions, EchoListener, Picture, Plan, Report, Text, found_in_words, report_html
+from helpers.drawings import gapped_map
 
 VOID = {"meta", "img", "input"}
 

@@ -3,13 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import chamber
-import scenes
-from chamber import COLUMN, EDGE, HUBS, LATENESS, LINES
+from echoplan.classical.mdp_fuzzy import MdpFuzzyMapper
 from echoplan.errors import InvalidValueError
 from echoplan.extraction import compensated_distances
 from echoplan.geometry import directions, wrap
-from echoplan.methods.mdp_fuzzy import MdpFuzzyMapper
 from echoplan.model import FeatureClass
 from echoplan.viewer.stages import (
     Fitted,
@@ -21,7 +18,9 @@ from echoplan.viewer.stages import (
     sweep_stages,
     wall_profile,
 )
-from scenes import ARM, around, cluster, observed, wall_ranges
+from helpers import chamber, scenes
+from helpers.chamber import COLUMN, EDGE, HUBS, LATENESS, LINES
+from helpers.scenes import ARM, around, cluster, observed, wall_ranges
 
 
 def at_wall(

@@ -9,9 +9,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from PIL import Image
 
-from canvas import axes_of, legend, names
 from echoplan.viewer.palette import INK
 from echoplan.viewer.style import dress, dress_map, letter, map_height, new_figure, png, tell
+from helpers.canvas import axes_of, legend, names
 
 
 def labelled(axes: Axes) -> None:

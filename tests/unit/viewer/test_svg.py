@@ -7,11 +7,11 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from drawings import SVG, full_plan, gapped_map, marked, stroke, strokes, the, titles, view_box
 from echoplan.model import FeatureMap, Quality, Verdict
 from echoplan.viewer.plan import Plan
 from echoplan.viewer.svg import plan_element, plan_svg
-from maps import corner, drawn, wall
+from helpers.drawings import SVG, full_plan, gapped_map, marked, stroke, strokes, the, titles, view_box
+from helpers.maps import corner, drawn, wall
 
 LAYERS = ["grid", "echoes", "heard", "walls", "gaps", "truth", "cylinders", "corners", "stations", "legend"]
 NOTHING = Plan(feature_map=FeatureMap(method="none"))

@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drawings import gapped_map
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Table, Wall
 from echoplan.viewer.tables import corner_table, cylinder_table, opening_table, wall_table
 from echoplan.viewer.wording import SIGMA
+from helpers.drawings import gapped_map
 
 WALL = Wall(
     normal_angle=-np.pi / 2,

@@ -15,7 +15,7 @@ from echoplan.viewer.uncertainty import (
     sigma,
     wall_band,
 )
-from maps import wall
+from helpers.maps import wall
 
 # Quantile 0.95 of chi-squared with two degrees of freedom, and 0.975 of the normal distribution, from tables.
 CHI_SQUARED, NORMAL = 5.991465, 1.959964

@@ -1,0 +1,284 @@
+"""What a sonar should hear of a reflector: at what depth, how loud, and at what range it would read it.
+
+The same sonar equation, beam, echo laws and range walk as elsewhere in this package, turned into tables so that
+compiled functions can ask for millions of echoes a second.  Importing this module imports numba.
+"""
+
+import math
+from enum import IntEnum
+from typing import TypeAlias
+
+from echoplan.acoustics.echo_model import COSINE_LIMIT, PER_SQUARED_SINE, SQUARED_SINES, EchoModel, Hearing
+from echoplan.acoustics.range_walk_model import EXCESS_STEP
+from echoplan.arrays import FloatArray
+from echoplan.compiled import compiled
+
+__all__ = [
+    "SILENCE",
+    "EchoModel",
+    "Hearing",
+    "Kind",
+    "OffAxis",
+    "Ping",
+    "Shape",
+    "Sight",
+    "bistatic_excess_of",
+    "differentiate",
+    "excess_of",
+    "expect",
+    "look",
+    "shape_of",
+    "walk_of",
+]
+
+
+class Kind(IntEnum):
+    """What a reflector can be to a sonar, and so what its three parameters mean.
+
+    A reflector is kept as four numbers: its kind and ``normal_angle, offset, 0`` for a wall, ``x, y, radius`` for a
+    cylinder, ``x, y, 0`` for a corner that is heard into or an edge that is heard around.
+    """
+
+    WALL = 0
+    CYLINDER = 1
+    CORNER = 2
+    EDGE = 3
+
+
+# Plain numbers, for compiled functions fold constants but not members of an enumeration.
+_WALL, _CYLINDER, _EDGE = int(Kind.WALL), int(Kind.CYLINDER), int(Kind.EDGE)
+
+# The face of a transducer is not a point: depths below this count as this [m].
+_NEAREST = 0.02
+# No cylinder is thinner than this [m]: it would be a fraction of a wavelength, and its echo law another.
+_THINNEST = 1e-3
+# An edge scatters 36 dB less than a plane at 1 m, falling off by 10 dB a decade more (GTD, 90 degree wedge).
+_EDGE_LOSS = -36.0
+_PER_NEPER = 20.0 / math.log(10.0)
+SILENCE = -99.0
+
+
+# A reflector as compiled functions want it: its kind and, for a wall, its unit normal and offset; else as it is kept.
+Shape: TypeAlias = tuple[int, float, float, float]
+
+# Acoustic centre x, y [m] and unit vector of the beam axis.
+Ping: TypeAlias = tuple[float, float, float, float]
+
+# Depth [m]; cosine and sine of the angle from the reflector's direction to the beam axis; distance of the point that
+# defines the reflector [m]; strength of the echo against that of a plane at the same depth [dB].
+Sight: TypeAlias = tuple[float, float, float, float, float]
+
+# Cosine and sine of an angle off the axis of a beam.
+OffAxis: TypeAlias = tuple[float, float]
+
+
+@compiled
+def shape_of(reflector: FloatArray) -> Shape:
+    """Make a reflector ready for many pings: the functions of its normal angle are asked for once.
+
+    Parameters
+    ----------
+    reflector : ndarray, shape (4,)
+        Value of ``Kind`` and three parameters.
+
+    Returns
+    -------
+    Shape
+        The same reflector.
+    """
+    kind = int(reflector[0])
+    if kind == _WALL:
+        return kind, math.cos(reflector[1]), math.sin(reflector[1]), reflector[2]
+    return kind, reflector[1], reflector[2], reflector[3]
+
+
+@compiled
+def look(shape: Shape, ping: Ping) -> Sight:
+    """Look from a sensor at a reflector.
+
+    Parameters
+    ----------
+    shape : Shape
+        The reflector.
+    ping : Ping
+        Where the sensor is and where it looks.
+
+    Returns
+    -------
+    Sight
+        Depth, angle, distance and strength.
+    """
+    kind, a, b, radius = shape
+    x, y, ux, uy = ping
+    if kind == _WALL:
+        depth = radius - a * x - b * y
+        return depth, ux * a + uy * b, a * uy - b * ux, depth, 0.0
+    dx, dy = a - x, b - y
+    distance = math.sqrt(dx * dx + dy * dy) + 1e-12
+    cosine, sine = (ux * dx + uy * dy) / distance, (dx * uy - dy * ux) / distance
+    if kind == _CYLINDER:
+        return distance - radius, cosine, sine, distance, 10.0 * math.log10(max(radius, _THINNEST) / distance)
+    if kind == _EDGE:
+        return distance, cosine, sine, distance, _EDGE_LOSS - 10.0 * math.log10(max(distance, _NEAREST))
+    return distance, cosine, sine, distance, 0.0
+
+
+@compiled
+def excess_of(hearing: Hearing, sight: Sight) -> float:
+    """Signal excess of an echo by the sonar equation.
+
+    Parameters
+    ----------
+    hearing : Hearing
+        The sonar.
+    sight : Sight
+        The reflector as the sensor sees it.
+
+    Returns
+    -------
+    float
+        ``S - 20 lg(2 e) - 2 alpha e + B + X`` [dB]; silence beyond 75 degrees off the axis.
+    """
+    depth, cosine, sine, _, strength = sight
+    if cosine <= COSINE_LIMIT:
+        return SILENCE
+    place = sine * sine * PER_SQUARED_SINE
+    node = min(int(place), SQUARED_SINES - 1)
+    beam = hearing.beam[node] + (place - node) * (hearing.beam[node + 1] - hearing.beam[node])
+    depth = max(depth, _NEAREST)
+    spreading = 20.0 * math.log10(2.0 * depth) + 2.0 * hearing.absorption * depth
+    return float(hearing.figure_of_merit - spreading + beam + strength)
+
+
+@compiled
+def bistatic_excess_of(hearing: Hearing, depth: float, leaving: OffAxis, coming: OffAxis, strength: float) -> float:
+    """Greatest signal excess of sound that left and came back at different angles: side lobes count with their peaks.
+
+    Parameters
+    ----------
+    hearing : Hearing
+        The sonar.
+    depth : float
+        Half of the way of the sound [m].
+    leaving, coming : OffAxis
+        Cosine and sine of the angle off the axis at either end.
+    strength : float
+        Of the echo against that of a plane at the same depth [dB].
+
+    Returns
+    -------
+    float
+        As ``excess_of``, but with ``lobes`` for the beam [dB]; silence behind the sensor.
+    """
+    if leaving[0] <= 0.0 or coming[0] <= 0.0:
+        return SILENCE
+    out = hearing.lobes[min(int(leaving[1] * leaving[1] * SQUARED_SINES), SQUARED_SINES)]
+    back = hearing.lobes[min(int(coming[1] * coming[1] * SQUARED_SINES), SQUARED_SINES)]
+    depth = max(depth, _NEAREST)
+    spreading = 20.0 * math.log10(2.0 * depth) + 2.0 * hearing.absorption * depth
+    return float(hearing.figure_of_merit - spreading + 0.5 * (out + back) + strength)
+
+
+@compiled
+def walk_of(hearing: Hearing, excess: float) -> float:
+    """Range walk of an echo.
+
+    Parameters
+    ----------
+    hearing : Hearing
+        The sonar.
+    excess : float
+        Signal excess [dB]; below the threshold the walk stays what it is there.
+
+    Returns
+    -------
+    float
+        Reading less depth [m].
+    """
+    place = min(max(excess, 0.0) / EXCESS_STEP, len(hearing.walk) - 1 - 1e-9)
+    node = int(place)
+    return float(hearing.walk[node] + (place - node) * (hearing.walk[node + 1] - hearing.walk[node]))
+
+
+@compiled
+def expect(hearing: Hearing, shape: Shape, ping: Ping) -> tuple[float, float, float]:
+    """Expect the echo of a reflector.
+
+    Parameters
+    ----------
+    hearing : Hearing
+        The sonar.
+    shape : Shape
+        The reflector.
+    ping : Ping
+        Where the sensor is and where it looks.
+
+    Returns
+    -------
+    depth, excess, reading : float
+        Depth [m], signal excess [dB] and the range as it would be read, scaled [m].
+    """
+    sight = look(shape, ping)
+    excess = excess_of(hearing, sight)
+    return sight[0], excess, sight[0] + walk_of(hearing, excess)
+
+
+@compiled
+def differentiate(
+    hearing: Hearing, shape: Shape, ping: Ping, slopes: FloatArray, shadow: float = 0.0
+) -> tuple[float, float]:
+    """Expect the echo of a reflector, and how its reading changes with the reflector and the sensor.
+
+    Parameters
+    ----------
+    hearing : Hearing
+        The sonar.
+    shape : Shape
+        The reflector.
+    ping : Ping
+        Where the sensor is and where it looks.
+    slopes : ndarray, shape (8,)
+        Filled with the derivatives of the reading by the three parameters, by the sensor's x and y, by the direction
+        of its beam, by the level of the echo in decibels and by the logarithm of ``ka``.
+    shadow : float, optional
+        How much fainter than all of the reflector it is from there [dB].
+
+    Returns
+    -------
+    depth, excess : float
+        Depth [m] and signal excess [dB].
+    """
+    sight, kind = look(shape, ping), shape[0]
+    depth, cosine, sine, distance, _ = sight
+    excess = excess_of(hearing, sight) - shadow
+    by_depth, by_strength, by_angle = _slopes(hearing, sight, excess)
+    # Unit vector from the sensor to the reflector.
+    ex, ey = cosine * ping[2] + sine * ping[3], cosine * ping[3] - sine * ping[2]
+    slopes[2], slopes[5], slopes[6] = 0.0, by_angle, by_strength
+    # The beam depends on ka sin(angle).
+    slopes[7] = by_angle * sine / max(cosine, COSINE_LIMIT)
+    if kind == _WALL:
+        slopes[0], slopes[1] = -by_depth * (ex * ping[1] - ey * ping[0]) - by_angle, by_depth
+        slopes[3], slopes[4] = -by_depth * ex, -by_depth * ey
+        return depth, excess
+    radial = by_depth - (by_strength * 0.5 * _PER_NEPER / distance if kind in (_CYLINDER, _EDGE) else 0.0)
+    turning = by_angle / distance
+    slopes[0], slopes[1] = radial * ex + turning * ey, radial * ey - turning * ex
+    slopes[3], slopes[4] = -slopes[0], -slopes[1]
+    if kind == _CYLINDER:
+        slopes[2] = by_strength * 0.5 * _PER_NEPER / max(shape[3], _THINNEST) - by_depth
+    return depth, excess
+
+
+@compiled
+def _slopes(hearing: Hearing, sight: Sight, excess: float) -> tuple[float, float, float]:
+    """Differentiate the reading by the depth, by the strength of the echo and by the angle off the axis."""
+    depth, cosine, sine, _, _ = sight
+    if not 0.0 < excess < EXCESS_STEP * (len(hearing.walk) - 1):
+        return 1.0, 0.0, 0.0
+    node = int(excess / EXCESS_STEP)
+    steepness = (hearing.walk[node + 1] - hearing.walk[node]) / EXCESS_STEP
+    fading = -_PER_NEPER / depth - 2.0 * hearing.absorption if depth > _NEAREST else 0.0
+    node = min(int(sine * sine * PER_SQUARED_SINE), SQUARED_SINES - 1)
+    narrowing = (hearing.beam[node + 1] - hearing.beam[node]) * PER_SQUARED_SINE * 2.0 * sine * cosine
+    return 1.0 + steepness * fading, steepness, steepness * narrowing

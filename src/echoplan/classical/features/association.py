@@ -1,0 +1,182 @@
+"""Association over stations: which observations are one object."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import BaseModel, Field
+
+from echoplan.arrays import FloatArray
+from echoplan.classical.features.fits import Fit, fit_line
+from echoplan.classical.features.observations import Observation, Stack, stations_of
+from echoplan.geometry import directions, signed_distances, wrap
+
+__all__ = ["AssociationSettings", "Group", "absorb", "group_lines", "group_points"]
+
+
+class AssociationSettings(BaseModel, frozen=True, extra="forbid"):
+    """What may be put together; the paper names no numbers for it."""
+
+    bearing_gate: float = Field(default=0.14, gt=0.0, description="greatest residual of a normal's direction [rad]")
+    distance_gate: float = Field(default=0.03, gt=0.0, description="greatest residual of a distance from a line [m]")
+    point_gate: float = Field(default=0.15, gt=0.0, description="greatest distance between points of one object [m]")
+    bearing_floor: float = Field(
+        default=0.0175,
+        gt=0.0,
+        description="what all echoes of one sweep have in common in bearing [rad]: a step of 1 degree",
+    )
+    distance_floor: float = Field(
+        default=0.003, gt=0.0, description="likewise in distance [m]: range walk that no compensation removes"
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Group:
+    """Observations of one object and what was fitted to them.
+
+    Parameters
+    ----------
+    members : tuple of Observation
+        The observations.
+    fit : Fit
+        Line or circle through them.
+    """
+
+    members: tuple[Observation, ...]
+    fit: Fit
+
+    @property
+    def stations(self) -> int:
+        """From how many sweeps the object was heard."""
+        return stations_of(self.members)
+
+    @property
+    def pings(self) -> int:
+        """How many echoes it gave in all."""
+        return sum(member.pings for member in self.members)
+
+    @property
+    def degrees(self) -> FloatArray:
+        """Sum of its memberships in corner, cylinder and wall, shape (3,)."""
+        total: FloatArray = np.array([member.degrees for member in self.members]).sum(axis=0)
+        return total
+
+
+def group_lines(observations: list[Observation], settings: AssociationSettings) -> list[Group]:
+    """Put observations together that one line explains.
+
+    The surest observation opens a group; each further one joins the group whose line, fitted again with it,
+    leaves the least residual within the gates, or opens another.
+
+    Parameters
+    ----------
+    observations : list of Observation
+        Observations of flats.
+    settings : AssociationSettings
+        The gates.
+
+    Returns
+    -------
+    list of Group
+        Each with its line; empty if there are no observations.
+    """
+    groups: list[Group] = []
+    for observation in sorted(observations, key=lambda each: each.point.covariance[0, 0]):
+        if not _joined(groups, observation, settings):
+            groups.append(_line_group((observation,), settings))
+    return groups
+
+
+def absorb(groups: list[Group], observations: list[Observation], settings: AssociationSettings) -> list[Observation]:
+    """Let lines take the observations that lie on them, whatever they looked like by themselves.
+
+    Parameters
+    ----------
+    groups : list of Group
+        Lines; changed in place.
+    observations : list of Observation
+        Observations of other classes.
+    settings : AssociationSettings
+        The gates.
+
+    Returns
+    -------
+    list of Observation
+        Those that lie on no line.
+    """
+    return [observation for observation in observations if not _joined(groups, observation, settings)]
+
+
+def group_points(
+    observations: list[Observation], settings: AssociationSettings, *, depth: ArrayLike = 0.0
+) -> list[tuple[Observation, ...]]:
+    """Put observations together that lie close to each other.
+
+    Parameters
+    ----------
+    observations : list of Observation
+        Observations of cylinders or corners.
+    settings : AssociationSettings
+        The gate.
+    depth : array_like, optional
+        How far behind its nearest point the middle of each object lies [m]; broadcasts to shape (n,).
+
+    Returns
+    -------
+    list of tuple of Observation
+        Groups in which every member is linked to another by less than the gate.
+    """
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
+    from scipy.spatial import cKDTree  # noqa: PLC0415 - only mappers need it
+
+    if not observations:
+        return []
+    nearest = np.array([each.point.position_xy for each in observations])
+    inward = directions(np.array([each.point.bearing for each in observations]))
+    middles = nearest + np.broadcast_to(depth, len(observations))[:, None] * inward
+    tree = cKDTree(middles)
+    near = tree.sparse_distance_matrix(tree, settings.point_gate)
+    count, labels = connected_components(near > 0, directed=False)
+    return [
+        tuple(each for each, own in zip(observations, labels, strict=True) if own == label) for label in range(count)
+    ]
+
+
+def _joined(groups: list[Group], observation: Observation, settings: AssociationSettings) -> bool:
+    """Add an observation to the group that it fits best; tell whether it fits any."""
+    near = [number for number, group in enumerate(groups) if _is_near(group, observation, settings)]
+    wider = {number: _line_group((*groups[number].members, observation), settings) for number in near}
+    misfits = {number: _misfit(group, settings) for number, group in wider.items()}
+    best = min(misfits, key=misfits.__getitem__, default=None)
+    if best is None or misfits[best] > 1.0:
+        return False
+    groups[best] = wider[best]
+    return True
+
+
+def _is_near(group: Group, observation: Observation, settings: AssociationSettings) -> bool:
+    """Tell whether a group's line is near enough for a fit with the observation to be worth its while.
+
+    A line fitted to one point may turn by the gate of the bearing, and so miss another by as much times the way.
+    """
+    angle, offset = group.fit.parameters
+    point = observation.point
+    turn = abs(float(wrap(point.bearing - angle)))
+    way = float(np.hypot(*(point.hub_xy - group.members[0].point.hub_xy)))
+    miss = abs(float(signed_distances(np.array([angle, offset]), point.position_xy)))
+    return turn <= 2 * settings.bearing_gate and miss <= settings.distance_gate + 2 * settings.bearing_gate * way
+
+
+def _line_group(members: tuple[Observation, ...], settings: AssociationSettings) -> Group:
+    floor = (settings.bearing_floor, settings.distance_floor)
+    return Group(members=members, fit=fit_line(Stack.of(list(members), floor=floor)))
+
+
+def _misfit(group: Group, settings: AssociationSettings) -> float:
+    """Greatest residual over its gate: more than one means that something does not belong."""
+    return float(
+        max(
+            np.abs(group.fit.bearing_residuals).max() / settings.bearing_gate,
+            np.abs(group.fit.distance_residuals).max() / settings.distance_gate,
+        )
+    )

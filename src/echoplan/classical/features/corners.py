@@ -1,0 +1,115 @@
+"""Corners: the crossings of neighbouring walls, and whether they were heard by themselves."""
+
+from typing import TypeAlias
+
+import numpy as np
+
+from echoplan.arrays import FloatArray
+from echoplan.classical.features.association import AssociationSettings
+from echoplan.classical.features.junctions import Junction
+from echoplan.classical.features.observations import Observation, shares, stations_of
+from echoplan.geometry import along, intersections, wrap
+from echoplan.model import ClassProbabilities, Corner, Wall
+
+__all__ = ["Voices", "corner_of", "crossing_covariance", "heard_at"]
+
+# What was heard of one corner.
+Voices: TypeAlias = tuple[Observation, ...]
+
+
+def heard_at(meetings: list[Junction], heard: list[Observation], settings: AssociationSettings) -> list[Voices]:
+    """Tell what was heard of each corner.
+
+    A corner says little of its direction, for it answers in whatever window the walls beside it leave; it is known
+    by its distance.
+
+    Parameters
+    ----------
+    meetings : list of Junction
+        Where walls may meet.
+    heard : list of Observation
+        Observations of corners.
+    settings : AssociationSettings
+        How near the heard distance and direction must be to the crossing's.
+
+    Returns
+    -------
+    list of tuple of Observation
+        The observations of each meeting; one that fits several is given to that whose distance fits best.
+    """
+    voices: list[list[Observation]] = [[] for _ in meetings]
+    for observation in heard:
+        number = _nearest(observation, meetings, settings)
+        if number is not None:
+            voices[number].append(observation)
+    return [tuple(each) for each in voices]
+
+
+def corner_of(meeting: Junction, walls: tuple[Wall, ...], voices: Voices) -> Corner:
+    """Make a corner where two walls meet.
+
+    Parameters
+    ----------
+    meeting : Junction
+        Where they meet; numbers as in ``walls``.
+    walls : tuple of Wall
+        The walls.
+    voices : tuple of Observation
+        What was heard of the corner itself.
+
+    Returns
+    -------
+    Corner
+        The corner.
+    """
+    degrees = np.sum([each.degrees for each in voices], axis=0) if voices else None
+    return Corner(
+        position_xy=meeting.position_xy,
+        kind=meeting.kind,
+        covariance=crossing_covariance(walls[meeting.first], walls[meeting.second]),
+        class_probabilities=ClassProbabilities(corner=1.0) if degrees is None else shares(degrees),
+        pings=sum(each.pings for each in voices),
+        stations=stations_of(voices),
+    )
+
+
+def crossing_covariance(first: Wall, second: Wall) -> FloatArray:
+    """Covariance of the crossing of two walls by the delta method.
+
+    The crossing x solves ``N x = c`` with the normals as rows of N; an error of an angle moves the right side by
+    ``-(t . x)`` times as much, one of an offset by itself.
+
+    Parameters
+    ----------
+    first, second : Wall
+        Walls that are not parallel.
+
+    Returns
+    -------
+    ndarray, shape (2, 2)
+        Of x and y [m].
+    """
+    position = _crossing(first, second)
+    inverse = np.linalg.inv(np.stack([first.normal_xy, second.normal_xy]))
+    covariance = np.zeros((2, 2))
+    for column, wall in zip(inverse.T, (first, second), strict=True):
+        slope = np.array([-float(along(_line(wall), position)), 1.0])
+        covariance += np.outer(column, column) * float(slope @ wall.covariance @ slope)
+    return covariance
+
+
+def _line(wall: Wall) -> FloatArray:
+    return np.array([wall.normal_angle, wall.offset])
+
+
+def _crossing(first: Wall, second: Wall) -> FloatArray:
+    return intersections(_line(first), _line(second))
+
+
+def _nearest(observation: Observation, meetings: list[Junction], settings: AssociationSettings) -> int | None:
+    point = observation.point
+    away = np.array([meeting.position_xy for meeting in meetings]).reshape(-1, 2) - point.hub_xy
+    misses = np.abs(np.hypot(*away.T) - point.distance)
+    turns = np.abs(wrap(np.arctan2(away[:, 1], away[:, 0]) - point.bearing))
+    fits = (misses <= settings.distance_gate) & (turns <= settings.bearing_gate + 3 * np.sqrt(point.covariance[0, 0]))
+    return int(np.argmin(np.where(fits, misses, np.inf))) if fits.any() else None

@@ -1,0 +1,158 @@
+"""MURIEL (Konolige 1997; as recalled): the evidence of each place counts once, and sound may be thrown away.
+
+A forward model tells how likely a reading D is if the cell at distance d is a surface that faces the sensor, against
+how likely it is if the cell is free.  With the chance q to hear the cell, which falls off with distance and with the
+angle from the axis, and the density f of readings that it does not cause::
+
+    LR(D) = 1 - q Phi((D - d) / sigma) + q N(D - d; sigma) / f
+
+Pings of one place hear the same reflections again and are not independent: of each place a cell keeps the strongest
+evidence for a surface and the strongest against it.  A smooth surface throws sound away unless it faces the sensor to
+within half the aperture beta, which one of unknown direction does with probability F = 2 beta / pi, and does for all
+pings of a place or for none.  So no place can tell more against a cell than that it does not face it::
+
+    LR(place) = F LR(strongest for) LR(strongest against) + 1 - F
+
+Pose buckets and a forward model with specular terms are Konolige's; the forms of q and F are this module's own.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.classical.grids.canvas import Canvas, CanvasSettings
+from echoplan.classical.grids.cones import Cones, chosen_cones, join_cones
+from echoplan.classical.grids.sectors import Raster, Trace, box_about, trace_for, trace_sector
+from echoplan.compiled import compiled
+from echoplan.model import OccupancyGrid
+
+__all__ = ["MurielRule", "MurielSettings"]
+
+# Beyond so many deviations behind the echo nothing is said any more.
+_TAIL = 3.0
+# So many deviations before the echo its density is gone.
+_FAR = 8.0
+_ROOT_TWO, _ROOT_TAU = math.sqrt(2.0), math.sqrt(2.0 * math.pi)
+
+
+class MurielSettings(BaseModel, frozen=True, extra="forbid"):
+    """The forward model, and how near pings are of one place."""
+
+    detection: float = Field(
+        default=0.95, gt=0.0, lt=1.0, description="chance to hear a near surface on the axis that faces the sensor"
+    )
+    deviation: float = Field(default=0.03, gt=0.0, description="standard deviation of a range and of a cell [m]")
+    background: float = Field(
+        default=1.0, gt=0.0, description="density of readings that a cell does not cause [1/m]: a room's width"
+    )
+    place: float = Field(default=0.1, gt=0.0, description="side of a place: pings in it are not independent [m]")
+
+
+class Model(NamedTuple):
+    """The forward model for compiled functions: see ``MurielSettings``."""
+
+    detection: float
+    deviation: float
+    background: float
+
+
+class MurielRule:
+    """Adds up the evidence of places.
+
+    Parameters
+    ----------
+    settings : MurielSettings
+        The forward model.
+    canvas : CanvasSettings
+        How the map is cut into cells.
+    """
+
+    def __init__(self, settings: MurielSettings, canvas: CanvasSettings) -> None:
+        self.settings = settings
+        self._lattice = canvas
+        self._parts: list[Cones] = []
+
+    def add(self, cones: Cones) -> None:
+        """Keep the cones of more pings.
+
+        Parameters
+        ----------
+        cones : Cones
+            The pings; a place may be visited again later.
+        """
+        self._parts.append(cones)
+
+    @property
+    def grid(self) -> OccupancyGrid:
+        """The map of all cones so far.
+
+        Raises
+        ------
+        InvalidValueError
+            If the map would be too large.
+        """
+        cones = join_cones(self._parts)
+        radii = np.minimum(cones.readings + _TAIL * self.settings.deviation, cones.reaches)
+        canvas = Canvas(self._lattice)
+        canvas.cover(box_about(cones, radii))
+        trace = trace_for(cones, radii, self._lattice.resolution)
+        for chosen in _places(cones, self.settings.place):
+            place = Canvas(self._lattice, fills=(0.0, 0.0))
+            self._gather(place, chosen_cones(cones, chosen), radii[chosen], trace)
+            canvas.add(place, _of_place(place.layers, cones.half_apertures[chosen]))
+        return canvas.grid(0.5 + 0.5 * np.tanh(0.5 * canvas.layers[0]))
+
+    def _gather(self, place: Canvas, cones: Cones, radii: FloatArray, trace: Trace) -> None:
+        place.cover(box_about(cones, radii))
+        model = Model(self.settings.detection, self.settings.deviation, self.settings.background)
+        keep_strongest(place.layers, place.raster, cones, radii, trace, model)
+
+
+def _places(cones: Cones, side: float) -> list[IntArray]:
+    """Sort pings by place, that is by where the turret stood: the indices of each."""
+    squares = np.floor(np.column_stack([cones.hub_x, cones.hub_y]) / side)
+    _, numbers = np.unique(squares, axis=0, return_inverse=True)
+    order = np.argsort(numbers, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(numbers[order])) + 1) if len(order) else []
+
+
+def _of_place(layers: FloatArray, half_apertures: FloatArray) -> FloatArray:
+    """Log likelihood ratios by a place, whose surfaces face its sensors or do not."""
+    faces = half_apertures.max() / (np.pi / 2)
+    ratios: FloatArray = np.log(faces * np.exp(layers.sum(axis=0)) + 1.0 - faces)
+    return ratios
+
+
+@compiled
+def keep_strongest(
+    layers: FloatArray, raster: Raster, cones: Cones, radii: FloatArray, trace: Trace, model: Model
+) -> None:
+    """Keep the strongest evidence for and against a surface in each cell of the cones of a place."""
+    for ping in range(len(radii)):
+        for cell in range(trace_sector(trace, raster, cones, ping, radii[ping])):
+            row, column = trace.rows[cell], trace.columns[cell]
+            distance = trace.distances[cell]
+            heard = hearing(distance / cones.reaches[ping], trace.turns[cell], model)
+            evidence = math.log(likelihood_ratio(cones.readings[ping] - distance, heard, model))
+            layers[0, row, column] = max(layers[0, row, column], evidence)
+            layers[1, row, column] = min(layers[1, row, column], evidence)
+
+
+@compiled
+def hearing(share: float, turn: float, model: Model) -> float:
+    """Chance to hear a surface that faces the sensor: distance as a share of the reach, angle of the aperture."""
+    return model.detection * max(1.0 - share**2, 0.0) * (1.0 - turn**2)
+
+
+@compiled
+def likelihood_ratio(excess: float, heard: float, model: Model) -> float:
+    """How much likelier a reading is that is so much longer than the distance of a cell if the cell is occupied."""
+    away = excess / model.deviation
+    if away > _FAR:
+        return 1.0 - heard
+    passed = 0.5 * math.erfc(-away / _ROOT_TWO)
+    density = math.exp(-0.5 * away**2) / (_ROOT_TAU * model.deviation)
+    return 1.0 - heard * passed + heard * density / model.background

@@ -1,0 +1,1 @@
+"""The likelihood of pings given landmarks: detections, missed detections, multipath and clutter."""

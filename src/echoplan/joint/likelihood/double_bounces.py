@@ -1,0 +1,299 @@
+"""Ghosts: echoes of second order, which look like reflectors that are not there.
+
+Sound that went from one wall to another comes as from the image of the image.  It also goes the same way backward, and
+both come back to the sensor that sent them together: twice as loud.  Where both ways would pass beside a corner a
+little wider than a right angle, what is left of them comes from its vertex.  Ghosts explain readings for nothing, but
+are never missed.
+"""
+
+import math
+
+import numpy as np
+
+from echoplan.acoustics.predicted_echo import Hearing, Shape, shape_of
+from echoplan.arrays import FloatArray
+from echoplan.compiled import compiled
+from echoplan.joint.likelihood.image_sources import (
+    Extent,
+    Path,
+    Point,
+    after,
+    depth_of,
+    echo_level,
+    image_of,
+    is_near,
+    lateness,
+    length_of,
+    mirrored,
+    mirroring,
+    strike,
+    turned,
+)
+from echoplan.joint.likelihood.ping_scores import UNHEARD
+from echoplan.preprocessing.ping_arrays import Soundings
+
+__all__ = ["add_ghosts_of_cylinder", "add_ghosts_of_walls", "ghosts_of_walls"]
+
+# Paths of second order are known less well than reflectors, so their readings scatter more, by these factors.
+_OF_WALLS, _OF_CYLINDER = 1.5, 2.0
+_TWOFOLD = 20.0 * math.log10(2.0)
+# What a knife edge leaves of sound that grazes it, in the terms of ITU-R P.526.
+_GRAZING = math.sqrt(1.01) - 0.1
+# Walls may reflect a little beyond what was heard of them, but not as far as this [m].
+_BEYOND = 0.5
+# After so many rounds the spot at which sound glances off a cylinder is found to a millimetre.
+_GLANCES = 4
+
+
+@compiled
+def ghosts_of_walls(
+    soundings: Soundings,
+    hearing: Hearing,
+    walls: tuple[FloatArray, FloatArray],
+    extents: tuple[Extent, Extent],
+    noise: float,
+) -> FloatArray:
+    """Explain readings by nothing but echoes of one wall in another.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+    hearing : Hearing
+        The sonar.
+    walls, extents, noise
+        As those of ``add_ghosts_of_walls``.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Logarithm of the density of each reading if it is such an echo [log 1/m].
+    """
+    levels = np.full(len(soundings.readings), UNHEARD)
+    add_ghosts_of_walls(levels, (soundings, hearing), walls, extents, noise)
+    return levels
+
+
+@compiled
+def add_ghosts_of_walls(
+    levels: FloatArray,
+    heard: tuple[Soundings, Hearing],
+    walls: tuple[FloatArray, FloatArray],
+    extents: tuple[Extent, Extent],
+    noise: float,
+) -> None:
+    """Explain readings by echoes of one wall in another.
+
+    Parameters
+    ----------
+    levels : ndarray, shape (n,)
+        Logarithm of the density of each reading by what explains it so far [log 1/m]; raised in place where such an
+        echo explains it better.
+    heard : tuple of Soundings and Hearing
+        The pings and the sonar.
+    walls : tuple of ndarray, shape (4,)
+        The two walls.
+    extents : tuple of Extent
+        Between which places along it each wall may reflect [m].
+    noise : float
+        Standard deviation of readings [m].
+    """
+    soundings, hearing = heard
+    shapes, scatter = (shape_of(walls[0]), shape_of(walls[1])), _OF_WALLS * noise
+    # Between walls that open wider than a right angle no sound comes back over both to where it came from.
+    if shapes[0][1] * shapes[1][1] + shapes[0][2] * shapes[1][2] > 0.0:
+        _add_vertex(levels, soundings, hearing, shapes, extents, scatter)
+    else:
+        _add_images(levels, soundings, hearing, shapes, extents, scatter)
+
+
+@compiled
+def add_ghosts_of_cylinder(
+    levels: FloatArray, heard: tuple[Soundings, Hearing], wall: FloatArray, cylinder: FloatArray, noise: float
+) -> None:
+    """Explain readings by echoes of a cylinder in a wall.
+
+    Parameters
+    ----------
+    levels : ndarray, shape (n,)
+        As those of ``add_ghosts_of_walls``.
+    heard : tuple of Soundings and Hearing
+        The pings and the sonar.
+    wall, cylinder : ndarray, shape (4,)
+        The reflectors.
+    noise : float
+        Standard deviation of readings [m].
+    """
+    soundings, hearing = heard
+    mirror, screen, late = shape_of(wall), shape_of(cylinder), lateness(hearing, _OF_CYLINDER * noise)
+    center = (screen[1], screen[2])
+    for ping in range(len(levels)):
+        reading = soundings.readings[ping] * hearing.scale
+        place = (soundings.x[ping], soundings.y[ping])
+        if not math.isfinite(reading) or depth_of(mirror, place) <= 0.0:
+            continue
+        unfolded = mirrored(mirror, place)
+        near = length_of((center[0] - place[0], center[1] - place[1]))
+        # As far as the ways to the centre are long, less the radius: the way over the surface is longer.
+        shorter = (late[0] - screen[3], late[1])
+        if near < screen[3] + 0.02 or not is_near(center, unfolded, reading - 0.5 * near, shorter):
+            continue
+        spot = _glance(center, screen[3], place, unfolded)
+        direct, onward = (spot[0] - place[0], spot[1] - place[1]), (spot[0] - unfolded[0], spot[1] - unfolded[1])
+        depth = 0.5 * (length_of(direct) + length_of(onward))
+        if not late[0] < reading - depth < late[1]:
+            continue
+        image, axis = mirrored(mirror, spot), (soundings.ux[ping], soundings.uy[ping])
+        departure, arrival = turned(axis, direct), turned(axis, (image[0] - place[0], image[1] - place[1]))
+        path = (depth, departure[0], departure[1], arrival[0], arrival[1])
+        far = length_of((center[0] - unfolded[0], center[1] - unfolded[1]))
+        strength = _TWOFOLD + 10.0 * math.log10(max(screen[3], 0.001) / far)
+        levels[ping] = max(levels[ping], echo_level(hearing, path, reading, strength, _OF_CYLINDER * noise))
+
+
+@compiled
+def _add_images(
+    levels: FloatArray,
+    soundings: Soundings,
+    hearing: Hearing,
+    walls: tuple[Shape, Shape],
+    extents: tuple[Extent, Extent],
+    scatter: float,
+) -> None:
+    """Fill in what comes as from the images of images."""
+    motion, (crossing, vertex) = after(mirroring(walls[0]), walls[1]), _crossing(walls)
+    late = lateness(hearing, scatter)
+    for ping in range(len(levels)):
+        reading = soundings.readings[ping] * hearing.scale
+        place = (soundings.x[ping], soundings.y[ping])
+        image = image_of(motion, place)
+        if not is_near(image, place, reading, late) or not _faces(walls, place):
+            continue
+        axis = (soundings.ux[ping], soundings.uy[ping])
+        found, path = _by_two_walls((place, image), axis, walls, extents)
+        if found:
+            passing = _passing(vertex, place, image, hearing.wavelength) if crossing else math.inf
+            level = echo_level(hearing, path, reading, 20.0 * math.log10(1.0 + min(passing, 1.0)), scatter)
+            levels[ping] = max(levels[ping], level)
+
+
+@compiled
+def _add_vertex(
+    levels: FloatArray,
+    soundings: Soundings,
+    hearing: Hearing,
+    walls: tuple[Shape, Shape],
+    extents: tuple[Extent, Extent],
+    scatter: float,
+) -> None:
+    """Fill in what comes from where two walls meet."""
+    motion, (crossing, vertex) = after(mirroring(walls[0]), walls[1]), _crossing(walls)
+    if not crossing or not _is_concave(walls, extents, vertex):
+        return
+    late = lateness(hearing, scatter)
+    for ping in range(len(levels)):
+        reading = soundings.readings[ping] * hearing.scale
+        place = (soundings.x[ping], soundings.y[ping])
+        beyond = (2.0 * vertex[0] - place[0], 2.0 * vertex[1] - place[1])
+        if is_near(beyond, place, reading, late) and _faces(walls, place):
+            path = _straight((soundings.ux[ping], soundings.uy[ping]), place, vertex)
+            passing = _passing(vertex, place, image_of(motion, place), hearing.wavelength)
+            levels[ping] = max(levels[ping], echo_level(hearing, path, reading, -_faded(passing), scatter))
+
+
+@compiled
+def _faces(walls: tuple[Shape, Shape], place: Point) -> bool:
+    """Whether a place lies before both walls."""
+    return depth_of(walls[0], place) > 0.0 and depth_of(walls[1], place) > 0.0
+
+
+@compiled
+def _by_two_walls(
+    ends: tuple[Point, Point],
+    axis: Point,
+    walls: tuple[Shape, Shape],
+    extents: tuple[Extent, Extent],
+) -> tuple[bool, Path]:
+    """Follow sound from a sensor, which has its image in both walls, to the first, the second, and back, and about."""
+    nothing, (place, image) = (0.0, 0.0, 0.0, 0.0, 0.0), ends
+    depth = 0.5 * length_of((image[0] - place[0], image[1] - place[1]))
+    if depth < 0.02:
+        return False, nothing
+    other = mirrored(walls[0], mirrored(walls[1], place))
+    departure, arrival = (image[0] - place[0], image[1] - place[1]), (other[0] - place[0], other[1] - place[1])
+    if not strike(walls[1], extents[1], place, departure)[0] or not strike(walls[0], extents[0], place, arrival)[0]:
+        return False, nothing
+    out, back = turned(axis, departure), turned(axis, arrival)
+    return True, (depth, out[0], out[1], back[0], back[1])
+
+
+@compiled
+def _crossing(walls: tuple[Shape, Shape]) -> tuple[bool, Point]:
+    """Where two lines cross, if they do."""
+    first, second = walls
+    across = first[1] * second[2] - first[2] * second[1]
+    if abs(across) < 1e-9:
+        return False, (0.0, 0.0)
+    x = (first[3] * second[2] - second[3] * first[2]) / across
+    y = (second[3] * first[1] - first[3] * second[1]) / across
+    return True, (x, y)
+
+
+@compiled
+def _is_concave(walls: tuple[Shape, Shape], extents: tuple[Extent, Extent], vertex: Point) -> bool:
+    """Whether two walls reach where they cross, and each stands before the other."""
+    for own in range(2):
+        wall, (low, high), other = walls[own], extents[own], walls[1 - own]
+        if not low < wall[1] * vertex[1] - wall[2] * vertex[0] < high:
+            return False
+        # A line may be more than one wall, on both sides of the other: then one of them stands before it.
+        farthest = max(depth_of(other, _point(wall, low)), depth_of(other, _point(wall, high)))
+        if farthest < _BEYOND and depth_of(other, _point(wall, 0.5 * (low + high))) <= 0.0:
+            return False
+    return True
+
+
+@compiled
+def _point(wall: Shape, place: float) -> Point:
+    return wall[3] * wall[1] - place * wall[2], wall[3] * wall[2] + place * wall[1]
+
+
+@compiled
+def _passing(vertex: Point, place: Point, image: Point, wavelength: float) -> float:
+    """How far from a vertex both ways over two walls pass: Fresnel's parameter.
+
+    It is twice the root of what the way over the vertex is longer by, in wavelengths.  At a right angle both strike
+    both walls in the vertex, which reflects half of each.  Beside it the share grows, or fades where they would pass
+    beyond the walls.
+    """
+    over = 2.0 * length_of((vertex[0] - place[0], vertex[1] - place[1]))
+    longer = over - length_of((image[0] - place[0], image[1] - place[1]))
+    return 2.0 * math.sqrt(max(longer, 0.0) / wavelength)
+
+
+@compiled
+def _faded(passing: float) -> float:
+    """Loss of sound that would pass so far behind a vertex, against what the vertex returns [dB] (ITU-R P.526)."""
+    beyond = passing - 0.1
+    return 20.0 * math.log10((math.sqrt(beyond * beyond + 1.0) + beyond) / _GRAZING)
+
+
+@compiled
+def _straight(axis: Point, place: Point, point: Point) -> Path:
+    """There and back the same way."""
+    way = (point[0] - place[0], point[1] - place[1])
+    cosine, sine = turned(axis, way)
+    return length_of(way), cosine, sine, cosine, sine
+
+
+@compiled
+def _glance(center: Point, radius: float, place: Point, other: Point) -> Point:
+    """Where sound glances off a cylinder on its way from one place to another: where its ways make equal angles."""
+    spot = center
+    for _ in range(_GLANCES):
+        to_place, to_other = (place[0] - spot[0], place[1] - spot[1]), (other[0] - spot[0], other[1] - spot[1])
+        near, far = length_of(to_place), length_of(to_other)
+        x, y = to_place[0] / near + to_other[0] / far, to_place[1] / near + to_other[1] / far
+        length = length_of((x, y)) + 1e-12
+        spot = (center[0] + radius * x / length, center[1] + radius * y / length)
+    return spot

@@ -1,0 +1,160 @@
+"""Candidates: reflectors that arcs of different stations suggest.
+
+A wall is a tangent of the range circles of two arcs, a corner or an edge a point on both, a cylinder a circle that
+touches both (Leonard and Durrant-Whyte 1992).  Candidates only have to come near: evidence judges them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.acoustics.predicted_echo import Kind
+from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.geometry import directions, wrap
+
+__all__ = ["CandidateSettings", "Sightings", "suggest"]
+
+
+class CandidateSettings(BaseModel, frozen=True, extra="forbid"):
+    """How near arcs must agree to suggest a reflector."""
+
+    wall_turn: float = Field(
+        default=np.radians(10), gt=0.0, description="of an arc's own normal from a tangent's [rad]"
+    )
+    point_turn: float = Field(default=np.radians(9), gt=0.0, description="of an arc's own normal from a point [rad]")
+    radii: tuple[float, ...] = Field(default=(0.04, 0.08, 0.12, 0.18, 0.26), description="of cylinders to try [m]")
+    nearest: float = Field(default=0.05, gt=0.0, description="stations nearer to each other tell nothing new [m]")
+    farthest: float = Field(default=6.0, gt=0.0, description="stations farther apart hear little in common [m]")
+    most: int = Field(default=1500, ge=1, description="candidates of one kind; those that more pairs suggest stay")
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Sightings:
+    """Arcs as the planes that explain them.
+
+    Parameters
+    ----------
+    stations : ndarray of int, shape (a,)
+        Number of the station of each.
+    centers : ndarray, shape (a, 2)
+        Where it was heard [m].
+    planes : ndarray, shape (a, 2)
+        ``(normal_angle, offset)`` [rad, m].
+    """
+
+    stations: IntArray
+    centers: FloatArray
+    planes: FloatArray
+
+    @property
+    def depths(self) -> FloatArray:
+        """Distance of each plane from its centre [m], shape (a,)."""
+        depths: FloatArray = self.planes[:, 1] - np.sum(directions(self.planes[:, 0]) * self.centers, axis=1)
+        nearest: FloatArray = np.maximum(depths, 0.03)
+        return nearest
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class _Pairs:
+    """Pairs of sightings from different stations, and the base line between them."""
+
+    first: IntArray
+    second: IntArray
+    length: FloatArray
+    bearing: FloatArray
+
+    def __getitem__(self, chosen: BoolArray) -> "_Pairs":
+        return _Pairs(
+            first=self.first[chosen],
+            second=self.second[chosen],
+            length=self.length[chosen],
+            bearing=self.bearing[chosen],
+        )
+
+
+def suggest(sightings: Sightings, fresh: BoolArray, settings: CandidateSettings) -> FloatArray:
+    """Suggest reflectors.
+
+    Parameters
+    ----------
+    sightings : Sightings
+        What was heard.
+    fresh : ndarray of bool, shape (a,)
+        Which of it is new; only pairs with something new are looked at.
+    settings : CandidateSettings
+        How near they must agree.
+
+    Returns
+    -------
+    ndarray, shape (c, 4)
+        Kind and parameters of each candidate: walls, corners (which may as well be edges) and cylinders.
+    """
+    pairs = _pairs(sightings, fresh, settings)
+    alone = sightings.planes[fresh]
+    walls, turn = np.concatenate([alone, _tangents(sightings, pairs, settings.wall_turn)]), settings.point_turn
+    points = _circles(sightings, pairs, radius=0.0, turn=turn)
+    rounds = np.concatenate([_circles(sightings, pairs, radius=radius, turn=turn) for radius in settings.radii])
+    return np.concatenate(
+        [
+            _rows(
+                Kind.WALL, _distinct(np.column_stack([walls, 0 * walls[:, 0]]), (np.radians(2), 0.015, 1.0), settings)
+            ),
+            _rows(Kind.CORNER, _distinct(points, (0.03, 0.03, 1.0), settings)),
+            _rows(Kind.CYLINDER, _distinct(rounds, (0.04, 0.04, 0.05), settings)),
+        ]
+    )
+
+
+def _pairs(sightings: Sightings, fresh: BoolArray, settings: CandidateSettings) -> _Pairs:
+    first, second = np.triu_indices(len(fresh), 1)
+    base = sightings.centers[second] - sightings.centers[first]
+    length = np.hypot(*base.T)
+    new = (fresh[first] | fresh[second]) & (sightings.stations[first] != sightings.stations[second])
+    pairs = _Pairs(first=first, second=second, length=length, bearing=np.arctan2(base[:, 1], base[:, 0]))
+    return pairs[new & (length > settings.nearest) & (length < settings.farthest)]
+
+
+def _tangents(sightings: Sightings, pairs: _Pairs, turn: float) -> FloatArray:
+    """Draw common outer tangents of pairs of range circles: ``n . (c2 - c1) = d1 - d2``, as (normal_angle, offset)."""
+    depths, normals = sightings.depths, sightings.planes[:, 0]
+    difference = depths[pairs.first] - depths[pairs.second]
+    likely = (np.abs(wrap(normals[pairs.first] - normals[pairs.second])) < turn) & (np.abs(difference) < pairs.length)
+    pairs, difference = pairs[likely], difference[likely]
+    opening = np.arccos(difference / pairs.length)
+    angles = np.concatenate([pairs.bearing + opening, pairs.bearing - opening])
+    first, second = np.tile(pairs.first, 2), np.tile(pairs.second, 2)
+    fits = (np.abs(wrap(angles - normals[first])) < turn) & (np.abs(wrap(angles - normals[second])) < turn)
+    offsets = depths[first] + np.sum(directions(angles) * sightings.centers[first], axis=1)
+    return np.column_stack([wrap(angles), offsets])[fits]
+
+
+def _circles(sightings: Sightings, pairs: _Pairs, *, radius: float, turn: float) -> FloatArray:
+    """Centres of circles of one radius that touch both range circles from outside, as (x, y, radius)."""
+    near, far = sightings.depths[pairs.first] + radius, sightings.depths[pairs.second] + radius
+    along = (pairs.length**2 + near**2 - far**2) / (2 * pairs.length)
+    square = near**2 - along**2
+    # Circles that just miss each other touch, within what readings are worth.
+    meets = square > -0.02
+    pairs, along, across = pairs[meets], along[meets], np.sqrt(np.maximum(square[meets], 0.0))
+    ahead, aside = directions(pairs.bearing), directions(pairs.bearing + np.pi / 2)
+    feet = sightings.centers[pairs.first] + along[:, None] * ahead
+    centers = np.concatenate([feet + across[:, None] * aside, feet - across[:, None] * aside])
+    fits = np.ones(len(centers), dtype=bool)
+    for ends in (np.tile(pairs.first, 2), np.tile(pairs.second, 2)):
+        away = centers - sightings.centers[ends]
+        fits &= np.abs(wrap(np.arctan2(away[:, 1], away[:, 0]) - sightings.planes[ends, 0])) < turn
+    return np.column_stack([centers, np.full(len(centers), radius)])[fits]
+
+
+def _distinct(candidates: FloatArray, grid: tuple[float, float, float], settings: CandidateSettings) -> FloatArray:
+    """Keep one candidate of each cell of a grid; of too many, those of the fullest cells."""
+    if not len(candidates):
+        return candidates
+    cells = np.round(candidates / grid).astype(np.int64)
+    _, index, counts = np.unique(cells, axis=0, return_index=True, return_counts=True)
+    return candidates[index[np.argsort(-counts, kind="stable")[: settings.most]]]
+
+
+def _rows(kind: Kind, parameters: FloatArray) -> FloatArray:
+    return np.column_stack([np.full(len(parameters), float(kind)), parameters])

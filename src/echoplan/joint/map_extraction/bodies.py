@@ -1,0 +1,89 @@
+"""Bodies: behind each wall that was detected stands a body of unknown depth, which blocks the view of other walls."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.geometry import directions
+from echoplan.joint.map_extraction.segment import PARALLEL, Segment
+from echoplan.joint.map_extraction.surroundings import Beside, points_on
+
+__all__ = ["Bodies"]
+
+# Mean depth of a body of which only the front was detected [m]: in the flats 20 to 59 of `benchmarks/flats.py` half as
+# much gives the same walls, and twice as much shortens them a little.
+_DEPTH = 0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Bodies:
+    """What stands behind n segments.
+
+    Parameters
+    ----------
+    owners : ndarray of int, shape (n,)
+        Feature of each front.
+    origins_xy : ndarray, shape (n, 2)
+        Lower ends of the fronts [m].
+    axes : ndarray, shape (n, 2, 2)
+        Unit vectors along each front and into the body.
+    widths : ndarray, shape (n,)
+        Lengths of the fronts [m].
+    depths : ndarray, shape (n, 2)
+        Least and greatest depth of each body [m].
+    """
+
+    owners: IntArray
+    origins_xy: FloatArray
+    axes: FloatArray
+    widths: FloatArray
+    depths: FloatArray
+
+    @classmethod
+    def behind(cls, segments: Sequence[Segment], path_xy: FloatArray) -> "Bodies":
+        """Take segments for fronts of bodies that end at their backs, or before the path of the robot [m]."""
+        return cls(
+            owners=np.array([each.owner for each in segments], dtype=np.int64),
+            origins_xy=np.array([each.point(each.low) for each in segments]).reshape(-1, 2),
+            axes=np.array([[each.along, directions(each.wall.line[0])] for each in segments]).reshape(-1, 2, 2),
+            widths=np.array([each.high - each.low for each in segments]),
+            depths=np.array([_depths(each, segments, path_xy) for each in segments]).reshape(-1, 2),
+        )
+
+    def hide(self, origins_xy: FloatArray, owner: int, line: FloatArray, places: FloatArray) -> FloatArray:
+        """Return the probability that a body hides each place along the line of a feature from the origin beside it.
+
+        What faces the line does not: its back is no farther than the line.
+        """
+        fronts = (self.owners != owner) & (self.axes[:, 1] @ directions(line[0]) > -PARALLEL)
+        corner, axes, (least, greatest) = self.origins_xy[fronts], self.axes[fronts], self.depths[fronts].T
+        start, stop = (
+            np.einsum("fij,rfj->rfi", axes, points[:, None] - corner)
+            for points in (origins_xy, points_on(line, places))
+        )
+        along, inward = np.moveaxis(stop - start, -1, 0)
+        # Where the way enters and leaves what lies before or behind the front, as shares of the way.
+        borders = np.stack([-start[..., 0], self.widths[fronts] - start[..., 0]])
+        shares = np.sort(borders / np.where(np.abs(along) < 1e-12, 1e-12, along), axis=0).clip(0.0, 1.0)
+        depths = start[..., 1] + shares * inward
+        nearest = depths.min(axis=0).clip(0.0)
+        chances = np.where(nearest < least, 1.0, np.exp(-nearest / _DEPTH))
+        chances *= (shares[0] < shares[1]) & (depths.max(axis=0) > 0.0) & (nearest < greatest)
+        hidden: FloatArray = 1.0 - np.prod(1.0 - chances, axis=1)
+        return hidden
+
+
+def _depths(front: Segment, segments: Sequence[Segment], path_xy: FloatArray) -> tuple[float, float]:
+    """Return the least and the greatest depth of the body behind a front: to its back, or to where the robot drove."""
+    normal_angle, offset = front.wall.line
+    opposite = [each for each in segments if math.cos(each.wall.line[0] - normal_angle) < -PARALLEL]
+    beside = [Beside.of(front.wall.line, each) for each in opposite]
+    backs = [-each.depth for each in beside if each.depth < 0.0 and each.first < front.high and front.low < each.last]
+    if backs:
+        return min(backs), min(backs)
+    places, depths = path_xy @ front.along, path_xy @ directions(normal_angle) - offset
+    driven = depths[(places > front.low) & (places < front.high) & (depths > 0.0)]
+    return 0.0, float(driven.min(initial=math.inf))

@@ -1,0 +1,199 @@
+"""Vertices: where two segments meet, and so end."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import directions, intersections
+from echoplan.joint.map_extraction.segment import Segment
+from echoplan.joint.search.specular_points import CornerEcho, Echoes, returns_sound
+from echoplan.model import CornerKind
+
+__all__ = ["Vertex", "VertexSettings", "find_vertices"]
+
+
+class VertexSettings(BaseModel, frozen=True, extra="forbid"):
+    """When two segments are taken to meet."""
+
+    least_turn: float = Field(default=math.radians(20), gt=0.0, description="between two segments that meet [rad]")
+    overlap: float = Field(default=0.08, ge=0.0, description="that a segment may reach past its end [m]")
+    extension: float = Field(default=3.0, gt=0.0, description="of a segment beyond what was heard of it [m]")
+    silent_extension: float = Field(default=2.0, gt=0.0, description="likewise, to a corner that returns no sound [m]")
+    oblique_extension: float = Field(default=1.0, gt=0.0, description="to the echo of a corner of no right angle [m]")
+    unheard_extension: float = Field(default=0.5, gt=0.0, description="to a concave corner that nobody heard [m]")
+    unheard_stretch: float = Field(default=2.0, gt=0.0, description="or as far as so many times what was heard of it")
+    right_angle: float = Field(default=math.radians(5), gt=0.0, description="what counts as one [rad]")
+    reach: float = Field(default=0.03, gt=0.0, description="of a heard corner from the crossing of its walls [m]")
+    echoes: int = Field(default=5, ge=1, description="pings that hear one wall in the other")
+    certain: float = Field(default=5.0, gt=0.0, description="evidence that a corner is there, or is not [nats]")
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Vertex:
+    """Where two segments meet.
+
+    Parameters
+    ----------
+    segments : tuple of int
+        Numbers of both.
+    upper : tuple of bool
+        Whether it is the upper end of each.
+    position_xy : ndarray, shape (2,)
+        The vertex [m].
+    kind : CornerKind
+        As seen from where the segments were heard.
+    heard : bool
+        Whether sound came back from it.
+    echo : CornerEcho
+        What was heard of one of its walls in the other.
+    cost : float
+        How far the segments had to be extended [m]; heard vertices come first.
+    """
+
+    segments: tuple[int, int]
+    upper: tuple[bool, bool]
+    position_xy: FloatArray
+    kind: CornerKind
+    heard: bool
+    echo: CornerEcho
+    cost: float
+
+
+def find_vertices(segments: Sequence[Segment], echoes: Echoes, settings: VertexSettings) -> list[Vertex]:
+    """Find where segments meet, each end at most once, the likeliest first.
+
+    Parameters
+    ----------
+    segments : sequence of Segment
+        The segments.
+    echoes : Echoes
+        Where corners were heard.
+    settings : VertexSettings
+        When two segments meet.
+
+    Returns
+    -------
+    list of Vertex
+        The vertices.
+    """
+    pairs = ((one, other) for one in range(len(segments)) for other in range(one + 1, len(segments)))
+    found = [_vertex(segments, pair, echoes, settings) for pair in pairs]
+    vertices: list[Vertex] = []
+    taken: set[tuple[int, bool]] = set()
+    apart = [each for each in found if each is not None and not _goes_over_another(segments, each)]
+    for vertex in sorted(apart, key=lambda each: each.cost):
+        ends = set(zip(vertex.segments, vertex.upper, strict=True))
+        if not ends & taken:
+            vertices.append(vertex)
+            taken |= ends
+    return vertices
+
+
+def _vertex(
+    segments: Sequence[Segment], pair: tuple[int, int], echoes: Echoes, settings: VertexSettings
+) -> Vertex | None:
+    one, other = (segments[each] for each in pair)
+    if abs(math.sin(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.least_turn):
+        return None
+    point, kind = intersections(one.wall.line, other.wall.line), _kind(one, other)
+    extensions = (one.extension(point), other.extension(point))
+    if kind is None or not _reachable((one, other), point, extensions, echoes, settings=settings):
+        return None
+    echo, heard = echoes.between(one.owner, other.owner), echoes.heard_at(point, within=settings.reach)
+    if kind is CornerKind.CONCAVE:
+        heard |= _is_heard(one, other, max(extensions), echo, settings)
+    if not heard and _is_far_fetched((one, other), extensions, kind, echo, settings):
+        return None
+    return Vertex(
+        segments=pair,
+        upper=(one.is_upper(point), other.is_upper(point)),
+        position_xy=point,
+        kind=kind,
+        heard=heard,
+        echo=echo,
+        cost=_cost(extensions, heard=heard),
+    )
+
+
+def _goes_over_another(segments: Sequence[Segment], vertex: Vertex) -> bool:
+    """Return True if a segment would have to be extended across another one of its line."""
+    for segment in (segments[each] for each in vertex.segments):
+        place = float(vertex.position_xy @ segment.along)
+        others = [each for each in segments if each.owner == segment.owner and each is not segment]
+        if any(segment.high <= each.low < place or place < each.high <= segment.low for each in others):
+            return True
+    return False
+
+
+def _cost(extensions: Sequence[float], *, heard: bool) -> float:
+    return sum(max(each, 0.0) for each in extensions) - (10.0 if heard else 0.0)
+
+
+def _reachable(
+    segments: tuple[Segment, Segment],
+    point_xy: FloatArray,
+    extensions: Sequence[float],
+    echoes: Echoes,
+    *,
+    settings: VertexSettings,
+) -> bool:
+    """Return True if a crossing is at an end of both segments, and what lies between may be part of them."""
+    if min(extensions) < -settings.overlap or max(extensions) > settings.extension:
+        return False
+    return not any(
+        segment.is_open_toward(point_xy) or _ends_before(segment, point_xy, echoes.corners_xy, settings)
+        for segment in segments
+    )
+
+
+def _is_far_fetched(
+    segments: tuple[Segment, Segment],
+    extensions: Sequence[float],
+    kind: CornerKind,
+    echo: CornerEcho,
+    settings: VertexSettings,
+) -> bool:
+    """Return True if segments would have to be made too long for a vertex that no station detected.
+
+    A convex one returns hardly any sound, but a concave one of a right angle returns it to wherever it comes from: if
+    it should have been detected, it is not there.  What an oblique one returns is hard to predict: it may be missed,
+    but only near to segments that were themselves detected over some length.
+    """
+    if kind is CornerKind.CONCAVE and returns_sound(segments[0].wall.line, segments[1].wall.line):
+        return max(extensions) > settings.unheard_extension and echo.gain < -settings.certain
+    if max(extensions) > settings.silent_extension:
+        return True
+    if kind is CornerKind.CONVEX:
+        return False
+    most = [max(settings.unheard_extension, settings.unheard_stretch * (each.high - each.low)) for each in segments]
+    return any(extension > limit for extension, limit in zip(extensions, most, strict=True))
+
+
+def _ends_before(segment: Segment, point_xy: FloatArray, corners_xy: FloatArray, settings: VertexSettings) -> bool:
+    """Return True if a corner was detected on a segment's line on the way to a point: the segment ends there."""
+    on_line = np.abs(corners_xy @ directions(segment.wall.line[0]) - segment.wall.line[1]) < settings.reach
+    sign = 1.0 if segment.is_upper(point_xy) else -1.0
+    start, stop = max(sign * segment.low, sign * segment.high), sign * float(point_xy @ segment.along)
+    places = sign * (corners_xy[on_line] @ segment.along)
+    return bool(((places > start - settings.overlap) & (places < stop - settings.reach)).any())
+
+
+def _kind(one: Segment, other: Segment) -> CornerKind | None:
+    """Concave if each segment lies before the other, convex if behind; None if they cannot be segments of one body."""
+    before = [
+        first.wall.line[1] - float(directions(first.wall.line[0]) @ second.middle_xy)
+        for first, second in ((one, other), (other, one))
+    ]
+    if before[0] * before[1] < 0.0 and min(abs(each) for each in before) > 0.05:
+        return None
+    return CornerKind.CONCAVE if before[0] > 0.0 else CornerKind.CONVEX
+
+
+def _is_heard(one: Segment, other: Segment, extension: float, echo: CornerEcho, settings: VertexSettings) -> bool:
+    square = abs(math.cos(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.right_angle)
+    near = square or extension < settings.oblique_extension
+    return near and (echo.pings >= settings.echoes or echo.gain > settings.certain)

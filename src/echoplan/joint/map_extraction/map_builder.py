@@ -1,0 +1,361 @@
+"""Survey: adjusted hypotheses as the walls, corners and cylinders of a map, with covariances."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.acoustics.predicted_echo import Kind
+from echoplan.arrays import FloatArray
+from echoplan.geometry import crosses_segments, path_crossings, wrap
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.map_extraction.corners import Vertex
+from echoplan.joint.map_extraction.openings import Gap, merged_faces
+from echoplan.joint.map_extraction.segment import End, Segment
+from echoplan.joint.map_extraction.surroundings import backs_of, fronts_of, is_filled
+from echoplan.joint.optimisation.corner_factors import crossing_slopes
+from echoplan.joint.optimisation.manhattan import Squareness
+from echoplan.joint.optimisation.solution import Adjusted
+from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Wall
+
+__all__ = ["Survey", "SurveySettings"]
+
+# A gap shorter than this is none [m].
+_TOUCHING = 0.05
+# A wall ends this far from the path of the robot, so that both do not touch [m].
+_CLEAR = 0.001
+# A wall is drawn so much farther at most to the jamb that its other face shows [m].
+_FARTHEST = 0.4
+# What is narrower is no way through, and what is wider belongs to no wall [m].
+_WIDTHS = (0.5, 3.0)
+
+
+class SurveySettings(BaseModel, frozen=True, extra="forbid"):
+    """What is drawn."""
+
+    clear_station: float = Field(default=5.0, description="least gain of a station that counts [nats]")
+    lone_stations: int = Field(default=3, ge=1, description="that must have heard a corner without walls")
+    lone_distance: float = Field(default=0.06, gt=0.0, description="of such a corner from any other [m]")
+    least_length: float = Field(default=0.06, gt=0.0, description="of a wall of which only one point was heard [m]")
+
+
+class _Drawn(NamedTuple):
+    """How a segment is drawn: its ends (None if nothing says where), where to, and how much is inferred there [m]."""
+
+    ends: tuple[End | None, End | None]
+    places: tuple[float, float]
+    inferred: tuple[float, float]
+
+    def moved_to(self, gap: Gap, along: FloatArray) -> "_Drawn":
+        """Move the end beside a gap to where both faces of the wall say that it is, unless no observed wall is left."""
+        (first, last), (low, high) = (
+            sorted(zip(gap.endpoints_xy @ along, gap.jambs, strict=True), key=lambda each: each[0]),
+            self.places,
+        )
+        upper = bool(abs(high - first[0]) < abs(low - last[0]))
+        place, jamb = first if upper else last
+        places = (low, place) if upper else (place, high)
+        if (
+            not jamb.is_known
+            or places[1] - places[0] <= sum(self.inferred)
+            or abs(place - self.places[upper]) > _FARTHEST
+        ):
+            return self
+        known = End.normal(place, jamb.sigma)
+        return self._replace(ends=(self.ends[0], known) if upper else (known, self.ends[1]), places=places)
+
+
+def _diluted(probabilities: ClassProbabilities, share: float) -> ClassProbabilities:
+    """Mix class probabilities with those of what was not observed: a third each."""
+    mixed = (1.0 - share) * np.array([probabilities.wall, probabilities.corner, probabilities.cylinder]) + share / 3.0
+    wall, corner, cylinder = mixed.tolist()
+    return ClassProbabilities(wall=wall, corner=corner, cylinder=cylinder)
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Survey:
+    """What was found, and how well it is known.
+
+    Parameters
+    ----------
+    features : sequence of Hypothesis
+        What is there, as adjusted; their pasts tell who heard them.
+    adjusted : Adjusted
+        Covariances.
+    segments : sequence of Segment
+        Walls.
+    vertices : sequence of Vertex
+        Where they meet.
+    squareness : Squareness or None
+        Which features were drawn to right angles.
+    settings : SurveySettings
+        What is drawn.
+    path_xy : ndarray, shape (p, 2), optional
+        The way of the robot, which no wall crosses [m].
+    """
+
+    features: Sequence[Hypothesis]
+    adjusted: Adjusted
+    segments: Sequence[Segment]
+    vertices: Sequence[Vertex]
+    squareness: Squareness | None
+    settings: SurveySettings
+    path_xy: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+
+    def right_angles(self) -> dict[str, float | bool]:
+        """Tell how many walls were drawn to right angles, how closely, and whether along the axes.
+
+        Returns
+        -------
+        dict of str to float or bool
+            Their number (``walls``), the standard deviation of their directions (``sigma``) [rad], and whether they
+            were taken to stand along the axes of the map (``along_axes``); empty if none.
+        """
+        if self.squareness is None:
+            return {}
+        walls = int(sum(self.squareness.members[segment.owner] for segment in self.segments))
+        return {"walls": walls, "sigma": self.squareness.sigma, "along_axes": self.squareness.along_axes}
+
+    def walls(self, gaps: Sequence[Gap]) -> tuple[Wall, ...]:
+        """Draw the segments, each up to what ends it.
+
+        Parameters
+        ----------
+        gaps : sequence of Gap
+            What lies between segments: both faces of a wall end at the same jamb.
+
+        Returns
+        -------
+        tuple of Wall
+            One a segment.
+        """
+        drawn = [self._drawn(number) for number in range(len(self.segments))]
+        for gap in gaps:
+            for number in gap.walls if gap.is_open else ():
+                drawn[number] = drawn[number].moved_to(gap, self.segments[number].along)
+        return tuple(self._wall(*each) for each in zip(self.segments, drawn, strict=True))
+
+    def cylinders(self) -> tuple[Cylinder, ...]:
+        """Draw the cylinders.
+
+        Returns
+        -------
+        tuple of Cylinder
+            All of them.
+        """
+        return tuple(
+            Cylinder(
+                center_xy=each.reflector[1:3],
+                radius=float(each.reflector[3]),
+                covariance=self._covariance([number]),
+                class_probabilities=self._class_of(number),
+                pings=self._pings(number),
+                stations=self._stations(each),
+            )
+            for number, each in enumerate(self.features)
+            if each.kind is Kind.CYLINDER
+        )
+
+    def corners(self) -> tuple[Corner, ...]:
+        """Draw the vertices, and the corners that were heard where no walls meet.
+
+        Returns
+        -------
+        tuple of Corner
+            All of them.
+        """
+        met = [self._corner(each) for each in self.vertices]
+        lone = [
+            self._lone_corner(number, each)
+            for number, each in enumerate(self.features)
+            if each.kind in (Kind.CORNER, Kind.EDGE) and self._is_lone(each)
+        ]
+        return (*met, *lone)
+
+    def _wall(self, segment: Segment, drawn: _Drawn) -> Wall:
+        low, high = drawn.places
+        normal_angle, offset = segment.wall.line.tolist()
+        return Wall(
+            normal_angle=float(wrap(normal_angle)),
+            offset=offset,
+            endpoints_xy=np.stack([segment.point(low), segment.point(high)]),
+            covariance=self._covariance([segment.owner]),
+            class_probabilities=_diluted(self._class_of(segment.owner), sum(drawn.inferred) / (high - low)),
+            pings=segment.pings,
+            stations=self._stations(segment.wall),
+            endpoint_sigmas=np.array(
+                [each.sigma if each is not None and each.is_known else math.nan for each in drawn.ends]
+            ),
+            inferred=np.array(drawn.inferred),
+        )
+
+    def _drawn(self, number: int) -> _Drawn:
+        """Draw a segment up to vertices, or to where it probably ends, or to where it was detected last."""
+        segment = self.segments[number]
+        ends, places, inferred = list(segment.ends), [segment.low, segment.high], [0.0, 0.0]
+        for vertex in self.vertices:
+            for each, upper in zip(vertex.segments, vertex.upper, strict=True):
+                if each == number:
+                    place = float(vertex.position_xy @ segment.along)
+                    variance = segment.along @ self._covariance_of_vertex(vertex) @ segment.along
+                    ends[int(upper)] = End.normal(place, math.sqrt(max(float(variance), 0.0)))
+                    if not vertex.heard:
+                        inferred[int(upper)] = max(place - segment.high if upper else segment.low - place, 0.0)
+                    places[int(upper)] = place
+        missing = max(self.settings.least_length - (places[1] - places[0]), 0.0) / 2
+        places = self._beside_path(segment, places[0] - missing, places[1] + missing)
+        return _Drawn((ends[0], ends[1]), (places[0], places[1]), (inferred[0], inferred[1]))
+
+    def _beside_path(self, segment: Segment, low: float, high: float) -> list[float]:
+        """End what is drawn beyond a segment where the robot drove across its line."""
+        crossings, middle = path_crossings(segment.wall.line, self.path_xy), (segment.low + segment.high) / 2
+        before = max(crossings[crossings <= middle], default=-math.inf)
+        after = min(crossings[crossings > middle], default=math.inf)
+        return [max(low, before + _CLEAR), min(high, after - _CLEAR)]
+
+    def gaps(self, path_xy: FloatArray) -> list[Gap]:
+        """Find what lies between two segments that follow each other on a line.
+
+        Parameters
+        ----------
+        path_xy : ndarray, shape (p, 2)
+            The way of the robot [m].
+
+        Returns
+        -------
+        list of Gap
+            Openings, and stretches that nobody observed.
+        """
+        pairs = [
+            (number, number + 1)
+            for number, (one, other) in enumerate(pairwise(self.segments))
+            if one.owner == other.owner
+        ]
+        drawn = [self._drawn(number) for number in range(len(self.segments))]
+        gaps = [self._gap(pair, (drawn[pair[0]], drawn[pair[1]]), path_xy) for pair in pairs]
+        wide = [each for each in gaps if each.ends[1] - each.ends[0] > _TOUCHING]
+        return merged_faces([each for each in wide if not self._is_filled(each)])
+
+    def _is_filled(self, gap: Gap) -> bool:
+        """Return True if a wall of another feature stands in a gap: one wall may be mapped as two features."""
+        owner, (low, high) = self.segments[gap.walls[0]].owner, gap.ends.tolist()
+        return is_filled(gap.line, low, high, [each for each in self.segments if each.owner != owner])
+
+    def _gap(self, pair: tuple[int, int], drawn: tuple[_Drawn, _Drawn], path_xy: FloatArray) -> Gap:
+        (one, other), (before, after), segment = pair, drawn, self.segments[pair[0]]
+        low, high, line = before.places[1], after.places[0], segment.wall.line
+        ends, crossings = (before.ends[1], after.ends[0]), path_crossings(line, path_xy)
+        passed = bool(((crossings > low) & (crossings < high)).any())
+        is_open = (
+            segment.is_free(low, high)
+            and _WIDTHS[0] < high - low < _WIDTHS[1]
+            and None not in ends
+            and not self._is_concave(one, upper=True)
+            and not self._is_concave(other, upper=False)
+            and not self._is_crossed(segment, low, high)
+            and (passed or self._leads_on(segment, low, high))
+        )
+        return Gap(
+            walls=(one, other),
+            line=line,
+            jambs=(ends[0] or End.normal(low, 0.0), ends[1] or End.normal(high, 0.0)),
+            is_free=segment.is_free(low, high),
+            is_open=is_open,
+            passed=passed,
+        )
+
+    def _is_crossed(self, segment: Segment, low: float, high: float) -> bool:
+        """Return True if another wall crosses a stretch of a line: what is beside it is not one wall."""
+        others = [each for each in self.segments if each.owner != segment.owner]
+        ends_xy = np.array([[each.point(each.low), each.point(each.high)] for each in others]).reshape(-1, 2, 2)
+        inner = segment.point(low + _TOUCHING), segment.point(high - _TOUCHING)
+        return bool(crosses_segments([inner[0]], [inner[1]], ends_xy).any())
+
+    def _leads_on(self, segment: Segment, low: float, high: float) -> bool:
+        """Return False if something stands before a stretch of a line, or closes it a little behind: a recess."""
+        others = [each for each in self.segments if each.owner != segment.owner]
+        closing = fronts_of(segment.wall.line, others) + backs_of(segment.wall.line, others)
+        return not any(first < high and low < last for first, last in closing)
+
+    def _is_concave(self, number: int, *, upper: bool) -> bool:
+        """Return True if an end of a segment is a concave corner: what follows is another wall, and no opening."""
+        return any(
+            vertex.kind is CornerKind.CONCAVE and (number, upper) in zip(vertex.segments, vertex.upper, strict=True)
+            for vertex in self.vertices
+        )
+
+    def _corner(self, vertex: Vertex) -> Corner:
+        heard, echo = self._heard_corner(vertex.position_xy), vertex.echo
+        return Corner(
+            position_xy=vertex.position_xy,
+            kind=vertex.kind,
+            covariance=self._covariance_of_vertex(vertex),
+            class_probabilities=self._class_of_vertex(vertex) if heard is None else self._class_of(heard),
+            pings=echo.pings if heard is None else self._pings(heard),
+            stations=echo.stations if heard is None else self._stations(self.features[heard]),
+        )
+
+    def _covariance_of_vertex(self, vertex: Vertex) -> FloatArray:
+        owners = [self.segments[each].owner for each in vertex.segments]
+        slopes = crossing_slopes(np.array([self.features[each].line for each in owners]), vertex.position_xy)
+        covariance: FloatArray = slopes @ self._covariance(owners) @ slopes.T
+        return covariance
+
+    def _class_of_vertex(self, vertex: Vertex) -> ClassProbabilities:
+        """Of a corner where two lines cross: sure if it was detected, else as likely as both walls go on up to it."""
+        chance = (
+            1.0
+            if vertex.heard
+            else min(self.segments[each].chance_up_to(vertex.position_xy) for each in vertex.segments)
+        )
+        return _diluted(ClassProbabilities(corner=1.0), 1.0 - chance)
+
+    def _lone_corner(self, number: int, feature: Hypothesis) -> Corner:
+        return Corner(
+            position_xy=feature.reflector[1:3],
+            kind=CornerKind.CONCAVE if feature.kind is Kind.CORNER else CornerKind.CONVEX,
+            covariance=self._covariance([number]),
+            class_probabilities=self._class_of(number),
+            pings=self._pings(number),
+            stations=self._stations(feature),
+        )
+
+    def _is_lone(self, feature: Hypothesis) -> bool:
+        """Return True for a corner that no walls make and that is where its echo seems to come from.
+
+        The echo of a concave corner goes over both of its sides: in one of the angle b it comes back after r sin(b),
+        not r, of the distance r of the vertex. Only where walls are square to each other the vertex is known.
+        """
+        if feature.kind is Kind.CORNER and self.squareness is None:
+            return False
+        distances = [math.dist(each.position_xy, feature.reflector[1:3]) for each in self.vertices]
+        far = min(distances, default=math.inf) > self.settings.lone_distance
+        return far and self._stations(feature) >= self.settings.lone_stations
+
+    def _heard_corner(self, point_xy: FloatArray) -> int | None:
+        near = {
+            math.dist(each.reflector[1:3], point_xy): number
+            for number, each in enumerate(self.features)
+            if each.kind in (Kind.CORNER, Kind.EDGE)
+        }
+        return near[min(near)] if near and min(near) < self.settings.lone_distance else None
+
+    def _covariance(self, owners: Sequence[int]) -> FloatArray:
+        unknowns = self.adjusted.unknowns
+        places = np.concatenate([np.arange(unknowns.size)[unknowns.feature(each)] for each in owners])
+        block = self.adjusted.covariance[np.ix_(places, places)]
+        symmetric: FloatArray = 0.5 * (block + block.T)
+        return symmetric
+
+    def _class_of(self, number: int) -> ClassProbabilities:
+        return self.features[number].past.probabilities
+
+    def _pings(self, number: int) -> int:
+        return self.features[number].past.pings
+
+    def _stations(self, feature: Hypothesis) -> int:
+        return feature.past.speaking

@@ -1,0 +1,167 @@
+"""A wall segment: a part of a line that is wall, and how well its ends are known."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from echoplan.arrays import FloatArray
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+
+__all__ = ["CELL", "CERTAIN", "PARALLEL", "End", "Segment"]
+
+# Width of a cell of a line [m].
+CELL = 0.02
+# Probability from which something counts as known.
+CERTAIN = 0.95
+# Walls within 12 degrees of each other are parallel (cosine).
+PARALLEL = math.cos(math.radians(12.0))
+# Standard deviation up to which an end is known [m].
+_KNOWN = 0.2
+# Share of the probability of one source about which two must agree to be joined.
+_AGREEMENT = 0.01
+# Standard deviations across the 95 % interval of a normal distribution.
+_WIDTH_OF_95 = 2.0 * 1.96
+# What lies so near to the end of a segment or to a corner counts as that [m].
+_AT_END = 0.03
+
+
+class End(NamedTuple):
+    """Where a wall may end along its line.
+
+    Attributes
+    ----------
+    places : ndarray, shape (n,)
+        Borders between cells, in order [m].
+    chances : ndarray, shape (n,)
+        Probability of each, up to a factor.
+    """
+
+    places: FloatArray
+    chances: FloatArray
+
+    @classmethod
+    def normal(cls, place: float, sigma: float) -> "End":
+        """Make one that is normally distributed."""
+        deviations = np.linspace(-3.0, 3.0, 61)
+        return cls(place + max(sigma, 1e-6) * deviations, np.exp(-0.5 * deviations**2))
+
+    @property
+    def interval(self) -> FloatArray:
+        """Quantiles of 2.5, 50 and 97.5 % [m], shape (3,)."""
+        half = 0.5 * (self.places[-1] - self.places[0]) / (len(self.places) - 1) if len(self.places) > 1 else 0.5 * CELL
+        total = np.concatenate([[0.0], np.cumsum(self.chances)]) / self.chances.sum()
+        bounds = np.concatenate([self.places[:1] - half, self.places + half])
+        quantiles: FloatArray = np.interp([0.025, 0.5, 0.975], total, bounds)
+        return quantiles
+
+    @property
+    def place(self) -> float:
+        """Median [m]."""
+        return float(self.interval[1])
+
+    @property
+    def sigma(self) -> float:
+        """Half the width of the 95 % interval, divided by 1.96 [m]."""
+        lower, _, upper = self.interval
+        return float(upper - lower) / _WIDTH_OF_95
+
+    @property
+    def is_known(self) -> bool:
+        """Whether it is known well enough to draw a wall up to it; else it is drawn as far as it was detected."""
+        return self.sigma < _KNOWN
+
+    def reversed(self) -> "End":
+        """Return the same end along the same line counted the other way."""
+        return End(-self.places[::-1], self.chances[::-1])
+
+    def centred(self, place: float) -> "End":
+        """Return an end as well known at another place [m]."""
+        return End(self.places + (place - self.place), self.chances)
+
+    def joined(self, other: "End") -> "End":
+        """Return where the end is if two independent sources say where; the better known one if they disagree."""
+        fine, coarse = sorted((self, other), key=lambda each: each.sigma)
+        chances = fine.chances * np.interp(fine.places, coarse.places, coarse.chances, left=0.0, right=0.0)
+        agrees = chances.sum() > _AGREEMENT * fine.chances.sum() * coarse.chances.max()
+        return End(fine.places, chances) if agrees else fine
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Segment:
+    """A part of a line that is wall.
+
+    Parameters
+    ----------
+    owner : int
+        Index of the feature.
+    wall : Hypothesis
+        The feature.
+    low, high : float
+        Where it is drawn to along the line [m]: up to an end that is known, or as far as it was detected.
+    ends : tuple of End or None
+        Where the lower and the upper end may be; None where nothing says that the wall ends there.
+    pings : int
+        How many pings it reflected.
+    start : float
+        Place of the lower border of the first cell of the line [m].
+    chances : ndarray, shape (n,)
+        Probability that each cell of the line is wall.
+    """
+
+    owner: int
+    wall: Hypothesis
+    low: float
+    high: float
+    ends: tuple[End | None, End | None]
+    pings: int
+    start: float
+    chances: FloatArray
+
+    @property
+    def along(self) -> FloatArray:
+        """Unit vector along it, shape (2,)."""
+        angle = float(self.wall.line[0])
+        return np.array([-math.sin(angle), math.cos(angle)])
+
+    @property
+    def middle_xy(self) -> FloatArray:
+        """The point halfway [m], shape (2,)."""
+        return self.point(0.5 * (self.low + self.high))
+
+    def point(self, place: float) -> FloatArray:
+        """Return the point at a place along the line [m], shape (2,)."""
+        angle, offset = self.wall.line.tolist()
+        cosine, sine = math.cos(angle), math.sin(angle)
+        return np.array([offset * cosine - place * sine, offset * sine + place * cosine])
+
+    def chances_between(self, low: float, high: float) -> FloatArray:
+        """Return the probabilities of the cells whose middles lie between two places along the line [m]."""
+        first, last = np.ceil((np.array([low, high]) - self.start) / CELL - 0.5).astype(int).clip(0, len(self.chances))
+        return self.chances[first:last]
+
+    def is_free(self, low: float, high: float) -> bool:
+        """Return True if there is surely no wall somewhere between two places along the line [m]."""
+        return bool(self.chances_between(low, high).min(initial=1.0) < 1.0 - CERTAIN)
+
+    def chance_up_to(self, point_xy: FloatArray) -> float:
+        """Return the least probability of wall on the way from its end to a point on its line."""
+        place = float(point_xy @ self.along)
+        end = self.high if self.is_upper(point_xy) else self.low
+        return float(self.chances_between(min(end, place), max(end, place)).min(initial=1.0))
+
+    def extension(self, point_xy: FloatArray) -> float:
+        """Return how far it must be lengthened to reach a point on its line [m]; below 0 if the point lies on it."""
+        place = float(point_xy @ self.along)
+        return max(self.low - place, place - self.high)
+
+    def is_upper(self, point_xy: FloatArray) -> bool:
+        """Return True if a point is nearer to its upper end than to the lower one."""
+        return float(point_xy @ self.along) > 0.5 * (self.low + self.high)
+
+    def is_open_toward(self, point_xy: FloatArray) -> bool:
+        """Return True if there is surely no wall somewhere between its end and a point beyond that."""
+        place = float(point_xy @ self.along)
+        end = self.high if self.is_upper(point_xy) else self.low
+        return self.is_free(min(end, place) + _AT_END, max(end, place) - _AT_END)

@@ -1,0 +1,330 @@
+"""Wall segments: which parts of a line are wall, as a two-state Markov chain along it.
+
+Each cell of a line is wall or not.  A station says something of the cells near the foot of its perpendicular, and of an
+end of the wall near that (``views``); where sound or the robot passed through, there is no wall; and between the cells
+ends are rare.  Forward-backward smoothing (``chain``) gives the probability of each cell, and of an end at each border
+between two cells.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.acoustics.predicted_echo import Kind
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.geometry import path_crossings
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.map_extraction.bodies import Bodies
+from echoplan.joint.map_extraction.endpoint_views import OFFSETS
+from echoplan.joint.map_extraction.markov_chain import Chain, smoothed
+from echoplan.joint.map_extraction.segment import CELL, CERTAIN, End, Segment
+from echoplan.joint.map_extraction.surroundings import (
+    CornerOnLine,
+    Obstacles,
+    before_corners,
+    corners_on,
+    fronts_of,
+    is_across,
+    is_copy,
+    points_on,
+)
+from echoplan.joint.search.specular_points import Echoes
+
+__all__ = ["SegmentSettings", "find_segments"]
+
+# Rounds in which segments are found, each with the views that those of the round before block.
+_ROUNDS = 3
+# Log-likelihood ratio of a wall where the robot drove [nats].
+_NEVER = 1e6
+# Length from which a stretch behind something interrupts a wall [m].
+_UNSEEN = 0.1
+# A knife edge describes what a real wall ends in to within a cell: weights of the borders about an end.
+_BLUR = np.array([0.25, 0.5, 0.25])
+# Feet of single pings lie about that of their station: by less than the arm of a turret [m].
+_ARM = 0.1
+# At the default rate of ends cells so far apart say nothing of each other: their correlation is 2e-9 [m].
+_APART = 30.0
+
+
+class SegmentSettings(BaseModel, frozen=True, extra="forbid"):
+    """The model of a wall line."""
+
+    ends_per_metre: float = Field(default=1 / 3, gt=0.0, description="Prior rate of ends along a wall line [1/m].")
+    unmapped: float = Field(
+        default=0.05,
+        gt=0.0,
+        lt=0.5,
+        description="Probability that a station misses a wall because of something before it that is not in the map.",
+    )
+    false_echo: float = Field(
+        default=0.005,
+        gt=0.0,
+        lt=0.5,
+        description="Probability that what a station detects of a wall is an echo that the model does not know.",
+    )
+    corner_end: float = Field(
+        default=0.97, gt=0.0, lt=1.0, description="Probability that a wall ends at a corner detected on its line."
+    )
+    driven: bool = Field(
+        default=True,
+        description="Whether the robot drove straight from station to station: then no wall crosses its path.",
+    )
+    margin: float = Field(default=0.05, ge=0.0, description="Width beside an obstacle that blocks an echo, too [m].")
+
+
+def find_segments(
+    features: Sequence[Hypothesis], echoes: Echoes, path_xy: FloatArray, settings: SegmentSettings
+) -> list[Segment]:
+    """Find which parts of the lines of all walls are wall.
+
+    Parameters
+    ----------
+    features : sequence of Hypothesis
+        What is there, with a past that holds what stations say of each line.
+    echoes : Echoes
+        Detected corners.
+    path_xy : ndarray, shape (p, 2)
+        Way of the robot [m].
+    settings : SegmentSettings
+        The model.
+
+    Returns
+    -------
+    list of Segment
+        In the order of the features, and along the lines.
+    """
+    walls = {number: each for number, each in enumerate(features) if each.is_wall and len(each.past.line.feet)}
+    discs = np.array([each.reflector[1:] for each in features if each.kind is Kind.CYLINDER]).reshape(-1, 3)
+    segments: list[Segment] = []
+    for _ in range(_ROUNDS):
+        before, segments = segments, []
+        bodies = Bodies.behind(before, path_xy)
+        for number, wall in walls.items():
+            others = [each for each in before if each.owner != number]
+            narrow, wide = Obstacles.of(others), Obstacles.of(others, discs, settings.margin)
+            corners = corners_on(number, wall, before, echoes)
+            passed = _near(path_crossings(wall.line, path_xy), wall.past.line.feet)
+            places = np.concatenate([passed, [each.place for each in corners]])
+            line = _Line.of(
+                number,
+                wall,
+                obstacles=(narrow, wide),
+                bodies=bodies,
+                passed=passed,
+                places=places,
+                settings=settings,
+            )
+            chain = smoothed(*line.potentials(corners))
+            segments += line.segments(chain, corners, others)
+    return _without_copies(segments)
+
+
+def _near(places: FloatArray, feet: FloatArray) -> FloatArray:
+    """Return the places along a line that matter to where it is observed."""
+    near: FloatArray = places[(places > feet.min() - _APART) & (places < feet.max() + _APART)]
+    return near
+
+
+def _without_copies(segments: Sequence[Segment]) -> list[Segment]:
+    """Leave out segments beside or across others of which more was detected: there is one wall, or one of its corners.
+
+    Of a wall that has other segments a stub across another wall is an end that a corner shows.
+    """
+    kept: list[Segment] = []
+    owners = Counter(each.owner for each in segments)
+    for segment in sorted(segments, key=lambda each: each.pings, reverse=True):
+        is_lone = owners[segment.owner] == 1
+        if not any(is_copy(segment, each) or (is_lone and is_across(segment, each)) for each in kept):
+            kept.append(segment)
+    return [each for each in segments if each in kept]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class _Line:
+    """The cells of one wall line, and the log-likelihood ratios of the stations that say something of it.
+
+    Parameters
+    ----------
+    owner : int
+        Index of the feature.
+    wall : Hypothesis
+        The feature.
+    start : float
+        Place of the lower border of the first cell [m].
+    count : int
+        Number of cells.
+    feet : ndarray, shape (k,)
+        Foot of the perpendicular from each station [m].
+    ratios : ndarray, shape (k, 2, m)
+        As in ``LineEvidence``, without those of stations whose view is blocked, and bounded.
+    best : ndarray, shape (k,)
+        The most that each station says for a wall, not bounded.
+    passed : ndarray, shape (p,)
+        Where the robot crossed the line [m].
+    settings : SegmentSettings
+        The model.
+    """
+
+    owner: int
+    wall: Hypothesis
+    start: float
+    count: int
+    feet: FloatArray
+    ratios: FloatArray
+    best: FloatArray
+    passed: FloatArray
+    settings: SegmentSettings
+
+    @classmethod
+    def of(
+        cls,
+        owner: int,
+        wall: Hypothesis,
+        *,
+        obstacles: tuple[Obstacles, Obstacles],
+        bodies: Bodies,
+        passed: FloatArray,
+        places: FloatArray,
+        settings: SegmentSettings,
+    ) -> "_Line":
+        """Lay cells along a line, as far as stations say something of it, and to some other places.
+
+        What another wall blocks is no echo of this one, whatever was detected; and where an obstacle, with a margin, is
+        in the way, an echo may be missing, as it may behind the front of a body.
+        """
+        feet, centers_xy, ratios = wall.past.line
+        places = np.concatenate([feet, _near(wall.past.crossings, feet), places])
+        start = float(places.min()) - OFFSETS[-1]
+        hidden, disturbed = (each.block(centers_xy, points_on(wall.line, feet))[:, None, None] for each in obstacles)
+        detected = np.where(OFFSETS <= 0.0, np.maximum(ratios[:, :, :1], 0.0), 0.0)
+        ratios = np.where(hidden, 0.0, np.where(disturbed, detected, ratios))
+        # With a small probability e what a station says is about something else, as likely as its best explanation:
+        # log of (1 - e) p / p_best + e never falls below log of e.
+        best = np.maximum(ratios.max(axis=(1, 2), initial=0.0), 0.0)[:, None, None]
+        seen = (1.0 - settings.unmapped) * (1.0 - bodies.hide(centers_xy, owner, wall.line, feet))
+        wrong = np.where(best > 0.0, settings.false_echo, 1.0 - np.maximum(seen, 1e-9)[:, None, None])
+        related, unrelated = np.log1p(-wrong), np.log(wrong)
+        ratios = np.logaddexp(related + ratios - best, unrelated) - np.logaddexp(related - best, unrelated)
+        return cls(
+            owner=owner,
+            wall=wall,
+            start=start,
+            count=math.ceil((float(places.max()) + OFFSETS[-1] - start) / CELL) + 1,
+            feet=feet,
+            ratios=ratios,
+            best=best[:, 0, 0],
+            passed=passed,
+            settings=settings,
+        )
+
+    @property
+    def borders(self) -> FloatArray:
+        """Places between two cells [m], shape (count - 1,)."""
+        borders: FloatArray = self.start + CELL * np.arange(1, self.count, dtype=np.float64)
+        return borders
+
+    def cells_of(self, places: FloatArray) -> IntArray:
+        """Return the cell of each place."""
+        cells: IntArray = np.floor((places - self.start) / CELL).astype(np.int64).clip(0, self.count - 1)
+        return cells
+
+    def potentials(self, corners: Sequence[CornerOnLine]) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the log potentials of the chain: cells, ends and no ends."""
+        settings, past = self.settings, self.wall.past
+        crossings = _near(past.crossings, self.feet)
+        places = np.concatenate([self.feet, crossings])
+        passing = np.full(len(crossings), math.log(settings.false_echo))
+        ratios = np.concatenate([self.ratios[:, 0, 0], passing])
+        cells: FloatArray = np.bincount(self.cells_of(places), ratios, minlength=self.count).astype(np.float64)
+        rate = settings.ends_per_metre * CELL
+        # The line is known because a wall is there: where the station that says most for it stands, its ends are free.
+        cells[self.cells_of(self.feet[[int(self.best.argmax())]])] -= 2.0 * math.log(rate)
+        cells[self.cells_of(self.passed)] = -_NEVER
+        ends, stay = np.full((2, self.count - 1), math.log(rate)), np.full((2, self.count - 1), math.log1p(-rate))
+        for corner in corners:
+            border = int(np.abs(self.borders - corner.place).argmin())
+            ends[:, border], stay[:, border] = self._at_corner(corner, rate)
+        for foot, (lower, upper) in zip(self.feet, self.ratios, strict=True):
+            for side, by_end, over in ((0, lower, self.borders - foot), (1, upper, foot - self.borders)):
+                # The cell of the foot counts as whole wall wherever it is wall; what an end near it changes is added.
+                inside = np.where(over <= 0.0, by_end[0], 0.0)
+                ends[side] += np.interp(over, OFFSETS, by_end, right=0.0) - inside
+        return cells, ends, stay
+
+    def _at_corner(self, corner: CornerOnLine, rate: float) -> tuple[FloatArray, FloatArray]:
+        """Return the log potentials of ends and no ends where a corner was detected, or an echo of something else."""
+        settings = self.settings
+        wrong = settings.false_echo + (1.0 - settings.false_echo) * math.exp(-corner.evidence)
+        ends, stay = np.full(2, wrong * rate), np.full(2, wrong * (1.0 - rate))
+        ends[list(corner.sides)] += (1.0 - wrong) * settings.corner_end
+        # Before the corner of two known walls there is wall.
+        stay[1 if len(corner.sides) == 1 else slice(None)] += (1.0 - wrong) * (1.0 - settings.corner_end)
+        return np.log(ends), np.log(stay)
+
+    def segments(self, chain: Chain, corners: Sequence[CornerOnLine], others: Sequence[Segment]) -> list[Segment]:
+        """Take the runs of cells that are more likely wall than not, and surely so somewhere, as far as detected."""
+        is_wall = np.concatenate([[False], chain.wall > 0.5, [False]])
+        runs = np.flatnonzero(np.diff(is_wall.astype(int))).reshape(-1, 2)
+        known = [(first, last) for first, last in runs if chain.wall[first:last].max() > CERTAIN]
+        support = np.sort(np.concatenate([self.feet[self.ratios[:, 0, 0] > 0.0], before_corners(corners)]))
+        owners = self.cells_of(support)
+        pieces = [
+            piece
+            for first, last in known
+            for piece in self._observed(support[(owners >= first) & (owners < last)], others)
+        ]
+        pieces = [piece for piece, *beside in _with_neighbours(pieces) if self._is_wanted(piece, *beside)]
+        return [self._segment(chain, *each) for each in _with_neighbours(pieces)]
+
+    def _is_wanted(self, piece: FloatArray, before: FloatArray, after: FloatArray) -> bool:
+        """Return False for a stub that no station faced, unless the robot drove between it and the next piece."""
+        beside = (self.passed > before[-1]) & (self.passed < after[0])
+        return bool(np.isin(piece, self.feet).any() or beside.any())
+
+    def _observed(self, support: FloatArray, others: Sequence[Segment]) -> list[FloatArray]:
+        """Split the places that support a run where something stands before the line and no station is behind it."""
+        if not (np.diff(support) > _UNSEEN).any():
+            return [support] if len(support) else []
+        fronts = fronts_of(self.wall.line, others)
+        cuts = [
+            index + 1
+            for index, (low, high) in enumerate(pairwise(support))
+            if any(min(high, last) - max(low, first) > _UNSEEN for first, last in fronts)
+        ]
+        return np.split(support, cuts)
+
+    def _segment(self, chain: Chain, piece: FloatArray, before: FloatArray, after: FloatArray) -> Segment:
+        """Make a segment of the stations that support it: each end where it probably is, if stations say so."""
+        feet = self.wall.past.feet
+        near = feet[(feet >= piece[0] - _ARM) & (feet <= piece[-1] + _ARM)]
+        detected = np.concatenate([piece, near])
+        # A station may detect a wall from a little past its end.
+        low = self._end(chain.ends[0], before[-1], piece[0] + OFFSETS[-1])
+        high = self._end(chain.ends[1], piece[-1] - OFFSETS[-1], after[0])
+        return Segment(
+            owner=self.owner,
+            wall=self.wall,
+            low=low.place if low is not None and low.is_known else float(detected.min()),
+            high=high.place if high is not None and high.is_known else float(detected.max()),
+            ends=(low, high),
+            pings=round(self.wall.past.pings * len(near) / max(len(feet), 1)),
+            start=self.start,
+            chances=chain.wall,
+        )
+
+    def _end(self, ends: FloatArray, low: float, high: float) -> End | None:
+        """Return the end of a wall between two places; None if there may be none."""
+        within = (self.borders > low) & (self.borders < high)
+        if ends[within].sum() < CERTAIN:
+            return None
+        return End(self.borders[within], np.convolve(ends[within], _BLUR, mode="same"))
+
+
+def _with_neighbours(pieces: Sequence[FloatArray]) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
+    """Yield each piece with the one before and the one after it; infinitely far away where there is none."""
+    yield from zip(pieces, [np.array([-np.inf]), *pieces], [*pieces[1:], np.array([np.inf])], strict=False)

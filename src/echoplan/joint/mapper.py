@@ -1,0 +1,136 @@
+"""All stations at once: rival reflectors, judged by what a sonar should hear of them, and one adjustment of all.
+
+A wall is a line that touches the range circles of its stations, a corner or an edge a point on them, a cylinder one
+that touches them (Leonard and Durrant-Whyte 1992).  A physical model of loudness, beam, masking and range walk says
+which of these explains the pings, including those that are missing.
+"""
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from echoplan.arrays import FloatArray
+from echoplan.joint.calibration import calibration
+from echoplan.joint.estimate import Account
+from echoplan.joint.map_extraction.openings import openings_of, unobserved_of
+from echoplan.joint.marginal_prior import Memory
+from echoplan.joint.marginalisation import leave, survey
+from echoplan.joint.pose_model_selection import explained
+from echoplan.joint.settings import AccountSettings
+from echoplan.joint.trajectory import Posed, joined, posed
+from echoplan.model import FeatureMap, Rig, Sweep
+from echoplan.preprocessing.ping_arrays import Soundings, join_soundings, soundings_of
+from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps, without_repeats
+
+__all__ = ["JointMapper", "JointSettings"]
+
+
+class JointSettings(AccountSettings, frozen=True, extra="forbid"):
+    """Settings of all stages."""
+
+
+class JointMapper:
+    """Maps all stations at once; of a long way those of a window, with the memory of the stations before.
+
+    Parameters
+    ----------
+    rig : Rig
+        What made the sweeps.
+    settings : JointSettings, optional
+        Settings of the stages.
+    """
+
+    # A wall, a corner and a cylinder sound alike from one place.
+    needs_places = True
+
+    def __init__(self, rig: Rig, settings: JointSettings | None = None) -> None:
+        self.rig = rig
+        self.settings = settings or JointSettings()
+        self._memory = Memory()
+        self._indices: list[int] = []
+        self._done: list[Posed] = []
+        self._sweeps: list[Sweep] = []
+        self._soundings: list[Soundings] = []
+
+    def add(self, sweep: Sweep) -> None:
+        """Take one more sweep; when there are more stations than a window holds, let the oldest go.
+
+        Parameters
+        ----------
+        sweep : Sweep
+            The pings of one pass of the array.
+        """
+        if not len(sweep):
+            return
+        self._indices.append(sweep.index)
+        self._sweeps.append(sweep)
+        self._soundings.append(soundings_of(sweep, self.rig))
+        window, stations = self.settings.window, self._stations()
+        # The newest station may still grow.
+        if len(stations.poses) > window.stations + window.step:
+            with _one_thread():
+                self._let_go(stations, window.step)
+
+    def result(self) -> FeatureMap:
+        """Explain everything that was heard so far.
+
+        Returns
+        -------
+        FeatureMap
+            Walls, corners and cylinders, and the poses from which they were heard.
+        """
+        with _one_thread():
+            return self._map()
+
+    def _map(self) -> FeatureMap:
+        parameters, sweeps = self.settings.model_dump(mode="json"), np.array(self._indices, dtype=np.int64)
+        if self._memory.is_empty and not any(len(part.readings) for part in self._soundings):
+            return FeatureMap(method="joint", parameters=parameters, sweeps=sweeps, poses=self._given())
+        stations = self._stations()
+        account = self._account(stations)
+        posed = joined([*self._done, self._posed(account, stations)])
+        path_xy = posed.poses[:, :2] if self.settings.segments.driven else np.zeros((0, 2))
+        found = survey(account, path_xy)
+        gaps = found.gaps(path_xy)
+        learned = {
+            **calibration(account, found.adjusted),
+            "right_angles": found.right_angles(),
+            "undetermined": list(posed.undetermined),
+        }
+        return FeatureMap(
+            method="joint",
+            parameters={**parameters, "found": learned},
+            walls=found.walls(gaps),
+            corners=found.corners(),
+            cylinders=found.cylinders(),
+            openings=openings_of(gaps),
+            unobserved=unobserved_of(gaps),
+            sweeps=sweeps,
+            poses=posed.poses,
+            pose_covariances=posed.covariances,
+        )
+
+    def _account(self, stations: Stations) -> Account:
+        heard = without_repeats(at_stations(join_soundings(self._soundings), stations))
+        return explained(Account(self.rig, heard, stations.poses, self.settings, self._memory))
+
+    def _let_go(self, stations: Stations, count: int) -> None:
+        """Keep what the oldest stations said, but not their pings."""
+        account, gone = self._account(stations), int((stations.numbers < count).sum())
+        self._memory = leave(account, count)
+        self._done.append(self._posed(account, stations).first(gone))
+        del self._sweeps[:gone], self._soundings[:gone]
+
+    def _posed(self, account: Account, stations: Stations) -> Posed:
+        return posed(account, stations, self._given(), np.array(self._indices[-len(self._sweeps) :]))
+
+    def _stations(self) -> Stations:
+        pings = np.array([len(each.readings) for each in self._soundings])
+        return group_sweeps(self._given(), pings, self.settings.stations)
+
+    def _given(self) -> FloatArray:
+        return np.array([sweep.station for sweep in self._sweeps]).reshape(-1, 3)
+
+
+def _one_thread() -> threadpool_limits:
+    """Matrices are small: threads would only wait for each other, on all cores."""
+    return threadpool_limits(limits=1, user_api="blas")

@@ -1,0 +1,247 @@
+"""Memory: what stays of stations whose pings were let go, so that a map can grow without end.
+
+Features keep what was said of them; the readings keep what they said of features and sonar, as information with the
+poses eliminated.  Nothing else stays, so memory grows with the map and not with the way.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+
+import numpy as np
+
+from echoplan.acoustics.predicted_echo import EchoModel
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.geometry import directions
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.optimisation.factors import Rows, Summary, normal_equations
+from echoplan.joint.optimisation.layout import Unknowns
+from echoplan.joint.optimisation.values import State
+from echoplan.joint.search.specular_points import CornerEcho, Echoes
+from echoplan.preprocessing.servo import ServoError
+
+__all__ = ["Course", "Memory", "places_of", "summarised"]
+
+
+class Course(StrEnum):
+    """How the poses came about."""
+
+    TRUSTED = "trusted"
+    NUDGED = "nudged"
+    TRACKED = "tracked"
+
+
+def _nothing() -> Summary:
+    return Summary(np.zeros(0, dtype=np.int64), np.zeros((0, 0)), np.zeros(0))
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Memory:
+    """What is known from stations that were let go.
+
+    Parameters
+    ----------
+    features : sequence of Hypothesis, optional
+        All features that they heard, with their pasts.
+    pending : sequence of Hypothesis, optional
+        Features that only stations at hand heard.
+    summary : Summary, optional
+        What they said of the parameters of the features, of the sonar, and of the first pose at hand if it is free:
+        in this order.
+    echoes : mapping of tuple of int to CornerEcho, optional
+        What they heard of the corners of two walls, by the numbers of both.
+    poses : ndarray, shape (k, 3), optional
+        Poses of the stations that are at hand and were heard before [m, m, rad].
+    course : Course, optional
+        How they came about.
+    verdict : str, optional
+        The same in words, and why.
+    model : EchoModel, optional
+        The sonar.
+    latency : float, optional
+        Of the servo [s].
+    servo : ServoError, optional
+        Its gain and offset, where it is calibrated.
+    noise : float, optional
+        Standard deviation of readings [m].
+    loudness : tuple of float, optional
+        Figure of merit [dB] and logarithm of the beam's ka as told by who heard what.
+    independence : float, optional
+        How many times more readings count than their weights say.
+    believes_rig : bool, optional
+        Whether steps lead no farther astray than the rig tells.
+    reckoned : ndarray, shape (3,), optional
+        What odometry alone leaves open of the first pose at hand, as standard deviations [m, m, rad].
+    issued : int, optional
+        How many numbers features have been given.
+    """
+
+    features: Sequence[Hypothesis] = ()
+    pending: Sequence[Hypothesis] = ()
+    summary: Summary = field(default_factory=_nothing)
+    echoes: Mapping[tuple[int, int], CornerEcho] = field(default_factory=dict)
+    poses: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    course: Course = Course.TRUSTED
+    verdict: str = ""
+    model: EchoModel | None = None
+    latency: float = 0.0
+    servo: ServoError | None = None
+    noise: float = np.nan
+    loudness: tuple[float, float] | None = None
+    independence: float = 1.0
+    believes_rig: bool = True
+    reckoned: FloatArray = field(default_factory=lambda: np.zeros(3))
+    issued: int = 0
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing was let go yet."""
+        return not len(self.summary.columns)
+
+    def near(self, centers_xy: FloatArray, reach: float) -> "Memory":
+        """Keep what stations may hear.
+
+        Parameters
+        ----------
+        centers_xy : ndarray, shape (s, 2)
+            The stations [m].
+        reach : float
+            How far they hear [m].
+
+        Returns
+        -------
+        Memory
+            Of the features within reach of any of them, whatever the others are.
+        """
+        return self._of([each for each in self.features if _distance(each, centers_xy) < reach])
+
+    def beyond(self, part: "Memory") -> list[Hypothesis]:
+        """List the features that are not in a part of this."""
+        at_hand = {each.past.number for each in part.features}
+        return [each for each in self.features if each.past.number not in at_hand]
+
+    def about(self, features: Sequence[Hypothesis], unknowns: Unknowns) -> Summary | None:
+        """Tell what is known of unknowns that are to be adjusted.
+
+        Parameters
+        ----------
+        features : sequence of Hypothesis
+            The features; what is known of others is left aside.
+        unknowns : Unknowns
+            What stands where: the features in their order, sonar and poses.
+
+        Returns
+        -------
+        Summary or None
+            By the places of the unknowns; None if nothing is known.
+        """
+        if self.is_empty:
+            return None
+        part = self._of(features)
+        numbers = {each.past.number: place for place, each in enumerate(features)}
+        own = [places_of(unknowns, numbers[each.past.number]) for each in part.features]
+        # Where poses are trusted, what was said of the first one is left aside.
+        rest = np.arange(unknowns.sonar, unknowns.size)[: part.rest]
+        summary = part.summary.on(np.arange(_sizes(part.features) + len(rest)))
+        return summary._replace(columns=np.concatenate([*own, rest]).astype(np.int64))
+
+    @property
+    def rest(self) -> int:
+        """How many unknowns there are beside those of the features."""
+        return len(self.summary.columns) - _sizes(self.features)
+
+    def echoes_of(self, features: Sequence[Hypothesis]) -> Echoes:
+        """Tell what was heard of corners, by the places of features in a list.
+
+        Parameters
+        ----------
+        features : sequence of Hypothesis
+            Features of this memory.
+
+        Returns
+        -------
+        Echoes
+            Of their pairs, and the corners among them.
+        """
+        places = {each.past.number: place for place, each in enumerate(features)}
+        pairs = {
+            (min(places[one], places[other]), max(places[one], places[other])): heard
+            for (one, other), heard in self.echoes.items()
+            if one in places and other in places
+        }
+        return Echoes.of(features, pairs)
+
+    def _of(self, features: Sequence[Hypothesis]) -> "Memory":
+        """Keep what is known of some features: the others are eliminated."""
+        wanted, places, kept, start = {each.past.number for each in features}, [], [], 0
+        for each in self.features:
+            size = len(each.parameters)
+            if each.past.number in wanted:
+                kept.append(each)
+                places.append(np.arange(start, start + size))
+            start += size
+        places.append(np.arange(start, len(self.summary.columns)))
+        return replace(self, features=kept, summary=self.summary.on(np.concatenate(places)))
+
+
+def summarised(state: State, rows: Sequence[Rows], known: Summary | None, poses: int) -> Summary:
+    """Sum up what rows and older knowledge say of features and sonar, and of the pose that comes next.
+
+    Parameters
+    ----------
+    state : State
+        Where everything is; the rows are linearised there.
+    rows : sequence of Rows
+        Of the readings and poses that are let go.
+    known : Summary or None
+        What was known before, by the places of the same unknowns.
+    poses : int
+        How many of the poses are let go; those after them stay.
+
+    Returns
+    -------
+    Summary
+        With those poses eliminated.
+    """
+    unknowns = state.unknowns
+    information, vector = normal_equations(rows, unknowns.size)
+    vector += information @ state.values
+    if known is not None:
+        information[np.ix_(known.columns, known.columns)] += known.information
+        vector[known.columns] += known.vector
+    first, last = unknowns.pose, unknowns.pose + 3 * min(poses, unknowns.poses)
+    kept = np.concatenate([np.arange(first), np.arange(last, unknowns.size)])
+    return Summary(np.arange(unknowns.size), information, vector).on(kept)
+
+
+def places_of(unknowns: Unknowns, feature: int) -> IntArray:
+    """Tell where the parameters of a feature stand.
+
+    Parameters
+    ----------
+    unknowns : Unknowns
+        What stands where.
+    feature : int
+        Its number.
+
+    Returns
+    -------
+    ndarray of int
+        Their places.
+    """
+    return np.arange(unknowns.size)[unknowns.feature(feature)]
+
+
+def _sizes(features: Sequence[Hypothesis]) -> int:
+    return sum(len(each.parameters) for each in features)
+
+
+def _distance(feature: Hypothesis, centers_xy: FloatArray) -> float:
+    """Least distance of a feature from any of some places [m]."""
+    if not feature.is_wall:
+        away: FloatArray = np.hypot(*(centers_xy - feature.reflector[1:3]).T)
+        return float(away.min())
+    normal, along = directions(feature.line[0]), directions(feature.line[0] + np.pi / 2)
+    places = centers_xy @ along
+    beside = places - np.clip(places, *feature.extent)
+    return float(np.hypot(feature.line[1] - centers_xy @ normal, beside).min())

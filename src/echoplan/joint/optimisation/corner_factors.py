@@ -1,0 +1,106 @@
+"""Crossings of lines: how they move with the lines, and the corners that are heard there."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.acoustics.predicted_echo import Kind
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.compiled import compiled
+from echoplan.geometry import directions, intersections
+from echoplan.joint.optimisation.factors import Rows
+from echoplan.joint.optimisation.layout import Unknowns
+
+__all__ = ["TieSettings", "corner_ties", "crossing_slopes"]
+
+_WALL = int(Kind.WALL)
+
+
+class TieSettings(BaseModel, frozen=True, extra="forbid"):
+    """Which corners are those of which walls."""
+
+    sigma: float = Field(default=0.001, gt=0.0, description="of a corner from the crossing of its walls [m]")
+    gate: float = Field(default=0.05, gt=0.0, description="greatest distance of such a pair [m]")
+    right_angle: float = Field(default=math.radians(3), gt=0.0, description="of walls that echo at their vertex [rad]")
+
+
+def crossing_slopes(lines: FloatArray, crossing_xy: FloatArray) -> FloatArray:
+    """Differentiate the crossing of two lines by their parameters: ``N dX = d(offset) - (t . X) d(angle)``.
+
+    Parameters
+    ----------
+    lines : ndarray, shape (2, 2)
+        Normal angle and offset of both [rad, m].
+    crossing_xy : ndarray, shape (2,)
+        Where they cross [m].
+
+    Returns
+    -------
+    ndarray, shape (2, 4)
+        Derivatives of x and y by both parameters of the first line, and of the second.
+
+    Examples
+    --------
+    >>> crossing_slopes(np.array([[0.0, 2.0], [np.pi / 2, 1.0]]), np.array([2.0, 1.0])).round(6) + 0.0
+    array([[-1.,  1.,  0.,  0.],
+           [ 0.,  0.,  2.,  1.]])
+    """
+    inverse = np.linalg.inv(directions(lines[:, 0]))
+    along = directions(lines[:, 0] + math.pi / 2) @ crossing_xy
+    return np.column_stack([-along[0] * inverse[:, 0], inverse[:, 0], -along[1] * inverse[:, 1], inverse[:, 1]])
+
+
+def corner_ties(reflectors: FloatArray, unknowns: Unknowns, settings: TieSettings) -> Iterator[Rows]:
+    """Tie each corner that was heard to the crossing of the two walls that make it.
+
+    Sound that is reflected by both of two walls at a right angle comes back as from their vertex.
+
+    Parameters
+    ----------
+    reflectors : ndarray, shape (f, 4)
+        Kind and parameters of all features.
+    unknowns : Unknowns
+        Where their parameters stand.
+    settings : TieSettings
+        Which belong together.
+
+    Yields
+    ------
+    Rows
+        Two rows a corner.
+    """
+    pairs = _square_pairs(reflectors, settings.right_angle)
+    if not len(pairs):
+        return
+    crossings = intersections(reflectors[pairs[:, 0], 1:3], reflectors[pairs[:, 1], 1:3])
+    for number in np.flatnonzero(unknowns.kinds == Kind.CORNER):
+        distances = np.hypot(*(crossings - reflectors[number, 1:3]).T)
+        best = int(np.argmin(distances))
+        if distances[best] >= settings.gate:
+            continue
+        pair, crossing = pairs[best], crossings[best]
+        lines = reflectors[pair, 1:3]
+        columns = np.concatenate([unknowns.starts[k] + np.arange(2) for k in (*pair, number)])
+        slopes = np.concatenate([crossing_slopes(lines, crossing), -np.eye(2)], axis=1)
+        yield Rows(
+            np.stack([columns, columns]),
+            slopes,
+            -(crossing - reflectors[number, 1:3]),
+            np.full(2, settings.sigma**-2),
+        )
+
+
+@compiled
+def _square_pairs(reflectors: FloatArray, tolerance: float) -> IntArray:
+    """Find the pairs of walls at a right angle, shape (p, 2)."""
+    walls, count = np.flatnonzero(reflectors[:, 0] == _WALL), 0
+    pairs = np.empty((len(walls) * len(walls) // 2, 2), np.int64)
+    for place, one in enumerate(walls):
+        for other in walls[place + 1 :]:
+            # At a right angle, whichever way they face, the cosine of what is between them is nil.
+            if abs(math.cos(reflectors[one, 1] - reflectors[other, 1])) < math.sin(tolerance):
+                pairs[count] = one, other
+                count += 1
+    return pairs[:count]

@@ -1,0 +1,182 @@
+"""Bearings: which way walls lie from a station, as told by the angles between which it heard them.
+
+Readings hardly change with the angle off the axis, least of all those of whole centimetres, and so they leave it open
+which way a robot faced that somebody set down by hand.  Between which angles it heard a wall, and beyond which it did
+not, tells that to a few degrees.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from echoplan.acoustics.predicted_echo import Hearing, Kind, Sight, excess_of, shape_of, walk_of
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.compiled import compiled
+from echoplan.geometry import wrap
+from echoplan.joint.optimisation.factors import Rows
+from echoplan.joint.optimisation.hit_window import RIM, log_chance, outcome_of
+from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
+from echoplan.joint.optimisation.range_factors import Features, faced, reach_of
+from echoplan.joint.optimisation.values import State
+from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.servo import AS_RECORDED, ServoError
+
+__all__ = ["NO_BEARINGS", "Bearings", "bearing_rows", "bearings_of"]
+
+_WALL = int(Kind.WALL)
+# Turns of a station that are asked about [rad]; if nothing speaks for any of them, so much is left of their variance.
+_TURNS = np.radians(np.arange(-15.0, 15.1, 1.5))
+_OPEN = 0.5 * float(np.var(_TURNS))
+# How far bearings err that many pings tell: beams are not even, and arcs of walls that meet hide each other's sides; a
+# guess [rad].
+_UNEVEN = math.radians(6.0)
+_SERVO = ("servo_gain", "servo_offset")
+# Nothing is expected from so far off the axis (cosine).
+_STEEP = math.cos(1.2)
+
+
+class Bearings(NamedTuple):
+    """Which way walls lie from stations.
+
+    Attributes
+    ----------
+    walls, stations : ndarray of int, shape (b,)
+        Which wall, and from which station.
+    headings : ndarray, shape (b,)
+        Of the station less the direction of the wall's normal [rad].
+    angles : ndarray, shape (b,)
+        Where the servo was, in the mean of the pings that detected the wall, as recorded [rad].
+    variances : ndarray, shape (b,)
+        Of these [rad^2].
+    servo : ServoError
+        Gain and offset of the servo with which they are so.
+    """
+
+    walls: IntArray
+    stations: IntArray
+    headings: FloatArray
+    angles: FloatArray
+    variances: FloatArray
+    servo: ServoError = AS_RECORDED
+
+
+NO_BEARINGS = Bearings(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0))
+
+
+def bearings_of(
+    soundings: Soundings,
+    hearing: Hearing,
+    features: Features,
+    headings: FloatArray,
+    *,
+    servo: ServoError | None = None,
+) -> Bearings:
+    r"""Find the bearings of all walls from all stations that heard them.
+
+    Each ping that looks at a wall is a hit or a miss, unless something nearer answered.  Turned by :math:`\tau`, as
+    far as 15 degrees, a station would have heard these with the likelihood :math:`L(\tau)`, which is Bernoulli's with
+    the chance that the echo is heard.  Its mean and its variance, and that of beams which are not even, make a bearing.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings of s stations.
+    hearing : Hearing
+        The sonar.
+    features : Features
+        What is there.
+    headings : ndarray, shape (s,)
+        Of the stations, as heard from there [rad].
+    servo : ServoError, optional
+        Gain and offset with which the pings are as they are, if the servo is calibrated: then each sensor has bearings
+        of its own.
+
+    Returns
+    -------
+    Bearings
+        Those that the pings tell.
+    """
+    sensors = 1 if servo is None else int(soundings.sensors.max(initial=0)) + 1
+    groups = soundings.stations if servo is None else sensors * soundings.stations + soundings.sensors
+    likelihoods, angles = _likelihoods(soundings, hearing, features, groups, sensors * len(soundings.centers))
+    chances = np.exp(likelihoods - likelihoods.max(axis=2, keepdims=True))
+    chances /= chances.sum(axis=2, keepdims=True)
+    turns = chances @ _TURNS
+    variances = chances @ _TURNS**2 - turns**2
+    walls, members = np.nonzero(variances < _OPEN)
+    stations = members // sensors
+    return Bearings(
+        walls=walls,
+        stations=stations,
+        headings=headings[stations] + turns[walls, members] - features.reflectors[walls, 1],
+        angles=angles[walls, members],
+        variances=variances[walls, members] + _UNEVEN**2,
+        servo=servo or AS_RECORDED,
+    )
+
+
+def bearing_rows(bearings: Bearings, now: State) -> Rows:
+    """Hold headings and walls against bearings.
+
+    Parameters
+    ----------
+    bearings : Bearings
+        Which way walls lie from stations.
+    now : State
+        Features and poses.
+
+    Returns
+    -------
+    Rows
+        One a bearing.
+    """
+    walls, stations, unknowns = bearings.walls, bearings.stations, now.unknowns
+    headings = now.poses[stations, 2] if len(now.poses) else np.zeros(len(walls))
+    turned = headings + (now.servo.gain - bearings.servo.gain) * bearings.angles
+    residuals = wrap(
+        bearings.headings - turned + bearings.servo.offset - now.servo.offset + now.features.reflectors[walls, 1]
+    )
+    gain, offset = (np.full(len(walls), unknowns.sonar + SONAR_UNKNOWNS.index(each)) for each in _SERVO)
+    facing = unknowns.pose + 3 * stations + 2 if len(now.poses) else np.full(len(walls), -1)
+    columns = np.column_stack([unknowns.starts[walls], facing, gain, offset])
+    ones = np.ones(len(walls))
+    slopes = np.column_stack([-ones, ones, bearings.angles, ones])
+    return Rows(columns, slopes, residuals, 1.0 / bearings.variances)
+
+
+@compiled
+def _likelihoods(
+    soundings: Soundings, hearing: Hearing, features: Features, groups: IntArray, count: int
+) -> tuple[FloatArray, FloatArray]:
+    """Logarithms of the likelihood of hits and misses, by wall, group of pings, and turn; mean servo angle of hits."""
+    likelihoods = np.zeros((len(features.reflectors), count, len(_TURNS)))
+    angles, hits = np.zeros((len(features.reflectors), count)), np.full((len(features.reflectors), count), 1e-9)
+    faintest = walk_of(hearing, 0.0)
+    for feature in range(len(likelihoods)):
+        shape, reach = shape_of(features.reflectors[feature]), reach_of(features, feature)
+        for ping in range(len(soundings.readings) if shape[0] == _WALL else 0):
+            shadow = features.shadows[feature, soundings.stations[ping]]
+            if math.isinf(shadow):
+                continue
+            place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
+            sight, late = faced(shape, reach, place, soundings.readings[ping] * hearing.scale, hearing.wavelength)
+            outcome = outcome_of(late, faintest)
+            if outcome != 0.0 and sight[1] > _STEEP and sight[0] < soundings.max_range - RIM:
+                told = likelihoods[feature, groups[ping]]
+                if outcome > 0.0:
+                    angles[feature, groups[ping]] += soundings.angles[ping]
+                    hits[feature, groups[ping]] += 1.0
+                _add(told, hearing, sight, (outcome, soundings.weights[ping], shadow))
+    return likelihoods, angles / hits
+
+
+@compiled
+def _add(told: FloatArray, hearing: Hearing, sight: Sight, asked: tuple[float, float, float]) -> None:
+    """Add what a ping says of each turn: its outcome, what it counts, and how faint the wall is there."""
+    outcome, weight, shadow = asked
+    for number, turn in enumerate(_TURNS):
+        cosine, sine = math.cos(turn), math.sin(turn)
+        turned = (cosine * sight[1] - sine * sight[2], sine * sight[1] + cosine * sight[2])
+        excess = excess_of(hearing, (sight[0], turned[0], turned[1], sight[3], sight[4])) - shadow
+        told[number] += weight * log_chance(outcome * excess)

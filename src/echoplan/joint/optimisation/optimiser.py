@@ -1,0 +1,335 @@
+"""Adjustment: all features and the calibration of the recording in one robust least-squares problem.
+
+Gauss-Newton on the readings that the features explain, damped where a step would make them fit worse (Levenberg 1944),
+with analytic derivatives, weights by Geman and McClure, ties between corners and the walls that make them, and priors
+from the rig for what the readings do not determine.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from echoplan.acoustics.predicted_echo import Kind
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.compiled import compiled
+from echoplan.joint.optimisation.corner_factors import corner_ties
+from echoplan.joint.optimisation.factors import Rows, Summary, held, normal_equations, prior, solve
+from echoplan.joint.optimisation.heading_factors import NO_BEARINGS, Bearings, bearing_rows, bearings_of
+from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS, Unknowns
+from echoplan.joint.optimisation.manhattan import square_rows
+from echoplan.joint.optimisation.pose_factors import displaced, pose_rows
+from echoplan.joint.optimisation.priors import AdjustmentSettings, Beliefs, sonar_prior
+from echoplan.joint.optimisation.range_factors import (
+    Features,
+    Matched,
+    differentiate_readings,
+    match_readings,
+    residuals_of,
+)
+from echoplan.joint.optimisation.solution import Adjusted
+from echoplan.joint.optimisation.values import State
+from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.servo import late_by, turned_by
+
+__all__ = [
+    "AdjustmentSettings",
+    "Beliefs",
+    "Features",
+    "adjust",
+    "facing_rows",
+    "reading_rows",
+]
+
+_CYLINDER = int(Kind.CYLINDER)
+# Information about features that holds them in place where no reading does.
+_HOLD = 0.1
+# What the prior alone holds needs no other hold: readings tell of a number what leaves so much of its variance.
+_TOLD = 0.5
+# What is added to the information of all unknowns until a step does not make readings fit worse (Levenberg 1944): from
+# what is known to 3 rad or m to what is known to 0.1 mrad or mm, beyond which nothing is left to move.
+_DAMPINGS = tuple(10.0 ** np.arange(-1, 9))
+
+
+def adjust(
+    soundings: Soundings,
+    start: State,
+    beliefs: Beliefs,
+    settings: AdjustmentSettings,
+    *,
+    known: Summary | None = None,
+) -> Adjusted:
+    """Adjust features, sonar and, if they may be off, poses to all readings.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings, as heard from the poses that were given.
+    start : State
+        Where to start.
+    beliefs : Beliefs
+        What is believed of the sonar.
+    settings : AdjustmentSettings
+        Priors and weights.
+    known : Summary, optional
+        What readings that are no longer at hand said.
+
+    Returns
+    -------
+    Adjusted
+        Features, sonar and covariance.
+    """
+    unknowns = start.unknowns
+    now, bearings = start, _bearings(soundings, start, beliefs)
+    for _ in range(settings.rounds):
+        matched, readings = _linearised(_as_heard(soundings, now, beliefs), now, beliefs, settings)
+        of_readings, told = normal_equations([_placed(readings, unknowns)], unknowns.size)
+        rest, right = normal_equations([bearing_rows(bearings, now)], unknowns.size)
+        if known is not None:
+            rest[np.ix_(known.columns, known.columns)] += known.information
+            right[known.columns] += known.vector - known.information @ now.values[known.columns]
+        heard = of_readings + rest
+        information, pull = normal_equations(list(_held_by(now, unknowns, beliefs, settings)), unknowns.size)
+        rest, right = rest + information, right + pull
+        information = of_readings + rest
+        linear = _Linear(matched, readings, rest, right)
+        for damping in (0.0, *_DAMPINGS):
+            step = _step(information + damping * np.eye(unknowns.size), told + right, now, beliefs, settings)
+            moved = now.moved(step)
+            if _rise(soundings, now, moved, beliefs=beliefs, linear=linear) <= 0.0:
+                break
+        now, left = moved, float(step @ information @ step)
+        if left < settings.rest:
+            break
+    return Adjusted(
+        reflectors=now.features.reflectors,
+        model=now.model,
+        latency=now.latency,
+        servo=now.servo,
+        poses=now.poses,
+        unknowns=unknowns,
+        information=information,
+        heard=heard,
+        understated=beliefs.understated,
+        extents=now.features.extents,
+        owners=matched.owners,
+        residuals=matched.residuals,
+        excesses=matched.excesses,
+        left=left,
+    )
+
+
+def _rise(soundings: Soundings, now: State, moved: State, *, beliefs: Beliefs, linear: "_Linear") -> float:
+    """Return by how much a move raises the weighted squares of the residuals, twice a robust negative log likelihood.
+
+    A wall that turns about the foot of a sensor's axis changes readings by the square of the turn: derivatives say
+    nothing of that, and a full step may lead anywhere.  With the weights and owners of the readings held, a fall of the
+    squares is a fall of the robust cost, too.  All but the readings is as good as linear.
+    """
+    change = moved.values - now.values
+    heard, hearing = _as_heard(soundings, moved, beliefs), moved.model.tabulated()
+    left = residuals_of(heard, hearing, moved.features, linear.matched.owners)
+    of_readings = linear.readings.weights @ (left**2 - linear.readings.residuals**2)
+    return float(of_readings + change @ (linear.information @ change - 2.0 * linear.right))
+
+
+def _step(
+    information: FloatArray, right: FloatArray, now: State, beliefs: Beliefs, settings: AdjustmentSettings
+) -> FloatArray:
+    """Solve, but keep consider parameters of the sonar at their prior means (Schmidt 1966).
+
+    The exponent of the range walk is one: maps are no better with one that is estimated.  Where the poses drift, two
+    more are: all that is left to tell the range scale are the arms of the array, a few centimetres long, and an error
+    of the beam's shape by tenths of a millimetre would pass for a percent; and a servo that lags looks like a robot
+    that turns a little too far one way and back again, sweep by sweep (it never leads).  Their uncertainty stays in the
+    covariance.
+    """
+    considered = ("walk_exponent", "range_scale", "servo_latency")
+    exponent, scale, latency = (now.unknowns.sonar + SONAR_UNKNOWNS.index(each) for each in considered)
+    changes = {exponent: 1.0 - now.model.walk_exponent}
+    if beliefs.drifting:
+        changes[scale] = beliefs.range_scale - now.model.range_scale
+    units = np.eye(len(right))[[*changes, latency]]
+    step, *columns, by_latency = solve(information, np.column_stack([right, *units])).T
+    step = held(step, columns, changes)
+    if not beliefs.drifting:
+        return step
+    by_latency = held(by_latency, columns, dict.fromkeys(changes, 0.0))
+    change, variance = step[latency], by_latency[latency]
+    told = variance < _TOLD * settings.latency_sigma**2
+    if told and now.latency + change < settings.determined * math.sqrt(variance):
+        return held(step, [by_latency], {latency: -now.latency})
+    return step
+
+
+def reading_rows(soundings: Soundings, now: State, beliefs: Beliefs, settings: AdjustmentSettings) -> Rows:
+    """Linearise the readings that features explain.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings, as heard from the poses that were given.
+    now : State
+        Features, sonar and poses.
+    beliefs : Beliefs
+        What is believed of the sonar.
+    settings : AdjustmentSettings
+        Weights.
+
+    Returns
+    -------
+    Rows
+        One a reading.
+    """
+    _, readings = _linearised(_as_heard(soundings, now, beliefs), now, beliefs, settings)
+    return _placed(readings, now.unknowns)
+
+
+def facing_rows(soundings: Soundings, now: State, beliefs: Beliefs) -> Rows:
+    """Linearise the bearings of walls, where these tell which way stations face.
+
+    Parameters
+    ----------
+    soundings, now, beliefs
+        As those of ``reading_rows``.
+
+    Returns
+    -------
+    Rows
+        One a wall and station; none unless headings are free and walls stand along the axes.
+    """
+    return bearing_rows(_bearings(soundings, now, beliefs), now)
+
+
+def _bearings(soundings: Soundings, now: State, beliefs: Beliefs) -> Bearings:
+    """Find the bearings of walls; those of walls that may lie anyhow determine the servo but not the headings."""
+    poses, square = beliefs.poses, beliefs.squareness
+    along_axes = poses is not None and not poses.relative and square is not None and square.along_axes
+    if not beliefs.bearings or not (along_axes or beliefs.servo is not None):
+        return NO_BEARINGS
+    heard = _as_heard(soundings, now, beliefs)
+    headings = now.poses[:, 2] if len(now.poses) else np.zeros(len(soundings.centers))
+    return bearings_of(
+        heard, now.model.tabulated(), now.features, headings, servo=None if beliefs.servo is None else now.servo
+    )
+
+
+class _Readings(NamedTuple):
+    """Linearised readings: whose they are, from which station, which wall ends theirs, derivatives and so on."""
+
+    owners: IntArray
+    stations: IntArray
+    neighbours: IntArray
+    slopes: FloatArray
+    residuals: FloatArray
+    weights: FloatArray
+
+
+class _Linear(NamedTuple):
+    """Everything about one state: readings with their owners, and normal equations of all that holds it besides."""
+
+    matched: Matched
+    readings: _Readings
+    information: FloatArray
+    right: FloatArray
+
+
+def _as_heard(soundings: Soundings, now: State, beliefs: Beliefs) -> Soundings:
+    """Place the pings where the servo and the robot were."""
+    turned = late_by(soundings, now.latency)
+    if beliefs.servo is not None:
+        turned = turned_by(turned, error=now.servo, before=beliefs.servo)
+    return turned if beliefs.poses is None else displaced(turned, beliefs.poses.given, now.poses)
+
+
+def _linearised(
+    soundings: Soundings, now: State, beliefs: Beliefs, settings: AdjustmentSettings
+) -> tuple[Matched, _Readings]:
+    hearing = now.model.tabulated()
+    matched = match_readings(soundings, hearing, now.features, max(0.025, 6.0 * beliefs.noise))
+    explained = np.flatnonzero(matched.owners >= 0)
+    model = now.model
+    walk = (model.range_offset, model.walk_gain, model.reference_walk, model.walk_exponent)
+    slopes, neighbours = differentiate_readings(soundings, hearing, now.features, matched, explained, walk)
+    residuals, excesses = matched.residuals[explained], matched.excesses[explained]
+    variances = now.model.variances(excesses, noise=beliefs.noise)
+    doubts = variances * (1.0 + residuals**2 / (settings.robust**2 * variances)) ** 2
+    counts = beliefs.independence * soundings.weights[explained]
+    owners, stations = matched.owners[explained], soundings.stations[explained]
+    readings = _Readings(
+        owners=owners,
+        stations=stations,
+        neighbours=neighbours,
+        slopes=slopes if len(now.poses) else slopes[:, : 5 + len(SONAR_UNKNOWNS)],
+        residuals=residuals,
+        weights=_capped(counts / doubts, owners, stations, _common(now.features.doubts, beliefs)),
+    )
+    if len(now.poses):
+        _add_leverage(slopes, soundings, explained, now.poses)
+    return matched, readings
+
+
+def _common(doubts: FloatArray, beliefs: Beliefs) -> FloatArray:
+    """Variance of what is wrong together in all that a station says of a feature [m^2], by feature and station.
+
+    Of way-points that is learned from what is left of the readings, whatever the reason.
+    """
+    by_hand = beliefs.poses is not None and not beliefs.poses.relative
+    return beliefs.pair_sigma**2 + (np.zeros_like(doubts) if by_hand else doubts)
+
+
+def _capped(weights: FloatArray, owners: IntArray, stations: IntArray, common: FloatArray) -> FloatArray:
+    """Let all that a station says of a feature count no more than its common error allows."""
+    sums = np.zeros(common.shape)
+    np.add.at(sums, (owners, stations), weights)
+    capped: FloatArray = weights / (1.0 + (sums * common)[owners, stations])
+    return capped
+
+
+@compiled
+def _add_leverage(slopes: FloatArray, soundings: Soundings, explained: IntArray, poses: FloatArray) -> None:
+    """Let a turn of the robot move its sensors, and so the readings."""
+    for row, ping in enumerate(explained):
+        base = poses[soundings.stations[ping]]
+        ahead, aside = soundings.x[ping] - base[0], soundings.y[ping] - base[1]
+        slopes[row, -1] += slopes[row, -2] * ahead - slopes[row, -3] * aside
+
+
+def _placed(readings: _Readings, unknowns: Unknowns) -> Rows:
+    """Give the derivatives of readings their places among the unknowns."""
+    columns = _columns(readings, unknowns.columns, (unknowns.sonar, unknowns.pose))
+    return Rows(columns, readings.slopes, readings.residuals, readings.weights)
+
+
+@compiled
+def _columns(readings: _Readings, of_features: IntArray, starts: tuple[int, int]) -> IntArray:
+    """Where parameters of its feature, of the neighbour, of the sonar and of its pose stand, for each reading."""
+    columns: IntArray = np.empty(readings.slopes.shape, np.int64)
+    owners, neighbours, stations = readings.owners, readings.neighbours, readings.stations
+    (sonar, pose), first = starts, 5 + starts[1] - starts[0]
+    for row in range(len(columns)):
+        for place in range(3):
+            columns[row, place] = of_features[owners[row], place]
+        # Of most there is none: that is the last row.
+        for place in range(3, 5):
+            columns[row, place] = of_features[neighbours[row], place - 3]
+        for place in range(5, first):
+            columns[row, place] = sonar + place - 5
+        for place in range(first, columns.shape[1]):
+            columns[row, place] = pose + 3 * stations[row] + place - first
+    return columns
+
+
+def _held_by(now: State, unknowns: Unknowns, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:
+    """Collect what holds the unknowns besides the pings: priors, and ties of corners to their walls."""
+    yield sonar_prior(now, unknowns.sonar, beliefs, settings)
+    if beliefs.squareness is not None:
+        yield square_rows(beliefs.squareness, now.features.reflectors[:, 1], unknowns.starts)
+    if beliefs.poses is not None:
+        yield pose_rows(beliefs.poses, now.poses, unknowns.pose)
+    yield prior(np.arange(unknowns.sonar), sigma=1.0 / _HOLD, residual=0.0)
+    columns = np.flatnonzero(unknowns.kinds == _CYLINDER)
+    residuals = settings.radius - now.features.reflectors[columns, 3]
+    yield prior(unknowns.starts[columns] + 2, sigma=settings.radius_sigma, residual=residuals)
+    yield from corner_ties(now.features.reflectors, unknowns, settings.ties)

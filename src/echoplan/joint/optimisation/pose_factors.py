@@ -1,0 +1,359 @@
+"""Poses as unknowns: how far they may be off, and soundings as heard from where the robot really was."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.geometry import compose, invert, wrap
+from echoplan.joint.optimisation.factors import Rows
+from echoplan.joint.search.duplicates import CopySettings
+from echoplan.model import Odometry
+from echoplan.preprocessing.ping_arrays import Soundings
+
+__all__ = [
+    "PoseBeliefs",
+    "PoseSettings",
+    "continued",
+    "displaced",
+    "odometry_beliefs",
+    "pose_rows",
+    "reckoned",
+    "step_residuals",
+    "step_slopes",
+    "waypoint_beliefs",
+    "waypoint_steps",
+]
+
+# What the digits of recorded poses, or the ticks of a wheel, leave of any step [m, m, rad].
+_ROUNDED = (5e-4, 5e-4, 5e-4)
+# The first pose is the frame of the map: it stays [m, m, rad].
+_FIXED = (1e-4, 1e-4, 1e-5)
+
+
+class PoseSettings(BaseModel, frozen=True, extra="forbid"):
+    """How far poses may be off."""
+
+    along: float = Field(default=0.025, ge=0.0, description="error of odometry along the way, as a share of it")
+    across: float = Field(default=0.02, ge=0.0, description="likewise across it")
+    floor: float = Field(default=0.003, gt=0.0, description="of any step, however short [m]")
+    turn_per_metre: float = Field(default=math.radians(2.5), ge=0.0, description="of the heading by the way [rad/m]")
+    turn_share: float = Field(default=0.05, ge=0.0, description="likewise, as a share of the turn")
+    turn_floor: float = Field(default=math.radians(0.3), gt=0.0, description="of any turn, however small [rad]")
+    noises: tuple[float, ...] = Field(default=(0.020, 0.015, 0.012), description="of readings, from coarse to fine [m]")
+    tracking_noise: float = Field(default=0.012, gt=0.0, description="of readings while the robot is tracked [m]")
+    copies: CopySettings = Field(
+        default_factory=lambda: CopySettings(turn=math.radians(4), beside=0.05), description="made by poses in error"
+    )
+    pair_sigma: float = Field(default=0.012, gt=0.0, description="common to all a station says of a feature [m]")
+    pair_spread: float = Field(
+        default=0.5 * math.log(10.0), gt=0.0, description="of the logarithm of that guess: good to tenfold"
+    )
+    waypoint: float = Field(default=0.02, gt=0.0, description="of a way-point placed by hand [m]")
+    waypoint_turn: float = Field(default=0.2, gt=0.0, description="of the heading there [rad]")
+
+
+class PoseBeliefs(NamedTuple):
+    """What is believed of the poses of s stations before the pings are asked.
+
+    Attributes
+    ----------
+    given : ndarray, shape (s, 3)
+        As recorded [m, m, rad].
+    sigmas : ndarray, shape (s, 3)
+        Of each pose in its own frame if it is absolute, else of the step to it: along and across the way, in heading.
+    relative : bool
+        Whether errors add up from one pose to the next.
+    told : bool
+        Whether the rig told deviations, be it some; else they are a guess, from which better ones may be learned.
+    """
+
+    given: FloatArray
+    sigmas: FloatArray
+    relative: bool
+    told: bool = False
+
+    @property
+    def reaches(self) -> FloatArray:
+        """Deviations along the axes of each pose itself, shape (s, 3) [m, m, rad]."""
+        if not self.relative:
+            return self.sigmas
+        steps = _steps(self.given)
+        turned = _ways(steps) - steps[:, 2]
+        squares = np.stack([np.cos(turned) ** 2, np.sin(turned) ** 2], axis=1)
+        reaches = self.sigmas.copy()
+        for axis, shares in enumerate((squares, squares[:, ::-1])):
+            reaches[1:, axis] = np.sqrt(np.sum(shares * self.sigmas[1:, :2] ** 2, axis=1))
+        return reaches
+
+
+def odometry_beliefs(given: FloatArray, settings: PoseSettings, told: Odometry | None = None) -> PoseBeliefs:
+    """Believe in the steps from pose to pose.
+
+    Parameters
+    ----------
+    given : ndarray, shape (s, 3)
+        Poses by dead reckoning [m, m, rad].
+    settings : PoseSettings
+        How far steps may be off where nobody tells.
+    told : Odometry, optional
+        How far they are off by the rig; what it leaves out is guessed.
+
+    Returns
+    -------
+    PoseBeliefs
+        The first pose fixed, the others relative.
+    """
+    steps = _steps(given)
+    length, turn = np.hypot(steps[:, 0], steps[:, 1]), np.abs(steps[:, 2])
+    sigmas = _guessed(length, turn, settings) if told is None else _told(length, turn, told, settings)
+    return PoseBeliefs(given, np.concatenate([[_FIXED], sigmas]), relative=True, told=told is not None)
+
+
+def _guessed(length: FloatArray, turn: FloatArray, settings: PoseSettings) -> FloatArray:
+    floor = np.full(len(turn), settings.turn_floor)
+    turning = np.stack([settings.turn_per_metre * length, settings.turn_share * turn, floor])
+    return np.column_stack(
+        [
+            settings.along * length + settings.floor,
+            settings.across * length + settings.floor,
+            np.sqrt((turning**2).sum(axis=0)),
+        ]
+    )
+
+
+def _told(length: FloatArray, turn: FloatArray, told: Odometry, settings: PoseSettings) -> FloatArray:
+    along, across = settings.along * length + settings.floor, settings.across * length + settings.floor
+    by_way, by_turn = settings.turn_per_metre * length, np.hypot(settings.turn_share * turn, settings.turn_floor)
+    variances = [
+        _variance(told.along, length, along),
+        _variance(told.lateral, length, across),
+        _variance(told.yaw_per_metre, length, by_way) + _variance(told.yaw_per_radian, turn, by_turn),
+    ]
+    return np.sqrt(np.column_stack(variances) + np.square(_ROUNDED))
+
+
+def _variance(told: float | None, way: FloatArray, guessed: FloatArray) -> FloatArray:
+    """Variance of a random walk, or of a guess of its deviation."""
+    return guessed**2 if told is None else told**2 * way
+
+
+def waypoint_beliefs(given: FloatArray, settings: PoseSettings) -> PoseBeliefs:
+    """Believe in every pose by itself.
+
+    Parameters
+    ----------
+    given : ndarray, shape (s, 3)
+        Poses of way-points [m, m, rad].
+    settings : PoseSettings
+        How far they may be off.
+
+    Returns
+    -------
+    PoseBeliefs
+        All poses absolute.
+    """
+    sigmas = (settings.waypoint, settings.waypoint, settings.waypoint_turn)
+    return PoseBeliefs(given, np.tile(sigmas, (len(given), 1)), relative=False)
+
+
+def waypoint_steps(given: FloatArray, settings: PoseSettings) -> PoseBeliefs:
+    """Believe in the steps from way-point to way-point: both ends err, and where the first faces turns the way.
+
+    Parameters
+    ----------
+    given : ndarray, shape (s, 3)
+        Poses of way-points [m, m, rad].
+    settings : PoseSettings
+        How far they may be off.
+
+    Returns
+    -------
+    PoseBeliefs
+        The first pose fixed, the others relative.
+    """
+    steps, place, turn = _steps(given), math.sqrt(2.0) * settings.waypoint, settings.waypoint_turn
+    across = np.hypot(place, turn * np.hypot(steps[:, 0], steps[:, 1]))
+    sigmas = np.column_stack([np.full(len(steps), place), across, np.full(len(steps), math.sqrt(2.0) * turn)])
+    return PoseBeliefs(given, np.concatenate([[_FIXED], sigmas]), relative=True)
+
+
+def continued(given: FloatArray, known: FloatArray) -> FloatArray:
+    """Go on from poses that are known by the steps that were recorded.
+
+    Parameters
+    ----------
+    given : ndarray, shape (s, 3)
+        Poses as recorded [m, m, rad].
+    known : ndarray, shape (k, 3)
+        What the first k of them are.
+
+    Returns
+    -------
+    ndarray, shape (s, 3)
+        The known ones, and the others as far from the last of these as they were recorded.
+    """
+    if not len(known) or (known == given[: len(known)]).all():
+        return given
+    rest = compose(known[-1], compose(invert(given[len(known) - 1]), given[len(known) :]))
+    return np.concatenate([known, rest])
+
+
+def reckoned(given: FloatArray, poses: FloatArray, station: int) -> FloatArray:
+    """Tell where the recorded step from the pose before leads.
+
+    Parameters
+    ----------
+    given, poses : ndarray, shape (s, 3)
+        As recorded, and where they are now [m, m, rad].
+    station : int
+        Which pose; not the first.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        The pose [m, m, rad].
+    """
+    step = compose(invert(given[station - 1]), given[station])
+    return compose(poses[station - 1], step)
+
+
+def displaced(soundings: Soundings, given: FloatArray, poses: FloatArray) -> Soundings:
+    """Move the soundings of each station with its pose.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        As heard from the given poses.
+    given, poses : ndarray, shape (s, 3)
+        Where the robot was said to be, and where it was [m, m, rad].
+
+    Returns
+    -------
+    Soundings
+        As heard from there.
+    """
+    turn = np.exp(1j * (poses[:, 2] - given[:, 2]))
+    before, behind = given[:, 0] + 1j * given[:, 1], poses[:, 0] + 1j * poses[:, 1]
+    own = soundings.stations
+    places = behind[own] + turn[own] * (soundings.x + 1j * soundings.y - before[own])
+    axes = turn[own] * (soundings.ux + 1j * soundings.uy)
+    arms = turn[own] * (soundings.arms_x + 1j * soundings.arms_y)
+    centers = behind + turn * (soundings.centers[:, 0] + 1j * soundings.centers[:, 1] - before)
+    return soundings._replace(
+        x=places.real.copy(),
+        y=places.imag.copy(),
+        ux=axes.real.copy(),
+        uy=axes.imag.copy(),
+        arms_x=arms.real.copy(),
+        arms_y=arms.imag.copy(),
+        centers=np.column_stack([centers.real, centers.imag]),
+    )
+
+
+def pose_rows(beliefs: PoseBeliefs, poses: FloatArray, first: int) -> Rows:
+    """Hold poses against what is believed of them.
+
+    Parameters
+    ----------
+    beliefs : PoseBeliefs
+        What is believed.
+    poses : ndarray, shape (s, 3)
+        Where they are now [m, m, rad].
+    first : int
+        Where the poses start among the unknowns.
+
+    Returns
+    -------
+    Rows
+        Three rows a pose.
+    """
+    count = len(poses)
+    own = first + np.arange(3 * count).reshape(count, 1, 3) + np.zeros((1, 3, 1), dtype=np.int64)
+    if not beliefs.relative:
+        residuals = beliefs.given - poses
+        residuals[:, 2] = wrap(residuals[:, 2])
+        slopes = np.broadcast_to(np.eye(3), (count, 3, 3))
+        return _flat(own, slopes, residuals, beliefs.sigmas)
+    before = np.concatenate([np.full((1, 3, 3), -1), own[:-1]])
+    start = beliefs.given[:1] - poses[:1]
+    start[:, 2] = wrap(start[:, 2])
+    residuals = np.concatenate([start, step_residuals(beliefs.given, poses)])
+    from_before, from_own = step_slopes(beliefs.given, poses)
+    columns = np.concatenate([before, own], axis=2)
+    return _flat(columns, np.concatenate([from_before, from_own], axis=2), residuals, beliefs.sigmas)
+
+
+def step_residuals(given: FloatArray, poses: FloatArray) -> FloatArray:
+    """Tell by how much the steps from pose to pose are longer as given than they are now.
+
+    Parameters
+    ----------
+    given, poses : ndarray, shape (s, 3)
+        As recorded, and now [m, m, rad].
+
+    Returns
+    -------
+    ndarray, shape (s - 1, 3)
+        Along the way that was given, across it to the left, and in heading [m, m, rad].
+    """
+    recorded = _steps(given)
+    residuals = recorded - _steps(poses)
+    residuals[:, 2] = wrap(residuals[:, 2])
+    turned: FloatArray = np.einsum("kij,kj->ki", _along_ways(recorded), residuals)
+    return turned
+
+
+def _ways(steps: FloatArray) -> FloatArray:
+    """Directions of steps in the frame of the pose before, shape (k,) [rad]."""
+    directions: FloatArray = np.arctan2(steps[:, 1], steps[:, 0])
+    return directions
+
+
+def _along_ways(steps: FloatArray) -> FloatArray:
+    """Turn what is told in the frame of the pose before to along and across the way, shape (k, 3, 3)."""
+    ways, turns = _ways(steps), np.tile(np.eye(3), (len(steps), 1, 1))
+    turns[:, 0, 0] = turns[:, 1, 1] = np.cos(ways)
+    turns[:, 0, 1], turns[:, 1, 0] = np.sin(ways), -np.sin(ways)
+    return turns
+
+
+def _steps(poses: FloatArray) -> FloatArray:
+    return compose(invert(poses[:-1]), poses[1:])
+
+
+def step_slopes(given: FloatArray, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Differentiate each step by the pose before and by its own: ``p = R' (t - t0)``, ``dp/dyaw0 = (p_y, -p_x)``.
+
+    Parameters
+    ----------
+    given, poses : ndarray, shape (s, 3)
+        As recorded, which tells along and across the way, and now [m, m, rad].
+
+    Returns
+    -------
+    before, own : ndarray, shape (s, 3, 3)
+        By pose; the first has none before it and is taken as a step of its own.
+    """
+    count, steps = len(poses), _steps(poses)
+    cosine, sine = np.cos(poses[:-1, 2]), np.sin(poses[:-1, 2])
+    own, before = np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3, 3))
+    own[1:, 0, :2] = np.column_stack([cosine, sine])
+    own[1:, 1, :2] = np.column_stack([-sine, cosine])
+    before[1:] = -own[1:]
+    before[1:, 0, 2], before[1:, 1, 2] = steps[:, 1], -steps[:, 0]
+    turns = _along_ways(_steps(given))
+    before[1:], own[1:] = turns @ before[1:], turns @ own[1:]
+    return before, own
+
+
+def _flat(columns: IntArray, slopes: FloatArray, residuals: FloatArray, sigmas: FloatArray) -> Rows:
+    width = columns.shape[2]
+    return Rows(
+        columns.reshape(-1, width).astype(np.int64),
+        slopes.reshape(-1, width).astype(np.float64),
+        residuals.ravel(),
+        (sigmas**-2.0).ravel(),
+    )

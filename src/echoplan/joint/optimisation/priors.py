@@ -1,0 +1,183 @@
+"""Beliefs: what is known of the sonar, the servo and the poses before any ping is asked, and how errors are weighed."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import BaseModel, Field
+
+from echoplan.arrays import FloatArray
+from echoplan.joint.optimisation.corner_factors import TieSettings
+from echoplan.joint.optimisation.factors import Rows, prior
+from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
+from echoplan.joint.optimisation.manhattan import Squareness
+from echoplan.joint.optimisation.pose_factors import PoseBeliefs
+from echoplan.joint.optimisation.values import State
+from echoplan.preprocessing.servo import ServoError
+
+__all__ = ["AdjustmentSettings", "Beliefs", "sonar_prior"]
+
+
+class AdjustmentSettings(BaseModel, frozen=True, extra="forbid"):
+    """What is believed before anything was heard, and how errors are weighed."""
+
+    rounds: int = Field(default=6, ge=1, description="Gauss-Newton steps at most")
+    rest: float = Field(default=1e-4, gt=0.0, description="square of a step, in deviations, after which none is taken")
+    robust: float = Field(default=2.5, gt=0.0, description="deviations at which a reading counts a quarter")
+    gain_share: float = Field(default=0.24, gt=0.0, description="uncertainty of the range walk, as a share of it")
+    scale_sigma: float = Field(default=0.03, gt=0.0, description="of the range scale: 50 degrees of temperature")
+    told_scale_sigma: float = Field(default=0.002, gt=0.0, description="likewise, by a thermometer or on a drive")
+    offset_floor: float = Field(
+        default=0.002,
+        gt=0.0,
+        description="of the range offset as corners determine it, at least [m]: 1.8 mm in rooms of 100 stations",
+    )
+    latency_sigma: float = Field(default=0.02, gt=0.0, description="of the servo's latency [s]")
+    servo_gain_sigma: float = Field(
+        default=0.05,
+        gt=0.0,
+        description="of the gain of a servo that is calibrated: how far hobby servos of one kind turn differs by 5 %",
+    )
+    servo_offset_sigma: float = Field(
+        default=math.radians(5.0),
+        gt=0.0,
+        description="of its offset: a horn fits on every 17 degrees (21 teeth), so it is up to 8.5 degrees askew [rad]",
+    )
+    merit_sigma: float = Field(default=0.6, gt=0.0, description="of the figure of merit as told by who heard what [dB]")
+    ka_sigma: float = Field(default=0.015, gt=0.0, description="likewise of the logarithm of the beam's ka")
+    exponent_sigma: float = Field(
+        default=0.2,
+        gt=0.0,
+        description="uncertainty of the exponent of the range walk: 0.17 is the root mean square over bursts of 4 to "
+        "16 cycles and resonators of a quality of 5 to 30",
+    )
+    model_error: float = Field(
+        default=0.0002,
+        ge=0.0,
+        description="of each end of a wall, and of a point, however many readings determine it [m]: 0.16 mm in rooms "
+        "of 60 to 150 stations",
+    )
+    determined: float = Field(
+        default=2.0, gt=0.0, description="deviations of a latency that drifting poses leave clear"
+    )
+    radius: float = Field(default=0.12, gt=0.0, description="of a cylinder of which little was heard [m]")
+    radius_sigma: float = Field(default=0.1, gt=0.0, description="of that guess [m]")
+    ties: TieSettings = Field(default_factory=TieSettings)
+
+    def servo_strain(self, gain: ArrayLike, offset: ArrayLike) -> FloatArray:
+        """Return how unlikely gains and offsets [rad] of a servo are before any ping is asked [nats]."""
+        turned = (np.asarray(gain, dtype=np.float64) - 1.0) / self.servo_gain_sigma
+        askew = np.asarray(offset, dtype=np.float64) / self.servo_offset_sigma
+        strain: FloatArray = 0.5 * (turned**2 + askew**2)
+        return strain
+
+
+class Beliefs(NamedTuple):
+    """What the rig tells before anything was heard.
+
+    Attributes
+    ----------
+    noise : float
+        Standard deviation of readings [m].
+    offset_sigma : float
+        Of the reading of an aimed plane at 1 m [m]: modules are set right there, within a step of the readings.
+    walk_gain : float
+        Range walk at the threshold [m].
+    has_servo : bool
+        Whether there is a servo that may lag.
+    servo : ServoError or None
+        Gain and offset of the servo with which the soundings are as they are; None where it turns as recorded.
+    scale_sigma : float
+        How well it is known how fast sound is.
+    range_scale : float
+        As is to be expected of the air.
+    drifting : bool
+        Whether errors of the poses add up.
+    poses : PoseBeliefs or None
+        What is believed of the poses, if they are to be corrected.
+    pair_sigma : float
+        What all pings of one station say of one feature is wrong together by this [m]; 0 if they are independent.
+    independence : float
+        How many times more readings count than their weights say.
+    understated : float
+        How many times more readings tell than they are let count for.
+    loudness : tuple of float or None
+        Figure of merit [dB] and logarithm of the beam's ka as told by who heard what; None if nothing told them yet,
+        or while poses drift or have not settled: then they stay as they are.
+    squareness : Squareness or None
+        How square the walls stand, where right angles are believed in.
+    bearings : bool
+        Whether way-points ask who heard walls along the axes which way they face.
+    """
+
+    noise: float
+    offset_sigma: float
+    walk_gain: float
+    has_servo: bool
+    scale_sigma: float
+    range_scale: float = 0.0
+    drifting: bool = False
+    poses: PoseBeliefs | None = None
+    pair_sigma: float = 0.0
+    independence: float = 1.0
+    understated: float = 1.0
+    loudness: tuple[float, float] | None = None
+    squareness: Squareness | None = None
+    bearings: bool = False
+    servo: ServoError | None = None
+
+
+def sonar_prior(now: State, first: int, beliefs: Beliefs, settings: AdjustmentSettings) -> Rows:
+    """Hold the sonar and the servo near what is believed of them.
+
+    Parameters
+    ----------
+    now : State
+        The sonar and the servo as they are.
+    first : int
+        Where their unknowns start.
+    beliefs : Beliefs
+        What is believed of them.
+    settings : AdjustmentSettings
+        And how exactly.
+
+    Returns
+    -------
+    Rows
+        One an unknown.
+    """
+    model, gain_sigma = now.model, settings.gain_share * beliefs.walk_gain
+    # Without a servo nothing lags: the unknown stays where it is.
+    latency_sigma = settings.latency_sigma if beliefs.has_servo else 1e-9
+    # What turns as recorded is not calibrated.
+    open_servo = beliefs.servo is not None
+    servo_sigmas = (settings.servo_gain_sigma, settings.servo_offset_sigma) if open_servo else (1e-9, 1e-9)
+    # There is no range walk in a cone of rays.
+    exponent_sigma = 1e-9 if model.cone else settings.exponent_sigma
+    merit, log_ka, *loudness = (model.figure_of_merit, math.log(model.ka), 1e-9, 1e-9)
+    if beliefs.loudness is not None:
+        merit, log_ka, *loudness = *beliefs.loudness, settings.merit_sigma, settings.ka_sigma
+    return prior(
+        first + np.arange(len(SONAR_UNKNOWNS)),
+        sigma=(
+            beliefs.offset_sigma,
+            gain_sigma,
+            beliefs.scale_sigma,
+            latency_sigma,
+            *servo_sigmas,
+            *loudness,
+            exponent_sigma,
+        ),
+        residual=(
+            -model.range_offset,
+            beliefs.walk_gain - model.walk_gain,
+            beliefs.range_scale - model.range_scale,
+            -now.latency,
+            1.0 - now.servo.gain,
+            -now.servo.offset,
+            merit - model.figure_of_merit,
+            log_ka - math.log(model.ka),
+            1.0 - model.walk_exponent,
+        ),
+    )

@@ -1,0 +1,68 @@
+"""Cones: how wide the rays fan out, told by walls along which they glide."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from echoplan.acoustics.predicted_echo import EchoModel
+from echoplan.arrays import FloatArray
+from echoplan.geometry import along, signed_distances
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.preprocessing.ping_arrays import Soundings
+
+__all__ = ["fit_cone"]
+
+# Only rays that meet a wall so far aslant tell apart how far; and cones are no wider than that [rad].
+_ASLANT, _WIDEST = np.radians(15.0), np.radians(60.0)
+# Angles that agree lie in one bin of this width [rad]; so many must, and so many times more than lie in most bins.
+_BIN, _FEWEST, _CLEAR = np.radians(0.5), 20, 4.0
+
+
+def fit_cone(soundings: Soundings, model: EchoModel, features: Sequence[Hypothesis]) -> EchoModel:
+    r"""Tell the angle of the cone from readings of walls that the outermost ray met aslant.
+
+    Where the axis is turned from the normal of a wall by :math:`\theta`, and the wall is at the depth d, the outermost
+    ray of a cone of half angle h reads
+
+    .. math:: z = \frac{d}{\cos(\theta - h)}, \qquad h = \theta - \arccos(d / z)
+
+    Each reading beyond the depth of a wall names an angle; those that met the wall name the same.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+    model : EchoModel
+        The cone so far.
+    features : sequence of Hypothesis
+        What is there.
+
+    Returns
+    -------
+    EchoModel
+        With another cone; the given one where the readings do not agree on any.
+    """
+    named = [_named(soundings, each, 1.0 + model.range_scale) for each in features if each.is_wall]
+    angles = np.concatenate([np.zeros(0), *named])
+    counts = np.bincount((angles / _BIN).astype(np.int64), minlength=int(_WIDEST / _BIN) + 1)
+    if counts.max() < max(_FEWEST, _CLEAR * float(np.median(counts))):
+        return model
+    middle = (int(np.argmax(counts)) + 0.5) * _BIN
+    agreeing = angles[np.abs(angles - middle) < 1.5 * _BIN]
+    return replace(model, cone=float(np.median(agreeing)))
+
+
+def _named(soundings: Soundings, wall: Hypothesis, scale: float) -> FloatArray:
+    """List the half angles that readings name if they are of a wall [rad]."""
+    places = np.column_stack([soundings.x, soundings.y])
+    depths, feet = -signed_distances(wall.line, places), along(wall.line, places)
+    cosines = depths / (scale * soundings.readings)
+    met = np.isfinite(soundings.readings) & (cosines > 0.0) & (cosines < np.cos(_ASLANT))
+    slant = np.arccos(cosines[met])
+    turned = np.angle(np.exp(1j * (soundings.bearings[met] - wall.line[0])))
+    ends = feet[met] + np.sign(turned) * depths[met] * np.tan(slant)
+    angles = np.abs(turned) - slant
+    possible = (ends > wall.extent[0]) & (ends < wall.extent[1]) & (angles > 0.0) & (angles < _WIDEST)
+    chosen: FloatArray = angles[possible]
+    return chosen

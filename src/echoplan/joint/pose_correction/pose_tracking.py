@@ -1,0 +1,209 @@
+"""Tracking: station after station, each placed against what the ones before it know of the room."""
+
+import copy
+import math
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
+
+import numpy as np
+
+from echoplan.acoustics.predicted_echo import Kind
+from echoplan.arrays import FloatArray
+from echoplan.geometry import compose, directions, invert
+from echoplan.joint.arcs import arc_planes
+from echoplan.joint.estimate import Account
+from echoplan.joint.optimisation.odometry_noise import VERY_STRONG
+from echoplan.joint.optimisation.pose_factors import PoseBeliefs, continued, displaced, reckoned
+from echoplan.joint.pose_correction.annealing import settle
+from echoplan.joint.search.scan_matching import Catalogue, Sightline, best_score, locate, sightlines
+from echoplan.preprocessing.ping_arrays import first_stations
+
+__all__ = ["follow", "sights_of", "track", "until"]
+
+# Where a station should be, by those before it that recognised the room: its pose and the deviations of that.
+_Expected: TypeAlias = Callable[[int, Sequence[int]], tuple[FloatArray, FloatArray]]
+
+# Arcs that no feature explains are known less well than features are.
+_LOOSE = 0.5
+# A cylinder that an arc may be [m].
+_RADIUS = 0.1
+# A station whose arcs are likely by this share of what they could be hears nothing new (logarithms).
+_UNDERSTOOD = 0.6
+# Part of a deviation of the heading that is searched at once.
+_PART = 0.75
+# Fewer stations do not know enough to place the first among them.
+_FEW = 4
+# Where the first station is, as well as its own arcs tell [m, m, rad]; it is moved only on strong evidence: this
+# logarithm of a ratio of likelihoods [nats] (Kass and Raftery 1995).
+_HERE, _STRONG = np.array([0.005, 0.005, math.radians(0.5)]), 3.0
+# A station that is off by less has joined the others; more, and its walls are taken for other walls [m, rad].
+_JOINED = (0.05, math.radians(3.0))
+
+
+def track(account: Account, beliefs: PoseBeliefs) -> None:
+    """Correct the poses of an account that drift.
+
+    Parameters
+    ----------
+    account : Account
+        Everything that was heard, as recorded; changed in place.
+    beliefs : PoseBeliefs
+        Odometry.
+    """
+    reaches = beliefs.reaches
+
+    def expected(station: int, _: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+        return reckoned(account.given, account.poses, station), reaches[station]
+
+    first = follow(account, beliefs, expected)
+    if account.memory.is_empty and len(account.given) > _FEW:
+        _join_first(account, beliefs, first)
+    settle(account, beliefs)
+
+
+def follow(account: Account, beliefs: PoseBeliefs, expected: _Expected) -> Sightline:
+    """Follow the robot from station to station.
+
+    Each station is looked for about where it is expected, by its arcs against the features so far and the arcs that
+    belong to none; then features and poses of all stations so far are adjusted together, unless this one hears little
+    that is new.
+
+    Parameters
+    ----------
+    account : Account
+        Everything that was heard, as recorded; changed in place.
+    beliefs : PoseBeliefs
+        Steps from station to station.
+    expected : callable
+        Tells where a station should be [m, m, rad].
+
+    Returns
+    -------
+    Sightline
+        What the first station heard.
+    """
+    # What a first look learned of the sonar it learned from poses in error.
+    account.model, account.adjusted = account.memory.model or account.prior, None
+    account.loudness, account.squareness = account.memory.loudness, None
+    account.restart_servo()
+    sights, settings = sights_of(account), account.settings.localisation
+    account.poses, account.features = continued(account.given, account.memory.poses).copy(), account.known
+    first = max(1, len(account.memory.poses))
+    known, recognised = _known(account, first), list(range(first))
+    for station in range(first, len(account.given)):
+        guess, sigmas = expected(station, recognised)
+        account.poses[station], score = locate(sights[station], known, guess, 1.3 * sigmas, settings)
+        if score > VERY_STRONG:
+            recognised.append(station)
+        if score <= _UNDERSTOOD * best_score(sights[station], settings):
+            known = _learn(account, beliefs, station + 1)
+    return sights[0]
+
+
+def sights_of(account: Account) -> list[Sightline]:
+    """See with the arcs of each station.
+
+    Parameters
+    ----------
+    account : Account
+        What was heard.
+
+    Returns
+    -------
+    list of Sightline
+        By station.
+    """
+    hearing, arcs = account.model.tabulated(), defaultdict(list)
+    for arc in account.arcs:
+        arcs[arc.station].append(arc)
+    return [sightlines(arcs[station], account.recorded, hearing, pose) for station, pose in enumerate(account.given)]
+
+
+def _join_first(account: Account, beliefs: PoseBeliefs, sight: Sightline) -> None:
+    """Look for the first station in what the others know, and move these to where it should be.
+
+    The second was placed against the arcs of a single station, of which any may be a wall, a corner or a cylinder.  If
+    it was misplaced, all others fit together and the first stands alone.
+    """
+    others = Catalogue.of([each for each in account.features if each.gains[1:].max(initial=0.0) > 0.0])
+    back = invert(compose(invert(account.given[0]), account.given[1]))
+    way, sigmas = float(np.hypot(back[0], back[1])), 1.3 * beliefs.reaches[1]
+    # An error of the second heading turns the way back: each part of it is searched with what it leaves open.
+    rest = np.hypot(sigmas, [0.5 * way * _PART * sigmas[2]] * 2 + [0.0]) * [1.0, 1.0, _PART]
+    _, score = locate(sight, others, account.poses[0], _HERE, account.settings.localisation)
+    found, most = account.poses[0], score + _STRONG
+    for turn in np.arange(-3.0, 3.0 + _PART, _PART):
+        guess = compose(compose(account.poses[1], [0.0, 0.0, turn * sigmas[2]]), back)
+        pose, score = locate(sight, others, guess, rest, account.settings.localisation)
+        if score - 0.5 * turn**2 > most:
+            found, most = pose, score - 0.5 * turn**2
+    off = compose(invert(account.poses[0]), found)
+    if math.hypot(off[0], off[1]) > _JOINED[0] or abs(off[2]) > _JOINED[1]:
+        account.poses[1:] = compose(compose(account.poses[0], invert(found)), account.poses[1:])
+        account.features = account.known
+
+
+def until(account: Account, count: int) -> Account:
+    """Keep an account of the first stations only, with the poses and features of now.
+
+    Parameters
+    ----------
+    account : Account
+        An account, which stays as it is.
+    count : int
+        How many stations.
+
+    Returns
+    -------
+    Account
+        Another one.
+    """
+    part = copy.copy(account)
+    part.recorded = first_stations(account.recorded, count)
+    part.given, part.poses = account.given[:count], account.poses[:count]
+    part.soundings = displaced(part.recorded, part.given, part.poses)
+    part.arcs = [arc for arc in account.arcs if arc.station < count]
+    return part
+
+
+def _known(account: Account, count: int) -> Catalogue:
+    """List what is known before anything is learned from the first stations."""
+    part = until(account, count)
+    part.features = part.refreshed()
+    return _catalogue(part)
+
+
+def _learn(account: Account, beliefs: PoseBeliefs, count: int) -> Catalogue:
+    """Find features from the first stations, adjust their poses with them, and list what is known then."""
+    part = until(account, count)
+    part.noise = account.settings.pose_errors.tracking_noise
+    part.search(rounds=1)
+    first = beliefs._replace(given=beliefs.given[:count], sigmas=beliefs.sigmas[:count])
+    part.adjust_often(part.noise, first, 2)
+    account.poses[:count] = part.poses
+    account.features = part.features
+    return _catalogue(part)
+
+
+def _catalogue(known: Account) -> Catalogue:
+    """List features, and arcs that belong to none as walls, corners and cylinders."""
+    features, explained = known.features, known.explained(known.features)
+    loose = [arc for arc in known.arcs if arc.share_of(explained) < 0.5]
+    sure = Catalogue.of(features)
+    rows, extents = list(sure.reflectors), list(sure.extents)
+    if loose:
+        planes = arc_planes(loose, known.soundings, known.model.tabulated())
+        for arc, (normal, offset) in zip(loose, planes, strict=True):
+            center = known.soundings.centers[arc.station]
+            along = float(center @ directions(normal + np.pi / 2))
+            depth = offset - float(center @ directions(normal))
+            point, behind = (center + away * directions(normal) for away in (depth, depth + _RADIUS))
+            rows += [
+                np.array([Kind.WALL, normal, offset, 0.0]),
+                np.array([Kind.CORNER, *point, 0.0]),
+                np.array([Kind.CYLINDER, *behind, _RADIUS]),
+            ]
+            extents += [(along, along), (0.0, 0.0), (0.0, 0.0)]
+    weights = np.concatenate([np.ones(len(features)), np.full(len(rows) - len(features), _LOOSE)])
+    return Catalogue(np.array(rows).reshape(-1, 4), weights, np.array(extents).reshape(-1, 2))

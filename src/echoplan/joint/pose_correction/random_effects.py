@@ -1,0 +1,117 @@
+"""Effects: what all that a station says of a feature is wrong by together, told by what is left of its readings."""
+
+import numpy as np
+
+from echoplan.arrays import FloatArray
+from echoplan.joint.estimate import Account
+from echoplan.joint.optimisation.factors import Rows
+from echoplan.joint.optimisation.optimiser import reading_rows
+from echoplan.joint.optimisation.pose_factors import PoseBeliefs
+from echoplan.joint.optimisation.values import State
+from echoplan.joint.optimisation.variance_components import learned_factor
+from echoplan.preprocessing.servo import AS_RECORDED
+
+__all__ = ["common_squares", "learn_common_error", "without_common_error"]
+
+# So often what is learned may change all from which it was learned, and by which share of it this is at rest.
+_ROUNDS, _AT_REST = 8, 0.05
+# So often all is adjusted as if there were none.
+_AS_IF = 6
+
+
+def without_common_error(account: Account, believed: PoseBeliefs) -> None:
+    """Adjust everything as if stations erred together by no more than rounding does.
+
+    A guess of how much they do holds readings down, and leaves poses where beliefs in these and in the sonar draw them,
+    though echoes would fit better elsewhere.  What is left of readings there would seem to be common errors.
+
+    Parameters
+    ----------
+    account : Account
+        What was heard, with poses that are nearly right; changed in place.
+    believed : PoseBeliefs
+        What is believed of these; absolute.
+    """
+    account.pair_sigma = account.offset_sigma
+    account.adjust_often(account.noise, believed, _AS_IF)
+    account.learn_noise()
+
+
+def learn_common_error(account: Account, believed: PoseBeliefs) -> None:
+    """Learn how much stations err together, and adjust everything anew.
+
+    Nobody knows beforehand how straight walls are, or how far echoes are from what is expected of them: the guess is
+    taken to be good to tenfold.  What is learned is never less than what rounding does.
+
+    Parameters
+    ----------
+    account : Account
+        What was heard, with poses that are at rest; changed in place.
+    believed : PoseBeliefs
+        What is believed of these; absolute.
+    """
+    for _ in range(_ROUNDS):
+        before = account.pair_sigma
+        account.pair_sigma = max(_learned(account, believed), account.offset_sigma)
+        account.adjust(account.noise, believed)
+        if abs(account.pair_sigma - before) < _AT_REST * before:
+            break
+    account.judge(account.noise)
+    account.learn_noise()
+    account.adjust_often(account.noise, believed, 2)
+
+
+def _learned(account: Account, believed: PoseBeliefs) -> float:
+    assert account.adjusted is not None
+    now = State(
+        features=account.as_heard(account.features),
+        model=account.model,
+        latency=account.latency,
+        servo=account.servo or AS_RECORDED,
+        poses=account.poses,
+    )
+    single, settings = account.beliefs(account.noise, believed)._replace(pair_sigma=0.0), account.settings
+    rows = reading_rows(account.recorded, now, single, settings.adjustment)
+    squares, count = common_squares(rows, account.adjusted.covariance, common=account.pair_sigma)
+    guess = settings.pose_errors.pair_sigma
+    return guess * float(learned_factor(squares / guess**2, count, settings.pose_errors.pair_spread))
+
+
+def common_squares(rows: Rows, covariance: FloatArray, *, common: float) -> tuple[float, float]:
+    r"""Tell the squares of what readings of one feature from one station have in common of their errors.
+
+    They are random effects (Searle, Casella and McCulloch 1992).  Their variance is that for which the sum of the
+    squares, as they are expected, is as many times its own as there are effects that the readings tell (MacKay 1992,
+    Section 4).  Of g groups with weights W, means m of what is left and derivatives j of these means,
+
+    .. math:: k = \frac{t^2}{t^2 + 1 / W}, \qquad
+              S = \sum k^2 m^2, \qquad n = g - \sum \left(1 - k + \frac{k^2 j C j'}{t^2}\right)
+
+    Parameters
+    ----------
+    rows : Rows
+        Of readings from free poses, each weighed by itself.
+    covariance : ndarray, shape (u, u)
+        Of all unknowns, C, as adjusted with the effects that are believed in.
+    common : float
+        Standard deviation t that is believed of them [m].
+
+    Returns
+    -------
+    squares : float
+        The sum S [m^2].
+    count : float
+        How many effects are told, n; at least 0.
+    """
+    owners, stations = rows.columns[:, 0], rows.columns[:, -1]
+    groups = np.unique(owners * len(covariance) + stations, return_inverse=True)[1]
+    weights = np.bincount(groups, rows.weights)
+    means = np.bincount(groups, rows.weights * rows.residuals) / weights
+    slopes = np.zeros((len(weights), len(covariance) + 1))
+    # What fills rows up has place -1: the last column, that is left out.
+    np.add.at(slopes, (groups[:, None], rows.columns), rows.weights[:, None] * rows.slopes)
+    slopes = slopes[:, :-1] / weights[:, None]
+    variances = np.einsum("gi,ij,gj->g", slopes, covariance, slopes)
+    shares = common**2 / (common**2 + 1.0 / weights)
+    told = np.sum(shares - shares**2 * variances / common**2)
+    return float(np.sum((shares * means) ** 2)), max(float(told), 0.0)

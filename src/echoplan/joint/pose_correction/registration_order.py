@@ -1,0 +1,141 @@
+"""Placing: stations that were set down by hand, each placed against what those near to it know of the room."""
+
+import copy
+from collections.abc import Sequence
+
+import numpy as np
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import wrap
+from echoplan.joint.arcs import find_arcs
+from echoplan.joint.estimate import Account
+from echoplan.joint.optimisation.odometry_noise import learn_waypoints
+from echoplan.joint.optimisation.pose_factors import PoseBeliefs, PoseSettings, waypoint_beliefs, waypoint_steps
+from echoplan.joint.pose_correction.annealing import settle
+from echoplan.joint.pose_correction.pose_tracking import follow
+from echoplan.preprocessing.ping_arrays import rearranged_stations
+
+__all__ = ["learned_waypoints", "nearest_first", "place", "seen_from_others"]
+
+
+def place(account: Account) -> None:
+    """Place each station about where its way-point is, in the frame of those that recognised the room before.
+
+    Of way-points nobody knows well which way the robot faced, and so the first one tells little of where others are
+    about it.  The more stations find each other in what they hear, the better it is known how their frame is turned.
+    Stations come in such an order that each has heard what one before it heard nearby, whenever that was.
+
+    Parameters
+    ----------
+    account : Account
+        Everything that was heard, as recorded; its poses are changed.
+    """
+    order, settings = nearest_first(account.given[:, :2]), account.settings.pose_errors
+    part = _rearranged(account, order)
+
+    def expected(station: int, recognised: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+        found = list(recognised)
+        return seen_from_others(part.given[station], part.given[found], part.poses[found], settings)
+
+    beliefs = waypoint_steps(part.given, settings)
+    follow(part, beliefs, expected)
+    settle(part, beliefs)
+    account.poses = account.given.copy()
+    account.poses[order] = part.poses
+
+
+def learned_waypoints(account: Account) -> PoseBeliefs:
+    """Tell how far way-points are off, from where they came to rest.
+
+    Not before: way-points that may lie anywhere would hold nothing in place.  Where walls stand along the axes of the
+    map, they tell which way each station faced.
+
+    Parameters
+    ----------
+    account : Account
+        Of corrected poses.
+
+    Returns
+    -------
+    PoseBeliefs
+        All poses absolute.
+    """
+    assert account.adjusted is not None
+    believed = waypoint_beliefs(account.given, account.settings.pose_errors)
+    poses = slice(account.adjusted.unknowns.pose, None)
+    covariance, settings = account.adjusted.covariance[poses, poses], account.settings.drift
+    return learn_waypoints(believed, account.poses, covariance, settings, headings=account.is_along_axes)
+
+
+def nearest_first(places_xy: FloatArray) -> list[int]:
+    """Order places so that each is the nearest to any before it that is left (Prim 1957), from the middle outwards.
+
+    Parameters
+    ----------
+    places_xy : ndarray, shape (s, 2)
+        The places [m].
+
+    Returns
+    -------
+    list of int
+        Their numbers.
+
+    Examples
+    --------
+    >>> nearest_first(np.array([[0.0, 0.0], [5.0, 0.0], [1.0, 0.0], [2.5, 0.0]]))
+    [2, 0, 3, 1]
+    """
+    apart = np.hypot(*(places_xy[:, None] - places_xy[None]).transpose(2, 0, 1))
+    order = [int(apart.sum(axis=1).argmin())]
+    while len(order) < len(places_xy):
+        away = apart[order].min(axis=0)
+        away[order] = np.inf
+        order.append(int(away.argmin()))
+    return order
+
+
+def seen_from_others(
+    given: FloatArray, others_given: FloatArray, others: FloatArray, settings: PoseSettings
+) -> tuple[FloatArray, FloatArray]:
+    r"""Tell where a way-point is in the frame of others that were found, and how well that is known.
+
+    The frame is turned by the angle that is likeliest by their places and their headings together, of which these are
+    taken as von Mises (Mardia and Jupp 2000) and those as normal about their middle.  With complex places, g as given
+    and p as found, and headings a and b,
+
+    .. math:: z = \sum_k \frac{\bar g_k p_k}{\sigma_p^2} + \sum_k \frac{e^{i (b_k - a_k)}}{\sigma_a^2},
+              \qquad \theta = \arg z, \quad \sigma_\theta = |z|^{-1/2}
+
+    Parameters
+    ----------
+    given : ndarray, shape (3,)
+        The pose of the way-point [m, m, rad].
+    others_given, others : ndarray, shape (k, 3)
+        Poses of the others, as recorded and as found [m, m, rad]; at least one.
+    settings : PoseSettings
+        How far way-points may be off.
+
+    Returns
+    -------
+    pose : ndarray, shape (3,)
+        In the frame of those that were found [m, m, rad].
+    sigmas : ndarray, shape (3,)
+        Deviations of x, y and heading [m, m, rad].
+    """
+    told, found = others_given[:, 0] + 1j * others_given[:, 1], others[:, 0] + 1j * others[:, 1]
+    by_places = np.vdot(told - told.mean(), found - found.mean()) / settings.waypoint**2
+    by_headings = np.exp(1j * (others[:, 2] - others_given[:, 2])).sum() / settings.waypoint_turn**2
+    turn, turn_sigma = float(np.angle(by_places + by_headings)), float(np.abs(by_places + by_headings)) ** -0.5
+    arm = complex(given[0], given[1]) - told.mean()
+    place = found.mean() + arm * np.exp(1j * turn)
+    away = np.hypot(settings.waypoint * np.sqrt(1.0 + 1.0 / len(others)), abs(arm) * turn_sigma)
+    pose = np.array([place.real, place.imag, wrap(given[2] + turn)])
+    return pose, np.array([away, away, np.hypot(settings.waypoint_turn, turn_sigma)])
+
+
+def _rearranged(account: Account, order: Sequence[int]) -> Account:
+    part = copy.copy(account)
+    part.recorded = part.soundings = rearranged_stations(account.recorded, order)
+    part.given = part.poses = account.given[list(order)]
+    part.arcs = find_arcs(part.recorded, resolution=account.resolution, settings=account.settings.arcs)
+    return part

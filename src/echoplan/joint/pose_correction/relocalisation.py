@@ -1,0 +1,50 @@
+"""Misplacement: single stations that came to rest where what all others know is missing."""
+
+import math
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import compose, invert
+from echoplan.joint.estimate import Account
+from echoplan.joint.optimisation.pose_factors import PoseBeliefs, reckoned
+from echoplan.joint.search.scan_matching import Catalogue, Sightline, locate, sightlines
+
+__all__ = ["elsewhere"]
+
+# A feature that so many other stations hear is there; a station from which this speaks against it misses it [nats].
+_MANY, _MISSED = 3, -5.0
+# Nearer places are within reach of an adjustment, which has settled between them [m, rad].
+_FAR, _TURNED = 0.02, 0.03
+
+
+def elsewhere(account: Account, beliefs: PoseBeliefs, station: int) -> FloatArray | None:
+    """Look for a station that should hear something and does not in what the others know.
+
+    Parameters
+    ----------
+    account : Account
+        What was heard, and what is made of it.
+    beliefs : PoseBeliefs
+        Odometry.
+    station : int
+        Its number; not the first of all, which is the frame.
+
+    Returns
+    -------
+    ndarray, shape (3,), or None
+        Where else it may be [m, m, rad]; nothing if it misses nothing, or fits best where it is.
+    """
+    least = account.settings.search.second_station
+    heard = [each.speaking(least) - int(each.gains[station] > least) for each in account.features]
+    counted = list(zip(account.features, heard, strict=True))
+    if not any(each.gains[station] < _MISSED and others >= _MANY for each, others in counted):
+        return None
+    known, settings = Catalogue.of([each for each, others in counted if others]), account.settings.localisation
+    guess, sigmas = reckoned(beliefs.given, account.poses, station), settings.astray * beliefs.reaches[station]
+    pose, _ = locate(_sight(account, station), known, guess, sigmas, settings)
+    off = compose(invert(account.poses[station]), pose)
+    return pose if math.hypot(off[0], off[1]) > _FAR or abs(off[2]) > _TURNED else None
+
+
+def _sight(account: Account, station: int) -> Sightline:
+    arcs = [each for each in account.arcs if each.station == station]
+    return sightlines(arcs, account.recorded, account.model.tabulated(), account.given[station])

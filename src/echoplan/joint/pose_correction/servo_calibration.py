@@ -1,0 +1,203 @@
+"""Servo: gain and offset that make the arcs of all stations and sensors fit together, before anything is explained.
+
+A hobby servo turns a few percent less or more than commanded, and its horn sits some degrees askew.  Ranges hardly
+change with that; the directions in which arcs lie do.  With the right gain and offset arcs that different
+stations detected lie on the same planes, or about the same points, as often as they can.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from echoplan.acoustics.predicted_echo import Kind
+from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.compiled import compiled
+from echoplan.geometry import directions, rotation_step
+from echoplan.joint.arcs import arc_planes
+from echoplan.joint.estimate import Account
+from echoplan.joint.optimisation.optimiser import AdjustmentSettings
+from echoplan.joint.search.refinement import refine
+from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.servo import ServoError
+
+__all__ = ["find_servo"]
+
+# How far planes of single arcs err, with the headings of stations set down by hand: on simulated heads of gain 1 arcs
+# scatter by 2 degrees, hands by 3 [rad, m].
+_WHOLE, _CUT, _DEPTH = math.radians(3.0), math.radians(6.0), 0.02
+# So many arcs are of what no other station detected.
+_ALONE = 0.3
+# So far gains and offsets are looked for, in steps of about a standard deviation of what 30 arcs determine.
+_GAINS, _OFFSETS = np.linspace(0.85, 1.15, 13), np.radians(np.linspace(-14.0, 14.0, 15))
+# Arcs farther from each other than this have nothing in common [deviations].
+_FAR = 6.0
+# So many steps without a ping are the end of a sweep.
+_GAP = 3.0
+# Evidence that is positive [nats] (Kass and Raftery 1995): to ask what a calibrated servo explains costs time only.
+_POSITIVE = 1.0
+# Fewer arcs do not determine gain and offset.
+_FEWEST = 10
+_SINGLE_ARC = (0.006, 0.03)
+
+
+class _Planes(NamedTuple):
+    """The planes that explain single arcs.
+
+    Attributes
+    ----------
+    stations : ndarray of int, shape (a,)
+        Number of the station.
+    hubs, arms : ndarray of complex, shape (a,)
+        Axis of the servo, and from there to the acoustic centre [m].
+    normals, depths : ndarray, shape (a,)
+        Direction of the plane and its distance from the acoustic centre [rad, m].
+    angles : ndarray, shape (a,)
+        Where the servo was, as recorded [rad].
+    weights : ndarray, shape (a,)
+        How much each counts, up to 1.
+    sigmas : ndarray, shape (a,)
+        Standard deviations of the normals [rad].
+    """
+
+    stations: IntArray
+    hubs: FloatArray
+    arms: FloatArray
+    normals: FloatArray
+    depths: FloatArray
+    angles: FloatArray
+    weights: FloatArray
+    sigmas: FloatArray
+
+
+def find_servo(account: Account) -> ServoError | None:
+    """Find gain and offset of the servo if arcs speak for it that it does not turn as recorded.
+
+    Parameters
+    ----------
+    account : Account
+        What was detected, from poses as recorded.
+
+    Returns
+    -------
+    ServoError or None
+        The likeliest with their priors; None where the servo may well turn as recorded.
+    """
+    if not account.has_servo or len(account.arcs) < _FEWEST:
+        return None
+    planes = _planes_of(account)
+    scores = posterior(planes, account.recorded.max_range, account.settings.adjustment)
+    gain, offset = np.unravel_index(np.argmax(scores), scores.shape)
+    as_recorded = scores[len(_GAINS) // 2, len(_OFFSETS) // 2]
+    if scores[gain, offset] < as_recorded + _POSITIVE:
+        return None
+    return ServoError(float(_GAINS[gain]), float(_OFFSETS[offset]))
+
+
+def posterior(planes: _Planes, reach: float, settings: AdjustmentSettings) -> FloatArray:
+    """Logarithm of the posterior density of gains and offsets, but for a constant [nats]."""
+    scores = np.array([[_log_likelihood(planes, reach, gain, offset) for offset in _OFFSETS] for gain in _GAINS])
+    found: FloatArray = scores - settings.servo_strain(_GAINS[:, None], _OFFSETS)
+    return found
+
+
+def _planes_of(account: Account) -> _Planes:
+    """Fit a plane to each arc; one that the end of a sweep cuts off does not show where its middle is."""
+    heard, hearing = account.recorded, account.model.tabulated()
+    ends = _ends(heard)
+    rows = []
+    for arc, plane in zip(account.arcs, arc_planes(account.arcs, heard, hearing), strict=True):
+        wall = np.array([Kind.WALL, *plane, 0.0])
+        wall = refine(heard, hearing, wall, arc.pings, _SINGLE_ARC, 4)
+        center = np.array([heard.x[arc.pings].mean(), heard.y[arc.pings].mean()])
+        arm = np.array([heard.arms_x[arc.pings].mean(), heard.arms_y[arc.pings].mean()])
+        depth = wall[2] - center @ directions(wall[1])
+        sigma = _CUT if ends[arc.pings].any() else _WHOLE
+        weight = min(1.0, heard.weights[arc.pings].sum() / 8.0)
+        rows.append((*(center - arm), *arm, wall[1], depth, heard.angles[arc.pings].mean(), weight, sigma))
+    x, y, arms_x, arms_y, normals, depths, angles, weights, sigmas = np.array(rows).T.copy()
+    return _Planes(
+        stations=np.array([arc.station for arc in account.arcs]),
+        hubs=x + 1j * y,
+        arms=arms_x + 1j * arms_y,
+        normals=normals,
+        depths=depths,
+        angles=angles,
+        weights=weights,
+        sigmas=sigmas,
+    )
+
+
+def _ends(heard: Soundings) -> BoolArray:
+    """Return which pings are the first or the last of those that look one after the other around a station."""
+    ends = np.zeros(len(heard.readings), dtype=bool)
+    for station in np.unique(heard.stations):
+        own = np.flatnonzero(heard.stations == station)
+        around = own[np.argsort(heard.bearings[own])]
+        gaps = np.diff(heard.bearings[around], append=heard.bearings[around[:1]] + 2.0 * np.pi)
+        wide = gaps > _GAP * rotation_step(heard.bearings[own])
+        ends[around[wide]] = ends[np.roll(around, -1)[wide]] = True
+    return ends
+
+
+@compiled
+def _log_likelihood(planes: _Planes, reach: float, gain: float, offset: float) -> float:
+    """Log likelihood of the arcs: each of them about those of other stations, or anywhere (half of it).
+
+    Of two arcs that lie near each other each explains the other, so that both together count once.
+    """
+    turns = offset + (gain - 1.0) * planes.angles
+    places = planes.hubs + planes.arms * np.exp(1j * turns)
+    normals = np.exp(1j * (planes.normals + turns))
+    anywhere, total = 1.0 / (2.0 * math.pi * reach), 0.0
+    for one in range(len(turns)):
+        density, others = 0.0, 0
+        for other in range(len(turns)):
+            if planes.stations[one] != planes.stations[other]:
+                others += 1
+                away = places[one] - places[other]
+                pair = normals[one], normals[other]
+                depths = planes.depths[one], planes.depths[other]
+                sigmas = planes.sigmas[one], planes.sigmas[other]
+                density += max(_of_one_wall(away, pair, depths, sigmas), _of_one_point(away, pair, depths, sigmas))
+        likely = _ALONE + (1.0 - _ALONE) * density / (max(others, 1) * anywhere)
+        total += 0.5 * planes.weights[one] * math.log(likely)
+    return total
+
+
+@compiled
+def _of_one_wall(
+    away: complex, normals: tuple[complex, complex], depths: tuple[float, float], sigmas: tuple[float, float]
+) -> float:
+    """Density of an arc if it is of the wall of another [1/(rad m)]; neither knows which way the wall runs for sure."""
+    turned, variance = np.angle(normals[0] / normals[1]), sigmas[0] ** 2 + sigmas[1] ** 2
+    if turned**2 > _FAR**2 * variance:
+        return 0.0
+    # The normal that is likeliest by both, and what is left open of it.
+    share = sigmas[0] ** 2 / variance
+    middle = normals[0] * np.exp(-1j * share * turned)
+    apart = away * middle.conjugate()
+    nearer = depths[0] - depths[1] + apart.real
+    between = 2.0 * _DEPTH**2 + share * sigmas[1] ** 2 * apart.imag**2
+    exponent = 0.5 * turned**2 / variance + 0.5 * nearer**2 / between
+    return math.exp(-exponent) / (2.0 * math.pi * math.sqrt(variance * between))
+
+
+@compiled
+def _of_one_point(
+    away: complex, normals: tuple[complex, complex], depths: tuple[float, float], sigmas: tuple[float, float]
+) -> float:
+    """Density of an arc if it is of the point of another [1/(rad m)]."""
+    apart = away + depths[0] * normals[0] - depths[1] * normals[1]
+    if abs(apart) > _FAR * (_DEPTH + sigmas[0] * depths[0] + sigmas[1] * depths[1]):
+        return 0.0
+    xx, xy, yy = 0.0, 0.0, 0.0
+    for normal, depth, sigma in zip(normals, depths, sigmas):  # noqa: B905 - numba knows no strict
+        along, across = _DEPTH**2, (sigma * depth) ** 2
+        xx += along * normal.real**2 + across * normal.imag**2
+        yy += along * normal.imag**2 + across * normal.real**2
+        xy += (along - across) * normal.real * normal.imag
+    determinant = xx * yy - xy**2
+    square = (yy * apart.real**2 - 2.0 * xy * apart.real * apart.imag + xx * apart.imag**2) / determinant
+    # An area is depth times the angle across it.
+    return depths[0] * math.exp(-0.5 * square) / (2.0 * math.pi * math.sqrt(determinant))

@@ -1,0 +1,351 @@
+"""Explaining: from the poses as they are, and from better ones if the pings disagree."""
+
+import copy
+
+import numpy as np
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import aligned
+from echoplan.joint.estimate import Account
+from echoplan.joint.marginal_prior import Course
+from echoplan.joint.optimisation.odometry_noise import VERY_STRONG, are_round, scatter
+from echoplan.joint.optimisation.pose_factors import PoseBeliefs, waypoint_beliefs
+from echoplan.joint.pose_correction.annealing import converge, settle, stand_square
+from echoplan.joint.pose_correction.consistency import (
+    agreement,
+    agrees,
+    evidence,
+    is_doubtful,
+    is_scattered,
+    is_strained,
+    is_torn,
+)
+from echoplan.joint.pose_correction.pose_tracking import track
+from echoplan.joint.pose_correction.random_effects import learn_common_error, without_common_error
+from echoplan.joint.pose_correction.registration_order import learned_waypoints, place
+from echoplan.joint.pose_correction.relocalisation import elsewhere
+from echoplan.joint.pose_correction.servo_calibration import find_servo
+from echoplan.joint.pose_correction.wheel_slip import without_slip
+from echoplan.joint.settings import PoseMode
+from echoplan.preprocessing.servo import ServoError
+
+__all__ = ["explained"]
+
+# Why poses are corrected that a first look shows to be wrong.
+_TORN = "from the poses as recorded most walls were there twice"
+# And what explains them better where few echoes or none contradict each other.
+_STEPS, _ELSEWHERE = "the steps of the robot", "way-points a little elsewhere"
+# What the verdict says besides where a step led farther astray than was believed.
+_SLIPPED = "; a slip was taken back"
+# Where all steps did.
+_FARTHER = ", and farther than the rig tells"
+# And where nothing came of it.
+_NOT_NEEDED = "no correction was needed: the echoes fit together as well from the poses as recorded"
+# And where even that is not so.
+_NO_MORE = ", and other poses explain no more"
+
+# Where errors add up by so much no hand made them: it is not asked what way-points would explain, which takes as long
+# again.  Steps that lead astray seem to add up, too, but by less [nats].
+_BEYOND_DOUBT = 8.0 * VERY_STRONG
+
+# From fewer stations there is nothing to hold a pose against.
+_FEWEST = 3
+
+
+def explained(account: Account) -> Account:
+    """Explain everything at hand.
+
+    Parameters
+    ----------
+    account : Account
+        What was heard; changed in place.
+
+    Returns
+    -------
+    Account
+        The same, or another one with better poses; its verdict says which and why.
+    """
+    servo = find_servo(account) if account.memory.is_empty else None
+    best = _explained(account) if servo is None else _calibrated(account, servo)
+    best.reconsider()
+    best.clear()
+    best.polish()
+    return best
+
+
+def _calibrated(account: Account, servo: ServoError) -> Account:
+    """Calibrate the servo, if that explains more than that it turns as recorded."""
+    calibrated = copy.copy(account)
+    calibrated.calibrate(servo)
+    return _better(_explained(account), _explained(calibrated))
+
+
+def _explained(account: Account) -> Account:
+    if account.memory.course is Course.TRACKED:
+        return _tracked(account, account.memory.verdict)
+    return _by_wheels(account) if _follows_wheels(account) else _as_found(account)
+
+
+def _as_found(account: Account) -> Account:
+    """Keep the poses, or correct them if the echoes show that they are wrong; nobody says how they came about."""
+    torn = _glanced(account)
+    if torn and (not _is_by_hand(torn) or _is_led_for_sure(account, torn)):
+        return torn
+    account.explain()
+    return account if account.settings.poses is PoseMode.TRUST else _reconsidered(account, torn)
+
+
+def _follows_wheels(account: Account) -> bool:
+    """Tell whether wheels led to these poses: the rig says so, or somebody asks for better ones that no hand set."""
+    if account.settings.poses is PoseMode.TRUST:
+        return False
+    few = account.memory.is_empty and len(account.given) >= _FEWEST and _is_by_hand(account)
+    may_be_by_hand = few or account.memory.course is Course.NUDGED
+    return account.wheels is not None or (_is_asked(account) and not may_be_by_hand)
+
+
+def _is_asked(account: Account) -> bool:
+    return account.settings.poses is PoseMode.CORRECT
+
+
+def _glanced(account: Account) -> Account | None:
+    """Take a first look, and correct the poses if these tear most walls apart."""
+    if not account.memory.is_empty:
+        return None
+    account.glance()
+    if account.settings.poses is PoseMode.TRUST or not is_torn(account):
+        return None
+    return _tracked(copy.copy(account), f"{_corrected(account)}: {_TORN}")
+
+
+def _by_wheels(account: Account) -> Account:
+    """Correct poses, unless all is explained as well from the poses as recorded: then these were right."""
+    why = _corrected(account)
+    tracked = _followed(account, why)
+    if account.memory.is_empty:
+        account.glance()
+        if is_torn(account):
+            return tracked
+    account.explain()
+    account.verdict = _in_vain(account)
+    return _better(account, tracked)
+
+
+def _followed(account: Account, why: str) -> Account:
+    """Follow the wheels, and farther astray than the rig tells where that holds them back."""
+    tracked = _tracked(copy.copy(account), why)
+    if account.wheels is None or (agrees(tracked) and not is_strained(tracked)):
+        return tracked
+    free = copy.copy(account)
+    free.believes_rig = False
+    loose = _tracked(free, f"{why}{_FARTHER}")
+    # Who believes in greater errors finds none of them unlikely, and each of them less likely.
+    wider = float(np.log(loose.odometry().sigmas[1:] / tracked.odometry().sigmas[1:]).sum())
+    return loose if _worth(loose) > _worth(tracked) + wider + VERY_STRONG else tracked
+
+
+def _corrected(account: Account) -> str:
+    """Say that poses were corrected, and who wanted it."""
+    if _is_asked(account):
+        return "corrected, as asked for"
+    return "corrected" if account.wheels is None else "corrected, as the rig tells that steps lead astray"
+
+
+def _worth(account: Account) -> float:
+    """Tell what an explanation is worth where readings count in full."""
+    return evidence(account) if account.worth is None else account.worth
+
+
+def _better(account: Account, rival: Account) -> Account:
+    """Prefer a rival for which there is very strong evidence."""
+    return rival if _worth(rival) > _worth(account) + VERY_STRONG else account
+
+
+def _led(tracked: Account, by_hand: Account) -> Account:
+    """Prefer way-points to steps if the evidence of the echoes for them is more than that of the errors for steps."""
+    is_marked = are_round(tracked.given)
+    errors = 0.0 if is_marked else -scatter(tracked.given, tracked.poses)
+    return by_hand if _worth(by_hand) > _worth(tracked) + max(errors, VERY_STRONG) else tracked
+
+
+def _tracked(account: Account, verdict: str) -> Account:
+    beliefs = account.odometry()
+    track(account, beliefs)
+    rested = _rested(account, beliefs)
+    steady = _without_slips(rested, beliefs)
+    best = _without_misplaced(steady, beliefs)
+    best.course, best.verdict = Course.TRACKED, verdict
+    if steady is not rested and not verdict.endswith(_SLIPPED):
+        best.verdict += _SLIPPED
+    return best
+
+
+def _rested(account: Account, beliefs: PoseBeliefs) -> Account:
+    """Settle again as long as that explains more; what is remembered came to rest before."""
+    while account.memory.is_empty:
+        moved = _settled(account, account.poses, beliefs)
+        if moved is account:
+            break
+        account = moved
+    return account
+
+
+def _without_slips(account: Account, beliefs: PoseBeliefs) -> Account:
+    """Take slips back as long as that explains more."""
+    while (poses := without_slip(account, beliefs)) is not None:
+        moved = _settled(account, poses, beliefs)
+        if moved is account:
+            break
+        account = moved
+    return account
+
+
+def _without_misplaced(account: Account, beliefs: PoseBeliefs) -> Account:
+    """Put single stations elsewhere where that explains more."""
+    for station in range(max(1, len(account.memory.poses)), len(account.poses)):
+        pose = elsewhere(account, beliefs, station)
+        if pose is not None:
+            poses = account.poses.copy()
+            poses[station] = pose
+            account = _settled(account, poses, beliefs)
+    return account
+
+
+def _settled(account: Account, poses: FloatArray, beliefs: PoseBeliefs) -> Account:
+    """Explain everything from other poses, if that explains more."""
+    moved = copy.copy(account)
+    moved.poses = poses
+    settle(moved, beliefs)
+    return _better(account, moved)
+
+
+def _reconsidered(account: Account, tracked: Account | None) -> Account:
+    """Keep the poses as they are, or correct them as those of odometry, or as those of way-points set by eye.
+
+    Steps that were followed at first sight, because walls were torn apart, lead to the same place again.
+    """
+    share = _share(account)
+    fits = f"{100 * agreement(account):.0f} % of the echoes fit together"
+    account.verdict = f"used as recorded: {fits if account.arcs else 'too few echoes to check them'}"
+    if not _is_in_question(account):
+        return account
+    rivals = _rivals(account, share, tracked)
+    if rivals and _is_by_hand(account) and are_round(account.given) and is_doubtful(account):
+        # Nobody sets a robot down exactly on a mark, so the poses as recorded are not among the rivals.
+        return max(rivals, key=_worth)
+    best = _better(account, max(rivals, key=_worth, default=account))
+    if best is account and _is_asked(account) and account.arcs:
+        account.verdict = _in_vain(account)
+    return best
+
+
+def _share(account: Account) -> str:
+    return f"{100 * agreement(account):.0f} % of the echoes fit together from the poses as recorded"
+
+
+def _is_in_question(account: Account) -> bool:
+    """Tell whether other poses are to be tried: because somebody asks, or these are doubtful."""
+    return len(account.given) >= _FEWEST and (_is_asked(account) or is_doubtful(account))
+
+
+def _in_vain(account: Account) -> str:
+    """Say why poses stay as they are, though better ones were looked for."""
+    if agrees(account):
+        return _NOT_NEEDED
+    return f"left as recorded: only {_share(account)}{_NO_MORE}"
+
+
+def _rivals(account: Account, share: str, tracked: Account | None) -> list[Account]:
+    """Correct poses as those of odometry, and as those of way-points that somebody set by hand, unless too many."""
+    if account.memory.course is Course.NUDGED:
+        return [_nudged(account, _why(account, share, _ELSEWHERE), account.poses)] if _is_by_hand(account) else []
+    tracked = tracked or _tracked(copy.copy(account), f"{_corrected(account)}: {_why(account, share, _STEPS)}")
+    if _is_by_hand(account) and not _is_led_for_sure(account, tracked):
+        return _steps_or_hand(account, share, tracked)
+    return [tracked]
+
+
+def _steps_or_hand(account: Account, share: str, tracked: Account) -> list[Account]:
+    """Move the poses to those of way-points, where steps did not lead to what explains more."""
+    by_hand = _set_by_hand(account, _why(account, share, _ELSEWHERE), tracked)
+    return [_led(tracked, each) for each in by_hand] if _may_be_steps(tracked) else by_hand
+
+
+def _may_be_steps(tracked: Account) -> bool:
+    """Tell whether steps may be what was wrong: errors that scatter are none of steps."""
+    most = -VERY_STRONG if are_round(tracked.given) else VERY_STRONG
+    return scatter(tracked.given, tracked.poses) <= most
+
+
+def _is_led_for_sure(account: Account, tracked: Account) -> bool:
+    """Tell whether pings agree from where steps lead only, and errors add up so clearly that no hand made them."""
+    adds_up = scatter(tracked.given, tracked.poses) < -_BEYOND_DOUBT and not are_round(tracked.given)
+    return adds_up and agrees(tracked) and not agrees(account)
+
+
+def _why(account: Account, share: str, instead: str) -> str:
+    """Say why other poses are better than those as recorded."""
+    return f"{share}, but {instead} explain them better" if agrees(account) else f"only {share}"
+
+
+def _set_by_hand(account: Account, why: str, tracked: Account) -> list[Account]:
+    """Correct poses as those of way-points, from where steps led if pings agree there, or else from more starts."""
+    led = [_reset(tracked, why)] if agrees(tracked) else []
+    if agrees(account) and any(_are_held_together(each) and _worth(each) > _worth(tracked) for each in led):
+        return led
+    # From different starts they may come to rest at different places.
+    nudged = [_nudged(account, why, start) for start in (account.poses, tracked.poses)]
+    # Stations that remember others are known by their numbers: these cannot come in another order.
+    placed = [_placed(account, why)] if account.memory.is_empty else []
+    return [*led, *placed, *nudged]
+
+
+def _are_held_together(account: Account) -> bool:
+    """Tell whether pings agree and stations heard walls of each other."""
+    return agrees(account) and not is_scattered(account)
+
+
+def _placed(account: Account, why: str) -> Account:
+    """Place the stations one after the other, each against what those near to it know."""
+    moved = copy.copy(account)
+    place(moved)
+    return _reset(moved, why)
+
+
+def _reset(tracked: Account, why: str) -> Account:
+    """Move poses to which steps led to where all way-points say they are, and let each settle about its own.
+
+    If somebody set the way-points one by one, errors do not add up, and the first one is no better than the others.
+    """
+    moved, beliefs = copy.copy(tracked), waypoint_beliefs(tracked.given, tracked.settings.pose_errors)
+    moved.poses, moved.features = aligned(tracked.poses, tracked.given), tracked.known
+    settle(moved, beliefs)
+    return _at_rest(moved, why)
+
+
+def _nudged(account: Account, why: str, start: FloatArray) -> Account:
+    """Move poses a little."""
+    moved, beliefs = copy.copy(account), waypoint_beliefs(account.given, account.settings.pose_errors)
+    converge(moved, beliefs, start)
+    return _at_rest(moved, why)
+
+
+def _at_rest(account: Account, why: str) -> Account:
+    """Let way-points come to rest with the errors that stations have in common, and with right angles.
+
+    What that is worth is told before, while readings count in full.
+    """
+    wanted = ", as asked for" if _is_asked(account) else ""
+    account.verdict, account.course = f"corrected by a few centimetres{wanted}: {why}", Course.NUDGED
+    without_common_error(account, waypoint_beliefs(account.given, account.settings.pose_errors))
+    account.worth = evidence(account)
+    learn_common_error(account, learned_waypoints(account))
+    stand_square(account, learned_waypoints(account))
+    if account.is_along_axes:
+        account.adjust_often(account.noise, learned_waypoints(account), 2)
+    return account
+
+
+def _is_by_hand(account: Account) -> bool:
+    """Tell whether somebody may have set the way-points by hand."""
+    return len(account.given) <= account.settings.by_hand

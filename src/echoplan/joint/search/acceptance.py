@@ -1,0 +1,179 @@
+"""Belief: when a reflector is taken to be there."""
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.acoustics.predicted_echo import Kind
+from echoplan.arrays import BoolArray, FloatArray
+from echoplan.geometry import wrap
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.search.ray_paths import free_views
+from echoplan.preprocessing.ping_arrays import Soundings, step_of
+
+__all__ = ["Belief", "BeliefSettings"]
+
+
+class BeliefSettings(BaseModel, frozen=True, extra="forbid"):
+    """When a reflector is believed."""
+
+    accept: float = Field(default=12.0, gt=0.0, description="least gain in log likelihood [nats]")
+    second_station: float = Field(default=5.0, description="least gain of the second best station [nats]")
+    without_best: float = Field(default=6.0, description="least gain without the best station [nats]")
+    radius_cost: float = Field(default=2.0, ge=0.0, description="cost of the third parameter of a cylinder [nats]")
+    hit_share: float = Field(
+        default=0.75, gt=0.0, description="of the unmasked pings that must hear a wall known from one station"
+    )
+    heard_share: float = Field(
+        default=0.4, gt=0.0, description="of the pings of the best station that must hear what only two stations know"
+    )
+    seen_share: float = Field(default=0.6, gt=0.0, description="of all such pings")
+    usual_share: float = Field(
+        default=0.9, gt=0.0, description="of what is usual, that must hear such a wall where it may be a phantom"
+    )
+
+
+class Belief:
+    """Tells whether a reflector is believed.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+    half_aperture : float
+        Of the sensors [rad].
+    settings : BeliefSettings
+        When it is.
+    """
+
+    def __init__(self, soundings: Soundings, *, half_aperture: float, settings: BeliefSettings) -> None:
+        self.settings = settings
+        self.step = step_of(soundings)
+        self._soundings = soundings
+        self._half_aperture = half_aperture
+
+    def worth(self, hypothesis: Hypothesis) -> float:
+        """Tell the gain less the cost of parameters.
+
+        Parameters
+        ----------
+        hypothesis : Hypothesis
+            What was judged.
+
+        Returns
+        -------
+        float
+            Its worth [nats].
+        """
+        return hypothesis.total - (self.settings.radius_cost if hypothesis.kind is Kind.CYLINDER else 0.0)
+
+    def holds(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
+        """Whether a feature is believed: three stations speak for it, or fewer that heard as much of it as they should.
+
+        Two arcs that nothing explains share some tangent by chance; three hardly do.  What was believed when all its
+        stations were at hand stays believed until others speak against it.  A cylinder, which sends sound back all
+        around, must be heard by most stations with a free view.
+
+        Parameters
+        ----------
+        hypothesis : Hypothesis
+            What was judged.
+        levels : ndarray, shape (n,)
+            What all others explain.
+
+        Returns
+        -------
+        bool
+            Whether it is.
+        """
+        settings = self.settings
+        if self.worth(hypothesis) <= settings.accept or hypothesis.is_known:
+            return self.worth(hypothesis) > settings.accept
+        if not self._is_overdetermined(hypothesis, levels) or self._is_missed(hypothesis):
+            return False
+        if not self.is_lone(hypothesis):
+            many = hypothesis.speaking(settings.second_station) > 2
+            return many or self._is_heard(hypothesis, levels)
+        return hypothesis.is_wall and self._is_whole(hypothesis, levels)
+
+    def is_lone(self, hypothesis: Hypothesis) -> bool:
+        """Whether hardly more than one station speaks for a reflector.
+
+        Parameters
+        ----------
+        hypothesis : Hypothesis
+            What was judged.
+
+        Returns
+        -------
+        bool
+            Whether it is so.
+        """
+        speaking = hypothesis.speaking(self.settings.second_station)
+        return speaking < 2 or hypothesis.total - hypothesis.best <= self.settings.without_best
+
+    def hears(self, hypothesis: Hypothesis, levels: FloatArray) -> float:
+        """Tell how fully the best station hears a reflector.
+
+        Parameters
+        ----------
+        hypothesis : Hypothesis
+            What was judged.
+        levels : ndarray, shape (n,)
+            What all others explain.
+
+        Returns
+        -------
+        float
+            Share of the pings that do, of those that could.
+        """
+        return float(self._hits(hypothesis, levels).sum() / max(self._at_best_station(hypothesis).sum(), 1))
+
+    def _is_heard(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
+        """Whether the best station hears a good part of a reflector; of a wall, of what nothing known hides.
+
+        Walls go on behind other things; a cylinder that seems to stand behind a wall is an image in it.
+        """
+        evidence = hypothesis.evidence
+        hidden = hypothesis.is_wall & ~evidence.unmasked & (levels[evidence.pings] > 0.0)
+        asked = (self._at_best_station(hypothesis) & ~hidden).sum()
+        return bool(self._hits(hypothesis, levels).sum() >= self.settings.heard_share * max(asked, 1))
+
+    def _hits(self, hypothesis: Hypothesis, levels: FloatArray) -> BoolArray:
+        """Tell which pings of the best station hear a reflector better than anything else."""
+        return hypothesis.explains_anew(levels) & self._at_best_station(hypothesis)
+
+    def _is_overdetermined(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
+        """Whether more readings speak for a feature than it has parameters: through as many it can always be laid."""
+        speaking = (hypothesis.gains > 0.0)[self._soundings.stations[hypothesis.evidence.pings]]
+        return bool((hypothesis.explains_anew(levels) & speaking).sum() > len(hypothesis.parameters))
+
+    def _is_missed(self, hypothesis: Hypothesis) -> bool:
+        """Whether most stations that should hear a cylinder do not; walls may seem so while poses are in error."""
+        if hypothesis.kind is not Kind.CYLINDER:
+            return False
+        clear = hypothesis.gains > self.settings.second_station
+        missing = free_views(hypothesis, self._soundings, step=self.step) & ~clear
+        return bool(missing.sum() > clear.sum())
+
+    def _is_whole(self, wall: Hypothesis, levels: FloatArray) -> bool:
+        """Whether one station heard a wall all over the beam, as it should."""
+        if not len(wall.evidence.pings):
+            return False
+        here, heard = self._at_best_station(wall), self._hits(wall, levels)
+        unmasked, hits = int((here & wall.evidence.unmasked).sum()), int(heard.sum())
+        return bool(
+            here.sum() >= self._half_aperture / self.step
+            and self._ways(wall, heard) > len(wall.parameters)
+            and hits >= self.settings.hit_share * max(unmasked, 1)
+            and hits >= self.settings.seen_share * here.sum()
+        )
+
+    def _ways(self, wall: Hypothesis, heard: BoolArray) -> int:
+        """Count the directions from which a wall is heard: a second sweep of a ring from there says nothing new."""
+        turns = wrap(self._soundings.bearings[wall.evidence.pings[heard]] - wall.line[0])
+        return len(np.unique(np.round((turns - turns.min(initial=np.inf)) / self.step)))
+
+    def _at_best_station(self, hypothesis: Hypothesis) -> BoolArray:
+        evidence = hypothesis.evidence
+        here: BoolArray = self._soundings.stations[evidence.pings] == np.argmax(hypothesis.gains)
+        return here & evidence.audible

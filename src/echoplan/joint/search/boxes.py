@@ -1,0 +1,46 @@
+"""Boxes: the edges and sides that rays meet of a box look like one cylinder among them.
+
+Edges return hardly any sound, but rays end at them as at anything.  From several stations the edges of a small box are
+about where a cylinder of its size would be, and that needs fewer parameters; but readings of each edge from several
+stations meet in one point, those of each side touch one line, and few of them touch the cylinder.
+"""
+
+from collections.abc import Sequence
+
+from echoplan.acoustics.predicted_echo import Kind
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.search.search import Search
+
+__all__ = ["with_boxes"]
+
+
+def with_boxes(search: Search, features: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Replace cylinders by edges and walls, where these explain rays better.
+
+    Parameters
+    ----------
+    search : Search
+        What finds these.
+    features : sequence of Hypothesis
+        The features, judged beside each other.
+
+    Returns
+    -------
+    list of Hypothesis
+        The features, some of them replaced; those of sound as they are.
+    """
+    kept = list(features)
+    if search.explanation.hearing.cone:
+        for feature in features:
+            if feature.kind is Kind.CYLINDER and not feature.is_known:
+                others = [each for each in kept if each is not feature]
+                kept = [*others, *(_instead(search, feature, others) or [feature])]
+    return kept
+
+
+def _instead(search: Search, cylinder: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Find edges and walls that explain more than a cylinder does; nothing if there are none."""
+    known = {each.key for each in others}
+    found = [each for each in search.more(others, (Kind.EDGE, Kind.WALL)) if each.key not in known]
+    worth = sum(each.total for each in found) - search.belief.settings.accept * (len(found) - 1)
+    return found if found and worth > search.belief.worth(cylinder) else []

@@ -1,0 +1,142 @@
+"""Refinement: one reflector moved to where the pings near it would have it, by robust Gauss-Newton steps."""
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import numpy as np
+
+from echoplan.acoustics.echo_model import COSINE_LIMIT
+from echoplan.acoustics.predicted_echo import SILENCE, Hearing, Kind, Shape, differentiate, look, shape_of, walk_of
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.compiled import compiled
+from echoplan.preprocessing.ping_arrays import Soundings
+
+__all__ = ["Course", "approach", "refine"]
+
+# Standard deviation of readings [m], how far one may be off to count [m], and steps at most; from coarse to fine.
+Course: TypeAlias = Sequence[tuple[float, float, int]]
+
+_WALL, _CYLINDER = int(Kind.WALL), int(Kind.CYLINDER)
+
+# A reflector moves no farther than this in one step [rad or m, m, m].
+_LONGEST = (0.06, 0.05, 0.05)
+# Radii that a cylinder may take [m].
+_THIN, _THICK = 0.015, 0.45
+# How firmly a reflector is held where the pings do not say [1/rad or 1/m].
+_HOLD = (0.3, 0.3, 0.15)
+_FAINT, _TINY = -3.0, 0.01
+_WALK = 0.05
+
+
+def approach(
+    soundings: Soundings, hearing: Hearing, reflector: FloatArray, pings: IntArray, course: Course
+) -> FloatArray:
+    """Move a reflector to where pings near it would have it, from coarse to fine.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+    hearing : Hearing
+        The sonar.
+    reflector : ndarray, shape (4,)
+        Kind and parameters to start from.
+    pings : ndarray of int, shape (m,)
+        Those that may be its echoes.
+    course : sequence of tuple
+        Standard deviation of readings [m], how far one may be off to count at all [m], and steps at most.
+
+    Returns
+    -------
+    ndarray, shape (4,)
+        The moved reflector.
+    """
+    moved = reflector
+    for noise, band, rounds in course:
+        moved = refine(soundings, hearing, moved, pings, (noise, band), rounds)
+    return moved
+
+
+@compiled
+def refine(
+    soundings: Soundings,
+    hearing: Hearing,
+    reflector: FloatArray,
+    pings: IntArray,
+    scales: tuple[float, float],
+    rounds: int,
+) -> FloatArray:
+    """Move a reflector to where pings near it would have it.
+
+    Parameters
+    ----------
+    soundings : Soundings
+        The pings.
+    hearing : Hearing
+        The sonar.
+    reflector : ndarray, shape (4,)
+        Kind and parameters to start from.
+    pings : ndarray of int, shape (m,)
+        Those that may be its echoes.
+    scales : tuple of float
+        Standard deviation of readings, and how far a reading may be off to count at all [m].
+    rounds : int
+        Steps at most.
+
+    Returns
+    -------
+    ndarray, shape (4,)
+        The moved reflector; the given one if fewer than two pings are near.
+    """
+    moved, noise, band = reflector.copy(), scales[0], scales[1]
+    free = 3 if int(reflector[0]) == _CYLINDER else 2
+    near = _gathered(soundings, hearing, shape_of(moved), pings, band)
+    for turn in range(rounds):
+        width = band if turn < rounds - 2 else max(0.6 * band, 4.0 * noise)
+        step = _step(soundings, hearing, moved, near, (noise, width))
+        for axis in range(free):
+            moved[1 + axis] += min(max(step[axis], -_LONGEST[axis]), _LONGEST[axis])
+        if free == 3:
+            moved[3] = min(max(moved[3], _THIN), _THICK)
+        if np.abs(step).max() < 1e-5:
+            break
+    return moved
+
+
+@compiled
+def _gathered(soundings: Soundings, hearing: Hearing, shape: Shape, pings: IntArray, band: float) -> IntArray:
+    near, count = np.empty(len(pings), np.int64), 0
+    for ping in pings:
+        sight = look(shape, (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping]))
+        late = soundings.readings[ping] * hearing.scale - sight[0]
+        if sight[1] > COSINE_LIMIT and -band - _WALK < late < band + 2.0 * _WALK:
+            near[count] = ping
+            count += 1
+    return near[:count].copy()
+
+
+@compiled
+def _step(
+    soundings: Soundings, hearing: Hearing, reflector: FloatArray, pings: IntArray, scales: tuple[float, float]
+) -> FloatArray:
+    """One Gauss-Newton step on the pings within a band, weighted down by how far off they are (Geman-McClure)."""
+    noise, band = scales
+    shape, slopes, count = shape_of(reflector), np.zeros(8), 0
+    normal, right = np.zeros((3, 3)), np.zeros(3)
+    for ping in pings:
+        place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
+        depth, excess = differentiate(hearing, shape, place, slopes)
+        late = soundings.readings[ping] * hearing.scale - depth - walk_of(hearing, excess)
+        if excess < _FAINT or excess == SILENCE or depth < _TINY or abs(late) >= band:
+            continue
+        weight = soundings.weights[ping] / (1.0 + (0.5 * late / noise) ** 2) ** 2
+        count += 1
+        for row in range(3):
+            right[row] += weight * slopes[row] * late
+            for column in range(3):
+                normal[row, column] += weight * slopes[row] * slopes[column]
+    if count < 2:
+        return np.zeros(3)
+    for axis in range(3):
+        normal[axis, axis] += (noise / _HOLD[axis]) ** 2 + 1e-3
+    return np.linalg.solve(normal, right)  # type: ignore[return-value]  # NumPy will not say that it keeps the type

@@ -1,0 +1,295 @@
+"""Localisation: where a sweep was heard, by its arcs against what is known of the room."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from echoplan.acoustics.predicted_echo import Hearing, Kind, Shape, shape_of
+from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.compiled import compiled
+from echoplan.geometry import compose, directions, wrap
+from echoplan.joint.arcs import Arc, arc_planes
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.search.refinement import refine
+from echoplan.preprocessing.ping_arrays import Soundings
+
+__all__ = ["Catalogue", "LocalisationSettings", "Sightline", "best_score", "locate", "sightlines"]
+
+_WALL, _CIRCLE = int(Kind.WALL), 2.0 * math.pi
+# How far beyond what was heard of a wall it may still be heard [m].
+_BESIDE = 0.5
+# An arc that is so many deviations too deep or too near is none of a reflector.
+_FAR = 8.0
+# No heading is told more exactly by a normal [rad].
+_LEAST_TURN = math.radians(0.7)
+# Headings to either side at most, however long the lever: half a turn in such steps.
+_MOST_TURNS = 256
+
+
+class LocalisationSettings(BaseModel, frozen=True, extra="forbid"):
+    """How a pose is searched."""
+
+    deviations: float = Field(default=3.0, gt=0.0, description="of odometry, within which a pose is searched")
+    astray: float = Field(default=2.0, ge=1.0, description="times as far, where a step may have slipped")
+    steps: int = Field(default=7, ge=1, description="to either side in each direction, and more of far turns")
+    depth_sigma: float = Field(default=0.025, gt=0.0, description="of the depth of an arc, at first [m]")
+    normal_sigma: float = Field(default=np.radians(2.0), gt=0.0, description="of its normal, at first [rad]")
+    refinements: int = Field(default=3, ge=0, description="rounds in which all of this is halved")
+    stray: float = Field(default=0.05, gt=0.0, description="likelihood of an arc that nothing explains")
+
+
+class Sightline(NamedTuple):
+    """The arcs of one sweep, in the frame of the robot.
+
+    Attributes
+    ----------
+    origins_xy : ndarray, shape (a, 2)
+        Where each was heard [m].
+    normals : ndarray, shape (a,)
+        Directions of the planes that explain them [rad].
+    depths : ndarray, shape (a,)
+        Distances of these planes [m].
+    weights : ndarray, shape (a,)
+        How much each counts, up to 1.
+    """
+
+    origins_xy: FloatArray
+    normals: FloatArray
+    depths: FloatArray
+    weights: FloatArray
+
+
+class Catalogue(NamedTuple):
+    """What is known of the room.
+
+    Attributes
+    ----------
+    reflectors : ndarray, shape (f, 4)
+        Kind and parameters, in the frame of the map.
+    weights : ndarray, shape (f,)
+        How sure each is, up to 1.
+    extents : ndarray, shape (f, 2)
+        Ends of walls along them [m]; a wall may be heard a little beyond.
+    """
+
+    reflectors: FloatArray
+    weights: FloatArray
+    extents: FloatArray
+
+    @classmethod
+    def of(cls, features: Sequence[Hypothesis]) -> "Catalogue":
+        """List features, each as sure as can be.
+
+        Parameters
+        ----------
+        features : sequence of Hypothesis
+            What is there.
+
+        Returns
+        -------
+        Catalogue
+            In the same order.
+        """
+        return cls(
+            np.array([each.reflector for each in features]).reshape(-1, 4),
+            np.ones(len(features)),
+            np.array([each.extent for each in features]).reshape(-1, 2),
+        )
+
+
+def sightlines(arcs: list[Arc], soundings: Soundings, hearing: Hearing, pose: FloatArray) -> Sightline:
+    """Turn the arcs of one sweep into planes about the robot.
+
+    Parameters
+    ----------
+    arcs : list of Arc
+        Its arcs, with indices into the soundings.
+    soundings : Soundings
+        As heard from ``pose``.
+    hearing : Hearing
+        The sonar.
+    pose : ndarray, shape (3,)
+        Where the robot is taken to be [m, m, rad].
+
+    Returns
+    -------
+    Sightline
+        The arcs as seen by the robot.
+    """
+    if not arcs:
+        return Sightline(np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
+    planes = arc_planes(arcs, soundings, hearing)
+    normals, depths, origins = np.zeros(len(arcs)), np.zeros(len(arcs)), np.zeros((len(arcs), 2))
+    for number, (arc, plane) in enumerate(zip(arcs, planes, strict=True)):
+        wall = np.array([Kind.WALL, plane[0], plane[1], 0.0])
+        wall = refine(soundings, hearing, wall, arc.pings, (0.006, 0.03), 4)
+        origins[number] = soundings.x[arc.pings].mean(), soundings.y[arc.pings].mean()
+        normals[number] = wall[1]
+        depths[number] = wall[2] - origins[number] @ directions(wall[1])
+    turned = np.exp(-1j * pose[2]) * ((origins[:, 0] - pose[0]) + 1j * (origins[:, 1] - pose[1]))
+    weights = np.minimum(1.0, np.array([soundings.weights[arc.pings].sum() for arc in arcs]) / 8.0)
+    return Sightline(np.column_stack([turned.real, turned.imag]), wrap(normals - pose[2]), depths, weights)
+
+
+def locate(
+    sight: Sightline, catalogue: Catalogue, guess: FloatArray, sigmas: FloatArray, settings: LocalisationSettings
+) -> tuple[FloatArray, float]:
+    """Find the pose from which the arcs of a sweep fit best to what is known.
+
+    Parameters
+    ----------
+    sight : Sightline
+        The arcs.
+    catalogue : Catalogue
+        What is known.
+    guess : ndarray, shape (3,)
+        Where odometry says that the robot is [m, m, rad].
+    sigmas : ndarray, shape (3,)
+        How far it may be off, in the frame of the robot [m, m, rad].
+    settings : LocalisationSettings
+        How it is searched.
+
+    Returns
+    -------
+    pose : ndarray, shape (3,)
+        The best pose [m, m, rad].
+    score : float
+        Its log likelihood [nats]; 0 if nothing fits.
+    """
+    best, score = guess, 0.0
+    if not len(sight.depths) or not len(catalogue.reflectors):
+        return best, score
+    span, steps = settings.deviations * sigmas, np.full(3, settings.steps)
+    turns = math.ceil(span[2] / (2.0 * _told_apart(sight, settings)))
+    steps[2] = max(settings.steps, min(turns, _MOST_TURNS))
+    scale, narrowing = np.ones(3), 1.0
+    for turn in range(settings.refinements + 1):
+        offsets = _grid(span * scale, steps if turn == 0 else np.full(3, 3))
+        poses = compose(np.broadcast_to(best, offsets.shape), offsets)
+        tolerances = max(settings.depth_sigma * narrowing, 0.008), max(settings.normal_sigma * narrowing, _LEAST_TURN)
+        reach = span * scale
+        likely = _likely(sight, catalogue, best, (math.hypot(reach[0], reach[1]), reach[2]), tolerances)
+        scores = _scores(sight, catalogue, poses, likely, tolerances, settings.stray)
+        scores -= 0.5 * _misfit(poses, guess, sigmas)
+        place = int(np.argmax(scores))
+        best, score = poses[place], float(scores[place])
+        scale = scale / (steps / 2.0 if turn == 0 else 2.0)
+        narrowing /= settings.steps / 2.0 if turn == 0 else 2.0
+    return best, score
+
+
+def best_score(sight: Sightline, settings: LocalisationSettings) -> float:
+    """Tell how well the arcs of a sweep could fit at best.
+
+    Parameters
+    ----------
+    sight : Sightline
+        The arcs.
+    settings : LocalisationSettings
+        As for ``locate``.
+
+    Returns
+    -------
+    float
+        Log likelihood of a pose, just where odometry says, from which each arc is exactly of a sure reflector [nats].
+    """
+    return float(sight.weights.sum()) * math.log1p(1.0 / settings.stray)
+
+
+def _told_apart(sight: Sightline, settings: LocalisationSettings) -> float:
+    """How little may part two headings that arcs tell apart, by their normals or by where they were heard [rad]."""
+    lever = math.sqrt(float(np.mean(np.sum(sight.origins_xy**2, axis=1))))
+    return min(settings.normal_sigma, settings.depth_sigma / max(lever, 1e-6))
+
+
+def _grid(span: FloatArray, steps: IntArray) -> FloatArray:
+    axes = [np.linspace(-1.0, 1.0, 2 * each + 1) for each in steps.tolist()]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3) * span
+
+
+def _misfit(poses: FloatArray, guess: FloatArray, sigmas: FloatArray) -> FloatArray:
+    """Squared deviations from odometry."""
+    away = np.exp(-1j * guess[2]) * ((poses[:, 0] - guess[0]) + 1j * (poses[:, 1] - guess[1]))
+    turned = wrap(poses[:, 2] - guess[2])
+    misfit: FloatArray = (away.real / sigmas[0]) ** 2 + (away.imag / sigmas[1]) ** 2 + (turned / sigmas[2]) ** 2
+    return misfit
+
+
+@compiled
+def _likely(
+    sight: Sightline,
+    catalogue: Catalogue,
+    pose: FloatArray,
+    span: tuple[float, float],
+    tolerances: tuple[float, float],
+) -> BoolArray:
+    """Tell which arcs may be of which reflectors, wherever within a span of a pose they were heard, shape (a, f)."""
+    likely = np.zeros((len(sight.depths), len(catalogue.reflectors)), np.bool_)
+    for arc in range(len(likely)):
+        x, y = _heard_at(sight, arc, (pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2])))
+        astray = span[0] + span[1] * math.hypot(sight.origins_xy[arc, 0], sight.origins_xy[arc, 1])
+        bearing = pose[2] + sight.normals[arc]
+        for feature in range(len(catalogue.reflectors)):
+            shape = shape_of(catalogue.reflectors[feature])
+            extent = catalogue.extents[feature, 0] - astray, catalogue.extents[feature, 1] + astray
+            if abs(sight.depths[arc] - _depth(shape, extent, x, y)) < _FAR * tolerances[0] + astray:
+                turned = abs(_wrapped(bearing - _direction(shape, x, y)))
+                likely[arc, feature] = shape[0] != _WALL or turned < _FAR * tolerances[1] + span[1]
+    return likely
+
+
+@compiled
+def _scores(
+    sight: Sightline,
+    catalogue: Catalogue,
+    poses: FloatArray,
+    likely: BoolArray,
+    tolerances: tuple[float, float],
+    stray: float,
+) -> FloatArray:
+    """Log likelihood of each pose: every arc is one of the reflectors that it may be of, or a stray."""
+    scores, shapes = np.zeros(len(poses)), [shape_of(each) for each in catalogue.reflectors]
+    cosines, sines = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    for arc in range(len(sight.depths)):
+        features = np.flatnonzero(likely[arc])
+        for number in range(len(poses) if len(features) else 0):
+            x, y = _heard_at(sight, arc, (poses[number, 0], poses[number, 1], cosines[number], sines[number]))
+            bearing, best = poses[number, 2] + sight.normals[arc], 0.0
+            for feature in features:
+                extent = catalogue.extents[feature, 0], catalogue.extents[feature, 1]
+                deep = (sight.depths[arc] - _depth(shapes[feature], extent, x, y)) / tolerances[0]
+                if abs(deep) < _FAR:
+                    aside = _wrapped(bearing - _direction(shapes[feature], x, y)) / tolerances[1]
+                    best = max(best, catalogue.weights[feature] * math.exp(-0.5 * (deep * deep + aside * aside)))
+            scores[number] += sight.weights[arc] * math.log1p(best / stray)
+    return scores
+
+
+@compiled
+def _heard_at(sight: Sightline, arc: int, pose: tuple[float, float, float, float]) -> tuple[float, float]:
+    """Where an arc was heard if the robot was at a pose: place, cosine and sine."""
+    x, y, cosine, sine = pose
+    ahead, left = sight.origins_xy[arc, 0], sight.origins_xy[arc, 1]
+    return x + cosine * ahead - sine * left, y + sine * ahead + cosine * left
+
+
+@compiled
+def _wrapped(angle: float) -> float:
+    return angle - _CIRCLE * math.floor(angle / _CIRCLE + 0.5)
+
+
+@compiled
+def _depth(shape: Shape, extent: tuple[float, float], x: float, y: float) -> float:
+    """Depth of a reflector from a place; infinite if that does not face it."""
+    if shape[0] == _WALL:
+        facing = extent[0] - _BESIDE < shape[1] * y - shape[2] * x < extent[1] + _BESIDE
+        return shape[3] - shape[1] * x - shape[2] * y if facing else math.inf
+    return math.hypot(shape[1] - x, shape[2] - y) - shape[3]
+
+
+@compiled
+def _direction(shape: Shape, x: float, y: float) -> float:
+    return math.atan2(shape[2], shape[1]) if shape[0] == _WALL else math.atan2(shape[2] - y, shape[1] - x)

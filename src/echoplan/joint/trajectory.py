@@ -1,0 +1,166 @@
+"""Posed: where the robot was at each sweep, how well that is known, and where nothing but odometry tells it."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.joint.estimate import Account
+from echoplan.joint.observability import (
+    Undetermined,
+    carried_covariances,
+    covariances_between_walls,
+    pose_covariances,
+    reckoned_covariances,
+    undetermined,
+)
+from echoplan.preprocessing.stations import Stations
+
+__all__ = ["Posed", "joined", "posed", "reckoned"]
+
+
+class Posed(NamedTuple):
+    """Poses of w sweeps.
+
+    Attributes
+    ----------
+    sweeps : ndarray of int, shape (w,)
+        Numbers of the sweeps.
+    poses : ndarray, shape (w, 3)
+        Where the robot was [m, m, rad].
+    covariances : ndarray, shape (w, 3, 3)
+        Of the poses; of shape (0, 3, 3) where they are trusted.
+    undetermined : tuple of dict
+        Rows of sweeps that odometry alone tells in one direction.
+    """
+
+    sweeps: IntArray
+    poses: FloatArray
+    covariances: FloatArray
+    undetermined: tuple[dict[str, float], ...]
+
+    def first(self, count: int) -> "Posed":
+        """Keep the first sweeps.
+
+        Parameters
+        ----------
+        count : int
+            How many.
+
+        Returns
+        -------
+        Posed
+            Of these.
+        """
+        sweeps = self.sweeps[:count]
+        rows = [each for each in self.undetermined if len(sweeps) and each["first"] <= sweeps[-1]]
+        return Posed(
+            sweeps=sweeps,
+            poses=self.poses[:count],
+            covariances=self.covariances[:count],
+            undetermined=tuple({**each, "last": min(each["last"], int(sweeps[-1]))} for each in rows),
+        )
+
+
+def posed(account: Account, stations: Stations, given: FloatArray, sweeps: IntArray) -> Posed:
+    """Carry the poses of stations over to their sweeps.
+
+    Parameters
+    ----------
+    account : Account
+        Of the stations.
+    stations : Stations
+        Which sweeps belong to which station.
+    given : ndarray, shape (w, 3)
+        Poses of the sweeps as recorded [m, m, rad].
+    sweeps : ndarray of int, shape (w,)
+        Their numbers.
+
+    Returns
+    -------
+    Posed
+        Of the sweeps.
+    """
+    poses = stations.of_sweeps(given, account.poses)
+    covariances = np.zeros((0, 3, 3)) if account.adjusted is None else pose_covariances(account.adjusted)
+    return Posed(
+        sweeps=sweeps,
+        poses=poses,
+        covariances=carried_covariances(covariances, stations, poses),
+        undetermined=tuple(each.at_sweeps(stations, sweeps) for each in _undetermined(account, covariances)),
+    )
+
+
+def _undetermined(account: Account, covariances: FloatArray) -> tuple[Undetermined, ...]:
+    """Tell where nothing but odometry fixes a position one way."""
+    if account.believed is None or not account.believed.relative or account.adjusted is None:
+        return ()
+    between = covariances_between_walls(account.adjusted)
+    return undetermined(covariances, between, reckoned(account), account.settings.certainty)
+
+
+def reckoned(account: Account) -> FloatArray:
+    """Add up what odometry alone leaves open of each position since the first station of all.
+
+    Parameters
+    ----------
+    account : Account
+        Of s stations whose steps are believed in.
+
+    Returns
+    -------
+    ndarray, shape (s, 3, 3)
+        Covariances in the frame of the map [m, m, rad].
+    """
+    assert account.believed is not None
+    sigmas = account.believed.sigmas.copy()
+    sigmas[:, 2] = 0.0
+    if not account.memory.is_empty:
+        sigmas[0] = account.memory.reckoned
+    return reckoned_covariances(account.believed._replace(sigmas=sigmas), account.poses)
+
+
+def joined(parts: Sequence[Posed]) -> Posed:
+    """Put parts of a way together.
+
+    Parameters
+    ----------
+    parts : sequence of Posed
+        In order, at least one.
+
+    Returns
+    -------
+    Posed
+        Poses that were trusted have no covariance, that is zero, if others were corrected.
+    """
+    return Posed(
+        sweeps=np.concatenate([part.sweeps for part in parts]),
+        poses=np.concatenate([part.poses for part in parts]),
+        covariances=_covariances(parts),
+        undetermined=_merged([each for part in parts for each in part.undetermined], parts),
+    )
+
+
+def _covariances(parts: Sequence[Posed]) -> FloatArray:
+    corrected = any(len(part.covariances) for part in parts)
+    whole = [part.covariances if len(part.covariances) else np.zeros((len(part.poses), 3, 3)) for part in parts]
+    return np.concatenate(whole) if corrected else np.zeros((0, 3, 3))
+
+
+def _merged(rows: Sequence[dict[str, float]], parts: Sequence[Posed]) -> tuple[dict[str, float], ...]:
+    """Make one of rows that a border between parts cut in two: the worst of both tells direction and deviations."""
+    ends = {
+        int(part.sweeps[-1]): int(after.sweeps[0])
+        for part, after in pairwise(parts)
+        if len(part.sweeps) and len(after.sweeps)
+    }
+    merged: list[dict[str, float]] = []
+    for row in rows:
+        if merged and ends.get(int(merged[-1]["last"])) == row["first"]:
+            worst = max(merged[-1], row, key=lambda each: each["along"])
+            merged[-1] = {**worst, "first": merged[-1]["first"], "last": row["last"]}
+        else:
+            merged.append(row)
+    return tuple(merged)

@@ -1,0 +1,139 @@
+"""Readings as the model of a sonar expects them: what whoever knows the model must be able to explain."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from echoplan.acoustics.predicted_echo import EchoModel, Kind, expect, shape_of
+from echoplan.arrays import FloatArray
+from echoplan.geometry import directions
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.likelihood.ping_likelihood import Explanation
+from echoplan.joint.likelihood.ping_scores import NO_EVIDENCE, Evidence, weigh
+from echoplan.preprocessing.ping_arrays import Soundings
+from helpers.soundings import PAPER
+
+SONAR = EchoModel.of(PAPER)
+REACH = 4.0
+NOISE = 0.003
+# Walls of a room of 4 x 3 m about the origin, as a robot inside hears them: east, north, west, south.
+ROOM = np.array(
+    [
+        [Kind.WALL, 0.0, 2.0, 0.0],
+        [Kind.WALL, np.pi / 2, 1.5, 0.0],
+        [Kind.WALL, np.pi, 2.0, 0.0],
+        [Kind.WALL, -np.pi / 2, 1.5, 0.0],
+    ]
+)
+STATIONS = ((-0.9, 0.1), (-0.2, -0.5), (0.5, 0.3), (1.1, -0.3))
+
+
+def wall(normal_angle: float, offset: float) -> FloatArray:
+    """A wall as four numbers."""
+    return np.array([Kind.WALL, normal_angle, offset, 0.0])
+
+
+def cylinder(x: float, y: float, radius: float) -> FloatArray:
+    """A cylinder as four numbers."""
+    return np.array([Kind.CYLINDER, x, y, radius])
+
+
+def corner(x: float, y: float) -> FloatArray:
+    """A corner that is heard into as four numbers."""
+    return np.array([Kind.CORNER, x, y, 0.0])
+
+
+def edge(x: float, y: float) -> FloatArray:
+    """An edge that is heard around as four numbers."""
+    return np.array([Kind.EDGE, x, y, 0.0])
+
+
+def listening(
+    stations_xy: Sequence[tuple[float, float]] = STATIONS,
+    *,
+    step: float = np.radians(3.0),
+    arm: float = 0.05,
+    rates: Sequence[float] = (),
+) -> Soundings:
+    """Pings all around each station, of which none heard anything; the servo may turn in each."""
+    bearings = np.arange(-np.pi, np.pi - 1e-9, step)
+    count, hubs = len(stations_xy), np.repeat(np.array(stations_xy), len(bearings), axis=0)
+    axes = np.tile(directions(bearings), (count, 1))
+    places = hubs + arm * axes
+    return Soundings(
+        x=places[:, 0].copy(),
+        y=places[:, 1].copy(),
+        ux=axes[:, 0].copy(),
+        uy=axes[:, 1].copy(),
+        arms_x=arm * axes[:, 0],
+        arms_y=arm * axes[:, 1],
+        angles=np.tile(bearings, count),
+        rates=np.repeat(np.array(rates or [0.0] * count), len(bearings)),
+        readings=np.full(len(hubs), np.inf),
+        stations=np.repeat(np.arange(count), len(bearings)),
+        sensors=np.zeros(len(hubs), dtype=np.int64),
+        mates=np.full((len(hubs), 1), -1),
+        lags=np.zeros((len(hubs), 1)),
+        weights=np.full(len(hubs), min(1.0, step / np.radians(4.0))),
+        centers=np.array(stations_xy, dtype=np.float64),
+        min_range=0.03,
+        max_range=REACH,
+    )
+
+
+def expected(soundings: Soundings, reflector: FloatArray, sonar: EchoModel = SONAR) -> tuple[FloatArray, FloatArray]:
+    """Signal excess [dB] and reading [m] of a reflector that each ping would give, were it heard."""
+    hearing, shape = sonar.tabulated(), shape_of(reflector)
+    rays = zip(soundings.x, soundings.y, soundings.ux, soundings.uy, strict=True)
+    depths, excesses, readings = np.array([expect(hearing, shape, ray) for ray in rays]).T
+    return np.where(depths > soundings.min_range, excesses, -np.inf), readings / hearing.scale
+
+
+def hearing(
+    soundings: Soundings,
+    reflectors: Sequence[FloatArray] | FloatArray,
+    *,
+    sonar: EchoModel = SONAR,
+    noise: float = 0.0,
+    rng: np.random.Generator | None = None,
+) -> Soundings:
+    """Give each ping the nearest echo that is loud enough."""
+    nearest = soundings.readings
+    for reflector in reflectors:
+        excesses, readings = expected(soundings, reflector, sonar)
+        nearest = np.minimum(nearest, np.where(excesses > 0.0, readings, np.inf))
+    jitter = rng.normal(0.0, noise, len(nearest)) if rng is not None else 0.0
+    return soundings._replace(readings=np.where(nearest < soundings.max_range, nearest + jitter, np.inf))
+
+
+def returning(soundings: Soundings, vertex_xy: tuple[float, float], opening: float) -> Soundings:
+    """Give each ping within 25 degrees of a corner what it sends back: nearer, if it is acute, by the sine of that."""
+    x, y = vertex_xy[0] - soundings.x, vertex_xy[1] - soundings.y
+    ahead = x * soundings.ux + y * soundings.uy > np.hypot(x, y) * np.cos(np.radians(25.0))
+    away = np.hypot(x, y) * np.sin(np.radians(min(opening, 90.0)))
+    return soundings._replace(readings=np.where(ahead, away, soundings.readings))
+
+
+def evidence_for(soundings: Soundings, reflector: FloatArray) -> Evidence:
+    """What pings say of a reflector, at the usual noise."""
+    return weigh(soundings, SONAR.tabulated(), reflector, NOISE)
+
+
+def explanation(soundings: Soundings, *, sonar: EchoModel = SONAR, noise: float = NOISE) -> Explanation:
+    """An explanation of what was heard by nothing so far."""
+    return Explanation(soundings, sonar.tabulated(), noise)
+
+
+def judged(account: Explanation, reflectors: Sequence[FloatArray] | FloatArray) -> list[Hypothesis]:
+    """Reflectors with the evidence for each of them alone."""
+    bare = np.full(len(account.soundings.readings), account.floor)
+    return account.judge_all([account.propose(each) for each in reflectors], bare, [])
+
+
+def feature(
+    reflector: FloatArray, *, extent: tuple[float, float] = (0.0, 0.0), gains: Sequence[float] = (20.0,)
+) -> Hypothesis:
+    """A hypothesis that is taken for granted: there is no evidence for it."""
+    return Hypothesis(
+        reflector=reflector, evidence=NO_EVIDENCE, gains=np.array(gains), total=float(sum(gains)), extent=extent
+    )

@@ -1,0 +1,157 @@
+"""Wall lines of which stations detected a part, for tests of outlines."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+
+from echoplan.acoustics.predicted_echo import Kind, excess_of, look, shape_of, walk_of
+from echoplan.arrays import FloatArray
+from echoplan.geometry import directions, is_blocked
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.likelihood.track_history import Past
+from echoplan.joint.map_extraction.corners import VertexSettings, find_vertices
+from echoplan.joint.map_extraction.endpoint_views import line_evidence
+from echoplan.joint.map_extraction.map_builder import Survey, SurveySettings
+from echoplan.joint.map_extraction.segment import CELL, End, Segment
+from echoplan.joint.map_extraction.surroundings import points_on
+from echoplan.joint.optimisation.edge_diffraction import at_end, edges_of
+from echoplan.joint.optimisation.optimiser import AdjustmentSettings, Beliefs, Features, adjust
+from echoplan.joint.optimisation.values import State
+from echoplan.joint.search.ray_paths import trace_paths
+from echoplan.joint.search.specular_points import Echoes
+from echoplan.model import ClassProbabilities
+from echoplan.preprocessing.ping_arrays import Soundings
+from helpers.expectations import NOISE, REACH, ROOM, SONAR, explanation, feature, hearing, judged, listening, wall
+
+SILENT = Echoes()
+SURE = ClassProbabilities(wall=0.8, corner=0.15, cylinder=0.05)
+STEP = np.radians(3.0)
+# A wall as four numbers, and between which places along its line it stands.
+Stretch = tuple[FloatArray, float, float]
+
+
+def segment(
+    normal_angle: float,
+    offset: float,
+    ends: tuple[float, float],
+    *,
+    owner: int = 0,
+    free: float | None = None,
+    chance: float = 0.0,
+    known: tuple[End | None, End | None] = (None, None),
+) -> Segment:
+    """A segment by its line and its ends along it; at one place there may be no wall, with a chance that there is."""
+    start, chances = -3.0, np.full(300, 0.9)
+    if free is not None:
+        chances[int((free - start) / CELL)] = chance
+    return Segment(
+        owner=owner,
+        wall=feature(wall(normal_angle, offset)),
+        low=ends[0],
+        high=ends[1],
+        ends=known,
+        pings=50,
+        start=start,
+        chances=chances,
+    )
+
+
+def detecting(
+    soundings: Soundings,
+    stretches: Sequence[Stretch],
+    *,
+    noise: float = 0.0,
+    rng: np.random.Generator | None = None,
+) -> Soundings:
+    """Give each ping the nearest detectable echo of walls with ends, of those that no other wall blocks."""
+    sonar, nearest = SONAR.tabulated(), soundings.readings
+    origins = np.column_stack([soundings.x, soundings.y])
+    ends = [points_on(each[1:3], np.array([low, high])) for each, low, high in stretches]
+    for number, (reflector, low, high) in enumerate(stretches):
+        feet = origins @ directions(reflector[1] + np.pi / 2)
+        others = np.array([each for other, each in enumerate(ends) if other != number]).reshape(-1, 2, 2)
+        targets = points_on(reflector[1:3], feet.clip(low, high))
+        blocked = is_blocked(origins, targets, segments_xy=others, discs=np.zeros((0, 3)))
+        shape, readings = shape_of(reflector), np.full(len(nearest), np.inf)
+        for ping in np.flatnonzero(~blocked):
+            place = soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping]
+            sight = look(shape, place)
+            if sight[0] <= soundings.min_range:
+                continue
+            sight = at_end(sight, low - feet[ping], feet[ping] - high, sonar.wavelength)
+            excess = excess_of(sonar, sight)
+            if excess > 0.0:
+                readings[ping] = (sight[0] + walk_of(sonar, excess)) / sonar.scale
+        nearest = np.minimum(nearest, readings)
+    jitter = rng.normal(0.0, noise, len(nearest)) if rng is not None else 0.0
+    return soundings._replace(readings=np.where(nearest < soundings.max_range, nearest + jitter, np.inf))
+
+
+def remembered(soundings: Soundings, reflectors: Sequence[FloatArray]) -> list[Hypothesis]:
+    """Walls with a past that holds what all stations say of them."""
+    account, count = explanation(soundings), len(soundings.centers)
+    found = judged(account, reflectors)
+    paths, left_out = trace_paths(account, found, step=STEP), account.levels_without(found)
+    return [
+        replace(
+            each,
+            past=Past(
+                number=number,
+                pings=int((paths.owners == number).sum()),
+                feet=paths.feet(number, each.line),
+                crossings=paths.crossings(number, each.line),
+                line=line_evidence(account, each, count, levels),
+            ),
+        )
+        for number, (each, levels) in enumerate(zip(found, left_out, strict=True))
+    ]
+
+
+def past_of(known: Hypothesis, number: int, pings: int) -> Past:
+    """What stations whose gain is above five said."""
+    return Past(number=number, speaking=int((known.gains > 5.0).sum()), pings=pings, probabilities=SURE)
+
+
+def survey(
+    *others: Hypothesis,
+    walls: Sequence[FloatArray] | FloatArray = ROOM,
+    heard_to: float = 1.2,
+    joined: bool = True,
+    echoes: Echoes = SILENT,
+    pieces: Mapping[int, Sequence[Segment]] = MappingProxyType({}),
+) -> Survey:
+    """The survey of a room of 4 x 3 m that was heard but for the corners; some walls may be in pieces."""
+    known = [*(feature(each, gains=[9.0, 6.0, 4.0, -1.0]) for each in walls), *others]
+    reflectors = np.array([each.reflector for each in known]).reshape(-1, 4)
+    extents = np.tile([-REACH, REACH], (len(known), 1))
+    features = Features(
+        reflectors=reflectors,
+        extents=extents,
+        shadows=np.zeros((len(known), 4)),
+        doubts=np.zeros((len(known), 4)),
+        ends=edges_of(reflectors, extents),
+    )
+    truth = [*ROOM, *(each for each in reflectors if each[0] == Kind.CYLINDER)]
+    beliefs = Beliefs(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False, scale_sigma=0.03)
+    start = State(features=features, model=SONAR)
+    adjusted = adjust(hearing(listening(), truth), start, beliefs, AdjustmentSettings())
+    known = [
+        replace(each, past=past_of(each, number, int((adjusted.owners == number).sum())))
+        for number, each in enumerate(known)
+    ]
+    segments = [
+        replace(piece, wall=each, pings=40 + number)
+        for number, each in enumerate(known)
+        if each.is_wall
+        for piece in pieces.get(number, [segment(each.line[0], each.line[1], (-heard_to, heard_to), owner=number)])
+    ]
+    return Survey(
+        features=known,
+        adjusted=adjusted,
+        segments=segments,
+        vertices=find_vertices(segments, echoes, VertexSettings()) if joined else [],
+        squareness=None,
+        settings=SurveySettings(),
+    )

@@ -1,0 +1,145 @@
+import numpy as np
+import pytest
+
+from echoplan.acoustics.predicted_echo import Kind
+from echoplan.arrays import BoolArray, FloatArray
+from echoplan.joint.likelihood.ping_scores import UNHEARD, Evidence, audibility
+from echoplan.preprocessing.ping_arrays import Soundings
+from helpers.expectations import (
+    NOISE,
+    REACH,
+    ROOM,
+    SONAR,
+    corner,
+    cylinder,
+    edge,
+    evidence_for,
+    expected,
+    hearing,
+    listening,
+    wall,
+)
+
+HEARING = SONAR.tabulated()
+EAST = ROOM[0]
+
+
+def twin(soundings: Soundings, reflector: FloatArray, noise: float) -> Evidence:
+    """The evidence of all pings at once, by the formulas."""
+    excess, reading = expected(soundings, reflector)
+    if reflector[0] == Kind.WALL:
+        normal = np.array([np.cos(reflector[1]), np.sin(reflector[1])])
+        depth = reflector[2] - normal @ [soundings.x, soundings.y]
+        ahead = np.broadcast_to(normal[:, None], (2, len(depth)))
+        feet = normal[0] * soundings.y - normal[1] * soundings.x
+    else:
+        away = reflector[1:3, None] - [soundings.x, soundings.y]
+        depth, ahead, feet = np.hypot(*away) - reflector[3], away / np.hypot(*away), np.zeros(len(soundings.x))
+    cosine = ahead[0] * soundings.ux + ahead[1] * soundings.uy
+    able = (cosine >= 0.2588) & (depth > 0) & (depth <= REACH) & (excess > -4)
+    able &= (reading >= soundings.min_range) & (reading <= REACH)
+    chance = 1 / (1 + np.exp(-excess / 1.2))
+    scatter = noise * np.where(excess < 6, 1.6, 1.0)
+    late, within = soundings.readings - reading, reading < REACH - 4 * scatter
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        normal_log = np.log(chance) - np.log(np.sqrt(2 * np.pi) * scatter) - 0.5 * (late / scatter) ** 2
+        densities = np.where(np.abs(late) < 6 * scatter, normal_log, UNHEARD)
+        misses = np.where(within & (late > 4 * scatter), np.log(np.maximum(1 - 0.97 * chance, 0.06)), 0.0)
+    columns = (densities, misses, within & (excess > 0), late > -0.03, feet)
+    return Evidence(np.flatnonzero(able), *(each[able] for each in columns))
+
+
+@pytest.mark.parametrize(
+    "reflector", [EAST, wall(0.1, 1.6), cylinder(0.4, 1.0, 0.1), corner(2.0, 1.5), edge(0.3, 0.9), wall(2.0, 3.9)]
+)
+def test_evidence_is_what_the_formulas_say(room: Soundings, reflector: FloatArray) -> None:
+    noisy = hearing(listening(), [*ROOM, cylinder(0.4, 1.0, 0.1)], noise=0.006, rng=np.random.default_rng(4))
+    for soundings in (room, noisy):
+        for found, truth in zip(evidence_for(soundings, reflector), twin(soundings, reflector, NOISE), strict=True):
+            assert found == pytest.approx(truth, abs=1e-6)
+
+
+def test_half_of_the_echoes_at_the_threshold_are_heard() -> None:
+    assert audibility(0.0) == 0.5
+    assert audibility(1.2) == pytest.approx(1 / (1 + np.exp(-1)))
+    assert audibility(3.0) + audibility(-3.0) == pytest.approx(1.0)
+    assert audibility(-1e6) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_hit_is_the_density_of_a_reading_about_the_expected_one() -> None:
+    soundings = hearing(listening(), [EAST])
+    late = soundings._replace(readings=soundings.readings + NOISE)
+    exact, shifted = evidence_for(soundings, EAST), evidence_for(late, EAST)
+    excess = expected(soundings, EAST)[0][exact.pings]
+    sure = (excess > 12.0) & (exact.densities > 0.0)
+    assert sure.any()
+    assert exact.densities[sure] == pytest.approx(-np.log(np.sqrt(2 * np.pi) * NOISE), abs=1e-3)
+    assert shifted.densities[sure] == pytest.approx(exact.densities[sure] - 0.5, abs=1e-3)
+    assert not exact.misses[exact.densities > 0].any()
+
+
+def test_a_missed_echo_counts_the_more_the_louder_it_should_be_but_never_for_certain() -> None:
+    silent = listening()
+    evidence = evidence_for(silent, EAST)
+    excess = expected(silent, EAST)[0][evidence.pings]
+    order = np.argsort(excess)
+    assert (np.diff(evidence.misses[order]) <= 1e-12).all()
+    assert evidence.misses.min() == pytest.approx(np.log(0.06))
+    assert (evidence.densities == UNHEARD).all()
+
+
+def told(shift: float) -> tuple[Evidence, BoolArray]:
+    """What pings say that heard a wall, when all their readings are shifted, and which of them they are."""
+    soundings = hearing(listening(), [EAST])
+    evidence = evidence_for(soundings._replace(readings=soundings.readings + shift), EAST)
+    return evidence, np.isfinite(soundings.readings)[evidence.pings]
+
+
+@pytest.mark.parametrize("shift", [-0.2, -0.05])
+def test_readings_of_something_nearer_say_nothing(shift: float) -> None:
+    evidence, heard = told(shift)
+    assert not evidence.unmasked[heard].any()
+    assert not evidence.misses[heard].any()
+    assert (evidence.densities[heard] == UNHEARD).all()
+
+
+def test_readings_a_little_too_short_neither_hit_nor_mask_a_reflector() -> None:
+    evidence, heard = told(-0.0295)
+    assert evidence.unmasked[heard].all()
+    assert not evidence.misses[heard].any()
+    assert (evidence.densities[heard] == UNHEARD).all()
+
+
+def test_readings_of_something_farther_speak_against_a_reflector() -> None:
+    evidence, heard = told(0.2)
+    assert evidence.unmasked[heard].all()
+    assert (evidence.misses[heard] < -0.5).all()
+    assert (evidence.densities[heard] == UNHEARD).all()
+
+
+def test_audible_are_echoes_above_the_threshold(room: Soundings) -> None:
+    evidence = evidence_for(room, EAST)
+    assert (evidence.audible == (expected(room, EAST)[0][evidence.pings] > 0.0)).all()
+    assert evidence.audible.any()
+    assert not evidence.audible.all()
+
+
+@pytest.mark.parametrize("reflector", [wall(0.0, -3.0), wall(0.0, 9.0), cylinder(6.0, 0.0, 0.1)])
+def test_nobody_can_hear_what_is_behind_or_beyond_the_reach(room: Soundings, reflector: FloatArray) -> None:
+    assert len(evidence_for(room, reflector).pings) == 0
+
+
+@pytest.mark.parametrize(("margin", "counts"), [(1.0, 0), (30.0, 1)])
+def test_at_the_rim_of_the_reach_silence_does_not_speak_against_a_reflector(margin: float, counts: int) -> None:
+    ahead = listening([(0.0, 0.0)], arm=0.0)
+    late = expected(ahead, wall(0.0, REACH - 0.1))[1].max() - (REACH - 0.1)
+    rim = wall(0.0, REACH - late - margin * NOISE)
+    echoes, silence = evidence_for(hearing(ahead, [rim]), rim), evidence_for(ahead, rim)
+    assert echoes.densities.max() > 0.0
+    assert bool(silence.misses.any()) == bool(silence.audible.any()) == counts
+
+
+def test_feet_are_where_perpendiculars_meet_a_wall(room: Soundings) -> None:
+    evidence = evidence_for(room, EAST)
+    assert evidence.feet == pytest.approx(room.y[evidence.pings])
+    assert not evidence_for(room, cylinder(1.0, 0.0, 0.1)).feet.any()

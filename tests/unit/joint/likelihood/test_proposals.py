@@ -1,0 +1,154 @@
+import numpy as np
+import pytest
+
+from echoplan.acoustics.predicted_echo import Kind
+from echoplan.arrays import FloatArray
+from echoplan.geometry import directions, wrap
+from echoplan.joint.likelihood.proposals import CandidateSettings, Sightings, suggest
+from helpers.expectations import corner, cylinder, wall
+
+SETTINGS = CandidateSettings()
+STATIONS = np.array([[0.0, 0.0], [0.6, -0.3], [0.2, 0.7]])
+
+
+def sighted(
+    reflectors: list[FloatArray], *, stations: FloatArray = STATIONS, turn: float = 0.0, late: float = 0.0
+) -> Sightings:
+    """Arcs of reflectors from each station, whose planes are turned and moved away."""
+    rows = []
+    for number, center in enumerate(stations):
+        for kind, a, b, radius in reflectors:
+            away = np.array([a, b]) - center
+            normal = a if kind == Kind.WALL else np.arctan2(away[1], away[0])
+            depth = b - center @ directions(a) if kind == Kind.WALL else np.hypot(*away) - radius
+            angle = normal + turn * (-1) ** number
+            rows.append([number, *center, angle, depth + late + center @ directions(angle)])
+    table = np.array(rows)
+    return Sightings(stations=table[:, 0].astype(int), centers=table[:, 1:3], planes=table[:, 3:])
+
+
+def suggested(sightings: Sightings, *, fresh: list[bool] | None = None, **settings: float) -> FloatArray:
+    """Candidates with all sightings new unless told otherwise."""
+    new = np.ones(len(sightings.stations), dtype=bool) if fresh is None else np.array(fresh)
+    return suggest(sightings, new, CandidateSettings.model_validate(settings))
+
+
+def distance(candidates: FloatArray, reflector: FloatArray) -> float:
+    """How far the nearest candidate of a kind is from a reflector [rad and m together]."""
+    alike = candidates[candidates[:, 0] == reflector[0]]
+    difference = alike[:, 1:] - reflector[1:]
+    if reflector[0] == Kind.WALL:
+        difference[:, 0] = wrap(difference[:, 0])
+    return float(np.abs(difference).max(axis=1).min(initial=np.inf))
+
+
+def kinds(candidates: FloatArray) -> set[Kind]:
+    """What was suggested."""
+    return {Kind(int(kind)) for kind in candidates[:, 0]}
+
+
+@pytest.mark.parametrize(
+    "reflector",
+    [
+        wall(0.4, 1.5),
+        wall(-2.8, 2.0),
+        wall(np.pi - 0.01, 1.0),
+        corner(1.5, 1.0),
+        corner(-1.0, 0.4),
+        cylinder(1.2, 1.4, 0.12),
+    ],
+)
+@pytest.mark.parametrize("turn", [0.0, 0.05])
+def test_arcs_of_two_stations_suggest_what_they_heard(reflector: FloatArray, turn: float) -> None:
+    sightings = sighted([reflector], stations=STATIONS[:2], turn=turn)
+    assert distance(suggested(sightings), reflector) < 1e-6
+
+
+def test_arcs_of_several_reflectors_suggest_each_of_them() -> None:
+    reflectors = [wall(0.4, 1.5), wall(2.2, 1.9), corner(-1.5, -1.0), cylinder(0.5, -1.3, 0.08)]
+    candidates = suggested(sighted(reflectors))
+    assert [distance(candidates, each) < 0.02 for each in reflectors] == [True] * 4
+
+
+def test_a_single_arc_suggests_its_own_plane_and_nothing_else() -> None:
+    candidates = suggested(sighted([wall(0.4, 1.5)], stations=STATIONS[:1]))
+    assert candidates == pytest.approx(wall(0.4, 1.5)[None])
+
+
+def test_a_tangent_is_nearer_to_a_wall_than_arcs_that_are_turned() -> None:
+    sightings = sighted([wall(0.4, 1.5)], stations=STATIONS[:2], turn=0.08)
+    own = np.abs(wrap(sightings.planes[:, 0] - 0.4))
+    assert own.min() > 0.07
+    assert distance(suggested(sightings), wall(0.4, 1.5)) < 1e-6
+
+
+def test_arcs_that_turn_too_far_from_each_other_suggest_no_tangent() -> None:
+    sightings = sighted([wall(0.4, 1.5)], stations=STATIONS[:2], turn=np.radians(12))
+    assert distance(suggested(sightings), wall(0.4, 1.5)) > 0.1
+    assert distance(suggested(sightings, wall_turn=np.radians(25)), wall(0.4, 1.5)) < 1e-6
+
+
+def test_arcs_of_one_station_suggest_nothing_together() -> None:
+    sightings = sighted([wall(0.4, 1.5), wall(0.5, 1.5)], stations=STATIONS[:1])
+    assert kinds(suggested(sightings)) == {Kind.WALL}
+    assert len(suggested(sightings)) == 2
+
+
+def test_stations_side_by_side_tell_nothing_new() -> None:
+    near, far = (sighted([corner(1.5, 0.0)], stations=np.array([[0.0, 0.0], [0.0, apart]])) for apart in (0.04, 0.06))
+    assert Kind.CORNER not in kinds(suggested(near))
+    assert Kind.CORNER in kinds(suggested(far))
+
+
+def test_range_circles_that_just_miss_each_other_still_suggest_a_point_between() -> None:
+    # The point lies on the way from one station to the other; readings 5 mm short leave a gap between the circles.
+    stations = np.array([[0.0, 0.0], [2.0, 0.0]])
+    sightings = sighted([corner(1.0, 0.0)], stations=stations, late=-0.005)
+    assert distance(suggested(sightings), corner(1.0, 0.0)) < 0.01
+
+
+def test_circles_far_apart_suggest_no_point() -> None:
+    sightings = sighted([corner(1.0, 0.0)], stations=np.array([[0.0, 0.0], [2.0, 0.0]]), late=-0.3)
+    assert Kind.CORNER not in kinds(suggested(sightings))
+
+
+def test_points_behind_the_stations_are_not_suggested() -> None:
+    # Two range circles meet twice; only the crossing that both stations look at is a candidate.
+    candidates = suggested(sighted([corner(1.0, 1.0)], stations=np.array([[0.0, 0.0], [1.0, 0.0]])))
+    corners = candidates[candidates[:, 0] == Kind.CORNER]
+    assert corners == pytest.approx(corner(1.0, 1.0)[None])
+
+
+def test_only_radii_that_are_asked_for_are_tried() -> None:
+    sightings = sighted([cylinder(1.0, 0.5, 0.1)])
+    candidates = suggest(sightings, np.ones(3, dtype=bool), CandidateSettings(radii=(0.1, 0.3)))
+    assert set(candidates[candidates[:, 0] == Kind.CYLINDER, 3]) <= {0.1, 0.3}
+    assert distance(candidates, cylinder(1.0, 0.5, 0.1)) < 1e-6
+
+
+def test_pairs_without_anything_new_are_not_looked_at_again() -> None:
+    sightings = sighted([corner(1.5, 1.0)])
+    assert len(suggested(sightings, fresh=[False] * 3)) == 0
+    assert distance(suggested(sightings, fresh=[False, False, True]), corner(1.5, 1.0)) < 1e-6
+
+
+def test_candidates_that_agree_are_one() -> None:
+    candidates = suggested(sighted([wall(0.4, 1.5)]))
+    # Three planes and three pairs suggest the same wall.
+    assert (candidates[:, 0] == Kind.WALL).sum() == 1
+
+
+def test_of_too_many_candidates_those_that_more_pairs_suggest_stay() -> None:
+    sightings = sighted([wall(0.4, 1.5), wall(2.2, 1.9)])
+    first = suggested(sightings, fresh=[True, False, True, False, True, False])
+    few = suggested(sightings, fresh=[True, True, True, False, True, False], most=1)
+    assert distance(first, wall(0.4, 1.5)) < 1e-6
+    assert max((few[:, 0] == kind).sum() for kind in Kind) == 1
+    assert distance(few, wall(0.4, 1.5)) < 1e-6
+
+
+def test_a_station_beyond_a_plane_counts_as_just_before_it() -> None:
+    sightings = Sightings(
+        stations=np.array([0, 0]), centers=np.array([[0.0, 0.0], [2.0, 0.0]]), planes=np.array([[0.0, 1.5], [0.0, 1.5]])
+    )
+    assert sightings.depths == pytest.approx([1.5, 0.03])

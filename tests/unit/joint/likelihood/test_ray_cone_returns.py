@@ -1,0 +1,59 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import directions
+from echoplan.joint.likelihood.ping_scores import UNHEARD
+from echoplan.joint.likelihood.ray_cone_returns import flanks_of
+from helpers.expectations import NOISE, SONAR, cylinder, wall
+from helpers.single_ping import likeliest, one_ping
+
+CONE = np.radians(15.0)
+HEARING = replace(SONAR, walk_gain=0.0).seeing(float(CONE)).tabulated()
+ENDLESS = (-50.0, 50.0)
+EAST = wall(0.0, 1.0)
+
+
+def flanks(bearing: float, reflector: FloatArray, extent: tuple[float, float] = ENDLESS) -> tuple[FloatArray, float]:
+    """Levels of all readings of one ping from (0.2, 0.1), and the likeliest of them."""
+    soundings = one_ping((0.2, 0.1), float(np.radians(bearing)))
+    levels = flanks_of(soundings, HEARING, reflector, extent, NOISE)
+    return levels, likeliest(soundings, levels) if levels.max() > UNHEARD else np.inf
+
+
+@pytest.mark.parametrize("bearing", [25.0, 40.0, 60.0, -50.0])
+def test_the_outermost_ray_reads_a_wall_where_it_meets_it(bearing: float) -> None:
+    _, reading = flanks(bearing, EAST)
+    assert reading == pytest.approx(0.8 / np.cos(np.radians(abs(bearing)) - CONE), abs=2e-4)
+
+
+def test_it_reads_nothing_past_the_end_of_a_wall() -> None:
+    # The ray of 40 - 15 degrees meets the wall at 0.1 + 0.8 tan 25 degrees; the other one far beyond.
+    met = 0.1 + 0.8 * np.tan(np.radians(25.0))
+    assert flanks(40.0, EAST, (-50.0, met + 0.01))[1] < np.inf
+    assert flanks(40.0, EAST, (-50.0, met - 0.01))[1] == np.inf
+
+
+def test_it_reads_a_cylinder_where_it_meets_it() -> None:
+    radius, bearing = 0.3, np.radians(27.0)
+    _, reading = flanks(27.0, cylinder(1.2, 0.1, radius))
+    point = np.array([0.2, 0.1]) + reading * directions(bearing - CONE)
+    assert np.hypot(*(point - (1.2, 0.1))) == pytest.approx(radius, abs=3e-4)
+
+
+@pytest.mark.parametrize("reflector", [EAST, cylinder(1.2, 0.1, 0.1)])
+def test_what_lies_behind_it_does_not_read(reflector: FloatArray) -> None:
+    assert flanks(180.0, reflector)[1] == np.inf
+
+
+def test_levels_are_those_of_a_density() -> None:
+    soundings = one_ping((0.2, 0.1), float(np.radians(40.0)))
+    levels = flanks_of(soundings, HEARING, EAST, ENDLESS, NOISE)
+    inner = soundings.readings < 1.1
+    assert np.exp(levels[inner]).sum() * 1e-4 == pytest.approx(1.0, abs=0.01)
+
+
+def test_silence_is_never_a_flank() -> None:
+    assert flanks(40.0, EAST)[0][-1] == UNHEARD

@@ -1,0 +1,60 @@
+"""What a body behind the wall x = 2 hides, between y = -1 and y = 1."""
+
+import numpy as np
+import pytest
+
+from echoplan.arrays import FloatArray
+from echoplan.joint.map_extraction.bodies import Bodies
+from helpers.outlines import segment
+
+FRONT = segment(0.0, 2.0, (-1.0, 1.0))
+# The line y = 3 behind the body, seen from below it.
+NORTH = np.array([np.pi / 2, 3.0])
+NOWHERE = np.zeros((0, 2))
+
+
+def hidden(bodies: Bodies, x: float, *, to: float | None = None, owner: int = 1, line: FloatArray = NORTH) -> float:
+    """The probability that the way from (x, -3) up to the line y = 3, straight or to another x, is blocked."""
+    places = np.array([-(x if to is None else to)])
+    return float(bodies.hide(np.array([[x, -3.0]]), owner, line, places)[0])
+
+
+def test_a_body_hides_the_less_the_farther_behind_its_front() -> None:
+    bodies = Bodies.behind([FRONT], NOWHERE)
+    chances = [hidden(bodies, x) for x in (1.9, 2.001, 2.3, 3.0, 5.0)]
+    assert chances[:2] == pytest.approx([0.0, 1.0], abs=0.01)
+    assert chances[1:] == sorted(chances[1:], reverse=True)
+    assert chances[-1] < 0.01
+
+
+def test_a_way_through_the_front_is_hidden_and_one_aside_is_not() -> None:
+    bodies = Bodies.behind([FRONT], NOWHERE)
+    assert hidden(bodies, 1.5, to=3.0) == pytest.approx(1.0)
+    # Behind the line of the front only past its end.
+    assert hidden(bodies, 1.5, to=2.2) == 0.0
+    assert hidden(bodies, 0.0, to=1.9) == 0.0
+
+
+def test_no_body_stands_where_the_robot_drove() -> None:
+    bodies = Bodies.behind([FRONT], np.array([[2.4, 0.0], [9.0, 5.0], [1.0, 0.0]]))
+    assert hidden(bodies, 2.3) > 0.5
+    assert hidden(bodies, 2.5) == 0.0
+
+
+def test_a_body_goes_as_far_as_its_back_and_no_farther() -> None:
+    bodies = Bodies.behind([FRONT, segment(np.pi, -2.4, (-0.5, 0.5), owner=2)], NOWHERE)
+    assert hidden(bodies, 2.3) == pytest.approx(1.0)
+    assert hidden(bodies, 2.5) == 0.0
+
+
+def test_a_wall_does_not_hide_itself_nor_what_it_faces() -> None:
+    bodies = Bodies.behind([FRONT], NOWHERE)
+    assert hidden(bodies, 2.3, owner=FRONT.owner) == 0.0
+    # The line x = 2.6 as detected from behind the wall may be its other face.
+    back = np.array([np.pi, -2.6])
+    assert bodies.hide(np.array([[3.0, 0.0]]), 1, back, np.array([0.0])).tolist() == [0.0]
+    assert bodies.hide(np.array([[1.0, 0.0]]), 1, np.array([0.0, 2.6]), np.array([0.0])).tolist() == [1.0]
+
+
+def test_nothing_hides_nothing() -> None:
+    assert hidden(Bodies.behind([], NOWHERE), 2.3) == 0.0

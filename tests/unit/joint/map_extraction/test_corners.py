@@ -1,0 +1,185 @@
+import numpy as np
+import pytest
+
+from echoplan.joint.map_extraction.corners import Vertex, VertexSettings, find_vertices
+from echoplan.joint.map_extraction.segment import Segment
+from echoplan.joint.search.specular_points import CornerEcho, Echoes
+from echoplan.model import CornerKind
+from helpers.outlines import segment
+
+SILENT = Echoes()
+# A corner that should have been heard and was not.
+MISSED = Echoes(pairs={(0, 1): CornerEcho(gain=-6.0)})
+
+
+def between(**heard: float) -> Echoes:
+    """What was heard of the corner of segments 0 and 1."""
+    return Echoes(pairs={(0, 1): CornerEcho(**heard)})  # type: ignore[arg-type]
+
+
+def met(*segments: Segment, echoes: Echoes = SILENT, **settings: float) -> list[Vertex]:
+    return find_vertices(segments, echoes, VertexSettings.model_validate(settings))
+
+
+def east(ends: tuple[float, float] = (-0.8, 0.8), **changed: object) -> Segment:
+    """The wall x = 1; places along it are y."""
+    return segment(0.0, 1.0, ends, **changed)  # type: ignore[arg-type]
+
+
+def north(ends: tuple[float, float] = (-0.8, 0.8), **changed: object) -> Segment:
+    """The wall y = 1; places along it are -x."""
+    return segment(np.pi / 2, 1.0, ends, **({"owner": 1} | changed))  # type: ignore[arg-type]
+
+
+def test_a_room_has_as_many_corners_as_walls() -> None:
+    around = [segment(turn, 1.0, (-0.8, 0.8), owner=k) for k, turn in enumerate((0.0, np.pi / 2, np.pi, -np.pi / 2))]
+    vertices = met(*around)
+    assert sorted(np.round(each.position_xy).tolist() for each in vertices) == [[-1, -1], [-1, 1], [1, -1], [1, 1]]
+    assert all(each.kind is CornerKind.CONCAVE for each in vertices)
+    assert not any(each.heard for each in vertices)
+
+
+def test_a_vertex_knows_which_ends_of_its_segments_meet() -> None:
+    (vertex,) = met(east(), north())
+    assert vertex.position_xy == pytest.approx([1.0, 1.0])
+    assert vertex.segments == (0, 1)
+    assert vertex.upper == (True, False)
+    assert vertex.cost == pytest.approx(0.4)
+
+
+def test_segments_of_a_box_meet_in_a_convex_corner() -> None:
+    (vertex,) = met(east((1.1, 1.9)), north((-1.9, -1.1)))
+    assert vertex.kind is CornerKind.CONVEX
+    assert vertex.upper == (False, True)
+    assert vertex.position_xy == pytest.approx([1.0, 1.0])
+
+
+def test_segments_that_turn_their_backs_to_each_other_do_not_meet() -> None:
+    # One lies before the other, but the other behind it: no body has both.
+    assert met(east((-0.8, 0.8)), north((-1.9, -1.1))) == []
+
+
+@pytest.mark.parametrize(("turn", "count"), [(15.0, 0), (25.0, 1)])
+def test_segments_that_hardly_turn_go_on_rather_than_meet(turn: float, count: int) -> None:
+    # Both reach to within 10 cm of their crossing at (1, 0).
+    slanted = segment(np.radians(turn), np.cos(np.radians(turn)), (0.1 - np.sin(np.radians(turn)), 0.8))
+    assert len(met(east((-0.8, -0.1)), slanted)) == count
+
+
+def test_a_crossing_amid_a_segment_is_no_end_of_it() -> None:
+    assert met(east((-0.8, 1.3)), north()) == []
+    assert len(met(east((-0.8, 1.05)), north())) == 1
+
+
+@pytest.mark.parametrize(
+    ("high", "echoes", "count"),
+    [
+        (0.6, MISSED, 1),
+        (0.4, MISSED, 0),
+        (0.4, between(gain=-4.0), 1),
+        (-1.9, SILENT, 1),
+        (-2.1, SILENT, 0),
+        (-2.1, between(pings=99, gain=99.0), 0),
+    ],
+    ids=["missed, but near", "missed", "hardly missed", "hidden", "too far", "heard, but too far"],
+)
+def test_segments_grow_to_a_square_corner_unless_that_was_missed(high: float, echoes: Echoes, count: int) -> None:
+    assert len(met(east((-2.9, high)), north(), echoes=echoes)) == count
+
+
+@pytest.mark.parametrize(
+    ("echoes", "heard"),
+    [
+        (between(pings=5), True),
+        (between(pings=4), False),
+        (between(gain=6.0), True),
+        (between(gain=4.0), False),
+        (Echoes(corners_xy=np.array([[1.02, 1.0]])), True),
+        (Echoes(corners_xy=np.array([[1.04, 1.0]])), False),
+    ],
+    ids=["in pairs", "hardly in pairs", "by all", "hardly by all", "as such", "beside"],
+)
+def test_a_corner_is_heard_in_several_ways(echoes: Echoes, *, heard: bool) -> None:
+    (vertex,) = met(east(), north(), echoes=echoes)
+    assert vertex.heard == heard
+
+
+def slanted(length: float) -> tuple[Segment, Segment]:
+    """Two segments 70 degrees apart, one of which would have to grow by 60 cm to meet the other."""
+    apex = (1.0 - np.cos(np.radians(70))) / np.sin(np.radians(70))
+    return east((apex - 0.6 - length, apex - 0.6)), segment(np.radians(70), 1.0, (-0.65, 0.5), owner=1)
+
+
+@pytest.mark.parametrize(("length", "count"), [(0.28, 0), (0.32, 1)])
+def test_no_segment_grows_to_more_than_thrice_its_length_to_an_oblique_corner_nobody_heard(
+    length: float, count: int
+) -> None:
+    assert len(met(*slanted(length))) == count
+    assert len(met(*slanted(length), echoes=between(pings=5))) == 1
+
+
+def test_a_segment_ends_at_the_first_corner_that_was_heard_along_it() -> None:
+    def on_the_way(x: float, y: float) -> Echoes:
+        return Echoes(corners_xy=np.array([[x, y]]))
+
+    assert met(east((-0.8, 0.1)), north(), echoes=on_the_way(1.01, 0.5)) == []
+    assert len(met(east((-0.8, 0.1)), north(), echoes=on_the_way(1.04, 0.5))) == 1
+    assert len(met(east((-0.8, 0.1)), north(), echoes=on_the_way(1.0, -0.5))) == 1
+
+
+def test_nobody_hears_convex_corners_and_so_segments_may_grow_to_them() -> None:
+    assert len(met(east((1.1, 1.9)), north((-1.8, -1.7)))) == 1
+
+
+@pytest.mark.parametrize(("extension", "heard"), [(0.9, True), (1.1, False)])
+def test_walls_that_are_not_square_hear_each_other_from_near_by_only(extension: float, *, heard: bool) -> None:
+    slanted = segment(np.radians(70), 1.0, (-0.65, 0.5), owner=1)
+    apex = (1.0 - np.cos(np.radians(70))) / np.sin(np.radians(70))
+    (vertex,) = met(east((-1.9, apex - extension)), slanted, echoes=between(pings=20))
+    assert vertex.heard == heard
+
+
+def test_the_echo_of_a_pair_makes_no_convex_corner_heard() -> None:
+    echoes = between(pings=20)
+    (vertex,) = met(east((1.1, 1.9)), north((-1.9, -1.1)), echoes=echoes)
+    assert not vertex.heard
+
+
+def test_segments_do_not_meet_beyond_a_place_where_there_is_surely_no_wall() -> None:
+    assert met(east(free=0.9, chance=0.04), north()) == []
+    assert len(met(east(free=0.9, chance=0.06), north())) == 1
+    assert len(met(east(free=0.0, chance=0.0), north())) == 1
+
+
+def test_a_segment_is_not_drawn_on_over_another_of_its_line() -> None:
+    here, there = (east((0.3, 0.8)), north((-0.8, -0.3))), (east((-0.8, -0.1)), north((0.1, 0.8)))
+    assert [each.segments for each in met(*there, echoes=between(pings=20))] == [(0, 1)]
+    assert [each.segments for each in met(*there, *here, echoes=between(pings=20))] == [(2, 3)]
+
+
+def test_a_segment_of_which_one_point_was_heard_is_drawn_on() -> None:
+    assert len(met(east((0.8, 0.8)), north((-0.8, -0.8)))) == 1
+
+
+def test_each_end_meets_once_and_the_nearest_wins() -> None:
+    nearer = segment(np.pi / 2, 0.9, (-0.8, 0.8), owner=2)
+    vertices = met(east(), north(), nearer)
+    assert [each.segments for each in vertices] == [(0, 2)]
+
+
+def test_a_corner_that_was_heard_wins_against_a_nearer_one() -> None:
+    nearer = segment(np.pi / 2, 0.9, (-0.8, 0.8), owner=2)
+    echoes = Echoes(corners_xy=np.array([[1.0, 1.0]]))
+    vertices = met(east(), north(), nearer, echoes=echoes)
+    assert [each.segments for each in vertices] == [(0, 1)]
+
+
+def test_both_ends_of_a_segment_may_meet_others() -> None:
+    west = segment(np.pi, 1.0, (-0.8, 0.8), owner=2)
+    vertices = met(east(), north(), west)
+    assert {each.segments: each.upper[each.segments.index(1)] for each in vertices} == {(0, 1): False, (1, 2): True}
+
+
+def test_one_segment_meets_nothing() -> None:
+    assert met(east()) == []
+    assert met() == []

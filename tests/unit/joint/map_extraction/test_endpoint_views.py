@@ -1,0 +1,89 @@
+import numpy as np
+import pytest
+
+from echoplan.arrays import FloatArray
+from echoplan.joint.likelihood.track_history import LineEvidence
+from echoplan.joint.map_extraction.endpoint_views import OFFSETS, line_evidence
+from echoplan.preprocessing.ping_arrays import Soundings
+from helpers.expectations import explanation, hearing, judged, listening, wall
+
+EAST = wall(0.0, 1.0)
+BEFORE = listening([(0.0, 0.3)])
+PAST_END = int(np.argmin(np.abs(OFFSETS - 0.3)))
+
+
+def views(soundings: Soundings) -> tuple[LineEvidence, float]:
+    """What stations say of the line x = 1, and the log-likelihood ratio of a wall without ends."""
+    account = explanation(soundings)
+    (east,) = judged(account, [EAST])
+    levels, evidence = np.full(len(soundings.readings), account.floor), east.evidence
+    ratios = np.maximum(evidence.densities - levels[evidence.pings], 0.0) + evidence.misses
+    whole = float((soundings.weights[evidence.pings] * ratios).sum())
+    return line_evidence(account, east, len(soundings.centers), levels), whole
+
+
+def by_offset(soundings: Soundings) -> FloatArray:
+    """Log-likelihood ratios of the first station, by the offset of the end: the mean of both ends."""
+    mean: FloatArray = views(soundings)[0].log_ratios[0].mean(axis=0)
+    return mean
+
+
+def test_a_station_says_something_at_the_foot_of_its_perpendicular() -> None:
+    evidence, _ = views(hearing(BEFORE, [EAST]))
+    assert evidence.feet == pytest.approx([0.3])
+    assert evidence.centers_xy.tolist() == [[0.0, 0.3]]
+    assert evidence.log_ratios.shape == (1, 2, len(OFFSETS))
+
+
+@pytest.mark.parametrize("detected", [True, False])
+def test_a_wall_that_ends_a_decimetre_past_the_foot_is_seen_as_a_whole(*, detected: bool) -> None:
+    evidence, whole = views(hearing(BEFORE, [EAST]) if detected else BEFORE)
+    assert evidence.log_ratios[0, :, 0] == pytest.approx([whole, whole])
+    assert (whole > 20.0) if detected else (whole < -5.0)
+
+
+@pytest.mark.parametrize("detected", [True, False])
+def test_of_a_wall_that_ends_three_decimetres_before_the_foot_nothing_is_detected(*, detected: bool) -> None:
+    evidence, _ = views(hearing(BEFORE, [EAST]) if detected else BEFORE)
+    assert evidence.log_ratios[0, :, PAST_END] == pytest.approx([0.0, 0.0], abs=0.01)
+
+
+def test_what_a_station_says_for_a_wall_fades_across_its_end() -> None:
+    ratios = by_offset(hearing(BEFORE, [EAST]))
+    assert (np.diff(ratios) <= 0.05).all()
+    assert 0.0 < ratios[np.argmin(np.abs(OFFSETS))] < 0.9 * ratios[0]
+
+
+def test_what_a_station_says_against_a_wall_fades_across_its_end() -> None:
+    ratios = by_offset(BEFORE)
+    assert (np.diff(ratios) >= -0.05).all()
+
+
+def test_a_reading_of_something_nearer_says_nothing_of_a_wall() -> None:
+    nearer = BEFORE._replace(readings=np.full(len(BEFORE.readings), 0.4))
+    assert np.abs(views(nearer)[0].log_ratios).max() < 1e-9
+
+
+def test_a_reading_that_something_else_explains_as_well_says_nothing_for_a_wall() -> None:
+    soundings = hearing(BEFORE, [EAST])
+    account = explanation(soundings)
+    (east,) = judged(account, [EAST])
+    levels = np.full(len(soundings.readings), account.floor)
+    levels[east.evidence.pings] = np.maximum(east.evidence.densities, account.floor)
+    # A miss is left of the pings at the rim of the beam alone.
+    assert line_evidence(account, east, 1, levels).log_ratios.max() < 0.5
+
+
+def test_only_the_first_stations_are_asked_and_those_out_of_reach_not_at_all() -> None:
+    soundings = hearing(listening([(0.0, 0.0), (-20.0, 0.0), (0.0, 0.5), (0.0, 0.8)]), [EAST])
+    account = explanation(soundings)
+    (east,) = judged(account, [EAST])
+    levels = np.full(len(soundings.readings), account.floor)
+    assert line_evidence(account, east, 3, levels).feet == pytest.approx([0.0, 0.5])
+
+
+def test_evidence_of_several_stations_can_be_joined_and_chosen_from() -> None:
+    one, other = (views(hearing(listening([(0.0, y)]), [EAST]))[0] for y in (0.1, 0.7))
+    both = one.joined(other)
+    assert both.feet == pytest.approx([0.1, 0.7])
+    assert both.chosen(np.array([False, True])).log_ratios == pytest.approx(other.log_ratios)

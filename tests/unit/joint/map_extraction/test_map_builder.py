@@ -1,0 +1,254 @@
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import intersections
+from echoplan.joint.map_extraction.openings import Gap
+from echoplan.joint.map_extraction.segment import End
+from echoplan.joint.optimisation.manhattan import Squareness
+from echoplan.joint.search.specular_points import CornerEcho, Echoes
+from echoplan.model import Corner, CornerKind, Cylinder, Wall
+from helpers.expectations import corner, cylinder, edge, feature
+from helpers.outlines import SURE, segment, survey
+
+COLUMN = cylinder(0.2, 0.9, 0.1)
+
+
+def test_walls_end_at_their_vertices() -> None:
+    east, north, *_ = survey().walls([])
+    assert east.endpoints_xy == pytest.approx(np.array([[2.0, -1.5], [2.0, 1.5]]))
+    assert north.endpoints_xy == pytest.approx(np.array([[2.0, 1.5], [-2.0, 1.5]]))
+
+
+def test_walls_drawn_to_right_angles_are_counted_and_other_members_are_not() -> None:
+    drawn = survey(feature(COLUMN, gains=[9.0, 6.0, 4.0, -1.0]))
+    assert drawn.right_angles() == {}
+    square = Squareness(np.array([True, True, False, True, True]), 0.003)
+    assert replace(drawn, squareness=square).right_angles() == {"walls": 3, "sigma": 0.003, "along_axes": False}
+
+
+def test_a_wall_without_vertices_ends_where_it_was_heard_to_end() -> None:
+    east, *_ = survey(joined=False).walls([])
+    assert east.endpoints_xy == pytest.approx(np.array([[2.0, -1.2], [2.0, 1.2]]))
+
+
+def test_a_wall_of_which_one_point_was_heard_is_six_centimetres_long() -> None:
+    east, *_ = survey(joined=False, heard_to=0.0).walls([])
+    assert east.length == pytest.approx(0.06)
+    assert east.endpoints_xy.mean(axis=0) == pytest.approx([2.0, 0.0])
+
+
+def test_nothing_is_drawn_across_the_path_of_the_robot() -> None:
+    path_xy = np.array([[1.0, 0.01], [3.0, 0.01], [3.0, 1.3], [1.0, 1.3]])
+    short = replace(survey(joined=False, heard_to=0.0), path_xy=path_xy).walls([])[0]
+    assert short.endpoints_xy == pytest.approx(np.array([[2.0, -0.03], [2.0, 0.009]]))
+    met = replace(survey(heard_to=1.2), path_xy=path_xy[2:]).walls([])[0]
+    assert met.endpoints_xy == pytest.approx(np.array([[2.0, -1.5], [2.0, 1.299]]))
+
+
+def test_a_wall_is_the_line_of_its_feature_with_what_speaks_for_it() -> None:
+    east, north, *_ = survey().walls([])
+    assert (north.normal_angle, north.offset) == pytest.approx((np.pi / 2, 1.5))
+    assert (east.pings, north.pings) == (40, 41)
+    # Stations whose gain is above five.
+    assert east.stations == 2
+
+
+def test_a_wall_that_is_drawn_as_far_as_it_was_detected_is_as_surely_one_as_its_feature() -> None:
+    for east in (survey(joined=False).walls([])[0], survey(heard_to=1.5).walls([])[0]):
+        assert east.inferred.tolist() == [0.0, 0.0]
+        chances = (east.class_probabilities.wall, east.class_probabilities.corner, east.class_probabilities.cylinder)
+        assert chances == pytest.approx((0.8, 0.15, 0.05))
+
+
+def test_the_covariance_of_a_wall_is_its_block_of_the_adjustment() -> None:
+    found = survey()
+    place = found.adjusted.unknowns.feature(1)
+    block = found.adjusted.covariance[place, place]
+    assert found.walls([])[1].covariance == pytest.approx(block, rel=1e-9)
+
+
+def test_every_covariance_is_symmetric_and_positive_definite() -> None:
+    found = survey(feature(COLUMN), feature(edge(0.0, -0.9), gains=[9.0] * 4))
+    drawn: list[Wall | Corner | Cylinder] = [*found.walls([]), *found.corners(), *found.cylinders()]
+    assert len(drawn) == 4 + 5 + 1
+    for each in drawn:
+        assert each.covariance == pytest.approx(each.covariance.T, rel=1e-9)
+        assert np.linalg.eigvalsh(each.covariance).min() > 0.0
+
+
+def test_a_room_of_four_walls_has_four_corners() -> None:
+    corners = survey().corners()
+    assert sorted(np.round(each.position_xy, 6).tolist() for each in corners) == [
+        [-2.0, -1.5],
+        [-2.0, 1.5],
+        [2.0, -1.5],
+        [2.0, 1.5],
+    ]
+    assert all(each.kind is CornerKind.CONCAVE for each in corners)
+    assert all((each.pings, each.stations) == (0, 0) for each in corners)
+    # Nobody detected them, and each wall goes on up to them with a probability of 0.9.
+    assert [each.class_probabilities.corner for each in corners] == pytest.approx([0.9 + 0.1 / 3] * 4)
+
+
+def test_a_corner_tells_who_heard_one_of_its_walls_in_the_other() -> None:
+    heard = Echoes(pairs={(0, 1): CornerEcho(pings=31, stations=3, heard=200.0)})
+    by_place = {tuple(np.round(each.position_xy, 6)): each for each in survey(echoes=heard).corners()}
+    assert (by_place[2.0, 1.5].pings, by_place[2.0, 1.5].stations) == (31, 3)
+    assert {each.pings for place, each in by_place.items() if place != (2.0, 1.5)} == {0}
+
+
+def test_the_covariance_of_a_corner_is_that_of_its_walls_carried_on_by_finite_differences() -> None:
+    found = survey()
+    unknowns, step = found.adjusted.unknowns, 1e-6
+    for vertex, drawn in zip(found.vertices, found.corners(), strict=True):
+        lines = np.array([found.features[each].line for each in vertex.segments])
+        slopes = np.zeros((2, 4))
+        for column in range(4):
+            nudge = np.zeros((2, 2))
+            nudge.flat[column] = step
+            slopes[:, column] = (intersections(*(lines + nudge)) - intersections(*(lines - nudge))) / (2 * step)
+        places = np.concatenate([np.arange(unknowns.size)[unknowns.feature(each)] for each in vertex.segments])
+        expected = slopes @ found.adjusted.covariance[np.ix_(places, places)] @ slopes.T
+        assert drawn.covariance == pytest.approx(expected, rel=1e-5)
+
+
+def test_a_corner_that_was_heard_tells_from_where() -> None:
+    heard = feature(corner(1.99, 1.49), gains=[9.0, 9.0, 9.0, 0.0])
+    (drawn,) = [each for each in survey(heard).corners() if each.stations]
+    # It is drawn where its walls meet, and only once.
+    assert drawn.position_xy == pytest.approx([2.0, 1.5])
+    assert drawn.stations == 3
+    assert drawn.class_probabilities is SURE
+
+
+def test_a_corner_where_no_walls_meet_is_drawn_as_it_was_heard() -> None:
+    inner, outer = (feature(kind(0.4, -0.9), gains=[9.0] * 4) for kind in (corner, edge))
+    square = Squareness(np.array([True] * 4 + [False]), 0.003)
+    for lone, kind in ((inner, CornerKind.CONCAVE), (outer, CornerKind.CONVEX)):
+        drawn = replace(survey(lone), squareness=square).corners()[-1]
+        assert drawn.position_xy == pytest.approx([0.4, -0.9])
+        assert (drawn.kind, drawn.stations) == (kind, 4)
+
+
+def test_a_lone_corner_whose_angle_nobody_knows_is_not_drawn() -> None:
+    # In an angle of 76 degrees sound comes back after 0.97 of the way to the vertex: centimetres short of it.
+    lone = feature(corner(0.4, -0.9), gains=[9.0] * 4)
+    assert len(survey(lone).corners()) == 4
+
+
+def test_a_lone_corner_that_two_stations_heard_is_not_drawn() -> None:
+    lone = feature(corner(0.4, -0.9), gains=[9.0, 9.0, 4.0, 0.0])
+    assert len(survey(lone).corners()) == 4
+
+
+def test_cylinders_are_drawn_and_nothing_else_among_them() -> None:
+    found = survey(feature(COLUMN, gains=[9.0, 9.0, 9.0, 0.0]), feature(corner(0.4, -0.9)))
+    (drawn,) = found.cylinders()
+    assert drawn.center_xy == pytest.approx([0.2, 0.9])
+    assert drawn.radius == pytest.approx(0.1)
+    assert drawn.covariance.shape == (3, 3)
+    assert (drawn.pings, drawn.stations) == (int((found.adjusted.owners == 4).sum()), 3)
+    assert drawn.pings > 10
+
+
+def test_where_nothing_was_found_nothing_is_drawn() -> None:
+    empty = survey(walls=np.zeros((0, 4)))
+    assert (empty.walls([]), empty.corners(), empty.cylinders()) == ((), (), ())
+    assert empty.gaps(np.zeros((0, 2))) == []
+
+
+# The wall x = 2 as a segment from -1.2 to 0.9, which is extended to the corners at -1.5 and 1.5.
+EAST = segment(0.0, 2.0, (-1.2, 0.9), free=1.21, chance=0.4)
+DETECTED = Echoes(pairs={(0, 1): CornerEcho(pings=9, stations=2, heard=30.0)})
+
+
+def corner_at(corners: Sequence[Corner], x: float, y: float) -> Corner:
+    return min(corners, key=lambda each: float(np.hypot(*(each.position_xy - [x, y]))))
+
+
+def test_what_a_wall_was_extended_by_to_a_corner_nobody_detected_is_inferred_and_makes_it_less_sure() -> None:
+    east, *_ = survey(pieces={0: [EAST]}).walls([])
+    assert east.inferred == pytest.approx([0.3, 0.6])
+    # Of three metres 0.9 m are not observed, and there each class is as likely as another.
+    assert east.class_probabilities.wall == pytest.approx(0.7 * 0.8 + 0.3 / 3)
+    assert east.class_probabilities.corner == pytest.approx(0.7 * 0.15 + 0.3 / 3)
+
+
+def test_nothing_is_inferred_on_the_way_to_a_corner_that_was_detected() -> None:
+    east, *_ = survey(pieces={0: [EAST]}, echoes=DETECTED).walls([])
+    assert east.inferred == pytest.approx([0.3, 0.0])
+
+
+def test_a_corner_nobody_detected_is_as_sure_as_that_both_walls_reach_it() -> None:
+    silent, detected = (survey(pieces={0: [EAST]}, echoes=each).corners() for each in (Echoes(), DETECTED))
+    assert corner_at(detected, 2.0, 1.5).class_probabilities.corner == 1.0
+    inferred = corner_at(silent, 2.0, 1.5).class_probabilities
+    assert inferred.corner == pytest.approx(0.4 + 0.6 / 3)
+    assert inferred.wall == pytest.approx(0.6 / 3)
+
+
+def test_the_end_of_a_wall_is_as_sure_as_what_ends_it() -> None:
+    ends = End.normal(-1.2, 0.03), None
+    free = segment(0.0, 2.0, (-1.2, 0.9), known=ends)
+    vague = segment(0.0, 2.0, (-1.2, 0.9), known=(End.normal(-1.2, 0.3), None))
+    east, other = (survey(pieces={0: [each]}, joined=False).walls([])[0] for each in (free, vague))
+    assert east.endpoint_sigmas == pytest.approx([0.03, np.nan], rel=0.02, nan_ok=True)
+    assert np.isnan(other.endpoint_sigmas).all()
+
+
+def test_a_wall_ends_at_a_vertex_as_surely_as_that_is_known_along_it() -> None:
+    found = survey()
+    (vertex,) = [each for each in found.vertices if each.segments == (0, 1)]
+    covariance = corner_at(found.corners(), 2.0, 1.5).covariance
+    east, north, *_ = found.walls([])
+    assert vertex.upper == (True, False)
+    assert east.endpoint_sigmas[1] == pytest.approx(np.sqrt(covariance[1, 1]), rel=0.02)
+    assert north.endpoint_sigmas[0] == pytest.approx(np.sqrt(covariance[0, 0]), rel=0.02)
+
+
+def opening(jambs: tuple[End, End], walls: tuple[int, ...] = (0, 1), **changed: bool) -> Gap:
+    """An opening in the line x = 2."""
+    flags = {"is_free": True, "is_open": True, "passed": False} | changed
+    return Gap(walls=walls, line=np.array([0.0, 2.0]), jambs=jambs, **flags)
+
+
+TWO = {0: [segment(0.0, 2.0, (-1.2, -0.4)), segment(0.0, 2.0, (0.4, 1.2))]}
+
+
+def ends_beside(gap: Gap) -> FloatArray:
+    """Where both pieces of the wall x = 2 end beside a gap, and how surely."""
+    below, above, *_ = survey(pieces=TWO).walls([gap])
+    return np.array([below.endpoints_xy[1, 1], above.endpoints_xy[0, 1], below.endpoint_sigmas[1]])
+
+
+def test_walls_end_at_the_jambs_of_an_opening() -> None:
+    jambs = End.normal(-0.38, 0.02), End.normal(0.43, 0.02)
+    assert ends_beside(opening(jambs)) == pytest.approx([-0.38, 0.43, 0.02], rel=0.02)
+
+
+def test_a_wall_that_lies_within_an_opening_of_the_other_face_is_not_turned_around() -> None:
+    # The nearer jamb is at -1.3, beyond the lower end of the lower piece.
+    below, *_ = survey(pieces=TWO, joined=False).walls([opening((End.normal(-1.3, 0.02), End.normal(0.43, 0.02)))])
+    assert below.endpoints_xy == pytest.approx(np.array([[2.0, -1.2], [2.0, -0.4]]))
+
+
+def test_a_wall_is_not_shortened_to_what_is_inferred_of_it() -> None:
+    # From -1.2 to 0.9 it was observed, and on to the corners at -1.5 and 1.5 it is inferred.
+    east, *_ = survey(pieces={0: [EAST]}).walls([opening((End.normal(-0.9, 0.02), End.normal(4.0, 0.02)), (0,))])
+    assert east.endpoints_xy[:, 1] == pytest.approx([-1.5, 1.5])
+
+
+@pytest.mark.parametrize(
+    "gap",
+    [
+        opening((End.normal(-0.38, 0.02), End.normal(0.43, 0.02)), is_open=False),
+        opening((End.normal(-0.38, 0.5), End.normal(0.43, 0.5))),
+    ],
+    ids=["not open", "not known"],
+)
+def test_walls_end_where_they_were_detected_last_beside_any_other_gap(gap: Gap) -> None:
+    assert ends_beside(gap) == pytest.approx([-0.4, 0.4, np.nan], nan_ok=True)

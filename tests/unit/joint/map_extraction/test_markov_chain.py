@@ -1,0 +1,57 @@
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from echoplan.arrays import FloatArray
+from echoplan.joint.map_extraction.markov_chain import Chain, smoothed
+
+COUNT = 8
+POTENTIALS = st.floats(-30.0, 30.0)
+
+
+def enumerated(cells: FloatArray, ends: FloatArray, stay: FloatArray) -> Chain:
+    """The marginals by summing over all 2^n ways to choose which cells are wall."""
+    count = len(cells)
+    states = np.array(list(product((0, 1), repeat=count)))
+    before, after = states[:, :-1], states[:, 1:]
+    # At each border: outside, inside, a wall begins, a wall stops.
+    kinds = [(before + after == 0, stay[0]), (before * after == 1, stay[1]), (after > before, ends[0])]
+    kinds.append((before > after, ends[1]))
+    logs = states @ cells + sum((which * level).sum(axis=1) for which, level in kinds)
+    weights = np.exp(logs - logs.max())
+    weights /= weights.sum()
+    return Chain(weights @ states, np.stack([weights @ (after > before), weights @ (before > after)]))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_marginals_are_those_of_all_states_enumerated(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    cells, ends, stay = rng.normal(0.0, 3.0, COUNT), *rng.normal(-1.0, 2.0, (2, 2, COUNT - 1))
+    found, truth = smoothed(cells, ends, stay), enumerated(cells, ends, stay)
+    assert found.wall == pytest.approx(truth.wall, abs=1e-12)
+    assert found.ends == pytest.approx(truth.ends, abs=1e-12)
+
+
+@given(
+    arrays(float, COUNT, elements=POTENTIALS),
+    arrays(float, (2, COUNT - 1), elements=POTENTIALS),
+    arrays(float, (2, COUNT - 1), elements=POTENTIALS),
+)
+def test_marginals_are_those_of_all_states_whatever_the_potentials(
+    cells: FloatArray, ends: FloatArray, stay: FloatArray
+) -> None:
+    found, truth = smoothed(cells, ends, stay), enumerated(cells, ends, stay)
+    assert found.wall == pytest.approx(truth.wall, abs=1e-9)
+    assert found.ends == pytest.approx(truth.ends, abs=1e-9)
+    # What begins and does not stop is still there: the flow into each cell is the change of its probability.
+    assert found.ends[0] - found.ends[1] == pytest.approx(np.diff(found.wall), abs=1e-9)
+
+
+def test_a_line_of_one_cell_is_as_likely_wall_as_its_ratio_says() -> None:
+    found = smoothed(np.array([np.log(3.0)]), np.zeros((2, 0)), np.zeros((2, 0)))
+    assert found.wall == pytest.approx([0.75])
+    assert found.ends.shape == (2, 0)

@@ -1,0 +1,252 @@
+"""Which parts of a line are wall: stations at x = 0 before the line x = 1, and what else stands about."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from echoplan.arrays import FloatArray
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.likelihood.track_history import LineEvidence
+from echoplan.joint.map_extraction.endpoint_views import OFFSETS
+from echoplan.joint.map_extraction.segment import CELL, Segment
+from echoplan.joint.map_extraction.segments import SegmentSettings, find_segments
+from echoplan.joint.search.specular_points import CornerEcho, Echoes
+from helpers.expectations import NOISE, corner, cylinder, feature, listening, wall
+from helpers.outlines import Stretch, detecting, remembered
+
+EAST = wall(0.0, 1.0)
+LONG = (EAST, -3.0, 3.0)
+SILENT = Echoes()
+NOWHERE = np.zeros((0, 2))
+
+
+def row(spacing: float = 0.15, x: float = 0.0) -> list[tuple[float, float]]:
+    """Stations beside a line."""
+    return [(x, float(y)) for y in np.arange(-1.5, 1.501, spacing)]
+
+
+def found(
+    known: Sequence[Hypothesis], *, owner: int = 0, path_xy: FloatArray = NOWHERE, echoes: Echoes = SILENT
+) -> list[Segment]:
+    """Segments of one of the walls."""
+    segments = find_segments(known, echoes, path_xy, SegmentSettings())
+    return [each for each in segments if each.owner == owner]
+
+
+def across(place: float) -> FloatArray:
+    """A path through all walls along y."""
+    return np.array([[0.0, place], [3.0, place]])
+
+
+def missed_by(count: int, spacing: float) -> list[Hypothesis]:
+    """The line x = 1, which so many stations about y = 0 should have detected."""
+    places = row(spacing)
+    soundings = detecting(listening(places), [LONG])
+    missing = np.argsort(np.abs(np.array(places)[:, 1]))[:count]
+    silent = np.isin(soundings.stations, missing)
+    return remembered(soundings._replace(readings=np.where(silent, np.inf, soundings.readings)), [EAST])
+
+
+def test_a_wall_that_all_stations_detect_is_one_segment_as_far_as_they_did() -> None:
+    (east,) = found(remembered(detecting(listening(row()), [LONG]), [EAST]))
+    assert (east.low, east.high) == pytest.approx((-1.5, 1.5), abs=0.04)
+    assert east.ends == (None, None)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "spacing"),
+    [(-0.4, 0.4, 0.15), (-0.33, 0.47, 0.15), (-0.4, 0.4, 0.1), (-0.25, 0.35, 0.2), (-0.45, 0.45, 0.3)],
+)
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_gap_that_stations_missed_lies_between_two_segments_whose_intervals_hold_its_ends(
+    low: float, high: float, spacing: float, seed: int
+) -> None:
+    places = row(spacing)
+    stretches: list[Stretch] = [(EAST, -3.0, low), (EAST, high, 3.0)]
+    soundings = detecting(listening(places), stretches, noise=NOISE, rng=np.random.default_rng(seed))
+    before, after = found(remembered(soundings, [EAST]))
+    feet = np.array(places)[:, 1]
+    for end, place, drawn in ((before.ends[1], low, before.high), (after.ends[0], high, after.low)):
+        assert end is not None
+        # To a tenth of a cell: the likelihood is constant within one.
+        assert end.interval[0] - 0.1 * CELL < place < end.interval[2] + 0.1 * CELL
+        # The last station that detects the wall and the first that does not are at most that far away.
+        assert abs(drawn - place) < spacing
+        assert feet[feet < place].max() - 0.2 < drawn < feet[feet > place].min() + 0.2
+    assert before.ends[0] is None
+    assert after.ends[1] is None
+
+
+def test_a_gap_that_many_stations_missed_is_surely_free() -> None:
+    before, after = found(missed_by(10, 0.1))
+    assert before.is_free(before.high, after.low)
+
+
+@pytest.mark.parametrize("spacing", [0.3, 0.5])
+def test_it_takes_two_stations_that_missed_a_wall_to_open_it(spacing: float) -> None:
+    assert len(found(missed_by(1, spacing))) == 1
+    assert len(found(missed_by(2, spacing))) == 2
+
+
+@pytest.mark.parametrize("spacing", [0.2, 0.3, 0.5])
+def test_a_short_wall_that_one_station_detected_is_drawn_though_its_neighbours_missed_it(spacing: float) -> None:
+    (stub,) = found(remembered(detecting(listening(row(spacing)), [(EAST, -0.12, 0.12)]), [EAST]))
+    middle = float(min(np.abs(row(spacing))[:, 1]))
+    assert stub.low - 0.05 < middle < stub.high + 0.05
+    assert stub.high - stub.low < 2 * spacing
+
+
+def test_where_stations_stand_close_together_it_takes_more_of_them() -> None:
+    # Their neighbours, 15 cm away, leave hardly any room for an opening.
+    assert len(found(missed_by(2, 0.15))) == 1
+    assert len(found(missed_by(6, 0.15))) == 2
+
+
+def test_the_path_of_the_robot_opens_a_wall() -> None:
+    known = remembered(detecting(listening(row()), [LONG]), [EAST])
+    before, after = found(known, path_xy=across(0.04))
+    assert -0.15 < before.high < 0.04 < after.low < 0.2
+    assert before.is_free(before.high, after.low)
+
+
+def test_the_path_of_the_robot_opens_a_wall_however_many_stations_detected_it_there() -> None:
+    many = [*row(), *[(0.0, 0.0)] * 15, *[(0.0, 0.06)] * 15]
+    known = remembered(detecting(listening(many), [LONG]), [EAST])
+    before, after = found(known, path_xy=across(0.03))
+    assert -0.15 < before.high < 0.03 < after.low < 0.2
+
+
+@pytest.mark.parametrize(("crossings", "parts"), [((), 1), ((0.07,), 1), ((0.04, 0.06, 0.07, 0.09), 2)])
+def test_sound_of_other_features_opens_a_wall_where_it_crossed_often_enough(
+    crossings: tuple[float, ...], parts: int
+) -> None:
+    (east,) = remembered(detecting(listening(row()), [LONG]), [EAST])
+    crossed = replace(east, past=replace(east.past, crossings=np.array(crossings)))
+    assert len(found([crossed])) == parts
+
+
+def test_a_station_whose_view_is_blocked_by_another_segment_says_nothing() -> None:
+    # Farther before the line than furniture against it, so that the wall is not cut behind it.
+    far, front = wall(0.0, 2.5), wall(0.0, 1.0)
+    stations = [*row(), *((0.5, y) for y in np.linspace(-0.4, 0.4, 7).tolist())]
+    soundings = detecting(listening(stations), [(far, -3.0, 3.0), (front, -0.4, 0.4)])
+    behind = np.isin(soundings.stations, [8, 9, 10, 11, 12])
+    known = remembered(soundings._replace(readings=np.where(behind, np.inf, soundings.readings)), [far, front])
+    assert len(found(known[:1])) == 2
+    assert len(found(known)) == 1
+
+
+@pytest.mark.parametrize(("front", "parts"), [(False, 2), (True, 1)], ids=["alone", "front"])
+def test_what_stations_miss_that_look_past_the_back_of_a_front_opens_no_wall(*, front: bool, parts: int) -> None:
+    # The front of something that stands between y = -0.25 and wherever.
+    south = wall(np.pi / 2, -0.25)
+    stations = [*row(0.1), (0.4, -0.9), (0.6, -0.9)]
+    soundings = detecting(listening(stations), [LONG, (south, -0.8, -0.3)])
+    missing = [number for number, (x, y) in enumerate(stations) if x == 0.0 and abs(y) < 0.24]
+    silent = np.isin(soundings.stations, missing)
+    known = remembered(soundings._replace(readings=np.where(silent, np.inf, soundings.readings)), [EAST, south])
+    assert len(found(known if front else known[:1])) == parts
+
+
+@pytest.mark.parametrize(("ratio", "parts"), [(1.5, 1), (40.0, 2)])
+def test_a_stretch_that_is_nowhere_surely_wall_is_not_drawn(ratio: float, parts: int) -> None:
+    (east,) = remembered(detecting(listening(row()), [LONG]), [EAST])
+    far = LineEvidence(np.array([3.0, 3.1]), np.array([[0.0, 3.0], [0.0, 3.1]]), np.full((2, 2, len(OFFSETS)), 0.0))
+    far.log_ratios[:, :, OFFSETS <= 0.0] = ratio
+    crossings = np.full(2, 2.2)
+    past = replace(east.past, line=east.past.line.joined(far), crossings=crossings)
+    assert len(found([replace(east, past=past)])) == parts
+
+
+@pytest.mark.parametrize(("back", "spans_of_the_wall"), [(False, 2), (True, 1)], ids=["front alone", "front and back"])
+def test_behind_the_front_of_a_box_a_wall_goes_on_only_if_its_back_was_detected(
+    *, back: bool, spans_of_the_wall: int
+) -> None:
+    far, front, behind = wall(0.0, 1.9), wall(0.0, 1.0), wall(np.pi, -1.2)
+    stations = [*row(0.1), (1.55, -0.65), (1.55, 0.65)]
+    stretches: list[Stretch] = [(far, -3.0, 3.0), (front, -0.3, 0.3)]
+    reflectors = [far, front]
+    if back:
+        stations += [(1.55, -0.2), (1.55, 0.2)]
+        stretches, reflectors = [*stretches, (behind, -0.3, 0.3)], [*reflectors, behind]
+    known = remembered(detecting(listening(stations), stretches), reflectors)
+    assert len(found(known)) == spans_of_the_wall
+
+
+def beside_a_door(*, north: bool) -> list[Hypothesis]:
+    """The wall x = 2 up to a door, beyond which nobody stands, and the wall y = 1.5, which ends it."""
+    far, other = wall(0.0, 2.0), wall(np.pi / 2, 1.5)
+    stations = [(0.9, float(y)) for y in np.arange(-1.5, -0.01, 0.15)]
+    stations += [(float(x), 0.7) for x in np.arange(-1.0, 1.6, 0.15)]
+    stretches: list[Stretch] = [(far, -3.0, 0.2), (other, -2.0, 3.0)]
+    known = remembered(detecting(listening(stations), stretches), [far, other])
+    return known if north else known[:1]
+
+
+def test_a_corner_of_two_known_walls_supports_a_stub_that_no_station_faced() -> None:
+    echoes = Echoes(pairs={(0, 1): CornerEcho(pings=8, stations=2, heard=30.0, gain=5.0)})
+    assert len(found(beside_a_door(north=True), path_xy=across(0.7))) == 1
+    before, stub = found(beside_a_door(north=True), path_xy=across(0.7), echoes=echoes)
+    assert before.high == pytest.approx(0.2, abs=0.1)
+    assert stub.low > 0.7
+    assert stub.high == pytest.approx(1.5, abs=0.03)
+
+
+def test_a_corner_of_which_stations_say_little_supports_no_stub() -> None:
+    weak = Echoes(pairs={(0, 1): CornerEcho(pings=8, stations=1, heard=30.0, gain=-29.0)})
+    assert len(found(beside_a_door(north=True), path_xy=across(0.7), echoes=weak)) == 1
+
+
+def test_a_lone_corner_ends_a_wall_and_supports_nothing() -> None:
+    echoes = Echoes(corners_xy=np.array([[2.0, 1.5]]))
+    assert len(found(beside_a_door(north=False), path_xy=across(0.7), echoes=echoes)) == 1
+
+
+def drawn_beside(other: Stretch, stations: Sequence[tuple[float, float]] = ((-0.3, 0.6), (-0.3, 0.8))) -> list[int]:
+    """Owners of the segments of the wall x = 1 and of another that a few other stations detected."""
+    (east,) = remembered(detecting(listening(row()), [LONG]), [EAST])
+    (copy,) = remembered(detecting(listening(stations), [other]), [other[0]])
+    return [each.owner for each in find_segments([copy, east], SILENT, NOWHERE, SegmentSettings())]
+
+
+@pytest.mark.parametrize(
+    "other", [(wall(0.0, 1.02), 0.3, 1.1), (wall(np.radians(2.0), 1.0), 0.3, 1.1)], ids=["behind it", "askew"]
+)
+def test_of_two_walls_between_which_there_is_no_room_the_one_more_was_detected_of_is_drawn(other: Stretch) -> None:
+    assert drawn_beside(other) == [1]
+
+
+@pytest.mark.parametrize(
+    ("other", "stations"),
+    [
+        ((wall(0.0, 0.9), 0.3, 1.1), ((-0.3, 0.6), (-0.3, 0.8))),
+        ((wall(0.0, 1.01), 1.9, 3.0), ((0.0, 2.2), (0.0, 2.5))),
+        ((wall(np.pi, -1.02), -1.1, -0.3), ((1.7, 0.6), (1.7, 0.8))),
+    ],
+    ids=["before it", "farther on", "other face"],
+)
+def test_of_two_walls_that_are_apart_both_are_drawn(other: Stretch, stations: Sequence[tuple[float, float]]) -> None:
+    assert set(drawn_beside(other, stations)) == {0, 1}
+
+
+def test_only_walls_of_which_stations_say_something_have_segments() -> None:
+    known = [feature(corner(1.0, 1.0)), feature(cylinder(0.0, 1.0, 0.1)), feature(EAST)]
+    assert find_segments(known, SILENT, NOWHERE, SegmentSettings()) == []
+    assert find_segments([], SILENT, NOWHERE, SegmentSettings()) == []
+
+
+def test_every_wall_has_its_own_segments_in_the_order_of_the_features() -> None:
+    soundings = detecting(listening([(0.0, 0.0), (0.2, 0.1), (-0.2, -0.1)]), [LONG, (wall(np.pi, 1.1), -2.0, 2.0)])
+    known = [feature(cylinder(5.0, 5.0, 0.1)), *remembered(soundings, [wall(np.pi, 1.1), EAST])]
+    segments = find_segments(known, SILENT, NOWHERE, SegmentSettings())
+    assert [each.owner for each in segments] == [1, 2]
+    assert all(each.pings > 20 for each in segments)
+    assert (segments[1].low, segments[1].high) == pytest.approx((-0.15, 0.15), abs=0.05)
+
+
+def test_where_the_robot_crosses_a_line_far_away_makes_no_cells() -> None:
+    known = remembered(detecting(listening(row()), [LONG]), [EAST])
+    (here,), (far,) = found(known), found(known, path_xy=across(1000.0))
+    assert len(far.chances) == len(here.chances)

@@ -1,0 +1,147 @@
+"""A wall that ends at an edge is heard faintly from there, and sensors past the edge hear it around it."""
+
+import numpy as np
+import pytest
+
+from echoplan.acoustics.predicted_echo import walk_of
+from echoplan.arrays import FloatArray
+from echoplan.evaluation import evaluate
+from echoplan.evaluation.consistency import wall_error
+from echoplan.geometry import directions
+from echoplan.joint.mapper import JointMapper, JointSettings
+from echoplan.joint.optimisation.attenuation import shadowed
+from echoplan.joint.optimisation.edge_diffraction import edges_of
+from echoplan.joint.optimisation.range_factors import Features, Matched, differentiate_readings, match_readings
+from echoplan.methods import map_sweeps
+from echoplan.model import Polyline, Route, World
+from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.simulation import Simulation
+from echoplan.sources import find_rig
+from helpers.expectations import SONAR, cylinder, listening, wall
+
+# Two sides of a box that stands north-east of (1, 1), as heard from the south-west: the west and the south side.
+WEST, SOUTH = wall(0.0, 1.0), wall(np.pi / 2, 1.0)
+HEARD = np.array([[1.05, 1.8], [-1.7, -1.1]])
+NONE = [-np.inf, np.inf]
+
+
+def test_two_sides_of_a_box_end_where_they_meet() -> None:
+    found = edges_of(np.array([WEST, SOUTH, cylinder(1.0, 1.0, 0.1)]), np.vstack([HEARD, [0.0, 0.0]]))
+    assert found[:, :, 0] == pytest.approx(np.array([[1.0, np.inf], [-np.inf, -1.0], NONE]))
+    assert found[:2, :, 5].tolist() == [[1.0, -1.0], [-1.0, 0.0]]
+
+
+@pytest.mark.parametrize(
+    ("rows", "heard"),
+    [
+        ([WEST, SOUTH], [[0.1, 0.95], [-0.95, -0.2]]),
+        ([WEST, SOUTH], [[0.5, 1.8], [-1.7, -1.1]]),
+        ([WEST, SOUTH], [[1.6, 1.8], [-1.7, -1.1]]),
+        ([WEST, wall(0.2, 1.0)], [[1.05, 1.8], [-1.7, -1.1]]),
+    ],
+    ids=["a corner of a room", "heard past it", "not heard up to it", "hardly turned"],
+)
+def test_other_walls_make_no_edge(rows: list[FloatArray], heard: list[list[float]]) -> None:
+    assert edges_of(np.array(rows), np.array(heard))[:, :, 0].tolist() == [NONE, NONE]
+
+
+def test_a_wall_ends_at_the_nearest_of_its_edges() -> None:
+    nearer = wall(np.pi / 2, 1.03)
+    found = edges_of(np.array([WEST, SOUTH, nearer]), np.vstack([HEARD, HEARD[1]]))
+    assert found[0, 0].tolist()[::5] == pytest.approx([1.03, 2.0])
+
+
+def test_ends_move_as_the_derivatives_say() -> None:
+    rows, step = np.array([wall(0.1, 1.0), wall(1.4, 1.2)]), 1e-6
+    heard = np.array([[1.1, 1.8], [-1.7, -0.9]])
+    for place, side in ((0, 0), (1, 1)):
+        end = edges_of(rows, heard)[place, side]
+        assert np.isfinite(end[0])
+        for column, (number, parameter) in enumerate([(place, 1), (place, 2), (1 - place, 1), (1 - place, 2)]):
+            ahead, behind = rows.copy(), rows.copy()
+            ahead[number, parameter] += step
+            behind[number, parameter] -= step
+            moved = edges_of(ahead, heard)[place, side, 0] - edges_of(behind, heard)[place, side, 0]
+            assert end[1 + column] == pytest.approx(moved / (2 * step), abs=1e-6)
+
+
+def box(rows: FloatArray, stations: int) -> Features:
+    return Features(rows, HEARD, np.zeros((2, stations)), np.zeros((2, stations)), edges_of(rows, HEARD))
+
+
+def beside(place: float) -> Soundings:
+    """Pings half a metre before the west side, of a hub so far along it, that read what nobody knows yet."""
+    return listening([(0.45, place)], step=np.radians(4.0))
+
+
+def expected(pings: Soundings, rows: FloatArray) -> tuple[Matched, FloatArray]:
+    """Who hears the west side, and what they read of it."""
+    guess = pings._replace(readings=np.full(len(pings.readings), 0.55))
+    matched = match_readings(guess, SONAR.tabulated(), box(rows, 1), 0.09)
+    return matched, 0.55 - matched.residuals
+
+
+def test_readings_change_with_both_walls_and_the_sensor_as_the_derivatives_say() -> None:
+    rows, pings, step = np.array([wall(0.02, 1.0), wall(np.pi / 2 + 0.05, 1.01)]), beside(1.06), 1e-6
+    matched, _ = expected(pings, rows)
+    told = np.flatnonzero((matched.owners == 0) & (matched.excesses > 1.0))
+    walk = (SONAR.range_offset, SONAR.walk_gain, SONAR.reference_walk, SONAR.walk_exponent)
+    slopes, neighbours = differentiate_readings(pings, SONAR.tabulated(), box(rows, 1), matched, told, walk)
+    ended = neighbours == 1
+    assert ended.sum() > 10
+    # What is seen around the edge comes from a little beside the normal: there these are not exact.
+    seen = told[ended & (directions_along(pings, rows)[told] > 1.0)]
+    kept = np.isin(told, seen)
+    assert kept.sum() > 5
+    for column, (number, parameter) in {0: (0, 1), 1: (0, 2), 3: (1, 1), 4: (1, 2)}.items():
+        ahead, behind = rows.copy(), rows.copy()
+        ahead[number, parameter] += step
+        behind[number, parameter] -= step
+        change = (expected(pings, ahead)[1] - expected(pings, behind)[1])[seen] / (2 * step)
+        assert slopes[kept, column] == pytest.approx(change, rel=0.02, abs=0.02)
+    moved = pings._replace(y=pings.y + step)
+    change = (expected(moved, rows)[1] - expected(pings, rows)[1])[seen] / step
+    assert slopes[kept, 15] == pytest.approx(change, rel=0.02, abs=0.02)
+
+
+def directions_along(pings: Soundings, rows: FloatArray) -> FloatArray:
+    """Where along the west side the feet of the sensors are, less its end, so that 1 is the end [m]."""
+    along = directions(rows[0, 1] + np.pi / 2)
+    end = edges_of(rows, HEARD)[0, 0, 0]
+    places: FloatArray = pings.x * along[0] + pings.y * along[1] - end + 1.0
+    return places
+
+
+def test_a_wall_fades_past_its_end_by_six_decibels_and_more() -> None:
+    # Right before the end half of the amplitude is left (ITU-R P.526: 6.0 dB at 0, 0 dB before -0.78).
+    whole = Features(WEST[None], HEARD[:1], np.zeros((1, 1)), np.zeros((1, 1)), edges_of(WEST[None], HEARD[:1]))
+    pings = beside(1.0)._replace(readings=np.full(90, 0.55))
+    alone = match_readings(pings, SONAR.tabulated(), whole, 0.09)
+    ended = match_readings(pings, SONAR.tabulated(), box(np.array([WEST, SOUTH]), 1), 0.09)
+    ahead = int(np.argmax(pings.ux))
+    assert alone.excesses[ahead] - ended.excesses[ahead] == pytest.approx(6.0, abs=0.1)
+    assert walk_of(SONAR.tabulated(), ended.excesses[ahead]) > walk_of(SONAR.tabulated(), alone.excesses[ahead])
+
+
+def test_who_stands_past_an_edge_is_not_asked_about_the_wall() -> None:
+    features = box(np.array([WEST, SOUTH]), 2)
+    pings = listening([(0.45, 1.1), (0.45, 0.95)])
+    assert np.isinf(shadowed(pings, SONAR.tabulated(), features).shadows[0]).tolist() == [False, True]
+
+
+@pytest.mark.parametrize("inside", [0.015, 0.03, 0.045])
+def test_a_wall_heard_once_near_its_end_comes_out_straight(inside: float) -> None:
+    # Sound of the simulator, which knows nothing of knife edges, but of the field behind a wedge.
+    room = Polyline(points_xy=np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]]), closed=True)
+    sides = Polyline(points_xy=np.array([[1.6, 1.2], [2.4, 1.2], [2.4, 1.8], [1.6, 1.8]]), closed=True)
+    near = [1.6 + inside, 0.62, 0.3]
+    others = [[0.8, 1.5, 1.0], [0.6, 1.35, 2.0], [0.9, 1.65, 0.0], [3.2, 2.2, 1.5], [0.7, 2.6, 0.5], [0.7, 0.5, 0.2]]
+    simulation = Simulation(
+        world=World(name="a box", polylines=(room, sides)),
+        rig=find_rig("rotary-array"),
+        route=Route(map_from_base=np.array([near, *others, [3.4, 0.5, 0.1]])),
+    )
+    found = map_sweeps(JointMapper(simulation.rig, JointSettings()), tuple(simulation))
+    right = {each.truth: each.estimate for each in evaluate(found, simulation.truth).matches.walls.right}
+    off = wall_error(found.walls[right[4]], simulation.truth.walls_xy[4])[0]
+    assert abs(np.degrees(off)) < 0.7

@@ -1,0 +1,156 @@
+"""Neighbouring pings count by how much of their errors they share."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+from scipy.stats import multivariate_normal
+
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.joint.optimisation.effective_sample_size import (
+    gain_of_common_errors,
+    independence,
+    intraclass_correlation,
+    rounding_in_common,
+)
+from helpers.expectations import listening
+
+# Eight stations all of whose pings, a degree apart, hear one wall; a full count is four times what weights say.
+HEARD = listening([(0.1 * k, 0.0) for k in range(8)], step=np.radians(1.0))
+PINGS = len(HEARD.readings)
+OWNERS = np.zeros(PINGS, dtype=np.int64)
+NOISE = 0.003
+WHITE = NOISE * np.random.default_rng(3).standard_normal(PINGS)
+
+
+def counted(residuals: FloatArray) -> float:
+    return independence(HEARD, OWNERS, residuals, noise=NOISE)
+
+
+def drawn_out(memory: float) -> FloatArray:
+    """Errors of which each keeps so much of the one before, with the same power."""
+    errors: FloatArray = lfilter([np.sqrt(1 - memory**2)], [1.0, -memory], WHITE)
+    return errors
+
+
+def test_errors_of_their_own_make_every_ping_count() -> None:
+    assert counted(WHITE) == pytest.approx(4.0, rel=0.1)
+
+
+def test_errors_in_common_count_as_weights_say() -> None:
+    assert counted(np.repeat(WHITE[::8], 8)) == pytest.approx(1.0, abs=0.05)
+
+
+def test_errors_that_fade_count_in_between() -> None:
+    # The autocorrelation of such errors is memory^k.
+    assert counted(drawn_out(0.5)) == pytest.approx(4.0 / (1 + 2 * (0.5 + 0.25 + 0.125)), rel=0.1)
+
+
+def test_wild_readings_do_not_hide_what_others_share() -> None:
+    wild = drawn_out(0.5)
+    wild[::50] = 0.5
+    assert counted(wild) == pytest.approx(counted(drawn_out(0.5)), rel=0.1)
+
+
+def test_where_little_is_explained_weights_are_believed() -> None:
+    few = np.where(np.arange(PINGS) < 20, 0, -1)
+    assert independence(HEARD, few, WHITE, noise=NOISE) == 1.0
+
+
+def test_pings_far_apart_count_in_full_already() -> None:
+    coarse = listening(step=np.radians(5.0))
+    nothing = np.zeros(len(coarse.readings))
+    assert independence(coarse, np.zeros(len(nothing), dtype=np.int64), nothing, noise=NOISE) == 1.0
+
+
+def common(errors_of_stations: FloatArray) -> float:
+    """How much is in common to readings that err by themselves and with their station."""
+    residuals = WHITE + errors_of_stations[HEARD.stations]
+    return intraclass_correlation(HEARD, OWNERS, residuals, noise=2 * NOISE)
+
+
+def test_readings_that_err_one_by_one_have_nothing_in_common() -> None:
+    assert common(np.zeros(8)) == pytest.approx(0.0, abs=0.01)
+
+
+@pytest.mark.parametrize("share", [0.25, 1.0])
+def test_a_station_that_errs_by_a_share_of_the_scatter_shows_its_square(share: float) -> None:
+    errors = share * NOISE * np.array([1.0, -1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0])
+    assert common(errors) == pytest.approx(share**2 / (1 + share**2), abs=0.02)
+
+
+def test_without_two_readings_of_anything_nothing_is_in_common() -> None:
+    alone = np.where(np.arange(PINGS) % (PINGS // 8) == 0, 0, -1)
+    assert intraclass_correlation(HEARD, alone, WHITE, noise=NOISE) == 0.0
+
+
+# Pings far enough apart to count in full: eight stations hear one wall.
+FULL = listening([(0.1 * k, 0.0) for k in range(8)], step=np.radians(5.0))
+OF_STATION = FULL.stations
+ALL = np.zeros(len(OF_STATION), dtype=np.int64)
+SINGLE = 0.002 * np.random.default_rng(5).standard_normal(len(OF_STATION))
+
+
+def gained(residuals: FloatArray, noise: float, owners: IntArray = ALL) -> float:
+    return gain_of_common_errors(FULL, owners, residuals, noise=noise, common=0.012)
+
+
+def test_errors_in_common_are_as_likely_as_their_joint_density_says() -> None:
+    together = np.linspace(-0.012, 0.012, 8)[OF_STATION] + SINGLE
+    noise = float(np.std(together))
+    own = together - (np.bincount(OF_STATION, together) / np.bincount(OF_STATION))[OF_STATION]
+    # Of 72 readings each a mean takes up a part.
+    single = 1.4826 * float(np.median(np.abs(own))) * np.sqrt(72 / 71)
+    expected = 0.0
+    for station in range(8):
+        group = together[station == OF_STATION]
+        shared = single**2 * np.eye(len(group)) + 0.012**2
+        zero = np.zeros(len(group))
+        expected += multivariate_normal.logpdf(group, zero, shared)
+        expected -= multivariate_normal.logpdf(group, zero, noise**2 * np.eye(len(group)))
+    assert gained(together, noise) == pytest.approx(expected)
+    assert expected > 500.0
+
+
+def test_two_readings_of_half_a_weight_count_as_one() -> None:
+    together = np.linspace(-0.012, 0.012, 8)[OF_STATION] + SINGLE
+    many = listening([(0.1 * k, 0.0) for k in range(8)], step=np.radians(2.5))
+    halved = many._replace(weights=np.full(len(many.readings), 0.5))
+    twice = gain_of_common_errors(
+        halved, np.zeros(len(many.readings), dtype=np.int64), np.repeat(together, 2), noise=0.008, common=0.012
+    )
+    assert twice == pytest.approx(gained(together, 0.008), rel=0.01)
+
+
+def test_one_wild_reading_costs_no_more_than_four_deviations() -> None:
+    together = np.linspace(-0.012, 0.012, 8)[OF_STATION] + SINGLE
+    wild = together.copy()
+    wild[5] += 0.03
+    assert -15.0 < gained(wild, 0.01) - gained(together, 0.01) < 10.0
+
+
+def test_where_no_two_readings_are_of_one_station_nothing_is_in_common() -> None:
+    alone = np.where(np.append(True, np.diff(OF_STATION) > 0), 0, -1)
+    assert gained(SINGLE, 0.002, owners=alone) == 0.0
+
+
+def test_errors_of_their_own_are_none_the_likelier() -> None:
+    assert -30.0 < gained(SINGLE, 0.002) < 0.0
+
+
+def test_readings_that_nothing_explains_say_nothing_of_their_errors() -> None:
+    assert gained(SINGLE, 0.002, owners=np.full(len(ALL), -1)) == 0.0
+
+
+@pytest.mark.parametrize("scatter", [0.0005, 0.002, 0.003])
+def test_what_rounding_has_in_common_is_less_the_more_readings_scatter(scatter: float) -> None:
+    rng, step = np.random.default_rng(5), 0.01
+    places = np.linspace(0.0, step, 101)[:-1, None]
+    readings = places + scatter * rng.standard_normal((100, 20_000))
+    means = (np.round(readings / step) * step - readings).mean(axis=1)
+    assert rounding_in_common(step, scatter) == pytest.approx(means.std(), rel=0.03)
+
+
+def test_what_does_not_scatter_is_rounded_alike() -> None:
+    assert rounding_in_common(0.01, 0.0) == pytest.approx(0.01 / np.sqrt(12.0), rel=0.01)
+    assert rounding_in_common(0.01, 0.1) == 0.0
+    assert rounding_in_common(0.0, 0.001) == 0.0

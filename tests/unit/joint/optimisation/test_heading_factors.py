@@ -1,0 +1,158 @@
+"""Readings hardly say which way a robot faced; the angles between which it heard a wall do."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from echoplan.acoustics.predicted_echo import Kind
+from echoplan.arrays import FloatArray
+from echoplan.joint.optimisation.edge_diffraction import edges_of
+from echoplan.joint.optimisation.heading_factors import bearing_rows, bearings_of
+from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
+from echoplan.joint.optimisation.manhattan import Squareness
+from echoplan.joint.optimisation.optimiser import AdjustmentSettings, Beliefs, adjust, facing_rows
+from echoplan.joint.optimisation.pose_factors import (
+    PoseBeliefs,
+    PoseSettings,
+    displaced,
+    odometry_beliefs,
+    waypoint_beliefs,
+)
+from echoplan.joint.optimisation.range_factors import Features
+from echoplan.joint.optimisation.values import State
+from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.servo import ServoError, turned_by
+from helpers.expectations import REACH, ROOM, SONAR, cylinder, hearing, listening
+
+PLACES = ((-0.3, 0.1), (0.2, -0.2))
+EASTWARD = ROOM[:1]
+BEAM_SIGMA = np.radians(6.0)
+AXES = Squareness(np.ones(len(ROOM), dtype=bool), np.radians(1.0), along_axes=True)
+
+
+def features(reflectors: FloatArray, *, unheard_from: int | None = None) -> Features:
+    shadows = np.zeros((len(reflectors), len(PLACES)))
+    if unheard_from is not None:
+        shadows[:, unheard_from] = np.inf
+    extents = np.tile([-REACH, REACH], (len(reflectors), 1))
+    return Features(reflectors, extents, shadows, np.zeros(shadows.shape), edges_of(reflectors, extents))
+
+
+def at(heading: float) -> FloatArray:
+    """Both poses, with the same heading."""
+    return np.column_stack([PLACES, np.full(len(PLACES), heading)])
+
+
+def heard(reflectors: FloatArray, *, believed_heading: float = 0.0) -> Soundings:
+    """What two stations that face east hear, in whole centimetres, as heard if they faced elsewhere."""
+    pings = hearing(listening(PLACES, step=np.radians(2.0)), reflectors)
+    rounded = pings._replace(readings=0.01 * np.round(pings.readings / 0.01))
+    return displaced(rounded, at(0.0), at(believed_heading))
+
+
+@pytest.mark.parametrize("off", [-8.0, -3.0, 0.0, 5.0])
+def test_the_angles_between_which_a_wall_was_heard_tell_which_way_a_station_faces(off: float) -> None:
+    mistaken = heard(EASTWARD, believed_heading=np.radians(off))
+    found = bearings_of(mistaken, SONAR.tabulated(), features(EASTWARD), at(np.radians(off))[:, 2])
+    assert np.degrees(found.headings) == pytest.approx([0.0, 0.0], abs=1.0)
+    assert np.sqrt(found.variances) == pytest.approx([BEAM_SIGMA] * 2, rel=0.1)
+
+
+def test_what_something_nearer_masks_tells_nothing() -> None:
+    pings = heard(EASTWARD)
+    masked = pings._replace(readings=np.where(pings.stations == 1, 0.3, pings.readings))
+    found = bearings_of(masked, SONAR.tabulated(), features(EASTWARD), np.zeros(2))
+    assert found.stations.tolist() == [0]
+
+
+def test_who_did_not_hear_a_wall_is_not_asked() -> None:
+    found = bearings_of(heard(EASTWARD), SONAR.tabulated(), features(EASTWARD, unheard_from=0), np.zeros(2))
+    assert found.stations.tolist() == [1]
+
+
+def test_only_walls_have_bearings() -> None:
+    post = cylinder(1.0, 0.0, 0.1)[None]
+    assert len(bearings_of(heard(post), SONAR.tabulated(), features(post), np.zeros(2)).walls) == 0
+
+
+def state(given: Features, poses: FloatArray) -> State:
+    return State(features=given, model=SONAR, poses=poses)
+
+
+def test_rows_hold_headings_against_walls() -> None:
+    poses, given = np.column_stack([PLACES, [0.1, -0.2]]), features(EASTWARD)
+    now, moved = state(given, poses), given.reflectors.copy()
+    bearings = bearings_of(heard(EASTWARD), SONAR.tabulated(), given, poses[:, 2])
+    rows = bearing_rows(bearings, now)
+    servo = [now.unknowns.sonar + SONAR_UNKNOWNS.index(each) for each in ("servo_gain", "servo_offset")]
+    assert rows.columns.tolist() == [[0, now.unknowns.pose + 2, *servo], [0, now.unknowns.pose + 5, *servo]]
+    moved[:, 1] += 0.02
+    later = state(given._replace(reflectors=moved), poses + np.array([0.0, 0.0, 0.05]))
+    later = replace(later, servo=ServoError(0.97, 0.04))
+    assert bearing_rows(bearings, later).residuals == pytest.approx(
+        rows.residuals - rows.slopes @ [0.02, 0.05, -0.03, 0.04]
+    )
+
+
+def test_bearings_determine_gain_and_offset_of_a_servo_from_poses_that_are_trusted() -> None:
+    pings, true = heard(ROOM), ServoError(0.95, np.radians(4.0))
+    # The servo turned from -pi to pi, and recorded more.
+    recorded = pings._replace(angles=(pings.angles - true.offset) / true.gain)
+    as_recorded = turned_by(recorded, error=ServoError(), before=true)
+    beliefs = believed(waypoint_beliefs(at(0.0), PoseSettings()), None)._replace(poses=None, servo=ServoError())
+    start = State(features=features(ROOM), model=SONAR)
+    found = adjust(as_recorded, start, beliefs, AdjustmentSettings())
+    sigmas = found.sonar_sigmas()
+    assert found.servo.gain == pytest.approx(true.gain, abs=0.02)
+    assert found.servo.offset == pytest.approx(true.offset, abs=np.radians(1.5))
+    assert sigmas["servo_gain"] < 0.03
+    assert sigmas["servo_offset"] < np.radians(3.5)
+    held = adjust(as_recorded, start, beliefs._replace(servo=None), AdjustmentSettings())
+    assert held.servo == pytest.approx(ServoError(), abs=1e-6)
+
+
+def believed(poses: PoseBeliefs, squareness: Squareness | None) -> Beliefs:
+    return Beliefs(
+        noise=0.004,
+        offset_sigma=0.003,
+        walk_gain=SONAR.walk_gain,
+        has_servo=False,
+        scale_sigma=0.002,
+        poses=poses,
+        pair_sigma=0.012,
+        squareness=squareness,
+        bearings=True,
+    )
+
+
+@pytest.mark.parametrize("off", [-6.0, 6.0])
+def test_way_points_find_out_which_way_they_face_where_walls_stand_along_the_axes(off: float) -> None:
+    # Nobody knows it better than eleven degrees.
+    given = at(np.radians(off))
+    pings, start = heard(ROOM, believed_heading=np.radians(off)), state(features(ROOM), given)
+    beliefs = believed(waypoint_beliefs(given, PoseSettings()), AXES)
+    found = adjust(pings, start, beliefs, AdjustmentSettings())
+    assert np.degrees(found.poses[:, 2]) == pytest.approx([0.0, 0.0], abs=1.5)
+    assert np.sqrt(np.diag(found.covariance))[-1] < np.radians(3.5)
+
+
+@pytest.mark.parametrize("squareness", [None, AXES._replace(along_axes=False)])
+def test_walls_that_may_lie_anyhow_tell_nothing_of_headings(squareness: Squareness | None) -> None:
+    given = at(0.0)
+    beliefs = believed(waypoint_beliefs(given, PoseSettings()), squareness)
+    assert len(facing_rows(heard(ROOM), state(features(ROOM), given), beliefs).residuals) == 0
+
+
+def test_neither_wheels_nor_poses_that_are_trusted_nor_a_first_look_ask_for_bearings() -> None:
+    given = at(0.0)
+    wheels = believed(odometry_beliefs(given, PoseSettings()), AXES)
+    by_hand = believed(waypoint_beliefs(given, PoseSettings()), AXES)
+    for beliefs in (wheels, wheels._replace(poses=None), by_hand._replace(bearings=False)):
+        assert len(facing_rows(heard(ROOM), state(features(ROOM), given), beliefs).residuals) == 0
+
+
+def test_corners_and_cylinders_may_be_about() -> None:
+    given = features(np.concatenate([[[Kind.CORNER, 2.0, 1.5, 0.0]], ROOM]))
+    found = bearings_of(heard(ROOM), SONAR.tabulated(), given, np.zeros(2))
+    assert sorted(set(found.walls.tolist())) == [1, 2, 3, 4]

@@ -1,0 +1,297 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from echoplan.acoustics.predicted_echo import Kind
+from echoplan.arrays import FloatArray
+from echoplan.evaluation import evaluate
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.likelihood.ping_scores import Evidence
+from echoplan.joint.mapper import JointMapper, JointSettings
+from echoplan.joint.optimisation.layout import Unknowns
+from echoplan.joint.optimisation.manhattan import (
+    Squareness,
+    SquarenessSettings,
+    learn_squareness,
+    main_direction,
+    off_square,
+    rest_on_few,
+    roughly_square,
+    square_rows,
+)
+from echoplan.joint.settings import PoseMode
+from echoplan.methods import map_sweeps
+from echoplan.model import Polyline, Route, World
+from echoplan.simulation import Simulation
+from echoplan.sources import find_rig
+
+SETTINGS = SquarenessSettings()
+
+
+def faces(*degrees: float, total: float = 100.0) -> list[Hypothesis]:
+    nothing = Evidence(*(np.zeros(0, dtype=kind) for kind in (np.int64, float, float, bool, bool, float)))
+    return [
+        Hypothesis(
+            reflector=np.array([Kind.WALL, np.radians(each), 1.0, 0.0]),
+            evidence=nothing,
+            gains=np.zeros(1),
+            total=total,
+        )
+        for each in degrees
+    ]
+
+
+def test_walls_at_right_angles_have_a_direction() -> None:
+    direction = main_direction(faces(10, 100, -80, 190), SETTINGS)
+    assert direction is not None
+    assert off_square(np.radians([10.0]), direction) == pytest.approx([0.0], abs=1e-12)
+
+
+def test_it_is_their_mean_and_strong_walls_count_more() -> None:
+    even = main_direction(faces(0, 90, 184, -86), SETTINGS)
+    strong = main_direction([*faces(0, 90), *faces(184, -86, total=900.0)], SETTINGS)
+    assert even is not None
+    assert strong is not None
+    assert np.degrees(even) == pytest.approx(2.0, abs=0.1)
+    assert np.degrees(strong) > 3.0
+
+
+def test_oblique_walls_have_none() -> None:
+    assert main_direction(faces(0, 30, 75, 110), SETTINGS) is None
+
+
+def test_too_few_walls_have_none() -> None:
+    assert main_direction(faces(0, 90, 180), SETTINGS) is None
+    assert main_direction([], SETTINGS) is None
+
+
+def test_only_walls_are_asked() -> None:
+    post = [replace(each, reflector=np.array([Kind.CYLINDER, 1.0, 1.0, 0.1])) for each in faces(0, 0, 0, 0)]
+    assert main_direction([*faces(0, 90), *post], SETTINGS) is None
+
+
+@pytest.mark.parametrize(("turn", "along_axes"), [(8.0, True), (-95.0, True), (20.0, False)])
+def test_walls_near_the_axes_are_taken_to_stand_along_them_at_first(turn: float, *, along_axes: bool) -> None:
+    believed = roughly_square(
+        [*faces(turn, turn + 90, turn + 180, turn - 90), *faces(turn + 40, total=1.0)],
+        SETTINGS,
+        may_lie_along_axes=True,
+    )
+    assert believed is not None
+    assert believed.members.tolist() == [True] * 4 + [False]
+    assert believed.along_axes == along_axes
+
+
+@pytest.mark.parametrize(("measured", "may"), [(0.1, True), (0.9, False)])
+def test_nor_are_they_where_hardly_anybody_measures_or_stations_tell_how_they_lie(
+    measured: float, *, may: bool
+) -> None:
+    settings = SquarenessSettings(measured=measured)
+    believed = roughly_square(faces(8, 98, 188, -82), settings, may_lie_along_axes=may)
+    assert believed is not None
+    assert not believed.along_axes
+
+
+@pytest.mark.parametrize(("heard", "few"), [((1, 2, 2, 5), True), ((1, 3, 3, 5), False), ((2, 2, 3, 3), False)])
+def test_walls_rest_on_few_stations_if_most_were_heard_from_one_or_two(heard: tuple[int, ...], *, few: bool) -> None:
+    walls = [
+        replace(each, gains=np.repeat([5.0, 0.5], [n, 5 - n])) for each, n in zip(faces(*heard), heard, strict=True)
+    ]
+    post = replace(walls[0], reflector=np.array([Kind.CYLINDER, 1.0, 1.0, 0.1]))
+    assert rest_on_few([*walls, post, post, post], 1.0) == few
+
+
+@given(angle=st.floats(-10, 10), direction=st.floats(-10, 10), turns=st.integers(-3, 3))
+def test_right_angles_do_not_matter(angle: float, direction: float, turns: int) -> None:
+    off = off_square(np.array([angle]), direction)
+    assert np.abs(off) <= np.pi / 4 + 1e-9
+    again = off_square(np.array([angle + turns * np.pi / 2]), direction)
+    assert np.abs(np.sin(2 * (off - again))) < 1e-6
+
+
+def learned(
+    degrees: list[float],
+    sigmas: list[float],
+    *,
+    together: float = 0.0,
+    stations: list[int] | None = None,
+    by_hand: bool = False,
+) -> Squareness | None:
+    """What walls at so many degrees teach, known to so many each and to so many all together; and a cylinder.
+
+    Walls of the same station are turned by 10 degrees, each station by another turn.
+    """
+    rows = [[Kind.WALL, np.radians(each), 1.0, 0.0] for each in degrees]
+    unknowns = Unknowns(kinds=np.array([Kind.CYLINDER, *[Kind.WALL] * len(degrees)]))
+    covariance = np.eye(unknowns.size)
+    places = unknowns.starts[1:]
+    of = np.arange(len(degrees)) if stations is None else np.array(stations)
+    turned = 0.0 if stations is None else np.radians(10.0) ** 2
+    covariance[np.ix_(places, places)] = np.diag(np.radians(sigmas) ** 2) + np.radians(together) ** 2
+    covariance[np.ix_(places, places)] += turned * (of[:, None] == of)
+    reflectors = np.array([[Kind.CYLINDER, 1.0, 1.0, 0.1], *rows])
+    return learn_squareness(reflectors, unknowns, covariance, SETTINGS, by_hand=by_hand)
+
+
+@pytest.mark.parametrize("together", [0.0, 3.0])
+def test_a_wall_that_is_hardly_known_is_square_where_the_others_are(together: float) -> None:
+    found = learned([10.0, 100.01, -80.02, 190.0, 101.2], [0.02, 0.02, 0.02, 0.02, 1.0], together=together)
+    assert found is not None
+    assert found.members.tolist() == [False, True, True, True, True, True]
+    assert np.degrees(found.sigma) < 0.1
+
+
+def test_a_wall_that_is_known_to_stand_askew_stays_so() -> None:
+    found = learned([10.0, 100.01, -80.02, 190.0, 104.0], [0.02, 0.02, 0.02, 0.02, 0.9])
+    assert found is not None
+    assert found.members.tolist() == [False, True, True, True, True, False]
+
+
+def test_walls_that_a_station_turns_together_tell_of_each_other() -> None:
+    degrees, sigmas = [3.0, 93.1, -84.0, 6.2, 178.1, 88.0], [0.5] * 6
+    found = learned(degrees, sigmas, stations=[0, 0, 1, 1, 2, 2])
+    assert found is not None
+    assert found.members.sum() == 6
+    assert learned(degrees[:4], sigmas[:4], stations=[0, 0, 1, 1]) is not None
+    assert learned(degrees[:4], sigmas[:4], stations=[0, 1, 2, 3]) is None
+
+
+def test_a_wall_that_stands_askew_beside_others_of_its_station_stays_so() -> None:
+    found = learned([3.0, 93.1, 189.5, -84.0, 6.2, 178.1, 88.0], [0.5] * 7, stations=[0, 0, 0, 1, 1, 2, 2])
+    assert found is not None
+    assert found.members.tolist() == [False, True, True, False, True, True, True, True]
+
+
+@pytest.mark.parametrize(
+    ("turn", "together", "expected"),
+    [(0.7, 1.3, True), (6.0, 2.0, False), (0.7, 0.1, False), (0.0, 25.0, False), (40.0, 2.0, False)],
+    ids=["about the axes", "too far off", "known to be off", "known to nothing", "askew"],
+)
+@pytest.mark.parametrize("quarter", [0.0, 90.0, -180.0])
+def test_square_walls_stand_along_the_axes_that_somebody_measured_from_them(
+    turn: float, together: float, quarter: float, *, expected: bool
+) -> None:
+    degrees = [turn + quarter + each for each in (0.0, 90.02, -90.01, 180.0, 89.98)]
+    found, by_wheels = (learned(degrees, [0.05] * 5, together=together, by_hand=each) for each in (True, False))
+    assert found is not None
+    assert by_wheels is not None
+    assert found.along_axes == expected
+    assert not by_wheels.along_axes
+
+
+@pytest.mark.parametrize("along_axes", [True, False])
+@pytest.mark.parametrize("sigma", [0.2, 1.0])
+@pytest.mark.parametrize("askew", [0.0, 3.0])
+def test_what_was_believed_of_right_angles_is_taken_back_first(sigma: float, askew: float, *, along_axes: bool) -> None:
+    # Five walls of three stations, of which a belief in right angles made others; the last stands anyhow.
+    angles = np.radians([3.0, 93.1 + askew, -84.0, 6.2, 178.1, 40.0])
+    unknowns = Unknowns(kinds=np.array([Kind.WALL] * 6))
+    stations = np.array([0, 0, 1, 1, 2, 2])
+    covariance, places = np.eye(unknowns.size), np.ix_(unknowns.starts, unknowns.starts)
+    covariance[places] = np.radians(0.5) ** 2 * np.eye(6) + np.radians(10.0) ** 2 * (stations[:, None] == stations)
+    believed = Squareness(np.arange(6) < 5, np.radians(sigma), along_axes)
+    rows = square_rows(believed, angles, unknowns.starts)
+    slopes = np.zeros((5, unknowns.size))
+    np.add.at(slopes, (np.arange(5)[:, None], rows.columns), rows.slopes)
+    drawn: FloatArray = np.linalg.inv(np.linalg.inv(covariance) + slopes.T @ (rows.weights[:, None] * slopes)).astype(
+        np.float64
+    )
+    moved = angles + (drawn @ slopes.T @ (rows.weights * rows.residuals))[unknowns.starts]
+
+    def walls(angles: FloatArray) -> FloatArray:
+        return np.column_stack([np.full(6, Kind.WALL), angles, np.ones(6), np.zeros(6)])
+
+    free = learn_squareness(walls(angles), unknowns, covariance, SETTINGS, by_hand=True)
+    again = learn_squareness(walls(moved), unknowns, drawn, SETTINGS, believed, by_hand=True)
+    assert (free is None) == (again is None)
+    if free is not None and again is not None:
+        assert again.members.tolist() == free.members.tolist()
+        assert again.along_axes == free.along_axes
+        assert again.sigma == pytest.approx(free.sigma, rel=1e-4)
+    assert (free is not None) == (askew == 0.0)
+
+
+def test_a_belief_that_holds_more_than_is_known_is_not_taken_back() -> None:
+    angles = np.radians([0.0, 91.0, 180.0, 271.0])
+    unknowns = Unknowns(kinds=np.array([Kind.WALL] * 4))
+    covariance = np.radians(1.0) ** 2 * np.eye(unknowns.size)
+    walls = np.column_stack([np.full(4, Kind.WALL), angles, np.ones(4), np.zeros(4)])
+    # Without the belief the variances would be negative: nothing is learned from them.
+    believed = Squareness(np.ones(4, dtype=bool), np.radians(0.2))
+    square = learn_squareness(walls, unknowns, covariance, SETTINGS, believed, by_hand=True)
+    assert square is None
+
+
+def test_how_square_walls_are_is_learned_from_those_that_are_known_well() -> None:
+    off = np.random.default_rng(4).normal(0.0, 0.6, 12)
+    found = learned([*(90.0 * np.arange(12) + off)], [0.02] * 12)
+    assert found is not None
+    assert np.degrees(found.sigma) == pytest.approx(off.std(ddof=1), rel=0.15)
+
+
+def test_one_good_wall_does_not_make_the_others_better_than_they_are() -> None:
+    # The wall that gives the direction seems to be off by nothing.
+    rng, sigmas = np.random.default_rng(7), [0.02, 0.6, 0.6, 0.6, 0.6]
+    off = rng.normal(0.0, np.hypot(0.2, sigmas), (60, 5))
+    found = [learned([*(90.0 * np.arange(5) + row)], sigmas) for row in off]
+    assert np.median([np.degrees(each.sigma) for each in found if each]) == pytest.approx(0.2, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "sigma"),
+    [([0.0, 31.0, 75.0, 110.0, 163.0], 0.05), ([0.0, 90.0], 0.02), ([0.0, 86.0, 184.0, 275.0], 3.0), ([7.0], 0.01)],
+    ids=["oblique", "any two", "hardly known", "one"],
+)
+def test_without_evidence_nothing_is_square(degrees: list[float], sigma: float) -> None:
+    assert learned(degrees, [sigma] * len(degrees)) is None
+
+
+def test_square_walls_are_drawn_together_and_not_turned() -> None:
+    angles, members = np.radians([10.0, 5.0, 100.4, -80.6]), np.array([True, False, True, True])
+    rows = square_rows(Squareness(members, np.radians(0.2)), angles, np.array([0, 2, 4, 6]))
+    assert rows.slopes.sum(axis=1) == pytest.approx(0.0, abs=1e-12)
+    assert rows.columns.tolist() == [[0, 4, 6]] * 3
+    assert np.degrees(rows.residuals) == pytest.approx([-1 / 15, -7 / 15, 8 / 15])
+    step = -np.radians([0.0, 0.4, -0.6])
+    assert rows.slopes @ step == pytest.approx(rows.residuals)
+
+
+def test_walls_along_the_axes_are_turned_to_these() -> None:
+    angles, members = np.radians([1.0, 5.0, 90.4, -80.6]), np.array([True, False, True, True])
+    rows = square_rows(Squareness(members, np.radians(0.2), along_axes=True), angles, np.array([0, 2, 4, 6]))
+    assert rows.columns.tolist() == [[0], [4], [6]]
+    assert np.degrees(rows.residuals) == pytest.approx([-1.0, -0.4, -9.4])
+    assert rows.slopes == pytest.approx(1.0)
+    assert rows.weights == pytest.approx(np.radians(0.2) ** -2.0)
+
+
+def side_of_a_box(turn: float, settings: SquarenessSettings) -> float:
+    """How far off the side of a box is that one station heard; the box is turned by so much in its room [deg]."""
+    room = Polyline(points_xy=np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]]), closed=True)
+    cosine, sine = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    corners = np.array([[-0.3, -0.3], [0.3, -0.3], [0.3, 0.3], [-0.3, 0.3]]) @ [[cosine, sine], [-sine, cosine]]
+    stations = [[0.8, 0.7, 0.0], [1.0, 1.62, 0.3], [0.8, 2.4, 0.7], [3.4, 2.5, 1.9], [3.3, 0.6, 2.5]]
+    simulation = Simulation(
+        world=World(name="a box", polylines=(room, Polyline(points_xy=corners + np.array([2.4, 1.6]), closed=True))),
+        rig=find_rig("rotary-array"),
+        route=Route(map_from_base=np.array(stations)),
+        seed=3,
+    )
+    mapper = JointMapper(simulation.rig, JointSettings(poses=PoseMode.TRUST, squareness=settings))
+    truth = simulation.truth
+    assert truth.walls_heard[7] == 1
+    right = evaluate(map_sweeps(mapper, simulation), truth).matches.walls.right
+    return next(float(np.degrees(each.angle)) for each in right if each.truth == 7)
+
+
+def test_what_is_hardly_known_comes_out_square_to_the_room() -> None:
+    never = SquarenessSettings(evidence=1e9)
+    assert side_of_a_box(0.0, never) > 0.2
+    assert side_of_a_box(0.0, SETTINGS) < 0.02
+
+
+def test_what_stands_askew_in_a_square_room_stays_so() -> None:
+    assert side_of_a_box(3.0, SETTINGS) < 0.1

@@ -1,0 +1,211 @@
+"""Odometry that is better or worse than believed is found out."""
+
+import math
+
+import numpy as np
+import pytest
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import compose
+from echoplan.joint.optimisation.factors import normal_equations, prior
+from echoplan.joint.optimisation.odometry_noise import (
+    VERY_STRONG,
+    DriftSettings,
+    are_round,
+    learn_drift,
+    learn_waypoints,
+    scatter,
+)
+from echoplan.joint.optimisation.pose_factors import (
+    PoseBeliefs,
+    PoseSettings,
+    odometry_beliefs,
+    pose_rows,
+    waypoint_beliefs,
+)
+
+SETTINGS = DriftSettings()
+STEPS = 200
+KNOWN = np.zeros((3 * STEPS + 3, 3 * STEPS + 3))
+
+
+def walked(spread: FloatArray) -> tuple[PoseBeliefs, FloatArray]:
+    """A long way of half metres, as believed and as it was: off by so many of the deviations believed in."""
+    steps = np.tile([0.5, 0.0, 0.3], (STEPS, 1))
+    given = added_up(steps)
+    beliefs = odometry_beliefs(given, PoseSettings())
+    errors = spread * beliefs.sigmas[1:] * np.random.default_rng(4).standard_normal(steps.shape)
+    return beliefs, added_up(steps + errors)
+
+
+def added_up(steps: FloatArray) -> FloatArray:
+    poses = [np.zeros(3)]
+    for step in steps:
+        poses.append(compose(poses[-1], step))
+    return np.array(poses)
+
+
+def factors(before: PoseBeliefs, after: PoseBeliefs) -> FloatArray:
+    ratios: FloatArray = after.sigmas[-1] / before.sigmas[-1]
+    return ratios
+
+
+def test_each_axis_is_learned_by_itself() -> None:
+    beliefs, poses = walked(np.array([3.0, 0.3, 1.0]))
+    assert factors(beliefs, learn_drift(beliefs, poses, KNOWN, SETTINGS)) == pytest.approx([3.0, 0.3, 1.0], rel=0.15)
+
+
+def test_poses_that_nothing_tells_teach_nothing() -> None:
+    # The covariance of a way that odometry alone adds up: what is expected of each step is what was believed.
+    beliefs, _ = walked(np.ones(3))
+    information, _ = normal_equations([pose_rows(beliefs, beliefs.given, 0)], 3 * STEPS + 3)
+    covariance: FloatArray = np.linalg.inv(information).astype(np.float64)
+    learned = learn_drift(beliefs, beliefs.given, covariance, SETTINGS)
+    assert factors(beliefs, learned) == pytest.approx(np.ones(3), rel=1e-3)
+
+
+# What is heard errs by so many deviations of steps as they are guessed.
+HEARD = 0.3
+
+
+def adjusted(beliefs: PoseBeliefs, truth: FloatArray, *, believed: float = 1.0) -> tuple[FloatArray, FloatArray]:
+    """Where poses come to rest, and their covariance, if what is heard is believed to err so many times as much."""
+    sigmas = np.tile(HEARD * beliefs.sigmas[-1], len(truth))
+    found = truth
+    told = truth.ravel() + sigmas * np.random.default_rng(1).standard_normal(truth.size)
+    for _ in range(5):
+        held = prior(np.arange(truth.size), sigma=believed * sigmas, residual=told - found.ravel())
+        information, right = normal_equations([pose_rows(beliefs, found, 0), held], truth.size)
+        found = found + np.linalg.solve(information, right).reshape(-1, 3)
+    covariance: FloatArray = np.linalg.inv(information).astype(np.float64)
+    return found, covariance
+
+
+@pytest.mark.parametrize("off", [0.3, 1.0, 3.0])
+def test_errors_of_steps_are_told_from_those_of_what_is_heard(off: float) -> None:
+    # What is heard errs by more than the least of these steps.
+    beliefs, truth = walked(np.full(3, off))
+    poses, covariance = adjusted(beliefs, truth)
+    assert factors(beliefs, learn_drift(beliefs, poses, covariance, SETTINGS)) == pytest.approx(off, rel=0.2)
+
+
+def test_readings_that_tell_more_than_they_counted_for_teach_more() -> None:
+    # Poses that came to rest as if what is heard erred twice as much as it does.
+    beliefs, truth = walked(np.full(3, 0.3))
+    poses, covariance = adjusted(beliefs, truth, believed=2.0)
+    learned = [factors(beliefs, learn_drift(beliefs, poses, covariance, SETTINGS, understated=u)) for u in (1.0, 4.0)]
+    assert (learned[0][:2] < 0.2).all()
+    assert learned[1] == pytest.approx(0.3, rel=0.2)
+
+
+def test_steps_without_any_error_are_not_taken_for_that() -> None:
+    # Nothing tells a small error from none: one is left open that is well below what is heard.
+    beliefs, truth = walked(np.zeros(3))
+    poses, covariance = adjusted(beliefs, truth)
+    learned = factors(beliefs, learn_drift(beliefs, poses, covariance, SETTINGS))
+    assert ((learned > 0.002) & (learned < 0.1)).all()
+
+
+@pytest.mark.parametrize("steps", [5, 9, 200])
+@pytest.mark.parametrize("off", [0.2, 1.0, 6.0])
+def test_a_guess_is_good_to_tenfold(steps: int, off: float) -> None:
+    # The same by another way: of steps that are known the mean of the information that each factor stands for.
+    beliefs = odometry_beliefs(added_up(np.tile([0.5, 0.0, 0.0], (steps, 1))), PoseSettings())
+    poses = added_up(np.tile([0.5, 0.0, 0.0], (steps, 1)) + off * beliefs.sigmas[1:] * [1.0, 0.0, 0.0])
+    learned = learn_drift(beliefs, poses, np.zeros((3 * steps + 3,) * 2), SETTINGS)
+
+    def gain(logarithm: float) -> float:
+        score = logarithm / SETTINGS.spread + SETTINGS.spread
+        return -steps * logarithm - 0.5 * steps * off**2 * math.exp(-2.0 * logarithm) - 0.5 * score**2
+
+    logarithms = np.linspace(-4.0, 4.0, 4001)
+    chances = np.exp([gain(each) - max(map(gain, logarithms[::100])) for each in logarithms])
+    expected = (chances.sum() / (chances @ np.exp(-2.0 * logarithms))) ** 0.5
+    assert factors(beliefs, learned)[0] == pytest.approx(expected, rel=1e-3)
+
+
+def test_the_first_pose_stays_the_frame() -> None:
+    beliefs, poses = walked(np.full(3, 5.0))
+    assert (learn_drift(beliefs, poses, KNOWN, SETTINGS).sigmas[0] == beliefs.sigmas[0]).all()
+
+
+@pytest.mark.parametrize("steps", [0, 1, 4])
+def test_few_steps_teach_nothing(steps: int) -> None:
+    beliefs = odometry_beliefs(added_up(np.tile([0.5, 0.0, 0.3], (steps, 1))), PoseSettings())
+    assert learn_drift(beliefs, beliefs.given, np.zeros((3 * steps + 3,) * 2), SETTINGS) is beliefs
+
+
+@pytest.mark.parametrize(("off", "bound"), [(1e-5, SETTINGS.least), (1e3, SETTINGS.greatest)])
+def test_nothing_is_learned_of_way_points_beyond_bounds(off: float, bound: float) -> None:
+    beliefs = waypoint_beliefs(added_up(np.tile([0.5, 0.0, 0.3], (STEPS, 1))), PoseSettings())
+    poses = beliefs.given + np.array([off, off, 0.0])
+    learned = learn_waypoints(beliefs, poses, KNOWN, SETTINGS)
+    assert factors(beliefs, learned)[:2].tolist() == pytest.approx([bound, bound])
+
+
+# Deviations of errors along, across and in heading.
+ERRORS = (0.01, 0.01, 0.02)
+
+
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize(("count", "doubt"), [(8, VERY_STRONG), (20, 0.0)], ids=["few", "many"])
+def test_errors_of_odometry_add_up_and_those_of_way_points_scatter(seed: int, count: int, doubt: float) -> None:
+    rng, steps = np.random.default_rng(seed), np.tile([0.5, 0.0, 0.4], (count - 1, 1))
+    # In a frame of their own, as found by the steps of the robot.
+    found = compose([1.0, -2.0, 0.7], added_up(steps))
+    assert scatter(added_up(steps + rng.normal(0.0, ERRORS, steps.shape)), found) < doubt
+    assert scatter(added_up(steps) + rng.normal(0.0, ERRORS, found.shape), found) > -doubt
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_errors_of_many_steps_clearly_add_up(seed: int) -> None:
+    steps = np.tile([0.5, 0.0, 0.4], (19, 1))
+    found = added_up(steps + np.random.default_rng(seed).normal(0.0, ERRORS, steps.shape))
+    assert scatter(added_up(steps), found) < -VERY_STRONG
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_nothing_speaks_for_or_against_steps_that_were_right(count: int) -> None:
+    poses = added_up(np.tile([0.5, 0.0, 0.5], (count - 1, 1)))
+    assert abs(scatter(poses, poses)) < 1.0
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ([[0.84, 0.3, -0.19], [1.8, 0.3, -0.26]], True),
+        ([[0.843, 0.3, -0.19], [1.8, 0.3, -0.26]], False),
+        ([[0.8413, 0.3, 0.0], [1.8, 0.3117, 0.0]], True),
+        ([[0.8413, 0.3, -0.191986], [1.8, 0.3117, 0.087266]], True),
+        ([[0.8413, 0.3, -0.19], [1.8, 0.3117, 0.0]], False),
+    ],
+    ids=["centimetres", "millimetres", "one heading", "degrees", "neither"],
+)
+def test_people_mark_way_points_at_round_numbers(given: list[list[float]], *, expected: bool) -> None:
+    assert are_round(np.array(given)) is expected
+
+
+@pytest.mark.parametrize("off", [0.01, 0.05])
+def test_how_far_way_points_are_off_is_learned_from_where_they_come_to_rest(off: float) -> None:
+    beliefs = waypoint_beliefs(added_up(np.tile([0.5, 0.0, 0.3], (STEPS, 1))), PoseSettings())
+    errors = np.random.default_rng(6).normal(0.0, [off, off, 0.5], beliefs.given.shape)
+    learned = learn_waypoints(beliefs, beliefs.given + errors, KNOWN, SETTINGS)
+    assert learned.sigmas[:, :2] == pytest.approx(off, rel=0.1)
+    # Of headings nothing is learned.
+    assert learned.sigmas[:, 2].tolist() == beliefs.sigmas[:, 2].tolist()
+
+
+@pytest.mark.parametrize("turns", [0, 1])
+def test_where_something_tells_headings_it_is_learned_how_far_these_are_off(turns: int) -> None:
+    beliefs = waypoint_beliefs(np.zeros((STEPS + 1, 3)), PoseSettings())
+    errors = 0.07 * np.random.default_rng(6).standard_normal(beliefs.given.shape) * [0.0, 0.0, 1.0]
+    poses = beliefs.given + errors + [0.0, 0.0, 2 * np.pi * turns]
+    learned = learn_waypoints(beliefs, poses, KNOWN, SETTINGS, headings=True)
+    assert learned.sigmas[:, 2] == pytest.approx(0.07, rel=0.1)
+    assert learned.sigmas[:, :2].tolist() == learn_waypoints(beliefs, poses, KNOWN, SETTINGS).sigmas[:, :2].tolist()
+
+
+def test_way_points_that_nothing_tells_teach_nothing() -> None:
+    beliefs = waypoint_beliefs(np.zeros((4, 3)), PoseSettings())
+    covariance = np.diag(beliefs.sigmas.ravel() ** 2)
+    assert learn_waypoints(beliefs, beliefs.given, covariance, SETTINGS).sigmas == pytest.approx(beliefs.sigmas)

@@ -1,0 +1,55 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from echoplan.arrays import FloatArray
+from echoplan.joint.optimisation.ray_cones import fit_cone
+from echoplan.joint.optimisation.sonar_model import learned_sonar
+from echoplan.preprocessing.ping_arrays import Soundings
+from helpers.expectations import ROOM, SONAR, feature, listening
+
+SEEING = SONAR.seeing(0.26)
+SILENT = listening(step=np.radians(2.0))
+WALLS = [feature(each, extent=(-5.0, 5.0), gains=[20.0] * 4) for each in ROOM]
+
+
+def fan(half_angle: float, *, noise: float = 0.002) -> Soundings:
+    """What a fan of rays reads in the room."""
+    rays = SILENT.bearings[:, None] + np.linspace(-half_angle, half_angle, 61)
+    nearest = np.full(rays.shape, np.inf)
+    for _, normal_angle, offset, _ in ROOM:
+        depths = offset - SILENT.x * np.cos(normal_angle) - SILENT.y * np.sin(normal_angle)
+        cosines = np.cos(rays - normal_angle)
+        nearest = np.where(cosines > 0.01, np.minimum(nearest, depths[:, None] / np.maximum(cosines, 0.01)), nearest)
+    jitter: FloatArray = np.random.default_rng(3).normal(0.0, noise, len(nearest))
+    return SILENT._replace(readings=nearest.min(axis=1) + jitter)
+
+
+@pytest.mark.parametrize("degrees", [5.0, 12.0, 20.0])
+def test_the_cone_comes_back_whatever_was_believed(degrees: float) -> None:
+    found = fit_cone(fan(np.radians(degrees)), SEEING, WALLS)
+    assert np.degrees(found.cone) == pytest.approx(degrees, abs=0.2)
+    assert (found.range_scale, found.ka) == (SEEING.range_scale, SEEING.ka)
+
+
+def test_a_warm_room_does_not_change_it() -> None:
+    heard = fan(np.radians(12.0))
+    found = fit_cone(heard._replace(readings=heard.readings / 1.02), replace(SEEING, range_scale=0.02), WALLS)
+    assert np.degrees(found.cone) == pytest.approx(12.0, abs=0.2)
+
+
+def test_readings_that_agree_on_none_leave_it() -> None:
+    chance = np.random.default_rng(0).uniform(0.5, 4.0, len(SILENT.readings))
+    assert fit_cone(SILENT._replace(readings=chance), SEEING, WALLS) is SEEING
+
+
+def test_without_walls_or_readings_it_stays() -> None:
+    assert fit_cone(fan(0.2), SEEING, []) is SEEING
+    assert fit_cone(SILENT, SEEING, WALLS) is SEEING
+
+
+def test_of_rays_the_cone_is_learned_and_of_sound_the_beam() -> None:
+    heard = fan(np.radians(12.0))
+    assert learned_sonar(heard, SEEING, WALLS, believed=30.0).cone == fit_cone(heard, SEEING, WALLS).cone
+    assert learned_sonar(heard, SONAR, WALLS, believed=30.0).cone == 0.0

@@ -1,0 +1,99 @@
+"""How well adjusted features are known: by the law of large numbers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from echoplan.acoustics import typical_transducer
+from echoplan.acoustics.predicted_echo import EchoModel, Kind
+from echoplan.arrays import FloatArray
+from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS, Unknowns
+from echoplan.joint.optimisation.solution import Adjusted
+from helpers import scenes
+
+UNKNOWNS = Unknowns(kinds=np.array([Kind.WALL, Kind.CYLINDER], dtype=np.int64), poses=0)
+FEATURES = slice(0, UNKNOWNS.sonar)
+RNG = np.random.default_rng(3)
+# So many readings of deviation 1, and what is believed before any of them.
+SLOPES = RNG.normal(size=(40, UNKNOWNS.size))
+HEARD, HELD = SLOPES.T @ SLOPES, np.diag(RNG.uniform(2.0, 20.0, UNKNOWNS.size))
+
+
+def adjusted(share: float) -> Adjusted:
+    """What comes of readings that are let count for a share of what they tell."""
+    nothing = np.zeros(0)
+    return Adjusted(
+        reflectors=np.zeros((2, 4)),
+        model=EchoModel.of(typical_transducer(scenes.rig().sensors[0])),
+        latency=0.0,
+        poses=np.zeros((0, 3)),
+        unknowns=UNKNOWNS,
+        information=share * HEARD + HELD,
+        heard=share * HEARD,
+        understated=1.0 / share,
+        extents=np.zeros((2, 2)),
+        owners=nothing.astype(np.int64),
+        residuals=nothing,
+        excesses=nothing,
+        left=0.0,
+    )
+
+
+def scattered(share: float, draws: int) -> FloatArray:
+    """Estimates of features less the truth, over and over again, with a sonar that is known."""
+    truths = RNG.normal(size=(draws, UNKNOWNS.sonar)) / np.sqrt(np.diag(HELD)[FEATURES])
+    slopes = SLOPES[:, FEATURES]
+    readings = truths @ slopes.T + RNG.normal(size=(draws, len(slopes)))
+    information = share * slopes.T @ slopes + HELD[FEATURES, FEATURES]
+    return np.linalg.solve(information, share * slopes.T @ readings.T).T - truths
+
+
+def test_what_counts_in_full_has_the_inverse_of_the_information() -> None:
+    assert adjusted(1.0).covariance == pytest.approx(np.linalg.inv(HEARD + HELD))
+
+
+def test_features_scatter_about_a_known_sonar_as_is_told() -> None:
+    found = adjusted(0.25)
+    known = np.diag(np.where(np.arange(UNKNOWNS.size) < UNKNOWNS.sonar, 0.0, 1e12))
+    held = replace(found, information=found.information + known)
+    errors = scattered(0.25, 160_000)
+    assert held.covariance[FEATURES, FEATURES] == pytest.approx(np.cov(errors.T), rel=0.05, abs=3e-4)
+
+
+def test_what_is_known_of_the_sonar_does_not_grow_with_readings_that_err_together() -> None:
+    found = adjusted(0.25)
+    sigmas = np.sqrt(np.diag(np.linalg.inv(found.information))[UNKNOWNS.sonar :])
+    assert list(found.sonar_sigmas().values()) == pytest.approx(sigmas)
+    assert len(sigmas) == len(SONAR_UNKNOWNS)
+
+
+def test_it_is_a_covariance() -> None:
+    full, quarter = adjusted(1.0).covariance, adjusted(0.25).covariance
+    assert np.linalg.eigvalsh(quarter).min() > 0.0
+    lone = replace(adjusted(0.25), understated=1.0).covariance
+    assert (np.diag(quarter)[FEATURES] < np.diag(lone)[FEATURES]).all()
+    assert (np.diag(quarter)[FEATURES] > np.diag(full)[FEATURES]).all()
+
+
+def test_however_much_was_heard_features_are_known_no_better_than_the_range_offset() -> None:
+    free = adjusted(1.0)
+    known = replace(free, offset_sigma=0.9)
+    offset = UNKNOWNS.sonar
+    assert known.sonar_sigmas()["range_offset"] == pytest.approx(0.9)
+    # What moves with the offset is as uncertain; what is left once the offset is known stays.
+    slopes = free.covariance[:, offset] / free.covariance[offset, offset]
+    rest = free.covariance - free.covariance[offset, offset] * np.outer(slopes, slopes)
+    assert known.covariance == pytest.approx(rest + 0.81 * np.outer(slopes, slopes))
+    assert replace(free, offset_sigma=1e-9).covariance == pytest.approx(free.covariance)
+
+
+def test_however_much_was_heard_the_ends_of_a_wall_are_known_no_better_than_the_model() -> None:
+    free = replace(adjusted(1.0), extents=np.array([[-1.0, 3.0], [0.0, 0.0]]))
+    added = replace(free, model_error=0.5).covariance - free.covariance
+    wall, cylinder = UNKNOWNS.feature(0), UNKNOWNS.feature(1)
+    assert added[cylinder, cylinder] == pytest.approx(0.25 * np.eye(3))
+    ends = np.array([[1.0, 1.0], [-3.0, 1.0]])
+    assert ends @ added[wall, wall] @ ends.T == pytest.approx(0.25 * np.eye(2))
+    point = replace(free, model_error=0.5, extents=np.zeros((2, 2))).covariance
+    assert np.isfinite(point).all()

@@ -1,0 +1,128 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from echoplan.acoustics import speed_of_sound
+from echoplan.acoustics.predicted_echo import EchoModel
+from echoplan.acoustics.range_walk_model import WalkCurve
+from echoplan.arrays import FloatArray
+from echoplan.joint.optimisation.edge_diffraction import edges_of
+from echoplan.joint.optimisation.optimiser import AdjustmentSettings, Beliefs, adjust
+from echoplan.joint.optimisation.range_factors import Features
+from echoplan.joint.optimisation.solution import Adjusted
+from echoplan.joint.optimisation.sonar_model import expected_sonar, half_aperture_of, walking
+from echoplan.joint.optimisation.values import State
+from echoplan.joint.settings import AccountSettings
+from echoplan.sources import find_rig
+from helpers.expectations import NOISE, REACH, ROOM, SONAR, hearing, listening
+
+RIG = find_rig("rotary-array")
+assert RIG.transducer
+SOUND = EchoModel.of(RIG.transducer)
+SILENT = listening()
+
+
+def gliding() -> FloatArray:
+    """What a ray reads of a wall at 1 m, along which it glides."""
+    return np.where(np.abs(SILENT.bearings) < 1.2, 1.0 / np.cos(SILENT.bearings), np.inf)
+
+
+def test_what_tells_nothing_is_taken_for_sound() -> None:
+    sonar = expected_sonar(RIG, SILENT)
+    assert (sonar.cone, sonar.ka, sonar.figure_of_merit) == (0.0, SOUND.ka, SOUND.figure_of_merit)
+
+
+def test_readings_tell_that_they_are_those_of_rays() -> None:
+    seeing = expected_sonar(RIG, SILENT._replace(readings=gliding()))
+    assert seeing.cone == half_aperture_of(RIG) == pytest.approx(RIG.sensors[0].half_aperture)
+
+
+@pytest.mark.parametrize("rays", [False, True])
+def test_the_rig_knows_better(*, rays: bool) -> None:
+    readings = np.full(len(SILENT.readings), np.inf) if rays else gliding()
+    assert (expected_sonar(replace(RIG, rays=rays), SILENT._replace(readings=readings)).cone > 0) == rays
+
+
+def test_what_was_learned_before_stays() -> None:
+    learned = expected_sonar(replace(RIG, rays=True), SILENT)
+    assert expected_sonar(RIG, SILENT, learned).cone == learned.cone
+    assert expected_sonar(RIG, SILENT._replace(readings=gliding()), SOUND).cone == 0.0
+
+
+def test_the_thermometer_tells_the_range_scale() -> None:
+    warm = expected_sonar(RIG, SILENT._replace(temperature=30.0))
+    assert warm.range_scale == pytest.approx(float(speed_of_sound(30.0) / speed_of_sound(20.0)) - 1.0, abs=1e-4)
+
+
+# A detector that is late by a millimetre and a half for each decibel below 20: no resonator does that.
+LATE = ((0.0, 0.03), (20.0, 0.0))
+
+
+def test_a_table_tells_a_walk_in_metres() -> None:
+    sonar = expected_sonar(RIG, SILENT, walk=LATE)
+    assert sonar.walk_gain * sonar.walk([0.0, 10.0, 30.0]) == pytest.approx([0.03, 0.015, 0.0])
+
+
+def test_a_walk_that_was_fitted_stays() -> None:
+    learned = expected_sonar(RIG, SILENT, walk=LATE)
+    kept, usual = (expected_sonar(RIG, SILENT, learned, walk=walk) for walk in ("fitted", "physical"))
+    assert (kept.walk, kept.walk_gain) == (learned.walk, learned.walk_gain)
+    assert usual.walk_gain == SOUND.walk_gain
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        (((0.0, 0.03),), "two rows at least"),
+        (((0.0, 0.0), (20.0, 0.03)), "falling values"),
+        (((0.0, 0.03), (10.0, 0.04), (20.0, 0.0)), "must not rise"),
+        ("strange", "physical or fitted or a table"),
+    ],
+)
+def test_what_is_no_walk_is_refused(table: object, message: str) -> None:
+    with pytest.raises(ValidationError, match=message):
+        AccountSettings.model_validate({"walk": table})
+
+
+def room_heard_by(sonar: EchoModel, *, stations: int = 9) -> Adjusted:
+    """A room that a sonar heard which is taken for the usual one."""
+    places = [(x, y) for x in (-1.2, 0.0, 1.3) for y in (-0.9, 0.1, 0.8)]
+    soundings = hearing(listening(places[:stations]), ROOM, sonar=sonar, noise=0.001, rng=np.random.default_rng(8))
+    extents = np.tile([-REACH, REACH], (len(ROOM), 1))
+    none = np.zeros((len(ROOM), stations))
+    features = Features(reflectors=ROOM, extents=extents, shadows=none, doubts=none, ends=edges_of(ROOM, extents))
+    start = State(features=features, model=SONAR)
+    beliefs = Beliefs(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False, scale_sigma=0.003)
+    return adjust(soundings, start, beliefs, AdjustmentSettings())
+
+
+def test_a_walk_is_fitted_to_what_a_recording_tells_of_it() -> None:
+    strange = replace(SONAR, walk=WalkCurve.from_table(*zip(*LATE, strict=True)), walk_gain=0.03)
+    found = room_heard_by(strange)
+    fitted = walking(found.model, found, NOISE)
+    excess = np.linspace(3.0, 20.0, 18)
+    # However late all readings are together, the offset tells.
+    wrong, right = (
+        np.std(each.walk_gain * each.walk(excess) - strange.walk_gain * strange.walk(excess))
+        for each in (found.model, fitted)
+    )
+    assert right < 0.001
+    assert wrong > 2.0 * right
+
+
+def test_a_usual_walk_that_is_fitted_stays_what_it_is() -> None:
+    found = room_heard_by(SONAR)
+    fitted, excess = walking(found.model, found, NOISE), np.linspace(3.0, 20.0, 18)
+    changed = fitted.walk_gain * fitted.walk(excess) - SONAR.walk_gain * SONAR.walk(excess)
+    assert np.std(changed) < 0.0006
+
+
+def test_rays_and_silence_tell_no_walk() -> None:
+    found = room_heard_by(SONAR, stations=1)
+    rays = SONAR.seeing(0.3)
+    assert walking(rays, found, NOISE) is rays
+    assert walking(SONAR, None, NOISE) is SONAR
+    mute = replace(found, owners=np.full_like(found.owners, -1))
+    assert walking(SONAR, mute, NOISE) is SONAR

@@ -1,0 +1,75 @@
+import math
+
+import numpy as np
+import pytest
+
+from echoplan.joint.optimisation.edge_diffraction import edges_of
+from echoplan.joint.optimisation.range_factors import Features
+from echoplan.joint.optimisation.values import State
+from echoplan.preprocessing.servo import ServoError
+from helpers.expectations import SONAR, corner, cylinder, wall
+
+SERVO = ServoError(0.95, 0.07)
+
+
+def state() -> State:
+    rows = np.array([wall(0.2, 1.5), cylinder(0.4, 1.0, 0.1), corner(2.0, 1.5)])
+    extents = np.zeros((3, 2))
+    none = np.zeros((3, 2))
+    features = Features(reflectors=rows, extents=extents, shadows=none, doubts=none, ends=edges_of(rows, extents))
+    poses = np.array([[0.0, 0.0, 0.1], [1.0, 0.5, -0.2]])
+    return State(features=features, model=SONAR, latency=0.003, servo=SERVO, poses=poses)
+
+
+def test_values_stand_where_the_unknowns_say() -> None:
+    now = state()
+    unknowns, values = now.unknowns, now.values
+    assert len(values) == unknowns.size == 2 + 3 + 2 + 9 + 6
+    assert values[unknowns.feature(1)].tolist() == [0.4, 1.0, 0.1]
+    sonar = [SONAR.range_offset, SONAR.walk_gain, SONAR.range_scale, 0.003, *SERVO]
+    sonar += [SONAR.figure_of_merit, math.log(SONAR.ka), SONAR.walk_exponent]
+    assert values[unknowns.sonar : unknowns.pose].tolist() == sonar
+    assert values[unknowns.pose :].reshape(-1, 3).tolist() == now.poses.tolist()
+
+
+def test_a_small_step_moves_every_value_by_itself() -> None:
+    now, step = state(), np.linspace(0.0, 0.002, 22)
+    assert now.moved(step).values == pytest.approx(now.values + step)
+
+
+def test_nothing_goes_farther_than_five_centimetres_at_once() -> None:
+    moved = state().moved(np.ones(22))
+    assert moved.features.reflectors[0, 1:3] == pytest.approx([0.25, 1.55])
+    assert moved.poses == pytest.approx(state().poses + 0.05)
+    assert moved.servo == pytest.approx(np.array(SERVO) + 0.05)
+
+
+def test_what_is_too_far_at_once_is_shortened_as_a_whole() -> None:
+    step = np.zeros(22)
+    step[:2], step[-3:] = [0.02, 0.2], [0.1, -0.02, 0.01]
+    moved = state().moved(step)
+    assert moved.features.reflectors[0, 1:3] == pytest.approx([0.205, 1.55])
+    assert moved.poses[1] == pytest.approx(state().poses[1] + [0.05, -0.01, 0.005])
+
+
+def test_a_wall_may_turn_about_where_it_was_heard_far_from_the_origin() -> None:
+    # Three metres along it 0.02 rad are 6 cm of its offset: the middle of what was heard stays where it is.
+    now = state()
+    extents = np.array([[2.5, 3.5], [0.0, 0.0], [0.0, 0.0]])
+    now = State(features=now.features._replace(extents=extents), model=SONAR, poses=now.poses)
+    step = np.zeros(22)
+    step[:2] = [0.02, 0.06]
+    assert now.moved(step).features.reflectors[0, 1:3] == pytest.approx([0.22, 1.56])
+
+
+@pytest.mark.parametrize(("step", "radius"), [(-1.0, 0.05), (1.0, 0.15)])
+def test_radii_change_by_no_more_either(step: float, radius: float) -> None:
+    moved = state().moved(np.full(22, step))
+    assert moved.features.reflectors[1, 3] == pytest.approx(radius)
+
+
+def test_no_radius_becomes_less_than_one_centimetre() -> None:
+    now = state()
+    for _ in range(5):
+        now = now.moved(np.full(22, -1.0))
+    assert now.features.reflectors[1, 3] == pytest.approx(0.01)

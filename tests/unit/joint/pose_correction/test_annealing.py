@@ -1,0 +1,79 @@
+"""What is believed of walls while way-points are still wrong depends on how many stations heard them."""
+
+from copy import copy
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from echoplan.joint.estimate import Account
+from echoplan.joint.mapper import JointSettings
+from echoplan.joint.optimisation.manhattan import Squareness
+from echoplan.joint.optimisation.optimiser import Beliefs
+from echoplan.joint.optimisation.pose_factors import PoseBeliefs, waypoint_beliefs
+from echoplan.joint.pose_correction import annealing
+from echoplan.joint.pose_correction.annealing import converge, settle, square_up
+from echoplan.joint.pose_model_selection import explained
+from echoplan.joint.settings import PoseMode
+from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
+from echoplan.sources import open_source
+
+
+@pytest.fixture(scope="module")
+def square() -> Account:
+    """A square room along the axes, every wall of which several stations heard."""
+    source = open_source("sim:square")
+    sweeps = list(source)
+    heard = join_soundings([soundings_of(sweep, source.rig) for sweep in sweeps])
+    poses = np.array([sweep.map_from_base[0] for sweep in sweeps])
+    return explained(Account(source.rig, heard, poses, JointSettings(poses=PoseMode.TRUST)))
+
+
+@pytest.mark.parametrize(("heard_from", "along_axes"), [(1, True), (2, True), (3, False), (5, False)])
+def test_walls_that_many_stations_heard_are_square_to_each_other_but_not_to_the_axes(
+    square: Account, heard_from: int, *, along_axes: bool
+) -> None:
+    account, gains = copy(square), np.where(np.arange(len(square.given)) < heard_from, 50.0, 0.0)
+    account.features = [replace(each, gains=gains) for each in square.features]
+    square_up(account)
+    assert account.squareness is not None
+    assert account.is_along_axes == along_axes
+
+
+@pytest.mark.parametrize("few", [True, False])
+def test_way_points_settle_along_the_axes_where_few_stations_heard_each_wall(
+    square: Account, monkeypatch: pytest.MonkeyPatch, *, few: bool
+) -> None:
+    account, believed = copy(square), list[Squareness | None]()
+    beliefs = Account.beliefs
+
+    def noted(self: Account, noise: float, poses: PoseBeliefs | None) -> Beliefs:
+        told = beliefs(self, noise, poses)
+        believed.append(told.squareness)
+        return told
+
+    monkeypatch.setattr(Account, "beliefs", noted)
+    monkeypatch.setattr(annealing, "rest_on_few", lambda *_: few)
+    settle(account, waypoint_beliefs(account.given, account.settings.pose_errors))
+    at_first = believed[0]
+    assert (at_first is not None and at_first.along_axes) == few
+
+
+def test_walls_are_asked_which_way_they_lie_once_it_is_known_how_wide_the_sonar_hears(
+    square: Account, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    account, asked = copy(square), list[tuple[bool, float]]()
+    beliefs = Account.beliefs
+
+    def noted(self: Account, noise: float, poses: PoseBeliefs | None) -> Beliefs:
+        told = beliefs(self, noise, poses)
+        asked.append((told.bearings, noise))
+        return told
+
+    monkeypatch.setattr(Account, "beliefs", noted)
+    converge(account, waypoint_beliefs(account.given, account.settings.pose_errors), account.given)
+    bearings, noises = np.array([each for each, _ in asked]), np.array([each for _, each in asked])
+    # They are asked from the second pass from coarse to fine on.
+    first = int(np.flatnonzero(np.diff(noises) > 0.0)[0]) + 1
+    assert not bearings[:first].any()
+    assert bearings[first:].all()

@@ -1,0 +1,198 @@
+"""A robot whose odometry drifts in a simulated room, tracked by what it hears."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import wrap
+from echoplan.io import builtin_rig, builtin_world
+from echoplan.joint.calibration import calibration
+from echoplan.joint.estimate import Account
+from echoplan.joint.marginalisation import survey
+from echoplan.joint.optimisation.pose_factors import odometry_beliefs
+from echoplan.joint.pose_correction.consistency import is_torn
+from echoplan.joint.pose_correction.pose_tracking import track, until
+from echoplan.joint.search.scan_matching import Catalogue, LocalisationSettings, Sightline, locate
+from echoplan.joint.settings import AccountSettings
+from echoplan.model import Route, Sweep
+from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
+from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
+
+WAY = np.array(
+    [
+        [0.0, 0.0, 0.0],
+        [0.6, 0.0, 0.4],
+        [1.0, 0.4, 1.2],
+        [1.1, 1.0, 1.8],
+        [0.7, 1.5, 2.8],
+        [0.1, 1.4, -2.2],
+        [0.1, 0.7, -1.2],
+    ]
+)
+DRIFT = OdometryNoise(along=0.04, yaw_per_metre=np.radians(4.0))
+
+
+@cache
+def drive() -> tuple[Sweep, ...]:
+    """Seven stations in the square, by a robot that thinks it is elsewhere."""
+    return tuple(
+        Simulation(
+            world=builtin_world("square"),
+            rig=builtin_rig("rotary-array"),
+            route=Route(map_from_base=WAY),
+            settings=SimulationSettings(odometry=DRIFT),
+            seed=3,
+        )
+    )
+
+
+def account_of(sweeps: tuple[Sweep, ...]) -> Account:
+    rig = builtin_rig("rotary-array")
+    given = np.array([sweep.station for sweep in sweeps])
+    heard = join_soundings([soundings_of(sweep, rig) for sweep in sweeps])
+    return Account(rig, heard, given, AccountSettings())
+
+
+@cache
+def tracked() -> Account:
+    account = account_of(drive())
+    track(account, odometry_beliefs(account.given, account.settings.pose_errors))
+    return account
+
+
+def errors(poses: FloatArray) -> tuple[float, float]:
+    """Greatest error of position [m] and of heading [rad]."""
+    away, turned = np.hypot(*(poses - WAY)[:, :2].T), np.abs(wrap(poses[:, 2] - WAY[:, 2]))
+    return float(away.max()), float(turned.max())
+
+
+def test_the_robot_was_lost() -> None:
+    away, turned = errors(account_of(drive()).given)
+    assert away > 0.03
+    assert np.degrees(turned) > 2.0
+
+
+def test_it_is_found_again_by_what_it_hears() -> None:
+    away, turned = errors(tracked().poses)
+    assert away < 0.012
+    assert np.degrees(turned) < 1.0
+
+
+def test_the_first_pose_stays() -> None:
+    assert tracked().poses[0] == pytest.approx(tracked().given[0], abs=1e-4)
+
+
+def test_what_was_tracked_is_searched_from_where_the_robot_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    centers, original = list[FloatArray](), Account.search
+
+    def searched(account: Account, *, rounds: int | None = None) -> None:
+        if rounds is None:
+            centers.append(account.soundings.centers)
+        original(account, rounds=rounds)
+
+    account = account_of(drive())
+    monkeypatch.setattr(Account, "search", searched)
+    track(account, odometry_beliefs(account.given, account.settings.pose_errors))
+    assert np.hypot(*(centers[0] - WAY[:, :2]).T).max() < 0.03
+
+
+def test_from_stations_that_hear_nothing_new_nothing_is_learned(monkeypatch: pytest.MonkeyPatch) -> None:
+    learned, original = list[int](), Account.search
+
+    def searched(account: Account, *, rounds: int | None = None) -> None:
+        if rounds is not None:
+            learned.append(len(account.given))
+        original(account, rounds=rounds)
+
+    account = account_of(drive())
+    monkeypatch.setattr(Account, "search", searched)
+    track(account, odometry_beliefs(account.given, account.settings.pose_errors))
+    # The first two stations of a room tell most of it.
+    assert learned[0] == 2
+    assert len(learned) < len(WAY) / 2
+
+
+@pytest.mark.parametrize(("gain", "moves"), [(2.0, False), (4.0, True)])
+def test_the_first_station_is_only_moved_on_strong_evidence(
+    gain: float, monkeypatch: pytest.MonkeyPatch, *, moves: bool
+) -> None:
+    stays, original = list[float](), locate
+
+    def located(
+        sight: Sightline, catalogue: Catalogue, guess: FloatArray, sigmas: FloatArray, settings: LocalisationSettings
+    ) -> tuple[FloatArray, float]:
+        if stays:
+            return np.array([*(WAY[0, :2] + 0.2), WAY[0, 2]]), stays[0] + gain
+        pose, score = original(sight, catalogue, guess, sigmas, settings)
+        # Nobody asks how well a station fits within millimetres of where it is but for this.
+        stays.extend([score] * bool(sigmas[0] < 0.006))
+        return pose, score
+
+    account = account_of(drive())
+    monkeypatch.setattr("echoplan.joint.pose_correction.pose_tracking.locate", located)
+    monkeypatch.setattr("echoplan.joint.pose_correction.pose_tracking.settle", lambda *_: None)
+    track(account, odometry_beliefs(account.given, account.settings.pose_errors))
+    away = np.hypot(*(account.poses[1:] - WAY[1:])[:, :2].T)
+    assert stays
+    assert ((away > 0.2) == moves).all()
+
+
+def test_the_walls_are_there_once_and_in_their_places() -> None:
+    walls = survey(tracked(), WAY[:, :2]).walls([])
+    assert len(walls) == 4
+    distances = sorted(abs(wall.offset) for wall in walls)
+    assert distances == pytest.approx([0.5, 1.0, 2.0, 2.5], abs=0.01)
+
+
+def test_errors_of_poses_are_about_as_great_as_it_says() -> None:
+    account = tracked()
+    assert account.adjusted is not None
+    start = account.adjusted.unknowns.pose
+    sigmas = np.sqrt(np.diag(account.adjusted.covariance)[start:]).reshape(-1, 3)
+    off = np.abs(account.poses - WAY)
+    off[:, 2] = np.abs(wrap(account.poses[:, 2] - WAY[:, 2]))
+    assert (off[1:] / sigmas[1:]).mean() < 3.0
+    assert (sigmas[1:, :2] < 0.02).all()
+
+
+def test_with_poses_that_are_right_nothing_is_torn_and_with_drift_it_shows() -> None:
+    straight = account_of(
+        tuple(
+            Simulation(
+                world=builtin_world("square"),
+                rig=builtin_rig("rotary-array"),
+                route=Route(map_from_base=WAY),
+                settings=SimulationSettings(),
+                seed=3,
+            )
+        )
+    )
+    straight.glance()
+    assert not is_torn(straight)
+    assert straight.explained(straight.features).mean() > 0.5
+
+
+def test_an_account_of_the_first_stations_knows_nothing_of_the_others() -> None:
+    account = account_of(drive())
+    part = until(account, 3)
+    assert len(part.soundings.centers) == 3
+    assert part.soundings.stations.max() == 2
+    assert {arc.station for arc in part.arcs} == {0, 1, 2}
+    assert len(account.soundings.centers) == 7
+
+
+def test_what_the_data_sheet_says_is_believed_at_first() -> None:
+    account = account_of(drive())
+    assert account.model.range_scale == 0.0
+    assert account.offset_sigma == pytest.approx(0.005 / np.sqrt(12))
+    assert account.has_servo
+
+
+def test_what_was_learned_comes_with_its_uncertainty() -> None:
+    learned = calibration(tracked(), survey(tracked(), WAY[:, :2]).adjusted)
+    scale = learned["range_scale"]
+    assert isinstance(scale, dict)
+    assert abs(scale["value"]) < 3 * scale["sigma"] + 0.002
+    assert set(learned) >= {"range_offset", "walk_gain", "servo_latency", "noise", "agreement", "poses"}

@@ -1,0 +1,96 @@
+"""What the readings of one feature from one station have in common of their errors is learned from them."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from echoplan.arrays import FloatArray
+from echoplan.joint.optimisation.factors import Rows, normal_equations, solve
+from echoplan.joint.optimisation.variance_components import learned_factor
+from echoplan.joint.pose_correction.random_effects import common_squares, without_common_error
+
+NOISE, GUESS, SPREAD = 0.002, 0.012, 1.15
+FEATURES, STATIONS, READINGS = 6, 30, 10
+
+
+def heard(common: float, seed: int) -> Rows:
+    """Readings of offsets of walls from stations that move along each of two axes: errors of their own, and shared."""
+    rng = np.random.default_rng(seed)
+    feature, station = (each.repeat(READINGS) for each in np.indices((FEATURES, STATIONS)).reshape(2, -1))
+    shared = common * rng.standard_normal(FEATURES * STATIONS).repeat(READINGS)
+    angles = feature * 2.0 * np.pi / FEATURES
+    places = FEATURES + 2 * station
+    slopes = np.column_stack([np.ones(len(feature)), np.cos(angles), np.sin(angles)])
+    residuals = shared + NOISE * rng.standard_normal(len(feature))
+    columns = np.column_stack([feature, places, places + 1])
+    return Rows(columns, slopes, residuals, np.full(len(feature), NOISE**-2.0))
+
+
+def adjusted(rows: Rows, common: float) -> tuple[Rows, FloatArray]:
+    """Take out what features and poses take up, all of them known to a metre before."""
+    capped = rows._replace(weights=rows.weights / (1.0 + READINGS * NOISE**-2.0 * common**2))
+    size = FEATURES + 2 * STATIONS
+    information, right = normal_equations([capped], size)
+    covariance = solve(information + np.eye(size), np.eye(size))
+    step = covariance @ right
+    left = rows.residuals - np.sum(rows.slopes * step[rows.columns], axis=1)
+    return rows._replace(residuals=left), covariance
+
+
+def learned(common: float, seed: int = 1) -> float:
+    rows, believed = heard(common, seed), GUESS
+    for _ in range(30):
+        squares, count = common_squares(*adjusted(rows, believed), common=believed)
+        believed = GUESS * float(learned_factor(squares / GUESS**2, count, SPREAD))
+    return believed
+
+
+@pytest.mark.parametrize("common", [0.003, 0.012, 0.03])
+def test_the_errors_that_stations_make_are_found_though_poses_take_up_a_part_of_them(common: float) -> None:
+    assert np.mean([learned(common, seed) for seed in range(4)]) == pytest.approx(common, rel=0.1)
+
+
+def test_errors_that_readings_make_by_themselves_are_not_taken_for_common_ones() -> None:
+    assert learned(0.0) < 0.3 * NOISE
+
+
+def test_an_effect_is_told_where_nothing_else_takes_it_up() -> None:
+    rows = heard(0.01, 2)
+    squares, count = common_squares(rows, np.zeros((FEATURES + 2 * STATIONS,) * 2), common=0.01)
+    effects = FEATURES * STATIONS
+    # Ten readings tell all but a hundredth and a bit of an effect five times as great as their noise.
+    share = 0.01**2 / (0.01**2 + NOISE**2 / READINGS)
+    assert count == pytest.approx(effects * share)
+    means = rows.residuals.reshape(effects, READINGS).mean(axis=1)
+    assert squares == pytest.approx(share**2 * float(means @ means))
+
+
+def test_what_poses_take_up_entirely_is_told_of_no_effect() -> None:
+    # One feature from each station, and two coordinates to move it by.
+    rows = heard(0.01, 3)
+    own = rows.columns[:, 0] == 0
+    single = Rows(rows.columns[own], rows.slopes[own], rows.residuals[own], rows.weights[own])
+    _, count = common_squares(*adjusted(single, 0.01), common=0.01)
+    assert count == pytest.approx(0.0, abs=1e-3 * STATIONS)
+
+
+class Waiting:
+    """An account that keeps what stations were taken to err by together whenever something was done."""
+
+    offset_sigma, noise = 0.003, 0.006
+
+    def __init__(self) -> None:
+        self.pair_sigma, self.done = GUESS, list[tuple[str, float]]()
+
+    def adjust_often(self, noise: float, beliefs: Any, rounds: int) -> None:
+        self.done.append(("adjusted", self.pair_sigma))
+
+    def learn_noise(self) -> None:
+        self.done.append(("noise", self.pair_sigma))
+
+
+def test_readings_count_in_full_before_it_is_asked_what_they_have_in_common() -> None:
+    account = Waiting()
+    without_common_error(account, None)  # type: ignore[arg-type]
+    assert account.done == [("adjusted", account.offset_sigma), ("noise", account.offset_sigma)]

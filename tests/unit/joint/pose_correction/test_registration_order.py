@@ -1,0 +1,114 @@
+"""Stations set down by hand in a simulated room, each placed by what others hear."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import aligned, compose, wrap
+from echoplan.io import builtin_rig, builtin_world
+from echoplan.joint.estimate import Account
+from echoplan.joint.optimisation.pose_factors import PoseSettings, waypoint_steps
+from echoplan.joint.pose_correction.pose_tracking import track
+from echoplan.joint.pose_correction.registration_order import nearest_first, place, seen_from_others
+from echoplan.joint.settings import AccountSettings
+from echoplan.model import Route
+from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
+from echoplan.simulation import Simulation
+
+# There and back again, so that neighbours are not those heard one after the other.
+WAY = np.array(
+    [
+        [0.0, 0.0, 0.0],
+        [1.1, 1.0, 1.8],
+        [0.6, 0.0, 0.4],
+        [0.1, 1.4, -2.2],
+        [1.0, 0.4, 1.2],
+        [0.1, 0.7, -1.2],
+        [0.7, 1.5, 2.8],
+    ]
+)
+SETTINGS = PoseSettings()
+
+
+def set_down(seed: int) -> Account:
+    """Seven stations in the square, where marks are off by 3 cm and headings by 14 degrees."""
+    rig = builtin_rig("rotary-array")
+    sweeps = Simulation(world=builtin_world("square"), rig=rig, route=Route(map_from_base=WAY), seed=3)
+    off = np.random.default_rng(seed).normal(0.0, (0.03, 0.03, 0.25), WAY.shape)
+    told = [replace(sweep, map_from_base=sweep.map_from_base + by) for sweep, by in zip(sweeps, off, strict=True)]
+    heard = join_soundings([soundings_of(sweep, rig) for sweep in told])
+    return Account(rig, heard, np.array([sweep.station for sweep in told]), AccountSettings())
+
+
+def errors(poses: FloatArray) -> tuple[float, float]:
+    """Greatest error of position [m] and of heading [rad], in whatever frame."""
+    moved = aligned(poses, WAY)
+    away, turned = np.hypot(*(moved - WAY)[:, :2].T), np.abs(wrap(moved[:, 2] - WAY[:, 2]))
+    return float(away.max()), float(turned.max())
+
+
+def test_stations_find_each_other_by_what_they_hear() -> None:
+    found = 0
+    for seed in range(8, 14):
+        account = set_down(seed)
+        away, turned = errors(account.poses)
+        assert away > 0.03
+        assert np.degrees(turned) > 10.0
+        place(account)
+        away, turned = errors(account.poses)
+        found += away < 0.002 and np.degrees(turned) < 1.0
+    # A square looks the same from every side: now and then a station is taken for turned or elsewhere.
+    assert found >= 4
+
+
+def test_step_by_step_they_get_lost() -> None:
+    account = set_down(10)
+    track(account, waypoint_steps(account.given, SETTINGS))
+    assert errors(account.poses)[0] > 0.05
+
+
+@given(places=st.lists(st.tuples(st.floats(-9, 9), st.floats(-9, 9)), min_size=1, max_size=9))
+def test_each_is_the_nearest_that_is_left(places: list[tuple[float, float]]) -> None:
+    xy = np.array(places)
+    order = nearest_first(xy)
+    assert sorted(order) == list(range(len(xy)))
+    apart = np.hypot(*(xy[:, None] - xy[None]).transpose(2, 0, 1))
+    for count in range(1, len(order)):
+        before, left = order[:count], order[count:]
+        assert apart[before, left[0]].min() == apart[np.ix_(before, left)].min()
+
+
+def test_seen_from_one_other_only_its_heading_tells_where() -> None:
+    told, frame = np.array([[1.0, 0.0, 0.3]]), np.array([2.0, -1.0, 0.7])
+    pose, sigmas = seen_from_others(np.array([4.0, 4.0, 1.0]), told, compose(frame, told), SETTINGS)
+    assert pose == pytest.approx(compose(frame, np.array([4.0, 4.0, 1.0])))
+    assert sigmas[:2] == pytest.approx(np.hypot(SETTINGS.waypoint * np.sqrt(2.0), 5.0 * SETTINGS.waypoint_turn))
+    assert sigmas[2] == pytest.approx(SETTINGS.waypoint_turn * np.sqrt(2.0))
+
+
+def test_the_more_others_were_found_the_less_room_is_left() -> None:
+    told, frame = np.column_stack([np.arange(6.0), np.zeros(6), np.zeros(6)]), np.array([2.0, -1.0, 0.7])
+    found, sought = compose(frame, told), np.array([6.0, 0.0, 0.0])
+    sigmas = [seen_from_others(sought, told[:count], found[:count], SETTINGS)[1] for count in range(1, 7)]
+    assert (np.diff(sigmas, axis=0) < 0.0).all()
+    # Of the last nothing is left but how far it is off itself, and how its frame is turned about it.
+    assert sigmas[-1][0] < 2.0 * SETTINGS.waypoint
+
+
+def test_how_well_it_is_known_is_how_far_it_is_off() -> None:
+    rng, sought, off = np.random.default_rng(5), np.array([3.0, 1.0, 0.4]), []
+    told = np.column_stack([rng.uniform(0.0, 3.0, (4, 2)), rng.uniform(-3.0, 3.0, 4)])
+    spread = (SETTINGS.waypoint, SETTINGS.waypoint, SETTINGS.waypoint_turn)
+    for _ in range(2000):
+        given = np.vstack([told, sought]) + rng.normal(0.0, spread, (5, 3))
+        pose, sigmas = seen_from_others(given[-1], given[:-1], told, SETTINGS)
+        away = pose - sought
+        away[2] = wrap(away[2])
+        off.append(away / sigmas)
+    spreads = np.std(off, axis=0)
+    assert np.sqrt(np.mean(spreads[:2] ** 2)) == pytest.approx(1.0, abs=0.25)
+    assert spreads[2] == pytest.approx(1.0, abs=0.1)

@@ -1,0 +1,66 @@
+"""A station in a room that came to rest beside where it stands: what stands before the robot is missing."""
+
+import copy
+from functools import cache
+
+import numpy as np
+import pytest
+
+from echoplan.io import builtin_rig, builtin_world
+from echoplan.joint import pose_model_selection
+from echoplan.joint.estimate import Account
+from echoplan.joint.optimisation.pose_factors import displaced
+from echoplan.joint.pose_correction.annealing import settle
+from echoplan.joint.pose_correction.relocalisation import elsewhere
+from echoplan.joint.pose_model_selection import explained
+from echoplan.joint.settings import AccountSettings, PoseMode
+from echoplan.model import Route
+from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
+from echoplan.simulation import Simulation, SimulationSettings
+
+WAY = np.array([[0.0, 0.0, 0.0], [0.6, 0.0, 0.4], [1.0, 0.4, 1.2], [1.1, 1.0, 1.8], [0.7, 1.5, 2.8], [0.1, 1.4, -2.2]])
+STATION, ASIDE = 3, np.array([0.07, 0.0, 0.0])
+
+
+@cache
+def settled() -> Account:
+    """What is made of a square from the way as it was."""
+    simulation = Simulation(
+        world=builtin_world("square"),
+        rig=builtin_rig("rotary-array"),
+        route=Route(map_from_base=WAY),
+        settings=SimulationSettings(),
+        seed=3,
+    )
+    heard = join_soundings([soundings_of(sweep, simulation.rig) for sweep in simulation])
+    account = Account(simulation.rig, heard, WAY, AccountSettings(poses=PoseMode.CORRECT, by_hand=0))
+    settle(account, account.odometry())
+    return account
+
+
+def misplaced() -> Account:
+    """The same, but one station is taken to be elsewhere."""
+    account = copy.copy(settled())
+    account.poses = account.poses.copy()
+    account.poses[STATION] += ASIDE
+    account.soundings = displaced(account.recorded, account.given, account.poses)
+    account.judge(account.noise)
+    account.adjust(account.noise)
+    return account
+
+
+def test_a_station_that_misses_what_all_others_hear_is_found_where_it_stands() -> None:
+    account = misplaced()
+    assert elsewhere(account, account.odometry(), STATION) == pytest.approx(WAY[STATION], abs=0.01)
+
+
+def test_stations_that_miss_nothing_stay_where_they_are() -> None:
+    assert all(elsewhere(settled(), settled().odometry(), station) is None for station in range(1, len(WAY)))
+
+
+def test_a_misplaced_station_is_put_back_and_no_wheel_is_blamed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pose_model_selection, "track", lambda *_: None)
+    monkeypatch.setattr(pose_model_selection, "agrees", lambda _: False)
+    found = explained(misplaced())
+    assert found.poses == pytest.approx(WAY, abs=0.01)
+    assert found.verdict == "corrected, as asked for"

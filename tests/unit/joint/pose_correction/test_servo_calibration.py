@@ -1,0 +1,66 @@
+"""Arcs of all stations lie on the same planes only with the gain and the offset that the servo has."""
+
+import numpy as np
+import pytest
+
+from echoplan.joint.estimate import Account
+from echoplan.joint.marginal_prior import Memory
+from echoplan.joint.pose_correction.servo_calibration import find_servo
+from echoplan.joint.settings import AccountSettings
+from echoplan.preprocessing.ping_arrays import Soundings, chosen_soundings
+from echoplan.preprocessing.servo import AS_RECORDED, ServoError, turned_by
+from helpers.expectations import ROOM, cylinder, hearing, listening
+from helpers.scenes import rig
+
+STATIONS = [(-0.9, -0.6), (0.7, -0.9), (1.0, 0.8), (-0.6, 1.1), (0.2, 0.1)]
+GIVEN = np.column_stack([STATIONS, np.zeros(len(STATIONS))])
+POST = cylinder(1.3, -0.3, 0.1)[None]
+
+
+def heard() -> Soundings:
+    """What a sensor detects that turns from -90 to 90 degrees and faces another way at each station."""
+    silent = listening(STATIONS, step=np.radians(2.0), rates=[0.5] * len(STATIONS))
+    pings = hearing(silent, np.concatenate([ROOM, POST]))
+    headings = np.radians([0.0, 60.0, 150.0, -110.0, -30.0])[pings.stations]
+    angles = np.angle(np.exp(1j * (pings.bearings - headings)))
+    return chosen_soundings(pings._replace(angles=angles), np.abs(angles) < np.pi / 2)
+
+
+def account(error: ServoError) -> Account:
+    """Take what was detected for detected where the servo recorded to be."""
+    true = heard()
+    recorded = true._replace(angles=(true.angles - error.offset) / error.gain)
+    return Account(rig(), turned_by(recorded, error=AS_RECORDED, before=error), GIVEN, AccountSettings())
+
+
+@pytest.mark.parametrize(
+    "error", [ServoError(0.92, np.radians(5.0)), ServoError(1.08, np.radians(-4.0)), ServoError(1.0, np.radians(8.0))]
+)
+def test_gain_and_offset_are_found_from_arcs_alone(error: ServoError) -> None:
+    found = find_servo(account(error))
+    assert found is not None
+    assert found.gain == pytest.approx(error.gain, abs=0.06)
+    assert found.offset == pytest.approx(error.offset, abs=np.radians(3.0))
+
+
+def test_a_servo_that_turns_as_recorded_is_left_alone() -> None:
+    assert find_servo(account(AS_RECORDED)) is None
+
+
+@pytest.mark.parametrize("known", [None, ServoError(0.95, 0.05)])
+def test_bearings_count_from_the_start_where_a_servo_was_calibrated_before(known: ServoError | None) -> None:
+    later = Account(rig(), heard(), GIVEN, AccountSettings(), Memory(servo=known))
+    assert later.servo == known
+    assert later.asks_bearings == (known is not None)
+
+
+def test_fixed_sensors_have_no_servo() -> None:
+    fixed = account(ServoError(1.0, 0.1))
+    fixed.recorded = fixed.recorded._replace(rates=np.zeros(len(fixed.recorded.rates)))
+    assert find_servo(fixed) is None
+
+
+def test_too_few_arcs_tell_nothing() -> None:
+    few = account(ServoError(0.92, 0.1))
+    few.arcs = few.arcs[:9]
+    assert find_servo(few) is None

@@ -1,0 +1,147 @@
+"""A robot whose wheels slipped once in a hall in which nothing tells how far along it is but a pillar."""
+
+import copy
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from echoplan.evaluation import evaluate
+from echoplan.geometry import compose
+from echoplan.io import builtin_rig
+from echoplan.joint import pose_model_selection
+from echoplan.joint.estimate import Account
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.mapper import JointMapper, JointSettings
+from echoplan.joint.optimisation.pose_factors import displaced
+from echoplan.joint.pose_correction.annealing import settle
+from echoplan.joint.pose_correction.wheel_slip import without_slip
+from echoplan.joint.pose_model_selection import explained
+from echoplan.joint.settings import AccountSettings, PoseMode
+from echoplan.methods import map_sweeps
+from echoplan.model import Pillar, Polyline, Route, World
+from echoplan.preprocessing.ping_arrays import Soundings, join_soundings, soundings_of
+from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
+
+HALL = World(
+    name="hall",
+    polylines=(Polyline(points_xy=np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 3.0], [0.0, 3.0]]), closed=True),),
+    pillars=(Pillar(center_xy=np.array([4.2, 1.6]), radius=0.25),),
+)
+WAY = np.array(
+    [
+        [1.8, 1.2, 0.1],
+        [2.1, 1.9, 0.6],
+        [1.9, 1.0, 0.4],
+        [2.0, 1.6, 1.0],
+        [3.1, 1.2, 0.2],
+        [3.0, 2.2, 1.5],
+        [3.1, 0.7, 2.6],
+    ]
+)
+# A single sensor turns about in a far corner of this room, away from all walls that it knows but one, before it leaves.
+CHAMBER = World(
+    name="chamber",
+    polylines=(
+        Polyline(points_xy=np.array([[0.0, 0.0], [5.264, 0.0], [5.264, 3.193], [0.0, 3.193]]), closed=True),
+        Polyline(points_xy=np.array([[2.144, 1.213], [2.896, 1.213], [2.896, 1.988], [2.144, 1.988]]), closed=True),
+    ),
+    pillars=(Pillar(center_xy=np.array([3.392, 2.465]), radius=0.163),),
+)
+DRIVE = np.array(
+    [
+        [4.07, 1.3, -2.33],
+        [3.56, 0.75, -2.39],
+        [3.14, 0.36, 0.99],
+        [3.46, 0.84, -3.01],
+        [2.51, 0.72, -3.02],
+        [1.47, 0.58, -2.84],
+        [0.77, 0.37, 1.25],
+        [1.06, 1.25, -1.71],
+        [1.01, 0.83, 1.96],
+        [0.64, 1.73, 1.2],
+        [0.84, 2.25, 0.84],
+        [1.37, 2.84, -1.31],
+    ]
+)
+DRIFT = OdometryNoise(along=0.02, yaw_per_metre=np.radians(2.0), yaw_per_radian=np.radians(2.0))
+STEP, SLIP = 4, np.array([0.13, 0.0, 0.0])
+
+
+@cache
+def heard() -> Soundings:
+    simulation = Simulation(
+        world=HALL,
+        rig=builtin_rig("rotary-array"),
+        route=Route(map_from_base=WAY),
+        settings=SimulationSettings(),
+        seed=1,
+    )
+    return join_soundings([soundings_of(sweep, simulation.rig) for sweep in simulation])
+
+
+@cache
+def account(*, slips: bool) -> Account:
+    """What was made of it, from the way as it was, or as if from one step on all were farther along the hall."""
+    given = np.concatenate([WAY[:STEP], compose(SLIP, WAY[STEP:])]) if slips else WAY
+    settings = AccountSettings(poses=PoseMode.CORRECT, by_hand=0)
+    account = Account(builtin_rig("rotary-array"), displaced(heard(), WAY, given), given, settings)
+    if not slips:
+        settle(account, account.odometry())
+        return account
+    account.model, account.noise = right().model, right().noise
+    account.features = [part for each in right().features for part in parted(each)]
+    return account
+
+
+def right() -> Account:
+    return account(slips=False)
+
+
+def parted(feature: Hypothesis) -> list[Hypothesis]:
+    """Two pillars instead of one; walls along the hall are the same from everywhere."""
+    if feature.is_wall:
+        return [feature]
+    before, after = np.arange(len(WAY)) < STEP, np.arange(len(WAY)) >= STEP
+    there = feature.reflector + np.array([0.0, *SLIP[:2], 0.0])
+    return [
+        replace(feature, gains=feature.gains * before),
+        replace(feature, gains=feature.gains * after, reflector=there),
+    ]
+
+
+def test_a_slip_that_makes_two_pillars_of_one_is_taken_back() -> None:
+    slipped = account(slips=True)
+    poses = without_slip(slipped, slipped.odometry())
+    assert poses is not None
+    assert poses[:STEP] == pytest.approx(WAY[:STEP])
+    assert np.hypot(*(poses - WAY)[:, :2].T).max() < 0.02
+
+
+def test_a_turn_goes_back_to_where_walls_on_either_side_of_it_are_in_line() -> None:
+    drive = Simulation(
+        world=CHAMBER,
+        rig=builtin_rig("hc-sr04-servo"),
+        route=Route(map_from_base=DRIVE),
+        settings=SimulationSettings(dropout=0.02, stray=0.02, odometry=DRIFT),
+        seed=46,
+    )
+    found = map_sweeps(JointMapper(drive.rig, JointSettings(poses=PoseMode.CORRECT)), drive)
+    evaluation = evaluate(found, drive.truth)
+    assert evaluation.trajectory is not None
+    assert evaluation.trajectory.absolute_error < 0.02
+    assert "a slip was taken back" in str(found.parameters["found"]["poses"])  # type: ignore[index]
+
+
+def test_where_nothing_seems_there_twice_no_step_is_doubted() -> None:
+    assert without_slip(right(), right().odometry()) is None
+
+
+def test_what_a_slip_tore_apart_is_one_again_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pose_model_selection, "track", settle)
+    monkeypatch.setattr(pose_model_selection, "agrees", lambda _: False)
+    found = explained(copy.copy(account(slips=True)))
+    assert sum(not each.is_wall for each in found.features) == 1
+    assert np.hypot(*(found.poses - WAY)[:, :2].T).max() < 0.02
+    assert found.verdict.endswith("a slip was taken back")

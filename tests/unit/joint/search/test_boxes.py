@@ -1,0 +1,50 @@
+from collections.abc import Sequence
+
+import numpy as np
+
+from echoplan.acoustics.predicted_echo import EchoModel, Kind
+from echoplan.arrays import FloatArray
+from echoplan.joint.arcs import ArcSettings, find_arcs
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.search.boxes import with_boxes
+from echoplan.joint.search.search import Search, SearchSettings
+from helpers.expectations import NOISE, ROOM, SONAR, cylinder, edge, explanation, hearing, judged, listening
+
+CONE = 0.26
+SEEING = SONAR.seeing(CONE)
+# All around a box of 0.3 m.
+STATIONS = ((-0.6, -0.6), (-0.7, 0.5), (0.9, -0.5), (0.8, 0.8), (-0.1, -0.8), (0.1, 0.9))
+EDGES = [edge(x, y) for x in (-0.15, 0.15) for y in (-0.15, 0.15)]
+COLUMN = cylinder(0.0, 0.0, 0.15)
+
+
+def after(*standing: FloatArray, sonar: EchoModel = SEEING) -> tuple[list[Hypothesis], list[Hypothesis]]:
+    """Features before and after, where a cylinder was taken to stand in the room, whatever does."""
+    silent, rng = listening(STATIONS), np.random.default_rng(1)
+    soundings = hearing(silent, [*ROOM, *standing], sonar=sonar, noise=NOISE, rng=rng)
+    account = explanation(soundings, sonar=sonar)
+    arcs = find_arcs(soundings, resolution=0.005, settings=ArcSettings())
+    search = Search(account, arcs, half_aperture=CONE, settings=SearchSettings())
+    before = judged(account, [*ROOM, COLUMN])
+    return before, with_boxes(search, before)
+
+
+def points(features: Sequence[Hypothesis]) -> FloatArray:
+    return np.array([each.reflector[1:3] for each in features if each.kind is Kind.EDGE]).reshape(-1, 2)
+
+
+def test_edges_of_a_box_take_the_place_of_a_cylinder() -> None:
+    _, found = after(*EDGES)
+    assert not [each for each in found if each.kind is Kind.CYLINDER]
+    assert len(points(found)) >= 3
+    assert np.abs(np.abs(points(found)) - 0.15).max() < 0.01
+
+
+def test_what_is_round_stays_a_cylinder() -> None:
+    before, found = after(COLUMN)
+    assert [each.key for each in found] == [each.key for each in before]
+
+
+def test_sound_says_nothing_of_edges() -> None:
+    before, found = after(*EDGES, sonar=SONAR)
+    assert found == before

@@ -1,0 +1,54 @@
+import numpy as np
+import pytest
+
+from echoplan.arrays import FloatArray
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.likelihood.ping_scores import UNHEARD
+from echoplan.joint.search.latent_walls import levels_over_unheard
+from echoplan.joint.search.refinement import approach
+from helpers.expectations import explanation, feature, listening, returning, wall
+from helpers.single_ping import PLAIN
+
+# A wall to the north, and where another one stands on it, which nobody hears; the known one was heard west of it.
+NORTH, VERTEX = wall(np.pi / 2, 1.5), (1.2, 1.5)
+EAST_END = -VERTEX[0]
+STATIONS = ((-0.4, -0.3), (0.3, -0.1))
+
+
+def known(*, to: float = EAST_END + 0.4, gain: float = 200.0) -> Hypothesis:
+    """The wall to the north, heard up to a place along it, which is counted to the west."""
+    return feature(NORTH, extent=(to, 0.9), gains=(gain, gain))
+
+
+def heard(opening: float, beside: Hypothesis) -> tuple[float, FloatArray]:
+    """What the best wall across the corner gains, and by what else its readings are explained."""
+    soundings = returning(listening(STATIONS), VERTEX, opening)
+    account, course = explanation(soundings, sonar=PLAIN), [(0.02, 0.2, 20), (0.003, 0.03, 20)]
+    ahead = np.flatnonzero(np.isfinite(soundings.readings))
+    across = approach(soundings, PLAIN.tabulated(), wall(0.9, 1.85), ahead, course)
+    levels = account.levels([beside])
+    rival = account.judged(account.propose(across), levels, [beside])
+    return rival.total, levels_over_unheard(account, rival, [beside], levels)[ahead]
+
+
+@pytest.mark.parametrize("opening", [65.0, 78.0, 86.0, 90.0, 93.0])
+def test_what_looks_like_a_wall_may_come_over_a_known_one_and_another_that_stands_on_it(opening: float) -> None:
+    gain, levels = heard(opening, known())
+    assert gain > 12.0
+    assert (levels > 2.0).mean() > 0.9
+
+
+def test_none_stands_where_the_known_wall_was_heard_to_go_on() -> None:
+    assert heard(78.0, known(to=EAST_END - 1.0))[1].max() < 0.0
+
+
+def test_none_stands_on_a_wall_that_less_speaks_for() -> None:
+    assert heard(78.0, known(gain=1.0))[1].max() == UNHEARD
+
+
+def test_without_a_gain_there_is_nothing_to_explain() -> None:
+    soundings = listening(STATIONS)
+    account = explanation(soundings, sonar=PLAIN)
+    levels = account.levels([])
+    silent = account.judged(account.propose(wall(0.8, 1.7)), levels, [])
+    assert levels_over_unheard(account, silent, [known()], levels).max() == UNHEARD

@@ -1,0 +1,117 @@
+import numpy as np
+import pytest
+
+from echoplan.acoustics.predicted_echo import Kind
+from echoplan.arrays import FloatArray
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.likelihood.ping_likelihood import Explanation
+from echoplan.joint.search.acceptance import Belief, BeliefSettings
+from echoplan.joint.search.model_moves import reclassified
+from helpers.expectations import NOISE, ROOM, corner, cylinder, explanation, hearing, judged, listening, wall
+
+COLUMN = cylinder(0.2, 0.9, 0.25)
+# What a greedy search may take first for the column: a wall that touches it where most stations hear it.
+TOUCHING = wall(np.pi / 2, 0.66)
+
+
+def heard(*truth: FloatArray, noise: float) -> Explanation:
+    """An explanation of what is heard of some reflectors."""
+    readings = hearing(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
+    return explanation(readings, noise=noise)
+
+
+def taken(account: Explanation, *known: FloatArray) -> list[Hypothesis]:
+    """What features become that are believed as they are."""
+    belief = Belief(account.soundings, half_aperture=0.61, settings=BeliefSettings())
+    return reclassified(account, judged(account, known), belief)
+
+
+def test_a_wall_that_touches_a_cylinder_becomes_it() -> None:
+    # From poses in error readings scatter by centimetres, so that the wall bears all stations.
+    account = heard(*ROOM, COLUMN, noise=0.03)
+    assert judged(account, [*ROOM, TOUCHING])[4].total > 12.0
+    features = taken(account, *ROOM, TOUCHING)
+    assert [each.kind for each in features] == [Kind.WALL] * 4 + [Kind.CYLINDER]
+    # All stations stand before it, so they tell where its face is better than how thick it is.
+    _, x, y, radius = features[4].reflector
+    assert (x, y - radius) == pytest.approx((0.2, 0.65), abs=0.01)
+
+
+def test_what_is_there_stays_what_it_is() -> None:
+    truth = [*ROOM, COLUMN, corner(2.0, 1.5)]
+    account = heard(*truth, noise=NOISE)
+    assert [each.reflector.tolist() for each in taken(account, *truth)] == [row.tolist() for row in truth]
+
+
+def test_a_corner_that_a_wall_explains_better_becomes_one() -> None:
+    # From two stations half a metre apart the feet of the wall are as far apart: no point explains both.
+    stations = listening([(0.0, 0.0), (0.0, 0.5)])
+    account = explanation(hearing(stations, [wall(0.0, 2.0)], noise=NOISE, rng=np.random.default_rng(1)))
+    (feature,) = taken(account, corner(2.0, 0.1))
+    assert feature.is_wall
+    assert feature.line == pytest.approx([0.0, 2.0], abs=0.02)
+
+
+def test_a_corner_stays_one_even_if_a_cylinder_would_explain_more() -> None:
+    account = heard(*ROOM, COLUMN, noise=0.03)
+    vertex = corner(0.2, 0.66)
+    features = taken(account, *ROOM, vertex)
+    assert features[4].reflector.tolist() == vertex.tolist()
+
+
+@pytest.mark.parametrize(("across", "kind"), [(0.0, Kind.CORNER), (0.4, Kind.CYLINDER)])
+def test_what_two_stations_hear_of_a_corner_on_a_wall_is_no_cylinder_behind_it(across: float, kind: Kind) -> None:
+    stations, vertex = listening([(0.0, 0.0), (0.0, 0.5)]), np.array([2.0 - across, 1.4])
+    truth = [wall(0.0, 2.0), corner(*vertex)]
+    account = explanation(hearing(stations, truth, noise=NOISE, rng=np.random.default_rng(1)))
+    # As near to both stations as the corner is.
+    away = vertex - [0.0, 0.25]
+    center = vertex + 0.1 * away / np.hypot(*away)
+    found = taken(account, wall(0.0, 2.0), cylinder(center[0], center[1], 0.1))[1]
+    assert found.kind is kind
+    if kind is Kind.CORNER:
+        assert found.reflector[1:3] == pytest.approx(vertex, abs=0.02)
+
+
+def test_a_point_heard_from_both_sides_of_a_thin_wall_is_two_walls() -> None:
+    left, right = wall(0.0, 0.6), wall(np.pi, -0.6)
+    stations = listening([(0.0, 0.0), (-0.4, 0.05), (1.4, 0.02)])
+    account = explanation(hearing(stations, [left, right], noise=NOISE, rng=np.random.default_rng(1)))
+    assert judged(account, [corner(0.6, 0.02)])[0].total > 12.0
+    features = taken(account, corner(0.6, 0.02))
+    assert sorted(each.line.tolist() for each in features) == [
+        pytest.approx([0.0, 0.6], abs=0.02),
+        pytest.approx([np.pi, -0.6], abs=0.02),
+    ]
+
+
+def across(x: float, y: float, degrees: float) -> FloatArray:
+    """A wall through a point."""
+    angle = np.radians(degrees)
+    return wall(angle, x * np.cos(angle) + y * np.sin(angle))
+
+
+@pytest.mark.parametrize(("known", "kind"), [(2, Kind.CORNER), (0, Kind.WALL)], ids=["known walls", "by itself"])
+def test_a_short_wall_across_the_ends_of_others_is_their_corner(known: int, kind: Kind) -> None:
+    # Two stations hear the corner from about one direction, and so a wall there as well; the third does not hear it.
+    stations = listening([(-0.6, -0.7), (-0.4, -0.5), (-1.5, 1.0)])
+    walls = [wall(0.0, 2.0), wall(np.pi / 2, 1.5)]
+    rng = np.random.default_rng(3)
+    heard, silent = (hearing(stations, truth, noise=NOISE, rng=rng) for truth in ([*walls, corner(2.0, 1.5)], walls))
+    account = explanation(heard._replace(readings=np.where(stations.stations < 2, heard.readings, silent.readings)))
+    features = taken(account, *walls[:known], across(2.0, 1.5, 40.0))
+    assert features[-1].kind is kind
+
+
+@pytest.mark.parametrize(("known", "kind"), [(2, Kind.CORNER), (0, Kind.WALL)], ids=["known walls", "by itself"])
+def test_what_sounds_like_both_is_a_corner_only_where_walls_are_known_that_end_in_it(known: int, kind: Kind) -> None:
+    # All stations stand in line before it: the feet of a wall would be where the corner is.
+    stations = listening([(0.4, 0.03), (0.0, -0.03), (-0.5, 0.0)])
+    walls = [across(2.0, 0.0, 45.0), across(2.0, 0.0, -45.0)]
+    rng = np.random.default_rng(2)
+    account = explanation(hearing(stations, [corner(2.0, 0.0)], noise=NOISE, rng=rng))
+    alone = judged(account, [corner(2.0, 0.0)])[0].total
+    rival = judged(account, [wall(0.0, 2.0)])[0].total
+    assert rival < alone < rival + BeliefSettings().accept
+    features = taken(account, *walls[:known], corner(2.0, 0.0))
+    assert features[-1].kind is kind

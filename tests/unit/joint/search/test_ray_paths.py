@@ -1,0 +1,221 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import directions
+from echoplan.joint.search.ray_paths import Paths, free_views, trace_paths
+from echoplan.preprocessing.ping_arrays import Soundings
+from helpers.expectations import (
+    ROOM,
+    STATIONS,
+    corner,
+    cylinder,
+    explanation,
+    hearing,
+    judged,
+    listening,
+)
+
+STEP = np.radians(3.0)
+COLUMN = cylinder(0.2, 0.9, 0.1)
+
+
+def traced() -> Paths:
+    """Paths in a room with a column."""
+    account = explanation(hearing(listening(step=STEP), [*ROOM, COLUMN]))
+    return trace_paths(account, judged(account, [*ROOM, COLUMN]), step=STEP)
+
+
+def ways(
+    *pairs: tuple[tuple[float, float], tuple[float, float]],
+    owner: int = 1,
+    sure: bool = True,
+    stations: tuple[int, ...] | None = None,
+) -> Paths:
+    """Paths by hand, all of one feature, each from a station of its own by default."""
+    return Paths(
+        starts_xy=np.array([start for start, _ in pairs]),
+        ends_xy=np.array([end for _, end in pairs]),
+        owners=np.full(len(pairs), owner),
+        sure=np.full(len(pairs), sure),
+        stations=np.arange(len(pairs)) if stations is None else np.array(stations),
+    )
+
+
+def test_sound_turns_back_at_right_angles_to_a_wall() -> None:
+    paths = traced()
+    own = paths.owners == 1
+    assert own.sum() > 20
+    assert paths.ends_xy[own, 1] == pytest.approx(np.full(own.sum(), 1.5))
+    assert paths.ends_xy[own, 0] == pytest.approx(paths.starts_xy[own, 0])
+
+
+def test_sound_turns_back_at_the_near_side_of_a_column() -> None:
+    paths = traced()
+    own = paths.owners == 4
+    assert own.sum() > 10
+    center = COLUMN[1:3]
+    assert np.hypot(*(paths.ends_xy[own] - center).T) == pytest.approx(np.full(own.sum(), 0.1))
+    longer = np.hypot(*(paths.starts_xy[own] - center).T) - np.hypot(*(paths.starts_xy[own] - paths.ends_xy[own]).T)
+    assert longer == pytest.approx(np.full(own.sum(), 0.1))
+
+
+def test_sound_goes_to_a_corner_itself() -> None:
+    vertex = corner(2.0, 1.5)
+    account = explanation(hearing(listening(step=STEP), [vertex]))
+    paths = trace_paths(account, judged(account, [vertex]), step=STEP)
+    assert paths.ends_xy[paths.owners == 0] == pytest.approx(np.tile([2.0, 1.5], ((paths.owners == 0).sum(), 1)))
+
+
+def test_every_ping_belongs_to_what_it_heard() -> None:
+    soundings = hearing(listening(step=STEP), [*ROOM, COLUMN])
+    account = explanation(soundings)
+    paths = trace_paths(account, judged(account, [*ROOM, COLUMN]), step=STEP)
+    depths = np.hypot(*(paths.ends_xy - paths.starts_xy).T)
+    known = paths.owners >= 0
+    walk = soundings.readings[known] - depths[known]
+    assert known.sum() == np.isfinite(soundings.readings).sum()
+    assert walk.min() > -0.01
+    assert walk.max() < 0.04
+
+
+def test_pings_that_nothing_explains_have_no_owner_and_no_end() -> None:
+    soundings = hearing(listening(step=STEP), ROOM)
+    readings = soundings.readings.copy()
+    strange = int(np.flatnonzero(np.isfinite(readings))[3])
+    readings[strange] -= 0.3
+    account = explanation(soundings._replace(readings=readings))
+    paths = trace_paths(account, judged(account, ROOM), step=STEP)
+    assert paths.owners[strange] == -1
+    assert not paths.sure[strange]
+    assert np.isnan(paths.ends_xy[strange]).all()
+
+
+def test_without_features_nothing_is_explained() -> None:
+    account = explanation(hearing(listening(step=STEP), ROOM))
+    paths = trace_paths(account, [], step=STEP)
+    assert (paths.owners == -1).all()
+    assert not paths.sure.any()
+
+
+def test_an_echo_that_two_walls_explain_better_together_belongs_to_no_feature() -> None:
+    off = corner(2.004, 1.504)
+    soundings = hearing(listening(step=STEP), [*ROOM[:2], corner(2.0, 1.5)])
+    account = explanation(soundings)
+    alone = trace_paths(account, judged(account, [off]), step=STEP)
+    beside_walls = trace_paths(account, judged(account, [*ROOM[:2], off]), step=STEP)
+    heard = alone.owners == 0
+    assert heard.sum() > 30
+    assert not (beside_walls.owners == 2).any()
+    assert (beside_walls.owners[heard] == -1).mean() > 0.9
+
+
+@pytest.mark.parametrize(("count", "sure"), [(3, False), (4, True)])
+def test_pings_of_a_station_that_span_less_than_twelve_degrees_may_be_chance(count: int, *, sure: bool) -> None:
+    soundings = hearing(listening([STATIONS[0]], step=STEP), ROOM[1:2])
+    heard = np.flatnonzero(np.isfinite(soundings.readings))
+    others = np.setdiff1d(np.arange(len(soundings.readings)), heard[:count])
+    soundings.readings[others] = np.inf
+    account = explanation(soundings)
+    known = replace(account.propose(ROOM[1]), extent=(-2.0, 2.0))
+    paths = trace_paths(account, [known], step=STEP)
+    assert (paths.owners >= 0).sum() == count
+    assert (paths.sure == ((paths.owners >= 0) & sure)).all()
+
+
+LINE = np.array([0.0, 1.0])
+
+
+def test_the_feet_of_a_wall_are_where_its_sensors_stood_along_it() -> None:
+    paths = ways(((0.0, 0.7), (1.0, 0.7)), ((0.0, -0.2), (1.0, -0.2)), ((0.3, 0.1), (1.0, 0.1)), owner=0)
+    assert paths.feet(0, LINE) == pytest.approx([-0.2, 0.1, 0.7])
+    assert len(paths.feet(1, LINE)) == 0
+
+
+def test_sound_of_others_goes_through_a_doorway() -> None:
+    through = ways(((0.0, 0.0), (2.0, 1.0)), ((0.5, -0.2), (1.5, -0.4)))
+    assert sorted(through.crossings(0, LINE)) == pytest.approx([-0.3, 0.5])
+
+
+def test_the_pings_of_one_station_that_reached_one_feature_are_one_crossing_at_their_mean() -> None:
+    pairs = ((0.0, 0.0), (2.0, 0.4)), ((0.0, 0.0), (2.0, 0.8)), ((0.0, 0.0), (2.0, -0.4))
+    assert ways(*pairs, stations=(4, 4, 7)).crossings(0, LINE) == pytest.approx([0.3, -0.2])
+    two = ways(*pairs, stations=(4, 4, 4))
+    apart = Paths(
+        starts_xy=two.starts_xy,
+        ends_xy=two.ends_xy,
+        owners=np.array([1, 2, 2]),
+        sure=two.sure,
+        stations=two.stations,
+    )
+    assert apart.crossings(0, LINE) == pytest.approx([0.2, 0.1])
+
+
+def test_a_way_back_through_a_doorway_counts_as_well() -> None:
+    assert ways(((2.0, 1.0), (0.0, 0.0))).crossings(0, LINE) == pytest.approx([0.5])
+
+
+@pytest.mark.parametrize(
+    "paths",
+    [
+        ways(((0.0, 0.0), (0.9, 1.0))),
+        ways(((0.0, 0.0), (1.04, 0.0))),
+        ways(((0.99, 0.0), (2.0, 0.0))),
+        ways(((0.0, 0.0), (2.0, 1.0)), owner=0),
+        ways(((0.0, 0.0), (2.0, 1.0)), owner=-1),
+        ways(((0.0, 0.0), (2.0, 1.0)), sure=False),
+    ],
+    ids=["ends before", "just touches", "just starts", "its own", "of nobody", "unsure"],
+)
+def test_what_did_not_surely_go_through_leaves_the_wall_closed(paths: Paths) -> None:
+    assert len(paths.crossings(0, LINE)) == 0
+
+
+def test_crossings_of_a_slanted_line_lie_on_the_way_of_the_sound() -> None:
+    line = np.array([0.7, 1.2])
+    start, end = np.array([0.1, -0.2]), np.array([2.0, 1.4])
+    place = float(ways(((0.1, -0.2), (2.0, 1.4))).crossings(0, line)[0])
+    point = 1.2 * directions(0.7) + place * directions(0.7 + np.pi / 2)
+    share = (point - start) / (end - start)
+    assert share[0] == pytest.approx(share[1])
+    assert 0.0 < share[0] < 1.0
+
+
+def seen(reflector: FloatArray, soundings: Soundings, extent: tuple[float, float] = (-9.0, 9.0)) -> list[bool]:
+    """Which stations have a free view of a reflector that reaches so far."""
+    (feature,) = judged(explanation(soundings), [reflector])
+    free: list[bool] = free_views(replace(feature, extent=extent), soundings, step=STEP).tolist()
+    return free
+
+
+def test_a_view_is_free_where_nothing_nearer_was_heard() -> None:
+    post = cylinder(0.2, 0.9, 0.1)
+    soundings = hearing(listening(step=STEP), [post])
+    nothing = soundings._replace(readings=np.full(len(soundings.readings), np.inf))
+    assert seen(post, soundings) == seen(post, nothing) == [True] * 4
+    nearer = np.where(soundings.stations == 2, 0.2, np.inf)
+    assert seen(post, soundings._replace(readings=nearer)) == [True, True, False, True]
+
+
+def test_a_wall_is_seen_only_by_those_it_reaches() -> None:
+    soundings = hearing(listening(step=STEP), ROOM)
+    between = STATIONS[0][1], STATIONS[2][1]
+    assert seen(ROOM[0], soundings) == [True] * 4
+    assert seen(ROOM[0], soundings, extent=(between[0] - 0.1, between[1] + 0.1)) == [True, False, True, False]
+
+
+def test_who_stands_before_a_gap_in_a_wall_does_not_miss_it() -> None:
+    # Two stations hear the wall, one at each end of it; the others stand before the middle of it, and hear nothing.
+    soundings = hearing(listening([(0.5, y) for y in (-1.0, -0.15, 0.15, 1.0)], step=STEP), ROOM)
+    inner = np.isin(soundings.stations, (1, 2))
+    (wide,) = judged(explanation(soundings._replace(readings=np.where(inner, np.inf, soundings.readings))), ROOM[:1])
+    assert free_views(wide, soundings, step=STEP).tolist() == [True, False, False, True]
+    near = hearing(listening([(0.5, y) for y in (-0.3, -0.1, 0.1, 0.3)], step=STEP), ROOM)
+    (narrow,) = judged(explanation(near._replace(readings=np.where(inner, np.inf, near.readings))), ROOM[:1])
+    assert free_views(narrow, near, step=STEP).tolist() == [True] * 4
+
+
+def test_what_is_out_of_reach_is_not_seen() -> None:
+    assert seen(cylinder(9.0, 0.0, 0.1), listening(step=STEP)) == [False] * 4

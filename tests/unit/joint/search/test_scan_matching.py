@@ -1,0 +1,161 @@
+import tracemalloc
+from functools import cache
+
+import numpy as np
+import pytest
+
+from echoplan.acoustics.predicted_echo import Kind
+from echoplan.arrays import FloatArray
+from echoplan.geometry import compose, directions, wrap
+from echoplan.joint.arcs import ArcSettings, find_arcs
+from echoplan.joint.search import scan_matching
+from echoplan.joint.search.scan_matching import Catalogue, LocalisationSettings, Sightline, locate, sightlines
+from helpers.expectations import REACH, ROOM, SONAR, cylinder, hearing, listening
+
+COLUMN = cylinder(0.2, 0.9, 0.1)
+SETTINGS = LocalisationSettings()
+SIGMAS = np.array([0.03, 0.03, np.radians(3.0)])
+HERE = np.array([0.4, -0.3, 0.5])
+
+
+def room(*more: FloatArray) -> Catalogue:
+    reflectors = np.array([*ROOM, *more])
+    return Catalogue(reflectors, np.ones(len(reflectors)), np.tile([-REACH, REACH], (len(reflectors), 1)))
+
+
+def sight_from(pose: FloatArray) -> Sightline:
+    """What a robot there would see of the four walls and the column."""
+    depths, normals = [], []
+    for row in [*ROOM, COLUMN]:
+        if row[0] == Kind.WALL:
+            depths.append(row[2] - float(pose[:2] @ directions(row[1])))
+            normals.append(row[1] - pose[2])
+        else:
+            away = row[1:3] - pose[:2]
+            depths.append(float(np.hypot(*away)) - row[3])
+            normals.append(float(np.arctan2(away[1], away[0])) - pose[2])
+    return Sightline(np.zeros((5, 2)), wrap(normals), np.array(depths), np.ones(5))
+
+
+@cache
+def heard() -> Sightline:
+    """The arcs of one simulated station at the origin of its own frame."""
+    soundings = hearing(listening([(0.4, -0.3)], step=np.radians(1.0)), [*ROOM, COLUMN])
+    arcs = find_arcs(soundings, resolution=0.001, settings=ArcSettings())
+    return sightlines(arcs, soundings, SONAR.tabulated(), np.array([0.4, -0.3, 0.0]))
+
+
+@pytest.mark.parametrize("error", [(0.05, 0.0, 0.0), (0.0, -0.06, 0.0), (0.0, 0.0, 0.12), (-0.04, 0.05, -0.1)])
+def test_a_pose_is_found_again(error: tuple[float, float, float]) -> None:
+    guess = compose(HERE, np.array(error))
+    pose, score = locate(sight_from(HERE), room(COLUMN), guess, SIGMAS, SETTINGS)
+    assert pose[:2] == pytest.approx(HERE[:2], abs=0.01)
+    assert np.degrees(abs(wrap(pose[2] - HERE[2]))) < 0.7
+    assert score > 5.0
+
+
+@pytest.mark.parametrize("turn", [-0.5, -0.3, -0.13, 0.08, 0.22, 0.41])
+def test_a_far_turn_is_found_again_though_much_was_heard_from_places_away(turn: float) -> None:
+    away = [(0.0, 0.0), (1.6, 0.3), (-1.4, 1.0)]
+    sights = [sight_from(compose(HERE, np.array([*place, 0.0]))) for place in away]
+    together = Sightline(
+        np.repeat(away, 5, axis=0),
+        np.concatenate([each.normals for each in sights]),
+        np.concatenate([each.depths for each in sights]),
+        np.ones(15),
+    )
+    guess, sigmas = compose(HERE, np.array([0.02, -0.02, turn])), np.array([0.03, 0.03, np.radians(17.0)])
+    pose, _ = locate(together, room(COLUMN), guess, sigmas, SETTINGS)
+    assert pose[:2] == pytest.approx(HERE[:2], abs=0.01)
+    assert np.degrees(abs(wrap(pose[2] - HERE[2]))) < 0.7
+
+
+def test_where_nothing_is_known_odometry_is_believed() -> None:
+    empty = Catalogue(np.zeros((0, 4)), np.zeros(0), np.zeros((0, 2)))
+    pose, score = locate(sight_from(HERE), empty, HERE, SIGMAS, SETTINGS)
+    assert pose == pytest.approx(HERE)
+    assert score == 0.0
+
+
+def test_a_robot_that_hears_nothing_is_where_odometry_says() -> None:
+    deaf = Sightline(np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
+    pose, score = locate(deaf, room(), HERE, SIGMAS, SETTINGS)
+    assert pose == pytest.approx(HERE)
+    assert score == 0.0
+
+
+def test_a_single_wall_fixes_distance_and_heading_but_not_the_place_along_it() -> None:
+    sight = sight_from(HERE)
+    only = Sightline(sight.origins_xy[:1], sight.normals[:1], sight.depths[:1], sight.weights[:1])
+    guess = compose(HERE, np.array([0.04, 0.04, 0.05]))
+    pose, _ = locate(only, Catalogue(ROOM[:1], np.ones(1), np.array([[-REACH, REACH]])), guess, SIGMAS, SETTINGS)
+    assert pose[0] == pytest.approx(HERE[0], abs=0.01)
+    assert abs(pose[1] - guess[1]) < 0.01
+
+
+def test_strays_do_not_pull() -> None:
+    sight = sight_from(HERE)
+    strays = Sightline(
+        np.zeros((8, 2)),
+        np.append(sight.normals, [0.3, -1.2, 2.0]),
+        np.append(sight.depths, [0.7, 0.9, 1.1]),
+        np.ones(8),
+    )
+    pose, _ = locate(strays, room(COLUMN), compose(HERE, np.array([0.04, -0.04, 0.08])), SIGMAS, SETTINGS)
+    assert pose[:2] == pytest.approx(HERE[:2], abs=0.012)
+
+
+def test_a_wall_is_not_seen_far_beyond_its_ends() -> None:
+    short = room()._replace(extents=np.tile([5.0, 6.0], (4, 1)))
+    guess = compose(HERE, np.array([0.04, 0.0, 0.0]))
+    pose, _ = locate(sight_from(HERE), short, guess, SIGMAS, SETTINGS)
+    assert pose == pytest.approx(guess, abs=1e-9)
+
+
+def test_arcs_become_planes_about_the_robot() -> None:
+    sight = heard()
+    assert len(sight.depths) == 5
+    for normal, depth in ((0.0, 1.6), (np.pi / 2, 1.8), (np.pi, 2.4), (-np.pi / 2, 1.2)):
+        nearest = int(np.argmin(np.abs(wrap(sight.normals - normal))))
+        assert np.degrees(abs(wrap(sight.normals[nearest] - normal))) < 0.5
+        away = sight.depths[nearest] + float(sight.origins_xy[nearest] @ directions(normal))
+        assert away == pytest.approx(depth, abs=0.004)
+
+
+def test_what_was_heard_finds_the_robot_too() -> None:
+    here = np.array([0.4, -0.3, 0.0])
+    pose, _ = locate(heard(), room(COLUMN), compose(here, np.array([0.05, -0.04, 0.06])), SIGMAS, SETTINGS)
+    assert pose[:2] == pytest.approx(here[:2], abs=0.012)
+    assert np.degrees(abs(wrap(pose[2]))) < 1.0
+
+
+def test_a_sweep_without_arcs_has_no_sightlines() -> None:
+    soundings = listening([(0.0, 0.0)])
+    assert len(sightlines([], soundings, SONAR.tabulated(), np.zeros(3)).depths) == 0
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_no_reflector_is_passed_over_that_an_arc_may_be_of(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    rng, sight = np.random.default_rng(seed), sight_from(HERE)
+    # Walls heard far from the robot, as by other stations, and a robot as far off as is searched.
+    origins = np.concatenate([rng.uniform(-1.5, 1.5, (4, 2)), np.zeros((1, 2))])
+    depths = sight.depths - (origins * directions(sight.normals)).sum(axis=1)
+    sight, sigmas = sight._replace(origins_xy=origins, depths=depths), 3.0 * SIGMAS
+    guess = compose(HERE, 2.8 * sigmas * rng.choice([-1.0, 1.0], 3))
+    pose, score = locate(sight, room(COLUMN), guess, sigmas, SETTINGS)
+    monkeypatch.setattr(scan_matching, "_likely", lambda *_: np.ones((5, 5), dtype=bool))
+    everywhere, best = locate(sight, room(COLUMN), guess, sigmas, SETTINGS)
+    assert pose == pytest.approx(everywhere, abs=1e-12)
+    assert score == pytest.approx(best, abs=1e-9)
+
+
+def test_a_sensor_far_from_its_robot_costs_no_more_memory() -> None:
+    sight = sight_from(HERE)
+    far = sight._replace(origins_xy=sight.origins_xy + 1e5)
+    tracemalloc.start()
+    try:
+        locate(far, room(COLUMN), HERE, SIGMAS, SETTINGS)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak < 50e6

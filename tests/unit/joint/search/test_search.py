@@ -1,0 +1,371 @@
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from echoplan.acoustics.predicted_echo import EchoModel, Kind
+from echoplan.arrays import BoolArray, FloatArray
+from echoplan.joint.arcs import ArcSettings, find_arcs
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.search.search import Search, SearchSettings
+from echoplan.preprocessing.ping_arrays import Soundings, chosen_soundings, join_soundings, soundings_of
+from echoplan.sources import open_source
+from helpers.expectations import (
+    NOISE,
+    ROOM,
+    SONAR,
+    STATIONS,
+    corner,
+    cylinder,
+    expected,
+    explanation,
+    hearing,
+    listening,
+    wall,
+)
+
+HALF_APERTURE = 0.61
+# East, north, west and south of the square of 3 x 3 m, as seen from within.
+SQUARE = np.array([wall(0.0, 2.0), wall(np.pi / 2, 2.5), wall(np.pi, 1.0), wall(-np.pi / 2, 0.5)])
+
+
+def search_in(soundings: Soundings, *, sonar: EchoModel = SONAR, noise: float = NOISE, **settings: float) -> Search:
+    arcs = find_arcs(soundings, resolution=0.005, settings=ArcSettings())
+    account = explanation(soundings, sonar=sonar, noise=noise)
+    return Search(account, arcs, half_aperture=HALF_APERTURE, settings=SearchSettings.model_validate(settings))
+
+
+@cache
+def square() -> Search:
+    """The search in a simulated square, by the sonar that the rig promises."""
+    source = open_source("sim:square")
+    assert source.rig.transducer
+    soundings = join_soundings([soundings_of(sweep, source.rig) for sweep in source])
+    return search_in(soundings, sonar=EchoModel.of(source.rig.transducer), noise=0.008)
+
+
+@cache
+def found() -> tuple[Hypothesis, ...]:
+    """What it finds."""
+    return tuple(square().run())
+
+
+def rows(features: Sequence[Hypothesis], kind: Kind = Kind.WALL) -> FloatArray:
+    """Parameters of the features of one kind, in order."""
+    return np.array(sorted(each.reflector.tolist() for each in features if each.kind is kind)).reshape(-1, 4)
+
+
+def proposed(search: Search, *reflectors: FloatArray) -> list[Hypothesis]:
+    return [search.explanation.propose(each) for each in reflectors]
+
+
+def test_the_walls_of_a_simulated_square_are_found() -> None:
+    walls = [each for each in found() if each.is_wall]
+    assert len(walls) == 4
+    for truth in SQUARE:
+        (own,) = [each for each in walls if np.cos(each.line[0] - truth[1]) > 0.99]
+        assert own.line[1] == pytest.approx(truth[2], abs=0.01)
+        assert np.sin(own.line[0] - truth[1]) == pytest.approx(0.0, abs=0.01)
+        assert (own.gains > 5.0).sum() >= 3
+
+
+def test_nothing_else_is_found_but_its_corners() -> None:
+    others = [each for each in found() if not each.is_wall]
+    vertices = np.array([[x, y] for x in (-1.0, 2.0) for y in (-0.5, 2.5)])
+    assert {each.kind for each in others} <= {Kind.CORNER}
+    for each in others:
+        assert np.hypot(*(vertices - each.reflector[1:3]).T).min() < 0.02
+
+
+def test_what_is_found_explains_nearly_all_that_was_heard() -> None:
+    account = square().explanation
+    heard = np.isfinite(account.soundings.readings)
+    levels = account.levels(found())
+    assert (levels[heard] > account.floor + np.log(20.0)).mean() > 0.95
+
+
+def test_a_search_that_starts_from_the_answer_stays_there() -> None:
+    again = square().run(found())
+    assert rows(again) == pytest.approx(rows(found()))
+    assert len(again) == len(found())
+
+
+def test_a_search_starts_from_the_same_pings_with_the_same_end() -> None:
+    assert [each.key for each in square().run()] == [each.key for each in found()]
+
+
+def test_walls_that_are_known_but_not_there_are_dropped() -> None:
+    wrong = proposed(square(), wall(0.4, 1.2), cylinder(0.5, 0.9, 0.1))
+    assert square().tested(wrong) == []
+    assert rows(square().run(wrong)) == pytest.approx(rows(found()), abs=0.002)
+
+
+def test_a_second_copy_of_a_wall_is_refused() -> None:
+    walls = [each for each in found() if each.is_wall]
+    doubled = [*walls, *proposed(square(), walls[0].reflector + np.array([0.0, 0.002, 0.004, 0.0]))]
+    assert rows(square().tested(doubled)) == pytest.approx(rows(walls))
+
+
+def test_of_two_copies_only_the_better_one_settles() -> None:
+    walls = [each for each in found() if each.is_wall]
+    for doubled in ([*walls, walls[1]], [walls[1], *walls]):
+        settled = square().settled([replace(each) for each in doubled])
+        assert rows(settled) == pytest.approx(rows(walls))
+
+
+def test_judging_keeps_all_features_even_those_that_do_not_stand() -> None:
+    walls = [each for each in found() if each.is_wall]
+    judged = square().judged([*walls, *proposed(square(), wall(0.4, 1.2))])
+    assert len(judged) == 5
+    assert min(each.total for each in judged[:4]) > 100.0
+    assert judged[4].total <= 0.0
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.002])
+def test_of_two_walls_that_came_to_lie_on_each_other_one_goes_on_explaining_all(apart: float) -> None:
+    walls = list(found())
+    twice = proposed(square(), walls[0].reflector + np.array([0.0, 0.0, apart, 0.0]))
+    judged = square().judged([*walls, *twice])
+    gains = sorted(each.total for each in (judged[0], judged[-1]))
+    assert gains[1] > 0.9 * walls[0].total > 90.0
+    assert gains[0] < 0.1 * walls[0].total
+
+
+def test_a_cylinder_is_found_as_one() -> None:
+    truth = [*ROOM, cylinder(0.2, 0.9, 0.1)]
+    soundings = hearing(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
+    features = search_in(soundings).run()
+    assert rows(features, Kind.CYLINDER) == pytest.approx(np.array([truth[4]]), abs=0.005)
+    assert len(rows(features)) == 4
+
+
+@pytest.mark.parametrize(("reading", "count"), [(np.inf, 0), (0.3, 1)], ids=["a free view", "hidden"])
+def test_a_cylinder_that_most_stations_miss_is_none_unless_it_was_hidden(reading: float, count: int) -> None:
+    post = cylinder(0.2, 0.9, 0.1)
+    around = [*STATIONS, (-0.5, 0.6), (0.0, 0.0), (0.8, 0.8)]
+    soundings = hearing(listening(around), [post])
+    deaf = soundings.stations >= 3
+    search = search_in(soundings._replace(readings=np.where(deaf, reading, soundings.readings)))
+    (judged,) = search.judged(proposed(search, post))
+    assert judged.total > 100.0
+    assert len(rows(search.tested([judged]), Kind.CYLINDER)) == count
+
+
+def test_a_corner_is_found_as_one() -> None:
+    # Only the vertex echoes: both its walls are of foam, say.
+    soundings = hearing(listening(), [corner(1.6, 1.2)], noise=NOISE, rng=np.random.default_rng(1))
+    features = search_in(soundings).run()
+    assert [each.kind for each in features] == [Kind.CORNER]
+    assert features[0].reflector[1:3] == pytest.approx([1.6, 1.2], abs=0.003)
+
+
+def heard_apart(soundings: Soundings, *truth: FloatArray) -> Soundings:
+    """Each station hears a reflector of its own and no other."""
+    readings = np.full(len(soundings.readings), np.inf)
+    for station, reflector in enumerate(truth):
+        excesses, expectations = expected(soundings, reflector)
+        own = (soundings.stations == station) & (excesses > 0.0) & (expectations < soundings.max_range)
+        readings[own] = expectations[own]
+    return soundings._replace(readings=readings)
+
+
+def test_a_cylinder_that_joins_two_walls_gives_way_to_them() -> None:
+    # Each station hears a whole wall of its own; a thick cylinder touches both.
+    ball = cylinder(0.0, 1.8, 0.4)
+    stations = np.array([[-0.8, 0.1], [0.8, 0.1]])
+    walls = []
+    for station in stations:
+        away = (ball[1:3] - station) / np.hypot(*(ball[1:3] - station))
+        angle = float(np.arctan2(away[1], away[0]))
+        walls.append(wall(angle, float((ball[1:3] - 0.4 * away) @ away)))
+    listened = listening([(-0.8, 0.1), (0.8, 0.1)], step=np.radians(2.0))
+    search = search_in(heard_apart(listened, *walls))
+    features = search.run(proposed(search, ball))
+    assert rows(features, Kind.CYLINDER).size == 0
+    assert rows(features) == pytest.approx(np.array(sorted(walls, key=list)), abs=0.01)
+
+
+@pytest.mark.parametrize(("askew", "count"), [(0.0, 1), (3.0, 2)])
+def test_a_wall_that_joins_the_sides_of_two_boxes_gives_way_to_them(askew: float, count: int) -> None:
+    # Each station hears a side of its own; both sides touch the same line, one of them askew.
+    foot = np.array([-0.6, 1.2])
+    angle = np.pi / 2 + np.radians(askew)
+    sides = [wall(angle, float(foot @ [np.cos(angle), np.sin(angle)])), wall(np.pi / 2, 1.2)]
+    search = search_in(heard_apart(listening(APART, step=np.radians(2.0)), *sides))
+    found = rows(search.run(proposed(search, sides[1])))
+    assert len(found) == count
+    for side in sides:
+        assert np.abs(found[:, 1:3] - side[1:3]).max(axis=1).min() < 0.01
+
+
+def posts(*, radius: float) -> list[FloatArray]:
+    """Two posts that touch the wall y = 1.2, each straight before a station."""
+    return [cylinder(x, 1.2 + radius, radius) for x in (-0.6, 0.6)]
+
+
+APART = ((-0.6, 0.0), (0.6, 0.0))
+
+
+def test_two_stations_that_hear_little_of_a_wall_do_not_make_one() -> None:
+    # Thin posts are heard over a narrow angle only, where a wall would be heard far and wide.
+    search = search_in(heard_apart(listening(APART, step=np.radians(2.0)), *posts(radius=0.003)))
+    false = proposed(search, wall(np.pi / 2, 1.2))
+    assert search.tested(false) == []
+    assert not rows(search.run()).size
+
+
+def test_two_stations_that_hear_all_of_a_wall_make_one() -> None:
+    truth = wall(np.pi / 2, 1.2)
+    search = search_in(hearing(listening(APART, step=np.radians(2.0)), [truth]))
+    assert rows(search.run()) == pytest.approx(truth[None], abs=0.002)
+
+
+@pytest.mark.parametrize(("share", "count"), [(0.4, 0), (0.05, 1)])
+def test_of_what_only_two_stations_know_each_must_hear_a_good_part(share: float, count: int) -> None:
+    # All but the middle of each arc is hidden behind something nearer, which speaks neither for nor against a wall.
+    truth = wall(np.pi / 2, 1.2)
+    soundings = hearing(listening(APART, step=np.radians(2.0)), [truth])
+    middle = soundings.uy > np.cos(np.radians(9.0))
+    search = search_in(soundings._replace(readings=np.where(middle, soundings.readings, 0.3)), heard_share=share)
+    assert len(search.tested(proposed(search, truth))) == count
+
+
+def test_half_of_what_a_feature_must_gain_remains_without_its_best_station() -> None:
+    belief = square().belief
+    assert 2.0 * belief.settings.without_best == belief.settings.accept
+    less, more = (replace(found()[0], gains=np.array([30.0, 5.5, rest]), total=35.5 + rest) for rest in (0.4, 0.6))
+    assert belief.is_lone(less)
+    assert not belief.is_lone(more)
+
+
+def test_what_known_things_hide_of_a_wall_does_not_count_against_it() -> None:
+    truth = wall(np.pi / 2, 1.2)
+    soundings = hearing(listening(APART, step=np.radians(2.0)), [truth])
+    middle = soundings.uy > np.cos(np.radians(9.0))
+    search = search_in(soundings._replace(readings=np.where(middle, soundings.readings, 0.3)), heard_share=0.4)
+    (seeming,), bare = search.judged(proposed(search, truth)), np.full(len(middle), search.explanation.floor)
+    assert not search.belief.holds(seeming, bare)
+    assert search.belief.holds(seeming, np.where(middle, bare, 5.0))
+
+
+def half_of_a_wall() -> Soundings:
+    """One station hears a wall to the left of its normal and nothing to the right."""
+    soundings = hearing(listening(APART[:1], step=np.radians(2.0)), [wall(np.pi / 2, 1.2)])
+    return soundings._replace(readings=np.where(soundings.ux < 0.0, soundings.readings, np.inf))
+
+
+def test_a_wall_known_from_one_station_must_be_heard_all_over_the_beam() -> None:
+    truth = wall(np.pi / 2, 1.2)
+    whole = search_in(hearing(listening(APART[:1], step=np.radians(2.0)), [truth]))
+    half = search_in(half_of_a_wall())
+    assert rows(whole.tested(proposed(whole, truth)))[:, 2] == pytest.approx([1.2])
+    assert half.tested(proposed(half, truth)) == []
+
+
+def test_a_single_station_never_makes_a_cylinder_or_a_corner() -> None:
+    truth = [cylinder(-0.6, 1.0, 0.1), corner(0.8, -0.9)]
+    search = search_in(hearing(listening(APART[:1], step=np.radians(2.0)), truth))
+    assert search.tested(proposed(search, *truth)) == []
+
+
+@pytest.mark.parametrize(("silent", "count"), [([], 1), ([0], 0), ([1], 0)])
+def test_a_ring_knows_a_wall_from_one_station_that_three_of_its_sensors_hear(silent: list[int], count: int) -> None:
+    # Through two readings some wall can always be laid.
+    truth = wall(np.pi / 2, 1.2)
+    soundings = hearing(listening(APART[:1], step=np.radians(22.5)), [truth])
+    heard = np.flatnonzero(np.isfinite(soundings.readings))
+    assert len(heard) == 3
+    search = search_in(chosen_soundings(soundings, ~kept_of(soundings, heard[silent].tolist())))
+    assert len(search.tested(proposed(search, truth))) == count
+
+
+@pytest.mark.parametrize("towards", [0.5 * np.pi, np.pi])
+@pytest.mark.parametrize(("sensors", "count"), [(2, 0), (3, 1)])
+def test_what_two_sensors_of_a_ring_say_twice_is_no_more_than_said_once(
+    sensors: int, count: int, towards: float
+) -> None:
+    truth, ring = wall(towards, 1.2), listening(APART[:1], step=np.radians(22.5))
+    sweeps = [heard_by(sensors, turned(ring, np.radians(degrees)), truth) for degrees in (-1.5, 0.5)]
+    twice = join_soundings(sweeps)
+    search = search_in(twice._replace(stations=0 * twice.stations, centers=ring.centers))
+    assert len(search.tested(proposed(search, truth))) == count
+
+
+def turned(soundings: Soundings, angle: float) -> Soundings:
+    """The same sensors, looking a little elsewhere."""
+    axes = np.exp(1j * angle) * (soundings.ux + 1j * soundings.uy)
+    return soundings._replace(ux=axes.real.copy(), uy=axes.imag.copy())
+
+
+def heard_by(sensors: int, ring: Soundings, truth: FloatArray) -> Soundings:
+    """A wall as the first few sensors that hear it tell, and those that hear nothing."""
+    soundings = hearing(ring, [truth])
+    far = np.flatnonzero(np.isfinite(soundings.readings))[sensors:]
+    return chosen_soundings(soundings, ~kept_of(soundings, far.tolist()))
+
+
+def kept_of(soundings: Soundings, pings: Sequence[int]) -> BoolArray:
+    """Mark some pings."""
+    return np.isin(np.arange(len(soundings.readings)), pings)
+
+
+def test_a_ring_finds_a_wall_from_all_around() -> None:
+    truth = wall(np.pi / 2, 1.2)
+    around = [(-0.9, 0.0), (-0.3, 0.2), (0.3, 0.1), (0.9, 0.3)]
+    search = search_in(hearing(listening(around, step=np.radians(22.5)), [truth]))
+    assert rows(search.run()) == pytest.approx(truth[None], abs=0.01)
+
+
+def test_three_readings_through_which_a_circle_can_always_be_laid_make_no_cylinder() -> None:
+    stations, post = [(-0.9, 0.0), (0.0, 0.1), (0.9, 0.0)], cylinder(0.0, 1.0, 0.1)
+    soundings = hearing(listening(stations, step=np.radians(22.5)), [post])
+    heard = np.flatnonzero(np.isfinite(soundings.readings))
+    ahead = [heard[soundings.stations[heard] == k][0] for k in range(3)]
+    search = search_in(chosen_soundings(soundings, np.isin(np.arange(len(soundings.readings)), ahead)))
+    assert search.tested(proposed(search, post)) == []
+    everywhere = search_in(soundings)
+    assert rows(everywhere.tested(proposed(everywhere, post)), Kind.CYLINDER) == pytest.approx(post[None])
+
+
+def test_the_step_is_that_of_the_pings() -> None:
+    assert search_in(listening(step=np.radians(2.0))).belief.step == pytest.approx(np.radians(2.0))
+
+
+def test_where_nothing_was_heard_nothing_is_found() -> None:
+    assert search_in(listening()).run() == []
+
+
+def test_without_a_single_ping_nothing_is_found() -> None:
+    soundings = listening()
+    nothing = chosen_soundings(soundings, np.zeros(len(soundings.readings), dtype=bool))
+    assert search_in(nothing).run() == []
+    assert search_in(nothing).run(proposed(search_in(nothing), wall(0.0, 1.0))) == []
+
+
+@pytest.mark.parametrize(("accept", "count"), [(12.0, 4), (1e6, 0)])
+def test_what_is_believed_is_a_matter_of_settings(accept: float, count: int) -> None:
+    soundings = hearing(listening(), ROOM)
+    assert len(search_in(soundings, accept=accept).run()) == count
+
+
+def test_rivals_that_make_each_other_fall_do_not_go_on_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    search, walls, asked = square(), [each for each in found() if each.is_wall], list[int]()
+
+    def always_the_same(contenders: Sequence[Hypothesis], *_: object) -> Hypothesis:
+        asked.append(len(contenders))
+        assert len(asked) < 50
+        return walls[0]
+
+    monkeypatch.setattr(search, "_best", always_the_same)
+    monkeypatch.setattr(search, "tested", lambda features: features[:-1])
+    assert search._grown([], [replace(each) for each in walls[1:]]) == []
+    assert len(asked) > 1
+
+
+def test_more_may_be_found_of_some_kinds_only() -> None:
+    search = square()
+    walls = [each for each in found() if each.is_wall]
+    assert rows(search.more([], (Kind.WALL,))) == pytest.approx(rows(walls), abs=0.01)
+    assert rows(search.more(walls[:2], (Kind.CYLINDER,))) == pytest.approx(rows(walls[:2]), abs=0.01)

@@ -1,0 +1,172 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from echoplan.arrays import BoolArray, FloatArray
+from echoplan.geometry import wrap
+from echoplan.joint.arcs import Arc, ArcSettings, arc_planes, find_arcs
+from echoplan.preprocessing.ping_arrays import Soundings
+from helpers.expectations import ROOM, SONAR, cylinder, expected, hearing, listening, wall
+
+SETTINGS = ArcSettings()
+DEGREE = np.radians(1.0)
+
+
+def arcs_of(soundings: Soundings, *, resolution: float = 0.001, **settings: float) -> list[Arc]:
+    """Arcs with a resolution fine enough not to matter."""
+    return find_arcs(soundings, resolution=resolution, settings=ArcSettings.model_validate(settings))
+
+
+def alone(reflector: FloatArray, *, step: float = DEGREE) -> Soundings:
+    """What one station at the origin hears of one reflector."""
+    return hearing(listening([(0.0, 0.0)], step=step), [reflector])
+
+
+def without(soundings: Soundings, pings: slice | BoolArray) -> Soundings:
+    """Soundings in which some pings heard nothing."""
+    readings = soundings.readings.copy()
+    readings[pings] = np.inf
+    return soundings._replace(readings=readings)
+
+
+def test_two_walls_are_two_arcs_from_each_station() -> None:
+    soundings, sonar = hearing(listening(step=DEGREE), ROOM[[0, 2]]), SONAR.tabulated()
+    arcs = arcs_of(soundings)
+    assert [arc.station for arc in arcs] == [0, 0, 1, 1, 2, 2, 3, 3]
+    assert all((soundings.stations[arc.pings] == arc.station).all() for arc in arcs)
+    planes = arc_planes(arcs, soundings, sonar)
+    assert sorted(np.round(np.abs(wrap(planes[:, 0])), 1)) == [0.0] * 4 + [3.1] * 4
+    assert planes[:, 1] == pytest.approx(2.0, abs=0.01)
+
+
+def test_an_arc_holds_all_echoes_of_its_reflector() -> None:
+    soundings = alone(cylinder(1.0, 0.5, 0.1))
+    (arc,) = arcs_of(soundings)
+    assert sorted(arc.pings) == np.flatnonzero(np.isfinite(soundings.readings)).tolist()
+
+
+def test_an_arc_wraps_around_the_seam_of_the_circle() -> None:
+    soundings = alone(wall(np.pi, 1.0))
+    (arc,) = arcs_of(soundings)
+    assert {0, len(soundings.readings) - 1} <= set(arc.pings.tolist())
+
+
+def at_a_corner(step: float) -> list[Arc]:
+    """Two walls that are about as near, and the beam so wide that no ping hears neither."""
+    return arcs_of(hearing(listening([(0.0, 0.0)], step=step), [wall(0.0, 0.5), wall(np.pi / 2, 0.52)]))
+
+
+def test_walls_that_are_as_near_meet_in_a_ridge_which_parts_their_arcs() -> None:
+    arcs = at_a_corner(DEGREE)
+    assert len(arcs) == 2
+    heard = alone(wall(0.0, 0.5)).bearings
+    east, north = sorted(float(np.median(heard[each.pings])) for each in arcs)
+    assert (east, north) == pytest.approx((0.0, np.pi / 2), abs=np.radians(5))
+
+
+def test_where_pings_are_few_a_ridge_may_be_chance() -> None:
+    assert len(at_a_corner(np.radians(5.0))) == 1
+
+
+@pytest.mark.parametrize("missing", [1, 2, 3])
+def test_an_arc_survives_dropouts(missing: int) -> None:
+    soundings = alone(wall(0.0, 1.0))
+    middle = int(np.argmin(np.abs(soundings.bearings)))
+    assert len(arcs_of(without(soundings, slice(middle, middle + missing)))) == 1
+
+
+def test_a_wider_gap_ends_an_arc() -> None:
+    soundings = alone(wall(0.0, 1.0))
+    middle = int(np.argmin(np.abs(soundings.bearings)))
+    assert len(arcs_of(without(soundings, slice(middle, middle + 6)))) == 2
+
+
+def test_a_stray_echo_does_not_break_an_arc() -> None:
+    soundings = alone(wall(0.0, 1.0))
+    heard = np.isfinite(soundings.readings).sum()
+    readings = soundings.readings.copy()
+    readings[np.argmin(np.abs(soundings.bearings))] = 0.4
+    (arc,) = arcs_of(soundings._replace(readings=readings))
+    assert len(arc.pings) == heard - 1
+
+
+def test_a_jump_in_range_ends_an_arc() -> None:
+    soundings = alone(wall(0.0, 1.0))
+    readings = np.where(soundings.bearings > 0.0, soundings.readings + 0.03, soundings.readings)
+    assert len(arcs_of(soundings._replace(readings=readings))) == 2
+
+
+def test_coarse_readings_jump_by_their_steps_without_ending_an_arc() -> None:
+    soundings = alone(wall(0.0, 1.0))
+    readings = np.where(soundings.bearings > 0.0, soundings.readings + 0.03, soundings.readings)
+    assert len(arcs_of(soundings._replace(readings=readings), resolution=0.03)) == 1
+
+
+@pytest.mark.parametrize(("degrees", "least"), [(1.0, 3), (5.0, 2), (22.5, 1)])
+def test_the_sparser_the_pings_the_fewer_make_an_arc(degrees: float, least: int) -> None:
+    silent = listening([(0.0, 0.0)], step=np.radians(degrees))
+    for count in (1, 2, 3):
+        readings = silent.readings.copy()
+        readings[3 : 3 + count] = 1.0
+        assert bool(arcs_of(silent._replace(readings=readings))) == (count >= least)
+
+
+def test_where_nothing_is_heard_there_are_no_arcs() -> None:
+    assert arcs_of(listening()) == []
+
+
+def test_arcs_of_two_stations_are_never_one() -> None:
+    soundings = hearing(listening([(0.0, 0.0), (0.0, 0.001)], step=DEGREE), [wall(0.0, 1.0)])
+    assert [arc.station for arc in arcs_of(soundings)] == [0, 1]
+
+
+@pytest.mark.parametrize("normal", [-3.1, -1.0, 0.2, 2.5])
+@pytest.mark.parametrize("offset", [0.4, 1.2, 2.6])
+def test_the_plane_of_an_arc_is_the_wall_within_a_degree(normal: float, offset: float) -> None:
+    soundings = alone(wall(normal, offset))
+    ((angle, found),) = arc_planes(arcs_of(soundings), soundings, SONAR.tabulated())
+    assert abs(np.degrees(wrap(angle - normal))) < 1.0
+    assert found == pytest.approx(offset, abs=0.001)
+
+
+def test_planes_keep_the_order_of_their_arcs() -> None:
+    soundings = hearing(listening([(0.3, 0.1)], step=DEGREE), ROOM)
+    arcs, sonar = arcs_of(soundings), SONAR.tabulated()
+    together = arc_planes(arcs, soundings, sonar)
+    for arc, plane in zip(arcs, together, strict=True):
+        assert arc_planes([arc], soundings, sonar)[0] == pytest.approx(plane)
+
+
+def test_the_plane_of_half_an_arc_is_still_near_the_wall() -> None:
+    soundings = alone(wall(0.0, 1.0))
+    half = without(soundings, soundings.bearings < 0.0)
+    ((angle, offset),) = arc_planes(arcs_of(half), half, SONAR.tabulated())
+    middle = float(np.mean(half.bearings[np.isfinite(half.readings)]))
+    # The range walk tells on which side of an arc the wall stands: the faint side is the far one.
+    assert abs(angle) < 0.5 * middle
+    assert offset == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_few_strays_in_an_arc_do_not_move_its_plane() -> None:
+    soundings = alone(wall(0.0, 1.0))
+    (arc,) = arcs_of(soundings)
+    readings = soundings.readings.copy()
+    readings[arc.pings[::9]] += 0.3
+    ((angle, offset),) = arc_planes([arc], soundings._replace(readings=readings), SONAR.tabulated())
+    assert abs(np.degrees(angle)) < 3.0
+    assert offset == pytest.approx(1.0, abs=0.003)
+
+
+def test_readings_that_are_too_short_are_scaled_before_planes_are_laid() -> None:
+    warm = replace(SONAR, range_scale=0.05)
+    silent = listening([(0.0, 0.0)], step=DEGREE)
+    soundings = hearing(silent, [wall(0.4, 2.0)], sonar=warm)
+    assert expected(silent, wall(0.4, 2.0), warm)[1].min() < 1.95
+    ((_, offset),) = arc_planes(arcs_of(soundings), soundings, warm.tabulated())
+    assert offset == pytest.approx(2.0, abs=0.002)
+
+
+def test_an_arc_tells_how_many_of_its_echoes_are_among_others() -> None:
+    chosen = np.array([True, False, True, True, True])
+    assert Arc(station=0, pings=np.array([0, 1, 3])).share_of(chosen) == pytest.approx(2 / 3)

@@ -1,0 +1,76 @@
+"""The method joint on what robot simulators call sonar."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from echoplan.evaluation import evaluate, pool
+from echoplan.joint.mapper import JointMapper, JointSettings
+from echoplan.methods import map_sweeps
+from echoplan.model import CornerKind, FeatureClass, FeatureMap, Rig, Sweep, Truth
+from echoplan.simulation import Simulation
+from echoplan.sources import find_rig, find_route, find_world
+from library import ray_cones
+
+HALF_ANGLE = np.radians(15.0)
+
+
+@cache
+def cast(world: str, rig: str = "rotary-array") -> tuple[Rig, tuple[Sweep, ...], Truth]:
+    """Rays, sweep by sweep, and what a map of them should say."""
+    simulation = Simulation(world=find_world(world), rig=find_rig(rig), route=find_route(world))
+    using, rng = ray_cones.of_cone(simulation.rig, HALF_ANGLE), np.random.default_rng(0)
+    sweeps = ray_cones.cast(list(simulation), simulation.world, using, rays=31, noise=0.002, rng=rng)
+    return using, tuple(sweeps), simulation.truth
+
+
+def learned(found: FeatureMap) -> Mapping[str, Any]:
+    numbers = found.parameters["found"]
+    assert isinstance(numbers, Mapping)
+    return numbers
+
+
+@cache
+def mapped(world: str, rig: str = "rotary-array", *, rays: bool | None = None) -> FeatureMap:
+    using, sweeps, _ = cast(world, rig)
+    return map_sweeps(JointMapper(replace(using, rays=rays)), sweeps)
+
+
+def assert_is_square(found: FeatureMap) -> None:
+    assert len(found.walls) == 4
+    assert len(found.corners) == 4
+    assert all(each.kind is CornerKind.CONCAVE for each in found.corners)
+    assert found.cylinders == ()
+
+
+def test_a_square_room_comes_out_square() -> None:
+    assert_is_square(mapped("square"))
+
+
+def test_it_is_said_that_there_was_no_sound() -> None:
+    found = learned(mapped("square"))
+    assert found["cone"] == pytest.approx(HALF_ANGLE, abs=0.002)
+    assert not {"walk_gain", "figure_of_merit", "ka"} & set(found)
+
+
+def test_walls_are_known_to_a_millimetre() -> None:
+    scores = pool([evaluate(mapped("square"), cast("square")[2])], rng=np.random.default_rng(0))
+    assert scores.classes[FeatureClass.WALL].distance.mean.value < 0.001
+
+
+def test_rings_do_not_turn_and_have_to_be_told_that_they_read_rays() -> None:
+    assert_is_square(mapped("square", "ring-16", rays=True))
+    assert "cone" not in learned(mapped("square", "ring-16"))
+
+
+def test_one_after_the_other_they_make_the_same_map() -> None:
+    using, sweeps, _ = cast("square")
+    mapper = JointMapper(using, JointSettings())
+    for sweep in sweeps:
+        mapper.add(sweep)
+        mapper.result()
+    assert_is_square(mapper.result())

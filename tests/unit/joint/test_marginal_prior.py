@@ -1,0 +1,139 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from echoplan.arrays import FloatArray
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.likelihood.track_history import Past
+from echoplan.joint.marginal_prior import Memory, summarised
+from echoplan.joint.optimisation.factors import Rows, Summary, normal_equations
+from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
+from echoplan.joint.optimisation.range_factors import as_arrays
+from echoplan.joint.optimisation.values import State
+from echoplan.joint.search.specular_points import CornerEcho
+from helpers.expectations import SONAR, corner, cylinder, feature, wall
+
+EAST, COLUMN, POINT = wall(0.0, 2.0), cylinder(10.0, 1.0, 0.1), corner(0.5, 0.5)
+
+
+def known(reflector: FloatArray, number: int, extent: tuple[float, float] = (0.0, 0.0)) -> Hypothesis:
+    return replace(feature(reflector, extent=extent, gains=()), past=Past(number=number))
+
+
+FEATURES = [known(EAST, 1, (-1.0, 1.0)), known(COLUMN, 2), known(POINT, 3)]
+# Seven parameters of the features, six of the sonar.
+SIZE = 2 + 3 + 2 + len(SONAR_UNKNOWNS)
+
+
+def information(size: int, seed: int = 3) -> FloatArray:
+    """A matrix in which everything depends on everything."""
+    root = np.random.default_rng(seed).normal(size=(size, size + 3))
+    whole: FloatArray = root @ root.T
+    return whole
+
+
+def memory(rest: int = 4) -> Memory:
+    size = SIZE - 4 + rest
+    whole = information(size)
+    return Memory(features=FEATURES, summary=Summary(np.arange(size), whole, whole @ np.arange(1.0, size + 1)))
+
+
+def state(features: list[Hypothesis], poses: int = 0) -> State:
+    return State(features=as_arrays(features, 0), model=SONAR, poses=np.zeros((poses, 3)))
+
+
+def test_at_first_nothing_is_known() -> None:
+    assert Memory().is_empty
+    assert Memory().about([], state([]).unknowns) is None
+    assert not memory().is_empty
+
+
+@pytest.mark.parametrize(
+    ("place", "reach", "numbers"),
+    [((0.0, 0.0), 2.5, [1, 3]), ((0.0, 0.0), 0.8, [3]), ((9.0, 0.0), 2.5, [2]), ((2.0, 5.0), 3.0, [])],
+)
+def test_near_is_what_a_station_can_reach(place: tuple[float, float], reach: float, numbers: list[int]) -> None:
+    part = memory().near(np.array([place]), reach)
+    assert [each.past.number for each in part.features] == numbers
+    assert [each.past.number for each in memory().beyond(part)] == [n for n in (1, 2, 3) if n not in numbers]
+
+
+def test_a_wall_is_near_where_it_was_heard_and_not_all_along_its_line() -> None:
+    assert len(memory().near(np.array([[1.9, 1.5]]), 0.6).features) == 1
+    assert len(memory().near(np.array([[1.9, 2.5]]), 0.6).features) == 0
+
+
+def test_what_is_far_away_still_tells_of_the_sonar() -> None:
+    part = memory().near(np.array([[0.0, 0.0]]), 2.5)
+    kept = [0, 1, *range(5, SIZE)]
+    covariance = np.linalg.inv(memory().summary.information)[np.ix_(kept, kept)]
+    assert np.linalg.inv(part.summary.information) == pytest.approx(covariance, rel=1e-6)
+
+
+def test_the_places_are_those_of_the_unknowns_at_hand() -> None:
+    new = feature(wall(1.0, 1.0))
+    features = [FEATURES[2], new, FEATURES[0]]
+    summary = memory().about(features, state(features).unknowns)
+    assert summary is not None
+    # In the order of the memory: the wall, the point, then the sonar.
+    assert summary.columns.tolist() == [4, 5, 0, 1, *range(6, 6 + len(SONAR_UNKNOWNS))]
+
+
+def test_what_was_said_of_a_feature_that_fell_is_left_aside() -> None:
+    features = FEATURES[:2]
+    summary = memory().about(features, state(features).unknowns)
+    assert summary is not None
+    kept = [*range(5), *range(7, SIZE)]
+    covariance = np.linalg.inv(memory().summary.information)[np.ix_(kept, kept)]
+    assert np.linalg.inv(summary.information) == pytest.approx(covariance, rel=1e-6)
+
+
+@pytest.mark.parametrize(("poses", "columns"), [(2, SIZE + 3), (0, SIZE)])
+def test_a_first_pose_counts_only_where_poses_are_free(poses: int, columns: int) -> None:
+    summary = memory(rest=7).about(FEATURES, state(FEATURES, poses).unknowns)
+    assert summary is not None
+    assert len(summary.columns) == columns
+
+
+def test_echoes_go_by_the_places_in_a_list() -> None:
+    heard = replace(memory(), echoes={(1, 3): CornerEcho(pings=8), (2, 7): CornerEcho(pings=5)})
+    echoes = heard.echoes_of([FEATURES[2], FEATURES[1], FEATURES[0]])
+    assert echoes.pairs == {(0, 2): CornerEcho(pings=8)}
+    assert echoes.corners_xy.tolist() == [[0.5, 0.5]]
+
+
+def some_rows(count: int, size: int, seed: int) -> Rows:
+    rng = np.random.default_rng(seed)
+    columns = np.tile(np.arange(size), (count, 1))
+    return Rows(columns, rng.normal(size=(count, size)), rng.normal(size=count), rng.uniform(0.5, 2.0, count))
+
+
+def test_rows_that_were_let_go_say_the_same_as_rows_at_hand() -> None:
+    now = state(FEATURES)
+    old, new = some_rows(30, SIZE, 1), some_rows(30, SIZE, 2)
+    together, right = normal_equations([old, new], SIZE)
+    summary = summarised(now, [old], None, 0)
+    later, vector = normal_equations([new], SIZE)
+    later += summary.information
+    vector += summary.vector - summary.information @ now.values
+    assert np.linalg.solve(later, vector) == pytest.approx(np.linalg.solve(together, right))
+
+
+def test_sums_go_on_from_what_was_known() -> None:
+    now = state(FEATURES)
+    old, new = some_rows(30, SIZE, 1), some_rows(30, SIZE, 2)
+    once = summarised(now, [old, new], None, 0)
+    twice = summarised(now, [new], summarised(now, [old], None, 0), 0)
+    assert twice.information == pytest.approx(once.information)
+    assert twice.vector == pytest.approx(once.vector)
+
+
+def test_poses_that_go_are_eliminated_and_the_next_one_stays() -> None:
+    now = state(FEATURES, poses=3)
+    rows = some_rows(60, SIZE + 9, 4)
+    summary = summarised(now, [rows], None, 2)
+    whole, _ = normal_equations([rows], SIZE + 9)
+    kept = [*range(SIZE), SIZE + 6, SIZE + 7, SIZE + 8]
+    assert len(summary.columns) == SIZE + 3
+    assert np.linalg.inv(summary.information) == pytest.approx(np.linalg.inv(whole)[np.ix_(kept, kept)], rel=1e-6)

@@ -1,0 +1,161 @@
+"""What echoes fix, and what only odometry tells: two walls of a corridor fix no position along it."""
+
+import numpy as np
+import pytest
+
+from echoplan.acoustics import typical_transducer
+from echoplan.acoustics.predicted_echo import EchoModel, Kind
+from echoplan.arrays import FloatArray
+from echoplan.geometry import compose, invert
+from echoplan.joint.observability import (
+    CertaintySettings,
+    Undetermined,
+    carried_covariances,
+    covariances_between_walls,
+    pose_covariances,
+    reckoned_covariances,
+    undetermined,
+)
+from echoplan.joint.optimisation.factors import normal_equations
+from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS, Unknowns
+from echoplan.joint.optimisation.pose_factors import PoseBeliefs, PoseSettings, odometry_beliefs, pose_rows
+from echoplan.joint.optimisation.solution import Adjusted
+from echoplan.preprocessing.stations import Stations
+from helpers import scenes
+
+WAY = np.column_stack([np.linspace(0.0, 5.0, 11), np.zeros(11), np.full(11, 0.2)])
+BELIEFS = odometry_beliefs(WAY, PoseSettings())
+ALONE = reckoned_covariances(BELIEFS._replace(sigmas=BELIEFS.sigmas * [1.0, 1.0, 0.0]), WAY)
+SETTINGS = CertaintySettings()
+SWEEPS = Stations(np.array([0, 0, 1]), np.zeros((2, 3)))
+
+
+def corridor(turn: float) -> FloatArray:
+    """Information about each pose from walls on both sides of a corridor, heard to 3 mm."""
+    across = np.array([-np.sin(turn), np.cos(turn), 0.0])
+    return np.tile(np.outer(across, across) / 0.003**2 + np.diag([0.0, 0.0, 1 / 0.005**2]), (11, 1, 1))
+
+
+def certain(heard: FloatArray, beliefs: PoseBeliefs = BELIEFS) -> FloatArray:
+    information, _ = normal_equations([pose_rows(beliefs, WAY, 0)], 33)
+    for station, block in enumerate(heard):
+        information[3 * station : 3 * station + 3, 3 * station : 3 * station + 3] += block
+    covariance = np.linalg.inv(information)
+    return np.array([covariance[k : k + 3, k : k + 3] for k in range(0, 33, 3)])
+
+
+def found_open(covariances: FloatArray, alone: FloatArray) -> tuple[Undetermined, ...]:
+    """Ask where walls, known from elsewhere, leave a way open."""
+    return undetermined(covariances, covariances, alone, SETTINGS)
+
+
+def test_odometry_alone_adds_up_as_its_factors_do() -> None:
+    way = np.array([[0.0, 0, 0], [1.0, 0, 0.5], [1.5, 0.8, 1.6], [1.4, 1.9, 3.0]])
+    beliefs = odometry_beliefs(way, PoseSettings())
+    information, _ = normal_equations([pose_rows(beliefs, way, 0)], 12)
+    covariance = np.linalg.inv(information)
+    blocks = np.array([covariance[k : k + 3, k : k + 3] for k in range(0, 12, 3)])
+    assert reckoned_covariances(beliefs, way) == pytest.approx(blocks, rel=1e-6, abs=1e-12)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7, -1.2])
+def test_a_corridor_leaves_the_way_along_it_to_odometry(turn: float) -> None:
+    (found,) = found_open(certain(corridor(turn)), ALONE)
+    assert found.direction == pytest.approx(turn, abs=0.05)
+    assert found.along > 3 * found.across
+    assert found.across < 0.004
+    assert found.last == 10
+
+
+def test_a_corner_ends_it() -> None:
+    heard = corridor(0.0)
+    heard[6:] += np.diag([1 / 0.003**2, 0.0, 0.0])
+    found = found_open(certain(heard), ALONE)
+    # Odometry tells the last stations before the corner from the other side.
+    assert not found or found[0].last < 6
+
+
+def test_a_room_leaves_nothing_open() -> None:
+    heard = corridor(0.0) + np.diag([1 / 0.003**2, 0.0, 0.0])
+    assert found_open(certain(heard), ALONE) == ()
+
+
+def test_good_odometry_that_echoes_do_not_improve_is_no_open_way() -> None:
+    sure = BELIEFS._replace(sigmas=1e-3 * BELIEFS.sigmas)
+    assert found_open(certain(corridor(0.0), sure), reckoned_covariances(sure, WAY)) == ()
+
+
+def test_sweeps_stand_where_their_station_turns_them() -> None:
+    station = np.diag([1e-6, 4e-6, 1e-4])
+    poses = np.array([[1.0, 2.0, 0.3], [1.1, 2.0, 0.3], [5.0, 5.0, 0.0]])
+    carried = carried_covariances(np.array([station, station]), SWEEPS, poses)
+    assert carried[0] == pytest.approx(station)
+    assert carried[2] == pytest.approx(station)
+    assert carried[1, 1, 1] == pytest.approx(4e-6 + 0.1**2 * 1e-4)
+    assert carried[1, 0, 0] == pytest.approx(1e-6)
+
+
+def test_sweeps_scatter_as_told() -> None:
+    rng, station = np.random.default_rng(2), np.diag([1e-4, 4e-4, 9e-4])
+    poses = np.array([[1.0, 2.0, 0.3], [1.3, 2.4, 0.5], [0.0, 0.0, 0.0]])
+    step = compose(invert(poses[0]), poses[1])
+    drawn = compose(poses[0] + rng.multivariate_normal(np.zeros(3), station, 20_000), step)
+    told = carried_covariances(np.array([station, station]), SWEEPS, poses)[1]
+    assert np.cov(drawn.T) == pytest.approx(told, rel=0.05, abs=1e-5)
+
+
+def test_trusted_poses_have_none() -> None:
+    assert carried_covariances(np.zeros((0, 3, 3)), SWEEPS, np.zeros((3, 3))).shape == (0, 3, 3)
+
+
+def test_an_open_way_is_told_by_sweeps() -> None:
+    stations = Stations(np.array([0, 0, 1, 2, 2, 3]), np.zeros((4, 3)))
+    (found,) = found_open(certain(corridor(0.0)), ALONE)
+    told = found.at_sweeps(stations, np.array([3, 4, 5, 7, 8, 9]))
+    assert (told["first"], told["last"]) == (5, 9)
+    assert told["along"] == found.along
+
+
+def adjusted(kinds: list[Kind], information: FloatArray) -> Adjusted:
+    unknowns = Unknowns(kinds=np.array(kinds, dtype=np.int64), poses=2)
+    nothing = np.zeros(0)
+    return Adjusted(
+        reflectors=np.zeros((len(kinds), 4)),
+        model=EchoModel.of(typical_transducer(scenes.rig().sensors[0])),
+        latency=0.0,
+        poses=np.zeros((2, 3)),
+        unknowns=unknowns,
+        information=information,
+        heard=information,
+        understated=1.0,
+        extents=np.zeros((len(kinds), 2)),
+        owners=nothing.astype(np.int64),
+        residuals=nothing,
+        left=0.0,
+        excesses=nothing,
+    )
+
+
+def test_between_walls_these_are_no_unknowns() -> None:
+    kinds = [Kind.WALL, Kind.CYLINDER, Kind.WALL]
+    size = 2 + 3 + 2 + len(SONAR_UNKNOWNS) + 6
+    root = np.random.default_rng(1).normal(size=(size, 2 * size))
+    information = root @ root.T
+    rest = [2, 3, 4, *range(7, size)]
+    covariance = np.linalg.inv(information[np.ix_(rest, rest)])
+    expected = [covariance[-6:-3, -6:-3], covariance[-3:, -3:]]
+    assert covariances_between_walls(adjusted(kinds, information)) == pytest.approx(np.array(expected))
+
+
+def test_where_there_are_no_walls_nothing_is_between_them() -> None:
+    alone = adjusted([Kind.CYLINDER], np.diag(np.arange(1.0, 3.0 + len(SONAR_UNKNOWNS) + 7.0)))
+    np.testing.assert_array_equal(covariances_between_walls(alone), pose_covariances(alone))
+
+
+def test_a_frame_that_may_be_askew_does_not_hide_which_way_is_open() -> None:
+    # All poses turned together about the first one: sideways by the distance, which no odometry tells.
+    askew = np.array([np.diag([0.0, (0.01 * pose[0]) ** 2, 0.0]) for pose in WAY])
+    between = certain(corridor(0.0))
+    (found,) = undetermined(between + askew, between, ALONE, SETTINGS)
+    assert found.direction == pytest.approx(0.0, abs=0.05)
+    assert found.along > 3 * found.across

@@ -1,0 +1,379 @@
+"""Which poses are tried, as the echoes agree from those recorded and from those of odometry."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from echoplan.joint import pose_model_selection
+from echoplan.joint.marginal_prior import Course, Memory
+from echoplan.joint.optimisation.pose_factors import PoseBeliefs, odometry_beliefs, waypoint_beliefs
+from echoplan.joint.pose_model_selection import explained
+from echoplan.joint.settings import AccountSettings, PoseMode
+from echoplan.model import Odometry
+
+
+class Doubtful:
+    """An account that is explained by saying so, doubtful from the poses as recorded."""
+
+    def __init__(self, stations: int) -> None:
+        self.settings = AccountSettings(poses=PoseMode.AUTO)
+        self.memory = Memory()
+        self.given = self.poses = np.full((stations, 3), 0.1234)
+        self.wheels: Odometry | None = None
+        self.course, self.verdict, self.settled = Course.TRUSTED, "", 0
+        self.is_measured = self.is_along_axes = self.is_placed = False
+        self.noise, self.adjusted = 0.002, 0
+        self.worth: float | None = None
+        self.is_held_down, self.believes_rig = False, True
+        self.known = self.features = ()
+        self.arcs = (None,)
+
+    def glance(self) -> None:
+        pass
+
+    explain = reconsider = clear = polish = glance
+
+    def odometry(self) -> PoseBeliefs:
+        return odometry_beliefs(self.given, self.settings.pose_errors, self.wheels if self.believes_rig else None)
+
+    def adjust_often(self, noise: float, beliefs: PoseBeliefs, rounds: int) -> None:
+        assert not beliefs.relative
+        self.adjusted += rounds
+
+
+def settle(account: Doubtful, beliefs: PoseBeliefs) -> None:
+    """Count how often an account was settled."""
+    account.settled += 1
+
+
+def converge(account: Doubtful, beliefs: PoseBeliefs, start: np.ndarray) -> None:
+    """Come to rest a little beside the start."""
+    assert not beliefs.relative
+    account.poses, account.settled = start + 0.01, NUDGED
+
+
+def stand_square(account: Doubtful, beliefs: PoseBeliefs) -> None:
+    """Find walls along the axes where way-points were measured from such."""
+    assert not beliefs.relative
+    account.is_along_axes = account.is_measured
+
+
+class Finished(Doubtful):
+    """An account that keeps what was asked of it."""
+
+    def __init__(self) -> None:
+        super().__init__(5)
+        self.asked = list[str]()
+
+    def __getattribute__(self, name: str) -> Any:
+        if name in {"explain", "reconsider", "clear", "polish"}:
+            self.asked.append(name)
+        return super().__getattribute__(name)
+
+
+# Settled more often than anything is, to tell poses that were nudged from those that were reset.
+NUDGED = 100
+# What explains how much, in this order.
+STEPS_FIRST = {Course.TRUSTED: 0.0, Course.NUDGED: 10.0, Course.TRACKED: 20.0}
+HAND_FIRST = {Course.TRUSTED: 0.0, Course.TRACKED: 10.0, Course.NUDGED: 20.0}
+NEITHER = {Course.TRUSTED: 30.0, Course.TRACKED: 10.0, Course.NUDGED: 20.0}
+
+
+def told(monkeypatch: pytest.MonkeyPatch, **answers: Any) -> None:
+    """Let tracking find nothing better, and questions about accounts be answered so."""
+    tracking: dict[str, Any] = {
+        "track": lambda account, beliefs: None,
+        "learned_waypoints": lambda account: waypoint_beliefs(account.given, account.settings.pose_errors),
+        "place": lambda account: None,
+        "without_slip": lambda account, beliefs: None,
+        "elsewhere": lambda account, beliefs, station: None,
+        "settle": settle,
+        "is_strained": lambda account: False,
+        "find_servo": lambda account: None,
+        "converge": converge,
+        "stand_square": stand_square,
+    }
+    for name, answer in (tracking | answers).items():
+        monkeypatch.setattr(pose_model_selection, name, answer)
+
+
+def best_of(
+    monkeypatch: pytest.MonkeyPatch,
+    *,
+    agree: set[Course],
+    scattered: set[Course] | None = None,
+    worth: dict[Course, float] | None = None,
+    stations: int = 5,
+    wheels: Odometry | None = None,
+    others: dict[str, Any] | None = None,
+    memory: Memory | None = None,
+    poses: PoseMode = PoseMode.AUTO,
+    measured: bool = False,
+) -> Any:
+    """Explain an account where others agree or scatter, and are worth more or less, by how their poses came about."""
+    values = worth or HAND_FIRST
+    answers: dict[str, Any] = {
+        "agreement": lambda account: 0.5,
+        "agrees": lambda account: account.course in agree,
+        "evidence": lambda account: values[account.course],
+        "is_doubtful": lambda account: True,
+        "is_scattered": lambda account: account.course in (scattered or set()),
+        "is_torn": lambda account: False,
+        "learn_common_error": lambda account, beliefs: None,
+        "without_common_error": lambda account, beliefs: None,
+    }
+    told(monkeypatch, **(answers | (others or {})))
+    account = Doubtful(stations)
+    account.wheels, account.memory = wheels, memory or account.memory
+    account.settings, account.is_measured = AccountSettings(poses=poses), measured
+    return explained(account)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("worth", "expected"),
+    [(STEPS_FIRST, Course.TRACKED), (HAND_FIRST, Course.NUDGED), (NEITHER, Course.TRUSTED)],
+)
+@pytest.mark.parametrize("agree", [{Course.TRACKED}, {Course.TRUSTED, Course.TRACKED}, set(Course)])
+def test_the_evidence_tells_steps_from_way_points_set_by_hand(
+    monkeypatch: pytest.MonkeyPatch, agree: set[Course], worth: dict[Course, float], expected: Course
+) -> None:
+    assert best_of(monkeypatch, agree=agree, worth=worth).course is expected
+
+
+def test_way_points_are_worth_what_they_explain_while_readings_count_in_full(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Held down by an error that stations have in common, readings hardly tell of any poses that they are better.
+    others = {
+        "evidence": lambda account: HAND_FIRST[account.course] - 15.0 * account.is_held_down,
+        "without_common_error": lambda account, beliefs: setattr(account, "is_held_down", False),
+        "learn_common_error": lambda account, beliefs: setattr(account, "is_held_down", True),
+    }
+    assert best_of(monkeypatch, agree=set(Course), others=others).course is Course.NUDGED
+
+
+def test_marks_in_whole_centimetres_are_never_exact_where_they_are_doubtful(monkeypatch: pytest.MonkeyPatch) -> None:
+    others = {"are_round": lambda given: True}
+    assert best_of(monkeypatch, agree=set(Course), worth=NEITHER, others=others).course is Course.NUDGED
+
+
+@pytest.mark.parametrize("torn", [True, False])
+def test_errors_that_scatter_about_the_steps_are_none_of_odometry(
+    monkeypatch: pytest.MonkeyPatch, *, torn: bool
+) -> None:
+    others: dict[str, Any] = {"scatter": lambda given, poses: 9.0, "is_torn": lambda account: torn}
+    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=STEPS_FIRST, others=others)
+    assert found.course is Course.NUDGED
+
+
+@pytest.mark.parametrize("torn", [True, False])
+@pytest.mark.parametrize(("errors", "expected"), [(-12.0, Course.TRACKED), (-8.0, Course.NUDGED)])
+def test_errors_that_add_up_are_none_of_way_points_unless_echoes_say_so_more_clearly(
+    monkeypatch: pytest.MonkeyPatch, errors: float, expected: Course, *, torn: bool
+) -> None:
+    # Way-points explain 10 nats more than steps do.
+    others: dict[str, Any] = {"scatter": lambda given, poses: errors, "is_torn": lambda account: torn}
+    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=HAND_FIRST, others=others)
+    assert found.course is expected
+
+
+@pytest.mark.parametrize("torn", [True, False])
+@pytest.mark.parametrize(("errors", "round_", "expected"), [(-50, False, 0), (-30, False, 1), (-50, True, 1)])
+def test_where_errors_add_up_beyond_doubt_way_points_are_not_even_thought_of(
+    monkeypatch: pytest.MonkeyPatch, errors: float, expected: int, *, torn: bool, round_: bool
+) -> None:
+    thought = list[Any]()
+    others: dict[str, Any] = {
+        "scatter": lambda given, poses: errors,
+        "are_round": lambda given: round_,
+        "is_torn": lambda account: torn,
+        "place": thought.append,
+    }
+    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=STEPS_FIRST, others=others)
+    assert found.course is Course.TRACKED
+    assert len(thought) == expected
+
+
+@pytest.mark.parametrize(("errors", "expected"), [(-3.0, Course.NUDGED), (-9.0, Course.TRACKED)])
+def test_round_numbers_are_way_points_unless_errors_clearly_add_up(
+    monkeypatch: pytest.MonkeyPatch, errors: float, expected: Course
+) -> None:
+    others: dict[str, Any] = {"scatter": lambda given, poses: errors, "are_round": lambda given: True}
+    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=STEPS_FIRST, others=others)
+    assert found.course is expected
+
+
+@pytest.mark.parametrize(
+    ("worth", "expected"), [(STEPS_FIRST, Course.TRACKED), (HAND_FIRST, Course.TRACKED), (NEITHER, Course.TRUSTED)]
+)
+def test_a_rig_that_tells_how_steps_go_astray_has_no_way_points(
+    monkeypatch: pytest.MonkeyPatch, worth: dict[Course, float], expected: Course
+) -> None:
+    found = best_of(monkeypatch, agree={Course.TRUSTED}, worth=worth, wheels=Odometry(along=0.02))
+    assert found.course is expected
+    is_needed = expected is not Course.TRUSTED
+    assert found.verdict.startswith("corrected, as the rig tells" if is_needed else "no correction was needed")
+
+
+@pytest.mark.parametrize(
+    ("agree", "strained", "farther"),
+    [({Course.TRACKED}, False, False), ({Course.TRACKED}, True, True), (set(), False, True)],
+)
+# That steps may be off by six times more along the way costs 7 nats with four of them, and 5 must be left.
+@pytest.mark.parametrize(("more", "enough"), [(15.0, True), (10.0, False)])
+def test_steps_may_lead_farther_astray_than_the_rig_tells(
+    monkeypatch: pytest.MonkeyPatch, agree: set[Course], more: float, *, strained: bool, farther: bool, enough: bool
+) -> None:
+    def evidence(account: Any) -> float:
+        return STEPS_FIRST[account.course] + more * (not account.believes_rig)
+
+    others = {"is_strained": lambda account: strained, "evidence": evidence}
+    found = best_of(monkeypatch, agree=agree, wheels=Odometry(along=0.02), others=others)
+    assert found.course is Course.TRACKED
+    assert found.believes_rig != (farther and enough)
+    assert found.verdict.endswith("and farther than the rig tells") == (farther and enough)
+
+
+@pytest.mark.parametrize(
+    ("worth", "expected"),
+    [(STEPS_FIRST, Course.TRACKED), (HAND_FIRST, Course.NUDGED), (NEITHER, Course.TRUSTED)],
+)
+def test_who_asks_for_better_poses_need_not_say_whether_steps_led_astray_or_a_hand(
+    monkeypatch: pytest.MonkeyPatch, worth: dict[Course, float], expected: Course
+) -> None:
+    others: dict[str, Any] = {"is_doubtful": lambda account: False}
+    agree = {Course.TRUSTED, Course.TRACKED}
+    found = best_of(monkeypatch, agree=agree, worth=worth, poses=PoseMode.CORRECT, others=others)
+    assert found.course is expected
+    many = AccountSettings().by_hand + 1
+    found = best_of(monkeypatch, agree=agree, worth=HAND_FIRST, poses=PoseMode.CORRECT, stations=many, others=others)
+    assert found.course is Course.TRACKED
+
+
+@pytest.mark.parametrize("poses", [PoseMode.AUTO, PoseMode.CORRECT])
+def test_way_points_that_were_set_by_hand_stay_so_when_the_first_are_only_remembered(
+    monkeypatch: pytest.MonkeyPatch, poses: PoseMode
+) -> None:
+    memory = Memory(summary=Memory().summary._replace(columns=np.arange(4)), course=Course.NUDGED)
+    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=HAND_FIRST, memory=memory, poses=poses)
+    assert found.course is Course.NUDGED
+
+
+@pytest.mark.parametrize(
+    ("agree", "said"), [({Course.TRUSTED}, "no correction was needed"), (set(), "left as recorded: only 50 %")]
+)
+@pytest.mark.parametrize("wheels", [None, Odometry(along=0.02)])
+def test_who_asks_in_vain_is_told_why(
+    monkeypatch: pytest.MonkeyPatch, agree: set[Course], said: str, wheels: Odometry | None
+) -> None:
+    found = best_of(monkeypatch, agree=agree, worth=NEITHER, poses=PoseMode.CORRECT, wheels=wheels)
+    assert found.course is Course.TRUSTED
+    assert said in found.verdict
+
+
+@pytest.mark.parametrize(
+    ("worth", "expected", "why"),
+    [
+        (STEPS_FIRST, Course.TRACKED, "most walls were there twice"),
+        (HAND_FIRST, Course.NUDGED, "only 50 % of the echoes fit together"),
+    ],
+)
+def test_where_walls_are_torn_apart_way_points_are_thought_of_too(
+    monkeypatch: pytest.MonkeyPatch, worth: dict[Course, float], expected: Course, why: str
+) -> None:
+    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=worth, others={"is_torn": lambda account: True})
+    assert found.course is expected
+    assert why in found.verdict
+
+
+@pytest.mark.parametrize("best", ["led", "placed", "nudged"])
+def test_way_points_start_from_several_places_and_what_explains_most_is_taken(
+    monkeypatch: pytest.MonkeyPatch, best: str
+) -> None:
+    def evidence(account: Any) -> float:
+        if account.course is not Course.NUDGED:
+            return 0.0
+        start = "nudged" if account.settled == NUDGED else "placed" if account.is_placed else "led"
+        return 20.0 if start == best else 10.0
+
+    others = {"evidence": evidence, "place": lambda account: setattr(account, "is_placed", True)}
+    found = best_of(monkeypatch, agree={Course.TRACKED}, others=others)
+    assert (found.settled == NUDGED, found.is_placed) == (best == "nudged", best == "placed")
+
+
+@pytest.mark.parametrize(("scattered", "others"), [(set(), 0), ({Course.NUDGED}, 1)])
+def test_where_pings_agree_from_the_steps_and_as_recorded_others_are_tried_if_nothing_holds_stations_together(
+    monkeypatch: pytest.MonkeyPatch, scattered: set[Course], others: int
+) -> None:
+    placed = list[Any]()
+    best_of(monkeypatch, agree=set(Course), scattered=scattered, others={"place": placed.append})
+    assert len(placed) == others
+
+
+@pytest.mark.parametrize("measured", [True, False])
+def test_walls_along_the_axes_tell_which_way_stations_faced(monkeypatch: pytest.MonkeyPatch, *, measured: bool) -> None:
+    assert (best_of(monkeypatch, agree=set(), measured=measured).adjusted > 0) == measured
+
+
+def test_where_steps_explain_more_than_what_was_reset_from_them_way_points_are_nudged_too(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # Steps that led astray leave way-points that start there astray, too.
+    def evidence(account: Any) -> float:
+        return 30.0 if account.settled == NUDGED else {**STEPS_FIRST, Course.NUDGED: 10.0}[account.course]
+
+    found = best_of(monkeypatch, agree=set(Course), others={"evidence": evidence})
+    assert found.settled == NUDGED
+
+
+@pytest.mark.parametrize(("remembers", "expected"), [(True, 0), (False, 1)])
+def test_stations_that_others_are_remembered_with_keep_their_order(
+    monkeypatch: pytest.MonkeyPatch, *, remembers: bool, expected: int
+) -> None:
+    placed = list[Any]()
+    nothing = Memory().summary
+    memory = Memory(summary=nothing._replace(columns=np.arange(4))) if remembers else Memory()
+    best_of(monkeypatch, agree={Course.NUDGED}, others={"place": placed.append}, memory=memory)
+    assert len(placed) == expected
+
+
+def test_no_hand_set_so_many_way_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    many = AccountSettings().by_hand + 1
+    assert best_of(monkeypatch, agree=set(), worth=HAND_FIRST, stations=many).course is Course.TRACKED
+
+
+@pytest.mark.parametrize(
+    ("worth", "expected"), [(STEPS_FIRST, Course.TRACKED), (NEITHER, Course.TRUSTED)], ids=["more", "less"]
+)
+def test_many_stations_are_moved_only_where_that_explains_more(
+    monkeypatch: pytest.MonkeyPatch, worth: dict[Course, float], expected: Course
+) -> None:
+    many = AccountSettings().by_hand + 1
+    assert best_of(monkeypatch, agree=set(), worth=worth, stations=many).course is expected
+
+
+def test_two_stations_have_nothing_to_hold_a_pose_against(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert best_of(monkeypatch, agree=set(), stations=2).course is Course.TRUSTED
+
+
+def test_poses_settle_as_long_as_that_explains_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    account, worth = Doubtful(5), [0.0, 20.0, 40.0, 42.0, 90.0]
+    account.settings = AccountSettings(poses=PoseMode.CORRECT, by_hand=0)
+    told(
+        monkeypatch,
+        agrees=lambda account: False,
+        evidence=lambda account: worth[account.settled],
+        is_torn=lambda account: True,
+    )
+    best: Any = explained(account)  # type: ignore[arg-type]
+    assert best.settled == 2
+
+
+def test_phantoms_are_sought_once_features_are_what_they_are_and_the_sonar_is_polished_last(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told(monkeypatch, is_torn=lambda account: False)
+    finished = Finished()
+    finished.settings = AccountSettings(poses=PoseMode.TRUST)
+    account: Any = finished
+    explained(account)
+    assert finished.asked == ["explain", "reconsider", "clear", "polish"]

@@ -1,0 +1,145 @@
+"""gtsam as a referee of the adjustment: the same factors in another program have the same minimum and covariances."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import compose, directions, invert, wrap
+from echoplan.joint.optimisation.factors import Rows, normal_equations, solve
+from echoplan.joint.optimisation.pose_factors import PoseSettings, odometry_beliefs, pose_rows
+
+TRUE = np.array([[0.0, 0, 0], [0.8, 0.1, 0.6], [1.3, 0.8, 1.7], [0.9, 1.6, 2.9], [0.1, 1.4, -2.2], [0.2, 0.5, -1.0]])
+WALLS = np.array([[0.0, 2.5], [np.pi / 2, 2.2], [np.pi, 1.0], [-1.4, 0.9]])
+DEPTH, NORMAL = 0.005, np.radians(0.5)
+POSES, FIRST = len(TRUE), 2 * len(WALLS)
+_KEYS = range(100, 100 + POSES)
+
+
+def given() -> FloatArray:
+    """Dead reckoning that is off."""
+    rng, poses = np.random.default_rng(5), [TRUE[0]]
+    for step in compose(invert(TRUE[:-1]), TRUE[1:]):
+        poses.append(compose(poses[-1], step + rng.normal(0.0, [0.02, 0.01, 0.05])))
+    return np.array(poses)
+
+
+BELIEFS = odometry_beliefs(given(), PoseSettings())
+
+
+def sightings() -> FloatArray:
+    """Depth and direction of each wall from each pose, shape (poses, walls, 2)."""
+    rng = np.random.default_rng(6)
+    exact = np.array([[expected(pose, wall) for wall in WALLS] for pose in TRUE])
+    seen: FloatArray = exact + rng.normal(0.0, [DEPTH, NORMAL], exact.shape)
+    return seen
+
+
+def expected(pose: FloatArray, wall: FloatArray) -> FloatArray:
+    return np.array([wall[1] - pose[:2] @ directions(wall[0]), wrap(wall[0] - pose[2])])
+
+
+def slopes(pose: FloatArray, wall: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Derivatives of what is seen by the wall and by the pose."""
+    normal, along = directions(wall[0]), directions(wall[0] + np.pi / 2)
+    by_wall = np.array([[-pose[:2] @ along, 1.0], [1.0, 0.0]])
+    return by_wall, np.array([[-normal[0], -normal[1], 0.0], [0.0, 0.0, -1.0]])
+
+
+def ours() -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Walls, poses and covariance by our rows and solver."""
+    walls, poses, seen = WALLS.copy(), BELIEFS.given.copy(), sightings()
+    for _ in range(20):
+        rows = [pose_rows(BELIEFS, poses, FIRST)]
+        for k, pose in enumerate(poses):
+            for j, wall in enumerate(walls):
+                residuals = seen[k, j] - expected(pose, wall)
+                residuals[1] = wrap(residuals[1])
+                columns = np.concatenate([2 * j + np.arange(2), FIRST + 3 * k + np.arange(3)])
+                jacobian = np.concatenate(slopes(pose, wall), axis=1)
+                rows.append(Rows(np.tile(columns, (2, 1)), jacobian, residuals, np.array([DEPTH, NORMAL]) ** -2))
+        information, right = normal_equations(rows, FIRST + 3 * POSES)
+        step = solve(information, right)
+        walls, poses = walls + step[:FIRST].reshape(-1, 2), poses + step[FIRST:].reshape(-1, 3)
+    covariance: FloatArray = np.linalg.inv(information).astype(np.float64)
+    return walls, poses, covariance
+
+
+def theirs(gtsam: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The same by gtsam, with a factor of its own kind for what is seen; poses and walls as vectors."""
+    graph, start = gtsam.NonlinearFactorGraph(), gtsam.Values()
+    for j, wall in enumerate(WALLS):
+        start.insert(j, wall)
+    for k, pose in enumerate(BELIEFS.given):
+        start.insert(100 + k, pose)
+        noise = gtsam.noiseModel.Diagonal.Sigmas(BELIEFS.sigmas[k])
+        graph.add(gtsam.CustomFactor(noise, [100] if k == 0 else [99 + k, 100 + k], moved(k)))
+        for j in range(len(WALLS)):
+            noise = gtsam.noiseModel.Diagonal.Sigmas(np.array([DEPTH, NORMAL]))
+            graph.add(gtsam.CustomFactor(noise, [j, 100 + k], sighted(sightings()[k, j])))
+    parameters = gtsam.LevenbergMarquardtParams()
+    parameters.setRelativeErrorTol(1e-14)
+    parameters.setAbsoluteErrorTol(1e-14)
+    found = gtsam.LevenbergMarquardtOptimizer(graph, start, parameters).optimize()
+    marginals = gtsam.Marginals(graph, found)
+    walls, poses = (
+        [found.atVector(first + k) for k in range(count)] for first, count in ((0, len(WALLS)), (100, POSES))
+    )
+    return np.array(walls), np.array(poses), np.array([marginals.marginalCovariance(100 + k) for k in range(POSES)])
+
+
+def moved(k: int) -> Any:
+    def error(_: Any, values: Any, jacobians: list[FloatArray] | None) -> FloatArray:
+        poses = np.array([values.atVector(100 + each) for each in ([0] if k == 0 else [k - 1, k])])
+        if k == 0:
+            return numbered(lambda own: own[0] - BELIEFS.given[0], poses, jacobians)
+        told = compose(invert(BELIEFS.given[k - 1]), BELIEFS.given[k])
+        # Along and across the way, whichever way the robot faces.
+        x, y = told[:2] / np.hypot(told[0], told[1])
+        axes = np.array([[x, y, 0.0], [-y, x, 0.0], [0.0, 0.0, 1.0]])
+        return numbered(lambda both: axes @ turned(compose(invert(both[0]), both[1]) - told), poses, jacobians)
+
+    return error
+
+
+def sighted(seen: FloatArray) -> Any:
+    def error(factor: Any, values: Any, jacobians: list[FloatArray] | None) -> FloatArray:
+        wall, pose = (values.atVector(key) for key in [*factor.keys()])
+        if jacobians is not None:
+            jacobians[0], jacobians[1] = slopes(pose, wall)
+        off = expected(pose, wall) - seen
+        off[1] = wrap(off[1])
+        return off
+
+    return error
+
+
+def numbered(function: Any, poses: FloatArray, jacobians: list[FloatArray] | None) -> FloatArray:
+    """An error with numeric derivatives: nothing of ours is used to judge ours."""
+    if jacobians is not None:
+        for which in range(len(poses)):
+            columns = []
+            for axis in range(3):
+                step = np.zeros_like(poses)
+                step[which, axis] = 1e-6
+                columns.append((function(poses + step) - function(poses - step)) / 2e-6)
+            jacobians[which] = np.column_stack(columns)
+    error: FloatArray = function(poses)
+    return error
+
+
+def turned(step: FloatArray) -> FloatArray:
+    return np.array([step[0], step[1], float(wrap(step[2]))])
+
+
+def test_the_same_factors_have_the_same_minimum_and_covariances() -> None:
+    gtsam = pytest.importorskip("gtsam", reason="gtsam is not installed")
+    walls, poses, covariance = ours()
+    their_walls, their_poses, their_covariances = theirs(gtsam)
+    assert walls == pytest.approx(their_walls, abs=1e-6)
+    assert np.abs(poses[:, :2] - their_poses[:, :2]).max() < 1e-6
+    assert np.abs(wrap(poses[:, 2] - their_poses[:, 2])).max() < 1e-6
+    blocks = [covariance[k : k + 3, k : k + 3] for k in range(FIRST, FIRST + 3 * POSES, 3)]
+    for own, their in zip(blocks, their_covariances, strict=True):
+        assert own == pytest.approx(their, rel=1e-4, abs=1e-12)
