@@ -7,7 +7,7 @@ the time.  Each is sounded from 14 stations, or from as many as ``--stations`` s
 ``--poses trust`` tells the method so.  ``--misset`` lets the modules of each room be off by up to half a step of their
 readings, which is what the method takes them to be.  ``--recess`` lets a pier stand out from one wall of each room, or
 sinks a niche into it.  ``--by-hand M`` sets the robot down on two marks 0.2 m apart, and each of them is off by so
-much.  ``--save FILE`` keeps what docs/how_it_works.py draws.
+much.  ``--save FILE`` keeps what docs/joint_pictures.py draws.
 """
 
 import argparse

@@ -7,7 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from how_it_works import DRAWINGS as HOW_IT_WORKS  # type: ignore[import-not-found]  # beside this file
+from joint_pictures import DRAWINGS as OF_JOINT  # type: ignore[import-not-found]  # beside this file
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -150,7 +150,7 @@ DRAWINGS: tuple[Callable[[], None], ...] = (
     methods_side_by_side,
     drifting_odometry,
     places,
-    *HOW_IT_WORKS,
+    *OF_JOINT,
 )
 
 if __name__ == "__main__":

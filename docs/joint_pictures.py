@@ -1,4 +1,4 @@
-"""Makes the pictures of docs/how-it-works.md anew: python docs/how_it_works.py.
+"""Makes the pictures of the estimator anew, for docs/theory.md and docs/results.md: python docs/joint_pictures.py.
 
 Those of consistency and of class probabilities show what
 ``python benchmarks/joint.py --misset --save docs/pictures/joint.json`` kept.
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 PICTURES = Path(__file__).parent / "pictures"
 ROUND = np.linspace(0.0, 2 * np.pi, 49)
 MEASURED = PICTURES / "joint.json"
-ROOMS = Path(__file__).parents[1] / "benchmarks" / "rooms.py"
+ROOMS = Path(__file__).parents[1] / "benchmarks" / "library" / "rooms.py"
 # An oblique L with a box and cylinders.
 SEED = 5
 # A drive through a right-angled room with cylinders.
