@@ -22,7 +22,7 @@ DOCUMENTS = {
     for path in sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 }
 TESTS = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "tests").rglob("test_*.py")))
-PACKAGES = "acoustics|classification|evaluation|extraction|io|mapping|model|preprocessing|simulation|viewer"
+PACKAGES = "acoustics|classical|diagnosis|evaluation|extraction|io|model|preprocessing|simulation|viewer"
 
 
 @pytest.fixture(params=DOCUMENTS)
@@ -57,6 +57,31 @@ def test_every_module_of_joint_that_is_named_exists() -> None:
     named = {name for text in DOCUMENTS.values() for name in re.findall(r"`(joint(?:\.\w+)+)`", text)}
     assert len(named) > 10
     assert [name for name in sorted(named) if importlib.util.find_spec(f"echoplan.{name}") is None] == []
+
+
+def test_each_question_of_a_maintainer_is_answered_by_one_file_that_defines_the_name() -> None:
+    rows = re.findall(r"^\| (.+\?) \| `(\S+)` \| `(\w+)` \|$", DOCUMENTS["docs/architecture.md"], flags=re.MULTILINE)
+    assert len(rows) >= 10
+    missing = []
+    for question, path, name in rows:
+        text = (ROOT / path).read_text(encoding="utf-8") if (ROOT / path).is_file() else ""
+        if not re.search(rf"^ *(?:def|class) {name}\b|^{name}\b.* = ", text, flags=re.MULTILINE):
+            missing.append((question, path, name))
+    assert missing == []
+
+
+def test_every_source_file_that_is_named_exists(document: str) -> None:
+    named = set(re.findall(r"`(?:\.\./)*(src/[\w./-]+)`", document))
+    assert [path for path in sorted(named) if not (ROOT / path).exists()] == []
+
+
+def test_the_glossary_names_a_module_for_each_term() -> None:
+    modules = re.findall(r"^\| .+ `([\w./]+)` \|$", DOCUMENTS["docs/glossary.md"], flags=re.MULTILINE)
+    assert len(modules) > 60
+    missing = [
+        name for name in modules if not (ROOT / name).exists() and importlib.util.find_spec(f"echoplan.{name}") is None
+    ]
+    assert missing == []
 
 
 def test_every_file_that_is_linked_exists() -> None:
