@@ -89,6 +89,27 @@ def test_every_file_that_is_linked_exists() -> None:
     assert [link for link in links if not (ROOT / link[0]).parent.joinpath(link[1]).exists()] == []
 
 
+def anchors(text: str) -> set[str]:
+    """Anchors that GitHub gives to the headings of a document."""
+    headings = re.findall(r"^#+ (.+)$", text, flags=re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_every_heading_that_is_linked_exists() -> None:
+    links = [
+        (name, link, anchor)
+        for name, text in DOCUMENTS.items()
+        for link, anchor in re.findall(r"\]\(([\w./-]*)#([^)]+)\)", text)
+    ]
+    missing = []
+    for name, link, anchor in links:
+        path = (ROOT / name).parent.joinpath(link).resolve() if link else ROOT / name
+        if path.is_file() and anchor not in anchors(path.read_text(encoding="utf-8")):
+            missing.append((name, link, anchor))
+    assert len(links) > 20
+    assert missing == []
+
+
 def test_every_script_and_folder_that_a_document_runs_exists() -> None:
     named = {
         path for text in DOCUMENTS.values() for path in re.findall(r"\b((?:benchmarks|tests|docs)/[\w./-]+)", text)
