@@ -84,6 +84,12 @@ def test_the_glossary_names_a_module_for_each_term() -> None:
     assert missing == []
 
 
+def test_documents_are_written_in_plain_words(document: str) -> None:
+    prose = re.sub(r"```.*?```|`[^`]*`|\]\([^)]*\)", "", document, flags=re.DOTALL)
+    odd = r"\b(told|tells|torn|astray|glances?|believed|beliefs|reckoned|hears|sounded|mend|nudged|nobody)\b"
+    assert re.findall(odd, prose, flags=re.IGNORECASE) == []
+
+
 def test_every_file_that_is_linked_exists() -> None:
     links = [(name, link) for name, text in DOCUMENTS.items() for link in re.findall(r"\]\(([^)#:]+)[)#]", text)]
     assert [link for link in links if not (ROOT / link[0]).parent.joinpath(link[1]).exists()] == []
