@@ -175,6 +175,14 @@ class TestMap:
         assert quality.verdict is Verdict.GOOD
         assert "Good map: " in (mapped / "report.html").read_text(encoding="utf-8")
 
+    def test_map_says_why_each_wall_is_in_the_map(self, recording: Path, tmp_path: Path) -> None:
+        said = succeed("map", recording, "--out", tmp_path / "map", "--why")
+        for number in range(4):
+            assert re.search(
+                rf"^wall {number}: added: log-likelihood ratio [0-9.]+ > 12\.0; detections \+", said, re.MULTILINE
+            )
+        assert "Why landmarks are in the map or not" in (tmp_path / "map" / "report.html").read_text(encoding="utf-8")
+
     def test_a_failed_map_is_written_with_the_remedy_that_makes_it_good(self, recording: Path, tmp_path: Path) -> None:
         heard = read_recording(recording)
         mirrored = tuple(map(Conventions(servo_sign=-1).undo, heard))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from echoplan.cli.results import RESULTS, Results, mapped, say_what_was_found, write_results
-from echoplan.cli.terminal import Progressing, busy
+from echoplan.cli.terminal import Progressing, busy, put
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,6 +30,7 @@ def run(
     poses: Annotated[str | None, typer.Option(help="Of joint: trust, correct, or auto.", show_default="auto")] = None,
     config: Annotated[Path | None, typer.Option(help="Settings of the method, in a [method] table.")] = None,
     strict: Annotated[bool, typer.Option("--strict", help="Exit with status 2 if the map failed.")] = False,
+    why: Annotated[bool, typer.Option("--why", help="Print why each landmark is in the map or not (joint).")] = False,
 ) -> None:
     """Map a recording: map.json, map.svg, report.html and the settings of the run.
 
@@ -37,9 +38,10 @@ def run(
     """
     from echoplan.config import Run, method_of, read_config  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.io import check_folder  # noqa: PLC0415
+    from echoplan.joint.trace import collect_events  # noqa: PLC0415
     from echoplan.methods import find_method, grid_of, observations_of  # noqa: PLC0415
     from echoplan.sources import conventions_of, find_truth, open_source  # noqa: PLC0415
-    from echoplan.viewer import EchoListener, Plan  # noqa: PLC0415
+    from echoplan.viewer import EchoListener, Plan, decisions_in_words  # noqa: PLC0415
 
     method = method or (method_of(config) if config else None) or "joint"
     chosen = find_method(method)
@@ -50,7 +52,8 @@ def run(
     opened = open_source(source)
     recorded = tuple(Progressing(opened, "reading"))
     mapper, listener = chosen.build(opened.rig, settings), EchoListener(opened.rig)
-    found = mapped(mapper, recorded, listener.listen)
+    with collect_events() as events:
+        found = mapped(mapper, recorded, listener.listen)
     plan = Plan(
         feature_map=_assessed(found, opened, recorded),
         truth=find_truth(source, opened),
@@ -59,12 +62,19 @@ def run(
         conventions=conventions_of(opened),
     )
     say_what_was_found(plan)
+    offset = (float(mapper.origin_xy[0]), float(mapper.origin_xy[1]))
+    decisions = decisions_in_words([each.translated(offset) for each in events], plan.feature_map)
+    if why:
+        put()
+        for name, text in decisions.items:
+            put(f"{name}: {text}")
     results = Results(
         title=f"Map of {opened.name}",
         run=Run(source=source, method=method),
         settings={"method": settings},
         plan=plan,
         times=listener.times,
+        sections=(decisions,) if decisions.items else (),
         grid=grid_of(mapper),
     )
     write_results(out, results)

@@ -16,6 +16,7 @@ from echoplan.joint.marginal_prior import Memory
 from echoplan.joint.marginalisation import leave, survey
 from echoplan.joint.pose_model_selection import explained
 from echoplan.joint.settings import AccountSettings
+from echoplan.joint.trace import record_window
 from echoplan.joint.trajectory import Posed, joined, posed
 from echoplan.model import FeatureMap, Rig, Sweep
 from echoplan.preprocessing.ping_arrays import Soundings, join_soundings, soundings_of
@@ -50,6 +51,7 @@ class JointMapper:
         self._done: list[Posed] = []
         self._sweeps: list[Sweep] = []
         self._soundings: list[Soundings] = []
+        self._first_station = 0
 
     def add(self, sweep: Sweep) -> None:
         """Take one more sweep; when there are more stations than a window holds, let the oldest go.
@@ -110,6 +112,7 @@ class JointMapper:
         )
 
     def _account(self, stations: Stations) -> Account:
+        record_window(self._first_station)
         heard = without_repeats(at_stations(join_soundings(self._soundings), stations))
         return explained(Account(self.rig, heard, stations.poses, self.settings, self._memory))
 
@@ -119,6 +122,7 @@ class JointMapper:
         self._memory = leave(account, count)
         self._done.append(self._posed(account, stations).first(gone))
         del self._sweeps[:gone], self._soundings[:gone]
+        self._first_station += count
 
     def _posed(self, account: Account, stations: Stations) -> Posed:
         return posed(account, stations, self._given(), np.array(self._indices[-len(self._sweeps) :]))

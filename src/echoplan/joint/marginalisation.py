@@ -27,6 +27,7 @@ from echoplan.joint.search.alternatives import class_probabilities
 from echoplan.joint.search.occlusion import hiding
 from echoplan.joint.search.ray_paths import Paths, free_views, trace_paths
 from echoplan.joint.search.specular_points import CornerEcho, corner_echoes
+from echoplan.joint.trace import Decision, Reason, record_event
 from echoplan.joint.trajectory import reckoned
 from echoplan.model import ClassProbabilities, FeatureClass
 from echoplan.preprocessing.ping_arrays import chosen_soundings
@@ -59,6 +60,9 @@ def survey(account: Account, path_xy: FloatArray) -> Survey:
     """
     memory, settings = leave(account, len(account.given)), account.settings
     found = [each for each in memory.features if _is_there(each)]
+    for each in memory.features:
+        if not _is_there(each):
+            record_event(Decision.REMOVED, each, reason=Reason.INCONSISTENT)
     state = State(
         features=as_arrays(found, 0),
         model=account.model,

@@ -87,6 +87,11 @@ class LocalMapper:
         )
 
     @property
+    def origin_xy(self) -> FloatArray:
+        """Origin of the local frame in the frame of the sweeps [m], shape (2,)."""
+        return self._origin_xy.copy()
+
+    @property
     def grid(self) -> OccupancyGrid | None:
         """The grid beneath the map, if the mapper keeps one."""
         grid = grid_of(self.mapper)

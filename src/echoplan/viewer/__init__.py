@@ -1,5 +1,6 @@
 """Pictures of maps and of how they came about: figures, drawings to scale, reports."""
 
+from echoplan.viewer.decisions import decisions_in_words
 from echoplan.viewer.gallery import Exhibit, Gallery, gallery_html
 from echoplan.viewer.learning import learned_in_words
 from echoplan.viewer.listening import EchoListener
@@ -24,6 +25,7 @@ __all__ = [
     "Section",
     "SweepStages",
     "Text",
+    "decisions_in_words",
     "flattened",
     "found_in_words",
     "gallery_html",

@@ -1,11 +1,15 @@
 """Settling: poses, features and sonar brought to rest together, with right angles where walls stand at such."""
 
+from collections.abc import Sequence
+
 from echoplan.arrays import FloatArray
 from echoplan.joint.estimate import Account
+from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.optimisation.manhattan import learn_squareness, rest_on_few, roughly_square
 from echoplan.joint.optimisation.odometry_noise import learn_drift
 from echoplan.joint.optimisation.pose_factors import PoseBeliefs, displaced
-from echoplan.joint.search.duplicates import without_copies
+from echoplan.joint.search.duplicates import CopySettings, without_copies
+from echoplan.joint.trace import Decision, Reason, record_event
 
 __all__ = ["converge", "settle", "square_up", "stand_square"]
 
@@ -24,7 +28,7 @@ def settle(account: Account, beliefs: PoseBeliefs) -> None:
     account.noise, account.soundings = first, displaced(account.recorded, account.given, account.poses)
     account.squareness = None
     account.search()
-    account.features = without_copies(account.features, settings.pose_errors.copies)
+    account.features = _merged(account.features, settings.pose_errors.copies)
     if not beliefs.relative and _rests_on_few(account):
         account.squareness = roughly_square(account.features, settings.squareness, may_lie_along_axes=True)
     account.adjust_often(first, beliefs, 3)
@@ -97,7 +101,7 @@ def square_up(account: Account) -> None:
         What was heard, and what is made of it; changed in place.
     """
     settings = account.settings.squareness
-    account.features = without_copies(account.features, account.settings.copies)
+    account.features = _merged(account.features, account.settings.copies)
     believed = roughly_square(account.features, settings, may_lie_along_axes=_rests_on_few(account))
     account.squareness = believed
     if believed is not None:
@@ -127,3 +131,12 @@ def stand_square(account: Account, beliefs: PoseBeliefs | None) -> None:
     account.squareness = found
     if found is not None or believed is not None:
         account.adjust_often(account.noise, beliefs, 2)
+
+
+def _merged(features: Sequence[Hypothesis], settings: CopySettings) -> list[Hypothesis]:
+    """Keep one of several copies of each wall, and record those that go."""
+    kept = without_copies(features, settings)
+    for each in features:
+        if not any(each is other for other in kept):
+            record_event(Decision.REMOVED, each, reason=Reason.DUPLICATE)
+    return kept

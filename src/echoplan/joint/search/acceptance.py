@@ -8,6 +8,7 @@ from echoplan.arrays import BoolArray, FloatArray
 from echoplan.geometry import wrap
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.search.ray_paths import free_views
+from echoplan.joint.trace import Reason
 from echoplan.preprocessing.ping_arrays import Soundings, step_of
 
 __all__ = ["Belief", "BeliefSettings"]
@@ -85,15 +86,24 @@ class Belief:
         bool
             Whether it is.
         """
+        return self.refusal(hypothesis, levels) is None
+
+    def refusal(self, hypothesis: Hypothesis, levels: FloatArray) -> Reason | None:
+        """Return the test that a hypothesis fails beside what all others explain, None if it is accepted."""
         settings = self.settings
-        if self.worth(hypothesis) <= settings.accept or hypothesis.is_known:
-            return self.worth(hypothesis) > settings.accept
-        if not self._is_overdetermined(hypothesis, levels) or self._is_missed(hypothesis):
-            return False
-        if not self.is_lone(hypothesis):
-            many = hypothesis.speaking(settings.second_station) > 2
-            return many or self._is_heard(hypothesis, levels)
-        return hypothesis.is_wall and self._is_whole(hypothesis, levels)
+        if self.worth(hypothesis) <= settings.accept:
+            return Reason.EVIDENCE
+        if hypothesis.is_known:
+            return None
+        if not self._is_overdetermined(hypothesis, levels):
+            return Reason.UNDERDETERMINED
+        if self._is_missed(hypothesis):
+            return Reason.MISSED
+        if self.is_lone(hypothesis):
+            is_whole = hypothesis.is_wall and self._is_whole(hypothesis, levels)
+            return None if is_whole else Reason.SINGLE_STATION
+        many = hypothesis.speaking(settings.second_station) > 2
+        return None if many or self._is_heard(hypothesis, levels) else Reason.WEAKLY_DETECTED
 
     def is_lone(self, hypothesis: Hypothesis) -> bool:
         """Whether hardly more than one station speaks for a reflector.

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.search.search import Search
+from echoplan.joint.trace import Decision, Reason, record_event
 
 __all__ = ["with_boxes"]
 
@@ -34,7 +35,10 @@ def with_boxes(search: Search, features: Sequence[Hypothesis]) -> list[Hypothesi
         for feature in features:
             if feature.kind is Kind.CYLINDER and not feature.is_known:
                 others = [each for each in kept if each is not feature]
-                kept = [*others, *(_instead(search, feature, others) or [feature])]
+                instead = _instead(search, feature, others)
+                if instead:
+                    record_event(Decision.CHANGED, feature, reason=Reason.BETTER_CLASS, becomes=instead[0].kind)
+                kept = [*others, *(instead or [feature])]
     return kept
 
 

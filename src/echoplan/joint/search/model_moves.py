@@ -15,6 +15,7 @@ from echoplan.joint.search.acceptance import Belief
 from echoplan.joint.search.alternatives import rivals_of
 from echoplan.joint.search.refinement import approach
 from echoplan.joint.search.specular_points import returns_sound
+from echoplan.joint.trace import Decision, Reason, record_event
 
 __all__ = ["reclassified", "without_joining"]
 
@@ -58,6 +59,7 @@ def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belie
         others = [*kept[:place], *kept[place + 1 :]]
         best = _better(_rivals(explanation, feature, others), feature, others, belief)
         if best and (is_round or belief.holds(best, explanation.levels(others))):
+            record_event(Decision.CHANGED, feature, reason=Reason.BETTER_CLASS, becomes=best.kind)
             kept[place] = best
     return kept
 
@@ -159,6 +161,7 @@ def without_joining(
         others = [*features[:place], *features[place + 1 :]]
         walls = _walls_instead(explanation, feature, others, without[place], belief=belief)
         if _explain_more(walls, feature, belief.settings.accept):
+            record_event(Decision.CHANGED, feature, reason=Reason.BETTER_CLASS, becomes=Kind.WALL)
             features = [*others, *walls]
             without = explanation.levels_without(features)
     return features

@@ -22,6 +22,7 @@ from echoplan.joint.likelihood.ping_likelihood import Explanation
 from echoplan.joint.likelihood.ping_scores import UNHEARD
 from echoplan.joint.search.acceptance import Belief
 from echoplan.joint.search.latent_walls import levels_over_unheard
+from echoplan.joint.trace import Decision, Reason, record_event
 from echoplan.preprocessing.ping_arrays import Soundings
 
 __all__ = ["without_phantoms"]
@@ -53,6 +54,9 @@ def without_phantoms(explanation: Explanation, features: Sequence[Hypothesis], b
     if len(soundings.centers) < _FEWEST:
         return list(features)
     if explanation.hearing.cone:
+        for each in features:
+            if _is_lone_wall(each, belief):
+                record_event(Decision.REMOVED, each, reason=Reason.SINGLE_STATION)
         return [each for each in features if not _is_lone_wall(each, belief)]
     kept = _without_unheard(explanation, features, belief)
     return _without_cast(explanation, kept, belief) if _has_volleys(soundings) else kept
@@ -68,6 +72,7 @@ def _without_unheard(explanation: Explanation, features: Sequence[Hypothesis], b
     for feature in sorted(features, key=lambda each: each.total):
         others = [each for each in kept if each is not feature]
         if _is_weak(feature, belief) and not _stands_beside_unheard(explanation, feature, others, belief):
+            record_event(Decision.REMOVED, feature, reason=Reason.MULTIPATH)
             kept = others
     return kept
 
@@ -94,11 +99,13 @@ def _without_cast(explanation: Explanation, features: Sequence[Hypothesis], beli
     walls = [each for each in features if each.is_wall]
     shares = [belief.hears(*each) for each in zip(features, explanation.levels_without(features), strict=True)]
     least = belief.settings.usual_share * _usual(features, shares)
-    return [
-        each
-        for each, share in zip(features, shares, strict=True)
-        if share >= least or not _may_be_cast(each, walls, explanation.soundings, belief)
-    ]
+    kept = []
+    for each, share in zip(features, shares, strict=True):
+        if share >= least or not _may_be_cast(each, walls, explanation.soundings, belief):
+            kept.append(each)
+        else:
+            record_event(Decision.REMOVED, each, reason=Reason.MULTIPATH)
+    return kept
 
 
 def _usual(features: Sequence[Hypothesis], shares: Sequence[float]) -> float:

@@ -22,6 +22,7 @@ from echoplan.joint.search.acceptance import Belief, BeliefSettings
 from echoplan.joint.search.duplicates import CopySettings, are_copies
 from echoplan.joint.search.model_moves import without_joining
 from echoplan.joint.search.refinement import Course, approach
+from echoplan.joint.trace import Decision, Reason, record_event
 from echoplan.preprocessing.ping_arrays import chosen_soundings, independent
 
 __all__ = ["Search", "SearchSettings"]
@@ -141,7 +142,10 @@ class Search:
         while place < len(kept):
             feature, others = kept[place], [*kept[:place], *kept[place + 1 :]]
             judged = self.explanation.judged(feature, without[place], others)
-            holds = self.belief.holds(judged, without[place])
+            refusal = self.belief.refusal(judged, without[place])
+            holds = refusal is None
+            if refusal:
+                record_event(Decision.REMOVED, judged, reason=refusal, threshold=self.settings.accept)
             kept = [*kept[:place], judged, *kept[place + 1 :]] if holds else others
             place += holds
             if not holds or judged.casts_otherwise_than(feature):
@@ -178,21 +182,22 @@ class Search:
         """
         kept = self._renewed(features)
         while True:
-            judged, standing = self._beside_others(kept)
-            fallen = [each for each, stands in zip(judged, standing, strict=True) if not stands]
+            judged, refusals = self._beside_others(kept)
+            fallen = [(each, refusal) for each, refusal in zip(judged, refusals, strict=True) if refusal]
             if not fallen:
                 return judged
-            weakest = min(fallen, key=lambda each: each.total)
+            weakest, refusal = min(fallen, key=lambda each: each[0].total)
+            record_event(Decision.REMOVED, weakest, reason=refusal, threshold=self.settings.accept)
             kept = [each for each in judged if each is not weakest]
 
-    def _beside_others(self, features: Sequence[Hypothesis]) -> tuple[list[Hypothesis], list[bool]]:
-        judged, standing = [], []
+    def _beside_others(self, features: Sequence[Hypothesis]) -> tuple[list[Hypothesis], list[Reason | None]]:
+        judged, refusals = [], []
         for place, levels in enumerate(self.explanation.levels_without(features)):
             others = _others(features, place)
             left = levels if len(others) == len(features) - 1 else self.explanation.levels(others)
             judged.append(self.explanation.judged(features[place], left, others))
-            standing.append(self.belief.holds(judged[-1], left))
-        return judged, standing
+            refusals.append(self.belief.refusal(judged[-1], left))
+        return judged, refusals
 
     def _renewed(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Collect the evidence anew: pings, noise or the sonar may have changed."""
@@ -215,10 +220,14 @@ class Search:
             if self.belief.worth(best) <= self.settings.accept:
                 return features
             # What was accepted and fell would fall again: two rivals may take each other's place for ever.
-            if not self.belief.holds(best, levels) or any(_same(best, each) for each in accepted):
+            refusal = self.belief.refusal(best, levels)
+            if refusal:
+                record_event(Decision.REJECTED, best, reason=refusal, threshold=self.settings.accept)
+            if refusal or any(_same(best, each) for each in accepted):
                 pool = self._without_fallen(pool, contenders, levels)
                 continue
             accepted.append(best)
+            record_event(Decision.ADDED, best, reason=Reason.EVIDENCE, threshold=self.settings.accept)
             pool = [each for each in pool if not _same(each, best)]
             features = self.tested([*features, best])
             levels = explanation.levels(features)

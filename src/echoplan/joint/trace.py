@@ -1,0 +1,159 @@
+"""Decisions about landmarks: each leaves an event with its numbers on the log, at debug level.
+
+Events travel through ``logging`` so that no algorithm has to carry them: whoever wants them collects them
+(``collect_events``), and where nobody does, nothing is made.  ``echoplan map --why`` and the report show them.
+"""
+
+import logging
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from echoplan.acoustics.predicted_echo import Kind
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+
+__all__ = ["Decision", "Event", "Reason", "collect_events", "record_event", "record_window"]
+
+_LOGGER = logging.getLogger("echoplan.joint")
+
+
+class Decision(StrEnum):
+    """What became of a landmark."""
+
+    ADDED = "added"
+    REJECTED = "rejected"
+    REMOVED = "removed"
+    CHANGED = "changed"
+
+
+class Reason(StrEnum):
+    """Why: the test that decided."""
+
+    EVIDENCE = "evidence"
+    UNDERDETERMINED = "underdetermined"
+    MISSED = "missed"
+    WEAKLY_DETECTED = "weakly detected"
+    SINGLE_STATION = "single station"
+    BETTER_CLASS = "better class"
+    MULTIPATH = "multipath"
+    DUPLICATE = "duplicate"
+    INCONSISTENT = "inconsistent"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Event:
+    """One decision about one landmark.
+
+    Parameters
+    ----------
+    decision : Decision
+        What was decided.
+    reason : Reason
+        The test that decided.
+    kind : Kind
+        Class of the landmark before the decision.
+    parameters : tuple of float
+        Normal angle and offset of a wall [rad, m]; x, y, and radius of anything else [m].
+    log_likelihood_ratio : float
+        Of all pings, with the landmark over without it [nats].
+    threshold : float
+        Log-likelihood ratio that was needed; NaN where another test decided [nats].
+    detections, missed_detections : float
+        Sums of the log-likelihood ratios of the stations that speak for it, and of those that speak against it [nats].
+    stations : int
+        Stations that speak for it.
+    worst_station : int or None
+        Index of the station that speaks most against it.
+    becomes : Kind, optional
+        Its class after a change.
+    """
+
+    decision: Decision
+    reason: Reason
+    kind: Kind
+    parameters: tuple[float, ...]
+    log_likelihood_ratio: float
+    threshold: float
+    detections: float
+    missed_detections: float
+    stations: int
+    worst_station: int | None
+    becomes: Kind | None = None
+
+    def translated(self, offset_xy: tuple[float, float]) -> "Event":
+        """Return the event in a frame whose origin lies at minus ``offset_xy`` [m]."""
+        x, y = offset_xy
+        if self.kind is Kind.WALL:
+            angle, offset = self.parameters
+            return replace(self, parameters=(angle, offset + x * math.cos(angle) + y * math.sin(angle)))
+        return replace(self, parameters=(self.parameters[0] + x, self.parameters[1] + y, *self.parameters[2:]))
+
+
+def record_event(
+    decision: Decision,
+    landmark: Hypothesis,
+    *,
+    reason: Reason,
+    threshold: float = math.nan,
+    becomes: Kind | None = None,
+) -> None:
+    """Put a decision on the log, if somebody listens."""
+    if not _LOGGER.isEnabledFor(logging.DEBUG):
+        return
+    ratios = landmark.gains
+    against = float(ratios.min(initial=0.0))
+    event = Event(
+        decision=decision,
+        reason=reason,
+        kind=landmark.kind,
+        parameters=tuple(landmark.parameters.tolist()),
+        log_likelihood_ratio=landmark.total,
+        threshold=threshold,
+        detections=float(ratios[ratios > 0.0].sum()) + landmark.past.total,
+        missed_detections=float(ratios[ratios < 0.0].sum()),
+        stations=landmark.speaking(0.0),
+        worst_station=int(np.argmin(ratios)) if against < 0.0 else None,
+        becomes=becomes,
+    )
+    _LOGGER.debug("%s", event, extra={"event": event})
+
+
+def record_window(first_station: int) -> None:
+    """Say on the log with which station the indices of the next events begin."""
+    _LOGGER.debug("window begins at station %d", first_station, extra={"first_station": first_station})
+
+
+@contextmanager
+def collect_events() -> Iterator[list[Event]]:
+    """Collect the events of a block in the order in which they occur, with stations counted from the first of all."""
+    collector, level = _Collector(), _LOGGER.level
+    _LOGGER.addHandler(collector)
+    _LOGGER.setLevel(logging.DEBUG)
+    try:
+        yield collector.events
+    finally:
+        _LOGGER.removeHandler(collector)
+        _LOGGER.setLevel(level)
+
+
+class _Collector(logging.Handler):
+    """Keeps the events among the records of a logger."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.DEBUG)
+        self.events: list[Event] = []
+        self._first_station = [0]
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep an event."""
+        self._first_station[0] = getattr(record, "first_station", self._first_station[0])
+        event = getattr(record, "event", None)
+        if event is not None:
+            worst = event.worst_station
+            if worst is not None:
+                event = replace(event, worst_station=worst + self._first_station[0])
+            self.events.append(event)
