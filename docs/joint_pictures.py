@@ -54,7 +54,7 @@ def main() -> None:
 
 
 def arcs() -> None:
-    """Draw what three stations hear of one wall: points on arcs, and the tangent that the arcs share."""
+    """Draw the readings of one wall from three stations: points on arcs, and the common tangent of the arcs."""
     wall = np.array([[-0.2, 1.5], [2.4, 1.5]])
     stations = np.array([[0.2, 0.3, 1.5], [1.1, 0.7, 1.7], [1.9, -0.1, 1.6]])
     figure = new_figure(height=3.3)
@@ -79,7 +79,7 @@ def arcs() -> None:
 
 
 def evidence() -> None:
-    """Hold what two stations hear against what they should hear of two walls, and of a wall that is not there."""
+    """Draw the readings of two stations with what two walls and a false wall predict."""
     turn = np.radians(70)
     corner = [2.6 * directions(0.0), np.zeros(2), 2.6 * directions(turn)]
     stations = np.column_stack([np.array([1.5, 2.0])[:, None] * directions(np.array([0.65, 0.35])), [0.0, 0.0]])
@@ -94,26 +94,28 @@ def evidence() -> None:
     for panel, soundings, name in zip(figure.subplots(1, 2, sharey=True), heard, "ab", strict=True):
         finite = np.isfinite(soundings.readings)
         bearings = np.degrees(wrap(soundings.bearings - np.pi - turn / 2))
-        panel.plot(bearings[finite], soundings.readings[finite], ".", color=MUTED, markersize=3, label="heard")
+        panel.plot(bearings[finite], soundings.readings[finite], ".", color=MUTED, markersize=3, label="measured")
         for number, wall in enumerate(walls):
-            _draw_expected(panel, soundings, hearing, wall, color=WALL, label="expected of the walls" * (not number))
-        _draw_expected(panel, soundings, hearing, ghost, color=CORNER, label="expected of the ghost as a wall")
+            _draw_expected(panel, soundings, hearing, wall, color=WALL, label="predicted by the walls" * (not number))
+        _draw_expected(
+            panel, soundings, hearing, ghost, color=CORNER, label="predicted by a wall fitted to the multipath"
+        )
         letter(panel, f"({name}) station {'AB'['ab'.index(name)]}")
-        dress(panel, x="beam against the bisector (degrees)", y="reading (m)")
+        dress(panel, x="bearing relative to the bisector (degrees)", y="reading (m)")
         panel.set(xlim=(-120, 120), ylim=(0.0, 2.2))
     tell(panel)
     _save(figure, "joint-evidence")
 
 
 def random_room() -> None:
-    """Draw the map of a random room over the truth."""
+    """Draw the map of a random room over the ground truth."""
     simulation: Simulation = run_path(str(ROOMS))["random_simulation"](SEED)
     found = map_sweeps(find_method("joint").build(simulation.rig), simulation)
     _save(plan_figure(Plan(feature_map=found, truth=simulation.truth)), "joint-map", dots=120)
 
 
 def drift() -> None:
-    """Draw the map of a drive by dead reckoning, as recorded and corrected, over the true room and way."""
+    """Draw the map of a drive by dead reckoning, as recorded and corrected, over the true room and path."""
     simulation = run_path(str(ROOMS))["random_drive"](DRIVE)
     sweeps, truth = tuple(simulation), simulation.truth
     figure = new_figure(width=7.2, height=3.9)
@@ -136,7 +138,7 @@ def drift() -> None:
 
 
 def consistency() -> None:
-    """Draw how great errors are against their covariances, beside the distribution of true covariances."""
+    """Draw the distribution of NEES, and the chi-square distribution of right covariances."""
     from scipy.stats import chi2  # noqa: PLC0415 - slow to import
 
     measured = _measured()["nees"]
@@ -153,7 +155,7 @@ def consistency() -> None:
 
 
 def beliefs() -> None:
-    """Draw how often features are what the map takes them for, beside how sure it is."""
+    """Draw class probabilities, and the share of features whose class is right."""
     from scipy.stats import binomtest  # noqa: PLC0415 - slow to import
 
     pairs = np.array(_measured()["beliefs"])
@@ -180,7 +182,7 @@ def beliefs() -> None:
 
 
 def _soundings(lines: list[FloatArray], stations: FloatArray) -> list[Soundings]:
-    """Simulate what the rotary array hears of open polylines."""
+    """Simulate the pings of the rotary array in a world of open polylines."""
     world = World(name="lines", polylines=tuple(Polyline(points_xy=line) for line in lines))
     rig = builtin_rig("rotary-array")
     simulation = Simulation(world=world, rig=rig, route=Route(map_from_base=stations))
@@ -188,7 +190,7 @@ def _soundings(lines: list[FloatArray], stations: FloatArray) -> list[Soundings]
 
 
 def _as_wall(heard: Soundings, hearing: Hearing, depth: float) -> FloatArray:
-    """Take echoes of about one depth for those of one wall, and fit it: a reflector."""
+    """Fit a wall to the echoes of about one depth."""
     near = np.flatnonzero(np.abs(heard.readings + _ARM - depth) < 0.05)
     angle = float(np.angle(np.mean(np.exp(1j * heard.bearings[near]))))
     start = np.array([Kind.WALL, angle, float(heard.centers[0] @ directions(angle)) + depth, 0.0])
@@ -198,7 +200,7 @@ def _as_wall(heard: Soundings, hearing: Hearing, depth: float) -> FloatArray:
 def _draw_expected(
     axes: Axes, soundings: Soundings, hearing: Hearing, reflector: FloatArray, *, color: str, label: str
 ) -> None:
-    """Draw the readings that a reflector should give, where it should be heard."""
+    """Draw the readings that a landmark predicts, where it should be detected."""
     order = np.argsort(soundings.bearings)
     shape = shape_of(reflector)
     pings = zip(soundings.x[order], soundings.y[order], soundings.ux[order], soundings.uy[order], strict=True)

@@ -33,12 +33,12 @@ def main() -> None:
 
 
 def flat() -> None:
-    """Take the map of ``echoplan demo`` for the README."""
+    """Copy the map of ``echoplan demo`` for the README."""
     _take(["map"], paper=False)
 
 
 def paper_room() -> None:
-    """Take the figures of ``echoplan demo --paper`` for docs/paper.md."""
+    """Copy the figures of ``echoplan demo --paper`` for docs/paper.md."""
     _take([f"figure-{name}" for name in PAPER_FIGURES], paper=True)
 
 
@@ -66,7 +66,7 @@ def methods_side_by_side() -> None:
 
 
 def drifting_odometry() -> None:
-    """Map one room from poses that drift, by a method that believes them and by two that correct them."""
+    """Map one room from poses that drift, by a method that trusts them and by two that correct them."""
     noise = OdometryNoise(along=0.02, lateral=0.02, yaw_per_metre=0.035, yaw_per_radian=0.035)
     simulation = Simulation(
         world=builtin_world("paper-room"),
@@ -85,7 +85,7 @@ def drifting_odometry() -> None:
 
 
 def places() -> None:
-    """Draw the places and the passage of a corridor with a bend, on the free space that its echoes show."""
+    """Draw the places and the passage of a corridor with a bend, on its free space."""
     source = open_source("sim:corridor")
     mapper = TopologicalMapper(source.rig)
     map_sweeps(mapper, source)
@@ -128,7 +128,7 @@ def _draw_map(panel: Axes, found: FeatureMap, truth: Truth | None) -> None:
 
 
 def _draw_beneath(panel: Axes, mapper: Mapper) -> None:
-    """Draw the points or the occupied cells of which a method made its map."""
+    """Draw the points or the occupied cells from which a method made its map."""
     panel.plot(*points_of(mapper).T, ",", color="tab:red", alpha=0.8, zorder=5)
     grid = grid_of(mapper)
     if grid is not None:
