@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from echoplan.model import FeatureMap, Source, Sweep
+    from echoplan.viewer import Definitions
 
 __all__ = ["run"]
 
@@ -65,9 +66,7 @@ def run(
     offset = (float(mapper.origin_xy[0]), float(mapper.origin_xy[1]))
     decisions = decisions_in_words([each.translated(offset) for each in events], plan.feature_map)
     if why:
-        put()
-        for name, text in decisions.items:
-            put(f"{name}: {text}")
+        _say_why(decisions)
     results = Results(
         title=f"Map of {opened.name}",
         run=Run(source=source, method=method),
@@ -79,6 +78,12 @@ def run(
     )
     write_results(out, results)
     _warn_if_failed(plan.feature_map, strict=strict)
+
+
+def _say_why(decisions: "Definitions") -> None:
+    put()
+    for name, text in decisions.items:
+        put(f"{name}: {text}")
 
 
 def _assessed(feature_map: "FeatureMap", source: "Source", sweeps: "Sequence[Sweep]") -> "FeatureMap":

@@ -44,12 +44,8 @@ def decisions_in_words(events: Sequence[Event], feature_map: FeatureMap) -> Defi
     Definitions
         Landmarks and sentences: first those in the map, then those that were removed or changed.
     """
-    landmarks: list[list[Event]] = []
-    for event in events:
-        same = next((each for each in landmarks if _are_one(each[-1], event)), None)
-        landmarks.append([event]) if same is None else same.append(event)
     kept, gone = dict[tuple[str, int], str](), list[tuple[str, str]]()
-    for own in landmarks:
+    for own in _by_landmark(events):
         births = [each for each in own if each.decision is Decision.ADDED]
         name = _name_in_map(own[-1], feature_map)
         if name and births:
@@ -58,6 +54,18 @@ def decisions_in_words(events: Sequence[Event], feature_map: FeatureMap) -> Defi
             gone.append((_place(own[-1]), _lost(own[-1])))
     items = [(f"{kind} {number}", text) for (kind, number), text in sorted(kept.items())]
     return Definitions(title="Why landmarks are in the map or not", items=(*items, *gone), folded=True)
+
+
+def _by_landmark(events: Sequence[Event]) -> list[list[Event]]:
+    """Collect the decisions about each landmark."""
+    landmarks: list[list[Event]] = []
+    for event in events:
+        same = next((each for each in landmarks if _are_one(each[-1], event)), None)
+        if same is None:
+            landmarks.append([event])
+        else:
+            same.append(event)
+    return landmarks
 
 
 def _are_one(one: Event, other: Event) -> bool:

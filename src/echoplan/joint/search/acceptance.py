@@ -99,10 +99,14 @@ class Belief:
             return Reason.UNDERDETERMINED
         if self._is_missed(hypothesis):
             return Reason.MISSED
+        return self._lacks_stations(hypothesis, levels)
+
+    def _lacks_stations(self, hypothesis: Hypothesis, levels: FloatArray) -> Reason | None:
+        """Return the test of the stations that support a hypothesis that it fails, None if they suffice."""
         if self.is_lone(hypothesis):
             is_whole = hypothesis.is_wall and self._is_whole(hypothesis, levels)
             return None if is_whole else Reason.SINGLE_STATION
-        many = hypothesis.speaking(settings.second_station) > 2
+        many = hypothesis.speaking(self.settings.second_station) > 2
         return None if many or self._is_heard(hypothesis, levels) else Reason.WEAKLY_DETECTED
 
     def is_lone(self, hypothesis: Hypothesis) -> bool:

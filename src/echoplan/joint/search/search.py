@@ -220,10 +220,7 @@ class Search:
             if self.belief.worth(best) <= self.settings.accept:
                 return features
             # What was accepted and fell would fall again: two rivals may take each other's place for ever.
-            refusal = self.belief.refusal(best, levels)
-            if refusal:
-                record_event(Decision.REJECTED, best, reason=refusal, threshold=self.settings.accept)
-            if refusal or any(_same(best, each) for each in accepted):
+            if self._is_rejected(best, levels) or any(_same(best, each) for each in accepted):
                 pool = self._without_fallen(pool, contenders, levels)
                 continue
             accepted.append(best)
@@ -232,6 +229,12 @@ class Search:
             features = self.tested([*features, best])
             levels = explanation.levels(features)
         return features
+
+    def _is_rejected(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
+        refusal = self.belief.refusal(hypothesis, levels)
+        if refusal:
+            record_event(Decision.REJECTED, hypothesis, reason=refusal, threshold=self.settings.accept)
+        return refusal is not None
 
     def _without_fallen(
         self, pool: Sequence[Hypothesis], contenders: Sequence[Hypothesis], levels: FloatArray
