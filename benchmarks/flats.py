@@ -28,9 +28,10 @@ from echoplan.evaluation import (
 from echoplan.io import write_recording, write_truth
 from echoplan.joint.settings import PoseMode
 from echoplan.model import FeatureClass, Table
-from joint import mapped, percent
 from library.flats import is_drifting, random_flat
 from library.jambs import JambErrors, jamb_errors
+from library.mapping import map_by_joint
+from library.score_tables import percent
 
 # Seeds below 300 were looked at while the method was written.
 FLATS, FIRST = 20, 300
@@ -88,7 +89,7 @@ def run(seed: int) -> Outcome:
     """Simulate one flat, map it and compare the map with the truth."""
     simulation = random_flat(seed)
     sweeps = tuple(simulation)
-    feature_map, seconds = mapped(simulation, sweeps, PoseMode.AUTO, driven=True)
+    feature_map, seconds = map_by_joint(simulation, sweeps, PoseMode.AUTO, driven=True)
     reach = max(each.max_range for each in simulation.rig.sensors)
     settings = EvaluationSettings(matching=MatchingSettings(opening_reach=reach))
     return Outcome(

@@ -30,9 +30,9 @@ from echoplan.cli.terminal import tracked
 from echoplan.io import write_recording
 from echoplan.model import Rig, Source, Sweep
 from echoplan.simulation import Simulation
-from heads import set_down, sounded
 from library.flats import random_flat
-from library.ray_cones import cast, of_cone
+from library.heads import measured_by_hand, simulate_head
+from library.ray_cones import cast, with_cones
 from library.rooms import random_drive, random_simulation
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -94,14 +94,14 @@ def cases() -> list[Case]:
 
 def by_hand(seed: int) -> Source:
     """Measure places with tape and eye, with a head whose servo is off."""
-    _, simulation = sounded(seed, gain=0.1, offset=10.0)
-    return Recording(name=simulation.name, rig=simulation.rig, sweeps=tuple(set_down(list(simulation), seed)))
+    _, simulation = simulate_head(seed, gain=0.1, offset=10.0)
+    return Recording(name=simulation.name, rig=simulation.rig, sweeps=tuple(measured_by_hand(list(simulation), seed)))
 
 
 def rays(seed: int) -> Source:
     """Cast fans of rays instead of sound."""
     simulation: Simulation = random_simulation(seed)
-    rig = of_cone(simulation.rig, math.radians(15.0))
+    rig = with_cones(simulation.rig, math.radians(15.0))
     sweeps = cast(tuple(simulation), simulation.world, rig, rays=31, noise=0.002, rng=np.random.default_rng(seed))
     return Recording(name=simulation.name, rig=rig, sweeps=tuple(sweeps))
 

@@ -1,9 +1,9 @@
-"""How fast grids take pings in: python benchmarks/grids.py [PINGS].
+"""How many pings occupancy grids take in a second: python benchmarks/grids.py [PINGS].
 
-Draws pings of a room of 4 m by 3 m on cells of 5 cm on one core, by each method of grids, for beams of 15 degrees (what
-sellers of an HC-SR04 say) and of 70 degrees (what it hears of a wall).  Each method is run once before, so that
-compiling does not count; what counts is processor time.  MRPT does the same if its library and a compiler are
-installed (Debian: libmrpt-maps-dev, g++, cmake): one insertion into a COccupancyGridMap2D a ping.
+Inserts pings of a room of 4 m by 3 m into grids with cells of 5 cm on one core, by each method of grids, for beams of
+15 degrees (as specified by sellers of an HC-SR04) and of 70 degrees (over which it detects a wall).  Each method is run
+once before, so that compilation does not count; what counts is CPU time.  MRPT does the same if its library and a
+compiler are installed (Debian: libmrpt-maps-dev, g++, cmake): one insertion into a COccupancyGridMap2D a ping.
 """
 
 import platform
@@ -38,7 +38,7 @@ from echoplan.model import Table
 PEER = Path(__file__).parent / "mrpt"
 WIDTH, DEPTH, REACH = 4.0, 3.0, 4.0
 BEAMS = (15.0, 70.0)
-# So many pings stand for a sweep of the array; the slower methods draw fewer pings.
+# Pings of a sweep of the array; the slower methods draw fewer pings.
 SWEEP, FEW = 364, 3640
 ROUNDS = 5
 CANVAS = CanvasSettings(resolution=0.05)
@@ -52,7 +52,7 @@ def main(arguments: list[str]) -> None:
 
 
 def room_pings(count: int, half_aperture: float) -> Cones:
-    """Pings from places in an empty room: each hears the nearest point of a wall within its beam."""
+    """Pings from places in an empty room: each reads the nearest point of a wall within its beam."""
     rng = np.random.default_rng(0)
     hubs = np.repeat(rng.uniform([0.6, 0.6], [WIDTH - 0.6, DEPTH - 0.6], (-(-count // SWEEP), 2)), SWEEP, axis=0)[
         :count

@@ -1,43 +1,39 @@
 """Home-made heads in random rooms: python benchmarks/heads.py [ROOMS] [--first SEED] [--gain G] [--offset DEGREES].
 
-Draws so many random rooms (20 unless told otherwise), sounds each from eight stations by a head whose servo turns 0.9
-to 1.1 times as far as it is told and sits up to 10 degrees askew, and maps it twice: from exact poses, and from poses
-that are off by 1.5 cm and 3 degrees and written down in whole centimetres and degrees, as the sketch in docs/formats.md
-does.  Four heads of five have one HC-SR04, the fifth has four modules 90 degrees apart.
-Prints what is found and how exactly, whether covariances are true, and how well gain and offset were learned.
-``--gain`` and ``--offset`` say how far servos may be off: both 0 for heads without a fault.
+Simulates random rooms (20 by default) from eight stations.  The servo of each head turns 0.9 to 1.1 times the commanded
+angle, with an offset of up to 10 degrees.  Maps each room twice: from exact poses, and from poses that are off by 1.5
+cm and 3 degrees and rounded to whole centimetres and degrees, as the sketch in docs/formats.md writes them.  Four heads
+of five have one HC-SR04, the fifth has four modules 90 degrees apart.
+Prints the scores of walls, the consistency of the covariances, and the errors of the estimated gain and offset.
+``--gain`` and ``--offset`` set the largest errors of the servos: both 0 for heads without a fault.
 """
 
 import argparse
 import math
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from echoplan.arrays import FloatArray
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Evaluation, evaluate
 from echoplan.joint.mapper import JointMapper
 from echoplan.methods import map_sweeps
-from echoplan.model import FeatureClass, FeatureMap, Sweep, Table
-from echoplan.simulation import Simulation
-from library.rooms import random_simulation
+from echoplan.model import FeatureClass, FeatureMap, Table
+from library.heads import measured_by_hand, simulate_head
 
 ROOMS, STATIONS = 20, 8
 KINDS = ("exact", "by hand")
-# How far gains may be off, and offsets [degrees].
+# Largest errors of gains, and of offsets [degrees].
 GAIN, OFFSET = 0.1, 10.0
-# What tape and eye leave of a place put down by hand [m, m, rad].
-BY_HAND = (0.015, 0.015, math.radians(3.0))
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Outcome:
-    """What came of one room and one kind of poses: true gain and offset, the map, and how good it is."""
+    """One room with one kind of poses: true gain and offset, the map and its evaluation."""
 
     seed: int
     poses: str
@@ -48,7 +44,7 @@ class Outcome:
 
 
 def main() -> None:
-    """Map all rooms and print what came of them."""
+    """Map all rooms and print tables."""
     arguments = parse()
     seeds = range(arguments.first, arguments.first + arguments.rooms)
     with ProcessPoolExecutor(arguments.jobs) as workers:
@@ -74,22 +70,13 @@ def parse() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def sounded(seed: int, *, gain: float, offset: float) -> tuple[str, Simulation]:
-    """Sound a room by a head whose servo is off."""
-    array = "rotary-array" if seed % 5 == 4 else "hc-sr04-servo"
-    simulation, rng = random_simulation(seed, array=array, stations=STATIONS), np.random.default_rng((seed, 11))
-    turned, askew = 1.0 + rng.uniform(-gain, gain), math.radians(rng.uniform(-offset, offset))
-    settings = simulation.settings.model_copy(update={"servo_gain": turned, "servo_offset": askew})
-    return array, replace(simulation, settings=settings)
-
-
 def mapped(seed: int, *, gain: float, offset: float, kinds: Sequence[str]) -> list[Outcome]:
     """Map a room from exact poses, and from those of a hand."""
-    array, simulation = sounded(seed, gain=gain, offset=offset)
+    array, simulation = simulate_head(seed, gain=gain, offset=offset)
     exact, truth = list(simulation), simulation.truth
     outcomes = []
     for poses in kinds:
-        sweeps = exact if poses == KINDS[0] else set_down(exact, seed)
+        sweeps = exact if poses == KINDS[0] else measured_by_hand(exact, seed)
         feature_map = map_sweeps(JointMapper(simulation.rig), sweeps)
         outcomes.append(
             Outcome(
@@ -104,18 +91,6 @@ def mapped(seed: int, *, gain: float, offset: float, kinds: Sequence[str]) -> li
     return outcomes
 
 
-def set_down(sweeps: Sequence[Sweep], seed: int) -> list[Sweep]:
-    """Set the robot down by hand at each station, and write down where in whole centimetres and degrees."""
-    rng = np.random.default_rng((seed, 12))
-    return [replace(each, map_from_base=_written(each.map_from_base + rng.normal(0.0, BY_HAND))) for each in sweeps]
-
-
-def _written(poses: FloatArray) -> FloatArray:
-    steps = np.array([0.01, 0.01, math.radians(1.0)])
-    rounded: FloatArray = steps * np.round(poses / steps)
-    return rounded
-
-
 def grouped(outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
     """Group maps by poses and by head."""
     groups = {
@@ -128,7 +103,7 @@ def grouped(outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
 
 
 def score_table(outcomes: Sequence[Outcome]) -> Table:
-    """Tell how complete, right and exact walls are, and how many truths lie inside the 95 % ellipses."""
+    """Recall, precision and errors of walls, and the share of true features inside the 95 % ellipses."""
     rows = []
     for name, members in grouped(outcomes).items():
         tallies = [each.evaluation.matches.walls.tally for each in members]
@@ -160,12 +135,12 @@ def learned(outcome: Outcome) -> list[tuple[float, float]]:
 
 
 def servo_table(outcomes: Sequence[Outcome]) -> Table:
-    """Tell how well gain and offset were learned."""
+    """Errors of the estimated gain and offset."""
     rows = []
     for group, members in grouped(outcomes).items():
-        told = np.array([each for each in map(learned, members) if len(each) == 2]).reshape(-1, 2, 2)
+        pairs = np.array([each for each in map(learned, members) if len(each) == 2]).reshape(-1, 2, 2)
         for number, (name, factor) in enumerate((("gain (%)", 100.0), ("offset (deg)", math.degrees(1.0)))):
-            errors, sigmas = factor * told[:, number].T if len(told) else np.full((2, 1), np.nan)
+            errors, sigmas = factor * pairs[:, number].T if len(pairs) else np.full((2, 1), np.nan)
             values = (np.sqrt((errors**2).mean()), np.abs(errors).max(), np.median(sigmas))
             inside = 100 * float((np.abs(errors) < 1.96 * sigmas).mean())
             rows.append((f"{group}: {name}", *(f"{value:.2f}" for value in values), f"{inside:.0f}"))
@@ -181,7 +156,7 @@ def each_table(outcomes: Sequence[Outcome]) -> Table:
         worst = [max([0.0, *values]) for values in zip(*((m.distance, m.angle) for m in walls.right), strict=True)]
         (gain, offset) = each.true
         found: Any = each.feature_map.parameters["found"]
-        told = [
+        estimates = [
             (factor * v["value"], factor * v["sigma"])
             for name, factor in (("servo_gain", 1.0), ("servo_offset", math.degrees(1.0)))
             if (v := found.get(name))
@@ -192,7 +167,7 @@ def each_table(outcomes: Sequence[Outcome]) -> Table:
                 f"{walls.tally.found} of {walls.tally.wanted}, {walls.tally.estimates}",
                 f"{1000 * worst[0]:.0f} mm, {math.degrees(worst[1]):.1f} deg" if worst else "-",
                 f"{gain:.3f}, {math.degrees(offset):.1f} deg",
-                "; ".join(f"{value:.3f} +- {sigma:.3f}" for value, sigma in told),
+                "; ".join(f"{value:.3f} +- {sigma:.3f}" for value, sigma in estimates),
                 str(found["poses"])[:60],
             )
         )

@@ -1,19 +1,17 @@
 """The method joint in random rooms: python benchmarks/joint.py [ROOMS] [--stations N] [--poses trust] [--recess].
 
-Draws so many rooms (100 unless told otherwise), sounds them by the simulator, maps them, and prints what is found and
-how exactly, how much of the wall length and which openings are right, which rooms are not right, whether covariances
-and class probabilities are true, how near the errors come to the Cramer-Rao bound, what was learned of the sonar, and
-the time.  Each is sounded from 14 stations, or from as many as ``--stations`` says.  The poses are exact:
-``--poses trust`` tells the method so.  ``--misset`` lets the modules of each room be off by up to half a step of their
-readings, which is what the method takes them to be.  ``--recess`` lets a pier stand out from one wall of each room, or
-sinks a niche into it.  ``--by-hand M`` sets the robot down on two marks 0.2 m apart, and each of them is off by so
-much.  ``--save FILE`` keeps what docs/joint_pictures.py draws.
+Simulates random rooms (100 by default) from 14 stations (``--stations``), maps them, and prints recall, precision and
+errors, wall lengths and openings, the rooms with faults, the consistency of covariances and of class probabilities, the
+errors in units of the Cramer-Rao bound, the estimated parameters of the sonar, and the CPU time.  The poses are exact;
+``--poses trust`` says so to the method.  ``--misset`` gives the modules of each room a zero error of up to half of
+their resolution, which is the error that the method assumes.  ``--recess`` adds a pier to one wall of each room, or a
+niche.  ``--by-hand M`` gives each of the two marks on which the robot stands, 0.2 m apart, a normal error of M metres.
+``--save FILE`` writes the data that docs/joint_pictures.py draws.
 """
 
 import argparse
 import json
 import math
-import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -27,7 +25,6 @@ from echoplan.arrays import FloatArray
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import (
     Evaluation,
-    Interval,
     Summary,
     consistency_table,
     deviation_table,
@@ -37,14 +34,13 @@ from echoplan.evaluation import (
 )
 from echoplan.evaluation.consistency import PARAMETERS
 from echoplan.io import rig_names
-from echoplan.joint.map_extraction.segments import SegmentSettings
-from echoplan.joint.mapper import JointMapper, JointSettings
 from echoplan.joint.settings import PoseMode
-from echoplan.methods import map_sweeps
 from echoplan.model import Corner, Cylinder, FeatureClass, FeatureMap, Sweep, Table, Wall
 from echoplan.simulation import Simulation
 from library.error_bound import against_bound, true_scale
+from library.mapping import map_by_joint
 from library.rooms import ARRAY, STATIONS, is_oblique, random_simulation
+from library.score_tables import fault_table, percent
 
 ROOMS = 100
 # The marks on which a robot is set down are so far apart [m].
@@ -57,37 +53,37 @@ LEARNED = {"range_offset": ("mm", 1e3), "range_scale": ("per mille", 1e3), "serv
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Outcome:
-    """What came of one room.
+    """One room: its map and its evaluation.
 
     Parameters
     ----------
     seed : int
         Of the room.
     evaluation : Evaluation
-        The map against the truth.
+        Of the map.
     bounded : mapping of str to list of float
         NEES of walls and cylinders with the Cramer-Rao bound for their covariance.
-    beliefs : list of tuple of float
+    class_probabilities : list of tuple of float
         Probability that the map gives to the class of each feature, and 1 if it is right, else 0.
     learned : mapping of str to tuple of float
         Error of each number of the sonar, and its standard deviation by the map.
     pings : int
         How many were made.
     seconds : float
-        Of the processor, to map the room.
+        CPU time of the mapping.
     """
 
     seed: int
     evaluation: Evaluation
     bounded: Mapping[str, list[float]]
-    beliefs: list[tuple[float, float]]
+    class_probabilities: list[tuple[float, float]]
     learned: Mapping[str, tuple[float, float]]
     pings: int
     seconds: float
 
 
 def main() -> None:
-    """Map all rooms and print what came of them."""
+    """Map all rooms and print tables."""
     arguments = parse()
     with ProcessPoolExecutor() as workers:
         rooms = {
@@ -96,8 +92,8 @@ def main() -> None:
             "misset": arguments.misset,
             "recess": arguments.recess,
         }
-        sound = partial(random_simulation, **rooms)
-        chosen = partial(run, sound=sound, poses=arguments.poses, by_hand=arguments.by_hand)
+        simulate = partial(random_simulation, **rooms)
+        chosen = partial(run, simulate=simulate, poses=arguments.poses, by_hand=arguments.by_hand)
         runs = workers.map(chosen, range(arguments.rooms))
         outcomes = list(tracked(runs, total=arguments.rooms, task="mapping"))
     for table in (*tables(outcomes), duration_table(outcomes)):
@@ -123,28 +119,28 @@ def parse() -> argparse.Namespace:
 def run(
     seed: int,
     *,
-    sound: Callable[[int], Simulation] = random_simulation,
+    simulate: Callable[[int], Simulation] = random_simulation,
     poses: PoseMode = PoseMode.AUTO,
     by_hand: float = 0.0,
 ) -> Outcome:
-    """Sound one room, map it and hold the map against the truth."""
-    simulation = sound(seed)
-    sweeps, truth = set_down(simulation, by_hand), simulation.truth
-    feature_map, seconds = mapped(simulation, sweeps, poses)
+    """Simulate one room, map it and compare the map with the truth."""
+    simulation = simulate(seed)
+    sweeps, truth = with_mark_errors(simulation, by_hand), simulation.truth
+    feature_map, seconds = map_by_joint(simulation, sweeps, poses)
     evaluation = evaluate(feature_map, truth)
     return Outcome(
         seed=seed,
         evaluation=evaluation,
         bounded=against_bound(feature_map, truth, evaluation.matches, simulation=simulation, sweeps=sweeps),
-        beliefs=beliefs_of(feature_map, evaluation),
+        class_probabilities=class_probabilities_of(feature_map, evaluation),
         learned=learned_of(feature_map, simulation),
         pings=sum(map(len, sweeps)),
         seconds=seconds,
     )
 
 
-def set_down(simulation: Simulation, error: float) -> tuple[Sweep, ...]:
-    """Say of each station where the marks should have been."""
+def with_mark_errors(simulation: Simulation, error: float) -> tuple[Sweep, ...]:
+    """Add the errors of the two marks to the pose of each station."""
     rng = np.random.default_rng((simulation.seed, 7))
     turned = math.sqrt(2.0) * error / MARKS
     return tuple(
@@ -153,17 +149,8 @@ def set_down(simulation: Simulation, error: float) -> tuple[Sweep, ...]:
     )
 
 
-def mapped(
-    simulation: Simulation, sweeps: Sequence[Sweep], poses: PoseMode, *, driven: bool = False
-) -> tuple[FeatureMap, float]:
-    """Map sweeps of stations that lie anywhere unless the robot drove, and count the seconds of the processor."""
-    settings, begun = JointSettings(poses=poses, segments=SegmentSettings(driven=driven)), time.process_time()
-    feature_map = map_sweeps(JointMapper(simulation.rig, settings), sweeps)
-    return feature_map, time.process_time() - begun
-
-
-def beliefs_of(feature_map: FeatureMap, evaluation: Evaluation) -> list[tuple[float, float]]:
-    """Say of all features that were heard how sure their class is, and whether it is right."""
+def class_probabilities_of(feature_map: FeatureMap, evaluation: Evaluation) -> list[tuple[float, float]]:
+    """Probability of the class of each detected feature, and whether the class is right."""
     found: tuple[Sequence[Wall | Corner | Cylinder], ...] = (
         feature_map.walls,
         feature_map.corners,
@@ -178,7 +165,7 @@ def beliefs_of(feature_map: FeatureMap, evaluation: Evaluation) -> list[tuple[fl
 
 
 def learned_of(feature_map: FeatureMap, simulation: Simulation) -> dict[str, tuple[float, float]]:
-    """Hold what was learned of the sonar against what the simulator put in."""
+    """Errors and standard deviations of the estimated parameters of the sonar."""
     found: Any = feature_map.parameters["found"]
     true = {
         "range_scale": true_scale(simulation),
@@ -198,7 +185,7 @@ def tables(outcomes: Sequence[Outcome]) -> list[Table]:
         fault_table({each.seed: each.evaluation for each in outcomes}),
         consistency_table({name: each.consistency for name, each in summary.classes.items()}),
         bound_table(outcomes),
-        belief_table(outcomes),
+        probability_table(outcomes),
         sonar_table(outcomes),
     ]
 
@@ -209,7 +196,7 @@ def summed(outcomes: Sequence[Outcome]) -> Summary:
 
 
 def score_table(outcomes: Sequence[Outcome]) -> Table:
-    """Tell how complete, right and exact the maps are, by kind of room, by what became of the poses, and in all."""
+    """Recall, precision and errors by kind of room, by whether the poses were moved, and of all rooms."""
     rows = [
         (
             f"{len(members)} {group}: {name}s",
@@ -248,30 +235,13 @@ def grouped(outcomes: Sequence[Outcome]) -> dict[str, Sequence[Outcome]]:
 
 
 def is_moved(outcome: Outcome) -> bool:
-    """Tell whether the map moved the poses, which were right."""
+    """Return True if the map moved the poses, which were right."""
     trajectory = outcome.evaluation.trajectory
     return trajectory is not None and trajectory.absolute_error > 0.0
 
 
-def fault_table(outcomes: Mapping[int, Evaluation]) -> Table:
-    """List the rooms in which something is missing or false: true objects by number and estimates by number."""
-    rows = []
-    for seed, evaluation in outcomes.items():
-        matchings = evaluation.matches.by_class
-        missed = [f"{name} {k}" for name, m in matchings.items() for k in sorted(set(m.wanted) - set(m.found))]
-        false = [f"{name} {k}" for name, m in matchings.items() for k in m.spurious]
-        twice = [f"{name} {match.truth}" for name, m in matchings.items() for match in m.duplicate]
-        if missed or false or twice:
-            rows.append((str(seed), *(", ".join(names) or "-" for names in (missed, false, twice))))
-    return Table(
-        title=f"Rooms with faults: {len(rows)} of {len(outcomes)}",
-        columns=("seed", "missed", "false", "twice"),
-        rows=tuple(rows),
-    )
-
-
 def bound_table(outcomes: Sequence[Outcome]) -> Table:
-    """Tell how many times the Cramer-Rao bound the errors are: root of NEES over the number of parameters."""
+    """Errors in units of the Cramer-Rao bound: root of NEES over the number of parameters."""
     rows = []
     for name in (FeatureClass.WALL, FeatureClass.CYLINDER):
         squares = np.concatenate([each.bounded[name] for each in outcomes]) / PARAMETERS[name]
@@ -292,12 +262,12 @@ def quantile(share: float, freedom: int) -> float:
     return float(chi2.ppf(share, freedom))
 
 
-def belief_table(outcomes: Sequence[Outcome]) -> Table:
-    """Tell how often a class is right that the map holds so likely."""
-    beliefs = np.array([pair for each in outcomes for pair in each.beliefs]).reshape(-1, 2)
-    places = np.clip(np.digitize(beliefs[:, 0], CONFIDENCES) - 1, 0, len(CONFIDENCES) - 2)
-    groups = [beliefs[places == place] for place in range(len(CONFIDENCES) - 1)]
-    error = sum(abs(float((group[:, 0] - group[:, 1]).sum())) for group in groups) / max(len(beliefs), 1)
+def probability_table(outcomes: Sequence[Outcome]) -> Table:
+    """Share of right classes by their probability in the map."""
+    pairs = np.array([pair for each in outcomes for pair in each.class_probabilities]).reshape(-1, 2)
+    places = np.clip(np.digitize(pairs[:, 0], CONFIDENCES) - 1, 0, len(CONFIDENCES) - 2)
+    groups = [pairs[places == place] for place in range(len(CONFIDENCES) - 1)]
+    error = sum(abs(float((group[:, 0] - group[:, 1]).sum())) for group in groups) / max(len(pairs), 1)
     rows = [
         (f"{low:g} to {high:g}", str(len(group)), *(f"{value:.3f}" for value in group.mean(axis=0)))
         for low, high, group in zip(CONFIDENCES, CONFIDENCES[1:], groups, strict=False)
@@ -311,25 +281,25 @@ def belief_table(outcomes: Sequence[Outcome]) -> Table:
 
 
 def sonar_table(outcomes: Sequence[Outcome]) -> Table:
-    """Tell how well the numbers of the sonar were learned."""
+    """Errors of the estimated parameters of the sonar."""
     rows = []
     for name, (unit, factor) in LEARNED.items():
-        told = [each.learned[name] for each in outcomes if name in each.learned]
-        if not told:
+        errors_and_sigmas = [each.learned[name] for each in outcomes if name in each.learned]
+        if not errors_and_sigmas:
             continue
-        errors, sigmas = np.array(told).T
+        errors, sigmas = np.array(errors_and_sigmas).T
         values = (errors.mean() * factor, np.sqrt((errors**2).mean()) * factor, np.median(sigmas) * factor)
         inside = 100 * float((np.abs(errors) < 1.96 * sigmas).mean())
         rows.append((f"{name} ({unit})", *(f"{value:.2f}" for value in values), f"{inside:.0f}"))
     return Table(
-        title="What was learned of the sonar",
+        title="Estimated parameters of the sonar",
         columns=("number", "mean error", "RMS error", "median sigma", "inside 95 % (%)"),
         rows=tuple(rows),
     )
 
 
 def duration_table(outcomes: Sequence[Outcome]) -> Table:
-    """Tell how long a room takes; the first rooms of each process also load compiled code, so medians count."""
+    """CPU time of a room; the first rooms of each process also load compiled code, so medians count."""
     seconds = np.array([each.seconds for each in outcomes])
     paces = 1000 * seconds / np.array([each.pings for each in outcomes])
     values = (np.median(seconds), np.quantile(seconds, 0.95), np.median(paces))
@@ -340,18 +310,13 @@ def duration_table(outcomes: Sequence[Outcome]) -> Table:
     )
 
 
-def percent(interval: Interval) -> str:
-    """Write a share with its interval."""
-    return f"{100 * interval.value:.1f} [{100 * interval.low:.1f}, {100 * interval.high:.1f}]"
-
-
 def document(outcomes: Sequence[Outcome]) -> dict[str, object]:
-    """Keep what pictures are made of: NEES by class, and beliefs with whether they are right."""
+    """Keep what pictures are made of: NEES by class, and class probabilities with whether the class is right."""
     summary = summed(outcomes)
     return {
         "rooms": len(outcomes),
         "nees": {name: rounded(each.consistency.nees) for name, each in summary.classes.items()},
-        "beliefs": [rounded(pair, digits=6) for each in outcomes for pair in each.beliefs],
+        "beliefs": [rounded(pair, digits=6) for each in outcomes for pair in each.class_probabilities],
     }
 
 

@@ -10,7 +10,7 @@ from echoplan.cli.terminal import show
 from echoplan.extraction import differential_clusters, minimum_distance_point
 from echoplan.geometry import directions
 from echoplan.model import Pings, Polyline, Table, World
-from simulator import ROTARY_ARRAY, pillar, turned, wall, width
+from library.single_objects import ROTARY_ARRAY, detection_width, pillar_at, scan, wall_at
 
 ARM = 0.05
 STEP = 0.1
@@ -40,15 +40,15 @@ def widths(distance: float) -> tuple[float, float, float]:
     corner = np.array([[distance, -20.0], [distance, distance], [-20.0, distance]])
     world, transducer = World(name="corner", polylines=(Polyline(points_xy=corner),)), ROTARY_ARRAY.transducer
     return (
-        width(wall(distance), transducer=transducer),
-        width(pillar(distance, 0.1), transducer=transducer),
-        width(world, transducer=transducer, yaw=np.pi / 4, near=np.sqrt(2) * distance),
+        detection_width(wall_at(distance), transducer=transducer),
+        detection_width(pillar_at(distance, 0.1), transducer=transducer),
+        detection_width(world, transducer=transducer, yaw=np.pi / 4, near=np.sqrt(2) * distance),
     )
 
 
 def errors(distance: float) -> tuple[float, float, float]:
     """Measure the errors in millimetres; the hub is as far from the wall as the distance says."""
-    ranges = turned(wall(distance), ROTARY_ARRAY.transducer, arm=ARM)
+    ranges = scan(wall_at(distance), ROTARY_ARRAY.transducer, arm=ARM)
     bearings = np.radians(STEP * (np.arange(len(ranges)) - len(ranges) // 2))
     read = np.isfinite(ranges)
     hubs = np.zeros((int(read.sum()), 2))

@@ -1,16 +1,16 @@
 """Poses corrected by sonar on random drives: python benchmarks/poses.py [DRIVES] [--array NAME] [--noisy].
 
-Draws so many rooms (50 unless told otherwise), drives through them by dead reckoning that is off by 2 % of the way and
-2 degrees a metre, maps them with ``--poses correct``, and prints how far poses and features are off, the worst drives,
-what the same echoes tell from the true poses, what walls that were missed left in the recording, and whether the poses'
-ellipses are true.  ``--array`` and ``--stations`` take another built-in rig, and more halts than 22.  ``--noisy``
-doubles the errors of odometry, with 8 % dropouts and 6 % strays.  ``--slip`` lets the robot slip sideways, too, by so
-many metres in the first of its way, growing with the root of it.  ``--air`` lets the air be so much warmer or colder
-than the modules take it to be, which no drive can tell, unless there is a ``--thermometer`` that errs by so many
-degrees.  ``--told`` lets the rig tell of so large a share of the errors of odometry, 1 of all of them.  ``--lag`` lets
-the servo lag by up to so many seconds behind the angle it is told.  ``--exact FOLDER`` maps recordings with exact poses
-as well, once trusted and once corrected, to show what harm is done.  ``--save FILE`` keeps the figures of each drive as
-JSON.
+Simulates drives through random rooms (50 by default) with odometry that is off by 2 % of the way and 2 degrees a metre,
+maps them with ``--poses correct``, and prints the errors of poses and features, the worst drives, the scores of maps of
+the same echoes from the true poses, the readings of walls that were missed, and the consistency of the pose
+covariances.  ``--array`` and ``--stations`` choose another built-in rig and another number of stations than 22.
+``--noisy`` doubles the errors of odometry, with 8 % dropouts and 6 % strays.  ``--slip`` adds sideways slip: its
+standard deviation [m] on the first metre, growing with the root of the way.  ``--air`` sets how much warmer or colder
+the air may be than the modules assume [degrees], which no drive can observe without a ``--thermometer`` of the given
+standard deviation [degrees].  ``--specified`` specifies this share of the errors of odometry in the rig, 1 for all.
+``--lag`` sets the largest lag of the servo behind the commanded angle [s].  ``--exact FOLDER`` also maps recordings
+with exact poses, once trusted and once corrected, to measure the harm of a needless correction.  ``--save FILE`` writes
+the figures of each drive as JSON.
 """
 
 import argparse
@@ -34,12 +34,12 @@ from echoplan.joint.settings import PoseMode
 from echoplan.methods import map_sweeps
 from echoplan.model import FeatureClass, Rig, Source, Sweep, Table, Truth
 from echoplan.simulation import OdometryNoise
+from library.oracle_readings import readings_of
 from library.rooms import ARRAY, DRIFT, LEGS, Drive, random_drive
-from library.traces import readings_of
 
 DRIVES = 50
 WORST = 5
-# Readings of a wall from which on a station may be said to have heard it.
+# Least number of readings by which a station has detected a wall.
 CLEAR = 3
 # Names of recordings whose poses are exact.
 EXACT = ("room*", "oblique*")
@@ -49,7 +49,7 @@ QUIET, NOISY = (0.02, 0.02), (0.08, 0.06)
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Outcome:
-    """What came of one drive.
+    """One drive: its map and its evaluation.
 
     Parameters
     ----------
@@ -57,8 +57,8 @@ class Outcome:
         Of the drive.
     evaluation : Evaluation
         The map against the truth.
-    reckoned : tuple of float
-        Root mean square errors of position [m] and heading [rad] by dead reckoning alone.
+    odometry_errors : tuple of float
+        Root mean square errors of position [m] and heading [rad] by odometry alone.
     sweeps : int
         How many were mapped.
     seconds : float
@@ -71,7 +71,7 @@ class Outcome:
 
     name: str
     evaluation: Evaluation
-    reckoned: tuple[float, float]
+    odometry_errors: tuple[float, float]
     sweeps: int
     seconds: float
     undrifted: Evaluation | None = None
@@ -79,7 +79,7 @@ class Outcome:
 
 
 def main() -> None:
-    """Map all drives and print what came of them."""
+    """Map all drives and print tables."""
     arguments = parse()
     with ProcessPoolExecutor(arguments.workers) as workers:
         runs = workers.map(partial(drive, how=conditions(arguments)), range(arguments.drives))
@@ -100,7 +100,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--slip", type=float, default=0.0)
     parser.add_argument("--air", type=float, default=0.0)
     parser.add_argument("--thermometer", type=float, default=math.inf)
-    parser.add_argument("--told", type=float)
+    parser.add_argument("--specified", type=float)
     parser.add_argument("--lag", type=float, default=0.0)
     parser.add_argument("--exact", type=Path)
     parser.add_argument("--workers", type=int)
@@ -109,7 +109,7 @@ def parse() -> argparse.Namespace:
 
 
 def conditions(arguments: argparse.Namespace) -> Drive:
-    """Tell how the robots drive."""
+    """Conditions of the drives."""
     odometry, (dropout, stray) = (DOUBLE, NOISY) if arguments.noisy else (DRIFT, QUIET)
     return Drive(
         array=arguments.array,
@@ -120,15 +120,15 @@ def conditions(arguments: argparse.Namespace) -> Drive:
         air=arguments.air,
         lag=arguments.lag,
         thermometer=arguments.thermometer,
-        told=arguments.told,
+        specified=arguments.specified,
     )
 
 
 def drive(seed: int, *, how: Drive) -> Outcome:
-    """Map one drive and hold the map against the truth."""
+    """Map one drive and compare the map with the truth."""
     simulation = random_drive(seed, how)
     outcome = mapped(simulation, tuple(simulation), simulation.truth, PoseMode.CORRECT)
-    # Odometry changes nothing of what is heard.
+    # Odometry does not change the echoes.
     undrifted = random_drive(seed, replace(how, odometry=OdometryNoise()))
     sweeps, truth, walls = tuple(undrifted), undrifted.truth, outcome.evaluation.matches.walls
     trusted = mapped(undrifted, sweeps, truth, PoseMode.TRUST)
@@ -138,7 +138,7 @@ def drive(seed: int, *, how: Drive) -> Outcome:
 
 
 def mapped(source: Source, sweeps: Sequence[Sweep], truth: Truth, poses: PoseMode) -> Outcome:
-    """Map sweeps, and count the seconds of the processor."""
+    """Map sweeps, and measure the CPU time."""
     rig: Rig = source.rig
     begun = time.process_time()
     feature_map = map_sweeps(JointMapper(rig, JointSettings(poses=poses)), sweeps)
@@ -148,7 +148,7 @@ def mapped(source: Source, sweeps: Sequence[Sweep], truth: Truth, poses: PoseMod
     return Outcome(
         name=source.name,
         evaluation=evaluate(feature_map, truth),
-        reckoned=(root_mean_square(np.hypot(off[:, 0], off[:, 1])), root_mean_square(turned)),
+        odometry_errors=(root_mean_square(np.hypot(off[:, 0], off[:, 1])), root_mean_square(turned)),
         sweeps=len(sweeps),
         seconds=seconds,
     )
@@ -174,7 +174,7 @@ def tables(outcomes: Sequence[Outcome]) -> list[Table]:
 
 
 def error_table(outcomes: Sequence[Outcome]) -> Table:
-    """Tell the mean, the median and the worst of the errors of drives."""
+    """Mean, median and maximum of the errors of drives."""
     rows = [(name, *(f"{each:.2f}" for each in spread(values))) for name, values in errors(outcomes).items()]
     return Table(
         title=f"{len(outcomes)} drives", columns=("of each drive", "mean", "median", "worst"), rows=tuple(rows)
@@ -186,8 +186,8 @@ def errors(outcomes: Sequence[Outcome]) -> Mapping[str, list[float]]:
     trajectories = [each.evaluation.trajectory for each in outcomes if each.evaluation.trajectory]
     matches = [each.evaluation.matches for each in outcomes]
     return {
-        "ATE by dead reckoning (mm)": [1000 * each.reckoned[0] for each in outcomes],
-        "heading by dead reckoning (°)": [float(np.degrees(each.reckoned[1])) for each in outcomes],
+        "ATE by dead reckoning (mm)": [1000 * each.odometry_errors[0] for each in outcomes],
+        "heading by dead reckoning (°)": [float(np.degrees(each.odometry_errors[1])) for each in outcomes],
         "ATE (mm)": [1000 * each.absolute_error for each in trajectories],
         "RPE (mm)": [1000 * each.relative_error for each in trajectories],
         "heading (°)": [float(np.degrees(each.heading_error)) for each in trajectories],
@@ -205,14 +205,14 @@ def spread(values: Sequence[float]) -> tuple[float, float, float]:
 
 
 def undrifted_table(outcomes: Sequence[Outcome]) -> Table:
-    """Tell what the echoes of the same drives are worth from the true poses."""
+    """Scores of maps of the same echoes from the true poses."""
     summary = pool((each.undrifted for each in outcomes if each.undrifted), rng=np.random.default_rng(0))
     table = tally_table({name: each.tally for name, each in summary.classes.items()})
     return replace(table, title="The same from the true poses")
 
 
 def missed_table(outcomes: Sequence[Outcome]) -> Table:
-    """Tell what walls that were missed left in the recording, the faintest first."""
+    """List the readings of walls that were missed, the faintest first."""
     found = [(each.name, number, trace) for each in outcomes for number, trace in each.traces.items()]
     rows = [
         (name, str(number), str(trace.sum()), str((trace >= CLEAR).sum()))
@@ -226,7 +226,13 @@ def worst_table(outcomes: Sequence[Outcome]) -> Table:
     """List the drives whose poses are farthest off."""
     order = sorted(outcomes, key=ate, reverse=True)[:WORST]
     rows = [
-        (each.name, f"{1000 * ate(each):.1f}", f"{1000 * each.reckoned[0]:.0f}", str(walls.found), str(walls.wanted))
+        (
+            each.name,
+            f"{1000 * ate(each):.1f}",
+            f"{1000 * each.odometry_errors[0]:.0f}",
+            str(walls.found),
+            str(walls.wanted),
+        )
         for each in order
         for walls in (each.evaluation.matches.walls.tally,)
     ]
@@ -241,7 +247,7 @@ def ate(outcome: Outcome) -> float:
 
 
 def ellipse_table(outcomes: Sequence[Outcome]) -> Table:
-    """Tell whether the poses are as certain as they say."""
+    """Consistency of the pose covariances."""
     pooled = poses_consistency(outcomes)
     rows = [
         (name, str(len(each.nees)), f"{each.mean:.2f}", str(each.parameters), f"{100 * each.share_inside:.1f}")

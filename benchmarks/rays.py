@@ -1,9 +1,9 @@
-"""The method joint on what robot simulators call sonar: python benchmarks/rays.py [ROOMS] [--noise M] [--as-sound].
+"""The method joint on ray-cone readings: python benchmarks/rays.py [ROOMS] [--noise M] [--as-sound].
 
-Gazebo, Webots, Stage and MRPT know no sound: a reading is the least range of a fan of rays.  Draws so many rooms (24
-unless told otherwise), casts such fans from 14 stations, with cones of 15, 30 and 60 degrees in all, maps what they
-read, and prints what is found and how exactly.  Readings scatter by ``--noise`` (2 mm unless told otherwise).  That
-there was no sound nobody tells the method; ``--as-sound`` tells it that there was, to see what comes of that.
+Gazebo, Webots, Stage and MRPT simulate no sound: a reading is the least range of the rays of a cone.  Simulates random
+rooms (24 by default) with such cones of 15, 30 and 60 degrees from 14 stations, maps the readings, and prints scores.
+Readings have a standard deviation of ``--noise`` (2 mm by default).  The method has to recognise by itself that there
+was no sound; ``--as-sound`` makes it assume sound, to show the difference.
 """
 
 import argparse
@@ -20,9 +20,9 @@ from echoplan.evaluation import Evaluation, evaluate
 from echoplan.joint.mapper import JointMapper
 from echoplan.methods import map_sweeps
 from echoplan.model import Table
-from library.ray_cones import cast, of_cone
+from library.ray_cones import cast, with_cones
 from library.rooms import random_simulation
-from recordings import COLUMNS, row
+from library.score_tables import SCORE_COLUMNS, score_row
 
 ROOMS = 24
 HALF_ANGLES = (7.5, 15.0, 30.0)
@@ -30,7 +30,7 @@ NOISE, RAYS = 0.002, 31
 
 
 def main() -> None:
-    """Cast rays in rooms, map what they read and print tables."""
+    """Simulate ray cones in rooms, map the readings and print tables."""
     arguments = parse()
     jobs = [(half, seed) for half in HALF_ANGLES for seed in range(arguments.rooms)]
     with ProcessPoolExecutor() as workers:
@@ -40,13 +40,19 @@ def main() -> None:
     rows = []
     for half in HALF_ANGLES:
         own = [outcome for (each, _), outcome in zip(jobs, outcomes, strict=True) if each == half]
-        rows.append(row(f"{2 * half:.0f} degrees", [one for one, _ in own], sum(seconds for _, seconds in own)))
-    show(Table(title="joint, by cones of rays: recall / precision (%), mean deviation", columns=COLUMNS, rows=(*rows,)))
+        rows.append(score_row(f"{2 * half:.0f} degrees", [one for one, _ in own], sum(seconds for _, seconds in own)))
+    show(
+        Table(
+            title="joint, by cones of rays: recall / precision (%), mean deviation",
+            columns=SCORE_COLUMNS,
+            rows=(*rows,),
+        )
+    )
 
 
 def parse() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description="The method joint on what robot simulators call sonar.")
+    parser = argparse.ArgumentParser(description="The method joint on ray-cone readings.")
     parser.add_argument("rooms", type=int, nargs="?", default=ROOMS)
     parser.add_argument("--noise", type=float, default=NOISE)
     parser.add_argument("--as-sound", action="store_true")
@@ -54,9 +60,9 @@ def parse() -> argparse.Namespace:
 
 
 def run(half_angle: float, seed: int, *, noise: float, as_sound: bool) -> tuple[Evaluation, float]:
-    """Cast rays in one room [degrees], map it and hold the map against the truth; count the processor's seconds."""
+    """Cast rays in one room [degrees], map it and compare the map with the truth; measure the CPU time."""
     simulation, rng = random_simulation(seed), np.random.default_rng(seed)
-    rig = of_cone(simulation.rig, math.radians(half_angle))
+    rig = with_cones(simulation.rig, math.radians(half_angle))
     sweeps = cast(tuple(simulation), simulation.world, rig, rays=RAYS, noise=noise, rng=rng)
     begun = time.process_time()
     found = map_sweeps(JointMapper(replace(rig, rays=False) if as_sound else rig), sweeps)

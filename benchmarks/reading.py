@@ -1,7 +1,7 @@
 """Time and memory of reading and writing a long recording: python benchmarks/reading.py [ROWS].
 
-Makes a recording of the rotary array with so many pings (10 million unless told otherwise), counts its sweeps, reads
-it, and writes a copy of it, each in a process of its own so that the greatest memory is that of the one task.
+Writes a recording of the rotary array with many pings (10 million by default), counts its sweeps, reads it, and writes
+a copy of it, each in a process of its own so that the greatest memory is that of the one task.
 """
 
 import json
@@ -32,7 +32,7 @@ def main(arguments: list[str]) -> None:
 
 
 def make_recording(folder: Path, rows: int) -> None:
-    """Write pings with the digits of a real recording; one in eleven hears nothing."""
+    """Write pings with the digits of a real recording; one in eleven is without echo."""
     write_rig(folder / "rig.toml", builtin_rig("rotary-array"))
     with (folder / "pings.csv").open("w", encoding="utf-8") as file:
         file.write("t,sweep,sensor,servo,range,x,y,yaw\n")

@@ -1,10 +1,9 @@
-"""Scores of methods on recordings with truth: python benchmarks/recordings.py FOLDER... [--methods A,B] [--shaken N].
+"""Scores on recordings with truth: python benchmarks/recordings.py FOLDER... [--methods A,B] [--noisy-copies N].
 
-A folder is a recording (pings.csv, rig.toml, truth.json) or holds recordings; those without truth are passed over.
-Prints a row for each recording and method, and a row for all recordings of a method together, with the seconds of
-the processor that mapping took, once the compiled code for exact poses was loaded; then wall lengths, wall ends and
-openings in tables of their own.  ``--shaken`` scores copies with
-a millimetre of noise instead of the recordings themselves.
+A folder is a recording (pings.csv, rig.toml, truth.json) or contains recordings; those without truth are skipped.
+Prints a row for each recording and method, and a row for all recordings of a method together, with the CPU time of the
+mapping after the compiled code for exact poses was loaded; then wall lengths, wall ends and openings in tables of their
+own.  ``--noisy-copies`` scores copies with 1 mm of noise instead of the recordings themselves.
 """
 
 import argparse
@@ -12,11 +11,8 @@ from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from itertools import product
-from math import degrees
 from pathlib import Path
 from time import process_time
-
-import numpy as np
 
 from echoplan.cli.terminal import show
 from echoplan.evaluation import (
@@ -24,18 +20,15 @@ from echoplan.evaluation import (
     EvaluationSettings,
     FloorPlanScore,
     MatchingSettings,
-    Summary,
     evaluate,
     floor_plan_tables,
-    pool,
 )
 from echoplan.io import read_recording, read_truth
 from echoplan.methods import METHODS, find_method, map_sweeps
-from echoplan.model import FeatureClass, Table
+from echoplan.model import Table
 from echoplan.sources import open_source
-from library.noisy_copies import shaken
-
-COLUMNS = ("recording", "walls", "mm", "deg", "corners", "mm", "cylinders", "mm", "radius mm", "seconds")
+from library.noisy_copies import noisy_copy
+from library.score_tables import SCORE_COLUMNS, score_row
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +48,7 @@ class Case:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """What came of it."""
+    """A mapped recording."""
 
     case: Case
     evaluation: Evaluation
@@ -69,7 +62,7 @@ def main() -> None:
     methods = arguments.methods.split(",")
     cases = [
         Case(folder=folder, method=method, min_heard=arguments.min_heard, copy=copy)
-        for method, folder, copy in product(methods, folders, range(arguments.shaken) or [None])
+        for method, folder, copy in product(methods, folders, range(arguments.noisy_copies) or [None])
     ]
     with ProcessPoolExecutor(initializer=warm_up, initargs=(methods,)) as workers:
         outcomes = list(workers.map(run, cases))
@@ -84,7 +77,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("folders", type=Path, nargs="+")
     parser.add_argument("--methods", default=",".join(METHODS))
     parser.add_argument("--min-heard", type=int, default=2)
-    parser.add_argument("--shaken", type=int, default=0)
+    parser.add_argument("--noisy-copies", type=int, default=0)
     return parser.parse_args()
 
 
@@ -102,10 +95,10 @@ def warm_up(methods: Iterable[str]) -> None:
 
 
 def run(case: Case) -> Outcome:
-    """Map one recording and hold the map against its truth."""
+    """Map one recording and compare the map with its truth."""
     recording = read_recording(case.folder)
     start = process_time()
-    feature_map = map_sweeps(find_method(case.method).build(recording.rig), shaken(recording, case.copy))
+    feature_map = map_sweeps(find_method(case.method).build(recording.rig), noisy_copy(recording, case.copy))
     seconds = process_time() - start
     matching = MatchingSettings(min_heard=case.min_heard, opening_reach=float(recording.rig.max_ranges.max()))
     truth = read_truth(case.folder / "truth.json")
@@ -118,41 +111,14 @@ def run(case: Case) -> Outcome:
 
 def tables(method: str, outcomes: list[Outcome]) -> tuple[Table, ...]:
     """Lay out the scores of one method."""
-    rows = [row(outcome.case.name, [outcome.evaluation], outcome.seconds) for outcome in outcomes]
-    total = row("all", [outcome.evaluation for outcome in outcomes], sum(outcome.seconds for outcome in outcomes))
+    rows = [score_row(outcome.case.name, [outcome.evaluation], outcome.seconds) for outcome in outcomes]
+    total = score_row("all", [outcome.evaluation for outcome in outcomes], sum(outcome.seconds for outcome in outcomes))
     title = f"{method}: recall / precision (%), mean deviation"
     plans = {outcome.case.name: outcome.evaluation.floor_plan for outcome in outcomes}
     plans["all"] = sum(plans.values(), start=FloorPlanScore())
-    return Table(title=title, columns=COLUMNS, rows=(*rows, total)), *floor_plan_tables(plans, rows=COLUMNS[0])
-
-
-def row(name: str, evaluations: Iterable[Evaluation], seconds: float) -> tuple[str, ...]:
-    """Write one row of scores."""
-    summary = pool(evaluations, rng=np.random.default_rng(0))
-    walls, corners, cylinders = (FeatureClass.WALL, FeatureClass.CORNER, FeatureClass.CYLINDER)
-    return (
-        name,
-        shares(summary, walls),
-        number(1000 * summary.classes[walls].distance.mean.value),
-        number(degrees(summary.wall_angle.mean.value), digits=2),
-        shares(summary, corners),
-        number(1000 * summary.classes[corners].distance.mean.value),
-        shares(summary, cylinders),
-        number(1000 * summary.classes[cylinders].distance.mean.value),
-        number(1000 * summary.cylinder_radius.mean.value),
-        number(seconds, digits=2),
+    return Table(title=title, columns=SCORE_COLUMNS, rows=(*rows, total)), *floor_plan_tables(
+        plans, rows=SCORE_COLUMNS[0]
     )
-
-
-def shares(summary: Summary, name: FeatureClass) -> str:
-    """Write recall and precision of a class."""
-    of_class = summary.classes[name]
-    return f"{number(100 * of_class.recall.value, digits=0)} / {number(100 * of_class.precision.value, digits=0)}"
-
-
-def number(value: float, *, digits: int = 1) -> str:
-    """Write a number, or a dash where nothing was measured."""
-    return "-" if np.isnan(value) else f"{value:.{digits}f}"
 
 
 if __name__ == "__main__":

@@ -22,14 +22,14 @@ BENCHMARKS = (
     "flats.py",
     "joint.py",
     "joint.py --poses trust",
-    "pace.py",
-    "pace.py 50 100 --poses correct",
+    "timing.py",
+    "timing.py 50 100 --poses correct",
     "poses.py",
     "poses.py 150",
     "poses.py --stations 6",
     "poses.py --noisy",
-    "poses.py --told 0.1",
-    "poses.py --told 1",
+    "poses.py --specified 0.1",
+    "poses.py --specified 1",
     "poses.py --air 2",
     "poses.py --air 2 --thermometer 0.5",
     "poses.py 150 --air 2 --slip 0.001",
@@ -50,8 +50,8 @@ BENCHMARKS = (
     "rays.py",
     "rays.py --as-sound",
     "rays.py 8 --noise 0.01",
-    "referee.py",
-    "referee.py --burst smooth",
+    "third_party_simulator.py",
+    "third_party_simulator.py --burst smooth",
     "arenas.py",
     "arenas.py --coarse",
     "arenas.py --off 0.025 --turn 3",
@@ -60,10 +60,10 @@ BENCHMARKS = (
     "heads.py --gain 0 --offset 0",
 )
 RECORDINGS, CORRIDOR = "recordings.py", "corridor.py"
-# How often noise is added to real recordings, to tell luck from skill.
+# Number of noisy copies of real recordings, which show how much of a result is luck.
 ARENA_COPIES, CORRIDOR_COPIES = "12", "24"
-# How far way-points of arenas are put elsewhere [m].
-ASTRAY = ("0.02", "0.05")
+# Displacements of the way-points of arenas [m].
+DISPLACEMENTS = ("0.02", "0.05")
 
 
 def main(folders: list[str]) -> None:
@@ -76,26 +76,26 @@ def main(folders: list[str]) -> None:
         run(RECORDINGS, *rooms)
     if arenas:
         run(RECORDINGS, *arenas, "--min-heard", "1")
-        run(RECORDINGS, *arenas, "--min-heard", "1", "--methods", "joint", "--shaken", ARENA_COPIES)
+        run(RECORDINGS, *arenas, "--min-heard", "1", "--methods", "joint", "--noisy-copies", ARENA_COPIES)
         run("waypoints.py", *arenas, "--off", "0", "--copies", "1")
         run("waypoints.py", *arenas, "--off", "0", "--copies", "1", "--poses", "correct")
-        for off in ASTRAY:
+        for off in DISPLACEMENTS:
             run("waypoints.py", *arenas, "--off", off)
-            run("waypoints.py", *arenas, "--off", off, "--told")
-        for told in ([], ["--told"]):
-            run("waypoints.py", *arenas, "--off", ASTRAY[-1], "--copies", "24", *told)
+            run("waypoints.py", *arenas, "--off", off, "--known-associations")
+        for option in ([], ["--known-associations"]):
+            run("waypoints.py", *arenas, "--off", DISPLACEMENTS[-1], "--copies", "24", *option)
     for folder in folders:
         if folder not in (*rooms, *arenas):
-            run(CORRIDOR, folder, "--shaken", CORRIDOR_COPIES)
+            run(CORRIDOR, folder, "--noisy-copies", CORRIDOR_COPIES)
 
 
 def is_recording(folder: Path) -> bool:
-    """Tell whether a folder is a recording, and not one of recordings."""
+    """Return True if a folder is a recording, and not a folder of recordings."""
     return (folder / "pings.csv").exists()
 
 
 def is_surveyed(recording: Path) -> bool:
-    """Tell whether the truth is known."""
+    """Return True if the truth is known."""
     return (recording / "truth.json").exists()
 
 

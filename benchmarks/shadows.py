@@ -1,9 +1,9 @@
-"""How many walls are heard in shadow: python benchmarks/shadows.py [ROOMS].
+"""How many walls are detected in shadow: python benchmarks/shadows.py [ROOMS].
 
-Maps so many random rooms (100 unless told otherwise) from exact poses, and asks the truth how much of each wall every
-station heard that speaks for it: all of it from before its middle, less near its end, and what a knife edge leaves from
-past that.  Prints which share of all pairs of a wall and a station that heard it is so many decibels fainter than all
-of the wall.  What stands between is not asked.
+Maps random rooms (100 by default) from exact poses.  For every wall and every station that detected it, the true ends
+of the wall give its echo relative to an infinite wall: all of it before its middle, less near its end, and knife-edge
+diffraction past the end.  Prints the share of these pairs that are fainter by given decibels.  Occlusion by other
+features is left out.
 """
 
 import argparse
@@ -34,7 +34,7 @@ SHADOWS = (1.0, 3.0, 6.0, 9.0, 12.0)
 
 def main() -> None:
     """Ask all rooms and print the shares."""
-    parser = argparse.ArgumentParser(description="How many walls are heard in shadow.")
+    parser = argparse.ArgumentParser(description="How many walls are detected in shadow.")
     parser.add_argument("rooms", type=int, nargs="?", default=ROOMS)
     rooms = parser.parse_args().rooms
     with ProcessPoolExecutor() as workers:
@@ -42,23 +42,23 @@ def main() -> None:
     lost = np.concatenate(runs)
     rows = tuple((f"{each:.0f}", f"{100 * (lost >= each).mean():.1f}") for each in SHADOWS)
     columns = ("fainter than all of it by (dB) and more", "share (%)")
-    show(Table(title=f"{len(lost)} walls heard in {rooms} rooms", columns=columns, rows=rows))
+    show(Table(title=f"{len(lost)} walls detected in {rooms} rooms", columns=columns, rows=rows))
 
 
 def losses(seed: int) -> FloatArray:
-    """Tell how much fainter than all of a wall each station that heard one in a room heard it [dB]."""
+    """Attenuation at each station that detected a wall of a room [dB]."""
     simulation = random_simulation(seed)
     sweeps = tuple(simulation)
-    heard = join_soundings([soundings_of(each, simulation.rig) for each in sweeps])
+    soundings = join_soundings([soundings_of(each, simulation.rig) for each in sweeps])
     given = np.array([each.station for each in sweeps])
-    account = explained(Account(simulation.rig, heard, given, JointSettings(poses=PoseMode.TRUST)))
+    account = explained(Account(simulation.rig, soundings, given, JointSettings(poses=PoseMode.TRUST)))
     walls = simulation.truth.walls_xy.reshape(-1, 2, 2)
     wavelength = account.model.tabulated().wavelength
     return np.array([lost for each in account.features for lost in lost_of(each, walls, given, wavelength)])
 
 
 def lost_of(wall: Hypothesis, walls: FloatArray, stations: FloatArray, wavelength: float) -> Iterator[float]:
-    """Tell how much of a wall is lost to each station that heard it [dB]."""
+    """Attenuation of a wall at each station that detected it [dB]."""
     ends = true_ends(wall, walls) if wall.is_wall else None
     if ends is None:
         return

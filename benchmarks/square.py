@@ -4,8 +4,8 @@ Maps the built-in square room, five stations of the built-in array, by every met
 makes its map of (points, or the occupied cells of its grid) and for the walls and cylinders of the map itself:
 
 - map error: the symmetric mean nearest-point distance to the true walls (Barshan 2008);
-- tilt: the mean angle by which what is drawn runs askew of the nearest true wall, locally: 0 degrees is drawn square,
-  22.5 degrees is a circle, which runs in all directions alike.
+- tilt: the mean local angle between the drawing and the nearest true wall: 0 degrees is drawn square, 22.5 degrees is a
+  circle, which has all directions.
 """
 
 import sys
@@ -25,7 +25,7 @@ from echoplan.model import FeatureMap, Table, Truth
 from echoplan.simulation import Simulation
 from echoplan.sources import open_source
 
-# Lines are sampled so densely [m]; what lies so near tells in which direction a drawing runs [m]: three cells.
+# Sampling distance of lines [m]; points within the radius of three cells give the direction of a drawing [m].
 SPACING, NEAR = 0.01, 0.15
 # Likelier cells are drawn: the threshold of map_server.
 OCCUPIED = 0.65
@@ -57,7 +57,7 @@ def main(arguments: list[str]) -> None:
 
 
 def square_room(seed: int) -> Simulation:
-    """Sound the square room."""
+    """Simulate the square room."""
     source = open_source(f"sim:square,seed={seed}")
     assert isinstance(source, Simulation)
     return source
@@ -88,7 +88,7 @@ def outline(found: FeatureMap) -> FloatArray:
 
 
 def squareness(points_xy: FloatArray, truth: Truth) -> Squareness:
-    """Hold a drawing against a room of upright and level walls."""
+    """Compare a drawing with a room of upright and level walls."""
     faces = Outline(segments_xy=truth.walls_xy, circles=truth.cylinders).samples(SPACING)
     return Squareness(error=map_error(points_xy, faces).mean, tilt=tilt(points_xy))
 

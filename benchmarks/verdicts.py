@@ -1,9 +1,9 @@
 """Verdicts on maps: python benchmarks/verdicts.py [RECORDINGS] [--first SEED].
 
-Simulates so many recordings (300 unless told otherwise) of random rooms and arenas, by sensors on servos and by rings,
-from marks, exact stations and drives, half of them with one mistake in how they are written; maps each by joint and
-assesses the map.  Prints how many sound ones were called good, doubtful or failed, the same of spoiled ones by their
-mistake, how often the remedy was the right one, and how long the assessment takes beside the mapping.
+Simulates recordings (300 by default) of random rooms and arenas, by sensors on servos and by rings, from marks, exact
+stations and drives, half of them with one mistake in their format; maps each by joint and assesses the map.  Prints how
+many correct and faulty recordings are called good, doubtful or failed, the faulty ones by their mistake, how often the
+proposed remedy is right, and the CPU time of the assessment beside that of the mapping.
 """
 
 import argparse
@@ -24,7 +24,7 @@ RECORDINGS, FIRST = 300, 7000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """What came of one recording."""
+    """One recording and the assessment of its map."""
 
     seed: int
     name: str
@@ -36,7 +36,7 @@ class Outcome:
 
 
 def main() -> None:
-    """Map and assess all, and print what came of them."""
+    """Map and assess all, and print tables."""
     parser = argparse.ArgumentParser(description="Verdicts on maps.")
     parser.add_argument("recordings", type=int, nargs="?", default=RECORDINGS)
     parser.add_argument("--first", type=int, default=FIRST)
@@ -45,12 +45,13 @@ def main() -> None:
     seeds = range(arguments.first, arguments.first + arguments.recordings)
     with ProcessPoolExecutor(arguments.workers) as workers:
         outcomes = list(tracked(workers.map(run, seeds), total=len(seeds), task="mapping"))
-    show(table("Recordings by what made them", outcomes, lambda each: f"{each.name}{', spoiled' * bool(each.fault)}"))
+    show(table("Recordings by what made them", outcomes, lambda each: f"{each.name}{', faulty' * bool(each.fault)}"))
     show(table("Recordings by their mistake", outcomes, lambda each: each.fault or "none"))
     for each in outcomes:
         if each.quality.verdict is (Verdict.GOOD if each.fault else Verdict.FAILED):
             print(
-                f"seed {each.seed}, {each.name}, {each.fault or 'sound'}: {each.quality.verdict}", *each.quality.reasons
+                f"seed {each.seed}, {each.name}, {each.fault or 'correct'}: {each.quality.verdict}",
+                *each.quality.reasons,
             )
     mapping, assessing = (sum(getattr(each, name) for each in outcomes) for name in ("mapping", "assessing"))
     print(f"{mapping / len(outcomes):.1f} s of mapping and {assessing / len(outcomes):.1f} s of assessing a recording")

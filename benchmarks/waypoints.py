@@ -1,11 +1,11 @@
-"""Way-points that nobody measured well: python benchmarks/waypoints.py FOLDER... [--off METRES] [--copies N] ...
+"""Inexact way-points: python benchmarks/waypoints.py FOLDER... [--off METRES] [--copies N] [--known-associations].
 
-Maps each recording as it is, and copies of it whose headings are all zero and whose way-points are each off by so many
-metres in some direction (5 cm unless told otherwise), all of them together neither moved nor turned.  Prints how much
-of the walls is found and right, how far they are off, and, but for one turn of all, how far headings are from those of
-the recording as it is, and from those that all copies have in the median.  ``--poses correct`` asks for correction
-instead of leaving it to doubt.  ``--told`` does not map the copies: it adjusts what was made of the recording as it is
-to their way-points, to show how far these alone bring walls off.
+Maps each recording, and copies of it whose headings are all zero and whose way-points are each displaced by a fixed
+distance in a random direction (5 cm by default), without moving or turning all of them together.  Prints recall and
+precision of walls, their errors, and the differences between the headings and those of the recording itself, and those
+that all copies have in the median, up to a common rotation.  ``--poses correct`` demands a correction.
+``--known-associations`` does not map the copies: it adjusts the map of the recording to their way-points, which shows
+how much these alone displace walls.
 """
 
 import argparse
@@ -26,7 +26,7 @@ from echoplan.joint.mapper import JointMapper, JointSettings
 from echoplan.joint.settings import PoseMode
 from echoplan.methods import map_sweeps
 from echoplan.model import Sweep, Table
-from library.known_associations import told_map
+from library.known_associations import map_with_known_associations
 
 OFF, COPIES = 0.05, 12
 MIN_HEARD = 1
@@ -34,7 +34,7 @@ MIN_HEARD = 1
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Outcome:
-    """What came of one copy, or of the recording itself."""
+    """The map of one copy, or of the recording itself."""
 
     name: str
     walls: Tally
@@ -44,11 +44,11 @@ class Outcome:
 
 
 def main() -> None:
-    """Map all and print what came of it."""
+    """Map all and print a table."""
     arguments = parse()
     cases = list(product(arguments.folders, [None, *range(arguments.copies)]))
     with ProcessPoolExecutor() as workers:
-        run = partial(mapped, off=arguments.off, poses=arguments.poses, told=arguments.told)
+        run = partial(mapped, off=arguments.off, poses=arguments.poses, known_associations=arguments.known_associations)
         outcomes = list(workers.map(run, cases))
     tables = [outcomes[first : first + arguments.copies + 1] for first in range(0, len(cases), arguments.copies + 1)]
     show(table(rows(tables)))
@@ -56,23 +56,23 @@ def main() -> None:
 
 def parse() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description="Way-points that nobody measured well.")
+    parser = argparse.ArgumentParser(description="Inexact way-points.")
     parser.add_argument("folders", type=Path, nargs="+")
     parser.add_argument("--off", type=float, default=OFF)
     parser.add_argument("--copies", type=int, default=COPIES)
     parser.add_argument("--poses", type=PoseMode, choices=list(PoseMode), default=PoseMode.AUTO)
-    parser.add_argument("--told", action="store_true")
+    parser.add_argument("--known-associations", action="store_true")
     return parser.parse_args()
 
 
-def mapped(case: tuple[Path, int | None], *, off: float, poses: PoseMode, told: bool) -> Outcome:
-    """Map a copy and hold it against the truth."""
+def mapped(case: tuple[Path, int | None], *, off: float, poses: PoseMode, known_associations: bool) -> Outcome:
+    """Map a copy and compare it with the truth."""
     folder, copy = case
     recording, truth = read_recording(folder), read_truth(folder / "truth.json")
     itself = list(recording)
-    sweeps = itself if copy is None else astray(itself, off, np.random.default_rng(copy))
-    if told and copy is not None:
-        found = told_map(recording.rig, itself, sweeps, off=off)
+    sweeps = itself if copy is None else displaced(itself, off, np.random.default_rng(copy))
+    if known_associations and copy is not None:
+        found = map_with_known_associations(recording.rig, itself, sweeps, off=off)
     else:
         found = map_sweeps(JointMapper(recording.rig, JointSettings(poses=poses)), sweeps)
     walls = evaluate(found, truth, EvaluationSettings(matching=MatchingSettings(min_heard=MIN_HEARD))).matches.walls
@@ -85,8 +85,8 @@ def mapped(case: tuple[Path, int | None], *, off: float, poses: PoseMode, told: 
     )
 
 
-def astray(sweeps: list[Sweep], off: float, rng: np.random.Generator) -> list[Sweep]:
-    """Forget all headings, and put each way-point elsewhere, but all of them together neither moved nor turned."""
+def displaced(sweeps: list[Sweep], off: float, rng: np.random.Generator) -> list[Sweep]:
+    """Set all headings to zero and displace each way-point, without moving or turning all of them together."""
     steps = off * directions(rng.uniform(-np.pi, np.pi, len(sweeps)))
     steps -= steps.mean(axis=0)
     places = np.array([each.map_from_base[0, :2] for each in sweeps])
@@ -106,20 +106,20 @@ def quarter(vectors: np.ndarray) -> np.ndarray:
 def rows(tables: list[list[Outcome]]) -> list[tuple[str, ...]]:
     """Sum up each recording and its copies, and the copies of all."""
     lines, everything = list[tuple[str, ...]](), list[Outcome]()
-    astray, apart = list[np.ndarray](), list[np.ndarray]()
+    displacements, apart = list[np.ndarray](), list[np.ndarray]()
     for itself, *copies in tables:
         nothing = np.zeros_like(itself.headings)
         lines.append(row(itself.name, [itself], nothing, nothing))
         off = differences(copies, itself)
-        astray.append(off.ravel())
+        displacements.append(off.ravel())
         apart.append((off - np.median(off, axis=0)).ravel())
-        lines.append(row(f"{itself.name}, {len(copies)} copies", copies, astray[-1], apart[-1]))
+        lines.append(row(f"{itself.name}, {len(copies)} copies", copies, displacements[-1], apart[-1]))
         everything += copies
-    return [*lines, row("all copies", everything, np.concatenate(astray), np.concatenate(apart))]
+    return [*lines, row("all copies", everything, np.concatenate(displacements), np.concatenate(apart))]
 
 
 def differences(copies: list[Outcome], itself: Outcome) -> np.ndarray:
-    """Tell how far headings are from those of the recording as it is, but for a turn of all, by copy [deg]."""
+    """Differences of the headings from those of the recording itself, up to a common rotation, by copy [deg]."""
     turned = np.array([wrap(each.headings - itself.headings) for each in copies])
     return np.degrees(wrap(turned - np.median(turned, axis=1, keepdims=True)))
 
@@ -139,7 +139,7 @@ def row(name: str, outcomes: list[Outcome], off: np.ndarray, apart: np.ndarray) 
 def table(lines: list[tuple[str, ...]]) -> Table:
     """Lay out all rows."""
     columns = ("recording", "walls, recall / precision (%)", "mm", "°", "headings off (°), at most", "apart, at most")
-    return Table(title="Headings forgotten, way-points astray", columns=columns, rows=tuple(lines))
+    return Table(title="Headings removed, way-points displaced", columns=columns, rows=tuple(lines))
 
 
 if __name__ == "__main__":

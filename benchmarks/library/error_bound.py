@@ -37,7 +37,7 @@ class _Error:
 def against_bound(
     feature_map: FeatureMap, truth: Truth, matches: Matches, *, simulation: Simulation, sweeps: Sequence[Sweep]
 ) -> dict[str, list[float]]:
-    """Hold the errors of right walls and cylinders against the least covariance that the same pings allow.
+    """Compare the errors of right walls and cylinders with the least covariance that the same pings allow.
 
     The information is that of the readings at the true room with the true sonar and noise, each reading on its own.
     The numbers of the sonar are as unknown as they are to the method, with the same priors.  Echoes of corners are
@@ -69,7 +69,7 @@ def against_bound(
 
 
 def true_scale(simulation: Simulation) -> float:
-    """Share by which the modules of a simulation read too short: they take the air for another."""
+    """Share by which the modules of a simulation read too short: they assume another temperature."""
     settings = simulation.settings
     return settings.air.speed_of_sound / Air(temperature=settings.assumed_temperature).speed_of_sound - 1.0
 
@@ -88,7 +88,10 @@ def _of_cylinder(feature_map: FeatureMap, truth: Truth, estimate: int, true: int
 
 
 def _bounds(features: Sequence[_Error], simulation: Simulation, sweeps: Sequence[Sweep]) -> list[FloatArray]:
-    heard, model = join_soundings([soundings_of(sweep, simulation.rig) for sweep in sweeps]), _true_model(simulation)
+    soundings, model = (
+        join_soundings([soundings_of(sweep, simulation.rig) for sweep in sweeps]),
+        _true_model(simulation),
+    )
     reflectors = np.array([each.reflector for each in features]).reshape(-1, 4)
     extents = np.array([each.extent for each in features]).reshape(-1, 2)
     everything = Features(
@@ -99,9 +102,9 @@ def _bounds(features: Sequence[_Error], simulation: Simulation, sweeps: Sequence
         ends=edges_of(reflectors, extents),
     )
     # What no method knows of shadows is no nuisance to the bound.
-    everything = shadowed(heard, model.tabulated(), everything)._replace(doubts=everything.doubts)
+    everything = shadowed(soundings, model.tabulated(), everything)._replace(doubts=everything.doubts)
     start = State(features=everything, model=model)
-    single = heard._replace(weights=np.ones(len(heard.weights)))
+    single = soundings._replace(weights=np.ones(len(soundings.weights)))
     adjusted = adjust(single, start, _beliefs(simulation, start.model), _AT_THE_TRUTH)
     places = [adjusted.unknowns.feature(number) for number in range(len(features))]
     return [adjusted.covariance[place, place] for place in places]
@@ -121,7 +124,7 @@ def _true_model(simulation: Simulation) -> EchoModel:
 
 
 def _beliefs(simulation: Simulation, model: EchoModel) -> Beliefs:
-    """Take jitter and rounding for the error of readings."""
+    """Model whose range noise is jitter and rounding."""
     rounding = simulation.rig.sensors[0].resolution / float(np.sqrt(12.0))
     return Beliefs(
         noise=float(np.hypot(simulation.settings.jitter, rounding)),

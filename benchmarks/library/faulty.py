@@ -1,4 +1,4 @@
-"""Faulty recordings: simulated as people make them, half of them with one mistake in how they are written."""
+"""Faulty recordings: half of the simulated recordings have one mistake in their format."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -6,19 +6,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from arenas import set_down, sounded
 from echoplan.model import Axes, Conventions, Heading, Rig, Route, Sensor, Sweep
+from library.arenas import at_marks, simulate_arena
 from library.rooms import Drive, random_drive, random_simulation
 
 __all__ = ["FAULTS", "Faulty", "draw", "remedy_for"]
 
-# What somebody who sets a robot down on marks is off by: both ways [m], and in heading [rad].
+# Errors of a robot placed on marks by hand: along each axis [m], and of the heading [rad].
 OFF, TURN = 0.015, math.radians(1.5)
-# Every so many seeds have the same kind of recording, sound and spoiled in turn.
+# Every so many seeds have the same kind of recording, correct and faulty in turn.
 _KINDS = 6
 
 _HALF = math.pi / 2
-# What the recording should have said in rig.toml and does not; ranges and places are in metres where units are right.
+# Conventions that are missing in rig.toml; ranges and places are in metres where units are right.
 FAULTS: Mapping[str, Conventions] = {
     "servo clockwise": Conventions(servo_sign=-1),
     "servo 0 to 180": Conventions(servo_offset=-_HALF),
@@ -48,11 +48,11 @@ class Faulty:
 
 
 def draw(seed: int) -> Faulty:
-    """Simulate a recording: sound for even numbers, else with one mistake."""
-    number, spoiled = divmod(seed, 2)
+    """Simulate a recording: correct for even seeds, else with one mistake."""
+    number, is_faulty = divmod(seed, 2)
     kind, rng = number % _KINDS, np.random.default_rng(10_000 + number)
     name, rig, sweeps = _MAKERS[kind](number)
-    if not spoiled:
+    if not is_faulty:
         return Faulty(name=name, fault="", rig=rig, sweeps=sweeps)
     has_servo = any(np.ptp(sweep.servo_angles) > 0.0 for sweep in sweeps)
     faults = [fault for fault in FAULTS if has_servo or not fault.startswith("servo")]
@@ -70,7 +70,7 @@ def draw(seed: int) -> Faulty:
 
 
 def remedy_for(faulty: Faulty) -> str:
-    """Return the words of the right next step."""
+    """Return a part of the right next step."""
     if faulty.fault == BACKWARDS:
         return f"of sensor {faulty.backwards} in rig.toml"
     return _REMEDIES[faulty.fault]
@@ -93,19 +93,19 @@ _REMEDIES = {
 
 
 def _turned_about(rig: Rig, which: int) -> Rig:
-    """Describe one sensor as if it looked the other way."""
+    """Turn one sensor of the rig by 180 degrees."""
     sensors = list[Sensor](rig.sensors)
     sensors[which] = replace(sensors[which], yaw=sensors[which].yaw + math.pi)
     return replace(rig, sensors=tuple(sensors))
 
 
 def _room(seed: int, array: str, stations: int) -> tuple[str, Rig, tuple[Sweep, ...]]:
-    """Sound a random room from marks on which somebody set a robot down."""
+    """Simulate a random room from marks on which a robot was placed by hand."""
     simulation, rng = random_simulation(seed, array=array, stations=stations), np.random.default_rng(seed)
     marks = simulation.route.map_from_base
     wrong = marks + rng.normal(0.0, (OFF, OFF, TURN), marks.shape)
     placed = replace(simulation, route=Route(map_from_base=wrong))
-    sweeps = tuple(set_down(sweep, marks) for sweep in placed)
+    sweeps = tuple(at_marks(sweep, marks) for sweep in placed)
     return f"{array}, {stations} marks", simulation.rig, sweeps
 
 
@@ -120,9 +120,9 @@ def _drive(seed: int, array: str, stations: int) -> tuple[str, Rig, tuple[Sweep,
 
 
 def _arena(seed: int) -> tuple[str, Rig, tuple[Sweep, ...]]:
-    """Sound an arena as students do."""
-    _, told, sweeps = sounded(seed, off=0.02, turn=3.0, coarse=False, students=True)
-    return "arena of students, 5 marks", told, tuple(sweeps)
+    """Simulate an arena of students."""
+    _, specified, sweeps = simulate_arena(seed, off=0.02, turn=3.0, coarse=False, students=True)
+    return "arena of students, 5 marks", specified, tuple(sweeps)
 
 
 _MAKERS: tuple[Callable[[int], tuple[str, Rig, tuple[Sweep, ...]]], ...] = (

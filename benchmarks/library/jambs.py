@@ -1,6 +1,6 @@
 """How far jambs of doors are off, and how far the middle between two feet of perpendiculars would be: for flats.py.
 
-A station tells of a wall only near the foot of its perpendicular.  The simplest estimate of a jamb lies halfway between
+A station observes a wall only near the foot of its perpendicular.  The simplest estimate of a jamb lies halfway between
 the last foot on the wall and the first in the gap.
 """
 

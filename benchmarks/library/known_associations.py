@@ -1,4 +1,4 @@
-"""Told: the map that comes out of way-points set elsewhere if somebody tells which echo is of which wall."""
+"""The map that follows from displaced way-points if every echo is assigned to its true wall."""
 
 import copy
 import math
@@ -14,26 +14,28 @@ from echoplan.joint.pose_model_selection import explained
 from echoplan.model import FeatureMap, Rig, Sweep
 from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
 
-__all__ = ["told_map"]
+__all__ = ["map_with_known_associations"]
 
 # By then nothing moves any more.
 _ROUNDS, _STILL = 40, 1e-6
 
 
-def told_map(rig: Rig, sweeps: Sequence[Sweep], elsewhere: Sequence[Sweep], *, off: float) -> FeatureMap:
-    """Adjust the right map to way-points that were put elsewhere, without looking for anything.
+def map_with_known_associations(
+    rig: Rig, sweeps: Sequence[Sweep], elsewhere: Sequence[Sweep], *, off: float
+) -> FeatureMap:
+    """Adjust the map of a recording to other way-points, without a search for features.
 
-    Nothing is searched for and nothing dropped, headings are free, and how far way-points are off is known, as well as
-    which walls stand at right angles.
+    No feature is added or dropped, headings are free, and the errors of the way-points are known, as well as which
+    walls are at right angles.
 
     Parameters
     ----------
     rig : Rig
         What made the sweeps.
     sweeps : sequence of Sweep
-        As they were recorded: what is made of these is told.
+        As they were recorded: their map gives the associations.
     elsewhere : sequence of Sweep
-        The same with other way-points.
+        The same sweeps with other way-points.
     off : float
         How far each is from where it was recorded, in some direction [m].
 
@@ -42,13 +44,13 @@ def told_map(rig: Rig, sweeps: Sequence[Sweep], elsewhere: Sequence[Sweep], *, o
     FeatureMap
         Where the features are by the other way-points.
     """
-    heard, given = join_soundings([soundings_of(each, rig) for each in sweeps]), _stations(sweeps)
-    moved = copy.copy(explained(Account(rig, heard, given, JointSettings())))
+    soundings, given = join_soundings([soundings_of(each, rig) for each in sweeps]), _stations(sweeps)
+    moved = copy.copy(explained(Account(rig, soundings, given, JointSettings())))
     moved.given = _stations(elsewhere)
     moved.recorded = displaced(moved.recorded, given, moved.given)
     # A step in some direction has half of its square along either axis.
-    beliefs = {"waypoint": max(off, 1e-3) / math.sqrt(2.0), "waypoint_turn": math.pi}
-    poses = waypoint_beliefs(moved.given, moved.settings.pose_errors.model_copy(update=beliefs))
+    sigmas = {"waypoint": max(off, 1e-3) / math.sqrt(2.0), "waypoint_turn": math.pi}
+    poses = waypoint_beliefs(moved.given, moved.settings.pose_errors.model_copy(update=sigmas))
     for _ in range(_ROUNDS):
         moved.adjust(moved.noise, poses)
         if moved.adjusted is None or moved.adjusted.left < _STILL:

@@ -1,4 +1,4 @@
-"""Copies of recordings with a little noise: where poses are searched for, nothing else tells luck from skill."""
+"""Copies of recordings with a little noise: where poses are found by a search, they show how much is luck."""
 
 from dataclasses import replace
 
@@ -6,19 +6,19 @@ import numpy as np
 
 from echoplan.model import Source, Sweep
 
-__all__ = ["shaken"]
+__all__ = ["noisy_copy"]
 
 # Noise of copies [m].
-SHAKEN = 0.001
+_NOISE = 0.001
 
 
-def shaken(recording: Source, copy: int | None) -> list[Sweep]:
-    """Add a millimetre of noise to readings, which come in centimetres; none if it is no copy.
+def noisy_copy(recording: Source, copy: int | None) -> list[Sweep]:
+    """Add 1 mm of noise to readings with a resolution of 1 cm; none for the recording itself.
 
     Parameters
     ----------
     recording : Source
-        What was heard.
+        The recording.
     copy : int or None
         Which copy: the seed of its noise.
 
@@ -30,4 +30,4 @@ def shaken(recording: Source, copy: int | None) -> list[Sweep]:
     if copy is None:
         return list(recording)
     rng = np.random.default_rng(copy)
-    return [replace(each, ranges=each.ranges + rng.normal(0.0, SHAKEN, len(each))) for each in recording]
+    return [replace(each, ranges=each.ranges + rng.normal(0.0, _NOISE, len(each))) for each in recording]

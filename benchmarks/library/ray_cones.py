@@ -1,4 +1,4 @@
-"""Fans of rays: what robot simulators call sonar."""
+"""Ray cones: the sonar of most robot simulators."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,10 +8,10 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.model import Pings, Rig, Sweep, World
 
-__all__ = ["cast", "of_cone"]
+__all__ = ["cast", "with_cones"]
 
 
-def of_cone(rig: Rig, half_angle: float) -> Rig:
+def with_cones(rig: Rig, half_angle: float) -> Rig:
     """Give all sensors of a rig another cone, and steps of a millimetre."""
     sensors = tuple(replace(each, half_aperture=half_angle, resolution=0.001) for each in rig.sensors)
     return replace(rig, sensors=sensors)
@@ -20,21 +20,23 @@ def of_cone(rig: Rig, half_angle: float) -> Rig:
 def cast(
     sweeps: Sequence[Sweep], world: World, rig: Rig, *, rays: int, noise: float, rng: np.random.Generator
 ) -> list[Sweep]:
-    """Replace what sweeps heard by the least range of so many rays in the cone of each ping."""
-    told = []
+    """Replace the ranges of sweeps by the least range of the rays in the cone of each ping."""
+    found = []
     for sweep in sweeps:
         pings = Pings.from_sweep(sweep, rig)
         half = np.array([each.half_aperture for each in rig.sensors])[pings.sensors]
-        fans = pings.bearings[:, None] + half[:, None] * np.linspace(-1.0, 1.0, rays)
-        nearest = np.minimum(_to_faces(pings.origins_xy, fans, world), _to_cylinders(pings.origins_xy, fans, world))
+        bearings = pings.bearings[:, None] + half[:, None] * np.linspace(-1.0, 1.0, rays)
+        nearest = np.minimum(
+            _to_faces(pings.origins_xy, bearings, world), _to_cylinders(pings.origins_xy, bearings, world)
+        )
         ranges = nearest.min(axis=1) + rng.normal(0.0, noise, len(nearest))
-        told.append(replace(sweep, ranges=np.where(ranges < rig.max_ranges[pings.sensors], ranges, np.inf)))
-    return told
+        found.append(replace(sweep, ranges=np.where(ranges < rig.max_ranges[pings.sensors], ranges, np.inf)))
+    return found
 
 
-def _to_faces(origins_xy: FloatArray, fans: FloatArray, world: World) -> FloatArray:
+def _to_faces(origins_xy: FloatArray, bearings: FloatArray, world: World) -> FloatArray:
     """Range of each ray to the nearest face [m], shape (n, rays)."""
-    ways = np.stack([np.cos(fans), np.sin(fans)], axis=-1)[:, :, None]
+    ways = np.stack([np.cos(bearings), np.sin(bearings)], axis=-1)[:, :, None]
     starts, ends = world.segments_xy[:, 0], world.segments_xy[:, 1]
     along, off = ends - starts, (starts - origins_xy[:, None])[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -46,9 +48,9 @@ def _to_faces(origins_xy: FloatArray, fans: FloatArray, world: World) -> FloatAr
     return nearest
 
 
-def _to_cylinders(origins_xy: FloatArray, fans: FloatArray, world: World) -> FloatArray:
+def _to_cylinders(origins_xy: FloatArray, bearings: FloatArray, world: World) -> FloatArray:
     """Range of each ray to the nearest cylinder [m], shape (n, rays)."""
-    ways = np.stack([np.cos(fans), np.sin(fans)], axis=-1)[:, :, None]
+    ways = np.stack([np.cos(bearings), np.sin(bearings)], axis=-1)[:, :, None]
     off = (world.discs[:, :2] - origins_xy[:, None])[:, None]
     ahead, aside = (off * ways).sum(axis=-1), off[..., 0] * ways[..., 1] - off[..., 1] * ways[..., 0]
     inside = world.discs[:, 2] ** 2 - aside**2

@@ -1,4 +1,4 @@
-"""Random rooms: another one for each seed, to measure methods on rooms that nobody chose."""
+"""Random rooms: one for each seed."""
 
 import math
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ _WIDTHS, _DEPTHS, _BESIDE = (0.5, 1.5), (0.2, 0.8), 0.5
 _ASKEW, _TURNED = 0.35, 0.6
 # What must be free about a box, a cylinder, a station; least way between two of 14 stations [m].
 _PASSAGE, _GAP, _BODY, _STRIDE = 0.6, 0.5, 0.33, 0.35
-# What modules take the air to be of, and the air of rooms whose scale the stations tell [degrees Celsius].
+# Temperature that modules assume, and temperatures of rooms whose poses fix the scale [degrees Celsius].
 _TEMPERATURE, _TEMPERATURES = 20.0, (10.0, 30.0)
 # How far a robot drives from one station to the next [m].
 _NEAREST, _FARTHEST = 0.4, 1.1
@@ -54,9 +54,9 @@ class Floor:
     discs: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
 
     def is_free(self, point_xy: FloatArray, clearance: float) -> bool:
-        """Tell whether a disc about a point fits."""
-        sights = np.arctan2(*(self.outline_xy - point_xy).T[::-1])
-        is_inside = abs(float(wrap(np.roll(sights, -1) - sights).sum())) > np.pi
+        """Return True if a disc about a point fits."""
+        bearings = np.arctan2(*(self.outline_xy - point_xy).T[::-1])
+        is_inside = abs(float(wrap(np.roll(bearings, -1) - bearings).sum())) > np.pi
         sides = np.stack([self.outline_xy, np.roll(self.outline_xy, -1, axis=0)], axis=1)
         apart = np.hypot(*(self.discs[:, :2] - point_xy).T) - self.discs[:, 2]
         nearest = min(float(distances_to_segments(point_xy[None], sides).min()), float(apart.min(initial=np.inf)))
@@ -74,13 +74,13 @@ class Floor:
 
 
 def is_oblique(seed: int) -> bool:
-    """Tell whether a seed makes a room of oblique walls: every other one does."""
+    """Return True if the room of a seed has oblique walls: every other one has."""
     return seed % 2 == 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drive:
-    """How a robot drives through a random room, and what it hears with.
+    """How a robot drives through a random room, and its sensors.
 
     Parameters
     ----------
@@ -89,17 +89,17 @@ class Drive:
     stations : int, optional
         Where it halts; one that got stuck halts less often.
     odometry : OdometryNoise, optional
-        How dead reckoning goes astray.
+        Errors of the odometry.
     dropout, stray : float, optional
         Shares of dropouts and of stray echoes.
     air : float, optional
         By how much the air may be warmer or colder than the modules take it to be [degrees Celsius].
     lag : float, optional
-        By how much the servo may lag behind the angle it is told [s].
+        Largest lag of the servo behind the commanded angle [s].
     thermometer : float, optional
         Deviation of a thermometer [degrees]; infinite without one.
-    told : float, optional
-        Which share of these errors the rig tells of; None where it tells of none.
+    specified : float, optional
+        Share of these errors that the rig specifies; None if it specifies none.
     """
 
     array: str = ARRAY
@@ -110,14 +110,14 @@ class Drive:
     air: float = 0.0
     lag: float = 0.0
     thermometer: float = math.inf
-    told: float | None = None
+    specified: float | None = None
 
 
 def random_drive(seed: int, drive: Drive | None = None) -> Simulation:
-    """Drive through a random room by dead reckoning.
+    """Drive through a random room by odometry.
 
-    The rooms are those of ``random_simulation``, in air that the modules know: odometry that is 2 % off tells nothing
-    of the 1.7 per mille by which each degree stretches the ranges, and the map with them.  From each station the robot
+    The rooms are those of ``random_simulation``, in air that the modules know: odometry with errors of 2 % cannot
+    show the scale error of 1.7 per mille a degree.  From each station the robot
     turns to a place nearby to which the way is free, and drives there.
 
     Parameters
@@ -142,7 +142,7 @@ def random_drive(seed: int, drive: Drive | None = None) -> Simulation:
     latency = float(rng.uniform(0.0, how.lag))
     return Simulation(
         world=World(name=f"drive {seed}", polylines=(room, *boxes), pillars=pillars),
-        rig=_told(builtin_rig(how.array), how),
+        rig=_with_specified_odometry(builtin_rig(how.array), how),
         route=route,
         settings=SimulationSettings(
             dropout=how.dropout,
@@ -156,16 +156,16 @@ def random_drive(seed: int, drive: Drive | None = None) -> Simulation:
     )
 
 
-def _told(rig: Rig, how: Drive) -> Rig:
-    if how.told is None:
+def _with_specified_odometry(rig: Rig, how: Drive) -> Rig:
+    if how.specified is None:
         return rig
-    return replace(rig, odometry=Odometry(**{name: how.told * sigma for name, sigma in how.odometry}))
+    return replace(rig, odometry=Odometry(**{name: how.specified * sigma for name, sigma in how.odometry}))
 
 
 def random_simulation(
     seed: int, *, array: str = ARRAY, stations: int = STATIONS, misset: bool = False, recess: bool = False
 ) -> Simulation:
-    """Sound a random room with a built-in array.
+    """Simulate a random room with a built-in array.
 
     A rectangle or an L with up to two boxes and three cylinders, at right angles for even seeds and oblique for odd
     ones.  Everything that the simulator knows takes part, with 2 % dropouts, 2 % stray echoes and air of 10 to 30
@@ -280,7 +280,7 @@ def _drive(floor: Floor, rng: np.random.Generator, stations: int) -> Route:
 
 
 def _is_free(floor: Floor, start: FloatArray, stop: FloatArray) -> bool:
-    """Tell whether a leg is neither short nor long, and a robot fits all along it."""
+    """Return True if a leg is neither short nor long, and a robot fits all along it."""
     length = math.dist(start, stop)
     if not _NEAREST < length < _FARTHEST:
         return False

@@ -23,7 +23,7 @@ HALF_ANGLE = np.radians(15.0)
 def cast(world: str, rig: str = "rotary-array") -> tuple[Rig, tuple[Sweep, ...], Truth]:
     """Rays, sweep by sweep, and what a map of them should say."""
     simulation = Simulation(world=find_world(world), rig=find_rig(rig), route=find_route(world))
-    using, rng = ray_cones.of_cone(simulation.rig, HALF_ANGLE), np.random.default_rng(0)
+    using, rng = ray_cones.with_cones(simulation.rig, HALF_ANGLE), np.random.default_rng(0)
     sweeps = ray_cones.cast(list(simulation), simulation.world, using, rays=31, noise=0.002, rng=rng)
     return using, tuple(sweeps), simulation.truth
 

@@ -332,7 +332,7 @@ def test_one_place_and_two_places_are_too_few() -> None:
 def test_rays_of_a_narrow_beam_are_no_sonar() -> None:
     rig, sweeps = recorded("sim:square,rig=rotary-array,seed=21")
     for degrees, found in [(1.0, [RecordingFaultKind.NARROW_BEAM]), (7.5, []), (15.0, [])]:
-        using = ray_cones.of_cone(rig, np.radians(degrees))
+        using = ray_cones.with_cones(rig, np.radians(degrees))
         world = open_source("sim:square").world  # type: ignore[attr-defined]
         rays = ray_cones.cast(sweeps, world, using, rays=31, noise=0.002, rng=np.random.default_rng(0))
         assert [fault.kind for fault in find_faults(rays, using).recording] == found

@@ -23,7 +23,7 @@ def heard(sweeps: list[Sweep], rig: Rig) -> Soundings:
 
 def by_rays(degrees: float, *, noise: float = 0.002, rig: str = "rotary-array") -> Soundings:
     simulation, rng = sounded(rig), np.random.default_rng(0)
-    using = ray_cones.of_cone(simulation.rig, np.radians(degrees))
+    using = ray_cones.with_cones(simulation.rig, np.radians(degrees))
     return heard(ray_cones.cast(list(simulation), simulation.world, using, rays=31, noise=noise, rng=rng), using)
 
 

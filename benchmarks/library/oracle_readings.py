@@ -1,4 +1,4 @@
-"""What a true wall leaves in a recording: readings that may be its echoes."""
+"""Oracle readings: the readings of a recording that may be echoes of a true wall."""
 
 import math
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ __all__ = ["readings_of"]
 
 # An echo is read no more than this too near, and with its range walk no more than this too far [m].
 NEARER, FARTHER = 0.01, 0.05
-# No sensor hears a wall farther off its axis than this [rad].
+# No sensor detects a wall farther off its axis than this [rad].
 OBLIQUE = math.radians(40.0)
 
 
@@ -25,9 +25,9 @@ def readings_of(wall_xy: FloatArray, sweeps: Sequence[Sweep], rig: Rig) -> IntAr
     wall_xy : ndarray, shape (2, 2)
         Its ends [m].
     sweeps : sequence of Sweep
-        Heard from the true poses.
+        With the true poses.
     rig : Rig
-        What heard them.
+        Of the sweeps.
 
     Returns
     -------
@@ -45,5 +45,5 @@ def _count(wall_xy: FloatArray, pings: Pings) -> int:
     depths, places = away @ normal, away @ tangent
     facing = np.arctan2(*(-np.sign(depths)[:, None] * normal).T[::-1])
     late = pings.ranges - np.abs(depths)
-    heard = (late > -NEARER) & (late < FARTHER) & (np.abs(wrap(pings.bearings - facing)) < OBLIQUE)
-    return int((heard & (places > 0.0) & (places < np.hypot(*side))).sum())
+    is_echo = (late > -NEARER) & (late < FARTHER) & (np.abs(wrap(pings.bearings - facing)) < OBLIQUE)
+    return int((is_echo & (places > 0.0) & (places < np.hypot(*side))).sum())

@@ -1,8 +1,8 @@
-"""Whether joint keeps up with a robot: python benchmarks/pace.py [STATIONS ...] [--poses trust].
+"""Whether joint keeps up with a robot: python benchmarks/timing.py [STATIONS ...] [--poses trust].
 
-Sounds one random room from ever more stations (50, 100, 200, 500 and 1000 unless told otherwise), hands the sweeps to
-the mapper one by one, and prints at each of these numbers how long ``add`` took, how long ``result`` takes, what the
-mapper holds in memory, and how good the map is.  The poses are exact.
+Simulates one random room from many stations, adds the sweeps to the mapper one by one, and prints at given numbers of
+stations (50, 100, 200, 500 and 1000 by default) the CPU time of ``add`` and of ``result``, the memory of the mapper,
+and the scores of the map.  The poses are exact.
 """
 
 import argparse
@@ -31,7 +31,7 @@ SEED = 0
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Mark:
-    """What was measured when so many sweeps had been added.
+    """Measurements after a number of sweeps.
 
     Parameters
     ----------

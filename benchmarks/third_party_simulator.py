@@ -1,11 +1,10 @@
-"""The method joint in rooms that another program sounded: python benchmarks/referee.py [ROOMS] [--burst smooth].
+"""The method joint on another simulator: python benchmarks/third_party_simulator.py [ROOMS] [--burst smooth].
 
-Draws so many rooms (12 unless told otherwise: rectangles, L's and oblique ones in turn), sounds them from 14 stations
-by the image sources of pyroomacoustics, maps what was heard and prints what is found and how exactly.  Floor and
-ceiling swallow sound in some and reflect as walls do in others.  A module there takes the Hilbert envelope of a burst
-and waits until it rises over a threshold, is set right on a plane at 1 m, and reads in steps of 5 mm with 1 mm of
-jitter; its burst rises as a resonator does, or, with ``--burst smooth``, as a Hann window.  It shares no line with our
-simulator.
+Simulates random rooms (12 by default: rectangles, L's and oblique ones in turn) from 14 stations by the image sources
+of pyroomacoustics, maps the readings and prints scores.  Floor and ceiling absorb sound in some rooms and reflect as
+walls do in others.  A module takes the Hilbert envelope of a burst and waits until it rises over a threshold, is
+calibrated on a plane at 1 m, and reads in steps of 5 mm with 1 mm of jitter; its burst rises as a resonator does, or,
+with ``--burst smooth``, as a Hann window.  It shares no code with our simulator.
 """
 
 import argparse
@@ -29,7 +28,7 @@ from echoplan.methods import map_sweeps
 from echoplan.model import Pings, Polyline, Rig, Route, Servo, Sweep, Table, World
 from echoplan.simulation import Simulation
 from echoplan.sources import find_rig
-from recordings import COLUMNS, row
+from library.score_tables import SCORE_COLUMNS, score_row
 
 ROOMS, STATIONS = 12, 14
 SHAPES = {
@@ -47,30 +46,30 @@ STEP, JITTER = 0.005, 0.001
 
 
 def main() -> None:
-    """Sound rooms by the referee, map them and print a table."""
-    parser = argparse.ArgumentParser(description="The method joint in rooms that another program sounded.")
+    """Simulate rooms, map them and print a table."""
+    parser = argparse.ArgumentParser(description="The method joint in rooms of another simulator.")
     parser.add_argument("rooms", type=int, nargs="?", default=ROOMS)
     parser.add_argument("--burst", choices=["resonator", "smooth"], default="resonator")
     arguments = parser.parse_args()
     with ProcessPoolExecutor() as workers:
         runs = workers.map(partial(run, smooth=arguments.burst == "smooth"), range(arguments.rooms))
-        outcomes = list(tracked(runs, total=arguments.rooms, task="sounding"))
+        outcomes = list(tracked(runs, total=arguments.rooms, task="simulating"))
     rows = []
     for number, shape in enumerate(SHAPES):
         own = outcomes[number :: len(SHAPES)]
-        rows.append(row(shape, [one for one, _ in own], sum(seconds for _, seconds in own)))
-    rows.append(row("all", [one for one, _ in outcomes], sum(seconds for _, seconds in outcomes)))
+        rows.append(score_row(shape, [one for one, _ in own], sum(seconds for _, seconds in own)))
+    rows.append(score_row("all", [one for one, _ in outcomes], sum(seconds for _, seconds in outcomes)))
     show(
         Table(
-            title="joint, sounded by pyroomacoustics: recall / precision (%), mean deviation",
-            columns=COLUMNS,
+            title="joint, simulated by pyroomacoustics: recall / precision (%), mean deviation",
+            columns=SCORE_COLUMNS,
             rows=(*rows,),
         )
     )
 
 
 def run(seed: int, *, smooth: bool) -> tuple[Evaluation, float]:
-    """Sound one room, map it and hold the map against the truth; count the processor's seconds."""
+    """Simulate one room, map it and compare the map with the truth; measure the CPU time."""
     rng = np.random.default_rng(seed)
     outline = np.array(list(SHAPES.values())[seed % len(SHAPES)]) * rng.uniform((3.0, 2.5), (5.0, 4.0))
     world = World(name="referee", polylines=(Polyline(points_xy=outline, closed=True),))
@@ -102,7 +101,7 @@ def _is_inside(walls: FloatArray, place: FloatArray) -> bool:
 
 
 class Module:
-    """A module of the referee's: image sources, a piston each way, a burst, a threshold."""
+    """A module of the third-party simulator: image sources, a piston each way, a burst, a threshold."""
 
     def __init__(self, outline_xy: FloatArray, rng: np.random.Generator, *, smooth: bool) -> None:
         clock = np.arange(int(CYCLES / FREQUENCY * RATE)) / RATE
@@ -118,9 +117,9 @@ class Module:
         """Read the room at each ping of a sweep [m]."""
         pings = Pings.from_sweep(sweep, rig)
         aimed = zip(pings.origins_xy, pings.bearings, strict=True)
-        heard = np.array([self.arrival(self.outline, place, float(bearing)) for place, bearing in aimed]) - self.zero
-        told = np.round((heard + self.rng.normal(0.0, JITTER, len(heard))) / STEP) * STEP
-        return np.where(told < rig.max_ranges[pings.sensors], told, np.inf)
+        ranges = np.array([self.arrival(self.outline, place, float(bearing)) for place, bearing in aimed]) - self.zero
+        rounded = np.round((ranges + self.rng.normal(0.0, JITTER, len(ranges))) / STEP) * STEP
+        return np.where(rounded < rig.max_ranges[pings.sensors], rounded, np.inf)
 
     def arrival(self, outline_xy: FloatArray, place: FloatArray, bearing: float) -> float:
         """Range at which the envelope rises over the threshold [m]; ``inf`` if it never does."""
