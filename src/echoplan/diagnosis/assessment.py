@@ -146,7 +146,18 @@ def _quality(measures: Measures, now: Conventions) -> Quality:
 
 
 def verdict_of(measures: Measures) -> Verdict:
-    """Judge by numbers alone."""
+    """Return the verdict that follows from the measures of a map.
+
+    Parameters
+    ----------
+    measures : Measures
+        Of the map and its recording.
+
+    Returns
+    -------
+    Verdict
+        Failed, doubtful or good.
+    """
     if not measures.features or not measures.share >= _FAILED or measures.remedies:
         return Verdict.FAILED
     if measures.is_unconfirmed and measures.confirmed < _LONE:

@@ -53,7 +53,20 @@ class Misplaced:
 
 
 def misplaced_stations(sweeps: Sequence[Sweep], rig: Rig) -> tuple[Misplaced, ...]:
-    """Find the stations that fit those about them better from elsewhere, the worst first."""
+    """Find the stations that fit their neighbours better at another pose, the worst first.
+
+    Parameters
+    ----------
+    sweeps : sequence of Sweep
+        With their poses in the map.
+    rig : Rig
+        That recorded them.
+
+    Returns
+    -------
+    tuple of Misplaced
+        Stations with the pose at which they fit better.
+    """
     found = [each for window in windows(sweeps, most=_WINDOWS) for each in _misplaced(window, rig)]
     return tuple(sorted(found, key=lambda each: -each.gain)[:_MOST])
 
