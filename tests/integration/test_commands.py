@@ -94,6 +94,7 @@ class TestSimulate:
             "simulate", "square", "--out", tmp_path / "rec"
         )
 
+    @pytest.mark.slow
     def test_another_process_gives_the_same_bytes_for_the_same_seed_and_others_for_another(
         self, recording: Path, tmp_path: Path
     ) -> None:
@@ -183,6 +184,7 @@ class TestMap:
             )
         assert "Why landmarks are in the map or not" in (tmp_path / "map" / "report.html").read_text(encoding="utf-8")
 
+    @pytest.mark.slow
     def test_a_failed_map_is_written_with_the_remedy_that_makes_it_good(self, recording: Path, tmp_path: Path) -> None:
         heard = read_recording(recording)
         mirrored = tuple(map(Conventions(servo_sign=-1).undo, heard))
@@ -302,6 +304,7 @@ class TestInfo:
         assert [sensor["pings"] for sensor in document["sensors"]] == [455] * 4
         assert document["sensors"][0]["shortest"] < document["sensors"][0]["longest"] < 3.0
 
+    @pytest.mark.slow
     def test_it_names_what_seems_to_be_wrong(self, recording: Path, tmp_path: Path) -> None:
         assert "No mistake was found in how the recording is written." in succeed("info", recording)
         heard = read_recording(recording)

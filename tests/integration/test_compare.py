@@ -10,6 +10,9 @@ import pytest
 
 from helpers.typed import echoplan, succeed
 
+# Every test maps a room or more by the command line.
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def compared(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:

@@ -102,6 +102,20 @@ def test_a_wall_through_which_others_were_heard_is_not_drawn() -> None:
     assert first.past.number not in {each.past.number for each in without.features}
 
 
+@pytest.mark.parametrize(("passed", "is_drawn"), [(4, True), (5, False)])
+def test_a_wall_is_drawn_if_fewer_than_half_as_many_pings_passed_as_it_reflected(
+    passed: int, *, is_drawn: bool
+) -> None:
+    memory = halfway()
+    first = next(each for each in memory.features if each.is_wall)
+    rest = [each for each in memory.features if each is not first]
+    # Far away, where no station at hand changes the counts.
+    away = replace(first, reflector=np.add(first.reflector, [0.0, 50.0, 0.0, 0.0]))
+    away = replace(away, past=replace(first.past, passed=passed, pings=10))
+    drawn = survey(account(4, 10, replace(memory, features=[*rest, away])))
+    assert (first.past.number in {each.past.number for each in drawn.features}) == is_drawn
+
+
 def test_what_has_no_ping_of_its_own_is_not_drawn() -> None:
     memory = halfway()
     column = next(each for each in memory.features if each.kind is Kind.CYLINDER)

@@ -59,6 +59,31 @@ def test_way_points_settle_along_the_axes_where_few_stations_heard_each_wall(
     assert (at_first is not None and at_first.along_axes) == few
 
 
+def test_heading_factors_are_added_after_the_beam_is_calibrated(
+    square: Account, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    account, has_headings = copy(square), list[bool]()
+    priors = Account.beliefs
+
+    def noted(self: Account, noise: float, poses: PoseBeliefs | None) -> Beliefs:
+        found = priors(self, noise, poses)
+        has_headings.append(found.bearings)
+        return found
+
+    monkeypatch.setattr(Account, "beliefs", noted)
+    account.asks_bearings = False
+    settle(account, waypoint_beliefs(account.given, account.settings.pose_errors))
+    assert not has_headings[0]
+    assert has_headings[-1]
+
+
+def test_the_effective_sample_size_is_estimated_from_the_readings(square: Account) -> None:
+    account, start = copy(square), 0.001
+    account.independence = start
+    settle(account, waypoint_beliefs(account.given, account.settings.pose_errors))
+    assert account.independence > 10.0 * start
+
+
 def test_walls_are_asked_which_way_they_lie_once_it_is_known_how_wide_the_sonar_hears(
     square: Account, monkeypatch: pytest.MonkeyPatch
 ) -> None:

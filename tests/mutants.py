@@ -1,0 +1,152 @@
+"""Apply small faults to the estimator one by one and run its unit tests: python tests/mutants.py [NAME ...].
+
+Each mutant changes one line in a copy of the tree.  A mutant is caught if one of the named tests fails.  Three lines
+are redundant: results stay the same without them, so that no test can catch their mutants.
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+JOINT = Path("src/echoplan/joint")
+TESTS = Path("tests/unit/joint")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mutant:
+    """One fault: what it changes, which tests should fail, and why none can if the line is redundant."""
+
+    file: str
+    old: str
+    new: str
+    tests: tuple[str, ...]
+    redundant: str = ""
+
+
+MUTANTS = {
+    "marginalised vector has the wrong sign": Mutant(
+        file="optimisation/factors.py",
+        old="vector=self.vector[columns] - cross @ carried",
+        new="vector=self.vector[columns] + cross @ carried",
+        tests=("optimisation/test_factors.py",),
+    ),
+    "Cauchy kernel instead of Geman-McClure": Mutant(
+        file="optimisation/optimiser.py",
+        old="residuals**2 / (settings.robust**2 * variances)) ** 2",
+        new="residuals**2 / (settings.robust**2 * variances))",
+        tests=("optimisation/test_optimiser.py",),
+    ),
+    "poses cost 0.5 log n instead of 1.5 log n": Mutant(
+        file="pose_correction/consistency.py",
+        old="cost += 1.5 *",
+        new="cost += 0.5 *",
+        tests=("pose_correction/test_consistency.py",),
+    ),
+    "walls are drawn although half of the pings passed": Mutant(
+        file="marginalisation.py",
+        old="2 * past.passed >= past.pings",
+        new="1 * past.passed >= past.pings",
+        tests=("test_marginalisation.py",),
+    ),
+    "the thermometer is ignored": Mutant(
+        file="estimate.py",
+        old="is_told = drifting or not math.isnan(self.recorded.temperature)",
+        new="is_told = drifting",
+        tests=("test_mapper.py",),
+    ),
+    "noise is not part of the cache key": Mutant(
+        file="estimate.py",
+        old="cause = (self.soundings, self.model, self.noise)",
+        new="cause = (self.soundings, self.model)",
+        tests=("test_mapper.py", "search/test_search.py"),
+        redundant="the noise changes only in adjustments, which also make a new model object",
+    ),
+    "the effective sample size is never estimated": Mutant(
+        file="pose_correction/annealing.py",
+        old="account.independence = account.found_independence()",
+        new="pass",
+        tests=("pose_correction/test_annealing.py",),
+    ),
+    "two stations suffice": Mutant(
+        file="search/acceptance.py",
+        old="hypothesis.speaking(self.settings.second_station) > 2",
+        new="hypothesis.speaking(self.settings.second_station) > 1",
+        tests=("search/test_search.py",),
+    ),
+    "the scan matcher searches 1.0 sigma instead of 1.3": Mutant(
+        file="pose_correction/pose_tracking.py",
+        old="known, guess, 1.3 * sigmas",
+        new="known, guess, 1.0 * sigmas",
+        tests=("pose_correction/test_registration_order.py", "pose_correction/test_pose_tracking.py"),
+    ),
+    "the initial search is never repeated": Mutant(
+        file="estimate.py",
+        old="for _ in range(_GLANCES):\n            scale",
+        new="for _ in range(1):\n            scale",
+        tests=("test_mapper.py",),
+        redundant="what a first search finds at a wrong range scale is found again by the searches of `explain`",
+    ),
+    "the last adjustment of `explain` is left out": Mutant(
+        file="estimate.py",
+        old="        self.settle_features()\n        self.adjust(self.noise)\n        self.judge(self.noise)",
+        new="        self.settle_features()\n        self.judge(self.noise)",
+        tests=("test_mapper.py",),
+        redundant="`polish`, which always follows, adjusts again before anything is drawn",
+    ),
+    "a station never misses a feature": Mutant(
+        file="pose_correction/relocalisation.py",
+        old="each.gains[station] < _MISSED",
+        new="each.gains[station] < -1e9",
+        tests=("pose_correction/test_relocalisation.py",),
+    ),
+    "heading factors are never added": Mutant(
+        file="pose_correction/annealing.py",
+        old="account.asks_bearings = True\n    learned",
+        new="learned",
+        tests=("pose_correction/test_annealing.py",),
+    ),
+}
+
+
+def main() -> int:
+    """Print for each mutant whether the tests catch it; return 1 if one survives that is not redundant."""
+    parser = argparse.ArgumentParser(description="Mutation tests of the estimator.")
+    parser.add_argument("names", nargs="*", help="parts of the names of mutants; all by default")
+    names = parser.parse_args().names
+    chosen = {name: each for name, each in MUTANTS.items() if not names or any(part in name for part in names)}
+    survivors = 0
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "tree"
+        ignored = shutil.ignore_patterns(".git", ".venv", "out", ".mypy_cache", ".ruff_cache")
+        shutil.copytree(ROOT, copy, ignore=ignored)
+        for name, mutant in chosen.items():
+            verdict = verdict_on(mutant, copy)
+            survivors += verdict == "survived" and not mutant.redundant
+            remark = f" (redundant: {mutant.redundant})" if mutant.redundant else ""
+            print(f"{verdict:<10}{name}{remark}", flush=True)  # noqa: T201 - a script prints
+    return int(survivors > 0)
+
+
+def verdict_on(mutant: Mutant, tree: Path) -> str:
+    """Apply a mutant in a tree, run its tests, and undo it."""
+    file = tree / JOINT / mutant.file
+    text = file.read_text(encoding="utf-8")
+    if text.count(mutant.old) != 1:
+        return "not found"
+    file.write_text(text.replace(mutant.old, mutant.new), encoding="utf-8")
+    tests = [str(TESTS / each) for each in mutant.tests]
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:randomly", *tests]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tree / "src"), str(tree / "benchmarks")])}
+    run = subprocess.run(command, cwd=tree, env=environment, capture_output=True, check=False)
+    file.write_text(text, encoding="utf-8")
+    return {0: "survived", 1: "caught"}.get(run.returncode, "error")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
