@@ -55,7 +55,7 @@ def with_a_stuck_sensor(recording: Path, folder: Path) -> Path:
 
 
 class TestSimulate:
-    def test_it_leaves_a_recording_its_truth_and_its_settings(self, recording: Path) -> None:
+    def test_it_writes_a_recording_its_truth_and_its_settings(self, recording: Path) -> None:
         assert names(recording) == ["pings.csv", "rig.toml", "run.toml", "truth.json"]
         assert len(read_recording(recording)) == 5
         assert len(read_truth(recording / "truth.json").walls_xy) == 4
@@ -74,7 +74,7 @@ class TestSimulate:
         np.testing.assert_allclose(again.ranges, recorded.ranges, atol=1e-6)
         assert again.station.tolist() == [0.5, 0.5, 0.0]
 
-    def test_a_material_that_nobody_knows_is_told_with_its_world(self, tmp_path: Path) -> None:
+    def test_an_unknown_material_is_reported_with_its_world(self, tmp_path: Path) -> None:
         world = tmp_path / "attic.toml"
         world.write_text('[[wall]]\npoints = [[2, -1], [2, 1]]\nmaterial = "woood"\n', encoding="utf-8")
         done = echoplan("simulate", world, "--route", "square", "--out", tmp_path / "rec")
@@ -105,7 +105,7 @@ class TestSimulate:
         succeed("simulate", "square", "--out", tmp_path / "other", "--seed", "5")
         assert (tmp_path / "other" / "pings.csv").read_bytes() != (recording / "pings.csv").read_bytes()
 
-    def test_what_it_is_told_is_done_and_recorded_so_that_it_can_be_done_again(self, tmp_path: Path) -> None:
+    def test_settings_are_applied_and_recorded_so_that_a_run_can_be_repeated(self, tmp_path: Path) -> None:
         (tmp_path / "deaf.toml").write_text("[simulation]\ndropout = 0.6\n", encoding="utf-8")
         succeed("simulate", "square", "--config", tmp_path / "deaf.toml", "--out", tmp_path / "deaf")
         ranges = np.concatenate([sweep.ranges for sweep in read_recording(tmp_path / "deaf")])
@@ -114,7 +114,7 @@ class TestSimulate:
         first, again = ((tmp_path / name / "pings.csv").read_bytes() for name in ("deaf", "again"))
         assert first == again
 
-    def test_a_room_of_ones_own_is_sounded_along_the_route_beside_it(self, tmp_path: Path) -> None:
+    def test_a_world_file_is_simulated_along_the_route_beside_it(self, tmp_path: Path) -> None:
         write_world(tmp_path / "attic.toml", builtin_world("hexagon"))
         (tmp_path / "attic.csv").write_text("x,y,yaw\n0.1,0,0\n0.4,0.2,1\n", encoding="utf-8")
         succeed("simulate", tmp_path / "attic.toml", "--rig", "hc-sr04-servo", "--out", tmp_path / "rec")
@@ -124,7 +124,7 @@ class TestSimulate:
 
 
 class TestMap:
-    def test_it_leaves_a_map_a_drawing_a_report_and_its_settings(self, recording: Path, mapped: Path) -> None:
+    def test_it_writes_a_map_a_drawing_a_report_and_its_settings(self, recording: Path, mapped: Path) -> None:
         assert names(mapped) == RESULTS
         found = read_map(mapped / "map.json")
         assert (found.method, len(found.walls), len(found.poses)) == ("joint", 4, 5)
@@ -157,7 +157,7 @@ class TestMap:
         assert len(found.poses) == stations
         assert "echoes as points" in (tmp_path / "map" / "report.html").read_text(encoding="utf-8")
 
-    def test_where_nothing_was_heard_it_says_where_to_look(self, recording: Path, tmp_path: Path) -> None:
+    def test_a_recording_without_echoes_is_reported_with_what_to_check(self, recording: Path, tmp_path: Path) -> None:
         heard = read_recording(recording)
         silent = tuple(replace(sweep, ranges=np.full(len(sweep.ranges), np.inf)) for sweep in heard)
         write_recording(tmp_path / "rec", Recording(name="silent", rig=heard.rig, sweeps=silent))
@@ -219,7 +219,7 @@ class TestMap:
         assert found.method == "rcd"
         assert dict(found.parameters)["clustering"]["min_pings"] == 6  # type: ignore[index]
 
-    def test_a_method_of_grids_leaves_its_grid_for_map_server_too(self, recording: Path, tmp_path: Path) -> None:
+    def test_a_grid_method_also_writes_its_grid_for_map_server(self, recording: Path, tmp_path: Path) -> None:
         said = succeed("map", recording, "--method", "grid-bayes", "--out", tmp_path)
         assert names(tmp_path) == sorted([*RESULTS, "map.pgm", "map.yaml"])
         assert "map.yaml, map.pgm" in said
@@ -272,7 +272,7 @@ class TestEvaluate:
         assert [row[0] for row in rows] == ["1", "2", "3", "4"]
         assert all(float(row[1]) < 5.0 for row in rows)
 
-    def test_what_few_stations_heard_is_not_asked_for(self, recording: Path, mapped: Path) -> None:
+    def test_features_detected_by_few_stations_do_not_count_as_missed(self, recording: Path, mapped: Path) -> None:
         asked = [
             json.loads(succeed("evaluate", mapped, recording, "--json", "--min-heard", heard))["walls"]["wanted"]
             for heard in ("5", "6")
@@ -289,7 +289,7 @@ class TestInfo:
         for row in rows:
             assert sum(map(float, row[2:6])) == pytest.approx(100.0, abs=0.2)
 
-    def test_it_tells_how_warm_it_was_if_anybody_measured_that(self, recording: Path, tmp_path: Path) -> None:
+    def test_it_prints_the_temperature_if_it_was_measured(self, recording: Path, tmp_path: Path) -> None:
         assert "Celsius" not in succeed("info", recording)
         assert json.loads(succeed("info", recording, "--json"))["temperature"] is None
         config = tmp_path / "warm.toml"
@@ -313,7 +313,7 @@ class TestInfo:
         assert 'Set heading = "compass" under [conventions]' in succeed("info", tmp_path / "rec")
         assert json.loads(succeed("info", tmp_path / "rec", "--json"))["quality"]["verdict"] == "failed"
 
-    def test_what_a_deaf_sensor_heard_is_null(self, recording: Path, tmp_path: Path) -> None:
+    def test_the_ranges_of_a_sensor_without_echoes_are_null(self, recording: Path, tmp_path: Path) -> None:
         (tmp_path / "rig.toml").write_bytes((recording / "rig.toml").read_bytes())
         rows = "t,sweep,sensor,servo,range,x,y,yaw\n0.1,0,0,0,1.5,0,0,0\n0.2,0,1,0,inf,0,0,0\n"
         (tmp_path / "pings.csv").write_text(rows, encoding="utf-8")
@@ -410,7 +410,7 @@ class TestBadInput:
         assert (mapped / "map.json").read_bytes() == kept
         assert names(mapped) == RESULTS
 
-    def test_a_place_that_cannot_be_written_is_told_before_any_work(
+    def test_a_folder_that_cannot_be_written_is_reported_before_any_work(
         self, place: Path, recording: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.setattr("echoplan.sources.open_source", lambda _: pytest.fail("the recording was opened"))
@@ -419,7 +419,7 @@ class TestBadInput:
             assert done.status == 2
             assert done.err.startswith("echoplan: typo.toml: there is a file of that name; choose another place")
 
-    def test_a_disk_that_fills_up_leaves_nothing_of_the_results(
+    def test_a_full_disk_leaves_no_partial_results(
         self, recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         def full(*_: object) -> None:
@@ -468,7 +468,7 @@ class TestTerminal:
         assert "\x1b" not in printed
 
     @pytest.mark.parametrize("words", ["info REC", "info REC --json", "map REC --method rcd --out map"])
-    def test_a_reader_that_has_had_enough_is_told_nothing_and_the_work_is_done(
+    def test_a_closed_pipe_is_no_error_and_the_results_are_complete(
         self, words: str, recording: Path, tmp_path: Path
     ) -> None:
         command = [*COMMAND, *words.replace("REC", str(recording)).split()]
@@ -480,7 +480,7 @@ class TestTerminal:
         assert process.returncode == 0
         assert (tmp_path / "map" / "run.toml").exists() == words.startswith("map")
 
-    def test_what_is_printed_into_a_full_disk_is_told_in_one_line(self, recording: Path) -> None:
+    def test_printing_to_a_full_disk_is_reported_in_one_line(self, recording: Path) -> None:
         with Path("/dev/full").open("w", encoding="utf-8") as full:
             command = [*COMMAND, "info", str(recording)]
             done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
@@ -496,7 +496,7 @@ class TestTerminal:
         done = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)
         assert done.stdout.strip() == "[]"
 
-    def test_errors_can_be_told_before_anything_heavy_is_imported(self) -> None:
+    def test_errors_are_printed_before_anything_heavy_is_imported(self) -> None:
         probe = (
             "import sys; import echoplan.cli.main; "
             "print(sorted({'typer', 'rich', 'numpy', 'pathlib', 'echoplan.errors'} & set(sys.modules)))"

@@ -40,7 +40,7 @@ def test_the_numbers_on_disk_are_those_of_the_maps(compared: tuple[Path, str]) -
     assert document["methods"][0]["trials"][0]["evaluation"]["walls"]["recall"] == 1.0
 
 
-def test_the_page_holds_both_maps(compared: tuple[Path, str]) -> None:
+def test_the_page_contains_both_maps(compared: tuple[Path, str]) -> None:
     assert (compared[0] / "comparison.html").read_text(encoding="utf-8").count("<svg") == 2
 
 
@@ -59,7 +59,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_without_truth_maps_and_costs_are_told(recording: Path, tmp_path: Path) -> None:
+def test_without_truth_the_maps_and_their_costs_are_compared(recording: Path, tmp_path: Path) -> None:
     for name in ("pings.csv", "rig.toml"):
         (tmp_path / name).write_bytes((recording / name).read_bytes())
     said = succeed("compare", tmp_path, "--methods", "rcd", "--out", tmp_path / "out")

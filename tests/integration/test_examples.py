@@ -39,7 +39,7 @@ def test_the_log_of_a_serial_port_becomes_a_recording_that_maps_to_the_room(tmp_
     assert max(match.distance for match in matches.right) < 0.01
 
 
-def test_a_log_with_the_line_ends_of_a_serial_monitor_and_a_silent_reading_is_understood(tmp_path: Path) -> None:
+def test_a_serial_log_with_crlf_and_a_reading_without_echo_is_read(tmp_path: Path) -> None:
     (tmp_path / "log.txt").write_bytes(b"100,50,90\r\r\n-90,123.4\r\n-88,0.0\r\n\r\n")
     command = [sys.executable, str(EXAMPLES / "from_serial_log.py"), "log.txt", "recording"]
     subprocess.run(command, cwd=tmp_path, capture_output=True, check=True)

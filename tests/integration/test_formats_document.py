@@ -90,7 +90,7 @@ def test_the_configurations_are_read(examples: Path) -> None:
     assert read_config(examples / "run.toml", sections)["method"].filter.min_members == 4
 
 
-def test_the_error_that_is_shown_is_the_one_that_is_told(examples: Path) -> None:
+def test_the_documented_error_is_the_one_raised(examples: Path) -> None:
     lines = ["", "[[sensor]]", "id = 0", "half_aperture = 35"]
     (examples / "rig.toml").write_text("\n" * 10 + "\n".join(lines), encoding="utf-8")
     with pytest.raises(InputError) as caught:

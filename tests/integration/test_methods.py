@@ -92,7 +92,7 @@ def test_a_map_may_be_asked_for_on_the_way(
     assert written(parted, tmp_path / "map.json") == written(found, tmp_path / "whole.json")
 
 
-def test_nothing_heard_is_an_empty_map(method: Method, square: Simulation, sweeps: list[Sweep]) -> None:
+def test_a_recording_without_echoes_gives_an_empty_map(method: Method, square: Simulation, sweeps: list[Sweep]) -> None:
     for heard in ([], [silent(sweep) for sweep in sweeps]):
         mapper = method.build(square.rig)
         found = map_sweeps(mapper, heard)

@@ -145,7 +145,7 @@ def test_the_sides_of_a_corridor_are_parallel_and_as_far_apart_as_lines_fitted_b
     assert np.degrees(left.normal_angle - right.normal_angle) == pytest.approx(180.0, abs=0.5)
 
 
-def test_along_a_corridor_only_odometry_tells_the_place(corridor: FeatureMap) -> None:
+def test_only_odometry_gives_the_position_along_a_corridor(corridor: FeatureMap) -> None:
     found = corridor.parameters["found"]
     assert isinstance(found, dict)
     assert found["undetermined"]

@@ -176,7 +176,7 @@ def test_the_longest_run_is_left_whole(seed: int) -> None:
 
 
 @given(SEEDS)
-def test_no_cell_holds_more_arcs_than_there_are(seed: int) -> None:
+def test_no_cell_counts_more_arcs_than_there_are(seed: int) -> None:
     loci = some_arcs(seed)
     cells = arc_map(loci, resolution=0.05)
     assert cells.counts.max() <= len(loci)

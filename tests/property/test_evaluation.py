@@ -110,7 +110,7 @@ def test_the_order_of_walls_and_corners_does_not_matter(found: FeatureMap) -> No
 
 @few
 @given(spoilt_maps)
-def test_a_ghost_lowers_precision_and_leaves_recall(found: FeatureMap) -> None:
+def test_a_false_feature_lowers_precision_but_not_recall(found: FeatureMap) -> None:
     ghosts = maps.drawn(maps.wall((90, 90), (91, 95)), maps.corner((90, 90)), maps.cylinder((90, 90), 0.1))
     haunted = replace(
         found,
@@ -158,7 +158,7 @@ def test_the_distance_between_outlines_is_the_same_from_either_side(found: Featu
 
 @few
 @given(spoilt_maps, st.integers(2, 4))
-def test_a_map_pooled_with_itself_says_the_same_as_alone(found: FeatureMap, times: int) -> None:
+def test_a_map_pooled_with_itself_has_the_same_scores(found: FeatureMap, times: int) -> None:
     evaluation, bootstrap = evaluate(found, maps.ROOM), BootstrapSettings(resamples=20)
     alone = pool([evaluation], rng=np.random.default_rng(0), settings=bootstrap)
     again = pool([evaluation] * times, rng=np.random.default_rng(0), settings=bootstrap)

@@ -301,7 +301,7 @@ garbage = st.binary() | st.builds(lambda text, name: text.encode(name, "ignore")
 @pytest.mark.parametrize("name", [*READERS, "map.json"])
 @hypothesis_settings(max_examples=60, deadline=None)
 @given(content=garbage)
-def test_a_file_of_anything_is_read_or_told_in_one_line(
+def test_any_file_is_read_or_refused_in_one_line(
     name: str, content: bytes, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     path = tmp_path_factory.getbasetemp() / name
@@ -324,7 +324,7 @@ pings = st.lists(st.lists(cells, min_size=7, max_size=9).map(",".join), max_size
 
 @hypothesis_settings(max_examples=150, deadline=None)
 @given(rows=pings, rig=rigs())
-def test_pings_of_anything_are_read_or_told_in_one_line(
+def test_any_pings_file_is_read_or_refused_in_one_line(
     rows: str, rig: Rig, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     path = tmp_path_factory.getbasetemp() / "anything"

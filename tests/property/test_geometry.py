@@ -70,7 +70,7 @@ def test_wrapping_keeps_the_direction_within_one_turn_and_does_nothing_twice(ang
 
 
 @given(st.integers(-500, 500), st.integers(-3, 3))
-def test_wrapping_holds_its_bounds_beside_every_seam(turns: int, steps: int) -> None:
+def test_wrapped_angles_keep_their_bounds_near_every_seam(turns: int, steps: int) -> None:
     seam = (2 * turns + 1) * np.pi
     beside = seam + steps * np.spacing(abs(seam))
     assert -np.pi <= wrap(beside) < np.pi

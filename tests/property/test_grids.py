@@ -124,7 +124,7 @@ def test_nothing_is_learnt_of_cells_that_no_cone_touches(name: str, seed: int) -
 @pytest.mark.parametrize("name", RULES)
 @given(seed=seeds)
 @fewer
-def test_every_value_is_a_probability_however_often_the_same_is_heard(name: str, seed: int) -> None:
+def test_every_value_stays_a_probability_after_many_equal_pings(name: str, seed: int) -> None:
     rule = RULES[name]()
     for _ in range(100):
         rule.add(off_the_lattice(seed, count=2))

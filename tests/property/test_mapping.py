@@ -66,7 +66,7 @@ def test_a_circle_is_the_same_circle_in_another_frame(frame: FloatArray, radius:
 
 
 @given(st.permutations(range(6)))
-def test_groups_do_not_depend_on_the_order_in_which_walls_were_heard(order: list[int]) -> None:
+def test_groups_do_not_depend_on_the_order_of_the_walls(order: list[int]) -> None:
     lines = ((np.pi / 2, 3.0), (0.0, 4.0))
     heard = [scenes.observed_wall(line, hub, sweep=k) for line in lines for k, hub in enumerate(HUBS)]
     groups = group_lines([heard[each] for each in order], GATES)

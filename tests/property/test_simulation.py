@@ -79,7 +79,7 @@ def over(simulation: Simulation, *, mouth: int, ear: int) -> tuple[FloatArray, C
 
 
 @given(places, places, headings, headings)
-def test_who_sends_and_who_hears_can_be_exchanged(
+def test_transmitter_and_receiver_can_be_exchanged(
     first: tuple[float, float], second: tuple[float, float], heading: float, other: float
 ) -> None:
     rig = soundings.rig(
@@ -129,7 +129,7 @@ def test_readings_are_ranges_within_reach_or_say_what_is_the_matter(
 
 @few
 @given(places, headings)
-def test_an_incoherent_sum_hears_at_least_what_its_loudest_echo_is(place: tuple[float, float], heading: float) -> None:
+def test_an_incoherent_sum_is_at_least_its_strongest_echo(place: tuple[float, float], heading: float) -> None:
     simulation = of_room(place, heading, superposition="incoherent", crosstalk=False, second_time_around=False)
     stage = simulation._hearing.stage
     pings = np.arange(len(stage.shots.instants))

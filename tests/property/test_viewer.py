@@ -93,7 +93,7 @@ def all_strokes(elements: Iterable[ET.Element]) -> FloatArray:
 
 @few
 @given(covariances(), points, st.sampled_from([0.5, 0.9, 0.95, 0.99]))
-def test_an_ellipse_holds_as_many_points_as_its_probability_says(
+def test_an_ellipse_contains_its_probability_of_points(
     covariance: FloatArray, middle: FloatArray, probability: float
 ) -> None:
     drawn = np.random.default_rng(1).multivariate_normal(middle, covariance, size=4000, method="cholesky")
@@ -129,7 +129,7 @@ def test_no_direction_is_less_sure_than_the_greatest_deviation(covariance: Float
 
 @few
 @given(walls())
-def test_a_band_holds_as_many_lines_at_each_place_as_its_probability_says(one: Wall) -> None:
+def test_a_band_contains_its_probability_of_lines_everywhere(one: Wall) -> None:
     # Small enough for angles to be as good as their sines.
     covariance = one.covariance * 1e-10
     drawn = np.random.default_rng(2).multivariate_normal([one.normal_angle, one.offset], covariance, size=4000)
@@ -151,7 +151,7 @@ def test_a_wall_is_nowhere_between_two_places_less_sure_than_at_the_worse_of_the
 
 
 @given(walls(), st.lists(points, min_size=1, max_size=6), st.floats(0.01, 0.5))
-def test_bodies_lie_behind_the_face_that_was_heard(one: Wall, hubs: list[FloatArray], thickness: float) -> None:
+def test_bodies_lie_behind_the_detected_face(one: Wall, hubs: list[FloatArray], thickness: float) -> None:
     stations = np.array(hubs)
     line = lines_through(*one.endpoints_xy)
     heard = signed_distances(line, stations)
@@ -164,7 +164,7 @@ def test_bodies_lie_behind_the_face_that_was_heard(one: Wall, hubs: list[FloatAr
 
 @few
 @given(spoilt_plans)
-def test_every_body_has_its_face_and_is_as_thick_as_told(plan: Plan) -> None:
+def test_every_body_has_its_face_and_the_specified_thickness(plan: Plan) -> None:
     found = plan.feature_map
     for one, body in zip(found.walls, wall_bodies(found.walls, found.poses[:, :2], thickness=0.05), strict=True):
         np.testing.assert_array_equal(body[:2], one.endpoints_xy)
@@ -249,7 +249,7 @@ def test_every_name_in_a_drawing_is_its_own_and_every_feature_has_one(plan: Plan
 
 @few
 @given(spoilt_plans)
-def test_a_drawing_tells_of_each_feature_once(plan: Plan) -> None:
+def test_a_drawing_describes_each_feature_once(plan: Plan) -> None:
     drawing = plan_element(plan)
     assert len(list(titles(drawing))) == 1 + len(marked(drawing, "feature"))
 
@@ -278,7 +278,7 @@ def test_a_number_in_a_drawing_is_the_number_to_a_ten_thousandth(value: float) -
 
 
 @given(st.lists(arrays(np.float64, (3, 2), elements=st.floats(-1e3, 1e3)), max_size=4))
-def test_a_path_holds_its_strokes(drawn: list[FloatArray]) -> None:
+def test_a_path_contains_its_strokes(drawn: list[FloatArray]) -> None:
     back = strokes(element("path", d=path(drawn)))
     assert len(back) == len(drawn)
     for one, other in zip(back, drawn, strict=True):
@@ -287,7 +287,7 @@ def test_a_path_holds_its_strokes(drawn: list[FloatArray]) -> None:
 
 @few
 @given(spoilt_plans)
-def test_bounds_hold_all_that_is_drawn_and_are_a_metre_at_least(plan: Plan) -> None:
+def test_bounds_contain_everything_drawn_and_are_at_least_a_metre_wide(plan: Plan) -> None:
     low, high = plan.bounds_xy
     found = plan.feature_map
     ends = [one.endpoints_xy for one in found.walls]
