@@ -18,7 +18,7 @@ def volleys_over(
     noise: float,
 ) -> FloatArray:
     """What bursts explain that come by way of walls and were not meant for these pings."""
-    add_volleys(levels := unheard(heard[0]), heard, walls, extents, noise)
+    add_volleys(levels := levels_of_no_echo(heard[0]), heard, walls, extents, noise)
     return levels
 
 
@@ -26,10 +26,10 @@ def ghosts_of_cylinder(
     heard: tuple[Soundings, Hearing], wall: FloatArray, cylinder: FloatArray, noise: float
 ) -> FloatArray:
     """What echoes of a cylinder in a wall explain."""
-    add_ghosts_of_cylinder(levels := unheard(heard[0]), heard, wall, cylinder, noise)
+    add_ghosts_of_cylinder(levels := levels_of_no_echo(heard[0]), heard, wall, cylinder, noise)
     return levels
 
 
-def unheard(soundings: Soundings) -> FloatArray:
+def levels_of_no_echo(soundings: Soundings) -> FloatArray:
     """Levels of pings that nothing explains."""
     return np.full(len(soundings.readings), UNHEARD)

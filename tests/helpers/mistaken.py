@@ -32,7 +32,7 @@ def sound_sweeps() -> tuple[Sweep, ...]:
 
 
 @cache
-def askew_sweeps(gain: float, degrees: float) -> tuple[Sweep, ...]:
+def misaligned_sweeps(gain: float, degrees: float) -> tuple[Sweep, ...]:
     """The same of a servo that does not quite turn as recorded."""
     return _simulated(_STATIONS, SimulationSettings(servo_gain=gain, servo_offset=np.radians(degrees)))
 

@@ -187,7 +187,7 @@ def over_faces(pair: Pair, gain: float, mouth: FloatArray, ear_after: EarAfter) 
 def over_disc(disc: FloatArray, gain: float, mouth: FloatArray, ear_after: EarAfter) -> Iterator[Path]:
     """The reflection of a cylinder."""
     ear = ear_after(around(disc, mouth, ear_after(0.0)))
-    spot = glance(disc, mouth, ear)
+    spot = reflection_point(disc, mouth, ear)
     if spot is not None:
         yield Path(turns=[spot], ear=ear, law=gain * disc_law(disc, spot, mouth, ear), length=way(mouth, spot, ear))
 
@@ -197,7 +197,7 @@ def over_face_and_disc(pair: Pair, gain: float, mouth: FloatArray, ear_after: Ea
     face, disc = pair
     image = mirrored(face, mouth)
     ear = ear_after(around(disc, image, ear_after(0.0)))
-    spot = glance(disc, image, ear)
+    spot = reflection_point(disc, image, ear)
     if spot is not None:
         turn, lit = bounce(face, mouth, spot)
         law = lit * gain * disc_law(disc, spot, image, ear)
@@ -209,7 +209,7 @@ def over_disc_and_face(pair: Pair, gain: float, mouth: FloatArray, ear_after: Ea
     face, disc = pair
     ear = ear_after(around(disc, mouth, mirrored(face, ear_after(0.0))))
     image = mirrored(face, ear)
-    spot = glance(disc, mouth, image)
+    spot = reflection_point(disc, mouth, image)
     if spot is not None:
         turn, lit = bounce(face, spot, ear)
         law = lit * gain * disc_law(disc, spot, mouth, image)
@@ -292,7 +292,7 @@ def bounce(segment: FloatArray, p: FloatArray, q: FloatArray) -> tuple[FloatArra
     return spot, 1.0 if inside > TIE else 0.5 if inside >= -TIE else 0.0
 
 
-def glance(disc: FloatArray, p: FloatArray, q: FloatArray) -> FloatArray | None:
+def reflection_point(disc: FloatArray, p: FloatArray, q: FloatArray) -> FloatArray | None:
     """Where a cylinder reflects sound from p to q: where the way over its lit side is shortest."""
     center, radius = disc[:2], float(disc[2])
     if min(distance(p, center), distance(q, center)) <= radius:

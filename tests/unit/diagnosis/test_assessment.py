@@ -11,7 +11,7 @@ from echoplan.joint.mapper import JointMapper
 from echoplan.methods import METHODS, map_sweeps
 from echoplan.model import Conventions, FeatureMap, Verdict, Wall
 from echoplan.preprocessing import Faults, RecordingFault, RecordingFaultKind
-from helpers.mistaken import RIG, askew_sweeps, many_sweeps, sound_map, sound_sweeps
+from helpers.mistaken import RIG, misaligned_sweeps, many_sweeps, sound_map, sound_sweeps
 
 TWO_PLACES = Faults(recording=(RecordingFault(kind=RecordingFaultKind.TWO_PLACES),))
 SOUND = Measures(share=0.98, confirmed=0.9, features=8)
@@ -54,15 +54,15 @@ ASKEW = [(0.92, 0.0), (1.08, -4.0), (1.0, 9.0)]
 
 @pytest.mark.parametrize(("gain", "degrees"), ASKEW)
 def test_a_map_for_which_the_servo_was_calibrated_is_good(gain: float, degrees: float) -> None:
-    sweeps = askew_sweeps(gain, degrees)
+    sweeps = misaligned_sweeps(gain, degrees)
     quality = assess(map_sweeps(JointMapper(RIG), sweeps), RIG, sweeps)
     assert (quality.verdict, quality.reasons) == (Verdict.GOOD, ())
 
 
 @pytest.mark.parametrize(("gain", "degrees"), ASKEW)
 def test_a_servo_that_joint_calibrates_is_no_mistake(gain: float, degrees: float) -> None:
-    assert examine(RIG, askew_sweeps(gain, degrees)).reasons == ()
-    assert find_remedies(askew_sweeps(gain, degrees), RIG, conventions=Conventions()) == ()
+    assert examine(RIG, misaligned_sweeps(gain, degrees)).reasons == ()
+    assert find_remedies(misaligned_sweeps(gain, degrees), RIG, conventions=Conventions()) == ()
 
 
 def test_features_whose_stations_nobody_counted_do_not_make_a_map_doubtful() -> None:
