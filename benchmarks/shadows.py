@@ -23,7 +23,7 @@ from echoplan.joint.optimisation.edge_diffraction import at_end
 from echoplan.joint.pose_model_selection import explained
 from echoplan.joint.settings import PoseMode
 from echoplan.model import Table
-from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
+from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from library.rooms import random_simulation
 
 ROOMS = 100
@@ -49,9 +49,9 @@ def losses(seed: int) -> FloatArray:
     """Attenuation at each station that detected a wall of a room [dB]."""
     simulation = random_simulation(seed)
     sweeps = tuple(simulation)
-    soundings = join_soundings([soundings_of(each, simulation.rig) for each in sweeps])
+    measurements = join_measurements([measurements_of(each, simulation.rig) for each in sweeps])
     given = np.array([each.station for each in sweeps])
-    account = explained(Account(simulation.rig, soundings, given, JointSettings(poses=PoseMode.TRUST)))
+    account = explained(Account(simulation.rig, measurements, given, JointSettings(poses=PoseMode.TRUST)))
     walls = simulation.truth.walls_xy.reshape(-1, 2, 2)
     wavelength = account.model.tabulated().wavelength
     return np.array([lost for each in account.features for lost in lost_of(each, walls, given, wavelength)])
@@ -63,7 +63,7 @@ def lost_of(wall: Hypothesis, walls: FloatArray, stations: FloatArray, wavelengt
     if ends is None:
         return
     low, high = np.sort(along(wall.line, ends))
-    for x, y, _ in stations[wall.gains > 0.0]:
+    for x, y, _ in stations[wall.llr_by_station > 0.0]:
         normal = np.cos(wall.line[0]), np.sin(wall.line[0])
         sight, foot = look(shape_of(wall.reflector), (x, y, *normal)), along(wall.line, [x, y])
         yield sight[4] - at_end(sight, low - foot, foot - high, wavelength)[4]

@@ -70,7 +70,7 @@ def mapped(case: tuple[Path, int | None], *, off: float, poses: PoseMode, known_
     folder, copy = case
     recording, truth = read_recording(folder), read_truth(folder / "truth.json")
     itself = list(recording)
-    sweeps = itself if copy is None else displaced(itself, off, np.random.default_rng(copy))
+    sweeps = itself if copy is None else at_poses(itself, off, np.random.default_rng(copy))
     if known_associations and copy is not None:
         found = map_with_known_associations(recording.rig, itself, sweeps, off=off)
     else:
@@ -85,7 +85,7 @@ def mapped(case: tuple[Path, int | None], *, off: float, poses: PoseMode, known_
     )
 
 
-def displaced(sweeps: list[Sweep], off: float, rng: np.random.Generator) -> list[Sweep]:
+def at_poses(sweeps: list[Sweep], off: float, rng: np.random.Generator) -> list[Sweep]:
     """Set all headings to zero and displace each way-point, without moving or turning all of them together."""
     steps = off * directions(rng.uniform(-np.pi, np.pi, len(sweeps)))
     steps -= steps.mean(axis=0)

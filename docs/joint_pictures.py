@@ -22,7 +22,7 @@ from echoplan.io import builtin_rig
 from echoplan.joint.search.refinement import refine
 from echoplan.methods import find_method, map_sweeps
 from echoplan.model import Polyline, Route, World
-from echoplan.preprocessing.ping_arrays import Soundings, soundings_of
+from echoplan.preprocessing.measurements import Measurements, measurements_of
 from echoplan.simulation import Simulation
 from echoplan.viewer import Plan
 from echoplan.viewer.figures import plan_figure
@@ -181,15 +181,15 @@ def beliefs() -> None:
     _save(figure, "joint-beliefs")
 
 
-def _soundings(lines: list[FloatArray], stations: FloatArray) -> list[Soundings]:
+def _soundings(lines: list[FloatArray], stations: FloatArray) -> list[Measurements]:
     """Simulate the pings of the rotary array in a world of open polylines."""
     world = World(name="lines", polylines=tuple(Polyline(points_xy=line) for line in lines))
     rig = builtin_rig("rotary-array")
     simulation = Simulation(world=world, rig=rig, route=Route(map_from_base=stations))
-    return [soundings_of(sweep, rig) for sweep in simulation]
+    return [measurements_of(sweep, rig) for sweep in simulation]
 
 
-def _as_wall(heard: Soundings, hearing: Hearing, depth: float) -> FloatArray:
+def _as_wall(heard: Measurements, hearing: Hearing, depth: float) -> FloatArray:
     """Fit a wall to the echoes of about one depth."""
     near = np.flatnonzero(np.abs(heard.readings + _ARM - depth) < 0.05)
     angle = float(np.angle(np.mean(np.exp(1j * heard.bearings[near]))))
@@ -198,7 +198,7 @@ def _as_wall(heard: Soundings, hearing: Hearing, depth: float) -> FloatArray:
 
 
 def _draw_expected(
-    axes: Axes, soundings: Soundings, hearing: Hearing, reflector: FloatArray, *, color: str, label: str
+    axes: Axes, soundings: Measurements, hearing: Hearing, reflector: FloatArray, *, color: str, label: str
 ) -> None:
     """Draw the readings that a landmark predicts, where it should be detected."""
     order = np.argsort(soundings.bearings)

@@ -94,8 +94,8 @@ MUTANTS = {
     ),
     "the last adjustment of `explain` is left out": Mutant(
         file="estimate.py",
-        old="        self.settle_features()\n        self.adjust(self.noise)\n        self.judge(self.noise)",
-        new="        self.settle_features()\n        self.judge(self.noise)",
+        old="        self.prune_and_reclassify()\n        self.adjust(self.noise)\n        self.judge(self.noise)",
+        new="        self.prune_and_reclassify()\n        self.judge(self.noise)",
         tests=("test_mapper.py",),
         redundant="`polish`, which always follows, adjusts again before anything is drawn",
     ),

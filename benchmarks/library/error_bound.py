@@ -13,16 +13,16 @@ from echoplan.evaluation.matches import Matches
 from echoplan.geometry import along
 from echoplan.joint.optimisation.attenuation import shadowed
 from echoplan.joint.optimisation.edge_diffraction import edges_of
-from echoplan.joint.optimisation.optimiser import AdjustmentSettings, Beliefs, Features, adjust
+from echoplan.joint.optimisation.optimiser import Features, OptimiserSettings, Priors, adjust
 from echoplan.joint.optimisation.values import State
 from echoplan.model import FeatureMap, Sweep, Truth
-from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
+from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.simulation import Simulation
 
 __all__ = ["against_bound", "true_scale"]
 
 # One step at the true room, in which no reading is an outlier.
-_AT_THE_TRUTH = AdjustmentSettings(rounds=1, robust=1e6)
+_AT_THE_TRUTH = OptimiserSettings(rounds=1, robust=1e6)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -88,8 +88,8 @@ def _of_cylinder(feature_map: FeatureMap, truth: Truth, estimate: int, true: int
 
 
 def _bounds(features: Sequence[_Error], simulation: Simulation, sweeps: Sequence[Sweep]) -> list[FloatArray]:
-    soundings, model = (
-        join_soundings([soundings_of(sweep, simulation.rig) for sweep in sweeps]),
+    measurements, model = (
+        join_measurements([measurements_of(sweep, simulation.rig) for sweep in sweeps]),
         _true_model(simulation),
     )
     reflectors = np.array([each.reflector for each in features]).reshape(-1, 4)
@@ -97,16 +97,18 @@ def _bounds(features: Sequence[_Error], simulation: Simulation, sweeps: Sequence
     everything = Features(
         reflectors=reflectors,
         extents=extents,
-        shadows=np.zeros((len(features), len(sweeps))),
-        doubts=np.zeros((len(features), len(sweeps))),
+        attenuations=np.zeros((len(features), len(sweeps))),
+        bias_variances=np.zeros((len(features), len(sweeps))),
         ends=edges_of(reflectors, extents),
     )
     # What no method knows of shadows is no nuisance to the bound.
-    everything = shadowed(soundings, model.tabulated(), everything)._replace(doubts=everything.doubts)
+    everything = shadowed(measurements, model.tabulated(), everything)._replace(
+        bias_variances=everything.bias_variances
+    )
     start = State(features=everything, model=model)
-    single = soundings._replace(weights=np.ones(len(soundings.weights)))
+    single = measurements._replace(weights=np.ones(len(measurements.weights)))
     adjusted = adjust(single, start, _beliefs(simulation, start.model), _AT_THE_TRUTH)
-    places = [adjusted.unknowns.feature(number) for number in range(len(features))]
+    places = [adjusted.layout.feature(number) for number in range(len(features))]
     return [adjusted.covariance[place, place] for place in places]
 
 
@@ -123,10 +125,10 @@ def _true_model(simulation: Simulation) -> EchoModel:
     )
 
 
-def _beliefs(simulation: Simulation, model: EchoModel) -> Beliefs:
+def _beliefs(simulation: Simulation, model: EchoModel) -> Priors:
     """Model whose range noise is jitter and rounding."""
     rounding = simulation.rig.sensors[0].resolution / float(np.sqrt(12.0))
-    return Beliefs(
+    return Priors(
         noise=float(np.hypot(simulation.settings.jitter, rounding)),
         offset_sigma=rounding,
         walk_gain=model.walk_gain,

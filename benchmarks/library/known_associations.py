@@ -9,10 +9,10 @@ import numpy as np
 from echoplan.joint.estimate import Account
 from echoplan.joint.mapper import JointSettings
 from echoplan.joint.marginalisation import survey
-from echoplan.joint.optimisation.pose_factors import displaced, waypoint_beliefs
+from echoplan.joint.optimisation.pose_factors import at_poses, waypoint_prior
 from echoplan.joint.pose_model_selection import explained
 from echoplan.model import FeatureMap, Rig, Sweep
-from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
+from echoplan.preprocessing.measurements import join_measurements, measurements_of
 
 __all__ = ["map_with_known_associations"]
 
@@ -44,13 +44,13 @@ def map_with_known_associations(
     FeatureMap
         Where the features are by the other way-points.
     """
-    soundings, given = join_soundings([soundings_of(each, rig) for each in sweeps]), _stations(sweeps)
-    moved = copy.copy(explained(Account(rig, soundings, given, JointSettings())))
+    measurements, given = join_measurements([measurements_of(each, rig) for each in sweeps]), _stations(sweeps)
+    moved = copy.copy(explained(Account(rig, measurements, given, JointSettings())))
     moved.given = _stations(elsewhere)
-    moved.recorded = displaced(moved.recorded, given, moved.given)
+    moved.recorded = at_poses(moved.recorded, given, moved.given)
     # A step in some direction has half of its square along either axis.
     sigmas = {"waypoint": max(off, 1e-3) / math.sqrt(2.0), "waypoint_turn": math.pi}
-    poses = waypoint_beliefs(moved.given, moved.settings.pose_errors.model_copy(update=sigmas))
+    poses = waypoint_prior(moved.given, moved.settings.pose_errors.model_copy(update=sigmas))
     for _ in range(_ROUNDS):
         moved.adjust(moved.noise, poses)
         if moved.adjusted is None or moved.adjusted.left < _STILL:

@@ -8,10 +8,10 @@ from echoplan.acoustics.predicted_echo import EchoModel, Kind, expect, shape_of
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.likelihood.ping_likelihood import Explanation
-from echoplan.joint.likelihood.ping_scores import NO_EVIDENCE, Evidence, weigh
-from echoplan.preprocessing.ping_arrays import Soundings
-from helpers.soundings import PAPER
+from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
+from echoplan.joint.likelihood.ping_scores import NO_EVIDENCE, PingScores, score_pings
+from echoplan.preprocessing.measurements import Measurements
+from helpers.simulated_worlds import PAPER
 
 SONAR = EchoModel.of(PAPER)
 REACH = 4.0
@@ -54,13 +54,13 @@ def listening(
     step: float = np.radians(3.0),
     arm: float = 0.05,
     rates: Sequence[float] = (),
-) -> Soundings:
+) -> Measurements:
     """Pings all around each station, of which none heard anything; the servo may turn in each."""
     bearings = np.arange(-np.pi, np.pi - 1e-9, step)
     count, hubs = len(stations_xy), np.repeat(np.array(stations_xy), len(bearings), axis=0)
     axes = np.tile(directions(bearings), (count, 1))
     places = hubs + arm * axes
-    return Soundings(
+    return Measurements(
         x=places[:, 0].copy(),
         y=places[:, 1].copy(),
         ux=axes[:, 0].copy(),
@@ -72,7 +72,7 @@ def listening(
         readings=np.full(len(hubs), np.inf),
         stations=np.repeat(np.arange(count), len(bearings)),
         sensors=np.zeros(len(hubs), dtype=np.int64),
-        mates=np.full((len(hubs), 1), -1),
+        crosstalk_sources=np.full((len(hubs), 1), -1),
         lags=np.zeros((len(hubs), 1)),
         weights=np.full(len(hubs), min(1.0, step / np.radians(4.0))),
         centers=np.array(stations_xy, dtype=np.float64),
@@ -81,59 +81,65 @@ def listening(
     )
 
 
-def expected(soundings: Soundings, reflector: FloatArray, sonar: EchoModel = SONAR) -> tuple[FloatArray, FloatArray]:
+def expected(
+    measurements: Measurements, reflector: FloatArray, sonar: EchoModel = SONAR
+) -> tuple[FloatArray, FloatArray]:
     """Signal excess [dB] and reading [m] of a reflector that each ping would give, were it heard."""
     hearing, shape = sonar.tabulated(), shape_of(reflector)
-    rays = zip(soundings.x, soundings.y, soundings.ux, soundings.uy, strict=True)
+    rays = zip(measurements.x, measurements.y, measurements.ux, measurements.uy, strict=True)
     depths, excesses, readings = np.array([expect(hearing, shape, ray) for ray in rays]).T
-    return np.where(depths > soundings.min_range, excesses, -np.inf), readings / hearing.scale
+    return np.where(depths > measurements.min_range, excesses, -np.inf), readings / hearing.scale
 
 
 def hearing(
-    soundings: Soundings,
+    measurements: Measurements,
     reflectors: Sequence[FloatArray] | FloatArray,
     *,
     sonar: EchoModel = SONAR,
     noise: float = 0.0,
     rng: np.random.Generator | None = None,
-) -> Soundings:
+) -> Measurements:
     """Give each ping the nearest echo that is loud enough."""
-    nearest = soundings.readings
+    nearest = measurements.readings
     for reflector in reflectors:
-        excesses, readings = expected(soundings, reflector, sonar)
+        excesses, readings = expected(measurements, reflector, sonar)
         nearest = np.minimum(nearest, np.where(excesses > 0.0, readings, np.inf))
     jitter = rng.normal(0.0, noise, len(nearest)) if rng is not None else 0.0
-    return soundings._replace(readings=np.where(nearest < soundings.max_range, nearest + jitter, np.inf))
+    return measurements._replace(readings=np.where(nearest < measurements.max_range, nearest + jitter, np.inf))
 
 
-def returning(soundings: Soundings, vertex_xy: tuple[float, float], opening: float) -> Soundings:
+def returning(measurements: Measurements, vertex_xy: tuple[float, float], opening: float) -> Measurements:
     """Give each ping within 25 degrees of a corner what it sends back: nearer, if it is acute, by the sine of that."""
-    x, y = vertex_xy[0] - soundings.x, vertex_xy[1] - soundings.y
-    ahead = x * soundings.ux + y * soundings.uy > np.hypot(x, y) * np.cos(np.radians(25.0))
+    x, y = vertex_xy[0] - measurements.x, vertex_xy[1] - measurements.y
+    ahead = x * measurements.ux + y * measurements.uy > np.hypot(x, y) * np.cos(np.radians(25.0))
     away = np.hypot(x, y) * np.sin(np.radians(min(opening, 90.0)))
-    return soundings._replace(readings=np.where(ahead, away, soundings.readings))
+    return measurements._replace(readings=np.where(ahead, away, measurements.readings))
 
 
-def evidence_for(soundings: Soundings, reflector: FloatArray) -> Evidence:
+def evidence_for(measurements: Measurements, reflector: FloatArray) -> PingScores:
     """What pings say of a reflector, at the usual noise."""
-    return weigh(soundings, SONAR.tabulated(), reflector, NOISE)
+    return score_pings(measurements, SONAR.tabulated(), reflector, NOISE)
 
 
-def explanation(soundings: Soundings, *, sonar: EchoModel = SONAR, noise: float = NOISE) -> Explanation:
+def explanation(measurements: Measurements, *, sonar: EchoModel = SONAR, noise: float = NOISE) -> PingLikelihood:
     """An explanation of what was heard by nothing so far."""
-    return Explanation(soundings, sonar.tabulated(), noise)
+    return PingLikelihood(measurements, sonar.tabulated(), noise)
 
 
-def judged(account: Explanation, reflectors: Sequence[FloatArray] | FloatArray) -> list[Hypothesis]:
+def rescored(account: PingLikelihood, reflectors: Sequence[FloatArray] | FloatArray) -> list[Hypothesis]:
     """Reflectors with the evidence for each of them alone."""
-    bare = np.full(len(account.soundings.readings), account.floor)
-    return account.judge_all([account.propose(each) for each in reflectors], bare, [])
+    bare = np.full(len(account.measurements.readings), account.floor)
+    return account.score_all([account.score(each) for each in reflectors], bare, [])
 
 
 def feature(
-    reflector: FloatArray, *, extent: tuple[float, float] = (0.0, 0.0), gains: Sequence[float] = (20.0,)
+    reflector: FloatArray, *, extent: tuple[float, float] = (0.0, 0.0), llr_by_station: Sequence[float] = (20.0,)
 ) -> Hypothesis:
     """A hypothesis that is taken for granted: there is no evidence for it."""
     return Hypothesis(
-        reflector=reflector, evidence=NO_EVIDENCE, gains=np.array(gains), total=float(sum(gains)), extent=extent
+        reflector=reflector,
+        evidence=NO_EVIDENCE,
+        llr_by_station=np.array(llr_by_station),
+        total=float(sum(llr_by_station)),
+        extent=extent,
     )

@@ -10,20 +10,20 @@ from echoplan.acoustics.predicted_echo import Kind, excess_of, look, shape_of, w
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, is_blocked
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.likelihood.track_history import Past
+from echoplan.joint.likelihood.track_history import TrackHistory
 from echoplan.joint.map_extraction.corners import VertexSettings, find_vertices
 from echoplan.joint.map_extraction.endpoint_views import line_evidence
 from echoplan.joint.map_extraction.map_builder import Survey, SurveySettings
 from echoplan.joint.map_extraction.segment import CELL, End, Segment
 from echoplan.joint.map_extraction.surroundings import points_on
 from echoplan.joint.optimisation.edge_diffraction import at_end, edges_of
-from echoplan.joint.optimisation.optimiser import AdjustmentSettings, Beliefs, Features, adjust
+from echoplan.joint.optimisation.optimiser import Features, OptimiserSettings, Priors, adjust
 from echoplan.joint.optimisation.values import State
 from echoplan.joint.search.ray_paths import trace_paths
 from echoplan.joint.search.specular_points import Echoes
 from echoplan.model import ClassProbabilities
-from echoplan.preprocessing.ping_arrays import Soundings
-from helpers.expectations import NOISE, REACH, ROOM, SONAR, explanation, feature, hearing, judged, listening, wall
+from echoplan.preprocessing.measurements import Measurements
+from helpers.expectations import NOISE, REACH, ROOM, SONAR, explanation, feature, hearing, listening, rescored, wall
 
 SILENT = Echoes()
 SURE = ClassProbabilities(wall=0.8, corner=0.15, cylinder=0.05)
@@ -59,15 +59,15 @@ def segment(
 
 
 def detecting(
-    soundings: Soundings,
+    measurements: Measurements,
     stretches: Sequence[Stretch],
     *,
     noise: float = 0.0,
     rng: np.random.Generator | None = None,
-) -> Soundings:
+) -> Measurements:
     """Give each ping the nearest detectable echo of walls with ends, of those that no other wall blocks."""
-    sonar, nearest = SONAR.tabulated(), soundings.readings
-    origins = np.column_stack([soundings.x, soundings.y])
+    sonar, nearest = SONAR.tabulated(), measurements.readings
+    origins = np.column_stack([measurements.x, measurements.y])
     ends = [points_on(each[1:3], np.array([low, high])) for each, low, high in stretches]
     for number, (reflector, low, high) in enumerate(stretches):
         feet = origins @ directions(reflector[1] + np.pi / 2)
@@ -76,9 +76,9 @@ def detecting(
         blocked = is_blocked(origins, targets, segments_xy=others, discs=np.zeros((0, 3)))
         shape, readings = shape_of(reflector), np.full(len(nearest), np.inf)
         for ping in np.flatnonzero(~blocked):
-            place = soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping]
+            place = measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping]
             sight = look(shape, place)
-            if sight[0] <= soundings.min_range:
+            if sight[0] <= measurements.min_range:
                 continue
             sight = at_end(sight, low - feet[ping], feet[ping] - high, sonar.wavelength)
             excess = excess_of(sonar, sight)
@@ -86,32 +86,34 @@ def detecting(
                 readings[ping] = (sight[0] + walk_of(sonar, excess)) / sonar.scale
         nearest = np.minimum(nearest, readings)
     jitter = rng.normal(0.0, noise, len(nearest)) if rng is not None else 0.0
-    return soundings._replace(readings=np.where(nearest < soundings.max_range, nearest + jitter, np.inf))
+    return measurements._replace(readings=np.where(nearest < measurements.max_range, nearest + jitter, np.inf))
 
 
-def remembered(soundings: Soundings, reflectors: Sequence[FloatArray]) -> list[Hypothesis]:
+def remembered(measurements: Measurements, reflectors: Sequence[FloatArray]) -> list[Hypothesis]:
     """Walls with a past that holds what all stations say of them."""
-    account, count = explanation(soundings), len(soundings.centers)
-    found = judged(account, reflectors)
-    paths, left_out = trace_paths(account, found, step=STEP), account.levels_without(found)
+    account, count = explanation(measurements), len(measurements.centers)
+    found = rescored(account, reflectors)
+    paths, left_out = trace_paths(account, found, step=STEP), account.log_densities_without(found)
     return [
         replace(
             each,
-            past=Past(
+            history=TrackHistory(
                 number=number,
                 pings=int((paths.owners == number).sum()),
                 feet=paths.feet(number, each.line),
                 crossings=paths.crossings(number, each.line),
-                line=line_evidence(account, each, count, levels),
+                line=line_evidence(account, each, count, log_densities),
             ),
         )
-        for number, (each, levels) in enumerate(zip(found, left_out, strict=True))
+        for number, (each, log_densities) in enumerate(zip(found, left_out, strict=True))
     ]
 
 
-def past_of(known: Hypothesis, number: int, pings: int) -> Past:
+def past_of(known: Hypothesis, number: int, pings: int) -> TrackHistory:
     """What stations whose gain is above five said."""
-    return Past(number=number, speaking=int((known.gains > 5.0).sum()), pings=pings, probabilities=SURE)
+    return TrackHistory(
+        number=number, supporting=int((known.llr_by_station > 5.0).sum()), pings=pings, probabilities=SURE
+    )
 
 
 def survey(
@@ -123,22 +125,22 @@ def survey(
     pieces: Mapping[int, Sequence[Segment]] = MappingProxyType({}),
 ) -> Survey:
     """The survey of a room of 4 x 3 m that was heard but for the corners; some walls may be in pieces."""
-    known = [*(feature(each, gains=[9.0, 6.0, 4.0, -1.0]) for each in walls), *others]
+    known = [*(feature(each, llr_by_station=[9.0, 6.0, 4.0, -1.0]) for each in walls), *others]
     reflectors = np.array([each.reflector for each in known]).reshape(-1, 4)
     extents = np.tile([-REACH, REACH], (len(known), 1))
     features = Features(
         reflectors=reflectors,
         extents=extents,
-        shadows=np.zeros((len(known), 4)),
-        doubts=np.zeros((len(known), 4)),
+        attenuations=np.zeros((len(known), 4)),
+        bias_variances=np.zeros((len(known), 4)),
         ends=edges_of(reflectors, extents),
     )
     truth = [*ROOM, *(each for each in reflectors if each[0] == Kind.CYLINDER)]
-    beliefs = Beliefs(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False, scale_sigma=0.03)
+    priors = Priors(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False, scale_sigma=0.03)
     start = State(features=features, model=SONAR)
-    adjusted = adjust(hearing(listening(), truth), start, beliefs, AdjustmentSettings())
+    adjusted = adjust(hearing(listening(), truth), start, priors, OptimiserSettings())
     known = [
-        replace(each, past=past_of(each, number, int((adjusted.owners == number).sum())))
+        replace(each, history=past_of(each, number, int((adjusted.owners == number).sum())))
         for number, each in enumerate(known)
     ]
     segments = [

@@ -8,7 +8,7 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
 from echoplan.joint.likelihood.ping_scores import UNHEARD
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 from helpers.expectations import REACH, SONAR
 
 # Without a walk a reading is the depth itself.
@@ -22,21 +22,21 @@ def one_ping(
     mate: tuple[float, float] | None = None,
     mate_bearing: float = 0.0,
     lag: float = 0.0,
-) -> Soundings:
+) -> Measurements:
     """One ping at a place, as often as there are readings to try, a tenth of a millimetre apart, and its mate."""
     readings = np.append(np.arange(0.3, REACH - 0.1, 1e-4), np.inf)
     count = len(readings)
     x, y = np.full(count, place[0]), np.full(count, place[1])
-    axes, mates = np.tile(directions(bearing), (count, 1)), np.full((count, 2), -1)
+    axes, crosstalk_sources = np.tile(directions(bearing), (count, 1)), np.full((count, 2), -1)
     if mate:
-        x, y, axes[-1], mates[:-1, 1] = (
+        x, y, axes[-1], crosstalk_sources[:-1, 1] = (
             np.append(x[1:], mate[0]),
             np.append(y[1:], mate[1]),
             directions(mate_bearing),
             count - 1,
         )
     nothing = np.zeros(count)
-    return Soundings(
+    return Measurements(
         x=x,
         y=y,
         ux=axes[:, 0].copy(),
@@ -48,7 +48,7 @@ def one_ping(
         readings=readings,
         stations=np.zeros(count, dtype=np.int64),
         sensors=np.zeros(count, dtype=np.int64),
-        mates=mates,
+        crosstalk_sources=crosstalk_sources,
         lags=np.full((count, 2), lag),
         weights=nothing + 1.0,
         centers=np.array([place]),
@@ -57,10 +57,10 @@ def one_ping(
     )
 
 
-def likeliest(soundings: Soundings, levels: FloatArray) -> float:
+def likeliest(measurements: Measurements, log_densities: FloatArray) -> float:
     """The reading that a ghost explains best [m]."""
-    assert levels.max() > UNHEARD
-    return float(soundings.readings[np.argmax(levels)])
+    assert log_densities.max() > UNHEARD
+    return float(measurements.readings[np.argmax(log_densities)])
 
 
 def point_on(reflector: FloatArray, along: float) -> FloatArray:

@@ -15,7 +15,7 @@ from echoplan.methods import map_sweeps
 from echoplan.model import FeatureMap, Odometry, Opening
 from echoplan.simulation import OdometryNoise, Simulation
 from echoplan.sources import find_rig, find_route, find_world
-from helpers.soundings import array, simulation, turning, world
+from helpers.simulated_worlds import array, simulation, turning, world
 
 # The jambs of the door of the two-room flat, midway between the faces of its wall.
 JAMBS = np.array([[3.96, 1.6], [3.96, 2.45]])

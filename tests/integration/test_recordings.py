@@ -14,7 +14,7 @@ from echoplan.joint.mapper import JointSettings
 from echoplan.joint.settings import PoseMode
 from echoplan.methods import METHODS, map_sweeps
 from echoplan.model import FeatureMap, Recording, Rig, Sensor, Sweep
-from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
+from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.preprocessing.rays import share_of_ramps
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
@@ -122,7 +122,7 @@ def test_no_recording_of_sound_is_taken_for_rays(name: str) -> None:
     if not path.exists():
         pytest.skip(f"the recording {name} is not here")
     recording = read_recording(path) if path.is_dir() else hand_turned(path)
-    heard = join_soundings([soundings_of(sweep, recording.rig) for sweep in recording])
+    heard = join_measurements([measurements_of(sweep, recording.rig) for sweep in recording])
     assert share_of_ramps(heard) < 0.01
 
 

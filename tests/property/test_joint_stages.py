@@ -10,15 +10,15 @@ from echoplan.acoustics.range_walk_model import WalkCurve, fitted_walk
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, transform_points, wrap
 from echoplan.joint.arcs import ArcSettings, arc_planes, find_arcs
-from echoplan.joint.likelihood.crosstalk import bursts_of
+from echoplan.joint.likelihood.crosstalk import emissions_of
 from echoplan.joint.likelihood.double_bounces import ghosts_of_walls
-from echoplan.joint.likelihood.hypothesis_scores import Frame, judge
+from echoplan.joint.likelihood.hypothesis_scores import Frame, rescore
 from echoplan.joint.likelihood.image_sources import Extent
-from echoplan.joint.likelihood.ping_scores import UNHEARD, weigh
-from echoplan.preprocessing.ping_arrays import Soundings, chosen_soundings
+from echoplan.joint.likelihood.ping_scores import UNHEARD, score_pings
+from echoplan.preprocessing.measurements import Measurements, select_measurements
 from echoplan.preprocessing.servo import late_by
 from helpers.expectations import NOISE, ROOM, SONAR, cylinder, edge, expected, hearing, listening, wall
-from helpers.ghost_levels import ghosts_of_cylinder, volleys_over
+from helpers.multipath_log_densities import ghosts_of_cylinder, volleys_over
 
 POSES = st.tuples(st.floats(-10, 10), st.floats(-10, 10), st.floats(-3, 3))
 SEEDS = st.integers(0, 10_000)
@@ -54,36 +54,36 @@ def moved_along(reflector: FloatArray, pose: tuple[float, float, float]) -> floa
     return float(directions(reflector[1] + pose[2] + np.pi / 2) @ pose[:2])
 
 
-def taken(soundings: Soundings, pose: tuple[float, float, float]) -> Soundings:
-    """Soundings taken by a pose."""
+def taken(measurements: Measurements, pose: tuple[float, float, float]) -> Measurements:
+    """Measurements taken by a pose."""
     turn = np.exp(1j * pose[2])
     places, axes, arms = (
         turn * (x + 1j * y)
         for x, y in (
-            (soundings.x, soundings.y),
-            (soundings.ux, soundings.uy),
-            (soundings.arms_x, soundings.arms_y),
+            (measurements.x, measurements.y),
+            (measurements.ux, measurements.uy),
+            (measurements.arms_x, measurements.arms_y),
         )
     )
-    return soundings._replace(
+    return measurements._replace(
         x=places.real + pose[0],
         y=places.imag + pose[1],
         ux=axes.real.copy(),
         uy=axes.imag.copy(),
         arms_x=arms.real.copy(),
         arms_y=arms.imag.copy(),
-        centers=transform_points(pose, soundings.centers),
+        centers=transform_points(pose, measurements.centers),
     )
 
 
-def mirrored(soundings: Soundings) -> Soundings:
-    """Soundings in a mirror along the x axis."""
-    return soundings._replace(
-        y=-soundings.y,
-        uy=-soundings.uy,
-        arms_y=-soundings.arms_y,
-        rates=-soundings.rates,
-        centers=soundings.centers * [1.0, -1.0],
+def mirrored(measurements: Measurements) -> Measurements:
+    """Measurements in a mirror along the x axis."""
+    return measurements._replace(
+        y=-measurements.y,
+        uy=-measurements.uy,
+        arms_y=-measurements.arms_y,
+        rates=-measurements.rates,
+        centers=measurements.centers * [1.0, -1.0],
     )
 
 
@@ -99,7 +99,7 @@ def reflected(reflector: FloatArray) -> FloatArray:
 def test_no_place_or_direction_changes_what_is_expected(
     kind: Kind, seed: int, pose: tuple[float, float, float]
 ) -> None:
-    reflector, pings = some_reflector(kind, seed), chosen_soundings(SCENE, SCENE.stations == 0)
+    reflector, pings = some_reflector(kind, seed), select_measurements(SCENE, SCENE.stations == 0)
     here, there = expected(pings, reflector), expected(taken(pings, pose), moved(reflector, pose))
     assert there[0] == pytest.approx(here[0], abs=1e-5)
     assert there[1] == pytest.approx(here[1], abs=1e-7)
@@ -108,23 +108,23 @@ def test_no_place_or_direction_changes_what_is_expected(
 @settings(max_examples=30)
 @given(KINDS, SEEDS)
 def test_in_a_mirror_the_same_is_expected(kind: Kind, seed: int) -> None:
-    reflector, pings = some_reflector(kind, seed), chosen_soundings(SCENE, SCENE.stations == 1)
+    reflector, pings = some_reflector(kind, seed), select_measurements(SCENE, SCENE.stations == 1)
     for here, there in zip(expected(pings, reflector), expected(mirrored(pings), reflected(reflector)), strict=True):
         assert there == pytest.approx(here, abs=1e-7)
 
 
 @given(KINDS, SEEDS)
 def test_moving_sensor_and_reflector_together_changes_no_reading(kind: Kind, seed: int) -> None:
-    reflector, rng, slopes = some_reflector(kind, seed), np.random.default_rng(seed), np.empty(8)
+    reflector, rng, jacobian = some_reflector(kind, seed), np.random.default_rng(seed), np.empty(8)
     x, y, bearing = rng.uniform([-0.1, -0.1, -np.pi], [0.1, 0.1, np.pi]).tolist()
-    differentiate(HEARING, shape_of(reflector), (x, y, float(np.cos(bearing)), float(np.sin(bearing))), slopes)
+    differentiate(HEARING, shape_of(reflector), (x, y, float(np.cos(bearing)), float(np.sin(bearing))), jacobian)
     if kind is Kind.WALL:
         nx, ny = directions(reflector[1])
-        shifts = np.array([nx * slopes[1] + slopes[3], ny * slopes[1] + slopes[4]])
-        turn = slopes[0] + slopes[5] - y * slopes[3] + x * slopes[4]
+        shifts = np.array([nx * jacobian[1] + jacobian[3], ny * jacobian[1] + jacobian[4]])
+        turn = jacobian[0] + jacobian[5] - y * jacobian[3] + x * jacobian[4]
     else:
-        shifts = slopes[:2] + slopes[3:5]
-        turn = slopes[5] - y * slopes[3] + x * slopes[4] - reflector[2] * slopes[0] + reflector[1] * slopes[1]
+        shifts = jacobian[:2] + jacobian[3:5]
+        turn = jacobian[5] - y * jacobian[3] + x * jacobian[4] - reflector[2] * jacobian[0] + reflector[1] * jacobian[1]
     assert shifts == pytest.approx(0.0, abs=1e-9)
     assert turn == pytest.approx(0.0, abs=1e-9)
 
@@ -132,12 +132,12 @@ def test_moving_sensor_and_reflector_together_changes_no_reading(kind: Kind, see
 @settings(max_examples=30)
 @given(st.sampled_from([*ROOM, POST, edge(0.3, 0.9), wall(0.3, 1.0)]), POSES)
 def test_no_place_or_direction_changes_a_verdict(reflector: FloatArray, pose: tuple[float, float, float]) -> None:
-    nothing, levels = Frame(np.zeros((0, 4)), np.zeros((0, 2))), np.full(len(SCENE.readings), np.log(0.01))
-    elsewhere = taken(SCENE, pose)
-    here = judge(SCENE, reflector, weigh(SCENE, HEARING, reflector, NOISE), levels, nothing)
+    nothing, log_densities = Frame(np.zeros((0, 4)), np.zeros((0, 2))), np.full(len(SCENE.readings), np.log(0.01))
+    relocalised = taken(SCENE, pose)
+    here = rescore(SCENE, reflector, score_pings(SCENE, HEARING, reflector, NOISE), log_densities, nothing)
     place = moved(reflector, pose)
-    there = judge(elsewhere, place, weigh(elsewhere, HEARING, place, NOISE), levels, nothing)
-    assert there.gains == pytest.approx(here.gains, abs=1e-3)
+    there = rescore(relocalised, place, score_pings(relocalised, HEARING, place, NOISE), log_densities, nothing)
+    assert there.llr_by_station == pytest.approx(here.llr_by_station, abs=1e-3)
     if reflector[0] == Kind.WALL and here.total > 0.0:
         shift = moved_along(reflector, pose)
         assert (there.low - shift, there.high - shift) == pytest.approx((here.low, here.high), abs=1e-6)
@@ -146,43 +146,47 @@ def test_no_place_or_direction_changes_a_verdict(reflector: FloatArray, pose: tu
 @settings(max_examples=30)
 @given(st.sampled_from([*ROOM, POST, edge(0.3, 0.9), wall(0.3, 1.0)]))
 def test_in_a_mirror_a_verdict_is_the_same_and_a_wall_runs_the_other_way(reflector: FloatArray) -> None:
-    nothing, levels = Frame(np.zeros((0, 4)), np.zeros((0, 2))), np.full(len(SCENE.readings), np.log(0.01))
+    nothing, log_densities = Frame(np.zeros((0, 4)), np.zeros((0, 2))), np.full(len(SCENE.readings), np.log(0.01))
     image, turned = mirrored(SCENE), reflected(reflector)
-    here = judge(SCENE, reflector, weigh(SCENE, HEARING, reflector, NOISE), levels, nothing)
-    there = judge(image, turned, weigh(image, HEARING, turned, NOISE), levels, nothing)
-    assert there.gains == pytest.approx(here.gains, abs=1e-6)
+    here = rescore(SCENE, reflector, score_pings(SCENE, HEARING, reflector, NOISE), log_densities, nothing)
+    there = rescore(image, turned, score_pings(image, HEARING, turned, NOISE), log_densities, nothing)
+    assert there.llr_by_station == pytest.approx(here.llr_by_station, abs=1e-6)
     assert (-there.high, -there.low) == pytest.approx((here.low, here.high), abs=1e-9)
 
 
-def volleys(soundings: Soundings, walls: tuple[FloatArray, FloatArray], extents: tuple[Extent, Extent]) -> FloatArray:
+def volleys(
+    measurements: Measurements, walls: tuple[FloatArray, FloatArray], extents: tuple[Extent, Extent]
+) -> FloatArray:
     """What bursts by way of walls explain."""
-    return volleys_over((soundings, HEARING, bursts_of(soundings, HEARING)), walls, extents, ROUGH)
+    return volleys_over((measurements, HEARING, emissions_of(measurements, HEARING)), walls, extents, ROUGH)
 
 
 @settings(max_examples=30)
 @given(POSES)
 def test_no_place_or_direction_changes_a_ghost(pose: tuple[float, float, float]) -> None:
     rng, count = np.random.default_rng(1), len(SCENE.readings)
-    mates = SCENE._replace(readings=rng.uniform(0.3, 3.9, count), mates=np.roll(np.arange(count), 3)[:, None])
-    elsewhere, east, north = taken(mates, pose), moved(ROOM[0], pose), moved(ROOM[1], pose)
+    crosstalk_sources = SCENE._replace(
+        readings=rng.uniform(0.3, 3.9, count), crosstalk_sources=np.roll(np.arange(count), 3)[:, None]
+    )
+    relocalised, east, north = taken(crosstalk_sources, pose), moved(ROOM[0], pose), moved(ROOM[1], pose)
     along = [moved_along(each, pose) for each in (ROOM[0], ROOM[1])]
     spans = [(ENDS[0] + each, ENDS[1] + each) for each in along]
     pairs = (
         (
-            ghosts_of_walls(mates, HEARING, (ROOM[0], ROOM[1]), (ENDS, ENDS), ROUGH),
-            ghosts_of_walls(elsewhere, HEARING, (east, north), (spans[0], spans[1]), ROUGH),
+            ghosts_of_walls(crosstalk_sources, HEARING, (ROOM[0], ROOM[1]), (ENDS, ENDS), ROUGH),
+            ghosts_of_walls(relocalised, HEARING, (east, north), (spans[0], spans[1]), ROUGH),
         ),
         (
-            ghosts_of_cylinder((mates, HEARING), ROOM[0], POST, ROUGH),
-            ghosts_of_cylinder((elsewhere, HEARING), east, moved(POST, pose), ROUGH),
+            ghosts_of_cylinder((crosstalk_sources, HEARING), ROOM[0], POST, ROUGH),
+            ghosts_of_cylinder((relocalised, HEARING), east, moved(POST, pose), ROUGH),
         ),
         (
-            volleys(mates, (ROOM[1], ROOM[1]), (ENDS, ENDS)),
-            volleys(elsewhere, (north, north), (spans[1], spans[1])),
+            volleys(crosstalk_sources, (ROOM[1], ROOM[1]), (ENDS, ENDS)),
+            volleys(relocalised, (north, north), (spans[1], spans[1])),
         ),
         (
-            volleys(mates, (ROOM[0], ROOM[1]), (ENDS, ENDS)),
-            volleys(elsewhere, (east, north), (spans[0], spans[1])),
+            volleys(crosstalk_sources, (ROOM[0], ROOM[1]), (ENDS, ENDS)),
+            volleys(relocalised, (east, north), (spans[0], spans[1])),
         ),
     )
     for here, there in pairs:
@@ -201,11 +205,11 @@ def test_the_order_of_two_walls_does_not_change_their_ghosts(seed: int) -> None:
 @settings(max_examples=20)
 @given(POSES)
 def test_arcs_and_their_planes_move_with_the_scene(pose: tuple[float, float, float]) -> None:
-    elsewhere = taken(SCENE, pose)
+    relocalised = taken(SCENE, pose)
     arcs = find_arcs(SCENE, resolution=0.001, settings=ArcSettings())
-    others = find_arcs(elsewhere, resolution=0.001, settings=ArcSettings())
+    others = find_arcs(relocalised, resolution=0.001, settings=ArcSettings())
     assert {frozenset(arc.pings.tolist()) for arc in arcs} == {frozenset(arc.pings.tolist()) for arc in others}
-    here, there = arc_planes(arcs, SCENE, HEARING), arc_planes(arcs, elsewhere, HEARING)
+    here, there = arc_planes(arcs, SCENE, HEARING), arc_planes(arcs, relocalised, HEARING)
     for plane, image in zip(here, there, strict=True):
         truth = moved(wall(*plane), pose)
         assert wrap(image[0] - truth[1]) == pytest.approx(0.0, abs=1e-6)

@@ -11,10 +11,10 @@ from threadpoolctl import threadpool_limits
 from echoplan.arrays import IntArray
 from echoplan.joint.estimate import Account
 from echoplan.joint.pose_correction.consistency import evidence
-from echoplan.joint.search.duplicates import without_copies
+from echoplan.joint.search.duplicates import without_duplicates
 from echoplan.joint.settings import AccountSettings, PoseMode
 from echoplan.model import Rig, Sweep
-from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
+from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.preprocessing.servo import ServoError
 from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps
 
@@ -101,12 +101,12 @@ def _thinned(sweep: Sweep, rig: Rig) -> Sweep:
 
 def gathered(sweeps: Sequence[Sweep], rig: Rig) -> Account | None:
     """Gather what was detected, from the poses as recorded; None without any reading."""
-    parts = [soundings_of(sweep, rig) for sweep in sweeps]
+    parts = [measurements_of(sweep, rig) for sweep in sweeps]
     if not any(np.isfinite(part.readings).any() for part in parts):
         return None
     stations = stations_of(sweeps)
-    heard = at_stations(join_soundings(parts), stations)
-    return Account(rig, heard, stations.poses, AccountSettings(poses=PoseMode.TRUST))
+    detected = at_stations(join_measurements(parts), stations)
+    return Account(rig, detected, stations.poses, AccountSettings(poses=PoseMode.TRUST))
 
 
 def account_of(sweeps: Sequence[Sweep], rig: Rig, *, servo: ServoError | None = None) -> Account | None:
@@ -129,11 +129,11 @@ def consistency(sweeps: Sequence[Sweep], rig: Rig) -> Consistency:
         none = np.zeros(count, dtype=np.int64)
         return Consistency(none, none, 0.0, 0.0)
     pings = np.concatenate([arc.pings for arc in account.arcs])
-    features = without_copies(account.features, account.settings.copies)
-    sensors, hits = account.soundings.sensors[pings], account.explained(features)[pings]
+    features = without_duplicates(account.features, account.settings.copies)
+    sensors, hits = account.measurements.sensors[pings], account.explained(features)[pings]
     return Consistency(
         explained=np.bincount(sensors[hits], minlength=count),
         grouped=np.bincount(sensors, minlength=count),
         gain=evidence(account),
-        weight=float(account.soundings.weights[pings[hits]].sum()),
+        weight=float(account.measurements.weights[pings[hits]].sum()),
     )

@@ -11,7 +11,7 @@ from echoplan.diagnosis.consistency import account_of, sampled, stations_of, win
 from echoplan.geometry import compose, invert
 from echoplan.joint.estimate import Account
 from echoplan.joint.pose_correction.consistency import evidence
-from echoplan.joint.search.scan_matching import Catalogue, locate, sightlines
+from echoplan.joint.search.scan_matching import LandmarkMap, local_scans, locate
 from echoplan.joint.settings import AccountSettings
 from echoplan.model import Rig, Sweep
 
@@ -110,10 +110,14 @@ def _trials(account: Account) -> Iterator[tuple[int, FloatArray, float]]:
 def _elsewhere(account: Account, station: int) -> tuple[FloatArray, float]:
     """Find the pose from which a station fits best to what the others know, and how much better it does."""
     least, settings = account.settings.search.second_station, account.settings.localisation
-    known = [each for each in account.features if each.speaking(least) - int(each.gains[station] > least) >= _OTHERS]
+    known = [
+        each
+        for each in account.features
+        if each.supporting(least) - int(each.llr_by_station[station] > least) >= _OTHERS
+    ]
     arcs = [arc for arc in account.arcs if arc.station == station]
-    sight = sightlines(arcs, account.recorded, account.model.tabulated(), account.given[station])
-    catalogue, here = Catalogue.of(known), account.given[station]
-    _, now = locate(sight, catalogue, here, _HELD * _SLIP, settings)
-    moved, then = locate(sight, catalogue, here, _SLIP, settings)
+    sight = local_scans(arcs, account.recorded, account.model.tabulated(), account.given[station])
+    landmark_map, here = LandmarkMap.of(known), account.given[station]
+    _, now = locate(sight, landmark_map, here, _HELD * _SLIP, settings)
+    moved, then = locate(sight, landmark_map, here, _SLIP, settings)
     return moved, then - now

@@ -12,7 +12,7 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.extraction.runs import connected_runs
 from echoplan.geometry import circular_mean, rotation_step, wrap
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["Arc", "ArcSettings", "arc_planes", "find_arcs"]
 
@@ -66,12 +66,12 @@ class Arc:
         return np.count_nonzero(chosen[self.pings]) / len(self.pings)
 
 
-def find_arcs(soundings: Soundings, *, resolution: float, settings: ArcSettings) -> list[Arc]:
+def find_arcs(measurements: Measurements, *, resolution: float, settings: ArcSettings) -> list[Arc]:
     """Find the arcs of every station.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     resolution : float
         Step of the readings [m].
@@ -84,11 +84,11 @@ def find_arcs(soundings: Soundings, *, resolution: float, settings: ArcSettings)
         Runs of at least three echoes where pings are dense, parted at ridges; of two where they are coarse, and single
         echoes of a ring.
     """
-    bearings, arcs = soundings.bearings, []
-    for station in range(len(soundings.centers)):
-        own = np.flatnonzero(soundings.stations == station)
+    bearings, arcs = measurements.bearings, []
+    for station in range(len(measurements.centers)):
+        own = np.flatnonzero(measurements.stations == station)
         if len(own):
-            runs = _runs(bearings[own], soundings.readings[own], resolution, settings)
+            runs = _runs(bearings[own], measurements.readings[own], resolution, settings)
             arcs += [Arc(station=station, pings=own[run]) for run in runs]
     return arcs
 
@@ -119,14 +119,14 @@ def _apart(run: IntArray, bearings: FloatArray, readings: FloatArray, height: fl
     return np.split(along, ridges) if len(ridges) else [run]
 
 
-def arc_planes(arcs: Sequence[Arc], soundings: Soundings, hearing: Hearing) -> FloatArray:
+def arc_planes(arcs: Sequence[Arc], measurements: Measurements, hearing: Hearing) -> FloatArray:
     """Find the plane that explains each arc best by itself.
 
     Parameters
     ----------
     arcs : sequence of Arc
         The arcs, at least one.
-    soundings : Soundings
+    soundings : Measurements
         What their indices point to.
     hearing : Hearing
         The sonar.
@@ -138,21 +138,21 @@ def arc_planes(arcs: Sequence[Arc], soundings: Soundings, hearing: Hearing) -> F
     """
     bounds = np.cumsum([0, *(len(arc.pings) for arc in arcs)])
     members = np.concatenate([arc.pings for arc in arcs])
-    bearings = soundings.bearings
+    bearings = measurements.bearings
     middles = np.array([circular_mean(bearings[arc.pings]) for arc in arcs])
-    return _planes(soundings, hearing, members, bounds, middles)
+    return _planes(measurements, hearing, members, bounds, middles)
 
 
 @compiled
 def _planes(
-    soundings: Soundings, hearing: Hearing, members: IntArray, bounds: IntArray, middles: FloatArray
+    measurements: Measurements, hearing: Hearing, members: IntArray, bounds: IntArray, middles: FloatArray
 ) -> FloatArray:
     planes = np.empty((len(middles), 2))
     for arc in range(len(middles)):
         pings, best = members[bounds[arc] : bounds[arc + 1]], math.inf
         for turn in _TURNS:
             normal = middles[arc] + turn
-            offset, misfit = _offset(soundings, hearing, pings, normal)
+            offset, misfit = _offset(measurements, hearing, pings, normal)
             # Between planes that fit alike, that whose normal is nearest to the middle of the arc.
             misfit += 0.002 * abs(turn)
             if misfit < best:
@@ -161,13 +161,13 @@ def _planes(
 
 
 @compiled
-def _offset(soundings: Soundings, hearing: Hearing, pings: IntArray, normal: float) -> tuple[float, float]:
+def _offset(measurements: Measurements, hearing: Hearing, pings: IntArray, normal: float) -> tuple[float, float]:
     """Median offset of the planes with one normal that explain single pings, and how badly it explains all [m]."""
-    ranges = hearing.scale * soundings.readings[pings]
+    ranges = hearing.scale * measurements.readings[pings]
     depth, silent = np.median(ranges), 0
     offsets, plane = np.empty(len(pings)), (_WALL, math.cos(normal), math.sin(normal), 0.0)
     for number, ping in enumerate(pings):
-        place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
+        place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
         toward, cosine, sine, _, _ = look(plane, place)
         excess = excess_of(hearing, (depth, cosine, sine, depth, 0.0))
         silent += excess < _FAINT

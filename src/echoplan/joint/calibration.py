@@ -6,20 +6,20 @@ import numpy as np
 
 from echoplan.acoustics import Air
 from echoplan.joint.estimate import Account
-from echoplan.joint.optimisation.solution import Adjusted
+from echoplan.joint.optimisation.solution import Solution
 from echoplan.joint.pose_correction.consistency import agreement
 
 __all__ = ["calibration"]
 
 
-def calibration(account: Account, adjusted: Adjusted) -> dict[str, object]:
+def calibration(account: Account, adjusted: Solution) -> dict[str, object]:
     """Tell what was learned of the sonar, and how well.
 
     Parameters
     ----------
     account : Account
         What was heard, and what is made of it.
-    adjusted : Adjusted
+    adjusted : Solution
         An adjustment of all that was ever heard.
 
     Returns
@@ -29,17 +29,17 @@ def calibration(account: Account, adjusted: Adjusted) -> dict[str, object]:
         about the poses.
     """
     sigmas, model, settings = adjusted.sonar_sigmas(), adjusted.model, account.settings.adjustment
-    beliefs = account.beliefs(account.noise, account.believed)
+    priors = account.priors(account.noise, account.pose_prior)
     sigmas["range_scale"] = adjusted.considered_sigma("range_scale", "walk_exponent", settings.exponent_sigma)
     if account.drifts:
         # Then it is held at what was believed.
-        sigmas["range_scale"] = beliefs.scale_sigma
+        sigmas["range_scale"] = priors.scale_sigma
     open_lag = _open_lag(account)
     sigmas["servo_latency"] = math.hypot(sigmas["servo_latency"], open_lag)
     numbers = {
-        "range_offset": (model.range_offset, beliefs.offset_sigma),
-        "walk_gain": (model.walk_gain, settings.gain_share * beliefs.walk_gain),
-        "range_scale": (model.range_scale, beliefs.scale_sigma),
+        "range_offset": (model.range_offset, priors.offset_sigma),
+        "walk_gain": (model.walk_gain, settings.gain_share * priors.walk_gain),
+        "range_scale": (model.range_scale, priors.scale_sigma),
         "servo_latency": (adjusted.latency - open_lag, settings.latency_sigma),
         "servo_gain": (adjusted.servo.gain, settings.servo_gain_sigma),
         "servo_offset": (adjusted.servo.offset, settings.servo_offset_sigma),
@@ -50,8 +50,8 @@ def calibration(account: Account, adjusted: Adjusted) -> dict[str, object]:
     if model.cone:
         silent.append("walk_gain")
     learned = {
-        name: {"value": value, "sigma": sigmas[name], "believed": believed}
-        for name, (value, believed) in numbers.items()
+        name: {"value": value, "sigma": sigmas[name], "believed": pose_prior}
+        for name, (value, pose_prior) in numbers.items()
         if name not in silent
     }
     if not math.isnan(account.recorded.temperature):
@@ -68,5 +68,5 @@ def _open_lag(account: Account) -> float:
     echo seems to be late by as long as sound takes one way.
     """
     readings = account.recorded.readings
-    heard = readings[np.isfinite(readings)]
-    return 0.5 * float(np.median(heard)) / Air().speed_of_sound if len(heard) else 0.0
+    detected = readings[np.isfinite(readings)]
+    return 0.5 * float(np.median(detected)) / Air().speed_of_sound if len(detected) else 0.0

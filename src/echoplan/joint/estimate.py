@@ -10,25 +10,25 @@ from echoplan.acoustics.predicted_echo import EchoModel
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.joint.arcs import find_arcs
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.likelihood.ping_likelihood import Explanation
+from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.marginal_prior import Course, Memory
 from echoplan.joint.optimisation.attenuation import shadowed
 from echoplan.joint.optimisation.effective_sample_size import independence, rounding_in_common
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
 from echoplan.joint.optimisation.manhattan import Squareness
-from echoplan.joint.optimisation.optimiser import Beliefs, adjust
-from echoplan.joint.optimisation.pose_factors import PoseBeliefs, continued, displaced, odometry_beliefs
+from echoplan.joint.optimisation.optimiser import Priors, adjust
+from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses, continued, odometry_prior
 from echoplan.joint.optimisation.range_factors import Features, as_arrays
-from echoplan.joint.optimisation.solution import Adjusted
+from echoplan.joint.optimisation.solution import Solution
 from echoplan.joint.optimisation.sonar_model import expected_sonar, half_aperture_of, learned_sonar, walking
 from echoplan.joint.optimisation.values import State
 from echoplan.joint.search.boxes import with_boxes
 from echoplan.joint.search.model_moves import reclassified
-from echoplan.joint.search.multipath_walls import without_phantoms
+from echoplan.joint.search.multipath_walls import without_multipath_walls
 from echoplan.joint.search.search import Search
 from echoplan.joint.settings import AccountSettings
 from echoplan.model import Odometry, Rig
-from echoplan.preprocessing.ping_arrays import Soundings, step_of
+from echoplan.preprocessing.measurements import Measurements, step_of
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError, turned_by
 
 __all__ = ["Account"]
@@ -50,7 +50,7 @@ class Account:
     ----------
     rig : Rig
         What heard it.
-    heard : Soundings
+    heard : Measurements
         The pings of s stations at hand.
     given : ndarray, shape (s, 3)
         Poses of these, as recorded [m, m, rad].
@@ -61,7 +61,12 @@ class Account:
     """
 
     def __init__(
-        self, rig: Rig, heard: Soundings, given: FloatArray, settings: AccountSettings, memory: Memory | None = None
+        self,
+        rig: Rig,
+        measurements: Measurements,
+        given: FloatArray,
+        settings: AccountSettings,
+        memory: Memory | None = None,
     ) -> None:
         self.settings = settings
         self.memory = memory or Memory()
@@ -69,9 +74,9 @@ class Account:
         self.half_aperture = half_aperture_of(rig)
         # A table that says nothing is none.
         self._odometry = None if rig.odometry == Odometry() else rig.odometry
-        self.believes_rig = self.memory.believes_rig
-        self.prior = expected_sonar(rig, heard, self.memory.model, walk=settings.walk)
-        self.recorded = heard
+        self.trusts_specified_odometry = self.memory.trusts_specified_odometry
+        self.prior = expected_sonar(rig, measurements, self.memory.model, walk=settings.walk)
+        self.recorded = measurements
         # Gain and offset of the servo where it is calibrated; then the pings are turned accordingly.
         self.servo: ServoError | None = None
         self._first_servo = self.memory.servo or AS_RECORDED
@@ -79,21 +84,21 @@ class Account:
             self._turn_servo(self.memory.servo)
         self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=settings.arcs)
         self.given, self.poses = given, continued(given, self.memory.poses)
-        self.soundings = displaced(self.recorded, given, self.poses)
-        self.at_hand = self.memory.near(self.soundings.centers, _AROUND + heard.max_range)
+        self.measurements = at_poses(self.recorded, given, self.poses)
+        self.at_hand = self.memory.near(self.measurements.centers, _AROUND + measurements.max_range)
         self.model = self.memory.model or self.prior
         self.noise = self.first_noise if self.memory.is_empty else self.memory.noise
         self.features: list[Hypothesis] = self.known
-        self.adjusted: Adjusted | None = None
-        self.believed: PoseBeliefs | None = None
+        self.adjusted: Solution | None = None
+        self.pose_prior: PosePrior | None = None
         self.course, self.verdict = Course.TRUSTED, "used as recorded, as asked for"
         self._square: Squareness | None = None
         self.is_polished, self.asks_bearings = False, self.servo is not None
         self.pair_sigma, self.loudness = settings.pose_errors.pair_sigma, self.memory.loudness
         # What it was worth before readings counted for less; none as long as they count in full [nats].
-        self.worth: float | None = None
+        self.penalised_llr: float | None = None
         self.independence = self.memory.independence
-        self._explanation: tuple[tuple[Soundings, EchoModel, float], Explanation] | None = None
+        self._explanation: tuple[tuple[Measurements, EchoModel, float], PingLikelihood] | None = None
 
     @property
     def known(self) -> list[Hypothesis]:
@@ -101,23 +106,23 @@ class Account:
         return [*self.at_hand.features, *self.memory.pending]
 
     @property
-    def explanation(self) -> Explanation:
+    def explanation(self) -> PingLikelihood:
         """What explains the pings; the same as long as these, the sonar and the noise stay, for it remembers ghosts."""
-        cause = (self.soundings, self.model, self.noise)
+        cause = (self.measurements, self.model, self.noise)
         if self._explanation is None or any(a is not b for a, b in zip(cause, self._explanation[0], strict=True)):
             before, hearing = self._explanation and self._explanation[1], self.model.tabulated()
-            self._explanation = cause, Explanation(self.soundings, hearing, self.noise, before=before)
+            self._explanation = cause, PingLikelihood(self.measurements, hearing, self.noise, before=before)
         return self._explanation[1]
 
     @property
     def wheels(self) -> Odometry | None:
         """How far the rig says that steps lead astray, as far as it is believed."""
-        return self._odometry if self.believes_rig else None
+        return self._odometry if self.trusts_specified_odometry else None
 
     @property
     def step(self) -> float:
         """Turn from one ping to the next [rad]."""
-        return step_of(self.soundings)
+        return step_of(self.measurements)
 
     @property
     def latency(self) -> float:
@@ -142,7 +147,7 @@ class Account:
     @property
     def drifts(self) -> bool:
         """Whether errors of the poses add up, as far as is known by now."""
-        return self.believed is not None and self.believed.relative
+        return self.pose_prior is not None and self.pose_prior.relative
 
     @property
     def squareness(self) -> Squareness | None:
@@ -151,10 +156,10 @@ class Account:
         return self._square._replace(members=members) if self._square is not None and members.any() else None
 
     @squareness.setter
-    def squareness(self, believed: Squareness | None) -> None:
+    def squareness(self, pose_prior: Squareness | None) -> None:
         """Believe that some of the features stand square, and no others; each of them carries it from then on."""
-        self._square = believed
-        members = np.zeros(len(self.features), dtype=bool) if believed is None else believed.members
+        self._square = pose_prior
+        members = np.zeros(len(self.features), dtype=bool) if pose_prior is None else pose_prior.members
         self.features = [replace(each, is_square=bool(e)) for each, e in zip(self.features, members, strict=True)]
 
     @property
@@ -173,7 +178,7 @@ class Account:
         self._turn_servo(servo)
         self.asks_bearings = True
         self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=self.settings.arcs)
-        self.soundings = displaced(self.recorded, self.given, self.poses)
+        self.measurements = at_poses(self.recorded, self.given, self.poses)
 
     def restart_servo(self) -> None:
         """Let the servo be as it was before anything was explained: what poses in error made of it is wrong."""
@@ -184,7 +189,7 @@ class Account:
         self.recorded = turned_by(self.recorded, error=servo, before=self.servo or AS_RECORDED)
         self.servo = servo
 
-    def glance(self) -> None:
+    def initialise(self) -> None:
         """Take a first look; and another where the air turns out to be warmer or colder than the modules assume."""
         for _ in range(_GLANCES):
             scale = self.model.range_scale
@@ -199,31 +204,35 @@ class Account:
             first = self.first_noise
             self.search()
             self.adjust(first)
-            self.judge(first)
-            self.learn_loudness()
+            self.rescore(first)
+            self.estimate_figure_of_merit()
             self.adjust(0.75 * first)
-            self.learn_noise()
+            self.estimate_noise()
         self.search()
         self.adjust(self.noise)
-        self.settle_features()
+        self.prune_and_reclassify()
         self.adjust(self.noise)
-        self.judge(self.noise)
+        self.rescore(self.noise)
 
-    def adjust_often(self, noise: float, beliefs: PoseBeliefs | None, rounds: int) -> None:
+    def alternate(self, noise: float, priors: PosePrior | None, rounds: int) -> None:
         """Adjust features, sonar and poses until all stays the same, who hears what too, but no more than so often."""
         for _ in range(rounds):
-            heard = self._heard()
-            self.adjust(noise, beliefs)
-            self.judge(noise)
-            if self.adjusted is not None and self.adjusted.left < _SETTLED and np.array_equal(heard, self._heard()):
+            detected = self._detected()
+            self.adjust(noise, priors)
+            self.rescore(noise)
+            if (
+                self.adjusted is not None
+                and self.adjusted.left < _SETTLED
+                and np.array_equal(detected, self._detected())
+            ):
                 break
 
-    def _heard(self) -> BoolArray:
+    def _detected(self) -> BoolArray:
         """Tell which features which stations hear, shape (f, s)."""
-        heard: BoolArray = np.array([each.gains for each in self.features]) > 0.0
-        return heard
+        measurements: BoolArray = np.array([each.llr_by_station for each in self.features]) > 0.0
+        return measurements
 
-    def polish(self) -> None:
+    def refine_calibration(self) -> None:
         """Adjust loudness and beam as well, where poses do not drift: readings made late would pass for faint ones."""
         if not self.drifts:
             self.is_polished = True
@@ -231,57 +240,57 @@ class Account:
                 self.model = walking(self.model, self.adjusted, self.noise)
                 self.prior = replace(self.prior, walk=self.model.walk, walk_gain=self.model.walk_gain)
             # What is remembered of them came to rest before.
-            self.adjust_often(self.noise, self.believed, 3 if self.memory.is_empty else 1)
+            self.alternate(self.noise, self.pose_prior, 3 if self.memory.is_empty else 1)
 
-    def settle_features(self) -> None:
+    def prune_and_reclassify(self) -> None:
         """Take features for what they are best taken for, and drop those that do not stand up."""
         search = self._search()
-        self._settle(search, with_boxes(search, search.judged(self.features)))
+        self._settle(search, with_boxes(search, search.rescored(self.features)))
 
     def _settle(self, search: Search, features: list[Hypothesis]) -> None:
-        self.features = search.settled(reclassified(search.explanation, features, search.belief))
+        self.features = search.settled(reclassified(search.explanation, features, search.acceptance))
 
-    def reconsider(self) -> None:
+    def reselect_classes(self) -> None:
         """Take features for something else as long as that explains more, now that all are where they belong."""
         for _ in range(_GLANCES):
             kinds, search = [each.kind for each in self.features], self._search()
-            self._settle(search, search.judged(self.features))
+            self._settle(search, search.rescored(self.features))
             if [each.kind for each in self.features] == kinds:
                 break
-            self.adjust(self.noise, self.believed)
-            self.judge(self.noise)
+            self.adjust(self.noise, self.pose_prior)
+            self.rescore(self.noise)
 
     def clear(self) -> None:
         """Leave out walls that may be echoes by way of others; while poses are in error, real walls look like those."""
         search = self._search()
-        kept = without_phantoms(search.explanation, self.features, search.belief)
+        kept = without_multipath_walls(search.explanation, self.features, search.acceptance)
         if len(kept) < len(self.features):
             self.features = kept
-            self.adjust(self.noise, self.believed)
-            self.judge(self.noise)
+            self.adjust(self.noise, self.pose_prior)
+            self.rescore(self.noise)
 
     def search(self, *, rounds: int | None = None) -> None:
         """Find the features that explain the pings, from those known; of stations still to come one round will do."""
         self.features = self._search(rounds=rounds).run(self.features)
 
-    def judge(self, noise: float) -> None:
+    def rescore(self, noise: float) -> None:
         """Collect fresh evidence for the features."""
         self.noise = noise
-        self.features = self._search().judged(self.features)
+        self.features = self._search().rescored(self.features)
 
-    def adjust(self, noise: float, poses: PoseBeliefs | None = None) -> None:
+    def adjust(self, noise: float, poses: PosePrior | None = None) -> None:
         """Adjust features and sonar, and poses if they may be off."""
-        soundings = self.soundings if poses is None else self.recorded
-        self.believed = poses
+        measurements = self.measurements if poses is None else self.recorded
+        self.pose_prior = poses
         state = State(
-            features=self.as_heard(self.features),
+            features=self.with_attenuation(self.features),
             model=self.model,
             latency=self.latency,
             servo=self.servo or AS_RECORDED,
             poses=self.poses if poses is not None else np.zeros((0, 3)),
         )
-        known = self.at_hand.about(self.features, state.unknowns)
-        self.adjusted = adjust(soundings, state, self.beliefs(noise, poses), self.settings.adjustment, known=known)
+        known = self.at_hand.about(self.features, state.layout)
+        self.adjusted = adjust(measurements, state, self.priors(noise, poses), self.settings.adjustment, known=known)
         self.model = self.adjusted.model
         self.features = [
             replace(each, reflector=row) for each, row in zip(self.features, self.adjusted.reflectors, strict=True)
@@ -291,31 +300,31 @@ class Account:
     def _move(self) -> None:
         """Let the pings be where poses and servo are after an adjustment, if these are free."""
         assert self.adjusted is not None
-        if self.believed is not None:
+        if self.pose_prior is not None:
             self.poses = self.adjusted.poses
         if self.servo is not None:
             self._turn_servo(self.adjusted.servo)
-        if self.believed is not None or self.servo is not None:
-            self.soundings = displaced(self.recorded, self.given, self.poses)
+        if self.pose_prior is not None or self.servo is not None:
+            self.measurements = at_poses(self.recorded, self.given, self.poses)
 
-    def as_heard(self, features: Sequence[Hypothesis]) -> Features:
+    def with_attenuation(self, features: Sequence[Hypothesis]) -> Features:
         """Turn features into arrays, with how much of each the stations hear."""
-        return shadowed(self.soundings, self.model.tabulated(), as_arrays(features, len(self.given)))
+        return shadowed(self.measurements, self.model.tabulated(), as_arrays(features, len(self.given)))
 
-    def odometry(self) -> PoseBeliefs:
+    def odometry(self) -> PosePrior:
         """Believe in the steps of the robot."""
-        beliefs = odometry_beliefs(self.given, self.settings.pose_errors, self.wheels)
+        priors = odometry_prior(self.given, self.settings.pose_errors, self.wheels)
         if self.at_hand.rest > len(SONAR_UNKNOWNS):
             # Where the first pose at hand is, the memory tells.
-            beliefs.sigmas[0] = np.inf
-        return beliefs
+            priors.sigmas[0] = np.inf
+        return priors
 
-    def beliefs(self, noise: float, poses: PoseBeliefs | None) -> Beliefs:
+    def priors(self, noise: float, poses: PosePrior | None) -> Priors:
         """Tell what is believed of the sonar and the poses before the pings are asked."""
         settings, drifting = self.settings.adjustment, self.drifts or (poses is not None and poses.relative)
         # Where the way itself is uncertain it cannot tell the scale of the map: that is left to the sonar's maker.
         is_told = drifting or not math.isnan(self.recorded.temperature)
-        return Beliefs(
+        return Priors(
             noise=noise,
             offset_sigma=self.offset_sigma,
             walk_gain=self.prior.walk_gain,
@@ -340,13 +349,13 @@ class Account:
         before = (1.0 - common) * noise**2 - self.rounding**2
         return rounding_in_common(self.resolution, math.sqrt(max(before, 0.0)))
 
-    def learn_loudness(self) -> None:
+    def estimate_figure_of_merit(self) -> None:
         """Take figure of merit and beam from who heard what; of rays, the cone."""
-        fitted = learned_sonar(self.soundings, self.model, self.features, believed=self.prior.figure_of_merit)
+        fitted = learned_sonar(self.measurements, self.model, self.features, pose_prior=self.prior.figure_of_merit)
         if fitted is not self.model:
             self.model, self.loudness = fitted, (fitted.figure_of_merit, math.log(fitted.ka))
 
-    def learn_noise(self) -> None:
+    def estimate_noise(self) -> None:
         """Take the noise from what is left of the readings."""
         scatter = self.adjusted.scatter if self.adjusted else math.nan
         if not math.isnan(scatter):
@@ -354,26 +363,26 @@ class Account:
 
     def explained(self, features: Sequence[Hypothesis]) -> BoolArray:
         """Tell which pings features or their ghosts explain."""
-        explained: BoolArray = self.explanation.levels(features) > self.explanation.floor + math.log(20.0)
+        explained: BoolArray = self.explanation.log_densities(features) > self.explanation.floor + math.log(20.0)
         return explained
 
     def refreshed(self) -> list[Hypothesis]:
         """Collect fresh evidence for the features, without keeping it."""
-        return self._search().judged(self.features)
+        return self._search().rescored(self.features)
 
-    def understated(self) -> float:
+    def information_inflation(self) -> float:
         """Tell how many times more the readings tell than they are let count for, where poses are trusted.
 
         There all that the model of the sonar lacks pulls at features alike, however many readings say so: their weights
         stay low.  Where poses are corrected they count in full.
         """
-        return self.found_independence() if self.believed is None else 1.0
+        return self.found_independence() if self.pose_prior is None else 1.0
 
     def found_independence(self) -> float:
         """Tell how far pings count by themselves, by what is left of them."""
         if self.adjusted is None:
             return 1.0
-        return independence(self.soundings, self.adjusted.owners, self.adjusted.residuals, noise=self.noise)
+        return independence(self.measurements, self.adjusted.owners, self.adjusted.residuals, noise=self.noise)
 
     def _search(self, *, rounds: int | None = None) -> Search:
         settings = self.settings.search

@@ -17,9 +17,9 @@ from echoplan.joint.marginalisation import leave, survey
 from echoplan.joint.pose_model_selection import explained
 from echoplan.joint.settings import AccountSettings
 from echoplan.joint.trace import record_window
-from echoplan.joint.trajectory import Posed, joined, posed
+from echoplan.joint.trajectory import Trajectory, joined, posed
 from echoplan.model import FeatureMap, Rig, Sweep
-from echoplan.preprocessing.ping_arrays import Soundings, join_soundings, soundings_of
+from echoplan.preprocessing.measurements import Measurements, join_measurements, measurements_of
 from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps, without_repeats
 
 __all__ = ["JointMapper", "JointSettings"]
@@ -48,9 +48,9 @@ class JointMapper:
         self.settings = settings or JointSettings()
         self._memory = Memory()
         self._indices: list[int] = []
-        self._done: list[Posed] = []
+        self._done: list[Trajectory] = []
         self._sweeps: list[Sweep] = []
-        self._soundings: list[Soundings] = []
+        self._measurements: list[Measurements] = []
         self._first_station = 0
 
     def add(self, sweep: Sweep) -> None:
@@ -65,7 +65,7 @@ class JointMapper:
             return
         self._indices.append(sweep.index)
         self._sweeps.append(sweep)
-        self._soundings.append(soundings_of(sweep, self.rig))
+        self._measurements.append(measurements_of(sweep, self.rig))
         window, stations = self.settings.window, self._stations()
         # The newest station may still grow.
         if len(stations.poses) > window.stations + window.step:
@@ -85,7 +85,7 @@ class JointMapper:
 
     def _map(self) -> FeatureMap:
         parameters, sweeps = self.settings.model_dump(mode="json"), np.array(self._indices, dtype=np.int64)
-        if self._memory.is_empty and not any(len(part.readings) for part in self._soundings):
+        if self._memory.is_empty and not any(len(part.readings) for part in self._measurements):
             return FeatureMap(method="joint", parameters=parameters, sweeps=sweeps, poses=self._given())
         stations = self._stations()
         account = self._account(stations)
@@ -113,22 +113,22 @@ class JointMapper:
 
     def _account(self, stations: Stations) -> Account:
         record_window(self._first_station)
-        heard = without_repeats(at_stations(join_soundings(self._soundings), stations))
-        return explained(Account(self.rig, heard, stations.poses, self.settings, self._memory))
+        measurements = without_repeats(at_stations(join_measurements(self._measurements), stations))
+        return explained(Account(self.rig, measurements, stations.poses, self.settings, self._memory))
 
     def _let_go(self, stations: Stations, count: int) -> None:
         """Keep what the oldest stations said, but not their pings."""
         account, gone = self._account(stations), int((stations.numbers < count).sum())
         self._memory = leave(account, count)
         self._done.append(self._posed(account, stations).first(gone))
-        del self._sweeps[:gone], self._soundings[:gone]
+        del self._sweeps[:gone], self._measurements[:gone]
         self._first_station += count
 
-    def _posed(self, account: Account, stations: Stations) -> Posed:
+    def _posed(self, account: Account, stations: Stations) -> Trajectory:
         return posed(account, stations, self._given(), np.array(self._indices[-len(self._sweeps) :]))
 
     def _stations(self) -> Stations:
-        pings = np.array([len(each.readings) for each in self._soundings])
+        pings = np.array([len(each.readings) for each in self._measurements])
         return group_sweeps(self._given(), pings, self.settings.stations)
 
     def _given(self) -> FloatArray:

@@ -15,12 +15,12 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.geometry import directions
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.optimisation.factors import Rows, Summary, normal_equations
-from echoplan.joint.optimisation.layout import Unknowns
+from echoplan.joint.optimisation.layout import Layout
 from echoplan.joint.optimisation.values import State
 from echoplan.joint.search.specular_points import CornerEcho, Echoes
 from echoplan.preprocessing.servo import ServoError
 
-__all__ = ["Course", "Memory", "places_of", "summarised"]
+__all__ = ["Course", "Memory", "marginalise_poses", "places_of"]
 
 
 class Course(StrEnum):
@@ -68,7 +68,7 @@ class Memory:
         Figure of merit [dB] and logarithm of the beam's ka as told by who heard what.
     independence : float, optional
         How many times more readings count than their weights say.
-    believes_rig : bool, optional
+    trusts_specified_odometry : bool, optional
         Whether steps lead no farther astray than the rig tells.
     reckoned : ndarray, shape (3,), optional
         What odometry alone leaves open of the first pose at hand, as standard deviations [m, m, rad].
@@ -89,8 +89,8 @@ class Memory:
     noise: float = np.nan
     loudness: tuple[float, float] | None = None
     independence: float = 1.0
-    believes_rig: bool = True
-    reckoned: FloatArray = field(default_factory=lambda: np.zeros(3))
+    trusts_specified_odometry: bool = True
+    dead_reckoned: FloatArray = field(default_factory=lambda: np.zeros(3))
     issued: int = 0
 
     @property
@@ -117,17 +117,17 @@ class Memory:
 
     def beyond(self, part: "Memory") -> list[Hypothesis]:
         """List the features that are not in a part of this."""
-        at_hand = {each.past.number for each in part.features}
-        return [each for each in self.features if each.past.number not in at_hand]
+        at_hand = {each.history.number for each in part.features}
+        return [each for each in self.features if each.history.number not in at_hand]
 
-    def about(self, features: Sequence[Hypothesis], unknowns: Unknowns) -> Summary | None:
+    def about(self, features: Sequence[Hypothesis], layout: Layout) -> Summary | None:
         """Tell what is known of unknowns that are to be adjusted.
 
         Parameters
         ----------
         features : sequence of Hypothesis
             The features; what is known of others is left aside.
-        unknowns : Unknowns
+        unknowns : Layout
             What stands where: the features in their order, sonar and poses.
 
         Returns
@@ -138,10 +138,10 @@ class Memory:
         if self.is_empty:
             return None
         part = self._of(features)
-        numbers = {each.past.number: place for place, each in enumerate(features)}
-        own = [places_of(unknowns, numbers[each.past.number]) for each in part.features]
+        numbers = {each.history.number: place for place, each in enumerate(features)}
+        own = [places_of(layout, numbers[each.history.number]) for each in part.features]
         # Where poses are trusted, what was said of the first one is left aside.
-        rest = np.arange(unknowns.sonar, unknowns.size)[: part.rest]
+        rest = np.arange(layout.sonar, layout.size)[: part.rest]
         summary = part.summary.on(np.arange(_sizes(part.features) + len(rest)))
         return summary._replace(columns=np.concatenate([*own, rest]).astype(np.int64))
 
@@ -163,20 +163,20 @@ class Memory:
         Echoes
             Of their pairs, and the corners among them.
         """
-        places = {each.past.number: place for place, each in enumerate(features)}
+        places = {each.history.number: place for place, each in enumerate(features)}
         pairs = {
-            (min(places[one], places[other]), max(places[one], places[other])): heard
-            for (one, other), heard in self.echoes.items()
+            (min(places[one], places[other]), max(places[one], places[other])): detected
+            for (one, other), detected in self.echoes.items()
             if one in places and other in places
         }
         return Echoes.of(features, pairs)
 
     def _of(self, features: Sequence[Hypothesis]) -> "Memory":
         """Keep what is known of some features: the others are eliminated."""
-        wanted, places, kept, start = {each.past.number for each in features}, [], [], 0
+        wanted, places, kept, start = {each.history.number for each in features}, [], [], 0
         for each in self.features:
             size = len(each.parameters)
-            if each.past.number in wanted:
+            if each.history.number in wanted:
                 kept.append(each)
                 places.append(np.arange(start, start + size))
             start += size
@@ -184,7 +184,7 @@ class Memory:
         return replace(self, features=kept, summary=self.summary.on(np.concatenate(places)))
 
 
-def summarised(state: State, rows: Sequence[Rows], known: Summary | None, poses: int) -> Summary:
+def marginalise_poses(state: State, rows: Sequence[Rows], known: Summary | None, poses: int) -> Summary:
     """Sum up what rows and older knowledge say of features and sonar, and of the pose that comes next.
 
     Parameters
@@ -203,23 +203,23 @@ def summarised(state: State, rows: Sequence[Rows], known: Summary | None, poses:
     Summary
         With those poses eliminated.
     """
-    unknowns = state.unknowns
-    information, vector = normal_equations(rows, unknowns.size)
+    layout = state.layout
+    information, vector = normal_equations(rows, layout.size)
     vector += information @ state.values
     if known is not None:
         information[np.ix_(known.columns, known.columns)] += known.information
         vector[known.columns] += known.vector
-    first, last = unknowns.pose, unknowns.pose + 3 * min(poses, unknowns.poses)
-    kept = np.concatenate([np.arange(first), np.arange(last, unknowns.size)])
-    return Summary(np.arange(unknowns.size), information, vector).on(kept)
+    first, last = layout.pose, layout.pose + 3 * min(poses, layout.poses)
+    kept = np.concatenate([np.arange(first), np.arange(last, layout.size)])
+    return Summary(np.arange(layout.size), information, vector).on(kept)
 
 
-def places_of(unknowns: Unknowns, feature: int) -> IntArray:
+def places_of(layout: Layout, feature: int) -> IntArray:
     """Tell where the parameters of a feature stand.
 
     Parameters
     ----------
-    unknowns : Unknowns
+    unknowns : Layout
         What stands where.
     feature : int
         Its number.
@@ -229,7 +229,7 @@ def places_of(unknowns: Unknowns, feature: int) -> IntArray:
     ndarray of int
         Their places.
     """
-    return np.arange(unknowns.size)[unknowns.feature(feature)]
+    return np.arange(layout.size)[layout.feature(feature)]
 
 
 def _sizes(features: Sequence[Hypothesis]) -> int:

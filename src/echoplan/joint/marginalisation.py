@@ -10,27 +10,27 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.joint.estimate import Account
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_scores import NO_EVIDENCE
-from echoplan.joint.likelihood.track_history import LineEvidence, Past
+from echoplan.joint.likelihood.track_history import LineEvidence, TrackHistory
 from echoplan.joint.map_extraction.corners import find_vertices
 from echoplan.joint.map_extraction.endpoint_views import line_evidence
 from echoplan.joint.map_extraction.map_builder import Survey
 from echoplan.joint.map_extraction.segment import CELL
 from echoplan.joint.map_extraction.segments import find_segments
-from echoplan.joint.marginal_prior import Memory, summarised
+from echoplan.joint.marginal_prior import Memory, marginalise_poses
 from echoplan.joint.optimisation.factors import Summary
-from echoplan.joint.optimisation.manhattan import learn_squareness
-from echoplan.joint.optimisation.optimiser import adjust, facing_rows, reading_rows
-from echoplan.joint.optimisation.pose_factors import PoseBeliefs, pose_rows
+from echoplan.joint.optimisation.manhattan import estimate_right_angles
+from echoplan.joint.optimisation.optimiser import adjust, heading_factors, range_factors
+from echoplan.joint.optimisation.pose_factors import PosePrior, pose_factors
 from echoplan.joint.optimisation.range_factors import as_arrays
 from echoplan.joint.optimisation.values import State
 from echoplan.joint.search.alternatives import class_probabilities
 from echoplan.joint.search.occlusion import hiding
-from echoplan.joint.search.ray_paths import Paths, free_views, trace_paths
+from echoplan.joint.search.ray_paths import Paths, trace_paths, unoccluded_stations
 from echoplan.joint.search.specular_points import CornerEcho, corner_echoes
 from echoplan.joint.trace import Decision, Reason, record_event
-from echoplan.joint.trajectory import reckoned
+from echoplan.joint.trajectory import dead_reckoned
 from echoplan.model import ClassProbabilities, FeatureClass
-from echoplan.preprocessing.ping_arrays import chosen_soundings
+from echoplan.preprocessing.measurements import select_measurements
 from echoplan.preprocessing.servo import AS_RECORDED
 
 __all__ = ["leave", "survey"]
@@ -69,21 +69,23 @@ def survey(account: Account, path_xy: FloatArray) -> Survey:
         latency=memory.latency,
         servo=memory.servo or AS_RECORDED,
     )
-    nothing = chosen_soundings(account.recorded, np.zeros(len(account.recorded.readings), dtype=bool))
-    beliefs = account.beliefs(account.noise, None)._replace(squareness=None, understated=account.understated())
-    known = memory.about(found, state.unknowns)
-    adjusted = adjust(nothing, state, beliefs, settings.adjustment, known=known)
-    square = learn_squareness(adjusted.reflectors, adjusted.unknowns, adjusted.covariance, settings.squareness)
+    nothing = select_measurements(account.recorded, np.zeros(len(account.recorded.readings), dtype=bool))
+    priors = account.priors(account.noise, None)._replace(
+        squareness=None, information_inflation=account.information_inflation()
+    )
+    known = memory.about(found, state.layout)
+    adjusted = adjust(nothing, state, priors, settings.adjustment, known=known)
+    square = estimate_right_angles(adjusted.reflectors, adjusted.layout, adjusted.covariance, settings.squareness)
     if square is not None:
         # Where way-points put the axes is told while they are still known one by one.
         square = square._replace(along_axes=account.is_along_axes)
-        adjusted = adjust(nothing, state, beliefs._replace(squareness=square), settings.adjustment, known=known)
+        adjusted = adjust(nothing, state, priors._replace(squareness=square), settings.adjustment, known=known)
     features = [replace(each, reflector=row) for each, row in zip(found, adjusted.reflectors, strict=True)]
     echoes = memory.echoes_of(features)
     segments = find_segments(features, echoes, path_xy, settings.segments)
     # What the model of the sonar lacks does not average out over many stations.
     lacking = settings.adjustment
-    best = min(beliefs.offset_sigma, lacking.offset_floor)
+    best = min(priors.offset_sigma, lacking.offset_floor)
     return Survey(
         features=features,
         adjusted=replace(adjusted, offset_sigma=best, model_error=lacking.model_error),
@@ -103,18 +105,18 @@ def _is_there(feature: Hypothesis) -> bool:
     return little sound, most that should have detected it must have done so.  A wall through which half as many pings
     passed as it reflected is none, nor is a feature that explains no ping best.
     """
-    past = feature.past
+    history = feature.history
     if _own_probability(feature) < _UNLIKELY:
         return False
-    if past.speaking - past.hidden < past.hidden or 2 * past.passed >= past.pings:
+    if history.supporting - history.hidden < history.hidden or 2 * history.passed >= history.pings:
         return False
-    return feature.kind not in (Kind.WALL, Kind.CYLINDER) or past.speaking >= past.missing
+    return feature.kind not in (Kind.WALL, Kind.CYLINDER) or history.supporting >= history.missing
 
 
 def _own_probability(feature: Hypothesis) -> float:
     """Return the probability of the class that a feature is taken for."""
     own = {Kind.WALL: FeatureClass.WALL, Kind.CYLINDER: FeatureClass.CYLINDER}.get(feature.kind, FeatureClass.CORNER)
-    probability: float = getattr(feature.past.probabilities, own)
+    probability: float = getattr(feature.history.probabilities, own)
     return probability
 
 
@@ -138,11 +140,11 @@ def leave(account: Account, count: int) -> Memory:
     known = [each for each in features if each.is_known]
     everything = [*account.memory.beyond(account.at_hand), *known]
     echoes = dict(account.memory.echoes)
-    for (one, other), heard in corner_echoes(account.explanation, account.features, count).items():
-        if heard != CornerEcho() and features[one].is_known and features[other].is_known:
-            pair = (features[one].past.number, features[other].past.number)
+    for (one, other), measurements in corner_echoes(account.explanation, account.features, count).items():
+        if measurements != CornerEcho() and features[one].is_known and features[other].is_known:
+            pair = (features[one].history.number, features[other].history.number)
             key = min(pair), max(pair)
-            echoes[key] = echoes.get(key, CornerEcho()).joined(heard)
+            echoes[key] = echoes.get(key, CornerEcho()).joined(measurements)
     return Memory(
         features=[_bare(each) for each in everything],
         pending=[each for each in features if not each.is_known],
@@ -157,45 +159,47 @@ def leave(account: Account, count: int) -> Memory:
         noise=account.noise,
         loudness=account.loudness,
         independence=account.independence,
-        believes_rig=account.believes_rig,
-        reckoned=_reckoned(account, count),
+        trusts_specified_odometry=account.trusts_specified_odometry,
+        dead_reckoned=_dead_reckoned(account, count),
         issued=account.memory.issued + len(known),
     )
 
 
-def _reckoned(account: Account, count: int) -> FloatArray:
+def _dead_reckoned(account: Account, count: int) -> FloatArray:
     """Tell what odometry alone leaves open of the first pose that stays."""
-    if account.believed is None or not account.believed.relative or count >= len(account.given):
+    if account.pose_prior is None or not account.pose_prior.relative or count >= len(account.given):
         return np.zeros(3)
-    return np.sqrt(np.diag(reckoned(account)[count]))
+    return np.sqrt(np.diag(dead_reckoned(account)[count]))
 
 
 def _summary(account: Account, everything: list[Hypothesis], gone: BoolArray, count: int) -> Summary:
     """Sum up what the readings of the stations that go said, with their poses eliminated."""
-    believed = _believed(account, count)
+    pose_prior = _pose_prior(account, count)
     state = State(
-        features=account.as_heard(everything),
+        features=account.with_attenuation(everything),
         model=account.model,
         latency=account.latency,
         servo=account.servo or AS_RECORDED,
-        poses=np.zeros((0, 3)) if believed is None else account.poses[: len(believed.given)],
+        poses=np.zeros((0, 3)) if pose_prior is None else account.poses[: len(pose_prior.given)],
     )
-    heard = chosen_soundings(account.recorded if believed else account.soundings, gone)
-    heard = heard._replace(centers=heard.centers[: len(believed.given)]) if believed else heard
-    beliefs = account.beliefs(account.noise, believed)
-    rows = [reading_rows(heard, state, beliefs, account.settings.adjustment)]
-    rows.append(facing_rows(heard, state, beliefs))
-    if believed:
-        rows.append(pose_rows(believed, state.poses, state.unknowns.pose))
-    return summarised(state, rows, account.memory.about(everything, state.unknowns), count)
+    measurements = select_measurements(account.recorded if pose_prior else account.measurements, gone)
+    measurements = (
+        measurements._replace(centers=measurements.centers[: len(pose_prior.given)]) if pose_prior else measurements
+    )
+    priors = account.priors(account.noise, pose_prior)
+    rows = [range_factors(measurements, state, priors, account.settings.adjustment)]
+    rows.append(heading_factors(measurements, state, priors))
+    if pose_prior:
+        rows.append(pose_factors(pose_prior, state.poses, state.layout.pose))
+    return marginalise_poses(state, rows, account.memory.about(everything, state.layout), count)
 
 
-def _believed(account: Account, count: int) -> PoseBeliefs | None:
+def _pose_prior(account: Account, count: int) -> PosePrior | None:
     """Believe in the poses that go, and in the step to the next."""
-    if account.believed is None:
+    if account.pose_prior is None:
         return None
-    kept = count + 1 if account.believed.relative else count
-    return account.believed._replace(given=account.believed.given[:kept], sigmas=account.believed.sigmas[:kept])
+    kept = count + 1 if account.pose_prior.relative else count
+    return account.pose_prior._replace(given=account.pose_prior.given[:kept], sigmas=account.pose_prior.sigmas[:kept])
 
 
 class _Going(NamedTuple):
@@ -222,17 +226,17 @@ def _going(account: Account, gone: BoolArray, count: int) -> _Going:
         hidden=hides.hidden[gone],
         passed=hides.passed[:, gone],
         owners=account.adjusted.owners[gone],
-        stations=account.soundings.stations[gone],
+        stations=account.measurements.stations[gone],
         lines=_lines(account, count),
     )
 
 
 def _lines(account: Account, count: int) -> dict[int, LineEvidence]:
     """Collect what the first stations say of where the line of each wall is wall."""
-    features, left_out = account.features, account.explanation.levels_without(account.features)
+    features, left_out = account.features, account.explanation.log_densities_without(account.features)
     return {
-        number: line_evidence(account.explanation, each, count, levels)
-        for number, (each, levels) in enumerate(zip(features, left_out, strict=True))
+        number: line_evidence(account.explanation, each, count, log_densities)
+        for number, (each, log_densities) in enumerate(zip(features, left_out, strict=True))
         if each.is_wall
     }
 
@@ -243,31 +247,34 @@ def _with_pasts(account: Account, going: _Going) -> list[Hypothesis]:
     classes = class_probabilities(account.explanation, account.features, radius_cost=radius_cost)
     features = []
     for number, (each, probabilities) in enumerate(zip(account.features, classes, strict=True)):
-        if each.is_known or (each.gains[: going.size] > 0.0).any():
+        if each.is_known or (each.llr_by_station[: going.size] > 0.0).any():
             issued += not each.is_known
-            past = each.past if each.is_known else replace(each.past, number=issued)
-            past = _certain(_sounded(past, number, account, going), each, probabilities)
-            features.append(replace(each, past=_counted(past, number, account, going)))
+            history = each.history if each.is_known else replace(each.history, number=issued)
+            history = _certain(_with_specular_points(history, number, account, going), each, probabilities)
+            features.append(replace(each, history=_counted(history, number, account, going)))
         else:
             features.append(each)
     return features
 
 
-def _counted(past: Past, number: int, account: Account, going: _Going) -> Past:
+def _counted(history: TrackHistory, number: int, account: Account, going: _Going) -> TrackHistory:
     """Add how many stations and pings spoke for a feature, and how many against it."""
     each, count = account.features[number], going.size
-    gains, free = each.gains[:count], free_views(each, account.soundings, step=account.step)[:count]
-    clear = gains > account.settings.survey.clear_station
+    llr_by_station, free = (
+        each.llr_by_station[:count],
+        unoccluded_stations(each, account.measurements, step=account.step)[:count],
+    )
+    clear = llr_by_station > account.settings.survey.clear_station
     through = _mostly(going.hidden, going.paths.owners == number, going.stations, count)
     return replace(
-        past,
-        total=past.total + float(gains.sum()),
-        best=max(past.best, float(gains.max(initial=0.0))),
-        speaking=past.speaking + int(clear.sum()),
-        missing=past.missing + int((free & ~clear).sum()),
-        hidden=past.hidden + int((through & clear).sum()),
-        passed=past.passed + int(going.passed[number].sum()),
-        pings=past.pings + int((going.owners == number).sum()),
+        history,
+        total=history.total + float(llr_by_station.sum()),
+        best=max(history.best, float(llr_by_station.max(initial=0.0))),
+        supporting=history.supporting + int(clear.sum()),
+        missing=history.missing + int((free & ~clear).sum()),
+        hidden=history.hidden + int((through & clear).sum()),
+        passed=history.passed + int(going.passed[number].sum()),
+        pings=history.pings + int((going.owners == number).sum()),
     )
 
 
@@ -279,24 +286,26 @@ def _mostly(which: BoolArray, own: BoolArray, stations: IntArray, count: int) ->
     return most
 
 
-def _sounded(past: Past, number: int, account: Account, going: _Going) -> Past:
+def _with_specular_points(history: TrackHistory, number: int, account: Account, going: _Going) -> TrackHistory:
     """Add where sound came back from a wall, went through its line, or should have come back and did not."""
     wall, paths = account.features[number], going.paths
     if not wall.is_wall:
-        return past
+        return history
     return replace(
-        past,
+        history,
         extent=wall.extent,
-        feet=_joined(past.feet, paths.feet(number, wall.line)),
-        crossings=_joined(past.crossings, paths.crossings(number, wall.line)),
-        line=_thinned(past.line.joined(going.lines[number])),
+        feet=_joined(history.feet, paths.feet(number, wall.line)),
+        crossings=_joined(history.crossings, paths.crossings(number, wall.line)),
+        line=_thinned(history.line.joined(going.lines[number])),
     )
 
 
-def _certain(past: Past, feature: Hypothesis, probabilities: ClassProbabilities) -> Past:
+def _certain(history: TrackHistory, feature: Hypothesis, probabilities: ClassProbabilities) -> TrackHistory:
     """Keep the class as it was told by those who heard most of the feature."""
-    certainty = feature.total - feature.past.total
-    return replace(past, probabilities=probabilities, certainty=certainty) if certainty > past.certainty else past
+    certainty = feature.total - feature.history.total
+    return (
+        replace(history, probabilities=probabilities, certainty=certainty) if certainty > history.certainty else history
+    )
 
 
 def _joined(before: FloatArray, now: FloatArray) -> FloatArray:
@@ -322,4 +331,6 @@ def _first_of_cells(places: FloatArray, size: float) -> BoolArray:
 
 def _bare(feature: Hypothesis) -> Hypothesis:
     """Leave out all that belongs to pings at hand."""
-    return replace(feature, evidence=NO_EVIDENCE, gains=np.zeros(0), total=feature.past.total, is_square=False)
+    return replace(
+        feature, evidence=NO_EVIDENCE, llr_by_station=np.zeros(0), total=feature.history.total, is_square=False
+    )

@@ -8,8 +8,8 @@ from pydantic import BaseModel, Field
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray
 from echoplan.geometry import wrap
-from echoplan.joint.optimisation.pose_factors import PoseBeliefs, step_slopes
-from echoplan.joint.optimisation.solution import Adjusted
+from echoplan.joint.optimisation.pose_factors import PosePrior, step_slopes
+from echoplan.joint.optimisation.solution import Solution
 from echoplan.preprocessing.stations import Stations
 
 __all__ = [
@@ -17,8 +17,8 @@ __all__ = [
     "Undetermined",
     "carried_covariances",
     "covariances_between_walls",
+    "dead_reckoned_covariances",
     "pose_covariances",
-    "reckoned_covariances",
     "undetermined",
 ]
 
@@ -70,12 +70,12 @@ class Undetermined:
         return {**asdict(self), "first": int(members[0]), "last": int(members[-1])}
 
 
-def pose_covariances(adjusted: Adjusted) -> FloatArray:
+def pose_covariances(adjusted: Solution) -> FloatArray:
     """Take the covariances of the poses out of an adjustment.
 
     Parameters
     ----------
-    adjusted : Adjusted
+    adjusted : Solution
         Features, sonar and poses.
 
     Returns
@@ -87,7 +87,7 @@ def pose_covariances(adjusted: Adjusted) -> FloatArray:
     return _blocks(adjusted.covariance[poses, poses])
 
 
-def covariances_between_walls(adjusted: Adjusted) -> FloatArray:
+def covariances_between_walls(adjusted: Solution) -> FloatArray:
     """Take the covariances of the poses as if the walls were known.
 
     The frame is the first pose, and a single station hears badly which way it faces: seen from there all that is far
@@ -96,7 +96,7 @@ def covariances_between_walls(adjusted: Adjusted) -> FloatArray:
 
     Parameters
     ----------
-    adjusted : Adjusted
+    adjusted : Solution
         Features, sonar and poses.
 
     Returns
@@ -104,16 +104,16 @@ def covariances_between_walls(adjusted: Adjusted) -> FloatArray:
     ndarray, shape (s, 3, 3)
         Of each pose [m, m, rad]; of shape (0, 3, 3) where poses were trusted.
     """
-    unknowns, poses = adjusted.unknowns, _poses(adjusted)
-    walls = (unknowns.starts[unknowns.kinds == Kind.WALL][:, None] + np.arange(2)).ravel()
+    layout, poses = adjusted.layout, _poses(adjusted)
+    walls = (layout.starts[layout.kinds == Kind.WALL][:, None] + np.arange(2)).ravel()
     with_walls = adjusted.covariance[poses, walls]
-    told = with_walls @ np.linalg.solve(adjusted.covariance[np.ix_(walls, walls)], with_walls.T)
-    return _blocks(adjusted.covariance[poses, poses] - told)
+    explained_by_walls = with_walls @ np.linalg.solve(adjusted.covariance[np.ix_(walls, walls)], with_walls.T)
+    return _blocks(adjusted.covariance[poses, poses] - explained_by_walls)
 
 
-def _poses(adjusted: Adjusted) -> slice:
-    first = adjusted.unknowns.pose
-    return slice(first, first + 3 * adjusted.unknowns.poses)
+def _poses(adjusted: Solution) -> slice:
+    first = adjusted.layout.pose
+    return slice(first, first + 3 * adjusted.layout.poses)
 
 
 def _blocks(covariance: FloatArray) -> FloatArray:
@@ -145,18 +145,18 @@ def carried_covariances(covariances: FloatArray, stations: Stations, poses: Floa
     own = stations.numbers
     firsts = np.searchsorted(own, np.arange(own[-1] + 1))
     aside = poses[:, :2] - poses[firsts[own], :2]
-    slopes = np.tile(np.eye(3), (len(own), 1, 1))
-    slopes[:, 0, 2], slopes[:, 1, 2] = -aside[:, 1], aside[:, 0]
-    carried: FloatArray = np.einsum("kij,kjl,kml->kim", slopes, covariances[own], slopes)
+    jacobian = np.tile(np.eye(3), (len(own), 1, 1))
+    jacobian[:, 0, 2], jacobian[:, 1, 2] = -aside[:, 1], aside[:, 0]
+    carried: FloatArray = np.einsum("kij,kjl,kml->kim", jacobian, covariances[own], jacobian)
     return carried
 
 
-def reckoned_covariances(beliefs: PoseBeliefs, poses: FloatArray) -> FloatArray:
+def dead_reckoned_covariances(priors: PosePrior, poses: FloatArray) -> FloatArray:
     """Add up what odometry leaves open of each pose by itself.
 
     Parameters
     ----------
-    beliefs : PoseBeliefs
+    beliefs : PosePrior
         What is believed of its steps.
     poses : ndarray, shape (s, 3)
         Where the robot was [m, m, rad].
@@ -166,17 +166,17 @@ def reckoned_covariances(beliefs: PoseBeliefs, poses: FloatArray) -> FloatArray:
     ndarray, shape (s, 3, 3)
         Of each pose in the frame of the map [m, m, rad].
     """
-    before, own = step_slopes(beliefs.given, poses)
-    noises = np.stack([np.diag(row) for row in beliefs.sigmas**2])
+    before, own = step_slopes(priors.given, poses)
+    noises = np.stack([np.diag(row) for row in priors.sigmas**2])
     covariances = [noises[0]]
-    for past, now, noise in zip(before[1:], own[1:], noises[1:], strict=True):
-        moved, spread = np.linalg.solve(now, past), np.linalg.inv(now)
+    for history, now, noise in zip(before[1:], own[1:], noises[1:], strict=True):
+        moved, spread = np.linalg.solve(now, history), np.linalg.inv(now)
         covariances.append(moved @ covariances[-1] @ moved.T + spread @ noise @ spread.T)
     return np.array(covariances)
 
 
 def undetermined(
-    covariances: FloatArray, between: FloatArray, reckoned: FloatArray, settings: CertaintySettings
+    covariances: FloatArray, between: FloatArray, dead_reckoned: FloatArray, settings: CertaintySettings
 ) -> tuple[Undetermined, ...]:
     """Find where echoes fix a position one way, and hardly anything but odometry does so the other way: in a corridor.
 
@@ -199,7 +199,7 @@ def undetermined(
     variances, vectors = np.linalg.eigh(between[:, :2, :2])
     across, along_walls = np.sqrt(np.maximum(variances, 0.0)).T
     longest = vectors[:, :, 1]
-    along, alone = (_deviations(each, longest) for each in (covariances, reckoned))
+    along, alone = (_deviations(each, longest) for each in (covariances, dead_reckoned))
     open_ = (along_walls > settings.elongated * across) & (along > settings.unfixed * alone) & (along > settings.least)
     # The first pose is the frame: it is known by decree.
     open_[:1] = False

@@ -9,21 +9,21 @@ from echoplan.geometry import aligned
 from echoplan.joint.estimate import Account
 from echoplan.joint.marginal_prior import Course
 from echoplan.joint.optimisation.odometry_noise import VERY_STRONG, are_round, scatter
-from echoplan.joint.optimisation.pose_factors import PoseBeliefs, waypoint_beliefs
+from echoplan.joint.optimisation.pose_factors import PosePrior, waypoint_prior
 from echoplan.joint.pose_correction.annealing import converge, settle, stand_square
 from echoplan.joint.pose_correction.consistency import (
     agreement,
     agrees,
     evidence,
-    is_doubtful,
+    has_duplicated_walls,
+    is_inconsistent,
     is_scattered,
     is_strained,
-    is_torn,
 )
 from echoplan.joint.pose_correction.pose_tracking import track
 from echoplan.joint.pose_correction.random_effects import learn_common_error, without_common_error
 from echoplan.joint.pose_correction.registration_order import learned_waypoints, place
-from echoplan.joint.pose_correction.relocalisation import elsewhere
+from echoplan.joint.pose_correction.relocalisation import relocalised
 from echoplan.joint.pose_correction.servo_calibration import find_servo
 from echoplan.joint.pose_correction.wheel_slip import without_slip
 from echoplan.joint.settings import PoseMode
@@ -67,9 +67,9 @@ def explained(account: Account) -> Account:
     """
     servo = find_servo(account) if account.memory.is_empty else None
     best = _explained(account) if servo is None else _calibrated(account, servo)
-    best.reconsider()
+    best.reselect_classes()
     best.clear()
-    best.polish()
+    best.refine_calibration()
     return best
 
 
@@ -88,7 +88,7 @@ def _explained(account: Account) -> Account:
 
 def _as_found(account: Account) -> Account:
     """Keep the poses, or correct them if the echoes show that they are wrong; nobody says how they came about."""
-    torn = _glanced(account)
+    torn = _initialised(account)
     if torn and (not _is_by_hand(torn) or _is_led_for_sure(account, torn)):
         return torn
     account.explain()
@@ -108,12 +108,12 @@ def _is_asked(account: Account) -> bool:
     return account.settings.poses is PoseMode.CORRECT
 
 
-def _glanced(account: Account) -> Account | None:
+def _initialised(account: Account) -> Account | None:
     """Take a first look, and correct the poses if these tear most walls apart."""
     if not account.memory.is_empty:
         return None
-    account.glance()
-    if account.settings.poses is PoseMode.TRUST or not is_torn(account):
+    account.initialise()
+    if account.settings.poses is PoseMode.TRUST or not has_duplicated_walls(account):
         return None
     return _tracked(copy.copy(account), f"{_corrected(account)}: {_TORN}")
 
@@ -123,8 +123,8 @@ def _by_wheels(account: Account) -> Account:
     why = _corrected(account)
     tracked = _followed(account, why)
     if account.memory.is_empty:
-        account.glance()
-        if is_torn(account):
+        account.initialise()
+        if has_duplicated_walls(account):
             return tracked
     account.explain()
     account.verdict = _in_vain(account)
@@ -137,7 +137,7 @@ def _followed(account: Account, why: str) -> Account:
     if account.wheels is None or (agrees(tracked) and not is_strained(tracked)):
         return tracked
     free = copy.copy(account)
-    free.believes_rig = False
+    free.trusts_specified_odometry = False
     loose = _tracked(free, f"{why}{_FARTHER}")
     # Who believes in greater errors finds none of them unlikely, and each of them less likely.
     wider = float(np.log(loose.odometry().sigmas[1:] / tracked.odometry().sigmas[1:]).sum())
@@ -153,12 +153,12 @@ def _corrected(account: Account) -> str:
 
 def _worth(account: Account) -> float:
     """Tell what an explanation is worth where readings count in full."""
-    return evidence(account) if account.worth is None else account.worth
+    return evidence(account) if account.penalised_llr is None else account.penalised_llr
 
 
-def _better(account: Account, rival: Account) -> Account:
+def _better(account: Account, alternative: Account) -> Account:
     """Prefer a rival for which there is very strong evidence."""
-    return rival if _worth(rival) > _worth(account) + VERY_STRONG else account
+    return alternative if _worth(alternative) > _worth(account) + VERY_STRONG else account
 
 
 def _led(tracked: Account, by_hand: Account) -> Account:
@@ -169,53 +169,53 @@ def _led(tracked: Account, by_hand: Account) -> Account:
 
 
 def _tracked(account: Account, verdict: str) -> Account:
-    beliefs = account.odometry()
-    track(account, beliefs)
-    rested = _rested(account, beliefs)
-    steady = _without_slips(rested, beliefs)
-    best = _without_misplaced(steady, beliefs)
+    priors = account.odometry()
+    track(account, priors)
+    rested = _rested(account, priors)
+    steady = _without_slips(rested, priors)
+    best = _without_misplaced(steady, priors)
     best.course, best.verdict = Course.TRACKED, verdict
     if steady is not rested and not verdict.endswith(_SLIPPED):
         best.verdict += _SLIPPED
     return best
 
 
-def _rested(account: Account, beliefs: PoseBeliefs) -> Account:
+def _rested(account: Account, priors: PosePrior) -> Account:
     """Settle again as long as that explains more; what is remembered came to rest before."""
     while account.memory.is_empty:
-        moved = _settled(account, account.poses, beliefs)
+        moved = _settled(account, account.poses, priors)
         if moved is account:
             break
         account = moved
     return account
 
 
-def _without_slips(account: Account, beliefs: PoseBeliefs) -> Account:
+def _without_slips(account: Account, priors: PosePrior) -> Account:
     """Take slips back as long as that explains more."""
-    while (poses := without_slip(account, beliefs)) is not None:
-        moved = _settled(account, poses, beliefs)
+    while (poses := without_slip(account, priors)) is not None:
+        moved = _settled(account, poses, priors)
         if moved is account:
             break
         account = moved
     return account
 
 
-def _without_misplaced(account: Account, beliefs: PoseBeliefs) -> Account:
+def _without_misplaced(account: Account, priors: PosePrior) -> Account:
     """Put single stations elsewhere where that explains more."""
     for station in range(max(1, len(account.memory.poses)), len(account.poses)):
-        pose = elsewhere(account, beliefs, station)
+        pose = relocalised(account, priors, station)
         if pose is not None:
             poses = account.poses.copy()
             poses[station] = pose
-            account = _settled(account, poses, beliefs)
+            account = _settled(account, poses, priors)
     return account
 
 
-def _settled(account: Account, poses: FloatArray, beliefs: PoseBeliefs) -> Account:
+def _settled(account: Account, poses: FloatArray, priors: PosePrior) -> Account:
     """Explain everything from other poses, if that explains more."""
     moved = copy.copy(account)
     moved.poses = poses
-    settle(moved, beliefs)
+    settle(moved, priors)
     return _better(account, moved)
 
 
@@ -229,11 +229,11 @@ def _reconsidered(account: Account, tracked: Account | None) -> Account:
     account.verdict = f"used as recorded: {fits if account.arcs else 'too few echoes to check them'}"
     if not _is_in_question(account):
         return account
-    rivals = _rivals(account, share, tracked)
-    if rivals and _is_by_hand(account) and are_round(account.given) and is_doubtful(account):
+    alternatives = _alternatives(account, share, tracked)
+    if alternatives and _is_by_hand(account) and are_round(account.given) and is_inconsistent(account):
         # Nobody sets a robot down exactly on a mark, so the poses as recorded are not among the rivals.
-        return max(rivals, key=_worth)
-    best = _better(account, max(rivals, key=_worth, default=account))
+        return max(alternatives, key=_worth)
+    best = _better(account, max(alternatives, key=_worth, default=account))
     if best is account and _is_asked(account) and account.arcs:
         account.verdict = _in_vain(account)
     return best
@@ -245,7 +245,7 @@ def _share(account: Account) -> str:
 
 def _is_in_question(account: Account) -> bool:
     """Tell whether other poses are to be tried: because somebody asks, or these are doubtful."""
-    return len(account.given) >= _FEWEST and (_is_asked(account) or is_doubtful(account))
+    return len(account.given) >= _FEWEST and (_is_asked(account) or is_inconsistent(account))
 
 
 def _in_vain(account: Account) -> str:
@@ -255,10 +255,10 @@ def _in_vain(account: Account) -> str:
     return f"left as recorded: only {_share(account)}{_NO_MORE}"
 
 
-def _rivals(account: Account, share: str, tracked: Account | None) -> list[Account]:
+def _alternatives(account: Account, share: str, tracked: Account | None) -> list[Account]:
     """Correct poses as those of odometry, and as those of way-points that somebody set by hand, unless too many."""
     if account.memory.course is Course.NUDGED:
-        return [_nudged(account, _why(account, share, _ELSEWHERE), account.poses)] if _is_by_hand(account) else []
+        return [_restarted(account, _why(account, share, _ELSEWHERE), account.poses)] if _is_by_hand(account) else []
     tracked = tracked or _tracked(copy.copy(account), f"{_corrected(account)}: {_why(account, share, _STEPS)}")
     if _is_by_hand(account) and not _is_led_for_sure(account, tracked):
         return _steps_or_hand(account, share, tracked)
@@ -294,10 +294,10 @@ def _set_by_hand(account: Account, why: str, tracked: Account) -> list[Account]:
     if agrees(account) and any(_are_held_together(each) and _worth(each) > _worth(tracked) for each in led):
         return led
     # From different starts they may come to rest at different places.
-    nudged = [_nudged(account, why, start) for start in (account.poses, tracked.poses)]
+    restarted = [_restarted(account, why, start) for start in (account.poses, tracked.poses)]
     # Stations that remember others are known by their numbers: these cannot come in another order.
     placed = [_placed(account, why)] if account.memory.is_empty else []
-    return [*led, *placed, *nudged]
+    return [*led, *placed, *restarted]
 
 
 def _are_held_together(account: Account) -> bool:
@@ -317,16 +317,16 @@ def _reset(tracked: Account, why: str) -> Account:
 
     If somebody set the way-points one by one, errors do not add up, and the first one is no better than the others.
     """
-    moved, beliefs = copy.copy(tracked), waypoint_beliefs(tracked.given, tracked.settings.pose_errors)
+    moved, priors = copy.copy(tracked), waypoint_prior(tracked.given, tracked.settings.pose_errors)
     moved.poses, moved.features = aligned(tracked.poses, tracked.given), tracked.known
-    settle(moved, beliefs)
+    settle(moved, priors)
     return _at_rest(moved, why)
 
 
-def _nudged(account: Account, why: str, start: FloatArray) -> Account:
+def _restarted(account: Account, why: str, start: FloatArray) -> Account:
     """Move poses a little."""
-    moved, beliefs = copy.copy(account), waypoint_beliefs(account.given, account.settings.pose_errors)
-    converge(moved, beliefs, start)
+    moved, priors = copy.copy(account), waypoint_prior(account.given, account.settings.pose_errors)
+    converge(moved, priors, start)
     return _at_rest(moved, why)
 
 
@@ -337,12 +337,12 @@ def _at_rest(account: Account, why: str) -> Account:
     """
     wanted = ", as asked for" if _is_asked(account) else ""
     account.verdict, account.course = f"corrected by a few centimetres{wanted}: {why}", Course.NUDGED
-    without_common_error(account, waypoint_beliefs(account.given, account.settings.pose_errors))
-    account.worth = evidence(account)
+    without_common_error(account, waypoint_prior(account.given, account.settings.pose_errors))
+    account.penalised_llr = evidence(account)
     learn_common_error(account, learned_waypoints(account))
     stand_square(account, learned_waypoints(account))
     if account.is_along_axes:
-        account.adjust_often(account.noise, learned_waypoints(account), 2)
+        account.alternate(account.noise, learned_waypoints(account), 2)
     return account
 
 

@@ -14,9 +14,9 @@ from echoplan.joint.map_extraction.segments import SegmentSettings
 from echoplan.joint.observability import CertaintySettings
 from echoplan.joint.optimisation.manhattan import SquarenessSettings
 from echoplan.joint.optimisation.odometry_noise import DriftSettings
-from echoplan.joint.optimisation.optimiser import AdjustmentSettings
+from echoplan.joint.optimisation.optimiser import OptimiserSettings
 from echoplan.joint.optimisation.pose_factors import PoseSettings
-from echoplan.joint.search.duplicates import CopySettings
+from echoplan.joint.search.duplicates import DuplicateSettings
 from echoplan.joint.search.scan_matching import LocalisationSettings
 from echoplan.joint.search.search import SearchSettings
 from echoplan.preprocessing.stations import StationSettings
@@ -70,12 +70,12 @@ class AccountSettings(BaseModel, frozen=True, extra="forbid"):
     window: WindowSettings = Field(default_factory=WindowSettings)
     arcs: ArcSettings = Field(default_factory=ArcSettings)
     search: SearchSettings = Field(default_factory=SearchSettings)
-    adjustment: AdjustmentSettings = Field(default_factory=AdjustmentSettings)
+    adjustment: OptimiserSettings = Field(default_factory=OptimiserSettings)
     pose_errors: PoseSettings = Field(default_factory=PoseSettings)
     drift: DriftSettings = Field(default_factory=DriftSettings)
     certainty: CertaintySettings = Field(default_factory=CertaintySettings)
     squareness: SquarenessSettings = Field(default_factory=SquarenessSettings)
-    copies: CopySettings = Field(default_factory=CopySettings)
+    copies: DuplicateSettings = Field(default_factory=DuplicateSettings)
     localisation: LocalisationSettings = Field(default_factory=LocalisationSettings)
     segments: SegmentSettings = Field(default_factory=SegmentSettings)
     vertices: VertexSettings = Field(default_factory=VertexSettings)

@@ -104,7 +104,7 @@ def record_event(
     """Put a decision on the log, if somebody listens."""
     if not _LOGGER.isEnabledFor(logging.DEBUG):
         return
-    ratios = landmark.gains
+    ratios = landmark.llr_by_station
     against = float(ratios.min(initial=0.0))
     event = Event(
         decision=decision,
@@ -113,9 +113,9 @@ def record_event(
         parameters=tuple(landmark.parameters.tolist()),
         log_likelihood_ratio=landmark.total,
         threshold=threshold,
-        detections=float(ratios[ratios > 0.0].sum()) + landmark.past.total,
+        detections=float(ratios[ratios > 0.0].sum()) + landmark.history.total,
         missed_detections=float(ratios[ratios < 0.0].sum()),
-        stations=landmark.speaking(0.0),
+        stations=landmark.supporting(0.0),
         worst_station=int(np.argmin(ratios)) if against < 0.0 else None,
         becomes=becomes,
     )

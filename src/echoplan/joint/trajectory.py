@@ -1,4 +1,4 @@
-"""Posed: where the robot was at each sweep, how well that is known, and where nothing but odometry tells it."""
+"""Trajectory: where the robot was at each sweep, how well that is known, and where nothing but odometry tells it."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -12,16 +12,16 @@ from echoplan.joint.observability import (
     Undetermined,
     carried_covariances,
     covariances_between_walls,
+    dead_reckoned_covariances,
     pose_covariances,
-    reckoned_covariances,
     undetermined,
 )
 from echoplan.preprocessing.stations import Stations
 
-__all__ = ["Posed", "joined", "posed", "reckoned"]
+__all__ = ["Trajectory", "dead_reckoned", "joined", "posed"]
 
 
-class Posed(NamedTuple):
+class Trajectory(NamedTuple):
     """Poses of w sweeps.
 
     Attributes
@@ -41,7 +41,7 @@ class Posed(NamedTuple):
     covariances: FloatArray
     undetermined: tuple[dict[str, float], ...]
 
-    def first(self, count: int) -> "Posed":
+    def first(self, count: int) -> "Trajectory":
         """Keep the first sweeps.
 
         Parameters
@@ -51,12 +51,12 @@ class Posed(NamedTuple):
 
         Returns
         -------
-        Posed
+        Trajectory
             Of these.
         """
         sweeps = self.sweeps[:count]
         rows = [each for each in self.undetermined if len(sweeps) and each["first"] <= sweeps[-1]]
-        return Posed(
+        return Trajectory(
             sweeps=sweeps,
             poses=self.poses[:count],
             covariances=self.covariances[:count],
@@ -64,7 +64,7 @@ class Posed(NamedTuple):
         )
 
 
-def posed(account: Account, stations: Stations, given: FloatArray, sweeps: IntArray) -> Posed:
+def posed(account: Account, stations: Stations, given: FloatArray, sweeps: IntArray) -> Trajectory:
     """Carry the poses of stations over to their sweeps.
 
     Parameters
@@ -80,12 +80,12 @@ def posed(account: Account, stations: Stations, given: FloatArray, sweeps: IntAr
 
     Returns
     -------
-    Posed
+    Trajectory
         Of the sweeps.
     """
     poses = stations.of_sweeps(given, account.poses)
     covariances = np.zeros((0, 3, 3)) if account.adjusted is None else pose_covariances(account.adjusted)
-    return Posed(
+    return Trajectory(
         sweeps=sweeps,
         poses=poses,
         covariances=carried_covariances(covariances, stations, poses),
@@ -95,13 +95,13 @@ def posed(account: Account, stations: Stations, given: FloatArray, sweeps: IntAr
 
 def _undetermined(account: Account, covariances: FloatArray) -> tuple[Undetermined, ...]:
     """Tell where nothing but odometry fixes a position one way."""
-    if account.believed is None or not account.believed.relative or account.adjusted is None:
+    if account.pose_prior is None or not account.pose_prior.relative or account.adjusted is None:
         return ()
     between = covariances_between_walls(account.adjusted)
-    return undetermined(covariances, between, reckoned(account), account.settings.certainty)
+    return undetermined(covariances, between, dead_reckoned(account), account.settings.certainty)
 
 
-def reckoned(account: Account) -> FloatArray:
+def dead_reckoned(account: Account) -> FloatArray:
     """Add up what odometry alone leaves open of each position since the first station of all.
 
     Parameters
@@ -114,28 +114,28 @@ def reckoned(account: Account) -> FloatArray:
     ndarray, shape (s, 3, 3)
         Covariances in the frame of the map [m, m, rad].
     """
-    assert account.believed is not None
-    sigmas = account.believed.sigmas.copy()
+    assert account.pose_prior is not None
+    sigmas = account.pose_prior.sigmas.copy()
     sigmas[:, 2] = 0.0
     if not account.memory.is_empty:
-        sigmas[0] = account.memory.reckoned
-    return reckoned_covariances(account.believed._replace(sigmas=sigmas), account.poses)
+        sigmas[0] = account.memory.dead_reckoned
+    return dead_reckoned_covariances(account.pose_prior._replace(sigmas=sigmas), account.poses)
 
 
-def joined(parts: Sequence[Posed]) -> Posed:
+def joined(parts: Sequence[Trajectory]) -> Trajectory:
     """Put parts of a way together.
 
     Parameters
     ----------
-    parts : sequence of Posed
+    parts : sequence of Trajectory
         In order, at least one.
 
     Returns
     -------
-    Posed
+    Trajectory
         Poses that were trusted have no covariance, that is zero, if others were corrected.
     """
-    return Posed(
+    return Trajectory(
         sweeps=np.concatenate([part.sweeps for part in parts]),
         poses=np.concatenate([part.poses for part in parts]),
         covariances=_covariances(parts),
@@ -143,13 +143,13 @@ def joined(parts: Sequence[Posed]) -> Posed:
     )
 
 
-def _covariances(parts: Sequence[Posed]) -> FloatArray:
+def _covariances(parts: Sequence[Trajectory]) -> FloatArray:
     corrected = any(len(part.covariances) for part in parts)
     whole = [part.covariances if len(part.covariances) else np.zeros((len(part.poses), 3, 3)) for part in parts]
     return np.concatenate(whole) if corrected else np.zeros((0, 3, 3))
 
 
-def _merged(rows: Sequence[dict[str, float]], parts: Sequence[Posed]) -> tuple[dict[str, float], ...]:
+def _merged(rows: Sequence[dict[str, float]], parts: Sequence[Trajectory]) -> tuple[dict[str, float], ...]:
     """Make one of rows that a border between parts cut in two: the worst of both tells direction and deviations."""
     ends = {
         int(part.sweeps[-1]): int(after.sweeps[0])

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["cone_of_rays"]
 
@@ -21,7 +21,7 @@ _MISFIT, _SCATTER = 0.03, 0.002
 _WALLS = 5
 
 
-def cone_of_rays(soundings: Soundings) -> float:
+def cone_of_rays(measurements: Measurements) -> float:
     """Estimate the half angle of the cone of which readings are the nearest points.
 
     About its normal, a wall at distance d reads d over the width of the cone and d / cos(a) beyond it, at an angle a
@@ -29,7 +29,7 @@ def cone_of_rays(soundings: Soundings) -> float:
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings, of a sensor that turns and whose readings glide along walls: ``share_of_ramps``.
 
     Returns
@@ -37,16 +37,16 @@ def cone_of_rays(soundings: Soundings) -> float:
     float
         Half angle [rad]; nan where too few walls show it.
     """
-    scans = soundings.stations * (int(soundings.sensors.max(initial=0)) + 1) + soundings.sensors
+    scans = measurements.stations * (int(measurements.sensors.max(initial=0)) + 1) + measurements.sensors
     order = np.argsort(scans, kind="stable")
     parts = np.split(order, np.flatnonzero(np.diff(scans[order])) + 1)
-    scores = [score for scan in parts if len(scan) > 1 for score in _scores(soundings, scan)]
+    scores = [score for scan in parts if len(scan) > 1 for score in _scores(measurements, scan)]
     return float(_CONES[np.argmin(np.sum(scores, axis=0))]) if len(scores) >= _WALLS else math.nan
 
 
-def _scores(soundings: Soundings, scan: IntArray) -> list[FloatArray]:
+def _scores(measurements: Measurements, scan: IntArray) -> list[FloatArray]:
     """Score the cones at each wall of a scan: negative log-likelihoods, shape (cones,)."""
-    bearings, readings = np.unwrap(soundings.bearings[scan]), soundings.readings[scan]
+    bearings, readings = np.unwrap(measurements.bearings[scan]), measurements.readings[scan]
     step = float(np.median(np.abs(np.diff(bearings))))
     half = round(_ASIDE / step) if 0.0 < step <= _COARSEST else len(scan)
     scores = []

@@ -7,7 +7,7 @@ import numpy as np
 
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.geometry.angles import wrap
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["are_rays", "share_of_ramps"]
 
@@ -27,12 +27,12 @@ _RISE, _SHARE, _LEFT = 0.1, 0.05, 0.05
 _RAYS = 0.05
 
 
-def are_rays(soundings: Soundings) -> bool:
+def are_rays(measurements: Measurements) -> bool:
     """Return True if readings are the nearest points in cones of rays, and no echoes."""
-    return share_of_ramps(soundings) > _RAYS
+    return share_of_ramps(measurements) > _RAYS
 
 
-def share_of_ramps(soundings: Soundings) -> float:
+def share_of_ramps(measurements: Measurements) -> float:
     """Return the share of the readings that glide along surfaces met at a slant.
 
     Sound that meets a wall at a slant glances off: as a sonar turns away, its reading stays the same, but for the walk,
@@ -40,7 +40,7 @@ def share_of_ramps(soundings: Soundings) -> float:
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
 
     Returns
@@ -48,18 +48,18 @@ def share_of_ramps(soundings: Soundings) -> float:
     float
         Share of the readings that lie in ramps; 0 of sonars that do not turn, or in steps too wide to show a ramp.
     """
-    heard = np.isfinite(soundings.readings)
-    scans = soundings.stations * (int(soundings.sensors.max(initial=0)) + 1) + soundings.sensors
+    heard = np.isfinite(measurements.readings)
+    scans = measurements.stations * (int(measurements.sensors.max(initial=0)) + 1) + measurements.sensors
     order = np.argsort(scans, kind="stable")
     parts = np.split(order, np.flatnonzero(np.diff(scans[order])) + 1)
-    on_ramps = sum(int(_ramps(soundings, scan).sum()) for scan in parts if len(scan) >= _FEWEST)
+    on_ramps = sum(int(_ramps(measurements, scan).sum()) for scan in parts if len(scan) >= _FEWEST)
     return on_ramps / max(int(heard.sum()), 1)
 
 
-def _ramps(soundings: Soundings, scan: IntArray) -> BoolArray:
+def _ramps(measurements: Measurements, scan: IntArray) -> BoolArray:
     """Mark the pings of one sensor at one station that lie in a ramp."""
-    readings, marked = soundings.readings[scan], np.zeros(len(scan), dtype=bool)
-    turns = wrap(np.diff(soundings.bearings[scan]))
+    readings, marked = measurements.readings[scan], np.zeros(len(scan), dtype=bool)
+    turns = wrap(np.diff(measurements.bearings[scan]))
     step = float(np.median(np.abs(turns)))
     count = max(_FEWEST, math.ceil(_WIDTH / step) + 1) if 0.0 < step <= _COARSEST else len(scan) + 1
     if count > len(scan):
@@ -68,10 +68,10 @@ def _ramps(soundings: Soundings, scan: IntArray) -> BoolArray:
     steps = np.abs(_windows(turns, count - 1)) / step
     even = ((steps < _UNEVEN) & (steps > 1.0 / _UNEVEN)).all(axis=1)
     whole = even & np.isfinite(_windows(readings, count)).all(axis=1)
-    places = np.stack([soundings.x[scan], soundings.y[scan]])
+    places = np.stack([measurements.x[scan], measurements.y[scan]])
     moved = np.hypot(*(places[:, count - 1 :] - places[:, : len(scan) - count + 1]))
     ways = np.where(np.isfinite(readings), readings, 0.0)
-    echoes = places + ways * np.stack([soundings.ux[scan], soundings.uy[scan]])
+    echoes = places + ways * np.stack([measurements.ux[scan], measurements.uy[scan]])
     points = np.stack([_windows(each, count)[whole] for each in echoes], axis=-1)
     for first in np.flatnonzero(whole)[_are_ramps(_windows(readings, count)[whole], points, moved[whole])]:
         marked[first : first + count] = True

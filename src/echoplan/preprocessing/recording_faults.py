@@ -10,7 +10,7 @@ import numpy as np
 from echoplan.model import Rig, Sweep
 from echoplan.preprocessing.beams import cone_of_rays
 from echoplan.preprocessing.constancy import Trace
-from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
+from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.preprocessing.rays import are_rays
 
 __all__ = [
@@ -123,10 +123,10 @@ def find_beam_faults(sweeps: Sequence[Sweep], rig: Rig) -> tuple[RecordingFault,
     tuple of RecordingFault
         One at most.
     """
-    scans = [soundings_of(sweep, rig) for sweep in sweeps if len(sweep) >= _FEWEST]
+    scans = [measurements_of(sweep, rig) for sweep in sweeps if len(sweep) >= _FEWEST]
     if rig.rays is not None or not scans:
         return ()
-    joined = join_soundings(scans)
+    joined = join_measurements(scans)
     cone = cone_of_rays(joined) if are_rays(joined) else math.nan
     return (RecordingFault(kind=RecordingFaultKind.NARROW_BEAM, value=cone),) if cone < _NARROW else ()
 

@@ -203,7 +203,7 @@ def _stands_for_something(trace: Trace, value: float) -> bool:
 
 
 def _with_mates(found: list[SensorFault], traces: Sequence[Trace], rig: Rig) -> tuple[SensorFault, ...]:
-    """Add the mates of sensors that hold their last reading: the same modules, if they never read no echo either."""
+    """Add sensors of the same module as those that hold their last reading, if they never read no echo either."""
     settled = {fault.sensor_id for fault in found if fault.kind in _SETTLED}
     if any(fault.kind == SensorFaultKind.HELD for fault in found):
         for trace, sensor in zip(traces, rig.sensors, strict=True):

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from echoplan.preprocessing.ping_arrays import Soundings, turned
+from echoplan.preprocessing.measurements import Measurements, turned
 
 __all__ = ["AS_RECORDED", "ServoError", "late_by", "turned_by"]
 
@@ -25,12 +25,12 @@ class ServoError(NamedTuple):
 AS_RECORDED = ServoError()
 
 
-def turned_by(soundings: Soundings, *, error: ServoError, before: ServoError) -> Soundings:
+def turned_by(measurements: Measurements, *, error: ServoError, before: ServoError) -> Measurements:
     """Turn soundings to where a servo was whose gain and offset are other than taken before.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     error : ServoError
         Gain and offset of the servo.
@@ -39,29 +39,29 @@ def turned_by(soundings: Soundings, *, error: ServoError, before: ServoError) ->
 
     Returns
     -------
-    Soundings
+    Measurements
         The pings as they were.
     """
     if error == before:
-        return soundings
-    return turned(soundings, error.offset - before.offset + (error.gain - before.gain) * soundings.angles)
+        return measurements
+    return turned(measurements, error.offset - before.offset + (error.gain - before.gain) * measurements.angles)
 
 
-def late_by(soundings: Soundings, latency: float) -> Soundings:
+def late_by(measurements: Measurements, latency: float) -> Measurements:
     """Turn soundings back to where the servo was, if it lags behind what was recorded.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings as recorded.
     latency : float
         How long the servo takes to be where it is told [s].
 
     Returns
     -------
-    Soundings
+    Measurements
         The pings as they were.
     """
     if latency == 0.0:
-        return soundings
-    return turned(soundings, -latency * soundings.rates)
+        return measurements
+    return turned(measurements, -latency * measurements.rates)

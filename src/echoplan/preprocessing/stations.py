@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.geometry import compose, invert, wrap
-from echoplan.preprocessing.ping_arrays import Soundings, as_sent, chosen_soundings, halfway
+from echoplan.preprocessing.measurements import Measurements, as_sent, halfway, select_measurements
 
 __all__ = ["StationSettings", "Stations", "at_stations", "group_sweeps", "without_repeats"]
 
@@ -102,58 +102,58 @@ def group_sweeps(recorded: FloatArray, pings: IntArray, settings: StationSetting
     return Stations(np.array(numbers), recorded[firsts])
 
 
-def at_stations(soundings: Soundings, stations: Stations) -> Soundings:
+def at_stations(measurements: Measurements, stations: Stations) -> Measurements:
     """Give soundings the numbers of stations instead of sweeps.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         Numbered by sweep.
     stations : Stations
         The station of each sweep.
 
     Returns
     -------
-    Soundings
+    Measurements
         The same pings.
     """
     count = np.bincount(stations.numbers)
-    sums = [np.bincount(stations.numbers, column) for column in soundings.centers.T]
+    sums = [np.bincount(stations.numbers, column) for column in measurements.centers.T]
     centers = np.column_stack(sums) / count[:, None]
-    return soundings._replace(stations=stations.numbers[soundings.stations], centers=centers)
+    return measurements._replace(stations=stations.numbers[measurements.stations], centers=centers)
 
 
-def without_repeats(soundings: Soundings) -> Soundings:
+def without_repeats(measurements: Measurements) -> Measurements:
     """Make one ping of all that a turning sensor made at one place in one direction: the median of their readings.
 
     What the model of the sonar lacks is the same in all of them, and so they say little more than one does.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         At stations.
 
     Returns
     -------
-    Soundings
+    Measurements
         The first of such pings each.  Those of a servo that turns the other way stay, for they determine its latency,
         but both count as one.
     """
-    if not soundings.rates.any():
+    if not measurements.rates.any():
         # Repeats of fixed sensors show how much their readings scatter, and a station has few of them.
-        return soundings
-    sent = as_sent(soundings)
+        return measurements
+    sent = as_sent(measurements)
     where = np.column_stack([sent.x, sent.y, sent.bearings]) / (_SAME_PLACE, _SAME_PLACE, _SAME_DIRECTION)
     # A quarter of a cell aside, so that round numbers do not lie on the border of two.
     keys = np.column_stack([sent.stations, sent.sensors, np.round(where + 0.25), np.sign(sent.rates)])
     _, firsts, groups, counts = np.unique(keys, axis=0, return_index=True, return_inverse=True, return_counts=True)
     _, ways, repeats = np.unique(keys[firsts, :-1], axis=0, return_inverse=True, return_counts=True)
     if len(repeats) == len(keys):
-        return soundings
+        return measurements
     order = np.lexsort((sent.readings, groups.ravel()))
     # Of an even number the lower one: half way to no echo there is nothing.
     middles = order[np.cumsum(counts) - counts + (counts - 1) // 2]
     readings, weights, kept = sent.readings.copy(), sent.weights.copy(), np.zeros(len(keys), dtype=bool)
     readings[firsts], kept[firsts] = sent.readings[middles], True
     weights[firsts] /= repeats[ways.ravel()]
-    return halfway(chosen_soundings(sent._replace(readings=readings, weights=weights), kept))
+    return halfway(select_measurements(sent._replace(readings=readings, weights=weights), kept))

@@ -23,7 +23,7 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import wrap
 from echoplan.model import Transducer
 from helpers.expectations import corner, cylinder, edge, wall
-from helpers.soundings import HC_SR04, PAPER
+from helpers.simulated_worlds import HC_SR04, PAPER
 
 AIR = Air()
 SKEWED = EchoModel(

@@ -6,7 +6,7 @@ from echoplan.acoustics.range_walk_model import EXCESS_STEP, WalkCurve, fitted_w
 from echoplan.arrays import FloatArray
 from echoplan.errors import InvalidValueError
 from echoplan.model import Transducer
-from helpers.soundings import PAPER
+from helpers.simulated_worlds import PAPER
 
 GRID = EXCESS_STEP * np.arange(1401)
 

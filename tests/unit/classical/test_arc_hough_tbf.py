@@ -8,7 +8,7 @@ from echoplan.evaluation import Evaluation, evaluate
 from echoplan.methods import map_sweeps
 from echoplan.model import Polyline, World
 from echoplan.simulation import Simulation
-from helpers import soundings
+from helpers import simulated_worlds
 
 OBLONG = World(
     name="oblong",
@@ -19,7 +19,7 @@ POSES = [[0.7, 0.7, 0.0], [1.4, 1.3, 0.4], [2.0, 0.8, 1.0], [2.6, 1.2, 2.0]]
 
 @pytest.fixture(scope="module")
 def oblong() -> Simulation:
-    return soundings.simulation(OBLONG, using=soundings.array(), poses=POSES)
+    return simulated_worlds.simulation(OBLONG, using=simulated_worlds.array(), poses=POSES)
 
 
 def score(oblong: Simulation, mapper: ArcHoughTbfMapper | RcdMapper | TbfMapper) -> Evaluation:

@@ -7,7 +7,7 @@ from echoplan.classical.mdp_fuzzy import MdpFuzzyMapper
 from echoplan.classical.topological import TopologicalMapper
 from echoplan.methods import map_sweeps
 from echoplan.model import Recording
-from helpers.soundings import array, simulation, world
+from helpers.simulated_worlds import array, simulation, world
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from echoplan.joint.mapper import JointMapper
 from echoplan.methods import METHODS, map_sweeps
 from echoplan.model import Conventions, FeatureMap, Verdict, Wall
 from echoplan.preprocessing import Faults, RecordingFault, RecordingFaultKind
-from helpers.mistaken import RIG, misaligned_sweeps, many_sweeps, sound_map, sound_sweeps
+from helpers.mistaken import RIG, many_sweeps, misaligned_sweeps, sound_map, sound_sweeps
 
 TWO_PLACES = Faults(recording=(RecordingFault(kind=RecordingFaultKind.TWO_PLACES),))
 SOUND = Measures(share=0.98, confirmed=0.9, features=8)

@@ -6,50 +6,50 @@ import pytest
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.geometry import wrap
 from echoplan.joint.arcs import Arc, ArcSettings, arc_planes, find_arcs
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 from helpers.expectations import ROOM, SONAR, cylinder, expected, hearing, listening, wall
 
 SETTINGS = ArcSettings()
 DEGREE = np.radians(1.0)
 
 
-def arcs_of(soundings: Soundings, *, resolution: float = 0.001, **settings: float) -> list[Arc]:
+def arcs_of(measurements: Measurements, *, resolution: float = 0.001, **settings: float) -> list[Arc]:
     """Arcs with a resolution fine enough not to matter."""
-    return find_arcs(soundings, resolution=resolution, settings=ArcSettings.model_validate(settings))
+    return find_arcs(measurements, resolution=resolution, settings=ArcSettings.model_validate(settings))
 
 
-def alone(reflector: FloatArray, *, step: float = DEGREE) -> Soundings:
+def alone(reflector: FloatArray, *, step: float = DEGREE) -> Measurements:
     """What one station at the origin hears of one reflector."""
     return hearing(listening([(0.0, 0.0)], step=step), [reflector])
 
 
-def without(soundings: Soundings, pings: slice | BoolArray) -> Soundings:
-    """Soundings in which some pings heard nothing."""
-    readings = soundings.readings.copy()
+def without(measurements: Measurements, pings: slice | BoolArray) -> Measurements:
+    """Measurements in which some pings heard nothing."""
+    readings = measurements.readings.copy()
     readings[pings] = np.inf
-    return soundings._replace(readings=readings)
+    return measurements._replace(readings=readings)
 
 
 def test_two_walls_are_two_arcs_from_each_station() -> None:
-    soundings, sonar = hearing(listening(step=DEGREE), ROOM[[0, 2]]), SONAR.tabulated()
-    arcs = arcs_of(soundings)
+    measurements, sonar = hearing(listening(step=DEGREE), ROOM[[0, 2]]), SONAR.tabulated()
+    arcs = arcs_of(measurements)
     assert [arc.station for arc in arcs] == [0, 0, 1, 1, 2, 2, 3, 3]
-    assert all((soundings.stations[arc.pings] == arc.station).all() for arc in arcs)
-    planes = arc_planes(arcs, soundings, sonar)
+    assert all((measurements.stations[arc.pings] == arc.station).all() for arc in arcs)
+    planes = arc_planes(arcs, measurements, sonar)
     assert sorted(np.round(np.abs(wrap(planes[:, 0])), 1)) == [0.0] * 4 + [3.1] * 4
     assert planes[:, 1] == pytest.approx(2.0, abs=0.01)
 
 
 def test_an_arc_holds_all_echoes_of_its_reflector() -> None:
-    soundings = alone(cylinder(1.0, 0.5, 0.1))
-    (arc,) = arcs_of(soundings)
-    assert sorted(arc.pings) == np.flatnonzero(np.isfinite(soundings.readings)).tolist()
+    measurements = alone(cylinder(1.0, 0.5, 0.1))
+    (arc,) = arcs_of(measurements)
+    assert sorted(arc.pings) == np.flatnonzero(np.isfinite(measurements.readings)).tolist()
 
 
 def test_an_arc_wraps_around_the_seam_of_the_circle() -> None:
-    soundings = alone(wall(np.pi, 1.0))
-    (arc,) = arcs_of(soundings)
-    assert {0, len(soundings.readings) - 1} <= set(arc.pings.tolist())
+    measurements = alone(wall(np.pi, 1.0))
+    (arc,) = arcs_of(measurements)
+    assert {0, len(measurements.readings) - 1} <= set(arc.pings.tolist())
 
 
 def at_a_corner(step: float) -> list[Arc]:
@@ -60,8 +60,8 @@ def at_a_corner(step: float) -> list[Arc]:
 def test_walls_that_are_as_near_meet_in_a_ridge_which_parts_their_arcs() -> None:
     arcs = at_a_corner(DEGREE)
     assert len(arcs) == 2
-    heard = alone(wall(0.0, 0.5)).bearings
-    east, north = sorted(float(np.median(heard[each.pings])) for each in arcs)
+    detected = alone(wall(0.0, 0.5)).bearings
+    east, north = sorted(float(np.median(detected[each.pings])) for each in arcs)
     assert (east, north) == pytest.approx((0.0, np.pi / 2), abs=np.radians(5))
 
 
@@ -71,36 +71,36 @@ def test_where_pings_are_few_a_ridge_may_be_chance() -> None:
 
 @pytest.mark.parametrize("missing", [1, 2, 3])
 def test_an_arc_survives_dropouts(missing: int) -> None:
-    soundings = alone(wall(0.0, 1.0))
-    middle = int(np.argmin(np.abs(soundings.bearings)))
-    assert len(arcs_of(without(soundings, slice(middle, middle + missing)))) == 1
+    measurements = alone(wall(0.0, 1.0))
+    middle = int(np.argmin(np.abs(measurements.bearings)))
+    assert len(arcs_of(without(measurements, slice(middle, middle + missing)))) == 1
 
 
 def test_a_wider_gap_ends_an_arc() -> None:
-    soundings = alone(wall(0.0, 1.0))
-    middle = int(np.argmin(np.abs(soundings.bearings)))
-    assert len(arcs_of(without(soundings, slice(middle, middle + 6)))) == 2
+    measurements = alone(wall(0.0, 1.0))
+    middle = int(np.argmin(np.abs(measurements.bearings)))
+    assert len(arcs_of(without(measurements, slice(middle, middle + 6)))) == 2
 
 
 def test_a_stray_echo_does_not_break_an_arc() -> None:
-    soundings = alone(wall(0.0, 1.0))
-    heard = np.isfinite(soundings.readings).sum()
-    readings = soundings.readings.copy()
-    readings[np.argmin(np.abs(soundings.bearings))] = 0.4
-    (arc,) = arcs_of(soundings._replace(readings=readings))
-    assert len(arc.pings) == heard - 1
+    measurements = alone(wall(0.0, 1.0))
+    detected = np.isfinite(measurements.readings).sum()
+    readings = measurements.readings.copy()
+    readings[np.argmin(np.abs(measurements.bearings))] = 0.4
+    (arc,) = arcs_of(measurements._replace(readings=readings))
+    assert len(arc.pings) == detected - 1
 
 
 def test_a_jump_in_range_ends_an_arc() -> None:
-    soundings = alone(wall(0.0, 1.0))
-    readings = np.where(soundings.bearings > 0.0, soundings.readings + 0.03, soundings.readings)
-    assert len(arcs_of(soundings._replace(readings=readings))) == 2
+    measurements = alone(wall(0.0, 1.0))
+    readings = np.where(measurements.bearings > 0.0, measurements.readings + 0.03, measurements.readings)
+    assert len(arcs_of(measurements._replace(readings=readings))) == 2
 
 
 def test_coarse_readings_jump_by_their_steps_without_ending_an_arc() -> None:
-    soundings = alone(wall(0.0, 1.0))
-    readings = np.where(soundings.bearings > 0.0, soundings.readings + 0.03, soundings.readings)
-    assert len(arcs_of(soundings._replace(readings=readings), resolution=0.03)) == 1
+    measurements = alone(wall(0.0, 1.0))
+    readings = np.where(measurements.bearings > 0.0, measurements.readings + 0.03, measurements.readings)
+    assert len(arcs_of(measurements._replace(readings=readings), resolution=0.03)) == 1
 
 
 @pytest.mark.parametrize(("degrees", "least"), [(1.0, 3), (5.0, 2), (22.5, 1)])
@@ -117,30 +117,30 @@ def test_where_nothing_is_heard_there_are_no_arcs() -> None:
 
 
 def test_arcs_of_two_stations_are_never_one() -> None:
-    soundings = hearing(listening([(0.0, 0.0), (0.0, 0.001)], step=DEGREE), [wall(0.0, 1.0)])
-    assert [arc.station for arc in arcs_of(soundings)] == [0, 1]
+    measurements = hearing(listening([(0.0, 0.0), (0.0, 0.001)], step=DEGREE), [wall(0.0, 1.0)])
+    assert [arc.station for arc in arcs_of(measurements)] == [0, 1]
 
 
 @pytest.mark.parametrize("normal", [-3.1, -1.0, 0.2, 2.5])
 @pytest.mark.parametrize("offset", [0.4, 1.2, 2.6])
 def test_the_plane_of_an_arc_is_the_wall_within_a_degree(normal: float, offset: float) -> None:
-    soundings = alone(wall(normal, offset))
-    ((angle, found),) = arc_planes(arcs_of(soundings), soundings, SONAR.tabulated())
+    measurements = alone(wall(normal, offset))
+    ((angle, found),) = arc_planes(arcs_of(measurements), measurements, SONAR.tabulated())
     assert abs(np.degrees(wrap(angle - normal))) < 1.0
     assert found == pytest.approx(offset, abs=0.001)
 
 
 def test_planes_keep_the_order_of_their_arcs() -> None:
-    soundings = hearing(listening([(0.3, 0.1)], step=DEGREE), ROOM)
-    arcs, sonar = arcs_of(soundings), SONAR.tabulated()
-    together = arc_planes(arcs, soundings, sonar)
+    measurements = hearing(listening([(0.3, 0.1)], step=DEGREE), ROOM)
+    arcs, sonar = arcs_of(measurements), SONAR.tabulated()
+    together = arc_planes(arcs, measurements, sonar)
     for arc, plane in zip(arcs, together, strict=True):
-        assert arc_planes([arc], soundings, sonar)[0] == pytest.approx(plane)
+        assert arc_planes([arc], measurements, sonar)[0] == pytest.approx(plane)
 
 
 def test_the_plane_of_half_an_arc_is_still_near_the_wall() -> None:
-    soundings = alone(wall(0.0, 1.0))
-    half = without(soundings, soundings.bearings < 0.0)
+    measurements = alone(wall(0.0, 1.0))
+    half = without(measurements, measurements.bearings < 0.0)
     ((angle, offset),) = arc_planes(arcs_of(half), half, SONAR.tabulated())
     middle = float(np.mean(half.bearings[np.isfinite(half.readings)]))
     # The range walk tells on which side of an arc the wall stands: the faint side is the far one.
@@ -149,11 +149,11 @@ def test_the_plane_of_half_an_arc_is_still_near_the_wall() -> None:
 
 
 def test_a_few_strays_in_an_arc_do_not_move_its_plane() -> None:
-    soundings = alone(wall(0.0, 1.0))
-    (arc,) = arcs_of(soundings)
-    readings = soundings.readings.copy()
+    measurements = alone(wall(0.0, 1.0))
+    (arc,) = arcs_of(measurements)
+    readings = measurements.readings.copy()
     readings[arc.pings[::9]] += 0.3
-    ((angle, offset),) = arc_planes([arc], soundings._replace(readings=readings), SONAR.tabulated())
+    ((angle, offset),) = arc_planes([arc], measurements._replace(readings=readings), SONAR.tabulated())
     assert abs(np.degrees(angle)) < 3.0
     assert offset == pytest.approx(1.0, abs=0.003)
 
@@ -161,9 +161,9 @@ def test_a_few_strays_in_an_arc_do_not_move_its_plane() -> None:
 def test_readings_that_are_too_short_are_scaled_before_planes_are_laid() -> None:
     warm = replace(SONAR, range_scale=0.05)
     silent = listening([(0.0, 0.0)], step=DEGREE)
-    soundings = hearing(silent, [wall(0.4, 2.0)], sonar=warm)
+    measurements = hearing(silent, [wall(0.4, 2.0)], sonar=warm)
     assert expected(silent, wall(0.4, 2.0), warm)[1].min() < 1.95
-    ((_, offset),) = arc_planes(arcs_of(soundings), soundings, warm.tabulated())
+    ((_, offset),) = arc_planes(arcs_of(measurements), measurements, warm.tabulated())
     assert offset == pytest.approx(2.0, abs=0.002)
 
 

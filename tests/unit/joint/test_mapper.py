@@ -17,7 +17,7 @@ from echoplan.methods import map_sweeps
 from echoplan.model import CornerKind, FeatureMap, Odometry, Rig, Route, Sweep
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 from echoplan.sources import find_rig, find_route, find_world
-from helpers import soundings
+from helpers import simulated_worlds
 from library.rooms import random_simulation
 
 # East, north, west and south wall of the square: normal angles and offsets.
@@ -289,10 +289,10 @@ def test_exact_poses_of_a_straight_drive_with_fixed_sensors_stay(length: float, 
     way = np.array([[x, beside, 0.0] for x in np.arange(0.6, length - 0.8, 0.05)])
     places = enumerate([(0.1, 0.0), (0.0, 0.06), (-0.1, 0.0), (0.0, -0.06)])
     told = {"half_aperture": np.pi / 6, "max_range": 4.0, "resolution": 0.003}
-    each = [soundings.sensor(number, x=x, y=y, yaw=number * np.pi / 2, **told) for number, (x, y) in places]
-    car = replace(soundings.rig(*each, period=0.06, groups=((0,), (1,), (2,), (3,))), transducer=None)
-    room = soundings.world([[0.0, 0.0], [length, 0.0], [length, width], [0.0, width]], closed=True)
-    sweeps = list(soundings.simulation(room, using=car, poses=way, seed=11, jitter=0.001))
+    each = [simulated_worlds.sensor(number, x=x, y=y, yaw=number * np.pi / 2, **told) for number, (x, y) in places]
+    car = replace(simulated_worlds.rig(*each, period=0.06, groups=((0,), (1,), (2,), (3,))), transducer=None)
+    room = simulated_worlds.world([[0.0, 0.0], [length, 0.0], [length, width], [0.0, width]], closed=True)
+    sweeps = list(simulated_worlds.simulation(room, using=car, poses=way, seed=11, jitter=0.001))
     found = mapped(car, sweeps)
     assert found.poses == pytest.approx(way, abs=1e-9)
     assert len(found.walls) == 4
@@ -365,7 +365,7 @@ def test_a_side_of_a_box_that_looked_like_a_corner_is_a_wall_once_all_else_is_in
 @cache
 def around_a_block() -> Simulation:
     """A drive around a block in a room, by dead reckoning that nobody told anything about."""
-    place = soundings.world(
+    place = simulated_worlds.world(
         [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0], [0.0, 0.0]],
         [[1.6, 1.1], [2.5, 1.1], [2.5, 1.9], [1.6, 1.9], [1.6, 1.1]],
     )
@@ -382,9 +382,9 @@ def around_a_block() -> Simulation:
     ]
     way = np.array([*around, [0.8, 1.3], [0.85, 0.65]])
     ahead = np.diff(way, axis=0, append=way[1:2])
-    return soundings.simulation(
+    return simulated_worlds.simulation(
         place,
-        using=soundings.array(resolution=0.005),
+        using=simulated_worlds.array(resolution=0.005),
         poses=np.column_stack([way, np.arctan2(ahead[:, 1], ahead[:, 0])]),
         seed=2,
         odometry=OdometryNoise(along=0.03, lateral=0.02, yaw_per_metre=np.radians(3.0)),
@@ -435,12 +435,12 @@ def test_a_table_of_odometry_that_says_nothing_is_none() -> None:
 def test_a_room_is_where_all_way_points_say_that_it_is_not_where_the_first_one_does() -> None:
     # Set down by hand: the first is off by 2 cm and 4 degrees, which would turn the far wall away by 20 cm.
     rng = np.random.default_rng(3)
-    place = soundings.world([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0], [0.0, 0.0]])
+    place = simulated_worlds.world([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0], [0.0, 0.0]])
     poses = np.array([[x, y, rng.uniform(-3.0, 3.0)] for y in (0.7, 1.5, 2.3) for x in (0.7, 1.5, 2.4, 3.3)])
     marks = np.tile([0.008, 0.008, np.radians(1.5)], (len(poses), 1))
     errors = marks * rng.standard_normal(marks.shape)
     errors[0] = [0.02, -0.02, np.radians(4.0)]
-    exact = soundings.simulation(place, using=soundings.array(resolution=0.005), poses=poses, seed=2)
+    exact = simulated_worlds.simulation(place, using=simulated_worlds.array(resolution=0.005), poses=poses, seed=2)
     sweeps = [
         replace(sweep, map_from_base=sweep.map_from_base + error) for sweep, error in zip(exact, errors, strict=True)
     ]

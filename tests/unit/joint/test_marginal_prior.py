@@ -5,8 +5,8 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.likelihood.track_history import Past
-from echoplan.joint.marginal_prior import Memory, summarised
+from echoplan.joint.likelihood.track_history import TrackHistory
+from echoplan.joint.marginal_prior import Memory, marginalise_poses
 from echoplan.joint.optimisation.factors import Rows, Summary, normal_equations
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
 from echoplan.joint.optimisation.range_factors import as_arrays
@@ -18,7 +18,7 @@ EAST, COLUMN, POINT = wall(0.0, 2.0), cylinder(10.0, 1.0, 0.1), corner(0.5, 0.5)
 
 
 def known(reflector: FloatArray, number: int, extent: tuple[float, float] = (0.0, 0.0)) -> Hypothesis:
-    return replace(feature(reflector, extent=extent, gains=()), past=Past(number=number))
+    return replace(feature(reflector, extent=extent, llr_by_station=()), history=TrackHistory(number=number))
 
 
 FEATURES = [known(EAST, 1, (-1.0, 1.0)), known(COLUMN, 2), known(POINT, 3)]
@@ -45,7 +45,7 @@ def state(features: list[Hypothesis], poses: int = 0) -> State:
 
 def test_at_first_nothing_is_known() -> None:
     assert Memory().is_empty
-    assert Memory().about([], state([]).unknowns) is None
+    assert Memory().about([], state([]).layout) is None
     assert not memory().is_empty
 
 
@@ -55,8 +55,8 @@ def test_at_first_nothing_is_known() -> None:
 )
 def test_near_is_what_a_station_can_reach(place: tuple[float, float], reach: float, numbers: list[int]) -> None:
     part = memory().near(np.array([place]), reach)
-    assert [each.past.number for each in part.features] == numbers
-    assert [each.past.number for each in memory().beyond(part)] == [n for n in (1, 2, 3) if n not in numbers]
+    assert [each.history.number for each in part.features] == numbers
+    assert [each.history.number for each in memory().beyond(part)] == [n for n in (1, 2, 3) if n not in numbers]
 
 
 def test_a_wall_is_near_where_it_was_heard_and_not_all_along_its_line() -> None:
@@ -74,7 +74,7 @@ def test_what_is_far_away_still_tells_of_the_sonar() -> None:
 def test_the_places_are_those_of_the_unknowns_at_hand() -> None:
     new = feature(wall(1.0, 1.0))
     features = [FEATURES[2], new, FEATURES[0]]
-    summary = memory().about(features, state(features).unknowns)
+    summary = memory().about(features, state(features).layout)
     assert summary is not None
     # In the order of the memory: the wall, the point, then the sonar.
     assert summary.columns.tolist() == [4, 5, 0, 1, *range(6, 6 + len(SONAR_UNKNOWNS))]
@@ -82,7 +82,7 @@ def test_the_places_are_those_of_the_unknowns_at_hand() -> None:
 
 def test_what_was_said_of_a_feature_that_fell_is_left_aside() -> None:
     features = FEATURES[:2]
-    summary = memory().about(features, state(features).unknowns)
+    summary = memory().about(features, state(features).layout)
     assert summary is not None
     kept = [*range(5), *range(7, SIZE)]
     covariance = np.linalg.inv(memory().summary.information)[np.ix_(kept, kept)]
@@ -91,14 +91,14 @@ def test_what_was_said_of_a_feature_that_fell_is_left_aside() -> None:
 
 @pytest.mark.parametrize(("poses", "columns"), [(2, SIZE + 3), (0, SIZE)])
 def test_a_first_pose_counts_only_where_poses_are_free(poses: int, columns: int) -> None:
-    summary = memory(rest=7).about(FEATURES, state(FEATURES, poses).unknowns)
+    summary = memory(rest=7).about(FEATURES, state(FEATURES, poses).layout)
     assert summary is not None
     assert len(summary.columns) == columns
 
 
 def test_echoes_go_by_the_places_in_a_list() -> None:
-    heard = replace(memory(), echoes={(1, 3): CornerEcho(pings=8), (2, 7): CornerEcho(pings=5)})
-    echoes = heard.echoes_of([FEATURES[2], FEATURES[1], FEATURES[0]])
+    detected = replace(memory(), echoes={(1, 3): CornerEcho(pings=8), (2, 7): CornerEcho(pings=5)})
+    echoes = detected.echoes_of([FEATURES[2], FEATURES[1], FEATURES[0]])
     assert echoes.pairs == {(0, 2): CornerEcho(pings=8)}
     assert echoes.corners_xy.tolist() == [[0.5, 0.5]]
 
@@ -113,7 +113,7 @@ def test_rows_that_were_let_go_say_the_same_as_rows_at_hand() -> None:
     now = state(FEATURES)
     old, new = some_rows(30, SIZE, 1), some_rows(30, SIZE, 2)
     together, right = normal_equations([old, new], SIZE)
-    summary = summarised(now, [old], None, 0)
+    summary = marginalise_poses(now, [old], None, 0)
     later, vector = normal_equations([new], SIZE)
     later += summary.information
     vector += summary.vector - summary.information @ now.values
@@ -123,8 +123,8 @@ def test_rows_that_were_let_go_say_the_same_as_rows_at_hand() -> None:
 def test_sums_go_on_from_what_was_known() -> None:
     now = state(FEATURES)
     old, new = some_rows(30, SIZE, 1), some_rows(30, SIZE, 2)
-    once = summarised(now, [old, new], None, 0)
-    twice = summarised(now, [new], summarised(now, [old], None, 0), 0)
+    once = marginalise_poses(now, [old, new], None, 0)
+    twice = marginalise_poses(now, [new], marginalise_poses(now, [old], None, 0), 0)
     assert twice.information == pytest.approx(once.information)
     assert twice.vector == pytest.approx(once.vector)
 
@@ -132,7 +132,7 @@ def test_sums_go_on_from_what_was_known() -> None:
 def test_poses_that_go_are_eliminated_and_the_next_one_stays() -> None:
     now = state(FEATURES, poses=3)
     rows = some_rows(60, SIZE + 9, 4)
-    summary = summarised(now, [rows], None, 2)
+    summary = marginalise_poses(now, [rows], None, 2)
     whole, _ = normal_equations([rows], SIZE + 9)
     kept = [*range(SIZE), SIZE + 6, SIZE + 7, SIZE + 8]
     assert len(summary.columns) == SIZE + 3

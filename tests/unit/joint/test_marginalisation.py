@@ -17,11 +17,11 @@ from echoplan.joint.marginalisation import leave
 from echoplan.joint.marginalisation import survey as survey_along
 from echoplan.joint.optimisation.factors import prior
 from echoplan.joint.optimisation.manhattan import Squareness
-from echoplan.joint.optimisation.pose_factors import waypoint_beliefs
+from echoplan.joint.optimisation.pose_factors import waypoint_prior
 from echoplan.joint.pose_model_selection import explained
 from echoplan.joint.settings import AccountSettings, PoseMode
 from echoplan.model import Odometry, Sweep
-from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
+from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.simulation import Simulation
 from echoplan.sources import find_rig, find_route, find_world
 
@@ -36,9 +36,9 @@ def sweeps() -> tuple[Sweep, ...]:
 
 def account(first: int, last: int, memory: Memory | None = None) -> Account:
     chosen = sweeps()[first:last]
-    heard = join_soundings([soundings_of(each, RIG) for each in chosen])
+    detected = join_measurements([measurements_of(each, RIG) for each in chosen])
     given = np.array([each.station for each in chosen])
-    return explained(Account(RIG, heard, given, SETTINGS, memory))
+    return explained(Account(RIG, detected, given, SETTINGS, memory))
 
 
 def survey(known: Account) -> Survey:
@@ -54,39 +54,39 @@ def halfway() -> Memory:
 
 def test_what_was_heard_by_those_that_go_is_known_and_numbered() -> None:
     memory = halfway()
-    numbers = [each.past.number for each in memory.features]
+    numbers = [each.history.number for each in memory.features]
     assert len(numbers) >= 4
     assert len(set(numbers)) == len(numbers)
     assert memory.issued >= max(numbers)
-    assert all(each.past.total > 0 and each.past.pings > 0 for each in memory.features if each.is_wall)
+    assert all(each.history.total > 0 and each.history.pings > 0 for each in memory.features if each.is_wall)
     assert not any(each.is_known for each in memory.pending)
 
 
 def test_those_that_hear_a_wall_are_not_counted_among_those_that_miss_it() -> None:
     for each in halfway().features:
-        if each.is_wall and each.past.total > 100.0:
-            assert each.past.speaking > 0
-            assert each.past.missing == 0
+        if each.is_wall and each.history.total > 100.0:
+            assert each.history.supporting > 0
+            assert each.history.missing == 0
 
 
 def test_a_wall_that_most_stations_missed_is_not_drawn() -> None:
     memory, drawn = halfway(), {each.owner for each in survey(account(4, 10, halfway())).segments}
     first = next(each for each in memory.features if each.is_wall)
-    missed = replace(first, past=replace(first.past, missing=99))
+    missed = replace(first, history=replace(first.history, missing=99))
     rest = [each for each in memory.features if each is not first]
     without = survey(account(4, 10, replace(memory, features=[missed, *rest])))
     assert len({each.owner for each in without.segments}) == len(drawn) - 1
-    assert first.past.number not in {each.past.number for each in without.features}
+    assert first.history.number not in {each.history.number for each in without.features}
 
 
 def test_what_most_stations_heard_through_a_wall_is_not_drawn() -> None:
     memory = halfway()
     column = next(each for each in memory.features if each.kind is Kind.CYLINDER)
-    assert column.past.hidden == 0
+    assert column.history.hidden == 0
     rest = [each for each in memory.features if each is not column]
     drawn = []
     for hidden in (1, 999):
-        behind = replace(column, past=replace(column.past, hidden=hidden))
+        behind = replace(column, history=replace(column.history, hidden=hidden))
         found = survey(account(4, 10, replace(memory, features=[*rest, behind])))
         drawn.append(len(found.cylinders()))
     assert drawn == [1, 0]
@@ -95,11 +95,11 @@ def test_what_most_stations_heard_through_a_wall_is_not_drawn() -> None:
 def test_a_wall_through_which_others_were_heard_is_not_drawn() -> None:
     memory = halfway()
     first = next(each for each in memory.features if each.is_wall)
-    assert first.past.passed == 0
-    passed = replace(first, past=replace(first.past, passed=9999))
+    assert first.history.passed == 0
+    passed = replace(first, history=replace(first.history, passed=9999))
     rest = [each for each in memory.features if each is not first]
     without = survey(account(4, 10, replace(memory, features=[passed, *rest])))
-    assert first.past.number not in {each.past.number for each in without.features}
+    assert first.history.number not in {each.history.number for each in without.features}
 
 
 @pytest.mark.parametrize(("passed", "is_drawn"), [(4, True), (5, False)])
@@ -111,9 +111,9 @@ def test_a_wall_is_drawn_if_fewer_than_half_as_many_pings_passed_as_it_reflected
     rest = [each for each in memory.features if each is not first]
     # Far away, where no station at hand changes the counts.
     away = replace(first, reflector=np.add(first.reflector, [0.0, 50.0, 0.0, 0.0]))
-    away = replace(away, past=replace(first.past, passed=passed, pings=10))
+    away = replace(away, history=replace(first.history, passed=passed, pings=10))
     drawn = survey(account(4, 10, replace(memory, features=[*rest, away])))
-    assert (first.past.number in {each.past.number for each in drawn.features}) == is_drawn
+    assert (first.history.number in {each.history.number for each in drawn.features}) == is_drawn
 
 
 def test_what_has_no_ping_of_its_own_is_not_drawn() -> None:
@@ -124,13 +124,13 @@ def test_what_has_no_ping_of_its_own_is_not_drawn() -> None:
     for pings in (1, 0):
         # Far away, where no station at hand hears it.
         away = replace(column, reflector=np.add(column.reflector, [0.0, 50.0, 0.0, 0.0]))
-        away = replace(away, past=replace(column.past, pings=pings))
+        away = replace(away, history=replace(column.history, pings=pings))
         drawn.append(len(survey(account(4, 10, replace(memory, features=[*rest, away]))).features))
     assert drawn[0] == drawn[1] + 1
 
 
 def test_no_ping_stays() -> None:
-    assert all(len(each.evidence.pings) == len(each.gains) == 0 for each in halfway().features)
+    assert all(len(each.evidence.pings) == len(each.llr_by_station) == 0 for each in halfway().features)
 
 
 def test_the_map_of_a_part_and_a_memory_is_nearly_the_map_of_all() -> None:
@@ -177,21 +177,21 @@ def test_memory_grows_with_the_map_and_not_with_the_way() -> None:
 def test_features_are_told_as_surely_as_readings_tell_them_where_poses_are_trusted() -> None:
     trusted = account(0, 4)
     adjusted = survey(trusted).adjusted
-    assert adjusted.understated == trusted.understated() > 1.0
-    features = slice(0, adjusted.unknowns.sonar)
+    assert adjusted.information_inflation == trusted.information_inflation() > 1.0
+    features = slice(0, adjusted.layout.sonar)
     plain = np.diag(np.linalg.inv(adjusted.information))[features]
     told = replace(adjusted, offset_sigma=0.0, model_error=0.0)
     assert np.all(np.diag(told.covariance)[features] < plain)
     moved = copy(trusted)
-    moved.believed = moved.odometry()
-    assert moved.understated() == 1.0
+    moved.pose_prior = moved.odometry()
+    assert moved.information_inflation() == 1.0
 
 
 def test_what_the_model_of_the_sonar_lacks_is_in_the_covariances_of_the_map() -> None:
     adjusted = survey(account(0, 4)).adjusted
     assert adjusted.sonar_sigmas()["range_offset"] >= min(adjusted.offset_sigma, 0.002) > 0.0
     for number in range(len(adjusted.reflectors)):
-        place = adjusted.unknowns.feature(number)
+        place = adjusted.layout.feature(number)
         assert np.linalg.eigvalsh(adjusted.covariance[place, place]).min() > 0.0
     assert adjusted.model_error > 0.0
 
@@ -200,9 +200,9 @@ def test_which_way_walls_lie_from_way_points_along_the_axes_is_remembered(monkey
     by_hand = copy(account(0, 7))
     walls = np.array([each.is_wall for each in by_hand.features])
     by_hand.squareness, by_hand.asks_bearings = Squareness(walls, np.radians(1.0), along_axes=True), True
-    by_hand.believed = waypoint_beliefs(by_hand.given, by_hand.settings.pose_errors)
+    by_hand.pose_prior = waypoint_prior(by_hand.given, by_hand.settings.pose_errors)
     told = leave(by_hand, 7).summary.information
-    monkeypatch.setattr("echoplan.joint.marginalisation.facing_rows", lambda *_: prior([], sigma=[], residual=[]))
+    monkeypatch.setattr("echoplan.joint.marginalisation.heading_factors", lambda *_: prior([], sigma=[], residual=[]))
     less = leave(by_hand, 7).summary.information
     # The angle of the first wall is the first unknown.
     assert told[0, 0] > 1.001 * less[0, 0]
@@ -210,8 +210,8 @@ def test_which_way_walls_lie_from_way_points_along_the_axes_is_remembered(monkey
 
 def test_a_rig_that_is_not_believed_is_not_believed_by_those_who_come_later() -> None:
     first = copy(account(0, 7))
-    assert leave(first, 3).believes_rig
-    first.believes_rig = False
+    assert leave(first, 3).trusts_specified_odometry
+    first.trusts_specified_odometry = False
     told = replace(RIG, odometry=Odometry(along=0.001))
     believing, doubting = Memory(), leave(first, 3)
     wheels = [

@@ -12,20 +12,20 @@ from echoplan.joint.observability import (
     Undetermined,
     carried_covariances,
     covariances_between_walls,
+    dead_reckoned_covariances,
     pose_covariances,
-    reckoned_covariances,
     undetermined,
 )
 from echoplan.joint.optimisation.factors import normal_equations
-from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS, Unknowns
-from echoplan.joint.optimisation.pose_factors import PoseBeliefs, PoseSettings, odometry_beliefs, pose_rows
-from echoplan.joint.optimisation.solution import Adjusted
+from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS, Layout
+from echoplan.joint.optimisation.pose_factors import PosePrior, PoseSettings, odometry_prior, pose_factors
+from echoplan.joint.optimisation.solution import Solution
 from echoplan.preprocessing.stations import Stations
 from helpers import scenes
 
 WAY = np.column_stack([np.linspace(0.0, 5.0, 11), np.zeros(11), np.full(11, 0.2)])
-BELIEFS = odometry_beliefs(WAY, PoseSettings())
-ALONE = reckoned_covariances(BELIEFS._replace(sigmas=BELIEFS.sigmas * [1.0, 1.0, 0.0]), WAY)
+BELIEFS = odometry_prior(WAY, PoseSettings())
+ALONE = dead_reckoned_covariances(BELIEFS._replace(sigmas=BELIEFS.sigmas * [1.0, 1.0, 0.0]), WAY)
 SETTINGS = CertaintySettings()
 SWEEPS = Stations(np.array([0, 0, 1]), np.zeros((2, 3)))
 
@@ -36,9 +36,9 @@ def corridor(turn: float) -> FloatArray:
     return np.tile(np.outer(across, across) / 0.003**2 + np.diag([0.0, 0.0, 1 / 0.005**2]), (11, 1, 1))
 
 
-def certain(heard: FloatArray, beliefs: PoseBeliefs = BELIEFS) -> FloatArray:
-    information, _ = normal_equations([pose_rows(beliefs, WAY, 0)], 33)
-    for station, block in enumerate(heard):
+def certain(detected: FloatArray, priors: PosePrior = BELIEFS) -> FloatArray:
+    information, _ = normal_equations([pose_factors(priors, WAY, 0)], 33)
+    for station, block in enumerate(detected):
         information[3 * station : 3 * station + 3, 3 * station : 3 * station + 3] += block
     covariance = np.linalg.inv(information)
     return np.array([covariance[k : k + 3, k : k + 3] for k in range(0, 33, 3)])
@@ -51,11 +51,11 @@ def found_open(covariances: FloatArray, alone: FloatArray) -> tuple[Undetermined
 
 def test_odometry_alone_adds_up_as_its_factors_do() -> None:
     way = np.array([[0.0, 0, 0], [1.0, 0, 0.5], [1.5, 0.8, 1.6], [1.4, 1.9, 3.0]])
-    beliefs = odometry_beliefs(way, PoseSettings())
-    information, _ = normal_equations([pose_rows(beliefs, way, 0)], 12)
+    priors = odometry_prior(way, PoseSettings())
+    information, _ = normal_equations([pose_factors(priors, way, 0)], 12)
     covariance = np.linalg.inv(information)
     blocks = np.array([covariance[k : k + 3, k : k + 3] for k in range(0, 12, 3)])
-    assert reckoned_covariances(beliefs, way) == pytest.approx(blocks, rel=1e-6, abs=1e-12)
+    assert dead_reckoned_covariances(priors, way) == pytest.approx(blocks, rel=1e-6, abs=1e-12)
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.7, -1.2])
@@ -68,21 +68,21 @@ def test_a_corridor_leaves_the_way_along_it_to_odometry(turn: float) -> None:
 
 
 def test_a_corner_ends_it() -> None:
-    heard = corridor(0.0)
-    heard[6:] += np.diag([1 / 0.003**2, 0.0, 0.0])
-    found = found_open(certain(heard), ALONE)
+    detected = corridor(0.0)
+    detected[6:] += np.diag([1 / 0.003**2, 0.0, 0.0])
+    found = found_open(certain(detected), ALONE)
     # Odometry tells the last stations before the corner from the other side.
     assert not found or found[0].last < 6
 
 
 def test_a_room_leaves_nothing_open() -> None:
-    heard = corridor(0.0) + np.diag([1 / 0.003**2, 0.0, 0.0])
-    assert found_open(certain(heard), ALONE) == ()
+    detected = corridor(0.0) + np.diag([1 / 0.003**2, 0.0, 0.0])
+    assert found_open(certain(detected), ALONE) == ()
 
 
 def test_good_odometry_that_echoes_do_not_improve_is_no_open_way() -> None:
     sure = BELIEFS._replace(sigmas=1e-3 * BELIEFS.sigmas)
-    assert found_open(certain(corridor(0.0), sure), reckoned_covariances(sure, WAY)) == ()
+    assert found_open(certain(corridor(0.0), sure), dead_reckoned_covariances(sure, WAY)) == ()
 
 
 def test_sweeps_stand_where_their_station_turns_them() -> None:
@@ -116,18 +116,18 @@ def test_an_open_way_is_told_by_sweeps() -> None:
     assert told["along"] == found.along
 
 
-def adjusted(kinds: list[Kind], information: FloatArray) -> Adjusted:
-    unknowns = Unknowns(kinds=np.array(kinds, dtype=np.int64), poses=2)
+def adjusted(kinds: list[Kind], information: FloatArray) -> Solution:
+    layout = Layout(kinds=np.array(kinds, dtype=np.int64), poses=2)
     nothing = np.zeros(0)
-    return Adjusted(
+    return Solution(
         reflectors=np.zeros((len(kinds), 4)),
         model=EchoModel.of(typical_transducer(scenes.rig().sensors[0])),
         latency=0.0,
         poses=np.zeros((2, 3)),
-        unknowns=unknowns,
+        layout=layout,
         information=information,
-        heard=information,
-        understated=1.0,
+        detected=information,
+        information_inflation=1.0,
         extents=np.zeros((len(kinds), 2)),
         owners=nothing.astype(np.int64),
         residuals=nothing,

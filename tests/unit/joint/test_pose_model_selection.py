@@ -7,7 +7,7 @@ import pytest
 
 from echoplan.joint import pose_model_selection
 from echoplan.joint.marginal_prior import Course, Memory
-from echoplan.joint.optimisation.pose_factors import PoseBeliefs, odometry_beliefs, waypoint_beliefs
+from echoplan.joint.optimisation.pose_factors import PosePrior, odometry_prior, waypoint_prior
 from echoplan.joint.pose_model_selection import explained
 from echoplan.joint.settings import AccountSettings, PoseMode
 from echoplan.model import Odometry
@@ -24,38 +24,40 @@ class Doubtful:
         self.course, self.verdict, self.settled = Course.TRUSTED, "", 0
         self.is_measured = self.is_along_axes = self.is_placed = False
         self.noise, self.adjusted = 0.002, 0
-        self.worth: float | None = None
-        self.is_held_down, self.believes_rig = False, True
+        self.penalised_llr: float | None = None
+        self.is_held_down, self.trusts_specified_odometry = False, True
         self.known = self.features = ()
         self.arcs = (None,)
 
-    def glance(self) -> None:
+    def initialise(self) -> None:
         pass
 
-    explain = reconsider = clear = polish = glance
+    explain = reselect_classes = clear = refine_calibration = initialise
 
-    def odometry(self) -> PoseBeliefs:
-        return odometry_beliefs(self.given, self.settings.pose_errors, self.wheels if self.believes_rig else None)
+    def odometry(self) -> PosePrior:
+        return odometry_prior(
+            self.given, self.settings.pose_errors, self.wheels if self.trusts_specified_odometry else None
+        )
 
-    def adjust_often(self, noise: float, beliefs: PoseBeliefs, rounds: int) -> None:
-        assert not beliefs.relative
+    def alternate(self, noise: float, priors: PosePrior, rounds: int) -> None:
+        assert not priors.relative
         self.adjusted += rounds
 
 
-def settle(account: Doubtful, beliefs: PoseBeliefs) -> None:
+def settle(account: Doubtful, priors: PosePrior) -> None:
     """Count how often an account was settled."""
     account.settled += 1
 
 
-def converge(account: Doubtful, beliefs: PoseBeliefs, start: np.ndarray) -> None:
+def converge(account: Doubtful, priors: PosePrior, start: np.ndarray) -> None:
     """Come to rest a little beside the start."""
-    assert not beliefs.relative
+    assert not priors.relative
     account.poses, account.settled = start + 0.01, NUDGED
 
 
-def stand_square(account: Doubtful, beliefs: PoseBeliefs) -> None:
+def stand_square(account: Doubtful, priors: PosePrior) -> None:
     """Find walls along the axes where way-points were measured from such."""
-    assert not beliefs.relative
+    assert not priors.relative
     account.is_along_axes = account.is_measured
 
 
@@ -67,7 +69,7 @@ class Finished(Doubtful):
         self.asked = list[str]()
 
     def __getattribute__(self, name: str) -> Any:
-        if name in {"explain", "reconsider", "clear", "polish"}:
+        if name in {"explain", "reselect_classes", "clear", "refine_calibration"}:
             self.asked.append(name)
         return super().__getattribute__(name)
 
@@ -83,11 +85,11 @@ NEITHER = {Course.TRUSTED: 30.0, Course.TRACKED: 10.0, Course.NUDGED: 20.0}
 def told(monkeypatch: pytest.MonkeyPatch, **answers: Any) -> None:
     """Let tracking find nothing better, and questions about accounts be answered so."""
     tracking: dict[str, Any] = {
-        "track": lambda account, beliefs: None,
-        "learned_waypoints": lambda account: waypoint_beliefs(account.given, account.settings.pose_errors),
+        "track": lambda account, priors: None,
+        "learned_waypoints": lambda account: waypoint_prior(account.given, account.settings.pose_errors),
         "place": lambda account: None,
-        "without_slip": lambda account, beliefs: None,
-        "elsewhere": lambda account, beliefs, station: None,
+        "without_slip": lambda account, priors: None,
+        "relocalised": lambda account, priors, station: None,
         "settle": settle,
         "is_strained": lambda account: False,
         "find_servo": lambda account: None,
@@ -103,7 +105,7 @@ def best_of(
     *,
     agree: set[Course],
     scattered: set[Course] | None = None,
-    worth: dict[Course, float] | None = None,
+    penalised_llr: dict[Course, float] | None = None,
     stations: int = 5,
     wheels: Odometry | None = None,
     others: dict[str, Any] | None = None,
@@ -112,16 +114,16 @@ def best_of(
     measured: bool = False,
 ) -> Any:
     """Explain an account where others agree or scatter, and are worth more or less, by how their poses came about."""
-    values = worth or HAND_FIRST
+    values = penalised_llr or HAND_FIRST
     answers: dict[str, Any] = {
         "agreement": lambda account: 0.5,
         "agrees": lambda account: account.course in agree,
         "evidence": lambda account: values[account.course],
-        "is_doubtful": lambda account: True,
+        "is_inconsistent": lambda account: True,
         "is_scattered": lambda account: account.course in (scattered or set()),
-        "is_torn": lambda account: False,
-        "learn_common_error": lambda account, beliefs: None,
-        "without_common_error": lambda account, beliefs: None,
+        "has_duplicated_walls": lambda account: False,
+        "learn_common_error": lambda account, priors: None,
+        "without_common_error": lambda account, priors: None,
     }
     told(monkeypatch, **(answers | (others or {})))
     account = Doubtful(stations)
@@ -131,37 +133,37 @@ def best_of(
 
 
 @pytest.mark.parametrize(
-    ("worth", "expected"),
+    ("penalised_llr", "expected"),
     [(STEPS_FIRST, Course.TRACKED), (HAND_FIRST, Course.NUDGED), (NEITHER, Course.TRUSTED)],
 )
 @pytest.mark.parametrize("agree", [{Course.TRACKED}, {Course.TRUSTED, Course.TRACKED}, set(Course)])
 def test_the_evidence_tells_steps_from_way_points_set_by_hand(
-    monkeypatch: pytest.MonkeyPatch, agree: set[Course], worth: dict[Course, float], expected: Course
+    monkeypatch: pytest.MonkeyPatch, agree: set[Course], penalised_llr: dict[Course, float], expected: Course
 ) -> None:
-    assert best_of(monkeypatch, agree=agree, worth=worth).course is expected
+    assert best_of(monkeypatch, agree=agree, penalised_llr=penalised_llr).course is expected
 
 
 def test_way_points_are_worth_what_they_explain_while_readings_count_in_full(monkeypatch: pytest.MonkeyPatch) -> None:
     # Held down by an error that stations have in common, readings hardly tell of any poses that they are better.
     others = {
         "evidence": lambda account: HAND_FIRST[account.course] - 15.0 * account.is_held_down,
-        "without_common_error": lambda account, beliefs: setattr(account, "is_held_down", False),
-        "learn_common_error": lambda account, beliefs: setattr(account, "is_held_down", True),
+        "without_common_error": lambda account, priors: setattr(account, "is_held_down", False),
+        "learn_common_error": lambda account, priors: setattr(account, "is_held_down", True),
     }
     assert best_of(monkeypatch, agree=set(Course), others=others).course is Course.NUDGED
 
 
 def test_marks_in_whole_centimetres_are_never_exact_where_they_are_doubtful(monkeypatch: pytest.MonkeyPatch) -> None:
     others = {"are_round": lambda given: True}
-    assert best_of(monkeypatch, agree=set(Course), worth=NEITHER, others=others).course is Course.NUDGED
+    assert best_of(monkeypatch, agree=set(Course), penalised_llr=NEITHER, others=others).course is Course.NUDGED
 
 
 @pytest.mark.parametrize("torn", [True, False])
 def test_errors_that_scatter_about_the_steps_are_none_of_odometry(
     monkeypatch: pytest.MonkeyPatch, *, torn: bool
 ) -> None:
-    others: dict[str, Any] = {"scatter": lambda given, poses: 9.0, "is_torn": lambda account: torn}
-    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=STEPS_FIRST, others=others)
+    others: dict[str, Any] = {"scatter": lambda given, poses: 9.0, "has_duplicated_walls": lambda account: torn}
+    found = best_of(monkeypatch, agree={Course.TRACKED}, penalised_llr=STEPS_FIRST, others=others)
     assert found.course is Course.NUDGED
 
 
@@ -171,8 +173,8 @@ def test_errors_that_add_up_are_none_of_way_points_unless_echoes_say_so_more_cle
     monkeypatch: pytest.MonkeyPatch, errors: float, expected: Course, *, torn: bool
 ) -> None:
     # Way-points explain 10 nats more than steps do.
-    others: dict[str, Any] = {"scatter": lambda given, poses: errors, "is_torn": lambda account: torn}
-    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=HAND_FIRST, others=others)
+    others: dict[str, Any] = {"scatter": lambda given, poses: errors, "has_duplicated_walls": lambda account: torn}
+    found = best_of(monkeypatch, agree={Course.TRACKED}, penalised_llr=HAND_FIRST, others=others)
     assert found.course is expected
 
 
@@ -185,10 +187,10 @@ def test_where_errors_add_up_beyond_doubt_way_points_are_not_even_thought_of(
     others: dict[str, Any] = {
         "scatter": lambda given, poses: errors,
         "are_round": lambda given: round_,
-        "is_torn": lambda account: torn,
+        "has_duplicated_walls": lambda account: torn,
         "place": thought.append,
     }
-    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=STEPS_FIRST, others=others)
+    found = best_of(monkeypatch, agree={Course.TRACKED}, penalised_llr=STEPS_FIRST, others=others)
     assert found.course is Course.TRACKED
     assert len(thought) == expected
 
@@ -198,17 +200,18 @@ def test_round_numbers_are_way_points_unless_errors_clearly_add_up(
     monkeypatch: pytest.MonkeyPatch, errors: float, expected: Course
 ) -> None:
     others: dict[str, Any] = {"scatter": lambda given, poses: errors, "are_round": lambda given: True}
-    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=STEPS_FIRST, others=others)
+    found = best_of(monkeypatch, agree={Course.TRACKED}, penalised_llr=STEPS_FIRST, others=others)
     assert found.course is expected
 
 
 @pytest.mark.parametrize(
-    ("worth", "expected"), [(STEPS_FIRST, Course.TRACKED), (HAND_FIRST, Course.TRACKED), (NEITHER, Course.TRUSTED)]
+    ("penalised_llr", "expected"),
+    [(STEPS_FIRST, Course.TRACKED), (HAND_FIRST, Course.TRACKED), (NEITHER, Course.TRUSTED)],
 )
 def test_a_rig_that_tells_how_steps_go_astray_has_no_way_points(
-    monkeypatch: pytest.MonkeyPatch, worth: dict[Course, float], expected: Course
+    monkeypatch: pytest.MonkeyPatch, penalised_llr: dict[Course, float], expected: Course
 ) -> None:
-    found = best_of(monkeypatch, agree={Course.TRUSTED}, worth=worth, wheels=Odometry(along=0.02))
+    found = best_of(monkeypatch, agree={Course.TRUSTED}, penalised_llr=penalised_llr, wheels=Odometry(along=0.02))
     assert found.course is expected
     is_needed = expected is not Course.TRUSTED
     assert found.verdict.startswith("corrected, as the rig tells" if is_needed else "no correction was needed")
@@ -224,28 +227,30 @@ def test_steps_may_lead_farther_astray_than_the_rig_tells(
     monkeypatch: pytest.MonkeyPatch, agree: set[Course], more: float, *, strained: bool, farther: bool, enough: bool
 ) -> None:
     def evidence(account: Any) -> float:
-        return STEPS_FIRST[account.course] + more * (not account.believes_rig)
+        return STEPS_FIRST[account.course] + more * (not account.trusts_specified_odometry)
 
     others = {"is_strained": lambda account: strained, "evidence": evidence}
     found = best_of(monkeypatch, agree=agree, wheels=Odometry(along=0.02), others=others)
     assert found.course is Course.TRACKED
-    assert found.believes_rig != (farther and enough)
+    assert found.trusts_specified_odometry != (farther and enough)
     assert found.verdict.endswith("and farther than the rig tells") == (farther and enough)
 
 
 @pytest.mark.parametrize(
-    ("worth", "expected"),
+    ("penalised_llr", "expected"),
     [(STEPS_FIRST, Course.TRACKED), (HAND_FIRST, Course.NUDGED), (NEITHER, Course.TRUSTED)],
 )
 def test_who_asks_for_better_poses_need_not_say_whether_steps_led_astray_or_a_hand(
-    monkeypatch: pytest.MonkeyPatch, worth: dict[Course, float], expected: Course
+    monkeypatch: pytest.MonkeyPatch, penalised_llr: dict[Course, float], expected: Course
 ) -> None:
-    others: dict[str, Any] = {"is_doubtful": lambda account: False}
+    others: dict[str, Any] = {"is_inconsistent": lambda account: False}
     agree = {Course.TRUSTED, Course.TRACKED}
-    found = best_of(monkeypatch, agree=agree, worth=worth, poses=PoseMode.CORRECT, others=others)
+    found = best_of(monkeypatch, agree=agree, penalised_llr=penalised_llr, poses=PoseMode.CORRECT, others=others)
     assert found.course is expected
     many = AccountSettings().by_hand + 1
-    found = best_of(monkeypatch, agree=agree, worth=HAND_FIRST, poses=PoseMode.CORRECT, stations=many, others=others)
+    found = best_of(
+        monkeypatch, agree=agree, penalised_llr=HAND_FIRST, poses=PoseMode.CORRECT, stations=many, others=others
+    )
     assert found.course is Course.TRACKED
 
 
@@ -254,7 +259,7 @@ def test_way_points_that_were_set_by_hand_stay_so_when_the_first_are_only_rememb
     monkeypatch: pytest.MonkeyPatch, poses: PoseMode
 ) -> None:
     memory = Memory(summary=Memory().summary._replace(columns=np.arange(4)), course=Course.NUDGED)
-    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=HAND_FIRST, memory=memory, poses=poses)
+    found = best_of(monkeypatch, agree={Course.TRACKED}, penalised_llr=HAND_FIRST, memory=memory, poses=poses)
     assert found.course is Course.NUDGED
 
 
@@ -265,22 +270,27 @@ def test_way_points_that_were_set_by_hand_stay_so_when_the_first_are_only_rememb
 def test_who_asks_in_vain_is_told_why(
     monkeypatch: pytest.MonkeyPatch, agree: set[Course], said: str, wheels: Odometry | None
 ) -> None:
-    found = best_of(monkeypatch, agree=agree, worth=NEITHER, poses=PoseMode.CORRECT, wheels=wheels)
+    found = best_of(monkeypatch, agree=agree, penalised_llr=NEITHER, poses=PoseMode.CORRECT, wheels=wheels)
     assert found.course is Course.TRUSTED
     assert said in found.verdict
 
 
 @pytest.mark.parametrize(
-    ("worth", "expected", "why"),
+    ("penalised_llr", "expected", "why"),
     [
         (STEPS_FIRST, Course.TRACKED, "most walls were there twice"),
         (HAND_FIRST, Course.NUDGED, "only 50 % of the echoes fit together"),
     ],
 )
 def test_where_walls_are_torn_apart_way_points_are_thought_of_too(
-    monkeypatch: pytest.MonkeyPatch, worth: dict[Course, float], expected: Course, why: str
+    monkeypatch: pytest.MonkeyPatch, penalised_llr: dict[Course, float], expected: Course, why: str
 ) -> None:
-    found = best_of(monkeypatch, agree={Course.TRACKED}, worth=worth, others={"is_torn": lambda account: True})
+    found = best_of(
+        monkeypatch,
+        agree={Course.TRACKED},
+        penalised_llr=penalised_llr,
+        others={"has_duplicated_walls": lambda account: True},
+    )
     assert found.course is expected
     assert why in found.verdict
 
@@ -338,17 +348,17 @@ def test_stations_that_others_are_remembered_with_keep_their_order(
 
 def test_no_hand_set_so_many_way_points(monkeypatch: pytest.MonkeyPatch) -> None:
     many = AccountSettings().by_hand + 1
-    assert best_of(monkeypatch, agree=set(), worth=HAND_FIRST, stations=many).course is Course.TRACKED
+    assert best_of(monkeypatch, agree=set(), penalised_llr=HAND_FIRST, stations=many).course is Course.TRACKED
 
 
 @pytest.mark.parametrize(
-    ("worth", "expected"), [(STEPS_FIRST, Course.TRACKED), (NEITHER, Course.TRUSTED)], ids=["more", "less"]
+    ("penalised_llr", "expected"), [(STEPS_FIRST, Course.TRACKED), (NEITHER, Course.TRUSTED)], ids=["more", "less"]
 )
 def test_many_stations_are_moved_only_where_that_explains_more(
-    monkeypatch: pytest.MonkeyPatch, worth: dict[Course, float], expected: Course
+    monkeypatch: pytest.MonkeyPatch, penalised_llr: dict[Course, float], expected: Course
 ) -> None:
     many = AccountSettings().by_hand + 1
-    assert best_of(monkeypatch, agree=set(), worth=worth, stations=many).course is expected
+    assert best_of(monkeypatch, agree=set(), penalised_llr=penalised_llr, stations=many).course is expected
 
 
 def test_two_stations_have_nothing_to_hold_a_pose_against(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -356,13 +366,13 @@ def test_two_stations_have_nothing_to_hold_a_pose_against(monkeypatch: pytest.Mo
 
 
 def test_poses_settle_as_long_as_that_explains_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    account, worth = Doubtful(5), [0.0, 20.0, 40.0, 42.0, 90.0]
+    account, penalised_llr = Doubtful(5), [0.0, 20.0, 40.0, 42.0, 90.0]
     account.settings = AccountSettings(poses=PoseMode.CORRECT, by_hand=0)
     told(
         monkeypatch,
         agrees=lambda account: False,
-        evidence=lambda account: worth[account.settled],
-        is_torn=lambda account: True,
+        evidence=lambda account: penalised_llr[account.settled],
+        has_duplicated_walls=lambda account: True,
     )
     best: Any = explained(account)  # type: ignore[arg-type]
     assert best.settled == 2
@@ -371,9 +381,9 @@ def test_poses_settle_as_long_as_that_explains_more(monkeypatch: pytest.MonkeyPa
 def test_phantoms_are_sought_once_features_are_what_they_are_and_the_sonar_is_polished_last(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    told(monkeypatch, is_torn=lambda account: False)
+    told(monkeypatch, has_duplicated_walls=lambda account: False)
     finished = Finished()
     finished.settings = AccountSettings(poses=PoseMode.TRUST)
     account: Any = finished
     explained(account)
-    assert finished.asked == ["explain", "reconsider", "clear", "polish"]
+    assert finished.asked == ["explain", "reselect_classes", "clear", "refine_calibration"]

@@ -8,7 +8,7 @@ import pytest
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, directions, invert, wrap
 from echoplan.joint.optimisation.factors import Rows, normal_equations, solve
-from echoplan.joint.optimisation.pose_factors import PoseSettings, odometry_beliefs, pose_rows
+from echoplan.joint.optimisation.pose_factors import PoseSettings, odometry_prior, pose_factors
 
 TRUE = np.array([[0.0, 0, 0], [0.8, 0.1, 0.6], [1.3, 0.8, 1.7], [0.9, 1.6, 2.9], [0.1, 1.4, -2.2], [0.2, 0.5, -1.0]])
 WALLS = np.array([[0.0, 2.5], [np.pi / 2, 2.2], [np.pi, 1.0], [-1.4, 0.9]])
@@ -25,10 +25,10 @@ def given() -> FloatArray:
     return np.array(poses)
 
 
-BELIEFS = odometry_beliefs(given(), PoseSettings())
+BELIEFS = odometry_prior(given(), PoseSettings())
 
 
-def sightings() -> FloatArray:
+def arc_measurements() -> FloatArray:
     """Depth and direction of each wall from each pose, shape (poses, walls, 2)."""
     rng = np.random.default_rng(6)
     exact = np.array([[expected(pose, wall) for wall in WALLS] for pose in TRUE])
@@ -40,7 +40,7 @@ def expected(pose: FloatArray, wall: FloatArray) -> FloatArray:
     return np.array([wall[1] - pose[:2] @ directions(wall[0]), wrap(wall[0] - pose[2])])
 
 
-def slopes(pose: FloatArray, wall: FloatArray) -> tuple[FloatArray, FloatArray]:
+def jacobian(pose: FloatArray, wall: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Derivatives of what is seen by the wall and by the pose."""
     normal, along = directions(wall[0]), directions(wall[0] + np.pi / 2)
     by_wall = np.array([[-pose[:2] @ along, 1.0], [1.0, 0.0]])
@@ -49,16 +49,16 @@ def slopes(pose: FloatArray, wall: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def ours() -> tuple[FloatArray, FloatArray, FloatArray]:
     """Walls, poses and covariance by our rows and solver."""
-    walls, poses, seen = WALLS.copy(), BELIEFS.given.copy(), sightings()
+    walls, poses, seen = WALLS.copy(), BELIEFS.given.copy(), arc_measurements()
     for _ in range(20):
-        rows = [pose_rows(BELIEFS, poses, FIRST)]
+        rows = [pose_factors(BELIEFS, poses, FIRST)]
         for k, pose in enumerate(poses):
             for j, wall in enumerate(walls):
                 residuals = seen[k, j] - expected(pose, wall)
                 residuals[1] = wrap(residuals[1])
                 columns = np.concatenate([2 * j + np.arange(2), FIRST + 3 * k + np.arange(3)])
-                jacobian = np.concatenate(slopes(pose, wall), axis=1)
-                rows.append(Rows(np.tile(columns, (2, 1)), jacobian, residuals, np.array([DEPTH, NORMAL]) ** -2))
+                derivatives = np.concatenate(jacobian(pose, wall), axis=1)
+                rows.append(Rows(np.tile(columns, (2, 1)), derivatives, residuals, np.array([DEPTH, NORMAL]) ** -2))
         information, right = normal_equations(rows, FIRST + 3 * POSES)
         step = solve(information, right)
         walls, poses = walls + step[:FIRST].reshape(-1, 2), poses + step[FIRST:].reshape(-1, 3)
@@ -77,7 +77,7 @@ def theirs(gtsam: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
         graph.add(gtsam.CustomFactor(noise, [100] if k == 0 else [99 + k, 100 + k], moved(k)))
         for j in range(len(WALLS)):
             noise = gtsam.noiseModel.Diagonal.Sigmas(np.array([DEPTH, NORMAL]))
-            graph.add(gtsam.CustomFactor(noise, [j, 100 + k], sighted(sightings()[k, j])))
+            graph.add(gtsam.CustomFactor(noise, [j, 100 + k], sighted(arc_measurements()[k, j])))
     parameters = gtsam.LevenbergMarquardtParams()
     parameters.setRelativeErrorTol(1e-14)
     parameters.setAbsoluteErrorTol(1e-14)
@@ -107,7 +107,7 @@ def sighted(seen: FloatArray) -> Any:
     def error(factor: Any, values: Any, jacobians: list[FloatArray] | None) -> FloatArray:
         wall, pose = (values.atVector(key) for key in [*factor.keys()])
         if jacobians is not None:
-            jacobians[0], jacobians[1] = slopes(pose, wall)
+            jacobians[0], jacobians[1] = jacobian(pose, wall)
         off = expected(pose, wall) - seen
         off[1] = wrap(off[1])
         return off

@@ -1,15 +1,15 @@
 import numpy as np
 import pytest
 
-from echoplan.joint.trajectory import Posed, joined
+from echoplan.joint.trajectory import Trajectory, joined
 
 OPEN = {"first": 2, "last": 4, "direction": 0.1, "along": 0.2, "across": 0.01}
 
 
-def part(first: int, count: int, *rows: dict[str, float], corrected: bool = True) -> Posed:
+def part(first: int, count: int, *rows: dict[str, float], corrected: bool = True) -> Trajectory:
     sweeps = np.arange(first, first + count)
     covariances = np.tile(np.eye(3), (count, 1, 1)) if corrected else np.zeros((0, 3, 3))
-    return Posed(sweeps, np.column_stack([sweeps, 0.0 * sweeps, 0.0 * sweeps]), covariances, rows)
+    return Trajectory(sweeps, np.column_stack([sweeps, 0.0 * sweeps, 0.0 * sweeps]), covariances, rows)
 
 
 def test_parts_of_a_way_are_joined_in_order() -> None:

@@ -9,7 +9,7 @@ from echoplan.errors import UnknownNameError
 from echoplan.methods import METHODS, Mapper, Method, map_sweeps
 from echoplan.model import FeatureMap, Sweep
 from echoplan.simulation import Simulation
-from helpers import soundings
+from helpers import simulated_worlds
 from helpers.cell import CELL
 
 POSES = [[0.5, 0.5, 0.0], [1.0, 0.6, 0.5], [0.7, 1.2, 1.0], [1.4, 1.3, 1.5]]
@@ -25,7 +25,7 @@ def method(request: pytest.FixtureRequest) -> Method:
 @pytest.fixture(scope="module")
 def cell() -> Simulation:
     """A small room without a right angle, with a pillar, heard from four stations."""
-    return soundings.simulation(CELL, using=soundings.array(resolution=0.005), poses=POSES)
+    return simulated_worlds.simulation(CELL, using=simulated_worlds.array(resolution=0.005), poses=POSES)
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from echoplan.errors import EchoplanError
 from echoplan.methods import METHODS, Method, grid_of, map_sweeps, observations_of, points_of
 from echoplan.model import FeatureMap, Sweep
 from echoplan.simulation import Simulation
-from helpers import soundings
+from helpers import simulated_worlds
 from helpers.cell import CELL
 
 # Multiples of 2^-6 m, so that positions far away are exact and a shifted recording is the same recording.
@@ -29,7 +29,7 @@ def method(request: pytest.FixtureRequest) -> Method:
 @pytest.fixture(scope="module")
 def cell() -> Simulation:
     """A small room without a right angle, with a pillar, heard from four stations."""
-    return soundings.simulation(CELL, using=soundings.array(resolution=0.005), poses=POSES)
+    return simulated_worlds.simulation(CELL, using=simulated_worlds.array(resolution=0.005), poses=POSES)
 
 
 @pytest.fixture(scope="module")

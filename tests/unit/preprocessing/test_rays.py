@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from echoplan.model import Rig, Sweep
-from echoplan.preprocessing.ping_arrays import Soundings, chosen_soundings, join_soundings, soundings_of
+from echoplan.preprocessing.measurements import Measurements, join_measurements, measurements_of, select_measurements
 from echoplan.preprocessing.rays import share_of_ramps
 from echoplan.simulation import Simulation
 from echoplan.sources import find_rig, find_route, find_world
@@ -17,11 +17,11 @@ def sounded(rig: str) -> Simulation:
     return Simulation(world=find_world("square"), rig=find_rig(rig), route=find_route("square"))
 
 
-def heard(sweeps: list[Sweep], rig: Rig) -> Soundings:
-    return join_soundings([soundings_of(sweep, rig) for sweep in sweeps])
+def heard(sweeps: list[Sweep], rig: Rig) -> Measurements:
+    return join_measurements([measurements_of(sweep, rig) for sweep in sweeps])
 
 
-def by_rays(degrees: float, *, noise: float = 0.002, rig: str = "rotary-array") -> Soundings:
+def by_rays(degrees: float, *, noise: float = 0.002, rig: str = "rotary-array") -> Measurements:
     simulation, rng = sounded(rig), np.random.default_rng(0)
     using = ray_cones.with_cones(simulation.rig, np.radians(degrees))
     return heard(ray_cones.cast(list(simulation), simulation.world, using, rays=31, noise=noise, rng=rng), using)
@@ -38,16 +38,16 @@ def test_with_a_centimetre_of_noise_they_still_do() -> None:
 
 def test_steps_too_wide_to_show_a_ramp_are_taken_for_sound() -> None:
     every = by_rays(15.0)
-    ahead = chosen_soundings(every, every.sensors == 0)
-    assert share_of_ramps(chosen_soundings(ahead, np.arange(len(ahead.readings)) % 2 == 0)) > 0.15
-    assert share_of_ramps(chosen_soundings(ahead, np.arange(len(ahead.readings)) % 4 == 0)) == 0.0
+    ahead = select_measurements(every, every.sensors == 0)
+    assert share_of_ramps(select_measurements(ahead, np.arange(len(ahead.readings)) % 2 == 0)) > 0.15
+    assert share_of_ramps(select_measurements(ahead, np.arange(len(ahead.readings)) % 4 == 0)) == 0.0
 
 
 def test_what_a_hand_turns_unevenly_is_taken_for_sound() -> None:
     every = by_rays(15.0)
-    ahead = chosen_soundings(every, every.sensors == 0)
+    ahead = select_measurements(every, every.sensors == 0)
     in_turn = np.isin(np.arange(len(ahead.readings)) % 5, [0, 1])
-    assert share_of_ramps(chosen_soundings(ahead, in_turn)) == 0.0
+    assert share_of_ramps(select_measurements(ahead, in_turn)) == 0.0
 
 
 def test_sound_does_not() -> None:
@@ -70,6 +70,6 @@ def test_a_robot_that_drives_at_a_wall_while_its_sonar_turns_hears_sound() -> No
     sweep = next(iter(simulation))
     times = 1e-9 * (sweep.stamps_ns - sweep.stamps_ns[0])
     driven = 0.8 * times
-    heard_on = soundings_of(replace(sweep, ranges=2.9 - driven), simulation.rig)
+    heard_on = measurements_of(replace(sweep, ranges=2.9 - driven), simulation.rig)
     assert share_of_ramps(heard_on) > 0.5
     assert share_of_ramps(heard_on._replace(x=heard_on.x + driven)) == 0.0

@@ -7,9 +7,9 @@ import pytest
 
 from echoplan.acoustics import speed_of_sound
 from echoplan.preprocessing import expected_scale
-from helpers import soundings
+from helpers import simulated_worlds
 
-RIG = soundings.rig()
+RIG = simulated_worlds.rig()
 
 
 def test_where_nobody_tells_anything_readings_are_taken_to_be_right() -> None:

@@ -3,7 +3,7 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose
-from echoplan.preprocessing.ping_arrays import halfway
+from echoplan.preprocessing.measurements import halfway
 from echoplan.preprocessing.stations import Stations, StationSettings, at_stations, group_sweeps, without_repeats
 from helpers.expectations import listening
 
@@ -46,25 +46,25 @@ def test_a_station_is_full_at_some_number_of_pings() -> None:
 
 
 def test_pings_that_repeat_each_other_are_one_with_the_median_of_their_readings() -> None:
-    soundings = listening([(0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 0.0)], rates=[1e-9] * 4)
+    measurements = listening([(0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 0.0)], rates=[1e-9] * 4)
     readings = np.repeat([2.0, 1.0, 1.5, 3.0], 120)
     # A dropout is outvoted, and two echoes are no less than two that are missing.
     readings[[0, 1, 121]] = np.inf
     stations = Stations(np.array([0, 0, 0, 1]), along(0.0, 1.0))
-    found = without_repeats(at_stations(soundings._replace(readings=readings), stations))
+    found = without_repeats(at_stations(measurements._replace(readings=readings), stations))
     assert np.bincount(found.stations).tolist() == [120, 120]
     assert found.readings[found.stations == 0] == pytest.approx([1.5, np.inf, *[1.5] * 118])
     assert (found.readings[found.stations == 1] == 3.0).all()
 
 
 def test_pings_of_fixed_sensors_stay() -> None:
-    soundings = listening([(0.0, 0.0), (0.0, 0.0)])
-    assert without_repeats(soundings) is soundings
+    measurements = listening([(0.0, 0.0), (0.0, 0.0)])
+    assert without_repeats(measurements) is measurements
 
 
 def test_pings_of_different_places_are_no_repeats() -> None:
-    soundings = listening([(0.0, 0.0), (0.03, 0.0)], rates=[1.0, 1.0])
-    assert without_repeats(soundings) is soundings
+    measurements = listening([(0.0, 0.0), (0.03, 0.0)], rates=[1.0, 1.0])
+    assert without_repeats(measurements) is measurements
 
 
 def test_both_ways_of_a_servo_stay_and_count_as_one() -> None:
@@ -91,8 +91,8 @@ def test_trusted_poses_are_handed_back_as_they_were_recorded() -> None:
 
 
 def test_pings_are_numbered_by_station_about_its_middle() -> None:
-    soundings = listening([(0.0, 0.0), (0.1, 0.0), (1.0, 0.0)])
-    joined = at_stations(soundings, Stations(np.array([0, 0, 1]), along(0.0, 1.0)))
+    measurements = listening([(0.0, 0.0), (0.1, 0.0), (1.0, 0.0)])
+    joined = at_stations(measurements, Stations(np.array([0, 0, 1]), along(0.0, 1.0)))
     assert joined.centers == pytest.approx(np.array([[0.05, 0.0], [1.0, 0.0]]))
     assert np.bincount(joined.stations).tolist() == [2 * 120, 120]
-    assert (joined.x == soundings.x).all()
+    assert (joined.x == measurements.x).all()

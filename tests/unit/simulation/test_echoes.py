@@ -19,7 +19,7 @@ from echoplan.model import Polyline, Rig, World
 from echoplan.simulation import Simulation
 from echoplan.simulation.detector import Echoes
 from echoplan.simulation.echoes import find_echoes
-from helpers import soundings
+from helpers import simulated_worlds
 from helpers.twin import FLOOR, Twin
 
 AIR = Air()
@@ -43,22 +43,29 @@ def total(simulation: Simulation) -> float:
 
 
 def excess(amplitude: ArrayLike, length: float) -> float:
-    return float(signal_excess(amplitude, length, transducer=soundings.HC_SR04, air=AIR))
+    return float(signal_excess(amplitude, length, transducer=simulated_worlds.HC_SR04, air=AIR))
 
 
 @pytest.mark.parametrize(
     ("using", "settings"),
     [
-        (soundings.array(), {}),
-        (soundings.array(), {"crosstalk": False, "second_time_around": False}),
-        (soundings.array(), {"reflection_order": 1, "diffraction": False}),
-        (soundings.rig(soundings.sensor(x=0.1), transducer=soundings.HC_SR04, servo=soundings.turning(-90, 90, 7)), {}),
+        (simulated_worlds.array(), {}),
+        (simulated_worlds.array(), {"crosstalk": False, "second_time_around": False}),
+        (simulated_worlds.array(), {"reflection_order": 1, "diffraction": False}),
+        (
+            simulated_worlds.rig(
+                simulated_worlds.sensor(x=0.1),
+                transducer=simulated_worlds.HC_SR04,
+                servo=simulated_worlds.turning(-90, 90, 7),
+            ),
+            {},
+        ),
     ],
     ids=["all", "own bursts", "mirrors", "one sensor"],
 )
 def test_the_machine_code_hears_what_its_twin_hears(using: Rig, settings: dict[str, bool]) -> None:
     poses = [[0.9, 1.5, 0.3], [3.6, 1.9, 2.0], [2.3, 0.8, -1.2]]
-    simulation = soundings.simulation(soundings.room(), using=using, poses=poses, **settings)
+    simulation = simulated_worlds.simulation(simulated_worlds.room(), using=using, poses=poses, **settings)
     twin = Twin(simulation)
     rng = np.random.default_rng(5)
     pings = rng.choice(len(simulation._schedule.sensors), 12, replace=False)
@@ -75,7 +82,7 @@ def test_the_machine_code_hears_what_its_twin_hears(using: Rig, settings: dict[s
 
 @pytest.mark.parametrize("distance", [0.2, 1.0, 3.0])
 def test_a_plane_echoes_by_its_law_and_on_time(distance: float) -> None:
-    simulation = soundings.simulation(soundings.wall(distance))
+    simulation = simulated_worlds.simulation(simulated_worlds.wall(distance))
     echoes = heard(simulation)
     assert echoes.times.tolist() == pytest.approx([2 * distance / AIR.speed_of_sound])
     assert levels(simulation) == pytest.approx([excess(plane_echo(distance), 2 * distance)], abs=1e-6)
@@ -84,18 +91,18 @@ def test_a_plane_echoes_by_its_law_and_on_time(distance: float) -> None:
 
 def test_a_sensor_that_turns_hears_off_its_axis_what_it_sent_on_it() -> None:
     # 400 degrees a second: while sound flies 6 m the axis turns by 7 degrees.
-    rig = soundings.rig(servo=soundings.turning(0, 90, 10), period=0.025)
-    simulation = soundings.simulation(soundings.wall(3.0), using=rig, second_time_around=False)
+    rig = simulated_worlds.rig(servo=simulated_worlds.turning(0, 90, 10), period=0.025)
+    simulation = simulated_worlds.simulation(simulated_worlds.wall(3.0), using=rig, second_time_around=False)
     turned = np.radians(400.0) * 6.0 / AIR.speed_of_sound
     assert np.degrees(turned) == pytest.approx(7.0, abs=0.05)
-    beam = directivity(turned, piston_ka(soundings.HC_SR04, AIR))
-    law = signal_excess(plane_echo(3.0), 6.0, transducer=soundings.HC_SR04, air=AIR, beams=beam)
+    beam = directivity(turned, piston_ka(simulated_worlds.HC_SR04, AIR))
+    law = signal_excess(plane_echo(3.0), 6.0, transducer=simulated_worlds.HC_SR04, air=AIR, beams=beam)
     assert levels(simulation) == pytest.approx([float(law)], abs=0.01)
 
 
 @pytest.mark.parametrize("radius", [0.05, 0.3])
 def test_a_cylinder_echoes_by_its_law(radius: float) -> None:
-    simulation = soundings.simulation(soundings.pillar(1.0, radius))
+    simulation = simulated_worlds.simulation(simulated_worlds.pillar(1.0, radius))
     assert levels(simulation) == pytest.approx([excess(cylinder_echo(1.0, radius), 2.0)], abs=1e-6)
 
 
@@ -104,9 +111,9 @@ def test_a_cylinder_echoes_by_its_law(radius: float) -> None:
 def test_a_right_angle_echoes_as_loudly_as_a_plane(place: tuple[float, float], turn: float) -> None:
     # Two paths share the image in the vertex, wherever the corner stands and however the numbers round.
     frame = np.array([0.1, -0.7, turn])
-    corner = soundings.moved(soundings.world([[0.0, 9.0], [0.0, 0.0], [9.0, 0.0]]), frame)
+    corner = simulated_worlds.moved(simulated_worlds.world([[0.0, 9.0], [0.0, 0.0], [9.0, 0.0]]), frame)
     aimed = np.array([*place, np.arctan2(place[1], place[0]) + np.pi])
-    simulation = soundings.simulation(corner, poses=[compose(frame, aimed)])
+    simulation = simulated_worlds.simulation(corner, poses=[compose(frame, aimed)])
     echoes, away = heard(simulation), float(np.hypot(*place))
     in_vertex = np.isclose(echoes.times, 2 * away / AIR.speed_of_sound, rtol=1e-9)
     level = float(20 * np.log10(abs(echoes.strengths[in_vertex].sum())))
@@ -116,9 +123,9 @@ def test_a_right_angle_echoes_as_loudly_as_a_plane(place: tuple[float, float], t
 def corner_level(degrees: float) -> float:
     """Level of a corner's double bounce, seen from its bisector 1.5 m away, against that of a plane [dB]."""
     away, angle = 1.5, np.radians(degrees)
-    corner = soundings.world(np.array([[9, 0], [0, 0], [9 * np.cos(angle), 9 * np.sin(angle)]]))
+    corner = simulated_worlds.world(np.array([[9, 0], [0, 0], [9 * np.cos(angle), 9 * np.sin(angle)]]))
     pose = [away * np.cos(angle / 2), away * np.sin(angle / 2), angle / 2 + np.pi]
-    echoes = heard(soundings.simulation(corner, poses=[pose]))
+    echoes = heard(simulated_worlds.simulation(corner, poses=[pose]))
     late = echoes.times > 1.8 * away / AIR.speed_of_sound
     return float(20 * np.log10(abs(echoes.strengths[late].sum()))) - excess(plane_echo(away), 2 * away)
 
@@ -137,8 +144,8 @@ def test_a_corner_fades_without_a_jump_as_it_opens() -> None:
 
 @pytest.mark.parametrize(("distance", "level"), [(0.3, -31.0), (1.0, -36.0)])
 def test_the_edge_of_a_box_echoes_by_diffraction_alone(distance: float, level: float) -> None:
-    box = soundings.world(np.add([[0, 0], [2, 2], [4, 0], [2, -2]], [distance, 0.0]), closed=True)
-    simulation = soundings.simulation(box)
+    box = simulated_worlds.world(np.add([[0, 0], [2, 2], [4, 0], [2, -2]], [distance, 0.0]), closed=True)
+    simulation = simulated_worlds.simulation(box)
     found = total(simulation) - excess(plane_echo(distance), 2 * distance)
     assert found == pytest.approx(level, abs=0.5)
     k = wavenumber(40_000.0, AIR.speed_of_sound)
@@ -149,15 +156,18 @@ def test_the_edge_of_a_box_echoes_by_diffraction_alone(distance: float, level: f
 @pytest.mark.parametrize("distance", [0.3, 1.0, 2.3])
 def test_a_strip_echoes_by_the_law_of_strips_though_it_is_a_mirror_with_two_ends(distance: float) -> None:
     width = 0.0254
-    strip = soundings.world([[distance, -width / 2], [distance, width / 2]])
+    strip = simulated_worlds.world([[distance, -width / 2], [distance, width / 2]])
     wavelength = AIR.speed_of_sound / 40_000.0
     law = strip_echo(distance, width, wavelength=wavelength)
-    assert total(soundings.simulation(strip)) == pytest.approx(excess(law, 2 * distance), abs=0.1)
+    assert total(simulated_worlds.simulation(strip)) == pytest.approx(excess(law, 2 * distance), abs=0.1)
 
 
 def test_the_echo_of_a_wall_fades_past_its_end_without_a_jump() -> None:
     shifts = np.concatenate([np.linspace(-0.2, 0.2, 201), [-1e-12, 0.0, 1e-12]])
-    walls = [total(soundings.simulation(soundings.world([[1.0, shift], [1.0, 30.0]]))) for shift in np.sort(shifts)]
+    walls = [
+        total(simulated_worlds.simulation(simulated_worlds.world([[1.0, shift], [1.0, 30.0]])))
+        for shift in np.sort(shifts)
+    ]
     assert np.abs(np.diff(walls)).max() < 1.0
     assert walls[0] == pytest.approx(excess(plane_echo(1.0), 2.0), abs=0.3)
     assert walls[len(walls) // 2] == pytest.approx(excess(plane_echo(1.0), 2.0) - 6.0, abs=0.3)
@@ -165,28 +175,30 @@ def test_the_echo_of_a_wall_fades_past_its_end_without_a_jump() -> None:
 
 
 def test_a_bend_of_no_angle_is_no_edge() -> None:
-    straight, bent = soundings.wall(1.0), soundings.world([[1.0, -20.0], [1.0, 0.0], [1.0, 20.0]])
-    assert total(soundings.simulation(bent)) == pytest.approx(total(soundings.simulation(straight)), abs=1e-9)
+    straight, bent = simulated_worlds.wall(1.0), simulated_worlds.world([[1.0, -20.0], [1.0, 0.0], [1.0, 20.0]])
+    assert total(simulated_worlds.simulation(bent)) == pytest.approx(
+        total(simulated_worlds.simulation(straight)), abs=1e-9
+    )
 
 
 def test_what_stands_in_the_way_hides_what_is_behind() -> None:
-    shield = soundings.world([[0.5, -0.3], [0.5, 0.3]], [[1.0, -0.1], [1.0, 0.1]])
-    assert set(heard(soundings.simulation(shield)).reflectors.tolist()) == {0, -1}
-    post = soundings.world([[1.0, -9.0], [1.0, 9.0]], pillars=[(0.5, 0.0, 0.05)])
-    assert 0 not in heard(soundings.simulation(post)).reflectors
+    shield = simulated_worlds.world([[0.5, -0.3], [0.5, 0.3]], [[1.0, -0.1], [1.0, 0.1]])
+    assert set(heard(simulated_worlds.simulation(shield)).reflectors.tolist()) == {0, -1}
+    post = simulated_worlds.world([[1.0, -9.0], [1.0, 9.0]], pillars=[(0.5, 0.0, 0.05)])
+    assert 0 not in heard(simulated_worlds.simulation(post)).reflectors
 
 
 def test_soft_faces_return_less() -> None:
-    hard = soundings.wall(1.0)
+    hard = simulated_worlds.wall(1.0)
     soft = World(name="soft", polylines=(Polyline(points_xy=np.array([[1, -9], [1, 9]]), material="foam"),))
-    loss = levels(soundings.simulation(hard))[0] - levels(soundings.simulation(soft))[0]
+    loss = levels(simulated_worlds.simulation(hard))[0] - levels(simulated_worlds.simulation(soft))[0]
     assert loss == pytest.approx(-10 * np.log10(0.05))
 
 
 def test_echoes_go_round_by_a_wall_and_a_cylinder_both_ways() -> None:
     # A cylinder ahead and a wall to the left: mouth - wall - cylinder - mouth, and back.
-    world = soundings.world([[-3.0, 0.5], [3.0, 0.5]], pillars=[(1.0, 0.0, 0.1)])
-    echoes = heard(soundings.simulation(world, poses=[[0.0, 0.0, np.radians(20)]]))
+    world = simulated_worlds.world([[-3.0, 0.5], [3.0, 0.5]], pillars=[(1.0, 0.0, 0.1)])
+    echoes = heard(simulated_worlds.simulation(world, poses=[[0.0, 0.0, np.radians(20)]]))
     pairs = np.flatnonzero((echoes.reflectors == -1) & (echoes.times * AIR.speed_of_sound < 2.5))
     both = pairs[np.isclose(echoes.times[pairs], echoes.times[pairs].min(), atol=1e-12)]
     assert len(both) == 2
@@ -199,16 +211,16 @@ def test_echoes_go_round_by_a_wall_and_a_cylinder_both_ways() -> None:
 @pytest.mark.parametrize(
     ("pose", "world"),
     [
-        ([1.0, 0.0, HALF], soundings.wall(1.0)),
-        ([1.0, 30.0, 0.0], soundings.wall(1.0)),
-        ([1.0, 20.0, 0.0], soundings.wall(1.0)),
-        ([0.0, 0.0, 0.0], soundings.world([[0.0, 9.0], [0.0, 0.0], [9.0, 0.0]])),
-        ([0.0, 1.0, 0.0], soundings.world([[0.0, 9.0], [0.0, 0.0], [9.0, 0.0]])),
-        ([1.0, 0.0, 0.0], soundings.pillar(0.95, 0.2)),
-        ([0.0, 0.0, 0.0], soundings.pillar(0.0, 0.2)),
-        ([-1.0, 0.2, 0.0], soundings.pillar(0.5, 0.2)),
-        ([0.0, 0.0, 0.0], soundings.world()),
-        ([0.5, 0.5, 0.1], soundings.world([[0.0, 0.0], [1.0, 0.0], [0.5, 0.5 + 1e-10]], closed=True)),
+        ([1.0, 0.0, HALF], simulated_worlds.wall(1.0)),
+        ([1.0, 30.0, 0.0], simulated_worlds.wall(1.0)),
+        ([1.0, 20.0, 0.0], simulated_worlds.wall(1.0)),
+        ([0.0, 0.0, 0.0], simulated_worlds.world([[0.0, 9.0], [0.0, 0.0], [9.0, 0.0]])),
+        ([0.0, 1.0, 0.0], simulated_worlds.world([[0.0, 9.0], [0.0, 0.0], [9.0, 0.0]])),
+        ([1.0, 0.0, 0.0], simulated_worlds.pillar(0.95, 0.2)),
+        ([0.0, 0.0, 0.0], simulated_worlds.pillar(0.0, 0.2)),
+        ([-1.0, 0.2, 0.0], simulated_worlds.pillar(0.5, 0.2)),
+        ([0.0, 0.0, 0.0], simulated_worlds.world()),
+        ([0.5, 0.5, 0.1], simulated_worlds.world([[0.0, 0.0], [1.0, 0.0], [0.5, 0.5 + 1e-10]], closed=True)),
     ],
     ids=[
         "on a wall",
@@ -224,6 +236,6 @@ def test_echoes_go_round_by_a_wall_and_a_cylinder_both_ways() -> None:
     ],
 )
 def test_no_place_is_too_odd(pose: list[float], world: World) -> None:
-    simulation = soundings.simulation(world, using=soundings.array(), poses=[pose])
-    assert not np.isnan(soundings.readings(simulation)).any()
+    simulation = simulated_worlds.simulation(world, using=simulated_worlds.array(), poses=[pose])
+    assert not np.isnan(simulated_worlds.readings(simulation)).any()
     assert np.isfinite(heard(simulation, range(90)).strengths).all()

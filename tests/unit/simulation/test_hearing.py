@@ -3,7 +3,7 @@ import pytest
 
 from echoplan.arrays import IntArray
 from echoplan.simulation import Simulation
-from helpers import soundings
+from helpers import simulated_worlds
 
 POSES = [[0.9, 1.5, 0.3], [3.6, 1.9, 2.0], [2.3, 0.8, -1.2]]
 
@@ -14,8 +14,8 @@ def pings(simulation: Simulation) -> IntArray:
 
 @pytest.mark.parametrize("superposition", ["coherent", "incoherent"])
 def test_tracing_only_what_can_matter_gives_the_same_as_tracing_everything(superposition: str) -> None:
-    simulation = soundings.simulation(
-        soundings.room(), using=soundings.array(), poses=POSES, superposition=superposition
+    simulation = simulated_worlds.simulation(
+        simulated_worlds.room(), using=simulated_worlds.array(), poses=POSES, superposition=superposition
     )
     hearing, every = simulation._hearing, pings(simulation)
     patient = hearing._crossings(hearing.stage, every, hearing.stage.shots.deadlines)
@@ -25,31 +25,33 @@ def test_tracing_only_what_can_matter_gives_the_same_as_tracing_everything(super
 
 
 def test_pings_can_be_asked_in_any_order() -> None:
-    simulation = soundings.simulation(soundings.room(), using=soundings.array(), poses=POSES)
+    simulation = simulated_worlds.simulation(simulated_worlds.room(), using=simulated_worlds.array(), poses=POSES)
     every = pings(simulation)
     shuffled = np.random.default_rng(0).permutation(every)
     np.testing.assert_array_equal(simulation._hearing.instants(shuffled), simulation._hearing.instants(every)[shuffled])
 
 
 def test_no_pings_hear_nothing() -> None:
-    simulation = soundings.simulation(soundings.room())
+    simulation = simulated_worlds.simulation(simulated_worlds.room())
     assert len(simulation._hearing.instants(np.zeros(0, dtype=np.int64))) == 0
 
 
 def test_only_what_answers_alone_is_counted() -> None:
     # A wall ahead, a post before it, a wall too far to the side, and one that is behind the one ahead.
-    world = soundings.world(
+    world = simulated_worlds.world(
         [[1.0, -2.0], [1.0, 2.0]], [[-9.0, 5.5], [9.0, 5.5]], [[1.5, -2.0], [1.5, 2.0]], pillars=[(0.7, 0.1, 0.05)]
     )
-    rig = soundings.rig(servo=soundings.turning(-20, 90, 2))
-    simulation = soundings.simulation(world, using=rig)
+    rig = simulated_worlds.rig(servo=simulated_worlds.turning(-20, 90, 2))
+    simulation = simulated_worlds.simulation(world, using=rig)
     assert simulation._hearing.heard_alone(pings(simulation)).tolist() == [0, 3]
 
 
 def test_what_is_too_close_or_out_of_reach_is_not_counted() -> None:
-    rig = soundings.rig(soundings.sensor(min_range=0.5, max_range=2.0))
+    rig = simulated_worlds.rig(simulated_worlds.sensor(min_range=0.5, max_range=2.0))
     counted = [
-        soundings.simulation(soundings.wall(distance), using=rig)._hearing.heard_alone(np.array([0])).tolist()
+        simulated_worlds.simulation(simulated_worlds.wall(distance), using=rig)
+        ._hearing.heard_alone(np.array([0]))
+        .tolist()
         for distance in (0.45, 0.55, 1.9, 2.1)
     ]
     assert counted == [[], [0], [0], []]

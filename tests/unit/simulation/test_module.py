@@ -10,10 +10,11 @@ from echoplan.errors import InvalidValueError
 from echoplan.model import Transducer
 from echoplan.simulation import SimulationSettings
 from echoplan.simulation.module import Module, build_module
-from helpers import soundings
+from helpers import simulated_worlds
 
-RIG = soundings.rig(
-    soundings.sensor(0, resolution=0.005, max_range=3.0), soundings.sensor(1, min_range=0.2, max_range=4.0)
+RIG = simulated_worlds.rig(
+    simulated_worlds.sensor(0, resolution=0.005, max_range=3.0),
+    simulated_worlds.sensor(1, min_range=0.2, max_range=4.0),
 )
 
 

@@ -9,7 +9,7 @@ from scipy.signal import fftconvolve
 from echoplan.acoustics import Air, burst_envelope, crossing_delay, directivity, piston_ka, plane_echo, signal_excess
 from echoplan.arrays import FloatArray
 from echoplan.model import Transducer
-from helpers import soundings
+from helpers import simulated_worlds
 
 # pyroomacoustics warns of its own affairs.
 pytestmark = pytest.mark.filterwarnings("ignore")
@@ -77,13 +77,13 @@ def reading(referee: Any, heading: float, transducer: Transducer) -> float:
     return 0.5 * AIR.speed_of_sound * float(times[above - 1] + share / RATE - zero)
 
 
-@pytest.mark.parametrize("transducer", [soundings.PAPER, soundings.HC_SR04], ids=["paper", "HC-SR04"])
+@pytest.mark.parametrize("transducer", [simulated_worlds.PAPER, simulated_worlds.HC_SR04], ids=["paper", "HC-SR04"])
 def test_over_a_full_turn_a_referee_reads_the_same_of_walls_and_corners(referee: Any, transducer: Transducer) -> None:
-    rig = soundings.rig(transducer=transducer, servo=soundings.turning(0, 355, 5))
-    room = soundings.world(CORNERS, closed=True)
+    rig = simulated_worlds.rig(transducer=transducer, servo=simulated_worlds.turning(0, 355, 5))
+    room = simulated_worlds.world(CORNERS, closed=True)
     # The referee knows no diffraction.
-    simulation = soundings.simulation(room, using=rig, poses=[[*PLACE, 0.0]], diffraction=False)
-    ours = soundings.readings(simulation)
+    simulation = simulated_worlds.simulation(room, using=rig, poses=[[*PLACE, 0.0]], diffraction=False)
+    ours = simulated_worlds.readings(simulation)
     theirs = np.array([reading(referee, heading, transducer) for heading in HEADINGS])
     with np.errstate(invalid="ignore"):
         apart = np.where(ours == theirs, 0.0, np.abs(ours - theirs))

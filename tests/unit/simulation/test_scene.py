@@ -4,7 +4,7 @@ import pytest
 from echoplan.errors import UnknownNameError
 from echoplan.model import Pillar, Polyline, World
 from echoplan.simulation.scene import build_scene
-from helpers import soundings
+from helpers import simulated_worlds
 
 SQUARE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
 
@@ -15,15 +15,15 @@ def openings(world: World) -> list[float]:
 
 
 def test_faces_and_cylinders_keep_their_order_and_size() -> None:
-    scene = build_scene(soundings.room())
+    scene = build_scene(simulated_worlds.room())
     ends = scene.faces["start"] + scene.faces["length"] * scene.faces["tangent"]
-    expected = soundings.room().segments_xy
+    expected = simulated_worlds.room().segments_xy
     np.testing.assert_allclose(np.column_stack([ends.real, ends.imag]), expected[:, 1])
     np.testing.assert_allclose(scene.discs["radius"], [0.1, 0.06])
 
 
 def test_materials_become_reflection_coefficients() -> None:
-    scene = build_scene(soundings.room())
+    scene = build_scene(simulated_worlds.room())
     assert scene.faces["gain"][:5].tolist() == [1.0] * 5
     np.testing.assert_allclose(scene.faces["gain"][5:7], np.sqrt(0.93))
     np.testing.assert_allclose(scene.discs["gain"], [1.0, np.sqrt(0.95)])
@@ -39,20 +39,20 @@ def test_a_material_that_nobody_knows_is_refused() -> None:
 
 
 def test_a_box_diffracts_at_its_corners_on_the_outside_only() -> None:
-    assert openings(soundings.world(SQUARE, closed=True)) == [270.0] * 4
+    assert openings(simulated_worlds.world(SQUARE, closed=True)) == [270.0] * 4
 
 
 def test_a_free_wall_diffracts_at_both_ends_as_half_planes() -> None:
-    assert openings(soundings.wall(1.0)) == [360.0, 360.0]
+    assert openings(simulated_worlds.wall(1.0)) == [360.0, 360.0]
 
 
 def test_a_bend_diffracts_on_both_of_its_sides() -> None:
-    bent = soundings.world([[-1.0, 0.0], [0.0, 0.0], [np.cos(np.radians(40)), np.sin(np.radians(40))]])
+    bent = simulated_worlds.world([[-1.0, 0.0], [0.0, 0.0], [np.cos(np.radians(40)), np.sin(np.radians(40))]])
     assert openings(bent) == [140.0, 220.0, 360.0, 360.0]
 
 
 def test_a_wall_goes_on_through_a_vertex_that_does_not_bend() -> None:
-    assert openings(soundings.world([[0.0, 0.0], [1.0, 0.0], [3.0, 0.0]])) == [360.0, 360.0]
+    assert openings(simulated_worlds.world([[0.0, 0.0], [1.0, 0.0], [3.0, 0.0]])) == [360.0, 360.0]
 
 
 def test_where_the_material_changes_even_a_straight_wall_diffracts() -> None:
@@ -62,19 +62,19 @@ def test_where_the_material_changes_even_a_straight_wall_diffracts() -> None:
 
 
 def test_polylines_that_share_a_vertex_are_welded() -> None:
-    halves = soundings.world(SQUARE[:3], SQUARE[[2, 3, 0]])
-    assert openings(halves) == openings(soundings.world(SQUARE, closed=True))
+    halves = simulated_worlds.world(SQUARE[:3], SQUARE[[2, 3, 0]])
+    assert openings(halves) == openings(simulated_worlds.world(SQUARE, closed=True))
 
 
 def test_a_wall_that_abuts_another_has_no_free_end_there() -> None:
-    tee = soundings.world([[-1.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 1.0]])
+    tee = simulated_worlds.world([[-1.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 1.0]])
     assert openings(tee) == [180.0 * 2] * 3
-    slanted = soundings.world([[-1.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.6, 1.0]])
+    slanted = simulated_worlds.world([[-1.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.6, 1.0]])
     assert len(openings(slanted)) == 4  # 59 degrees on one side stay silent, 121 on the other do not
 
 
 def test_sharp_corners_stay_silent_within() -> None:
-    sharp = soundings.world([[1.0, 0.0], [0.0, 0.0], [np.cos(np.radians(50)), np.sin(np.radians(50))]])
+    sharp = simulated_worlds.world([[1.0, 0.0], [0.0, 0.0], [np.cos(np.radians(50)), np.sin(np.radians(50))]])
     assert openings(sharp) == [310.0, 360.0, 360.0]
 
 
@@ -89,5 +89,5 @@ def test_the_gains_of_an_edge_are_those_of_its_faces_counter_clockwise() -> None
 
 
 def test_an_empty_world_is_an_empty_scene() -> None:
-    scene = build_scene(soundings.world())
+    scene = build_scene(simulated_worlds.world())
     assert [len(part) for part in (scene.faces, scene.discs, scene.edges, *scene.tree)] == [0] * 5

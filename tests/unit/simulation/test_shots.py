@@ -5,7 +5,7 @@ from echoplan.acoustics import Air
 from echoplan.model import Transducer
 from echoplan.simulation import Simulation
 from echoplan.simulation.shots import Shots, memory_of
-from helpers import soundings
+from helpers import simulated_worlds
 
 
 def shots(simulation: Simulation) -> Shots:
@@ -22,26 +22,28 @@ def test_sound_is_remembered_as_long_as_an_aimed_plane_returns_it() -> None:
 
 
 def test_slow_firing_hears_its_own_round_only() -> None:
-    found = shots(soundings.simulation(soundings.room(), using=soundings.array(), second_time_around=False))
+    found = shots(
+        simulated_worlds.simulation(simulated_worlds.room(), using=simulated_worlds.array(), second_time_around=False)
+    )
     assert heard_by(found, 0) == [0, 1, 2, 3]
     assert heard_by(found, 9) == [8, 9, 10, 11]
 
 
 def test_fast_firing_hears_the_rounds_before_and_after_too() -> None:
-    fast = soundings.rig(servo=soundings.turning(0, 10, 1), period=0.015)
-    found = shots(soundings.simulation(soundings.room(), using=fast))
+    fast = simulated_worlds.rig(servo=simulated_worlds.turning(0, 10, 1), period=0.015)
+    found = shots(simulated_worlds.simulation(simulated_worlds.room(), using=fast))
     # 25 ms of memory reach one round back, 35 ms of listening two rounds on.
     assert heard_by(found, 5) == [4, 5, 6, 7]
     assert heard_by(found, 0) == [0, 1, 2]
 
 
 def test_nothing_is_heard_from_another_station() -> None:
-    found = shots(soundings.simulation(soundings.room(), poses=np.zeros((3, 3))))
+    found = shots(simulated_worlds.simulation(simulated_worlds.room(), poses=np.zeros((3, 3))))
     assert [heard_by(found, ping) for ping in range(3)] == [[0], [1], [2]]
 
 
 def test_places_and_directions_are_complex_numbers() -> None:
-    simulation = soundings.simulation(soundings.room(), poses=[[1.0, 2.0, np.pi / 2]])
+    simulation = simulated_worlds.simulation(simulated_worlds.room(), poses=[[1.0, 2.0, np.pi / 2]])
     found = shots(simulation)
     assert found.places[0] == pytest.approx(1.0 + 2.0j)
     assert found.axes[0] == pytest.approx(1.0j)

@@ -15,7 +15,7 @@ from echoplan.errors import InvalidValueError, UnknownNameError
 from echoplan.io import builtin_rig
 from echoplan.model import Pings, Polyline, Rig, Route, Sensor, Transducer, World
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
-from helpers import soundings
+from helpers import simulated_worlds
 
 SECOND = 1_000_000_000
 POSES = [[0.9, 1.5, 0.3], [3.6, 1.9, 2.0], [2.3, 0.8, -1.2]]
@@ -32,15 +32,19 @@ def standing(seconds: float, pose: ArrayLike = (0.0, 0.0, 0.0)) -> Route:
 
 
 def turned(
-    world: World, *, pose: ArrayLike = (0.0, 0.0, 0.0), transducer: Transducer = soundings.HC_SR04
+    world: World, *, pose: ArrayLike = (0.0, 0.0, 0.0), transducer: Transducer = simulated_worlds.HC_SR04
 ) -> FloatArray:
     """Readings of one sensor that turns in place by 80 degrees to either side."""
-    rig = soundings.rig(transducer=transducer, servo=soundings.turning(-80, 80, STEP))
-    return soundings.readings(soundings.simulation(world, using=rig, poses=np.array([pose])))
+    rig = simulated_worlds.rig(transducer=transducer, servo=simulated_worlds.turning(-80, 80, STEP))
+    return simulated_worlds.readings(simulated_worlds.simulation(world, using=rig, poses=np.array([pose])))
 
 
 def width(
-    world: World, *, transducer: Transducer = soundings.HC_SR04, pose: ArrayLike = (0.0, 0.0, 0.0), beyond: float = 0.0
+    world: World,
+    *,
+    transducer: Transducer = simulated_worlds.HC_SR04,
+    pose: ArrayLike = (0.0, 0.0, 0.0),
+    beyond: float = 0.0,
 ) -> float:
     """Over how many degrees of rotation something is read that is farther than a distance."""
     readings = turned(world, pose=pose, transducer=transducer)
@@ -49,13 +53,16 @@ def width(
 
 def last_heard(distances: FloatArray, world_at: Callable[[float], World], **settings: Any) -> float:
     """The greatest distance at which a sensor reads what it looks at."""
-    heard = [np.isfinite(soundings.readings(soundings.simulation(world_at(each), **settings)))[0] for each in distances]
+    heard = [
+        np.isfinite(simulated_worlds.readings(simulated_worlds.simulation(world_at(each), **settings)))[0]
+        for each in distances
+    ]
     return float(distances[np.flatnonzero(heard)[-1]])
 
 
 class TestSource:
     def test_a_simulation_is_a_source_of_sweeps(self) -> None:
-        simulation = soundings.simulation(soundings.room(), using=soundings.array(), poses=POSES)
+        simulation = simulated_worlds.simulation(simulated_worlds.room(), using=simulated_worlds.array(), poses=POSES)
         sweeps = list(simulation)
         assert simulation.name == "test room"
         assert len(simulation) == len(sweeps) == 3
@@ -64,9 +71,9 @@ class TestSource:
         np.testing.assert_allclose([sweep.station for sweep in sweeps], POSES)
 
     def test_reading_twice_gives_the_same_bits_and_so_does_stopping_early(self) -> None:
-        simulation = soundings.simulation(
-            soundings.room(),
-            using=soundings.array(),
+        simulation = simulated_worlds.simulation(
+            simulated_worlds.room(),
+            using=simulated_worlds.array(),
             poses=POSES,
             jitter=0.003,
             stray=0.1,
@@ -80,26 +87,30 @@ class TestSource:
 
     def test_another_seed_is_another_chance(self) -> None:
         one, other = (
-            soundings.readings(soundings.simulation(soundings.room(), using=soundings.array(), jitter=0.003, seed=seed))
+            simulated_worlds.readings(
+                simulated_worlds.simulation(
+                    simulated_worlds.room(), using=simulated_worlds.array(), jitter=0.003, seed=seed
+                )
+            )
             for seed in (1, 2)
         )
         heard = np.isfinite(one) & np.isfinite(other)
         assert (one[heard] != other[heard]).all()
         with pytest.raises(InvalidValueError, match="seed must be at least 0"):
-            soundings.simulation(soundings.room(), seed=-1)
+            simulated_worlds.simulation(simulated_worlds.room(), seed=-1)
 
     def test_a_rig_of_rays_is_refused(self) -> None:
         with pytest.raises(InvalidValueError, match="rays must be left out of the rig, or false"):
-            soundings.simulation(soundings.room(), using=replace(soundings.array(), rays=True))
+            simulated_worlds.simulation(simulated_worlds.room(), using=replace(simulated_worlds.array(), rays=True))
 
     def test_sweeps_have_chances_of_their_own(self) -> None:
-        simulation = soundings.simulation(soundings.wall(1.0), poses=np.zeros((50, 3)), jitter=0.003)
-        assert len(np.unique(soundings.readings(simulation))) == 50
+        simulation = simulated_worlds.simulation(simulated_worlds.wall(1.0), poses=np.zeros((50, 3)), jitter=0.003)
+        assert len(np.unique(simulated_worlds.readings(simulation))) == 50
 
     def test_a_world_of_unknown_stuff_is_refused(self) -> None:
         strange = World(name="w", polylines=(Polyline(points_xy=np.array([[1, 0], [1, 1]]), material="wool"),))
         with pytest.raises(UnknownNameError, match="unknown material 'wool'"):
-            soundings.simulation(strange)
+            simulated_worlds.simulation(strange)
 
     def test_a_rig_that_tells_little_is_given_what_is_usual(self) -> None:
         sensors = [
@@ -107,7 +118,7 @@ class TestSource:
             for each in (0, 1)
         ]
         rig = Rig(name="plain", sensors=tuple(sensors))
-        simulation = Simulation(world=soundings.wall(1.5), rig=rig, route=standing(0.1))
+        simulation = Simulation(world=simulated_worlds.wall(1.5), rig=rig, route=standing(0.1))
         sweeps = list(simulation)
         assert [len(sweep) for sweep in sweeps] == [2] * 5
         assert sweeps[0].ranges[0] == pytest.approx(1.5, abs=0.006)
@@ -116,11 +127,11 @@ class TestSource:
 
 class TestTruth:
     def test_it_counts_from_how_many_stations_each_thing_answers_alone(self) -> None:
-        world = soundings.world(
+        world = simulated_worlds.world(
             [[-2.0, -1.0], [2.0, -1.0]], [[4.0, -1.0], [4.0, 1.0]], pillars=[(1.0, 1.0, 0.1), (9.0, 9.0, 0.1)]
         )
         poses = [[0.0, 0.0, 0.0], [1.5, 0.0, 0.7], [3.0, 0.0, 0.0]]
-        truth = soundings.simulation(world, using=soundings.array(), poses=poses).truth
+        truth = simulated_worlds.simulation(world, using=simulated_worlds.array(), poses=poses).truth
         assert truth.walls_heard.tolist() == [2, 2]
         assert truth.cylinders_heard.tolist() == [2, 0]
         np.testing.assert_array_equal(truth.walls_xy, world.segments_xy)
@@ -128,7 +139,9 @@ class TestTruth:
 
     def test_it_has_both_where_the_robot_was_and_where_it_thought_to_be(self) -> None:
         noise = OdometryNoise(along=0.05, yaw_per_metre=0.05)
-        simulation = soundings.simulation(soundings.room(), using=soundings.array(), poses=POSES, odometry=noise)
+        simulation = simulated_worlds.simulation(
+            simulated_worlds.room(), using=simulated_worlds.array(), poses=POSES, odometry=noise
+        )
         np.testing.assert_allclose(simulation.truth.poses, POSES)
         recorded = np.array([sweep.station for sweep in simulation])
         np.testing.assert_array_equal(simulation.truth.given, recorded)
@@ -137,25 +150,30 @@ class TestTruth:
 
     def test_odometry_changes_poses_only(self) -> None:
         lost, found = (
-            soundings.readings(
-                soundings.simulation(soundings.room(), using=soundings.array(), poses=POSES, odometry=noise)
+            simulated_worlds.readings(
+                simulated_worlds.simulation(
+                    simulated_worlds.room(), using=simulated_worlds.array(), poses=POSES, odometry=noise
+                )
             )
             for noise in (OdometryNoise(along=0.3), OdometryNoise())
         )
         np.testing.assert_array_equal(lost, found)
 
     def test_it_tells_the_temperature(self) -> None:
-        assert soundings.simulation(soundings.room(), air=Air(temperature=31.0)).truth.temperature == 31.0
+        assert simulated_worlds.simulation(simulated_worlds.room(), air=Air(temperature=31.0)).truth.temperature == 31.0
 
 
 class TestPaper:
     def test_the_bias_of_a_plane_has_the_shape_and_size_of_figure_2a(self) -> None:
         # Geometry, b (1 - cos), and the walk of the threshold together: at most 20 mm within 30 degrees at 1 m.
-        rig = soundings.rig(
-            soundings.sensor(x=0.05), transducer=soundings.PAPER, servo=soundings.turning(-36, 36, 1), period=0.025
+        rig = simulated_worlds.rig(
+            simulated_worlds.sensor(x=0.05),
+            transducer=simulated_worlds.PAPER,
+            servo=simulated_worlds.turning(-36, 36, 1),
+            period=0.025,
         )
-        simulation = soundings.simulation(soundings.wall(1.0), using=rig)
-        bias = 1000 * (soundings.readings(simulation) + 0.05 - 1.0)
+        simulation = simulated_worlds.simulation(simulated_worlds.wall(1.0), using=rig)
+        bias = 1000 * (simulated_worlds.readings(simulation) + 0.05 - 1.0)
         bias -= bias[36]
         right, left = bias[36::-1], bias[36:]
         assert (np.diff(right) > 0).all()
@@ -167,7 +185,7 @@ class TestPaper:
 
     def test_the_built_in_array_reads_a_plane_within_20_mm_too(self) -> None:
         rig = builtin_rig("rotary-array")
-        simulation = soundings.simulation(soundings.wall(1.0), using=rig)
+        simulation = simulated_worlds.simulation(simulated_worlds.wall(1.0), using=rig)
         (sweep,) = simulation
         ahead = sweep.sensor_ids == 0
         angles, bias = np.degrees(sweep.servo_angles[ahead]), sweep.ranges[ahead] + 0.05 - 1.0
@@ -182,38 +200,38 @@ class TestPaper:
     def test_walls_are_as_wide_as_an_independent_waveform_simulation_has_them(
         self, distance: float, expected: float
     ) -> None:
-        found = width(soundings.wall(distance), transducer=soundings.PAPER)
+        found = width(simulated_worlds.wall(distance), transducer=simulated_worlds.PAPER)
         assert found == pytest.approx(expected, abs=2.6)
 
     @pytest.mark.parametrize(("distance", "expected"), [(0.5, 70.0), (1.0, 52.0), (2.0, 0.0)])
     def test_cylinders_are_as_wide_as_an_independent_waveform_simulation_has_them(
         self, distance: float, expected: float
     ) -> None:
-        found = width(soundings.pillar(distance, 0.1), transducer=soundings.PAPER)
+        found = width(simulated_worlds.pillar(distance, 0.1), transducer=simulated_worlds.PAPER)
         assert found == pytest.approx(expected, abs=4.7)
 
 
 class TestHcSr04:
     def test_the_measured_panel_is_lost_at_the_measured_angle(self) -> None:
-        rig = soundings.rig(servo=soundings.turning(0, 40, 0.1))
-        panel = soundings.simulation(soundings.wall(2.0), using=rig, **MEASURED_IN)
-        assert 0.1 * (np.isfinite(soundings.readings(panel)).sum() - 1) == pytest.approx(23.5, rel=0.05)
+        rig = simulated_worlds.rig(servo=simulated_worlds.turning(0, 40, 0.1))
+        panel = simulated_worlds.simulation(simulated_worlds.wall(2.0), using=rig, **MEASURED_IN)
+        assert 0.1 * (np.isfinite(simulated_worlds.readings(panel)).sum() - 1) == pytest.approx(23.5, rel=0.05)
 
     def test_the_measured_strip_is_lost_at_the_measured_distance(self) -> None:
         found = last_heard(
             np.arange(2.0, 3.0, 0.01),
-            lambda r: soundings.world([[r, -0.0127], [r, 0.0127]]),
+            lambda r: simulated_worlds.world([[r, -0.0127], [r, 0.0127]]),
             **MEASURED_IN,
         )
         assert found == pytest.approx(2.45, rel=0.05)
 
     def test_the_measured_cylinder_is_lost_within_the_measured_bracket(self) -> None:
-        found = last_heard(np.arange(1.5, 2.5, 0.01), lambda r: soundings.pillar(r, 0.04445), **MEASURED_IN)
+        found = last_heard(np.arange(1.5, 2.5, 0.01), lambda r: simulated_worlds.pillar(r, 0.04445), **MEASURED_IN)
         assert found == pytest.approx(1.72, rel=0.05)
         assert 1.66 < found < 2.29
 
     def test_a_wall_is_lost_where_data_sheets_say(self) -> None:
-        assert last_heard(np.arange(3.5, 5.0, 0.01), soundings.wall) == pytest.approx(4.3, rel=0.05)
+        assert last_heard(np.arange(3.5, 5.0, 0.01), simulated_worlds.wall) == pytest.approx(4.3, rel=0.05)
 
 
 class TestWidths:
@@ -223,19 +241,19 @@ class TestWidths:
     def test_walls_are_wider_than_cylinders_and_both_narrow_with_distance(
         self, distance: float, wall: float, cylinder: float
     ) -> None:
-        walls, cylinders = width(soundings.wall(distance)), width(soundings.pillar(distance, 0.1))
+        walls, cylinders = width(simulated_worlds.wall(distance)), width(simulated_worlds.pillar(distance, 0.1))
         assert walls == pytest.approx(wall, abs=0.4)
         assert cylinders == pytest.approx(cylinder, abs=0.4)
         assert walls > cylinders
 
     def test_at_every_distance_a_wall_is_wider_than_a_cylinder_and_a_thick_one_wider_than_a_thin_one(self) -> None:
         distances = np.arange(0.3, 4.4, 0.25)
-        walls = np.array([width(soundings.wall(each)) for each in distances])
+        walls = np.array([width(simulated_worlds.wall(each)) for each in distances])
         assert (np.diff(walls) < 0).all()
         assert walls[-1] == 0.0
         wider = walls
         for radius in (0.5, 0.2, 0.1, 0.05):
-            cylinders = np.array([width(soundings.pillar(each, radius)) for each in distances])
+            cylinders = np.array([width(simulated_worlds.pillar(each, radius)) for each in distances])
             assert (np.diff(cylinders) <= 0).all()
             assert (cylinders[wider > 0] < wider[wider > 0]).all()
             wider = cylinders
@@ -243,7 +261,7 @@ class TestWidths:
     @pytest.mark.parametrize(("distance", "window"), [(0.3, 23.0), (0.5, 27.0), (1.0, 34.0), (1.5, 40.0)])
     def test_a_concave_corner_is_read_between_its_walls(self, distance: float, window: float) -> None:
         # The walls answer first while they are heard; near their limits they add up, which eats into the window.
-        corner = soundings.world([[distance, -20.0], [distance, distance], [-20.0, distance]])
+        corner = simulated_worlds.world([[distance, -20.0], [distance, distance], [-20.0, distance]])
         readings = turned(corner, pose=(0.0, 0.0, np.pi / 4))
         in_vertex = np.abs(readings - np.sqrt(2) * distance) < 0.02
         edges = np.flatnonzero(np.diff(in_vertex))
@@ -256,32 +274,33 @@ class TestWidths:
     def test_near_corners_open_wider_where_powers_add(self) -> None:
         # What eats into the window are the two walls together, neither of which is heard alone.
         def window(superposition: str) -> float:
-            corner = soundings.world([[0.5, -20.0], [0.5, 0.5], [-20.0, 0.5]])
-            rig = soundings.rig(servo=soundings.turning(-80, 80, STEP))
+            corner = simulated_worlds.world([[0.5, -20.0], [0.5, 0.5], [-20.0, 0.5]])
+            rig = simulated_worlds.rig(servo=simulated_worlds.turning(-80, 80, STEP))
             poses = [[0.0, 0.0, np.pi / 4]]
-            readings = soundings.readings(
-                soundings.simulation(corner, using=rig, poses=poses, superposition=superposition)
+            readings = simulated_worlds.readings(
+                simulated_worlds.simulation(corner, using=rig, poses=poses, superposition=superposition)
             )
             return float(STEP * (np.abs(readings - np.sqrt(0.5)) < 0.02).sum())
 
-        left_over = 90.0 - width(soundings.wall(0.5))
+        left_over = 90.0 - width(simulated_worlds.wall(0.5))
         assert window("coherent") + 2.0 < window("incoherent") < left_over
 
     def test_beyond_2_m_its_own_reach_limits_a_corner(self) -> None:
-        corner = soundings.world([[2.0, -20.0], [2.0, 2.0], [-20.0, 2.0]])
+        corner = simulated_worlds.world([[2.0, -20.0], [2.0, 2.0], [-20.0, 2.0]])
         found = width(corner, pose=(0.0, 0.0, np.pi / 4), beyond=2.5)
         assert found == pytest.approx(34.9, abs=0.6)
 
     @pytest.mark.parametrize(("distance", "expected"), [(0.3, 22.0), (0.5, 0.0)])
     def test_a_convex_edge_is_narrow_and_soon_gone(self, distance: float, expected: float) -> None:
-        box = soundings.world(np.add([[0, 0], [2, 2], [4, 0], [2, -2]], [distance, 0.0]), closed=True)
+        box = simulated_worlds.world(np.add([[0, 0], [2, 2], [4, 0], [2, -2]], [distance, 0.0]), closed=True)
         assert width(box) == pytest.approx(expected, abs=0.5)
 
 
 class TestReadings:
     def test_an_aimed_plane_is_read_right_and_a_farther_one_a_little_longer(self) -> None:
         errors = [
-            float(soundings.readings(soundings.simulation(soundings.wall(each)))[0]) - each for each in (0.5, 1, 2, 3)
+            float(simulated_worlds.readings(simulated_worlds.simulation(simulated_worlds.wall(each)))[0]) - each
+            for each in (0.5, 1, 2, 3)
         ]
         assert errors[1] == pytest.approx(0.0, abs=1e-9)
         assert (np.diff(errors) > 0).all()
@@ -289,40 +308,47 @@ class TestReadings:
 
     def test_too_close_is_minus_infinity_and_nothing_is_infinity(self) -> None:
         close, near, far = (
-            float(soundings.readings(soundings.simulation(soundings.wall(each)))[0]) for each in (0.02, 0.045, 5.9)
+            float(simulated_worlds.readings(simulated_worlds.simulation(simulated_worlds.wall(each)))[0])
+            for each in (0.02, 0.045, 5.9)
         )
         assert close == -np.inf
         assert near == pytest.approx(0.045, abs=0.01)
         assert far == np.inf
 
     def test_a_long_dead_distance_outlasts_the_ringing_of_near_echoes(self) -> None:
-        deaf = soundings.rig(soundings.sensor(min_range=0.8))
-        hidden = soundings.world([[0.2, -0.05], [0.2, 0.05]], [[1.0, -9.0], [1.0, 9.0]])
-        reading = float(soundings.readings(soundings.simulation(hidden, using=deaf, diffraction=False))[0])
+        deaf = simulated_worlds.rig(simulated_worlds.sensor(min_range=0.8))
+        hidden = simulated_worlds.world([[0.2, -0.05], [0.2, 0.05]], [[1.0, -9.0], [1.0, 9.0]])
+        reading = float(
+            simulated_worlds.readings(simulated_worlds.simulation(hidden, using=deaf, diffraction=False))[0]
+        )
         # The near plate shadows the wall and has died away when listening begins.
         assert reading == np.inf
 
     @pytest.mark.parametrize(("temperature", "assumed"), [(31.0, 20.0), (5.0, 20.0), (20.0, 25.0)])
     def test_ranges_go_with_the_ratio_of_assumed_to_true_speed(self, temperature: float, assumed: float) -> None:
         ratio = Air(temperature=assumed).speed_of_sound / Air(temperature=temperature).speed_of_sound
-        simulation = soundings.simulation(
-            soundings.wall(2.0), air=Air(temperature=temperature), assumed_temperature=assumed
+        simulation = simulated_worlds.simulation(
+            simulated_worlds.wall(2.0), air=Air(temperature=temperature), assumed_temperature=assumed
         )
-        right = soundings.simulation(soundings.wall(2.0))
-        assert soundings.readings(simulation)[0] / soundings.readings(right)[0] == pytest.approx(ratio, abs=2e-3)
+        right = simulated_worlds.simulation(simulated_worlds.wall(2.0))
+        assert simulated_worlds.readings(simulation)[0] / simulated_worlds.readings(right)[0] == pytest.approx(
+            ratio, abs=2e-3
+        )
 
     def test_a_thermometer_reads_about_how_warm_it_is_and_errs_all_the_time_alike(self) -> None:
-        exact = soundings.simulation(soundings.wall(2.0), air=Air(temperature=31.0), thermometer=0.0)
+        exact = simulated_worlds.simulation(simulated_worlds.wall(2.0), air=Air(temperature=31.0), thermometer=0.0)
         assert [sweep.temperature for sweep in exact] == [31.0] * len(exact)
-        rough = soundings.simulation(soundings.wall(2.0), air=Air(temperature=31.0), thermometer=1.0)
+        rough = simulated_worlds.simulation(simulated_worlds.wall(2.0), air=Air(temperature=31.0), thermometer=1.0)
         (read,) = {sweep.temperature for sweep in rough}
         assert 0.0 < abs(read - 31.0) < 4.0
-        assert all(math.isnan(sweep.temperature) for sweep in soundings.simulation(soundings.wall(2.0)))
+        assert all(math.isnan(sweep.temperature) for sweep in simulated_worlds.simulation(simulated_worlds.wall(2.0)))
 
     def test_with_a_carrier_detector_the_bias_jumps_by_4_mm(self) -> None:
-        rig = soundings.rig(servo=soundings.turning(0, 25, 0.1))
+        rig = simulated_worlds.rig(servo=simulated_worlds.turning(0, 25, 0.1))
         smooth, jumping = (
-            soundings.readings(soundings.simulation(soundings.wall(1.0), using=rig, detector=detector))
+            simulated_worlds.readings(
+                simulated_worlds.simulation(simulated_worlds.wall(1.0), using=rig, detector=detector)
+            )
             for detector in ("envelope", "carrier")
         )
         assert np.abs(np.diff(smooth)).max() < 0.001
@@ -341,8 +367,12 @@ class TestReadings:
         assert np.nanmin(hard) < np.nanmin(curtain) < np.nanmin(foam)
 
     def test_mishaps_happen_as_often_as_was_asked_for(self) -> None:
-        simulation = soundings.simulation(
-            soundings.wall(2.0), poses=np.zeros((1000, 3)), using=soundings.array(), dropout=0.08, crosstalk=False
+        simulation = simulated_worlds.simulation(
+            simulated_worlds.wall(2.0),
+            poses=np.zeros((1000, 3)),
+            using=simulated_worlds.array(),
+            dropout=0.08,
+            crosstalk=False,
         )
         ahead = np.concatenate([sweep.ranges[180:181] for sweep in islice(simulation, 400)])
         assert np.isinf(ahead).mean() == pytest.approx(0.08, abs=0.04)
@@ -354,10 +384,10 @@ class TestTime:
         loud = Transducer(figure_of_merit=45.0)
 
         def read(max_range: float, period: float, **settings: Any) -> FloatArray:
-            rig = soundings.rig(soundings.sensor(max_range=max_range), transducer=loud, period=period)
+            rig = simulated_worlds.rig(simulated_worlds.sensor(max_range=max_range), transducer=loud, period=period)
             chosen = SimulationSettings(jitter=0.0, **settings)
-            return soundings.readings(
-                Simulation(world=soundings.wall(5.0), rig=rig, route=standing(0.1), settings=chosen)
+            return simulated_worlds.readings(
+                Simulation(world=simulated_worlds.wall(5.0), rig=rig, route=standing(0.1), settings=chosen)
             )
 
         ghosts = read(3.0, 0.025)
@@ -368,10 +398,14 @@ class TestTime:
 
     def test_sensors_hear_each_other_over_a_wall(self) -> None:
         # The wall lies where neither sensor has a perpendicular, but between them there is a path.
-        rig = soundings.rig(soundings.sensor(0, yaw=np.pi / 4), soundings.sensor(1, x=1.0, yaw=3 * np.pi / 4))
-        between = soundings.world([[0.3, 0.5], [0.7, 0.5]])
+        rig = simulated_worlds.rig(
+            simulated_worlds.sensor(0, yaw=np.pi / 4), simulated_worlds.sensor(1, x=1.0, yaw=3 * np.pi / 4)
+        )
+        between = simulated_worlds.world([[0.3, 0.5], [0.7, 0.5]])
         heard, alone = (
-            soundings.readings(soundings.simulation(between, using=rig, diffraction=False, crosstalk=crosstalk))
+            simulated_worlds.readings(
+                simulated_worlds.simulation(between, using=rig, diffraction=False, crosstalk=crosstalk)
+            )
             for crosstalk in (True, False)
         )
         assert heard.tolist() == pytest.approx([np.hypot(0.5, 0.5)] * 2, abs=0.003)
@@ -379,9 +413,11 @@ class TestTime:
 
     def test_a_late_servo_shifts_sweeps_apart(self) -> None:
         def middle(latency: float) -> list[float]:
-            rig = soundings.rig(transducer=soundings.PAPER, servo=soundings.turning(-60, 60, 1), period=0.025)
-            simulation = soundings.simulation(
-                soundings.wall(1.0), using=rig, poses=np.zeros((2, 3)), servo_latency=latency, crosstalk=False
+            rig = simulated_worlds.rig(
+                transducer=simulated_worlds.PAPER, servo=simulated_worlds.turning(-60, 60, 1), period=0.025
+            )
+            simulation = simulated_worlds.simulation(
+                simulated_worlds.wall(1.0), using=rig, poses=np.zeros((2, 3)), servo_latency=latency, crosstalk=False
             )
             return [float(np.degrees(sweep.servo_angles[np.isfinite(sweep.ranges)].mean())) for sweep in simulation]
 
@@ -393,22 +429,24 @@ class TestTime:
     def test_on_the_move_ranges_are_those_of_the_moment_the_echo_returns(self) -> None:
         speed = 1.0
         route = Route(map_from_base=np.array([[0.0, 0.0, 0.0], [speed, 0.0, 0.0]]), stamps_ns=np.array([0, SECOND]))
-        rig = soundings.rig(period=0.1)
+        rig = simulated_worlds.rig(period=0.1)
         settings = SimulationSettings(jitter=0.0)
-        moving = Simulation(world=soundings.wall(3.0), rig=rig, route=route, settings=settings)
+        moving = Simulation(world=simulated_worlds.wall(3.0), rig=rig, route=route, settings=settings)
         poses = [sweep.map_from_base[0] for sweep in moving][:10]
-        still = soundings.readings(soundings.simulation(soundings.wall(3.0), using=rig, poses=poses))
+        still = simulated_worlds.readings(
+            simulated_worlds.simulation(simulated_worlds.wall(3.0), using=rig, poses=poses)
+        )
         # There and back the sound flies 2 r - v t.
         there = 3.0 - np.array(poses)[:, 0]
         nearer = there * speed / (Air().speed_of_sound + speed)
-        np.testing.assert_allclose(still - soundings.readings(moving)[:10], nearer, atol=3e-4)
+        np.testing.assert_allclose(still - simulated_worlds.readings(moving)[:10], nearer, atol=3e-4)
 
     def test_a_stamped_recording_lies_on_the_walls_it_passed(self) -> None:
         route = Route(
             map_from_base=np.array([[0.6, 1.4, 0.0], [2.4, 1.2, 0.3], [3.6, 1.9, 1.2]]),
             stamps_ns=np.array([0, 6, 11]) * SECOND + 1_763_000_000 * SECOND,
         )
-        simulation = Simulation(world=soundings.room(), rig=soundings.array(), route=route)
+        simulation = Simulation(world=simulated_worlds.room(), rig=simulated_worlds.array(), route=route)
         sweeps = list(simulation)
         assert len(sweeps) == 5
         assert sweeps[0].stamps_ns[0] == 1_763_000_000 * SECOND
@@ -419,7 +457,9 @@ class TestTime:
     def test_time_grows_no_faster_than_the_number_of_pings(self) -> None:
         def seconds(stations: int) -> float:
             poses = np.tile([0.9, 1.5, 0.3], (stations, 1))
-            simulation = soundings.simulation(soundings.room(), using=soundings.array(), poses=poses)
+            simulation = simulated_worlds.simulation(
+                simulated_worlds.room(), using=simulated_worlds.array(), poses=poses
+            )
             begun = time.process_time()
             for _ in simulation:
                 pass
@@ -432,7 +472,7 @@ class TestTime:
     def test_a_core_simulates_at_least_a_quarter_of_the_pings_that_the_documents_promise(self) -> None:
         # The documents promise 20,000 in a second; how many it is here, benchmarks/simulator.py tells.
         poses = np.tile([0.9, 1.5, 0.3], (20, 1))
-        simulation = soundings.simulation(soundings.room(), using=soundings.array(), poses=poses)
+        simulation = simulated_worlds.simulation(simulated_worlds.room(), using=simulated_worlds.array(), poses=poses)
         next(iter(simulation))
 
         def pings_per_second() -> float:

@@ -8,7 +8,7 @@ from echoplan.model import Transducer
 from echoplan.simulation import SimulationSettings
 from echoplan.simulation.detector import Echoes, build_detector
 from echoplan.simulation.threshold import first_crossings
-from helpers import soundings, twin
+from helpers import simulated_worlds, twin
 
 HC_SR04 = Transducer()
 TWO_PI_F = 2 * np.pi * HC_SR04.frequency
@@ -108,11 +108,11 @@ def test_every_ping_hears_its_own_echoes() -> None:
 
 
 def test_the_detectors_envelope_is_that_of_acoustics() -> None:
-    detector = build_detector(soundings.PAPER, SimulationSettings())
+    detector = build_detector(simulated_worlds.PAPER, SimulationSettings())
     since = np.linspace(1e-6, 2e-3, 50)
-    assert detector.peak_delay == peak_delay(soundings.PAPER)
+    assert detector.peak_delay == peak_delay(simulated_worlds.PAPER)
     np.testing.assert_allclose(
-        envelope(since, detector.tau, detector.burst) / detector.peak, burst_envelope(since, soundings.PAPER)
+        envelope(since, detector.tau, detector.burst) / detector.peak, burst_envelope(since, simulated_worlds.PAPER)
     )
 
 

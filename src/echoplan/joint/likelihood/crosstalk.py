@@ -32,9 +32,9 @@ from echoplan.joint.likelihood.image_sources import (
     strike,
     turned,
 )
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
-__all__ = ["Bursts", "add_volleys", "bursts_of"]
+__all__ = ["Bursts", "add_crosstalk", "emissions_of"]
 
 # Such readings scatter more than those of reflectors, by this factor.
 _SCATTER = 2.0
@@ -61,19 +61,19 @@ class Bursts(NamedTuple):
     """
 
     pings: IntArray
-    mates: IntArray
+    crosstalk_sources: IntArray
     travelled: FloatArray
     bounds: IntArray
     spread: FloatArray
 
 
 @compiled
-def bursts_of(soundings: Soundings, hearing: Hearing) -> Bursts:
+def emissions_of(measurements: Measurements, hearing: Hearing) -> Bursts:
     """List the bursts that pings may hear by way of walls.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings, with the mates of each.
     hearing : Hearing
         The sonar.
@@ -83,32 +83,36 @@ def bursts_of(soundings: Soundings, hearing: Hearing) -> Bursts:
     Bursts
         Those of mates, unless they came from too far to be heard.
     """
-    size, count, stations = soundings.mates.size, 0, len(soundings.centers)
-    pings, mates, travelled = np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size)
+    size, count, stations = measurements.crosstalk_sources.size, 0, len(measurements.centers)
+    pings, crosstalk_sources, travelled = np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size)
     bounds, spread, farthest = np.zeros(stations + 1, np.int64), np.zeros(stations), farthest_audible(hearing)
-    for ping in range(len(soundings.readings)):
-        station, reading = soundings.stations[ping], soundings.readings[ping] * hearing.scale
-        x, y = soundings.centers[station]
-        spread[station] = max(spread[station], math.hypot(soundings.x[ping] - x, soundings.y[ping] - y))
-        for beside in range(soundings.mates.shape[1] if math.isfinite(reading) else 0):
-            mate = soundings.mates[ping, beside]
-            depth = reading + _HALF_SPEED * hearing.scale * soundings.lags[ping, beside]
+    for ping in range(len(measurements.readings)):
+        station, reading = measurements.stations[ping], measurements.readings[ping] * hearing.scale
+        x, y = measurements.centers[station]
+        spread[station] = max(spread[station], math.hypot(measurements.x[ping] - x, measurements.y[ping] - y))
+        for beside in range(measurements.crosstalk_sources.shape[1] if math.isfinite(reading) else 0):
+            mate = measurements.crosstalk_sources[ping, beside]
+            depth = reading + _HALF_SPEED * hearing.scale * measurements.lags[ping, beside]
             if mate >= 0 and depth < farthest:
-                pings[count], mates[count], travelled[count] = ping, mate, depth
+                pings[count], crosstalk_sources[count], travelled[count] = ping, mate, depth
                 count += 1
         bounds[station + 1] = count
     for station in range(stations):
         bounds[station + 1] = max(bounds[station + 1], bounds[station])
         here = slice(bounds[station], bounds[station + 1])
         order = np.argsort(travelled[here])
-        pings[here], mates[here], travelled[here] = pings[here][order], mates[here][order], travelled[here][order]
-    return Bursts(pings[:count].copy(), mates[:count].copy(), travelled[:count].copy(), bounds, spread)
+        pings[here], crosstalk_sources[here], travelled[here] = (
+            pings[here][order],
+            crosstalk_sources[here][order],
+            travelled[here][order],
+        )
+    return Bursts(pings[:count].copy(), crosstalk_sources[:count].copy(), travelled[:count].copy(), bounds, spread)
 
 
 @compiled
-def add_volleys(
-    levels: FloatArray,
-    heard: tuple[Soundings, Hearing, Bursts],
+def add_crosstalk(
+    log_densities: FloatArray,
+    detected: tuple[Measurements, Hearing, Bursts],
     walls: tuple[FloatArray, FloatArray],
     extents: tuple[Extent, Extent],
     noise: float,
@@ -120,7 +124,7 @@ def add_volleys(
     levels : ndarray, shape (n,)
         Logarithm of the density of each reading by what explains it so far [log 1/m]; raised in place where such an
         echo explains it better.
-    heard : tuple of Soundings, Hearing and Bursts
+    heard : tuple of Measurements, Hearing and Bursts
         The pings, the sonar, and the bursts that may be heard.
     walls : tuple of ndarray, shape (4,)
         Two walls in the order in which the sound strikes them; twice the same for one alone.
@@ -129,42 +133,42 @@ def add_volleys(
     noise : float
         Standard deviation of readings [m].
     """
-    soundings, hearing, bursts = heard
+    measurements, hearing, emissions = detected
     first, last = shape_of(walls[0]), shape_of(walls[1])
     double = first != last
     motion = after(mirroring(first), last) if double else mirroring(first)
     route, scatter = (first, last, double, motion), _SCATTER * noise
-    for burst in _nearby(soundings, bursts, motion, lateness(hearing, scatter)):
-        ping, mate = bursts.pings[burst], bursts.mates[burst]
-        ends = (soundings.x[mate], soundings.y[mate]), (soundings.x[ping], soundings.y[ping])
-        axes = (soundings.ux[mate], soundings.uy[mate]), (soundings.ux[ping], soundings.uy[ping])
+    for emission in _nearby(measurements, emissions, motion, lateness(hearing, scatter)):
+        ping, mate = emissions.pings[emission], emissions.crosstalk_sources[emission]
+        ends = (measurements.x[mate], measurements.y[mate]), (measurements.x[ping], measurements.y[ping])
+        axes = (measurements.ux[mate], measurements.uy[mate]), (measurements.ux[ping], measurements.uy[ping])
         found, path = _over_walls(ends, axes, route, extents)
         if found:
-            level = echo_level(hearing, path, bursts.travelled[burst], 0.0, scatter)
-            levels[ping] = max(levels[ping], level)
+            level = echo_level(hearing, path, emissions.travelled[emission], 0.0, scatter)
+            log_densities[ping] = max(log_densities[ping], level)
 
 
 @compiled
-def _nearby(soundings: Soundings, bursts: Bursts, motion: Motion, late: Lateness) -> IntArray:
+def _nearby(measurements: Measurements, emissions: Bursts, motion: Motion, late: Lateness) -> IntArray:
     """Find the bursts that are read about as far as the way over the walls is long, and come from ahead.
 
     From sensor to sensor that way differs from the station's own by no more than these are away from it.
     """
-    near, count = np.empty(len(bursts.pings), np.int64), 0
-    for station in range(len(bursts.spread)):
-        center = (soundings.centers[station, 0], soundings.centers[station, 1])
-        image, spread = image_of(motion, center), bursts.spread[station]
+    near, count = np.empty(len(emissions.pings), np.int64), 0
+    for station in range(len(emissions.spread)):
+        center = (measurements.centers[station, 0], measurements.centers[station, 1])
+        image, spread = image_of(motion, center), emissions.spread[station]
         depth = 0.5 * length_of((image[0] - center[0], image[1] - center[1]))
-        first, last = bursts.bounds[station], bursts.bounds[station + 1]
-        low = _first_from(bursts.travelled, (first, last), depth + late[0] - spread)
-        high = _first_from(bursts.travelled, (low, last), depth + late[1] + spread)
-        for burst in range(low, high):
-            ping, mate = bursts.pings[burst], bursts.mates[burst]
-            place = (soundings.x[ping], soundings.y[ping])
-            image = image_of(motion, (soundings.x[mate], soundings.y[mate]))
-            ahead = (image[0] - place[0]) * soundings.ux[ping] + (image[1] - place[1]) * soundings.uy[ping] > 0.0
-            if ahead and is_near(image, place, bursts.travelled[burst], late):
-                near[count] = burst
+        first, last = emissions.bounds[station], emissions.bounds[station + 1]
+        low = _first_from(emissions.travelled, (first, last), depth + late[0] - spread)
+        high = _first_from(emissions.travelled, (low, last), depth + late[1] + spread)
+        for emission in range(low, high):
+            ping, mate = emissions.pings[emission], emissions.crosstalk_sources[emission]
+            place = (measurements.x[ping], measurements.y[ping])
+            image = image_of(motion, (measurements.x[mate], measurements.y[mate]))
+            ahead = (image[0] - place[0]) * measurements.ux[ping] + (image[1] - place[1]) * measurements.uy[ping] > 0.0
+            if ahead and is_near(image, place, emissions.travelled[emission], late):
+                near[count] = emission
                 count += 1
     return near[:count]
 

@@ -30,7 +30,7 @@ from echoplan.joint.likelihood.image_sources import (
     turned,
 )
 from echoplan.joint.likelihood.ping_scores import UNHEARD
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["add_ghosts_of_cylinder", "add_ghosts_of_walls", "ghosts_of_walls"]
 
@@ -47,7 +47,7 @@ _GLANCES = 4
 
 @compiled
 def ghosts_of_walls(
-    soundings: Soundings,
+    measurements: Measurements,
     hearing: Hearing,
     walls: tuple[FloatArray, FloatArray],
     extents: tuple[Extent, Extent],
@@ -57,7 +57,7 @@ def ghosts_of_walls(
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     hearing : Hearing
         The sonar.
@@ -69,15 +69,15 @@ def ghosts_of_walls(
     ndarray, shape (n,)
         Logarithm of the density of each reading if it is such an echo [log 1/m].
     """
-    levels = np.full(len(soundings.readings), UNHEARD)
-    add_ghosts_of_walls(levels, (soundings, hearing), walls, extents, noise)
-    return levels
+    log_densities = np.full(len(measurements.readings), UNHEARD)
+    add_ghosts_of_walls(log_densities, (measurements, hearing), walls, extents, noise)
+    return log_densities
 
 
 @compiled
 def add_ghosts_of_walls(
-    levels: FloatArray,
-    heard: tuple[Soundings, Hearing],
+    log_densities: FloatArray,
+    detected: tuple[Measurements, Hearing],
     walls: tuple[FloatArray, FloatArray],
     extents: tuple[Extent, Extent],
     noise: float,
@@ -89,7 +89,7 @@ def add_ghosts_of_walls(
     levels : ndarray, shape (n,)
         Logarithm of the density of each reading by what explains it so far [log 1/m]; raised in place where such an
         echo explains it better.
-    heard : tuple of Soundings and Hearing
+    heard : tuple of Measurements and Hearing
         The pings and the sonar.
     walls : tuple of ndarray, shape (4,)
         The two walls.
@@ -98,18 +98,22 @@ def add_ghosts_of_walls(
     noise : float
         Standard deviation of readings [m].
     """
-    soundings, hearing = heard
+    measurements, hearing = detected
     shapes, scatter = (shape_of(walls[0]), shape_of(walls[1])), _OF_WALLS * noise
     # Between walls that open wider than a right angle no sound comes back over both to where it came from.
     if shapes[0][1] * shapes[1][1] + shapes[0][2] * shapes[1][2] > 0.0:
-        _add_vertex(levels, soundings, hearing, shapes, extents, scatter)
+        _add_vertex(log_densities, measurements, hearing, shapes, extents, scatter)
     else:
-        _add_images(levels, soundings, hearing, shapes, extents, scatter)
+        _add_images(log_densities, measurements, hearing, shapes, extents, scatter)
 
 
 @compiled
 def add_ghosts_of_cylinder(
-    levels: FloatArray, heard: tuple[Soundings, Hearing], wall: FloatArray, cylinder: FloatArray, noise: float
+    log_densities: FloatArray,
+    detected: tuple[Measurements, Hearing],
+    wall: FloatArray,
+    cylinder: FloatArray,
+    noise: float,
 ) -> None:
     """Explain readings by echoes of a cylinder in a wall.
 
@@ -117,19 +121,19 @@ def add_ghosts_of_cylinder(
     ----------
     levels : ndarray, shape (n,)
         As those of ``add_ghosts_of_walls``.
-    heard : tuple of Soundings and Hearing
+    heard : tuple of Measurements and Hearing
         The pings and the sonar.
     wall, cylinder : ndarray, shape (4,)
         The reflectors.
     noise : float
         Standard deviation of readings [m].
     """
-    soundings, hearing = heard
+    measurements, hearing = detected
     mirror, screen, late = shape_of(wall), shape_of(cylinder), lateness(hearing, _OF_CYLINDER * noise)
     center = (screen[1], screen[2])
-    for ping in range(len(levels)):
-        reading = soundings.readings[ping] * hearing.scale
-        place = (soundings.x[ping], soundings.y[ping])
+    for ping in range(len(log_densities)):
+        reading = measurements.readings[ping] * hearing.scale
+        place = (measurements.x[ping], measurements.y[ping])
         if not math.isfinite(reading) or depth_of(mirror, place) <= 0.0:
             continue
         unfolded = mirrored(mirror, place)
@@ -138,23 +142,25 @@ def add_ghosts_of_cylinder(
         shorter = (late[0] - screen[3], late[1])
         if near < screen[3] + 0.02 or not is_near(center, unfolded, reading - 0.5 * near, shorter):
             continue
-        spot = _glance(center, screen[3], place, unfolded)
+        spot = _initialise(center, screen[3], place, unfolded)
         direct, onward = (spot[0] - place[0], spot[1] - place[1]), (spot[0] - unfolded[0], spot[1] - unfolded[1])
         depth = 0.5 * (length_of(direct) + length_of(onward))
         if not late[0] < reading - depth < late[1]:
             continue
-        image, axis = mirrored(mirror, spot), (soundings.ux[ping], soundings.uy[ping])
+        image, axis = mirrored(mirror, spot), (measurements.ux[ping], measurements.uy[ping])
         departure, arrival = turned(axis, direct), turned(axis, (image[0] - place[0], image[1] - place[1]))
         path = (depth, departure[0], departure[1], arrival[0], arrival[1])
         far = length_of((center[0] - unfolded[0], center[1] - unfolded[1]))
         strength = _TWOFOLD + 10.0 * math.log10(max(screen[3], 0.001) / far)
-        levels[ping] = max(levels[ping], echo_level(hearing, path, reading, strength, _OF_CYLINDER * noise))
+        log_densities[ping] = max(
+            log_densities[ping], echo_level(hearing, path, reading, strength, _OF_CYLINDER * noise)
+        )
 
 
 @compiled
 def _add_images(
-    levels: FloatArray,
-    soundings: Soundings,
+    log_densities: FloatArray,
+    measurements: Measurements,
     hearing: Hearing,
     walls: tuple[Shape, Shape],
     extents: tuple[Extent, Extent],
@@ -163,24 +169,24 @@ def _add_images(
     """Fill in what comes as from the images of images."""
     motion, (crossing, vertex) = after(mirroring(walls[0]), walls[1]), _crossing(walls)
     late = lateness(hearing, scatter)
-    for ping in range(len(levels)):
-        reading = soundings.readings[ping] * hearing.scale
-        place = (soundings.x[ping], soundings.y[ping])
+    for ping in range(len(log_densities)):
+        reading = measurements.readings[ping] * hearing.scale
+        place = (measurements.x[ping], measurements.y[ping])
         image = image_of(motion, place)
         if not is_near(image, place, reading, late) or not _faces(walls, place):
             continue
-        axis = (soundings.ux[ping], soundings.uy[ping])
+        axis = (measurements.ux[ping], measurements.uy[ping])
         found, path = _by_two_walls((place, image), axis, walls, extents)
         if found:
             passing = _passing(vertex, place, image, hearing.wavelength) if crossing else math.inf
             level = echo_level(hearing, path, reading, 20.0 * math.log10(1.0 + min(passing, 1.0)), scatter)
-            levels[ping] = max(levels[ping], level)
+            log_densities[ping] = max(log_densities[ping], level)
 
 
 @compiled
 def _add_vertex(
-    levels: FloatArray,
-    soundings: Soundings,
+    log_densities: FloatArray,
+    measurements: Measurements,
     hearing: Hearing,
     walls: tuple[Shape, Shape],
     extents: tuple[Extent, Extent],
@@ -191,14 +197,16 @@ def _add_vertex(
     if not crossing or not _is_concave(walls, extents, vertex):
         return
     late = lateness(hearing, scatter)
-    for ping in range(len(levels)):
-        reading = soundings.readings[ping] * hearing.scale
-        place = (soundings.x[ping], soundings.y[ping])
+    for ping in range(len(log_densities)):
+        reading = measurements.readings[ping] * hearing.scale
+        place = (measurements.x[ping], measurements.y[ping])
         beyond = (2.0 * vertex[0] - place[0], 2.0 * vertex[1] - place[1])
         if is_near(beyond, place, reading, late) and _faces(walls, place):
-            path = _straight((soundings.ux[ping], soundings.uy[ping]), place, vertex)
+            path = _straight((measurements.ux[ping], measurements.uy[ping]), place, vertex)
             passing = _passing(vertex, place, image_of(motion, place), hearing.wavelength)
-            levels[ping] = max(levels[ping], echo_level(hearing, path, reading, -_faded(passing), scatter))
+            log_densities[ping] = max(
+                log_densities[ping], echo_level(hearing, path, reading, -_faded(passing), scatter)
+            )
 
 
 @compiled
@@ -287,7 +295,7 @@ def _straight(axis: Point, place: Point, point: Point) -> Path:
 
 
 @compiled
-def _glance(center: Point, radius: float, place: Point, other: Point) -> Point:
+def _initialise(center: Point, radius: float, place: Point, other: Point) -> Point:
     """Where sound glances off a cylinder on its way from one place to another: where its ways make equal angles."""
     spot = center
     for _ in range(_GLANCES):

@@ -8,8 +8,8 @@ import numpy as np
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.geometry import directions
-from echoplan.joint.likelihood.ping_scores import Evidence
-from echoplan.joint.likelihood.track_history import NO_PAST, Past
+from echoplan.joint.likelihood.ping_scores import PingScores
+from echoplan.joint.likelihood.track_history import NO_HISTORY, TrackHistory
 
 __all__ = ["Hypothesis", "Key"]
 
@@ -28,7 +28,7 @@ class Hypothesis:
     ----------
     reflector : ndarray, shape (4,)
         Value of ``Kind`` and three parameters.
-    evidence : Evidence
+    evidence : PingScores
         What single pings say.
     gains : ndarray, shape (s,)
         Gain by station over what explains the pings without it [nats].
@@ -36,29 +36,29 @@ class Hypothesis:
         Their sum [nats].
     extent : tuple of float, optional
         Ends of a wall along it [m].
-    past : Past, optional
+    past : TrackHistory, optional
         What stations said of it whose pings are no longer at hand; it counts in the total and the extent.
     is_square : bool, optional
         Whether a wall is believed to stand at right angles to others.
     """
 
     reflector: FloatArray
-    evidence: Evidence
-    gains: FloatArray
+    evidence: PingScores
+    llr_by_station: FloatArray
     total: float = 0.0
     extent: tuple[float, float] = (0.0, 0.0)
-    past: Past = NO_PAST
+    history: TrackHistory = NO_HISTORY
     is_square: bool = False
 
     @property
     def best(self) -> float:
         """Gain of the station that says most for it [nats]."""
-        return max(float(self.gains.max(initial=0.0)), self.past.best)
+        return max(float(self.llr_by_station.max(initial=0.0)), self.history.best)
 
     @property
     def is_known(self) -> bool:
         """Whether it was believed before any of the stations at hand."""
-        return self.past.number >= 0
+        return self.history.number >= 0
 
     @property
     def kind(self) -> Kind:
@@ -87,11 +87,11 @@ class Hypothesis:
         ends: FloatArray = self.line[1] * normal + np.outer(self.extent, (-normal[1], normal[0]))
         return ends
 
-    def speaking(self, least: float) -> int:
+    def supporting(self, least: float) -> int:
         """Count the stations that speak for it by more than this [nats]."""
-        return int((self.gains > least).sum()) + self.past.speaking
+        return int((self.llr_by_station > least).sum()) + self.history.supporting
 
-    def explains_anew(self, levels: FloatArray) -> BoolArray:
+    def newly_explained(self, log_densities: FloatArray) -> BoolArray:
         """Tell which pings it explains, and better than anything else.
 
         Parameters
@@ -104,7 +104,7 @@ class Hypothesis:
         ndarray of bool, shape (m,)
             One a ping of its evidence.
         """
-        anew: BoolArray = self.evidence.densities > np.maximum(levels[self.evidence.pings], 0.0)
+        anew: BoolArray = self.evidence.densities > np.maximum(log_densities[self.evidence.pings], 0.0)
         return anew
 
     @property
@@ -112,7 +112,7 @@ class Hypothesis:
         """What tells it from others: reflector and extent."""
         return (*self.reflector.tolist(), *self.extent)
 
-    def judged(self, gains: FloatArray, total: float, extent: tuple[float, float]) -> "Hypothesis":
+    def rescored(self, llr_by_station: FloatArray, total: float, extent: tuple[float, float]) -> "Hypothesis":
         """Say anew what speaks for it.
 
         Parameters
@@ -133,14 +133,14 @@ class Hypothesis:
         return Hypothesis(
             reflector=self.reflector,
             evidence=self.evidence,
-            gains=gains,
+            llr_by_station=llr_by_station,
             total=total,
             extent=extent,
-            past=self.past,
+            history=self.history,
             is_square=self.is_square,
         )
 
-    def casts_otherwise_than(self, other: "Hypothesis") -> bool:
+    def has_other_multipath_than(self, other: "Hypothesis") -> bool:
         """Whether it explains other readings than another hypothesis: it reaches elsewhere, or others hear it.
 
         Parameters
@@ -153,4 +153,4 @@ class Hypothesis:
         bool
             Whether it does.
         """
-        return self.key != other.key or not np.array_equal(self.gains > 0.0, other.gains > 0.0)
+        return self.key != other.key or not np.array_equal(self.llr_by_station > 0.0, other.llr_by_station > 0.0)

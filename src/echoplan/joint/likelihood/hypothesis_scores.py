@@ -8,10 +8,10 @@ import numpy as np
 from echoplan.acoustics.predicted_echo import Kind, Shape, shape_of
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
-from echoplan.joint.likelihood.ping_scores import MASKING, Evidence
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.joint.likelihood.ping_scores import MASKING, PingScores
+from echoplan.preprocessing.measurements import Measurements
 
-__all__ = ["Frame", "Verdict", "judge", "missed"]
+__all__ = ["Frame", "Verdict", "missed", "rescore"]
 
 _WALL, _CYLINDER = int(Kind.WALL), int(Kind.CYLINDER)
 
@@ -25,9 +25,9 @@ _ANEW, _MISSED = math.log(3.0), -0.1
 _MARGIN_WALL, _MARGIN_CYLINDER = 0.1, 0.02
 
 # Of pings and stations: which station each is from, and how much it counts; where stations are.
-_Heard: TypeAlias = tuple[IntArray, FloatArray, FloatArray]
+_PingArrays: TypeAlias = tuple[IntArray, FloatArray, FloatArray]
 # Of evidence: pings, densities, misses and feet.
-_Told: TypeAlias = tuple[IntArray, FloatArray, FloatArray, FloatArray]
+_ScoreArrays: TypeAlias = tuple[IntArray, FloatArray, FloatArray, FloatArray]
 
 
 class Frame(NamedTuple):
@@ -61,14 +61,14 @@ class Verdict(NamedTuple):
     total: float
     low: float
     high: float
-    gains: FloatArray
+    llr_by_station: FloatArray
 
 
-def judge(
-    soundings: Soundings,
+def rescore(
+    measurements: Measurements,
     reflector: FloatArray,
-    evidence: Evidence,
-    levels: FloatArray,
+    evidence: PingScores,
+    log_densities: FloatArray,
     frame: Frame,
     known: tuple[float, float] = (math.inf, -math.inf),
 ) -> Verdict:
@@ -79,11 +79,11 @@ def judge(
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     reflector : ndarray, shape (4,)
         Kind and parameters.
-    evidence : Evidence
+    evidence : PingScores
         What the pings say about it.
     levels : ndarray, shape (n,)
         Logarithm of the density of each reading by what explains it so far [log 1/m].
@@ -98,19 +98,19 @@ def judge(
         Gain, extent and gains by station.
     """
     # Handed over one by one: to count the references to all arrays of soundings takes longer than to judge.
-    heard = soundings.stations, soundings.weights, soundings.centers
-    told = evidence.pings, evidence.densities, evidence.misses, evidence.feet
-    return Verdict(*_judged(heard, reflector, told, levels, (frame.reflectors, frame.extents), known))
+    ping_arrays = measurements.stations, measurements.weights, measurements.centers
+    scores = evidence.pings, evidence.densities, evidence.misses, evidence.feet
+    return Verdict(*_judged(ping_arrays, reflector, scores, log_densities, (frame.reflectors, frame.extents), known))
 
 
-def missed(soundings: Soundings, evidence: Evidence, extent: tuple[float, float]) -> float:
+def missed(measurements: Measurements, evidence: PingScores, extent: tuple[float, float]) -> float:
     """Sum up how unlikely it is that pings missed a reflector that is there.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
-    evidence : Evidence
+    evidence : PingScores
         What they say about it.
     extent : tuple of float
         Ends of a wall along it, beyond which it may not go on [m]; 0 for other reflectors.
@@ -121,69 +121,73 @@ def missed(soundings: Soundings, evidence: Evidence, extent: tuple[float, float]
         Logarithm of the chance [nats]; no station counts for more than one that stood behind something.
     """
     within = (extent[0] <= evidence.feet) & (evidence.feet <= extent[1])
-    misses = soundings.weights[evidence.pings] * evidence.misses * within
-    by_station = np.bincount(soundings.stations[evidence.pings], misses)
+    misses = measurements.weights[evidence.pings] * evidence.misses * within
+    by_station = np.bincount(measurements.stations[evidence.pings], misses)
     return float(np.maximum(by_station, -_LOUDEST_NO).sum())
 
 
 @compiled
 def _judged(
-    heard: _Heard,
+    ping_arrays: _PingArrays,
     reflector: FloatArray,
-    told: _Told,
-    levels: FloatArray,
+    scores: _ScoreArrays,
+    log_densities: FloatArray,
     frame: tuple[FloatArray, FloatArray],
     known: tuple[float, float],
 ) -> tuple[float, float, float, FloatArray]:
-    gains = _by_station(heard, told, levels)
-    if len(frame[0]) and gains.min() < -1.0 and gains.max() > 4.0:
-        _excuse(gains, shape_of(reflector), heard[2], frame)
+    llr_by_station = _by_station(ping_arrays, scores, log_densities)
+    if len(frame[0]) and llr_by_station.min() < -1.0 and llr_by_station.max() > 4.0:
+        _excuse(llr_by_station, shape_of(reflector), ping_arrays[2], frame)
     if reflector[0] != _WALL:
-        return gains.sum(), 0.0, 0.0, gains
-    _best_run(heard[0], told, gains, known)
-    low, high = _extent(heard[0], told, gains)
-    return gains.sum(), low, high, gains
+        return llr_by_station.sum(), 0.0, 0.0, llr_by_station
+    _best_run(ping_arrays[0], scores, llr_by_station, known)
+    low, high = _extent(ping_arrays[0], scores, llr_by_station)
+    return llr_by_station.sum(), low, high, llr_by_station
 
 
 @compiled
-def _by_station(heard: _Heard, told: _Told, levels: FloatArray) -> FloatArray:
-    stations, weights, centers = heard
+def _by_station(ping_arrays: _PingArrays, scores: _ScoreArrays, log_densities: FloatArray) -> FloatArray:
+    stations, weights, centers = ping_arrays
     count = len(centers)
-    gains, hits, misses = np.zeros(count), np.zeros(count), np.zeros(count)
-    for ping, density, miss in zip(told[0], told[1], told[2]):  # noqa: B905 - numba knows no strict zip
+    llr_by_station, hits, misses = np.zeros(count), np.zeros(count), np.zeros(count)
+    for ping, density, miss in zip(scores[0], scores[1], scores[2]):  # noqa: B905 - numba knows no strict zip
         station = stations[ping]
-        gains[station] += weights[ping] * (max(density - levels[ping], 0.0) + miss)
-        hits[station] += density > levels[ping] + _ANEW
+        llr_by_station[station] += weights[ping] * (max(density - log_densities[ping], 0.0) + miss)
+        hits[station] += density > log_densities[ping] + _ANEW
         misses[station] += miss < _MISSED
     for station in range(count):
-        gains[station] = max(gains[station], -_LOUDEST_NO)
+        llr_by_station[station] = max(llr_by_station[station], -_LOUDEST_NO)
         if hits[station] < _LEAST_HITS * misses[station]:
-            gains[station] = min(gains[station], 0.0)
-    return gains
+            llr_by_station[station] = min(llr_by_station[station], 0.0)
+    return llr_by_station
 
 
 @compiled
-def _best_run(stations: IntArray, told: _Told, gains: FloatArray, known: tuple[float, float]) -> None:
+def _best_run(stations: IntArray, scores: _ScoreArrays, llr_by_station: FloatArray, known: tuple[float, float]) -> None:
     """Keep the gains of the best run of stations along a wall, and clear the others."""
-    count = len(gains)
+    count = len(llr_by_station)
     feet, pings = np.zeros(count), np.zeros(count)
-    for ping, foot in zip(told[0], told[3]):  # noqa: B905 - numba knows no strict zip
+    for ping, foot in zip(scores[0], scores[3]):  # noqa: B905 - numba knows no strict zip
         feet[stations[ping]] += foot
         pings[stations[ping]] += 1.0
     feet = np.where(pings > 0, feet / np.maximum(pings, 1.0), np.inf)
     order = np.argsort(feet)[: int((pings > 0).sum())]
-    first, last = _greatest_run(gains[order]) if known[0] > known[1] else _run_about(gains[order], feet[order], known)
-    kept = gains[order[first:last]]
-    gains[:] = 0.0
-    gains[order[first:last]] = kept
+    first, last = (
+        _greatest_run(llr_by_station[order])
+        if known[0] > known[1]
+        else _run_about(llr_by_station[order], feet[order], known)
+    )
+    kept = llr_by_station[order[first:last]]
+    llr_by_station[:] = 0.0
+    llr_by_station[order[first:last]] = kept
 
 
 @compiled
-def _greatest_run(gains: FloatArray) -> tuple[int, int]:
+def _greatest_run(llr_by_station: FloatArray) -> tuple[int, int]:
     """Find the run of the greatest sum (Kadane), from the first to before the last."""
     best, first, last, start, total = 0.0, 0, 0, 0, 0.0
-    for number in range(len(gains)):
-        total += gains[number]
+    for number in range(len(llr_by_station)):
+        total += llr_by_station[number]
         if total <= 0.0:
             total, start = 0.0, number + 1
         elif total > best:
@@ -192,43 +196,45 @@ def _greatest_run(gains: FloatArray) -> tuple[int, int]:
 
 
 @compiled
-def _run_about(gains: FloatArray, feet: FloatArray, known: tuple[float, float]) -> tuple[int, int]:
+def _run_about(llr_by_station: FloatArray, feet: FloatArray, known: tuple[float, float]) -> tuple[int, int]:
     """Find the run of the greatest sum that takes in all that is known of a wall: nobody is left out who faces it."""
     first, last = int(np.searchsorted(feet, known[0])), int(np.searchsorted(feet, known[1]))
     best = total = 0.0
     for number in range(first - 1, -1, -1):
-        total += gains[number]
+        total += llr_by_station[number]
         if total > best:
             best, first = total, number
     best = total = 0.0
-    for number in range(last, len(gains)):
-        total += gains[number]
+    for number in range(last, len(llr_by_station)):
+        total += llr_by_station[number]
         if total > best:
             best, last = total, number + 1
     return first, last
 
 
 @compiled
-def _extent(stations: IntArray, told: _Told, gains: FloatArray) -> tuple[float, float]:
+def _extent(stations: IntArray, scores: _ScoreArrays, llr_by_station: FloatArray) -> tuple[float, float]:
     """Find the ends of what was heard of a wall from the stations that count."""
     low, high = math.inf, -math.inf
-    for ping, density, foot in zip(told[0], told[1], told[3]):  # noqa: B905 - numba knows no strict zip
-        if gains[stations[ping]] != 0.0 and density > 0.0:
+    for ping, density, foot in zip(scores[0], scores[1], scores[3]):  # noqa: B905 - numba knows no strict zip
+        if llr_by_station[stations[ping]] != 0.0 and density > 0.0:
             low, high = min(low, foot), max(high, foot)
     return (low, high) if low <= high else (0.0, 0.0)
 
 
 @compiled
-def _excuse(gains: FloatArray, shape: Shape, centers: FloatArray, frame: tuple[FloatArray, FloatArray]) -> None:
+def _excuse(
+    llr_by_station: FloatArray, shape: Shape, centers: FloatArray, frame: tuple[FloatArray, FloatArray]
+) -> None:
     """Let no station speak against a reflector that an accepted feature hides from it."""
     for other in range(len(frame[0])):
         screen, extent = shape_of(frame[0][other]), frame[1][other]
-        for station in range(len(gains)):
-            if gains[station] < 0.0:
+        for station in range(len(llr_by_station)):
+            if llr_by_station[station] < 0.0:
                 x, y = centers[station, 0], centers[station, 1]
                 dx, dy = _view(shape, x, y)
                 if _hides(screen, extent, (x, y, dx, dy)):
-                    gains[station] = 0.0
+                    llr_by_station[station] = 0.0
 
 
 @compiled

@@ -79,8 +79,8 @@ def echo_level(hearing: Hearing, path: Path, reading: float, strength: float, sc
     late = reading - depth - walk_of(hearing, excess)
     if abs(late) > _CUT * scatter:
         return UNHEARD
-    heard = 1.0 / (1.0 + math.exp(-min(max(excess / _FADING, -30.0), 30.0)))
-    return math.log(heard / (_ROOT_TAU * scatter)) - 0.5 * (late / scatter) ** 2
+    detected = 1.0 / (1.0 + math.exp(-min(max(excess / _FADING, -30.0), 30.0)))
+    return math.log(detected / (_ROOT_TAU * scatter)) - 0.5 * (late / scatter) ** 2
 
 
 @compiled

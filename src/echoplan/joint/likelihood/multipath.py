@@ -10,13 +10,13 @@ import numpy as np
 from echoplan.acoustics.predicted_echo import Hearing, Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
-from echoplan.joint.likelihood.crosstalk import Bursts, add_volleys, bursts_of
+from echoplan.joint.likelihood.crosstalk import Bursts, add_crosstalk, emissions_of
 from echoplan.joint.likelihood.double_bounces import add_ghosts_of_cylinder, add_ghosts_of_walls
 from echoplan.joint.likelihood.hypothesis import Hypothesis, Key
 from echoplan.joint.likelihood.image_sources import Extent, farthest_audible
 from echoplan.joint.likelihood.ping_scores import UNHEARD
 from echoplan.joint.likelihood.ray_cone_returns import flanks_of
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["STRETCH", "Multipath", "Part", "reflecting"]
 
@@ -45,7 +45,7 @@ class Part(NamedTuple):
 
     owners: tuple[int, int]
     pings: IntArray
-    levels: FloatArray
+    log_densities: FloatArray
 
 
 class Multipath:
@@ -53,7 +53,7 @@ class Multipath:
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     hearing : Hearing
         The sonar.
@@ -64,24 +64,24 @@ class Multipath:
     """
 
     def __init__(
-        self, soundings: Soundings, hearing: Hearing, noise: float, *, before: "Multipath | None" = None
+        self, measurements: Measurements, hearing: Hearing, noise: float, *, before: "Multipath | None" = None
     ) -> None:
-        self._soundings = soundings
+        self._measurements = measurements
         self._hearing = hearing
         self._noise = noise
-        self._bursts: Bursts | None = before.bursts_if(soundings, hearing) if before else None
+        self._emissions: Bursts | None = before.emissions_if(measurements, hearing) if before else None
         self._parts: dict[tuple[Key, ...], list[Part]] = {}
         self._numbers: dict[Key, int] = {}
         # By number of the first feature, in the order in which they come: with which it was tried, and what came of it.
         self._tried: defaultdict[int, set[int]] = defaultdict(set)
         self._ghosts: defaultdict[int, dict[int, Ghost]] = defaultdict(dict)
 
-    def bursts_if(self, soundings: Soundings, hearing: Hearing) -> Bursts | None:
+    def emissions_if(self, measurements: Measurements, hearing: Hearing) -> Bursts | None:
         """Tell the bursts that were listed, if others would be the same: how far each has come no pose tells.
 
         Parameters
         ----------
-        soundings : Soundings
+        soundings : Measurements
             The others.
         hearing : Hearing
             Their sonar.
@@ -91,8 +91,11 @@ class Multipath:
         Bursts or None
             Nothing if none were listed, or others would be listed.
         """
-        same = soundings.readings is self._soundings.readings and soundings.mates is self._soundings.mates
-        return self._bursts if same and _range_of(hearing) == _range_of(self._hearing) else None
+        same = (
+            measurements.readings is self._measurements.readings
+            and measurements.crosstalk_sources is self._measurements.crosstalk_sources
+        )
+        return self._emissions if same and _range_of(hearing) == _range_of(self._hearing) else None
 
     def parts(self, features: Sequence[Hypothesis]) -> Sequence[Part]:
         """Work out the ghosts of features.
@@ -132,20 +135,23 @@ class Multipath:
         for one, _ in pairs:
             extent = numbered[one].extent
             ends = extent[0] - _TO_CROSSING, extent[1] + _TO_CROSSING
-            levels = flanks_of(self._soundings, self._hearing, numbered[one].reflector, ends, self._noise)
-            pings = np.flatnonzero(levels > UNHEARD)
-            self._remember((one, one), (pings, levels[pings]))
+            log_densities = flanks_of(self._measurements, self._hearing, numbered[one].reflector, ends, self._noise)
+            pings = np.flatnonzero(log_densities > UNHEARD)
+            self._remember((one, one), (pings, log_densities[pings]))
 
     def _learn(self, numbered: Mapping[int, Hypothesis], pairs: Sequence[tuple[int, int]]) -> None:
-        if self._bursts is None:
-            self._bursts = bursts_of(self._soundings, self._hearing)
+        if self._emissions is None:
+            self._emissions = emissions_of(self._measurements, self._hearing)
         places = {number: place for place, number in enumerate(numbered)}
-        told = np.array([each.reflector for each in numbered.values()]), np.array([e.extent for e in numbered.values()])
-        heard = self._soundings, self._hearing, self._bursts
+        landmarks = (
+            np.array([each.reflector for each in numbered.values()]),
+            np.array([e.extent for e in numbered.values()]),
+        )
+        detected = self._measurements, self._hearing, self._emissions
         wanted = np.array([(places[one], places[other]) for one, other in pairs])
-        bounds, pings, levels = _cast(*heard, told, wanted, self._noise)
+        bounds, pings, log_densities = _cast(*detected, landmarks, wanted, self._noise)
         for pair, low, high in zip(pairs, bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
-            self._remember(pair, (pings[low:high], levels[low:high]))
+            self._remember(pair, (pings[low:high], log_densities[low:high]))
 
     def _remember(self, pair: tuple[int, int], ghost: Ghost) -> None:
         one, other = pair
@@ -178,26 +184,26 @@ def _met(numbered: Mapping[int, Hypothesis]) -> Iterator[tuple[int, set[int]]]:
 
 @compiled
 def _cast(
-    soundings: Soundings,
+    measurements: Measurements,
     hearing: Hearing,
-    bursts: Bursts,
+    emissions: Bursts,
     features: tuple[FloatArray, FloatArray],
     pairs: IntArray,
     noise: float,
 ) -> tuple[IntArray, IntArray, FloatArray]:
     """Work out the ghosts of many pairs: where those of each begin and end, their pings and their levels."""
     reflectors, extents = features
-    count, bounds, levels = 0, np.zeros(len(pairs) + 1, np.int64), np.full(len(soundings.readings), UNHEARD)
-    pings, densities = np.empty(len(levels), np.int64), np.empty(len(levels))
+    count, bounds, log_densities = 0, np.zeros(len(pairs) + 1, np.int64), np.full(len(measurements.readings), UNHEARD)
+    pings, densities = np.empty(len(log_densities), np.int64), np.empty(len(log_densities))
     for number in range(len(pairs)):
         one, other = pairs[number]
         pair = reflectors[one], reflectors[other]
         ends = reflecting(pair, ((extents[one, 0], extents[one, 1]), (extents[other, 0], extents[other, 1])))
-        _cast_by(levels, (soundings, hearing, bursts), pair, ends, noise)
-        if count + len(levels) > len(pings):
+        _cast_by(log_densities, (measurements, hearing, emissions), pair, ends, noise)
+        if count + len(log_densities) > len(pings):
             pings, densities = np.append(pings, np.empty_like(pings)), np.append(densities, np.empty_like(densities))
-        for ping in np.flatnonzero(levels > UNHEARD):
-            pings[count], densities[count], levels[ping] = ping, levels[ping], UNHEARD
+        for ping in np.flatnonzero(log_densities > UNHEARD):
+            pings[count], densities[count], log_densities[ping] = ping, log_densities[ping], UNHEARD
             count += 1
         bounds[number + 1] = count
     return bounds, pings[:count].copy(), densities[:count].copy()
@@ -205,20 +211,20 @@ def _cast(
 
 @compiled
 def _cast_by(
-    levels: FloatArray,
-    heard: tuple[Soundings, Hearing, Bursts],
+    log_densities: FloatArray,
+    detected: tuple[Measurements, Hearing, Bursts],
     pair: tuple[FloatArray, FloatArray],
     ends: tuple[Extent, Extent],
     noise: float,
 ) -> None:
     """Raise levels where ghosts of a pair explain readings better."""
     if pair[1][0] != _WALL:
-        add_ghosts_of_cylinder(levels, (heard[0], heard[1]), pair[0], pair[1], noise)
+        add_ghosts_of_cylinder(log_densities, (detected[0], detected[1]), pair[0], pair[1], noise)
         return
-    add_volleys(levels, heard, pair, ends, noise)
+    add_crosstalk(log_densities, detected, pair, ends, noise)
     if not (pair[0] == pair[1]).all():
-        add_volleys(levels, heard, (pair[1], pair[0]), (ends[1], ends[0]), noise)
-        add_ghosts_of_walls(levels, (heard[0], heard[1]), pair, ends, noise)
+        add_crosstalk(log_densities, detected, (pair[1], pair[0]), (ends[1], ends[0]), noise)
+        add_ghosts_of_walls(log_densities, (detected[0], detected[1]), pair, ends, noise)
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""Explanation: what explains the pings: a model of the sonar, noise, and any set of features."""
+"""PingLikelihood: what explains the pings: a model of the sonar, noise, and any set of features."""
 
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -9,13 +9,13 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.joint.likelihood.double_bounces import ghosts_of_walls
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.likelihood.hypothesis_scores import Frame, Verdict, judge
+from echoplan.joint.likelihood.hypothesis_scores import Frame, Verdict, rescore
 from echoplan.joint.likelihood.multipath import Multipath, Part, reflecting
-from echoplan.joint.likelihood.ping_scores import UNHEARD, weigh
-from echoplan.joint.likelihood.track_history import Past
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.joint.likelihood.ping_scores import UNHEARD, score_pings
+from echoplan.joint.likelihood.track_history import TrackHistory
+from echoplan.preprocessing.measurements import Measurements
 
-__all__ = ["Explanation"]
+__all__ = ["PingLikelihood"]
 
 # One reading in 25 may be anything within reach, whatever is there.
 _ANYTHING = 0.04
@@ -23,35 +23,35 @@ _ANYTHING = 0.04
 _BORDER = 0.1
 
 
-class Explanation:
+class PingLikelihood:
     """What explains the pings: a model of the sonar, noise, and any set of features.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     hearing : Hearing
         The sonar.
     noise : float
         Standard deviation of readings [m].
-    before : Explanation, optional
+    before : PingLikelihood, optional
         Of the same pings from other poses, or with another sonar.
     """
 
     def __init__(
-        self, soundings: Soundings, hearing: Hearing, noise: float, *, before: "Explanation | None" = None
+        self, measurements: Measurements, hearing: Hearing, noise: float, *, before: "PingLikelihood | None" = None
     ) -> None:
-        self.soundings = soundings
+        self.measurements = measurements
         self.hearing = hearing
         self.noise = noise
-        self.multipath: Multipath = Multipath(soundings, hearing, noise, before=before.multipath if before else None)
+        self.multipath: Multipath = Multipath(measurements, hearing, noise, before=before.multipath if before else None)
 
     @property
     def floor(self) -> float:
         """Logarithm of the density of readings that nothing explains [log 1/m]."""
-        return float(np.log(_ANYTHING / self.soundings.max_range))
+        return float(np.log(_ANYTHING / self.measurements.max_range))
 
-    def propose(self, reflector: FloatArray) -> Hypothesis:
+    def score(self, reflector: FloatArray) -> Hypothesis:
         """Collect the evidence for a reflector.
 
         Parameters
@@ -64,10 +64,12 @@ class Explanation:
         Hypothesis
             Not judged yet.
         """
-        evidence = weigh(self.soundings, self.hearing, reflector, self.noise)
-        return Hypothesis(reflector=reflector, evidence=evidence, gains=np.zeros(len(self.soundings.centers)))
+        evidence = score_pings(self.measurements, self.hearing, reflector, self.noise)
+        return Hypothesis(
+            reflector=reflector, evidence=evidence, llr_by_station=np.zeros(len(self.measurements.centers))
+        )
 
-    def judged(self, hypothesis: Hypothesis, levels: FloatArray, others: Sequence[Hypothesis]) -> Hypothesis:
+    def rescored(self, hypothesis: Hypothesis, log_densities: FloatArray, others: Sequence[Hypothesis]) -> Hypothesis:
         """Judge a hypothesis beside others.
 
         Parameters
@@ -84,10 +86,10 @@ class Explanation:
         Hypothesis
             With its gains, and the extent of a wall.
         """
-        return self.judge_all([hypothesis], levels, others)[0]
+        return self.score_all([hypothesis], log_densities, others)[0]
 
-    def judge_all(
-        self, hypotheses: Sequence[Hypothesis], levels: FloatArray, others: Sequence[Hypothesis]
+    def score_all(
+        self, hypotheses: Sequence[Hypothesis], log_densities: FloatArray, others: Sequence[Hypothesis]
     ) -> list[Hypothesis]:
         """Judge hypotheses one by one beside the same others.
 
@@ -105,14 +107,16 @@ class Explanation:
         list of Hypothesis
             With their gains.
         """
-        frame, judged = _frame(others), []
+        frame, rescored = _frame(others), []
         for each in hypotheses:
-            verdict = judge(self.soundings, each.reflector, each.evidence, levels, frame, each.past.extent)
-            total = verdict.total + each.past.total
-            judged.append(each.judged(verdict.gains, total, _joined(verdict, each.past)))
-        return judged
+            verdict = rescore(
+                self.measurements, each.reflector, each.evidence, log_densities, frame, each.history.extent
+            )
+            total = verdict.total + each.history.total
+            rescored.append(each.rescored(verdict.llr_by_station, total, _joined(verdict, each.history)))
+        return rescored
 
-    def levels(self, features: Sequence[Hypothesis]) -> FloatArray:
+    def log_densities(self, features: Sequence[Hypothesis]) -> FloatArray:
         """Explain all pings by a set of features and their ghosts.
 
         Parameters
@@ -127,7 +131,7 @@ class Explanation:
         """
         return self._best(self._parts(features), self.floor)
 
-    def levels_without(self, features: Sequence[Hypothesis]) -> list[FloatArray]:
+    def log_densities_without(self, features: Sequence[Hypothesis]) -> list[FloatArray]:
         """Explain all pings by all features but one, and by the ghosts of these.
 
         Parameters
@@ -141,10 +145,10 @@ class Explanation:
             As ``levels`` of all others, for each feature.
         """
         parts = list(self._parts(features))
-        left_out = _without_each(*_flat(parts), len(features), np.full(len(self.soundings.readings), self.floor))
+        left_out = _without_each(*_flat(parts), len(features), np.full(len(self.measurements.readings), self.floor))
         return list(left_out)
 
-    def ghost_levels(self, features: Sequence[Hypothesis]) -> FloatArray:
+    def multipath_log_densities(self, features: Sequence[Hypothesis]) -> FloatArray:
         """Explain pings by nothing but ghosts.
 
         Parameters
@@ -159,7 +163,7 @@ class Explanation:
         """
         return self._best(self.multipath.parts(features), UNHEARD)
 
-    def levels_of(self, feature: Hypothesis) -> FloatArray:
+    def log_densities_of(self, feature: Hypothesis) -> FloatArray:
         """Explain pings by one feature alone.
 
         Parameters
@@ -174,7 +178,7 @@ class Explanation:
         """
         return self._best([self._alone(0, feature)], UNHEARD)
 
-    def pair_levels(self, wall: Hypothesis, other: Hypothesis) -> FloatArray:
+    def pair_log_densities(self, wall: Hypothesis, other: Hypothesis) -> FloatArray:
         """Explain pings by echoes of one wall in another.
 
         Parameters
@@ -189,7 +193,7 @@ class Explanation:
         """
         pair = wall.reflector, other.reflector
         ends = reflecting(pair, (wall.extent, other.extent))
-        return ghosts_of_walls(self.soundings, self.hearing, pair, ends, self.noise)
+        return ghosts_of_walls(self.measurements, self.hearing, pair, ends, self.noise)
 
     def _parts(self, features: Sequence[Hypothesis]) -> Iterator[Part]:
         yield from (self._alone(number, each) for number, each in enumerate(features))
@@ -197,16 +201,16 @@ class Explanation:
 
     def _alone(self, number: int, feature: Hypothesis) -> Part:
         evidence, (low, high) = feature.evidence, feature.extent
-        heard = evidence.densities > UNHEARD
+        detected = evidence.densities > UNHEARD
         if feature.is_wall:
-            heard &= (evidence.feet > low - _BORDER) & (evidence.feet < high + _BORDER)
-        return Part((number, number), evidence.pings[heard], evidence.densities[heard])
+            detected &= (evidence.feet > low - _BORDER) & (evidence.feet < high + _BORDER)
+        return Part((number, number), evidence.pings[detected], evidence.densities[detected])
 
     def _best(self, parts: Iterable[Part], least: float) -> FloatArray:
         _, pings, densities = _flat(list(parts))
-        levels = np.full(len(self.soundings.readings), least)
-        np.maximum.at(levels, pings, densities)
-        return levels
+        log_densities = np.full(len(self.measurements.readings), least)
+        np.maximum.at(log_densities, pings, densities)
+        return log_densities
 
 
 def _flat(parts: Sequence[Part]) -> tuple[IntArray, IntArray, FloatArray]:
@@ -214,16 +218,22 @@ def _flat(parts: Sequence[Part]) -> tuple[IntArray, IntArray, FloatArray]:
     if not parts:
         return np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0)
     owners = np.repeat([part.owners for part in parts], [len(part.pings) for part in parts], axis=0)
-    return owners, np.concatenate([part.pings for part in parts]), np.concatenate([part.levels for part in parts])
+    return (
+        owners,
+        np.concatenate([part.pings for part in parts]),
+        np.concatenate([part.log_densities for part in parts]),
+    )
 
 
 @compiled
-def _without_each(owners: IntArray, pings: IntArray, levels: FloatArray, features: int, bare: FloatArray) -> FloatArray:
+def _without_each(
+    owners: IntArray, pings: IntArray, log_densities: FloatArray, features: int, bare: FloatArray
+) -> FloatArray:
     """Best levels of what each feature has no hand in, shape (f, n)."""
     left_out = np.empty((features, len(bare)))
     left_out[:] = bare
     for entry in range(len(pings)):
-        ping, level = pings[entry], levels[entry]
+        ping, level = pings[entry], log_densities[entry]
         for number in range(features):
             mine = number == owners[entry, 0] or number == owners[entry, 1]
             if not mine and level > left_out[number, ping]:
@@ -231,13 +241,13 @@ def _without_each(owners: IntArray, pings: IntArray, levels: FloatArray, feature
     return left_out
 
 
-def _joined(verdict: Verdict, past: Past) -> tuple[float, float]:
+def _joined(verdict: Verdict, history: TrackHistory) -> tuple[float, float]:
     """Join what was heard of a wall now with what was heard before."""
     low, high = verdict.low, verdict.high
-    if past.extent[0] > past.extent[1]:
+    if history.extent[0] > history.extent[1]:
         return low, high
     # A wall that none of the stations at hand heard has no extent of its own.
-    return past.extent if low == high == 0.0 else (min(low, past.extent[0]), max(high, past.extent[1]))
+    return history.extent if low == high == 0.0 else (min(low, history.extent[0]), max(high, history.extent[1]))
 
 
 def _frame(features: Sequence[Hypothesis]) -> Frame:

@@ -1,4 +1,4 @@
-"""Evidence: what every ping says for and against a reflector."""
+"""PingScores: what every ping says for and against a reflector."""
 
 import math
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from echoplan.acoustics.predicted_echo import Hearing, Kind, Sight, excess_of, l
 from echoplan.acoustics.views import in_view, views_of
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.compiled import compiled
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
 __all__ = [
     "BEYOND",
@@ -18,12 +18,12 @@ __all__ = [
     "NO_EVIDENCE",
     "UNCERTAIN",
     "UNHEARD",
-    "Evidence",
-    "audibility",
+    "PingScores",
+    "detection_probability",
     "log_density",
     "log_non_detection",
     "noise_of",
-    "weigh",
+    "score_pings",
 ]
 
 _WALL = int(Kind.WALL)
@@ -48,7 +48,7 @@ MASKING = 0.03
 _ROOT_TAU = math.sqrt(2.0 * math.pi)
 
 
-class Evidence(NamedTuple):
+class PingScores(NamedTuple):
     """What m pings say about a reflector; all others can say nothing about it.
 
     Attributes
@@ -76,13 +76,13 @@ class Evidence(NamedTuple):
 
 
 # Of a feature that no ping at hand was asked about.
-NO_EVIDENCE = Evidence(
+NO_EVIDENCE = PingScores(
     np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0, np.bool_), np.zeros(0, np.bool_), np.zeros(0)
 )
 
 
 @compiled
-def audibility(excess: float) -> float:
+def detection_probability(excess: float) -> float:
     """Chance that an echo crosses the threshold.
 
     Parameters
@@ -99,7 +99,7 @@ def audibility(excess: float) -> float:
 
 
 @compiled
-def weigh(soundings: Soundings, hearing: Hearing, reflector: FloatArray, noise: float) -> Evidence:
+def score_pings(measurements: Measurements, hearing: Hearing, reflector: FloatArray, noise: float) -> PingScores:
     """Ask all pings about a reflector.
 
     A ping speaks for it by the density of its reading about the one expected, and against it if it should have heard
@@ -107,7 +107,7 @@ def weigh(soundings: Soundings, hearing: Hearing, reflector: FloatArray, noise: 
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     hearing : Hearing
         The sonar.
@@ -118,29 +118,29 @@ def weigh(soundings: Soundings, hearing: Hearing, reflector: FloatArray, noise: 
 
     Returns
     -------
-    Evidence
+    PingScores
         Of the pings that could hear it.
     """
-    count, shape = len(soundings.readings), shape_of(reflector)
+    count, shape = len(measurements.readings), shape_of(reflector)
     pings = np.empty(count, np.int64)
     densities, misses, feet = np.empty(count), np.empty(count), np.zeros(count)
     audible, unmasked = np.empty(count, np.bool_), np.empty(count, np.bool_)
-    limits = soundings.min_range * hearing.scale, soundings.max_range * hearing.scale
+    limits = measurements.min_range * hearing.scale, measurements.max_range * hearing.scale
     kept, views = 0, views_of(hearing, shape, _INAUDIBLE, limits[1])
     for ping in range(count):
-        view = soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping]
+        view = measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping]
         if not in_view(views, shape, view):
             continue
-        heard, audible[kept], unmasked[kept], densities[kept], misses[kept] = _ask(
-            hearing, look(shape, view), soundings.readings[ping] * hearing.scale, limits, noise
+        detected, audible[kept], unmasked[kept], densities[kept], misses[kept] = _ask(
+            hearing, look(shape, view), measurements.readings[ping] * hearing.scale, limits, noise
         )
-        if not heard:
+        if not detected:
             continue
         pings[kept] = ping
         if shape[0] == _WALL:
-            feet[kept] = shape[1] * soundings.y[ping] - shape[2] * soundings.x[ping]
+            feet[kept] = shape[1] * measurements.y[ping] - shape[2] * measurements.x[ping]
         kept += 1
-    return Evidence(
+    return PingScores(
         pings[:kept].copy(),
         densities[:kept].copy(),
         misses[:kept].copy(),
@@ -152,7 +152,7 @@ def weigh(soundings: Soundings, hearing: Hearing, reflector: FloatArray, noise: 
 
 @compiled
 def _ask(
-    hearing: Hearing, sight: Sight, heard: float, limits: tuple[float, float], noise: float
+    hearing: Hearing, sight: Sight, detected: float, limits: tuple[float, float], noise: float
 ) -> tuple[bool, bool, bool, float, float]:
     """Ask one ping: whether it could hear the reflector, should hear it, was not masked; its hit and its miss."""
     if sight[1] < COSINE_LIMIT or sight[0] <= 0.0 or sight[0] > limits[1]:
@@ -161,7 +161,7 @@ def _ask(
     reading = sight[0] + walk_of(hearing, excess)
     if excess <= _INAUDIBLE or not limits[0] <= reading <= limits[1]:
         return False, False, False, 0.0, 0.0
-    late = heard - reading
+    late = detected - reading
     scatter = noise_of(excess, noise)
     within = reading < limits[1] - BEYOND * scatter
     miss = log_non_detection(excess) if late > BEYOND * scatter else 0.0
@@ -179,10 +179,10 @@ def log_density(late: float, scatter: float, excess: float) -> float:
     """Return the log density of a reading that is so much later than expected, with its detection [log 1/m]."""
     if abs(late) >= _NEAR * scatter:
         return UNHEARD
-    return math.log(audibility(excess) / (_ROOT_TAU * scatter)) - 0.5 * (late / scatter) ** 2
+    return math.log(detection_probability(excess) / (_ROOT_TAU * scatter)) - 0.5 * (late / scatter) ** 2
 
 
 @compiled
 def log_non_detection(excess: float) -> float:
     """Return the log probability that an echo of this signal excess [dB] is not detected."""
-    return _SURE_MISS if excess > _SURE else math.log(max(1.0 - _HEARD * audibility(excess), _WRONG))
+    return _SURE_MISS if excess > _SURE else math.log(max(1.0 - _HEARD * detection_probability(excess), _WRONG))

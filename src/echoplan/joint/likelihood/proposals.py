@@ -13,7 +13,7 @@ from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.geometry import directions, wrap
 
-__all__ = ["CandidateSettings", "Sightings", "suggest"]
+__all__ = ["ArcMeasurements", "CandidateSettings", "propose_hypotheses"]
 
 
 class CandidateSettings(BaseModel, frozen=True, extra="forbid"):
@@ -30,7 +30,7 @@ class CandidateSettings(BaseModel, frozen=True, extra="forbid"):
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Sightings:
+class ArcMeasurements:
     """Arcs as the planes that explain them.
 
     Parameters
@@ -73,12 +73,12 @@ class _Pairs:
         )
 
 
-def suggest(sightings: Sightings, fresh: BoolArray, settings: CandidateSettings) -> FloatArray:
+def propose_hypotheses(arc_measurements: ArcMeasurements, fresh: BoolArray, settings: CandidateSettings) -> FloatArray:
     """Suggest reflectors.
 
     Parameters
     ----------
-    sightings : Sightings
+    sightings : ArcMeasurements
         What was heard.
     fresh : ndarray of bool, shape (a,)
         Which of it is new; only pairs with something new are looked at.
@@ -90,11 +90,11 @@ def suggest(sightings: Sightings, fresh: BoolArray, settings: CandidateSettings)
     ndarray, shape (c, 4)
         Kind and parameters of each candidate: walls, corners (which may as well be edges) and cylinders.
     """
-    pairs = _pairs(sightings, fresh, settings)
-    alone = sightings.planes[fresh]
-    walls, turn = np.concatenate([alone, _tangents(sightings, pairs, settings.wall_turn)]), settings.point_turn
-    points = _circles(sightings, pairs, radius=0.0, turn=turn)
-    rounds = np.concatenate([_circles(sightings, pairs, radius=radius, turn=turn) for radius in settings.radii])
+    pairs = _pairs(arc_measurements, fresh, settings)
+    alone = arc_measurements.planes[fresh]
+    walls, turn = np.concatenate([alone, _tangents(arc_measurements, pairs, settings.wall_turn)]), settings.point_turn
+    points = _circles(arc_measurements, pairs, radius=0.0, turn=turn)
+    rounds = np.concatenate([_circles(arc_measurements, pairs, radius=radius, turn=turn) for radius in settings.radii])
     return np.concatenate(
         [
             _rows(
@@ -106,18 +106,18 @@ def suggest(sightings: Sightings, fresh: BoolArray, settings: CandidateSettings)
     )
 
 
-def _pairs(sightings: Sightings, fresh: BoolArray, settings: CandidateSettings) -> _Pairs:
+def _pairs(arc_measurements: ArcMeasurements, fresh: BoolArray, settings: CandidateSettings) -> _Pairs:
     first, second = np.triu_indices(len(fresh), 1)
-    base = sightings.centers[second] - sightings.centers[first]
+    base = arc_measurements.centers[second] - arc_measurements.centers[first]
     length = np.hypot(*base.T)
-    new = (fresh[first] | fresh[second]) & (sightings.stations[first] != sightings.stations[second])
+    new = (fresh[first] | fresh[second]) & (arc_measurements.stations[first] != arc_measurements.stations[second])
     pairs = _Pairs(first=first, second=second, length=length, bearing=np.arctan2(base[:, 1], base[:, 0]))
     return pairs[new & (length > settings.nearest) & (length < settings.farthest)]
 
 
-def _tangents(sightings: Sightings, pairs: _Pairs, turn: float) -> FloatArray:
+def _tangents(arc_measurements: ArcMeasurements, pairs: _Pairs, turn: float) -> FloatArray:
     """Draw common outer tangents of pairs of range circles: ``n . (c2 - c1) = d1 - d2``, as (normal_angle, offset)."""
-    depths, normals = sightings.depths, sightings.planes[:, 0]
+    depths, normals = arc_measurements.depths, arc_measurements.planes[:, 0]
     difference = depths[pairs.first] - depths[pairs.second]
     likely = (np.abs(wrap(normals[pairs.first] - normals[pairs.second])) < turn) & (np.abs(difference) < pairs.length)
     pairs, difference = pairs[likely], difference[likely]
@@ -125,25 +125,25 @@ def _tangents(sightings: Sightings, pairs: _Pairs, turn: float) -> FloatArray:
     angles = np.concatenate([pairs.bearing + opening, pairs.bearing - opening])
     first, second = np.tile(pairs.first, 2), np.tile(pairs.second, 2)
     fits = (np.abs(wrap(angles - normals[first])) < turn) & (np.abs(wrap(angles - normals[second])) < turn)
-    offsets = depths[first] + np.sum(directions(angles) * sightings.centers[first], axis=1)
+    offsets = depths[first] + np.sum(directions(angles) * arc_measurements.centers[first], axis=1)
     return np.column_stack([wrap(angles), offsets])[fits]
 
 
-def _circles(sightings: Sightings, pairs: _Pairs, *, radius: float, turn: float) -> FloatArray:
+def _circles(arc_measurements: ArcMeasurements, pairs: _Pairs, *, radius: float, turn: float) -> FloatArray:
     """Centres of circles of one radius that touch both range circles from outside, as (x, y, radius)."""
-    near, far = sightings.depths[pairs.first] + radius, sightings.depths[pairs.second] + radius
+    near, far = arc_measurements.depths[pairs.first] + radius, arc_measurements.depths[pairs.second] + radius
     along = (pairs.length**2 + near**2 - far**2) / (2 * pairs.length)
     square = near**2 - along**2
     # Circles that just miss each other touch, within what readings are worth.
     meets = square > -0.02
     pairs, along, across = pairs[meets], along[meets], np.sqrt(np.maximum(square[meets], 0.0))
     ahead, aside = directions(pairs.bearing), directions(pairs.bearing + np.pi / 2)
-    feet = sightings.centers[pairs.first] + along[:, None] * ahead
+    feet = arc_measurements.centers[pairs.first] + along[:, None] * ahead
     centers = np.concatenate([feet + across[:, None] * aside, feet - across[:, None] * aside])
     fits = np.ones(len(centers), dtype=bool)
     for ends in (np.tile(pairs.first, 2), np.tile(pairs.second, 2)):
-        away = centers - sightings.centers[ends]
-        fits &= np.abs(wrap(np.arctan2(away[:, 1], away[:, 0]) - sightings.planes[ends, 0])) < turn
+        away = centers - arc_measurements.centers[ends]
+        fits &= np.abs(wrap(np.arctan2(away[:, 1], away[:, 0]) - arc_measurements.planes[ends, 0])) < turn
     return np.column_stack([centers, np.full(len(centers), radius)])[fits]
 
 

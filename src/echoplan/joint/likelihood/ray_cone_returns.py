@@ -14,7 +14,7 @@ from echoplan.arrays import FloatArray
 from echoplan.compiled import compiled
 from echoplan.joint.likelihood.image_sources import Extent, Point, depth_of
 from echoplan.joint.likelihood.ping_scores import UNHEARD
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["flanks_of"]
 
@@ -30,13 +30,13 @@ _ROOT_TAU = math.sqrt(2.0 * math.pi)
 
 @compiled
 def flanks_of(
-    soundings: Soundings, hearing: Hearing, reflector: FloatArray, extent: Extent, noise: float
+    measurements: Measurements, hearing: Hearing, reflector: FloatArray, extent: Extent, noise: float
 ) -> FloatArray:
     """Explain readings by the outermost rays of a cone.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     hearing : Hearing
         The sonar: rays in a cone.
@@ -52,21 +52,23 @@ def flanks_of(
     ndarray, shape (n,)
         Logarithm of the density of each reading if it is that of such a ray [log 1/m].
     """
-    levels, shape = np.full(len(soundings.readings), UNHEARD), shape_of(reflector)
+    log_densities, shape = np.full(len(measurements.readings), UNHEARD), shape_of(reflector)
     cosine, sine = math.cos(hearing.cone), math.sin(hearing.cone)
-    for ping in range(len(levels)):
-        reading = soundings.readings[ping] * hearing.scale
+    for ping in range(len(log_densities)):
+        reading = measurements.readings[ping] * hearing.scale
         if not math.isfinite(reading):
             continue
-        place, axis = (soundings.x[ping], soundings.y[ping]), (soundings.ux[ping], soundings.uy[ping])
+        place, axis = (measurements.x[ping], measurements.y[ping]), (measurements.ux[ping], measurements.uy[ping])
         for side in (sine, -sine):
             ray = (cosine * axis[0] - side * axis[1], side * axis[0] + cosine * axis[1])
             way, incidence = _met(shape, extent, place, ray)
             scatter = _SCATTER * noise / max(incidence, _GRAZING)
             late = reading - way
             if abs(late) < _CUT * scatter:
-                levels[ping] = max(levels[ping], -math.log(_ROOT_TAU * scatter) - 0.5 * (late / scatter) ** 2)
-    return levels
+                log_densities[ping] = max(
+                    log_densities[ping], -math.log(_ROOT_TAU * scatter) - 0.5 * (late / scatter) ** 2
+                )
+    return log_densities
 
 
 @compiled

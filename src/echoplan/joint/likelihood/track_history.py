@@ -1,4 +1,4 @@
-"""Past: what stations said of a feature whose pings are no longer at hand."""
+"""TrackHistory: what stations said of a feature whose pings are no longer at hand."""
 
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -8,7 +8,7 @@ import numpy as np
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.model import ClassProbabilities
 
-__all__ = ["NO_PAST", "LineEvidence", "Past"]
+__all__ = ["NO_HISTORY", "LineEvidence", "TrackHistory"]
 
 
 def _undecided() -> ClassProbabilities:
@@ -51,7 +51,7 @@ def _no_line_evidence() -> LineEvidence:
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Past:
+class TrackHistory:
     """What is kept of the stations that were let go.
 
     Parameters
@@ -89,7 +89,7 @@ class Past:
     number: int = -1
     total: float = 0.0
     best: float = 0.0
-    speaking: int = 0
+    supporting: int = 0
     missing: int = 0
     hidden: int = 0
     passed: int = 0
@@ -103,4 +103,4 @@ class Past:
 
 
 # Of a feature that only stations at hand have heard.
-NO_PAST = Past()
+NO_HISTORY = TrackHistory()

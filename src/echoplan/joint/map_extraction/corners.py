@@ -58,7 +58,7 @@ class Vertex:
     upper: tuple[bool, bool]
     position_xy: FloatArray
     kind: CornerKind
-    heard: bool
+    detected: bool
     echo: CornerEcho
     cost: float
 
@@ -103,19 +103,19 @@ def _vertex(
     extensions = (one.extension(point), other.extension(point))
     if kind is None or not _reachable((one, other), point, extensions, echoes, settings=settings):
         return None
-    echo, heard = echoes.between(one.owner, other.owner), echoes.heard_at(point, within=settings.reach)
+    echo, detected = echoes.between(one.owner, other.owner), echoes.is_detected_at(point, within=settings.reach)
     if kind is CornerKind.CONCAVE:
-        heard |= _is_heard(one, other, max(extensions), echo, settings)
-    if not heard and _is_far_fetched((one, other), extensions, kind, echo, settings):
+        detected |= _is_detected(one, other, max(extensions), echo, settings)
+    if not detected and _is_far_fetched((one, other), extensions, kind, echo, settings):
         return None
     return Vertex(
         segments=pair,
         upper=(one.is_upper(point), other.is_upper(point)),
         position_xy=point,
         kind=kind,
-        heard=heard,
+        detected=detected,
         echo=echo,
-        cost=_cost(extensions, heard=heard),
+        cost=_cost(extensions, detected=detected),
     )
 
 
@@ -129,8 +129,8 @@ def _goes_over_another(segments: Sequence[Segment], vertex: Vertex) -> bool:
     return False
 
 
-def _cost(extensions: Sequence[float], *, heard: bool) -> float:
-    return sum(max(each, 0.0) for each in extensions) - (10.0 if heard else 0.0)
+def _cost(extensions: Sequence[float], *, detected: bool) -> float:
+    return sum(max(each, 0.0) for each in extensions) - (10.0 if detected else 0.0)
 
 
 def _reachable(
@@ -193,7 +193,7 @@ def _kind(one: Segment, other: Segment) -> CornerKind | None:
     return CornerKind.CONCAVE if before[0] > 0.0 else CornerKind.CONVEX
 
 
-def _is_heard(one: Segment, other: Segment, extension: float, echo: CornerEcho, settings: VertexSettings) -> bool:
+def _is_detected(one: Segment, other: Segment, extension: float, echo: CornerEcho, settings: VertexSettings) -> bool:
     square = abs(math.cos(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.right_angle)
     near = square or extension < settings.oblique_extension
     return near and (echo.pings >= settings.echoes or echo.gain > settings.certain)

@@ -9,27 +9,27 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.geometry import directions
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.likelihood.ping_likelihood import Explanation
+from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.likelihood.ping_scores import BEYOND, log_density, log_non_detection, noise_of
 from echoplan.joint.likelihood.track_history import LineEvidence
 from echoplan.joint.optimisation.edge_diffraction import at_end
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["OFFSETS", "line_evidence"]
 
 # How far the end of a wall may lie before the foot of a perpendicular (positive: the station stands past the end) [m].
 # A Fresnel zone before the end the whole echo comes back, and 0.4 m past it none that a sonar of this kind detects.
 OFFSETS = np.linspace(-0.10, 0.40, 26)
-# Past the end of a wall the echo depends on what the wall ends in: a screen and a wedge differ by so much [dB].
+# TrackHistory the end of a wall the echo depends on what the wall ends in: a screen and a wedge differ by so much [dB].
 _JAMB = 6.0
 
 
-def line_evidence(explanation: Explanation, wall: Hypothesis, count: int, levels: FloatArray) -> LineEvidence:
+def line_evidence(explanation: PingLikelihood, wall: Hypothesis, count: int, log_densities: FloatArray) -> LineEvidence:
     """Collect what the first stations say of where a line is wall.
 
     Parameters
     ----------
-    explanation : Explanation
+    explanation : PingLikelihood
         The pings.
     wall : Hypothesis
         The wall, with fresh evidence.
@@ -43,38 +43,40 @@ def line_evidence(explanation: Explanation, wall: Hypothesis, count: int, levels
     LineEvidence
         One row a station that could detect a wall somewhere on the line.
     """
-    soundings = explanation.soundings
-    pings = wall.evidence.pings[soundings.stations[wall.evidence.pings] < count]
-    feet = soundings.centers[:count] @ directions(wall.line[0] + math.pi / 2)
-    ratios = _log_ratios(soundings, explanation.hearing, wall.reflector, pings, levels, feet, explanation.noise)
-    asked = np.unique(soundings.stations[pings])
-    return LineEvidence(feet[asked], soundings.centers[asked], ratios[asked])
+    measurements = explanation.measurements
+    pings = wall.evidence.pings[measurements.stations[wall.evidence.pings] < count]
+    feet = measurements.centers[:count] @ directions(wall.line[0] + math.pi / 2)
+    ratios = _log_ratios(
+        measurements, explanation.hearing, wall.reflector, pings, log_densities, feet, explanation.noise
+    )
+    asked = np.unique(measurements.stations[pings])
+    return LineEvidence(feet[asked], measurements.centers[asked], ratios[asked])
 
 
 @compiled
 def _log_ratios(
-    soundings: Soundings,
+    measurements: Measurements,
     hearing: Hearing,
     reflector: FloatArray,
     pings: IntArray,
-    levels: FloatArray,
+    log_densities: FloatArray,
     feet: FloatArray,
     noise: float,
 ) -> FloatArray:
     """Log-likelihood ratios of a wall that ends at each offset against none, by station and end, shape (s, 2, m)."""
     shape, ratios = shape_of(reflector), np.zeros((len(feet), 2, len(OFFSETS)))
-    limits = soundings.min_range * hearing.scale, soundings.max_range * hearing.scale
+    limits = measurements.min_range * hearing.scale, measurements.max_range * hearing.scale
     for ping in pings:
-        station, weight = soundings.stations[ping], soundings.weights[ping]
-        place = soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping]
-        reading = soundings.readings[ping] * hearing.scale
+        station, weight = measurements.stations[ping], measurements.weights[ping]
+        place = measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping]
+        reading = measurements.readings[ping] * hearing.scale
         foot = shape[1] * place[1] - shape[2] * place[0]
         for side in range(2):
             # How much farther past the end the foot of this ping lies than that of its station.
             further = feet[station] - foot if side == 0 else foot - feet[station]
             for index in range(len(OFFSETS)):
                 over = OFFSETS[index] + further
-                ratio = _log_ratio(hearing, shape, place, (side, over), reading, limits, noise, levels[ping])
+                ratio = _log_ratio(hearing, shape, place, (side, over), reading, limits, noise, log_densities[ping])
                 ratios[station, side, index] += weight * ratio
     return ratios
 

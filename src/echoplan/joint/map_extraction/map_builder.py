@@ -19,7 +19,7 @@ from echoplan.joint.map_extraction.segment import End, Segment
 from echoplan.joint.map_extraction.surroundings import backs_of, fronts_of, is_filled
 from echoplan.joint.optimisation.corner_factors import crossing_slopes
 from echoplan.joint.optimisation.manhattan import Squareness
-from echoplan.joint.optimisation.solution import Adjusted
+from echoplan.joint.optimisation.solution import Solution
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Wall
 
 __all__ = ["Survey", "SurveySettings"]
@@ -84,7 +84,7 @@ class Survey:
     ----------
     features : sequence of Hypothesis
         What is there, as adjusted; their pasts tell who heard them.
-    adjusted : Adjusted
+    adjusted : Solution
         Covariances.
     segments : sequence of Segment
         Walls.
@@ -99,7 +99,7 @@ class Survey:
     """
 
     features: Sequence[Hypothesis]
-    adjusted: Adjusted
+    adjusted: Solution
     segments: Sequence[Segment]
     vertices: Sequence[Vertex]
     squareness: Squareness | None
@@ -203,7 +203,7 @@ class Survey:
                     place = float(vertex.position_xy @ segment.along)
                     variance = segment.along @ self._covariance_of_vertex(vertex) @ segment.along
                     ends[int(upper)] = End.normal(place, math.sqrt(max(float(variance), 0.0)))
-                    if not vertex.heard:
+                    if not vertex.detected:
                         inferred[int(upper)] = max(place - segment.high if upper else segment.low - place, 0.0)
                     places[int(upper)] = place
         missing = max(self.settings.least_length - (places[1] - places[0]), 0.0) / 2
@@ -289,27 +289,27 @@ class Survey:
         )
 
     def _corner(self, vertex: Vertex) -> Corner:
-        heard, echo = self._heard_corner(vertex.position_xy), vertex.echo
+        detected, echo = self._detected_corner(vertex.position_xy), vertex.echo
         return Corner(
             position_xy=vertex.position_xy,
             kind=vertex.kind,
             covariance=self._covariance_of_vertex(vertex),
-            class_probabilities=self._class_of_vertex(vertex) if heard is None else self._class_of(heard),
-            pings=echo.pings if heard is None else self._pings(heard),
-            stations=echo.stations if heard is None else self._stations(self.features[heard]),
+            class_probabilities=self._class_of_vertex(vertex) if detected is None else self._class_of(detected),
+            pings=echo.pings if detected is None else self._pings(detected),
+            stations=echo.stations if detected is None else self._stations(self.features[detected]),
         )
 
     def _covariance_of_vertex(self, vertex: Vertex) -> FloatArray:
         owners = [self.segments[each].owner for each in vertex.segments]
-        slopes = crossing_slopes(np.array([self.features[each].line for each in owners]), vertex.position_xy)
-        covariance: FloatArray = slopes @ self._covariance(owners) @ slopes.T
+        jacobian = crossing_slopes(np.array([self.features[each].line for each in owners]), vertex.position_xy)
+        covariance: FloatArray = jacobian @ self._covariance(owners) @ jacobian.T
         return covariance
 
     def _class_of_vertex(self, vertex: Vertex) -> ClassProbabilities:
         """Of a corner where two lines cross: sure if it was detected, else as likely as both walls go on up to it."""
         chance = (
             1.0
-            if vertex.heard
+            if vertex.detected
             else min(self.segments[each].chance_up_to(vertex.position_xy) for each in vertex.segments)
         )
         return _diluted(ClassProbabilities(corner=1.0), 1.0 - chance)
@@ -336,7 +336,7 @@ class Survey:
         far = min(distances, default=math.inf) > self.settings.lone_distance
         return far and self._stations(feature) >= self.settings.lone_stations
 
-    def _heard_corner(self, point_xy: FloatArray) -> int | None:
+    def _detected_corner(self, point_xy: FloatArray) -> int | None:
         near = {
             math.dist(each.reflector[1:3], point_xy): number
             for number, each in enumerate(self.features)
@@ -345,17 +345,17 @@ class Survey:
         return near[min(near)] if near and min(near) < self.settings.lone_distance else None
 
     def _covariance(self, owners: Sequence[int]) -> FloatArray:
-        unknowns = self.adjusted.unknowns
-        places = np.concatenate([np.arange(unknowns.size)[unknowns.feature(each)] for each in owners])
+        layout = self.adjusted.layout
+        places = np.concatenate([np.arange(layout.size)[layout.feature(each)] for each in owners])
         block = self.adjusted.covariance[np.ix_(places, places)]
         symmetric: FloatArray = 0.5 * (block + block.T)
         return symmetric
 
     def _class_of(self, number: int) -> ClassProbabilities:
-        return self.features[number].past.probabilities
+        return self.features[number].history.probabilities
 
     def _pings(self, number: int) -> int:
-        return self.features[number].past.pings
+        return self.features[number].history.pings
 
     def _stations(self, feature: Hypothesis) -> int:
-        return feature.past.speaking
+        return feature.history.supporting

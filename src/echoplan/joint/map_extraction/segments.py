@@ -98,7 +98,7 @@ def find_segments(
     list of Segment
         In the order of the features, and along the lines.
     """
-    walls = {number: each for number, each in enumerate(features) if each.is_wall and len(each.past.line.feet)}
+    walls = {number: each for number, each in enumerate(features) if each.is_wall and len(each.history.line.feet)}
     discs = np.array([each.reflector[1:] for each in features if each.kind is Kind.CYLINDER]).reshape(-1, 3)
     segments: list[Segment] = []
     for _ in range(_ROUNDS):
@@ -108,7 +108,7 @@ def find_segments(
             others = [each for each in before if each.owner != number]
             narrow, wide = Obstacles.of(others), Obstacles.of(others, discs, settings.margin)
             corners = corners_on(number, wall, before, echoes)
-            passed = _near(path_crossings(wall.line, path_xy), wall.past.line.feet)
+            passed = _near(path_crossings(wall.line, path_xy), wall.history.line.feet)
             places = np.concatenate([passed, [each.place for each in corners]])
             line = _Line.of(
                 number,
@@ -138,8 +138,8 @@ def _without_copies(segments: Sequence[Segment]) -> list[Segment]:
     kept: list[Segment] = []
     owners = Counter(each.owner for each in segments)
     for segment in sorted(segments, key=lambda each: each.pings, reverse=True):
-        is_lone = owners[segment.owner] == 1
-        if not any(is_copy(segment, each) or (is_lone and is_across(segment, each)) for each in kept):
+        has_single_station = owners[segment.owner] == 1
+        if not any(is_copy(segment, each) or (has_single_station and is_across(segment, each)) for each in kept):
             kept.append(segment)
     return [each for each in segments if each in kept]
 
@@ -197,8 +197,8 @@ class _Line:
         What another wall blocks is no echo of this one, whatever was detected; and where an obstacle, with a margin, is
         in the way, an echo may be missing, as it may behind the front of a body.
         """
-        feet, centers_xy, ratios = wall.past.line
-        places = np.concatenate([feet, _near(wall.past.crossings, feet), places])
+        feet, centers_xy, ratios = wall.history.line
+        places = np.concatenate([feet, _near(wall.history.crossings, feet), places])
         start = float(places.min()) - OFFSETS[-1]
         hidden, disturbed = (each.block(centers_xy, points_on(wall.line, feet))[:, None, None] for each in obstacles)
         detected = np.where(OFFSETS <= 0.0, np.maximum(ratios[:, :, :1], 0.0), 0.0)
@@ -235,8 +235,8 @@ class _Line:
 
     def potentials(self, corners: Sequence[CornerOnLine]) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the log potentials of the chain: cells, ends and no ends."""
-        settings, past = self.settings, self.wall.past
-        crossings = _near(past.crossings, self.feet)
+        settings, history = self.settings, self.wall.history
+        crossings = _near(history.crossings, self.feet)
         places = np.concatenate([self.feet, crossings])
         passing = np.full(len(crossings), math.log(settings.false_echo))
         ratios = np.concatenate([self.ratios[:, 0, 0], passing])
@@ -300,7 +300,7 @@ class _Line:
 
     def _segment(self, chain: Chain, piece: FloatArray, before: FloatArray, after: FloatArray) -> Segment:
         """Make a segment of the stations that support it: each end where it probably is, if stations say so."""
-        feet = self.wall.past.feet
+        feet = self.wall.history.feet
         near = feet[(feet >= piece[0] - _ARM) & (feet <= piece[-1] + _ARM)]
         detected = np.concatenate([piece, near])
         # A station may detect a wall from a little past its end.
@@ -312,7 +312,7 @@ class _Line:
             low=low.place if low is not None and low.is_known else float(detected.min()),
             high=high.place if high is not None and high.is_known else float(detected.max()),
             ends=(low, high),
-            pings=round(self.wall.past.pings * len(near) / max(len(feet), 1)),
+            pings=round(self.wall.history.pings * len(near) / max(len(feet), 1)),
             start=self.start,
             chances=chain.wall,
         )

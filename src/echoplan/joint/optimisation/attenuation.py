@@ -17,7 +17,7 @@ from echoplan.compiled import compiled
 from echoplan.joint.optimisation.edge_diffraction import Reach
 from echoplan.joint.optimisation.hit_window import RIM, log_chance, outcome_of
 from echoplan.joint.optimisation.range_factors import Features, faced, reach_of
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["shadowed"]
 
@@ -31,12 +31,12 @@ _COST = 4.0
 _RARE = math.log(_SHADOWS / 0.02)
 
 
-def shadowed(soundings: Soundings, hearing: Hearing, features: Features) -> Features:
+def shadowed(measurements: Measurements, hearing: Hearing, features: Features) -> Features:
     """Find the shadows of all features from who heard what: the greatest likelihood of hits and misses.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     hearing : Hearing
         The sonar.
@@ -49,51 +49,53 @@ def shadowed(soundings: Soundings, hearing: Hearing, features: Features) -> Feat
         The same with their shadows, 0 wherever none explains much better, ``inf`` where they were; and with what is not
         known of them.
     """
-    shadows, doubts = _shadows(soundings, hearing, features)
-    return features._replace(shadows=shadows, doubts=doubts)
+    attenuations, bias_variances = _attenuations(measurements, hearing, features)
+    return features._replace(attenuations=attenuations, bias_variances=bias_variances)
 
 
 @compiled
-def _shadows(soundings: Soundings, hearing: Hearing, features: Features) -> tuple[FloatArray, FloatArray]:
-    shadows, doubts = features.shadows.copy(), features.doubts.copy()
-    for feature in range(len(shadows)):
-        gains, excesses = _likelihoods(soundings, hearing, features, feature)
-        past = _past(soundings, features, feature)
+def _attenuations(measurements: Measurements, hearing: Hearing, features: Features) -> tuple[FloatArray, FloatArray]:
+    attenuations, bias_variances = features.attenuations.copy(), features.bias_variances.copy()
+    for feature in range(len(attenuations)):
+        llr_by_station, excesses = _likelihoods(measurements, hearing, features, feature)
+        history = _past(measurements, features, feature)
         if features.reflectors[feature, 0] == _WALL:
-            doubts[feature] = _doubts(hearing, gains, excesses)
-        for station in range(len(gains)):
-            if past[station]:
-                shadows[feature, station] = np.inf
+            bias_variances[feature] = _bias_variances(hearing, llr_by_station, excesses)
+        for station in range(len(llr_by_station)):
+            if history[station]:
+                attenuations[feature, station] = np.inf
                 continue
-            best = np.argmax(gains[station])
-            if gains[station, best] > gains[station, 0] + _COST:
-                shadows[feature, station] = best
-    return shadows, doubts
+            best = np.argmax(llr_by_station[station])
+            if llr_by_station[station, best] > llr_by_station[station, 0] + _COST:
+                attenuations[feature, station] = best
+    return attenuations, bias_variances
 
 
 @compiled
-def _doubts(hearing: Hearing, gains: FloatArray, excesses: FloatArray) -> FloatArray:
+def _bias_variances(hearing: Hearing, llr_by_station: FloatArray, excesses: FloatArray) -> FloatArray:
     """Variances of walks for all that who heard what leaves open of the shadows of a wall [m^2], by station."""
-    doubts = np.zeros(len(gains))
-    for station in range(len(gains)):
+    bias_variances = np.zeros(len(llr_by_station))
+    for station in range(len(llr_by_station)):
         total, mean, square = 0.0, 0.0, 0.0
-        for shadow in range(_SHADOWS):
-            chance = math.exp(gains[station, shadow] - gains[station].max() - (_RARE if shadow else 0.0))
-            walk = walk_of(hearing, excesses[station] - shadow)
+        for attenuation in range(_SHADOWS):
+            chance = math.exp(
+                llr_by_station[station, attenuation] - llr_by_station[station].max() - (_RARE if attenuation else 0.0)
+            )
+            walk = walk_of(hearing, excesses[station] - attenuation)
             total, mean, square = total + chance, mean + chance * walk, square + chance * walk * walk
-        doubts[station] = max(square / total - (mean / total) ** 2, 0.0)
-    return doubts
+        bias_variances[station] = max(square / total - (mean / total) ** 2, 0.0)
+    return bias_variances
 
 
 @compiled
-def _past(soundings: Soundings, features: Features, feature: int) -> BoolArray:
+def _past(measurements: Measurements, features: Features, feature: int) -> BoolArray:
     """Tell which stations stand past the end of a wall; of one that only such stations heard none is left out."""
     shape, reach = shape_of(features.reflectors[feature]), reach_of(features, feature)
-    past, others = np.zeros(len(soundings.centers), dtype=np.bool_), 0
-    for station in range(len(past)):
-        past[station] = _is_past(shape, reach, soundings.centers[station])
-        others += not past[station] and not math.isinf(features.shadows[feature, station])
-    return past if others else np.zeros_like(past)
+    history, others = np.zeros(len(measurements.centers), dtype=np.bool_), 0
+    for station in range(len(history)):
+        history[station] = _is_past(shape, reach, measurements.centers[station])
+        others += not history[station] and not math.isinf(features.attenuations[feature, station])
+    return history if others else np.zeros_like(history)
 
 
 @compiled
@@ -105,31 +107,31 @@ def _is_past(shape: Shape, reach: Reach, center_xy: FloatArray) -> bool:
 
 @compiled
 def _likelihoods(
-    soundings: Soundings, hearing: Hearing, features: Features, feature: int
+    measurements: Measurements, hearing: Hearing, features: Features, feature: int
 ) -> tuple[FloatArray, FloatArray]:
     """Logarithms of the likelihood of all hits and misses of each station, by shadow; the mean excess of the hits."""
     shape, reach = shape_of(features.reflectors[feature]), reach_of(features, feature)
-    faintest, gains = walk_of(hearing, 0.0), np.zeros((len(soundings.centers), _SHADOWS))
-    excesses, hits = np.zeros(len(gains)), np.zeros(len(gains))
-    for ping in range(len(soundings.readings)):
-        station = soundings.stations[ping]
-        if math.isinf(features.shadows[feature, station]):
+    faintest, llr_by_station = walk_of(hearing, 0.0), np.zeros((len(measurements.centers), _SHADOWS))
+    excesses, hits = np.zeros(len(llr_by_station)), np.zeros(len(llr_by_station))
+    for ping in range(len(measurements.readings)):
+        station = measurements.stations[ping]
+        if math.isinf(features.attenuations[feature, station]):
             continue
-        place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
-        sight, late = faced(shape, reach, place, soundings.readings[ping] * hearing.scale, hearing.wavelength)
+        place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
+        sight, late = faced(shape, reach, place, measurements.readings[ping] * hearing.scale, hearing.wavelength)
         excess = excess_of(hearing, sight)
-        if excess <= 0.0 or sight[0] > soundings.max_range - RIM:
+        if excess <= 0.0 or sight[0] > measurements.max_range - RIM:
             continue
         outcome = outcome_of(late, faintest)
         if outcome != 0.0:
-            _add(gains[station], outcome, excess, soundings.weights[ping])
+            _add(llr_by_station[station], outcome, excess, measurements.weights[ping])
         if outcome > 0.0:
             excesses[station], hits[station] = excesses[station] + excess, hits[station] + 1.0
-    return gains, excesses / np.maximum(hits, 1.0)
+    return llr_by_station, excesses / np.maximum(hits, 1.0)
 
 
 @compiled
-def _add(gains: FloatArray, outcome: float, excess: float, weight: float) -> None:
+def _add(llr_by_station: FloatArray, outcome: float, excess: float, weight: float) -> None:
     """Add what a hit or a miss says of each shadow."""
-    for shadow in range(_SHADOWS):
-        gains[shadow] += weight * log_chance(outcome * (excess - shadow))
+    for attenuation in range(_SHADOWS):
+        llr_by_station[attenuation] += weight * log_chance(outcome * (excess - attenuation))

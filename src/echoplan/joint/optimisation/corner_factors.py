@@ -11,9 +11,9 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.geometry import directions, intersections
 from echoplan.joint.optimisation.factors import Rows
-from echoplan.joint.optimisation.layout import Unknowns
+from echoplan.joint.optimisation.layout import Layout
 
-__all__ = ["TieSettings", "corner_ties", "crossing_slopes"]
+__all__ = ["TieSettings", "corner_factors", "crossing_slopes"]
 
 _WALL = int(Kind.WALL)
 
@@ -52,7 +52,7 @@ def crossing_slopes(lines: FloatArray, crossing_xy: FloatArray) -> FloatArray:
     return np.column_stack([-along[0] * inverse[:, 0], inverse[:, 0], -along[1] * inverse[:, 1], inverse[:, 1]])
 
 
-def corner_ties(reflectors: FloatArray, unknowns: Unknowns, settings: TieSettings) -> Iterator[Rows]:
+def corner_factors(reflectors: FloatArray, layout: Layout, settings: TieSettings) -> Iterator[Rows]:
     """Tie each corner that was heard to the crossing of the two walls that make it.
 
     Sound that is reflected by both of two walls at a right angle comes back as from their vertex.
@@ -61,7 +61,7 @@ def corner_ties(reflectors: FloatArray, unknowns: Unknowns, settings: TieSetting
     ----------
     reflectors : ndarray, shape (f, 4)
         Kind and parameters of all features.
-    unknowns : Unknowns
+    unknowns : Layout
         Where their parameters stand.
     settings : TieSettings
         Which belong together.
@@ -75,18 +75,18 @@ def corner_ties(reflectors: FloatArray, unknowns: Unknowns, settings: TieSetting
     if not len(pairs):
         return
     crossings = intersections(reflectors[pairs[:, 0], 1:3], reflectors[pairs[:, 1], 1:3])
-    for number in np.flatnonzero(unknowns.kinds == Kind.CORNER):
+    for number in np.flatnonzero(layout.kinds == Kind.CORNER):
         distances = np.hypot(*(crossings - reflectors[number, 1:3]).T)
         best = int(np.argmin(distances))
         if distances[best] >= settings.gate:
             continue
         pair, crossing = pairs[best], crossings[best]
         lines = reflectors[pair, 1:3]
-        columns = np.concatenate([unknowns.starts[k] + np.arange(2) for k in (*pair, number)])
-        slopes = np.concatenate([crossing_slopes(lines, crossing), -np.eye(2)], axis=1)
+        columns = np.concatenate([layout.starts[k] + np.arange(2) for k in (*pair, number)])
+        jacobian = np.concatenate([crossing_slopes(lines, crossing), -np.eye(2)], axis=1)
         yield Rows(
             np.stack([columns, columns]),
-            slopes,
+            jacobian,
             -(crossing - reflectors[number, 1:3]),
             np.full(2, settings.sigma**-2),
         )

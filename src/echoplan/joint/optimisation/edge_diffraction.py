@@ -112,7 +112,7 @@ def at_end(sight: Sight, below: float, above: float, wavelength: float) -> Sight
 
 @compiled
 def differentiate_at_end(
-    hearing: Hearing, shape: Shape, place: Ping, end: tuple[FloatArray, float], slopes: tuple[FloatArray, FloatArray]
+    hearing: Hearing, shape: Shape, place: Ping, end: tuple[FloatArray, float], jacobian: tuple[FloatArray, FloatArray]
 ) -> int:
     """Differentiate the reading of a wall near its end; past it, as if the end were seen along the normal.
 
@@ -134,13 +134,13 @@ def differentiate_at_end(
     int
         The number of that wall.
     """
-    (ends, shadow), (own, neighbours) = end, slopes
+    (ends, attenuation), (own, neighbours) = end, jacobian
     sight, foot = look(shape, place), shape[1] * place[1] - shape[2] * place[0]
     below, above = ends[0, 0] - foot, foot - ends[1, 0]
     lost = sight[4] - at_end(sight, below, above, hearing.wavelength)[4]
-    differentiate(hearing, shape, place, own, shadow + lost)
-    near = _read(hearing, at_end(sight, below - _STEP, above - _STEP, hearing.wavelength), shadow)
-    far = _read(hearing, at_end(sight, below + _STEP, above + _STEP, hearing.wavelength), shadow)
+    differentiate(hearing, shape, place, own, attenuation + lost)
+    near = _read(hearing, at_end(sight, below - _STEP, above - _STEP, hearing.wavelength), attenuation)
+    far = _read(hearing, at_end(sight, below + _STEP, above + _STEP, hearing.wavelength), attenuation)
     side, sign = (0, 1.0) if below > above else (1, -1.0)
     slope = sign * (far - near) / (2.0 * _STEP)
     # The foot of the sensor moves the other way, as the wall turns and as the sensor moves.
@@ -153,8 +153,8 @@ def differentiate_at_end(
 
 
 @compiled
-def _read(hearing: Hearing, sight: Sight, shadow: float) -> float:
-    return sight[0] + walk_of(hearing, excess_of(hearing, sight) - shadow)
+def _read(hearing: Hearing, sight: Sight, attenuation: float) -> float:
+    return sight[0] + walk_of(hearing, excess_of(hearing, sight) - attenuation)
 
 
 @compiled

@@ -3,7 +3,7 @@
 import numpy as np
 
 from echoplan.arrays import BoolArray, FloatArray, IntArray
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["gain_of_common_errors", "independence", "intraclass_correlation", "rounding_in_common"]
 
@@ -17,7 +17,7 @@ _FEWEST = 50
 _HARMONICS = np.arange(1, 61)
 
 
-def independence(soundings: Soundings, owners: IntArray, residuals: FloatArray, *, noise: float) -> float:
+def independence(measurements: Measurements, owners: IntArray, residuals: FloatArray, *, noise: float) -> float:
     r"""Tell how many times more readings count than their weights say.
 
     Weights take pings four degrees apart for independent, and nearer ones in proportion.  What is left of the
@@ -28,7 +28,7 @@ def independence(soundings: Soundings, owners: IntArray, residuals: FloatArray, 
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     owners : ndarray of int, shape (n,)
         Which feature explains each; -1 for none.
@@ -42,17 +42,19 @@ def independence(soundings: Soundings, owners: IntArray, residuals: FloatArray, 
     float
         At least 1, which stands for what the weights say, and at most one full count a ping.
     """
-    weight = float(np.median(soundings.weights)) if len(soundings.weights) else 1.0
+    weight = float(np.median(measurements.weights)) if len(measurements.weights) else 1.0
     lags = round(1.0 / weight)
-    order = np.lexsort((soundings.bearings, soundings.sensors, soundings.stations))
-    left, whose = residuals[order], _groups(soundings, owners)[order]
-    told = (whose >= 0) & (np.abs(left) < _WILD * noise)
-    correlations = [_correlation(left, whose, told, lag) for lag in range(1, lags)]
+    order = np.lexsort((measurements.bearings, measurements.sensors, measurements.stations))
+    left, whose = residuals[order], _groups(measurements, owners)[order]
+    inliers = (whose >= 0) & (np.abs(left) < _WILD * noise)
+    correlations = [_correlation(left, whose, inliers, lag) for lag in range(1, lags)]
     spread = 1.0 + 2.0 * sum(correlations)
     return max(1.0, 1.0 / (weight * max(spread, 1.0)))
 
 
-def intraclass_correlation(soundings: Soundings, owners: IntArray, residuals: FloatArray, *, noise: float) -> float:
+def intraclass_correlation(
+    measurements: Measurements, owners: IntArray, residuals: FloatArray, *, noise: float
+) -> float:
     r"""Tell how much of their errors the readings of one feature from one station have in common.
 
     It is that of a one-way analysis of variance, ICC(1) (Shrout and Fleiss 1979).  A station whose pose is off by
@@ -62,7 +64,7 @@ def intraclass_correlation(soundings: Soundings, owners: IntArray, residuals: Fl
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     owners : ndarray of int, shape (n,)
         Which feature explains each; -1 for none.
@@ -77,13 +79,13 @@ def intraclass_correlation(soundings: Soundings, owners: IntArray, residuals: Fl
         B and W are the mean squares between and within the g groups of readings of one feature from one station, k
         their mean size; 0 where no group has two.
     """
-    told, members = _members(soundings, owners, residuals, noise)
+    inliers, members = _members(measurements, owners, residuals, noise)
     sizes = np.bincount(members)
     if len(sizes) == len(members):
         return 0.0
-    means = np.bincount(members, residuals[told]) / sizes
+    means = np.bincount(members, residuals[inliers]) / sizes
     between = float(sizes @ means**2) / len(sizes)
-    within = float(np.sum((residuals[told] - means[members]) ** 2)) / (len(members) - len(sizes))
+    within = float(np.sum((residuals[inliers] - means[members]) ** 2)) / (len(members) - len(sizes))
     size = len(members) / len(sizes)
     return (between - within) / max(between + (size - 1.0) * within, 1e-12)
 
@@ -121,7 +123,7 @@ def rounding_in_common(step: float, scatter: float) -> float:
 
 
 def gain_of_common_errors(
-    soundings: Soundings, owners: IntArray, residuals: FloatArray, *, noise: float, common: float
+    measurements: Measurements, owners: IntArray, residuals: FloatArray, *, noise: float, common: float
 ) -> float:
     r"""Tell how much likelier readings are if those of one feature from one station may err together.
 
@@ -137,7 +139,7 @@ def gain_of_common_errors(
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     owners : ndarray of int, shape (n,)
         Which feature explains each; -1 for none.
@@ -153,12 +155,12 @@ def gain_of_common_errors(
     float
         The logarithm, with s as the readings have it; 0 where no group has two of them [nats].
     """
-    told, members = _members(soundings, owners, residuals, noise)
+    inliers, members = _members(measurements, owners, residuals, noise)
     sizes = np.bincount(members)[members]
     shared = sizes > 1
     if not shared.any():
         return 0.0
-    left, weights = residuals[told], soundings.weights[told]
+    left, weights = residuals[inliers], measurements.weights[inliers]
     counts = np.bincount(members, weights)
     means = np.bincount(members, weights * left) / counts
     own = left - means[members]
@@ -171,23 +173,25 @@ def gain_of_common_errors(
     return float(gained - 0.5 * lost.sum())
 
 
-def _members(soundings: Soundings, owners: IntArray, residuals: FloatArray, noise: float) -> tuple[BoolArray, IntArray]:
+def _members(
+    measurements: Measurements, owners: IntArray, residuals: FloatArray, noise: float
+) -> tuple[BoolArray, IntArray]:
     """Tell which readings are explained, and of which group of one feature and one station each of these is."""
-    told = (owners >= 0) & (np.abs(residuals) < _WILD * noise)
-    groups = owners[told] * len(soundings.centers) + soundings.stations[told]
-    return told, np.unique(groups, return_inverse=True)[1]
+    inliers = (owners >= 0) & (np.abs(residuals) < _WILD * noise)
+    groups = owners[inliers] * len(measurements.centers) + measurements.stations[inliers]
+    return inliers, np.unique(groups, return_inverse=True)[1]
 
 
-def _groups(soundings: Soundings, owners: IntArray) -> IntArray:
+def _groups(measurements: Measurements, owners: IntArray) -> IntArray:
     """Give a number to all pings that one sensor heard of one feature from one station; -1 for those of none."""
-    stations, sensors = len(soundings.centers), int(soundings.sensors.max(initial=0)) + 1
-    numbers = (owners * stations + soundings.stations) * sensors + soundings.sensors
+    stations, sensors = len(measurements.centers), int(measurements.sensors.max(initial=0)) + 1
+    numbers = (owners * stations + measurements.stations) * sensors + measurements.sensors
     groups: IntArray = np.where(owners >= 0, numbers, -1)
     return groups
 
 
-def _correlation(residuals: FloatArray, whose: IntArray, told: BoolArray, lag: int) -> float:
-    pairs = told[:-lag] & told[lag:] & (whose[:-lag] == whose[lag:])
+def _correlation(residuals: FloatArray, whose: IntArray, inliers: BoolArray, lag: int) -> float:
+    pairs = inliers[:-lag] & inliers[lag:] & (whose[:-lag] == whose[lag:])
     if pairs.sum() < _FEWEST:
         # Where nothing is known neighbours are taken to say the same.
         return 1.0

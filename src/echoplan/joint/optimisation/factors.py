@@ -34,7 +34,7 @@ class Rows(NamedTuple):
     """
 
     columns: IntArray
-    slopes: FloatArray
+    jacobian: FloatArray
     residuals: FloatArray
     weights: FloatArray
 
@@ -207,12 +207,12 @@ def held(step: FloatArray, columns: Sequence[FloatArray], changes: Mapping[int, 
 @compiled
 def _sum_up(rows: Rows, information: FloatArray, right: FloatArray) -> None:
     for row in range(len(rows.residuals)):
-        weight, columns, slopes = rows.weights[row], rows.columns[row], rows.slopes[row]
+        weight, columns, jacobian = rows.weights[row], rows.columns[row], rows.jacobian[row]
         for one, column in enumerate(columns):
             if column < 0:
                 continue
-            scaled = weight * slopes[one]
+            scaled = weight * jacobian[one]
             right[column] += scaled * rows.residuals[row]
             for other, second in enumerate(columns):
                 if second >= 0:
-                    information[column, second] += scaled * slopes[other]
+                    information[column, second] += scaled * jacobian[other]

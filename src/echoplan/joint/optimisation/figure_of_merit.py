@@ -12,9 +12,9 @@ from echoplan.acoustics.predicted_echo import EchoModel, Kind, Shape, look, shap
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.compiled import compiled
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
-__all__ = ["fit_loudness"]
+__all__ = ["fit_figure_of_merit"]
 
 # Features that three stations heard clearly [nats] tell most about the sonar; where there are few, those that two did.
 _CLEARLY, _STATIONS, _FEATURES = 8.0, (3, 2), 3
@@ -36,8 +36,8 @@ _WALL = int(Kind.WALL)
 _STEEP = math.cos(1.2)
 
 
-def fit_loudness(
-    soundings: Soundings, model: EchoModel, features: Sequence[Hypothesis], *, believed: float
+def fit_figure_of_merit(
+    measurements: Measurements, model: EchoModel, features: Sequence[Hypothesis], *, pose_prior: float
 ) -> EchoModel:
     """Fit figure of merit and beam width to who heard what.
 
@@ -46,7 +46,7 @@ def fit_loudness(
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     model : EchoModel
         The sonar so far.
@@ -66,17 +66,17 @@ def fit_loudness(
     if not clear:
         return model
     scale = 1.0 + model.range_scale
-    rows = np.concatenate([_faced(soundings, each.reflector, each.extent, scale) for each in clear])
+    rows = np.concatenate([_faced(measurements, each.reflector, each.extent, scale) for each in clear])
     rows = rows[:: -(-len(rows) // _ROWS)]
     losses = 20 * np.log10(2 * rows[:, 0]) + 2 * model.absorption * rows[:, 0] - rows[:, 2]
     beam = _beam_table()
 
     def cost(point: Sequence[float]) -> float:
         merit, ka = point
-        gains = np.interp(abs(ka) * rows[:, 1], beam[0], beam[1])
-        chances = 1 / (1 + np.exp(np.clip((losses - merit - gains) / _FADING, -30, 30)))
+        llr_by_station = np.interp(abs(ka) * rows[:, 1], beam[0], beam[1])
+        chances = 1 / (1 + np.exp(np.clip((losses - merit - llr_by_station) / _FADING, -30, 30)))
         surprise = -np.sum(_log_likelihood(np.clip(chances, _LEAST, _MOST), rows[:, 3] > 0))
-        return float(surprise + 0.5 * _WORTH * ((merit - believed) / _SIGMA) ** 2)
+        return float(surprise + 0.5 * _WORTH * ((merit - pose_prior) / _SIGMA) ** 2)
 
     # Louder and narrower looks much like fainter and wider: the likelihood has more than one summit.
     starts = [(model.figure_of_merit, model.ka), *product(_MERITS, _WIDTHS)]
@@ -89,37 +89,37 @@ def _clear(features: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Choose the features that tell about the sonar; none if there are too few."""
     plain = [each for each in features if each.kind in (Kind.WALL, Kind.CYLINDER)]
     for stations in _STATIONS:
-        clear = [each for each in plain if (each.gains > _CLEARLY).sum() >= stations]
+        clear = [each for each in plain if (each.llr_by_station > _CLEARLY).sum() >= stations]
         if len(clear) >= _FEATURES:
             return clear
     return []
 
 
-def _log_likelihood(chances: FloatArray, heard: BoolArray) -> FloatArray:
-    return np.log(np.where(heard, chances, 1 - chances))
+def _log_likelihood(chances: FloatArray, detected: BoolArray) -> FloatArray:
+    return np.log(np.where(detected, chances, 1 - chances))
 
 
 def _beam_table() -> tuple[FloatArray, FloatArray]:
     """Two-way gain against ``ka sin(angle)``, dark from just before the first null on."""
     arguments = np.linspace(0.0, _NULL, 721)
-    gains = -two_way_loss(np.arcsin(arguments / _NULL), _NULL)
-    return np.append(arguments, _NULL + 1e-9), np.append(gains, -_SILENT)
+    llr_by_station = -two_way_loss(np.arcsin(arguments / _NULL), _NULL)
+    return np.append(arguments, _NULL + 1e-9), np.append(llr_by_station, -_SILENT)
 
 
 @compiled
-def _faced(soundings: Soundings, reflector: FloatArray, extent: tuple[float, float], scale: float) -> FloatArray:
+def _faced(measurements: Measurements, reflector: FloatArray, extent: tuple[float, float], scale: float) -> FloatArray:
     """Pings that face a reflector, as rows: depth, sine off axis, strength, and 1 for those that heard it."""
     shape, count = shape_of(reflector), 0
-    rows = np.empty((len(soundings.readings), 4))
-    for ping in range(len(soundings.readings)):
-        x, y = soundings.x[ping], soundings.y[ping]
-        depth, cosine, sine, _, strength = look(shape, (x, y, soundings.ux[ping], soundings.uy[ping]))
+    rows = np.empty((len(measurements.readings), 4))
+    for ping in range(len(measurements.readings)):
+        x, y = measurements.x[ping], measurements.y[ping]
+        depth, cosine, sine, _, strength = look(shape, (x, y, measurements.ux[ping], measurements.uy[ping]))
         if not (_within(shape, extent, x, y) and depth > 0.02 and cosine > _STEEP):
             continue
-        late = soundings.readings[ping] * scale - depth
-        heard = _EARLY < late < _LATE
-        if heard or (late > _BEHIND and depth < soundings.max_range - _RIM):
-            rows[count] = depth, abs(sine), strength, 1.0 if heard else 0.0
+        late = measurements.readings[ping] * scale - depth
+        detected = _EARLY < late < _LATE
+        if detected or (late > _BEHIND and depth < measurements.max_range - _RIM):
+            rows[count] = depth, abs(sine), strength, 1.0 if detected else 0.0
             count += 1
     return rows[:count].copy()
 

@@ -19,7 +19,7 @@ from echoplan.joint.optimisation.hit_window import RIM, log_chance, outcome_of
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
 from echoplan.joint.optimisation.range_factors import Features, faced, reach_of
 from echoplan.joint.optimisation.values import State
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError
 
 __all__ = ["NO_BEARINGS", "Bearings", "bearing_rows", "bearings_of"]
@@ -65,7 +65,7 @@ NO_BEARINGS = Bearings(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0)
 
 
 def bearings_of(
-    soundings: Soundings,
+    measurements: Measurements,
     hearing: Hearing,
     features: Features,
     headings: FloatArray,
@@ -80,7 +80,7 @@ def bearings_of(
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings of s stations.
     hearing : Hearing
         The sonar.
@@ -97,9 +97,9 @@ def bearings_of(
     Bearings
         Those that the pings tell.
     """
-    sensors = 1 if servo is None else int(soundings.sensors.max(initial=0)) + 1
-    groups = soundings.stations if servo is None else sensors * soundings.stations + soundings.sensors
-    likelihoods, angles = _likelihoods(soundings, hearing, features, groups, sensors * len(soundings.centers))
+    sensors = 1 if servo is None else int(measurements.sensors.max(initial=0)) + 1
+    groups = measurements.stations if servo is None else sensors * measurements.stations + measurements.sensors
+    likelihoods, angles = _likelihoods(measurements, hearing, features, groups, sensors * len(measurements.centers))
     chances = np.exp(likelihoods - likelihoods.max(axis=2, keepdims=True))
     chances /= chances.sum(axis=2, keepdims=True)
     turns = chances @ _TURNS
@@ -131,23 +131,23 @@ def bearing_rows(bearings: Bearings, now: State) -> Rows:
     Rows
         One a bearing.
     """
-    walls, stations, unknowns = bearings.walls, bearings.stations, now.unknowns
+    walls, stations, layout = bearings.walls, bearings.stations, now.layout
     headings = now.poses[stations, 2] if len(now.poses) else np.zeros(len(walls))
     turned = headings + (now.servo.gain - bearings.servo.gain) * bearings.angles
     residuals = wrap(
         bearings.headings - turned + bearings.servo.offset - now.servo.offset + now.features.reflectors[walls, 1]
     )
-    gain, offset = (np.full(len(walls), unknowns.sonar + SONAR_UNKNOWNS.index(each)) for each in _SERVO)
-    facing = unknowns.pose + 3 * stations + 2 if len(now.poses) else np.full(len(walls), -1)
-    columns = np.column_stack([unknowns.starts[walls], facing, gain, offset])
+    gain, offset = (np.full(len(walls), layout.sonar + SONAR_UNKNOWNS.index(each)) for each in _SERVO)
+    facing = layout.pose + 3 * stations + 2 if len(now.poses) else np.full(len(walls), -1)
+    columns = np.column_stack([layout.starts[walls], facing, gain, offset])
     ones = np.ones(len(walls))
-    slopes = np.column_stack([-ones, ones, bearings.angles, ones])
-    return Rows(columns, slopes, residuals, 1.0 / bearings.variances)
+    jacobian = np.column_stack([-ones, ones, bearings.angles, ones])
+    return Rows(columns, jacobian, residuals, 1.0 / bearings.variances)
 
 
 @compiled
 def _likelihoods(
-    soundings: Soundings, hearing: Hearing, features: Features, groups: IntArray, count: int
+    measurements: Measurements, hearing: Hearing, features: Features, groups: IntArray, count: int
 ) -> tuple[FloatArray, FloatArray]:
     """Logarithms of the likelihood of hits and misses, by wall, group of pings, and turn; mean servo angle of hits."""
     likelihoods = np.zeros((len(features.reflectors), count, len(_TURNS)))
@@ -155,28 +155,28 @@ def _likelihoods(
     faintest = walk_of(hearing, 0.0)
     for feature in range(len(likelihoods)):
         shape, reach = shape_of(features.reflectors[feature]), reach_of(features, feature)
-        for ping in range(len(soundings.readings) if shape[0] == _WALL else 0):
-            shadow = features.shadows[feature, soundings.stations[ping]]
-            if math.isinf(shadow):
+        for ping in range(len(measurements.readings) if shape[0] == _WALL else 0):
+            attenuation = features.attenuations[feature, measurements.stations[ping]]
+            if math.isinf(attenuation):
                 continue
-            place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
-            sight, late = faced(shape, reach, place, soundings.readings[ping] * hearing.scale, hearing.wavelength)
+            place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
+            sight, late = faced(shape, reach, place, measurements.readings[ping] * hearing.scale, hearing.wavelength)
             outcome = outcome_of(late, faintest)
-            if outcome != 0.0 and sight[1] > _STEEP and sight[0] < soundings.max_range - RIM:
-                told = likelihoods[feature, groups[ping]]
+            if outcome != 0.0 and sight[1] > _STEEP and sight[0] < measurements.max_range - RIM:
+                log_likelihoods = likelihoods[feature, groups[ping]]
                 if outcome > 0.0:
-                    angles[feature, groups[ping]] += soundings.angles[ping]
+                    angles[feature, groups[ping]] += measurements.angles[ping]
                     hits[feature, groups[ping]] += 1.0
-                _add(told, hearing, sight, (outcome, soundings.weights[ping], shadow))
+                _add(log_likelihoods, hearing, sight, (outcome, measurements.weights[ping], attenuation))
     return likelihoods, angles / hits
 
 
 @compiled
-def _add(told: FloatArray, hearing: Hearing, sight: Sight, asked: tuple[float, float, float]) -> None:
+def _add(log_likelihoods: FloatArray, hearing: Hearing, sight: Sight, asked: tuple[float, float, float]) -> None:
     """Add what a ping says of each turn: its outcome, what it counts, and how faint the wall is there."""
-    outcome, weight, shadow = asked
+    outcome, weight, attenuation = asked
     for number, turn in enumerate(_TURNS):
         cosine, sine = math.cos(turn), math.sin(turn)
         turned = (cosine * sight[1] - sine * sight[2], sine * sight[1] + cosine * sight[2])
-        excess = excess_of(hearing, (sight[0], turned[0], turned[1], sight[3], sight[4])) - shadow
-        told[number] += weight * log_chance(outcome * excess)
+        excess = excess_of(hearing, (sight[0], turned[0], turned[1], sight[3], sight[4])) - attenuation
+        log_likelihoods[number] += weight * log_chance(outcome * excess)

@@ -3,7 +3,7 @@
 import math
 
 from echoplan.compiled import compiled
-from echoplan.joint.likelihood.ping_scores import audibility
+from echoplan.joint.likelihood.ping_scores import detection_probability
 
 __all__ = ["RIM", "log_chance", "outcome_of"]
 
@@ -55,4 +55,4 @@ def log_chance(excess: float) -> float:
     """
     if abs(excess) > _FADED:
         return _LOG_MOST if excess > 0.0 else _LOG_LEAST
-    return math.log(min(max(audibility(excess), _LEAST), _MOST))
+    return math.log(min(max(detection_probability(excess), _LEAST), _MOST))

@@ -8,7 +8,7 @@ import numpy as np
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 
-__all__ = ["SONAR_UNKNOWNS", "Unknowns"]
+__all__ = ["SONAR_UNKNOWNS", "Layout"]
 
 # Of the sonar, in this order: range offset [m], walk gain [m], range scale, servo latency [s], servo gain, servo
 # offset [rad], figure of merit [dB], logarithm of the beam's ka, exponent of the range walk.
@@ -26,7 +26,7 @@ SONAR_UNKNOWNS = (
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Unknowns:
+class Layout:
     """Where each unknown stands.
 
     Parameters

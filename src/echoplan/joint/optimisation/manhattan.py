@@ -12,18 +12,18 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.geometry import wrap
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.optimisation.factors import Rows, prior
-from echoplan.joint.optimisation.layout import Unknowns
+from echoplan.joint.optimisation.layout import Layout
 from echoplan.joint.optimisation.variance_components import learned_factor
 
 __all__ = [
     "Squareness",
     "SquarenessSettings",
-    "learn_squareness",
+    "estimate_right_angles",
     "main_direction",
     "off_square",
     "rest_on_few",
+    "right_angle_factors",
     "roughly_square",
-    "square_rows",
 ]
 
 # Density of the direction of a wall that is not square to others: it may be any [1/rad].
@@ -99,8 +99,8 @@ def main_direction(features: Sequence[Hypothesis], settings: SquarenessSettings)
     walls = [each for each in features if each.is_wall]
     if len(walls) < settings.least_walls:
         return None
-    gains = np.array([each.total for each in walls])
-    mean = np.sum(gains * np.exp(4j * np.array([each.line[0] for each in walls]))) / gains.sum()
+    llr_by_station = np.array([each.total for each in walls])
+    mean = np.sum(llr_by_station * np.exp(4j * np.array([each.line[0] for each in walls]))) / llr_by_station.sum()
     return float(np.angle(mean)) / 4 if abs(mean) > settings.concentration else None
 
 
@@ -149,15 +149,15 @@ def rest_on_few(features: Sequence[Hypothesis], least: float) -> bool:
         Whether they were.
     """
     walls = [each for each in features if each.is_wall]
-    return 2 * sum(each.speaking(least) <= _FEW for each in walls) > len(walls)
+    return 2 * sum(each.supporting(least) <= _FEW for each in walls) > len(walls)
 
 
-def learn_squareness(
+def estimate_right_angles(
     reflectors: FloatArray,
-    unknowns: Unknowns,
+    layout: Layout,
     covariance: FloatArray,
     settings: SquarenessSettings,
-    believed: Squareness | None = None,
+    pose_prior: Squareness | None = None,
     *,
     by_hand: bool = False,
 ) -> Squareness | None:
@@ -186,7 +186,7 @@ def learn_squareness(
     ----------
     reflectors : ndarray, shape (f, 4)
         Kind and parameters of features.
-    unknowns : Unknowns
+    unknowns : Layout
         Where these stand among the unknowns.
     covariance : ndarray, shape (u, u)
         Of all unknowns.
@@ -202,17 +202,17 @@ def learn_squareness(
     Squareness or None
         None where that explains the directions no better than chance.
     """
-    walls = np.flatnonzero(unknowns.kinds == Kind.WALL)
+    walls = np.flatnonzero(layout.kinds == Kind.WALL)
     if len(walls) < settings.least_walls:
         return None
-    angles, places = reflectors[walls, 1], unknowns.starts[walls]
+    angles, places = reflectors[walls, 1], layout.starts[walls]
     covariance = covariance[np.ix_(places, places)]
-    if believed is not None:
-        angles, covariance = _released(angles, covariance, believed._replace(members=believed.members[walls]))
+    if pose_prior is not None:
+        angles, covariance = _released(angles, covariance, pose_prior._replace(members=pose_prior.members[walls]))
     folded = np.stack([off_square(angles, float(each)) for each in angles])
     square = _normal(folded, np.diag(covariance) + settings.tolerance**2)
     first = int(np.argmax(np.log(square + _ANY).sum(axis=1)))
-    shares, sigma = _told_apart(folded[first], covariance, square[first] / (square[first] + _ANY), settings)
+    shares, sigma = _are_confirmed(folded[first], covariance, square[first] / (square[first] + _ANY), settings)
     if _evidence(folded[first], covariance, shares, sigma) <= settings.evidence:
         return None
     members, square_ones = np.zeros(len(reflectors), dtype=bool), np.flatnonzero(shares > _LIKELY)
@@ -221,7 +221,7 @@ def learn_squareness(
     return Squareness(members, sigma, by_hand and _are_along_axes(angles[square_ones], known, settings))
 
 
-def _told_apart(
+def _are_confirmed(
     off: FloatArray, covariance: FloatArray, shares: FloatArray, settings: SquarenessSettings
 ) -> tuple[FloatArray, float]:
     """Tell how likely each wall stands square, and how exactly these do, from how likely they seem at first."""
@@ -251,19 +251,19 @@ def _are_along_axes(angles: FloatArray, covariance: FloatArray, settings: Square
     return odds + gain > settings.evidence
 
 
-def _released(angles: FloatArray, covariance: FloatArray, believed: Squareness) -> tuple[FloatArray, FloatArray]:
+def _released(angles: FloatArray, covariance: FloatArray, pose_prior: Squareness) -> tuple[FloatArray, FloatArray]:
     """Tell where walls would turn, and how well that would be known, if nobody believed in right angles.
 
     One step of Gauss and Newton without the rows of that belief.  Let go for good, walls of stations that nothing else
     holds would turn until other features explain what they explained.
     """
-    rows = square_rows(believed, angles, np.arange(len(angles)))
-    slopes = np.zeros((len(rows.residuals), len(angles)))
-    np.add.at(slopes, (np.arange(len(slopes))[:, None], rows.columns), rows.slopes)
+    rows = right_angle_factors(pose_prior, angles, np.arange(len(angles)))
+    jacobian = np.zeros((len(rows.residuals), len(angles)))
+    np.add.at(jacobian, (np.arange(len(jacobian))[:, None], rows.columns), rows.jacobian)
     # What the model of the sonar lacks is in the covariance, too: so more may be taken back than it shows to be known.
-    known, axes = np.linalg.eigh(np.linalg.inv(covariance) - slopes.T @ (rows.weights[:, None] * slopes))
+    known, axes = np.linalg.eigh(np.linalg.inv(covariance) - jacobian.T @ (rows.weights[:, None] * jacobian))
     free: FloatArray = (axes / np.maximum(known, _LEAST_KNOWN)) @ axes.T
-    return angles - free @ (slopes.T @ (rows.weights * rows.residuals)), free
+    return angles - free @ (jacobian.T @ (rows.weights * rows.residuals)), free
 
 
 def _normal(off: FloatArray, variances: FloatArray) -> FloatArray:
@@ -294,7 +294,7 @@ def _evidence(off: FloatArray, covariance: FloatArray, shares: FloatArray, sigma
     return -0.5 * (volume + squares) - (m - 1) * math.log(math.sqrt(2.0 * math.pi) * _ANY) - chosen
 
 
-def square_rows(believed: Squareness, angles: FloatArray, columns: IntArray) -> Rows:
+def right_angle_factors(pose_prior: Squareness, angles: FloatArray, columns: IntArray) -> Rows:
     """Draw walls to the direction that they have in common: that of the axes, or whatever it is.
 
     Parameters
@@ -311,15 +311,15 @@ def square_rows(believed: Squareness, angles: FloatArray, columns: IntArray) -> 
     Rows
         One a member; unless they stand along the axes they say nothing of the direction.
     """
-    members = np.flatnonzero(believed.members)
-    if believed.along_axes:
-        return prior(columns[members], sigma=believed.sigma, residual=-off_square(angles[members], 0.0))
+    members = np.flatnonzero(pose_prior.members)
+    if pose_prior.along_axes:
+        return prior(columns[members], sigma=pose_prior.sigma, residual=-off_square(angles[members], 0.0))
     off = off_square(angles[members], float(angles[members[0]]))
     return Rows(
         columns=np.tile(columns[members], (len(members), 1)),
-        slopes=np.eye(len(members)) - 1.0 / len(members),
+        jacobian=np.eye(len(members)) - 1.0 / len(members),
         residuals=off.mean() - off,
-        weights=np.full(len(members), believed.sigma**-2.0),
+        weights=np.full(len(members), pose_prior.sigma**-2.0),
     )
 
 

@@ -7,10 +7,10 @@ from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import aligned, wrap
-from echoplan.joint.optimisation.pose_factors import PoseBeliefs, step_residuals, step_slopes
+from echoplan.joint.optimisation.pose_factors import PosePrior, step_residuals, step_slopes
 from echoplan.joint.optimisation.variance_components import learned_factor
 
-__all__ = ["VERY_STRONG", "DriftSettings", "are_round", "learn_drift", "learn_waypoints", "scatter"]
+__all__ = ["VERY_STRONG", "DriftSettings", "are_round", "estimate_odometry_noise", "learn_waypoints", "scatter"]
 
 # From this logarithm of a ratio of likelihoods on evidence is very strong [nats] (Kass and Raftery 1995).
 VERY_STRONG = 5.0
@@ -38,14 +38,14 @@ class DriftSettings(BaseModel, frozen=True, extra="forbid"):
     greatest: float = Field(default=10.0, gt=0.0, description="likewise")
 
 
-def learn_drift(
-    beliefs: PoseBeliefs,
+def estimate_odometry_noise(
+    priors: PosePrior,
     poses: FloatArray,
     covariance: FloatArray,
     settings: DriftSettings,
     *,
-    understated: float = 1.0,
-) -> PoseBeliefs:
+    information_inflation: float = 1.0,
+) -> PosePrior:
     r"""Take the errors of odometry, axis by axis, from poses that were corrected.
 
     What readings alone tell of the errors of all steps is the information about them after an adjustment without that
@@ -65,7 +65,7 @@ def learn_drift(
 
     Parameters
     ----------
-    beliefs : PoseBeliefs
+    beliefs : PosePrior
         With what the poses were corrected; relative.
     poses : ndarray, shape (s, 3)
         As corrected [m, m, rad].
@@ -78,31 +78,31 @@ def learn_drift(
 
     Returns
     -------
-    PoseBeliefs
+    PosePrior
         The same with other deviations; what was believed where there are fewer than five steps.
     """
     if len(poses) <= _STEPS:
-        return beliefs
-    information, pull = (understated * each for each in _heard_of_steps(beliefs, poses, covariance))
+        return priors
+    information, pull = (information_inflation * each for each in _heard_of_steps(priors, poses, covariance))
     squares = np.ones(3)
     for _ in range(_TURNS):
         for axis in range(3):
             squares[axis] = _square(*_heard_of_axis(information, pull, axis, squares), settings.spread)
-    sigmas = beliefs.sigmas.copy()
+    sigmas = priors.sigmas.copy()
     sigmas[1:] *= np.sqrt(squares)
-    return beliefs._replace(sigmas=sigmas)
+    return priors._replace(sigmas=sigmas)
 
 
-def _heard_of_steps(beliefs: PoseBeliefs, poses: FloatArray, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _heard_of_steps(priors: PosePrior, poses: FloatArray, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Tell what readings alone say of the errors of steps in deviations believed: information, and how it pulls."""
-    slopes = np.concatenate(step_slopes(beliefs.given, poses), axis=2)[1:]
-    jacobian = np.zeros((*slopes.shape[:2], len(covariance)))
-    for step, (slope, sigmas) in enumerate(zip(slopes, beliefs.sigmas[1:], strict=True)):
-        jacobian[step, :, 3 * step : 3 * step + 6] = slope / sigmas[:, None]
+    blocks = np.concatenate(step_slopes(priors.given, poses), axis=2)[1:]
+    jacobian = np.zeros((*blocks.shape[:2], len(covariance)))
+    for step, (block, sigmas) in enumerate(zip(blocks, priors.sigmas[1:], strict=True)):
+        jacobian[step, :, 3 * step : 3 * step + 6] = block / sigmas[:, None]
     jacobian = jacobian.reshape(-1, len(covariance))
-    believed = np.eye(len(jacobian))
-    known = np.linalg.inv(jacobian @ covariance @ jacobian.T + _HEARD * believed)
-    return known - believed, known @ (step_residuals(beliefs.given, poses) / beliefs.sigmas[1:]).ravel()
+    unit = np.eye(len(jacobian))
+    known = np.linalg.inv(jacobian @ covariance @ jacobian.T + _HEARD * unit)
+    return known - unit, known @ (step_residuals(priors.given, poses) / priors.sigmas[1:]).ravel()
 
 
 def _heard_of_axis(
@@ -118,20 +118,20 @@ def _heard_of_axis(
 
 def _square(information: FloatArray, pull: FloatArray, spread: float) -> float:
     """Tell how many times greater the squares of errors are than was believed."""
-    levels, axes = np.linalg.eigh(information)
-    levels, pulls = np.maximum(levels, 0.0), axes.T @ pull
+    log_densities, axes = np.linalg.eigh(information)
+    log_densities, pulls = np.maximum(log_densities, 0.0), axes.T @ pull
     scores = np.linspace(-_REACH, _REACH, _GRID)
     logarithms = 2.0 * spread * (scores - spread)
     squares = np.exp(logarithms)[:, None]
-    left = squares / (1.0 + levels * squares)
-    gains = 0.5 * (np.sum(pulls**2 * left - np.log1p(levels * squares), axis=1) - scores**2)
-    chances, sums = np.exp(gains - gains.max()), left.sum(axis=1)
+    left = squares / (1.0 + log_densities * squares)
+    llr_by_station = 0.5 * (np.sum(pulls**2 * left - np.log1p(log_densities * squares), axis=1) - scores**2)
+    chances, sums = np.exp(llr_by_station - llr_by_station.max()), left.sum(axis=1)
     return float(np.exp(np.interp(chances @ sums / chances.sum(), sums, logarithms)))
 
 
 def learn_waypoints(
-    beliefs: PoseBeliefs, poses: FloatArray, covariance: FloatArray, settings: DriftSettings, *, headings: bool = False
-) -> PoseBeliefs:
+    priors: PosePrior, poses: FloatArray, covariance: FloatArray, settings: DriftSettings, *, headings: bool = False
+) -> PosePrior:
     """Take the errors of way-points from the squares that are expected of them where poses were corrected.
 
     A guess is good to tenfold either way (``learned_factor``).  Errors of headings are learned only if asked for.
@@ -140,7 +140,7 @@ def learn_waypoints(
 
     Parameters
     ----------
-    beliefs : PoseBeliefs
+    beliefs : PosePrior
         What was believed; not relative.
     poses : ndarray, shape (s, 3)
         As corrected [m, m, rad].
@@ -153,17 +153,17 @@ def learn_waypoints(
 
     Returns
     -------
-    PoseBeliefs
+    PosePrior
         The same with other deviations.
     """
-    errors = beliefs.given - poses
+    errors = priors.given - poses
     errors[:, 2] = wrap(errors[:, 2])
-    squares = (errors**2 + np.diag(covariance).reshape(-1, 3)) / beliefs.sigmas**2
-    sigmas = beliefs.sigmas.copy()
+    squares = (errors**2 + np.diag(covariance).reshape(-1, 3)) / priors.sigmas**2
+    sigmas = priors.sigmas.copy()
     for axes in (slice(0, 2), slice(2, 3)) if headings else (slice(0, 2),):
         factor = learned_factor(squares[:, axes].sum(), float(squares[:, axes].size), settings.spread)
         sigmas[:, axes] *= np.clip(factor, settings.least, settings.greatest)
-    return beliefs._replace(sigmas=sigmas)
+    return priors._replace(sigmas=sigmas)
 
 
 def scatter(given: FloatArray, poses: FloatArray) -> float:

@@ -14,13 +14,13 @@ import numpy as np
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
-from echoplan.joint.optimisation.corner_factors import corner_ties
+from echoplan.joint.optimisation.corner_factors import corner_factors
 from echoplan.joint.optimisation.factors import Rows, Summary, held, normal_equations, prior, solve
 from echoplan.joint.optimisation.heading_factors import NO_BEARINGS, Bearings, bearing_rows, bearings_of
-from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS, Unknowns
-from echoplan.joint.optimisation.manhattan import square_rows
-from echoplan.joint.optimisation.pose_factors import displaced, pose_rows
-from echoplan.joint.optimisation.priors import AdjustmentSettings, Beliefs, sonar_prior
+from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS, Layout
+from echoplan.joint.optimisation.manhattan import right_angle_factors
+from echoplan.joint.optimisation.pose_factors import at_poses, pose_factors
+from echoplan.joint.optimisation.priors import OptimiserSettings, Priors, sonar_prior
 from echoplan.joint.optimisation.range_factors import (
     Features,
     Matched,
@@ -28,18 +28,18 @@ from echoplan.joint.optimisation.range_factors import (
     match_readings,
     residuals_of,
 )
-from echoplan.joint.optimisation.solution import Adjusted
+from echoplan.joint.optimisation.solution import Solution
 from echoplan.joint.optimisation.values import State
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 from echoplan.preprocessing.servo import late_by, turned_by
 
 __all__ = [
-    "AdjustmentSettings",
-    "Beliefs",
     "Features",
+    "OptimiserSettings",
+    "Priors",
     "adjust",
-    "facing_rows",
-    "reading_rows",
+    "heading_factors",
+    "range_factors",
 ]
 
 _CYLINDER = int(Kind.CYLINDER)
@@ -53,65 +53,65 @@ _DAMPINGS = tuple(10.0 ** np.arange(-1, 9))
 
 
 def adjust(
-    soundings: Soundings,
+    measurements: Measurements,
     start: State,
-    beliefs: Beliefs,
-    settings: AdjustmentSettings,
+    priors: Priors,
+    settings: OptimiserSettings,
     *,
     known: Summary | None = None,
-) -> Adjusted:
+) -> Solution:
     """Adjust features, sonar and, if they may be off, poses to all readings.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings, as heard from the poses that were given.
     start : State
         Where to start.
-    beliefs : Beliefs
+    beliefs : Priors
         What is believed of the sonar.
-    settings : AdjustmentSettings
+    settings : OptimiserSettings
         Priors and weights.
     known : Summary, optional
         What readings that are no longer at hand said.
 
     Returns
     -------
-    Adjusted
+    Solution
         Features, sonar and covariance.
     """
-    unknowns = start.unknowns
-    now, bearings = start, _bearings(soundings, start, beliefs)
+    layout = start.layout
+    now, bearings = start, _bearings(measurements, start, priors)
     for _ in range(settings.rounds):
-        matched, readings = _linearised(_as_heard(soundings, now, beliefs), now, beliefs, settings)
-        of_readings, told = normal_equations([_placed(readings, unknowns)], unknowns.size)
-        rest, right = normal_equations([bearing_rows(bearings, now)], unknowns.size)
+        matched, readings = _linearised(_with_attenuation(measurements, now, priors), now, priors, settings)
+        of_readings, reading_gradient = normal_equations([_placed(readings, layout)], layout.size)
+        rest, right = normal_equations([bearing_rows(bearings, now)], layout.size)
         if known is not None:
             rest[np.ix_(known.columns, known.columns)] += known.information
             right[known.columns] += known.vector - known.information @ now.values[known.columns]
-        heard = of_readings + rest
-        information, pull = normal_equations(list(_held_by(now, unknowns, beliefs, settings)), unknowns.size)
+        detected = of_readings + rest
+        information, pull = normal_equations(list(_held_by(now, layout, priors, settings)), layout.size)
         rest, right = rest + information, right + pull
         information = of_readings + rest
         linear = _Linear(matched, readings, rest, right)
         for damping in (0.0, *_DAMPINGS):
-            step = _step(information + damping * np.eye(unknowns.size), told + right, now, beliefs, settings)
+            step = _step(information + damping * np.eye(layout.size), reading_gradient + right, now, priors, settings)
             moved = now.moved(step)
-            if _rise(soundings, now, moved, beliefs=beliefs, linear=linear) <= 0.0:
+            if _rise(measurements, now, moved, priors=priors, linear=linear) <= 0.0:
                 break
         now, left = moved, float(step @ information @ step)
         if left < settings.rest:
             break
-    return Adjusted(
+    return Solution(
         reflectors=now.features.reflectors,
         model=now.model,
         latency=now.latency,
         servo=now.servo,
         poses=now.poses,
-        unknowns=unknowns,
+        layout=layout,
         information=information,
-        heard=heard,
-        understated=beliefs.understated,
+        detected=detected,
+        information_inflation=priors.information_inflation,
         extents=now.features.extents,
         owners=matched.owners,
         residuals=matched.residuals,
@@ -120,7 +120,7 @@ def adjust(
     )
 
 
-def _rise(soundings: Soundings, now: State, moved: State, *, beliefs: Beliefs, linear: "_Linear") -> float:
+def _rise(measurements: Measurements, now: State, moved: State, *, priors: Priors, linear: "_Linear") -> float:
     """Return by how much a move raises the weighted squares of the residuals, twice a robust negative log likelihood.
 
     A wall that turns about the foot of a sensor's axis changes readings by the square of the turn: derivatives say
@@ -128,14 +128,14 @@ def _rise(soundings: Soundings, now: State, moved: State, *, beliefs: Beliefs, l
     squares is a fall of the robust cost, too.  All but the readings is as good as linear.
     """
     change = moved.values - now.values
-    heard, hearing = _as_heard(soundings, moved, beliefs), moved.model.tabulated()
-    left = residuals_of(heard, hearing, moved.features, linear.matched.owners)
+    detected, hearing = _with_attenuation(measurements, moved, priors), moved.model.tabulated()
+    left = residuals_of(detected, hearing, moved.features, linear.matched.owners)
     of_readings = linear.readings.weights @ (left**2 - linear.readings.residuals**2)
     return float(of_readings + change @ (linear.information @ change - 2.0 * linear.right))
 
 
 def _step(
-    information: FloatArray, right: FloatArray, now: State, beliefs: Beliefs, settings: AdjustmentSettings
+    information: FloatArray, right: FloatArray, now: State, priors: Priors, settings: OptimiserSettings
 ) -> FloatArray:
     """Solve, but keep consider parameters of the sonar at their prior means (Schmidt 1966).
 
@@ -146,35 +146,35 @@ def _step(
     covariance.
     """
     considered = ("walk_exponent", "range_scale", "servo_latency")
-    exponent, scale, latency = (now.unknowns.sonar + SONAR_UNKNOWNS.index(each) for each in considered)
+    exponent, scale, latency = (now.layout.sonar + SONAR_UNKNOWNS.index(each) for each in considered)
     changes = {exponent: 1.0 - now.model.walk_exponent}
-    if beliefs.drifting:
-        changes[scale] = beliefs.range_scale - now.model.range_scale
+    if priors.drifting:
+        changes[scale] = priors.range_scale - now.model.range_scale
     units = np.eye(len(right))[[*changes, latency]]
     step, *columns, by_latency = solve(information, np.column_stack([right, *units])).T
     step = held(step, columns, changes)
-    if not beliefs.drifting:
+    if not priors.drifting:
         return step
     by_latency = held(by_latency, columns, dict.fromkeys(changes, 0.0))
     change, variance = step[latency], by_latency[latency]
-    told = variance < _TOLD * settings.latency_sigma**2
-    if told and now.latency + change < settings.determined * math.sqrt(variance):
+    reading_gradient = variance < _TOLD * settings.latency_sigma**2
+    if reading_gradient and now.latency + change < settings.determined * math.sqrt(variance):
         return held(step, [by_latency], {latency: -now.latency})
     return step
 
 
-def reading_rows(soundings: Soundings, now: State, beliefs: Beliefs, settings: AdjustmentSettings) -> Rows:
+def range_factors(measurements: Measurements, now: State, priors: Priors, settings: OptimiserSettings) -> Rows:
     """Linearise the readings that features explain.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings, as heard from the poses that were given.
     now : State
         Features, sonar and poses.
-    beliefs : Beliefs
+    beliefs : Priors
         What is believed of the sonar.
-    settings : AdjustmentSettings
+    settings : OptimiserSettings
         Weights.
 
     Returns
@@ -182,36 +182,36 @@ def reading_rows(soundings: Soundings, now: State, beliefs: Beliefs, settings: A
     Rows
         One a reading.
     """
-    _, readings = _linearised(_as_heard(soundings, now, beliefs), now, beliefs, settings)
-    return _placed(readings, now.unknowns)
+    _, readings = _linearised(_with_attenuation(measurements, now, priors), now, priors, settings)
+    return _placed(readings, now.layout)
 
 
-def facing_rows(soundings: Soundings, now: State, beliefs: Beliefs) -> Rows:
+def heading_factors(measurements: Measurements, now: State, priors: Priors) -> Rows:
     """Linearise the bearings of walls, where these tell which way stations face.
 
     Parameters
     ----------
     soundings, now, beliefs
-        As those of ``reading_rows``.
+        As those of ``range_factors``.
 
     Returns
     -------
     Rows
         One a wall and station; none unless headings are free and walls stand along the axes.
     """
-    return bearing_rows(_bearings(soundings, now, beliefs), now)
+    return bearing_rows(_bearings(measurements, now, priors), now)
 
 
-def _bearings(soundings: Soundings, now: State, beliefs: Beliefs) -> Bearings:
+def _bearings(measurements: Measurements, now: State, priors: Priors) -> Bearings:
     """Find the bearings of walls; those of walls that may lie anyhow determine the servo but not the headings."""
-    poses, square = beliefs.poses, beliefs.squareness
+    poses, square = priors.poses, priors.squareness
     along_axes = poses is not None and not poses.relative and square is not None and square.along_axes
-    if not beliefs.bearings or not (along_axes or beliefs.servo is not None):
+    if not priors.bearings or not (along_axes or priors.servo is not None):
         return NO_BEARINGS
-    heard = _as_heard(soundings, now, beliefs)
-    headings = now.poses[:, 2] if len(now.poses) else np.zeros(len(soundings.centers))
+    detected = _with_attenuation(measurements, now, priors)
+    headings = now.poses[:, 2] if len(now.poses) else np.zeros(len(measurements.centers))
     return bearings_of(
-        heard, now.model.tabulated(), now.features, headings, servo=None if beliefs.servo is None else now.servo
+        detected, now.model.tabulated(), now.features, headings, servo=None if priors.servo is None else now.servo
     )
 
 
@@ -221,7 +221,7 @@ class _Readings(NamedTuple):
     owners: IntArray
     stations: IntArray
     neighbours: IntArray
-    slopes: FloatArray
+    jacobian: FloatArray
     residuals: FloatArray
     weights: FloatArray
 
@@ -235,48 +235,48 @@ class _Linear(NamedTuple):
     right: FloatArray
 
 
-def _as_heard(soundings: Soundings, now: State, beliefs: Beliefs) -> Soundings:
+def _with_attenuation(measurements: Measurements, now: State, priors: Priors) -> Measurements:
     """Place the pings where the servo and the robot were."""
-    turned = late_by(soundings, now.latency)
-    if beliefs.servo is not None:
-        turned = turned_by(turned, error=now.servo, before=beliefs.servo)
-    return turned if beliefs.poses is None else displaced(turned, beliefs.poses.given, now.poses)
+    turned = late_by(measurements, now.latency)
+    if priors.servo is not None:
+        turned = turned_by(turned, error=now.servo, before=priors.servo)
+    return turned if priors.poses is None else at_poses(turned, priors.poses.given, now.poses)
 
 
 def _linearised(
-    soundings: Soundings, now: State, beliefs: Beliefs, settings: AdjustmentSettings
+    measurements: Measurements, now: State, priors: Priors, settings: OptimiserSettings
 ) -> tuple[Matched, _Readings]:
     hearing = now.model.tabulated()
-    matched = match_readings(soundings, hearing, now.features, max(0.025, 6.0 * beliefs.noise))
+    matched = match_readings(measurements, hearing, now.features, max(0.025, 6.0 * priors.noise))
     explained = np.flatnonzero(matched.owners >= 0)
     model = now.model
     walk = (model.range_offset, model.walk_gain, model.reference_walk, model.walk_exponent)
-    slopes, neighbours = differentiate_readings(soundings, hearing, now.features, matched, explained, walk)
+    jacobian, neighbours = differentiate_readings(measurements, hearing, now.features, matched, explained, walk)
     residuals, excesses = matched.residuals[explained], matched.excesses[explained]
-    variances = now.model.variances(excesses, noise=beliefs.noise)
-    doubts = variances * (1.0 + residuals**2 / (settings.robust**2 * variances)) ** 2
-    counts = beliefs.independence * soundings.weights[explained]
-    owners, stations = matched.owners[explained], soundings.stations[explained]
+    variances = now.model.variances(excesses, noise=priors.noise)
+    bias_variances = variances * (1.0 + residuals**2 / (settings.robust**2 * variances)) ** 2
+    counts = priors.independence * measurements.weights[explained]
+    owners, stations = matched.owners[explained], measurements.stations[explained]
     readings = _Readings(
         owners=owners,
         stations=stations,
         neighbours=neighbours,
-        slopes=slopes if len(now.poses) else slopes[:, : 5 + len(SONAR_UNKNOWNS)],
+        jacobian=jacobian if len(now.poses) else jacobian[:, : 5 + len(SONAR_UNKNOWNS)],
         residuals=residuals,
-        weights=_capped(counts / doubts, owners, stations, _common(now.features.doubts, beliefs)),
+        weights=_capped(counts / bias_variances, owners, stations, _common(now.features.bias_variances, priors)),
     )
     if len(now.poses):
-        _add_leverage(slopes, soundings, explained, now.poses)
+        _add_leverage(jacobian, measurements, explained, now.poses)
     return matched, readings
 
 
-def _common(doubts: FloatArray, beliefs: Beliefs) -> FloatArray:
+def _common(bias_variances: FloatArray, priors: Priors) -> FloatArray:
     """Variance of what is wrong together in all that a station says of a feature [m^2], by feature and station.
 
     Of way-points that is learned from what is left of the readings, whatever the reason.
     """
-    by_hand = beliefs.poses is not None and not beliefs.poses.relative
-    return beliefs.pair_sigma**2 + (np.zeros_like(doubts) if by_hand else doubts)
+    by_hand = priors.poses is not None and not priors.poses.relative
+    return priors.pair_sigma**2 + (np.zeros_like(bias_variances) if by_hand else bias_variances)
 
 
 def _capped(weights: FloatArray, owners: IntArray, stations: IntArray, common: FloatArray) -> FloatArray:
@@ -288,24 +288,24 @@ def _capped(weights: FloatArray, owners: IntArray, stations: IntArray, common: F
 
 
 @compiled
-def _add_leverage(slopes: FloatArray, soundings: Soundings, explained: IntArray, poses: FloatArray) -> None:
+def _add_leverage(jacobian: FloatArray, measurements: Measurements, explained: IntArray, poses: FloatArray) -> None:
     """Let a turn of the robot move its sensors, and so the readings."""
     for row, ping in enumerate(explained):
-        base = poses[soundings.stations[ping]]
-        ahead, aside = soundings.x[ping] - base[0], soundings.y[ping] - base[1]
-        slopes[row, -1] += slopes[row, -2] * ahead - slopes[row, -3] * aside
+        base = poses[measurements.stations[ping]]
+        ahead, aside = measurements.x[ping] - base[0], measurements.y[ping] - base[1]
+        jacobian[row, -1] += jacobian[row, -2] * ahead - jacobian[row, -3] * aside
 
 
-def _placed(readings: _Readings, unknowns: Unknowns) -> Rows:
+def _placed(readings: _Readings, layout: Layout) -> Rows:
     """Give the derivatives of readings their places among the unknowns."""
-    columns = _columns(readings, unknowns.columns, (unknowns.sonar, unknowns.pose))
-    return Rows(columns, readings.slopes, readings.residuals, readings.weights)
+    columns = _columns(readings, layout.columns, (layout.sonar, layout.pose))
+    return Rows(columns, readings.jacobian, readings.residuals, readings.weights)
 
 
 @compiled
 def _columns(readings: _Readings, of_features: IntArray, starts: tuple[int, int]) -> IntArray:
     """Where parameters of its feature, of the neighbour, of the sonar and of its pose stand, for each reading."""
-    columns: IntArray = np.empty(readings.slopes.shape, np.int64)
+    columns: IntArray = np.empty(readings.jacobian.shape, np.int64)
     owners, neighbours, stations = readings.owners, readings.neighbours, readings.stations
     (sonar, pose), first = starts, 5 + starts[1] - starts[0]
     for row in range(len(columns)):
@@ -321,15 +321,15 @@ def _columns(readings: _Readings, of_features: IntArray, starts: tuple[int, int]
     return columns
 
 
-def _held_by(now: State, unknowns: Unknowns, beliefs: Beliefs, settings: AdjustmentSettings) -> Iterator[Rows]:
+def _held_by(now: State, layout: Layout, priors: Priors, settings: OptimiserSettings) -> Iterator[Rows]:
     """Collect what holds the unknowns besides the pings: priors, and ties of corners to their walls."""
-    yield sonar_prior(now, unknowns.sonar, beliefs, settings)
-    if beliefs.squareness is not None:
-        yield square_rows(beliefs.squareness, now.features.reflectors[:, 1], unknowns.starts)
-    if beliefs.poses is not None:
-        yield pose_rows(beliefs.poses, now.poses, unknowns.pose)
-    yield prior(np.arange(unknowns.sonar), sigma=1.0 / _HOLD, residual=0.0)
-    columns = np.flatnonzero(unknowns.kinds == _CYLINDER)
+    yield sonar_prior(now, layout.sonar, priors, settings)
+    if priors.squareness is not None:
+        yield right_angle_factors(priors.squareness, now.features.reflectors[:, 1], layout.starts)
+    if priors.poses is not None:
+        yield pose_factors(priors.poses, now.poses, layout.pose)
+    yield prior(np.arange(layout.sonar), sigma=1.0 / _HOLD, residual=0.0)
+    columns = np.flatnonzero(layout.kinds == _CYLINDER)
     residuals = settings.radius - now.features.reflectors[columns, 3]
-    yield prior(unknowns.starts[columns] + 2, sigma=settings.radius_sigma, residual=residuals)
-    yield from corner_ties(now.features.reflectors, unknowns, settings.ties)
+    yield prior(layout.starts[columns] + 2, sigma=settings.radius_sigma, residual=residuals)
+    yield from corner_factors(now.features.reflectors, layout, settings.ties)

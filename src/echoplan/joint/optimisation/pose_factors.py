@@ -9,21 +9,21 @@ from pydantic import BaseModel, Field
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.geometry import compose, invert, wrap
 from echoplan.joint.optimisation.factors import Rows
-from echoplan.joint.search.duplicates import CopySettings
+from echoplan.joint.search.duplicates import DuplicateSettings
 from echoplan.model import Odometry
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
 __all__ = [
-    "PoseBeliefs",
+    "PosePrior",
     "PoseSettings",
+    "at_poses",
     "continued",
-    "displaced",
-    "odometry_beliefs",
-    "pose_rows",
-    "reckoned",
+    "dead_reckoned",
+    "odometry_prior",
+    "pose_factors",
     "step_residuals",
     "step_slopes",
-    "waypoint_beliefs",
+    "waypoint_prior",
     "waypoint_steps",
 ]
 
@@ -44,8 +44,9 @@ class PoseSettings(BaseModel, frozen=True, extra="forbid"):
     turn_floor: float = Field(default=math.radians(0.3), gt=0.0, description="of any turn, however small [rad]")
     noises: tuple[float, ...] = Field(default=(0.020, 0.015, 0.012), description="of readings, from coarse to fine [m]")
     tracking_noise: float = Field(default=0.012, gt=0.0, description="of readings while the robot is tracked [m]")
-    copies: CopySettings = Field(
-        default_factory=lambda: CopySettings(turn=math.radians(4), beside=0.05), description="made by poses in error"
+    copies: DuplicateSettings = Field(
+        default_factory=lambda: DuplicateSettings(turn=math.radians(4), beside=0.05),
+        description="made by poses in error",
     )
     pair_sigma: float = Field(default=0.012, gt=0.0, description="common to all a station says of a feature [m]")
     pair_spread: float = Field(
@@ -55,7 +56,7 @@ class PoseSettings(BaseModel, frozen=True, extra="forbid"):
     waypoint_turn: float = Field(default=0.2, gt=0.0, description="of the heading there [rad]")
 
 
-class PoseBeliefs(NamedTuple):
+class PosePrior(NamedTuple):
     """What is believed of the poses of s stations before the pings are asked.
 
     Attributes
@@ -66,14 +67,14 @@ class PoseBeliefs(NamedTuple):
         Of each pose in its own frame if it is absolute, else of the step to it: along and across the way, in heading.
     relative : bool
         Whether errors add up from one pose to the next.
-    told : bool
-        Whether the rig told deviations, be it some; else they are a guess, from which better ones may be learned.
+    specified : bool
+        Whether the rig specified deviations, be it some; else they are a guess, from which better ones may be learned.
     """
 
     given: FloatArray
     sigmas: FloatArray
     relative: bool
-    told: bool = False
+    specified: bool = False
 
     @property
     def reaches(self) -> FloatArray:
@@ -89,7 +90,7 @@ class PoseBeliefs(NamedTuple):
         return reaches
 
 
-def odometry_beliefs(given: FloatArray, settings: PoseSettings, told: Odometry | None = None) -> PoseBeliefs:
+def odometry_prior(given: FloatArray, settings: PoseSettings, specified: Odometry | None = None) -> PosePrior:
     """Believe in the steps from pose to pose.
 
     Parameters
@@ -98,18 +99,20 @@ def odometry_beliefs(given: FloatArray, settings: PoseSettings, told: Odometry |
         Poses by dead reckoning [m, m, rad].
     settings : PoseSettings
         How far steps may be off where nobody tells.
-    told : Odometry, optional
+    specified : Odometry, optional
         How far they are off by the rig; what it leaves out is guessed.
 
     Returns
     -------
-    PoseBeliefs
+    PosePrior
         The first pose fixed, the others relative.
     """
     steps = _steps(given)
     length, turn = np.hypot(steps[:, 0], steps[:, 1]), np.abs(steps[:, 2])
-    sigmas = _guessed(length, turn, settings) if told is None else _told(length, turn, told, settings)
-    return PoseBeliefs(given, np.concatenate([[_FIXED], sigmas]), relative=True, told=told is not None)
+    sigmas = (
+        _guessed(length, turn, settings) if specified is None else _specified_sigmas(length, turn, specified, settings)
+    )
+    return PosePrior(given, np.concatenate([[_FIXED], sigmas]), relative=True, specified=specified is not None)
 
 
 def _guessed(length: FloatArray, turn: FloatArray, settings: PoseSettings) -> FloatArray:
@@ -124,23 +127,23 @@ def _guessed(length: FloatArray, turn: FloatArray, settings: PoseSettings) -> Fl
     )
 
 
-def _told(length: FloatArray, turn: FloatArray, told: Odometry, settings: PoseSettings) -> FloatArray:
+def _specified_sigmas(length: FloatArray, turn: FloatArray, specified: Odometry, settings: PoseSettings) -> FloatArray:
     along, across = settings.along * length + settings.floor, settings.across * length + settings.floor
     by_way, by_turn = settings.turn_per_metre * length, np.hypot(settings.turn_share * turn, settings.turn_floor)
     variances = [
-        _variance(told.along, length, along),
-        _variance(told.lateral, length, across),
-        _variance(told.yaw_per_metre, length, by_way) + _variance(told.yaw_per_radian, turn, by_turn),
+        _variance(specified.along, length, along),
+        _variance(specified.lateral, length, across),
+        _variance(specified.yaw_per_metre, length, by_way) + _variance(specified.yaw_per_radian, turn, by_turn),
     ]
     return np.sqrt(np.column_stack(variances) + np.square(_ROUNDED))
 
 
-def _variance(told: float | None, way: FloatArray, guessed: FloatArray) -> FloatArray:
+def _variance(specified: float | None, way: FloatArray, guessed: FloatArray) -> FloatArray:
     """Variance of a random walk, or of a guess of its deviation."""
-    return guessed**2 if told is None else told**2 * way
+    return guessed**2 if specified is None else specified**2 * way
 
 
-def waypoint_beliefs(given: FloatArray, settings: PoseSettings) -> PoseBeliefs:
+def waypoint_prior(given: FloatArray, settings: PoseSettings) -> PosePrior:
     """Believe in every pose by itself.
 
     Parameters
@@ -152,14 +155,14 @@ def waypoint_beliefs(given: FloatArray, settings: PoseSettings) -> PoseBeliefs:
 
     Returns
     -------
-    PoseBeliefs
+    PosePrior
         All poses absolute.
     """
     sigmas = (settings.waypoint, settings.waypoint, settings.waypoint_turn)
-    return PoseBeliefs(given, np.tile(sigmas, (len(given), 1)), relative=False)
+    return PosePrior(given, np.tile(sigmas, (len(given), 1)), relative=False)
 
 
-def waypoint_steps(given: FloatArray, settings: PoseSettings) -> PoseBeliefs:
+def waypoint_steps(given: FloatArray, settings: PoseSettings) -> PosePrior:
     """Believe in the steps from way-point to way-point: both ends err, and where the first faces turns the way.
 
     Parameters
@@ -171,13 +174,13 @@ def waypoint_steps(given: FloatArray, settings: PoseSettings) -> PoseBeliefs:
 
     Returns
     -------
-    PoseBeliefs
+    PosePrior
         The first pose fixed, the others relative.
     """
     steps, place, turn = _steps(given), math.sqrt(2.0) * settings.waypoint, settings.waypoint_turn
     across = np.hypot(place, turn * np.hypot(steps[:, 0], steps[:, 1]))
     sigmas = np.column_stack([np.full(len(steps), place), across, np.full(len(steps), math.sqrt(2.0) * turn)])
-    return PoseBeliefs(given, np.concatenate([[_FIXED], sigmas]), relative=True)
+    return PosePrior(given, np.concatenate([[_FIXED], sigmas]), relative=True)
 
 
 def continued(given: FloatArray, known: FloatArray) -> FloatArray:
@@ -201,7 +204,7 @@ def continued(given: FloatArray, known: FloatArray) -> FloatArray:
     return np.concatenate([known, rest])
 
 
-def reckoned(given: FloatArray, poses: FloatArray, station: int) -> FloatArray:
+def dead_reckoned(given: FloatArray, poses: FloatArray, station: int) -> FloatArray:
     """Tell where the recorded step from the pose before leads.
 
     Parameters
@@ -220,29 +223,29 @@ def reckoned(given: FloatArray, poses: FloatArray, station: int) -> FloatArray:
     return compose(poses[station - 1], step)
 
 
-def displaced(soundings: Soundings, given: FloatArray, poses: FloatArray) -> Soundings:
+def at_poses(measurements: Measurements, given: FloatArray, poses: FloatArray) -> Measurements:
     """Move the soundings of each station with its pose.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         As heard from the given poses.
     given, poses : ndarray, shape (s, 3)
         Where the robot was said to be, and where it was [m, m, rad].
 
     Returns
     -------
-    Soundings
+    Measurements
         As heard from there.
     """
     turn = np.exp(1j * (poses[:, 2] - given[:, 2]))
     before, behind = given[:, 0] + 1j * given[:, 1], poses[:, 0] + 1j * poses[:, 1]
-    own = soundings.stations
-    places = behind[own] + turn[own] * (soundings.x + 1j * soundings.y - before[own])
-    axes = turn[own] * (soundings.ux + 1j * soundings.uy)
-    arms = turn[own] * (soundings.arms_x + 1j * soundings.arms_y)
-    centers = behind + turn * (soundings.centers[:, 0] + 1j * soundings.centers[:, 1] - before)
-    return soundings._replace(
+    own = measurements.stations
+    places = behind[own] + turn[own] * (measurements.x + 1j * measurements.y - before[own])
+    axes = turn[own] * (measurements.ux + 1j * measurements.uy)
+    arms = turn[own] * (measurements.arms_x + 1j * measurements.arms_y)
+    centers = behind + turn * (measurements.centers[:, 0] + 1j * measurements.centers[:, 1] - before)
+    return measurements._replace(
         x=places.real.copy(),
         y=places.imag.copy(),
         ux=axes.real.copy(),
@@ -253,12 +256,12 @@ def displaced(soundings: Soundings, given: FloatArray, poses: FloatArray) -> Sou
     )
 
 
-def pose_rows(beliefs: PoseBeliefs, poses: FloatArray, first: int) -> Rows:
+def pose_factors(priors: PosePrior, poses: FloatArray, first: int) -> Rows:
     """Hold poses against what is believed of them.
 
     Parameters
     ----------
-    beliefs : PoseBeliefs
+    beliefs : PosePrior
         What is believed.
     poses : ndarray, shape (s, 3)
         Where they are now [m, m, rad].
@@ -272,18 +275,18 @@ def pose_rows(beliefs: PoseBeliefs, poses: FloatArray, first: int) -> Rows:
     """
     count = len(poses)
     own = first + np.arange(3 * count).reshape(count, 1, 3) + np.zeros((1, 3, 1), dtype=np.int64)
-    if not beliefs.relative:
-        residuals = beliefs.given - poses
+    if not priors.relative:
+        residuals = priors.given - poses
         residuals[:, 2] = wrap(residuals[:, 2])
-        slopes = np.broadcast_to(np.eye(3), (count, 3, 3))
-        return _flat(own, slopes, residuals, beliefs.sigmas)
+        jacobian = np.broadcast_to(np.eye(3), (count, 3, 3))
+        return _flat(own, jacobian, residuals, priors.sigmas)
     before = np.concatenate([np.full((1, 3, 3), -1), own[:-1]])
-    start = beliefs.given[:1] - poses[:1]
+    start = priors.given[:1] - poses[:1]
     start[:, 2] = wrap(start[:, 2])
-    residuals = np.concatenate([start, step_residuals(beliefs.given, poses)])
-    from_before, from_own = step_slopes(beliefs.given, poses)
+    residuals = np.concatenate([start, step_residuals(priors.given, poses)])
+    from_before, from_own = step_slopes(priors.given, poses)
     columns = np.concatenate([before, own], axis=2)
-    return _flat(columns, np.concatenate([from_before, from_own], axis=2), residuals, beliefs.sigmas)
+    return _flat(columns, np.concatenate([from_before, from_own], axis=2), residuals, priors.sigmas)
 
 
 def step_residuals(given: FloatArray, poses: FloatArray) -> FloatArray:
@@ -313,7 +316,7 @@ def _ways(steps: FloatArray) -> FloatArray:
 
 
 def _along_ways(steps: FloatArray) -> FloatArray:
-    """Turn what is told in the frame of the pose before to along and across the way, shape (k, 3, 3)."""
+    """Turn what is specified in the frame of the pose before to along and across the way, shape (k, 3, 3)."""
     ways, turns = _ways(steps), np.tile(np.eye(3), (len(steps), 1, 1))
     turns[:, 0, 0] = turns[:, 1, 1] = np.cos(ways)
     turns[:, 0, 1], turns[:, 1, 0] = np.sin(ways), -np.sin(ways)
@@ -349,11 +352,11 @@ def step_slopes(given: FloatArray, poses: FloatArray) -> tuple[FloatArray, Float
     return before, own
 
 
-def _flat(columns: IntArray, slopes: FloatArray, residuals: FloatArray, sigmas: FloatArray) -> Rows:
+def _flat(columns: IntArray, jacobian: FloatArray, residuals: FloatArray, sigmas: FloatArray) -> Rows:
     width = columns.shape[2]
     return Rows(
         columns.reshape(-1, width).astype(np.int64),
-        slopes.reshape(-1, width).astype(np.float64),
+        jacobian.reshape(-1, width).astype(np.float64),
         residuals.ravel(),
         (sigmas**-2.0).ravel(),
     )

@@ -1,4 +1,4 @@
-"""Beliefs: what is known of the sonar, the servo and the poses before any ping is asked, and how errors are weighed."""
+"""Priors: what is known of the sonar, the servo and the poses before any ping is asked, and how errors are weighed."""
 
 import math
 from typing import NamedTuple
@@ -12,14 +12,14 @@ from echoplan.joint.optimisation.corner_factors import TieSettings
 from echoplan.joint.optimisation.factors import Rows, prior
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
 from echoplan.joint.optimisation.manhattan import Squareness
-from echoplan.joint.optimisation.pose_factors import PoseBeliefs
+from echoplan.joint.optimisation.pose_factors import PosePrior
 from echoplan.joint.optimisation.values import State
 from echoplan.preprocessing.servo import ServoError
 
-__all__ = ["AdjustmentSettings", "Beliefs", "sonar_prior"]
+__all__ = ["OptimiserSettings", "Priors", "sonar_prior"]
 
 
-class AdjustmentSettings(BaseModel, frozen=True, extra="forbid"):
+class OptimiserSettings(BaseModel, frozen=True, extra="forbid"):
     """What is believed before anything was heard, and how errors are weighed."""
 
     rounds: int = Field(default=6, ge=1, description="Gauss-Newton steps at most")
@@ -73,7 +73,7 @@ class AdjustmentSettings(BaseModel, frozen=True, extra="forbid"):
         return strain
 
 
-class Beliefs(NamedTuple):
+class Priors(NamedTuple):
     """What the rig tells before anything was heard.
 
     Attributes
@@ -94,7 +94,7 @@ class Beliefs(NamedTuple):
         As is to be expected of the air.
     drifting : bool
         Whether errors of the poses add up.
-    poses : PoseBeliefs or None
+    poses : PosePrior or None
         What is believed of the poses, if they are to be corrected.
     pair_sigma : float
         What all pings of one station say of one feature is wrong together by this [m]; 0 if they are independent.
@@ -118,17 +118,17 @@ class Beliefs(NamedTuple):
     scale_sigma: float
     range_scale: float = 0.0
     drifting: bool = False
-    poses: PoseBeliefs | None = None
+    poses: PosePrior | None = None
     pair_sigma: float = 0.0
     independence: float = 1.0
-    understated: float = 1.0
+    information_inflation: float = 1.0
     loudness: tuple[float, float] | None = None
     squareness: Squareness | None = None
     bearings: bool = False
     servo: ServoError | None = None
 
 
-def sonar_prior(now: State, first: int, beliefs: Beliefs, settings: AdjustmentSettings) -> Rows:
+def sonar_prior(now: State, first: int, priors: Priors, settings: OptimiserSettings) -> Rows:
     """Hold the sonar and the servo near what is believed of them.
 
     Parameters
@@ -137,9 +137,9 @@ def sonar_prior(now: State, first: int, beliefs: Beliefs, settings: AdjustmentSe
         The sonar and the servo as they are.
     first : int
         Where their unknowns start.
-    beliefs : Beliefs
+    beliefs : Priors
         What is believed of them.
-    settings : AdjustmentSettings
+    settings : OptimiserSettings
         And how exactly.
 
     Returns
@@ -147,23 +147,23 @@ def sonar_prior(now: State, first: int, beliefs: Beliefs, settings: AdjustmentSe
     Rows
         One an unknown.
     """
-    model, gain_sigma = now.model, settings.gain_share * beliefs.walk_gain
+    model, gain_sigma = now.model, settings.gain_share * priors.walk_gain
     # Without a servo nothing lags: the unknown stays where it is.
-    latency_sigma = settings.latency_sigma if beliefs.has_servo else 1e-9
+    latency_sigma = settings.latency_sigma if priors.has_servo else 1e-9
     # What turns as recorded is not calibrated.
-    open_servo = beliefs.servo is not None
+    open_servo = priors.servo is not None
     servo_sigmas = (settings.servo_gain_sigma, settings.servo_offset_sigma) if open_servo else (1e-9, 1e-9)
     # There is no range walk in a cone of rays.
     exponent_sigma = 1e-9 if model.cone else settings.exponent_sigma
     merit, log_ka, *loudness = (model.figure_of_merit, math.log(model.ka), 1e-9, 1e-9)
-    if beliefs.loudness is not None:
-        merit, log_ka, *loudness = *beliefs.loudness, settings.merit_sigma, settings.ka_sigma
+    if priors.loudness is not None:
+        merit, log_ka, *loudness = *priors.loudness, settings.merit_sigma, settings.ka_sigma
     return prior(
         first + np.arange(len(SONAR_UNKNOWNS)),
         sigma=(
-            beliefs.offset_sigma,
+            priors.offset_sigma,
             gain_sigma,
-            beliefs.scale_sigma,
+            priors.scale_sigma,
             latency_sigma,
             *servo_sigmas,
             *loudness,
@@ -171,8 +171,8 @@ def sonar_prior(now: State, first: int, beliefs: Beliefs, settings: AdjustmentSe
         ),
         residual=(
             -model.range_offset,
-            beliefs.walk_gain - model.walk_gain,
-            beliefs.range_scale - model.range_scale,
+            priors.walk_gain - model.walk_gain,
+            priors.range_scale - model.range_scale,
             -now.latency,
             1.0 - now.servo.gain,
             -now.servo.offset,

@@ -22,7 +22,7 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.optimisation.edge_diffraction import Reach, at_end, differentiate_at_end, edges_of, is_ended
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
 __all__ = [
     "Features",
@@ -61,8 +61,8 @@ class Features(NamedTuple):
 
     reflectors: FloatArray
     extents: FloatArray
-    shadows: FloatArray
-    doubts: FloatArray
+    attenuations: FloatArray
+    bias_variances: FloatArray
     ends: FloatArray
 
 
@@ -99,27 +99,27 @@ def as_arrays(features: Sequence[Hypothesis], stations: int) -> Features:
     Features
         In the same order.
     """
-    heard = np.zeros((len(features), stations), dtype=bool)
-    for row, each in zip(heard, features, strict=True):
-        row[: len(each.gains)] = each.gains > 0.0
+    detected = np.zeros((len(features), stations), dtype=bool)
+    for row, each in zip(detected, features, strict=True):
+        row[: len(each.llr_by_station)] = each.llr_by_station > 0.0
     reflectors = np.array([each.reflector for each in features]).reshape(-1, 4)
     extents = np.array([each.extent for each in features]).reshape(-1, 2)
     return Features(
         reflectors=reflectors,
         extents=extents,
-        shadows=np.where(heard, 0.0, np.inf),
-        doubts=np.zeros(heard.shape),
+        attenuations=np.where(detected, 0.0, np.inf),
+        bias_variances=np.zeros(detected.shape),
         ends=edges_of(reflectors, extents),
     )
 
 
 @compiled
-def match_readings(soundings: Soundings, hearing: Hearing, features: Features, band: float) -> Matched:
+def match_readings(measurements: Measurements, hearing: Hearing, features: Features, band: float) -> Matched:
     """Give each reading to the feature that comes nearest to it, of those that its station heard.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     hearing : Hearing
         The sonar.
@@ -133,19 +133,19 @@ def match_readings(soundings: Soundings, hearing: Hearing, features: Features, b
     Matched
         One a ping.
     """
-    count = len(soundings.readings)
+    count = len(measurements.readings)
     owners, residuals, excesses = np.full(count, -1), np.zeros(count), np.zeros(count)
     for feature in range(len(features.reflectors)):
         shape, reach = shape_of(features.reflectors[feature]), reach_of(features, feature)
         for ping in range(count):
-            shadow = features.shadows[feature, soundings.stations[ping]]
-            if math.isinf(shadow):
+            attenuation = features.attenuations[feature, measurements.stations[ping]]
+            if math.isinf(attenuation):
                 continue
-            place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
-            sight, late = faced(shape, reach, place, soundings.readings[ping] * hearing.scale, hearing.wavelength)
+            place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
+            sight, late = faced(shape, reach, place, measurements.readings[ping] * hearing.scale, hearing.wavelength)
             if not abs(late) < band + _WALK:
                 continue
-            excess = excess_of(hearing, sight) - shadow
+            excess = excess_of(hearing, sight) - attenuation
             late -= walk_of(hearing, excess)
             if excess > _FAINT and abs(late) < min(band, abs(residuals[ping]) if owners[ping] >= 0 else band):
                 owners[ping], residuals[ping], excesses[ping] = feature, late, excess
@@ -153,7 +153,7 @@ def match_readings(soundings: Soundings, hearing: Hearing, features: Features, b
 
 
 @compiled
-def residuals_of(soundings: Soundings, hearing: Hearing, features: Features, owners: IntArray) -> FloatArray:
+def residuals_of(measurements: Measurements, hearing: Hearing, features: Features, owners: IntArray) -> FloatArray:
     """Return readings less those expected of the features that own them, shape (m,) [m], of all m pings with an owner.
 
     A sensor that does not face its feature any more makes the whole reading a residual.
@@ -161,11 +161,16 @@ def residuals_of(soundings: Soundings, hearing: Hearing, features: Features, own
     explained = np.flatnonzero(owners >= 0)
     residuals = np.empty(len(explained))
     for row, ping in enumerate(explained):
-        owner, reading = owners[ping], soundings.readings[ping] * hearing.scale
-        shape, shadow = shape_of(features.reflectors[owner]), features.shadows[owner, soundings.stations[ping]]
-        place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
+        owner, reading = owners[ping], measurements.readings[ping] * hearing.scale
+        shape, attenuation = (
+            shape_of(features.reflectors[owner]),
+            features.attenuations[owner, measurements.stations[ping]],
+        )
+        place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
         sight, late = faced(shape, reach_of(features, owner), place, reading, hearing.wavelength)
-        residuals[row] = reading if math.isinf(late) else late - walk_of(hearing, excess_of(hearing, sight) - shadow)
+        residuals[row] = (
+            reading if math.isinf(late) else late - walk_of(hearing, excess_of(hearing, sight) - attenuation)
+        )
     return residuals
 
 
@@ -224,7 +229,7 @@ def faced(shape: Shape, reach: Reach, place: Ping, reading: float, wavelength: f
 
 @compiled
 def differentiate_readings(
-    soundings: Soundings,
+    measurements: Measurements,
     hearing: Hearing,
     features: Features,
     matched: Matched,
@@ -235,7 +240,7 @@ def differentiate_readings(
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     hearing : Hearing
         The sonar.
@@ -257,31 +262,34 @@ def differentiate_readings(
     neighbours : ndarray of int, shape (m,)
         Which wall that is; -1 for none.
     """
-    slopes, neighbours, own = np.zeros((len(explained), 17)), np.full(len(explained), -1), np.zeros(8)
+    jacobian, neighbours, own = np.zeros((len(explained), 17)), np.full(len(explained), -1), np.zeros(8)
     offset, gain, reference, exponent = walk
     bent_reference = _bend(reference)
     for row, ping in enumerate(explained):
-        place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
+        place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
         owner = matched.owners[ping]
-        shape, shadow = shape_of(features.reflectors[owner]), features.shadows[owner, soundings.stations[ping]]
+        shape, attenuation = (
+            shape_of(features.reflectors[owner]),
+            features.attenuations[owner, measurements.stations[ping]],
+        )
         if is_ended(shape, place, reach_of(features, owner)):
-            end, filled = (features.ends[owner], shadow), (own, slopes[row, 3:5])
+            end, filled = (features.ends[owner], attenuation), (own, jacobian[row, 3:5])
             neighbours[row] = differentiate_at_end(hearing, shape, place, end, filled)
         else:
-            differentiate(hearing, shape, place, own, shadow)
-        slopes[row, :3] = own[:3]
-        slopes[row, 5] = 1.0
-        slopes[row, 6] = (walk_of(hearing, matched.excesses[ping]) - offset) / gain
-        slopes[row, 7] = -soundings.readings[ping]
-        turning = own[4] * soundings.arms_x[ping] - own[3] * soundings.arms_y[ping] + own[5]
-        slopes[row, 8] = -soundings.rates[ping] * turning
-        slopes[row, 9], slopes[row, 10] = soundings.angles[ping] * turning, turning
+            differentiate(hearing, shape, place, own, attenuation)
+        jacobian[row, :3] = own[:3]
+        jacobian[row, 5] = 1.0
+        jacobian[row, 6] = (walk_of(hearing, matched.excesses[ping]) - offset) / gain
+        jacobian[row, 7] = -measurements.readings[ping]
+        turning = own[4] * measurements.arms_x[ping] - own[3] * measurements.arms_y[ping] + own[5]
+        jacobian[row, 8] = -measurements.rates[ping] * turning
+        jacobian[row, 9], jacobian[row, 10] = measurements.angles[ping] * turning, turning
         # However loud a sonar is: where it was set right its readings stay.
-        slopes[row, 11], slopes[row, 12] = own[6] - hearing.reference, own[7]
+        jacobian[row, 11], jacobian[row, 12] = own[6] - hearing.reference, own[7]
         # The derivative of w^k by k is w^k ln w, which is w^k ln w^k over k.
-        slopes[row, 13] = gain * (_bend(slopes[row, 6] + reference) - bent_reference) / exponent
-        slopes[row, 14:] = own[3:6]
-    return slopes, neighbours
+        jacobian[row, 13] = gain * (_bend(jacobian[row, 6] + reference) - bent_reference) / exponent
+        jacobian[row, 14:] = own[3:6]
+    return jacobian, neighbours
 
 
 @compiled

@@ -9,7 +9,7 @@ from echoplan.acoustics.predicted_echo import EchoModel
 from echoplan.arrays import FloatArray
 from echoplan.geometry import along, signed_distances
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["fit_cone"]
 
@@ -19,7 +19,7 @@ _ASLANT, _WIDEST = np.radians(15.0), np.radians(60.0)
 _BIN, _FEWEST, _CLEAR = np.radians(0.5), 20, 4.0
 
 
-def fit_cone(soundings: Soundings, model: EchoModel, features: Sequence[Hypothesis]) -> EchoModel:
+def fit_cone(measurements: Measurements, model: EchoModel, features: Sequence[Hypothesis]) -> EchoModel:
     r"""Tell the angle of the cone from readings of walls that the outermost ray met aslant.
 
     Where the axis is turned from the normal of a wall by :math:`\theta`, and the wall is at the depth d, the outermost
@@ -31,7 +31,7 @@ def fit_cone(soundings: Soundings, model: EchoModel, features: Sequence[Hypothes
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     model : EchoModel
         The cone so far.
@@ -43,7 +43,7 @@ def fit_cone(soundings: Soundings, model: EchoModel, features: Sequence[Hypothes
     EchoModel
         With another cone; the given one where the readings do not agree on any.
     """
-    named = [_named(soundings, each, 1.0 + model.range_scale) for each in features if each.is_wall]
+    named = [_named(measurements, each, 1.0 + model.range_scale) for each in features if each.is_wall]
     angles = np.concatenate([np.zeros(0), *named])
     counts = np.bincount((angles / _BIN).astype(np.int64), minlength=int(_WIDEST / _BIN) + 1)
     if counts.max() < max(_FEWEST, _CLEAR * float(np.median(counts))):
@@ -53,14 +53,14 @@ def fit_cone(soundings: Soundings, model: EchoModel, features: Sequence[Hypothes
     return replace(model, cone=float(np.median(agreeing)))
 
 
-def _named(soundings: Soundings, wall: Hypothesis, scale: float) -> FloatArray:
+def _named(measurements: Measurements, wall: Hypothesis, scale: float) -> FloatArray:
     """List the half angles that readings name if they are of a wall [rad]."""
-    places = np.column_stack([soundings.x, soundings.y])
+    places = np.column_stack([measurements.x, measurements.y])
     depths, feet = -signed_distances(wall.line, places), along(wall.line, places)
-    cosines = depths / (scale * soundings.readings)
-    met = np.isfinite(soundings.readings) & (cosines > 0.0) & (cosines < np.cos(_ASLANT))
+    cosines = depths / (scale * measurements.readings)
+    met = np.isfinite(measurements.readings) & (cosines > 0.0) & (cosines < np.cos(_ASLANT))
     slant = np.arccos(cosines[met])
-    turned = np.angle(np.exp(1j * (soundings.bearings[met] - wall.line[0])))
+    turned = np.angle(np.exp(1j * (measurements.bearings[met] - wall.line[0])))
     ends = feet[met] + np.sign(turned) * depths[met] * np.tan(slant)
     angles = np.abs(turned) - slant
     possible = (ends > wall.extent[0]) & (ends < wall.extent[1]) & (angles > 0.0) & (angles < _WIDEST)

@@ -1,4 +1,4 @@
-"""Adjusted: features, sonar and poses after an adjustment, and how well they are known."""
+"""Solution: features, sonar and poses after an adjustment, and how well they are known."""
 
 import math
 from dataclasses import dataclass
@@ -9,17 +9,17 @@ import numpy as np
 from echoplan.acoustics.predicted_echo import EchoModel, Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.joint.optimisation.factors import solve
-from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS, Unknowns
+from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS, Layout
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError
 
-__all__ = ["Adjusted"]
+__all__ = ["Solution"]
 
 # As long a wall is drawn of which only one point was heard [m].
 _SHORTEST = 0.06
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Adjusted:
+class Solution:
     """Features, sonar and their uncertainty after an adjustment.
 
     Parameters
@@ -34,7 +34,7 @@ class Adjusted:
         Gain and offset of the servo.
     poses : ndarray, shape (s, 3)
         Poses of the stations [m, m, rad]; empty where they are not corrected.
-    unknowns : Unknowns
+    unknowns : Layout
         What stands where.
     information : ndarray, shape (u, u)
         Of all unknowns.
@@ -63,10 +63,10 @@ class Adjusted:
     latency: float
     servo: ServoError = AS_RECORDED
     poses: FloatArray
-    unknowns: Unknowns
+    layout: Layout
     information: FloatArray
-    heard: FloatArray
-    understated: float
+    detected: FloatArray
+    information_inflation: float
     extents: FloatArray
     owners: IntArray
     residuals: FloatArray
@@ -86,18 +86,18 @@ class Adjusted:
         (White 1980).  The range offset is known no better than to ``offset_sigma``, and what moves with it is as
         uncertain (Schmidt 1966).  What the model lacks about each feature does not average out either.
         """
-        covariance = solve(self.information, np.eye(self.unknowns.size))
-        if self.understated > 1.0:
-            features = slice(0, self.unknowns.sonar)
-            about = solve(self.information[features, features], np.eye(self.unknowns.sonar))
+        covariance = solve(self.information, np.eye(self.layout.size))
+        if self.information_inflation > 1.0:
+            features = slice(0, self.layout.sonar)
+            about = solve(self.information[features, features], np.eye(self.layout.sonar))
             covariance[features, features] -= (
-                (1.0 - 1.0 / self.understated) * about @ self.heard[features, features] @ about
+                (1.0 - 1.0 / self.information_inflation) * about @ self.detected[features, features] @ about
             )
-        offset = self.unknowns.sonar + SONAR_UNKNOWNS.index("range_offset")
-        slopes, variance = covariance[:, offset] / covariance[offset, offset], covariance[offset, offset]
-        covariance += max(self.offset_sigma**2 - variance, 0.0) * np.outer(slopes, slopes)
+        offset = self.layout.sonar + SONAR_UNKNOWNS.index("range_offset")
+        jacobian, variance = covariance[:, offset] / covariance[offset, offset], covariance[offset, offset]
+        covariance += max(self.offset_sigma**2 - variance, 0.0) * np.outer(jacobian, jacobian)
         for number in range(len(self.extents)):
-            place = self.unknowns.feature(number)
+            place = self.layout.feature(number)
             covariance[place, place] += self._model_covariance(number)
         return covariance
 
@@ -107,8 +107,8 @@ class Adjusted:
         Both ends of a wall err by themselves, so that a long wall turns less than a short one.
         """
         variance = self.model_error**2
-        if self.unknowns.kinds[number] != Kind.WALL:
-            return variance * np.eye(int(self.unknowns.counts[number]))
+        if self.layout.kinds[number] != Kind.WALL:
+            return variance * np.eye(int(self.layout.counts[number]))
         low, high = self.extents[number].tolist()
         missing = max(_SHORTEST - (high - low), 0.0) / 2
         # A line that turns by da and moves by dr moves by dr - s da at the place s along it.
@@ -130,7 +130,7 @@ class Adjusted:
         dict of str to float
             Standard deviations by the names of ``SONAR_UNKNOWNS``.
         """
-        variances = np.diag(self.covariance)[self.unknowns.sonar : self.unknowns.pose]
+        variances = np.diag(self.covariance)[self.layout.sonar : self.layout.pose]
         return dict(zip(SONAR_UNKNOWNS, np.sqrt(variances).tolist(), strict=True))
 
     def considered_sigma(self, name: str, consider: str, sigma: float) -> float:
@@ -140,7 +140,7 @@ class Adjusted:
         prior standard deviation adds to the rest of x (S. F. Schmidt, "Application of state-space methods to navigation
         problems", Adv. Control Syst. 3 (1966) 293).
         """
-        x, p = (self.unknowns.sonar + SONAR_UNKNOWNS.index(each) for each in (name, consider))
+        x, p = (self.layout.sonar + SONAR_UNKNOWNS.index(each) for each in (name, consider))
         covariance = self.covariance
         slope = covariance[x, p] / covariance[p, p]
         return math.sqrt(covariance[x, x] + slope**2 * max(sigma**2 - covariance[p, p], 0.0))

@@ -11,12 +11,12 @@ from echoplan.acoustics.predicted_echo import EchoModel
 from echoplan.acoustics.range_walk_model import WalkCurve, fitted_walk
 from echoplan.errors import InvalidValueError
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.optimisation.figure_of_merit import fit_loudness
+from echoplan.joint.optimisation.figure_of_merit import fit_figure_of_merit
 from echoplan.joint.optimisation.ray_cones import fit_cone
-from echoplan.joint.optimisation.solution import Adjusted
+from echoplan.joint.optimisation.solution import Solution
 from echoplan.model import Rig
 from echoplan.preprocessing import expected_scale
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 from echoplan.preprocessing.rays import are_rays
 
 __all__ = ["Walk", "expected_sonar", "half_aperture_of", "learned_sonar", "walking"]
@@ -28,14 +28,16 @@ Walk: TypeAlias = str | Sequence[tuple[float, float]]
 _A_PIECE, _PIECES = 25, 24
 
 
-def expected_sonar(rig: Rig, heard: Soundings, known: EchoModel | None = None, *, walk: Walk = "physical") -> EchoModel:
+def expected_sonar(
+    rig: Rig, measurements: Measurements, known: EchoModel | None = None, *, walk: Walk = "physical"
+) -> EchoModel:
     """Tell what to expect of a sonar.
 
     Parameters
     ----------
     rig : Rig
         What heard it; if it does not tell whether readings are those of rays, they tell themselves.
-    heard : Soundings
+    heard : Measurements
         The pings.
     known : EchoModel, optional
         What was learned from earlier pings.
@@ -53,23 +55,23 @@ def expected_sonar(rig: Rig, heard: Soundings, known: EchoModel | None = None, *
         If a table is out of order.
     """
     transducer = rig.transducer or typical_transducer(rig.sensors[0])
-    model = EchoModel.of(transducer).scaled(expected_scale(rig, heard.temperature))
+    model = EchoModel.of(transducer).scaled(expected_scale(rig, measurements.temperature))
     if walk == "fitted" and known is not None:
         model = replace(model, walk=known.walk, walk_gain=known.walk_gain)
     elif not isinstance(walk, str):
         excess, late = np.array(walk, dtype=np.float64).reshape(-1, 2).T
         model = replace(model, walk=WalkCurve.from_table(excess, late), walk_gain=float(late[0] - late[-1]))
-    return model.seeing(half_aperture_of(rig)) if _reads_rays(rig, heard, known) else model
+    return model.seeing(half_aperture_of(rig)) if _reads_rays(rig, measurements, known) else model
 
 
 def learned_sonar(
-    soundings: Soundings, model: EchoModel, features: Sequence[Hypothesis], *, believed: float
+    measurements: Measurements, model: EchoModel, features: Sequence[Hypothesis], *, pose_prior: float
 ) -> EchoModel:
     """Learn figure of merit and beam of a sonar, or the cone of rays.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     model : EchoModel
         The sonar so far.
@@ -84,18 +86,18 @@ def learned_sonar(
         Another one; the given one where nothing is clear enough.
     """
     if model.cone:
-        return fit_cone(soundings, model, features)
-    return fit_loudness(soundings, model, features, believed=believed)
+        return fit_cone(measurements, model, features)
+    return fit_figure_of_merit(measurements, model, features, pose_prior=pose_prior)
 
 
-def walking(model: EchoModel, adjusted: Adjusted | None, noise: float) -> EchoModel:
+def walking(model: EchoModel, adjusted: Solution | None, noise: float) -> EchoModel:
     """Fit the range walk to what is left of the readings.
 
     Parameters
     ----------
     model : EchoModel
         The sonar so far.
-    adjusted : Adjusted
+    adjusted : Solution
         Features, and what is left, if any were adjusted.
     noise : float
         Standard deviation of readings [m].
@@ -136,7 +138,7 @@ def half_aperture_of(rig: Rig) -> float:
     return float(np.median([sensor.half_aperture for sensor in rig.sensors]))
 
 
-def _reads_rays(rig: Rig, heard: Soundings, known: EchoModel | None) -> bool:
+def _reads_rays(rig: Rig, measurements: Measurements, known: EchoModel | None) -> bool:
     if known is not None:
         return known.cone > 0.0
-    return are_rays(heard) if rig.rays is None else rig.rays
+    return are_rays(measurements) if rig.rays is None else rig.rays

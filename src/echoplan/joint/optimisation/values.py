@@ -10,7 +10,7 @@ from echoplan.acoustics.predicted_echo import EchoModel, Kind
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
 from echoplan.joint.optimisation.edge_diffraction import edges_of
-from echoplan.joint.optimisation.layout import Unknowns
+from echoplan.joint.optimisation.layout import Layout
 from echoplan.joint.optimisation.range_factors import Features
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError
 
@@ -50,9 +50,9 @@ class State:
     poses: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
 
     @cached_property
-    def unknowns(self) -> Unknowns:
+    def layout(self) -> Layout:
         """What stands where among the unknowns."""
-        return Unknowns(kinds=self.features.reflectors[:, 0].astype(np.int64), poses=len(self.poses))
+        return Layout(kinds=self.features.reflectors[:, 0].astype(np.int64), poses=len(self.poses))
 
     @property
     def values(self) -> FloatArray:
@@ -60,7 +60,7 @@ class State:
         model = self.model
         sonar = [model.range_offset, model.walk_gain, model.range_scale, self.latency, *self.servo]
         sonar += [model.figure_of_merit, math.log(model.ka), model.walk_exponent]
-        return np.concatenate([self.features.reflectors[:, 1:][self.unknowns.free], sonar, self.poses.ravel()])
+        return np.concatenate([self.features.reflectors[:, 1:][self.layout.free], sonar, self.poses.ravel()])
 
     def moved(self, step: FloatArray) -> "State":
         """Take a step.
@@ -77,14 +77,14 @@ class State:
             more than 0.05 rad: longer steps are shortened as a whole.  Loudness changes by 1 dB at most, the beam by
             5 %.  Radii stay within what a cylinder may have.
         """
-        unknowns, reflectors = self.unknowns, self.features.reflectors.copy()
-        steps = unknowns.steps(step)
+        layout, reflectors = self.layout, self.features.reflectors.copy()
+        steps = layout.steps(step)
         # A wall turns about where it was heard: far from the origin its offset changes by much though it stays there.
-        moves = np.where(unknowns.kinds[:, None] == Kind.WALL, _at_middle(steps, self.features.extents), steps)
+        moves = np.where(layout.kinds[:, None] == Kind.WALL, _at_middle(steps, self.features.extents), steps)
         reflectors[:, 1:] += _share(moves) * steps
-        reflectors[:, 3] = np.where(unknowns.kinds == Kind.CYLINDER, np.clip(reflectors[:, 3], _THIN, _THICK), 0.0)
-        ways = step[unknowns.pose :].reshape(-1, 3)
-        offset, gain, scale, latency, *servo, merit, log_ka, exponent = step[unknowns.sonar : unknowns.pose].tolist()
+        reflectors[:, 3] = np.where(layout.kinds == Kind.CYLINDER, np.clip(reflectors[:, 3], _THIN, _THICK), 0.0)
+        ways = step[layout.pose :].reshape(-1, 3)
+        offset, gain, scale, latency, *servo, merit, log_ka, exponent = step[layout.sonar : layout.pose].tolist()
         model = replace(
             self.model.scaled(self.model.range_scale + scale),
             range_offset=self.model.range_offset + offset,

@@ -14,10 +14,19 @@ from echoplan.joint.optimisation.effective_sample_size import (
     intraclass_correlation,
 )
 from echoplan.joint.optimisation.odometry_noise import VERY_STRONG
-from echoplan.joint.optimisation.pose_factors import PoseBeliefs, pose_rows, waypoint_beliefs
-from echoplan.joint.search.duplicates import cross, pairs_of_copies, without_copies
+from echoplan.joint.optimisation.pose_factors import PosePrior, pose_factors, waypoint_prior
+from echoplan.joint.search.duplicates import cross, duplicate_pairs, without_duplicates
 
-__all__ = ["agreement", "agrees", "are_at_odds", "evidence", "is_doubtful", "is_scattered", "is_strained", "is_torn"]
+__all__ = [
+    "agreement",
+    "agrees",
+    "are_at_odds",
+    "evidence",
+    "has_duplicated_walls",
+    "is_inconsistent",
+    "is_scattered",
+    "is_strained",
+]
 
 # Two walls so near to each other are as rare as so many other features.
 _RARE = 3.0
@@ -39,9 +48,9 @@ def agreement(account: Account) -> float:
     float
         Their share; 1 without arcs.
     """
-    heard = np.concatenate([arc.pings for arc in account.arcs]) if account.arcs else np.zeros(0, dtype=np.int64)
-    features = without_copies(account.features, account.settings.copies)
-    return float(account.explained(features)[heard].mean()) if len(heard) else 1.0
+    detected = np.concatenate([arc.pings for arc in account.arcs]) if account.arcs else np.zeros(0, dtype=np.int64)
+    features = without_duplicates(account.features, account.settings.copies)
+    return float(account.explained(features)[detected].mean()) if len(detected) else 1.0
 
 
 def agrees(account: Account) -> bool:
@@ -60,7 +69,7 @@ def agrees(account: Account) -> bool:
     return agreement(account) >= account.settings.agreement and account.noise <= account.first_noise
 
 
-def is_torn(account: Account) -> bool:
+def has_duplicated_walls(account: Account) -> bool:
     """Tell whether many walls are there twice: poses that drift do that.
 
     Parameters
@@ -77,7 +86,7 @@ def is_torn(account: Account) -> bool:
     return _copies(account) > account.settings.torn * walls
 
 
-def is_doubtful(account: Account) -> bool:
+def is_inconsistent(account: Account) -> bool:
     """Tell whether poses may be wrong: pings do not fit together, or stations are at odds or have little in common.
 
     Parameters
@@ -110,7 +119,7 @@ def are_at_odds(account: Account) -> bool:
     if account.adjusted is None or (_copies(account) and not _are_two(account)):
         return True
     owners, left = account.adjusted.owners, account.adjusted.residuals
-    common = intraclass_correlation(account.soundings, owners, left, noise=account.noise)
+    common = intraclass_correlation(account.measurements, owners, left, noise=account.noise)
     # What the model of the sonar lacks makes readings err together, too, by less than the best of them scatter.
     usual = max(account.common_rounding(account.noise, common), account.settings.least_noise)
     return common > account.settings.shared_error and common * account.noise**2 > usual**2
@@ -130,7 +139,7 @@ def is_scattered(account: Account) -> bool:
         Whether they were.
     """
     walls = [each for each in account.features if each.is_wall]
-    lone = sum(each.speaking(account.settings.search.second_station) < 2 for each in walls)
+    lone = sum(each.supporting(account.settings.search.second_station) < 2 for each in walls)
     return 2 * lone > len(walls)
 
 
@@ -154,16 +163,16 @@ def evidence(account: Account) -> float:
     float
         Logarithm of a ratio of likelihoods [nats].
     """
-    gains = account.explanation.levels(account.features) - account.explanation.floor
+    llr_by_station = account.explanation.log_densities(account.features) - account.explanation.floor
     cost = account.settings.search.accept * (len(account.features) + _RARE * _copies(account))
-    if account.believed is not None:
-        heard = np.bincount(account.soundings.stations[gains > 0.0], minlength=len(account.given))
-        cost += 1.5 * float(np.log(np.maximum(heard[1:], 1)).sum()) + _strain(account, account.believed)
+    if account.pose_prior is not None:
+        detected = np.bincount(account.measurements.stations[llr_by_station > 0.0], minlength=len(account.given))
+        cost += 1.5 * float(np.log(np.maximum(detected[1:], 1)).sum()) + _strain(account, account.pose_prior)
     if account.servo is not None:
         strain = account.settings.adjustment.servo_strain(*account.servo)
-        cost += float(np.log(np.count_nonzero(gains > 0.0) + 1.0)) + float(strain)
-    misses = sum(missed(account.soundings, each.evidence, each.extent) for each in account.features)
-    return float(account.soundings.weights @ gains) + misses + _gain_of_common_errors(account) - cost
+        cost += float(np.log(np.count_nonzero(llr_by_station > 0.0) + 1.0)) + float(strain)
+    misses = sum(missed(account.measurements, each.evidence, each.extent) for each in account.features)
+    return float(account.measurements.weights @ llr_by_station) + misses + _gain_of_common_errors(account) - cost
 
 
 def is_strained(account: Account) -> bool:
@@ -181,15 +190,15 @@ def is_strained(account: Account) -> bool:
     bool
         Whether the squares of all errors but the greatest, in deviations, are half as great again as these should be.
     """
-    if account.believed is None or len(account.poses) < _FEWEST:
+    if account.pose_prior is None or len(account.poses) < _FEWEST:
         return False
-    pulls = np.sort(_pulls(account, account.believed)[1:].sum(axis=1))[:-1]
+    pulls = np.sort(_pulls(account, account.pose_prior)[1:].sum(axis=1))[:-1]
     return float(pulls.mean()) > 3.0 * _PULLED
 
 
 def _copies(account: Account) -> int:
     """Count walls that seem to be there twice."""
-    return len(account.features) - len(without_copies(account.features, account.settings.copies))
+    return len(account.features) - len(without_duplicates(account.features, account.settings.copies))
 
 
 def _are_two(account: Account) -> bool:
@@ -198,7 +207,7 @@ def _are_two(account: Account) -> bool:
     Where stations that heard either of them have enough else in common, both are known well from free poses, too.
     Only where pings fit together is all that they have in common what it is taken for, and no two walls cross.
     """
-    pairs = pairs_of_copies(account.features, account.settings.copies)
+    pairs = duplicate_pairs(account.features, account.settings.copies)
     if not agrees(account) or any(cross(account.features[one], account.features[other]) for one, other in pairs):
         return False
     free = copy.copy(account)
@@ -213,9 +222,9 @@ def _contradiction(account: Account, pair: tuple[int, int]) -> float:
     lines, middle = adjusted.reflectors[numbers, 1:3], copied.ends_xy.mean(axis=0)
     offsets, beside = signed_distances(lines, middle), along(lines, middle)
     apart = np.array([wrap(lines[0, 0] - lines[1, 0]), offsets[0] - offsets[1]])
-    slopes = np.array([[1.0, 0.0, -1.0, 0.0], [beside[0], -1.0, -beside[1], 1.0]])
-    places = (adjusted.unknowns.starts[numbers][:, None] + np.arange(2)).ravel()
-    covariance = slopes @ adjusted.covariance[np.ix_(places, places)] @ slopes.T
+    jacobian = np.array([[1.0, 0.0, -1.0, 0.0], [beside[0], -1.0, -beside[1], 1.0]])
+    places = (adjusted.layout.starts[numbers][:, None] + np.arange(2)).ravel()
+    covariance = jacobian @ adjusted.covariance[np.ix_(places, places)] @ jacobian.T
     return 0.5 * float(apart @ np.linalg.solve(covariance, apart))
 
 
@@ -226,18 +235,18 @@ def _gain_of_common_errors(account: Account) -> float:
     owners = np.where(account.adjusted.excesses < UNCERTAIN, -1, account.adjusted.owners)
     common = account.settings.pose_errors.pair_sigma
     return gain_of_common_errors(
-        account.soundings, owners, account.adjusted.residuals, noise=account.noise, common=common
+        account.measurements, owners, account.adjusted.residuals, noise=account.noise, common=common
     )
 
 
-def _strain(account: Account, believed: PoseBeliefs) -> float:
+def _strain(account: Account, pose_prior: PosePrior) -> float:
     """Tell how unlikely it is that poses are so far off: as was believed before the pings were asked [nats]."""
-    return 0.5 * float(_pulls(account, believed).sum())
+    return 0.5 * float(_pulls(account, pose_prior).sum())
 
 
-def _pulls(account: Account, believed: PoseBeliefs) -> FloatArray:
+def _pulls(account: Account, pose_prior: PosePrior) -> FloatArray:
     """Squares of the errors of poses, in deviations that were believed before the pings were asked, shape (s, 3)."""
-    by_hand = waypoint_beliefs(account.given, account.settings.pose_errors)
-    held = pose_rows(account.odometry() if believed.relative else by_hand, account.poses, 0)
+    by_hand = waypoint_prior(account.given, account.settings.pose_errors)
+    held = pose_factors(account.odometry() if pose_prior.relative else by_hand, account.poses, 0)
     pulls: FloatArray = (held.weights * held.residuals**2).reshape(-1, 3)
     return pulls

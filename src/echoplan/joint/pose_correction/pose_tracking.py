@@ -14,10 +14,10 @@ from echoplan.geometry import compose, directions, invert
 from echoplan.joint.arcs import arc_planes
 from echoplan.joint.estimate import Account
 from echoplan.joint.optimisation.odometry_noise import VERY_STRONG
-from echoplan.joint.optimisation.pose_factors import PoseBeliefs, continued, displaced, reckoned
+from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses, continued, dead_reckoned
 from echoplan.joint.pose_correction.annealing import settle
-from echoplan.joint.search.scan_matching import Catalogue, Sightline, best_score, locate, sightlines
-from echoplan.preprocessing.ping_arrays import first_stations
+from echoplan.joint.search.scan_matching import LandmarkMap, LocalScan, best_score, local_scans, locate
+from echoplan.preprocessing.measurements import first_stations
 
 __all__ = ["follow", "sights_of", "track", "until"]
 
@@ -41,28 +41,28 @@ _HERE, _STRONG = np.array([0.005, 0.005, math.radians(0.5)]), 3.0
 _JOINED = (0.05, math.radians(3.0))
 
 
-def track(account: Account, beliefs: PoseBeliefs) -> None:
+def track(account: Account, priors: PosePrior) -> None:
     """Correct the poses of an account that drift.
 
     Parameters
     ----------
     account : Account
         Everything that was heard, as recorded; changed in place.
-    beliefs : PoseBeliefs
+    beliefs : PosePrior
         Odometry.
     """
-    reaches = beliefs.reaches
+    reaches = priors.reaches
 
     def expected(station: int, _: Sequence[int]) -> tuple[FloatArray, FloatArray]:
-        return reckoned(account.given, account.poses, station), reaches[station]
+        return dead_reckoned(account.given, account.poses, station), reaches[station]
 
-    first = follow(account, beliefs, expected)
+    first = follow(account, priors, expected)
     if account.memory.is_empty and len(account.given) > _FEW:
-        _join_first(account, beliefs, first)
-    settle(account, beliefs)
+        _join_first(account, priors, first)
+    settle(account, priors)
 
 
-def follow(account: Account, beliefs: PoseBeliefs, expected: _Expected) -> Sightline:
+def follow(account: Account, priors: PosePrior, expected: _Expected) -> LocalScan:
     """Follow the robot from station to station.
 
     Each station is looked for about where it is expected, by its arcs against the features so far and the arcs that
@@ -73,14 +73,14 @@ def follow(account: Account, beliefs: PoseBeliefs, expected: _Expected) -> Sight
     ----------
     account : Account
         Everything that was heard, as recorded; changed in place.
-    beliefs : PoseBeliefs
+    beliefs : PosePrior
         Steps from station to station.
     expected : callable
         Tells where a station should be [m, m, rad].
 
     Returns
     -------
-    Sightline
+    LocalScan
         What the first station heard.
     """
     # What a first look learned of the sonar it learned from poses in error.
@@ -97,11 +97,11 @@ def follow(account: Account, beliefs: PoseBeliefs, expected: _Expected) -> Sight
         if score > VERY_STRONG:
             recognised.append(station)
         if score <= _UNDERSTOOD * best_score(sights[station], settings):
-            known = _learn(account, beliefs, station + 1)
+            known = _learn(account, priors, station + 1)
     return sights[0]
 
 
-def sights_of(account: Account) -> list[Sightline]:
+def sights_of(account: Account) -> list[LocalScan]:
     """See with the arcs of each station.
 
     Parameters
@@ -111,24 +111,24 @@ def sights_of(account: Account) -> list[Sightline]:
 
     Returns
     -------
-    list of Sightline
+    list of LocalScan
         By station.
     """
     hearing, arcs = account.model.tabulated(), defaultdict(list)
     for arc in account.arcs:
         arcs[arc.station].append(arc)
-    return [sightlines(arcs[station], account.recorded, hearing, pose) for station, pose in enumerate(account.given)]
+    return [local_scans(arcs[station], account.recorded, hearing, pose) for station, pose in enumerate(account.given)]
 
 
-def _join_first(account: Account, beliefs: PoseBeliefs, sight: Sightline) -> None:
+def _join_first(account: Account, priors: PosePrior, sight: LocalScan) -> None:
     """Look for the first station in what the others know, and move these to where it should be.
 
     The second was placed against the arcs of a single station, of which any may be a wall, a corner or a cylinder.  If
     it was misplaced, all others fit together and the first stands alone.
     """
-    others = Catalogue.of([each for each in account.features if each.gains[1:].max(initial=0.0) > 0.0])
+    others = LandmarkMap.of([each for each in account.features if each.llr_by_station[1:].max(initial=0.0) > 0.0])
     back = invert(compose(invert(account.given[0]), account.given[1]))
-    way, sigmas = float(np.hypot(back[0], back[1])), 1.3 * beliefs.reaches[1]
+    way, sigmas = float(np.hypot(back[0], back[1])), 1.3 * priors.reaches[1]
     # An error of the second heading turns the way back: each part of it is searched with what it leaves open.
     rest = np.hypot(sigmas, [0.5 * way * _PART * sigmas[2]] * 2 + [0.0]) * [1.0, 1.0, _PART]
     _, score = locate(sight, others, account.poses[0], _HERE, account.settings.localisation)
@@ -162,40 +162,40 @@ def until(account: Account, count: int) -> Account:
     part = copy.copy(account)
     part.recorded = first_stations(account.recorded, count)
     part.given, part.poses = account.given[:count], account.poses[:count]
-    part.soundings = displaced(part.recorded, part.given, part.poses)
+    part.measurements = at_poses(part.recorded, part.given, part.poses)
     part.arcs = [arc for arc in account.arcs if arc.station < count]
     return part
 
 
-def _known(account: Account, count: int) -> Catalogue:
+def _known(account: Account, count: int) -> LandmarkMap:
     """List what is known before anything is learned from the first stations."""
     part = until(account, count)
     part.features = part.refreshed()
     return _catalogue(part)
 
 
-def _learn(account: Account, beliefs: PoseBeliefs, count: int) -> Catalogue:
+def _learn(account: Account, priors: PosePrior, count: int) -> LandmarkMap:
     """Find features from the first stations, adjust their poses with them, and list what is known then."""
     part = until(account, count)
     part.noise = account.settings.pose_errors.tracking_noise
     part.search(rounds=1)
-    first = beliefs._replace(given=beliefs.given[:count], sigmas=beliefs.sigmas[:count])
-    part.adjust_often(part.noise, first, 2)
+    first = priors._replace(given=priors.given[:count], sigmas=priors.sigmas[:count])
+    part.alternate(part.noise, first, 2)
     account.poses[:count] = part.poses
     account.features = part.features
     return _catalogue(part)
 
 
-def _catalogue(known: Account) -> Catalogue:
+def _catalogue(known: Account) -> LandmarkMap:
     """List features, and arcs that belong to none as walls, corners and cylinders."""
     features, explained = known.features, known.explained(known.features)
     loose = [arc for arc in known.arcs if arc.share_of(explained) < 0.5]
-    sure = Catalogue.of(features)
+    sure = LandmarkMap.of(features)
     rows, extents = list(sure.reflectors), list(sure.extents)
     if loose:
-        planes = arc_planes(loose, known.soundings, known.model.tabulated())
+        planes = arc_planes(loose, known.measurements, known.model.tabulated())
         for arc, (normal, offset) in zip(loose, planes, strict=True):
-            center = known.soundings.centers[arc.station]
+            center = known.measurements.centers[arc.station]
             along = float(center @ directions(normal + np.pi / 2))
             depth = offset - float(center @ directions(normal))
             point, behind = (center + away * directions(normal) for away in (depth, depth + _RADIUS))
@@ -206,4 +206,4 @@ def _catalogue(known: Account) -> Catalogue:
             ]
             extents += [(along, along), (0.0, 0.0), (0.0, 0.0)]
     weights = np.concatenate([np.ones(len(features)), np.full(len(rows) - len(features), _LOOSE)])
-    return Catalogue(np.array(rows).reshape(-1, 4), weights, np.array(extents).reshape(-1, 2))
+    return LandmarkMap(np.array(rows).reshape(-1, 4), weights, np.array(extents).reshape(-1, 2))

@@ -5,8 +5,8 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.joint.estimate import Account
 from echoplan.joint.optimisation.factors import Rows
-from echoplan.joint.optimisation.optimiser import reading_rows
-from echoplan.joint.optimisation.pose_factors import PoseBeliefs
+from echoplan.joint.optimisation.optimiser import range_factors
+from echoplan.joint.optimisation.pose_factors import PosePrior
 from echoplan.joint.optimisation.values import State
 from echoplan.joint.optimisation.variance_components import learned_factor
 from echoplan.preprocessing.servo import AS_RECORDED
@@ -19,7 +19,7 @@ _ROUNDS, _AT_REST = 8, 0.05
 _AS_IF = 6
 
 
-def without_common_error(account: Account, believed: PoseBeliefs) -> None:
+def without_common_error(account: Account, pose_prior: PosePrior) -> None:
     """Adjust everything as if stations erred together by no more than rounding does.
 
     A guess of how much they do holds readings down, and leaves poses where beliefs in these and in the sonar draw them,
@@ -29,15 +29,15 @@ def without_common_error(account: Account, believed: PoseBeliefs) -> None:
     ----------
     account : Account
         What was heard, with poses that are nearly right; changed in place.
-    believed : PoseBeliefs
+    believed : PosePrior
         What is believed of these; absolute.
     """
     account.pair_sigma = account.offset_sigma
-    account.adjust_often(account.noise, believed, _AS_IF)
-    account.learn_noise()
+    account.alternate(account.noise, pose_prior, _AS_IF)
+    account.estimate_noise()
 
 
-def learn_common_error(account: Account, believed: PoseBeliefs) -> None:
+def learn_common_error(account: Account, pose_prior: PosePrior) -> None:
     """Learn how much stations err together, and adjust everything anew.
 
     Nobody knows beforehand how straight walls are, or how far echoes are from what is expected of them: the guess is
@@ -47,31 +47,31 @@ def learn_common_error(account: Account, believed: PoseBeliefs) -> None:
     ----------
     account : Account
         What was heard, with poses that are at rest; changed in place.
-    believed : PoseBeliefs
+    believed : PosePrior
         What is believed of these; absolute.
     """
     for _ in range(_ROUNDS):
         before = account.pair_sigma
-        account.pair_sigma = max(_learned(account, believed), account.offset_sigma)
-        account.adjust(account.noise, believed)
+        account.pair_sigma = max(_learned(account, pose_prior), account.offset_sigma)
+        account.adjust(account.noise, pose_prior)
         if abs(account.pair_sigma - before) < _AT_REST * before:
             break
-    account.judge(account.noise)
-    account.learn_noise()
-    account.adjust_often(account.noise, believed, 2)
+    account.rescore(account.noise)
+    account.estimate_noise()
+    account.alternate(account.noise, pose_prior, 2)
 
 
-def _learned(account: Account, believed: PoseBeliefs) -> float:
+def _learned(account: Account, pose_prior: PosePrior) -> float:
     assert account.adjusted is not None
     now = State(
-        features=account.as_heard(account.features),
+        features=account.with_attenuation(account.features),
         model=account.model,
         latency=account.latency,
         servo=account.servo or AS_RECORDED,
         poses=account.poses,
     )
-    single, settings = account.beliefs(account.noise, believed)._replace(pair_sigma=0.0), account.settings
-    rows = reading_rows(account.recorded, now, single, settings.adjustment)
+    single, settings = account.priors(account.noise, pose_prior)._replace(pair_sigma=0.0), account.settings
+    rows = range_factors(account.recorded, now, single, settings.adjustment)
     squares, count = common_squares(rows, account.adjusted.covariance, common=account.pair_sigma)
     guess = settings.pose_errors.pair_sigma
     return guess * float(learned_factor(squares / guess**2, count, settings.pose_errors.pair_spread))
@@ -107,11 +107,11 @@ def common_squares(rows: Rows, covariance: FloatArray, *, common: float) -> tupl
     groups = np.unique(owners * len(covariance) + stations, return_inverse=True)[1]
     weights = np.bincount(groups, rows.weights)
     means = np.bincount(groups, rows.weights * rows.residuals) / weights
-    slopes = np.zeros((len(weights), len(covariance) + 1))
+    jacobian = np.zeros((len(weights), len(covariance) + 1))
     # What fills rows up has place -1: the last column, that is left out.
-    np.add.at(slopes, (groups[:, None], rows.columns), rows.weights[:, None] * rows.slopes)
-    slopes = slopes[:, :-1] / weights[:, None]
-    variances = np.einsum("gi,ij,gj->g", slopes, covariance, slopes)
+    np.add.at(jacobian, (groups[:, None], rows.columns), rows.weights[:, None] * rows.jacobian)
+    jacobian = jacobian[:, :-1] / weights[:, None]
+    variances = np.einsum("gi,ij,gj->g", jacobian, covariance, jacobian)
     shares = common**2 / (common**2 + 1.0 / weights)
-    told = np.sum(shares - shares**2 * variances / common**2)
-    return float(np.sum((shares * means) ** 2)), max(float(told), 0.0)
+    effects = np.sum(shares - shares**2 * variances / common**2)
+    return float(np.sum((shares * means) ** 2)), max(float(effects), 0.0)

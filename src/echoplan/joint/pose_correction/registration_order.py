@@ -10,12 +10,12 @@ from echoplan.geometry import wrap
 from echoplan.joint.arcs import find_arcs
 from echoplan.joint.estimate import Account
 from echoplan.joint.optimisation.odometry_noise import learn_waypoints
-from echoplan.joint.optimisation.pose_factors import PoseBeliefs, PoseSettings, waypoint_beliefs, waypoint_steps
+from echoplan.joint.optimisation.pose_factors import PosePrior, PoseSettings, waypoint_prior, waypoint_steps
 from echoplan.joint.pose_correction.annealing import settle
 from echoplan.joint.pose_correction.pose_tracking import follow
-from echoplan.preprocessing.ping_arrays import rearranged_stations
+from echoplan.preprocessing.measurements import rearranged_stations
 
-__all__ = ["learned_waypoints", "nearest_first", "place", "seen_from_others"]
+__all__ = ["learned_waypoints", "place", "seen_from_others", "spanning_tree_order"]
 
 
 def place(account: Account) -> None:
@@ -30,21 +30,21 @@ def place(account: Account) -> None:
     account : Account
         Everything that was heard, as recorded; its poses are changed.
     """
-    order, settings = nearest_first(account.given[:, :2]), account.settings.pose_errors
+    order, settings = spanning_tree_order(account.given[:, :2]), account.settings.pose_errors
     part = _rearranged(account, order)
 
     def expected(station: int, recognised: Sequence[int]) -> tuple[FloatArray, FloatArray]:
         found = list(recognised)
         return seen_from_others(part.given[station], part.given[found], part.poses[found], settings)
 
-    beliefs = waypoint_steps(part.given, settings)
-    follow(part, beliefs, expected)
-    settle(part, beliefs)
+    priors = waypoint_steps(part.given, settings)
+    follow(part, priors, expected)
+    settle(part, priors)
     account.poses = account.given.copy()
     account.poses[order] = part.poses
 
 
-def learned_waypoints(account: Account) -> PoseBeliefs:
+def learned_waypoints(account: Account) -> PosePrior:
     """Tell how far way-points are off, from where they came to rest.
 
     Not before: way-points that may lie anywhere would hold nothing in place.  Where walls stand along the axes of the
@@ -57,17 +57,17 @@ def learned_waypoints(account: Account) -> PoseBeliefs:
 
     Returns
     -------
-    PoseBeliefs
+    PosePrior
         All poses absolute.
     """
     assert account.adjusted is not None
-    believed = waypoint_beliefs(account.given, account.settings.pose_errors)
-    poses = slice(account.adjusted.unknowns.pose, None)
+    pose_prior = waypoint_prior(account.given, account.settings.pose_errors)
+    poses = slice(account.adjusted.layout.pose, None)
     covariance, settings = account.adjusted.covariance[poses, poses], account.settings.drift
-    return learn_waypoints(believed, account.poses, covariance, settings, headings=account.is_along_axes)
+    return learn_waypoints(pose_prior, account.poses, covariance, settings, headings=account.is_along_axes)
 
 
-def nearest_first(places_xy: FloatArray) -> list[int]:
+def spanning_tree_order(places_xy: FloatArray) -> list[int]:
     """Order places so that each is the nearest to any before it that is left (Prim 1957), from the middle outwards.
 
     Parameters
@@ -82,7 +82,7 @@ def nearest_first(places_xy: FloatArray) -> list[int]:
 
     Examples
     --------
-    >>> nearest_first(np.array([[0.0, 0.0], [5.0, 0.0], [1.0, 0.0], [2.5, 0.0]]))
+    >>> spanning_tree_order(np.array([[0.0, 0.0], [5.0, 0.0], [1.0, 0.0], [2.5, 0.0]]))
     [2, 0, 3, 1]
     """
     apart = np.hypot(*(places_xy[:, None] - places_xy[None]).transpose(2, 0, 1))
@@ -122,11 +122,11 @@ def seen_from_others(
     sigmas : ndarray, shape (3,)
         Deviations of x, y and heading [m, m, rad].
     """
-    told, found = others_given[:, 0] + 1j * others_given[:, 1], others[:, 0] + 1j * others[:, 1]
-    by_places = np.vdot(told - told.mean(), found - found.mean()) / settings.waypoint**2
+    recorded, found = others_given[:, 0] + 1j * others_given[:, 1], others[:, 0] + 1j * others[:, 1]
+    by_places = np.vdot(recorded - recorded.mean(), found - found.mean()) / settings.waypoint**2
     by_headings = np.exp(1j * (others[:, 2] - others_given[:, 2])).sum() / settings.waypoint_turn**2
     turn, turn_sigma = float(np.angle(by_places + by_headings)), float(np.abs(by_places + by_headings)) ** -0.5
-    arm = complex(given[0], given[1]) - told.mean()
+    arm = complex(given[0], given[1]) - recorded.mean()
     place = found.mean() + arm * np.exp(1j * turn)
     away = np.hypot(settings.waypoint * np.sqrt(1.0 + 1.0 / len(others)), abs(arm) * turn_sigma)
     pose = np.array([place.real, place.imag, wrap(given[2] + turn)])
@@ -135,7 +135,7 @@ def seen_from_others(
 
 def _rearranged(account: Account, order: Sequence[int]) -> Account:
     part = copy.copy(account)
-    part.recorded = part.soundings = rearranged_stations(account.recorded, order)
+    part.recorded = part.measurements = rearranged_stations(account.recorded, order)
     part.given = part.poses = account.given[list(order)]
     part.arcs = find_arcs(part.recorded, resolution=account.resolution, settings=account.settings.arcs)
     return part

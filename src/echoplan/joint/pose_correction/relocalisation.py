@@ -5,10 +5,10 @@ import math
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, invert
 from echoplan.joint.estimate import Account
-from echoplan.joint.optimisation.pose_factors import PoseBeliefs, reckoned
-from echoplan.joint.search.scan_matching import Catalogue, Sightline, locate, sightlines
+from echoplan.joint.optimisation.pose_factors import PosePrior, dead_reckoned
+from echoplan.joint.search.scan_matching import LandmarkMap, LocalScan, local_scans, locate
 
-__all__ = ["elsewhere"]
+__all__ = ["relocalised"]
 
 # A feature that so many other stations hear is there; a station from which this speaks against it misses it [nats].
 _MANY, _MISSED = 3, -5.0
@@ -16,14 +16,14 @@ _MANY, _MISSED = 3, -5.0
 _FAR, _TURNED = 0.02, 0.03
 
 
-def elsewhere(account: Account, beliefs: PoseBeliefs, station: int) -> FloatArray | None:
+def relocalised(account: Account, priors: PosePrior, station: int) -> FloatArray | None:
     """Look for a station that should hear something and does not in what the others know.
 
     Parameters
     ----------
     account : Account
         What was heard, and what is made of it.
-    beliefs : PoseBeliefs
+    beliefs : PosePrior
         Odometry.
     station : int
         Its number; not the first of all, which is the frame.
@@ -34,17 +34,17 @@ def elsewhere(account: Account, beliefs: PoseBeliefs, station: int) -> FloatArra
         Where else it may be [m, m, rad]; nothing if it misses nothing, or fits best where it is.
     """
     least = account.settings.search.second_station
-    heard = [each.speaking(least) - int(each.gains[station] > least) for each in account.features]
-    counted = list(zip(account.features, heard, strict=True))
-    if not any(each.gains[station] < _MISSED and others >= _MANY for each, others in counted):
+    detected = [each.supporting(least) - int(each.llr_by_station[station] > least) for each in account.features]
+    counted = list(zip(account.features, detected, strict=True))
+    if not any(each.llr_by_station[station] < _MISSED and others >= _MANY for each, others in counted):
         return None
-    known, settings = Catalogue.of([each for each, others in counted if others]), account.settings.localisation
-    guess, sigmas = reckoned(beliefs.given, account.poses, station), settings.astray * beliefs.reaches[station]
+    known, settings = LandmarkMap.of([each for each, others in counted if others]), account.settings.localisation
+    guess, sigmas = dead_reckoned(priors.given, account.poses, station), settings.astray * priors.reaches[station]
     pose, _ = locate(_sight(account, station), known, guess, sigmas, settings)
     off = compose(invert(account.poses[station]), pose)
     return pose if math.hypot(off[0], off[1]) > _FAR or abs(off[2]) > _TURNED else None
 
 
-def _sight(account: Account, station: int) -> Sightline:
+def _sight(account: Account, station: int) -> LocalScan:
     arcs = [each for each in account.arcs if each.station == station]
-    return sightlines(arcs, account.recorded, account.model.tabulated(), account.given[station])
+    return local_scans(arcs, account.recorded, account.model.tabulated(), account.given[station])

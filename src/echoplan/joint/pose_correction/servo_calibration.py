@@ -16,9 +16,9 @@ from echoplan.compiled import compiled
 from echoplan.geometry import directions, rotation_step
 from echoplan.joint.arcs import arc_planes
 from echoplan.joint.estimate import Account
-from echoplan.joint.optimisation.optimiser import AdjustmentSettings
+from echoplan.joint.optimisation.optimiser import OptimiserSettings
 from echoplan.joint.search.refinement import refine
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 from echoplan.preprocessing.servo import ServoError
 
 __all__ = ["find_servo"]
@@ -34,7 +34,7 @@ _GAINS, _OFFSETS = np.linspace(0.85, 1.15, 13), np.radians(np.linspace(-14.0, 14
 _FAR = 6.0
 # So many steps without a ping are the end of a sweep.
 _GAP = 3.0
-# Evidence that is positive [nats] (Kass and Raftery 1995): to ask what a calibrated servo explains costs time only.
+# PingScores that is positive [nats] (Kass and Raftery 1995): to ask what a calibrated servo explains costs time only.
 _POSITIVE = 1.0
 # Fewer arcs do not determine gain and offset.
 _FEWEST = 10
@@ -94,7 +94,7 @@ def find_servo(account: Account) -> ServoError | None:
     return ServoError(float(_GAINS[gain]), float(_OFFSETS[offset]))
 
 
-def posterior(planes: _Planes, reach: float, settings: AdjustmentSettings) -> FloatArray:
+def posterior(planes: _Planes, reach: float, settings: OptimiserSettings) -> FloatArray:
     """Logarithm of the posterior density of gains and offsets, but for a constant [nats]."""
     scores = np.array([[_log_likelihood(planes, reach, gain, offset) for offset in _OFFSETS] for gain in _GAINS])
     found: FloatArray = scores - settings.servo_strain(_GAINS[:, None], _OFFSETS)
@@ -103,18 +103,18 @@ def posterior(planes: _Planes, reach: float, settings: AdjustmentSettings) -> Fl
 
 def _planes_of(account: Account) -> _Planes:
     """Fit a plane to each arc; one that the end of a sweep cuts off does not show where its middle is."""
-    heard, hearing = account.recorded, account.model.tabulated()
-    ends = _ends(heard)
+    measurements, hearing = account.recorded, account.model.tabulated()
+    ends = _ends(measurements)
     rows = []
-    for arc, plane in zip(account.arcs, arc_planes(account.arcs, heard, hearing), strict=True):
+    for arc, plane in zip(account.arcs, arc_planes(account.arcs, measurements, hearing), strict=True):
         wall = np.array([Kind.WALL, *plane, 0.0])
-        wall = refine(heard, hearing, wall, arc.pings, _SINGLE_ARC, 4)
-        center = np.array([heard.x[arc.pings].mean(), heard.y[arc.pings].mean()])
-        arm = np.array([heard.arms_x[arc.pings].mean(), heard.arms_y[arc.pings].mean()])
+        wall = refine(measurements, hearing, wall, arc.pings, _SINGLE_ARC, 4)
+        center = np.array([measurements.x[arc.pings].mean(), measurements.y[arc.pings].mean()])
+        arm = np.array([measurements.arms_x[arc.pings].mean(), measurements.arms_y[arc.pings].mean()])
         depth = wall[2] - center @ directions(wall[1])
         sigma = _CUT if ends[arc.pings].any() else _WHOLE
-        weight = min(1.0, heard.weights[arc.pings].sum() / 8.0)
-        rows.append((*(center - arm), *arm, wall[1], depth, heard.angles[arc.pings].mean(), weight, sigma))
+        weight = min(1.0, measurements.weights[arc.pings].sum() / 8.0)
+        rows.append((*(center - arm), *arm, wall[1], depth, measurements.angles[arc.pings].mean(), weight, sigma))
     x, y, arms_x, arms_y, normals, depths, angles, weights, sigmas = np.array(rows).T.copy()
     return _Planes(
         stations=np.array([arc.station for arc in account.arcs]),
@@ -128,14 +128,14 @@ def _planes_of(account: Account) -> _Planes:
     )
 
 
-def _ends(heard: Soundings) -> BoolArray:
+def _ends(measurements: Measurements) -> BoolArray:
     """Return which pings are the first or the last of those that look one after the other around a station."""
-    ends = np.zeros(len(heard.readings), dtype=bool)
-    for station in np.unique(heard.stations):
-        own = np.flatnonzero(heard.stations == station)
-        around = own[np.argsort(heard.bearings[own])]
-        gaps = np.diff(heard.bearings[around], append=heard.bearings[around[:1]] + 2.0 * np.pi)
-        wide = gaps > _GAP * rotation_step(heard.bearings[own])
+    ends = np.zeros(len(measurements.readings), dtype=bool)
+    for station in np.unique(measurements.stations):
+        own = np.flatnonzero(measurements.stations == station)
+        around = own[np.argsort(measurements.bearings[own])]
+        gaps = np.diff(measurements.bearings[around], append=measurements.bearings[around[:1]] + 2.0 * np.pi)
+        wide = gaps > _GAP * rotation_step(measurements.bearings[own])
         ends[around[wide]] = ends[np.roll(around, -1)[wide]] = True
     return ends
 

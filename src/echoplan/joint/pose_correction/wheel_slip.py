@@ -8,10 +8,10 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, invert
 from echoplan.joint.estimate import Account
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.optimisation.pose_factors import PoseBeliefs, reckoned
+from echoplan.joint.optimisation.pose_factors import PosePrior, dead_reckoned
 from echoplan.joint.pose_correction.pose_tracking import sights_of
-from echoplan.joint.search.duplicates import CopySettings, are_copies
-from echoplan.joint.search.scan_matching import Catalogue, LocalisationSettings, Sightline, locate
+from echoplan.joint.search.duplicates import DuplicateSettings, are_duplicates
+from echoplan.joint.search.scan_matching import LandmarkMap, LocalisationSettings, LocalScan, locate
 
 __all__ = ["without_slip"]
 
@@ -27,7 +27,7 @@ _MOSTLY = 0.8
 _HERE = np.array([0.005, 0.005, 0.01])
 
 
-def without_slip(account: Account, beliefs: PoseBeliefs) -> FloatArray | None:
+def without_slip(account: Account, priors: PosePrior) -> FloatArray | None:
     """Take back the slip that puts most of what was heard after it where it had been heard before.
 
     The stations after a step are one rigid body, looked for in what those before it know.
@@ -36,7 +36,7 @@ def without_slip(account: Account, beliefs: PoseBeliefs) -> FloatArray | None:
     ----------
     account : Account
         What was heard, and what is made of it.
-    beliefs : PoseBeliefs
+    beliefs : PosePrior
         Odometry.
 
     Returns
@@ -45,35 +45,35 @@ def without_slip(account: Account, beliefs: PoseBeliefs) -> FloatArray | None:
         Other poses [m, m, rad]; nothing if nothing seems there twice, or nothing fits better elsewhere.
     """
     first = max(1, len(account.memory.poses))
-    reaches = _reaches(beliefs, account.settings.localisation)
+    reaches = _reaches(priors, account.settings.localisation)
     steps = [step for step in range(first, len(account.poses)) if _has_twins(account.features, step, reaches[step])]
     if not steps:
         return None
     sights = sights_of(account)
-    gain, poses = max((_taken_back(account, beliefs, sights, step) for step in steps), key=lambda each: each[0])
+    gain, poses = max((_taken_back(account, priors, sights, step) for step in steps), key=lambda each: each[0])
     return poses if gain > 0.0 else None
 
 
 def _taken_back(
-    account: Account, beliefs: PoseBeliefs, sights: Sequence[Sightline], step: int
+    account: Account, priors: PosePrior, sights: Sequence[LocalScan], step: int
 ) -> tuple[float, FloatArray]:
     """Move all stations after a step to where they fit best, and tell how much better they fit there [nats]."""
     poses, settings = account.poses, account.settings.localisation
     known, sight = _known(account.features, step), _together(sights[step:], poses[step:])
-    guess, sigmas = reckoned(beliefs.given, poses, step), settings.astray * beliefs.reaches[step]
+    guess, sigmas = dead_reckoned(priors.given, poses, step), settings.astray * priors.reaches[step]
     _, here = locate(sight, known, poses[step], _HERE, settings)
     found, there = locate(sight, known, guess, sigmas, settings)
     return there - here, np.concatenate([poses[:step], compose(compose(found, invert(poses[step])), poses[step:])])
 
 
-def _together(sights: Sequence[Sightline], poses: FloatArray) -> Sightline:
+def _together(sights: Sequence[LocalScan], poses: FloatArray) -> LocalScan:
     """See with the arcs of several stations as if all had been heard from the first of them."""
     origins, normals = [], []
     for sight, pose in zip(sights, compose(invert(poses[0]), poses), strict=True):
         turned = np.exp(1j * pose[2]) * (sight.origins_xy[:, 0] + 1j * sight.origins_xy[:, 1])
         origins.append(np.column_stack([pose[0] + turned.real, pose[1] + turned.imag]))
         normals.append(sight.normals + pose[2])
-    return Sightline(
+    return LocalScan(
         np.concatenate(origins),
         np.concatenate(normals),
         np.concatenate([each.depths for each in sights]),
@@ -81,15 +81,15 @@ def _together(sights: Sequence[Sightline], poses: FloatArray) -> Sightline:
     )
 
 
-def _known(features: Sequence[Hypothesis], step: int) -> Catalogue:
+def _known(features: Sequence[Hypothesis], step: int) -> LandmarkMap:
     """List what stations before a step heard, walls as long as they may be if their twins are the same."""
-    known = Catalogue.of([each for each in features if _before(each, step) > 0.0])
+    known = LandmarkMap.of([each for each in features if _before(each, step) > 0.0])
     return known._replace(extents=known.extents + np.array([-_APART, _APART]))
 
 
-def _reaches(beliefs: PoseBeliefs, settings: LocalisationSettings) -> FloatArray:
+def _reaches(priors: PosePrior, settings: LocalisationSettings) -> FloatArray:
     """Tell how far each step may put one twin from the other [m]."""
-    astray: FloatArray = beliefs.sigmas[:, :2].max(axis=1) + _LEVER * beliefs.sigmas[:, 2]
+    astray: FloatArray = priors.sigmas[:, :2].max(axis=1) + _LEVER * priors.sigmas[:, 2]
     return settings.deviations * settings.astray * astray
 
 
@@ -101,17 +101,17 @@ def _has_twins(features: Sequence[Hypothesis], step: int, reach: float) -> bool:
 
 
 def _before(feature: Hypothesis, step: int) -> float:
-    return feature.past.total + float(np.maximum(feature.gains[:step], 0.0).sum())
+    return feature.history.total + float(np.maximum(feature.llr_by_station[:step], 0.0).sum())
 
 
 def _said(feature: Hypothesis) -> float:
-    return _before(feature, len(feature.gains))
+    return _before(feature, len(feature.llr_by_station))
 
 
 def _alike(one: Hypothesis, other: Hypothesis, reach: float) -> bool:
     if one.kind is not other.kind:
         return False
     if one.is_wall:
-        return are_copies(one, other, CopySettings(turn=_TURN, beside=reach, apart=_APART))
+        return are_duplicates(one, other, DuplicateSettings(turn=_TURN, beside=reach, apart=_APART))
     apart = one.reflector[1:] - other.reflector[1:]
     return bool(np.hypot(apart[0], apart[1]) < reach and abs(apart[2]) < _RADII)

@@ -7,14 +7,14 @@ from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.geometry import wrap
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.search.ray_paths import free_views
+from echoplan.joint.search.ray_paths import unoccluded_stations
 from echoplan.joint.trace import Reason
-from echoplan.preprocessing.ping_arrays import Soundings, step_of
+from echoplan.preprocessing.measurements import Measurements, step_of
 
-__all__ = ["Belief", "BeliefSettings"]
+__all__ = ["AcceptanceSettings", "Belief"]
 
 
-class BeliefSettings(BaseModel, frozen=True, extra="forbid"):
+class AcceptanceSettings(BaseModel, frozen=True, extra="forbid"):
     """When a reflector is believed."""
 
     accept: float = Field(default=12.0, gt=0.0, description="least gain in log likelihood [nats]")
@@ -38,21 +38,21 @@ class Belief:
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     half_aperture : float
         Of the sensors [rad].
-    settings : BeliefSettings
+    settings : AcceptanceSettings
         When it is.
     """
 
-    def __init__(self, soundings: Soundings, *, half_aperture: float, settings: BeliefSettings) -> None:
+    def __init__(self, measurements: Measurements, *, half_aperture: float, settings: AcceptanceSettings) -> None:
         self.settings = settings
-        self.step = step_of(soundings)
-        self._soundings = soundings
+        self.step = step_of(measurements)
+        self._measurements = measurements
         self._half_aperture = half_aperture
 
-    def worth(self, hypothesis: Hypothesis) -> float:
+    def penalised_llr(self, hypothesis: Hypothesis) -> float:
         """Tell the gain less the cost of parameters.
 
         Parameters
@@ -67,7 +67,7 @@ class Belief:
         """
         return hypothesis.total - (self.settings.radius_cost if hypothesis.kind is Kind.CYLINDER else 0.0)
 
-    def holds(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
+    def is_accepted(self, hypothesis: Hypothesis, log_densities: FloatArray) -> bool:
         """Whether a feature is believed: three stations speak for it, or fewer that heard as much of it as they should.
 
         Two arcs that nothing explains share some tangent by chance; three hardly do.  What was believed when all its
@@ -86,30 +86,30 @@ class Belief:
         bool
             Whether it is.
         """
-        return self.refusal(hypothesis, levels) is None
+        return self.refusal(hypothesis, log_densities) is None
 
-    def refusal(self, hypothesis: Hypothesis, levels: FloatArray) -> Reason | None:
+    def refusal(self, hypothesis: Hypothesis, log_densities: FloatArray) -> Reason | None:
         """Return the test that a hypothesis fails beside what all others explain, None if it is accepted."""
         settings = self.settings
-        if self.worth(hypothesis) <= settings.accept:
+        if self.penalised_llr(hypothesis) <= settings.accept:
             return Reason.EVIDENCE
         if hypothesis.is_known:
             return None
-        if not self._is_overdetermined(hypothesis, levels):
+        if not self._is_overdetermined(hypothesis, log_densities):
             return Reason.UNDERDETERMINED
         if self._is_missed(hypothesis):
             return Reason.MISSED
-        return self._lacks_stations(hypothesis, levels)
+        return self._lacks_stations(hypothesis, log_densities)
 
-    def _lacks_stations(self, hypothesis: Hypothesis, levels: FloatArray) -> Reason | None:
+    def _lacks_stations(self, hypothesis: Hypothesis, log_densities: FloatArray) -> Reason | None:
         """Return the test of the stations that support a hypothesis that it fails, None if they suffice."""
-        if self.is_lone(hypothesis):
-            is_whole = hypothesis.is_wall and self._is_whole(hypothesis, levels)
+        if self.has_single_station(hypothesis):
+            is_whole = hypothesis.is_wall and self._is_whole(hypothesis, log_densities)
             return None if is_whole else Reason.SINGLE_STATION
-        many = hypothesis.speaking(self.settings.second_station) > 2
-        return None if many or self._is_heard(hypothesis, levels) else Reason.WEAKLY_DETECTED
+        many = hypothesis.supporting(self.settings.second_station) > 2
+        return None if many or self._is_detected(hypothesis, log_densities) else Reason.WEAKLY_DETECTED
 
-    def is_lone(self, hypothesis: Hypothesis) -> bool:
+    def has_single_station(self, hypothesis: Hypothesis) -> bool:
         """Whether hardly more than one station speaks for a reflector.
 
         Parameters
@@ -122,10 +122,10 @@ class Belief:
         bool
             Whether it is so.
         """
-        speaking = hypothesis.speaking(self.settings.second_station)
-        return speaking < 2 or hypothesis.total - hypothesis.best <= self.settings.without_best
+        supporting = hypothesis.supporting(self.settings.second_station)
+        return supporting < 2 or hypothesis.total - hypothesis.best <= self.settings.without_best
 
-    def hears(self, hypothesis: Hypothesis, levels: FloatArray) -> float:
+    def detection_rate(self, hypothesis: Hypothesis, log_densities: FloatArray) -> float:
         """Tell how fully the best station hears a reflector.
 
         Parameters
@@ -140,54 +140,54 @@ class Belief:
         float
             Share of the pings that do, of those that could.
         """
-        return float(self._hits(hypothesis, levels).sum() / max(self._at_best_station(hypothesis).sum(), 1))
+        return float(self._hits(hypothesis, log_densities).sum() / max(self._at_best_station(hypothesis).sum(), 1))
 
-    def _is_heard(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
+    def _is_detected(self, hypothesis: Hypothesis, log_densities: FloatArray) -> bool:
         """Whether the best station hears a good part of a reflector; of a wall, of what nothing known hides.
 
         Walls go on behind other things; a cylinder that seems to stand behind a wall is an image in it.
         """
         evidence = hypothesis.evidence
-        hidden = hypothesis.is_wall & ~evidence.unmasked & (levels[evidence.pings] > 0.0)
+        hidden = hypothesis.is_wall & ~evidence.unmasked & (log_densities[evidence.pings] > 0.0)
         asked = (self._at_best_station(hypothesis) & ~hidden).sum()
-        return bool(self._hits(hypothesis, levels).sum() >= self.settings.heard_share * max(asked, 1))
+        return bool(self._hits(hypothesis, log_densities).sum() >= self.settings.heard_share * max(asked, 1))
 
-    def _hits(self, hypothesis: Hypothesis, levels: FloatArray) -> BoolArray:
+    def _hits(self, hypothesis: Hypothesis, log_densities: FloatArray) -> BoolArray:
         """Tell which pings of the best station hear a reflector better than anything else."""
-        return hypothesis.explains_anew(levels) & self._at_best_station(hypothesis)
+        return hypothesis.newly_explained(log_densities) & self._at_best_station(hypothesis)
 
-    def _is_overdetermined(self, hypothesis: Hypothesis, levels: FloatArray) -> bool:
+    def _is_overdetermined(self, hypothesis: Hypothesis, log_densities: FloatArray) -> bool:
         """Whether more readings speak for a feature than it has parameters: through as many it can always be laid."""
-        speaking = (hypothesis.gains > 0.0)[self._soundings.stations[hypothesis.evidence.pings]]
-        return bool((hypothesis.explains_anew(levels) & speaking).sum() > len(hypothesis.parameters))
+        supporting = (hypothesis.llr_by_station > 0.0)[self._measurements.stations[hypothesis.evidence.pings]]
+        return bool((hypothesis.newly_explained(log_densities) & supporting).sum() > len(hypothesis.parameters))
 
     def _is_missed(self, hypothesis: Hypothesis) -> bool:
         """Whether most stations that should hear a cylinder do not; walls may seem so while poses are in error."""
         if hypothesis.kind is not Kind.CYLINDER:
             return False
-        clear = hypothesis.gains > self.settings.second_station
-        missing = free_views(hypothesis, self._soundings, step=self.step) & ~clear
+        clear = hypothesis.llr_by_station > self.settings.second_station
+        missing = unoccluded_stations(hypothesis, self._measurements, step=self.step) & ~clear
         return bool(missing.sum() > clear.sum())
 
-    def _is_whole(self, wall: Hypothesis, levels: FloatArray) -> bool:
+    def _is_whole(self, wall: Hypothesis, log_densities: FloatArray) -> bool:
         """Whether one station heard a wall all over the beam, as it should."""
         if not len(wall.evidence.pings):
             return False
-        here, heard = self._at_best_station(wall), self._hits(wall, levels)
-        unmasked, hits = int((here & wall.evidence.unmasked).sum()), int(heard.sum())
+        here, detected = self._at_best_station(wall), self._hits(wall, log_densities)
+        unmasked, hits = int((here & wall.evidence.unmasked).sum()), int(detected.sum())
         return bool(
             here.sum() >= self._half_aperture / self.step
-            and self._ways(wall, heard) > len(wall.parameters)
+            and self._ways(wall, detected) > len(wall.parameters)
             and hits >= self.settings.hit_share * max(unmasked, 1)
             and hits >= self.settings.seen_share * here.sum()
         )
 
-    def _ways(self, wall: Hypothesis, heard: BoolArray) -> int:
+    def _ways(self, wall: Hypothesis, detected: BoolArray) -> int:
         """Count the directions from which a wall is heard: a second sweep of a ring from there says nothing new."""
-        turns = wrap(self._soundings.bearings[wall.evidence.pings[heard]] - wall.line[0])
+        turns = wrap(self._measurements.bearings[wall.evidence.pings[detected]] - wall.line[0])
         return len(np.unique(np.round((turns - turns.min(initial=np.inf)) / self.step)))
 
     def _at_best_station(self, hypothesis: Hypothesis) -> BoolArray:
         evidence = hypothesis.evidence
-        here: BoolArray = self._soundings.stations[evidence.pings] == np.argmax(hypothesis.gains)
+        here: BoolArray = self._measurements.stations[evidence.pings] == np.argmax(hypothesis.llr_by_station)
         return here & evidence.audible

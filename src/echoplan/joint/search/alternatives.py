@@ -9,11 +9,11 @@ from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.geometry import directions
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.likelihood.ping_likelihood import Explanation
+from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.search.refinement import approach
 from echoplan.model import ClassProbabilities
 
-__all__ = ["class_probabilities", "rivals_of"]
+__all__ = ["alternatives_to", "class_probabilities"]
 
 # A cylinder that is to explain something else starts out this thick [m].
 _RADIUS = 0.12
@@ -28,13 +28,13 @@ _CLEARLY = 5.0
 
 
 def class_probabilities(
-    explanation: Explanation, features: Sequence[Hypothesis], *, radius_cost: float
+    explanation: PingLikelihood, features: Sequence[Hypothesis], *, radius_cost: float
 ) -> list[ClassProbabilities]:
     """Let every feature stand against a wall, a corner and a cylinder in its place.
 
     Parameters
     ----------
-    explanation : Explanation
+    explanation : PingLikelihood
         The pings.
     features : sequence of Hypothesis
         What is there.
@@ -51,18 +51,18 @@ def class_probabilities(
 
 
 def _probabilities(
-    explanation: Explanation, features: Sequence[Hypothesis], number: int, radius_cost: float
+    explanation: PingLikelihood, features: Sequence[Hypothesis], number: int, radius_cost: float
 ) -> ClassProbabilities:
     feature = features[number]
-    judged = rivals_of(explanation, feature, [each for each in features if each is not feature])
-    worth = np.full(3, -np.inf)
+    rescored = alternatives_to(explanation, feature, [each for each in features if each is not feature])
+    penalised_llr = np.full(3, -np.inf)
     # Rivals were not there to be heard before: what is known from then decides nothing here.
-    for each in [replace(feature, total=feature.total - feature.past.total), *judged]:
+    for each in [replace(feature, total=feature.total - feature.history.total), *rescored]:
         cost = radius_cost if each.kind is Kind.CYLINDER else 0.0
         place = {Kind.WALL: 0, Kind.CYLINDER: 2}.get(each.kind, 1)
-        worth[place] = max(worth[place], each.total - cost)
-    chances = np.exp(worth - worth.max())
-    unmodelled = _unmodelled(feature.speaking(_CLEARLY))
+        penalised_llr[place] = max(penalised_llr[place], each.total - cost)
+    chances = np.exp(penalised_llr - penalised_llr.max())
+    unmodelled = _unmodelled(feature.supporting(_CLEARLY))
     wall, corner, cylinder = ((1.0 - unmodelled) * chances / chances.sum() + unmodelled / 3.0).tolist()
     return ClassProbabilities(wall=wall, corner=corner, cylinder=cylinder)
 
@@ -72,14 +72,17 @@ def _unmodelled(stations: int) -> float:
     return 1.5 * _UNMODELLED * _PER_STATION ** max(stations - _FEW, 0)
 
 
-def rivals_of(
-    explanation: Explanation, feature: Hypothesis, others: Sequence[Hypothesis], kinds: Collection[Kind] = tuple(Kind)
+def alternatives_to(
+    explanation: PingLikelihood,
+    feature: Hypothesis,
+    others: Sequence[Hypothesis],
+    kinds: Collection[Kind] = tuple(Kind),
 ) -> list[Hypothesis]:
     """Find what could stand in the place of a feature.
 
     Parameters
     ----------
-    explanation : Explanation
+    explanation : PingLikelihood
         The pings.
     feature : Hypothesis
         The feature.
@@ -93,17 +96,17 @@ def rivals_of(
     list of Hypothesis
         One of each of these but its own, moved to where the pings of the feature want it, and judged beside the others.
     """
-    levels = explanation.levels(others)
-    spoken = feature.evidence.pings[feature.evidence.densities > levels[feature.evidence.pings]]
-    starts = [row for row in _rivals(explanation, feature) if row[0] in kinds and row[0] != feature.kind]
-    rivals = [_moved(explanation, row, spoken) for row in starts]
-    return explanation.judge_all([explanation.propose(row) for row in rivals], levels, others)
+    log_densities = explanation.log_densities(others)
+    spoken = feature.evidence.pings[feature.evidence.densities > log_densities[feature.evidence.pings]]
+    starts = [row for row in _alternatives(explanation, feature) if row[0] in kinds and row[0] != feature.kind]
+    alternatives = [_moved(explanation, row, spoken) for row in starts]
+    return explanation.score_all([explanation.score(row) for row in alternatives], log_densities, others)
 
 
-def _rivals(explanation: Explanation, feature: Hypothesis) -> FloatArray:
+def _alternatives(explanation: PingLikelihood, feature: Hypothesis) -> FloatArray:
     """Stand-ins of all kinds near the part of a feature that most stations heard."""
-    speaking = feature.gains > 0.0
-    stations = explanation.soundings.centers[speaking if speaking.any() else slice(None)]
+    supporting = feature.llr_by_station > 0.0
+    stations = explanation.measurements.centers[supporting if supporting.any() else slice(None)]
     middle = stations.mean(axis=0)
     if feature.is_wall:
         normal = directions(feature.line[0])
@@ -122,7 +125,7 @@ def _rivals(explanation: Explanation, feature: Hypothesis) -> FloatArray:
     )
 
 
-def _moved(explanation: Explanation, reflector: FloatArray, pings: IntArray) -> FloatArray:
+def _moved(explanation: PingLikelihood, reflector: FloatArray, pings: IntArray) -> FloatArray:
     noise = explanation.noise
     course = [(deviations * noise, max(band, 4 * noise), rounds) for deviations, band, rounds in _COURSE]
-    return approach(explanation.soundings, explanation.hearing, reflector, pings, course)
+    return approach(explanation.measurements, explanation.hearing, reflector, pings, course)

@@ -46,5 +46,5 @@ def _instead(search: Search, cylinder: Hypothesis, others: Sequence[Hypothesis])
     """Find edges and walls that explain more than a cylinder does; nothing if there are none."""
     known = {each.key for each in others}
     found = [each for each in search.more(others, (Kind.EDGE, Kind.WALL)) if each.key not in known]
-    worth = sum(each.total for each in found) - search.belief.settings.accept * (len(found) - 1)
-    return found if found and worth > search.belief.worth(cylinder) else []
+    penalised_llr = sum(each.total for each in found) - search.acceptance.settings.accept * (len(found) - 1)
+    return found if found and penalised_llr > search.acceptance.penalised_llr(cylinder) else []

@@ -9,10 +9,10 @@ from pydantic import BaseModel, Field
 from echoplan.geometry import crosses_segments, signed_distances
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 
-__all__ = ["CopySettings", "are_copies", "cross", "pairs_of_copies", "without_copies"]
+__all__ = ["DuplicateSettings", "are_duplicates", "cross", "duplicate_pairs", "without_duplicates"]
 
 
-class CopySettings(BaseModel, frozen=True, extra="forbid"):
+class DuplicateSettings(BaseModel, frozen=True, extra="forbid"):
     """How far apart two copies of a wall may lie."""
 
     turn: float = Field(default=math.radians(12), gt=0.0, description="between them [rad]")
@@ -20,7 +20,7 @@ class CopySettings(BaseModel, frozen=True, extra="forbid"):
     apart: float = Field(default=0.3, ge=0.0, description="between their ends [m]")
 
 
-def without_copies(features: Sequence[Hypothesis], settings: CopySettings) -> list[Hypothesis]:
+def without_duplicates(features: Sequence[Hypothesis], settings: DuplicateSettings) -> list[Hypothesis]:
     """Keep one of several copies of each wall: the one that explains most.
 
     Walls that stations told apart which were let go are two: their poses had come to rest.
@@ -29,7 +29,7 @@ def without_copies(features: Sequence[Hypothesis], settings: CopySettings) -> li
     ----------
     features : sequence of Hypothesis
         What is there.
-    settings : CopySettings
+    settings : DuplicateSettings
         What copies are.
 
     Returns
@@ -44,14 +44,14 @@ def without_copies(features: Sequence[Hypothesis], settings: CopySettings) -> li
     return kept
 
 
-def pairs_of_copies(features: Sequence[Hypothesis], settings: CopySettings) -> list[tuple[int, int]]:
+def duplicate_pairs(features: Sequence[Hypothesis], settings: DuplicateSettings) -> list[tuple[int, int]]:
     """Find all that may be there twice.
 
     Parameters
     ----------
     features : sequence of Hypothesis
         What is there.
-    settings : CopySettings
+    settings : DuplicateSettings
         What copies are.
 
     Returns
@@ -63,14 +63,14 @@ def pairs_of_copies(features: Sequence[Hypothesis], settings: CopySettings) -> l
     return [(one, other) for one, other in numbers if _may_be_one(features[one], features[other], settings)]
 
 
-def are_copies(one: Hypothesis, other: Hypothesis, settings: CopySettings) -> bool:
+def are_duplicates(one: Hypothesis, other: Hypothesis, settings: DuplicateSettings) -> bool:
     """Tell whether two features may be the same wall.
 
     Parameters
     ----------
     one, other : Hypothesis
         Two features.
-    settings : CopySettings
+    settings : DuplicateSettings
         How far apart they may lie.
 
     Returns
@@ -104,12 +104,12 @@ def cross(one: Hypothesis, other: Hypothesis) -> bool:
     return bool(crosses_segments([start], [end], other.ends_xy).any())
 
 
-def _may_be_one(one: Hypothesis, other: Hypothesis, settings: CopySettings) -> bool:
-    return are_copies(one, other, settings) and not _told_apart(one, other)
+def _may_be_one(one: Hypothesis, other: Hypothesis, settings: DuplicateSettings) -> bool:
+    return are_duplicates(one, other, settings) and not _are_confirmed(one, other)
 
 
-def _told_apart(one: Hypothesis, other: Hypothesis) -> bool:
-    return one.past.speaking > 0 and other.past.speaking > 0
+def _are_confirmed(one: Hypothesis, other: Hypothesis) -> bool:
+    return one.history.supporting > 0 and other.history.supporting > 0
 
 
 def _beside(one: Hypothesis, other: Hypothesis) -> float:

@@ -18,11 +18,11 @@ from echoplan.compiled import compiled
 from echoplan.joint.likelihood.double_bounces import ghosts_of_walls
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.image_sources import Extent, Point
-from echoplan.joint.likelihood.ping_likelihood import Explanation
+from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.likelihood.ping_scores import UNHEARD
-from echoplan.preprocessing.ping_arrays import Soundings, chosen_soundings
+from echoplan.preprocessing.measurements import Measurements, select_measurements
 
-__all__ = ["levels_over_unheard"]
+__all__ = ["log_densities_over_latent_walls"]
 
 _WALL = int(Kind.WALL)
 
@@ -60,14 +60,14 @@ class Corner(NamedTuple):
     side: float
 
 
-def levels_over_unheard(
-    explanation: Explanation, wall: Hypothesis, others: Sequence[Hypothesis], levels: FloatArray
+def log_densities_over_latent_walls(
+    explanation: PingLikelihood, wall: Hypothesis, others: Sequence[Hypothesis], log_densities: FloatArray
 ) -> FloatArray:
     """Explain what speaks for a wall by echoes over a stronger one and one that nobody heard.
 
     Parameters
     ----------
-    explanation : Explanation
+    explanation : PingLikelihood
         The pings.
     wall : Hypothesis
         The wall, judged beside the others.
@@ -82,102 +82,104 @@ def levels_over_unheard(
         Logarithm of the density of each reading by the unheard wall that explains most [log 1/m]; ``UNHEARD`` where it
         explains nothing.
     """
-    told, own = np.full(len(levels), UNHEARD), wall.evidence.pings[wall.explains_anew(levels)]
+    echo_densities, own = np.full(len(log_densities), UNHEARD), wall.evidence.pings[wall.newly_explained(log_densities)]
     if not len(own):
-        return told
-    chosen = np.zeros(len(levels), dtype=bool)
+        return echo_densities
+    chosen = np.zeros(len(log_densities), dtype=bool)
     chosen[own] = True
-    few, heard = chosen_soundings(explanation.soundings, chosen), _loudest(explanation, own)
+    few, loudest = select_measurements(explanation.measurements, chosen), _loudest(explanation, own)
     most = 0.0
     for known in others:
         if known.is_wall and known.total > wall.total:
             pair = known.reflector, known.extent
-            gain, echoes = _best_echoes(few, explanation.hearing, pair, heard, levels[chosen], explanation.noise)
+            gain, echoes = _best_echoes(
+                few, explanation.hearing, pair, loudest, log_densities[chosen], explanation.noise
+            )
             if gain > most:
-                most, told[chosen] = gain, echoes
-    return told
+                most, echo_densities[chosen] = gain, echoes
+    return echo_densities
 
 
-def _loudest(explanation: Explanation, pings: IntArray) -> _Heard:
+def _loudest(explanation: PingLikelihood, pings: IntArray) -> _Heard:
     """Tell where, and how far off, the station with most of these pings reads first: what is loudest is read early."""
-    soundings = explanation.soundings
-    best = np.argmax(np.bincount(soundings.stations[pings]))
-    here = pings[soundings.stations[pings] == best]
-    first = here[np.argmin(soundings.readings[here])]
-    reading = float(soundings.readings[first]) * explanation.hearing.scale
-    return (float(soundings.x[first]), float(soundings.y[first])), reading
+    measurements = explanation.measurements
+    best = np.argmax(np.bincount(measurements.stations[pings]))
+    here = pings[measurements.stations[pings] == best]
+    first = here[np.argmin(measurements.readings[here])]
+    reading = float(measurements.readings[first]) * explanation.hearing.scale
+    return (float(measurements.x[first]), float(measurements.y[first])), reading
 
 
 @compiled
 def _best_echoes(
-    few: Soundings, hearing: Hearing, known: _Known, heard: _Heard, bare: FloatArray, noise: float
+    few: Measurements, hearing: Hearing, known: _Known, loudest: _Heard, bare: FloatArray, noise: float
 ) -> tuple[float, FloatArray]:
     """Find the unheard wall on a known one whose echoes explain most: by how much, and the levels."""
-    corners, gains = _corners(few, hearing, known, heard, bare, _COARSE * noise)
+    corners, llr_by_station = _corners(few, hearing, known, loudest, bare, _COARSE * noise)
     most, echoes = 0.0, np.full(len(bare), UNHEARD)
-    for number in np.argsort(-gains)[:_BEST]:
-        if gains[number] > 0.0:
+    for number in np.argsort(-llr_by_station)[:_BEST]:
+        if llr_by_station[number] > 0.0:
             corner = Corner(corners[number, 0], corners[number, 1], corners[number, 2])
-            gain, levels = _refined(few, hearing, known[0], corner, bare, noise)
+            gain, log_densities = _refined(few, hearing, known[0], corner, bare, noise)
             if gain > most:
-                most, echoes = gain, levels
+                most, echoes = gain, log_densities
     return most, echoes
 
 
 @compiled
 def _corners(
-    few: Soundings, hearing: Hearing, known: _Known, heard: _Heard, bare: FloatArray, noise: float
+    few: Measurements, hearing: Hearing, known: _Known, loudest: _Heard, bare: FloatArray, noise: float
 ) -> tuple[FloatArray, FloatArray]:
     """List corners that return sound as far as it was heard, and what each explains.
 
     A corner narrower than a right angle is heard from nearer than it is, by the sine of its opening.
     """
-    (wall, extent), (place, reading) = known, heard
+    (wall, extent), (place, reading) = known, loudest
     x, y = math.cos(wall[1]), math.sin(wall[1])
     depth, foot = wall[2] - x * place[0] - y * place[1], x * place[1] - y * place[0]
-    corners, gains = np.zeros((2 * len(_OPENINGS), 3)), np.zeros(2 * len(_OPENINGS))
-    for number in range(len(gains) if depth > 0.0 else 0):
+    corners, llr_by_station = np.zeros((2 * len(_OPENINGS), 3)), np.zeros(2 * len(_OPENINGS))
+    for number in range(len(llr_by_station) if depth > 0.0 else 0):
         opening, side = _OPENINGS[number // 2], 2.0 * (number % 2) - 1.0
         away = reading / math.sin(min(opening, 0.5 * math.pi))
         vertex = foot + side * math.sqrt(max(away * away - depth * depth, 0.0))
         beyond = side * (vertex - extent[number % 2])
         if away > depth and -_BEFORE < beyond < _BEYOND:
             corners[number] = vertex, opening, side
-            levels = _echoes(few, hearing, wall, Corner(vertex, opening, side), noise)
-            gains[number] = _gain(few, levels, bare)
-    return corners, gains
+            log_densities = _echoes(few, hearing, wall, Corner(vertex, opening, side), noise)
+            llr_by_station[number] = _gain(few, log_densities, bare)
+    return corners, llr_by_station
 
 
 @compiled
 def _refined(
-    few: Soundings, hearing: Hearing, wall: FloatArray, corner: Corner, bare: FloatArray, noise: float
+    few: Measurements, hearing: Hearing, wall: FloatArray, corner: Corner, bare: FloatArray, noise: float
 ) -> tuple[float, FloatArray]:
     """Move a corner to where it explains most, by ever smaller steps, and tell how much and the levels."""
-    levels = _echoes(few, hearing, wall, corner, noise)
-    gain, along, turn = _gain(few, levels, bare), _ALONG, _TURN
+    log_densities = _echoes(few, hearing, wall, corner, noise)
+    gain, along, turn = _gain(few, log_densities, bare), _ALONG, _TURN
     for _ in range(_HALVINGS):
         middle = corner
         for cell in range(9):
             place, opening = middle.place + (cell // 3 - 1) * along, middle.opening + (cell % 3 - 1) * turn
             tried = Corner(place, opening, middle.side)
-            told = _echoes(few, hearing, wall, tried, noise)
-            more = _gain(few, told, bare)
+            echo_densities = _echoes(few, hearing, wall, tried, noise)
+            more = _gain(few, echo_densities, bare)
             if more > gain:
-                corner, gain, levels = tried, more, told
+                corner, gain, log_densities = tried, more, echo_densities
         along, turn = 0.5 * along, 0.5 * turn
-    return gain, levels
+    return gain, log_densities
 
 
 @compiled
-def _gain(few: Soundings, levels: FloatArray, bare: FloatArray) -> float:
+def _gain(few: Measurements, log_densities: FloatArray, bare: FloatArray) -> float:
     gain = 0.0
-    for ping in range(len(levels)):
-        gain += few.weights[ping] * max(levels[ping] - bare[ping], 0.0)
+    for ping in range(len(log_densities)):
+        gain += few.weights[ping] * max(log_densities[ping] - bare[ping], 0.0)
     return gain
 
 
 @compiled
-def _echoes(few: Soundings, hearing: Hearing, wall: FloatArray, corner: Corner, noise: float) -> FloatArray:
+def _echoes(few: Measurements, hearing: Hearing, wall: FloatArray, corner: Corner, noise: float) -> FloatArray:
     """Explain readings by echoes over both sides of a corner."""
     x, y, side = math.cos(wall[1]), math.sin(wall[1]), corner.side
     vertex_x, vertex_y = wall[2] * x - corner.place * y, wall[2] * y + corner.place * x

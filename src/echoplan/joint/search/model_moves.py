@@ -10,14 +10,14 @@ from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, intersections, wrap
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.likelihood.ping_likelihood import Explanation
+from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.search.acceptance import Belief
-from echoplan.joint.search.alternatives import rivals_of
+from echoplan.joint.search.alternatives import alternatives_to
 from echoplan.joint.search.refinement import approach
 from echoplan.joint.search.specular_points import returns_sound
 from echoplan.joint.trace import Decision, Reason, record_event
 
-__all__ = ["reclassified", "without_joining"]
+__all__ = ["reclassified", "split_joined_walls"]
 
 # What is known from no more stations may be as many walls.
 _FEW_STATIONS = 3
@@ -29,7 +29,7 @@ _OPPOSITE = math.radians(170.0)
 _JOINING, _AT_LAST = (Kind.CYLINDER, Kind.WALL), (Kind.CORNER,)
 
 
-def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belief: Belief) -> list[Hypothesis]:
+def reclassified(explanation: PingLikelihood, features: Sequence[Hypothesis], acceptance: Belief) -> list[Hypothesis]:
     """Take walls for what explains their pings best: of poses in error walls bear most, and come before cylinders.
 
     Corners may turn out to be walls, but no cylinders: what stands in a corner hides in it.  What few stations heard of
@@ -38,7 +38,7 @@ def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belie
 
     Parameters
     ----------
-    explanation : Explanation
+    explanation : PingLikelihood
         The pings.
     features : sequence of Hypothesis
         The features, judged beside each other.
@@ -50,70 +50,70 @@ def reclassified(explanation: Explanation, features: Sequence[Hypothesis], belie
     list of Hypothesis
         Some of them of another kind, or two walls for a corner.
     """
-    kept = without_joining(explanation, list(features), belief, kinds=_AT_LAST)
+    kept = split_joined_walls(explanation, list(features), acceptance, kinds=_AT_LAST)
     for place, feature in enumerate(kept):
         if feature.is_known:
             continue
         # A corner is heard over a wider angle: if that is why it does not hold, what looked like a cylinder is neither.
         is_round = feature.kind is Kind.CYLINDER
         others = [*kept[:place], *kept[place + 1 :]]
-        best = _better(_rivals(explanation, feature, others), feature, others, belief)
-        if best and (is_round or belief.holds(best, explanation.levels(others))):
+        best = _better(_alternatives(explanation, feature, others), feature, others, acceptance)
+        if best and (is_round or acceptance.is_accepted(best, explanation.log_densities(others))):
             record_event(Decision.CHANGED, feature, reason=Reason.BETTER_CLASS, becomes=best.kind)
             kept[place] = best
     return kept
 
 
-def _rivals(explanation: Explanation, feature: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
+def _alternatives(explanation: PingLikelihood, feature: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
     if feature.is_wall:
-        return [*rivals_of(explanation, feature, others), *_crossings(explanation, feature, others)]
+        return [*alternatives_to(explanation, feature, others), *_crossings(explanation, feature, others)]
     if feature.kind is Kind.CYLINDER:
         return _on_walls(explanation, feature, others)
-    return rivals_of(explanation, feature, others, (Kind.WALL,))
+    return alternatives_to(explanation, feature, others, (Kind.WALL,))
 
 
-def _on_walls(explanation: Explanation, cylinder: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
+def _on_walls(explanation: PingLikelihood, cylinder: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Propose corners in place of a cylinder, on walls near which the pings want them; to rays both look alike."""
     if explanation.hearing.cone:
         return []
-    (corner,) = rivals_of(explanation, cylinder, others, (Kind.CORNER,))
+    (corner,) = alternatives_to(explanation, cylinder, others, (Kind.CORNER,))
     point = corner.reflector[1:3]
     normals = [(directions(angle), offset) for angle, offset in _stronger(cylinder, others)]
     feet = [point + (offset - point @ normal) * normal for normal, offset in normals]
     near = [foot for foot in feet if math.dist(foot, point) < _AT]
-    proposed = [explanation.propose(np.array([Kind.CORNER, *foot, 0.0])) for foot in near]
-    return explanation.judge_all(proposed, explanation.levels(others), others)
+    proposed = [explanation.score(np.array([Kind.CORNER, *foot, 0.0])) for foot in near]
+    return explanation.score_all(proposed, explanation.log_densities(others), others)
 
 
-def _crossings(explanation: Explanation, wall: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
+def _crossings(explanation: PingLikelihood, wall: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Propose corners in place of a wall, where others cross at right angles."""
     square = [pair for pair in combinations(_stronger(wall, others), 2) if returns_sound(*pair)]
     crossings = [intersections(*pair) for pair in square]
-    proposed = [explanation.propose(np.array([Kind.CORNER, *point, 0.0])) for point in crossings if _is_at(wall, point)]
-    return explanation.judge_all(proposed, explanation.levels(others), others)
+    proposed = [explanation.score(np.array([Kind.CORNER, *point, 0.0])) for point in crossings if _is_at(wall, point)]
+    return explanation.score_all(proposed, explanation.log_densities(others), others)
 
 
 def _better(
-    rivals: Sequence[Hypothesis], feature: Hypothesis, others: Sequence[Hypothesis], belief: Belief
+    alternatives: Sequence[Hypothesis], feature: Hypothesis, others: Sequence[Hypothesis], acceptance: Belief
 ) -> Hypothesis | None:
     """Choose the rival that is worth most, if that is more than the feature is."""
 
-    def worth(each: Hypothesis) -> float:
-        return belief.worth(each) + belief.settings.accept * _spared_walls(each, feature, others)
+    def penalised_llr(each: Hypothesis) -> float:
+        return acceptance.penalised_llr(each) + acceptance.settings.accept * _spared_walls(each, feature, others)
 
-    best = max(rivals, key=worth, default=feature)
-    return best if worth(best) > worth(feature) else None
+    best = max(alternatives, key=penalised_llr, default=feature)
+    return best if penalised_llr(best) > penalised_llr(feature) else None
 
 
-def _spared_walls(rival: Hypothesis, feature: Hypothesis, others: Sequence[Hypothesis]) -> int:
+def _spared_walls(alternative: Hypothesis, feature: Hypothesis, others: Sequence[Hypothesis]) -> int:
     """Tell how many walls need not be assumed anew if something is a corner and no wall: one less than it lies on.
 
     A corner that few stations heard, all from about one direction, looks like a short wall across it; but every wall
     ends in corners.  A wall that stations heard at about one place looks like a corner; but no corner is without walls.
     """
-    if rival.kind is not Kind.CORNER or feature.kind is Kind.CYLINDER:
+    if alternative.kind is not Kind.CORNER or feature.kind is Kind.CYLINDER:
         return 0
-    point = rival.reflector[1:3]
+    point = alternative.reflector[1:3]
     on = [line for line in _stronger(feature, others) if abs(float(point @ directions(line[0]) - line[1])) < _ON]
     square = any(returns_sound(*pair) for pair in combinations(on, 2))
     return int(square) + bool(on) - 1
@@ -129,8 +129,8 @@ def _is_at(wall: Hypothesis, point_xy: FloatArray) -> bool:
     return bool(max(across, wall.extent[0] - place, place - wall.extent[1]) < _AT)
 
 
-def without_joining(
-    explanation: Explanation, features: list[Hypothesis], belief: Belief, *, kinds: Collection[Kind] = _JOINING
+def split_joined_walls(
+    explanation: PingLikelihood, features: list[Hypothesis], acceptance: Belief, *, kinds: Collection[Kind] = _JOINING
 ) -> list[Hypothesis]:
     """Replace features by walls, one for each of few stations, where these explain the pings better.
 
@@ -140,7 +140,7 @@ def without_joining(
 
     Parameters
     ----------
-    explanation : Explanation
+    explanation : PingLikelihood
         The pings.
     features : list of Hypothesis
         The features, judged beside each other.
@@ -154,22 +154,22 @@ def without_joining(
     list of Hypothesis
         The features, some of them replaced.
     """
-    asked = [each for each in features if each.kind in kinds and _may_join(each, belief)]
-    without = explanation.levels_without(features) if asked else []
+    asked = [each for each in features if each.kind in kinds and _may_join(each, acceptance)]
+    without = explanation.log_densities_without(features) if asked else []
     for feature in asked:
         place = next(number for number, each in enumerate(features) if each is feature)
         others = [*features[:place], *features[place + 1 :]]
-        walls = _walls_instead(explanation, feature, others, without[place], belief=belief)
-        if _explain_more(walls, feature, belief.settings.accept):
+        walls = _walls_instead(explanation, feature, others, without[place], acceptance=acceptance)
+        if _explain_more(walls, feature, acceptance.settings.accept):
             record_event(Decision.CHANGED, feature, reason=Reason.BETTER_CLASS, becomes=Kind.WALL)
             features = [*others, *walls]
-            without = explanation.levels_without(features)
+            without = explanation.log_densities_without(features)
     return features
 
 
-def _may_join(feature: Hypothesis, belief: Belief) -> bool:
+def _may_join(feature: Hypothesis, acceptance: Belief) -> bool:
     least = 1 if feature.kind is Kind.CYLINDER else 2
-    stations = (feature.gains > belief.settings.second_station).sum()
+    stations = (feature.llr_by_station > acceptance.settings.second_station).sum()
     return bool(least <= stations <= _FEW_STATIONS and not feature.is_known)
 
 
@@ -188,24 +188,24 @@ def _are_back_to_back(walls: Sequence[Hypothesis]) -> bool:
 
 
 def _walls_instead(
-    explanation: Explanation,
+    explanation: PingLikelihood,
     joining: Hypothesis,
     others: Sequence[Hypothesis],
-    levels: FloatArray,
+    log_densities: FloatArray,
     *,
-    belief: Belief,
+    acceptance: Belief,
 ) -> list[Hypothesis]:
-    walls, soundings = list[Hypothesis](), explanation.soundings
+    walls, measurements = list[Hypothesis](), explanation.measurements
     course = ((4 * explanation.noise, 0.06, 4), (explanation.noise, 0.03, 4))
-    for station in np.flatnonzero(joining.gains > belief.settings.second_station):
-        pings = joining.evidence.pings[joining.evidence.densities > levels[joining.evidence.pings]]
-        own = pings[soundings.stations[pings] == station]
-        start = joining.reflector if joining.is_wall else _touching(joining, soundings.centers[station])
-        wall = explanation.propose(approach(soundings, explanation.hearing, start, own, course))
-        wall = explanation.judged(wall, levels, [*others, *walls])
-        if belief.holds(wall, levels):
+    for station in np.flatnonzero(joining.llr_by_station > acceptance.settings.second_station):
+        pings = joining.evidence.pings[joining.evidence.densities > log_densities[joining.evidence.pings]]
+        own = pings[measurements.stations[pings] == station]
+        start = joining.reflector if joining.is_wall else _touching(joining, measurements.centers[station])
+        wall = explanation.score(approach(measurements, explanation.hearing, start, own, course))
+        wall = explanation.rescored(wall, log_densities, [*others, *walls])
+        if acceptance.is_accepted(wall, log_densities):
             walls.append(wall)
-            levels = explanation.levels([*others, *walls])
+            log_densities = explanation.log_densities([*others, *walls])
     return walls
 
 

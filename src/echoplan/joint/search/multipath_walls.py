@@ -18,14 +18,14 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import along, signed_distances
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.multipath import STRETCH
-from echoplan.joint.likelihood.ping_likelihood import Explanation
+from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.likelihood.ping_scores import UNHEARD
 from echoplan.joint.search.acceptance import Belief
-from echoplan.joint.search.latent_walls import levels_over_unheard
+from echoplan.joint.search.latent_walls import log_densities_over_latent_walls
 from echoplan.joint.trace import Decision, Reason, record_event
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
-__all__ = ["without_phantoms"]
+__all__ = ["without_multipath_walls"]
 
 # From fewer stations many a wall is heard from one of them only.
 _FEWEST = 3
@@ -33,12 +33,14 @@ _FEWEST = 3
 _FEW_STATIONS = 3
 
 
-def without_phantoms(explanation: Explanation, features: Sequence[Hypothesis], belief: Belief) -> list[Hypothesis]:
+def without_multipath_walls(
+    explanation: PingLikelihood, features: Sequence[Hypothesis], acceptance: Belief
+) -> list[Hypothesis]:
     """Leave out walls of few stations that others may have cast.
 
     Parameters
     ----------
-    explanation : Explanation
+    explanation : PingLikelihood
         The pings.
     features : sequence of Hypothesis
         The features, judged beside each other.
@@ -50,58 +52,63 @@ def without_phantoms(explanation: Explanation, features: Sequence[Hypothesis], b
     list of Hypothesis
         The others.
     """
-    soundings = explanation.soundings
-    if len(soundings.centers) < _FEWEST:
+    measurements = explanation.measurements
+    if len(measurements.centers) < _FEWEST:
         return list(features)
     if explanation.hearing.cone:
         for each in features:
-            if _is_lone_wall(each, belief):
+            if _is_lone_wall(each, acceptance):
                 record_event(Decision.REMOVED, each, reason=Reason.SINGLE_STATION)
-        return [each for each in features if not _is_lone_wall(each, belief)]
-    kept = _without_unheard(explanation, features, belief)
-    return _without_cast(explanation, kept, belief) if _has_volleys(soundings) else kept
+        return [each for each in features if not _is_lone_wall(each, acceptance)]
+    kept = _without_unheard(explanation, features, acceptance)
+    return _without_cast(explanation, kept, acceptance) if _has_volleys(measurements) else kept
 
 
-def _is_lone_wall(feature: Hypothesis, belief: Belief) -> bool:
-    return feature.is_wall and not feature.is_known and belief.is_lone(feature)
+def _is_lone_wall(feature: Hypothesis, acceptance: Belief) -> bool:
+    return feature.is_wall and not feature.is_known and acceptance.has_single_station(feature)
 
 
-def _without_unheard(explanation: Explanation, features: Sequence[Hypothesis], belief: Belief) -> list[Hypothesis]:
+def _without_unheard(
+    explanation: PingLikelihood, features: Sequence[Hypothesis], acceptance: Belief
+) -> list[Hypothesis]:
     """Leave out walls, the weakest first, that are not believed beside an echo over one that nobody heard."""
     kept = list(features)
     for feature in sorted(features, key=lambda each: each.total):
         others = [each for each in kept if each is not feature]
-        if _is_weak(feature, belief) and not _stands_beside_unheard(explanation, feature, others, belief):
+        if _is_weak(feature, acceptance) and not _stands_beside_unheard(explanation, feature, others, acceptance):
             record_event(Decision.REMOVED, feature, reason=Reason.MULTIPATH)
             kept = others
     return kept
 
 
-def _is_weak(feature: Hypothesis, belief: Belief) -> bool:
-    speaking = feature.speaking(belief.settings.second_station)
-    return feature.is_wall and not feature.is_known and speaking <= _FEW_STATIONS
+def _is_weak(feature: Hypothesis, acceptance: Belief) -> bool:
+    supporting = feature.supporting(acceptance.settings.second_station)
+    return feature.is_wall and not feature.is_known and supporting <= _FEW_STATIONS
 
 
 def _stands_beside_unheard(
-    explanation: Explanation, wall: Hypothesis, others: Sequence[Hypothesis], belief: Belief
+    explanation: PingLikelihood, wall: Hypothesis, others: Sequence[Hypothesis], acceptance: Belief
 ) -> bool:
-    levels = explanation.levels(others)
-    judged = explanation.judged(wall, levels, others)
-    echoes = levels_over_unheard(explanation, judged, others, levels)
+    log_densities = explanation.log_densities(others)
+    rescored = explanation.rescored(wall, log_densities, others)
+    echoes = log_densities_over_latent_walls(explanation, rescored, others, log_densities)
     if echoes.max() == UNHEARD:
         return True
-    beside = explanation.judged(wall, np.maximum(levels, echoes), others)
-    return beside.total > belief.settings.second_station
+    beside = explanation.rescored(wall, np.maximum(log_densities, echoes), others)
+    return beside.total > acceptance.settings.second_station
 
 
-def _without_cast(explanation: Explanation, features: Sequence[Hypothesis], belief: Belief) -> list[Hypothesis]:
+def _without_cast(explanation: PingLikelihood, features: Sequence[Hypothesis], acceptance: Belief) -> list[Hypothesis]:
     """Leave out walls that one sensor may have heard of what another sent."""
     walls = [each for each in features if each.is_wall]
-    shares = [belief.hears(*each) for each in zip(features, explanation.levels_without(features), strict=True)]
-    least = belief.settings.usual_share * _usual(features, shares)
+    shares = [
+        acceptance.detection_rate(*each)
+        for each in zip(features, explanation.log_densities_without(features), strict=True)
+    ]
+    least = acceptance.settings.usual_share * _usual(features, shares)
     kept = []
     for each, share in zip(features, shares, strict=True):
-        if share >= least or not _may_be_cast(each, walls, explanation.soundings, belief):
+        if share >= least or not _may_be_cast(each, walls, explanation.measurements, acceptance):
             kept.append(each)
         else:
             record_event(Decision.REMOVED, each, reason=Reason.MULTIPATH)
@@ -110,23 +117,25 @@ def _without_cast(explanation: Explanation, features: Sequence[Hypothesis], beli
 
 def _usual(features: Sequence[Hypothesis], shares: Sequence[float]) -> float:
     """Tell how fully walls are heard in the median; 0 where none is heard."""
-    heard = [share for each, share in zip(features, shares, strict=True) if each.is_wall and each.best > 0.0]
-    return float(np.median(heard)) if heard else 0.0
+    detected = [share for each, share in zip(features, shares, strict=True) if each.is_wall and each.best > 0.0]
+    return float(np.median(detected)) if detected else 0.0
 
 
-def _has_volleys(soundings: Soundings) -> bool:
+def _has_volleys(measurements: Measurements) -> bool:
     """Whether sensors fire together."""
-    return bool(((soundings.mates >= 0) & (soundings.lags == 0.0)).any())
+    return bool(((measurements.crosstalk_sources >= 0) & (measurements.lags == 0.0)).any())
 
 
-def _may_be_cast(feature: Hypothesis, walls: Sequence[Hypothesis], soundings: Soundings, belief: Belief) -> bool:
+def _may_be_cast(
+    feature: Hypothesis, walls: Sequence[Hypothesis], measurements: Measurements, acceptance: Belief
+) -> bool:
     """Whether a wall of one station is as far off as the image of a station in two walls, or farther.
 
     In two walls at right angles it is as far as where they meet: the root of the sum of the squares of their distances.
     """
-    if not _is_lone_wall(feature, belief):
+    if not _is_lone_wall(feature, acceptance):
         return False
-    center_xy = soundings.centers[np.argmax(feature.gains)]
+    center_xy = measurements.centers[np.argmax(feature.llr_by_station)]
     nearest = np.sort(_distances([each for each in walls if each is not feature], center_xy))[:2]
     return len(nearest) > 1 and -float(signed_distances(feature.line, center_xy)) > math.hypot(*nearest)
 

@@ -57,7 +57,7 @@ def hiding(paths: Paths, features: Sequence[Hypothesis], *, gap: float) -> Hidin
     for number, wall in enumerate(features):
         if wall.is_wall:
             pings, places = paths.through(wall.line, behind=_BEHIND)
-            feet = np.concatenate([wall.past.feet, paths.feet(number, wall.line)])
+            feet = np.concatenate([wall.history.feet, paths.feet(number, wall.line)])
             pings = pings[_is_between(feet, places, gap)]
             is_less = totals[paths.owners[pings]] < wall.total
             hidden[pings[is_less]] = True

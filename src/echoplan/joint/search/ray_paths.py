@@ -10,11 +10,11 @@ from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.geometry import directions
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.likelihood.ping_likelihood import Explanation
+from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.likelihood.ping_scores import UNHEARD
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
-__all__ = ["Paths", "free_views", "trace_paths"]
+__all__ = ["Paths", "trace_paths", "unoccluded_stations"]
 
 # A reading that is this many times likelier than if it were anything is explained.
 _EXPLAINED = math.log(20.0)
@@ -129,12 +129,12 @@ class Paths:
         return pings, places
 
 
-def trace_paths(explanation: Explanation, features: Sequence[Hypothesis], *, step: float) -> Paths:
+def trace_paths(explanation: PingLikelihood, features: Sequence[Hypothesis], *, step: float) -> Paths:
     """Trace the paths of all pings that features explain better than ghosts do.
 
     Parameters
     ----------
-    explanation : Explanation
+    explanation : PingLikelihood
         The pings.
     features : sequence of Hypothesis
         What is there.
@@ -146,20 +146,20 @@ def trace_paths(explanation: Explanation, features: Sequence[Hypothesis], *, ste
     Paths
         One a ping.
     """
-    soundings = explanation.soundings
-    starts = np.column_stack([soundings.x, soundings.y])
+    measurements = explanation.measurements
+    starts = np.column_stack([measurements.x, measurements.y])
     owners = _owners(explanation, features)
     ends = np.full_like(starts, np.nan)
     for number, feature in enumerate(features):
         own = owners == number
         ends[own] = _turning_points(feature, starts[own])
-    groups = soundings.stations * max(len(features), 1) + np.maximum(owners, 0)
+    groups = measurements.stations * max(len(features), 1) + np.maximum(owners, 0)
     counts = np.bincount(groups[owners >= 0], minlength=int(groups.max(initial=0)) + 1)
     sure = (owners >= 0) & (counts[groups] >= max(1.0, _SPAN / step))
-    return Paths(starts_xy=starts, ends_xy=ends, owners=owners, sure=sure, stations=soundings.stations)
+    return Paths(starts_xy=starts, ends_xy=ends, owners=owners, sure=sure, stations=measurements.stations)
 
 
-def free_views(feature: Hypothesis, soundings: Soundings, *, step: float) -> BoolArray:
+def unoccluded_stations(feature: Hypothesis, measurements: Measurements, *, step: float) -> BoolArray:
     """Tell which stations should hear a feature if it is there, for nothing nearer was heard.
 
     Of a wall that was heard on both sides of a door those stand before the gap who hear nothing.
@@ -168,7 +168,7 @@ def free_views(feature: Hypothesis, soundings: Soundings, *, step: float) -> Boo
     ----------
     feature : Hypothesis
         The feature, with fresh evidence and the gains of stations.
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     step : float
         Turn from one ping to the next [rad].
@@ -178,33 +178,33 @@ def free_views(feature: Hypothesis, soundings: Soundings, *, step: float) -> Boo
     ndarray of bool, shape (s,)
         By station.
     """
-    evidence, count = feature.evidence, len(soundings.centers)
-    stations, asked = soundings.stations[evidence.pings], evidence.audible
+    evidence, count = feature.evidence, len(measurements.centers)
+    stations, asked = measurements.stations[evidence.pings], evidence.audible
     if feature.is_wall:
         asked = asked & (evidence.feet >= feature.extent[0]) & (evidence.feet <= feature.extent[1])
-        asked &= _beside(evidence.feet, evidence.feet[asked & (feature.gains > 0.0)[stations]])
+        asked &= _beside(evidence.feet, evidence.feet[asked & (feature.llr_by_station > 0.0)[stations]])
     should = np.bincount(stations[asked], minlength=count)
     could = np.bincount(stations[asked & evidence.unmasked], minlength=count)
     free: BoolArray = (should >= max(1.0, _SPAN / step)) & (could > _MOSTLY * should)
     return free
 
 
-def _beside(places: FloatArray, heard: FloatArray) -> BoolArray:
+def _beside(places: FloatArray, detected: FloatArray) -> BoolArray:
     """Tell which places along a wall are near to any where it was heard."""
-    ends = np.concatenate([[-np.inf], np.sort(heard), [np.inf]])
+    ends = np.concatenate([[-np.inf], np.sort(detected), [np.inf]])
     after = np.searchsorted(ends, places)
     near: BoolArray = np.minimum(places - ends[np.maximum(after - 1, 0)], ends[after] - places) < _BESIDE
     return near
 
 
-def _owners(explanation: Explanation, features: Sequence[Hypothesis]) -> IntArray:
-    count = len(explanation.soundings.readings)
+def _owners(explanation: PingLikelihood, features: Sequence[Hypothesis]) -> IntArray:
+    count = len(explanation.measurements.readings)
     if not features:
         return np.full(count, -1)
-    levels = np.stack([explanation.levels_of(each) for each in features])
-    best = levels.max(axis=0)
-    explained = (best > explanation.floor + _EXPLAINED) & (best > explanation.ghost_levels(features))
-    return np.where(explained & (best > UNHEARD), levels.argmax(axis=0), -1)
+    log_densities = np.stack([explanation.log_densities_of(each) for each in features])
+    best = log_densities.max(axis=0)
+    explained = (best > explanation.floor + _EXPLAINED) & (best > explanation.multipath_log_densities(features))
+    return np.where(explained & (best > UNHEARD), log_densities.argmax(axis=0), -1)
 
 
 def _turning_points(feature: Hypothesis, starts_xy: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ from echoplan.acoustics.echo_model import COSINE_LIMIT
 from echoplan.acoustics.predicted_echo import SILENCE, Hearing, Kind, Shape, differentiate, look, shape_of, walk_of
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["Course", "approach", "refine"]
 
@@ -29,13 +29,13 @@ _WALK = 0.05
 
 
 def approach(
-    soundings: Soundings, hearing: Hearing, reflector: FloatArray, pings: IntArray, course: Course
+    measurements: Measurements, hearing: Hearing, reflector: FloatArray, pings: IntArray, course: Course
 ) -> FloatArray:
     """Move a reflector to where pings near it would have it, from coarse to fine.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     hearing : Hearing
         The sonar.
@@ -53,13 +53,13 @@ def approach(
     """
     moved = reflector
     for noise, band, rounds in course:
-        moved = refine(soundings, hearing, moved, pings, (noise, band), rounds)
+        moved = refine(measurements, hearing, moved, pings, (noise, band), rounds)
     return moved
 
 
 @compiled
 def refine(
-    soundings: Soundings,
+    measurements: Measurements,
     hearing: Hearing,
     reflector: FloatArray,
     pings: IntArray,
@@ -70,7 +70,7 @@ def refine(
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     hearing : Hearing
         The sonar.
@@ -90,10 +90,10 @@ def refine(
     """
     moved, noise, band = reflector.copy(), scales[0], scales[1]
     free = 3 if int(reflector[0]) == _CYLINDER else 2
-    near = _gathered(soundings, hearing, shape_of(moved), pings, band)
+    near = _gathered(measurements, hearing, shape_of(moved), pings, band)
     for turn in range(rounds):
         width = band if turn < rounds - 2 else max(0.6 * band, 4.0 * noise)
-        step = _step(soundings, hearing, moved, near, (noise, width))
+        step = _step(measurements, hearing, moved, near, (noise, width))
         for axis in range(free):
             moved[1 + axis] += min(max(step[axis], -_LONGEST[axis]), _LONGEST[axis])
         if free == 3:
@@ -104,11 +104,11 @@ def refine(
 
 
 @compiled
-def _gathered(soundings: Soundings, hearing: Hearing, shape: Shape, pings: IntArray, band: float) -> IntArray:
+def _gathered(measurements: Measurements, hearing: Hearing, shape: Shape, pings: IntArray, band: float) -> IntArray:
     near, count = np.empty(len(pings), np.int64), 0
     for ping in pings:
-        sight = look(shape, (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping]))
-        late = soundings.readings[ping] * hearing.scale - sight[0]
+        sight = look(shape, (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping]))
+        late = measurements.readings[ping] * hearing.scale - sight[0]
         if sight[1] > COSINE_LIMIT and -band - _WALK < late < band + 2.0 * _WALK:
             near[count] = ping
             count += 1
@@ -117,24 +117,24 @@ def _gathered(soundings: Soundings, hearing: Hearing, shape: Shape, pings: IntAr
 
 @compiled
 def _step(
-    soundings: Soundings, hearing: Hearing, reflector: FloatArray, pings: IntArray, scales: tuple[float, float]
+    measurements: Measurements, hearing: Hearing, reflector: FloatArray, pings: IntArray, scales: tuple[float, float]
 ) -> FloatArray:
     """One Gauss-Newton step on the pings within a band, weighted down by how far off they are (Geman-McClure)."""
     noise, band = scales
-    shape, slopes, count = shape_of(reflector), np.zeros(8), 0
+    shape, jacobian, count = shape_of(reflector), np.zeros(8), 0
     normal, right = np.zeros((3, 3)), np.zeros(3)
     for ping in pings:
-        place = (soundings.x[ping], soundings.y[ping], soundings.ux[ping], soundings.uy[ping])
-        depth, excess = differentiate(hearing, shape, place, slopes)
-        late = soundings.readings[ping] * hearing.scale - depth - walk_of(hearing, excess)
+        place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
+        depth, excess = differentiate(hearing, shape, place, jacobian)
+        late = measurements.readings[ping] * hearing.scale - depth - walk_of(hearing, excess)
         if excess < _FAINT or excess == SILENCE or depth < _TINY or abs(late) >= band:
             continue
-        weight = soundings.weights[ping] / (1.0 + (0.5 * late / noise) ** 2) ** 2
+        weight = measurements.weights[ping] / (1.0 + (0.5 * late / noise) ** 2) ** 2
         count += 1
         for row in range(3):
-            right[row] += weight * slopes[row] * late
+            right[row] += weight * jacobian[row] * late
             for column in range(3):
-                normal[row, column] += weight * slopes[row] * slopes[column]
+                normal[row, column] += weight * jacobian[row] * jacobian[column]
     if count < 2:
         return np.zeros(3)
     for axis in range(3):

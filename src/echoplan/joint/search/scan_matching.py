@@ -14,9 +14,9 @@ from echoplan.geometry import compose, directions, wrap
 from echoplan.joint.arcs import Arc, arc_planes
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.search.refinement import refine
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
-__all__ = ["Catalogue", "LocalisationSettings", "Sightline", "best_score", "locate", "sightlines"]
+__all__ = ["LandmarkMap", "LocalScan", "LocalisationSettings", "best_score", "local_scans", "locate"]
 
 _WALL, _CIRCLE = int(Kind.WALL), 2.0 * math.pi
 # How far beyond what was heard of a wall it may still be heard [m].
@@ -41,7 +41,7 @@ class LocalisationSettings(BaseModel, frozen=True, extra="forbid"):
     stray: float = Field(default=0.05, gt=0.0, description="likelihood of an arc that nothing explains")
 
 
-class Sightline(NamedTuple):
+class LocalScan(NamedTuple):
     """The arcs of one sweep, in the frame of the robot.
 
     Attributes
@@ -62,7 +62,7 @@ class Sightline(NamedTuple):
     weights: FloatArray
 
 
-class Catalogue(NamedTuple):
+class LandmarkMap(NamedTuple):
     """What is known of the room.
 
     Attributes
@@ -80,7 +80,7 @@ class Catalogue(NamedTuple):
     extents: FloatArray
 
     @classmethod
-    def of(cls, features: Sequence[Hypothesis]) -> "Catalogue":
+    def of(cls, features: Sequence[Hypothesis]) -> "LandmarkMap":
         """List features, each as sure as can be.
 
         Parameters
@@ -90,7 +90,7 @@ class Catalogue(NamedTuple):
 
         Returns
         -------
-        Catalogue
+        LandmarkMap
             In the same order.
         """
         return cls(
@@ -100,14 +100,14 @@ class Catalogue(NamedTuple):
         )
 
 
-def sightlines(arcs: list[Arc], soundings: Soundings, hearing: Hearing, pose: FloatArray) -> Sightline:
+def local_scans(arcs: list[Arc], measurements: Measurements, hearing: Hearing, pose: FloatArray) -> LocalScan:
     """Turn the arcs of one sweep into planes about the robot.
 
     Parameters
     ----------
     arcs : list of Arc
         Its arcs, with indices into the soundings.
-    soundings : Soundings
+    soundings : Measurements
         As heard from ``pose``.
     hearing : Hearing
         The sonar.
@@ -116,34 +116,34 @@ def sightlines(arcs: list[Arc], soundings: Soundings, hearing: Hearing, pose: Fl
 
     Returns
     -------
-    Sightline
+    LocalScan
         The arcs as seen by the robot.
     """
     if not arcs:
-        return Sightline(np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
-    planes = arc_planes(arcs, soundings, hearing)
+        return LocalScan(np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
+    planes = arc_planes(arcs, measurements, hearing)
     normals, depths, origins = np.zeros(len(arcs)), np.zeros(len(arcs)), np.zeros((len(arcs), 2))
     for number, (arc, plane) in enumerate(zip(arcs, planes, strict=True)):
         wall = np.array([Kind.WALL, plane[0], plane[1], 0.0])
-        wall = refine(soundings, hearing, wall, arc.pings, (0.006, 0.03), 4)
-        origins[number] = soundings.x[arc.pings].mean(), soundings.y[arc.pings].mean()
+        wall = refine(measurements, hearing, wall, arc.pings, (0.006, 0.03), 4)
+        origins[number] = measurements.x[arc.pings].mean(), measurements.y[arc.pings].mean()
         normals[number] = wall[1]
         depths[number] = wall[2] - origins[number] @ directions(wall[1])
     turned = np.exp(-1j * pose[2]) * ((origins[:, 0] - pose[0]) + 1j * (origins[:, 1] - pose[1]))
-    weights = np.minimum(1.0, np.array([soundings.weights[arc.pings].sum() for arc in arcs]) / 8.0)
-    return Sightline(np.column_stack([turned.real, turned.imag]), wrap(normals - pose[2]), depths, weights)
+    weights = np.minimum(1.0, np.array([measurements.weights[arc.pings].sum() for arc in arcs]) / 8.0)
+    return LocalScan(np.column_stack([turned.real, turned.imag]), wrap(normals - pose[2]), depths, weights)
 
 
 def locate(
-    sight: Sightline, catalogue: Catalogue, guess: FloatArray, sigmas: FloatArray, settings: LocalisationSettings
+    sight: LocalScan, landmark_map: LandmarkMap, guess: FloatArray, sigmas: FloatArray, settings: LocalisationSettings
 ) -> tuple[FloatArray, float]:
     """Find the pose from which the arcs of a sweep fit best to what is known.
 
     Parameters
     ----------
-    sight : Sightline
+    sight : LocalScan
         The arcs.
-    catalogue : Catalogue
+    catalogue : LandmarkMap
         What is known.
     guess : ndarray, shape (3,)
         Where odometry says that the robot is [m, m, rad].
@@ -160,10 +160,10 @@ def locate(
         Its log likelihood [nats]; 0 if nothing fits.
     """
     best, score = guess, 0.0
-    if not len(sight.depths) or not len(catalogue.reflectors):
+    if not len(sight.depths) or not len(landmark_map.reflectors):
         return best, score
     span, steps = settings.deviations * sigmas, np.full(3, settings.steps)
-    turns = math.ceil(span[2] / (2.0 * _told_apart(sight, settings)))
+    turns = math.ceil(span[2] / (2.0 * _are_confirmed(sight, settings)))
     steps[2] = max(settings.steps, min(turns, _MOST_TURNS))
     scale, narrowing = np.ones(3), 1.0
     for turn in range(settings.refinements + 1):
@@ -171,8 +171,8 @@ def locate(
         poses = compose(np.broadcast_to(best, offsets.shape), offsets)
         tolerances = max(settings.depth_sigma * narrowing, 0.008), max(settings.normal_sigma * narrowing, _LEAST_TURN)
         reach = span * scale
-        likely = _likely(sight, catalogue, best, (math.hypot(reach[0], reach[1]), reach[2]), tolerances)
-        scores = _scores(sight, catalogue, poses, likely, tolerances, settings.stray)
+        likely = _likely(sight, landmark_map, best, (math.hypot(reach[0], reach[1]), reach[2]), tolerances)
+        scores = _scores(sight, landmark_map, poses, likely, tolerances, settings.stray)
         scores -= 0.5 * _misfit(poses, guess, sigmas)
         place = int(np.argmax(scores))
         best, score = poses[place], float(scores[place])
@@ -181,12 +181,12 @@ def locate(
     return best, score
 
 
-def best_score(sight: Sightline, settings: LocalisationSettings) -> float:
+def best_score(sight: LocalScan, settings: LocalisationSettings) -> float:
     """Tell how well the arcs of a sweep could fit at best.
 
     Parameters
     ----------
-    sight : Sightline
+    sight : LocalScan
         The arcs.
     settings : LocalisationSettings
         As for ``locate``.
@@ -199,7 +199,7 @@ def best_score(sight: Sightline, settings: LocalisationSettings) -> float:
     return float(sight.weights.sum()) * math.log1p(1.0 / settings.stray)
 
 
-def _told_apart(sight: Sightline, settings: LocalisationSettings) -> float:
+def _are_confirmed(sight: LocalScan, settings: LocalisationSettings) -> float:
     """How little may part two headings that arcs tell apart, by their normals or by where they were heard [rad]."""
     lever = math.sqrt(float(np.mean(np.sum(sight.origins_xy**2, axis=1))))
     return min(settings.normal_sigma, settings.depth_sigma / max(lever, 1e-6))
@@ -220,21 +220,21 @@ def _misfit(poses: FloatArray, guess: FloatArray, sigmas: FloatArray) -> FloatAr
 
 @compiled
 def _likely(
-    sight: Sightline,
-    catalogue: Catalogue,
+    sight: LocalScan,
+    landmark_map: LandmarkMap,
     pose: FloatArray,
     span: tuple[float, float],
     tolerances: tuple[float, float],
 ) -> BoolArray:
     """Tell which arcs may be of which reflectors, wherever within a span of a pose they were heard, shape (a, f)."""
-    likely = np.zeros((len(sight.depths), len(catalogue.reflectors)), np.bool_)
+    likely = np.zeros((len(sight.depths), len(landmark_map.reflectors)), np.bool_)
     for arc in range(len(likely)):
-        x, y = _heard_at(sight, arc, (pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2])))
+        x, y = _is_detected_at(sight, arc, (pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2])))
         astray = span[0] + span[1] * math.hypot(sight.origins_xy[arc, 0], sight.origins_xy[arc, 1])
         bearing = pose[2] + sight.normals[arc]
-        for feature in range(len(catalogue.reflectors)):
-            shape = shape_of(catalogue.reflectors[feature])
-            extent = catalogue.extents[feature, 0] - astray, catalogue.extents[feature, 1] + astray
+        for feature in range(len(landmark_map.reflectors)):
+            shape = shape_of(landmark_map.reflectors[feature])
+            extent = landmark_map.extents[feature, 0] - astray, landmark_map.extents[feature, 1] + astray
             if abs(sight.depths[arc] - _depth(shape, extent, x, y)) < _FAR * tolerances[0] + astray:
                 turned = abs(_wrapped(bearing - _direction(shape, x, y)))
                 likely[arc, feature] = shape[0] != _WALL or turned < _FAR * tolerances[1] + span[1]
@@ -243,33 +243,33 @@ def _likely(
 
 @compiled
 def _scores(
-    sight: Sightline,
-    catalogue: Catalogue,
+    sight: LocalScan,
+    landmark_map: LandmarkMap,
     poses: FloatArray,
     likely: BoolArray,
     tolerances: tuple[float, float],
     stray: float,
 ) -> FloatArray:
     """Log likelihood of each pose: every arc is one of the reflectors that it may be of, or a stray."""
-    scores, shapes = np.zeros(len(poses)), [shape_of(each) for each in catalogue.reflectors]
+    scores, shapes = np.zeros(len(poses)), [shape_of(each) for each in landmark_map.reflectors]
     cosines, sines = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     for arc in range(len(sight.depths)):
         features = np.flatnonzero(likely[arc])
         for number in range(len(poses) if len(features) else 0):
-            x, y = _heard_at(sight, arc, (poses[number, 0], poses[number, 1], cosines[number], sines[number]))
+            x, y = _is_detected_at(sight, arc, (poses[number, 0], poses[number, 1], cosines[number], sines[number]))
             bearing, best = poses[number, 2] + sight.normals[arc], 0.0
             for feature in features:
-                extent = catalogue.extents[feature, 0], catalogue.extents[feature, 1]
+                extent = landmark_map.extents[feature, 0], landmark_map.extents[feature, 1]
                 deep = (sight.depths[arc] - _depth(shapes[feature], extent, x, y)) / tolerances[0]
                 if abs(deep) < _FAR:
                     aside = _wrapped(bearing - _direction(shapes[feature], x, y)) / tolerances[1]
-                    best = max(best, catalogue.weights[feature] * math.exp(-0.5 * (deep * deep + aside * aside)))
+                    best = max(best, landmark_map.weights[feature] * math.exp(-0.5 * (deep * deep + aside * aside)))
             scores[number] += sight.weights[arc] * math.log1p(best / stray)
     return scores
 
 
 @compiled
-def _heard_at(sight: Sightline, arc: int, pose: tuple[float, float, float, float]) -> tuple[float, float]:
+def _is_detected_at(sight: LocalScan, arc: int, pose: tuple[float, float, float, float]) -> tuple[float, float]:
     """Where an arc was heard if the robot was at a pose: place, cosine and sine."""
     x, y, cosine, sine = pose
     ahead, left = sight.origins_xy[arc, 0], sight.origins_xy[arc, 1]

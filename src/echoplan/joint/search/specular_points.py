@@ -10,7 +10,7 @@ from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.geometry import intersections
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.likelihood.ping_likelihood import Explanation
+from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.likelihood.ping_scores import UNHEARD
 
 __all__ = ["CornerEcho", "Echoes", "corner_echoes", "returns_sound"]
@@ -39,13 +39,13 @@ class CornerEcho:
 
     pings: int = 0
     stations: int = 0
-    heard: float = 0.0
+    detections: float = 0.0
     gain: float = 0.0
 
     @property
     def evidence(self) -> float:
         """By how much those that heard one wall in the other say more for the corner than all others against it."""
-        return self.heard + self.gain
+        return self.detections + self.gain
 
     def joined(self, other: "CornerEcho") -> "CornerEcho":
         """Add what other stations heard.
@@ -63,7 +63,7 @@ class CornerEcho:
         return CornerEcho(
             pings=self.pings + other.pings,
             stations=self.stations + other.stations,
-            heard=self.heard + other.heard,
+            detections=self.detections + other.detections,
             gain=self.gain + other.gain,
         )
 
@@ -93,7 +93,7 @@ class Echoes:
         """Return what was heard of the corner of two walls."""
         return self.pairs.get((min(one, other), max(one, other)), CornerEcho())
 
-    def heard_at(self, point_xy: FloatArray, *, within: float) -> bool:
+    def is_detected_at(self, point_xy: FloatArray, *, within: float) -> bool:
         """Tell whether a corner was heard near a point."""
         return bool((np.hypot(*(self.corners_xy - point_xy).T) < within).any())
 
@@ -115,13 +115,13 @@ def returns_sound(one: FloatArray, other: FloatArray) -> bool:
 
 
 def corner_echoes(
-    explanation: Explanation, features: Sequence[Hypothesis], count: int
+    explanation: PingLikelihood, features: Sequence[Hypothesis], count: int
 ) -> dict[tuple[int, int], CornerEcho]:
     """Tell what stations heard of the corners of all pairs of walls.
 
     Parameters
     ----------
-    explanation : Explanation
+    explanation : PingLikelihood
         The pings.
     features : sequence of Hypothesis
         What is there.
@@ -133,42 +133,45 @@ def corner_echoes(
     dict of tuple of int to CornerEcho
         By the places of both in the list.
     """
-    among = explanation.soundings.stations < count
+    among = explanation.measurements.stations < count
     walls = [number for number, each in enumerate(features) if each.is_wall]
     pairs = [(one, other) for place, one in enumerate(walls) for other in walls[place + 1 :]]
-    heard, gains = _heard(explanation, features, pairs, among), _gains(explanation, features, pairs, count)
-    return {pair: replace(heard[pair], gain=gains.get(pair, 0.0)) for pair in pairs}
+    detections, llr_by_station = (
+        _detected(explanation, features, pairs, among),
+        _gains(explanation, features, pairs, count),
+    )
+    return {pair: replace(detections[pair], gain=llr_by_station.get(pair, 0.0)) for pair in pairs}
 
 
-def _heard(
-    explanation: Explanation, features: Sequence[Hypothesis], pairs: Sequence[tuple[int, int]], among: BoolArray
+def _detected(
+    explanation: PingLikelihood, features: Sequence[Hypothesis], pairs: Sequence[tuple[int, int]], among: BoolArray
 ) -> dict[tuple[int, int], CornerEcho]:
     """Tell which pings heard one wall in another, and nothing that explains them better."""
-    direct = np.full(len(explanation.soundings.readings), explanation.floor)
+    direct = np.full(len(explanation.measurements.readings), explanation.floor)
     for each in features:
         if each.kind in (Kind.WALL, Kind.CYLINDER):
-            np.maximum(direct, explanation.levels_of(each), out=direct)
+            np.maximum(direct, explanation.log_densities_of(each), out=direct)
     least = np.maximum(np.maximum(direct + math.log(5.0), explanation.floor + math.log(20.0)), UNHEARD)
-    levels_of = {pair: explanation.pair_levels(*(features[each] for each in pair)) for pair in pairs}
-    for levels in levels_of.values():
-        np.maximum(least, levels, out=least)
+    log_densities_of = {pair: explanation.pair_log_densities(*(features[each] for each in pair)) for pair in pairs}
+    for log_densities in log_densities_of.values():
+        np.maximum(least, log_densities, out=least)
     echoes = {}
-    for (one, other), levels in levels_of.items():
-        clear = (levels >= least) & among
+    for (one, other), log_densities in log_densities_of.items():
+        clear = (log_densities >= least) & among
         echoes[one, other] = CornerEcho(
             pings=int(clear.sum()),
-            stations=len(np.unique(explanation.soundings.stations[clear])),
-            heard=float((levels - direct)[clear].sum()),
+            stations=len(np.unique(explanation.measurements.stations[clear])),
+            detections=float((log_densities - direct)[clear].sum()),
         )
     return echoes
 
 
 def _gains(
-    explanation: Explanation, features: Sequence[Hypothesis], pairs: Sequence[tuple[int, int]], count: int
+    explanation: PingLikelihood, features: Sequence[Hypothesis], pairs: Sequence[tuple[int, int]], count: int
 ) -> dict[tuple[int, int], float]:
     """Hold corners where two walls cross at right angles against what the first stations heard."""
     square = [pair for pair in pairs if returns_sound(*(features[each].line for each in pair))]
     crossings = [intersections(*(features[each].line for each in pair)) for pair in square]
-    corners = [explanation.propose(np.array([Kind.CORNER, *point, 0.0])) for point in crossings]
-    judged = explanation.judge_all(corners, explanation.levels(features), features)
-    return {pair: float(each.gains[:count].sum()) for pair, each in zip(square, judged, strict=True)}
+    corners = [explanation.score(np.array([Kind.CORNER, *point, 0.0])) for point in crossings]
+    rescored = explanation.score_all(corners, explanation.log_densities(features), features)
+    return {pair: float(each.llr_by_station[:count].sum()) for pair, each in zip(square, rescored, strict=True)}

@@ -6,37 +6,39 @@ import pytest
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose
 from echoplan.joint.optimisation.edge_diffraction import edges_of
-from echoplan.joint.optimisation.optimiser import AdjustmentSettings, Beliefs, Features, adjust
-from echoplan.joint.optimisation.pose_factors import PoseSettings, displaced, odometry_beliefs
-from echoplan.joint.optimisation.solution import Adjusted
+from echoplan.joint.optimisation.optimiser import Features, OptimiserSettings, Priors, adjust
+from echoplan.joint.optimisation.pose_factors import PoseSettings, at_poses, odometry_prior
+from echoplan.joint.optimisation.solution import Solution
 from echoplan.joint.optimisation.values import State
 from helpers.expectations import NOISE, REACH, ROOM, SONAR, hearing, listening
 
 # Where the stations of ``listening`` are said to be, and where they are.
 GIVEN = np.array([[-0.9, 0.1, 0.0], [-0.2, -0.5, 0.4], [0.5, 0.3, 1.0], [1.1, -0.3, -2.0]])
 TRUE = np.concatenate([GIVEN[:1], compose(GIVEN[1:], np.array([0.01, -0.008, 0.02]))])
-BELIEFS = Beliefs(
+BELIEFS = Priors(
     noise=NOISE,
     offset_sigma=0.0015,
     walk_gain=SONAR.walk_gain,
     has_servo=False,
-    scale_sigma=AdjustmentSettings().told_scale_sigma,
+    scale_sigma=OptimiserSettings().told_scale_sigma,
     drifting=True,
-    poses=odometry_beliefs(GIVEN, PoseSettings()),
+    poses=odometry_prior(GIVEN, PoseSettings()),
 )
 
 
-def corrected(*, wrong: float = 0.0, scale: float = 0.0) -> Adjusted:
+def corrected(*, wrong: float = 0.0, scale: float = 0.0) -> Solution:
     """Poses and walls from readings of a room, of which some of the last station's are of something else."""
     recorded = listening()
-    heard = hearing(displaced(recorded, GIVEN, TRUE), ROOM, noise=NOISE, rng=np.random.default_rng(1)).readings
+    heard = hearing(at_poses(recorded, GIVEN, TRUE), ROOM, noise=NOISE, rng=np.random.default_rng(1)).readings
     east = (recorded.stations == 3) & (np.abs(recorded.bearings - 2.0) < np.radians(20)) & np.isfinite(heard)
     readings = np.where(east, heard - wrong, heard) / (1.0 + scale)
     extents = np.tile([-REACH, REACH], (4, 1))
     ends = edges_of(ROOM, extents)
-    features = Features(reflectors=ROOM, extents=extents, shadows=np.zeros((4, 4)), doubts=np.zeros((4, 4)), ends=ends)
+    features = Features(
+        reflectors=ROOM, extents=extents, attenuations=np.zeros((4, 4)), bias_variances=np.zeros((4, 4)), ends=ends
+    )
     start = State(features=features, model=SONAR, poses=GIVEN)
-    return adjust(recorded._replace(readings=readings), start, BELIEFS, AdjustmentSettings(rounds=20))
+    return adjust(recorded._replace(readings=readings), start, BELIEFS, OptimiserSettings(rounds=20))
 
 
 def farthest(poses: FloatArray) -> float:
@@ -58,4 +60,4 @@ def test_one_wrong_association_bends_no_map(wrong: float) -> None:
 def test_a_drifting_robot_does_not_guess_the_scale_and_says_how_little_it_knows() -> None:
     found = corrected(scale=0.003)
     assert found.model.range_scale == pytest.approx(0.0, abs=1e-6)
-    assert found.sonar_sigmas()["range_scale"] == pytest.approx(AdjustmentSettings().told_scale_sigma, rel=0.2)
+    assert found.sonar_sigmas()["range_scale"] == pytest.approx(OptimiserSettings().told_scale_sigma, rel=0.2)

@@ -1,10 +1,10 @@
 import pytest
 
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 from helpers.expectations import ROOM, hearing, listening
 
 
 @pytest.fixture(scope="module")
-def room() -> Soundings:
+def room() -> Measurements:
     """A room without noise."""
     return hearing(listening(), ROOM)

@@ -7,12 +7,12 @@ from scipy.optimize import minimize
 from echoplan.acoustics import Air
 from echoplan.acoustics.echo_model import EchoModel
 from echoplan.arrays import FloatArray
-from echoplan.joint.likelihood.crosstalk import add_volleys, bursts_of
+from echoplan.joint.likelihood.crosstalk import add_crosstalk, emissions_of
 from echoplan.joint.likelihood.image_sources import Extent
 from echoplan.joint.likelihood.ping_scores import UNHEARD
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 from helpers.expectations import NOISE, listening, wall
-from helpers.ghost_levels import volleys_over
+from helpers.multipath_log_densities import volleys_over
 from helpers.single_ping import PLAIN, length, likeliest, one_ping, point_on
 
 ENDLESS = (-50.0, 50.0)
@@ -21,16 +21,18 @@ EAST, OBLIQUE = wall(0.0, 1.0), wall(np.radians(110.0), 1.1)
 FIRING, WAIT = 0.025, 0.025 * Air().speed_of_sound / 2
 
 
-def over(soundings: Soundings, model: EchoModel, *walls: FloatArray, extents: tuple[Extent, ...] = ()) -> FloatArray:
+def over(
+    measurements: Measurements, model: EchoModel, *walls: FloatArray, extents: tuple[Extent, ...] = ()
+) -> FloatArray:
     """What bursts by way of walls explain that were not meant for these pings."""
     hearing, reaches = model.tabulated(), extents or (ENDLESS, ENDLESS)
     pair, ends = (walls[0], walls[-1]), (reaches[0], reaches[-1])
-    return volleys_over((soundings, hearing, bursts_of(soundings, hearing)), pair, ends, NOISE)
+    return volleys_over((measurements, hearing, emissions_of(measurements, hearing)), pair, ends, NOISE)
 
 
-def heard(soundings: Soundings, *walls: FloatArray, extents: tuple[Extent, ...] = ()) -> FloatArray:
+def detected(measurements: Measurements, *walls: FloatArray, extents: tuple[Extent, ...] = ()) -> FloatArray:
     """The same without a walk."""
-    return over(soundings, PLAIN, *walls, extents=extents)
+    return over(measurements, PLAIN, *walls, extents=extents)
 
 
 def over_two(origin: tuple[float, float], place: tuple[float, float], *walls: FloatArray) -> tuple[float, FloatArray]:
@@ -46,9 +48,9 @@ def over_two(origin: tuple[float, float], place: tuple[float, float], *walls: Fl
 
 @pytest.mark.parametrize("mate", [(0.05, 0.0), (0.0, -0.4), (-0.6, 0.5)])
 def test_the_burst_of_a_mate_comes_back_from_its_image_in_the_wall(mate: tuple[float, float]) -> None:
-    levels = heard(soundings := one_ping((0.0, 0.0), 0.2, mate=mate, mate_bearing=0.3), EAST)
+    log_densities = detected(measurements := one_ping((0.0, 0.0), 0.2, mate=mate, mate_bearing=0.3), EAST)
     image = np.array([2.0 - mate[0], mate[1]])
-    assert likeliest(soundings, levels) == pytest.approx(np.hypot(*image) / 2, abs=1e-4)
+    assert likeliest(measurements, log_densities) == pytest.approx(np.hypot(*image) / 2, abs=1e-4)
 
 
 @pytest.mark.parametrize("mate", [(0.05, 0.0), (0.3, -0.4), (-0.2, 0.3)])
@@ -56,61 +58,61 @@ def test_the_burst_of_a_mate_comes_back_from_its_image_in_the_wall(mate: tuple[f
 def test_the_burst_of_a_mate_may_come_by_way_of_two_walls(
     mate: tuple[float, float], walls: tuple[FloatArray, FloatArray]
 ) -> None:
-    soundings = one_ping((0.1, 0.0), 1.0, mate=mate, mate_bearing=0.9)
+    measurements = one_ping((0.1, 0.0), 1.0, mate=mate, mate_bearing=0.9)
     shortest, _ = over_two(mate, (0.1, 0.0), *walls)
-    assert likeliest(soundings, heard(soundings, *walls)) == pytest.approx(shortest / 2, abs=1e-4)
+    assert likeliest(measurements, detected(measurements, *walls)) == pytest.approx(shortest / 2, abs=1e-4)
 
 
 def test_the_burst_of_a_mate_that_looks_the_other_way_comes_across_two_parallel_walls() -> None:
-    soundings = one_ping((0.3, 0.0), 0.0, mate=(0.3, 0.0), mate_bearing=np.pi)
-    assert likeliest(soundings, heard(soundings, wall(np.pi, 1.0), EAST)) == pytest.approx(2.0, abs=1e-4)
-    assert (heard(soundings, EAST, wall(np.pi, 1.0)) == UNHEARD).all()
+    measurements = one_ping((0.3, 0.0), 0.0, mate=(0.3, 0.0), mate_bearing=np.pi)
+    assert likeliest(measurements, detected(measurements, wall(np.pi, 1.0), EAST)) == pytest.approx(2.0, abs=1e-4)
+    assert (detected(measurements, EAST, wall(np.pi, 1.0)) == UNHEARD).all()
 
 
 def test_sound_of_the_firing_before_reads_too_near_by_what_it_travelled_since() -> None:
-    soundings = one_ping((0.0, 0.0), 0.0, mate=(0.0, 0.0), lag=FIRING)
+    measurements = one_ping((0.0, 0.0), 0.0, mate=(0.0, 0.0), lag=FIRING)
     far = wall(0.0, WAIT + 0.7)
-    assert likeliest(soundings, heard(soundings, far)) == pytest.approx(0.7, abs=1e-4)
+    assert likeliest(measurements, detected(measurements, far)) == pytest.approx(0.7, abs=1e-4)
 
 
 def test_in_warm_air_sound_travels_farther_between_two_firings() -> None:
-    soundings, far = one_ping((0.0, 0.0), 0.0, mate=(0.0, 0.0), lag=FIRING), wall(0.0, 1.02 * (WAIT + 0.7))
-    warm = over(soundings, PLAIN.scaled(0.02), far)
-    assert likeliest(soundings, warm) == pytest.approx(0.7, abs=1e-4)
+    measurements, far = one_ping((0.0, 0.0), 0.0, mate=(0.0, 0.0), lag=FIRING), wall(0.0, 1.02 * (WAIT + 0.7))
+    warm = over(measurements, PLAIN.scaled(0.02), far)
+    assert likeliest(measurements, warm) == pytest.approx(0.7, abs=1e-4)
 
 
 def test_without_mates_there_is_no_crosstalk() -> None:
     for walls in ((EAST,), (EAST, OBLIQUE)):
-        assert (heard(one_ping((0.0, 0.0), 0.2), *walls) == UNHEARD).all()
+        assert (detected(one_ping((0.0, 0.0), 0.2), *walls) == UNHEARD).all()
 
 
 def test_crosstalk_strikes_the_wall_within_its_extent() -> None:
     # The burst strikes the wall halfway between the sensors, which are equally far from it.
-    soundings = one_ping((0.0, 0.0), 0.2, mate=(0.0, 0.6), mate_bearing=0.0)
-    inside, outside = (heard(soundings, EAST, extents=(extent,)) for extent in ((0.29, 0.31), (0.31, 0.9)))
+    measurements = one_ping((0.0, 0.0), 0.2, mate=(0.0, 0.6), mate_bearing=0.0)
+    inside, outside = (detected(measurements, EAST, extents=(extent,)) for extent in ((0.29, 0.31), (0.31, 0.9)))
     assert inside.max() > 0.0
     assert (outside == UNHEARD).all()
 
 
 @pytest.mark.parametrize("hidden", [0, 1])
 def test_a_burst_over_two_walls_needs_both_where_it_strikes_them(hidden: int) -> None:
-    soundings = one_ping((0.1, 0.0), 1.0, mate=(0.3, -0.4), mate_bearing=0.9)
+    measurements = one_ping((0.1, 0.0), 1.0, mate=(0.3, -0.4), mate_bearing=0.9)
     _, strikes = over_two((0.3, -0.4), (0.1, 0.0), EAST, OBLIQUE)
     around = [(each - 0.05, each + 0.05) for each in strikes]
-    assert heard(soundings, EAST, OBLIQUE, extents=tuple(around)).max() > 0.0
+    assert detected(measurements, EAST, OBLIQUE, extents=tuple(around)).max() > 0.0
     around[hidden] = (strikes[hidden] + 0.1, strikes[hidden] + 0.2)
-    assert (heard(soundings, EAST, OBLIQUE, extents=tuple(around)) == UNHEARD).all()
+    assert (detected(measurements, EAST, OBLIQUE, extents=tuple(around)) == UNHEARD).all()
 
 
 @pytest.mark.parametrize(("place", "mate"), [((0.0, 0.0), (1.5, 0.0)), ((1.5, 0.0), (0.0, 0.0))])
 def test_crosstalk_does_not_pass_through_a_wall(place: tuple[float, float], mate: tuple[float, float]) -> None:
-    soundings = one_ping(place, 0.0, mate=mate)
-    assert (heard(soundings, EAST) == UNHEARD).all()
+    measurements = one_ping(place, 0.0, mate=mate)
+    assert (detected(measurements, EAST) == UNHEARD).all()
 
 
 def test_a_mate_that_looks_away_is_heard_less() -> None:
     toward, away = (
-        heard(one_ping((0.0, 0.0), 0.2, mate=(0.0, -0.4), mate_bearing=bearing), wall(0.0, 2.5)).max()
+        detected(one_ping((0.0, 0.0), 0.2, mate=(0.0, -0.4), mate_bearing=bearing), wall(0.0, 2.5)).max()
         for bearing in (0.1, 2.0)
     )
     assert toward > 0.0
@@ -118,11 +120,11 @@ def test_a_mate_that_looks_away_is_heard_less() -> None:
 
 
 def test_of_several_bursts_the_likeliest_explains_a_reading() -> None:
-    soundings = one_ping((0.0, 0.0), 0.2, mate=(0.0, -0.4), mate_bearing=0.1)
-    mates = soundings.mates.copy()
-    mates[:, 0] = mates[:, 1]
-    twice = soundings._replace(mates=mates)
-    assert heard(twice, EAST).tolist() == heard(soundings, EAST).tolist()
+    measurements = one_ping((0.0, 0.0), 0.2, mate=(0.0, -0.4), mate_bearing=0.1)
+    crosstalk_sources = measurements.crosstalk_sources.copy()
+    crosstalk_sources[:, 0] = crosstalk_sources[:, 1]
+    twice = measurements._replace(crosstalk_sources=crosstalk_sources)
+    assert detected(twice, EAST).tolist() == detected(measurements, EAST).tolist()
 
 
 def test_no_burst_is_missed_by_looking_only_where_they_can_come_from() -> None:
@@ -130,15 +132,17 @@ def test_no_burst_is_missed_by_looking_only_where_they_can_come_from() -> None:
     scene = listening(step=np.radians(0.5))
     count = len(scene.readings) // len(scene.centers)
     # The mate of each ping looks 5 degrees aside at the same station.
-    mates = scene.stations * count + (np.arange(len(scene.readings)) + 10) % count
+    crosstalk_sources = scene.stations * count + (np.arange(len(scene.readings)) + 10) % count
     heard_ = scene._replace(
-        readings=rng.uniform(0.3, 3.9, len(mates)), mates=mates[:, None], lags=np.zeros((len(mates), 1))
+        readings=rng.uniform(0.3, 3.9, len(crosstalk_sources)),
+        crosstalk_sources=crosstalk_sources[:, None],
+        lags=np.zeros((len(crosstalk_sources), 1)),
     )
-    bursts = bursts_of(heard_, told)
-    everywhere = bursts._replace(spread=np.full(len(bursts.spread), np.inf))
+    emissions = emissions_of(heard_, told)
+    everywhere = emissions._replace(spread=np.full(len(emissions.spread), np.inf))
     for walls in ((EAST, EAST), (wall(np.pi / 2, 0.8), EAST)):
         here, there = (
-            volleys_over((heard_, told, each), walls, (ENDLESS, ENDLESS), 0.02) for each in (bursts, everywhere)
+            volleys_over((heard_, told, each), walls, (ENDLESS, ENDLESS), 0.02) for each in (emissions, everywhere)
         )
         assert (here > UNHEARD).sum() > 5
         assert here.tolist() == there.tolist()
@@ -146,15 +150,15 @@ def test_no_burst_is_missed_by_looking_only_where_they_can_come_from() -> None:
 
 def test_bursts_from_too_far_to_be_heard_are_left_out() -> None:
     near, far = (one_ping((0.0, 0.0), 0.0, mate=(0.0, 0.0), lag=lag) for lag in (FIRING, 8 * FIRING))
-    assert len(bursts_of(near, PLAIN.tabulated()).pings) > 0
-    assert len(bursts_of(far, PLAIN.tabulated()).pings) == 0
+    assert len(emissions_of(near, PLAIN.tabulated()).pings) > 0
+    assert len(emissions_of(far, PLAIN.tabulated()).pings) == 0
 
 
 def test_what_explains_readings_better_than_bursts_stays() -> None:
-    soundings, told = one_ping((0.0, 0.0), 0.2, mate=(0.0, -0.4), mate_bearing=0.1), PLAIN.tabulated()
-    bursts, ends = bursts_of(soundings, told), (ENDLESS, ENDLESS)
-    alone = volleys_over((soundings, told, bursts), (EAST, EAST), ends, NOISE)
+    measurements, told = one_ping((0.0, 0.0), 0.2, mate=(0.0, -0.4), mate_bearing=0.1), PLAIN.tabulated()
+    emissions, ends = emissions_of(measurements, told), (ENDLESS, ENDLESS)
+    alone = volleys_over((measurements, told, emissions), (EAST, EAST), ends, NOISE)
     known = np.where(np.arange(len(alone)) % 2, 0.0, UNHEARD)
-    add_volleys(levels := known.copy(), (soundings, told, bursts), (EAST, EAST), ends, NOISE)
+    add_crosstalk(log_densities := known.copy(), (measurements, told, emissions), (EAST, EAST), ends, NOISE)
     assert alone.max() > 0.0
-    assert levels.tolist() == np.maximum(alone, known).tolist()
+    assert log_densities.tolist() == np.maximum(alone, known).tolist()

@@ -11,11 +11,11 @@ from echoplan.geometry import directions
 from echoplan.joint.likelihood.double_bounces import add_ghosts_of_cylinder, add_ghosts_of_walls, ghosts_of_walls
 from echoplan.joint.likelihood.image_sources import Extent
 from echoplan.joint.likelihood.ping_scores import UNHEARD
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 from helpers.expectations import NOISE, SONAR, cylinder, wall
-from helpers.ghost_levels import ghosts_of_cylinder
+from helpers.multipath_log_densities import ghosts_of_cylinder
+from helpers.simulated_worlds import PAPER
 from helpers.single_ping import PLAIN, length, likeliest, one_ping, point_on
-from helpers.soundings import PAPER
 
 ENDLESS = (-50.0, 50.0)
 EAST, NORTH = wall(0.0, 1.0), wall(np.pi / 2, 0.8)
@@ -40,46 +40,46 @@ def between_walls(place: tuple[float, float], first: FloatArray, second: FloatAr
 
 
 def walls_at(
-    soundings: Soundings,
+    measurements: Measurements,
     first: FloatArray,
     second: FloatArray,
     extents: tuple[Extent, Extent] = (ENDLESS, ENDLESS),
 ) -> FloatArray:
     """Ghosts of two walls without a walk."""
-    return ghosts_of_walls(soundings, PLAIN.tabulated(), (first, second), extents, NOISE)
+    return ghosts_of_walls(measurements, PLAIN.tabulated(), (first, second), extents, NOISE)
 
 
 @pytest.mark.parametrize("place", [(0.2, 0.1), (-0.5, 0.4), (0.7, -0.6)])
 def test_in_a_right_angled_corner_a_double_echo_comes_from_the_corner_itself(place: tuple[float, float]) -> None:
     away = np.array([1.0, 0.8]) - place
-    soundings = one_ping(place, float(np.arctan2(away[1], away[0])))
-    reading = likeliest(soundings, walls_at(soundings, EAST, NORTH))
+    measurements = one_ping(place, float(np.arctan2(away[1], away[0])))
+    reading = likeliest(measurements, walls_at(measurements, EAST, NORTH))
     assert reading == pytest.approx(np.hypot(*away), abs=1e-4)
 
 
 @pytest.mark.parametrize("place", [(0.2, 0.1), (-0.3, 0.4), (0.1, -0.6)])
 @pytest.mark.parametrize("second", [OBLIQUE, wall(np.radians(-125.0), 1.2)])
 def test_a_double_echo_takes_the_shortest_way_over_both_walls(place: tuple[float, float], second: FloatArray) -> None:
-    soundings = one_ping(place, float(second[1] / 2))
+    measurements = one_ping(place, float(second[1] / 2))
     shortest, _ = between_walls(place, EAST, second)
-    there, back = (likeliest(soundings, walls_at(soundings, *pair)) for pair in ((EAST, second), (second, EAST)))
+    there, back = (likeliest(measurements, walls_at(measurements, *pair)) for pair in ((EAST, second), (second, EAST)))
     assert there == back == pytest.approx(shortest / 2, abs=1e-4)
 
 
 def test_the_way_across_two_parallel_walls_comes_back_from_behind_and_is_not_heard() -> None:
-    soundings = one_ping((0.3, 0.0), 0.0)
-    assert (walls_at(soundings, EAST, wall(np.pi, 1.0)) == UNHEARD).all()
+    measurements = one_ping((0.3, 0.0), 0.0)
+    assert (walls_at(measurements, EAST, wall(np.pi, 1.0)) == UNHEARD).all()
 
 
 @pytest.mark.parametrize("hidden", [0, 1])
 def test_a_double_echo_needs_both_walls_to_reach_where_it_strikes_them(hidden: int) -> None:
     place, walls = (0.2, 0.1), (EAST, OBLIQUE)
     _, strikes = between_walls(place, *walls)
-    soundings = one_ping(place, 0.9)
+    measurements = one_ping(place, 0.9)
     around = [strike + np.array([-0.05, 0.05]) for strike in strikes]
-    assert walls_at(soundings, *walls, (around[0], around[1])).max() > 0.0
+    assert walls_at(measurements, *walls, (around[0], around[1])).max() > 0.0
     beside = [each + (0.2 if number == hidden else 0.0) for number, each in enumerate(around)]
-    assert (walls_at(soundings, *walls, (beside[0], beside[1])) == UNHEARD).all()
+    assert (walls_at(measurements, *walls, (beside[0], beside[1])) == UNHEARD).all()
 
 
 @pytest.mark.parametrize("place", [(1.2, 0.1), (0.2, 0.9)])
@@ -88,11 +88,11 @@ def test_nothing_is_heard_from_behind_a_wall(place: tuple[float, float]) -> None
 
 
 def test_a_ghost_spreads_half_as_much_again_as_an_echo() -> None:
-    soundings = one_ping((0.2, 0.1), 0.7188)
-    levels = walls_at(soundings, EAST, NORTH)
-    heard = levels > UNHEARD
-    late = soundings.readings[heard] - np.hypot(0.8, 0.7)
-    assert levels[heard] - levels.max() == pytest.approx(-0.5 * (late / (1.5 * NOISE)) ** 2, abs=1e-3)
+    measurements = one_ping((0.2, 0.1), 0.7188)
+    log_densities = walls_at(measurements, EAST, NORTH)
+    detected = log_densities > UNHEARD
+    late = measurements.readings[detected] - np.hypot(0.8, 0.7)
+    assert log_densities[detected] - log_densities.max() == pytest.approx(-0.5 * (late / (1.5 * NOISE)) ** 2, abs=1e-3)
     assert np.abs(late).max() == pytest.approx(6 * 1.5 * NOISE, abs=2e-4)
 
 
@@ -103,7 +103,7 @@ def test_silence_is_no_ghost() -> None:
 def test_a_double_echo_fades_by_the_beam_at_its_departure_and_at_its_arrival() -> None:
     # In an oblique corner sound leaves and comes back at different angles.
     place, bearing = np.array([0.2, 0.1]), 0.8
-    soundings = one_ping((0.2, 0.1), bearing)
+    measurements = one_ping((0.2, 0.1), bearing)
     shortest, strikes = between_walls((0.2, 0.1), EAST, OBLIQUE)
     ends = [point_on(each, strike) - place for each, strike in zip((EAST, OBLIQUE), strikes, strict=True)]
     offs = [float(np.arctan2(way[1], way[0])) - bearing for way in ends]
@@ -112,7 +112,7 @@ def test_a_double_echo_fades_by_the_beam_at_its_departure_and_at_its_arrival() -
     excess = float(signal_excess(2 / shortest, shortest, transducer=PAPER, air=Air(), beams=beams))
     peak = np.log(chance(excess) / (np.sqrt(2 * np.pi) * 1.5 * NOISE))
     assert abs(offs[0] - offs[1]) > 0.5
-    assert walls_at(soundings, EAST, OBLIQUE).max() == pytest.approx(peak, abs=1e-2)
+    assert walls_at(measurements, EAST, OBLIQUE).max() == pytest.approx(peak, abs=1e-2)
 
 
 @pytest.mark.parametrize(("degrees", "louder"), [(90.0, 0.0), (89.0, 4.37), (85.0, 6.02)])
@@ -120,11 +120,11 @@ def test_both_ways_around_merge_in_the_vertex_of_a_right_angle(degrees: float, l
     # At 89 degrees the way over a vertex 3 m away is longer by 0.11 wavelengths: 1 + 2 sqrt(0.11) times one of the two.
     angle = np.radians(degrees)
     walls = [wall(side * (np.pi - angle) / 2, 3 * np.sin(angle / 2)) for side in (-1, 1)]
-    soundings = one_ping((0.0, 0.0), 0.0)
+    measurements = one_ping((0.0, 0.0), 0.0)
     depth, beams = 3 * np.sin(angle), directivity(np.pi / 2 - angle, PLAIN.ka) ** 2
     one_way = float(signal_excess(1 / (2 * depth), 2 * depth, transducer=PAPER, air=Air(), beams=beams))
     expected = np.log(chance(one_way + louder) / (np.sqrt(2 * np.pi) * 1.5 * NOISE))
-    assert walls_at(soundings, walls[0], walls[1]).max() == pytest.approx(expected, abs=0.01)
+    assert walls_at(measurements, walls[0], walls[1]).max() == pytest.approx(expected, abs=0.01)
 
 
 def corner(degrees: float, distance: float) -> tuple[FloatArray, FloatArray]:
@@ -137,24 +137,24 @@ def corner(degrees: float, distance: float) -> tuple[FloatArray, FloatArray]:
 @pytest.mark.parametrize("distance", [1.0, 2.5])
 @pytest.mark.parametrize("degrees", [90.5, 92.0, 95.0])
 def test_the_vertex_of_a_wide_corner_sounds_as_diffraction_theory_says(degrees: float, distance: float) -> None:
-    soundings = one_ping((0.0, 0.0), 0.0)
+    measurements = one_ping((0.0, 0.0), 0.0)
     wavenumber, opening = 2 * np.pi / PLAIN.tabulated().wavelength, np.radians(degrees)
     echo = abs(edge_echo(distance, angle=opening / 2, opening=opening, wavenumber=wavenumber))
     excess = float(signal_excess(echo, 2 * distance, transducer=PAPER, air=Air()))
     expected = np.log(chance(excess) / (np.sqrt(2 * np.pi) * 1.5 * NOISE))
-    levels = walls_at(soundings, *corner(degrees, distance))
-    assert likeliest(soundings, levels) == pytest.approx(distance, abs=1e-4)
-    assert levels.max() == pytest.approx(expected, abs=0.2)
+    log_densities = walls_at(measurements, *corner(degrees, distance))
+    assert likeliest(measurements, log_densities) == pytest.approx(distance, abs=1e-4)
+    assert log_densities.max() == pytest.approx(expected, abs=0.2)
 
 
 def test_a_vertex_sounds_only_where_both_walls_reach_it_and_from_within() -> None:
-    soundings, (first, second) = one_ping((0.0, 0.0), 0.0), corner(92.0, 1.0)
+    measurements, (first, second) = one_ping((0.0, 0.0), 0.0), corner(92.0, 1.0)
     # Along the first wall the vertex is at +0.69 m, along the second at -0.69 m.
     reaching, short = (-2.0, 0.8), (-2.0, 0.4)
-    assert walls_at(soundings, first, second, (reaching, (-0.8, 2.0))).max() > UNHEARD
-    assert walls_at(soundings, first, second, (short, (-0.8, 2.0))).max() == UNHEARD
+    assert walls_at(measurements, first, second, (reaching, (-0.8, 2.0))).max() > UNHEARD
+    assert walls_at(measurements, first, second, (short, (-0.8, 2.0))).max() == UNHEARD
     # A convex edge: both walls lead away from the sensor.
-    assert walls_at(soundings, first, second, ((0.6, 2.0), (-2.0, -0.6))).max() == UNHEARD
+    assert walls_at(measurements, first, second, ((0.6, 2.0), (-2.0, -0.6))).max() == UNHEARD
 
 
 @pytest.mark.parametrize(("begin", "is_heard"), [(-0.3, True), (0.3, False)])
@@ -162,24 +162,24 @@ def test_a_vertex_on_a_line_of_two_walls_sounds_if_one_of_them_stands_before_the
     begin: float, *, is_heard: bool
 ) -> None:
     # The line goes on far behind the second wall; before it there is 1 m of it, or no more than a wall is stretched.
-    soundings, (first, second) = one_ping((0.0, 0.0), 0.0), corner(92.0, 1.0)
-    levels = walls_at(soundings, first, second, ((begin, 5.0), (-0.8, 2.0)))
-    assert (levels.max() > UNHEARD) == is_heard
+    measurements, (first, second) = one_ping((0.0, 0.0), 0.0), corner(92.0, 1.0)
+    log_densities = walls_at(measurements, first, second, ((begin, 5.0), (-0.8, 2.0)))
+    assert (log_densities.max() > UNHEARD) == is_heard
 
 
 def test_ghosts_are_read_with_the_walk_of_their_loudness() -> None:
-    soundings, depth = one_ping((-1.5, -1.4), 0.7), np.hypot(2.5, 2.2)
-    walking = ghosts_of_walls(soundings, SONAR.tabulated(), (EAST, NORTH), (ENDLESS, ENDLESS), NOISE)
-    assert likeliest(soundings, walls_at(soundings, EAST, NORTH)) == pytest.approx(depth, abs=1e-4)
-    assert depth + 0.001 < likeliest(soundings, walking) < depth + SONAR.walk_gain
+    measurements, depth = one_ping((-1.5, -1.4), 0.7), np.hypot(2.5, 2.2)
+    walking = ghosts_of_walls(measurements, SONAR.tabulated(), (EAST, NORTH), (ENDLESS, ENDLESS), NOISE)
+    assert likeliest(measurements, walls_at(measurements, EAST, NORTH)) == pytest.approx(depth, abs=1e-4)
+    assert depth + 0.001 < likeliest(measurements, walking) < depth + SONAR.walk_gain
 
 
 def test_readings_that_are_too_short_are_scaled_before_they_are_explained() -> None:
-    soundings = one_ping((0.2, 0.1), 0.7188)
-    levels = ghosts_of_walls(
-        soundings, replace(PLAIN, range_scale=0.05).tabulated(), (EAST, NORTH), (ENDLESS, ENDLESS), NOISE
+    measurements = one_ping((0.2, 0.1), 0.7188)
+    log_densities = ghosts_of_walls(
+        measurements, replace(PLAIN, range_scale=0.05).tabulated(), (EAST, NORTH), (ENDLESS, ENDLESS), NOISE
     )
-    assert likeliest(soundings, levels) == pytest.approx(np.hypot(0.8, 0.7) / 1.05, abs=1e-4)
+    assert likeliest(measurements, log_densities) == pytest.approx(np.hypot(0.8, 0.7) / 1.05, abs=1e-4)
 
 
 def over_cylinder(place: tuple[float, float], reflector: FloatArray, disc: tuple[float, float, float]) -> float:
@@ -201,16 +201,20 @@ def over_cylinder(place: tuple[float, float], reflector: FloatArray, disc: tuple
 @pytest.mark.parametrize("radius", [0.02, 0.05, 0.12])
 @pytest.mark.parametrize("center", [(0.5, 1.0), (-0.4, 1.4), (0.2, -1.2)])
 def test_the_echo_of_a_cylinder_in_a_wall_takes_the_way_over_both(radius: float, center: tuple[float, float]) -> None:
-    soundings = one_ping((0.0, 0.0), float(np.arctan2(center[1], center[0] + 0.5)))
-    levels = ghosts_of_cylinder((soundings, PLAIN.tabulated()), EAST, cylinder(center[0], center[1], radius), NOISE)
+    measurements = one_ping((0.0, 0.0), float(np.arctan2(center[1], center[0] + 0.5)))
+    log_densities = ghosts_of_cylinder(
+        (measurements, PLAIN.tabulated()), EAST, cylinder(center[0], center[1], radius), NOISE
+    )
     shortest = over_cylinder((0.0, 0.0), EAST, (*center, radius))
-    assert likeliest(soundings, levels) == pytest.approx(shortest / 2, abs=1e-4)
+    assert likeliest(measurements, log_densities) == pytest.approx(shortest / 2, abs=1e-4)
 
 
 def test_the_echo_of_a_cylinder_in_a_wall_is_about_as_loud_as_its_law_says() -> None:
     center, radius, bearing = np.array([-0.3, 1.5]), 0.1, 1.3
-    soundings = one_ping((0.0, 0.0), bearing)
-    levels = ghosts_of_cylinder((soundings, PLAIN.tabulated()), wall(0.0, 0.6), cylinder(-0.3, 1.5, radius), NOISE)
+    measurements = one_ping((0.0, 0.0), bearing)
+    log_densities = ghosts_of_cylinder(
+        (measurements, PLAIN.tabulated()), wall(0.0, 0.6), cylinder(-0.3, 1.5, radius), NOISE
+    )
     image = np.array([1.2 - center[0], center[1]])
     near, far = np.hypot(*center), np.hypot(*image)
     incidence = (np.arctan2(*center[::-1]) - np.arctan2(*image[::-1])) / 2
@@ -219,29 +223,29 @@ def test_the_echo_of_a_cylinder_in_a_wall_is_about_as_loud_as_its_law_says() -> 
     beams = np.prod([directivity(off, PLAIN.ka) for off in offs])
     excess = float(signal_excess(amplitude, near + far - 2 * radius, transducer=PAPER, air=Air(), beams=beams))
     truth = np.log(chance(excess) / (np.sqrt(2 * np.pi) * 2 * NOISE))
-    assert levels.max() == pytest.approx(truth, abs=1.0)
+    assert log_densities.max() == pytest.approx(truth, abs=1.0)
 
 
 def test_a_sensor_behind_the_wall_hears_no_cylinder_in_it() -> None:
-    soundings = one_ping((1.5, 0.0), 1.5)
-    levels = ghosts_of_cylinder((soundings, PLAIN.tabulated()), EAST, cylinder(0.5, 1.0, 0.05), NOISE)
-    assert (levels == UNHEARD).all()
+    measurements = one_ping((1.5, 0.0), 1.5)
+    log_densities = ghosts_of_cylinder((measurements, PLAIN.tabulated()), EAST, cylinder(0.5, 1.0, 0.05), NOISE)
+    assert (log_densities == UNHEARD).all()
 
 
 @pytest.mark.parametrize("walls", [(EAST, NORTH), (EAST, OBLIQUE)])
 def test_what_explains_readings_better_stays(walls: tuple[FloatArray, FloatArray]) -> None:
-    heard = one_ping((0.2, 0.1), 0.7), PLAIN.tabulated()
-    alone = ghosts_of_walls(*heard, walls, (ENDLESS, ENDLESS), NOISE)
+    detected = one_ping((0.2, 0.1), 0.7), PLAIN.tabulated()
+    alone = ghosts_of_walls(*detected, walls, (ENDLESS, ENDLESS), NOISE)
     known = np.where(np.arange(len(alone)) % 2, 0.0, UNHEARD)
-    add_ghosts_of_walls(levels := known.copy(), heard, walls, (ENDLESS, ENDLESS), NOISE)
+    add_ghosts_of_walls(log_densities := known.copy(), detected, walls, (ENDLESS, ENDLESS), NOISE)
     assert alone.max() > 0.0
-    assert levels.tolist() == np.maximum(alone, known).tolist()
+    assert log_densities.tolist() == np.maximum(alone, known).tolist()
 
 
 def test_what_explains_readings_better_than_the_echo_of_a_cylinder_stays() -> None:
-    heard, post = (one_ping((0.0, 0.0), 1.1), PLAIN.tabulated()), cylinder(0.5, 1.0, 0.05)
-    alone = ghosts_of_cylinder(heard, EAST, post, NOISE)
+    detected, post = (one_ping((0.0, 0.0), 1.1), PLAIN.tabulated()), cylinder(0.5, 1.0, 0.05)
+    alone = ghosts_of_cylinder(detected, EAST, post, NOISE)
     known = np.where(np.arange(len(alone)) % 2, 0.0, UNHEARD)
-    add_ghosts_of_cylinder(levels := known.copy(), heard, EAST, post, NOISE)
+    add_ghosts_of_cylinder(log_densities := known.copy(), detected, EAST, post, NOISE)
     assert alone.max() > 0.0
-    assert levels.tolist() == np.maximum(alone, known).tolist()
+    assert log_densities.tolist() == np.maximum(alone, known).tolist()

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.joint.likelihood.hypothesis_scores import Frame, Verdict, judge, missed
-from echoplan.joint.likelihood.ping_scores import Evidence, weigh
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.joint.likelihood.hypothesis_scores import Frame, Verdict, missed, rescore
+from echoplan.joint.likelihood.ping_scores import PingScores, score_pings
+from echoplan.preprocessing.measurements import Measurements
 from helpers.expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, evidence_for, hearing, listening, wall
 
 FLOOR = float(np.log(0.04 / REACH))
@@ -15,63 +15,63 @@ EAST = ROOM[0]
 
 
 def verdict_on(
-    soundings: Soundings, reflector: FloatArray, *, levels: float | FloatArray = FLOOR, frame: Frame = OPEN
+    measurements: Measurements, reflector: FloatArray, *, log_densities: float | FloatArray = FLOOR, frame: Frame = OPEN
 ) -> Verdict:
     """Verdict when nothing is explained yet, unless told otherwise."""
-    known = np.broadcast_to(levels, soundings.readings.shape).astype(float)
-    return judge(soundings, reflector, evidence_for(soundings, reflector), known, frame)
+    known = np.broadcast_to(log_densities, measurements.readings.shape).astype(float)
+    return rescore(measurements, reflector, evidence_for(measurements, reflector), known, frame)
 
 
-def silenced(soundings: Soundings, *stations: int) -> Soundings:
-    """Soundings in which some stations heard nothing."""
-    gone = np.isin(soundings.stations, stations)
-    return soundings._replace(readings=np.where(gone, np.inf, soundings.readings))
+def silenced(measurements: Measurements, *stations: int) -> Measurements:
+    """Measurements in which some stations heard nothing."""
+    gone = np.isin(measurements.stations, stations)
+    return measurements._replace(readings=np.where(gone, np.inf, measurements.readings))
 
 
-def sums_of(soundings: Soundings, evidence: Evidence, levels: FloatArray) -> FloatArray:
+def sums_of(measurements: Measurements, evidence: PingScores, log_densities: FloatArray) -> FloatArray:
     """What the pings of each station say together."""
-    gained = np.maximum(evidence.densities - levels[evidence.pings], 0.0) + evidence.misses
-    own, weights = soundings.stations[evidence.pings], soundings.weights[evidence.pings]
-    sums: FloatArray = np.bincount(own, weights * gained, minlength=len(soundings.centers)).astype(np.float64)
+    gained = np.maximum(evidence.densities - log_densities[evidence.pings], 0.0) + evidence.misses
+    own, weights = measurements.stations[evidence.pings], measurements.weights[evidence.pings]
+    sums: FloatArray = np.bincount(own, weights * gained, minlength=len(measurements.centers)).astype(np.float64)
     return sums
 
 
-def test_nobody_judges_what_nobody_can_hear(room: Soundings) -> None:
+def test_nobody_judges_what_nobody_can_hear(room: Measurements) -> None:
     verdict = verdict_on(room, wall(0.0, 9.0))
     assert (verdict.total, verdict.low, verdict.high) == (0.0, 0.0, 0.0)
-    assert not verdict.gains.any()
+    assert not verdict.llr_by_station.any()
 
 
-def test_walls_of_a_room_gain_and_walls_that_are_not_there_do_not(room: Soundings) -> None:
+def test_walls_of_a_room_gain_and_walls_that_are_not_there_do_not(room: Measurements) -> None:
     assert min(verdict_on(room, each).total for each in ROOM) > 50.0
     for absent in (wall(0.0, 1.5), wall(0.8, 1.2), wall(np.pi / 2, 1.4)):
         assert verdict_on(room, absent).total < 5.0
 
 
 def test_pings_count_by_their_weights() -> None:
-    soundings = hearing(listening(), [EAST])
-    halved = soundings._replace(weights=0.5 * soundings.weights)
-    assert verdict_on(halved, EAST).gains == pytest.approx(0.5 * verdict_on(soundings, EAST).gains)
+    measurements = hearing(listening(), [EAST])
+    halved = measurements._replace(weights=0.5 * measurements.weights)
+    assert verdict_on(halved, EAST).llr_by_station == pytest.approx(0.5 * verdict_on(measurements, EAST).llr_by_station)
 
 
 def test_gains_are_the_sums_over_the_pings_of_each_station() -> None:
-    soundings = hearing(listening(), [EAST])
-    evidence, verdict = evidence_for(soundings, EAST), verdict_on(soundings, EAST)
-    sums = sums_of(soundings, evidence, np.full(len(soundings.readings), FLOOR))
-    assert verdict.gains == pytest.approx(sums)
+    measurements = hearing(listening(), [EAST])
+    evidence, verdict = evidence_for(measurements, EAST), verdict_on(measurements, EAST)
+    sums = sums_of(measurements, evidence, np.full(len(measurements.readings), FLOOR))
+    assert verdict.llr_by_station == pytest.approx(sums)
     assert verdict.total == pytest.approx(sums.sum())
 
 
-def test_what_is_explained_already_gains_nothing_again(room: Soundings) -> None:
+def test_what_is_explained_already_gains_nothing_again(room: Measurements) -> None:
     evidence = evidence_for(room, EAST)
-    levels = np.full(len(room.readings), FLOOR)
-    levels[evidence.pings] = np.maximum(evidence.densities, FLOOR)
-    assert verdict_on(room, EAST, levels=levels).total <= 0.0
+    log_densities = np.full(len(room.readings), FLOOR)
+    log_densities[evidence.pings] = np.maximum(evidence.densities, FLOOR)
+    assert verdict_on(room, EAST, log_densities=log_densities).total <= 0.0
 
 
 def test_one_station_speaks_against_a_reflector_no_louder_than_twelve_nats() -> None:
     silent = listening(step=np.radians(4.0))
-    assert verdict_on(silent, cylinder(0.0, 0.5, 0.3)).gains == pytest.approx(-12.0)
+    assert verdict_on(silent, cylinder(0.0, 0.5, 0.3)).llr_by_station == pytest.approx(-12.0)
 
 
 def test_no_station_that_misses_a_reflector_counts_for_more_than_twelve_nats() -> None:
@@ -98,21 +98,21 @@ def test_walls_are_missed_between_their_ends_only() -> None:
     assert missed(quiet, evidence, (high + 0.1, high + 0.2)) == 0.0
 
 
-def test_hardly_anybody_misses_what_answers(room: Soundings) -> None:
+def test_hardly_anybody_misses_what_answers(room: Measurements) -> None:
     silent = room._replace(readings=np.full(len(room.readings), np.inf))
     everywhere = -9.0, 9.0
-    unheard = missed(silent, evidence_for(silent, EAST), everywhere)
-    assert 0.1 * unheard < missed(room, evidence_for(room, EAST), everywhere) <= 0.0
+    latent = missed(silent, evidence_for(silent, EAST), everywhere)
+    assert 0.1 * latent < missed(room, evidence_for(room, EAST), everywhere) <= 0.0
 
 
 def test_a_station_that_misses_more_than_it_hears_does_not_speak_for_a_reflector() -> None:
     post = cylinder(0.2, 1.0, 0.1)
-    soundings = hearing(listening(), [post])
-    complete = verdict_on(soundings, post).gains[1]
-    own = np.flatnonzero((soundings.stations == 1) & np.isfinite(soundings.readings))
-    readings = soundings.readings.copy()
+    measurements = hearing(listening(), [post])
+    complete = verdict_on(measurements, post).llr_by_station[1]
+    own = np.flatnonzero((measurements.stations == 1) & np.isfinite(measurements.readings))
+    readings = measurements.readings.copy()
     readings[own[: round(0.7 * len(own))]] = np.inf
-    partial = verdict_on(soundings._replace(readings=readings), post).gains[1]
+    partial = verdict_on(measurements._replace(readings=readings), post).llr_by_station[1]
     assert complete > 0.0 >= partial
 
 
@@ -121,44 +121,46 @@ def test_the_extent_of_a_wall_is_where_it_was_heard() -> None:
     assert (verdict.low, verdict.high) == pytest.approx((-0.5, 0.3))
 
 
-def in_a_row(count: int) -> Soundings:
+def in_a_row(count: int) -> Measurements:
     """Stations in front of the east wall, half a metre from one to the next, not in the order of their numbers."""
     places = np.random.default_rng(count).permutation(count)
     return hearing(listening([(0.5, 0.5 * place) for place in places], arm=0.0), [EAST])
 
 
-def places_of(soundings: Soundings) -> IntArray:
+def places_of(measurements: Measurements) -> IntArray:
     """Which station of a row each is, from the south."""
-    return np.round(soundings.centers[:, 1] / 0.5).astype(np.int64)
+    return np.round(measurements.centers[:, 1] / 0.5).astype(np.int64)
 
 
 def test_of_a_wall_the_best_run_of_stations_counts() -> None:
-    soundings = in_a_row(7)
-    places = places_of(soundings)
-    broken = silenced(soundings, *np.flatnonzero(np.isin(places, [1, 2])))
+    measurements = in_a_row(7)
+    places = places_of(measurements)
+    broken = silenced(measurements, *np.flatnonzero(np.isin(places, [1, 2])))
     # What the southernmost station hears is nearly explained: it does not make up for the two that are silent.
-    levels = np.where(places[broken.stations] == 0, FLOOR + 8.0, FLOOR)
-    verdict = verdict_on(broken, EAST, levels=levels)
-    assert sorted(places[verdict.gains != 0.0]) == [3, 4, 5, 6]
+    log_densities = np.where(places[broken.stations] == 0, FLOOR + 8.0, FLOOR)
+    verdict = verdict_on(broken, EAST, log_densities=log_densities)
+    assert sorted(places[verdict.llr_by_station != 0.0]) == [3, 4, 5, 6]
     assert (verdict.low, verdict.high) == pytest.approx((1.5, 3.0))
 
 
 def test_a_run_spans_a_station_that_says_less_against_it_than_the_others_say_for_it() -> None:
-    soundings = in_a_row(5)
-    places = places_of(soundings)
-    verdict = verdict_on(silenced(soundings, int(np.flatnonzero(places == 2)[0])), EAST)
+    measurements = in_a_row(5)
+    places = places_of(measurements)
+    verdict = verdict_on(silenced(measurements, int(np.flatnonzero(places == 2)[0])), EAST)
     assert (verdict.low, verdict.high) == pytest.approx((0.0, 2.0))
-    assert verdict.gains[places == 2] < 0.0
+    assert verdict.llr_by_station[places == 2] < 0.0
 
 
 def test_the_best_run_is_the_greatest_sum_of_all_runs() -> None:
-    rng, soundings = np.random.default_rng(8), in_a_row(6)
+    rng, measurements = np.random.default_rng(8), in_a_row(6)
     for _ in range(20):
-        muted = silenced(soundings, *np.flatnonzero(rng.random(6) < 0.5))
-        levels = FLOOR + rng.uniform(0.0, 6.0, 6)[soundings.stations]
-        gains = np.maximum(sums_of(muted, evidence_for(muted, EAST), levels), -12.0)[np.argsort(places_of(muted))]
-        runs = [gains[first:last].sum() for first in range(7) for last in range(first, 7)]
-        assert verdict_on(muted, EAST, levels=levels).total == pytest.approx(max(runs))
+        muted = silenced(measurements, *np.flatnonzero(rng.random(6) < 0.5))
+        log_densities = FLOOR + rng.uniform(0.0, 6.0, 6)[measurements.stations]
+        llr_by_station = np.maximum(sums_of(muted, evidence_for(muted, EAST), log_densities), -12.0)[
+            np.argsort(places_of(muted))
+        ]
+        runs = [llr_by_station[first:last].sum() for first in range(7) for last in range(first, 7)]
+        assert verdict_on(muted, EAST, log_densities=log_densities).total == pytest.approx(max(runs))
 
 
 SCREEN = Frame(np.array([wall(0.0, 1.0)]), np.array([[-0.8, -0.2]]))
@@ -171,11 +173,11 @@ def test_a_station_whose_view_is_blocked_does_not_speak_against_a_reflector(
     frame: Frame, reflector: FloatArray
 ) -> None:
     stations = [(0.0, -0.5), (1.5, -0.45), (1.5, 0.0), (1.4, 0.4)]
-    soundings = silenced(hearing(listening(stations), [reflector]), 0)
-    assert verdict_on(soundings, cylinder(2.0, -0.5, 0.1)).gains[0] <= 0.0
-    free, blocked = verdict_on(soundings, reflector), verdict_on(soundings, reflector, frame=frame)
-    assert blocked.gains[0] == 0.0
-    assert blocked.gains[1:] == pytest.approx(free.gains[1:])
+    measurements = silenced(hearing(listening(stations), [reflector]), 0)
+    assert verdict_on(measurements, cylinder(2.0, -0.5, 0.1)).llr_by_station[0] <= 0.0
+    free, blocked = verdict_on(measurements, reflector), verdict_on(measurements, reflector, frame=frame)
+    assert blocked.llr_by_station[0] == 0.0
+    assert blocked.llr_by_station[1:] == pytest.approx(free.llr_by_station[1:])
     assert blocked.total >= free.total
 
 
@@ -191,31 +193,34 @@ def test_a_station_whose_view_is_blocked_does_not_speak_against_a_reflector(
 )
 def test_what_stands_beside_or_behind_a_view_blocks_nothing(frame: Frame) -> None:
     post = cylinder(2.0, -0.5, 0.1)
-    soundings = silenced(hearing(listening([(0.0, -0.5), (1.5, -0.45), (1.5, 0.0)]), [post]), 0)
-    free = verdict_on(soundings, post).gains
+    measurements = silenced(hearing(listening([(0.0, -0.5), (1.5, -0.45), (1.5, 0.0)]), [post]), 0)
+    free = verdict_on(measurements, post).llr_by_station
     assert free[0] < -1.0
-    assert verdict_on(soundings, post, frame=frame).gains == pytest.approx(free)
+    assert verdict_on(measurements, post, frame=frame).llr_by_station == pytest.approx(free)
 
 
 def test_a_wall_behind_a_wall_does_not_block_the_view_of_it() -> None:
-    soundings = silenced(hearing(listening([(0.0, 0.0), (0.5, 0.2), (0.5, 0.4)]), [EAST]), 1)
+    measurements = silenced(hearing(listening([(0.0, 0.0), (0.5, 0.2), (0.5, 0.4)]), [EAST]), 1)
     behind = Frame(np.array([wall(0.0, 2.2)]), np.array([[-2.0, 2.0]]))
-    free = verdict_on(soundings, EAST).gains
+    free = verdict_on(measurements, EAST).llr_by_station
     assert free[1] < -1.0
-    assert verdict_on(soundings, EAST, frame=behind).gains == pytest.approx(free)
+    assert verdict_on(measurements, EAST, frame=behind).llr_by_station == pytest.approx(free)
 
 
 def test_a_blocked_station_may_still_speak_for_a_reflector() -> None:
     post = cylinder(2.0, -0.5, 0.1)
-    soundings = silenced(hearing(listening([(0.0, -0.5), (1.5, -0.45), (1.5, 0.0)]), [post]), 2)
-    assert verdict_on(soundings, post, frame=SCREEN).gains[0] == pytest.approx(verdict_on(soundings, post).gains[0])
+    measurements = silenced(hearing(listening([(0.0, -0.5), (1.5, -0.45), (1.5, 0.0)]), [post]), 2)
+    assert verdict_on(measurements, post, frame=SCREEN).llr_by_station[0] == pytest.approx(
+        verdict_on(measurements, post).llr_by_station[0]
+    )
 
 
 def test_readings_that_are_too_short_speak_for_a_reflector_once_they_are_scaled() -> None:
     warm = replace(SONAR, range_scale=0.02)
-    soundings = hearing(listening(), [EAST], sonar=warm)
-    levels = np.full(len(soundings.readings), FLOOR)
+    measurements = hearing(listening(), [EAST], sonar=warm)
+    log_densities = np.full(len(measurements.readings), FLOOR)
     right, wrong = (
-        judge(soundings, EAST, weigh(soundings, each.tabulated(), EAST, NOISE), levels, OPEN) for each in (warm, SONAR)
+        rescore(measurements, EAST, score_pings(measurements, each.tabulated(), EAST, NOISE), log_densities, OPEN)
+        for each in (warm, SONAR)
     )
     assert right.total > 50.0 > wrong.total

@@ -8,11 +8,11 @@ import pytest
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray
 from echoplan.joint.likelihood import multipath
-from echoplan.joint.likelihood.crosstalk import bursts_of
+from echoplan.joint.likelihood.crosstalk import emissions_of
 from echoplan.joint.likelihood.double_bounces import ghosts_of_walls
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.likelihood.hypothesis_scores import Frame, judge
-from echoplan.joint.likelihood.ping_likelihood import Explanation
+from echoplan.joint.likelihood.hypothesis_scores import Frame, rescore
+from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.likelihood.ping_scores import UNHEARD
 from helpers.expectations import (
     NOISE,
@@ -24,40 +24,40 @@ from helpers.expectations import (
     explanation,
     feature,
     hearing,
-    judged,
     listening,
+    rescored,
     wall,
 )
-from helpers.ghost_levels import ghosts_of_cylinder
+from helpers.multipath_log_densities import ghosts_of_cylinder
 
 POST = cylinder(0.3, 0.9, 0.1)
 
 
 @pytest.fixture(scope="module")
-def room() -> Explanation:
+def room() -> PingLikelihood:
     """A room with a post in it, as heard with a little noise."""
-    soundings = hearing(listening(), [*ROOM, POST], noise=0.001, rng=np.random.default_rng(6))
-    return explanation(soundings)
+    measurements = hearing(listening(), [*ROOM, POST], noise=0.001, rng=np.random.default_rng(6))
+    return explanation(measurements)
 
 
 @pytest.fixture(scope="module")
-def walls(room: Explanation) -> list[Hypothesis]:
+def walls(room: PingLikelihood) -> list[Hypothesis]:
     """The walls of the room, each judged alone."""
-    return judged(room, ROOM)
+    return rescored(room, ROOM)
 
 
 @pytest.fixture(scope="module")
-def post(room: Explanation) -> Hypothesis:
+def post(room: PingLikelihood) -> Hypothesis:
     """The post, judged alone."""
-    return judged(room, [POST])[0]
+    return rescored(room, [POST])[0]
 
 
-def bare(room: Explanation) -> FloatArray:
+def bare(room: PingLikelihood) -> FloatArray:
     """What explains the pings before anything is known."""
-    return np.full(len(room.soundings.readings), room.floor)
+    return np.full(len(room.measurements.readings), room.floor)
 
 
-def test_one_reading_in_25_may_be_anything_within_reach(room: Explanation) -> None:
+def test_one_reading_in_25_may_be_anything_within_reach(room: PingLikelihood) -> None:
     assert np.exp(room.floor) * REACH == pytest.approx(0.04)
 
 
@@ -79,157 +79,162 @@ def test_hypotheses_differ_by_kind_place_and_extent() -> None:
     ]
     stretched = feature(wall(1.0, 2.0), extent=(0.0, 1.0))
     assert len({each.key for each in (*given, stretched)}) == 5
-    assert stretched.key == feature(wall(1.0, 2.0), extent=(0.0, 1.0), gains=(3.0,)).key
+    assert stretched.key == feature(wall(1.0, 2.0), extent=(0.0, 1.0), llr_by_station=(3.0,)).key
 
 
-def test_a_proposed_hypothesis_is_not_judged_yet(room: Explanation) -> None:
-    proposed = room.propose(ROOM[0])
+def test_a_proposed_hypothesis_is_not_judged_yet(room: PingLikelihood) -> None:
+    proposed = room.score(ROOM[0])
     assert proposed.total == 0.0
-    assert not proposed.gains.any()
+    assert not proposed.llr_by_station.any()
     assert len(proposed.evidence.pings) > 0
 
 
-def test_a_verdict_is_written_into_the_hypothesis(room: Explanation, walls: list[Hypothesis]) -> None:
+def test_a_verdict_is_written_into_the_hypothesis(room: PingLikelihood, walls: list[Hypothesis]) -> None:
     nothing = Frame(np.zeros((0, 4)), np.zeros((0, 2)))
-    verdict = judge(room.soundings, ROOM[1], walls[1].evidence, bare(room), nothing)
+    verdict = rescore(room.measurements, ROOM[1], walls[1].evidence, bare(room), nothing)
     assert walls[1].total == verdict.total > 20.0
     assert walls[1].extent == (verdict.low, verdict.high)
-    assert walls[1].gains == pytest.approx(verdict.gains)
+    assert walls[1].llr_by_station == pytest.approx(verdict.llr_by_station)
 
 
-def test_judging_one_by_one_is_judging_all(room: Explanation, walls: list[Hypothesis], post: Hypothesis) -> None:
-    levels = room.levels([walls[0], post])
-    together = room.judge_all(walls[1:], levels, [walls[0], post])
-    single = [room.judged(each, levels, [walls[0], post]) for each in walls[1:]]
+def test_judging_one_by_one_is_judging_all(room: PingLikelihood, walls: list[Hypothesis], post: Hypothesis) -> None:
+    log_densities = room.log_densities([walls[0], post])
+    together = room.score_all(walls[1:], log_densities, [walls[0], post])
+    single = [room.rescored(each, log_densities, [walls[0], post]) for each in walls[1:]]
     assert [each.total for each in together] == [each.total for each in single]
 
 
 def test_others_are_seen_to_block_the_view() -> None:
     stations = [(0.0, 0.0), (1.5, 0.05), (1.5, 0.5)]
     target = cylinder(2.0, 0.0, 0.1)
-    soundings = hearing(listening(stations), [target])
-    deaf = soundings._replace(readings=np.where(soundings.stations == 0, np.inf, soundings.readings))
+    measurements = hearing(listening(stations), [target])
+    deaf = measurements._replace(readings=np.where(measurements.stations == 0, np.inf, measurements.readings))
     room = explanation(deaf)
     screen = feature(wall(0.0, 1.0), extent=(-0.3, 0.3))
-    seen = room.judged(room.propose(target), bare(room), [])
-    hidden = room.judged(room.propose(target), bare(room), [screen])
-    assert seen.gains[0] < 0.0
-    assert hidden.gains[0] == 0.0
+    seen = room.rescored(room.score(target), bare(room), [])
+    hidden = room.rescored(room.score(target), bare(room), [screen])
+    assert seen.llr_by_station[0] < 0.0
+    assert hidden.llr_by_station[0] == 0.0
 
 
-def test_features_explain_what_they_were_heard_as(room: Explanation, walls: list[Hypothesis], post: Hypothesis) -> None:
-    heard = np.isfinite(room.soundings.readings)
-    explained = room.levels([*walls, post]) > room.floor + 3.0
-    assert explained[heard].mean() > 0.9
-    assert not explained[~heard].any()
+def test_features_explain_what_they_were_heard_as(
+    room: PingLikelihood, walls: list[Hypothesis], post: Hypothesis
+) -> None:
+    detected = np.isfinite(room.measurements.readings)
+    explained = room.log_densities([*walls, post]) > room.floor + 3.0
+    assert explained[detected].mean() > 0.9
+    assert not explained[~detected].any()
 
 
 def test_the_best_explanation_counts_and_not_the_sum(
-    room: Explanation, walls: list[Hypothesis], post: Hypothesis
+    room: PingLikelihood, walls: list[Hypothesis], post: Hypothesis
 ) -> None:
     features = [*walls, post]
-    parts = [room.levels_of(each) for each in features]
-    best = np.max([bare(room), room.ghost_levels(features), *parts], axis=0)
-    assert room.levels(features).tolist() == best.tolist()
+    parts = [room.log_densities_of(each) for each in features]
+    best = np.max([bare(room), room.multipath_log_densities(features), *parts], axis=0)
+    assert room.log_densities(features).tolist() == best.tolist()
 
 
-def test_a_second_copy_of_a_wall_gains_nothing(room: Explanation, walls: list[Hypothesis]) -> None:
-    again = room.judged(room.propose(ROOM[0]), room.levels([walls[0]]), [walls[0]])
+def test_a_second_copy_of_a_wall_gains_nothing(room: PingLikelihood, walls: list[Hypothesis]) -> None:
+    again = room.rescored(room.score(ROOM[0]), room.log_densities([walls[0]]), [walls[0]])
     assert walls[0].total > 20.0
     assert again.total <= 0.0
-    near = room.propose(ROOM[0] + np.array([0.0, 0.002, 0.001, 0.0]))
-    assert room.judged(near, room.levels([walls[0]]), [walls[0]]).total < 0.1 * walls[0].total
+    near = room.score(ROOM[0] + np.array([0.0, 0.002, 0.001, 0.0]))
+    assert room.rescored(near, room.log_densities([walls[0]]), [walls[0]]).total < 0.1 * walls[0].total
 
 
-def test_without_features_nothing_is_explained(room: Explanation) -> None:
-    assert (room.levels([]) == room.floor).all()
-    assert (room.ghost_levels([]) == UNHEARD).all()
+def test_without_features_nothing_is_explained(room: PingLikelihood) -> None:
+    assert (room.log_densities([]) == room.floor).all()
+    assert (room.multipath_log_densities([]) == UNHEARD).all()
 
 
-def test_a_wall_explains_pings_no_farther_than_it_was_heard(room: Explanation, walls: list[Hypothesis]) -> None:
+def test_a_wall_explains_pings_no_farther_than_it_was_heard(room: PingLikelihood, walls: list[Hypothesis]) -> None:
     east = walls[0]
     evidence = east.evidence
     middle = float(np.median(evidence.feet))
     short = Hypothesis(
-        reflector=east.reflector, evidence=evidence, gains=east.gains, extent=(middle - 0.1, middle + 0.1)
+        reflector=east.reflector,
+        evidence=evidence,
+        llr_by_station=east.llr_by_station,
+        extent=(middle - 0.1, middle + 0.1),
     )
     inside = np.abs(evidence.feet - middle) < 0.2
-    levels = room.levels_of(short)
-    assert levels[evidence.pings[inside]].tolist() == evidence.densities[inside].tolist()
-    assert (levels[evidence.pings[~inside]] == UNHEARD).all()
+    log_densities = room.log_densities_of(short)
+    assert log_densities[evidence.pings[inside]].tolist() == evidence.densities[inside].tolist()
+    assert (log_densities[evidence.pings[~inside]] == UNHEARD).all()
     assert (evidence.densities[~inside] > UNHEARD).any()
 
 
-def test_a_cylinder_explains_pings_wherever_they_are(room: Explanation, post: Hypothesis) -> None:
-    levels = room.levels_of(post)
-    assert levels[post.evidence.pings].tolist() == post.evidence.densities.tolist()
+def test_a_cylinder_explains_pings_wherever_they_are(room: PingLikelihood, post: Hypothesis) -> None:
+    log_densities = room.log_densities_of(post)
+    assert log_densities[post.evidence.pings].tolist() == post.evidence.densities.tolist()
 
 
 def test_ghosts_are_those_of_each_pair_of_walls_and_each_cylinder() -> None:
     room = explanation(hearing(listening(), [*ROOM, corner(2.0, 1.5)]))
     # Between the robot and a wall: a sensor hears nothing that comes from behind it.
-    told, walls, post = (room.soundings, room.hearing), judged(room, ROOM), feature(cylinder(-1.2, -0.6, 0.1))
-    pairs = [room.pair_levels(one, other) for one, other in itertools.combinations(walls, 2)]
+    told, walls, post = (room.measurements, room.hearing), rescored(room, ROOM), feature(cylinder(-1.2, -0.6, 0.1))
+    pairs = [room.pair_log_densities(one, other) for one, other in itertools.combinations(walls, 2)]
     posts = [ghosts_of_cylinder(told, each.reflector, post.reflector, NOISE) for each in walls]
     expected = np.max([*pairs, *posts], axis=0)
-    assert room.ghost_levels([post, *walls]) == pytest.approx(expected)
+    assert room.multipath_log_densities([post, *walls]) == pytest.approx(expected)
     assert all(each.max() > UNHEARD for each in (np.array(pairs), np.array(posts)))
 
 
 def test_a_ghost_is_no_other_for_the_pairs_that_came_before_it() -> None:
     room = explanation(hearing(listening(), [*ROOM, corner(2.0, 1.5)]))
-    features = [*judged(room, ROOM), feature(cylinder(-1.2, -0.6, 0.1))]
+    features = [*rescored(room, ROOM), feature(cylinder(-1.2, -0.6, 0.1))]
     parts = room.multipath.parts(features)
     assert len({part.owners for part in parts}) > 2
     for part in parts:
         own = [features[number] for number in dict.fromkeys(part.owners)]
         (alone,) = (
-            each for each in explanation(room.soundings).multipath.parts(own) if len(set(each.owners)) == len(own)
+            each for each in explanation(room.measurements).multipath.parts(own) if len(set(each.owners)) == len(own)
         )
         assert part.pings.tolist() == alone.pings.tolist()
-        assert part.levels.tolist() == alone.levels.tolist()
+        assert part.log_densities.tolist() == alone.log_densities.tolist()
 
 
-def test_corners_cast_no_ghosts(room: Explanation, walls: list[Hypothesis]) -> None:
+def test_corners_cast_no_ghosts(room: PingLikelihood, walls: list[Hypothesis]) -> None:
     point = feature(corner(2.0, 1.5))
-    assert room.ghost_levels([walls[0], point]).tolist() == room.ghost_levels([walls[0]]).tolist()
+    assert room.multipath_log_densities([walls[0], point]).tolist() == room.multipath_log_densities([walls[0]]).tolist()
 
 
 def test_leaving_one_out_is_explaining_by_all_others(
-    room: Explanation, walls: list[Hypothesis], post: Hypothesis
+    room: PingLikelihood, walls: list[Hypothesis], post: Hypothesis
 ) -> None:
     features = [*walls, post]
-    left_out = room.levels_without(features)
-    for place, levels in enumerate(left_out):
+    left_out = room.log_densities_without(features)
+    for place, log_densities in enumerate(left_out):
         others = [*features[:place], *features[place + 1 :]]
-        assert levels.tolist() == room.levels(others).tolist()
-    assert any(levels.tolist() != room.levels(features).tolist() for levels in left_out)
-    assert room.levels_without([]) == []
+        assert log_densities.tolist() == room.log_densities(others).tolist()
+    assert any(log_densities.tolist() != room.log_densities(features).tolist() for log_densities in left_out)
+    assert room.log_densities_without([]) == []
 
 
 @pytest.mark.parametrize(("what", "again"), [("moved", 0), ("warmer", 1), ("fainter", 1), ("others", 1)])
-def test_bursts_are_listed_again_only_where_others_may_be_heard(room: Explanation, what: str, again: int) -> None:
+def test_bursts_are_listed_again_only_where_others_may_be_heard(room: PingLikelihood, what: str, again: int) -> None:
     # How far bursts have come no pose tells.
-    told, sonar = room.soundings, SONAR
+    told, sonar = room.measurements, SONAR
     sonars = {
         "warmer": replace(sonar, range_scale=sonar.range_scale + 0.01),
         "fainter": replace(sonar, figure_of_merit=sonar.figure_of_merit - 3.0),
     }
     heard_ = {"moved": told._replace(x=told.x + 0.1), "others": told._replace(readings=told.readings.copy())}
     first = explanation(told)
-    walls = judged(first, ROOM)
-    first.ghost_levels(walls)
-    later = Explanation(heard_.get(what, told), sonars.get(what, sonar).tabulated(), NOISE, before=first)
-    afresh = Explanation(later.soundings, later.hearing, NOISE).ghost_levels(walls)
-    with patch.object(multipath, "bursts_of", wraps=bursts_of) as listed:
-        assert later.ghost_levels(walls).tolist() == afresh.tolist()
+    walls = rescored(first, ROOM)
+    first.multipath_log_densities(walls)
+    later = PingLikelihood(heard_.get(what, told), sonars.get(what, sonar).tabulated(), NOISE, before=first)
+    afresh = PingLikelihood(later.measurements, later.hearing, NOISE).multipath_log_densities(walls)
+    with patch.object(multipath, "emissions_of", wraps=emissions_of) as listed:
+        assert later.multipath_log_densities(walls).tolist() == afresh.tolist()
     assert listed.call_count == again
 
 
-def test_a_ghost_is_worked_out_once(room: Explanation, walls: list[Hypothesis]) -> None:
-    room.ghost_levels(walls)
+def test_a_ghost_is_worked_out_once(room: PingLikelihood, walls: list[Hypothesis]) -> None:
+    room.multipath_log_densities(walls)
     with patch.object(multipath, "_cast") as anew:
-        room.ghost_levels(walls)
+        room.multipath_log_densities(walls)
     assert not anew.called
 
 
@@ -245,32 +250,32 @@ def test_a_ghost_is_worked_out_once(room: Explanation, walls: list[Hypothesis]) 
     ],
 )
 def test_walls_reflect_up_to_where_they_cross_if_that_is_near(
-    room: Explanation, extent: tuple[float, float], reflecting: tuple[float, float]
+    room: PingLikelihood, extent: tuple[float, float], reflecting: tuple[float, float]
 ) -> None:
     east, north = feature(ROOM[0], extent=extent), feature(ROOM[1], extent=(-2.5, 0.0))
     # Along the north wall the east wall is crossed at -2 m.
     ends = (reflecting, (-2.9, 0.4))
-    truth = ghosts_of_walls(room.soundings, room.hearing, (ROOM[0], ROOM[1]), ends, NOISE)
-    assert room.pair_levels(east, north).tolist() == truth.tolist()
+    truth = ghosts_of_walls(room.measurements, room.hearing, (ROOM[0], ROOM[1]), ends, NOISE)
+    assert room.pair_log_densities(east, north).tolist() == truth.tolist()
 
 
-def test_walls_that_hardly_turn_from_each_other_reflect_a_little_beyond_what_was_heard(room: Explanation) -> None:
+def test_walls_that_hardly_turn_from_each_other_reflect_a_little_beyond_what_was_heard(room: PingLikelihood) -> None:
     tilted = wall(np.pi - 0.05, 2.0)
     east, west = feature(ROOM[0], extent=(-0.2, 0.2)), feature(tilted, extent=(-0.3, 0.1))
     ends = ((-0.6, 0.6), (-0.7, 0.5))
-    truth = ghosts_of_walls(room.soundings, room.hearing, (ROOM[0], tilted), ends, NOISE)
-    assert room.pair_levels(east, west).tolist() == truth.tolist()
+    truth = ghosts_of_walls(room.measurements, room.hearing, (ROOM[0], tilted), ends, NOISE)
+    assert room.pair_log_densities(east, west).tolist() == truth.tolist()
 
 
 def test_a_ghost_gains_little_as_a_corner_once_the_walls_that_cast_it_are_known() -> None:
     # In a right angle the echo of one wall in the other is that of a point at the crossing.
-    soundings = hearing(listening([(0.1, 0.0), (0.4, 0.0)]), [corner(1.2, 0.9)])
-    room = explanation(soundings)
+    measurements = hearing(listening([(0.1, 0.0), (0.4, 0.0)]), [corner(1.2, 0.9)])
+    room = explanation(measurements)
     east, north = (
         feature(wall(0.0, 1.2), extent=(-0.5, 0.5)),
         feature(wall(np.pi / 2, 0.9), extent=(-1.0, 0.0)),
     )
-    alone = room.judged(room.propose(corner(1.2, 0.9)), bare(room), [])
-    known = room.judged(room.propose(corner(1.2, 0.9)), room.levels([east, north]), [east, north])
+    alone = room.rescored(room.score(corner(1.2, 0.9)), bare(room), [])
+    known = room.rescored(room.score(corner(1.2, 0.9)), room.log_densities([east, north]), [east, north])
     assert alone.total > 50.0
     assert known.total < 0.25 * alone.total

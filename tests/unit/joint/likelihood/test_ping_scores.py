@@ -3,8 +3,8 @@ import pytest
 
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray
-from echoplan.joint.likelihood.ping_scores import UNHEARD, Evidence, audibility
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.joint.likelihood.ping_scores import UNHEARD, PingScores, detection_probability
+from echoplan.preprocessing.measurements import Measurements
 from helpers.expectations import (
     NOISE,
     REACH,
@@ -24,53 +24,55 @@ HEARING = SONAR.tabulated()
 EAST = ROOM[0]
 
 
-def twin(soundings: Soundings, reflector: FloatArray, noise: float) -> Evidence:
+def twin(measurements: Measurements, reflector: FloatArray, noise: float) -> PingScores:
     """The evidence of all pings at once, by the formulas."""
-    excess, reading = expected(soundings, reflector)
+    excess, reading = expected(measurements, reflector)
     if reflector[0] == Kind.WALL:
         normal = np.array([np.cos(reflector[1]), np.sin(reflector[1])])
-        depth = reflector[2] - normal @ [soundings.x, soundings.y]
+        depth = reflector[2] - normal @ [measurements.x, measurements.y]
         ahead = np.broadcast_to(normal[:, None], (2, len(depth)))
-        feet = normal[0] * soundings.y - normal[1] * soundings.x
+        feet = normal[0] * measurements.y - normal[1] * measurements.x
     else:
-        away = reflector[1:3, None] - [soundings.x, soundings.y]
-        depth, ahead, feet = np.hypot(*away) - reflector[3], away / np.hypot(*away), np.zeros(len(soundings.x))
-    cosine = ahead[0] * soundings.ux + ahead[1] * soundings.uy
+        away = reflector[1:3, None] - [measurements.x, measurements.y]
+        depth, ahead, feet = np.hypot(*away) - reflector[3], away / np.hypot(*away), np.zeros(len(measurements.x))
+    cosine = ahead[0] * measurements.ux + ahead[1] * measurements.uy
     able = (cosine >= 0.2588) & (depth > 0) & (depth <= REACH) & (excess > -4)
-    able &= (reading >= soundings.min_range) & (reading <= REACH)
+    able &= (reading >= measurements.min_range) & (reading <= REACH)
     chance = 1 / (1 + np.exp(-excess / 1.2))
     scatter = noise * np.where(excess < 6, 1.6, 1.0)
-    late, within = soundings.readings - reading, reading < REACH - 4 * scatter
+    late, within = measurements.readings - reading, reading < REACH - 4 * scatter
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         normal_log = np.log(chance) - np.log(np.sqrt(2 * np.pi) * scatter) - 0.5 * (late / scatter) ** 2
         densities = np.where(np.abs(late) < 6 * scatter, normal_log, UNHEARD)
         misses = np.where(within & (late > 4 * scatter), np.log(np.maximum(1 - 0.97 * chance, 0.06)), 0.0)
     columns = (densities, misses, within & (excess > 0), late > -0.03, feet)
-    return Evidence(np.flatnonzero(able), *(each[able] for each in columns))
+    return PingScores(np.flatnonzero(able), *(each[able] for each in columns))
 
 
 @pytest.mark.parametrize(
     "reflector", [EAST, wall(0.1, 1.6), cylinder(0.4, 1.0, 0.1), corner(2.0, 1.5), edge(0.3, 0.9), wall(2.0, 3.9)]
 )
-def test_evidence_is_what_the_formulas_say(room: Soundings, reflector: FloatArray) -> None:
+def test_evidence_is_what_the_formulas_say(room: Measurements, reflector: FloatArray) -> None:
     noisy = hearing(listening(), [*ROOM, cylinder(0.4, 1.0, 0.1)], noise=0.006, rng=np.random.default_rng(4))
-    for soundings in (room, noisy):
-        for found, truth in zip(evidence_for(soundings, reflector), twin(soundings, reflector, NOISE), strict=True):
+    for measurements in (room, noisy):
+        for found, truth in zip(
+            evidence_for(measurements, reflector), twin(measurements, reflector, NOISE), strict=True
+        ):
             assert found == pytest.approx(truth, abs=1e-6)
 
 
 def test_half_of_the_echoes_at_the_threshold_are_heard() -> None:
-    assert audibility(0.0) == 0.5
-    assert audibility(1.2) == pytest.approx(1 / (1 + np.exp(-1)))
-    assert audibility(3.0) + audibility(-3.0) == pytest.approx(1.0)
-    assert audibility(-1e6) == pytest.approx(0.0, abs=1e-12)
+    assert detection_probability(0.0) == 0.5
+    assert detection_probability(1.2) == pytest.approx(1 / (1 + np.exp(-1)))
+    assert detection_probability(3.0) + detection_probability(-3.0) == pytest.approx(1.0)
+    assert detection_probability(-1e6) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_a_hit_is_the_density_of_a_reading_about_the_expected_one() -> None:
-    soundings = hearing(listening(), [EAST])
-    late = soundings._replace(readings=soundings.readings + NOISE)
-    exact, shifted = evidence_for(soundings, EAST), evidence_for(late, EAST)
-    excess = expected(soundings, EAST)[0][exact.pings]
+    measurements = hearing(listening(), [EAST])
+    late = measurements._replace(readings=measurements.readings + NOISE)
+    exact, shifted = evidence_for(measurements, EAST), evidence_for(late, EAST)
+    excess = expected(measurements, EAST)[0][exact.pings]
     sure = (excess > 12.0) & (exact.densities > 0.0)
     assert sure.any()
     assert exact.densities[sure] == pytest.approx(-np.log(np.sqrt(2 * np.pi) * NOISE), abs=1e-3)
@@ -88,36 +90,36 @@ def test_a_missed_echo_counts_the_more_the_louder_it_should_be_but_never_for_cer
     assert (evidence.densities == UNHEARD).all()
 
 
-def told(shift: float) -> tuple[Evidence, BoolArray]:
+def told(shift: float) -> tuple[PingScores, BoolArray]:
     """What pings say that heard a wall, when all their readings are shifted, and which of them they are."""
-    soundings = hearing(listening(), [EAST])
-    evidence = evidence_for(soundings._replace(readings=soundings.readings + shift), EAST)
-    return evidence, np.isfinite(soundings.readings)[evidence.pings]
+    measurements = hearing(listening(), [EAST])
+    evidence = evidence_for(measurements._replace(readings=measurements.readings + shift), EAST)
+    return evidence, np.isfinite(measurements.readings)[evidence.pings]
 
 
 @pytest.mark.parametrize("shift", [-0.2, -0.05])
 def test_readings_of_something_nearer_say_nothing(shift: float) -> None:
-    evidence, heard = told(shift)
-    assert not evidence.unmasked[heard].any()
-    assert not evidence.misses[heard].any()
-    assert (evidence.densities[heard] == UNHEARD).all()
+    evidence, detected = told(shift)
+    assert not evidence.unmasked[detected].any()
+    assert not evidence.misses[detected].any()
+    assert (evidence.densities[detected] == UNHEARD).all()
 
 
 def test_readings_a_little_too_short_neither_hit_nor_mask_a_reflector() -> None:
-    evidence, heard = told(-0.0295)
-    assert evidence.unmasked[heard].all()
-    assert not evidence.misses[heard].any()
-    assert (evidence.densities[heard] == UNHEARD).all()
+    evidence, detected = told(-0.0295)
+    assert evidence.unmasked[detected].all()
+    assert not evidence.misses[detected].any()
+    assert (evidence.densities[detected] == UNHEARD).all()
 
 
 def test_readings_of_something_farther_speak_against_a_reflector() -> None:
-    evidence, heard = told(0.2)
-    assert evidence.unmasked[heard].all()
-    assert (evidence.misses[heard] < -0.5).all()
-    assert (evidence.densities[heard] == UNHEARD).all()
+    evidence, detected = told(0.2)
+    assert evidence.unmasked[detected].all()
+    assert (evidence.misses[detected] < -0.5).all()
+    assert (evidence.densities[detected] == UNHEARD).all()
 
 
-def test_audible_are_echoes_above_the_threshold(room: Soundings) -> None:
+def test_audible_are_echoes_above_the_threshold(room: Measurements) -> None:
     evidence = evidence_for(room, EAST)
     assert (evidence.audible == (expected(room, EAST)[0][evidence.pings] > 0.0)).all()
     assert evidence.audible.any()
@@ -125,7 +127,7 @@ def test_audible_are_echoes_above_the_threshold(room: Soundings) -> None:
 
 
 @pytest.mark.parametrize("reflector", [wall(0.0, -3.0), wall(0.0, 9.0), cylinder(6.0, 0.0, 0.1)])
-def test_nobody_can_hear_what_is_behind_or_beyond_the_reach(room: Soundings, reflector: FloatArray) -> None:
+def test_nobody_can_hear_what_is_behind_or_beyond_the_reach(room: Measurements, reflector: FloatArray) -> None:
     assert len(evidence_for(room, reflector).pings) == 0
 
 
@@ -139,7 +141,7 @@ def test_at_the_rim_of_the_reach_silence_does_not_speak_against_a_reflector(marg
     assert bool(silence.misses.any()) == bool(silence.audible.any()) == counts
 
 
-def test_feet_are_where_perpendiculars_meet_a_wall(room: Soundings) -> None:
+def test_feet_are_where_perpendiculars_meet_a_wall(room: Measurements) -> None:
     evidence = evidence_for(room, EAST)
     assert evidence.feet == pytest.approx(room.y[evidence.pings])
     assert not evidence_for(room, cylinder(1.0, 0.0, 0.1)).feet.any()

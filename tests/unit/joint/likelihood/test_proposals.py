@@ -4,7 +4,7 @@ import pytest
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, wrap
-from echoplan.joint.likelihood.proposals import CandidateSettings, Sightings, suggest
+from echoplan.joint.likelihood.proposals import ArcMeasurements, CandidateSettings, propose_hypotheses
 from helpers.expectations import corner, cylinder, wall
 
 SETTINGS = CandidateSettings()
@@ -13,7 +13,7 @@ STATIONS = np.array([[0.0, 0.0], [0.6, -0.3], [0.2, 0.7]])
 
 def sighted(
     reflectors: list[FloatArray], *, stations: FloatArray = STATIONS, turn: float = 0.0, late: float = 0.0
-) -> Sightings:
+) -> ArcMeasurements:
     """Arcs of reflectors from each station, whose planes are turned and moved away."""
     rows = []
     for number, center in enumerate(stations):
@@ -24,13 +24,13 @@ def sighted(
             angle = normal + turn * (-1) ** number
             rows.append([number, *center, angle, depth + late + center @ directions(angle)])
     table = np.array(rows)
-    return Sightings(stations=table[:, 0].astype(int), centers=table[:, 1:3], planes=table[:, 3:])
+    return ArcMeasurements(stations=table[:, 0].astype(int), centers=table[:, 1:3], planes=table[:, 3:])
 
 
-def suggested(sightings: Sightings, *, fresh: list[bool] | None = None, **settings: float) -> FloatArray:
+def suggested(arc_measurements: ArcMeasurements, *, fresh: list[bool] | None = None, **settings: float) -> FloatArray:
     """Candidates with all sightings new unless told otherwise."""
-    new = np.ones(len(sightings.stations), dtype=bool) if fresh is None else np.array(fresh)
-    return suggest(sightings, new, CandidateSettings.model_validate(settings))
+    new = np.ones(len(arc_measurements.stations), dtype=bool) if fresh is None else np.array(fresh)
+    return propose_hypotheses(arc_measurements, new, CandidateSettings.model_validate(settings))
 
 
 def distance(candidates: FloatArray, reflector: FloatArray) -> float:
@@ -60,8 +60,8 @@ def kinds(candidates: FloatArray) -> set[Kind]:
 )
 @pytest.mark.parametrize("turn", [0.0, 0.05])
 def test_arcs_of_two_stations_suggest_what_they_heard(reflector: FloatArray, turn: float) -> None:
-    sightings = sighted([reflector], stations=STATIONS[:2], turn=turn)
-    assert distance(suggested(sightings), reflector) < 1e-6
+    arc_measurements = sighted([reflector], stations=STATIONS[:2], turn=turn)
+    assert distance(suggested(arc_measurements), reflector) < 1e-6
 
 
 def test_arcs_of_several_reflectors_suggest_each_of_them() -> None:
@@ -76,22 +76,22 @@ def test_a_single_arc_suggests_its_own_plane_and_nothing_else() -> None:
 
 
 def test_a_tangent_is_nearer_to_a_wall_than_arcs_that_are_turned() -> None:
-    sightings = sighted([wall(0.4, 1.5)], stations=STATIONS[:2], turn=0.08)
-    own = np.abs(wrap(sightings.planes[:, 0] - 0.4))
+    arc_measurements = sighted([wall(0.4, 1.5)], stations=STATIONS[:2], turn=0.08)
+    own = np.abs(wrap(arc_measurements.planes[:, 0] - 0.4))
     assert own.min() > 0.07
-    assert distance(suggested(sightings), wall(0.4, 1.5)) < 1e-6
+    assert distance(suggested(arc_measurements), wall(0.4, 1.5)) < 1e-6
 
 
 def test_arcs_that_turn_too_far_from_each_other_suggest_no_tangent() -> None:
-    sightings = sighted([wall(0.4, 1.5)], stations=STATIONS[:2], turn=np.radians(12))
-    assert distance(suggested(sightings), wall(0.4, 1.5)) > 0.1
-    assert distance(suggested(sightings, wall_turn=np.radians(25)), wall(0.4, 1.5)) < 1e-6
+    arc_measurements = sighted([wall(0.4, 1.5)], stations=STATIONS[:2], turn=np.radians(12))
+    assert distance(suggested(arc_measurements), wall(0.4, 1.5)) > 0.1
+    assert distance(suggested(arc_measurements, wall_turn=np.radians(25)), wall(0.4, 1.5)) < 1e-6
 
 
 def test_arcs_of_one_station_suggest_nothing_together() -> None:
-    sightings = sighted([wall(0.4, 1.5), wall(0.5, 1.5)], stations=STATIONS[:1])
-    assert kinds(suggested(sightings)) == {Kind.WALL}
-    assert len(suggested(sightings)) == 2
+    arc_measurements = sighted([wall(0.4, 1.5), wall(0.5, 1.5)], stations=STATIONS[:1])
+    assert kinds(suggested(arc_measurements)) == {Kind.WALL}
+    assert len(suggested(arc_measurements)) == 2
 
 
 def test_stations_side_by_side_tell_nothing_new() -> None:
@@ -103,13 +103,13 @@ def test_stations_side_by_side_tell_nothing_new() -> None:
 def test_range_circles_that_just_miss_each_other_still_suggest_a_point_between() -> None:
     # The point lies on the way from one station to the other; readings 5 mm short leave a gap between the circles.
     stations = np.array([[0.0, 0.0], [2.0, 0.0]])
-    sightings = sighted([corner(1.0, 0.0)], stations=stations, late=-0.005)
-    assert distance(suggested(sightings), corner(1.0, 0.0)) < 0.01
+    arc_measurements = sighted([corner(1.0, 0.0)], stations=stations, late=-0.005)
+    assert distance(suggested(arc_measurements), corner(1.0, 0.0)) < 0.01
 
 
 def test_circles_far_apart_suggest_no_point() -> None:
-    sightings = sighted([corner(1.0, 0.0)], stations=np.array([[0.0, 0.0], [2.0, 0.0]]), late=-0.3)
-    assert Kind.CORNER not in kinds(suggested(sightings))
+    arc_measurements = sighted([corner(1.0, 0.0)], stations=np.array([[0.0, 0.0], [2.0, 0.0]]), late=-0.3)
+    assert Kind.CORNER not in kinds(suggested(arc_measurements))
 
 
 def test_points_behind_the_stations_are_not_suggested() -> None:
@@ -120,16 +120,16 @@ def test_points_behind_the_stations_are_not_suggested() -> None:
 
 
 def test_only_radii_that_are_asked_for_are_tried() -> None:
-    sightings = sighted([cylinder(1.0, 0.5, 0.1)])
-    candidates = suggest(sightings, np.ones(3, dtype=bool), CandidateSettings(radii=(0.1, 0.3)))
+    arc_measurements = sighted([cylinder(1.0, 0.5, 0.1)])
+    candidates = propose_hypotheses(arc_measurements, np.ones(3, dtype=bool), CandidateSettings(radii=(0.1, 0.3)))
     assert set(candidates[candidates[:, 0] == Kind.CYLINDER, 3]) <= {0.1, 0.3}
     assert distance(candidates, cylinder(1.0, 0.5, 0.1)) < 1e-6
 
 
 def test_pairs_without_anything_new_are_not_looked_at_again() -> None:
-    sightings = sighted([corner(1.5, 1.0)])
-    assert len(suggested(sightings, fresh=[False] * 3)) == 0
-    assert distance(suggested(sightings, fresh=[False, False, True]), corner(1.5, 1.0)) < 1e-6
+    arc_measurements = sighted([corner(1.5, 1.0)])
+    assert len(suggested(arc_measurements, fresh=[False] * 3)) == 0
+    assert distance(suggested(arc_measurements, fresh=[False, False, True]), corner(1.5, 1.0)) < 1e-6
 
 
 def test_candidates_that_agree_are_one() -> None:
@@ -139,16 +139,16 @@ def test_candidates_that_agree_are_one() -> None:
 
 
 def test_of_too_many_candidates_those_that_more_pairs_suggest_stay() -> None:
-    sightings = sighted([wall(0.4, 1.5), wall(2.2, 1.9)])
-    first = suggested(sightings, fresh=[True, False, True, False, True, False])
-    few = suggested(sightings, fresh=[True, True, True, False, True, False], most=1)
+    arc_measurements = sighted([wall(0.4, 1.5), wall(2.2, 1.9)])
+    first = suggested(arc_measurements, fresh=[True, False, True, False, True, False])
+    few = suggested(arc_measurements, fresh=[True, True, True, False, True, False], most=1)
     assert distance(first, wall(0.4, 1.5)) < 1e-6
     assert max((few[:, 0] == kind).sum() for kind in Kind) == 1
     assert distance(few, wall(0.4, 1.5)) < 1e-6
 
 
 def test_a_station_beyond_a_plane_counts_as_just_before_it() -> None:
-    sightings = Sightings(
+    arc_measurements = ArcMeasurements(
         stations=np.array([0, 0]), centers=np.array([[0.0, 0.0], [2.0, 0.0]]), planes=np.array([[0.0, 1.5], [0.0, 1.5]])
     )
-    assert sightings.depths == pytest.approx([1.5, 0.03])
+    assert arc_measurements.depths == pytest.approx([1.5, 0.03])

@@ -18,9 +18,9 @@ EAST = wall(0.0, 1.0)
 
 def flanks(bearing: float, reflector: FloatArray, extent: tuple[float, float] = ENDLESS) -> tuple[FloatArray, float]:
     """Levels of all readings of one ping from (0.2, 0.1), and the likeliest of them."""
-    soundings = one_ping((0.2, 0.1), float(np.radians(bearing)))
-    levels = flanks_of(soundings, HEARING, reflector, extent, NOISE)
-    return levels, likeliest(soundings, levels) if levels.max() > UNHEARD else np.inf
+    measurements = one_ping((0.2, 0.1), float(np.radians(bearing)))
+    log_densities = flanks_of(measurements, HEARING, reflector, extent, NOISE)
+    return log_densities, likeliest(measurements, log_densities) if log_densities.max() > UNHEARD else np.inf
 
 
 @pytest.mark.parametrize("bearing", [25.0, 40.0, 60.0, -50.0])
@@ -49,10 +49,10 @@ def test_what_lies_behind_it_does_not_read(reflector: FloatArray) -> None:
 
 
 def test_levels_are_those_of_a_density() -> None:
-    soundings = one_ping((0.2, 0.1), float(np.radians(40.0)))
-    levels = flanks_of(soundings, HEARING, EAST, ENDLESS, NOISE)
-    inner = soundings.readings < 1.1
-    assert np.exp(levels[inner]).sum() * 1e-4 == pytest.approx(1.0, abs=0.01)
+    measurements = one_ping((0.2, 0.1), float(np.radians(40.0)))
+    log_densities = flanks_of(measurements, HEARING, EAST, ENDLESS, NOISE)
+    inner = measurements.readings < 1.1
+    assert np.exp(log_densities[inner]).sum() * 1e-4 == pytest.approx(1.0, abs=0.01)
 
 
 def test_silence_is_never_a_flank() -> None:

@@ -12,9 +12,9 @@ SILENT = Echoes()
 MISSED = Echoes(pairs={(0, 1): CornerEcho(gain=-6.0)})
 
 
-def between(**heard: float) -> Echoes:
+def between(**detected: float) -> Echoes:
     """What was heard of the corner of segments 0 and 1."""
-    return Echoes(pairs={(0, 1): CornerEcho(**heard)})  # type: ignore[arg-type]
+    return Echoes(pairs={(0, 1): CornerEcho(**detected)})  # type: ignore[arg-type]
 
 
 def met(*segments: Segment, echoes: Echoes = SILENT, **settings: float) -> list[Vertex]:
@@ -36,7 +36,7 @@ def test_a_room_has_as_many_corners_as_walls() -> None:
     vertices = met(*around)
     assert sorted(np.round(each.position_xy).tolist() for each in vertices) == [[-1, -1], [-1, 1], [1, -1], [1, 1]]
     assert all(each.kind is CornerKind.CONCAVE for each in vertices)
-    assert not any(each.heard for each in vertices)
+    assert not any(each.detected for each in vertices)
 
 
 def test_a_vertex_knows_which_ends_of_its_segments_meet() -> None:
@@ -88,7 +88,7 @@ def test_segments_grow_to_a_square_corner_unless_that_was_missed(high: float, ec
 
 
 @pytest.mark.parametrize(
-    ("echoes", "heard"),
+    ("echoes", "detected"),
     [
         (between(pings=5), True),
         (between(pings=4), False),
@@ -99,9 +99,9 @@ def test_segments_grow_to_a_square_corner_unless_that_was_missed(high: float, ec
     ],
     ids=["in pairs", "hardly in pairs", "by all", "hardly by all", "as such", "beside"],
 )
-def test_a_corner_is_heard_in_several_ways(echoes: Echoes, *, heard: bool) -> None:
+def test_a_corner_is_heard_in_several_ways(echoes: Echoes, *, detected: bool) -> None:
     (vertex,) = met(east(), north(), echoes=echoes)
-    assert vertex.heard == heard
+    assert vertex.detected == detected
 
 
 def slanted(length: float) -> tuple[Segment, Segment]:
@@ -131,18 +131,18 @@ def test_nobody_hears_convex_corners_and_so_segments_may_grow_to_them() -> None:
     assert len(met(east((1.1, 1.9)), north((-1.8, -1.7)))) == 1
 
 
-@pytest.mark.parametrize(("extension", "heard"), [(0.9, True), (1.1, False)])
-def test_walls_that_are_not_square_hear_each_other_from_near_by_only(extension: float, *, heard: bool) -> None:
+@pytest.mark.parametrize(("extension", "detected"), [(0.9, True), (1.1, False)])
+def test_walls_that_are_not_square_hear_each_other_from_near_by_only(extension: float, *, detected: bool) -> None:
     slanted = segment(np.radians(70), 1.0, (-0.65, 0.5), owner=1)
     apex = (1.0 - np.cos(np.radians(70))) / np.sin(np.radians(70))
     (vertex,) = met(east((-1.9, apex - extension)), slanted, echoes=between(pings=20))
-    assert vertex.heard == heard
+    assert vertex.detected == detected
 
 
 def test_the_echo_of_a_pair_makes_no_convex_corner_heard() -> None:
     echoes = between(pings=20)
     (vertex,) = met(east((1.1, 1.9)), north((-1.9, -1.1)), echoes=echoes)
-    assert not vertex.heard
+    assert not vertex.detected
 
 
 def test_segments_do_not_meet_beyond_a_place_where_there_is_surely_no_wall() -> None:

@@ -24,7 +24,7 @@ def test_walls_end_at_their_vertices() -> None:
 
 
 def test_walls_drawn_to_right_angles_are_counted_and_other_members_are_not() -> None:
-    drawn = survey(feature(COLUMN, gains=[9.0, 6.0, 4.0, -1.0]))
+    drawn = survey(feature(COLUMN, llr_by_station=[9.0, 6.0, 4.0, -1.0]))
     assert drawn.right_angles() == {}
     square = Squareness(np.array([True, True, False, True, True]), 0.003)
     assert replace(drawn, squareness=square).right_angles() == {"walls": 3, "sigma": 0.003, "along_axes": False}
@@ -66,13 +66,13 @@ def test_a_wall_that_is_drawn_as_far_as_it_was_detected_is_as_surely_one_as_its_
 
 def test_the_covariance_of_a_wall_is_its_block_of_the_adjustment() -> None:
     found = survey()
-    place = found.adjusted.unknowns.feature(1)
+    place = found.adjusted.layout.feature(1)
     block = found.adjusted.covariance[place, place]
     assert found.walls([])[1].covariance == pytest.approx(block, rel=1e-9)
 
 
 def test_every_covariance_is_symmetric_and_positive_definite() -> None:
-    found = survey(feature(COLUMN), feature(edge(0.0, -0.9), gains=[9.0] * 4))
+    found = survey(feature(COLUMN), feature(edge(0.0, -0.9), llr_by_station=[9.0] * 4))
     drawn: list[Wall | Corner | Cylinder] = [*found.walls([]), *found.corners(), *found.cylinders()]
     assert len(drawn) == 4 + 5 + 1
     for each in drawn:
@@ -95,30 +95,30 @@ def test_a_room_of_four_walls_has_four_corners() -> None:
 
 
 def test_a_corner_tells_who_heard_one_of_its_walls_in_the_other() -> None:
-    heard = Echoes(pairs={(0, 1): CornerEcho(pings=31, stations=3, heard=200.0)})
-    by_place = {tuple(np.round(each.position_xy, 6)): each for each in survey(echoes=heard).corners()}
+    detected = Echoes(pairs={(0, 1): CornerEcho(pings=31, stations=3, detections=200.0)})
+    by_place = {tuple(np.round(each.position_xy, 6)): each for each in survey(echoes=detected).corners()}
     assert (by_place[2.0, 1.5].pings, by_place[2.0, 1.5].stations) == (31, 3)
     assert {each.pings for place, each in by_place.items() if place != (2.0, 1.5)} == {0}
 
 
 def test_the_covariance_of_a_corner_is_that_of_its_walls_carried_on_by_finite_differences() -> None:
     found = survey()
-    unknowns, step = found.adjusted.unknowns, 1e-6
+    layout, step = found.adjusted.layout, 1e-6
     for vertex, drawn in zip(found.vertices, found.corners(), strict=True):
         lines = np.array([found.features[each].line for each in vertex.segments])
-        slopes = np.zeros((2, 4))
+        jacobian = np.zeros((2, 4))
         for column in range(4):
             nudge = np.zeros((2, 2))
             nudge.flat[column] = step
-            slopes[:, column] = (intersections(*(lines + nudge)) - intersections(*(lines - nudge))) / (2 * step)
-        places = np.concatenate([np.arange(unknowns.size)[unknowns.feature(each)] for each in vertex.segments])
-        expected = slopes @ found.adjusted.covariance[np.ix_(places, places)] @ slopes.T
+            jacobian[:, column] = (intersections(*(lines + nudge)) - intersections(*(lines - nudge))) / (2 * step)
+        places = np.concatenate([np.arange(layout.size)[layout.feature(each)] for each in vertex.segments])
+        expected = jacobian @ found.adjusted.covariance[np.ix_(places, places)] @ jacobian.T
         assert drawn.covariance == pytest.approx(expected, rel=1e-5)
 
 
 def test_a_corner_that_was_heard_tells_from_where() -> None:
-    heard = feature(corner(1.99, 1.49), gains=[9.0, 9.0, 9.0, 0.0])
-    (drawn,) = [each for each in survey(heard).corners() if each.stations]
+    detected = feature(corner(1.99, 1.49), llr_by_station=[9.0, 9.0, 9.0, 0.0])
+    (drawn,) = [each for each in survey(detected).corners() if each.stations]
     # It is drawn where its walls meet, and only once.
     assert drawn.position_xy == pytest.approx([2.0, 1.5])
     assert drawn.stations == 3
@@ -126,7 +126,7 @@ def test_a_corner_that_was_heard_tells_from_where() -> None:
 
 
 def test_a_corner_where_no_walls_meet_is_drawn_as_it_was_heard() -> None:
-    inner, outer = (feature(kind(0.4, -0.9), gains=[9.0] * 4) for kind in (corner, edge))
+    inner, outer = (feature(kind(0.4, -0.9), llr_by_station=[9.0] * 4) for kind in (corner, edge))
     square = Squareness(np.array([True] * 4 + [False]), 0.003)
     for lone, kind in ((inner, CornerKind.CONCAVE), (outer, CornerKind.CONVEX)):
         drawn = replace(survey(lone), squareness=square).corners()[-1]
@@ -136,17 +136,17 @@ def test_a_corner_where_no_walls_meet_is_drawn_as_it_was_heard() -> None:
 
 def test_a_lone_corner_whose_angle_nobody_knows_is_not_drawn() -> None:
     # In an angle of 76 degrees sound comes back after 0.97 of the way to the vertex: centimetres short of it.
-    lone = feature(corner(0.4, -0.9), gains=[9.0] * 4)
+    lone = feature(corner(0.4, -0.9), llr_by_station=[9.0] * 4)
     assert len(survey(lone).corners()) == 4
 
 
 def test_a_lone_corner_that_two_stations_heard_is_not_drawn() -> None:
-    lone = feature(corner(0.4, -0.9), gains=[9.0, 9.0, 4.0, 0.0])
+    lone = feature(corner(0.4, -0.9), llr_by_station=[9.0, 9.0, 4.0, 0.0])
     assert len(survey(lone).corners()) == 4
 
 
 def test_cylinders_are_drawn_and_nothing_else_among_them() -> None:
-    found = survey(feature(COLUMN, gains=[9.0, 9.0, 9.0, 0.0]), feature(corner(0.4, -0.9)))
+    found = survey(feature(COLUMN, llr_by_station=[9.0, 9.0, 9.0, 0.0]), feature(corner(0.4, -0.9)))
     (drawn,) = found.cylinders()
     assert drawn.center_xy == pytest.approx([0.2, 0.9])
     assert drawn.radius == pytest.approx(0.1)
@@ -163,7 +163,7 @@ def test_where_nothing_was_found_nothing_is_drawn() -> None:
 
 # The wall x = 2 as a segment from -1.2 to 0.9, which is extended to the corners at -1.5 and 1.5.
 EAST = segment(0.0, 2.0, (-1.2, 0.9), free=1.21, chance=0.4)
-DETECTED = Echoes(pairs={(0, 1): CornerEcho(pings=9, stations=2, heard=30.0)})
+DETECTED = Echoes(pairs={(0, 1): CornerEcho(pings=9, stations=2, detections=30.0)})
 
 
 def corner_at(corners: Sequence[Corner], x: float, y: float) -> Corner:

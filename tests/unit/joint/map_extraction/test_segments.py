@@ -43,10 +43,10 @@ def across(place: float) -> FloatArray:
 def missed_by(count: int, spacing: float) -> list[Hypothesis]:
     """The line x = 1, which so many stations about y = 0 should have detected."""
     places = row(spacing)
-    soundings = detecting(listening(places), [LONG])
+    measurements = detecting(listening(places), [LONG])
     missing = np.argsort(np.abs(np.array(places)[:, 1]))[:count]
-    silent = np.isin(soundings.stations, missing)
-    return remembered(soundings._replace(readings=np.where(silent, np.inf, soundings.readings)), [EAST])
+    silent = np.isin(measurements.stations, missing)
+    return remembered(measurements._replace(readings=np.where(silent, np.inf, measurements.readings)), [EAST])
 
 
 def test_a_wall_that_all_stations_detect_is_one_segment_as_far_as_they_did() -> None:
@@ -65,8 +65,8 @@ def test_a_gap_that_stations_missed_lies_between_two_segments_whose_intervals_ho
 ) -> None:
     places = row(spacing)
     stretches: list[Stretch] = [(EAST, -3.0, low), (EAST, high, 3.0)]
-    soundings = detecting(listening(places), stretches, noise=NOISE, rng=np.random.default_rng(seed))
-    before, after = found(remembered(soundings, [EAST]))
+    measurements = detecting(listening(places), stretches, noise=NOISE, rng=np.random.default_rng(seed))
+    before, after = found(remembered(measurements, [EAST]))
     feet = np.array(places)[:, 1]
     for end, place, drawn in ((before.ends[1], low, before.high), (after.ends[0], high, after.low)):
         assert end is not None
@@ -123,7 +123,7 @@ def test_sound_of_other_features_opens_a_wall_where_it_crossed_often_enough(
     crossings: tuple[float, ...], parts: int
 ) -> None:
     (east,) = remembered(detecting(listening(row()), [LONG]), [EAST])
-    crossed = replace(east, past=replace(east.past, crossings=np.array(crossings)))
+    crossed = replace(east, history=replace(east.history, crossings=np.array(crossings)))
     assert len(found([crossed])) == parts
 
 
@@ -131,9 +131,9 @@ def test_a_station_whose_view_is_blocked_by_another_segment_says_nothing() -> No
     # Farther before the line than furniture against it, so that the wall is not cut behind it.
     far, front = wall(0.0, 2.5), wall(0.0, 1.0)
     stations = [*row(), *((0.5, y) for y in np.linspace(-0.4, 0.4, 7).tolist())]
-    soundings = detecting(listening(stations), [(far, -3.0, 3.0), (front, -0.4, 0.4)])
-    behind = np.isin(soundings.stations, [8, 9, 10, 11, 12])
-    known = remembered(soundings._replace(readings=np.where(behind, np.inf, soundings.readings)), [far, front])
+    measurements = detecting(listening(stations), [(far, -3.0, 3.0), (front, -0.4, 0.4)])
+    behind = np.isin(measurements.stations, [8, 9, 10, 11, 12])
+    known = remembered(measurements._replace(readings=np.where(behind, np.inf, measurements.readings)), [far, front])
     assert len(found(known[:1])) == 2
     assert len(found(known)) == 1
 
@@ -143,10 +143,10 @@ def test_what_stations_miss_that_look_past_the_back_of_a_front_opens_no_wall(*, 
     # The front of something that stands between y = -0.25 and wherever.
     south = wall(np.pi / 2, -0.25)
     stations = [*row(0.1), (0.4, -0.9), (0.6, -0.9)]
-    soundings = detecting(listening(stations), [LONG, (south, -0.8, -0.3)])
+    measurements = detecting(listening(stations), [LONG, (south, -0.8, -0.3)])
     missing = [number for number, (x, y) in enumerate(stations) if x == 0.0 and abs(y) < 0.24]
-    silent = np.isin(soundings.stations, missing)
-    known = remembered(soundings._replace(readings=np.where(silent, np.inf, soundings.readings)), [EAST, south])
+    silent = np.isin(measurements.stations, missing)
+    known = remembered(measurements._replace(readings=np.where(silent, np.inf, measurements.readings)), [EAST, south])
     assert len(found(known if front else known[:1])) == parts
 
 
@@ -156,8 +156,8 @@ def test_a_stretch_that_is_nowhere_surely_wall_is_not_drawn(ratio: float, parts:
     far = LineEvidence(np.array([3.0, 3.1]), np.array([[0.0, 3.0], [0.0, 3.1]]), np.full((2, 2, len(OFFSETS)), 0.0))
     far.log_ratios[:, :, OFFSETS <= 0.0] = ratio
     crossings = np.full(2, 2.2)
-    past = replace(east.past, line=east.past.line.joined(far), crossings=crossings)
-    assert len(found([replace(east, past=past)])) == parts
+    history = replace(east.history, line=east.history.line.joined(far), crossings=crossings)
+    assert len(found([replace(east, history=history)])) == parts
 
 
 @pytest.mark.parametrize(("back", "spans_of_the_wall"), [(False, 2), (True, 1)], ids=["front alone", "front and back"])
@@ -186,7 +186,7 @@ def beside_a_door(*, north: bool) -> list[Hypothesis]:
 
 
 def test_a_corner_of_two_known_walls_supports_a_stub_that_no_station_faced() -> None:
-    echoes = Echoes(pairs={(0, 1): CornerEcho(pings=8, stations=2, heard=30.0, gain=5.0)})
+    echoes = Echoes(pairs={(0, 1): CornerEcho(pings=8, stations=2, detections=30.0, gain=5.0)})
     assert len(found(beside_a_door(north=True), path_xy=across(0.7))) == 1
     before, stub = found(beside_a_door(north=True), path_xy=across(0.7), echoes=echoes)
     assert before.high == pytest.approx(0.2, abs=0.1)
@@ -195,7 +195,7 @@ def test_a_corner_of_two_known_walls_supports_a_stub_that_no_station_faced() -> 
 
 
 def test_a_corner_of_which_stations_say_little_supports_no_stub() -> None:
-    weak = Echoes(pairs={(0, 1): CornerEcho(pings=8, stations=1, heard=30.0, gain=-29.0)})
+    weak = Echoes(pairs={(0, 1): CornerEcho(pings=8, stations=1, detections=30.0, gain=-29.0)})
     assert len(found(beside_a_door(north=True), path_xy=across(0.7), echoes=weak)) == 1
 
 
@@ -238,8 +238,8 @@ def test_only_walls_of_which_stations_say_something_have_segments() -> None:
 
 
 def test_every_wall_has_its_own_segments_in_the_order_of_the_features() -> None:
-    soundings = detecting(listening([(0.0, 0.0), (0.2, 0.1), (-0.2, -0.1)]), [LONG, (wall(np.pi, 1.1), -2.0, 2.0)])
-    known = [feature(cylinder(5.0, 5.0, 0.1)), *remembered(soundings, [wall(np.pi, 1.1), EAST])]
+    measurements = detecting(listening([(0.0, 0.0), (0.2, 0.1), (-0.2, -0.1)]), [LONG, (wall(np.pi, 1.1), -2.0, 2.0)])
+    known = [feature(cylinder(5.0, 5.0, 0.1)), *remembered(measurements, [wall(np.pi, 1.1), EAST])]
     segments = find_segments(known, SILENT, NOWHERE, SegmentSettings())
     assert [each.owner for each in segments] == [1, 2]
     assert all(each.pings > 20 for each in segments)

@@ -17,7 +17,7 @@ from helpers.outlines import segment
 LINE = np.array([0.0, 2.0])
 EAST = segment(0.0, 2.0, (-1.0, 1.0))
 NORTH = segment(np.pi / 2, 1.5, (-1.8, 1.0), owner=1)
-SQUARE = Echoes(pairs={(0, 1): CornerEcho(pings=5, stations=1, heard=30.0, gain=-29.0)})
+SQUARE = Echoes(pairs={(0, 1): CornerEcho(pings=5, stations=1, detections=30.0, gain=-29.0)})
 
 
 def test_an_obstacle_blocks_the_view_of_what_is_behind_it() -> None:
@@ -112,11 +112,11 @@ def test_a_wall_ends_at_the_corner_with_another_that_was_detected_and_is_wall_be
 @pytest.mark.parametrize(
     ("other", "echo"),
     [
-        (NORTH, CornerEcho(pings=4, heard=30.0)),
-        (NORTH, CornerEcho(pings=9, heard=30.0, gain=-31.0)),
-        (segment(np.radians(80.0), 1.5, (-1.8, 1.0), owner=1), CornerEcho(pings=9, heard=30.0)),
-        (segment(np.pi / 2, 1.5, (-0.9, 1.0), owner=1), CornerEcho(pings=9, heard=30.0)),
-        (segment(np.pi / 2, 1.5, (-1.8, 1.0), owner=1, free=-1.9), CornerEcho(pings=9, heard=30.0)),
+        (NORTH, CornerEcho(pings=4, detections=30.0)),
+        (NORTH, CornerEcho(pings=9, detections=30.0, gain=-31.0)),
+        (segment(np.radians(80.0), 1.5, (-1.8, 1.0), owner=1), CornerEcho(pings=9, detections=30.0)),
+        (segment(np.pi / 2, 1.5, (-0.9, 1.0), owner=1), CornerEcho(pings=9, detections=30.0)),
+        (segment(np.pi / 2, 1.5, (-1.8, 1.0), owner=1, free=-1.9), CornerEcho(pings=9, detections=30.0)),
     ],
     ids=["hardly detected", "missed by others", "oblique", "far from it", "behind a gap"],
 )
@@ -125,8 +125,8 @@ def test_no_other_pair_of_walls_makes_a_corner(other: Segment, echo: CornerEcho)
 
 
 def test_a_lone_corner_on_a_line_may_be_either_end_of_a_wall_and_is_counted_once() -> None:
-    at_corner, beside, elsewhere = [2.01, 1.48], [2.04, 0.2], [2.0, 0.3]
-    lone = Echoes(corners_xy=np.array([at_corner, beside, elsewhere]))
+    at_corner, beside, relocalised = [2.01, 1.48], [2.04, 0.2], [2.0, 0.3]
+    lone = Echoes(corners_xy=np.array([at_corner, beside, relocalised]))
     assert [each.place for each in corners_on(0, EAST.wall, [EAST], lone)] == pytest.approx([1.48, 0.3])
     both = Echoes(pairs=SQUARE.pairs, corners_xy=lone.corners_xy)
     assert [each.sides for each in corners_on(0, EAST.wall, [EAST, NORTH], both)] == [(1,), (0, 1)]

@@ -11,76 +11,78 @@ from echoplan.joint.optimisation.attenuation import shadowed
 from echoplan.joint.optimisation.edge_diffraction import edges_of
 from echoplan.joint.optimisation.range_factors import Features, match_readings
 from echoplan.methods import find_method, map_sweeps
-from echoplan.preprocessing.ping_arrays import Soundings
-from helpers import soundings
+from echoplan.preprocessing.measurements import Measurements
+from helpers import simulated_worlds
 from helpers.expectations import REACH, SONAR, expected, listening, wall
 
 EAST = wall(0.0, 1.6)
 STATIONS = ((-0.2, -0.6), (0.1, -0.2), (-0.1, 0.2), (0.2, 0.6))
 
 
-def heard(shadows: Sequence[float]) -> Soundings:
+def detected(attenuations: Sequence[float]) -> Measurements:
     """A wall that each station hears so many decibels fainter than all of it would be."""
     pings, sonar = listening(STATIONS, step=np.radians(2.0)), SONAR.tabulated()
     readings = np.full(len(pings.readings), np.inf)
-    for station, shadow in enumerate(shadows):
-        excesses, heard_at = expected(pings, EAST)
-        later = np.array([walk_of(sonar, each - shadow) - walk_of(sonar, each) for each in excesses])
-        readings = np.where((pings.stations == station) & (excesses > shadow), heard_at + later, readings)
+    for station, attenuation in enumerate(attenuations):
+        excesses, is_detected_at = expected(pings, EAST)
+        later = np.array([walk_of(sonar, each - attenuation) - walk_of(sonar, each) for each in excesses])
+        readings = np.where((pings.stations == station) & (excesses > attenuation), is_detected_at + later, readings)
     return pings._replace(readings=readings)
 
 
 def features(*, unheard_from: Sequence[int] = ()) -> Features:
-    shadows = np.where(np.isin(np.arange(len(STATIONS)), unheard_from), np.inf, 0.0)
+    attenuations = np.where(np.isin(np.arange(len(STATIONS)), unheard_from), np.inf, 0.0)
     extents = np.array([[-REACH, REACH]])
-    return Features(EAST[None], extents, shadows[None], np.zeros((1, len(shadows))), edges_of(EAST[None], extents))
+    return Features(
+        EAST[None], extents, attenuations[None], np.zeros((1, len(attenuations))), edges_of(EAST[None], extents)
+    )
 
 
-def found(pings: Soundings, given: Features | None = None) -> FloatArray:
-    shadows: FloatArray = shadowed(pings, SONAR.tabulated(), given or features()).shadows[0]
-    return shadows
+def found(pings: Measurements, given: Features | None = None) -> FloatArray:
+    attenuations: FloatArray = shadowed(pings, SONAR.tabulated(), given or features()).attenuations[0]
+    return attenuations
 
 
 def test_shadows_come_back_from_who_heard_what() -> None:
-    shadows = found(heard([0.0, 6.0, 9.0, 12.0]))
-    assert shadows[0] == 0.0
-    assert shadows == pytest.approx([0.0, 6.0, 9.0, 12.0], abs=1.5)
+    attenuations = found(detected([0.0, 6.0, 9.0, 12.0]))
+    assert attenuations[0] == 0.0
+    assert attenuations == pytest.approx([0.0, 6.0, 9.0, 12.0], abs=1.5)
 
 
 def test_a_decibel_is_no_shadow() -> None:
-    assert found(heard([0.0, 1.0, -1.0, 1.0])).tolist() == [0.0] * 4
+    assert found(detected([0.0, 1.0, -1.0, 1.0])).tolist() == [0.0] * 4
 
 
 def test_what_is_masked_by_something_nearer_has_no_shadow() -> None:
-    pings = heard([12.0] * 4)
+    pings = detected([12.0] * 4)
     masked = pings._replace(readings=np.minimum(pings.readings, 0.5 + 9.0 * np.isfinite(pings.readings)))
     assert found(pings).min() > 9.0
     assert found(masked).tolist() == [0.0] * 4
 
 
 def test_what_nobody_knows_of_shadows_is_how_late_readings_may_be() -> None:
-    pings, sonar = heard([0.0] * 4), SONAR.tabulated()
+    pings, sonar = detected([0.0] * 4), SONAR.tabulated()
     # Where all that is farther off the axis than ten degrees hears something nearer, it may as well be half a wall.
     aside = np.abs(np.angle(np.exp(1j * pings.bearings))) > np.radians(10.0)
     masked = pings._replace(readings=np.where(aside & (pings.stations == 2), 0.5, pings.readings))
-    clear, open_ = (shadowed(each, sonar, features()).doubts[0] for each in (pings, masked))
+    clear, open_ = (shadowed(each, sonar, features()).bias_variances[0] for each in (pings, masked))
     assert 0.0 < np.sqrt(clear).max() < 0.0003
     assert open_[[0, 1, 3]] == pytest.approx(clear[[0, 1, 3]])
     assert 0.0005 < np.sqrt(open_[2]) < 0.01
 
 
 def test_only_walls_have_ends_past_which_they_are_heard() -> None:
-    pings = heard([0.0] * 4)
+    pings = detected([0.0] * 4)
     column = np.array([[Kind.CYLINDER, 1.7, 0.0, 0.1]])
     readings = np.where(np.isfinite(pings.readings), expected(pings, column[0])[1], np.inf)
     given = features()._replace(reflectors=column, extents=np.zeros((1, 2)))
-    assert shadowed(pings._replace(readings=readings), SONAR.tabulated(), given).doubts.tolist() == [[0.0] * 4]
+    assert shadowed(pings._replace(readings=readings), SONAR.tabulated(), given).bias_variances.tolist() == [[0.0] * 4]
 
 
 def test_only_those_who_heard_it_are_asked() -> None:
-    shadows = found(heard([12.0] * 4), features(unheard_from=[1, 3]))
-    assert shadows[[1, 3]].tolist() == [np.inf, np.inf]
-    assert shadows[[0, 2]] == pytest.approx([12.0, 12.0], abs=1.5)
+    attenuations = found(detected([12.0] * 4), features(unheard_from=[1, 3]))
+    assert attenuations[[1, 3]].tolist() == [np.inf, np.inf]
+    assert attenuations[[0, 2]] == pytest.approx([12.0, 12.0], abs=1.5)
 
 
 @pytest.mark.parametrize(
@@ -91,12 +93,12 @@ def test_who_stands_past_the_ends_of_a_wall_is_asked_only_if_nobody_else_heard_i
 ) -> None:
     # The second station and the third stand before it.
     ends = np.array([[[-0.3, 0.0, 0.0, 0.0, 0.0, -1.0], [0.3, 0.0, 0.0, 0.0, 0.0, -1.0]]])
-    shadows = found(heard([0.0] * 4), features(unheard_from=unheard_from)._replace(ends=ends))
-    assert np.flatnonzero(np.isinf(shadows)).tolist() == silent
+    attenuations = found(detected([0.0] * 4), features(unheard_from=unheard_from)._replace(ends=ends))
+    assert np.flatnonzero(np.isinf(attenuations)).tolist() == silent
 
 
 def test_what_is_read_too_far_because_it_is_faint_is_expected_there() -> None:
-    pings, sonar = heard([0.0, 0.0, 7.0, 12.0]), SONAR.tabulated()
+    pings, sonar = detected([0.0, 0.0, 7.0, 12.0]), SONAR.tabulated()
     given = features()
     plain, asked = (match_readings(pings, sonar, each, 0.05) for each in (given, shadowed(pings, sonar, given)))
     for station, least in ((2, 0.004), (3, 0.008)):
@@ -107,14 +109,14 @@ def test_what_is_read_too_far_because_it_is_faint_is_expected_there() -> None:
 
 def test_the_sides_of_a_box_are_square_though_heard_past_their_ends() -> None:
     around, box = [[0, 0], [4, 0], [4, 3], [0, 3]], [[1.6, 1.2], [2.3, 1.2], [2.3, 1.7], [1.6, 1.7]]
-    place = soundings.world([*around, around[0]], [*box, box[0]])
+    place = simulated_worlds.world([*around, around[0]], [*box, box[0]])
     # West of the box twice before it and twice past its ends, and likewise south of it.
     west, south = (
         [(0.9, 1.15), (0.7, 1.4), (0.8, 1.55), (0.9, 1.75)],
         [(1.55, 0.6), (1.8, 0.4), (2.1, 0.5), (2.36, 0.6)],
     )
     stations = [[x, y, 0.0] for x, y in (*west, *south)]
-    source = soundings.simulation(place, using=soundings.array(resolution=0.005), poses=stations)
+    source = simulated_worlds.simulation(place, using=simulated_worlds.array(resolution=0.005), poses=stations)
     walls = map_sweeps(find_method("joint").build(source.rig), source).walls
     sides = [each for each in walls if 1.4 < each.endpoints_xy.mean(axis=0)[0] < 2.5 and each.stations > 1]
     sides = [each for each in sides if 1.0 < each.endpoints_xy.mean(axis=0)[1] < 1.9]

@@ -14,7 +14,7 @@ from echoplan.joint.optimisation.edge_diffraction import edges_of
 from echoplan.joint.optimisation.range_factors import Features, Matched, differentiate_readings, match_readings
 from echoplan.methods import map_sweeps
 from echoplan.model import Polyline, Route, World
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 from echoplan.simulation import Simulation
 from echoplan.sources import find_rig
 from helpers.expectations import SONAR, cylinder, listening, wall
@@ -32,7 +32,7 @@ def test_two_sides_of_a_box_end_where_they_meet() -> None:
 
 
 @pytest.mark.parametrize(
-    ("rows", "heard"),
+    ("rows", "detected"),
     [
         ([WEST, SOUTH], [[0.1, 0.95], [-0.95, -0.2]]),
         ([WEST, SOUTH], [[0.5, 1.8], [-1.7, -1.1]]),
@@ -41,8 +41,8 @@ def test_two_sides_of_a_box_end_where_they_meet() -> None:
     ],
     ids=["a corner of a room", "heard past it", "not heard up to it", "hardly turned"],
 )
-def test_other_walls_make_no_edge(rows: list[FloatArray], heard: list[list[float]]) -> None:
-    assert edges_of(np.array(rows), np.array(heard))[:, :, 0].tolist() == [NONE, NONE]
+def test_other_walls_make_no_edge(rows: list[FloatArray], detected: list[list[float]]) -> None:
+    assert edges_of(np.array(rows), np.array(detected))[:, :, 0].tolist() == [NONE, NONE]
 
 
 def test_a_wall_ends_at_the_nearest_of_its_edges() -> None:
@@ -53,15 +53,15 @@ def test_a_wall_ends_at_the_nearest_of_its_edges() -> None:
 
 def test_ends_move_as_the_derivatives_say() -> None:
     rows, step = np.array([wall(0.1, 1.0), wall(1.4, 1.2)]), 1e-6
-    heard = np.array([[1.1, 1.8], [-1.7, -0.9]])
+    detected = np.array([[1.1, 1.8], [-1.7, -0.9]])
     for place, side in ((0, 0), (1, 1)):
-        end = edges_of(rows, heard)[place, side]
+        end = edges_of(rows, detected)[place, side]
         assert np.isfinite(end[0])
         for column, (number, parameter) in enumerate([(place, 1), (place, 2), (1 - place, 1), (1 - place, 2)]):
             ahead, behind = rows.copy(), rows.copy()
             ahead[number, parameter] += step
             behind[number, parameter] -= step
-            moved = edges_of(ahead, heard)[place, side, 0] - edges_of(behind, heard)[place, side, 0]
+            moved = edges_of(ahead, detected)[place, side, 0] - edges_of(behind, detected)[place, side, 0]
             assert end[1 + column] == pytest.approx(moved / (2 * step), abs=1e-6)
 
 
@@ -69,12 +69,12 @@ def box(rows: FloatArray, stations: int) -> Features:
     return Features(rows, HEARD, np.zeros((2, stations)), np.zeros((2, stations)), edges_of(rows, HEARD))
 
 
-def beside(place: float) -> Soundings:
+def beside(place: float) -> Measurements:
     """Pings half a metre before the west side, of a hub so far along it, that read what nobody knows yet."""
     return listening([(0.45, place)], step=np.radians(4.0))
 
 
-def expected(pings: Soundings, rows: FloatArray) -> tuple[Matched, FloatArray]:
+def expected(pings: Measurements, rows: FloatArray) -> tuple[Matched, FloatArray]:
     """Who hears the west side, and what they read of it."""
     guess = pings._replace(readings=np.full(len(pings.readings), 0.55))
     matched = match_readings(guess, SONAR.tabulated(), box(rows, 1), 0.09)
@@ -86,7 +86,7 @@ def test_readings_change_with_both_walls_and_the_sensor_as_the_derivatives_say()
     matched, _ = expected(pings, rows)
     told = np.flatnonzero((matched.owners == 0) & (matched.excesses > 1.0))
     walk = (SONAR.range_offset, SONAR.walk_gain, SONAR.reference_walk, SONAR.walk_exponent)
-    slopes, neighbours = differentiate_readings(pings, SONAR.tabulated(), box(rows, 1), matched, told, walk)
+    jacobian, neighbours = differentiate_readings(pings, SONAR.tabulated(), box(rows, 1), matched, told, walk)
     ended = neighbours == 1
     assert ended.sum() > 10
     # What is seen around the edge comes from a little beside the normal: there these are not exact.
@@ -98,13 +98,13 @@ def test_readings_change_with_both_walls_and_the_sensor_as_the_derivatives_say()
         ahead[number, parameter] += step
         behind[number, parameter] -= step
         change = (expected(pings, ahead)[1] - expected(pings, behind)[1])[seen] / (2 * step)
-        assert slopes[kept, column] == pytest.approx(change, rel=0.02, abs=0.02)
+        assert jacobian[kept, column] == pytest.approx(change, rel=0.02, abs=0.02)
     moved = pings._replace(y=pings.y + step)
     change = (expected(moved, rows)[1] - expected(pings, rows)[1])[seen] / step
-    assert slopes[kept, 15] == pytest.approx(change, rel=0.02, abs=0.02)
+    assert jacobian[kept, 15] == pytest.approx(change, rel=0.02, abs=0.02)
 
 
-def directions_along(pings: Soundings, rows: FloatArray) -> FloatArray:
+def directions_along(pings: Measurements, rows: FloatArray) -> FloatArray:
     """Where along the west side the feet of the sensors are, less its end, so that 1 is the end [m]."""
     along = directions(rows[0, 1] + np.pi / 2)
     end = edges_of(rows, HEARD)[0, 0, 0]
@@ -126,7 +126,7 @@ def test_a_wall_fades_past_its_end_by_six_decibels_and_more() -> None:
 def test_who_stands_past_an_edge_is_not_asked_about_the_wall() -> None:
     features = box(np.array([WEST, SOUTH]), 2)
     pings = listening([(0.45, 1.1), (0.45, 0.95)])
-    assert np.isinf(shadowed(pings, SONAR.tabulated(), features).shadows[0]).tolist() == [False, True]
+    assert np.isinf(shadowed(pings, SONAR.tabulated(), features).attenuations[0]).tolist() == [False, True]
 
 
 @pytest.mark.parametrize("inside", [0.015, 0.03, 0.045])

@@ -13,17 +13,17 @@ def some_rows(count: int, width: int, *, seed: int) -> Rows:
     rng = np.random.default_rng(seed)
     columns = np.array([rng.permutation(SIZE)[:width] for _ in range(count)])
     columns[rng.random(columns.shape) < 0.3] = -1
-    slopes = rng.normal(size=(count, width))
-    return Rows(columns, slopes, rng.normal(size=count), rng.uniform(0.1, 3.0, size=count))
+    jacobian = rng.normal(size=(count, width))
+    return Rows(columns, jacobian, rng.normal(size=count), rng.uniform(0.1, 3.0, size=count))
 
 
 def dense(rows: Rows) -> FloatArray:
     """The whole matrix of derivatives."""
     jacobian = np.zeros((len(rows.residuals), SIZE))
-    for row, (columns, slopes) in enumerate(zip(rows.columns, rows.slopes, strict=True)):
-        for column, slope in zip(columns, slopes, strict=True):
+    for row, (columns, derivatives) in enumerate(zip(rows.columns, rows.jacobian, strict=True)):
+        for column, derivative in zip(columns, derivatives, strict=True):
             if column >= 0:
-                jacobian[row, column] += slope
+                jacobian[row, column] += derivative
     return jacobian
 
 

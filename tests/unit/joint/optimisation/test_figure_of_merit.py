@@ -8,41 +8,41 @@ import pytest
 from echoplan.acoustics.predicted_echo import EchoModel
 from echoplan.joint.estimate import Account
 from echoplan.joint.mapper import JointSettings
-from echoplan.joint.optimisation.figure_of_merit import fit_loudness
+from echoplan.joint.optimisation.figure_of_merit import fit_figure_of_merit
 from echoplan.joint.pose_model_selection import explained
 from echoplan.joint.settings import PoseMode
-from echoplan.preprocessing.ping_arrays import Soundings, join_soundings, soundings_of
+from echoplan.preprocessing.measurements import Measurements, join_measurements, measurements_of
 from echoplan.sources import open_source
 from helpers.expectations import REACH, ROOM, SONAR, cylinder, expected, feature, listening
 
 COLUMN = cylinder(0.2, 0.9, 0.1)
-LOUD = [feature(each, extent=(-REACH, REACH), gains=[20.0] * 4) for each in (*ROOM, COLUMN)]
+LOUD = [feature(each, extent=(-REACH, REACH), llr_by_station=[20.0] * 4) for each in (*ROOM, COLUMN)]
 # Echoes of all surfaces together fade into noise over so many decibels [dB].
 FADING = 1.56
 
 
-def heard(sonar: EchoModel, *, seed: int = 0) -> Soundings:
+def detected(sonar: EchoModel, *, seed: int = 0) -> Measurements:
     """Each ping hears the nearest reflector of which chance lets it hear an echo."""
-    soundings, rng = listening(step=np.radians(2.0)), np.random.default_rng(seed)
-    nearest = soundings.readings
+    measurements, rng = listening(step=np.radians(2.0)), np.random.default_rng(seed)
+    nearest = measurements.readings
     for each in LOUD:
-        excesses, readings = expected(soundings, each.reflector, sonar)
+        excesses, readings = expected(measurements, each.reflector, sonar)
         chances = 1.0 / (1.0 + np.exp(-np.clip(excesses / FADING, -30.0, 30.0)))
         nearest = np.minimum(nearest, np.where(rng.random(len(nearest)) < chances, readings, np.inf))
-    return soundings._replace(readings=nearest)
+    return measurements._replace(readings=nearest)
 
 
 @pytest.mark.parametrize(("merit", "ka"), [(SONAR.figure_of_merit + 2.0, 4.0), (SONAR.figure_of_merit - 2.0, 5.5)])
 def test_loudness_and_beam_come_back_from_who_heard_what(merit: float, ka: float) -> None:
     true = replace(SONAR, figure_of_merit=merit, ka=ka)
-    found = fit_loudness(heard(true), SONAR, LOUD, believed=SONAR.figure_of_merit)
+    found = fit_figure_of_merit(detected(true), SONAR, LOUD, pose_prior=SONAR.figure_of_merit)
     assert found.figure_of_merit == pytest.approx(merit, abs=1.0)
     assert found.ka == pytest.approx(ka, abs=0.2)
 
 
 def test_only_loudness_and_beam_are_changed() -> None:
     learned = replace(SONAR, range_offset=0.001, walk_gain=0.02, range_scale=0.01)
-    found = fit_loudness(heard(SONAR), learned, LOUD, believed=SONAR.figure_of_merit)
+    found = fit_figure_of_merit(detected(SONAR), learned, LOUD, pose_prior=SONAR.figure_of_merit)
     same = replace(found, figure_of_merit=learned.figure_of_merit, ka=learned.ka)
     assert (same.range_offset, same.walk_gain, same.range_scale) == (0.001, 0.02, 0.01)
     assert same.absorption == learned.absorption
@@ -50,65 +50,70 @@ def test_only_loudness_and_beam_are_changed() -> None:
 
 
 def test_a_temperature_that_stretches_readings_turns_no_hit_into_a_miss() -> None:
-    soundings = heard(SONAR)
-    cold = soundings._replace(readings=soundings.readings / 1.05)
-    plain = fit_loudness(soundings, SONAR, LOUD, believed=SONAR.figure_of_merit)
-    stretched = fit_loudness(cold, replace(SONAR, range_scale=0.05), LOUD, believed=SONAR.figure_of_merit)
+    measurements = detected(SONAR)
+    cold = measurements._replace(readings=measurements.readings / 1.05)
+    plain = fit_figure_of_merit(measurements, SONAR, LOUD, pose_prior=SONAR.figure_of_merit)
+    stretched = fit_figure_of_merit(cold, replace(SONAR, range_scale=0.05), LOUD, pose_prior=SONAR.figure_of_merit)
     assert (stretched.figure_of_merit, stretched.ka) == pytest.approx((plain.figure_of_merit, plain.ka), abs=0.05)
 
 
 def test_what_is_masked_by_something_nearer_says_nothing() -> None:
-    soundings = heard(SONAR)
-    facing_east = (soundings.ux > 0.9) & (soundings.stations < 2)
-    masked = soundings._replace(readings=np.where(facing_east, 0.4, soundings.readings))
-    deaf = soundings._replace(readings=np.where(facing_east, np.inf, soundings.readings))
+    measurements = detected(SONAR)
+    facing_east = (measurements.ux > 0.9) & (measurements.stations < 2)
+    masked = measurements._replace(readings=np.where(facing_east, 0.4, measurements.readings))
+    deaf = measurements._replace(readings=np.where(facing_east, np.inf, measurements.readings))
     plain, behind, missed = (
-        fit_loudness(each, SONAR, LOUD, believed=SONAR.figure_of_merit) for each in (soundings, masked, deaf)
+        fit_figure_of_merit(each, SONAR, LOUD, pose_prior=SONAR.figure_of_merit)
+        for each in (measurements, masked, deaf)
     )
     assert behind.figure_of_merit == pytest.approx(plain.figure_of_merit, abs=0.5)
     assert missed.figure_of_merit < plain.figure_of_merit - 1.0
 
 
 def test_pings_that_do_not_face_what_was_heard_of_a_wall_say_nothing_about_it() -> None:
-    soundings, columns = heard(SONAR), [LOUD[4]] * 3
-    beside = [feature(each, extent=(3.0, 3.5), gains=[20.0] * 4) for each in ROOM]
+    measurements, columns = detected(SONAR), [LOUD[4]] * 3
+    beside = [feature(each, extent=(3.0, 3.5), llr_by_station=[20.0] * 4) for each in ROOM]
     alone, more = (
-        fit_loudness(soundings, SONAR, known, believed=SONAR.figure_of_merit) for known in (columns, columns + beside)
+        fit_figure_of_merit(measurements, SONAR, known, pose_prior=SONAR.figure_of_merit)
+        for known in (columns, columns + beside)
     )
     assert (more.figure_of_merit, more.ka) == (alone.figure_of_merit, alone.ka)
 
 
 def test_too_few_clear_features_leave_the_sonar_as_it_is() -> None:
-    soundings = heard(replace(SONAR, figure_of_merit=SONAR.figure_of_merit + 3.0))
-    faint = [replace(each, gains=np.array([20.0, 7.0, 7.0, 7.0])) for each in LOUD]
+    measurements = detected(replace(SONAR, figure_of_merit=SONAR.figure_of_merit + 3.0))
+    faint = [replace(each, llr_by_station=np.array([20.0, 7.0, 7.0, 7.0])) for each in LOUD]
     for known in ([], LOUD[:2], faint, [*LOUD[:2], *faint]):
-        assert fit_loudness(soundings, SONAR, known, believed=SONAR.figure_of_merit) is SONAR
+        assert fit_figure_of_merit(measurements, SONAR, known, pose_prior=SONAR.figure_of_merit) is SONAR
 
 
 def test_what_two_stations_heard_counts_only_where_there_is_nothing_better() -> None:
     true = replace(SONAR, figure_of_merit=SONAR.figure_of_merit + 3.0)
-    soundings, twice = heard(true), [replace(each, gains=np.array([20.0, 20.0, 7.0, 7.0])) for each in LOUD]
+    measurements, twice = (
+        detected(true),
+        [replace(each, llr_by_station=np.array([20.0, 20.0, 7.0, 7.0])) for each in LOUD],
+    )
     few, all_, mixed = (
-        fit_loudness(soundings, SONAR, known, believed=SONAR.figure_of_merit)
+        fit_figure_of_merit(measurements, SONAR, known, pose_prior=SONAR.figure_of_merit)
         for known in (twice, LOUD, [*LOUD[:3], *twice[3:]])
     )
     assert few.figure_of_merit == all_.figure_of_merit
     assert (
         mixed.figure_of_merit
-        == fit_loudness(soundings, SONAR, LOUD[:3], believed=SONAR.figure_of_merit).figure_of_merit
+        == fit_figure_of_merit(measurements, SONAR, LOUD[:3], pose_prior=SONAR.figure_of_merit).figure_of_merit
     )
 
 
 def test_a_faint_wide_sonar_is_found_from_a_loud_narrow_one() -> None:
     true = replace(SONAR, figure_of_merit=16.0, ka=3.4)
-    found = fit_loudness(heard(true), replace(SONAR, figure_of_merit=34.0, ka=7.2), LOUD, believed=26.0)
+    found = fit_figure_of_merit(detected(true), replace(SONAR, figure_of_merit=34.0, ka=7.2), LOUD, pose_prior=26.0)
     assert found.figure_of_merit == pytest.approx(16.0, abs=1.5)
     assert found.ka == pytest.approx(3.4, abs=0.3)
 
 
 def test_corners_and_edges_do_not_count_for_their_strengths_differ() -> None:
-    points = [feature(np.array([kind, 2.0, 1.5, 0.0]), gains=[20.0] * 4) for kind in (2.0, 3.0)]
-    assert fit_loudness(heard(SONAR), SONAR, [*LOUD[:2], *points], believed=SONAR.figure_of_merit) is SONAR
+    points = [feature(np.array([kind, 2.0, 1.5, 0.0]), llr_by_station=[20.0] * 4) for kind in (2.0, 3.0)]
+    assert fit_figure_of_merit(detected(SONAR), SONAR, [*LOUD[:2], *points], pose_prior=SONAR.figure_of_merit) is SONAR
 
 
 @cache
@@ -116,9 +121,9 @@ def in_a_square() -> Account:
     """A square room from poses that are trusted, explained."""
     source = open_source("sim:square")
     sweeps = list(source)
-    heard = join_soundings([soundings_of(sweep, source.rig) for sweep in sweeps])
+    detected = join_measurements([measurements_of(sweep, source.rig) for sweep in sweeps])
     poses = np.array([sweep.map_from_base[0] for sweep in sweeps])
-    return explained(Account(source.rig, heard, poses, JointSettings(poses=PoseMode.TRUST)))
+    return explained(Account(source.rig, detected, poses, JointSettings(poses=PoseMode.TRUST)))
 
 
 def test_readings_tell_loudness_and_beam_better_than_who_heard_what() -> None:
@@ -131,10 +136,10 @@ def test_readings_tell_loudness_and_beam_better_than_who_heard_what() -> None:
 
 def test_while_poses_drift_who_heard_what_tells_them_alone() -> None:
     account = copy(in_a_square())
-    account.is_polished, account.believed = False, account.odometry()
-    account.polish()
+    account.is_polished, account.pose_prior = False, account.odometry()
+    account.refine_calibration()
     assert not account.is_polished
-    account.adjust(account.noise, account.believed)
+    account.adjust(account.noise, account.pose_prior)
     assert account.adjusted is not None
     assert account.adjusted.sonar_sigmas()["log_ka"] < 1e-6
 
@@ -142,5 +147,5 @@ def test_while_poses_drift_who_heard_what_tells_them_alone() -> None:
 def test_what_nothing_told_is_not_taken_for_told() -> None:
     account = copy(in_a_square())
     account.features, account.loudness = [], None
-    account.learn_loudness()
+    account.estimate_figure_of_merit()
     assert account.loudness is None

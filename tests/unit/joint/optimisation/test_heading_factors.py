@@ -11,17 +11,17 @@ from echoplan.joint.optimisation.edge_diffraction import edges_of
 from echoplan.joint.optimisation.heading_factors import bearing_rows, bearings_of
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
 from echoplan.joint.optimisation.manhattan import Squareness
-from echoplan.joint.optimisation.optimiser import AdjustmentSettings, Beliefs, adjust, facing_rows
+from echoplan.joint.optimisation.optimiser import OptimiserSettings, Priors, adjust, heading_factors
 from echoplan.joint.optimisation.pose_factors import (
-    PoseBeliefs,
+    PosePrior,
     PoseSettings,
-    displaced,
-    odometry_beliefs,
-    waypoint_beliefs,
+    at_poses,
+    odometry_prior,
+    waypoint_prior,
 )
 from echoplan.joint.optimisation.range_factors import Features
 from echoplan.joint.optimisation.values import State
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 from echoplan.preprocessing.servo import ServoError, turned_by
 from helpers.expectations import REACH, ROOM, SONAR, cylinder, hearing, listening
 
@@ -32,11 +32,11 @@ AXES = Squareness(np.ones(len(ROOM), dtype=bool), np.radians(1.0), along_axes=Tr
 
 
 def features(reflectors: FloatArray, *, unheard_from: int | None = None) -> Features:
-    shadows = np.zeros((len(reflectors), len(PLACES)))
+    attenuations = np.zeros((len(reflectors), len(PLACES)))
     if unheard_from is not None:
-        shadows[:, unheard_from] = np.inf
+        attenuations[:, unheard_from] = np.inf
     extents = np.tile([-REACH, REACH], (len(reflectors), 1))
-    return Features(reflectors, extents, shadows, np.zeros(shadows.shape), edges_of(reflectors, extents))
+    return Features(reflectors, extents, attenuations, np.zeros(attenuations.shape), edges_of(reflectors, extents))
 
 
 def at(heading: float) -> FloatArray:
@@ -44,36 +44,36 @@ def at(heading: float) -> FloatArray:
     return np.column_stack([PLACES, np.full(len(PLACES), heading)])
 
 
-def heard(reflectors: FloatArray, *, believed_heading: float = 0.0) -> Soundings:
+def detected(reflectors: FloatArray, *, believed_heading: float = 0.0) -> Measurements:
     """What two stations that face east hear, in whole centimetres, as heard if they faced elsewhere."""
     pings = hearing(listening(PLACES, step=np.radians(2.0)), reflectors)
     rounded = pings._replace(readings=0.01 * np.round(pings.readings / 0.01))
-    return displaced(rounded, at(0.0), at(believed_heading))
+    return at_poses(rounded, at(0.0), at(believed_heading))
 
 
 @pytest.mark.parametrize("off", [-8.0, -3.0, 0.0, 5.0])
 def test_the_angles_between_which_a_wall_was_heard_tell_which_way_a_station_faces(off: float) -> None:
-    mistaken = heard(EASTWARD, believed_heading=np.radians(off))
+    mistaken = detected(EASTWARD, believed_heading=np.radians(off))
     found = bearings_of(mistaken, SONAR.tabulated(), features(EASTWARD), at(np.radians(off))[:, 2])
     assert np.degrees(found.headings) == pytest.approx([0.0, 0.0], abs=1.0)
     assert np.sqrt(found.variances) == pytest.approx([BEAM_SIGMA] * 2, rel=0.1)
 
 
 def test_what_something_nearer_masks_tells_nothing() -> None:
-    pings = heard(EASTWARD)
+    pings = detected(EASTWARD)
     masked = pings._replace(readings=np.where(pings.stations == 1, 0.3, pings.readings))
     found = bearings_of(masked, SONAR.tabulated(), features(EASTWARD), np.zeros(2))
     assert found.stations.tolist() == [0]
 
 
 def test_who_did_not_hear_a_wall_is_not_asked() -> None:
-    found = bearings_of(heard(EASTWARD), SONAR.tabulated(), features(EASTWARD, unheard_from=0), np.zeros(2))
+    found = bearings_of(detected(EASTWARD), SONAR.tabulated(), features(EASTWARD, unheard_from=0), np.zeros(2))
     assert found.stations.tolist() == [1]
 
 
 def test_only_walls_have_bearings() -> None:
     post = cylinder(1.0, 0.0, 0.1)[None]
-    assert len(bearings_of(heard(post), SONAR.tabulated(), features(post), np.zeros(2)).walls) == 0
+    assert len(bearings_of(detected(post), SONAR.tabulated(), features(post), np.zeros(2)).walls) == 0
 
 
 def state(given: Features, poses: FloatArray) -> State:
@@ -83,37 +83,37 @@ def state(given: Features, poses: FloatArray) -> State:
 def test_rows_hold_headings_against_walls() -> None:
     poses, given = np.column_stack([PLACES, [0.1, -0.2]]), features(EASTWARD)
     now, moved = state(given, poses), given.reflectors.copy()
-    bearings = bearings_of(heard(EASTWARD), SONAR.tabulated(), given, poses[:, 2])
+    bearings = bearings_of(detected(EASTWARD), SONAR.tabulated(), given, poses[:, 2])
     rows = bearing_rows(bearings, now)
-    servo = [now.unknowns.sonar + SONAR_UNKNOWNS.index(each) for each in ("servo_gain", "servo_offset")]
-    assert rows.columns.tolist() == [[0, now.unknowns.pose + 2, *servo], [0, now.unknowns.pose + 5, *servo]]
+    servo = [now.layout.sonar + SONAR_UNKNOWNS.index(each) for each in ("servo_gain", "servo_offset")]
+    assert rows.columns.tolist() == [[0, now.layout.pose + 2, *servo], [0, now.layout.pose + 5, *servo]]
     moved[:, 1] += 0.02
     later = state(given._replace(reflectors=moved), poses + np.array([0.0, 0.0, 0.05]))
     later = replace(later, servo=ServoError(0.97, 0.04))
     assert bearing_rows(bearings, later).residuals == pytest.approx(
-        rows.residuals - rows.slopes @ [0.02, 0.05, -0.03, 0.04]
+        rows.residuals - rows.jacobian @ [0.02, 0.05, -0.03, 0.04]
     )
 
 
 def test_bearings_determine_gain_and_offset_of_a_servo_from_poses_that_are_trusted() -> None:
-    pings, true = heard(ROOM), ServoError(0.95, np.radians(4.0))
+    pings, true = detected(ROOM), ServoError(0.95, np.radians(4.0))
     # The servo turned from -pi to pi, and recorded more.
     recorded = pings._replace(angles=(pings.angles - true.offset) / true.gain)
     as_recorded = turned_by(recorded, error=ServoError(), before=true)
-    beliefs = believed(waypoint_beliefs(at(0.0), PoseSettings()), None)._replace(poses=None, servo=ServoError())
+    priors = pose_prior(waypoint_prior(at(0.0), PoseSettings()), None)._replace(poses=None, servo=ServoError())
     start = State(features=features(ROOM), model=SONAR)
-    found = adjust(as_recorded, start, beliefs, AdjustmentSettings())
+    found = adjust(as_recorded, start, priors, OptimiserSettings())
     sigmas = found.sonar_sigmas()
     assert found.servo.gain == pytest.approx(true.gain, abs=0.02)
     assert found.servo.offset == pytest.approx(true.offset, abs=np.radians(1.5))
     assert sigmas["servo_gain"] < 0.03
     assert sigmas["servo_offset"] < np.radians(3.5)
-    held = adjust(as_recorded, start, beliefs._replace(servo=None), AdjustmentSettings())
+    held = adjust(as_recorded, start, priors._replace(servo=None), OptimiserSettings())
     assert held.servo == pytest.approx(ServoError(), abs=1e-6)
 
 
-def believed(poses: PoseBeliefs, squareness: Squareness | None) -> Beliefs:
-    return Beliefs(
+def pose_prior(poses: PosePrior, squareness: Squareness | None) -> Priors:
+    return Priors(
         noise=0.004,
         offset_sigma=0.003,
         walk_gain=SONAR.walk_gain,
@@ -130,9 +130,9 @@ def believed(poses: PoseBeliefs, squareness: Squareness | None) -> Beliefs:
 def test_way_points_find_out_which_way_they_face_where_walls_stand_along_the_axes(off: float) -> None:
     # Nobody knows it better than eleven degrees.
     given = at(np.radians(off))
-    pings, start = heard(ROOM, believed_heading=np.radians(off)), state(features(ROOM), given)
-    beliefs = believed(waypoint_beliefs(given, PoseSettings()), AXES)
-    found = adjust(pings, start, beliefs, AdjustmentSettings())
+    pings, start = detected(ROOM, believed_heading=np.radians(off)), state(features(ROOM), given)
+    priors = pose_prior(waypoint_prior(given, PoseSettings()), AXES)
+    found = adjust(pings, start, priors, OptimiserSettings())
     assert np.degrees(found.poses[:, 2]) == pytest.approx([0.0, 0.0], abs=1.5)
     assert np.sqrt(np.diag(found.covariance))[-1] < np.radians(3.5)
 
@@ -140,19 +140,19 @@ def test_way_points_find_out_which_way_they_face_where_walls_stand_along_the_axe
 @pytest.mark.parametrize("squareness", [None, AXES._replace(along_axes=False)])
 def test_walls_that_may_lie_anyhow_tell_nothing_of_headings(squareness: Squareness | None) -> None:
     given = at(0.0)
-    beliefs = believed(waypoint_beliefs(given, PoseSettings()), squareness)
-    assert len(facing_rows(heard(ROOM), state(features(ROOM), given), beliefs).residuals) == 0
+    priors = pose_prior(waypoint_prior(given, PoseSettings()), squareness)
+    assert len(heading_factors(detected(ROOM), state(features(ROOM), given), priors).residuals) == 0
 
 
 def test_neither_wheels_nor_poses_that_are_trusted_nor_a_first_look_ask_for_bearings() -> None:
     given = at(0.0)
-    wheels = believed(odometry_beliefs(given, PoseSettings()), AXES)
-    by_hand = believed(waypoint_beliefs(given, PoseSettings()), AXES)
-    for beliefs in (wheels, wheels._replace(poses=None), by_hand._replace(bearings=False)):
-        assert len(facing_rows(heard(ROOM), state(features(ROOM), given), beliefs).residuals) == 0
+    wheels = pose_prior(odometry_prior(given, PoseSettings()), AXES)
+    by_hand = pose_prior(waypoint_prior(given, PoseSettings()), AXES)
+    for priors in (wheels, wheels._replace(poses=None), by_hand._replace(bearings=False)):
+        assert len(heading_factors(detected(ROOM), state(features(ROOM), given), priors).residuals) == 0
 
 
 def test_corners_and_cylinders_may_be_about() -> None:
     given = features(np.concatenate([[[Kind.CORNER, 2.0, 1.5, 0.0]], ROOM]))
-    found = bearings_of(heard(ROOM), SONAR.tabulated(), given, np.zeros(2))
+    found = bearings_of(detected(ROOM), SONAR.tabulated(), given, np.zeros(2))
     assert sorted(set(found.walls.tolist())) == [1, 2, 3, 4]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from echoplan.joint.likelihood.ping_scores import audibility
+from echoplan.joint.likelihood.ping_scores import detection_probability
 from echoplan.joint.optimisation.hit_window import log_chance, outcome_of
 
 
@@ -18,9 +18,9 @@ def test_readings_about_the_depth_are_hits_and_later_ones_misses(late: float, ou
 
 @pytest.mark.parametrize("excess", [-3.0, -1.0, 0.0, 2.0, 4.0])
 def test_an_echo_is_missed_as_likely_as_one_as_far_below_the_threshold_is_heard(excess: float) -> None:
-    heard, missed = np.exp(log_chance(excess)), np.exp(log_chance(-excess))
-    assert heard == pytest.approx(audibility(excess))
-    assert heard + missed == pytest.approx(1.0)
+    detected, missed = np.exp(log_chance(excess)), np.exp(log_chance(-excess))
+    assert detected == pytest.approx(detection_probability(excess))
+    assert detected + missed == pytest.approx(1.0)
 
 
 def test_no_ping_is_quite_sure() -> None:

@@ -9,18 +9,18 @@ from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray
 from echoplan.evaluation import evaluate
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.likelihood.ping_scores import Evidence
+from echoplan.joint.likelihood.ping_scores import PingScores
 from echoplan.joint.mapper import JointMapper, JointSettings
-from echoplan.joint.optimisation.layout import Unknowns
+from echoplan.joint.optimisation.layout import Layout
 from echoplan.joint.optimisation.manhattan import (
     Squareness,
     SquarenessSettings,
-    learn_squareness,
+    estimate_right_angles,
     main_direction,
     off_square,
     rest_on_few,
+    right_angle_factors,
     roughly_square,
-    square_rows,
 )
 from echoplan.joint.settings import PoseMode
 from echoplan.methods import map_sweeps
@@ -32,12 +32,12 @@ SETTINGS = SquarenessSettings()
 
 
 def faces(*degrees: float, total: float = 100.0) -> list[Hypothesis]:
-    nothing = Evidence(*(np.zeros(0, dtype=kind) for kind in (np.int64, float, float, bool, bool, float)))
+    nothing = PingScores(*(np.zeros(0, dtype=kind) for kind in (np.int64, float, float, bool, bool, float)))
     return [
         Hypothesis(
             reflector=np.array([Kind.WALL, np.radians(each), 1.0, 0.0]),
             evidence=nothing,
-            gains=np.zeros(1),
+            llr_by_station=np.zeros(1),
             total=total,
         )
         for each in degrees
@@ -75,14 +75,14 @@ def test_only_walls_are_asked() -> None:
 
 @pytest.mark.parametrize(("turn", "along_axes"), [(8.0, True), (-95.0, True), (20.0, False)])
 def test_walls_near_the_axes_are_taken_to_stand_along_them_at_first(turn: float, *, along_axes: bool) -> None:
-    believed = roughly_square(
+    pose_prior = roughly_square(
         [*faces(turn, turn + 90, turn + 180, turn - 90), *faces(turn + 40, total=1.0)],
         SETTINGS,
         may_lie_along_axes=True,
     )
-    assert believed is not None
-    assert believed.members.tolist() == [True] * 4 + [False]
-    assert believed.along_axes == along_axes
+    assert pose_prior is not None
+    assert pose_prior.members.tolist() == [True] * 4 + [False]
+    assert pose_prior.along_axes == along_axes
 
 
 @pytest.mark.parametrize(("measured", "may"), [(0.1, True), (0.9, False)])
@@ -90,15 +90,16 @@ def test_nor_are_they_where_hardly_anybody_measures_or_stations_tell_how_they_li
     measured: float, *, may: bool
 ) -> None:
     settings = SquarenessSettings(measured=measured)
-    believed = roughly_square(faces(8, 98, 188, -82), settings, may_lie_along_axes=may)
-    assert believed is not None
-    assert not believed.along_axes
+    pose_prior = roughly_square(faces(8, 98, 188, -82), settings, may_lie_along_axes=may)
+    assert pose_prior is not None
+    assert not pose_prior.along_axes
 
 
-@pytest.mark.parametrize(("heard", "few"), [((1, 2, 2, 5), True), ((1, 3, 3, 5), False), ((2, 2, 3, 3), False)])
-def test_walls_rest_on_few_stations_if_most_were_heard_from_one_or_two(heard: tuple[int, ...], *, few: bool) -> None:
+@pytest.mark.parametrize(("detected", "few"), [((1, 2, 2, 5), True), ((1, 3, 3, 5), False), ((2, 2, 3, 3), False)])
+def test_walls_rest_on_few_stations_if_most_were_heard_from_one_or_two(detected: tuple[int, ...], *, few: bool) -> None:
     walls = [
-        replace(each, gains=np.repeat([5.0, 0.5], [n, 5 - n])) for each, n in zip(faces(*heard), heard, strict=True)
+        replace(each, llr_by_station=np.repeat([5.0, 0.5], [n, 5 - n]))
+        for each, n in zip(faces(*detected), detected, strict=True)
     ]
     post = replace(walls[0], reflector=np.array([Kind.CYLINDER, 1.0, 1.0, 0.1]))
     assert rest_on_few([*walls, post, post, post], 1.0) == few
@@ -125,15 +126,15 @@ def learned(
     Walls of the same station are turned by 10 degrees, each station by another turn.
     """
     rows = [[Kind.WALL, np.radians(each), 1.0, 0.0] for each in degrees]
-    unknowns = Unknowns(kinds=np.array([Kind.CYLINDER, *[Kind.WALL] * len(degrees)]))
-    covariance = np.eye(unknowns.size)
-    places = unknowns.starts[1:]
+    layout = Layout(kinds=np.array([Kind.CYLINDER, *[Kind.WALL] * len(degrees)]))
+    covariance = np.eye(layout.size)
+    places = layout.starts[1:]
     of = np.arange(len(degrees)) if stations is None else np.array(stations)
     turned = 0.0 if stations is None else np.radians(10.0) ** 2
     covariance[np.ix_(places, places)] = np.diag(np.radians(sigmas) ** 2) + np.radians(together) ** 2
     covariance[np.ix_(places, places)] += turned * (of[:, None] == of)
     reflectors = np.array([[Kind.CYLINDER, 1.0, 1.0, 0.1], *rows])
-    return learn_squareness(reflectors, unknowns, covariance, SETTINGS, by_hand=by_hand)
+    return estimate_right_angles(reflectors, layout, covariance, SETTINGS, by_hand=by_hand)
 
 
 @pytest.mark.parametrize("together", [0.0, 3.0])
@@ -188,24 +189,24 @@ def test_square_walls_stand_along_the_axes_that_somebody_measured_from_them(
 def test_what_was_believed_of_right_angles_is_taken_back_first(sigma: float, askew: float, *, along_axes: bool) -> None:
     # Five walls of three stations, of which a belief in right angles made others; the last stands anyhow.
     angles = np.radians([3.0, 93.1 + askew, -84.0, 6.2, 178.1, 40.0])
-    unknowns = Unknowns(kinds=np.array([Kind.WALL] * 6))
+    layout = Layout(kinds=np.array([Kind.WALL] * 6))
     stations = np.array([0, 0, 1, 1, 2, 2])
-    covariance, places = np.eye(unknowns.size), np.ix_(unknowns.starts, unknowns.starts)
+    covariance, places = np.eye(layout.size), np.ix_(layout.starts, layout.starts)
     covariance[places] = np.radians(0.5) ** 2 * np.eye(6) + np.radians(10.0) ** 2 * (stations[:, None] == stations)
-    believed = Squareness(np.arange(6) < 5, np.radians(sigma), along_axes)
-    rows = square_rows(believed, angles, unknowns.starts)
-    slopes = np.zeros((5, unknowns.size))
-    np.add.at(slopes, (np.arange(5)[:, None], rows.columns), rows.slopes)
-    drawn: FloatArray = np.linalg.inv(np.linalg.inv(covariance) + slopes.T @ (rows.weights[:, None] * slopes)).astype(
-        np.float64
-    )
-    moved = angles + (drawn @ slopes.T @ (rows.weights * rows.residuals))[unknowns.starts]
+    pose_prior = Squareness(np.arange(6) < 5, np.radians(sigma), along_axes)
+    rows = right_angle_factors(pose_prior, angles, layout.starts)
+    jacobian = np.zeros((5, layout.size))
+    np.add.at(jacobian, (np.arange(5)[:, None], rows.columns), rows.jacobian)
+    drawn: FloatArray = np.linalg.inv(
+        np.linalg.inv(covariance) + jacobian.T @ (rows.weights[:, None] * jacobian)
+    ).astype(np.float64)
+    moved = angles + (drawn @ jacobian.T @ (rows.weights * rows.residuals))[layout.starts]
 
     def walls(angles: FloatArray) -> FloatArray:
         return np.column_stack([np.full(6, Kind.WALL), angles, np.ones(6), np.zeros(6)])
 
-    free = learn_squareness(walls(angles), unknowns, covariance, SETTINGS, by_hand=True)
-    again = learn_squareness(walls(moved), unknowns, drawn, SETTINGS, believed, by_hand=True)
+    free = estimate_right_angles(walls(angles), layout, covariance, SETTINGS, by_hand=True)
+    again = estimate_right_angles(walls(moved), layout, drawn, SETTINGS, pose_prior, by_hand=True)
     assert (free is None) == (again is None)
     if free is not None and again is not None:
         assert again.members.tolist() == free.members.tolist()
@@ -216,12 +217,12 @@ def test_what_was_believed_of_right_angles_is_taken_back_first(sigma: float, ask
 
 def test_a_belief_that_holds_more_than_is_known_is_not_taken_back() -> None:
     angles = np.radians([0.0, 91.0, 180.0, 271.0])
-    unknowns = Unknowns(kinds=np.array([Kind.WALL] * 4))
-    covariance = np.radians(1.0) ** 2 * np.eye(unknowns.size)
+    layout = Layout(kinds=np.array([Kind.WALL] * 4))
+    covariance = np.radians(1.0) ** 2 * np.eye(layout.size)
     walls = np.column_stack([np.full(4, Kind.WALL), angles, np.ones(4), np.zeros(4)])
     # Without the belief the variances would be negative: nothing is learned from them.
-    believed = Squareness(np.ones(4, dtype=bool), np.radians(0.2))
-    square = learn_squareness(walls, unknowns, covariance, SETTINGS, believed, by_hand=True)
+    pose_prior = Squareness(np.ones(4, dtype=bool), np.radians(0.2))
+    square = estimate_right_angles(walls, layout, covariance, SETTINGS, pose_prior, by_hand=True)
     assert square is None
 
 
@@ -251,20 +252,20 @@ def test_without_evidence_nothing_is_square(degrees: list[float], sigma: float) 
 
 def test_square_walls_are_drawn_together_and_not_turned() -> None:
     angles, members = np.radians([10.0, 5.0, 100.4, -80.6]), np.array([True, False, True, True])
-    rows = square_rows(Squareness(members, np.radians(0.2)), angles, np.array([0, 2, 4, 6]))
-    assert rows.slopes.sum(axis=1) == pytest.approx(0.0, abs=1e-12)
+    rows = right_angle_factors(Squareness(members, np.radians(0.2)), angles, np.array([0, 2, 4, 6]))
+    assert rows.jacobian.sum(axis=1) == pytest.approx(0.0, abs=1e-12)
     assert rows.columns.tolist() == [[0, 4, 6]] * 3
     assert np.degrees(rows.residuals) == pytest.approx([-1 / 15, -7 / 15, 8 / 15])
     step = -np.radians([0.0, 0.4, -0.6])
-    assert rows.slopes @ step == pytest.approx(rows.residuals)
+    assert rows.jacobian @ step == pytest.approx(rows.residuals)
 
 
 def test_walls_along_the_axes_are_turned_to_these() -> None:
     angles, members = np.radians([1.0, 5.0, 90.4, -80.6]), np.array([True, False, True, True])
-    rows = square_rows(Squareness(members, np.radians(0.2), along_axes=True), angles, np.array([0, 2, 4, 6]))
+    rows = right_angle_factors(Squareness(members, np.radians(0.2), along_axes=True), angles, np.array([0, 2, 4, 6]))
     assert rows.columns.tolist() == [[0], [4], [6]]
     assert np.degrees(rows.residuals) == pytest.approx([-1.0, -0.4, -9.4])
-    assert rows.slopes == pytest.approx(1.0)
+    assert rows.jacobian == pytest.approx(1.0)
     assert rows.weights == pytest.approx(np.radians(0.2) ** -2.0)
 
 

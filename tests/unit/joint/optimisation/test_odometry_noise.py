@@ -12,16 +12,16 @@ from echoplan.joint.optimisation.odometry_noise import (
     VERY_STRONG,
     DriftSettings,
     are_round,
-    learn_drift,
+    estimate_odometry_noise,
     learn_waypoints,
     scatter,
 )
 from echoplan.joint.optimisation.pose_factors import (
-    PoseBeliefs,
+    PosePrior,
     PoseSettings,
-    odometry_beliefs,
-    pose_rows,
-    waypoint_beliefs,
+    odometry_prior,
+    pose_factors,
+    waypoint_prior,
 )
 
 SETTINGS = DriftSettings()
@@ -29,13 +29,13 @@ STEPS = 200
 KNOWN = np.zeros((3 * STEPS + 3, 3 * STEPS + 3))
 
 
-def walked(spread: FloatArray) -> tuple[PoseBeliefs, FloatArray]:
+def walked(spread: FloatArray) -> tuple[PosePrior, FloatArray]:
     """A long way of half metres, as believed and as it was: off by so many of the deviations believed in."""
     steps = np.tile([0.5, 0.0, 0.3], (STEPS, 1))
     given = added_up(steps)
-    beliefs = odometry_beliefs(given, PoseSettings())
-    errors = spread * beliefs.sigmas[1:] * np.random.default_rng(4).standard_normal(steps.shape)
-    return beliefs, added_up(steps + errors)
+    priors = odometry_prior(given, PoseSettings())
+    errors = spread * priors.sigmas[1:] * np.random.default_rng(4).standard_normal(steps.shape)
+    return priors, added_up(steps + errors)
 
 
 def added_up(steps: FloatArray) -> FloatArray:
@@ -45,37 +45,39 @@ def added_up(steps: FloatArray) -> FloatArray:
     return np.array(poses)
 
 
-def factors(before: PoseBeliefs, after: PoseBeliefs) -> FloatArray:
+def factors(before: PosePrior, after: PosePrior) -> FloatArray:
     ratios: FloatArray = after.sigmas[-1] / before.sigmas[-1]
     return ratios
 
 
 def test_each_axis_is_learned_by_itself() -> None:
-    beliefs, poses = walked(np.array([3.0, 0.3, 1.0]))
-    assert factors(beliefs, learn_drift(beliefs, poses, KNOWN, SETTINGS)) == pytest.approx([3.0, 0.3, 1.0], rel=0.15)
+    priors, poses = walked(np.array([3.0, 0.3, 1.0]))
+    assert factors(priors, estimate_odometry_noise(priors, poses, KNOWN, SETTINGS)) == pytest.approx(
+        [3.0, 0.3, 1.0], rel=0.15
+    )
 
 
 def test_poses_that_nothing_tells_teach_nothing() -> None:
     # The covariance of a way that odometry alone adds up: what is expected of each step is what was believed.
-    beliefs, _ = walked(np.ones(3))
-    information, _ = normal_equations([pose_rows(beliefs, beliefs.given, 0)], 3 * STEPS + 3)
+    priors, _ = walked(np.ones(3))
+    information, _ = normal_equations([pose_factors(priors, priors.given, 0)], 3 * STEPS + 3)
     covariance: FloatArray = np.linalg.inv(information).astype(np.float64)
-    learned = learn_drift(beliefs, beliefs.given, covariance, SETTINGS)
-    assert factors(beliefs, learned) == pytest.approx(np.ones(3), rel=1e-3)
+    learned = estimate_odometry_noise(priors, priors.given, covariance, SETTINGS)
+    assert factors(priors, learned) == pytest.approx(np.ones(3), rel=1e-3)
 
 
 # What is heard errs by so many deviations of steps as they are guessed.
 HEARD = 0.3
 
 
-def adjusted(beliefs: PoseBeliefs, truth: FloatArray, *, believed: float = 1.0) -> tuple[FloatArray, FloatArray]:
+def adjusted(priors: PosePrior, truth: FloatArray, *, pose_prior: float = 1.0) -> tuple[FloatArray, FloatArray]:
     """Where poses come to rest, and their covariance, if what is heard is believed to err so many times as much."""
-    sigmas = np.tile(HEARD * beliefs.sigmas[-1], len(truth))
+    sigmas = np.tile(HEARD * priors.sigmas[-1], len(truth))
     found = truth
     told = truth.ravel() + sigmas * np.random.default_rng(1).standard_normal(truth.size)
     for _ in range(5):
-        held = prior(np.arange(truth.size), sigma=believed * sigmas, residual=told - found.ravel())
-        information, right = normal_equations([pose_rows(beliefs, found, 0), held], truth.size)
+        held = prior(np.arange(truth.size), sigma=pose_prior * sigmas, residual=told - found.ravel())
+        information, right = normal_equations([pose_factors(priors, found, 0), held], truth.size)
         found = found + np.linalg.solve(information, right).reshape(-1, 3)
     covariance: FloatArray = np.linalg.inv(information).astype(np.float64)
     return found, covariance
@@ -84,25 +86,28 @@ def adjusted(beliefs: PoseBeliefs, truth: FloatArray, *, believed: float = 1.0) 
 @pytest.mark.parametrize("off", [0.3, 1.0, 3.0])
 def test_errors_of_steps_are_told_from_those_of_what_is_heard(off: float) -> None:
     # What is heard errs by more than the least of these steps.
-    beliefs, truth = walked(np.full(3, off))
-    poses, covariance = adjusted(beliefs, truth)
-    assert factors(beliefs, learn_drift(beliefs, poses, covariance, SETTINGS)) == pytest.approx(off, rel=0.2)
+    priors, truth = walked(np.full(3, off))
+    poses, covariance = adjusted(priors, truth)
+    assert factors(priors, estimate_odometry_noise(priors, poses, covariance, SETTINGS)) == pytest.approx(off, rel=0.2)
 
 
 def test_readings_that_tell_more_than_they_counted_for_teach_more() -> None:
     # Poses that came to rest as if what is heard erred twice as much as it does.
-    beliefs, truth = walked(np.full(3, 0.3))
-    poses, covariance = adjusted(beliefs, truth, believed=2.0)
-    learned = [factors(beliefs, learn_drift(beliefs, poses, covariance, SETTINGS, understated=u)) for u in (1.0, 4.0)]
+    priors, truth = walked(np.full(3, 0.3))
+    poses, covariance = adjusted(priors, truth, pose_prior=2.0)
+    learned = [
+        factors(priors, estimate_odometry_noise(priors, poses, covariance, SETTINGS, information_inflation=u))
+        for u in (1.0, 4.0)
+    ]
     assert (learned[0][:2] < 0.2).all()
     assert learned[1] == pytest.approx(0.3, rel=0.2)
 
 
 def test_steps_without_any_error_are_not_taken_for_that() -> None:
     # Nothing tells a small error from none: one is left open that is well below what is heard.
-    beliefs, truth = walked(np.zeros(3))
-    poses, covariance = adjusted(beliefs, truth)
-    learned = factors(beliefs, learn_drift(beliefs, poses, covariance, SETTINGS))
+    priors, truth = walked(np.zeros(3))
+    poses, covariance = adjusted(priors, truth)
+    learned = factors(priors, estimate_odometry_noise(priors, poses, covariance, SETTINGS))
     assert ((learned > 0.002) & (learned < 0.1)).all()
 
 
@@ -110,9 +115,9 @@ def test_steps_without_any_error_are_not_taken_for_that() -> None:
 @pytest.mark.parametrize("off", [0.2, 1.0, 6.0])
 def test_a_guess_is_good_to_tenfold(steps: int, off: float) -> None:
     # The same by another way: of steps that are known the mean of the information that each factor stands for.
-    beliefs = odometry_beliefs(added_up(np.tile([0.5, 0.0, 0.0], (steps, 1))), PoseSettings())
-    poses = added_up(np.tile([0.5, 0.0, 0.0], (steps, 1)) + off * beliefs.sigmas[1:] * [1.0, 0.0, 0.0])
-    learned = learn_drift(beliefs, poses, np.zeros((3 * steps + 3,) * 2), SETTINGS)
+    priors = odometry_prior(added_up(np.tile([0.5, 0.0, 0.0], (steps, 1))), PoseSettings())
+    poses = added_up(np.tile([0.5, 0.0, 0.0], (steps, 1)) + off * priors.sigmas[1:] * [1.0, 0.0, 0.0])
+    learned = estimate_odometry_noise(priors, poses, np.zeros((3 * steps + 3,) * 2), SETTINGS)
 
     def gain(logarithm: float) -> float:
         score = logarithm / SETTINGS.spread + SETTINGS.spread
@@ -121,26 +126,26 @@ def test_a_guess_is_good_to_tenfold(steps: int, off: float) -> None:
     logarithms = np.linspace(-4.0, 4.0, 4001)
     chances = np.exp([gain(each) - max(map(gain, logarithms[::100])) for each in logarithms])
     expected = (chances.sum() / (chances @ np.exp(-2.0 * logarithms))) ** 0.5
-    assert factors(beliefs, learned)[0] == pytest.approx(expected, rel=1e-3)
+    assert factors(priors, learned)[0] == pytest.approx(expected, rel=1e-3)
 
 
 def test_the_first_pose_stays_the_frame() -> None:
-    beliefs, poses = walked(np.full(3, 5.0))
-    assert (learn_drift(beliefs, poses, KNOWN, SETTINGS).sigmas[0] == beliefs.sigmas[0]).all()
+    priors, poses = walked(np.full(3, 5.0))
+    assert (estimate_odometry_noise(priors, poses, KNOWN, SETTINGS).sigmas[0] == priors.sigmas[0]).all()
 
 
 @pytest.mark.parametrize("steps", [0, 1, 4])
 def test_few_steps_teach_nothing(steps: int) -> None:
-    beliefs = odometry_beliefs(added_up(np.tile([0.5, 0.0, 0.3], (steps, 1))), PoseSettings())
-    assert learn_drift(beliefs, beliefs.given, np.zeros((3 * steps + 3,) * 2), SETTINGS) is beliefs
+    priors = odometry_prior(added_up(np.tile([0.5, 0.0, 0.3], (steps, 1))), PoseSettings())
+    assert estimate_odometry_noise(priors, priors.given, np.zeros((3 * steps + 3,) * 2), SETTINGS) is priors
 
 
 @pytest.mark.parametrize(("off", "bound"), [(1e-5, SETTINGS.least), (1e3, SETTINGS.greatest)])
 def test_nothing_is_learned_of_way_points_beyond_bounds(off: float, bound: float) -> None:
-    beliefs = waypoint_beliefs(added_up(np.tile([0.5, 0.0, 0.3], (STEPS, 1))), PoseSettings())
-    poses = beliefs.given + np.array([off, off, 0.0])
-    learned = learn_waypoints(beliefs, poses, KNOWN, SETTINGS)
-    assert factors(beliefs, learned)[:2].tolist() == pytest.approx([bound, bound])
+    priors = waypoint_prior(added_up(np.tile([0.5, 0.0, 0.3], (STEPS, 1))), PoseSettings())
+    poses = priors.given + np.array([off, off, 0.0])
+    learned = learn_waypoints(priors, poses, KNOWN, SETTINGS)
+    assert factors(priors, learned)[:2].tolist() == pytest.approx([bound, bound])
 
 
 # Deviations of errors along, across and in heading.
@@ -187,25 +192,25 @@ def test_people_mark_way_points_at_round_numbers(given: list[list[float]], *, ex
 
 @pytest.mark.parametrize("off", [0.01, 0.05])
 def test_how_far_way_points_are_off_is_learned_from_where_they_come_to_rest(off: float) -> None:
-    beliefs = waypoint_beliefs(added_up(np.tile([0.5, 0.0, 0.3], (STEPS, 1))), PoseSettings())
-    errors = np.random.default_rng(6).normal(0.0, [off, off, 0.5], beliefs.given.shape)
-    learned = learn_waypoints(beliefs, beliefs.given + errors, KNOWN, SETTINGS)
+    priors = waypoint_prior(added_up(np.tile([0.5, 0.0, 0.3], (STEPS, 1))), PoseSettings())
+    errors = np.random.default_rng(6).normal(0.0, [off, off, 0.5], priors.given.shape)
+    learned = learn_waypoints(priors, priors.given + errors, KNOWN, SETTINGS)
     assert learned.sigmas[:, :2] == pytest.approx(off, rel=0.1)
     # Of headings nothing is learned.
-    assert learned.sigmas[:, 2].tolist() == beliefs.sigmas[:, 2].tolist()
+    assert learned.sigmas[:, 2].tolist() == priors.sigmas[:, 2].tolist()
 
 
 @pytest.mark.parametrize("turns", [0, 1])
 def test_where_something_tells_headings_it_is_learned_how_far_these_are_off(turns: int) -> None:
-    beliefs = waypoint_beliefs(np.zeros((STEPS + 1, 3)), PoseSettings())
-    errors = 0.07 * np.random.default_rng(6).standard_normal(beliefs.given.shape) * [0.0, 0.0, 1.0]
-    poses = beliefs.given + errors + [0.0, 0.0, 2 * np.pi * turns]
-    learned = learn_waypoints(beliefs, poses, KNOWN, SETTINGS, headings=True)
+    priors = waypoint_prior(np.zeros((STEPS + 1, 3)), PoseSettings())
+    errors = 0.07 * np.random.default_rng(6).standard_normal(priors.given.shape) * [0.0, 0.0, 1.0]
+    poses = priors.given + errors + [0.0, 0.0, 2 * np.pi * turns]
+    learned = learn_waypoints(priors, poses, KNOWN, SETTINGS, headings=True)
     assert learned.sigmas[:, 2] == pytest.approx(0.07, rel=0.1)
-    assert learned.sigmas[:, :2].tolist() == learn_waypoints(beliefs, poses, KNOWN, SETTINGS).sigmas[:, :2].tolist()
+    assert learned.sigmas[:, :2].tolist() == learn_waypoints(priors, poses, KNOWN, SETTINGS).sigmas[:, :2].tolist()
 
 
 def test_way_points_that_nothing_tells_teach_nothing() -> None:
-    beliefs = waypoint_beliefs(np.zeros((4, 3)), PoseSettings())
-    covariance = np.diag(beliefs.sigmas.ravel() ** 2)
-    assert learn_waypoints(beliefs, beliefs.given, covariance, SETTINGS).sigmas == pytest.approx(beliefs.sigmas)
+    priors = waypoint_prior(np.zeros((4, 3)), PoseSettings())
+    covariance = np.diag(priors.sigmas.ravel() ** 2)
+    assert learn_waypoints(priors, priors.given, covariance, SETTINGS).sigmas == pytest.approx(priors.sigmas)

@@ -11,41 +11,43 @@ from echoplan.geometry import intersections
 from echoplan.joint.optimisation.edge_diffraction import edges_of
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
 from echoplan.joint.optimisation.optimiser import (
-    AdjustmentSettings,
-    Beliefs,
     Features,
+    OptimiserSettings,
+    Priors,
     adjust,
-    reading_rows,
+    range_factors,
 )
-from echoplan.joint.optimisation.pose_factors import PoseBeliefs, displaced
-from echoplan.joint.optimisation.solution import Adjusted
+from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses
+from echoplan.joint.optimisation.solution import Solution
 from echoplan.joint.optimisation.values import State
-from echoplan.preprocessing.ping_arrays import Soundings, chosen_soundings
+from echoplan.preprocessing.measurements import Measurements, select_measurements
 from echoplan.preprocessing.servo import ServoError, late_by, turned_by
 from helpers.expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, edge, expected, hearing, listening, wall
 
 COLUMN = cylinder(0.2, 0.9, 0.1)
 CORNERS = [corner(x, y) for x in (2.0, -2.0) for y in (1.5, -1.5)]
-BELIEFS = Beliefs(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False, scale_sigma=0.03)
+BELIEFS = Priors(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False, scale_sigma=0.03)
 
 
 def features(reflectors: Sequence[FloatArray] | FloatArray, stations: int = 4) -> Features:
     """Features that were heard from everywhere, walls from end to end."""
     rows, count = np.array(reflectors).reshape(-1, 4), len(reflectors)
     extents, none = np.tile([-REACH, REACH], (count, 1)), np.zeros((count, stations))
-    return Features(reflectors=rows, extents=extents, shadows=none, doubts=none, ends=edges_of(rows, extents))
+    return Features(
+        reflectors=rows, extents=extents, attenuations=none, bias_variances=none, ends=edges_of(rows, extents)
+    )
 
 
 def adjusted(
-    soundings: Soundings,
+    measurements: Measurements,
     reflectors: Sequence[FloatArray] | FloatArray,
     *,
     sonar: EchoModel = SONAR,
-    beliefs: Beliefs = BELIEFS,
+    priors: Priors = BELIEFS,
     **settings: float,
-) -> Adjusted:
-    start = State(features=features(reflectors, len(soundings.centers)), model=sonar)
-    return adjust(soundings, start, beliefs, AdjustmentSettings.model_validate(settings))
+) -> Solution:
+    start = State(features=features(reflectors, len(measurements.centers)), model=sonar)
+    return adjust(measurements, start, priors, OptimiserSettings.model_validate(settings))
 
 
 def shaken(reflectors: Sequence[FloatArray] | FloatArray, *, seed: int = 0, size: float = 0.01) -> FloatArray:
@@ -56,7 +58,7 @@ def shaken(reflectors: Sequence[FloatArray] | FloatArray, *, seed: int = 0, size
     return moved
 
 
-def sigmas(found: Adjusted) -> FloatArray:
+def sigmas(found: Solution) -> FloatArray:
     deviations: FloatArray = np.sqrt(np.diag(found.covariance))
     return deviations
 
@@ -69,10 +71,10 @@ def test_walls_and_cylinders_move_to_where_they_are() -> None:
 
 def test_readings_with_noise_are_explained_up_to_the_noise() -> None:
     truth = [*ROOM, COLUMN]
-    soundings = hearing(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
-    found = adjusted(soundings, shaken(truth))
+    measurements = hearing(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
+    found = adjusted(measurements, shaken(truth))
     assert found.scatter == pytest.approx(NOISE, rel=0.2)
-    assert ((found.owners >= 0) == np.isfinite(soundings.readings)).mean() > 0.99
+    assert ((found.owners >= 0) == np.isfinite(measurements.readings)).mean() > 0.99
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -82,7 +84,7 @@ def test_a_step_never_makes_readings_fit_worse(seed: int) -> None:
     clean = hearing(listening(drive, step=np.pi / 2, arm=0.1), ROOM)
     readings = 0.003 * np.round((clean.readings + rng.normal(0.0, 0.001, len(clean.readings))) / 0.003)
     start = [wall(0.005, 2.0), ROOM[1], wall(np.pi - 0.005, 2.0), ROOM[3]]
-    found = adjusted(clean._replace(readings=readings), start, beliefs=BELIEFS._replace(noise=0.0015))
+    found = adjusted(clean._replace(readings=readings), start, priors=BELIEFS._replace(noise=0.0015))
     assert (found.owners >= 0).all()
     assert found.model.range_scale == pytest.approx(0.0, abs=0.01)
 
@@ -90,10 +92,10 @@ def test_a_step_never_makes_readings_fit_worse(seed: int) -> None:
 def test_what_differs_between_this_sonar_and_the_usual_one_is_learned() -> None:
     truth = [*ROOM, COLUMN, *CORNERS]
     true = replace(SONAR, range_offset=0.003, walk_gain=1.1 * SONAR.walk_gain, range_scale=0.02)
-    soundings = hearing(listening(), truth, sonar=true, noise=0.001, rng=np.random.default_rng(2))
+    measurements = hearing(listening(), truth, sonar=true, noise=0.001, rng=np.random.default_rng(2))
     # Nobody said that the modules are set right: the corners tell.
     found = adjusted(
-        soundings, shaken(truth, size=0.004), beliefs=BELIEFS._replace(noise=0.001, offset_sigma=0.01), rounds=20
+        measurements, shaken(truth, size=0.004), priors=BELIEFS._replace(noise=0.001, offset_sigma=0.01), rounds=20
     )
     known = found.sonar_sigmas()
     for name, least in (("range_offset", 0.002), ("walk_gain", 0.001), ("range_scale", 0.001)):
@@ -109,7 +111,7 @@ def test_the_speed_of_sound_is_as_uncertain_as_the_shape_of_the_burst(exponent: 
     clean, rng = hearing(listening(), truth, sonar=true), np.random.default_rng(5)
     for _ in range(12):
         readings = clean.readings + rng.normal(0.0, 0.001, len(clean.readings))
-        found = adjusted(clean._replace(readings=readings), truth, beliefs=BELIEFS._replace(noise=0.001), rounds=12)
+        found = adjusted(clean._replace(readings=readings), truth, priors=BELIEFS._replace(noise=0.001), rounds=12)
         sigma = found.considered_sigma("range_scale", "walk_exponent", 0.2)
         errors.append(found.model.range_scale / sigma)
         assert found.model.walk_exponent == 1.0
@@ -119,8 +121,8 @@ def test_the_speed_of_sound_is_as_uncertain_as_the_shape_of_the_burst(exponent: 
 
 
 def test_of_the_sonar_only_what_the_readings_tell_is_changed() -> None:
-    soundings = hearing(listening(), [*ROOM, COLUMN])
-    found = adjusted(soundings, [*ROOM, COLUMN])
+    measurements = hearing(listening(), [*ROOM, COLUMN])
+    found = adjusted(measurements, [*ROOM, COLUMN])
     assert (found.model.figure_of_merit, found.model.ka) == (SONAR.figure_of_merit, SONAR.ka)
     assert found.model.walk is SONAR.walk
 
@@ -135,7 +137,7 @@ def test_the_stated_covariance_holds() -> None:
         # The prior of the offset is part of the covariance, so that the offset is drawn as well.
         offset = rng.normal(0.0, BELIEFS.offset_sigma)
         found = adjusted(clean._replace(readings=readings + offset), truth)
-        number = found.unknowns.feature(0)
+        number = found.layout.feature(0)
         errors = found.reflectors[0, 1:3] - ROOM[0, 1:3]
         squares.append(errors @ np.linalg.solve(found.covariance[number, number], errors))
     assert 1.2 < np.mean(squares) < 2.4
@@ -143,14 +145,14 @@ def test_the_stated_covariance_holds() -> None:
 
 def test_the_covariance_is_the_inverse_of_the_information() -> None:
     found = adjusted(hearing(listening(), ROOM), ROOM)
-    assert found.covariance.shape == (found.unknowns.size,) * 2
+    assert found.covariance.shape == (found.layout.size,) * 2
     assert found.covariance == pytest.approx(found.covariance.T)
     assert np.linalg.eigvalsh(found.covariance).min() > 0.0
 
 
 def test_twice_the_pings_make_it_surer_by_the_root_of_two() -> None:
     coarse, fine = (adjusted(hearing(listening(step=np.radians(step)), ROOM), ROOM) for step in (8.0, 4.0))
-    ratio = sigmas(coarse)[coarse.unknowns.feature(1)] / sigmas(fine)[fine.unknowns.feature(1)]
+    ratio = sigmas(coarse)[coarse.layout.feature(1)] / sigmas(fine)[fine.layout.feature(1)]
     assert ratio[0] == pytest.approx(np.sqrt(2.0), rel=0.1)
     assert ratio[1] > 1.0
 
@@ -158,42 +160,42 @@ def test_twice_the_pings_make_it_surer_by_the_root_of_two() -> None:
 def test_what_faint_echoes_scatter_more_is_no_part_of_the_noise_twice() -> None:
     # The noise is what all readings scatter on the whole: a spread of loudness shifts weight from faint echoes to
     # loud ones, and adds nothing to what the usual one scatters.
-    soundings = hearing(listening(), ROOM)
-    start = State(features=features(ROOM, len(soundings.centers)), model=SONAR)
+    measurements = hearing(listening(), ROOM)
+    start = State(features=features(ROOM, len(measurements.centers)), model=SONAR)
     models = [replace(SONAR, spread=spread) for spread in (0.0, 0.3)]
-    rows = [reading_rows(soundings, replace(start, model=each), BELIEFS, AdjustmentSettings()) for each in models]
+    rows = [range_factors(measurements, replace(start, model=each), BELIEFS, OptimiserSettings()) for each in models]
     assert np.median(rows[1].weights / rows[0].weights) == pytest.approx(1.0, abs=0.03)
     assert rows[1].weights.min() < 0.8 * rows[0].weights.min()
     assert rows[1].weights.max() > rows[0].weights.max()
 
 
 def test_common_errors_of_a_station_do_not_average_out() -> None:
-    soundings = hearing(listening([(0.5, 0.3)]), ROOM[:1])
-    beliefs = BELIEFS._replace(scale_sigma=1e-6)
-    alone = adjusted(soundings, ROOM[:1], beliefs=beliefs)
-    together = adjusted(soundings, ROOM[:1], beliefs=beliefs._replace(pair_sigma=0.012))
+    measurements = hearing(listening([(0.5, 0.3)]), ROOM[:1])
+    priors = BELIEFS._replace(scale_sigma=1e-6)
+    alone = adjusted(measurements, ROOM[:1], priors=priors)
+    together = adjusted(measurements, ROOM[:1], priors=priors._replace(pair_sigma=0.012))
     assert sigmas(alone)[1] < 0.004
     assert sigmas(together)[1] > 0.012
 
 
 def test_what_is_not_known_of_shadows_counts_unless_the_errors_of_way_points_are_learned() -> None:
-    soundings, given = hearing(listening([(0.5, 0.3)]), ROOM[:1]), np.array([[0.5, 0.3, 0.0]])
-    doubtful = features(ROOM[:1], 1)._replace(doubts=np.array([[0.012**2]]))
-    beliefs = BELIEFS._replace(scale_sigma=1e-6)
-    absolute = PoseBeliefs(given, np.full((1, 3), 1e-6), relative=False)
-    trusted = adjust(soundings, State(features=doubtful, model=SONAR), beliefs, AdjustmentSettings())
+    measurements, given = hearing(listening([(0.5, 0.3)]), ROOM[:1]), np.array([[0.5, 0.3, 0.0]])
+    doubtful = features(ROOM[:1], 1)._replace(bias_variances=np.array([[0.012**2]]))
+    priors = BELIEFS._replace(scale_sigma=1e-6)
+    absolute = PosePrior(given, np.full((1, 3), 1e-6), relative=False)
+    trusted = adjust(measurements, State(features=doubtful, model=SONAR), priors, OptimiserSettings())
     start = State(features=doubtful, model=SONAR, poses=given)
-    by_hand = adjust(soundings, start, beliefs._replace(poses=absolute), AdjustmentSettings())
+    by_hand = adjust(measurements, start, priors._replace(poses=absolute), OptimiserSettings())
     assert sigmas(trusted)[1] > 0.012
     assert sigmas(by_hand)[1] < 0.004
 
 
-def one_ping(reflector: FloatArray, *, angle: float, latency: float = 0.0) -> Soundings:
+def one_ping(reflector: FloatArray, *, angle: float, latency: float = 0.0) -> Measurements:
     """The one ping that looks at a reflector under this angle, with a servo that turns."""
-    soundings = listening([(0.3, -0.2)], step=np.radians(1.0), rates=[0.7])
-    excesses, _ = expected(late_by(soundings, latency), reflector)
+    measurements = listening([(0.3, -0.2)], step=np.radians(1.0), rates=[0.7])
+    excesses, _ = expected(late_by(measurements, latency), reflector)
     loud = int(np.argmax(excesses)) + round(angle / np.radians(1.0))
-    kept = chosen_soundings(soundings, np.arange(len(soundings.readings)) == loud)
+    kept = select_measurements(measurements, np.arange(len(measurements.readings)) == loud)
     _, readings = expected(late_by(kept, latency), reflector)
     return kept._replace(readings=readings + 0.002)
 
@@ -203,21 +205,21 @@ REFLECTORS = [wall(0.4, 1.4), cylinder(0.9, 0.6, 0.1), corner(1.2, 0.3), edge(0.
 
 @pytest.mark.parametrize("reflector", REFLECTORS)
 def test_one_ping_tells_of_each_unknown_as_its_reading_changes_with_it(reflector: FloatArray) -> None:
-    soundings = one_ping(reflector, angle=np.radians(8.0))
+    measurements = one_ping(reflector, angle=np.radians(8.0))
     loudness = (SONAR.figure_of_merit, math.log(SONAR.ka))
-    beliefs = BELIEFS._replace(has_servo=True, loudness=loudness, servo=ServoError())
-    found = adjusted(soundings, [reflector], beliefs=beliefs, rounds=1)
+    priors = BELIEFS._replace(has_servo=True, loudness=loudness, servo=ServoError())
+    found = adjusted(measurements, [reflector], priors=priors, rounds=1)
     assert found.owners.tolist() == [0]
     information = np.linalg.inv(found.covariance)
     # Readings change one to one with the offset, so that its row has the derivatives by all others.
-    offset = found.unknowns.sonar
+    offset = found.layout.sonar
     row = information[offset].copy()
-    row[offset] -= beliefs.offset_sigma**-2
-    slopes = row / row[offset]
-    assert slopes == pytest.approx(differences(soundings, reflector, found.unknowns.counts[0]), rel=2e-3, abs=1e-5)
+    row[offset] -= priors.offset_sigma**-2
+    jacobian = row / row[offset]
+    assert jacobian == pytest.approx(differences(measurements, reflector, found.layout.counts[0]), rel=2e-3, abs=1e-5)
 
 
-def differences(soundings: Soundings, reflector: FloatArray, count: int) -> FloatArray:
+def differences(measurements: Measurements, reflector: FloatArray, count: int) -> FloatArray:
     """Derivatives of what one reading should be, less what it is, by finite differences."""
 
     def too_short(change: FloatArray) -> float:
@@ -231,29 +233,29 @@ def differences(soundings: Soundings, reflector: FloatArray, count: int) -> Floa
             walk_exponent=SONAR.walk_exponent + exponent,
         )
         moved = reflector + np.pad(change[:count], (1, 3 - count))
-        turned_pings = turned_by(soundings, error=ServoError(1.0 + turned, askew), before=ServoError())
+        turned_pings = turned_by(measurements, error=ServoError(1.0 + turned, askew), before=ServoError())
         _, reading = expected(late_by(turned_pings, latency), moved, sonar)
-        return float(reading[0] - (1.0 + scale) * soundings.readings[0])
+        return float(reading[0] - (1.0 + scale) * measurements.readings[0])
 
-    slopes = []
+    jacobian = []
     # What follows from decibels follows tables, which are straight between their points.
     for column, step in enumerate([*[1e-6] * (count + 6), 0.02, 0.002, 1e-5]):
         nudge = np.zeros(count + 9)
         nudge[column] = step
-        slopes.append((too_short(nudge) - too_short(-nudge)) / (2 * step))
-    return np.array(slopes)
+        jacobian.append((too_short(nudge) - too_short(-nudge)) / (2 * step))
+    return np.array(jacobian)
 
 
-def with_latency(latency: float, rates: Sequence[float]) -> Soundings:
+def with_latency(latency: float, rates: Sequence[float]) -> Measurements:
     """A room heard by a servo that lags behind what was recorded."""
     recorded = listening(rates=rates)
-    heard = hearing(late_by(recorded, latency), ROOM, noise=0.001, rng=np.random.default_rng(4))
-    return recorded._replace(readings=heard.readings)
+    detected = hearing(late_by(recorded, latency), ROOM, noise=0.001, rng=np.random.default_rng(4))
+    return recorded._replace(readings=detected.readings)
 
 
 def test_sweeps_to_and_fro_tell_by_how_much_the_servo_lags() -> None:
-    soundings = with_latency(0.015, [0.7, -0.7, 0.7, -0.7])
-    found = adjusted(soundings, ROOM, beliefs=BELIEFS._replace(noise=0.001, has_servo=True), rounds=12)
+    measurements = with_latency(0.015, [0.7, -0.7, 0.7, -0.7])
+    found = adjusted(measurements, ROOM, priors=BELIEFS._replace(noise=0.001, has_servo=True), rounds=12)
     sigma = found.sonar_sigmas()["servo_latency"]
     assert sigma < 0.002
     assert found.latency == pytest.approx(0.015, abs=4 * sigma)
@@ -266,10 +268,10 @@ def test_sweeps_to_and_fro_tell_by_how_much_the_servo_lags() -> None:
     ids=["clear", "hidden in noise", "a servo never leads"],
 )
 def test_while_poses_drift_a_servo_lags_only_if_that_is_clear(latency: float, noise: float, expected: float) -> None:
-    soundings = with_latency(latency, [0.7, -0.7, 0.7, -0.7])
+    measurements = with_latency(latency, [0.7, -0.7, 0.7, -0.7])
     known = BELIEFS._replace(noise=noise, has_servo=True)
-    free = adjusted(soundings, ROOM, beliefs=known, rounds=12)
-    drifting = adjusted(soundings, ROOM, beliefs=known._replace(drifting=True), rounds=12)
+    free = adjusted(measurements, ROOM, priors=known, rounds=12)
+    drifting = adjusted(measurements, ROOM, priors=known._replace(drifting=True), rounds=12)
     assert abs(free.latency) > 0.003
     assert drifting.latency == pytest.approx(expected, abs=0.003)
     # What is held is as uncertain as what is not.
@@ -278,15 +280,15 @@ def test_while_poses_drift_a_servo_lags_only_if_that_is_clear(latency: float, no
 
 
 def test_without_a_servo_nothing_lags() -> None:
-    soundings = with_latency(0.015, [0.7, -0.7, 0.7, -0.7])
-    found = adjusted(soundings, ROOM, beliefs=BELIEFS._replace(noise=0.001))
+    measurements = with_latency(0.015, [0.7, -0.7, 0.7, -0.7])
+    found = adjusted(measurements, ROOM, priors=BELIEFS._replace(noise=0.001))
     assert abs(found.latency) < 1e-6
     assert found.sonar_sigmas()["servo_latency"] == pytest.approx(0.0, abs=2e-9)
 
 
 def test_a_corner_that_was_heard_is_drawn_to_the_crossing_of_its_walls() -> None:
-    soundings = hearing(listening(), ROOM)
-    found = adjusted(soundings, [*ROOM, corner(1.98, 1.47)])
+    measurements = hearing(listening(), ROOM)
+    found = adjusted(measurements, [*ROOM, corner(1.98, 1.47)])
     crossing = intersections(found.reflectors[0, 1:3], found.reflectors[1, 1:3])
     assert found.reflectors[4, 1:3] == pytest.approx(crossing, abs=0.0005)
 
@@ -294,8 +296,8 @@ def test_a_corner_that_was_heard_is_drawn_to_the_crossing_of_its_walls() -> None
 def test_a_corner_that_is_heard_draws_its_walls() -> None:
     # The east wall itself is silent: only the echoes of the corner tell where it is.
     truth = [*ROOM[1:], *CORNERS[:2]]
-    soundings = hearing(listening(), truth)
-    found = adjusted(soundings, [wall(0.0, 2.01), *ROOM[1:], *CORNERS[:2]])
+    measurements = hearing(listening(), truth)
+    found = adjusted(measurements, [wall(0.0, 2.01), *ROOM[1:], *CORNERS[:2]])
     assert found.reflectors[0, 1:3] == pytest.approx([0.0, 2.0], abs=0.002)
     assert not (found.owners == 0).any()
 
@@ -315,48 +317,48 @@ def test_walls_that_are_not_square_draw_no_corner() -> None:
 
 
 def test_an_outlier_hardly_moves_anything() -> None:
-    soundings = hearing(listening(), ROOM)
-    clean = adjusted(soundings, ROOM)
-    readings = soundings.readings.copy()
+    measurements = hearing(listening(), ROOM)
+    clean = adjusted(measurements, ROOM)
+    readings = measurements.readings.copy()
     outlier = int(np.flatnonzero(clean.owners == 0)[5])
     readings[outlier] += 0.02
-    spoilt = adjusted(soundings._replace(readings=readings), ROOM)
+    spoilt = adjusted(measurements._replace(readings=readings), ROOM)
     assert spoilt.owners[outlier] == 0
     assert spoilt.residuals[outlier] == pytest.approx(0.02, abs=0.001)
     assert np.abs(spoilt.reflectors - clean.reflectors).max() < 0.0001
 
 
 def test_what_nothing_comes_near_to_belongs_to_nobody() -> None:
-    soundings = hearing(listening(), ROOM)
-    strange = int(np.flatnonzero(np.isfinite(soundings.readings))[0])
-    readings = soundings.readings.copy()
+    measurements = hearing(listening(), ROOM)
+    strange = int(np.flatnonzero(np.isfinite(measurements.readings))[0])
+    readings = measurements.readings.copy()
     readings[strange] -= 0.2
-    found = adjusted(soundings._replace(readings=readings), ROOM)
+    found = adjusted(measurements._replace(readings=readings), ROOM)
     assert found.owners[strange] == -1
     assert found.residuals[strange] == 0.0
 
 
 def test_a_reading_belongs_to_the_feature_that_comes_nearest_to_it() -> None:
-    soundings = hearing(listening(), ROOM[:1])
-    found = adjusted(soundings, [wall(0.0, 2.015), ROOM[0]], rounds=1)
-    assert set(found.owners[np.isfinite(soundings.readings)]) == {1}
+    measurements = hearing(listening(), ROOM[:1])
+    found = adjusted(measurements, [wall(0.0, 2.015), ROOM[0]], rounds=1)
+    assert set(found.owners[np.isfinite(measurements.readings)]) == {1}
 
 
 def test_only_stations_that_heard_a_feature_say_where_it_is() -> None:
-    soundings = hearing(listening(), ROOM[:1])
+    measurements = hearing(listening(), ROOM[:1])
     known = features(ROOM[:1])
-    known = known._replace(shadows=np.array([[np.inf, np.inf, 0.0, 0.0]]))
-    found = adjust(soundings, State(features=known, model=SONAR), BELIEFS, AdjustmentSettings())
-    assert set(soundings.stations[found.owners == 0]) == {2, 3}
+    known = known._replace(attenuations=np.array([[np.inf, np.inf, 0.0, 0.0]]))
+    found = adjust(measurements, State(features=known, model=SONAR), BELIEFS, OptimiserSettings())
+    assert set(measurements.stations[found.owners == 0]) == {2, 3}
 
 
 def test_a_wall_explains_nothing_beside_it() -> None:
-    soundings = hearing(listening(), ROOM[:1])
+    measurements = hearing(listening(), ROOM[:1])
     known = features(ROOM[:1])
     known.extents[0] = (0.0, 1.0)
-    found = adjust(soundings, State(features=known, model=SONAR), BELIEFS, AdjustmentSettings())
-    assert soundings.y[found.owners == 0].min() > -0.1
-    assert soundings.y[np.isfinite(soundings.readings)].min() < -0.3
+    found = adjust(measurements, State(features=known, model=SONAR), BELIEFS, OptimiserSettings())
+    assert measurements.y[found.owners == 0].min() > -0.1
+    assert measurements.y[np.isfinite(measurements.readings)].min() < -0.3
 
 
 def test_where_nothing_is_explained_there_is_only_belief() -> None:
@@ -366,18 +368,18 @@ def test_where_nothing_is_explained_there_is_only_belief() -> None:
     assert (found.owners == -1).all()
     assert found.reflectors == pytest.approx(np.array([wall(0.0, 2.0), cylinder(0.0, 1.0, 0.12)]))
     assert (found.model.range_offset, found.model.walk_gain) == pytest.approx((0.0, SONAR.walk_gain))
-    beliefs = AdjustmentSettings()
+    priors = OptimiserSettings()
     assert found.sonar_sigmas() == pytest.approx(
         {
             "range_offset": BELIEFS.offset_sigma,
-            "walk_gain": beliefs.gain_share * SONAR.walk_gain,
-            "range_scale": beliefs.scale_sigma,
+            "walk_gain": priors.gain_share * SONAR.walk_gain,
+            "range_scale": priors.scale_sigma,
             "servo_latency": 1e-9,
             "servo_gain": 1e-9,
             "servo_offset": 1e-9,
             "figure_of_merit": 1e-9,
             "log_ka": 1e-9,
-            "walk_exponent": beliefs.exponent_sigma,
+            "walk_exponent": priors.exponent_sigma,
         }
     )
 
@@ -392,7 +394,7 @@ def test_a_recording_without_features_has_a_sonar_all_the_same() -> None:
 def test_nothing_that_was_given_is_changed() -> None:
     known = features(shaken(ROOM))
     before = known.reflectors.copy()
-    adjust(hearing(listening(), ROOM), State(features=known, model=SONAR), BELIEFS, AdjustmentSettings())
+    adjust(hearing(listening(), ROOM), State(features=known, model=SONAR), BELIEFS, OptimiserSettings())
     assert (known.reflectors == before).all()
 
 
@@ -400,17 +402,17 @@ def test_a_pose_that_is_off_moves_to_where_the_walls_agree() -> None:
     given = np.array([[-0.9, 0.1, 0.0], [-0.2, -0.5, 0.4], [0.5, 0.3, 1.0], [1.1, -0.3, -2.0]])
     truth = given + np.array([[0.0] * 3, [0.0] * 3, [0.0] * 3, [0.012, -0.008, 0.02]])
     recorded = listening()
-    heard = hearing(displaced(recorded, given, truth), ROOM)
+    detected = hearing(at_poses(recorded, given, truth), ROOM)
     sigmas = np.array([[1e-6] * 3, [1e-6] * 3, [1e-6] * 3, [0.05] * 3])
-    beliefs = BELIEFS._replace(poses=PoseBeliefs(given, sigmas, relative=False))
+    priors = BELIEFS._replace(poses=PosePrior(given, sigmas, relative=False))
     start = State(features=features(ROOM), model=SONAR, poses=given)
-    found = adjust(recorded._replace(readings=heard.readings), start, beliefs, AdjustmentSettings(rounds=12))
+    found = adjust(recorded._replace(readings=detected.readings), start, priors, OptimiserSettings(rounds=12))
     assert found.poses == pytest.approx(truth, abs=0.001)
     assert found.reflectors == pytest.approx(ROOM, abs=0.001)
 
 
 def test_what_has_come_to_rest_is_left_alone() -> None:
-    soundings = hearing(listening(), [*ROOM, COLUMN])
-    once, often = (adjusted(soundings, shaken([*ROOM, COLUMN]), rounds=rounds) for rounds in (6, 60))
+    measurements = hearing(listening(), [*ROOM, COLUMN])
+    once, often = (adjusted(measurements, shaken([*ROOM, COLUMN]), rounds=rounds) for rounds in (6, 60))
     assert once.left < 1e-4
     assert np.array_equal(once.reflectors, often.reflectors)

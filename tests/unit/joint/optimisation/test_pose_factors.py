@@ -7,12 +7,12 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, invert, wrap
 from echoplan.joint.optimisation.factors import Rows, normal_equations, solve
 from echoplan.joint.optimisation.pose_factors import (
-    PoseBeliefs,
+    PosePrior,
     PoseSettings,
-    displaced,
-    odometry_beliefs,
-    pose_rows,
-    waypoint_beliefs,
+    at_poses,
+    odometry_prior,
+    pose_factors,
+    waypoint_prior,
 )
 from echoplan.model import Odometry
 from helpers.expectations import hearing, listening, wall
@@ -22,38 +22,38 @@ SETTINGS = PoseSettings()
 POSES = st.lists(st.tuples(st.floats(-5, 5), st.floats(-5, 5), st.floats(-3, 3)), min_size=2, max_size=6)
 
 
-def residuals_at(beliefs: PoseBeliefs, poses: FloatArray) -> FloatArray:
-    return pose_rows(beliefs, poses, 0).residuals
+def residuals_at(priors: PosePrior, poses: FloatArray) -> FloatArray:
+    return pose_factors(priors, poses, 0).residuals
 
 
-def dense(rows: Rows, unknowns: int) -> FloatArray:
+def dense(rows: Rows, layout: int) -> FloatArray:
     """The rows as one matrix."""
-    matrix = np.zeros((len(rows.residuals), unknowns + 1))
-    for row, (columns, slopes) in enumerate(zip(rows.columns, rows.slopes, strict=True)):
-        np.add.at(matrix[row], columns, slopes)
-    return matrix[:, :unknowns]
+    matrix = np.zeros((len(rows.residuals), layout + 1))
+    for row, (columns, jacobian) in enumerate(zip(rows.columns, rows.jacobian, strict=True)):
+        np.add.at(matrix[row], columns, jacobian)
+    return matrix[:, :layout]
 
 
 def test_a_longer_step_is_less_sure() -> None:
     given_poses = np.array([[0.0, 0, 0], [0.5, 0, 0], [2.5, 0, 0]])
-    sigmas = odometry_beliefs(given_poses, SETTINGS).sigmas
+    sigmas = odometry_prior(given_poses, SETTINGS).sigmas
     assert sigmas[1] == pytest.approx([0.0155, 0.013, np.hypot(np.radians(1.25), np.radians(0.3))])
     assert (sigmas[2] > sigmas[1]).all()
 
 
 def test_a_greater_turn_leaves_the_heading_less_sure() -> None:
-    straight = odometry_beliefs(np.array([[0.0, 0, 0], [1.0, 0, 0.0]]), SETTINGS).sigmas[1]
-    turned = odometry_beliefs(np.array([[0.0, 0, 0], [1.0, 0, 2.0]]), SETTINGS).sigmas[1]
+    straight = odometry_prior(np.array([[0.0, 0, 0], [1.0, 0, 0.0]]), SETTINGS).sigmas[1]
+    turned = odometry_prior(np.array([[0.0, 0, 0], [1.0, 0, 2.0]]), SETTINGS).sigmas[1]
     assert turned[2] > straight[2]
     assert turned[:2] == pytest.approx(straight[:2])
 
 
 def test_what_the_rig_tells_is_a_random_walk() -> None:
     told = Odometry(along=0.02, lateral=0.01, yaw_per_metre=0.03, yaw_per_radian=0.04)
-    one = odometry_beliefs(np.array([[0.0, 0, 0], [4.0, 0, 1.0]]), SETTINGS, told)
+    one = odometry_prior(np.array([[0.0, 0, 0], [4.0, 0, 1.0]]), SETTINGS, told)
     assert one.sigmas[1] == pytest.approx([0.04, 0.02, np.sqrt(0.03**2 * 4 + 0.04**2)], rel=0.01)
-    assert one.told
-    many = odometry_beliefs(np.linspace([0.0, 0, 0], [4.0, 0, 1.0], 11), SETTINGS, told)
+    assert one.specified
+    many = odometry_prior(np.linspace([0.0, 0, 0], [4.0, 0, 1.0], 11), SETTINGS, told)
     assert np.sqrt((many.sigmas[1:] ** 2).sum(axis=0)) == pytest.approx(one.sigmas[1], rel=0.03)
 
 
@@ -62,45 +62,45 @@ def test_what_the_rig_tells_is_a_random_walk() -> None:
 def test_errors_lie_along_and_across_the_way_whichever_way_the_robot_faces(way: float, turn: float) -> None:
     direction = np.array([np.cos(way), np.sin(way)])
     given_poses = np.array([[0.0, 0.0, 0.0], [*direction, turn]])
-    beliefs = odometry_beliefs(given_poses, SETTINGS, Odometry(along=0.1, lateral=0.001))
-    information, _ = normal_equations([pose_rows(beliefs, given_poses, 0)], 6)
+    priors = odometry_prior(given_poses, SETTINGS, Odometry(along=0.1, lateral=0.001))
+    information, _ = normal_equations([pose_factors(priors, given_poses, 0)], 6)
     spread = np.linalg.inv(information)[3:5, 3:5]
     assert np.sqrt(direction @ spread @ direction) == pytest.approx(0.1, rel=0.01)
     assert np.sqrt(direction[::-1] * [-1, 1] @ spread @ (direction[::-1] * [-1, 1])) < 0.002
     own = np.array([np.cos(way - turn), np.sin(way - turn)])
-    assert beliefs.reaches[1, :2] == pytest.approx(0.1 * np.abs(own), abs=0.002)
+    assert priors.reaches[1, :2] == pytest.approx(0.1 * np.abs(own), abs=0.002)
 
 
 def test_what_nobody_tells_is_a_guess() -> None:
-    assert not odometry_beliefs(WAY, SETTINGS).told
+    assert not odometry_prior(WAY, SETTINGS).specified
 
 
 def test_what_a_rig_leaves_out_is_a_guess_and_what_it_tells_to_be_none_is_none() -> None:
-    guessed = odometry_beliefs(WAY, SETTINGS).sigmas[1:]
-    told = odometry_beliefs(WAY, SETTINGS, Odometry(along=0.3, lateral=0.0)).sigmas[1:]
+    guessed = odometry_prior(WAY, SETTINGS).sigmas[1:]
+    told = odometry_prior(WAY, SETTINGS, Odometry(along=0.3, lateral=0.0)).sigmas[1:]
     length = np.hypot(*np.diff(WAY[:, :2], axis=0).T)
     assert told[:, 0] == pytest.approx(0.3 * np.sqrt(length), rel=0.01)
     assert told[:, 1].max() < 0.001
     assert told[:, 2] == pytest.approx(guessed[:, 2], rel=0.01)
-    turning = odometry_beliefs(WAY, SETTINGS, Odometry(yaw_per_metre=0.0)).sigmas[1:]
+    turning = odometry_prior(WAY, SETTINGS, Odometry(yaw_per_metre=0.0)).sigmas[1:]
     assert turning[:, :2] == pytest.approx(guessed[:, :2], rel=0.02)
     floor = np.hypot(SETTINGS.turn_share * np.abs(wrap(np.diff(WAY[:, 2]))), SETTINGS.turn_floor)
     assert turning[:, 2] == pytest.approx(floor, rel=0.01)
 
 
 def test_the_first_pose_is_the_frame_of_the_map() -> None:
-    assert odometry_beliefs(WAY, SETTINGS).sigmas[0].max() < 1e-3
+    assert odometry_prior(WAY, SETTINGS).sigmas[0].max() < 1e-3
 
 
 def test_way_points_are_all_alike() -> None:
-    beliefs = waypoint_beliefs(WAY, SETTINGS)
-    assert not beliefs.relative
-    assert (beliefs.sigmas == [SETTINGS.waypoint, SETTINGS.waypoint, SETTINGS.waypoint_turn]).all()
+    priors = waypoint_prior(WAY, SETTINGS)
+    assert not priors.relative
+    assert (priors.sigmas == [SETTINGS.waypoint, SETTINGS.waypoint, SETTINGS.waypoint_turn]).all()
 
 
-@pytest.mark.parametrize("beliefs", [odometry_beliefs(WAY, SETTINGS), waypoint_beliefs(WAY, SETTINGS)])
-def test_poses_as_given_contradict_nothing(beliefs: PoseBeliefs) -> None:
-    assert residuals_at(beliefs, WAY) == pytest.approx(np.zeros(12), abs=1e-12)
+@pytest.mark.parametrize("priors", [odometry_prior(WAY, SETTINGS), waypoint_prior(WAY, SETTINGS)])
+def test_poses_as_given_contradict_nothing(priors: PosePrior) -> None:
+    assert residuals_at(priors, WAY) == pytest.approx(np.zeros(12), abs=1e-12)
 
 
 @given(poses=POSES, seed=st.integers(0, 99))
@@ -108,65 +108,65 @@ def test_poses_as_given_contradict_nothing(beliefs: PoseBeliefs) -> None:
 def test_derivatives_are_those_of_the_residuals(poses: list[tuple[float, float, float]], seed: int) -> None:
     given_poses = np.array(poses)
     now = given_poses + np.random.default_rng(seed).normal(0.0, 0.05, given_poses.shape)
-    for beliefs in (odometry_beliefs(given_poses, SETTINGS), waypoint_beliefs(given_poses, SETTINGS)):
-        matrix, step = dense(pose_rows(beliefs, now, 0), now.size), 1e-6
+    for priors in (odometry_prior(given_poses, SETTINGS), waypoint_prior(given_poses, SETTINGS)):
+        matrix, step = dense(pose_factors(priors, now, 0), now.size), 1e-6
         for column in range(now.size):
             there = now.copy()
             there.flat[column] += step
             back = now.copy()
             back.flat[column] -= step
-            change = residuals_at(beliefs, back) - residuals_at(beliefs, there)
+            change = residuals_at(priors, back) - residuals_at(priors, there)
             change[2::3] = wrap(change[2::3])
             assert change / (2 * step) == pytest.approx(matrix[:, column], abs=1e-5)
 
 
 def test_steps_matter_and_not_where_the_robot_started() -> None:
     moved = compose(np.broadcast_to([0.3, -0.2, 0.7], WAY.shape), WAY)
-    assert residuals_at(odometry_beliefs(WAY, SETTINGS), moved)[3:] == pytest.approx(np.zeros(9), abs=1e-12)
-    assert np.abs(residuals_at(waypoint_beliefs(WAY, SETTINGS), moved)).max() > 0.1
+    assert residuals_at(odometry_prior(WAY, SETTINGS), moved)[3:] == pytest.approx(np.zeros(9), abs=1e-12)
+    assert np.abs(residuals_at(waypoint_prior(WAY, SETTINGS), moved)).max() > 0.1
 
 
 def test_a_heading_just_beyond_half_a_turn_is_near() -> None:
     given_poses = np.array([[0.0, 0, np.pi - 0.01], [1.0, 0, -np.pi + 0.01]])
     now = given_poses + np.array([[0, 0, 0.02], [0, 0, -0.02]])
-    assert np.abs(residuals_at(waypoint_beliefs(given_poses, SETTINGS), now)).max() == pytest.approx(0.02)
+    assert np.abs(residuals_at(waypoint_prior(given_poses, SETTINGS), now)).max() == pytest.approx(0.02)
 
 
 def test_a_chain_of_steps_is_solved_by_the_way_itself() -> None:
-    beliefs, now = odometry_beliefs(WAY, SETTINGS), WAY + 0.03
+    priors, now = odometry_prior(WAY, SETTINGS), WAY + 0.03
     for _ in range(5):
-        now = now + solve(*normal_equations([pose_rows(beliefs, now, 0)], now.size)).reshape(-1, 3)
+        now = now + solve(*normal_equations([pose_factors(priors, now, 0)], now.size)).reshape(-1, 3)
     assert now == pytest.approx(WAY, abs=1e-9)
 
 
 def test_rows_stand_where_the_poses_start() -> None:
-    columns = pose_rows(odometry_beliefs(WAY, SETTINGS), WAY, 7).columns
+    columns = pose_factors(odometry_prior(WAY, SETTINGS), WAY, 7).columns
     assert columns.max() == 7 + 12 - 1
     assert columns[columns >= 0].min() == 7
 
 
 def test_soundings_move_with_the_robot() -> None:
-    soundings = listening()
-    given_poses = np.column_stack([soundings.centers, np.zeros(len(soundings.centers))])
+    measurements = listening()
+    given_poses = np.column_stack([measurements.centers, np.zeros(len(measurements.centers))])
     poses = compose(np.broadcast_to([0.2, 0.1, 0.4], given_poses.shape), given_poses)
-    moved = displaced(soundings, given_poses, poses)
+    moved = at_poses(measurements, given_poses, poses)
     places = compose(
-        np.broadcast_to([0.2, 0.1, 0.4], (len(soundings.x), 3)),
-        np.column_stack([soundings.x, soundings.y, np.arctan2(soundings.uy, soundings.ux)]),
+        np.broadcast_to([0.2, 0.1, 0.4], (len(measurements.x), 3)),
+        np.column_stack([measurements.x, measurements.y, np.arctan2(measurements.uy, measurements.ux)]),
     )
     assert np.column_stack([moved.x, moved.y]) == pytest.approx(places[:, :2])
     assert wrap(np.arctan2(moved.uy, moved.ux) - places[:, 2]) == pytest.approx(np.zeros(len(moved.x)), abs=1e-12)
-    assert np.hypot(moved.arms_x, moved.arms_y) == pytest.approx(np.hypot(soundings.arms_x, soundings.arms_y))
+    assert np.hypot(moved.arms_x, moved.arms_y) == pytest.approx(np.hypot(measurements.arms_x, measurements.arms_y))
 
 
 def test_moving_there_and_back_changes_nothing() -> None:
-    soundings = hearing(listening(), [wall(0.0, 2.0)])
-    given_poses = np.column_stack([soundings.centers, np.zeros(len(soundings.centers))])
+    measurements = hearing(listening(), [wall(0.0, 2.0)])
+    given_poses = np.column_stack([measurements.centers, np.zeros(len(measurements.centers))])
     poses = given_poses + np.array([0.1, -0.2, 0.3])
-    back = displaced(displaced(soundings, given_poses, poses), poses, given_poses)
+    back = at_poses(at_poses(measurements, given_poses, poses), poses, given_poses)
     for name in ("x", "y", "ux", "uy", "arms_x", "arms_y", "centers"):
-        assert getattr(back, name) == pytest.approx(getattr(soundings, name), abs=1e-12)
-    assert (back.readings == soundings.readings).all()
+        assert getattr(back, name) == pytest.approx(getattr(measurements, name), abs=1e-12)
+    assert (back.readings == measurements.readings).all()
 
 
 def test_a_step_and_its_inverse_cancel() -> None:

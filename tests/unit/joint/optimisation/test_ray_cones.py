@@ -6,15 +6,15 @@ import pytest
 from echoplan.arrays import FloatArray
 from echoplan.joint.optimisation.ray_cones import fit_cone
 from echoplan.joint.optimisation.sonar_model import learned_sonar
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 from helpers.expectations import ROOM, SONAR, feature, listening
 
 SEEING = SONAR.seeing(0.26)
 SILENT = listening(step=np.radians(2.0))
-WALLS = [feature(each, extent=(-5.0, 5.0), gains=[20.0] * 4) for each in ROOM]
+WALLS = [feature(each, extent=(-5.0, 5.0), llr_by_station=[20.0] * 4) for each in ROOM]
 
 
-def fan(half_angle: float, *, noise: float = 0.002) -> Soundings:
+def fan(half_angle: float, *, noise: float = 0.002) -> Measurements:
     """What a fan of rays reads in the room."""
     rays = SILENT.bearings[:, None] + np.linspace(-half_angle, half_angle, 61)
     nearest = np.full(rays.shape, np.inf)
@@ -34,8 +34,8 @@ def test_the_cone_comes_back_whatever_was_believed(degrees: float) -> None:
 
 
 def test_a_warm_room_does_not_change_it() -> None:
-    heard = fan(np.radians(12.0))
-    found = fit_cone(heard._replace(readings=heard.readings / 1.02), replace(SEEING, range_scale=0.02), WALLS)
+    detected = fan(np.radians(12.0))
+    found = fit_cone(detected._replace(readings=detected.readings / 1.02), replace(SEEING, range_scale=0.02), WALLS)
     assert np.degrees(found.cone) == pytest.approx(12.0, abs=0.2)
 
 
@@ -50,6 +50,6 @@ def test_without_walls_or_readings_it_stays() -> None:
 
 
 def test_of_rays_the_cone_is_learned_and_of_sound_the_beam() -> None:
-    heard = fan(np.radians(12.0))
-    assert learned_sonar(heard, SEEING, WALLS, believed=30.0).cone == fit_cone(heard, SEEING, WALLS).cone
-    assert learned_sonar(heard, SONAR, WALLS, believed=30.0).cone == 0.0
+    detected = fan(np.radians(12.0))
+    assert learned_sonar(detected, SEEING, WALLS, pose_prior=30.0).cone == fit_cone(detected, SEEING, WALLS).cone
+    assert learned_sonar(detected, SONAR, WALLS, pose_prior=30.0).cone == 0.0

@@ -8,11 +8,11 @@ import pytest
 from echoplan.acoustics import typical_transducer
 from echoplan.acoustics.predicted_echo import EchoModel, Kind
 from echoplan.arrays import FloatArray
-from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS, Unknowns
-from echoplan.joint.optimisation.solution import Adjusted
+from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS, Layout
+from echoplan.joint.optimisation.solution import Solution
 from helpers import scenes
 
-UNKNOWNS = Unknowns(kinds=np.array([Kind.WALL, Kind.CYLINDER], dtype=np.int64), poses=0)
+UNKNOWNS = Layout(kinds=np.array([Kind.WALL, Kind.CYLINDER], dtype=np.int64), poses=0)
 FEATURES = slice(0, UNKNOWNS.sonar)
 RNG = np.random.default_rng(3)
 # So many readings of deviation 1, and what is believed before any of them.
@@ -20,18 +20,18 @@ SLOPES = RNG.normal(size=(40, UNKNOWNS.size))
 HEARD, HELD = SLOPES.T @ SLOPES, np.diag(RNG.uniform(2.0, 20.0, UNKNOWNS.size))
 
 
-def adjusted(share: float) -> Adjusted:
+def adjusted(share: float) -> Solution:
     """What comes of readings that are let count for a share of what they tell."""
     nothing = np.zeros(0)
-    return Adjusted(
+    return Solution(
         reflectors=np.zeros((2, 4)),
         model=EchoModel.of(typical_transducer(scenes.rig().sensors[0])),
         latency=0.0,
         poses=np.zeros((0, 3)),
-        unknowns=UNKNOWNS,
+        layout=UNKNOWNS,
         information=share * HEARD + HELD,
-        heard=share * HEARD,
-        understated=1.0 / share,
+        detected=share * HEARD,
+        information_inflation=1.0 / share,
         extents=np.zeros((2, 2)),
         owners=nothing.astype(np.int64),
         residuals=nothing,
@@ -43,10 +43,10 @@ def adjusted(share: float) -> Adjusted:
 def scattered(share: float, draws: int) -> FloatArray:
     """Estimates of features less the truth, over and over again, with a sonar that is known."""
     truths = RNG.normal(size=(draws, UNKNOWNS.sonar)) / np.sqrt(np.diag(HELD)[FEATURES])
-    slopes = SLOPES[:, FEATURES]
-    readings = truths @ slopes.T + RNG.normal(size=(draws, len(slopes)))
-    information = share * slopes.T @ slopes + HELD[FEATURES, FEATURES]
-    return np.linalg.solve(information, share * slopes.T @ readings.T).T - truths
+    jacobian = SLOPES[:, FEATURES]
+    readings = truths @ jacobian.T + RNG.normal(size=(draws, len(jacobian)))
+    information = share * jacobian.T @ jacobian + HELD[FEATURES, FEATURES]
+    return np.linalg.solve(information, share * jacobian.T @ readings.T).T - truths
 
 
 def test_what_counts_in_full_has_the_inverse_of_the_information() -> None:
@@ -71,7 +71,7 @@ def test_what_is_known_of_the_sonar_does_not_grow_with_readings_that_err_togethe
 def test_it_is_a_covariance() -> None:
     full, quarter = adjusted(1.0).covariance, adjusted(0.25).covariance
     assert np.linalg.eigvalsh(quarter).min() > 0.0
-    lone = replace(adjusted(0.25), understated=1.0).covariance
+    lone = replace(adjusted(0.25), information_inflation=1.0).covariance
     assert (np.diag(quarter)[FEATURES] < np.diag(lone)[FEATURES]).all()
     assert (np.diag(quarter)[FEATURES] > np.diag(full)[FEATURES]).all()
 
@@ -82,9 +82,9 @@ def test_however_much_was_heard_features_are_known_no_better_than_the_range_offs
     offset = UNKNOWNS.sonar
     assert known.sonar_sigmas()["range_offset"] == pytest.approx(0.9)
     # What moves with the offset is as uncertain; what is left once the offset is known stays.
-    slopes = free.covariance[:, offset] / free.covariance[offset, offset]
-    rest = free.covariance - free.covariance[offset, offset] * np.outer(slopes, slopes)
-    assert known.covariance == pytest.approx(rest + 0.81 * np.outer(slopes, slopes))
+    jacobian = free.covariance[:, offset] / free.covariance[offset, offset]
+    rest = free.covariance - free.covariance[offset, offset] * np.outer(jacobian, jacobian)
+    assert known.covariance == pytest.approx(rest + 0.81 * np.outer(jacobian, jacobian))
     assert replace(free, offset_sigma=1e-9).covariance == pytest.approx(free.covariance)
 
 

@@ -9,9 +9,9 @@ from echoplan.acoustics.predicted_echo import EchoModel
 from echoplan.acoustics.range_walk_model import WalkCurve
 from echoplan.arrays import FloatArray
 from echoplan.joint.optimisation.edge_diffraction import edges_of
-from echoplan.joint.optimisation.optimiser import AdjustmentSettings, Beliefs, adjust
+from echoplan.joint.optimisation.optimiser import OptimiserSettings, Priors, adjust
 from echoplan.joint.optimisation.range_factors import Features
-from echoplan.joint.optimisation.solution import Adjusted
+from echoplan.joint.optimisation.solution import Solution
 from echoplan.joint.optimisation.sonar_model import expected_sonar, half_aperture_of, walking
 from echoplan.joint.optimisation.values import State
 from echoplan.joint.settings import AccountSettings
@@ -86,16 +86,18 @@ def test_what_is_no_walk_is_refused(table: object, message: str) -> None:
         AccountSettings.model_validate({"walk": table})
 
 
-def room_heard_by(sonar: EchoModel, *, stations: int = 9) -> Adjusted:
+def room_heard_by(sonar: EchoModel, *, stations: int = 9) -> Solution:
     """A room that a sonar heard which is taken for the usual one."""
     places = [(x, y) for x in (-1.2, 0.0, 1.3) for y in (-0.9, 0.1, 0.8)]
-    soundings = hearing(listening(places[:stations]), ROOM, sonar=sonar, noise=0.001, rng=np.random.default_rng(8))
+    measurements = hearing(listening(places[:stations]), ROOM, sonar=sonar, noise=0.001, rng=np.random.default_rng(8))
     extents = np.tile([-REACH, REACH], (len(ROOM), 1))
     none = np.zeros((len(ROOM), stations))
-    features = Features(reflectors=ROOM, extents=extents, shadows=none, doubts=none, ends=edges_of(ROOM, extents))
+    features = Features(
+        reflectors=ROOM, extents=extents, attenuations=none, bias_variances=none, ends=edges_of(ROOM, extents)
+    )
     start = State(features=features, model=SONAR)
-    beliefs = Beliefs(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False, scale_sigma=0.003)
-    return adjust(soundings, start, beliefs, AdjustmentSettings())
+    priors = Priors(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False, scale_sigma=0.003)
+    return adjust(measurements, start, priors, OptimiserSettings())
 
 
 def test_a_walk_is_fitted_to_what_a_recording_tells_of_it() -> None:

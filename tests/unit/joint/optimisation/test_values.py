@@ -16,20 +16,22 @@ def state() -> State:
     rows = np.array([wall(0.2, 1.5), cylinder(0.4, 1.0, 0.1), corner(2.0, 1.5)])
     extents = np.zeros((3, 2))
     none = np.zeros((3, 2))
-    features = Features(reflectors=rows, extents=extents, shadows=none, doubts=none, ends=edges_of(rows, extents))
+    features = Features(
+        reflectors=rows, extents=extents, attenuations=none, bias_variances=none, ends=edges_of(rows, extents)
+    )
     poses = np.array([[0.0, 0.0, 0.1], [1.0, 0.5, -0.2]])
     return State(features=features, model=SONAR, latency=0.003, servo=SERVO, poses=poses)
 
 
 def test_values_stand_where_the_unknowns_say() -> None:
     now = state()
-    unknowns, values = now.unknowns, now.values
-    assert len(values) == unknowns.size == 2 + 3 + 2 + 9 + 6
-    assert values[unknowns.feature(1)].tolist() == [0.4, 1.0, 0.1]
+    layout, values = now.layout, now.values
+    assert len(values) == layout.size == 2 + 3 + 2 + 9 + 6
+    assert values[layout.feature(1)].tolist() == [0.4, 1.0, 0.1]
     sonar = [SONAR.range_offset, SONAR.walk_gain, SONAR.range_scale, 0.003, *SERVO]
     sonar += [SONAR.figure_of_merit, math.log(SONAR.ka), SONAR.walk_exponent]
-    assert values[unknowns.sonar : unknowns.pose].tolist() == sonar
-    assert values[unknowns.pose :].reshape(-1, 3).tolist() == now.poses.tolist()
+    assert values[layout.sonar : layout.pose].tolist() == sonar
+    assert values[layout.pose :].reshape(-1, 3).tolist() == now.poses.tolist()
 
 
 def test_a_small_step_moves_every_value_by_itself() -> None:

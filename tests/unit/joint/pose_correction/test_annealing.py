@@ -9,13 +9,13 @@ import pytest
 from echoplan.joint.estimate import Account
 from echoplan.joint.mapper import JointSettings
 from echoplan.joint.optimisation.manhattan import Squareness
-from echoplan.joint.optimisation.optimiser import Beliefs
-from echoplan.joint.optimisation.pose_factors import PoseBeliefs, waypoint_beliefs
+from echoplan.joint.optimisation.optimiser import Priors
+from echoplan.joint.optimisation.pose_factors import PosePrior, waypoint_prior
 from echoplan.joint.pose_correction import annealing
 from echoplan.joint.pose_correction.annealing import converge, settle, square_up
 from echoplan.joint.pose_model_selection import explained
 from echoplan.joint.settings import PoseMode
-from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
+from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.sources import open_source
 
 
@@ -24,17 +24,17 @@ def square() -> Account:
     """A square room along the axes, every wall of which several stations heard."""
     source = open_source("sim:square")
     sweeps = list(source)
-    heard = join_soundings([soundings_of(sweep, source.rig) for sweep in sweeps])
+    detected = join_measurements([measurements_of(sweep, source.rig) for sweep in sweeps])
     poses = np.array([sweep.map_from_base[0] for sweep in sweeps])
-    return explained(Account(source.rig, heard, poses, JointSettings(poses=PoseMode.TRUST)))
+    return explained(Account(source.rig, detected, poses, JointSettings(poses=PoseMode.TRUST)))
 
 
 @pytest.mark.parametrize(("heard_from", "along_axes"), [(1, True), (2, True), (3, False), (5, False)])
 def test_walls_that_many_stations_heard_are_square_to_each_other_but_not_to_the_axes(
     square: Account, heard_from: int, *, along_axes: bool
 ) -> None:
-    account, gains = copy(square), np.where(np.arange(len(square.given)) < heard_from, 50.0, 0.0)
-    account.features = [replace(each, gains=gains) for each in square.features]
+    account, llr_by_station = copy(square), np.where(np.arange(len(square.given)) < heard_from, 50.0, 0.0)
+    account.features = [replace(each, llr_by_station=llr_by_station) for each in square.features]
     square_up(account)
     assert account.squareness is not None
     assert account.is_along_axes == along_axes
@@ -44,18 +44,18 @@ def test_walls_that_many_stations_heard_are_square_to_each_other_but_not_to_the_
 def test_way_points_settle_along_the_axes_where_few_stations_heard_each_wall(
     square: Account, monkeypatch: pytest.MonkeyPatch, *, few: bool
 ) -> None:
-    account, believed = copy(square), list[Squareness | None]()
-    beliefs = Account.beliefs
+    account, pose_prior = copy(square), list[Squareness | None]()
+    priors = Account.priors
 
-    def noted(self: Account, noise: float, poses: PoseBeliefs | None) -> Beliefs:
-        told = beliefs(self, noise, poses)
-        believed.append(told.squareness)
+    def noted(self: Account, noise: float, poses: PosePrior | None) -> Priors:
+        told = priors(self, noise, poses)
+        pose_prior.append(told.squareness)
         return told
 
-    monkeypatch.setattr(Account, "beliefs", noted)
+    monkeypatch.setattr(Account, "priors", noted)
     monkeypatch.setattr(annealing, "rest_on_few", lambda *_: few)
-    settle(account, waypoint_beliefs(account.given, account.settings.pose_errors))
-    at_first = believed[0]
+    settle(account, waypoint_prior(account.given, account.settings.pose_errors))
+    at_first = pose_prior[0]
     assert (at_first is not None and at_first.along_axes) == few
 
 
@@ -63,16 +63,16 @@ def test_heading_factors_are_added_after_the_beam_is_calibrated(
     square: Account, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     account, has_headings = copy(square), list[bool]()
-    priors = Account.beliefs
+    priors = Account.priors
 
-    def noted(self: Account, noise: float, poses: PoseBeliefs | None) -> Beliefs:
+    def noted(self: Account, noise: float, poses: PosePrior | None) -> Priors:
         found = priors(self, noise, poses)
         has_headings.append(found.bearings)
         return found
 
-    monkeypatch.setattr(Account, "beliefs", noted)
+    monkeypatch.setattr(Account, "priors", noted)
     account.asks_bearings = False
-    settle(account, waypoint_beliefs(account.given, account.settings.pose_errors))
+    settle(account, waypoint_prior(account.given, account.settings.pose_errors))
     assert not has_headings[0]
     assert has_headings[-1]
 
@@ -80,7 +80,7 @@ def test_heading_factors_are_added_after_the_beam_is_calibrated(
 def test_the_effective_sample_size_is_estimated_from_the_readings(square: Account) -> None:
     account, start = copy(square), 0.001
     account.independence = start
-    settle(account, waypoint_beliefs(account.given, account.settings.pose_errors))
+    settle(account, waypoint_prior(account.given, account.settings.pose_errors))
     assert account.independence > 10.0 * start
 
 
@@ -88,15 +88,15 @@ def test_walls_are_asked_which_way_they_lie_once_it_is_known_how_wide_the_sonar_
     square: Account, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     account, asked = copy(square), list[tuple[bool, float]]()
-    beliefs = Account.beliefs
+    priors = Account.priors
 
-    def noted(self: Account, noise: float, poses: PoseBeliefs | None) -> Beliefs:
-        told = beliefs(self, noise, poses)
+    def noted(self: Account, noise: float, poses: PosePrior | None) -> Priors:
+        told = priors(self, noise, poses)
         asked.append((told.bearings, noise))
         return told
 
-    monkeypatch.setattr(Account, "beliefs", noted)
-    converge(account, waypoint_beliefs(account.given, account.settings.pose_errors), account.given)
+    monkeypatch.setattr(Account, "priors", noted)
+    converge(account, waypoint_prior(account.given, account.settings.pose_errors), account.given)
     bearings, noises = np.array([each for each, _ in asked]), np.array([each for _, each in asked])
     # They are asked from the second pass from coarse to fine on.
     first = int(np.flatnonzero(np.diff(noises) > 0.0)[0]) + 1

@@ -16,17 +16,17 @@ from echoplan.joint.pose_correction.consistency import (
     agrees,
     are_at_odds,
     evidence,
-    is_doubtful,
+    has_duplicated_walls,
+    is_inconsistent,
     is_scattered,
     is_strained,
-    is_torn,
 )
 from echoplan.joint.pose_correction.pose_tracking import track
 from echoplan.joint.pose_model_selection import explained
-from echoplan.joint.search.duplicates import pairs_of_copies, without_copies
+from echoplan.joint.search.duplicates import duplicate_pairs, without_duplicates
 from echoplan.joint.settings import AccountSettings, PoseMode
 from echoplan.model import Odometry, Polyline, Route, World
-from echoplan.preprocessing.ping_arrays import Soundings, join_soundings, soundings_of
+from echoplan.preprocessing.measurements import Measurements, join_measurements, measurements_of
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 
 RIG = builtin_rig("rotary-array")
@@ -44,7 +44,7 @@ BENT = World(
 
 
 @cache
-def drive(*, odometry: OdometryNoise | None, bent: bool) -> tuple[Soundings, FloatArray]:
+def drive(*, odometry: OdometryNoise | None, bent: bool) -> tuple[Measurements, FloatArray]:
     """What is heard of the square on a way round, and the poses as recorded."""
     settings = SimulationSettings() if odometry is None else SimulationSettings(odometry=odometry)
     simulation = Simulation(
@@ -55,12 +55,14 @@ def drive(*, odometry: OdometryNoise | None, bent: bool) -> tuple[Soundings, Flo
         seed=3,
     )
     sweeps = tuple(simulation)
-    return join_soundings([soundings_of(sweep, RIG) for sweep in sweeps]), np.array([each.station for each in sweeps])
+    return join_measurements([measurements_of(sweep, RIG) for sweep in sweeps]), np.array(
+        [each.station for each in sweeps]
+    )
 
 
 def account_of(odometry: OdometryNoise | None, *, bent: bool = False, **settings: object) -> Account:
-    heard, given = drive(odometry=odometry, bent=bent)
-    return Account(RIG, heard, given, AccountSettings.model_validate(settings))
+    detected, given = drive(odometry=odometry, bent=bent)
+    return Account(RIG, detected, given, AccountSettings.model_validate(settings))
 
 
 @cache
@@ -81,23 +83,23 @@ def test_from_exact_poses_all_agrees_and_nothing_is_doubtful() -> None:
     account = trusted(odometry=None)
     assert agreement(account) > 0.97
     assert agrees(account)
-    assert not is_torn(account)
-    assert not is_doubtful(account)
+    assert not has_duplicated_walls(account)
+    assert not is_inconsistent(account)
 
 
 def test_walls_of_one_station_each_hold_nothing_together_however_well_all_agrees() -> None:
     account = copy(trusted(odometry=None))
     assert not is_scattered(account)
     alone = np.where(np.arange(len(WAY)) == 2, 1.0, 0.0)
-    account.features = [replace(each, gains=alone * each.gains) for each in account.features]
+    account.features = [replace(each, llr_by_station=alone * each.llr_by_station) for each in account.features]
     assert is_scattered(account)
     assert agrees(account)
-    assert is_doubtful(account)
+    assert is_inconsistent(account)
 
 
 def test_drifting_poses_are_doubtful_even_where_most_echoes_find_some_wall() -> None:
     account = trusted(odometry=LOST)
-    assert is_doubtful(account)
+    assert is_inconsistent(account)
     assert agreement(account) < agreement(trusted(odometry=None))
 
 
@@ -135,7 +137,7 @@ def test_readings_that_are_rounded_err_together_unless_they_scatter(common: floa
     account = copy(trusted(odometry=None))
     assert account.adjusted is not None
     rng, owners = np.random.default_rng(4), account.adjusted.owners
-    together = rng.standard_normal((len(account.features), len(WAY)))[owners, account.soundings.stations]
+    together = rng.standard_normal((len(account.features), len(WAY)))[owners, account.measurements.stations]
     errors = common * together + own * rng.standard_normal(len(owners))
     account.adjusted = replace(account.adjusted, residuals=np.where(owners >= 0, errors, 0.0))
     account.resolution, account.noise = 0.01, float(np.hypot(common, own))
@@ -147,31 +149,31 @@ def test_a_wall_there_twice_tears_the_map() -> None:
     walls = [each for each in trusted(odometry=None).features if each.is_wall]
     moved = [replace(each, reflector=each.reflector + np.array([0.0, 0.05, 0.03, 0.0])) for each in walls]
     account.features = [*walls, moved[0]]
-    assert not is_torn(account)
+    assert not has_duplicated_walls(account)
     account.features = [*walls, *moved]
-    assert is_torn(account)
+    assert has_duplicated_walls(account)
 
 
 def test_a_wall_that_a_drive_tore_in_two_makes_poses_doubtful_and_a_bend_does_not() -> None:
     torn, bent = copy(trusted(odometry=LOST)), copy(trusted(odometry=None, bent=True))
-    assert is_doubtful(torn)
-    assert not is_doubtful(bent)
+    assert is_inconsistent(torn)
+    assert not is_inconsistent(bent)
     for account in (torn, bent):
         # That pings do not agree from the poses of the drive would be enough.
         account.settings = AccountSettings(agreement=0.5)
         assert agrees(account)
         assert account.adjusted is not None
         account.adjusted = replace(account.adjusted, residuals=np.zeros(len(account.adjusted.residuals)))
-        assert pairs_of_copies(account.features, account.settings.copies)
+        assert duplicate_pairs(account.features, account.settings.copies)
     assert are_at_odds(torn)
     assert not are_at_odds(bent)
-    torn.features = without_copies(torn.features, torn.settings.copies)
+    torn.features = without_duplicates(torn.features, torn.settings.copies)
     assert not are_at_odds(torn)
 
 
 def test_no_two_walls_cross_however_well_both_are_known() -> None:
     account = copy(trusted(odometry=None, bent=True))
-    (pair,) = pairs_of_copies(account.features, account.settings.copies)
+    (pair,) = duplicate_pairs(account.features, account.settings.copies)
     assert not are_at_odds(account)
     longer = {number: tuple(np.add(account.features[number].extent, (-0.5, 0.5))) for number in pair}
     account.features = [
@@ -186,9 +188,9 @@ def test_corrected_poses_have_more_evidence_than_drifting_ones() -> None:
 
 def test_free_poses_cost_half_the_logarithm_of_their_readings_for_each_parameter() -> None:
     account = corrected()
-    believed, account.believed = account.believed, None
+    pose_prior, account.pose_prior = account.pose_prior, None
     free = evidence(account)
-    account.believed = believed
+    account.pose_prior = pose_prior
     # The first pose is the frame; each of the others is told by a hundred readings or more.
     cost = free - evidence(account)
     assert cost == pytest.approx(5 * 1.5 * np.log(250), rel=0.2)
@@ -199,7 +201,9 @@ def test_a_wall_there_twice_speaks_against_the_poses() -> None:
     account.features = trusted(odometry=None).features
     once = evidence(account), agreement(account)
     wall = next(each for each in account.features if each.is_wall)
-    copied = replace(wall, reflector=wall.reflector + np.array([0.0, 0.0, 0.03, 0.0]), gains=0.5 * wall.gains)
+    copied = replace(
+        wall, reflector=wall.reflector + np.array([0.0, 0.0, 0.03, 0.0]), llr_by_station=0.5 * wall.llr_by_station
+    )
     account.features = [*account.features, copied]
     assert agreement(account) == once[1]
     assert evidence(account) < once[0] - 12.0
@@ -212,10 +216,10 @@ def test_a_wall_that_pings_look_through_speaks_against_the_poses() -> None:
     wall = next(each for each in account.features if each.is_wall)
     # Too far off to be the same wall twice, and nearer, so that whoever hears the one looks through the other.
     nearer = wall.reflector - np.array([0.0, 0.0, 0.4, 0.0])
-    there = replace(account.explanation.propose(nearer), extent=wall.extent)
+    there = replace(account.explanation.score(nearer), extent=wall.extent)
     account.features = [*account.features, there]
     cost = account.settings.search.accept
-    assert not pairs_of_copies(account.features, account.settings.copies)
+    assert not duplicate_pairs(account.features, account.settings.copies)
     assert evidence(account) < without - cost - 12.0
     account.features[-1] = replace(there, extent=(0.0, 0.0))
     assert evidence(account) == pytest.approx(without - cost, abs=6.0)
@@ -232,10 +236,10 @@ def test_poses_that_nobody_would_believe_cost_what_makes_them_unlikely() -> None
 def test_steps_that_lead_ten_times_farther_astray_than_was_told_are_strained() -> None:
     account = copy(corrected())
     assert not is_strained(account)
-    heard, given = drive(odometry=LOST, bent=False)
+    detected, given = drive(odometry=LOST, bent=False)
     told = Odometry(along=0.003, lateral=0.0, yaw_per_metre=np.radians(0.3), yaw_per_radian=0.0)
-    sure = Account(replace(RIG, odometry=told), heard, given, AccountSettings())
-    sure.poses, sure.believed = account.poses, sure.odometry()
+    sure = Account(replace(RIG, odometry=told), detected, given, AccountSettings())
+    sure.poses, sure.pose_prior = account.poses, sure.odometry()
     assert is_strained(sure)
     assert not is_strained(trusted(odometry=None))
 

@@ -11,13 +11,13 @@ from echoplan.io import builtin_rig, builtin_world
 from echoplan.joint.calibration import calibration
 from echoplan.joint.estimate import Account
 from echoplan.joint.marginalisation import survey
-from echoplan.joint.optimisation.pose_factors import odometry_beliefs
-from echoplan.joint.pose_correction.consistency import is_torn
+from echoplan.joint.optimisation.pose_factors import odometry_prior
+from echoplan.joint.pose_correction.consistency import has_duplicated_walls
 from echoplan.joint.pose_correction.pose_tracking import track, until
-from echoplan.joint.search.scan_matching import Catalogue, LocalisationSettings, Sightline, locate
+from echoplan.joint.search.scan_matching import LandmarkMap, LocalisationSettings, LocalScan, locate
 from echoplan.joint.settings import AccountSettings
 from echoplan.model import Route, Sweep
-from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
+from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 
 WAY = np.array(
@@ -51,14 +51,14 @@ def drive() -> tuple[Sweep, ...]:
 def account_of(sweeps: tuple[Sweep, ...]) -> Account:
     rig = builtin_rig("rotary-array")
     given = np.array([sweep.station for sweep in sweeps])
-    heard = join_soundings([soundings_of(sweep, rig) for sweep in sweeps])
-    return Account(rig, heard, given, AccountSettings())
+    detected = join_measurements([measurements_of(sweep, rig) for sweep in sweeps])
+    return Account(rig, detected, given, AccountSettings())
 
 
 @cache
 def tracked() -> Account:
     account = account_of(drive())
-    track(account, odometry_beliefs(account.given, account.settings.pose_errors))
+    track(account, odometry_prior(account.given, account.settings.pose_errors))
     return account
 
 
@@ -89,12 +89,12 @@ def test_what_was_tracked_is_searched_from_where_the_robot_was_found(monkeypatch
 
     def searched(account: Account, *, rounds: int | None = None) -> None:
         if rounds is None:
-            centers.append(account.soundings.centers)
+            centers.append(account.measurements.centers)
         original(account, rounds=rounds)
 
     account = account_of(drive())
     monkeypatch.setattr(Account, "search", searched)
-    track(account, odometry_beliefs(account.given, account.settings.pose_errors))
+    track(account, odometry_prior(account.given, account.settings.pose_errors))
     assert np.hypot(*(centers[0] - WAY[:, :2]).T).max() < 0.03
 
 
@@ -108,7 +108,7 @@ def test_from_stations_that_hear_nothing_new_nothing_is_learned(monkeypatch: pyt
 
     account = account_of(drive())
     monkeypatch.setattr(Account, "search", searched)
-    track(account, odometry_beliefs(account.given, account.settings.pose_errors))
+    track(account, odometry_prior(account.given, account.settings.pose_errors))
     # The first two stations of a room tell most of it.
     assert learned[0] == 2
     assert len(learned) < len(WAY) / 2
@@ -121,11 +121,15 @@ def test_the_first_station_is_only_moved_on_strong_evidence(
     stays, original = list[float](), locate
 
     def located(
-        sight: Sightline, catalogue: Catalogue, guess: FloatArray, sigmas: FloatArray, settings: LocalisationSettings
+        sight: LocalScan,
+        landmark_map: LandmarkMap,
+        guess: FloatArray,
+        sigmas: FloatArray,
+        settings: LocalisationSettings,
     ) -> tuple[FloatArray, float]:
         if stays:
             return np.array([*(WAY[0, :2] + 0.2), WAY[0, 2]]), stays[0] + gain
-        pose, score = original(sight, catalogue, guess, sigmas, settings)
+        pose, score = original(sight, landmark_map, guess, sigmas, settings)
         # Nobody asks how well a station fits within millimetres of where it is but for this.
         stays.extend([score] * bool(sigmas[0] < 0.006))
         return pose, score
@@ -133,7 +137,7 @@ def test_the_first_station_is_only_moved_on_strong_evidence(
     account = account_of(drive())
     monkeypatch.setattr("echoplan.joint.pose_correction.pose_tracking.locate", located)
     monkeypatch.setattr("echoplan.joint.pose_correction.pose_tracking.settle", lambda *_: None)
-    track(account, odometry_beliefs(account.given, account.settings.pose_errors))
+    track(account, odometry_prior(account.given, account.settings.pose_errors))
     away = np.hypot(*(account.poses[1:] - WAY[1:])[:, :2].T)
     assert stays
     assert ((away > 0.2) == moves).all()
@@ -149,7 +153,7 @@ def test_the_walls_are_there_once_and_in_their_places() -> None:
 def test_errors_of_poses_are_about_as_great_as_it_says() -> None:
     account = tracked()
     assert account.adjusted is not None
-    start = account.adjusted.unknowns.pose
+    start = account.adjusted.layout.pose
     sigmas = np.sqrt(np.diag(account.adjusted.covariance)[start:]).reshape(-1, 3)
     off = np.abs(account.poses - WAY)
     off[:, 2] = np.abs(wrap(account.poses[:, 2] - WAY[:, 2]))
@@ -169,18 +173,18 @@ def test_with_poses_that_are_right_nothing_is_torn_and_with_drift_it_shows() -> 
             )
         )
     )
-    straight.glance()
-    assert not is_torn(straight)
+    straight.initialise()
+    assert not has_duplicated_walls(straight)
     assert straight.explained(straight.features).mean() > 0.5
 
 
 def test_an_account_of_the_first_stations_knows_nothing_of_the_others() -> None:
     account = account_of(drive())
     part = until(account, 3)
-    assert len(part.soundings.centers) == 3
-    assert part.soundings.stations.max() == 2
+    assert len(part.measurements.centers) == 3
+    assert part.measurements.stations.max() == 2
     assert {arc.station for arc in part.arcs} == {0, 1, 2}
-    assert len(account.soundings.centers) == 7
+    assert len(account.measurements.centers) == 7
 
 
 def test_what_the_data_sheet_says_is_believed_at_first() -> None:

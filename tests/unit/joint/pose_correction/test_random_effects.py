@@ -14,17 +14,17 @@ NOISE, GUESS, SPREAD = 0.002, 0.012, 1.15
 FEATURES, STATIONS, READINGS = 6, 30, 10
 
 
-def heard(common: float, seed: int) -> Rows:
+def detected(common: float, seed: int) -> Rows:
     """Readings of offsets of walls from stations that move along each of two axes: errors of their own, and shared."""
     rng = np.random.default_rng(seed)
     feature, station = (each.repeat(READINGS) for each in np.indices((FEATURES, STATIONS)).reshape(2, -1))
     shared = common * rng.standard_normal(FEATURES * STATIONS).repeat(READINGS)
     angles = feature * 2.0 * np.pi / FEATURES
     places = FEATURES + 2 * station
-    slopes = np.column_stack([np.ones(len(feature)), np.cos(angles), np.sin(angles)])
+    jacobian = np.column_stack([np.ones(len(feature)), np.cos(angles), np.sin(angles)])
     residuals = shared + NOISE * rng.standard_normal(len(feature))
     columns = np.column_stack([feature, places, places + 1])
-    return Rows(columns, slopes, residuals, np.full(len(feature), NOISE**-2.0))
+    return Rows(columns, jacobian, residuals, np.full(len(feature), NOISE**-2.0))
 
 
 def adjusted(rows: Rows, common: float) -> tuple[Rows, FloatArray]:
@@ -34,16 +34,16 @@ def adjusted(rows: Rows, common: float) -> tuple[Rows, FloatArray]:
     information, right = normal_equations([capped], size)
     covariance = solve(information + np.eye(size), np.eye(size))
     step = covariance @ right
-    left = rows.residuals - np.sum(rows.slopes * step[rows.columns], axis=1)
+    left = rows.residuals - np.sum(rows.jacobian * step[rows.columns], axis=1)
     return rows._replace(residuals=left), covariance
 
 
 def learned(common: float, seed: int = 1) -> float:
-    rows, believed = heard(common, seed), GUESS
+    rows, pose_prior = detected(common, seed), GUESS
     for _ in range(30):
-        squares, count = common_squares(*adjusted(rows, believed), common=believed)
-        believed = GUESS * float(learned_factor(squares / GUESS**2, count, SPREAD))
-    return believed
+        squares, count = common_squares(*adjusted(rows, pose_prior), common=pose_prior)
+        pose_prior = GUESS * float(learned_factor(squares / GUESS**2, count, SPREAD))
+    return pose_prior
 
 
 @pytest.mark.parametrize("common", [0.003, 0.012, 0.03])
@@ -56,7 +56,7 @@ def test_errors_that_readings_make_by_themselves_are_not_taken_for_common_ones()
 
 
 def test_an_effect_is_told_where_nothing_else_takes_it_up() -> None:
-    rows = heard(0.01, 2)
+    rows = detected(0.01, 2)
     squares, count = common_squares(rows, np.zeros((FEATURES + 2 * STATIONS,) * 2), common=0.01)
     effects = FEATURES * STATIONS
     # Ten readings tell all but a hundredth and a bit of an effect five times as great as their noise.
@@ -68,9 +68,9 @@ def test_an_effect_is_told_where_nothing_else_takes_it_up() -> None:
 
 def test_what_poses_take_up_entirely_is_told_of_no_effect() -> None:
     # One feature from each station, and two coordinates to move it by.
-    rows = heard(0.01, 3)
+    rows = detected(0.01, 3)
     own = rows.columns[:, 0] == 0
-    single = Rows(rows.columns[own], rows.slopes[own], rows.residuals[own], rows.weights[own])
+    single = Rows(rows.columns[own], rows.jacobian[own], rows.residuals[own], rows.weights[own])
     _, count = common_squares(*adjusted(single, 0.01), common=0.01)
     assert count == pytest.approx(0.0, abs=1e-3 * STATIONS)
 
@@ -83,10 +83,10 @@ class Waiting:
     def __init__(self) -> None:
         self.pair_sigma, self.done = GUESS, list[tuple[str, float]]()
 
-    def adjust_often(self, noise: float, beliefs: Any, rounds: int) -> None:
+    def alternate(self, noise: float, priors: Any, rounds: int) -> None:
         self.done.append(("adjusted", self.pair_sigma))
 
-    def learn_noise(self) -> None:
+    def estimate_noise(self) -> None:
         self.done.append(("noise", self.pair_sigma))
 
 

@@ -13,10 +13,10 @@ from echoplan.io import builtin_rig, builtin_world
 from echoplan.joint.estimate import Account
 from echoplan.joint.optimisation.pose_factors import PoseSettings, waypoint_steps
 from echoplan.joint.pose_correction.pose_tracking import track
-from echoplan.joint.pose_correction.registration_order import nearest_first, place, seen_from_others
+from echoplan.joint.pose_correction.registration_order import place, seen_from_others, spanning_tree_order
 from echoplan.joint.settings import AccountSettings
 from echoplan.model import Route
-from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
+from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.simulation import Simulation
 
 # There and back again, so that neighbours are not those heard one after the other.
@@ -40,8 +40,8 @@ def set_down(seed: int) -> Account:
     sweeps = Simulation(world=builtin_world("square"), rig=rig, route=Route(map_from_base=WAY), seed=3)
     off = np.random.default_rng(seed).normal(0.0, (0.03, 0.03, 0.25), WAY.shape)
     told = [replace(sweep, map_from_base=sweep.map_from_base + by) for sweep, by in zip(sweeps, off, strict=True)]
-    heard = join_soundings([soundings_of(sweep, rig) for sweep in told])
-    return Account(rig, heard, np.array([sweep.station for sweep in told]), AccountSettings())
+    detected = join_measurements([measurements_of(sweep, rig) for sweep in told])
+    return Account(rig, detected, np.array([sweep.station for sweep in told]), AccountSettings())
 
 
 def errors(poses: FloatArray) -> tuple[float, float]:
@@ -74,7 +74,7 @@ def test_step_by_step_they_get_lost() -> None:
 @given(places=st.lists(st.tuples(st.floats(-9, 9), st.floats(-9, 9)), min_size=1, max_size=9))
 def test_each_is_the_nearest_that_is_left(places: list[tuple[float, float]]) -> None:
     xy = np.array(places)
-    order = nearest_first(xy)
+    order = spanning_tree_order(xy)
     assert sorted(order) == list(range(len(xy)))
     apart = np.hypot(*(xy[:, None] - xy[None]).transpose(2, 0, 1))
     for count in range(1, len(order)):

@@ -9,13 +9,13 @@ import pytest
 from echoplan.io import builtin_rig, builtin_world
 from echoplan.joint import pose_model_selection
 from echoplan.joint.estimate import Account
-from echoplan.joint.optimisation.pose_factors import displaced
+from echoplan.joint.optimisation.pose_factors import at_poses
 from echoplan.joint.pose_correction.annealing import settle
-from echoplan.joint.pose_correction.relocalisation import elsewhere
+from echoplan.joint.pose_correction.relocalisation import relocalised
 from echoplan.joint.pose_model_selection import explained
 from echoplan.joint.settings import AccountSettings, PoseMode
 from echoplan.model import Route
-from echoplan.preprocessing.ping_arrays import join_soundings, soundings_of
+from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.simulation import Simulation, SimulationSettings
 
 WAY = np.array([[0.0, 0.0, 0.0], [0.6, 0.0, 0.4], [1.0, 0.4, 1.2], [1.1, 1.0, 1.8], [0.7, 1.5, 2.8], [0.1, 1.4, -2.2]])
@@ -32,8 +32,8 @@ def settled() -> Account:
         settings=SimulationSettings(),
         seed=3,
     )
-    heard = join_soundings([soundings_of(sweep, simulation.rig) for sweep in simulation])
-    account = Account(simulation.rig, heard, WAY, AccountSettings(poses=PoseMode.CORRECT, by_hand=0))
+    detected = join_measurements([measurements_of(sweep, simulation.rig) for sweep in simulation])
+    account = Account(simulation.rig, detected, WAY, AccountSettings(poses=PoseMode.CORRECT, by_hand=0))
     settle(account, account.odometry())
     return account
 
@@ -43,19 +43,19 @@ def misplaced() -> Account:
     account = copy.copy(settled())
     account.poses = account.poses.copy()
     account.poses[STATION] += ASIDE
-    account.soundings = displaced(account.recorded, account.given, account.poses)
-    account.judge(account.noise)
+    account.measurements = at_poses(account.recorded, account.given, account.poses)
+    account.rescore(account.noise)
     account.adjust(account.noise)
     return account
 
 
 def test_a_station_that_misses_what_all_others_hear_is_found_where_it_stands() -> None:
     account = misplaced()
-    assert elsewhere(account, account.odometry(), STATION) == pytest.approx(WAY[STATION], abs=0.01)
+    assert relocalised(account, account.odometry(), STATION) == pytest.approx(WAY[STATION], abs=0.01)
 
 
 def test_stations_that_miss_nothing_stay_where_they_are() -> None:
-    assert all(elsewhere(settled(), settled().odometry(), station) is None for station in range(1, len(WAY)))
+    assert all(relocalised(settled(), settled().odometry(), station) is None for station in range(1, len(WAY)))
 
 
 def test_a_misplaced_station_is_put_back_and_no_wheel_is_blamed(monkeypatch: pytest.MonkeyPatch) -> None:

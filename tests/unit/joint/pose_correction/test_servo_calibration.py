@@ -7,7 +7,7 @@ from echoplan.joint.estimate import Account
 from echoplan.joint.marginal_prior import Memory
 from echoplan.joint.pose_correction.servo_calibration import find_servo
 from echoplan.joint.settings import AccountSettings
-from echoplan.preprocessing.ping_arrays import Soundings, chosen_soundings
+from echoplan.preprocessing.measurements import Measurements, select_measurements
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError, turned_by
 from helpers.expectations import ROOM, cylinder, hearing, listening
 from helpers.scenes import rig
@@ -17,18 +17,18 @@ GIVEN = np.column_stack([STATIONS, np.zeros(len(STATIONS))])
 POST = cylinder(1.3, -0.3, 0.1)[None]
 
 
-def heard() -> Soundings:
+def detected() -> Measurements:
     """What a sensor detects that turns from -90 to 90 degrees and faces another way at each station."""
     silent = listening(STATIONS, step=np.radians(2.0), rates=[0.5] * len(STATIONS))
     pings = hearing(silent, np.concatenate([ROOM, POST]))
     headings = np.radians([0.0, 60.0, 150.0, -110.0, -30.0])[pings.stations]
     angles = np.angle(np.exp(1j * (pings.bearings - headings)))
-    return chosen_soundings(pings._replace(angles=angles), np.abs(angles) < np.pi / 2)
+    return select_measurements(pings._replace(angles=angles), np.abs(angles) < np.pi / 2)
 
 
 def account(error: ServoError) -> Account:
     """Take what was detected for detected where the servo recorded to be."""
-    true = heard()
+    true = detected()
     recorded = true._replace(angles=(true.angles - error.offset) / error.gain)
     return Account(rig(), turned_by(recorded, error=AS_RECORDED, before=error), GIVEN, AccountSettings())
 
@@ -49,7 +49,7 @@ def test_a_servo_that_turns_as_recorded_is_left_alone() -> None:
 
 @pytest.mark.parametrize("known", [None, ServoError(0.95, 0.05)])
 def test_bearings_count_from_the_start_where_a_servo_was_calibrated_before(known: ServoError | None) -> None:
-    later = Account(rig(), heard(), GIVEN, AccountSettings(), Memory(servo=known))
+    later = Account(rig(), detected(), GIVEN, AccountSettings(), Memory(servo=known))
     assert later.servo == known
     assert later.asks_bearings == (known is not None)
 

@@ -14,14 +14,14 @@ from echoplan.joint import pose_model_selection
 from echoplan.joint.estimate import Account
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.mapper import JointMapper, JointSettings
-from echoplan.joint.optimisation.pose_factors import displaced
+from echoplan.joint.optimisation.pose_factors import at_poses
 from echoplan.joint.pose_correction.annealing import settle
 from echoplan.joint.pose_correction.wheel_slip import without_slip
 from echoplan.joint.pose_model_selection import explained
 from echoplan.joint.settings import AccountSettings, PoseMode
 from echoplan.methods import map_sweeps
 from echoplan.model import Pillar, Polyline, Route, World
-from echoplan.preprocessing.ping_arrays import Soundings, join_soundings, soundings_of
+from echoplan.preprocessing.measurements import Measurements, join_measurements, measurements_of
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 
 HALL = World(
@@ -70,7 +70,7 @@ STEP, SLIP = 4, np.array([0.13, 0.0, 0.0])
 
 
 @cache
-def heard() -> Soundings:
+def detected() -> Measurements:
     simulation = Simulation(
         world=HALL,
         rig=builtin_rig("rotary-array"),
@@ -78,7 +78,7 @@ def heard() -> Soundings:
         settings=SimulationSettings(),
         seed=1,
     )
-    return join_soundings([soundings_of(sweep, simulation.rig) for sweep in simulation])
+    return join_measurements([measurements_of(sweep, simulation.rig) for sweep in simulation])
 
 
 @cache
@@ -86,7 +86,7 @@ def account(*, slips: bool) -> Account:
     """What was made of it, from the way as it was, or as if from one step on all were farther along the hall."""
     given = np.concatenate([WAY[:STEP], compose(SLIP, WAY[STEP:])]) if slips else WAY
     settings = AccountSettings(poses=PoseMode.CORRECT, by_hand=0)
-    account = Account(builtin_rig("rotary-array"), displaced(heard(), WAY, given), given, settings)
+    account = Account(builtin_rig("rotary-array"), at_poses(detected(), WAY, given), given, settings)
     if not slips:
         settle(account, account.odometry())
         return account
@@ -106,8 +106,8 @@ def parted(feature: Hypothesis) -> list[Hypothesis]:
     before, after = np.arange(len(WAY)) < STEP, np.arange(len(WAY)) >= STEP
     there = feature.reflector + np.array([0.0, *SLIP[:2], 0.0])
     return [
-        replace(feature, gains=feature.gains * before),
-        replace(feature, gains=feature.gains * after, reflector=there),
+        replace(feature, llr_by_station=feature.llr_by_station * before),
+        replace(feature, llr_by_station=feature.llr_by_station * after, reflector=there),
     ]
 
 

@@ -7,30 +7,45 @@ from echoplan.arrays import FloatArray
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.search.alternatives import class_probabilities
 from echoplan.model import ClassProbabilities
-from echoplan.preprocessing.ping_arrays import Soundings
-from helpers.expectations import NOISE, ROOM, STATIONS, corner, cylinder, explanation, hearing, judged, listening, wall
+from echoplan.preprocessing.measurements import Measurements
+from helpers.expectations import (
+    NOISE,
+    ROOM,
+    STATIONS,
+    corner,
+    cylinder,
+    explanation,
+    hearing,
+    listening,
+    rescored,
+    wall,
+)
 
 COLUMN = cylinder(0.2, 0.9, 0.1)
 VERTEX = corner(2.0, 1.5)
 COST = 2.0
 
 
-def heard(*truth: FloatArray, stations: int = 4, pings: int = 10_000) -> Soundings:
+def detected(*truth: FloatArray, stations: int = 4, pings: int = 10_000) -> Measurements:
     """What is heard of some reflectors, up to a number of echoes a station."""
-    soundings = hearing(listening(STATIONS[:stations]), truth, noise=NOISE, rng=np.random.default_rng(1))
-    echo = np.isfinite(soundings.readings)
-    order = np.cumsum(echo) - np.append(0, np.cumsum(echo))[np.searchsorted(soundings.stations, soundings.stations)]
-    return soundings._replace(readings=np.where(order <= pings, soundings.readings, np.inf))
+    measurements = hearing(listening(STATIONS[:stations]), truth, noise=NOISE, rng=np.random.default_rng(1))
+    echo = np.isfinite(measurements.readings)
+    order = (
+        np.cumsum(echo) - np.append(0, np.cumsum(echo))[np.searchsorted(measurements.stations, measurements.stations)]
+    )
+    return measurements._replace(readings=np.where(order <= pings, measurements.readings, np.inf))
 
 
-def probabilities(soundings: Soundings, *known: FloatArray, radius_cost: float = COST) -> list[ClassProbabilities]:
-    account = explanation(soundings)
-    return class_probabilities(account, judged(account, known), radius_cost=radius_cost)
+def probabilities(
+    measurements: Measurements, *known: FloatArray, radius_cost: float = COST
+) -> list[ClassProbabilities]:
+    account = explanation(measurements)
+    return class_probabilities(account, rescored(account, known), radius_cost=radius_cost)
 
 
 def test_everything_heard_from_many_stations_is_surely_what_it_is() -> None:
     truth = [*ROOM, COLUMN, VERTEX]
-    found = probabilities(heard(*truth), *truth)
+    found = probabilities(detected(*truth), *truth)
     assert [each.wall for each in found[:4]] == pytest.approx([1.0] * 4, abs=5e-3)
     assert found[4].cylinder == pytest.approx(1.0, abs=5e-3)
     assert found[5].corner == pytest.approx(1.0, abs=5e-3)
@@ -38,39 +53,39 @@ def test_everything_heard_from_many_stations_is_surely_what_it_is() -> None:
 
 def test_the_classes_of_each_feature_sum_to_one() -> None:
     truth = [ROOM[1], COLUMN]
-    found = probabilities(heard(*truth, stations=1), *truth)
+    found = probabilities(detected(*truth, stations=1), *truth)
     assert len(found) == 2
     assert [each.wall + each.corner + each.cylinder for each in found] == pytest.approx([1.0, 1.0])
 
 
 def test_what_two_stations_hear_is_never_surer_than_echoes_of_other_kinds_are_rare() -> None:
-    chances = [probabilities(heard(ROOM[1], stations=count), ROOM[1])[0].wall for count in (1, 2, 3, 4)]
+    chances = [probabilities(detected(ROOM[1], stations=count), ROOM[1])[0].wall for count in (1, 2, 3, 4)]
     assert chances[0] <= chances[1] < 0.961
     assert 0.99 < chances[2] < 0.9961
     assert 0.999 < chances[3] < 0.99961
 
 
 def test_no_class_is_ruled_out_altogether() -> None:
-    found = probabilities(heard(ROOM[1]), corner(0.1, 1.5))[0]
+    found = probabilities(detected(ROOM[1]), corner(0.1, 1.5))[0]
     assert min(found.wall, found.corner, found.cylinder) > 1e-5
 
 
 def test_a_few_pings_from_one_station_may_be_anything() -> None:
-    many = probabilities(heard(ROOM[1]), ROOM[1])[0]
-    few = probabilities(heard(ROOM[1], stations=1, pings=4), ROOM[1])[0]
+    many = probabilities(detected(ROOM[1]), ROOM[1])[0]
+    few = probabilities(detected(ROOM[1], stations=1, pings=4), ROOM[1])[0]
     assert many.wall > 0.999
     assert few.wall < 0.9
     assert few.corner > 0.05
 
 
 def test_the_more_stations_hear_a_wall_the_less_it_may_be_a_column() -> None:
-    chances = [probabilities(heard(ROOM[1], stations=count), ROOM[1])[0].cylinder for count in (2, 3, 4)]
+    chances = [probabilities(detected(ROOM[1], stations=count), ROOM[1])[0].cylinder for count in (2, 3, 4)]
     assert chances[0] > chances[1] > chances[2]
 
 
 def test_a_column_pays_for_its_radius() -> None:
-    soundings = heard(COLUMN, stations=2, pings=4)
-    cheap, dear = (probabilities(soundings, COLUMN, radius_cost=cost)[0].cylinder for cost in (0.0, 3.0))
+    measurements = detected(COLUMN, stations=2, pings=4)
+    cheap, dear = (probabilities(measurements, COLUMN, radius_cost=cost)[0].cylinder for cost in (0.0, 3.0))
     assert 0.0 < dear < cheap < 1.0
     # Apart from the share of what the model lacks, which a thin column heard from two stations may be.
     cheap, dear = ((each - 0.06 / 3.0) / 0.94 for each in (cheap, dear))
@@ -80,16 +95,16 @@ def test_a_column_pays_for_its_radius() -> None:
 
 def test_what_was_taken_for_the_wrong_class_is_found_out() -> None:
     # Known as a corner where a wall is nearest to the stations.
-    found = probabilities(heard(ROOM[1]), corner(0.1, 1.5))[0]
+    found = probabilities(detected(ROOM[1]), corner(0.1, 1.5))[0]
     assert found.wall > 0.95
 
 
 def test_the_copy_of_a_wall_is_hardly_surer_a_wall_than_anything_else() -> None:
-    soundings = heard(*ROOM)
-    account = explanation(soundings)
-    known = judged(account, [*ROOM, wall(0.0, 2.0005)])
-    levels = account.levels(known[:4])
-    copy = account.judged(known[4], levels, known[:4])
+    measurements = detected(*ROOM)
+    account = explanation(measurements)
+    known = rescored(account, [*ROOM, wall(0.0, 2.0005)])
+    log_densities = account.log_densities(known[:4])
+    copy = account.rescored(known[4], log_densities, known[:4])
     doubled = class_probabilities(account, [*known[:4], copy], radius_cost=COST)
     assert doubled[1].wall > 0.999
     assert copy.total < 5.0
@@ -98,10 +113,10 @@ def test_the_copy_of_a_wall_is_hardly_surer_a_wall_than_anything_else() -> None:
 
 def test_a_feature_that_no_station_speaks_for_still_gets_an_answer() -> None:
     account = explanation(listening())
-    lonely: Hypothesis = replace(judged(account, [COLUMN])[0], gains=np.zeros(4))
+    lonely: Hypothesis = replace(rescored(account, [COLUMN])[0], llr_by_station=np.zeros(4))
     (found,) = class_probabilities(account, [lonely], radius_cost=COST)
     assert found.wall + found.corner + found.cylinder == pytest.approx(1.0)
 
 
 def test_without_features_there_is_nothing_to_doubt() -> None:
-    assert class_probabilities(explanation(heard(ROOM[0])), [], radius_cost=COST) == []
+    assert class_probabilities(explanation(detected(ROOM[0])), [], radius_cost=COST) == []

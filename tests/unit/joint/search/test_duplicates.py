@@ -5,11 +5,17 @@ import pytest
 
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.likelihood.ping_scores import Evidence
-from echoplan.joint.likelihood.track_history import Past
-from echoplan.joint.search.duplicates import CopySettings, are_copies, cross, pairs_of_copies, without_copies
+from echoplan.joint.likelihood.ping_scores import PingScores
+from echoplan.joint.likelihood.track_history import TrackHistory
+from echoplan.joint.search.duplicates import (
+    DuplicateSettings,
+    are_duplicates,
+    cross,
+    duplicate_pairs,
+    without_duplicates,
+)
 
-SETTINGS = CopySettings()
+SETTINGS = DuplicateSettings()
 
 
 def face(degrees: float, offset: float, *, ends: tuple[float, float] = (0.0, 2.0), total: float = 100.0) -> Hypothesis:
@@ -17,15 +23,19 @@ def face(degrees: float, offset: float, *, ends: tuple[float, float] = (0.0, 2.0
 
 
 def feature(row: list[float], *, ends: tuple[float, float] = (0.0, 0.0), total: float = 100.0) -> Hypothesis:
-    nothing = Evidence(*(np.zeros(0, dtype=kind) for kind in (np.int64, float, float, bool, bool, float)))
+    nothing = PingScores(*(np.zeros(0, dtype=kind) for kind in (np.int64, float, float, bool, bool, float)))
     return Hypothesis(
-        reflector=np.array(row, dtype=np.float64), evidence=nothing, gains=np.zeros(1), total=total, extent=ends
+        reflector=np.array(row, dtype=np.float64),
+        evidence=nothing,
+        llr_by_station=np.zeros(1),
+        total=total,
+        extent=ends,
     )
 
 
 def test_a_wall_a_little_beside_and_turned_is_a_copy() -> None:
-    assert are_copies(face(0, 1.0), face(3, 1.0), SETTINGS)
-    assert are_copies(face(0, 1.0), face(0, 1.05), SETTINGS)
+    assert are_duplicates(face(0, 1.0), face(3, 1.0), SETTINGS)
+    assert are_duplicates(face(0, 1.0), face(0, 1.05), SETTINGS)
 
 
 @pytest.mark.parametrize(
@@ -34,7 +44,7 @@ def test_a_wall_a_little_beside_and_turned_is_a_copy() -> None:
     ids=["beside", "turned", "seen from behind", "farther along"],
 )
 def test_another_wall_is_none(other: Hypothesis) -> None:
-    assert not are_copies(face(0, 1.0), other, SETTINGS)
+    assert not are_duplicates(face(0, 1.0), other, SETTINGS)
 
 
 def test_being_a_copy_is_mutual() -> None:
@@ -42,17 +52,17 @@ def test_being_a_copy_is_mutual() -> None:
     faces = [face(rng.uniform(-20, 20), rng.uniform(0.9, 1.1), ends=(0.0, rng.uniform(0.1, 2))) for _ in range(30)]
     for one in faces:
         for other in faces:
-            assert are_copies(one, other, SETTINGS) == are_copies(other, one, SETTINGS)
+            assert are_duplicates(one, other, SETTINGS) == are_duplicates(other, one, SETTINGS)
 
 
 def test_walls_about_the_half_turn_are_compared_the_short_way() -> None:
-    assert are_copies(face(179, 1.0, ends=(0.0, 0.2)), face(-179, 1.0, ends=(0.0, 0.2)), SETTINGS)
+    assert are_duplicates(face(179, 1.0, ends=(0.0, 0.2)), face(-179, 1.0, ends=(0.0, 0.2)), SETTINGS)
 
 
 def test_only_walls_have_copies() -> None:
     post = feature([Kind.CYLINDER, 1.0, 0.0, 0.1])
-    assert not are_copies(post, post, SETTINGS)
-    assert without_copies([post, post], SETTINGS) == [post, post]
+    assert not are_duplicates(post, post, SETTINGS)
+    assert without_duplicates([post, post], SETTINGS) == [post, post]
 
 
 def test_walls_cross_where_a_point_is_inside_both() -> None:
@@ -66,20 +76,20 @@ def test_walls_cross_where_a_point_is_inside_both() -> None:
 
 def test_the_copy_that_explains_most_stays() -> None:
     weak, strong, other = face(0, 1.0, total=50), face(2, 1.02, total=300), face(90, 1.0, total=80)
-    assert without_copies([weak, strong, other], SETTINGS) == [strong, other]
+    assert without_duplicates([weak, strong, other], SETTINGS) == [strong, other]
 
 
 def test_any_two_that_may_be_one_are_a_pair_whichever_explains_more() -> None:
     wall, near, beyond, far = face(0, 1.0, total=200), face(0, 1.05), face(0, 1.09, total=20), face(90, 1.0)
-    assert pairs_of_copies([wall, near, beyond, far], SETTINGS) == [(0, 1), (1, 2)]
-    assert near not in without_copies([wall, near, beyond, far], SETTINGS)
+    assert duplicate_pairs([wall, near, beyond, far], SETTINGS) == [(0, 1), (1, 2)]
+    assert near not in without_duplicates([wall, near, beyond, far], SETTINGS)
 
 
 def test_nothing_has_no_copies() -> None:
-    assert without_copies([], SETTINGS) == []
+    assert without_duplicates([], SETTINGS) == []
 
 
 def test_walls_that_were_told_apart_before_are_two() -> None:
-    one, other = (replace(each, past=Past(number=0, speaking=2)) for each in (face(0, 1.0), face(0, 1.04)))
-    assert without_copies([one, other], SETTINGS) == [one, other]
-    assert without_copies([one, face(0, 1.04, total=50)], SETTINGS) == [one]
+    one, other = (replace(each, history=TrackHistory(number=0, supporting=2)) for each in (face(0, 1.0), face(0, 1.04)))
+    assert without_duplicates([one, other], SETTINGS) == [one, other]
+    assert without_duplicates([one, face(0, 1.04, total=50)], SETTINGS) == [one]

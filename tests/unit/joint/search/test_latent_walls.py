@@ -4,7 +4,7 @@ import pytest
 from echoplan.arrays import FloatArray
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_scores import UNHEARD
-from echoplan.joint.search.latent_walls import levels_over_unheard
+from echoplan.joint.search.latent_walls import log_densities_over_latent_walls
 from echoplan.joint.search.refinement import approach
 from helpers.expectations import explanation, feature, listening, returning, wall
 from helpers.single_ping import PLAIN
@@ -17,38 +17,38 @@ STATIONS = ((-0.4, -0.3), (0.3, -0.1))
 
 def known(*, to: float = EAST_END + 0.4, gain: float = 200.0) -> Hypothesis:
     """The wall to the north, heard up to a place along it, which is counted to the west."""
-    return feature(NORTH, extent=(to, 0.9), gains=(gain, gain))
+    return feature(NORTH, extent=(to, 0.9), llr_by_station=(gain, gain))
 
 
-def heard(opening: float, beside: Hypothesis) -> tuple[float, FloatArray]:
+def detected(opening: float, beside: Hypothesis) -> tuple[float, FloatArray]:
     """What the best wall across the corner gains, and by what else its readings are explained."""
-    soundings = returning(listening(STATIONS), VERTEX, opening)
-    account, course = explanation(soundings, sonar=PLAIN), [(0.02, 0.2, 20), (0.003, 0.03, 20)]
-    ahead = np.flatnonzero(np.isfinite(soundings.readings))
-    across = approach(soundings, PLAIN.tabulated(), wall(0.9, 1.85), ahead, course)
-    levels = account.levels([beside])
-    rival = account.judged(account.propose(across), levels, [beside])
-    return rival.total, levels_over_unheard(account, rival, [beside], levels)[ahead]
+    measurements = returning(listening(STATIONS), VERTEX, opening)
+    account, course = explanation(measurements, sonar=PLAIN), [(0.02, 0.2, 20), (0.003, 0.03, 20)]
+    ahead = np.flatnonzero(np.isfinite(measurements.readings))
+    across = approach(measurements, PLAIN.tabulated(), wall(0.9, 1.85), ahead, course)
+    log_densities = account.log_densities([beside])
+    alternative = account.rescored(account.score(across), log_densities, [beside])
+    return alternative.total, log_densities_over_latent_walls(account, alternative, [beside], log_densities)[ahead]
 
 
 @pytest.mark.parametrize("opening", [65.0, 78.0, 86.0, 90.0, 93.0])
 def test_what_looks_like_a_wall_may_come_over_a_known_one_and_another_that_stands_on_it(opening: float) -> None:
-    gain, levels = heard(opening, known())
+    gain, log_densities = detected(opening, known())
     assert gain > 12.0
-    assert (levels > 2.0).mean() > 0.9
+    assert (log_densities > 2.0).mean() > 0.9
 
 
 def test_none_stands_where_the_known_wall_was_heard_to_go_on() -> None:
-    assert heard(78.0, known(to=EAST_END - 1.0))[1].max() < 0.0
+    assert detected(78.0, known(to=EAST_END - 1.0))[1].max() < 0.0
 
 
 def test_none_stands_on_a_wall_that_less_speaks_for() -> None:
-    assert heard(78.0, known(gain=1.0))[1].max() == UNHEARD
+    assert detected(78.0, known(gain=1.0))[1].max() == UNHEARD
 
 
 def test_without_a_gain_there_is_nothing_to_explain() -> None:
-    soundings = listening(STATIONS)
-    account = explanation(soundings, sonar=PLAIN)
-    levels = account.levels([])
-    silent = account.judged(account.propose(wall(0.8, 1.7)), levels, [])
-    assert levels_over_unheard(account, silent, [known()], levels).max() == UNHEARD
+    measurements = listening(STATIONS)
+    account = explanation(measurements, sonar=PLAIN)
+    log_densities = account.log_densities([])
+    silent = account.rescored(account.score(wall(0.8, 1.7)), log_densities, [])
+    assert log_densities_over_latent_walls(account, silent, [known()], log_densities).max() == UNHEARD

@@ -4,32 +4,32 @@ import pytest
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.likelihood.ping_likelihood import Explanation
-from echoplan.joint.search.acceptance import Belief, BeliefSettings
+from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
+from echoplan.joint.search.acceptance import AcceptanceSettings, Belief
 from echoplan.joint.search.model_moves import reclassified
-from helpers.expectations import NOISE, ROOM, corner, cylinder, explanation, hearing, judged, listening, wall
+from helpers.expectations import NOISE, ROOM, corner, cylinder, explanation, hearing, listening, rescored, wall
 
 COLUMN = cylinder(0.2, 0.9, 0.25)
 # What a greedy search may take first for the column: a wall that touches it where most stations hear it.
 TOUCHING = wall(np.pi / 2, 0.66)
 
 
-def heard(*truth: FloatArray, noise: float) -> Explanation:
+def detected(*truth: FloatArray, noise: float) -> PingLikelihood:
     """An explanation of what is heard of some reflectors."""
     readings = hearing(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
     return explanation(readings, noise=noise)
 
 
-def taken(account: Explanation, *known: FloatArray) -> list[Hypothesis]:
+def taken(account: PingLikelihood, *known: FloatArray) -> list[Hypothesis]:
     """What features become that are believed as they are."""
-    belief = Belief(account.soundings, half_aperture=0.61, settings=BeliefSettings())
-    return reclassified(account, judged(account, known), belief)
+    acceptance = Belief(account.measurements, half_aperture=0.61, settings=AcceptanceSettings())
+    return reclassified(account, rescored(account, known), acceptance)
 
 
 def test_a_wall_that_touches_a_cylinder_becomes_it() -> None:
     # From poses in error readings scatter by centimetres, so that the wall bears all stations.
-    account = heard(*ROOM, COLUMN, noise=0.03)
-    assert judged(account, [*ROOM, TOUCHING])[4].total > 12.0
+    account = detected(*ROOM, COLUMN, noise=0.03)
+    assert rescored(account, [*ROOM, TOUCHING])[4].total > 12.0
     features = taken(account, *ROOM, TOUCHING)
     assert [each.kind for each in features] == [Kind.WALL] * 4 + [Kind.CYLINDER]
     # All stations stand before it, so they tell where its face is better than how thick it is.
@@ -39,7 +39,7 @@ def test_a_wall_that_touches_a_cylinder_becomes_it() -> None:
 
 def test_what_is_there_stays_what_it_is() -> None:
     truth = [*ROOM, COLUMN, corner(2.0, 1.5)]
-    account = heard(*truth, noise=NOISE)
+    account = detected(*truth, noise=NOISE)
     assert [each.reflector.tolist() for each in taken(account, *truth)] == [row.tolist() for row in truth]
 
 
@@ -53,7 +53,7 @@ def test_a_corner_that_a_wall_explains_better_becomes_one() -> None:
 
 
 def test_a_corner_stays_one_even_if_a_cylinder_would_explain_more() -> None:
-    account = heard(*ROOM, COLUMN, noise=0.03)
+    account = detected(*ROOM, COLUMN, noise=0.03)
     vertex = corner(0.2, 0.66)
     features = taken(account, *ROOM, vertex)
     assert features[4].reflector.tolist() == vertex.tolist()
@@ -77,7 +77,7 @@ def test_a_point_heard_from_both_sides_of_a_thin_wall_is_two_walls() -> None:
     left, right = wall(0.0, 0.6), wall(np.pi, -0.6)
     stations = listening([(0.0, 0.0), (-0.4, 0.05), (1.4, 0.02)])
     account = explanation(hearing(stations, [left, right], noise=NOISE, rng=np.random.default_rng(1)))
-    assert judged(account, [corner(0.6, 0.02)])[0].total > 12.0
+    assert rescored(account, [corner(0.6, 0.02)])[0].total > 12.0
     features = taken(account, corner(0.6, 0.02))
     assert sorted(each.line.tolist() for each in features) == [
         pytest.approx([0.0, 0.6], abs=0.02),
@@ -97,8 +97,10 @@ def test_a_short_wall_across_the_ends_of_others_is_their_corner(known: int, kind
     stations = listening([(-0.6, -0.7), (-0.4, -0.5), (-1.5, 1.0)])
     walls = [wall(0.0, 2.0), wall(np.pi / 2, 1.5)]
     rng = np.random.default_rng(3)
-    heard, silent = (hearing(stations, truth, noise=NOISE, rng=rng) for truth in ([*walls, corner(2.0, 1.5)], walls))
-    account = explanation(heard._replace(readings=np.where(stations.stations < 2, heard.readings, silent.readings)))
+    detected, silent = (hearing(stations, truth, noise=NOISE, rng=rng) for truth in ([*walls, corner(2.0, 1.5)], walls))
+    account = explanation(
+        detected._replace(readings=np.where(stations.stations < 2, detected.readings, silent.readings))
+    )
     features = taken(account, *walls[:known], across(2.0, 1.5, 40.0))
     assert features[-1].kind is kind
 
@@ -110,8 +112,8 @@ def test_what_sounds_like_both_is_a_corner_only_where_walls_are_known_that_end_i
     walls = [across(2.0, 0.0, 45.0), across(2.0, 0.0, -45.0)]
     rng = np.random.default_rng(2)
     account = explanation(hearing(stations, [corner(2.0, 0.0)], noise=NOISE, rng=rng))
-    alone = judged(account, [corner(2.0, 0.0)])[0].total
-    rival = judged(account, [wall(0.0, 2.0)])[0].total
-    assert rival < alone < rival + BeliefSettings().accept
+    alone = rescored(account, [corner(2.0, 0.0)])[0].total
+    alternative = rescored(account, [wall(0.0, 2.0)])[0].total
+    assert alternative < alone < alternative + AcceptanceSettings().accept
     features = taken(account, *walls[:known], corner(2.0, 0.0))
     assert features[-1].kind is kind

@@ -11,7 +11,7 @@ from echoplan.joint.search.ray_paths import trace_paths
 from echoplan.model import Pillar, Polyline, Route, World
 from echoplan.simulation import Simulation
 from echoplan.sources import find_rig
-from helpers.expectations import corner, cylinder, explanation, hearing, judged, listening, wall
+from helpers.expectations import corner, cylinder, explanation, hearing, listening, rescored, wall
 
 STEP = np.radians(3.0)
 NORTH = wall(np.pi / 2, 1.0)
@@ -29,7 +29,7 @@ def hidden_by(
     aside = np.abs(np.degrees(np.arctan2(silent.uy, silent.ux)) - 90.0) > least
     to_other = np.where(aside, hearing(silent, [beyond]).readings, np.inf)
     account = explanation(silent._replace(readings=np.where(aside, to_other, to_wall)))
-    north, other = judged(account, [NORTH, beyond])
+    north, other = rescored(account, [NORTH, beyond])
     features = [replace(north, total=total), replace(other, total=50.0)]
     paths = trace_paths(account, features, step=STEP)
     found, own = hiding(paths, features, gap=0.4), paths.owners == 1
@@ -53,12 +53,12 @@ def test_nothing_is_heard_through_a_wall(beyond: FloatArray) -> None:
 
 
 @pytest.mark.parametrize(
-    ("heard", "least"),
+    ("detected", "least"),
     [(cylinder(0.0, 0.6, 0.1), 20.0), (corner(0.0, 1.03), 40.0), (cylinder(2.2, 1.5, 0.15), 40.0)],
     ids=["before it", "all but touching it", "past its end"],
 )
-def test_what_is_not_behind_a_wall_is_not_hidden(heard: FloatArray, least: float) -> None:
-    assert share_hidden(heard, least=least) == 0.0
+def test_what_is_not_behind_a_wall_is_not_hidden(detected: FloatArray, least: float) -> None:
+    assert share_hidden(detected, least=least) == 0.0
 
 
 def test_sound_goes_through_a_door() -> None:

@@ -5,8 +5,8 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
-from echoplan.joint.search.ray_paths import Paths, free_views, trace_paths
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.joint.search.ray_paths import Paths, trace_paths, unoccluded_stations
+from echoplan.preprocessing.measurements import Measurements
 from helpers.expectations import (
     ROOM,
     STATIONS,
@@ -14,8 +14,8 @@ from helpers.expectations import (
     cylinder,
     explanation,
     hearing,
-    judged,
     listening,
+    rescored,
 )
 
 STEP = np.radians(3.0)
@@ -25,7 +25,7 @@ COLUMN = cylinder(0.2, 0.9, 0.1)
 def traced() -> Paths:
     """Paths in a room with a column."""
     account = explanation(hearing(listening(step=STEP), [*ROOM, COLUMN]))
-    return trace_paths(account, judged(account, [*ROOM, COLUMN]), step=STEP)
+    return trace_paths(account, rescored(account, [*ROOM, COLUMN]), step=STEP)
 
 
 def ways(
@@ -65,29 +65,29 @@ def test_sound_turns_back_at_the_near_side_of_a_column() -> None:
 def test_sound_goes_to_a_corner_itself() -> None:
     vertex = corner(2.0, 1.5)
     account = explanation(hearing(listening(step=STEP), [vertex]))
-    paths = trace_paths(account, judged(account, [vertex]), step=STEP)
+    paths = trace_paths(account, rescored(account, [vertex]), step=STEP)
     assert paths.ends_xy[paths.owners == 0] == pytest.approx(np.tile([2.0, 1.5], ((paths.owners == 0).sum(), 1)))
 
 
 def test_every_ping_belongs_to_what_it_heard() -> None:
-    soundings = hearing(listening(step=STEP), [*ROOM, COLUMN])
-    account = explanation(soundings)
-    paths = trace_paths(account, judged(account, [*ROOM, COLUMN]), step=STEP)
+    measurements = hearing(listening(step=STEP), [*ROOM, COLUMN])
+    account = explanation(measurements)
+    paths = trace_paths(account, rescored(account, [*ROOM, COLUMN]), step=STEP)
     depths = np.hypot(*(paths.ends_xy - paths.starts_xy).T)
     known = paths.owners >= 0
-    walk = soundings.readings[known] - depths[known]
-    assert known.sum() == np.isfinite(soundings.readings).sum()
+    walk = measurements.readings[known] - depths[known]
+    assert known.sum() == np.isfinite(measurements.readings).sum()
     assert walk.min() > -0.01
     assert walk.max() < 0.04
 
 
 def test_pings_that_nothing_explains_have_no_owner_and_no_end() -> None:
-    soundings = hearing(listening(step=STEP), ROOM)
-    readings = soundings.readings.copy()
+    measurements = hearing(listening(step=STEP), ROOM)
+    readings = measurements.readings.copy()
     strange = int(np.flatnonzero(np.isfinite(readings))[3])
     readings[strange] -= 0.3
-    account = explanation(soundings._replace(readings=readings))
-    paths = trace_paths(account, judged(account, ROOM), step=STEP)
+    account = explanation(measurements._replace(readings=readings))
+    paths = trace_paths(account, rescored(account, ROOM), step=STEP)
     assert paths.owners[strange] == -1
     assert not paths.sure[strange]
     assert np.isnan(paths.ends_xy[strange]).all()
@@ -102,24 +102,24 @@ def test_without_features_nothing_is_explained() -> None:
 
 def test_an_echo_that_two_walls_explain_better_together_belongs_to_no_feature() -> None:
     off = corner(2.004, 1.504)
-    soundings = hearing(listening(step=STEP), [*ROOM[:2], corner(2.0, 1.5)])
-    account = explanation(soundings)
-    alone = trace_paths(account, judged(account, [off]), step=STEP)
-    beside_walls = trace_paths(account, judged(account, [*ROOM[:2], off]), step=STEP)
-    heard = alone.owners == 0
-    assert heard.sum() > 30
+    measurements = hearing(listening(step=STEP), [*ROOM[:2], corner(2.0, 1.5)])
+    account = explanation(measurements)
+    alone = trace_paths(account, rescored(account, [off]), step=STEP)
+    beside_walls = trace_paths(account, rescored(account, [*ROOM[:2], off]), step=STEP)
+    detected = alone.owners == 0
+    assert detected.sum() > 30
     assert not (beside_walls.owners == 2).any()
-    assert (beside_walls.owners[heard] == -1).mean() > 0.9
+    assert (beside_walls.owners[detected] == -1).mean() > 0.9
 
 
 @pytest.mark.parametrize(("count", "sure"), [(3, False), (4, True)])
 def test_pings_of_a_station_that_span_less_than_twelve_degrees_may_be_chance(count: int, *, sure: bool) -> None:
-    soundings = hearing(listening([STATIONS[0]], step=STEP), ROOM[1:2])
-    heard = np.flatnonzero(np.isfinite(soundings.readings))
-    others = np.setdiff1d(np.arange(len(soundings.readings)), heard[:count])
-    soundings.readings[others] = np.inf
-    account = explanation(soundings)
-    known = replace(account.propose(ROOM[1]), extent=(-2.0, 2.0))
+    measurements = hearing(listening([STATIONS[0]], step=STEP), ROOM[1:2])
+    detected = np.flatnonzero(np.isfinite(measurements.readings))
+    others = np.setdiff1d(np.arange(len(measurements.readings)), detected[:count])
+    measurements.readings[others] = np.inf
+    account = explanation(measurements)
+    known = replace(account.score(ROOM[1]), extent=(-2.0, 2.0))
     paths = trace_paths(account, [known], step=STEP)
     assert (paths.owners >= 0).sum() == count
     assert (paths.sure == ((paths.owners >= 0) & sure)).all()
@@ -183,38 +183,40 @@ def test_crossings_of_a_slanted_line_lie_on_the_way_of_the_sound() -> None:
     assert 0.0 < share[0] < 1.0
 
 
-def seen(reflector: FloatArray, soundings: Soundings, extent: tuple[float, float] = (-9.0, 9.0)) -> list[bool]:
+def seen(reflector: FloatArray, measurements: Measurements, extent: tuple[float, float] = (-9.0, 9.0)) -> list[bool]:
     """Which stations have a free view of a reflector that reaches so far."""
-    (feature,) = judged(explanation(soundings), [reflector])
-    free: list[bool] = free_views(replace(feature, extent=extent), soundings, step=STEP).tolist()
+    (feature,) = rescored(explanation(measurements), [reflector])
+    free: list[bool] = unoccluded_stations(replace(feature, extent=extent), measurements, step=STEP).tolist()
     return free
 
 
 def test_a_view_is_free_where_nothing_nearer_was_heard() -> None:
     post = cylinder(0.2, 0.9, 0.1)
-    soundings = hearing(listening(step=STEP), [post])
-    nothing = soundings._replace(readings=np.full(len(soundings.readings), np.inf))
-    assert seen(post, soundings) == seen(post, nothing) == [True] * 4
-    nearer = np.where(soundings.stations == 2, 0.2, np.inf)
-    assert seen(post, soundings._replace(readings=nearer)) == [True, True, False, True]
+    measurements = hearing(listening(step=STEP), [post])
+    nothing = measurements._replace(readings=np.full(len(measurements.readings), np.inf))
+    assert seen(post, measurements) == seen(post, nothing) == [True] * 4
+    nearer = np.where(measurements.stations == 2, 0.2, np.inf)
+    assert seen(post, measurements._replace(readings=nearer)) == [True, True, False, True]
 
 
 def test_a_wall_is_seen_only_by_those_it_reaches() -> None:
-    soundings = hearing(listening(step=STEP), ROOM)
+    measurements = hearing(listening(step=STEP), ROOM)
     between = STATIONS[0][1], STATIONS[2][1]
-    assert seen(ROOM[0], soundings) == [True] * 4
-    assert seen(ROOM[0], soundings, extent=(between[0] - 0.1, between[1] + 0.1)) == [True, False, True, False]
+    assert seen(ROOM[0], measurements) == [True] * 4
+    assert seen(ROOM[0], measurements, extent=(between[0] - 0.1, between[1] + 0.1)) == [True, False, True, False]
 
 
 def test_who_stands_before_a_gap_in_a_wall_does_not_miss_it() -> None:
     # Two stations hear the wall, one at each end of it; the others stand before the middle of it, and hear nothing.
-    soundings = hearing(listening([(0.5, y) for y in (-1.0, -0.15, 0.15, 1.0)], step=STEP), ROOM)
-    inner = np.isin(soundings.stations, (1, 2))
-    (wide,) = judged(explanation(soundings._replace(readings=np.where(inner, np.inf, soundings.readings))), ROOM[:1])
-    assert free_views(wide, soundings, step=STEP).tolist() == [True, False, False, True]
+    measurements = hearing(listening([(0.5, y) for y in (-1.0, -0.15, 0.15, 1.0)], step=STEP), ROOM)
+    inner = np.isin(measurements.stations, (1, 2))
+    (wide,) = rescored(
+        explanation(measurements._replace(readings=np.where(inner, np.inf, measurements.readings))), ROOM[:1]
+    )
+    assert unoccluded_stations(wide, measurements, step=STEP).tolist() == [True, False, False, True]
     near = hearing(listening([(0.5, y) for y in (-0.3, -0.1, 0.1, 0.3)], step=STEP), ROOM)
-    (narrow,) = judged(explanation(near._replace(readings=np.where(inner, np.inf, near.readings))), ROOM[:1])
-    assert free_views(narrow, near, step=STEP).tolist() == [True] * 4
+    (narrow,) = rescored(explanation(near._replace(readings=np.where(inner, np.inf, near.readings))), ROOM[:1])
+    assert unoccluded_stations(narrow, near, step=STEP).tolist() == [True] * 4
 
 
 def test_what_is_out_of_reach_is_not_seen() -> None:

@@ -9,7 +9,7 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, directions, wrap
 from echoplan.joint.arcs import ArcSettings, find_arcs
 from echoplan.joint.search import scan_matching
-from echoplan.joint.search.scan_matching import Catalogue, LocalisationSettings, Sightline, locate, sightlines
+from echoplan.joint.search.scan_matching import LandmarkMap, LocalisationSettings, LocalScan, local_scans, locate
 from helpers.expectations import REACH, ROOM, SONAR, cylinder, hearing, listening
 
 COLUMN = cylinder(0.2, 0.9, 0.1)
@@ -18,12 +18,12 @@ SIGMAS = np.array([0.03, 0.03, np.radians(3.0)])
 HERE = np.array([0.4, -0.3, 0.5])
 
 
-def room(*more: FloatArray) -> Catalogue:
+def room(*more: FloatArray) -> LandmarkMap:
     reflectors = np.array([*ROOM, *more])
-    return Catalogue(reflectors, np.ones(len(reflectors)), np.tile([-REACH, REACH], (len(reflectors), 1)))
+    return LandmarkMap(reflectors, np.ones(len(reflectors)), np.tile([-REACH, REACH], (len(reflectors), 1)))
 
 
-def sight_from(pose: FloatArray) -> Sightline:
+def sight_from(pose: FloatArray) -> LocalScan:
     """What a robot there would see of the four walls and the column."""
     depths, normals = [], []
     for row in [*ROOM, COLUMN]:
@@ -34,15 +34,15 @@ def sight_from(pose: FloatArray) -> Sightline:
             away = row[1:3] - pose[:2]
             depths.append(float(np.hypot(*away)) - row[3])
             normals.append(float(np.arctan2(away[1], away[0])) - pose[2])
-    return Sightline(np.zeros((5, 2)), wrap(normals), np.array(depths), np.ones(5))
+    return LocalScan(np.zeros((5, 2)), wrap(normals), np.array(depths), np.ones(5))
 
 
 @cache
-def heard() -> Sightline:
+def detected() -> LocalScan:
     """The arcs of one simulated station at the origin of its own frame."""
-    soundings = hearing(listening([(0.4, -0.3)], step=np.radians(1.0)), [*ROOM, COLUMN])
-    arcs = find_arcs(soundings, resolution=0.001, settings=ArcSettings())
-    return sightlines(arcs, soundings, SONAR.tabulated(), np.array([0.4, -0.3, 0.0]))
+    measurements = hearing(listening([(0.4, -0.3)], step=np.radians(1.0)), [*ROOM, COLUMN])
+    arcs = find_arcs(measurements, resolution=0.001, settings=ArcSettings())
+    return local_scans(arcs, measurements, SONAR.tabulated(), np.array([0.4, -0.3, 0.0]))
 
 
 @pytest.mark.parametrize("error", [(0.05, 0.0, 0.0), (0.0, -0.06, 0.0), (0.0, 0.0, 0.12), (-0.04, 0.05, -0.1)])
@@ -58,7 +58,7 @@ def test_a_pose_is_found_again(error: tuple[float, float, float]) -> None:
 def test_a_far_turn_is_found_again_though_much_was_heard_from_places_away(turn: float) -> None:
     away = [(0.0, 0.0), (1.6, 0.3), (-1.4, 1.0)]
     sights = [sight_from(compose(HERE, np.array([*place, 0.0]))) for place in away]
-    together = Sightline(
+    together = LocalScan(
         np.repeat(away, 5, axis=0),
         np.concatenate([each.normals for each in sights]),
         np.concatenate([each.depths for each in sights]),
@@ -71,14 +71,14 @@ def test_a_far_turn_is_found_again_though_much_was_heard_from_places_away(turn: 
 
 
 def test_where_nothing_is_known_odometry_is_believed() -> None:
-    empty = Catalogue(np.zeros((0, 4)), np.zeros(0), np.zeros((0, 2)))
+    empty = LandmarkMap(np.zeros((0, 4)), np.zeros(0), np.zeros((0, 2)))
     pose, score = locate(sight_from(HERE), empty, HERE, SIGMAS, SETTINGS)
     assert pose == pytest.approx(HERE)
     assert score == 0.0
 
 
 def test_a_robot_that_hears_nothing_is_where_odometry_says() -> None:
-    deaf = Sightline(np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
+    deaf = LocalScan(np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
     pose, score = locate(deaf, room(), HERE, SIGMAS, SETTINGS)
     assert pose == pytest.approx(HERE)
     assert score == 0.0
@@ -86,16 +86,16 @@ def test_a_robot_that_hears_nothing_is_where_odometry_says() -> None:
 
 def test_a_single_wall_fixes_distance_and_heading_but_not_the_place_along_it() -> None:
     sight = sight_from(HERE)
-    only = Sightline(sight.origins_xy[:1], sight.normals[:1], sight.depths[:1], sight.weights[:1])
+    only = LocalScan(sight.origins_xy[:1], sight.normals[:1], sight.depths[:1], sight.weights[:1])
     guess = compose(HERE, np.array([0.04, 0.04, 0.05]))
-    pose, _ = locate(only, Catalogue(ROOM[:1], np.ones(1), np.array([[-REACH, REACH]])), guess, SIGMAS, SETTINGS)
+    pose, _ = locate(only, LandmarkMap(ROOM[:1], np.ones(1), np.array([[-REACH, REACH]])), guess, SIGMAS, SETTINGS)
     assert pose[0] == pytest.approx(HERE[0], abs=0.01)
     assert abs(pose[1] - guess[1]) < 0.01
 
 
 def test_strays_do_not_pull() -> None:
     sight = sight_from(HERE)
-    strays = Sightline(
+    strays = LocalScan(
         np.zeros((8, 2)),
         np.append(sight.normals, [0.3, -1.2, 2.0]),
         np.append(sight.depths, [0.7, 0.9, 1.1]),
@@ -113,7 +113,7 @@ def test_a_wall_is_not_seen_far_beyond_its_ends() -> None:
 
 
 def test_arcs_become_planes_about_the_robot() -> None:
-    sight = heard()
+    sight = detected()
     assert len(sight.depths) == 5
     for normal, depth in ((0.0, 1.6), (np.pi / 2, 1.8), (np.pi, 2.4), (-np.pi / 2, 1.2)):
         nearest = int(np.argmin(np.abs(wrap(sight.normals - normal))))
@@ -124,14 +124,14 @@ def test_arcs_become_planes_about_the_robot() -> None:
 
 def test_what_was_heard_finds_the_robot_too() -> None:
     here = np.array([0.4, -0.3, 0.0])
-    pose, _ = locate(heard(), room(COLUMN), compose(here, np.array([0.05, -0.04, 0.06])), SIGMAS, SETTINGS)
+    pose, _ = locate(detected(), room(COLUMN), compose(here, np.array([0.05, -0.04, 0.06])), SIGMAS, SETTINGS)
     assert pose[:2] == pytest.approx(here[:2], abs=0.012)
     assert np.degrees(abs(wrap(pose[2]))) < 1.0
 
 
 def test_a_sweep_without_arcs_has_no_sightlines() -> None:
-    soundings = listening([(0.0, 0.0)])
-    assert len(sightlines([], soundings, SONAR.tabulated(), np.zeros(3)).depths) == 0
+    measurements = listening([(0.0, 0.0)])
+    assert len(local_scans([], measurements, SONAR.tabulated(), np.zeros(3)).depths) == 0
 
 
 @pytest.mark.parametrize("seed", range(8))

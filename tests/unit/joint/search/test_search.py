@@ -10,7 +10,7 @@ from echoplan.arrays import BoolArray, FloatArray
 from echoplan.joint.arcs import ArcSettings, find_arcs
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.search.search import Search, SearchSettings
-from echoplan.preprocessing.ping_arrays import Soundings, chosen_soundings, join_soundings, soundings_of
+from echoplan.preprocessing.measurements import Measurements, join_measurements, measurements_of, select_measurements
 from echoplan.sources import open_source
 from helpers.expectations import (
     NOISE,
@@ -31,9 +31,11 @@ HALF_APERTURE = 0.61
 SQUARE = np.array([wall(0.0, 2.0), wall(np.pi / 2, 2.5), wall(np.pi, 1.0), wall(-np.pi / 2, 0.5)])
 
 
-def search_in(soundings: Soundings, *, sonar: EchoModel = SONAR, noise: float = NOISE, **settings: float) -> Search:
-    arcs = find_arcs(soundings, resolution=0.005, settings=ArcSettings())
-    account = explanation(soundings, sonar=sonar, noise=noise)
+def search_in(
+    measurements: Measurements, *, sonar: EchoModel = SONAR, noise: float = NOISE, **settings: float
+) -> Search:
+    arcs = find_arcs(measurements, resolution=0.005, settings=ArcSettings())
+    account = explanation(measurements, sonar=sonar, noise=noise)
     return Search(account, arcs, half_aperture=HALF_APERTURE, settings=SearchSettings.model_validate(settings))
 
 
@@ -42,8 +44,8 @@ def square() -> Search:
     """The search in a simulated square, by the sonar that the rig promises."""
     source = open_source("sim:square")
     assert source.rig.transducer
-    soundings = join_soundings([soundings_of(sweep, source.rig) for sweep in source])
-    return search_in(soundings, sonar=EchoModel.of(source.rig.transducer), noise=0.008)
+    measurements = join_measurements([measurements_of(sweep, source.rig) for sweep in source])
+    return search_in(measurements, sonar=EchoModel.of(source.rig.transducer), noise=0.008)
 
 
 @cache
@@ -58,7 +60,7 @@ def rows(features: Sequence[Hypothesis], kind: Kind = Kind.WALL) -> FloatArray:
 
 
 def proposed(search: Search, *reflectors: FloatArray) -> list[Hypothesis]:
-    return [search.explanation.propose(each) for each in reflectors]
+    return [search.explanation.score(each) for each in reflectors]
 
 
 def test_the_walls_of_a_simulated_square_are_found() -> None:
@@ -68,7 +70,7 @@ def test_the_walls_of_a_simulated_square_are_found() -> None:
         (own,) = [each for each in walls if np.cos(each.line[0] - truth[1]) > 0.99]
         assert own.line[1] == pytest.approx(truth[2], abs=0.01)
         assert np.sin(own.line[0] - truth[1]) == pytest.approx(0.0, abs=0.01)
-        assert (own.gains > 5.0).sum() >= 3
+        assert (own.llr_by_station > 5.0).sum() >= 3
 
 
 def test_nothing_else_is_found_but_its_corners() -> None:
@@ -81,9 +83,9 @@ def test_nothing_else_is_found_but_its_corners() -> None:
 
 def test_what_is_found_explains_nearly_all_that_was_heard() -> None:
     account = square().explanation
-    heard = np.isfinite(account.soundings.readings)
-    levels = account.levels(found())
-    assert (levels[heard] > account.floor + np.log(20.0)).mean() > 0.95
+    detected = np.isfinite(account.measurements.readings)
+    log_densities = account.log_densities(found())
+    assert (log_densities[detected] > account.floor + np.log(20.0)).mean() > 0.95
 
 
 def test_a_search_that_starts_from_the_answer_stays_there() -> None:
@@ -117,26 +119,26 @@ def test_of_two_copies_only_the_better_one_settles() -> None:
 
 def test_judging_keeps_all_features_even_those_that_do_not_stand() -> None:
     walls = [each for each in found() if each.is_wall]
-    judged = square().judged([*walls, *proposed(square(), wall(0.4, 1.2))])
-    assert len(judged) == 5
-    assert min(each.total for each in judged[:4]) > 100.0
-    assert judged[4].total <= 0.0
+    rescored = square().rescored([*walls, *proposed(square(), wall(0.4, 1.2))])
+    assert len(rescored) == 5
+    assert min(each.total for each in rescored[:4]) > 100.0
+    assert rescored[4].total <= 0.0
 
 
 @pytest.mark.parametrize("apart", [0.0, 0.002])
 def test_of_two_walls_that_came_to_lie_on_each_other_one_goes_on_explaining_all(apart: float) -> None:
     walls = list(found())
     twice = proposed(square(), walls[0].reflector + np.array([0.0, 0.0, apart, 0.0]))
-    judged = square().judged([*walls, *twice])
-    gains = sorted(each.total for each in (judged[0], judged[-1]))
-    assert gains[1] > 0.9 * walls[0].total > 90.0
-    assert gains[0] < 0.1 * walls[0].total
+    rescored = square().rescored([*walls, *twice])
+    llr_by_station = sorted(each.total for each in (rescored[0], rescored[-1]))
+    assert llr_by_station[1] > 0.9 * walls[0].total > 90.0
+    assert llr_by_station[0] < 0.1 * walls[0].total
 
 
 def test_a_cylinder_is_found_as_one() -> None:
     truth = [*ROOM, cylinder(0.2, 0.9, 0.1)]
-    soundings = hearing(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
-    features = search_in(soundings).run()
+    measurements = hearing(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
+    features = search_in(measurements).run()
     assert rows(features, Kind.CYLINDER) == pytest.approx(np.array([truth[4]]), abs=0.005)
     assert len(rows(features)) == 4
 
@@ -145,30 +147,30 @@ def test_a_cylinder_is_found_as_one() -> None:
 def test_a_cylinder_that_most_stations_miss_is_none_unless_it_was_hidden(reading: float, count: int) -> None:
     post = cylinder(0.2, 0.9, 0.1)
     around = [*STATIONS, (-0.5, 0.6), (0.0, 0.0), (0.8, 0.8)]
-    soundings = hearing(listening(around), [post])
-    deaf = soundings.stations >= 3
-    search = search_in(soundings._replace(readings=np.where(deaf, reading, soundings.readings)))
-    (judged,) = search.judged(proposed(search, post))
-    assert judged.total > 100.0
-    assert len(rows(search.tested([judged]), Kind.CYLINDER)) == count
+    measurements = hearing(listening(around), [post])
+    deaf = measurements.stations >= 3
+    search = search_in(measurements._replace(readings=np.where(deaf, reading, measurements.readings)))
+    (rescored,) = search.rescored(proposed(search, post))
+    assert rescored.total > 100.0
+    assert len(rows(search.tested([rescored]), Kind.CYLINDER)) == count
 
 
 def test_a_corner_is_found_as_one() -> None:
     # Only the vertex echoes: both its walls are of foam, say.
-    soundings = hearing(listening(), [corner(1.6, 1.2)], noise=NOISE, rng=np.random.default_rng(1))
-    features = search_in(soundings).run()
+    measurements = hearing(listening(), [corner(1.6, 1.2)], noise=NOISE, rng=np.random.default_rng(1))
+    features = search_in(measurements).run()
     assert [each.kind for each in features] == [Kind.CORNER]
     assert features[0].reflector[1:3] == pytest.approx([1.6, 1.2], abs=0.003)
 
 
-def heard_apart(soundings: Soundings, *truth: FloatArray) -> Soundings:
+def heard_apart(measurements: Measurements, *truth: FloatArray) -> Measurements:
     """Each station hears a reflector of its own and no other."""
-    readings = np.full(len(soundings.readings), np.inf)
+    readings = np.full(len(measurements.readings), np.inf)
     for station, reflector in enumerate(truth):
-        excesses, expectations = expected(soundings, reflector)
-        own = (soundings.stations == station) & (excesses > 0.0) & (expectations < soundings.max_range)
+        excesses, expectations = expected(measurements, reflector)
+        own = (measurements.stations == station) & (excesses > 0.0) & (expectations < measurements.max_range)
         readings[own] = expectations[own]
-    return soundings._replace(readings=readings)
+    return measurements._replace(readings=readings)
 
 
 def test_a_cylinder_that_joins_two_walls_gives_way_to_them() -> None:
@@ -226,34 +228,36 @@ def test_two_stations_that_hear_all_of_a_wall_make_one() -> None:
 def test_of_what_only_two_stations_know_each_must_hear_a_good_part(share: float, count: int) -> None:
     # All but the middle of each arc is hidden behind something nearer, which speaks neither for nor against a wall.
     truth = wall(np.pi / 2, 1.2)
-    soundings = hearing(listening(APART, step=np.radians(2.0)), [truth])
-    middle = soundings.uy > np.cos(np.radians(9.0))
-    search = search_in(soundings._replace(readings=np.where(middle, soundings.readings, 0.3)), heard_share=share)
+    measurements = hearing(listening(APART, step=np.radians(2.0)), [truth])
+    middle = measurements.uy > np.cos(np.radians(9.0))
+    search = search_in(measurements._replace(readings=np.where(middle, measurements.readings, 0.3)), heard_share=share)
     assert len(search.tested(proposed(search, truth))) == count
 
 
 def test_half_of_what_a_feature_must_gain_remains_without_its_best_station() -> None:
-    belief = square().belief
-    assert 2.0 * belief.settings.without_best == belief.settings.accept
-    less, more = (replace(found()[0], gains=np.array([30.0, 5.5, rest]), total=35.5 + rest) for rest in (0.4, 0.6))
-    assert belief.is_lone(less)
-    assert not belief.is_lone(more)
+    acceptance = square().acceptance
+    assert 2.0 * acceptance.settings.without_best == acceptance.settings.accept
+    less, more = (
+        replace(found()[0], llr_by_station=np.array([30.0, 5.5, rest]), total=35.5 + rest) for rest in (0.4, 0.6)
+    )
+    assert acceptance.has_single_station(less)
+    assert not acceptance.has_single_station(more)
 
 
 def test_what_known_things_hide_of_a_wall_does_not_count_against_it() -> None:
     truth = wall(np.pi / 2, 1.2)
-    soundings = hearing(listening(APART, step=np.radians(2.0)), [truth])
-    middle = soundings.uy > np.cos(np.radians(9.0))
-    search = search_in(soundings._replace(readings=np.where(middle, soundings.readings, 0.3)), heard_share=0.4)
-    (seeming,), bare = search.judged(proposed(search, truth)), np.full(len(middle), search.explanation.floor)
-    assert not search.belief.holds(seeming, bare)
-    assert search.belief.holds(seeming, np.where(middle, bare, 5.0))
+    measurements = hearing(listening(APART, step=np.radians(2.0)), [truth])
+    middle = measurements.uy > np.cos(np.radians(9.0))
+    search = search_in(measurements._replace(readings=np.where(middle, measurements.readings, 0.3)), heard_share=0.4)
+    (seeming,), bare = search.rescored(proposed(search, truth)), np.full(len(middle), search.explanation.floor)
+    assert not search.acceptance.is_accepted(seeming, bare)
+    assert search.acceptance.is_accepted(seeming, np.where(middle, bare, 5.0))
 
 
-def half_of_a_wall() -> Soundings:
+def half_of_a_wall() -> Measurements:
     """One station hears a wall to the left of its normal and nothing to the right."""
-    soundings = hearing(listening(APART[:1], step=np.radians(2.0)), [wall(np.pi / 2, 1.2)])
-    return soundings._replace(readings=np.where(soundings.ux < 0.0, soundings.readings, np.inf))
+    measurements = hearing(listening(APART[:1], step=np.radians(2.0)), [wall(np.pi / 2, 1.2)])
+    return measurements._replace(readings=np.where(measurements.ux < 0.0, measurements.readings, np.inf))
 
 
 def test_a_wall_known_from_one_station_must_be_heard_all_over_the_beam() -> None:
@@ -274,10 +278,10 @@ def test_a_single_station_never_makes_a_cylinder_or_a_corner() -> None:
 def test_a_ring_knows_a_wall_from_one_station_that_three_of_its_sensors_hear(silent: list[int], count: int) -> None:
     # Through two readings some wall can always be laid.
     truth = wall(np.pi / 2, 1.2)
-    soundings = hearing(listening(APART[:1], step=np.radians(22.5)), [truth])
-    heard = np.flatnonzero(np.isfinite(soundings.readings))
-    assert len(heard) == 3
-    search = search_in(chosen_soundings(soundings, ~kept_of(soundings, heard[silent].tolist())))
+    measurements = hearing(listening(APART[:1], step=np.radians(22.5)), [truth])
+    detected = np.flatnonzero(np.isfinite(measurements.readings))
+    assert len(detected) == 3
+    search = search_in(select_measurements(measurements, ~kept_of(measurements, detected[silent].tolist())))
     assert len(search.tested(proposed(search, truth))) == count
 
 
@@ -288,27 +292,27 @@ def test_what_two_sensors_of_a_ring_say_twice_is_no_more_than_said_once(
 ) -> None:
     truth, ring = wall(towards, 1.2), listening(APART[:1], step=np.radians(22.5))
     sweeps = [heard_by(sensors, turned(ring, np.radians(degrees)), truth) for degrees in (-1.5, 0.5)]
-    twice = join_soundings(sweeps)
+    twice = join_measurements(sweeps)
     search = search_in(twice._replace(stations=0 * twice.stations, centers=ring.centers))
     assert len(search.tested(proposed(search, truth))) == count
 
 
-def turned(soundings: Soundings, angle: float) -> Soundings:
+def turned(measurements: Measurements, angle: float) -> Measurements:
     """The same sensors, looking a little elsewhere."""
-    axes = np.exp(1j * angle) * (soundings.ux + 1j * soundings.uy)
-    return soundings._replace(ux=axes.real.copy(), uy=axes.imag.copy())
+    axes = np.exp(1j * angle) * (measurements.ux + 1j * measurements.uy)
+    return measurements._replace(ux=axes.real.copy(), uy=axes.imag.copy())
 
 
-def heard_by(sensors: int, ring: Soundings, truth: FloatArray) -> Soundings:
+def heard_by(sensors: int, ring: Measurements, truth: FloatArray) -> Measurements:
     """A wall as the first few sensors that hear it tell, and those that hear nothing."""
-    soundings = hearing(ring, [truth])
-    far = np.flatnonzero(np.isfinite(soundings.readings))[sensors:]
-    return chosen_soundings(soundings, ~kept_of(soundings, far.tolist()))
+    measurements = hearing(ring, [truth])
+    far = np.flatnonzero(np.isfinite(measurements.readings))[sensors:]
+    return select_measurements(measurements, ~kept_of(measurements, far.tolist()))
 
 
-def kept_of(soundings: Soundings, pings: Sequence[int]) -> BoolArray:
+def kept_of(measurements: Measurements, pings: Sequence[int]) -> BoolArray:
     """Mark some pings."""
-    return np.isin(np.arange(len(soundings.readings)), pings)
+    return np.isin(np.arange(len(measurements.readings)), pings)
 
 
 def test_a_ring_finds_a_wall_from_all_around() -> None:
@@ -320,17 +324,17 @@ def test_a_ring_finds_a_wall_from_all_around() -> None:
 
 def test_three_readings_through_which_a_circle_can_always_be_laid_make_no_cylinder() -> None:
     stations, post = [(-0.9, 0.0), (0.0, 0.1), (0.9, 0.0)], cylinder(0.0, 1.0, 0.1)
-    soundings = hearing(listening(stations, step=np.radians(22.5)), [post])
-    heard = np.flatnonzero(np.isfinite(soundings.readings))
-    ahead = [heard[soundings.stations[heard] == k][0] for k in range(3)]
-    search = search_in(chosen_soundings(soundings, np.isin(np.arange(len(soundings.readings)), ahead)))
+    measurements = hearing(listening(stations, step=np.radians(22.5)), [post])
+    detected = np.flatnonzero(np.isfinite(measurements.readings))
+    ahead = [detected[measurements.stations[detected] == k][0] for k in range(3)]
+    search = search_in(select_measurements(measurements, np.isin(np.arange(len(measurements.readings)), ahead)))
     assert search.tested(proposed(search, post)) == []
-    everywhere = search_in(soundings)
+    everywhere = search_in(measurements)
     assert rows(everywhere.tested(proposed(everywhere, post)), Kind.CYLINDER) == pytest.approx(post[None])
 
 
 def test_the_step_is_that_of_the_pings() -> None:
-    assert search_in(listening(step=np.radians(2.0))).belief.step == pytest.approx(np.radians(2.0))
+    assert search_in(listening(step=np.radians(2.0))).acceptance.step == pytest.approx(np.radians(2.0))
 
 
 def test_where_nothing_was_heard_nothing_is_found() -> None:
@@ -338,16 +342,16 @@ def test_where_nothing_was_heard_nothing_is_found() -> None:
 
 
 def test_without_a_single_ping_nothing_is_found() -> None:
-    soundings = listening()
-    nothing = chosen_soundings(soundings, np.zeros(len(soundings.readings), dtype=bool))
+    measurements = listening()
+    nothing = select_measurements(measurements, np.zeros(len(measurements.readings), dtype=bool))
     assert search_in(nothing).run() == []
     assert search_in(nothing).run(proposed(search_in(nothing), wall(0.0, 1.0))) == []
 
 
 @pytest.mark.parametrize(("accept", "count"), [(12.0, 4), (1e6, 0)])
 def test_what_is_believed_is_a_matter_of_settings(accept: float, count: int) -> None:
-    soundings = hearing(listening(), ROOM)
-    assert len(search_in(soundings, accept=accept).run()) == count
+    measurements = hearing(listening(), ROOM)
+    assert len(search_in(measurements, accept=accept).run()) == count
 
 
 def test_rivals_that_make_each_other_fall_do_not_go_on_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:

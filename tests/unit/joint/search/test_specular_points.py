@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from echoplan.joint.search.specular_points import CornerEcho, Echoes, corner_echoes, returns_sound
-from helpers.expectations import ROOM, corner, cylinder, explanation, hearing, judged, listening
+from helpers.expectations import ROOM, corner, cylinder, explanation, hearing, listening, rescored
 
 STEP = np.radians(3.0)
 ALL = 4
@@ -17,9 +17,9 @@ def test_pairs_of_walls_may_be_named_in_either_order() -> None:
 
 def test_a_corner_is_heard_only_near_itself() -> None:
     echoes = Echoes(corners_xy=np.array([[1.0, 1.0], [2.0, 0.0]]))
-    assert echoes.heard_at(np.array([1.0, 1.02]), within=0.03)
-    assert not echoes.heard_at(np.array([1.0, 1.04]), within=0.03)
-    assert not Echoes().heard_at(np.array([0.0, 0.0]), within=9.0)
+    assert echoes.is_detected_at(np.array([1.0, 1.02]), within=0.03)
+    assert not echoes.is_detected_at(np.array([1.0, 1.04]), within=0.03)
+    assert not Echoes().is_detected_at(np.array([0.0, 0.0]), within=9.0)
 
 
 @pytest.mark.parametrize(("turn", "square"), [(90.0, True), (-90.9, True), (91.1, False), (88.9, False), (0.0, False)])
@@ -29,34 +29,34 @@ def test_only_a_square_corner_sends_sound_back_to_wherever_it_comes_from(turn: f
 
 def test_corner_echoes_are_counted_for_the_walls_that_make_the_corner() -> None:
     account = explanation(hearing(listening(step=STEP), HEARD))
-    known = judged(account, HEARD)
-    heard = corner_echoes(account, known, ALL)
-    assert heard[0, 1].pings > 10
-    assert heard[0, 1].stations == ALL
-    assert heard[0, 3].pings == heard[1, 2].pings == heard[2, 3].pings == 0
-    assert Echoes.of(known, heard).corners_xy.tolist() == [[2.0, 1.5]]
+    known = rescored(account, HEARD)
+    detected = corner_echoes(account, known, ALL)
+    assert detected[0, 1].pings > 10
+    assert detected[0, 1].stations == ALL
+    assert detected[0, 3].pings == detected[1, 2].pings == detected[2, 3].pings == 0
+    assert Echoes.of(known, detected).corners_xy.tolist() == [[2.0, 1.5]]
 
 
 def test_a_corner_is_missed_where_nobody_heard_it_and_nowhere_else() -> None:
     account = explanation(hearing(listening(step=STEP), HEARD))
-    heard = corner_echoes(account, judged(account, ROOM), ALL)
-    assert heard[0, 1].gain > 0.0
-    assert max(heard[pair].gain for pair in ((0, 3), (1, 2), (2, 3))) < -20.0
+    detected = corner_echoes(account, rescored(account, ROOM), ALL)
+    assert detected[0, 1].gain > 0.0
+    assert max(detected[pair].gain for pair in ((0, 3), (1, 2), (2, 3))) < -20.0
     # Opposite walls have no corner.
-    assert heard[0, 2].gain == heard[1, 3].gain == 0.0
+    assert detected[0, 2].gain == detected[1, 3].gain == 0.0
 
 
 def test_a_corner_out_of_reach_is_not_missed() -> None:
     far = listening([(-1.4, -0.8)], step=STEP)
     account = explanation(hearing(far, ROOM))
-    heard = corner_echoes(account, judged(account, ROOM), 1)
-    assert heard[0, 1].gain == 0.0
-    assert heard[2, 3].gain < -3.0
+    detected = corner_echoes(account, rescored(account, ROOM), 1)
+    assert detected[0, 1].gain == 0.0
+    assert detected[2, 3].gain < -3.0
 
 
 def test_only_the_stations_that_are_asked_count() -> None:
     account = explanation(hearing(listening(step=STEP), HEARD))
-    known = judged(account, HEARD)
+    known = rescored(account, HEARD)
     none, some, all_of_them = (corner_echoes(account, known, count) for count in (0, 2, ALL))
     assert set(none.values()) == {CornerEcho()}
     assert 0 < some[0, 1].pings < all_of_them[0, 1].pings
@@ -65,8 +65,8 @@ def test_only_the_stations_that_are_asked_count() -> None:
 
 
 def test_what_was_heard_adds_up() -> None:
-    some, more = CornerEcho(pings=3, stations=1, gain=-1.0), CornerEcho(pings=4, stations=2, heard=8.0, gain=5.0)
-    assert some.joined(more) == CornerEcho(pings=7, stations=3, heard=8.0, gain=4.0)
+    some, more = CornerEcho(pings=3, stations=1, gain=-1.0), CornerEcho(pings=4, stations=2, detections=8.0, gain=5.0)
+    assert some.joined(more) == CornerEcho(pings=7, stations=3, detections=8.0, gain=4.0)
 
 
 def test_an_echo_that_a_column_explains_is_none_of_a_corner() -> None:
@@ -74,7 +74,7 @@ def test_an_echo_that_a_column_explains_is_none_of_a_corner() -> None:
     away = np.array([1.5, 1.2]) / np.hypot(1.5, 1.2)
     x, y = np.array([2.0, 1.5]) + 0.39 * away
     account = explanation(hearing(listening([(0.5, 0.3)], step=STEP), [*ROOM, cylinder(x, y, 0.4)]))
-    plain, hidden = (corner_echoes(account, judged(account, k), 1) for k in (ROOM, [*ROOM, cylinder(x, y, 0.4)]))
+    plain, hidden = (corner_echoes(account, rescored(account, k), 1) for k in (ROOM, [*ROOM, cylinder(x, y, 0.4)]))
     assert plain[0, 1].pings > 1
     assert hidden[0, 1].pings == 0
 
@@ -82,6 +82,6 @@ def test_an_echo_that_a_column_explains_is_none_of_a_corner() -> None:
 def test_an_echo_is_one_of_the_corner_that_explains_it_best() -> None:
     account = explanation(hearing(listening(step=STEP), HEARD))
     beside = [*ROOM, ROOM[0] + np.array([0.0, 0.0, 0.004, 0.0])]
-    heard = corner_echoes(account, judged(account, beside), ALL)
-    assert heard[0, 1].pings > 10
-    assert heard[1, 4].pings < 0.2 * heard[0, 1].pings
+    detected = corner_echoes(account, rescored(account, beside), ALL)
+    assert detected[0, 1].pings > 10
+    assert detected[1, 4].pings < 0.2 * detected[0, 1].pings

@@ -4,32 +4,32 @@ import numpy as np
 
 from echoplan.acoustics.predicted_echo import Hearing
 from echoplan.arrays import FloatArray
-from echoplan.joint.likelihood.crosstalk import Bursts, add_volleys
+from echoplan.joint.likelihood.crosstalk import Bursts, add_crosstalk
 from echoplan.joint.likelihood.double_bounces import add_ghosts_of_cylinder
 from echoplan.joint.likelihood.image_sources import Extent
 from echoplan.joint.likelihood.ping_scores import UNHEARD
-from echoplan.preprocessing.ping_arrays import Soundings
+from echoplan.preprocessing.measurements import Measurements
 
 
 def volleys_over(
-    heard: tuple[Soundings, Hearing, Bursts],
+    detected: tuple[Measurements, Hearing, Bursts],
     walls: tuple[FloatArray, FloatArray],
     extents: tuple[Extent, Extent],
     noise: float,
 ) -> FloatArray:
     """What bursts explain that come by way of walls and were not meant for these pings."""
-    add_volleys(levels := levels_of_no_echo(heard[0]), heard, walls, extents, noise)
-    return levels
+    add_crosstalk(log_densities := levels_of_no_echo(detected[0]), detected, walls, extents, noise)
+    return log_densities
 
 
 def ghosts_of_cylinder(
-    heard: tuple[Soundings, Hearing], wall: FloatArray, cylinder: FloatArray, noise: float
+    detected: tuple[Measurements, Hearing], wall: FloatArray, cylinder: FloatArray, noise: float
 ) -> FloatArray:
     """What echoes of a cylinder in a wall explain."""
-    add_ghosts_of_cylinder(levels := levels_of_no_echo(heard[0]), heard, wall, cylinder, noise)
-    return levels
+    add_ghosts_of_cylinder(log_densities := levels_of_no_echo(detected[0]), detected, wall, cylinder, noise)
+    return log_densities
 
 
-def levels_of_no_echo(soundings: Soundings) -> FloatArray:
+def levels_of_no_echo(measurements: Measurements) -> FloatArray:
     """Levels of pings that nothing explains."""
-    return np.full(len(soundings.readings), UNHEARD)
+    return np.full(len(measurements.readings), UNHEARD)

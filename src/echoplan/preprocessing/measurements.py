@@ -1,4 +1,4 @@
-"""Soundings: the pings of many sweeps as plain arrays, cleared of what says nothing, for compiled functions."""
+"""Measurements: the pings of many sweeps as plain arrays, cleared of what says nothing, for compiled functions."""
 
 import math
 from collections.abc import Sequence
@@ -13,15 +13,15 @@ from echoplan.model import Pings, Rig, Sweep
 from echoplan.preprocessing.validity import told_ranges
 
 __all__ = [
-    "Soundings",
+    "Measurements",
     "as_sent",
-    "chosen_soundings",
     "first_stations",
     "halfway",
     "independent",
-    "join_soundings",
+    "join_measurements",
+    "measurements_of",
     "rearranged_stations",
-    "soundings_of",
+    "select_measurements",
     "step_of",
     "turned",
 ]
@@ -34,12 +34,12 @@ _MEMORY = 0.06
 _SPEED = Air().speed_of_sound
 # What there is one of for each ping.
 _BY_PING = (
-    "x", "y", "ux", "uy", "arms_x", "arms_y", "angles", "rates", "readings", "stations", "sensors", "mates", "lags",
-    "weights",
+    "x", "y", "ux", "uy", "arms_x", "arms_y", "angles", "rates", "readings", "stations", "sensors",
+    "crosstalk_sources", "lags", "weights",
 )  # fmt: skip
 
 
-class Soundings(NamedTuple):
+class Measurements(NamedTuple):
     """Pings of s stations as n-vectors.
 
     Attributes
@@ -60,7 +60,7 @@ class Soundings(NamedTuple):
         Number of the station, from 0.
     sensors : ndarray of int, shape (n,)
         Index of the sensor in the rig.
-    mates : ndarray of int, shape (n, m)
+    crosstalk_sources : ndarray of int, shape (n, m)
         Pings whose bursts this one may have heard, too: those that other sensors fired at the same time, and those of
         the firing before; -1 fills up.
     lags : ndarray, shape (n, m)
@@ -86,7 +86,7 @@ class Soundings(NamedTuple):
     readings: FloatArray
     stations: IntArray
     sensors: IntArray
-    mates: IntArray
+    crosstalk_sources: IntArray
     lags: FloatArray
     weights: FloatArray
     centers: FloatArray
@@ -100,7 +100,7 @@ class Soundings(NamedTuple):
         return np.arctan2(self.uy, self.ux)
 
 
-def soundings_of(sweep: Sweep, rig: Rig) -> Soundings:
+def measurements_of(sweep: Sweep, rig: Rig) -> Measurements:
     """Take what a sweep says, as ``told_ranges`` understands it.
 
     Parameters
@@ -112,7 +112,7 @@ def soundings_of(sweep: Sweep, rig: Rig) -> Soundings:
 
     Returns
     -------
-    Soundings
+    Measurements
         One station.
     """
     pings = Pings.from_sweep(sweep, rig)
@@ -120,9 +120,9 @@ def soundings_of(sweep: Sweep, rig: Rig) -> Soundings:
     telling = ~np.isnan(readings)
     kept = pings[telling]
     axes = directions(kept.bearings)
-    mates, lags = _mates(sweep.stamps_ns[telling])
+    crosstalk_sources, lags = _mates(sweep.stamps_ns[telling])
     center = kept.origins_xy.mean(axis=0) if len(kept) else sweep.station[:2]
-    heard = Soundings(
+    heard = Measurements(
         x=kept.origins_xy[:, 0].copy(),
         y=kept.origins_xy[:, 1].copy(),
         ux=axes[:, 0].copy(),
@@ -134,7 +134,7 @@ def soundings_of(sweep: Sweep, rig: Rig) -> Soundings:
         readings=readings[telling],
         stations=np.zeros(len(kept), dtype=np.int64),
         sensors=kept.sensors.copy(),
-        mates=mates,
+        crosstalk_sources=crosstalk_sources,
         lags=lags,
         weights=np.full(len(kept), _weight(kept.bearings)),
         centers=center[None],
@@ -145,26 +145,26 @@ def soundings_of(sweep: Sweep, rig: Rig) -> Soundings:
     return halfway(heard)
 
 
-def join_soundings(parts: Sequence[Soundings]) -> Soundings:
+def join_measurements(parts: Sequence[Measurements]) -> Measurements:
     """Put the soundings of stations together.
 
     Parameters
     ----------
-    parts : sequence of Soundings
+    parts : sequence of Measurements
         One station each, at least one.
 
     Returns
     -------
-    Soundings
+    Measurements
         The stations are numbered in the given order.
     """
     counts = [len(part.readings) for part in parts]
-    names = set(_BY_PING) - {"mates", "lags"}
+    names = set(_BY_PING) - {"crosstalk_sources", "lags"}
     joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
     joined["stations"] = np.repeat(np.arange(len(parts)), counts)
-    return Soundings(
+    return Measurements(
         **joined,
-        mates=_stacked(_renumbered(parts, np.cumsum([0, *counts[:-1]])), fill=-1),
+        crosstalk_sources=_stacked(_renumbered(parts, np.cumsum([0, *counts[:-1]])), fill=-1),
         lags=_stacked([part.lags for part in parts], fill=0),
         centers=np.concatenate([part.centers for part in parts]),
         min_range=max(part.min_range for part in parts),
@@ -173,78 +173,78 @@ def join_soundings(parts: Sequence[Soundings]) -> Soundings:
     )
 
 
-def _temperature(parts: Sequence[Soundings]) -> float:
+def _temperature(parts: Sequence[Measurements]) -> float:
     return known_median(np.array([part.temperature for part in parts]))
 
 
-def chosen_soundings(soundings: Soundings, kept: BoolArray) -> Soundings:
+def select_measurements(measurements: Measurements, kept: BoolArray) -> Measurements:
     """Keep some of the pings.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     kept : ndarray of bool, shape (n,)
         Which to keep.
 
     Returns
     -------
-    Soundings
+    Measurements
         Of the same stations.
     """
     if kept.all():
-        return soundings
+        return measurements
     numbers = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)
-    rest = {name: getattr(soundings, name)[kept] for name in _BY_PING}
-    return soundings._replace(**rest)._replace(mates=numbers[soundings.mates[kept]])
+    rest = {name: getattr(measurements, name)[kept] for name in _BY_PING}
+    return measurements._replace(**rest)._replace(crosstalk_sources=numbers[measurements.crosstalk_sources[kept]])
 
 
-def first_stations(soundings: Soundings, count: int) -> Soundings:
+def first_stations(measurements: Measurements, count: int) -> Measurements:
     """Keep the first stations.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
     count : int
         Of how many stations.
 
     Returns
     -------
-    Soundings
+    Measurements
         What these heard.
     """
-    heard = chosen_soundings(soundings, soundings.stations < count)
-    return heard._replace(centers=soundings.centers[:count])
+    heard = select_measurements(measurements, measurements.stations < count)
+    return heard._replace(centers=measurements.centers[:count])
 
 
-def rearranged_stations(soundings: Soundings, order: Sequence[int]) -> Soundings:
+def rearranged_stations(measurements: Measurements, order: Sequence[int]) -> Measurements:
     """Give stations other numbers.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         As they are.
     order : sequence of int
         Which station is the first from now on, which the second.
 
     Returns
     -------
-    Soundings
+    Measurements
         Station after station.
     """
-    parts = [chosen_soundings(soundings, soundings.stations == station) for station in order]
-    return join_soundings(
-        [part._replace(centers=soundings.centers[[station]]) for part, station in zip(parts, order, strict=True)]
+    parts = [select_measurements(measurements, measurements.stations == station) for station in order]
+    return join_measurements(
+        [part._replace(centers=measurements.centers[[station]]) for part, station in zip(parts, order, strict=True)]
     )
 
 
-def independent(soundings: Soundings) -> BoolArray:
+def independent(measurements: Measurements) -> BoolArray:
     """Choose as few pings as hear independently of each other, evenly around each station.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
 
     Returns
@@ -253,19 +253,19 @@ def independent(soundings: Soundings) -> BoolArray:
         Every k-th ping around each station; all of them where they are far apart.
     """
     # A step of 2 degrees may come out a rounding above it: it still takes two of them.
-    stride = int(1.0 / float(np.median(soundings.weights)) + 1e-6) if len(soundings.weights) else 1
-    order = np.lexsort((soundings.bearings, soundings.stations))
+    stride = int(1.0 / float(np.median(measurements.weights)) + 1e-6) if len(measurements.weights) else 1
+    order = np.lexsort((measurements.bearings, measurements.stations))
     kept = np.zeros(len(order), dtype=bool)
     kept[order[:: max(stride, 1)]] = True
     return kept
 
 
-def step_of(soundings: Soundings) -> float:
+def step_of(measurements: Measurements) -> float:
     """Tell how far a sonar turns from one ping to the next; of a ring, how far apart its sensors look.
 
     Parameters
     ----------
-    soundings : Soundings
+    soundings : Measurements
         The pings.
 
     Returns
@@ -274,52 +274,52 @@ def step_of(soundings: Soundings) -> float:
         As their weights tell it, or where pings are too far apart for these, their directions [rad]; ``inf`` without
         pings.
     """
-    if not len(soundings.weights):
+    if not len(measurements.weights):
         return np.inf
-    share = float(np.median(soundings.weights))
-    return _INDEPENDENT * share if share < 1.0 else _spacing(soundings)
+    share = float(np.median(measurements.weights))
+    return _INDEPENDENT * share if share < 1.0 else _spacing(measurements)
 
 
-def _spacing(soundings: Soundings) -> float:
+def _spacing(measurements: Measurements) -> float:
     """Tell how far apart pings look that hear independently; what is nearer is of another sweep at the same station."""
-    order = np.lexsort((soundings.bearings, soundings.stations))
-    bearings, stations = soundings.bearings[order], soundings.stations[order]
+    order = np.lexsort((measurements.bearings, measurements.stations))
+    bearings, stations = measurements.bearings[order], measurements.stations[order]
     gaps = np.diff(bearings)[np.diff(stations) == 0]
     wide = gaps[gaps > _INDEPENDENT]
     return float(np.median(wide)) if len(wide) else float(_INDEPENDENT)
 
 
-def halfway(soundings: Soundings) -> Soundings:
+def halfway(measurements: Measurements) -> Measurements:
     """Turn soundings on to where they looked halfway between sending and hearing.
 
     A servo turns on while sound is under way: a ping is sent in one direction and heard in another, and the beam there
     and back is that of the direction between them.  Where nothing was heard, sound is taken to have come half as far as
     it could.
     """
-    return turned(soundings, _turns_under_way(soundings))
+    return turned(measurements, _turns_under_way(measurements))
 
 
-def as_sent(soundings: Soundings) -> Soundings:
+def as_sent(measurements: Measurements) -> Measurements:
     """Turn soundings back to where they looked when they were sent: what ``halfway`` does, undone."""
-    return turned(soundings, -_turns_under_way(soundings))
+    return turned(measurements, -_turns_under_way(measurements))
 
 
-def _turns_under_way(soundings: Soundings) -> FloatArray:
+def _turns_under_way(measurements: Measurements) -> FloatArray:
     """By how much the servo turns while sound comes half of its way [rad]."""
-    ways = np.where(np.isfinite(soundings.readings), soundings.readings, 0.5 * soundings.max_range)
-    turns: FloatArray = soundings.rates * ways / _SPEED
+    ways = np.where(np.isfinite(measurements.readings), measurements.readings, 0.5 * measurements.max_range)
+    turns: FloatArray = measurements.rates * ways / _SPEED
     return turns
 
 
-def turned(soundings: Soundings, angles: FloatArray) -> Soundings:
+def turned(measurements: Measurements, angles: FloatArray) -> Measurements:
     """Turn the servo under each ping by an angle, shape (n,) [rad]."""
     turn = np.exp(1j * angles)
-    axes = (soundings.ux + 1j * soundings.uy) * turn
-    arms = soundings.arms_x + 1j * soundings.arms_y
+    axes = (measurements.ux + 1j * measurements.uy) * turn
+    arms = measurements.arms_x + 1j * measurements.arms_y
     moved = arms * turn
-    return soundings._replace(
-        x=soundings.x + (moved - arms).real,
-        y=soundings.y + (moved - arms).imag,
+    return measurements._replace(
+        x=measurements.x + (moved - arms).real,
+        y=measurements.y + (moved - arms).imag,
         ux=axes.real.copy(),
         uy=axes.imag.copy(),
         arms_x=moved.real.copy(),
@@ -357,9 +357,12 @@ def _mates(stamps_ns: IntArray) -> tuple[IntArray, FloatArray]:
     return np.concatenate([own, before], axis=1), lags
 
 
-def _renumbered(parts: Sequence[Soundings], starts: IntArray) -> list[IntArray]:
-    """Give mates the numbers that they have among the pings of all parts."""
-    return [np.where(part.mates < 0, -1, part.mates + start) for part, start in zip(parts, starts, strict=True)]
+def _renumbered(parts: Sequence[Measurements], starts: IntArray) -> list[IntArray]:
+    """Give crosstalk_sources the numbers that they have among the pings of all parts."""
+    return [
+        np.where(part.crosstalk_sources < 0, -1, part.crosstalk_sources + start)
+        for part, start in zip(parts, starts, strict=True)
+    ]
 
 
 def _stacked(parts: Sequence[Any], *, fill: int) -> Any:

@@ -7,13 +7,13 @@ from echoplan.acoustics import Air
 from echoplan.arrays import FloatArray
 from echoplan.geometry import wrap
 from echoplan.model import Rig, Sensor, Sweep
-from echoplan.preprocessing.ping_arrays import (
-    Soundings,
-    chosen_soundings,
+from echoplan.preprocessing.measurements import (
+    Measurements,
     first_stations,
     independent,
-    join_soundings,
-    soundings_of,
+    join_measurements,
+    measurements_of,
+    select_measurements,
     step_of,
 )
 from echoplan.preprocessing.servo import ServoError, late_by, turned_by
@@ -32,10 +32,10 @@ def heard(*, pose: tuple[float, float, float] = POSE, index: int = 0, **changed:
     return sweep_of(ranges, index=index, pose=pose)
 
 
-def same(soundings: Soundings, others: Soundings, *, but: tuple[str, ...] = ()) -> bool:
+def same(measurements: Measurements, others: Measurements, *, but: tuple[str, ...] = ()) -> bool:
     """Whether pings are alike in all but something."""
-    names = [name for name in (*BY_PING, "mates") if name not in but]
-    return all(np.allclose(getattr(soundings, name), getattr(others, name), atol=1e-12) for name in names)
+    names = [name for name in (*BY_PING, "crosstalk_sources") if name not in but]
+    return all(np.allclose(getattr(measurements, name), getattr(others, name), atol=1e-12) for name in names)
 
 
 def one_sensor(servo_angles: FloatArray, ranges: FloatArray) -> tuple[Sweep, Rig]:
@@ -53,49 +53,49 @@ def one_sensor(servo_angles: FloatArray, ranges: FloatArray) -> tuple[Sweep, Rig
 
 
 def test_pings_lie_where_the_rig_holds_its_sensors() -> None:
-    soundings = soundings_of(heard(), rig())
-    away = np.column_stack([soundings.x - POSE[0], soundings.y - POSE[1]])
+    measurements = measurements_of(heard(), rig())
+    away = np.column_stack([measurements.x - POSE[0], measurements.y - POSE[1]])
     assert np.hypot(*away.T) == pytest.approx(ARM)
-    assert away / ARM == pytest.approx(np.column_stack([soundings.ux, soundings.uy]))
-    assert np.column_stack([soundings.arms_x, soundings.arms_y]) == pytest.approx(away)
+    assert away / ARM == pytest.approx(np.column_stack([measurements.ux, measurements.uy]))
+    assert np.column_stack([measurements.arms_x, measurements.arms_y]) == pytest.approx(away)
 
 
 def test_a_ping_looks_where_the_sensor_looked_halfway_between_sending_and_hearing() -> None:
-    soundings = soundings_of(heard(a100=np.inf), rig())
+    measurements = measurements_of(heard(a100=np.inf), rig())
     told = np.radians(-45.0 + np.repeat(np.arange(90.0), 4) + np.tile(90.0 * np.arange(4), 90)) + POSE[2]
-    ways = np.where(np.isfinite(soundings.readings), soundings.readings, 1.5)
-    turned = wrap(soundings.bearings - told)
+    ways = np.where(np.isfinite(measurements.readings), measurements.readings, 1.5)
+    turned = wrap(measurements.bearings - told)
     assert turned == pytest.approx(np.radians(40.0) * ways / Air().speed_of_sound, rel=1e-6)
     assert 0.05 < np.degrees(turned.max()) < 0.3
 
 
 def test_without_a_servo_sensors_look_where_the_rig_holds_them() -> None:
-    soundings = soundings_of(*one_sensor(np.full(5, 0.3), np.ones(5)))
-    assert soundings.bearings == pytest.approx(0.3)
+    measurements = measurements_of(*one_sensor(np.full(5, 0.3), np.ones(5)))
+    assert measurements.bearings == pytest.approx(0.3)
 
 
 def test_the_centre_of_a_station_is_the_mean_of_its_pings() -> None:
-    soundings = soundings_of(heard(), rig())
-    assert soundings.centers == pytest.approx(np.array([POSE[:2]]), abs=1e-9)
+    measurements = measurements_of(heard(), rig())
+    assert measurements.centers == pytest.approx(np.array([POSE[:2]]), abs=1e-9)
 
 
 def test_a_reading_within_a_step_of_the_reach_means_that_nothing_was_heard() -> None:
-    soundings = soundings_of(heard(a100=2.99, a101=2.995, a102=3.0, a103=np.inf), rig())
-    degrees = np.round(np.degrees(wrap(soundings.bearings - POSE[2])) + 45.0).astype(int) % 360
+    measurements = measurements_of(heard(a100=2.99, a101=2.995, a102=3.0, a103=np.inf), rig())
+    degrees = np.round(np.degrees(wrap(measurements.bearings - POSE[2])) + 45.0).astype(int) % 360
     order = np.argsort(degrees)
-    assert soundings.readings[order][100:104].tolist() == [2.99, np.inf, np.inf, np.inf]
-    assert np.isfinite(soundings.readings).sum() == 357
+    assert measurements.readings[order][100:104].tolist() == [2.99, np.inf, np.inf, np.inf]
+    assert np.isfinite(measurements.readings).sum() == 357
 
 
 @pytest.mark.parametrize("nothing", [np.nan, -np.inf, 0.0, 0.0299])
 def test_faulty_readings_and_those_within_the_dead_distance_are_left_out(nothing: float) -> None:
-    soundings = soundings_of(heard(a7=nothing), rig())
-    assert len(soundings.readings) == 359
-    assert np.isfinite(soundings.readings).all()
+    measurements = measurements_of(heard(a7=nothing), rig())
+    assert len(measurements.readings) == 359
+    assert np.isfinite(measurements.readings).all()
 
 
 def test_a_reading_at_the_dead_distance_counts() -> None:
-    assert 0.03 in soundings_of(heard(a7=0.03), rig()).readings
+    assert 0.03 in measurements_of(heard(a7=0.03), rig()).readings
 
 
 def test_each_sensor_is_held_to_its_own_limits() -> None:
@@ -112,155 +112,163 @@ def test_each_sensor_is_held_to_its_own_limits() -> None:
         ranges=np.array([0.2, 0.2, 2.0, 2.0]),
         map_from_base=np.zeros((4, 3)),
     )
-    soundings = soundings_of(sweep, both)
-    assert soundings.readings.tolist() == [0.2, np.inf, 2.0]
-    assert soundings.sensors.tolist() == [0, 0, 1]
-    assert (soundings.min_range, soundings.max_range) == (0.3, 4.0)
+    measurements = measurements_of(sweep, both)
+    assert measurements.readings.tolist() == [0.2, np.inf, 2.0]
+    assert measurements.sensors.tolist() == [0, 0, 1]
+    assert (measurements.min_range, measurements.max_range) == (0.3, 4.0)
 
 
 def test_mates_are_the_other_pings_of_the_same_time() -> None:
-    soundings = soundings_of(heard(), rig())
+    measurements = measurements_of(heard(), rig())
     volleys = np.repeat(np.arange(90), 4)
     for ping in (0, 5, 359):
         others = np.flatnonzero(volleys == volleys[ping])
-        assert sorted([ping, *soundings.mates[ping, :3]]) == others.tolist()
-    assert (soundings.lags[:, :3] == 0.0).all()
+        assert sorted([ping, *measurements.crosstalk_sources[ping, :3]]) == others.tolist()
+    assert (measurements.lags[:, :3] == 0.0).all()
 
 
 def test_mates_are_the_pings_of_the_firing_before_too() -> None:
-    soundings = soundings_of(heard(), rig())
-    assert soundings.mates[:4, 3:].tolist() == [[-1] * 4] * 4
+    measurements = measurements_of(heard(), rig())
+    assert measurements.crosstalk_sources[:4, 3:].tolist() == [[-1] * 4] * 4
     for ping in (4, 7, 358):
         before = 4 * (ping // 4) - 4
-        assert soundings.mates[ping, 3:].tolist() == [before, before + 1, before + 2, before + 3]
-    assert soundings.lags[4:, 3:] == pytest.approx(0.025)
+        assert measurements.crosstalk_sources[ping, 3:].tolist() == [before, before + 1, before + 2, before + 3]
+    assert measurements.lags[4:, 3:] == pytest.approx(0.025)
 
 
 def test_a_firing_that_is_too_long_ago_is_forgotten() -> None:
     recorded = heard()
     slowly = replace(recorded, stamps_ns=4 * recorded.stamps_ns)
-    assert (soundings_of(slowly, rig()).mates[:, 3:] == -1).all()
+    assert (measurements_of(slowly, rig()).crosstalk_sources[:, 3:] == -1).all()
 
 
 def test_a_ping_that_is_left_out_is_nobodys_mate() -> None:
-    soundings = soundings_of(heard(a90=np.nan), rig())
+    measurements = measurements_of(heard(a90=np.nan), rig())
     # The sensor at 90 degrees from the first fires in the first volley.
-    assert soundings.sensors[:3].tolist() == [0, 2, 3]
-    assert [sorted(row) for row in soundings.mates[:3, :3].tolist()] == [[-1, 1, 2], [-1, 0, 2], [-1, 0, 1]]
+    assert measurements.sensors[:3].tolist() == [0, 2, 3]
+    assert [sorted(row) for row in measurements.crosstalk_sources[:3, :3].tolist()] == [
+        [-1, 1, 2],
+        [-1, 0, 2],
+        [-1, 0, 1],
+    ]
 
 
 def test_a_single_sensor_has_no_mate_but_its_own_last_ping() -> None:
-    soundings = soundings_of(*one_sensor(np.radians(np.arange(10.0)), np.ones(10)))
-    assert soundings.mates.shape == (10, 1)
-    assert soundings.mates[:, 0].tolist() == list(range(-1, 9))
+    measurements = measurements_of(*one_sensor(np.radians(np.arange(10.0)), np.ones(10)))
+    assert measurements.crosstalk_sources.shape == (10, 1)
+    assert measurements.crosstalk_sources[:, 0].tolist() == list(range(-1, 9))
 
 
 def test_rates_are_how_fast_the_servo_turned_at_each_time() -> None:
-    soundings = soundings_of(heard(), rig())
-    assert soundings.rates == pytest.approx(np.radians(1.0) / 0.025)
+    measurements = measurements_of(heard(), rig())
+    assert measurements.rates == pytest.approx(np.radians(1.0) / 0.025)
     there_and_back = np.radians([0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.0])
-    rates = soundings_of(*one_sensor(there_and_back, np.ones(7))).rates
+    rates = measurements_of(*one_sensor(there_and_back, np.ones(7))).rates
     assert rates == pytest.approx(np.radians(20.0) * np.array([1, 1, 1, 0, -1, -1, -1]), abs=1e-9)
 
 
 def test_the_rate_of_a_ping_does_not_hang_on_what_its_neighbours_heard() -> None:
     angles, ranges = np.radians([0.0, 1.0, 4.0, 9.0, 16.0]), np.array([1.0, np.nan, 1.0, np.nan, 1.0])
-    complete = soundings_of(*one_sensor(angles, np.ones(5)))
-    assert soundings_of(*one_sensor(angles, ranges)).rates == pytest.approx(complete.rates[[0, 2, 4]])
+    complete = measurements_of(*one_sensor(angles, np.ones(5)))
+    assert measurements_of(*one_sensor(angles, ranges)).rates == pytest.approx(complete.rates[[0, 2, 4]])
 
 
 def test_a_single_ping_does_not_turn() -> None:
-    assert soundings_of(*one_sensor(np.zeros(1), np.ones(1))).rates.tolist() == [0.0]
+    assert measurements_of(*one_sensor(np.zeros(1), np.ones(1))).rates.tolist() == [0.0]
 
 
 @pytest.mark.parametrize("latency", [0.04, -0.03])
 def test_soundings_turned_back_are_those_of_a_servo_that_is_where_it_says(latency: float) -> None:
     recorded = heard()
     rate = np.radians(1.0) / 0.025
-    truth = soundings_of(replace(recorded, servo_angles=recorded.servo_angles - latency * rate), rig())
-    turned = late_by(soundings_of(recorded, rig()), latency)
+    truth = measurements_of(replace(recorded, servo_angles=recorded.servo_angles - latency * rate), rig())
+    turned = late_by(measurements_of(recorded, rig()), latency)
     assert same(turned, truth)
-    assert not same(soundings_of(recorded, rig()), truth)
+    assert not same(measurements_of(recorded, rig()), truth)
 
 
 def test_soundings_turned_by_gain_and_offset_are_those_of_a_servo_that_was_there() -> None:
     recorded = heard()
     error = ServoError(0.95, 0.07)
-    truth = soundings_of(replace(recorded, servo_angles=0.95 * recorded.servo_angles + 0.07), rig())
-    turned = turned_by(soundings_of(recorded, rig()), error=error, before=ServoError())
+    truth = measurements_of(replace(recorded, servo_angles=0.95 * recorded.servo_angles + 0.07), rig())
+    turned = turned_by(measurements_of(recorded, rig()), error=error, before=ServoError())
     assert turned.bearings == pytest.approx(truth.bearings, abs=2e-3)
     assert turned.x == pytest.approx(truth.x, abs=2e-4)
     back = turned_by(turned, error=ServoError(), before=error)
-    assert back.bearings == pytest.approx(soundings_of(recorded, rig()).bearings)
+    assert back.bearings == pytest.approx(measurements_of(recorded, rig()).bearings)
     assert turned_by(turned, error=error, before=error) is turned
 
 
 def test_without_latency_soundings_stay_as_they_are() -> None:
-    soundings = soundings_of(heard(), rig())
-    assert late_by(soundings, 0.0) is soundings
+    measurements = measurements_of(heard(), rig())
+    assert late_by(measurements, 0.0) is measurements
 
 
 def test_a_servo_that_stands_is_never_late() -> None:
-    soundings = listening([(0.0, 0.0)])
-    assert same(late_by(soundings, 0.3), soundings)
+    measurements = listening([(0.0, 0.0)])
+    assert same(late_by(measurements, 0.3), measurements)
 
 
 def test_pings_closer_than_four_degrees_share_one_vote() -> None:
-    weights = [soundings_of(*one_sensor(np.radians(step * np.arange(20)), np.ones(20))).weights for step in (1, 3, 9)]
+    weights = [
+        measurements_of(*one_sensor(np.radians(step * np.arange(20)), np.ones(20))).weights for step in (1, 3, 9)
+    ]
     assert [each[0] for each in weights] == pytest.approx([0.25, 0.75, 1.0])
     assert all((each == each[0]).all() for each in weights)
 
 
 def test_nothing_heard_at_all_is_a_station_without_pings() -> None:
-    soundings = soundings_of(sweep_of(np.full(360, np.nan), pose=POSE), rig())
-    assert len(soundings.readings) == len(soundings.mates) == 0
-    assert soundings.centers == pytest.approx(np.array([POSE[:2]]))
+    measurements = measurements_of(sweep_of(np.full(360, np.nan), pose=POSE), rig())
+    assert len(measurements.readings) == len(measurements.crosstalk_sources) == 0
+    assert measurements.centers == pytest.approx(np.array([POSE[:2]]))
 
 
 def test_joined_stations_are_numbered_in_order_and_keep_their_pings() -> None:
-    parts = [soundings_of(heard(pose=(x, 0.0, 0.0), a9=np.nan, index=k), rig()) for k, x in enumerate([0.0, 1.0, 2.0])]
-    joined = join_soundings(parts)
+    parts = [
+        measurements_of(heard(pose=(x, 0.0, 0.0), a9=np.nan, index=k), rig()) for k, x in enumerate([0.0, 1.0, 2.0])
+    ]
+    joined = join_measurements(parts)
     assert np.bincount(joined.stations).tolist() == [359, 359, 359]
     assert joined.centers[:, 0] == pytest.approx([0.0, 1.0, 2.0], abs=1e-3)
     for number, part in enumerate(parts):
-        own = chosen_soundings(joined, joined.stations == number)
+        own = select_measurements(joined, joined.stations == number)
         assert same(own, part, but=("stations",))
 
 
 def test_mates_in_joined_stations_are_of_the_same_station_and_time() -> None:
-    parts = [soundings_of(heard(index=k), rig()) for k in range(2)]
-    joined = join_soundings([soundings_of(*one_sensor(np.radians(np.arange(5.0)), np.ones(5))), *parts])
-    assert joined.mates[:5, 0].tolist() == [-1, 0, 1, 2, 3]
-    assert (joined.mates[:5, 1:] == -1).all()
-    elsewhere = joined.stations[joined.mates[5:]] != joined.stations[5:, None]
-    assert not (elsewhere & (joined.mates[5:] >= 0)).any()
-    assert joined.mates[5 + 360, :3].tolist() == [366, 367, 368]
+    parts = [measurements_of(heard(index=k), rig()) for k in range(2)]
+    joined = join_measurements([measurements_of(*one_sensor(np.radians(np.arange(5.0)), np.ones(5))), *parts])
+    assert joined.crosstalk_sources[:5, 0].tolist() == [-1, 0, 1, 2, 3]
+    assert (joined.crosstalk_sources[:5, 1:] == -1).all()
+    elsewhere = joined.stations[joined.crosstalk_sources[5:]] != joined.stations[5:, None]
+    assert not (elsewhere & (joined.crosstalk_sources[5:] >= 0)).any()
+    assert joined.crosstalk_sources[5 + 360, :3].tolist() == [366, 367, 368]
 
 
 def test_the_limits_of_joined_stations_are_the_widest() -> None:
     near, far = listening([(0.0, 0.0)])._replace(max_range=2.0), listening([(1.0, 0.0)])._replace(min_range=0.1)
-    joined = join_soundings([near, far])
+    joined = join_measurements([near, far])
     assert (joined.min_range, joined.max_range) == (0.1, 4.0)
 
 
 def test_chosen_pings_point_to_the_mates_that_stay() -> None:
-    soundings = join_soundings([soundings_of(heard(index=k), rig()) for k in range(2)])
+    measurements = join_measurements([measurements_of(heard(index=k), rig()) for k in range(2)])
     kept = np.random.default_rng(3).random(720) < 0.6
-    chosen, left = chosen_soundings(soundings, kept), np.flatnonzero(kept)
+    chosen, left = select_measurements(measurements, kept), np.flatnonzero(kept)
     assert len(chosen.readings) == kept.sum()
     for ping, old in enumerate(left):
-        now = {int(left[mate]) for mate in chosen.mates[ping] if mate >= 0}
-        assert now == {int(mate) for mate in soundings.mates[old] if kept[mate]}
+        now = {int(left[mate]) for mate in chosen.crosstalk_sources[ping] if mate >= 0}
+        assert now == {int(mate) for mate in measurements.crosstalk_sources[old] if kept[mate]}
 
 
 def test_whoever_keeps_all_pings_keeps_the_soundings() -> None:
-    soundings = soundings_of(heard(), rig())
-    assert chosen_soundings(soundings, np.ones(360, dtype=bool)) is soundings
+    measurements = measurements_of(heard(), rig())
+    assert select_measurements(measurements, np.ones(360, dtype=bool)) is measurements
 
 
 def test_stations_without_chosen_pings_keep_their_numbers() -> None:
-    soundings = listening([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)])
-    chosen = chosen_soundings(soundings, soundings.stations == 2)
+    measurements = listening([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)])
+    chosen = select_measurements(measurements, measurements.stations == 2)
     assert set(chosen.stations.tolist()) == {2}
     assert len(chosen.centers) == 3
 
@@ -273,22 +281,24 @@ def test_the_first_stations_are_as_if_the_others_had_not_been() -> None:
 
 @pytest.mark.parametrize(("degrees", "every"), [(1.0, 4), (2.0, 2), (3.0, 1), (22.5, 1)])
 def test_independent_pings_are_four_degrees_apart_as_far_as_whole_steps_allow(degrees: float, every: int) -> None:
-    soundings = soundings_of(*one_sensor(np.radians(np.arange(0.0, 360.0, degrees)), np.ones(round(360 / degrees))))
-    kept = independent(soundings)
+    measurements = measurements_of(
+        *one_sensor(np.radians(np.arange(0.0, 360.0, degrees)), np.ones(round(360 / degrees)))
+    )
+    kept = independent(measurements)
     assert kept.sum() == len(kept) / every
-    assert np.diff(np.sort(soundings.bearings[kept])) == pytest.approx(np.radians(every * degrees))
+    assert np.diff(np.sort(measurements.bearings[kept])) == pytest.approx(np.radians(every * degrees))
 
 
 def test_independent_pings_surround_every_station() -> None:
-    soundings = join_soundings([soundings_of(heard(index=k), rig()) for k in range(3)])
-    kept = independent(soundings)
-    assert np.bincount(soundings.stations[kept]).tolist() == [90, 90, 90]
+    measurements = join_measurements([measurements_of(heard(index=k), rig()) for k in range(3)])
+    kept = independent(measurements)
+    assert np.bincount(measurements.stations[kept]).tolist() == [90, 90, 90]
 
 
 def test_a_rounding_in_the_step_keeps_no_more_pings() -> None:
-    soundings = listening([(0.0, 0.0)], step=np.radians(2.0))
+    measurements = listening([(0.0, 0.0)], step=np.radians(2.0))
     for weight in (0.5 - 1e-15, 0.5, 0.5 + 1e-15):
-        kept = independent(soundings._replace(weights=np.full(len(soundings.weights), weight)))
+        kept = independent(measurements._replace(weights=np.full(len(measurements.weights), weight)))
         assert kept.sum() == len(kept) / 2
 
 
@@ -300,11 +310,11 @@ def test_a_step_is_from_one_ping_to_the_next_however_far_that_is(degrees: float)
 def test_a_second_sweep_of_a_ring_at_the_same_station_is_no_step() -> None:
     once = listening([(0.0, 0.0)], step=np.radians(22.5))
     turned = np.exp(1j * np.radians(1.5)) * (once.ux + 1j * once.uy)
-    again = join_soundings([once, once._replace(ux=turned.real, uy=turned.imag)])
+    again = join_measurements([once, once._replace(ux=turned.real, uy=turned.imag)])
     together = again._replace(stations=0 * again.stations, centers=once.centers)
     assert step_of(together) == pytest.approx(np.radians(21.0))
 
 
 def test_where_nobody_listens_there_is_no_step() -> None:
     nobody = np.zeros(len(listening().readings), dtype=bool)
-    assert step_of(chosen_soundings(listening(), nobody)) == np.inf
+    assert step_of(select_measurements(listening(), nobody)) == np.inf
