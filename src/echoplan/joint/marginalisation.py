@@ -93,6 +93,7 @@ def survey(account: Account, path_xy: FloatArray) -> Survey:
         vertices=find_vertices(segments, echoes, settings.vertices),
         squareness=square,
         settings=settings.survey,
+        ties=settings.adjustment.ties,
         path_xy=path_xy,
     )
 

@@ -17,7 +17,7 @@ from echoplan.joint.map_extraction.corners import Vertex
 from echoplan.joint.map_extraction.openings import Gap, merged_faces
 from echoplan.joint.map_extraction.segment import End, Segment
 from echoplan.joint.map_extraction.surroundings import backs_of, fronts_of, is_filled
-from echoplan.joint.optimisation.corner_factors import crossing_slopes
+from echoplan.joint.optimisation.corner_factors import TieSettings, crossing_slopes, tied_corners
 from echoplan.joint.optimisation.manhattan import Squareness
 from echoplan.joint.optimisation.solution import Solution
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Wall
@@ -94,6 +94,8 @@ class Survey:
         Which features were drawn to right angles.
     settings : SurveySettings
         What is drawn.
+    ties : TieSettings, optional
+        Which corners are those of which walls.
     path_xy : ndarray, shape (p, 2), optional
         The way of the robot, which no wall crosses [m].
     """
@@ -104,6 +106,7 @@ class Survey:
     vertices: Sequence[Vertex]
     squareness: Squareness | None
     settings: SurveySettings
+    ties: TieSettings = field(default_factory=TieSettings)
     path_xy: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
 
     def right_angles(self) -> dict[str, float | bool]:
@@ -161,7 +164,7 @@ class Survey:
         )
 
     def corners(self) -> tuple[Corner, ...]:
-        """Draw the vertices, and the corners that were heard where no walls meet.
+        """Draw the vertices, and the corners that were heard where no two segments end.
 
         Returns
         -------
@@ -170,7 +173,7 @@ class Survey:
         """
         met = [self._corner(each) for each in self.vertices]
         lone = [
-            self._lone_corner(number, each)
+            self._lone_corner(number)
             for number, each in enumerate(self.features)
             if each.kind in (Kind.CORNER, Kind.EDGE) and self._is_lone(each)
         ]
@@ -300,8 +303,10 @@ class Survey:
         )
 
     def _covariance_of_vertex(self, vertex: Vertex) -> FloatArray:
-        owners = [self.segments[each].owner for each in vertex.segments]
-        jacobian = crossing_slopes(np.array([self.features[each].line for each in owners]), vertex.position_xy)
+        return self._covariance_of_crossing([self.segments[each].owner for each in vertex.segments], vertex.position_xy)
+
+    def _covariance_of_crossing(self, owners: Sequence[int], crossing_xy: FloatArray) -> FloatArray:
+        jacobian = crossing_slopes(np.array([self.features[each].line for each in owners]), crossing_xy)
         covariance: FloatArray = jacobian @ self._covariance(owners) @ jacobian.T
         return covariance
 
@@ -314,18 +319,27 @@ class Survey:
         )
         return _diluted(ClassProbabilities(corner=1.0), 1.0 - chance)
 
-    def _lone_corner(self, number: int, feature: Hypothesis) -> Corner:
+    def _lone_corner(self, number: int) -> Corner:
+        """Draw a corner where its walls cross, if both are known, else where its echo seems to come from.
+
+        A wall that ends at the middle of another one, as a partition does, makes a corner with it, but no vertex.
+        """
+        feature = self.features[number]
+        position, covariance = feature.reflector[1:3], self._covariance([number])
+        for corner, walls, crossing in tied_corners(np.array([each.reflector for each in self.features]), self.ties):
+            if corner == number:
+                position, covariance = crossing, self._covariance_of_crossing(walls, crossing)
         return Corner(
-            position_xy=feature.reflector[1:3],
+            position_xy=position,
             kind=CornerKind.CONCAVE if feature.kind is Kind.CORNER else CornerKind.CONVEX,
-            covariance=self._covariance([number]),
+            covariance=covariance,
             class_probabilities=self._class_of(number),
             pings=self._pings(number),
             stations=self._stations(feature),
         )
 
     def _is_lone(self, feature: Hypothesis) -> bool:
-        """Return True for a corner that no walls make and that is where its echo seems to come from.
+        """Return True for a corner that is no vertex and that is where its echo seems to come from.
 
         The echo of a concave corner goes over both of its sides: in one of the angle b it comes back after r sin(b),
         not r, of the distance r of the vertex. Only where walls are square to each other the vertex is known.

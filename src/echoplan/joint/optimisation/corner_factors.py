@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from pydantic import BaseModel, Field
@@ -13,7 +14,7 @@ from echoplan.geometry import directions, intersections
 from echoplan.joint.optimisation.factors import Rows
 from echoplan.joint.optimisation.layout import Layout
 
-__all__ = ["TieSettings", "corner_factors", "crossing_slopes"]
+__all__ = ["TieSettings", "TiedCorner", "corner_factors", "crossing_slopes", "tied_corners"]
 
 _WALL = int(Kind.WALL)
 
@@ -24,6 +25,14 @@ class TieSettings(BaseModel, frozen=True, extra="forbid"):
     sigma: float = Field(default=0.001, gt=0.0, description="of a corner from the crossing of its walls [m]")
     gate: float = Field(default=0.05, gt=0.0, description="greatest distance of such a pair [m]")
     right_angle: float = Field(default=math.radians(3), gt=0.0, description="of walls that echo at their vertex [rad]")
+
+
+class TiedCorner(NamedTuple):
+    """A corner that was heard, the two walls that make it, and where these cross, shape (2,) [m]."""
+
+    corner: int
+    walls: tuple[int, int]
+    crossing_xy: FloatArray
 
 
 def crossing_slopes(lines: FloatArray, crossing_xy: FloatArray) -> FloatArray:
@@ -71,25 +80,28 @@ def corner_factors(reflectors: FloatArray, layout: Layout, settings: TieSettings
     Rows
         Two rows a corner.
     """
-    pairs = _square_pairs(reflectors, settings.right_angle)
-    if not len(pairs):
-        return
-    crossings = intersections(reflectors[pairs[:, 0], 1:3], reflectors[pairs[:, 1], 1:3])
-    for number in np.flatnonzero(layout.kinds == Kind.CORNER):
-        distances = np.hypot(*(crossings - reflectors[number, 1:3]).T)
-        best = int(np.argmin(distances))
-        if distances[best] >= settings.gate:
-            continue
-        pair, crossing = pairs[best], crossings[best]
-        lines = reflectors[pair, 1:3]
-        columns = np.concatenate([layout.starts[k] + np.arange(2) for k in (*pair, number)])
-        jacobian = np.concatenate([crossing_slopes(lines, crossing), -np.eye(2)], axis=1)
+    for number, walls, crossing in tied_corners(reflectors, settings):
+        columns = np.concatenate([layout.starts[k] + np.arange(2) for k in (*walls, number)])
+        jacobian = np.concatenate([crossing_slopes(reflectors[list(walls), 1:3], crossing), -np.eye(2)], axis=1)
         yield Rows(
             np.stack([columns, columns]),
             jacobian,
             -(crossing - reflectors[number, 1:3]),
             np.full(2, settings.sigma**-2),
         )
+
+
+def tied_corners(reflectors: FloatArray, settings: TieSettings) -> Iterator[TiedCorner]:
+    """Find the corners that were heard near the crossing of two walls at a right angle, each with the nearest one."""
+    pairs = _square_pairs(reflectors, settings.right_angle)
+    if not len(pairs):
+        return
+    crossings = intersections(reflectors[pairs[:, 0], 1:3], reflectors[pairs[:, 1], 1:3])
+    for number in np.flatnonzero(reflectors[:, 0] == Kind.CORNER):
+        distances = np.hypot(*(crossings - reflectors[number, 1:3]).T)
+        best = int(np.argmin(distances))
+        if distances[best] < settings.gate:
+            yield TiedCorner(int(number), (int(pairs[best, 0]), int(pairs[best, 1])), crossings[best])
 
 
 @compiled

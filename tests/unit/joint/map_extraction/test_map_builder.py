@@ -11,7 +11,7 @@ from echoplan.joint.map_extraction.segment import End
 from echoplan.joint.optimisation.manhattan import Squareness
 from echoplan.joint.search.specular_points import CornerEcho, Echoes
 from echoplan.model import Corner, CornerKind, Cylinder, Wall
-from helpers.expectations import corner, cylinder, edge, feature
+from helpers.expectations import ROOM, corner, cylinder, edge, feature, wall
 from helpers.outlines import SURE, segment, survey
 
 COLUMN = cylinder(0.2, 0.9, 0.1)
@@ -132,6 +132,21 @@ def test_a_corner_where_no_walls_meet_is_drawn_as_it_was_heard() -> None:
         drawn = replace(survey(lone), squareness=square).corners()[-1]
         assert drawn.position_xy == pytest.approx([0.4, -0.9])
         assert (drawn.kind, drawn.stations) == (kind, 4)
+
+
+def test_a_corner_at_the_middle_of_a_wall_is_drawn_where_its_walls_cross_as_surely_as_these_are_known() -> None:
+    # A partition along x = 0.4 ends at the wall y = 1.5; the echo of the corner seems to come from 9 mm beside it.
+    heard = feature(corner(0.405, 1.4925), gains=[9.0] * 4)
+    partition = segment(0.0, 0.4, (0.3, 1.4), owner=4)
+    found = survey(heard, walls=[*ROOM, wall(0.0, 0.4)], pieces={4: [partition]})
+    found = replace(found, squareness=Squareness(np.array([True] * 5 + [False]), 0.003))
+    (drawn,) = [each for each in found.corners() if each.stations]
+    assert drawn.position_xy == pytest.approx([0.4, 1.5])
+    assert drawn.kind is CornerKind.CONCAVE
+    # The wall y = 1.5 has its angle at place 2 and its offset at 3, the partition at 8 and 9.
+    lines = found.adjusted.covariance[np.ix_([8, 9, 2, 3], [8, 9, 2, 3])]
+    slopes = np.array([[-1.5, 1.0, 0.0, 0.0], [0.0, 0.0, 0.4, 1.0]])
+    assert drawn.covariance == pytest.approx(slopes @ lines @ slopes.T, rel=1e-6)
 
 
 def test_a_lone_corner_whose_angle_nobody_knows_is_not_drawn() -> None:
