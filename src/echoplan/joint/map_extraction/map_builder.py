@@ -39,6 +39,12 @@ class SurveySettings(BaseModel, frozen=True, extra="forbid"):
 
     clear_station: float = Field(default=5.0, description="least gain of a station that counts [nats]")
     lone_stations: int = Field(default=3, ge=1, description="that must have heard a corner without walls")
+    lone_sigma: float = Field(
+        default=0.004,
+        ge=0.0,
+        description="of such a corner from where its echo seems to come from [m]: maximum likelihood of 15 of them "
+        "in 28 random rooms",
+    )
     lone_distance: float = Field(default=0.06, gt=0.0, description="of such a corner from any other [m]")
     least_length: float = Field(default=0.06, gt=0.0, description="of a wall of which only one point was heard [m]")
 
@@ -325,7 +331,8 @@ class Survey:
         A wall that ends at the middle of another one, as a partition does, makes a corner with it, but no vertex.
         """
         feature = self.features[number]
-        position, covariance = feature.reflector[1:3], self._covariance([number])
+        position = feature.reflector[1:3]
+        covariance = self._covariance([number]) + self.settings.lone_sigma**2 * np.eye(2)
         for corner, walls, crossing in tied_corners(np.array([each.reflector for each in self.features]), self.ties):
             if corner == number:
                 position, covariance = crossing, self._covariance_of_crossing(walls, crossing)
