@@ -134,16 +134,16 @@ def test_a_corner_where_no_walls_meet_is_drawn_as_it_was_heard() -> None:
         assert (drawn.kind, drawn.stations) == (kind, 4)
 
 
-def test_a_corner_without_walls_is_known_no_better_than_its_echo_tells_of_the_vertex() -> None:
-    found = survey(feature(edge(0.4, -0.9), gains=[9.0] * 4))
-    place = found.adjusted.unknowns.feature(4)
+def test_a_corner_without_walls_carries_the_model_error_of_a_corner() -> None:
+    found = survey(feature(edge(0.4, -0.9), llr_by_station=[9.0] * 4))
+    place = found.adjusted.layout.feature(4)
     expected = found.adjusted.covariance[place, place] + found.settings.lone_sigma**2 * np.eye(2)
     assert found.corners()[-1].covariance == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_corner_at_the_middle_of_a_wall_is_drawn_where_its_walls_cross_as_surely_as_these_are_known() -> None:
     # A partition along x = 0.4 ends at the wall y = 1.5; the echo of the corner seems to come from 9 mm beside it.
-    heard = feature(corner(0.405, 1.4925), gains=[9.0] * 4)
+    heard = feature(corner(0.405, 1.4925), llr_by_station=[9.0] * 4)
     partition = segment(0.0, 0.4, (0.3, 1.4), owner=4)
     found = survey(heard, walls=[*ROOM, wall(0.0, 0.4)], pieces={4: [partition]})
     found = replace(found, squareness=Squareness(np.array([True] * 5 + [False]), 0.003))
