@@ -71,7 +71,7 @@ def find_arcs(measurements: Measurements, *, resolution: float, settings: ArcSet
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     resolution : float
         Step of the readings [m].
@@ -126,7 +126,7 @@ def arc_planes(arcs: Sequence[Arc], measurements: Measurements, hearing: Hearing
     ----------
     arcs : sequence of Arc
         The arcs, at least one.
-    soundings : Measurements
+    measurements : Measurements
         What their indices point to.
     hearing : Hearing
         The sonar.

@@ -50,7 +50,7 @@ class Account:
     ----------
     rig : Rig
         What heard it.
-    heard : Measurements
+    measurements : Measurements
         The pings of s stations at hand.
     given : ndarray, shape (s, 3)
         Poses of these, as recorded [m, m, rad].

@@ -70,7 +70,7 @@ class Memory:
         How many times more readings count than their weights say.
     trusts_specified_odometry : bool, optional
         Whether steps lead no farther astray than the rig tells.
-    reckoned : ndarray, shape (3,), optional
+    dead_reckoned : ndarray, shape (3,), optional
         What odometry alone leaves open of the first pose at hand, as standard deviations [m, m, rad].
     issued : int, optional
         How many numbers features have been given.
@@ -127,7 +127,7 @@ class Memory:
         ----------
         features : sequence of Hypothesis
             The features; what is known of others is left aside.
-        unknowns : Layout
+        layout : Layout
             What stands where: the features in their order, sonar and poses.
 
         Returns
@@ -219,7 +219,7 @@ def places_of(layout: Layout, feature: int) -> IntArray:
 
     Parameters
     ----------
-    unknowns : Layout
+    layout : Layout
         What stands where.
     feature : int
         Its number.

@@ -156,7 +156,7 @@ def dead_reckoned_covariances(priors: PosePrior, poses: FloatArray) -> FloatArra
 
     Parameters
     ----------
-    beliefs : PosePrior
+    priors : PosePrior
         What is believed of its steps.
     poses : ndarray, shape (s, 3)
         Where the robot was [m, m, rad].
@@ -186,7 +186,7 @@ def undetermined(
         Of corrected poses [m, m, rad].
     between : ndarray, shape (s, 3, 3)
         Of the same poses as if the walls were known.
-    reckoned : ndarray, shape (s, 3, 3)
+    dead_reckoned : ndarray, shape (s, 3, 3)
         Of the same poses by odometry alone, with the heading known: that is what walls tell in any case.
     settings : CertaintySettings
         When a pose is determined.

@@ -29,7 +29,7 @@ def cone_of_rays(measurements: Measurements) -> float:
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings, of a sensor that turns and whose readings glide along walls: ``share_of_ramps``.
 
     Returns

@@ -182,7 +182,7 @@ def select_measurements(measurements: Measurements, kept: BoolArray) -> Measurem
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     kept : ndarray of bool, shape (n,)
         Which to keep.
@@ -204,7 +204,7 @@ def first_stations(measurements: Measurements, count: int) -> Measurements:
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     count : int
         Of how many stations.
@@ -223,7 +223,7 @@ def rearranged_stations(measurements: Measurements, order: Sequence[int]) -> Mea
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         As they are.
     order : sequence of int
         Which station is the first from now on, which the second.
@@ -244,7 +244,7 @@ def independent(measurements: Measurements) -> BoolArray:
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
 
     Returns
@@ -265,7 +265,7 @@ def step_of(measurements: Measurements) -> float:
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
 
     Returns

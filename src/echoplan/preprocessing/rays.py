@@ -40,7 +40,7 @@ def share_of_ramps(measurements: Measurements) -> float:
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
 
     Returns

@@ -30,7 +30,7 @@ def turned_by(measurements: Measurements, *, error: ServoError, before: ServoErr
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     error : ServoError
         Gain and offset of the servo.
@@ -52,7 +52,7 @@ def late_by(measurements: Measurements, latency: float) -> Measurements:
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings as recorded.
     latency : float
         How long the servo takes to be where it is told [s].

@@ -107,7 +107,7 @@ def at_stations(measurements: Measurements, stations: Stations) -> Measurements:
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         Numbered by sweep.
     stations : Stations
         The station of each sweep.
@@ -130,7 +130,7 @@ def without_repeats(measurements: Measurements) -> Measurements:
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         At stations.
 
     Returns

@@ -50,7 +50,7 @@ class Bursts(NamedTuple):
 
     Attributes
     ----------
-    pings, mates : ndarray of int, shape (b,)
+    pings, crosstalk_sources : ndarray of int, shape (b,)
         Which ping may hear the burst of which.
     travelled : ndarray, shape (b,)
         Half of the way of the burst until the ping's reading [m], in order at each station.
@@ -73,7 +73,7 @@ def emissions_of(measurements: Measurements, hearing: Hearing) -> Bursts:
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings, with the mates of each.
     hearing : Hearing
         The sonar.
@@ -121,10 +121,10 @@ def add_crosstalk(
 
     Parameters
     ----------
-    levels : ndarray, shape (n,)
+    log_densities : ndarray, shape (n,)
         Logarithm of the density of each reading by what explains it so far [log 1/m]; raised in place where such an
         echo explains it better.
-    heard : tuple of Measurements, Hearing and Bursts
+    detected : tuple of Measurements, Hearing and Bursts
         The pings, the sonar, and the bursts that may be heard.
     walls : tuple of ndarray, shape (4,)
         Two walls in the order in which the sound strikes them; twice the same for one alone.

@@ -57,7 +57,7 @@ def ghosts_of_walls(
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     hearing : Hearing
         The sonar.
@@ -86,10 +86,10 @@ def add_ghosts_of_walls(
 
     Parameters
     ----------
-    levels : ndarray, shape (n,)
+    log_densities : ndarray, shape (n,)
         Logarithm of the density of each reading by what explains it so far [log 1/m]; raised in place where such an
         echo explains it better.
-    heard : tuple of Measurements and Hearing
+    detected : tuple of Measurements and Hearing
         The pings and the sonar.
     walls : tuple of ndarray, shape (4,)
         The two walls.
@@ -119,9 +119,9 @@ def add_ghosts_of_cylinder(
 
     Parameters
     ----------
-    levels : ndarray, shape (n,)
+    log_densities : ndarray, shape (n,)
         As those of ``add_ghosts_of_walls``.
-    heard : tuple of Measurements and Hearing
+    detected : tuple of Measurements and Hearing
         The pings and the sonar.
     wall, cylinder : ndarray, shape (4,)
         The reflectors.

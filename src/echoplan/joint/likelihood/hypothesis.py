@@ -30,13 +30,13 @@ class Hypothesis:
         Value of ``Kind`` and three parameters.
     evidence : PingScores
         What single pings say.
-    gains : ndarray, shape (s,)
+    llr_by_station : ndarray, shape (s,)
         Gain by station over what explains the pings without it [nats].
     total : float, optional
         Their sum [nats].
     extent : tuple of float, optional
         Ends of a wall along it [m].
-    past : TrackHistory, optional
+    history : TrackHistory, optional
         What stations said of it whose pings are no longer at hand; it counts in the total and the extent.
     is_square : bool, optional
         Whether a wall is believed to stand at right angles to others.
@@ -96,7 +96,7 @@ class Hypothesis:
 
         Parameters
         ----------
-        levels : ndarray, shape (n,)
+        log_densities : ndarray, shape (n,)
             Logarithm of the density of each reading by what explains it without it [log 1/m].
 
         Returns
@@ -117,7 +117,7 @@ class Hypothesis:
 
         Parameters
         ----------
-        gains : ndarray, shape (s,)
+        llr_by_station : ndarray, shape (s,)
             Gain by station [nats].
         total : float
             Their sum [nats].

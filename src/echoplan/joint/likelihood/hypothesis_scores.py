@@ -54,7 +54,7 @@ class Verdict(NamedTuple):
         Gain in log likelihood over what explains the pings without it [nats].
     low, high : float
         Ends of a wall along it [m]; 0 for other reflectors.
-    gains : ndarray, shape (s,)
+    llr_by_station : ndarray, shape (s,)
         The gain by station [nats]; 0 for stations that do not face this part of a wall.
     """
 
@@ -79,13 +79,13 @@ def rescore(
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     reflector : ndarray, shape (4,)
         Kind and parameters.
     evidence : PingScores
         What the pings say about it.
-    levels : ndarray, shape (n,)
+    log_densities : ndarray, shape (n,)
         Logarithm of the density of each reading by what explains it so far [log 1/m].
     frame : Frame
         The other features.
@@ -108,7 +108,7 @@ def missed(measurements: Measurements, evidence: PingScores, extent: tuple[float
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     evidence : PingScores
         What they say about it.

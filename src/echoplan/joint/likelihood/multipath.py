@@ -39,7 +39,7 @@ class Part(NamedTuple):
         Numbers of the features; of one alone twice.
     pings : ndarray of int, shape (k,)
         Which pings.
-    levels : ndarray, shape (k,)
+    log_densities : ndarray, shape (k,)
         Logarithm of the density of their readings [log 1/m].
     """
 
@@ -53,7 +53,7 @@ class Multipath:
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     hearing : Hearing
         The sonar.
@@ -81,7 +81,7 @@ class Multipath:
 
         Parameters
         ----------
-        soundings : Measurements
+        measurements : Measurements
             The others.
         hearing : Hearing
             Their sonar.

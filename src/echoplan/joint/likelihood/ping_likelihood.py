@@ -28,7 +28,7 @@ class PingLikelihood:
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     hearing : Hearing
         The sonar.
@@ -76,7 +76,7 @@ class PingLikelihood:
         ----------
         hypothesis : Hypothesis
             The one.
-        levels : ndarray, shape (n,)
+        log_densities : ndarray, shape (n,)
             What the others explain.
         others : sequence of Hypothesis
             The others: they may block the view of it.
@@ -97,7 +97,7 @@ class PingLikelihood:
         ----------
         hypotheses : sequence of Hypothesis
             Any number.
-        levels : ndarray, shape (n,)
+        log_densities : ndarray, shape (n,)
             What the others explain.
         others : sequence of Hypothesis
             The others.

@@ -107,7 +107,7 @@ def score_pings(measurements: Measurements, hearing: Hearing, reflector: FloatAr
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     hearing : Hearing
         The sonar.

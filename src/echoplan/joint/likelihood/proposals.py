@@ -78,7 +78,7 @@ def propose_hypotheses(arc_measurements: ArcMeasurements, fresh: BoolArray, sett
 
     Parameters
     ----------
-    sightings : ArcMeasurements
+    arc_measurements : ArcMeasurements
         What was heard.
     fresh : ndarray of bool, shape (a,)
         Which of it is new; only pairs with something new are looked at.

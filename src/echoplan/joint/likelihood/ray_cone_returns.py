@@ -36,7 +36,7 @@ def flanks_of(
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     hearing : Hearing
         The sonar: rays in a cone.

@@ -62,7 +62,7 @@ class TrackHistory:
         Gain of those stations [nats].
     best : float
         Gain of the best of them [nats].
-    speaking : int
+    supporting : int
         How many spoke for it clearly.
     missing : int
         How many had a free view of it and did not.

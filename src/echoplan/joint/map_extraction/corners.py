@@ -46,7 +46,7 @@ class Vertex:
         The vertex [m].
     kind : CornerKind
         As seen from where the segments were heard.
-    heard : bool
+    detected : bool
         Whether sound came back from it.
     echo : CornerEcho
         What was heard of one of its walls in the other.

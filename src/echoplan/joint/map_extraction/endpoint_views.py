@@ -35,7 +35,7 @@ def line_evidence(explanation: PingLikelihood, wall: Hypothesis, count: int, log
         The wall, with fresh evidence.
     count : int
         Only the first so many stations are asked.
-    levels : ndarray, shape (n,)
+    log_densities : ndarray, shape (n,)
         Log density of each reading by its best explanation without the wall [log 1/m].
 
     Returns

@@ -36,7 +36,7 @@ def shadowed(measurements: Measurements, hearing: Hearing, features: Features) -
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     hearing : Hearing
         The sonar.

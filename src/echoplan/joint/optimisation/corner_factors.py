@@ -70,7 +70,7 @@ def corner_factors(reflectors: FloatArray, layout: Layout, settings: TieSettings
     ----------
     reflectors : ndarray, shape (f, 4)
         Kind and parameters of all features.
-    unknowns : Layout
+    layout : Layout
         Where their parameters stand.
     settings : TieSettings
         Which belong together.

@@ -126,7 +126,7 @@ def differentiate_at_end(
         Where the sensor is and where it looks.
     end : tuple of ndarray, shape (2, 6), and float
         Its ends as ``edges_of`` tells, and how much fainter than all of it it is from there [dB].
-    slopes : tuple of ndarray, shapes (8,) and (2,)
+    jacobian : tuple of ndarray, shapes (8,) and (2,)
         Filled with the derivatives as by ``differentiate``, and with those by angle and offset of the wall it meets.
 
     Returns

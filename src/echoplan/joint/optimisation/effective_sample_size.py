@@ -28,7 +28,7 @@ def independence(measurements: Measurements, owners: IntArray, residuals: FloatA
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     owners : ndarray of int, shape (n,)
         Which feature explains each; -1 for none.
@@ -64,7 +64,7 @@ def intraclass_correlation(
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     owners : ndarray of int, shape (n,)
         Which feature explains each; -1 for none.
@@ -139,7 +139,7 @@ def gain_of_common_errors(
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     owners : ndarray of int, shape (n,)
         Which feature explains each; -1 for none.

@@ -25,7 +25,7 @@ class Rows(NamedTuple):
     ----------
     columns : ndarray of int, shape (m, k)
         Which unknowns; -1 fills up.
-    slopes : ndarray, shape (m, k)
+    jacobian : ndarray, shape (m, k)
         Derivatives of what is predicted by them.
     residuals : ndarray, shape (m,)
         What was observed less what is predicted.

@@ -46,13 +46,13 @@ def fit_figure_of_merit(
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     model : EchoModel
         The sonar so far.
     features : sequence of Hypothesis
         What is there.
-    believed : float
+    pose_prior : float
         Figure of merit that the rig leads one to expect [dB].
 
     Returns

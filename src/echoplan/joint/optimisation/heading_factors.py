@@ -80,7 +80,7 @@ def bearings_of(
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings of s stations.
     hearing : Hearing
         The sonar.

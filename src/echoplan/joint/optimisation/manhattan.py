@@ -186,13 +186,13 @@ def estimate_right_angles(
     ----------
     reflectors : ndarray, shape (f, 4)
         Kind and parameters of features.
-    unknowns : Layout
+    layout : Layout
         Where these stand among the unknowns.
     covariance : ndarray, shape (u, u)
         Of all unknowns.
     settings : SquarenessSettings
         What is believed.
-    believed : Squareness, optional
+    pose_prior : Squareness, optional
         The belief in right angles with which these came about, all of which is taken back first.
     by_hand : bool, optional
         Whether the frame of the map is that of way-points which somebody set by hand.
@@ -299,7 +299,7 @@ def right_angle_factors(pose_prior: Squareness, angles: FloatArray, columns: Int
 
     Parameters
     ----------
-    believed : Squareness
+    pose_prior : Squareness
         Which of them; at least one.
     angles : ndarray, shape (f,)
         Directions of their normals [rad]; of features that are no walls anything.

@@ -65,7 +65,7 @@ def estimate_odometry_noise(
 
     Parameters
     ----------
-    beliefs : PosePrior
+    priors : PosePrior
         With what the poses were corrected; relative.
     poses : ndarray, shape (s, 3)
         As corrected [m, m, rad].
@@ -73,7 +73,7 @@ def estimate_odometry_noise(
         Of the corrected poses.
     settings : DriftSettings
         How much what was believed counts.
-    understated : float, optional
+    information_inflation : float, optional
         How many times more readings tell than they were let count for.
 
     Returns
@@ -140,7 +140,7 @@ def learn_waypoints(
 
     Parameters
     ----------
-    beliefs : PosePrior
+    priors : PosePrior
         What was believed; not relative.
     poses : ndarray, shape (s, 3)
         As corrected [m, m, rad].

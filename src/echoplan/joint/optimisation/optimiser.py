@@ -64,11 +64,11 @@ def adjust(
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings, as heard from the poses that were given.
     start : State
         Where to start.
-    beliefs : Priors
+    priors : Priors
         What is believed of the sonar.
     settings : OptimiserSettings
         Priors and weights.
@@ -168,11 +168,11 @@ def range_factors(measurements: Measurements, now: State, priors: Priors, settin
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings, as heard from the poses that were given.
     now : State
         Features, sonar and poses.
-    beliefs : Priors
+    priors : Priors
         What is believed of the sonar.
     settings : OptimiserSettings
         Weights.

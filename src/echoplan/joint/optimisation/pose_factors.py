@@ -228,7 +228,7 @@ def at_poses(measurements: Measurements, given: FloatArray, poses: FloatArray) -
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         As heard from the given poses.
     given, poses : ndarray, shape (s, 3)
         Where the robot was said to be, and where it was [m, m, rad].
@@ -261,7 +261,7 @@ def pose_factors(priors: PosePrior, poses: FloatArray, first: int) -> Rows:
 
     Parameters
     ----------
-    beliefs : PosePrior
+    priors : PosePrior
         What is believed.
     poses : ndarray, shape (s, 3)
         Where they are now [m, m, rad].

@@ -137,7 +137,7 @@ def sonar_prior(now: State, first: int, priors: Priors, settings: OptimiserSetti
         The sonar and the servo as they are.
     first : int
         Where their unknowns start.
-    beliefs : Priors
+    priors : Priors
         What is believed of them.
     settings : OptimiserSettings
         And how exactly.

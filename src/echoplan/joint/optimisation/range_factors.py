@@ -51,9 +51,9 @@ class Features(NamedTuple):
         Kind and parameters.
     extents : ndarray, shape (f, 2)
         Ends of walls along them [m].
-    shadows : ndarray, shape (f, s)
+    attenuations : ndarray, shape (f, s)
         How much fainter than all of it each station hears it [dB]; ``inf`` for stations that did not hear it.
-    doubts : ndarray, shape (f, s)
+    bias_variances : ndarray, shape (f, s)
         Variance of what each station reads too far because nobody knows how much of it it hears [m^2].
     ends : ndarray, shape (f, 2, 6)
         Where walls end because another goes on around a corner [m], as ``edges_of`` tells.
@@ -119,7 +119,7 @@ def match_readings(measurements: Measurements, hearing: Hearing, features: Featu
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     hearing : Hearing
         The sonar.
@@ -240,7 +240,7 @@ def differentiate_readings(
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     hearing : Hearing
         The sonar.
@@ -255,7 +255,7 @@ def differentiate_readings(
 
     Returns
     -------
-    slopes : ndarray, shape (m, 17)
+    jacobian : ndarray, shape (m, 17)
         By the three parameters of the feature; by angle and offset of the wall where it ends; by range offset, walk
         gain, range scale, servo latency, servo gain, servo offset, figure of merit, the logarithm of ``ka`` and the
         exponent of the walk; by place and direction of the sensor.

@@ -31,7 +31,7 @@ def fit_cone(measurements: Measurements, model: EchoModel, features: Sequence[Hy
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     model : EchoModel
         The cone so far.

@@ -34,13 +34,13 @@ class Solution:
         Gain and offset of the servo.
     poses : ndarray, shape (s, 3)
         Poses of the stations [m, m, rad]; empty where they are not corrected.
-    unknowns : Layout
+    layout : Layout
         What stands where.
     information : ndarray, shape (u, u)
         Of all unknowns.
-    heard : ndarray, shape (u, u)
+    detected : ndarray, shape (u, u)
         The part of it that readings gave.
-    understated : float
+    information_inflation : float
         How many times more these tell than they were let count for.
     extents : ndarray, shape (f, 2)
         Ends of walls along them [m].

@@ -37,7 +37,7 @@ def expected_sonar(
     ----------
     rig : Rig
         What heard it; if it does not tell whether readings are those of rays, they tell themselves.
-    heard : Measurements
+    measurements : Measurements
         The pings.
     known : EchoModel, optional
         What was learned from earlier pings.
@@ -71,13 +71,13 @@ def learned_sonar(
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     model : EchoModel
         The sonar so far.
     features : sequence of Hypothesis
         What is there.
-    believed : float
+    pose_prior : float
         Figure of merit that the rig leads one to expect [dB].
 
     Returns

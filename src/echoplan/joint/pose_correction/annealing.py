@@ -21,7 +21,7 @@ def settle(account: Account, priors: PosePrior) -> None:
     ----------
     account : Account
         What was heard, with poses that are nearly right; changed in place.
-    beliefs : PosePrior
+    priors : PosePrior
         What is believed of these.
     """
     first, settings = account.first_noise, account.settings
@@ -65,7 +65,7 @@ def converge(account: Account, priors: PosePrior, start: FloatArray) -> None:
     ----------
     account : Account
         What was heard; changed in place.
-    beliefs : PosePrior
+    priors : PosePrior
         What is believed of the poses.
     start : ndarray, shape (s, 3)
         Where they are moved from [m, m, rad].
@@ -123,7 +123,7 @@ def stand_square(account: Account, priors: PosePrior | None) -> None:
     ----------
     account : Account
         What was heard, and what is made of it, at rest; changed in place.
-    beliefs : PosePrior or None
+    priors : PosePrior or None
         What is believed of the poses; nothing where these are trusted.
     """
     now, pose_prior, settings = account.adjusted, account.squareness, account.settings.squareness

@@ -48,7 +48,7 @@ def track(account: Account, priors: PosePrior) -> None:
     ----------
     account : Account
         Everything that was heard, as recorded; changed in place.
-    beliefs : PosePrior
+    priors : PosePrior
         Odometry.
     """
     reaches = priors.reaches
@@ -73,7 +73,7 @@ def follow(account: Account, priors: PosePrior, expected: _Expected) -> LocalSca
     ----------
     account : Account
         Everything that was heard, as recorded; changed in place.
-    beliefs : PosePrior
+    priors : PosePrior
         Steps from station to station.
     expected : callable
         Tells where a station should be [m, m, rad].

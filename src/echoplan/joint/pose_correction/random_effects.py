@@ -29,7 +29,7 @@ def without_common_error(account: Account, pose_prior: PosePrior) -> None:
     ----------
     account : Account
         What was heard, with poses that are nearly right; changed in place.
-    believed : PosePrior
+    pose_prior : PosePrior
         What is believed of these; absolute.
     """
     account.pair_sigma = account.offset_sigma
@@ -47,7 +47,7 @@ def learn_common_error(account: Account, pose_prior: PosePrior) -> None:
     ----------
     account : Account
         What was heard, with poses that are at rest; changed in place.
-    believed : PosePrior
+    pose_prior : PosePrior
         What is believed of these; absolute.
     """
     for _ in range(_ROUNDS):

@@ -23,7 +23,7 @@ def relocalised(account: Account, priors: PosePrior, station: int) -> FloatArray
     ----------
     account : Account
         What was heard, and what is made of it.
-    beliefs : PosePrior
+    priors : PosePrior
         Odometry.
     station : int
         Its number; not the first of all, which is the frame.

@@ -36,7 +36,7 @@ def without_slip(account: Account, priors: PosePrior) -> FloatArray | None:
     ----------
     account : Account
         What was heard, and what is made of it.
-    beliefs : PosePrior
+    priors : PosePrior
         Odometry.
 
     Returns

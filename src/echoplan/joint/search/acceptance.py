@@ -38,7 +38,7 @@ class Belief:
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     half_aperture : float
         Of the sensors [rad].
@@ -78,7 +78,7 @@ class Belief:
         ----------
         hypothesis : Hypothesis
             What was judged.
-        levels : ndarray, shape (n,)
+        log_densities : ndarray, shape (n,)
             What all others explain.
 
         Returns
@@ -132,7 +132,7 @@ class Belief:
         ----------
         hypothesis : Hypothesis
             What was judged.
-        levels : ndarray, shape (n,)
+        log_densities : ndarray, shape (n,)
             What all others explain.
 
         Returns

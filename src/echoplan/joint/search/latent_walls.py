@@ -73,7 +73,7 @@ def log_densities_over_latent_walls(
         The wall, judged beside the others.
     others : sequence of Hypothesis
         What else is there.
-    levels : ndarray, shape (n,)
+    log_densities : ndarray, shape (n,)
         What these explain.
 
     Returns

@@ -42,7 +42,7 @@ def reclassified(explanation: PingLikelihood, features: Sequence[Hypothesis], ac
         The pings.
     features : sequence of Hypothesis
         The features, judged beside each other.
-    belief : Belief
+    acceptance : Belief
         When a rival is believed.
 
     Returns
@@ -144,7 +144,7 @@ def split_joined_walls(
         The pings.
     features : list of Hypothesis
         The features, judged beside each other.
-    belief : Belief
+    acceptance : Belief
         When a wall is believed.
     kinds : collection of Kind, optional
         Which of them to ask.

@@ -44,7 +44,7 @@ def without_multipath_walls(
         The pings.
     features : sequence of Hypothesis
         The features, judged beside each other.
-    belief : Belief
+    acceptance : Belief
         How fully a wall must be heard.
 
     Returns

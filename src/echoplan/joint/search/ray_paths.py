@@ -168,7 +168,7 @@ def unoccluded_stations(feature: Hypothesis, measurements: Measurements, *, step
     ----------
     feature : Hypothesis
         The feature, with fresh evidence and the gains of stations.
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     step : float
         Turn from one ping to the next [rad].

@@ -35,7 +35,7 @@ def approach(
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     hearing : Hearing
         The sonar.
@@ -70,7 +70,7 @@ def refine(
 
     Parameters
     ----------
-    soundings : Measurements
+    measurements : Measurements
         The pings.
     hearing : Hearing
         The sonar.

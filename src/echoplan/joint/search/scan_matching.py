@@ -107,7 +107,7 @@ def local_scans(arcs: list[Arc], measurements: Measurements, hearing: Hearing, p
     ----------
     arcs : list of Arc
         Its arcs, with indices into the soundings.
-    soundings : Measurements
+    measurements : Measurements
         As heard from ``pose``.
     hearing : Hearing
         The sonar.
@@ -143,7 +143,7 @@ def locate(
     ----------
     sight : LocalScan
         The arcs.
-    catalogue : LandmarkMap
+    landmark_map : LandmarkMap
         What is known.
     guess : ndarray, shape (3,)
         Where odometry says that the robot is [m, m, rad].

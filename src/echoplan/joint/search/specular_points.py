@@ -30,7 +30,7 @@ class CornerEcho:
         How many heard one wall in the other.
     stations : int, optional
         From how many stations.
-    heard : float, optional
+    detections : float, optional
         By how much more likely what these heard is for that [nats].
     gain : float, optional
         By how much more likely what all stations heard is with a corner there than without one [nats]: above 0 if they
