@@ -50,8 +50,8 @@ MUTANTS = {
     ),
     "walls are drawn although half of the pings passed": Mutant(
         file="marginalisation.py",
-        old="2 * past.passed >= past.pings",
-        new="1 * past.passed >= past.pings",
+        old="2 * history.passed >= history.pings",
+        new="1 * history.passed >= history.pings",
         tests=("test_marginalisation.py",),
     ),
     "the thermometer is ignored": Mutant(
@@ -62,8 +62,8 @@ MUTANTS = {
     ),
     "noise is not part of the cache key": Mutant(
         file="estimate.py",
-        old="cause = (self.soundings, self.model, self.noise)",
-        new="cause = (self.soundings, self.model)",
+        old="cause = (self.measurements, self.model, self.noise)",
+        new="cause = (self.measurements, self.model)",
         tests=("test_mapper.py", "search/test_search.py"),
         redundant="the noise changes only in adjustments, which also make a new model object",
     ),
@@ -75,8 +75,8 @@ MUTANTS = {
     ),
     "two stations suffice": Mutant(
         file="search/acceptance.py",
-        old="hypothesis.speaking(self.settings.second_station) > 2",
-        new="hypothesis.speaking(self.settings.second_station) > 1",
+        old="hypothesis.supporting(self.settings.second_station) > 2",
+        new="hypothesis.supporting(self.settings.second_station) > 1",
         tests=("search/test_search.py",),
     ),
     "the scan matcher searches 1.0 sigma instead of 1.3": Mutant(
@@ -94,15 +94,15 @@ MUTANTS = {
     ),
     "the last adjustment of `explain` is left out": Mutant(
         file="estimate.py",
-        old="        self.prune_and_reclassify()\n        self.adjust(self.noise)\n        self.judge(self.noise)",
-        new="        self.prune_and_reclassify()\n        self.judge(self.noise)",
+        old="        self.prune_and_reclassify()\n        self.adjust(self.noise)\n        self.rescore(self.noise)",
+        new="        self.prune_and_reclassify()\n        self.rescore(self.noise)",
         tests=("test_mapper.py",),
-        redundant="`polish`, which always follows, adjusts again before anything is drawn",
+        redundant="`refine_calibration`, which always follows, adjusts again before anything is drawn",
     ),
     "a station never misses a feature": Mutant(
         file="pose_correction/relocalisation.py",
-        old="each.gains[station] < _MISSED",
-        new="each.gains[station] < -1e9",
+        old="each.llr_by_station[station] < _MISSED",
+        new="each.llr_by_station[station] < -1e9",
         tests=("pose_correction/test_relocalisation.py",),
     ),
     "heading factors are never added": Mutant(

@@ -5,6 +5,7 @@ import importlib
 import inspect
 import pkgutil
 import re
+import runpy
 from collections import Counter
 from collections.abc import Callable, Iterator
 from enum import Enum
@@ -286,6 +287,17 @@ def test_no_more_functions_have_three_positional_parameters_than_do() -> None:
         if "/cli/" not in where and not is_kernel(node) and positional(node) > 2
     ]
     assert len(crowded) <= CROWDED_FUNCTIONS, crowded
+
+
+def test_every_mutant_changes_a_line_that_stands_once() -> None:
+    mutants = runpy.run_path(str(ROOT / "tests" / "mutants.py"))
+    lost = [
+        name
+        for name, mutant in mutants["MUTANTS"].items()
+        if (SOURCE / "joint" / mutant.file).read_text(encoding="utf-8").count(mutant.old) != 1
+        or not all((ROOT / "tests" / "unit" / "joint" / each).is_file() for each in mutant.tests)
+    ]
+    assert not lost
 
 
 def test_no_file_names_the_place_where_it_was_written() -> None:

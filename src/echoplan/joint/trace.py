@@ -101,7 +101,7 @@ def record_event(
     threshold: float = math.nan,
     becomes: Kind | None = None,
 ) -> None:
-    """Put a decision on the log, if somebody listens."""
+    """Put a decision on the log, if a handler listens at debug level."""
     if not _LOGGER.isEnabledFor(logging.DEBUG):
         return
     ratios = landmark.llr_by_station
