@@ -84,6 +84,8 @@ def _say_why(decisions: "Definitions") -> None:
     put()
     for name, text in decisions.items:
         put(f"{name}: {text}")
+    if not decisions.items:
+        put("This method records no decisions about landmarks; joint does.")
 
 
 def _assessed(feature_map: "FeatureMap", source: "Source", sweeps: "Sequence[Sweep]") -> "FeatureMap":

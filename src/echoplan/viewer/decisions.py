@@ -3,8 +3,6 @@
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.geometry import wrap
 from echoplan.joint.trace import Decision, Event, Reason
@@ -18,6 +16,7 @@ __all__ = ["decisions_in_words"]
 # landmark: estimates move by centimetres between the rounds of the search.
 _SAME_ANGLE, _SAME_PLACE = math.radians(5.0), 0.1
 
+_TITLE = "Why landmarks are in the map or not"
 _REASONS = {
     Reason.UNDERDETERMINED: "no more readings than parameters",
     Reason.MISSED: "most stations that should detect it do not",
@@ -42,25 +41,36 @@ def decisions_in_words(events: Sequence[Event], feature_map: FeatureMap) -> Defi
     Returns
     -------
     Definitions
-        Landmarks and sentences: first those in the map, then those that were removed or changed.
+        Landmarks and sentences: first those in the map, then those that were removed or changed; empty without
+        decisions, as of methods that record none.
     """
-    kept, gone = dict[tuple[str, int], str](), list[tuple[str, str]]()
+    if not events:
+        return Definitions(title=_TITLE, items=(), folded=True)
+    births = [each for each in events if each.decision is Decision.ADDED]
+    places = _places(feature_map)
+    items = [(name, _why_there(place, births)) for name, place in places.items()]
     for own in _by_landmark(events):
-        births = [each for each in own if each.decision is Decision.ADDED]
-        name = _name_in_map(own[-1], feature_map)
-        if name and births:
-            kept[name] = _added(births[-1])
-        elif births and own[-1] is not births[-1]:
-            gone.append((_place(own[-1]), _lost(own[-1])))
-    items = [(f"{kind} {number}", text) for (kind, number), text in sorted(kept.items())]
-    return Definitions(title="Why landmarks are in the map or not", items=(*items, *gone), folded=True)
+        is_there = any(_is_near(own[-1], place) for place in places.values())
+        if not is_there and own[-1].decision is not Decision.ADDED and any(each in births for each in own):
+            items.append((_name_of(own[-1]), _why_gone(own[-1])))
+    return Definitions(title=_TITLE, items=tuple(items), folded=True)
+
+
+def _places(feature_map: FeatureMap) -> dict[str, tuple[bool, Sequence[float]]]:
+    """Return by the name of each landmark whether it is a wall, and its first two parameters."""
+    walls = {f"wall {n}": (True, (each.normal_angle, each.offset)) for n, each in enumerate(feature_map.walls)}
+    corners = {f"corner {n}": (False, each.position_xy.tolist()) for n, each in enumerate(feature_map.corners)}
+    cylinders = {f"cylinder {n}": (False, each.center_xy.tolist()) for n, each in enumerate(feature_map.cylinders)}
+    return walls | corners | cylinders
 
 
 def _by_landmark(events: Sequence[Event]) -> list[list[Event]]:
     """Collect the decisions about each landmark."""
     landmarks: list[list[Event]] = []
     for event in events:
-        same = next((each for each in landmarks if _are_one(each[-1], event)), None)
+        same = next(
+            (each for each in landmarks if _is_near(each[-1], (event.kind is Kind.WALL, event.parameters))), None
+        )
         if same is None:
             landmarks.append([event])
         else:
@@ -68,35 +78,18 @@ def _by_landmark(events: Sequence[Event]) -> list[list[Event]]:
     return landmarks
 
 
-def _are_one(one: Event, other: Event) -> bool:
-    """Return True if two decisions are about the same landmark."""
-    return (one.kind is Kind.WALL) == (other.kind is Kind.WALL) and _is_near(one, other.parameters)
-
-
-def _is_near(event: Event, parameters: Sequence[float]) -> bool:
-    if event.kind is Kind.WALL:
+def _is_near(event: Event, place: tuple[bool, Sequence[float]]) -> bool:
+    """Return True if a decision is about the landmark at a place."""
+    is_wall, parameters = place
+    if is_wall is not (event.kind is Kind.WALL):
+        return False
+    if is_wall:
         turn = abs(float(wrap(event.parameters[0] - parameters[0])))
         return turn < _SAME_ANGLE and abs(event.parameters[1] - parameters[1]) < _SAME_PLACE
     return math.dist(event.parameters[:2], parameters[:2]) < _SAME_PLACE
 
 
-def _name_in_map(event: Event, feature_map: FeatureMap) -> tuple[str, int] | None:
-    """Return the landmark's class and number in the map, None if it is not there."""
-    if event.kind is Kind.WALL:
-        groups = {"wall": [(each.normal_angle, each.offset) for each in feature_map.walls]}
-    else:
-        groups = {
-            "corner": [tuple(np.asarray(each.position_xy)) for each in feature_map.corners],
-            "cylinder": [tuple(np.asarray(each.center_xy)) for each in feature_map.cylinders],
-        }
-    for kind, places in groups.items():
-        for number, place in enumerate(places):
-            if _is_near(event, place):
-                return kind, number
-    return None
-
-
-def _place(event: Event) -> str:
+def _name_of(event: Event) -> str:
     """Say where a landmark that is not in the map would be."""
     kind = event.kind.name.lower()
     if event.kind is Kind.WALL:
@@ -106,12 +99,15 @@ def _place(event: Event) -> str:
     return f"{kind} at ({decimal(x, 3)}, {decimal(y, 3)}) m"
 
 
-def _added(event: Event) -> str:
+def _why_there(place: tuple[bool, Sequence[float]], births: Sequence[Event]) -> str:
+    event = next((each for each in reversed(births) if _is_near(each, place)), None)
+    if event is None:
+        return "not added by the search at this place: drawn where walls meet, or moved since by a correction of poses"
     ratio, threshold = decimal(event.log_likelihood_ratio, 1), decimal(event.threshold, 1)
     return f"added: log-likelihood ratio {ratio} > {threshold}; {_terms(event)}"
 
 
-def _lost(event: Event) -> str:
+def _why_gone(event: Event) -> str:
     if event.becomes is not None:
         return f"changed: a {event.becomes.name.lower()} explains its readings better; {_terms(event)}"
     if event.reason is Reason.EVIDENCE:

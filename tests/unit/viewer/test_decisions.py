@@ -35,8 +35,7 @@ def test_a_wall_in_the_map_says_why_it_was_added() -> None:
 def test_a_wall_that_was_removed_says_where_it_was_and_which_station_missed_it() -> None:
     there = {"parameters": (math.pi / 2, 7.0)}
     lost = event(decision=Decision.REMOVED, log_likelihood_ratio=9.1, missed_detections=-21.9, worst_station=4, **there)
-    (item,) = decisions_in_words([event(**there), lost], FOUND).items
-    name, text = item
+    _, (name, text) = decisions_in_words([event(**there), lost], FOUND).items
     assert name == "wall with normal 90.0° and offset 7.000 m"
     assert text.startswith("removed: log-likelihood ratio 9.1 < 12.0; detections +31.0 from 3 stations, ")
     assert text.endswith(", missed detections -21.9, most at station 4")
@@ -44,13 +43,23 @@ def test_a_wall_that_was_removed_says_where_it_was_and_which_station_missed_it()
 
 def test_what_was_never_in_the_map_is_not_listed() -> None:
     rejected = event(decision=Decision.REJECTED, reason=Reason.SINGLE_STATION, parameters=(0.3, 2.0))
-    assert decisions_in_words([rejected], FOUND).items == ()
+    assert [name for name, _ in decisions_in_words([rejected], FOUND).items] == ["wall 0"]
+
+
+def test_a_wall_that_no_decision_is_near_says_so() -> None:
+    (item,) = decisions_in_words([event(parameters=(0.3, 2.0))], FOUND).items
+    assert item[0] == "wall 0"
+    assert item[1].startswith("not added by the search at this place")
+
+
+def test_a_method_that_records_no_decisions_has_nothing_to_say() -> None:
+    assert decisions_in_words([], FOUND).items == ()
 
 
 def test_a_change_of_class_names_the_new_class() -> None:
     there = {"parameters": (1.0, 2.0, 0.1), "kind": Kind.CYLINDER}
     changed = event(decision=Decision.CHANGED, reason=Reason.BETTER_CLASS, becomes=Kind.CORNER, **there)
-    (item,) = decisions_in_words([event(**there), changed], FOUND).items
+    _, item = decisions_in_words([event(**there), changed], FOUND).items
     assert item[0] == "cylinder at (1.000, 2.000) m"
     assert item[1].startswith("changed: a corner explains its readings better")
 
@@ -60,4 +69,4 @@ def test_every_reason_has_a_sentence() -> None:
         lost = event(decision=Decision.REMOVED, reason=reason, becomes=None, parameters=(0.3, 2.0))
         added = event(parameters=(0.3, 2.0))
         if reason is not Reason.BETTER_CLASS:
-            assert decisions_in_words([added, lost], FOUND).items[0][1].startswith("removed: ")
+            assert decisions_in_words([added, lost], FOUND).items[1][1].startswith("removed: ")
