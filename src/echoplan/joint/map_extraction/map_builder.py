@@ -205,19 +205,22 @@ class Survey:
     def _drawn(self, number: int) -> _Drawn:
         """Draw a segment up to vertices, or to where it probably ends, or to where it was detected last."""
         segment = self.segments[number]
-        ends, places, inferred = list(segment.ends), [segment.low, segment.high], [0.0, 0.0]
+        ends, places, is_inferred = list(segment.ends), [segment.low, segment.high], [False, False]
         for vertex in self.vertices:
             for each, upper in zip(vertex.segments, vertex.upper, strict=True):
                 if each == number:
                     place = float(vertex.position_xy @ segment.along)
                     variance = segment.along @ self._covariance_of_vertex(vertex) @ segment.along
                     ends[int(upper)] = End.normal(place, math.sqrt(max(float(variance), 0.0)))
-                    if not vertex.detected:
-                        inferred[int(upper)] = max(place - segment.high if upper else segment.low - place, 0.0)
-                    places[int(upper)] = place
+                    places[int(upper)], is_inferred[int(upper)] = place, not vertex.detected
         missing = max(self.settings.least_length - (places[1] - places[0]), 0.0) / 2
-        places = self._beside_path(segment, places[0] - missing, places[1] + missing)
-        return _Drawn((ends[0], ends[1]), (places[0], places[1]), (inferred[0], inferred[1]))
+        wanted = (places[0] - missing, places[1] + missing)
+        low, high = self._beside_path(segment, *wanted)
+        # Behind the path of the robot there is no corner at which the wall could end.
+        known = [end if place == drawn else None for end, place, drawn in zip(ends, wanted, (low, high), strict=True)]
+        beyond = (max(segment.low - low, 0.0), max(high - segment.high, 0.0))
+        inferred = [length * is_one for length, is_one in zip(beyond, is_inferred, strict=True)]
+        return _Drawn((known[0], known[1]), (low, high), (inferred[0], inferred[1]))
 
     def _beside_path(self, segment: Segment, low: float, high: float) -> list[float]:
         """End what is drawn beyond a segment where the robot drove across its line."""

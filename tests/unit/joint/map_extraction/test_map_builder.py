@@ -200,6 +200,16 @@ def test_what_a_wall_was_extended_by_to_a_corner_nobody_detected_is_inferred_and
     assert east.class_probabilities.corner == pytest.approx(0.7 * 0.15 + 0.3 / 3)
 
 
+def test_a_path_that_cuts_an_extension_leaves_only_what_is_drawn_of_it_inferred() -> None:
+    # The extension from 0.9 to the corner at 1.5 is crossed at 1.0, the one from -0.9 to -1.5 at -1.25.
+    path_xy = np.array([[1.0, 1.0], [3.0, 1.0], [3.0, -1.25], [1.0, -1.25]])
+    east = replace(survey(heard_to=0.9), path_xy=path_xy).walls([])[0]
+    assert east.endpoints_xy == pytest.approx(np.array([[2.0, -1.249], [2.0, 0.999]]))
+    assert east.inferred == pytest.approx([0.349, 0.099])
+    # Where the corner would be the robot has driven past: it is not where the wall ends.
+    assert np.isnan(east.endpoint_sigmas).all()
+
+
 def test_nothing_is_inferred_on_the_way_to_a_corner_that_was_detected() -> None:
     east, *_ = survey(pieces={0: [EAST]}, echoes=DETECTED).walls([])
     assert east.inferred == pytest.approx([0.3, 0.0])
