@@ -44,17 +44,21 @@ def main() -> None:
     arguments = parser.parse_args()
     seeds = range(arguments.first, arguments.first + arguments.recordings)
     with ProcessPoolExecutor(arguments.workers) as workers:
-        outcomes = list(tracked(workers.map(run, seeds), total=len(seeds), task="mapping"))
+        outcomes = []
+        for outcome in tracked(workers.map(run, seeds), total=len(seeds), task="mapping"):
+            outcomes.append(outcome)
+            report_error(outcome)
     show(table("Recordings by what made them", outcomes, lambda each: f"{each.name}{', faulty' * bool(each.fault)}"))
     show(table("Recordings by their mistake", outcomes, lambda each: each.fault or "none"))
-    for each in outcomes:
-        if each.quality.verdict is (Verdict.GOOD if each.fault else Verdict.FAILED):
-            print(
-                f"seed {each.seed}, {each.name}, {each.fault or 'correct'}: {each.quality.verdict}",
-                *each.quality.reasons,
-            )
     mapping, assessing = (sum(getattr(each, name) for each in outcomes) for name in ("mapping", "assessing"))
     print(f"{mapping / len(outcomes):.1f} s of mapping and {assessing / len(outcomes):.1f} s of assessing a recording")
+
+
+def report_error(outcome: Outcome) -> None:
+    """Print at once which faulty recording is called good, and which correct one failed."""
+    verdict = outcome.quality.verdict
+    if verdict is (Verdict.GOOD if outcome.fault else Verdict.FAILED):
+        print(f"seed {outcome.seed}, {outcome.name}, {outcome.fault or 'correct'}: {verdict}", *outcome.quality.reasons)
 
 
 def run(seed: int) -> Outcome:

@@ -48,12 +48,13 @@ def decisions_in_words(events: Sequence[Event], feature_map: FeatureMap) -> Defi
         return Definitions(title=_TITLE, items=(), folded=True)
     births = [each for each in events if each.decision is Decision.ADDED]
     places = _places(feature_map)
-    items = [(name, _why_there(place, births)) for name, place in places.items()]
-    for own in _by_landmark(events):
-        is_there = any(_is_near(own[-1], place) for place in places.values())
-        if not is_there and own[-1].decision is not Decision.ADDED and any(each in births for each in own):
-            items.append((_name_of(own[-1]), _why_gone(own[-1])))
-    return Definitions(title=_TITLE, items=tuple(items), folded=True)
+    there = [(name, _why_there(place, births)) for name, place in places.items()]
+    gone = [
+        (_name_of(own[-1]), _why_gone(own[-1]))
+        for own in _by_landmark(events)
+        if _was_removed(own) and not any(_is_near(own[-1], place) for place in places.values())
+    ]
+    return Definitions(title=_TITLE, items=(*there, *gone), folded=True)
 
 
 def _places(feature_map: FeatureMap) -> dict[str, tuple[bool, Sequence[float]]]:
@@ -76,6 +77,12 @@ def _by_landmark(events: Sequence[Event]) -> list[list[Event]]:
         else:
             same.append(event)
     return landmarks
+
+
+def _was_removed(decisions: Sequence[Event]) -> bool:
+    """Return True if the last decision about a landmark that was in the map took it out of it."""
+    made = [each.decision for each in decisions]
+    return Decision.ADDED in made and made[-1] is not Decision.ADDED
 
 
 def _is_near(event: Event, place: tuple[bool, Sequence[float]]) -> bool:
