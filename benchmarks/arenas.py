@@ -83,7 +83,7 @@ def run(seed: int, *, off: float, turn: float, coarse: bool, students: bool) -> 
     simulation, specified, sweeps = simulate_arena(seed, off=off, turn=turn, coarse=coarse, students=students)
     begun = time.process_time()
     found = map_sweeps(JointMapper(specified), sweeps)
-    seconds, settings = time.process_time() - begun, EvaluationSettings(matching=MatchingSettings(min_heard=1))
+    seconds, settings = time.process_time() - begun, EvaluationSettings(matching=MatchingSettings(min_stations=1))
     return Outcome(seed=seed, evaluation=evaluate(found, simulation.truth, settings), seconds=seconds)
 
 

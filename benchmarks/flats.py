@@ -16,10 +16,10 @@ import numpy as np
 
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import (
+    ErrorSummary,
     Evaluation,
     EvaluationSettings,
     MatchingSettings,
-    Summary,
     consistency_table,
     evaluate,
     floor_plan_tables,
@@ -119,12 +119,12 @@ def tables(outcomes: Sequence[Outcome]) -> list[Table]:
     ]
 
 
-def summed(outcomes: Sequence[Outcome]) -> Summary:
+def summed(outcomes: Sequence[Outcome]) -> ErrorSummary:
     """Pool flats."""
     return pool((each.evaluation for each in outcomes), rng=np.random.default_rng(0))
 
 
-def feature_table(summaries: Mapping[str, Summary]) -> Table:
+def feature_table(summaries: Mapping[str, ErrorSummary]) -> Table:
     """Lay out recall, precision and errors of walls, corners and cylinders."""
     rows = [
         (

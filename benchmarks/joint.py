@@ -25,7 +25,7 @@ from echoplan.arrays import FloatArray
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import (
     Evaluation,
-    Summary,
+    ErrorSummary,
     consistency_table,
     deviation_table,
     evaluate,
@@ -190,7 +190,7 @@ def tables(outcomes: Sequence[Outcome]) -> list[Table]:
     ]
 
 
-def summed(outcomes: Sequence[Outcome]) -> Summary:
+def summed(outcomes: Sequence[Outcome]) -> ErrorSummary:
     """Pool rooms."""
     return pool((each.evaluation for each in outcomes), rng=np.random.default_rng(0))
 

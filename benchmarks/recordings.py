@@ -37,7 +37,7 @@ class Case:
 
     folder: Path
     method: str
-    min_heard: int
+    min_stations: int
     copy: int | None = None
 
     @property
@@ -61,7 +61,7 @@ def main() -> None:
     folders = [found for folder in arguments.folders for found in recordings(folder)]
     methods = arguments.methods.split(",")
     cases = [
-        Case(folder=folder, method=method, min_heard=arguments.min_heard, copy=copy)
+        Case(folder=folder, method=method, min_stations=arguments.min_stations, copy=copy)
         for method, folder, copy in product(methods, folders, range(arguments.noisy_copies) or [None])
     ]
     with ProcessPoolExecutor(initializer=warm_up, initargs=(methods,)) as workers:
@@ -76,7 +76,7 @@ def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description="Scores of methods on recordings with truth.")
     parser.add_argument("folders", type=Path, nargs="+")
     parser.add_argument("--methods", default=",".join(METHODS))
-    parser.add_argument("--min-heard", type=int, default=2)
+    parser.add_argument("--min-stations", "--min-heard", type=int, default=2)
     parser.add_argument("--noisy-copies", type=int, default=0)
     return parser.parse_args()
 
@@ -100,7 +100,7 @@ def run(case: Case) -> Outcome:
     start = process_time()
     feature_map = map_sweeps(find_method(case.method).build(recording.rig), noisy_copy(recording, case.copy))
     seconds = process_time() - start
-    matching = MatchingSettings(min_heard=case.min_heard, opening_reach=float(recording.rig.max_ranges.max()))
+    matching = MatchingSettings(min_stations=case.min_stations, opening_reach=float(recording.rig.max_ranges.max()))
     truth = read_truth(case.folder / "truth.json")
     return Outcome(
         case=case,

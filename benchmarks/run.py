@@ -75,8 +75,8 @@ def main(folders: list[str]) -> None:
     if rooms:
         run(RECORDINGS, *rooms)
     if arenas:
-        run(RECORDINGS, *arenas, "--min-heard", "1")
-        run(RECORDINGS, *arenas, "--min-heard", "1", "--methods", "joint", "--noisy-copies", ARENA_COPIES)
+        run(RECORDINGS, *arenas, "--min-stations", "1")
+        run(RECORDINGS, *arenas, "--min-stations", "1", "--methods", "joint", "--noisy-copies", ARENA_COPIES)
         run("waypoints.py", *arenas, "--off", "0", "--copies", "1")
         run("waypoints.py", *arenas, "--off", "0", "--copies", "1", "--poses", "correct")
         for off in DISPLACEMENTS:

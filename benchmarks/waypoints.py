@@ -75,7 +75,7 @@ def mapped(case: tuple[Path, int | None], *, off: float, poses: PoseMode, known_
         found = map_with_known_associations(recording.rig, itself, sweeps, off=off)
     else:
         found = map_sweeps(JointMapper(recording.rig, JointSettings(poses=poses)), sweeps)
-    walls = evaluate(found, truth, EvaluationSettings(matching=MatchingSettings(min_heard=MIN_HEARD))).matches.walls
+    walls = evaluate(found, truth, EvaluationSettings(matching=MatchingSettings(min_stations=MIN_HEARD))).matches.walls
     return Outcome(
         name=folder.name,
         walls=walls.tally,

@@ -19,13 +19,13 @@ ROOM = Truth(
             [[0.0, 3.0], [0.0, 0.0]],
         ]
     ),
-    walls_heard=np.array([9, 4, 3, 2, 5, 1]),
+    walls_detected_by=np.array([9, 4, 3, 2, 5, 1]),
     cylinders=np.array([[3.5, 0.6, 0.1], [1.0, 2.2, 0.05]]),
-    cylinders_heard=np.array([6, 0]),
+    cylinders_detected_by=np.array([6, 0]),
     poses=np.array([[1.0, 1.0, 0.0], [1.0, 2.0, 3.0]]),
     given=np.array([[1.0, 1.0, 0.0], [1.0, 2.0, 3.0]]),
 )
-NOWHERE = Truth(walls_xy=np.zeros((0, 2, 2)), walls_heard=np.zeros(0, dtype=np.int64))
+NOWHERE = Truth(walls_xy=np.zeros((0, 2, 2)), walls_detected_by=np.zeros(0, dtype=np.int64))
 
 
 def wall(start: ArrayLike, end: ArrayLike, *, covariance: ArrayLike = ((1e-4, 0.0), (0.0, 1e-4))) -> Wall:

@@ -62,7 +62,7 @@ def test_the_world_and_the_routes_are_read(examples: Path) -> None:
 
 
 def test_the_truth_and_the_map_are_read(examples: Path) -> None:
-    assert read_truth(examples / "truth.json").walls_heard.tolist() == [3, 1]
+    assert read_truth(examples / "truth.json").walls_detected_by.tolist() == [3, 1]
     found = read_map(examples / "map.json")
     assert (found.walls[0].pings, found.corners[0].kind, found.cylinders[0].radius) == (412, CornerKind.CONCAVE, 0.1)
     assert (found.openings[0].passed, found.walls[1].inferred.tolist()) == (True, [0.0, 0.4])

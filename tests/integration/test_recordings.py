@@ -74,7 +74,7 @@ def test_walls_of_an_arena_come_out_even_if_nobody_wrote_down_which_way_the_sona
     kept = np.array([1.0, 1.0, 1.0 if faced else 0.0])
     sweeps = [replace(sweep, map_from_base=sweep.map_from_base * kept) for sweep in recording]
     found = map_sweeps(METHODS["joint"].build(recording.rig, JointSettings(poses=poses)), sweeps)
-    walls = evaluate(found, truth, EvaluationSettings(matching=MatchingSettings(min_heard=1))).matches.walls
+    walls = evaluate(found, truth, EvaluationSettings(matching=MatchingSettings(min_stations=1))).matches.walls
     assert walls.tally.found >= 0.85 * walls.tally.wanted
     assert walls.tally.right >= 0.9 * walls.tally.estimates
     # They stand along the axes that their way-points were measured in.
@@ -95,7 +95,7 @@ def test_walls_of_an_arena_come_out_though_every_way_point_is_off_by_a_hand_s_br
         for sweep, step in zip(recording, elsewhere, strict=True)
     ]
     found = map_sweeps(METHODS["joint"].build(recording.rig), sweeps)
-    walls = evaluate(found, truth, EvaluationSettings(matching=MatchingSettings(min_heard=1))).matches.walls
+    walls = evaluate(found, truth, EvaluationSettings(matching=MatchingSettings(min_stations=1))).matches.walls
     assert walls.tally.found >= 0.85 * walls.tally.wanted
     assert np.degrees(np.mean([each.angle for each in walls.right])) < 1.7
 
@@ -191,7 +191,7 @@ def test_a_truth_survives_a_round_trip(folder: Path, tmp_path: Path) -> None:
     truth = read_truth(folder / "truth.json")
     write_truth(tmp_path / "truth.json", truth)
     again = read_truth(tmp_path / "truth.json")
-    for name in ("walls_xy", "walls_heard", "cylinders", "cylinders_heard", "poses", "given"):
+    for name in ("walls_xy", "walls_detected_by", "cylinders", "cylinders_detected_by", "poses", "given"):
         np.testing.assert_array_equal(getattr(truth, name), getattr(again, name))
     assert again.temperature == truth.temperature
     assert len(truth.poses) == len(read_recording(folder))

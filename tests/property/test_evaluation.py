@@ -139,16 +139,16 @@ def test_every_estimate_has_one_place_in_the_confusion_and_nothing_found_is_miss
 @given(spoilt_maps)
 def test_the_distance_between_outlines_is_the_same_from_either_side(found: FeatureMap) -> None:
     # A truth that is heard everywhere, against the map; and that map as the truth, against that truth as a map.
-    everywhere = replace(maps.ROOM, walls_heard=np.full(6, 9), cylinders_heard=np.full(2, 9))
+    everywhere = replace(maps.ROOM, walls_detected_by=np.full(6, 9), cylinders_detected_by=np.full(2, 9))
     true_map = maps.drawn(
         *(maps.wall(*ends) for ends in maps.ROOM.walls_xy),
         *(maps.cylinder(circle[:2], circle[2]) for circle in maps.ROOM.cylinders),
     )
     found_truth = Truth(
         walls_xy=np.array([wall.endpoints_xy for wall in found.walls]),
-        walls_heard=np.full(len(found.walls), 9),
+        walls_detected_by=np.full(len(found.walls), 9),
         cylinders=np.reshape([[*each.center_xy, each.radius] for each in found.cylinders], (-1, 3)),
-        cylinders_heard=np.full(len(found.cylinders), 9),
+        cylinders_detected_by=np.full(len(found.cylinders), 9),
     )
     there, back = evaluate(found, everywhere).map_error, evaluate(true_map, found_truth).map_error
     assert there.map_to_truth == back.truth_to_map

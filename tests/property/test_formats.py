@@ -172,9 +172,9 @@ def truths(draw: st.DrawFn) -> Truth:
     walls, cylinders, sweeps = draw(st.tuples(*3 * [st.integers(0, 4)]))
     return Truth(
         walls_xy=np.array([draw(st.lists(lengths, min_size=4, max_size=4)) for _ in range(walls)]).reshape(-1, 2, 2),
-        walls_heard=np.array([draw(counts) for _ in range(walls)], dtype=np.int64),
+        walls_detected_by=np.array([draw(counts) for _ in range(walls)], dtype=np.int64),
         cylinders=np.array([draw(poses) for _ in range(cylinders)]).reshape(-1, 3),
-        cylinders_heard=np.array([draw(counts) for _ in range(cylinders)], dtype=np.int64),
+        cylinders_detected_by=np.array([draw(counts) for _ in range(cylinders)], dtype=np.int64),
         poses=np.array([draw(poses) for _ in range(sweeps)]).reshape(-1, 3),
         given=np.array([draw(poses) for _ in range(sweeps)]).reshape(-1, 3),
         temperature=draw(st.none() | lengths),

@@ -69,7 +69,7 @@ def test_a_mirrored_world_reads_mirrored(place: tuple[float, float], heading: fl
 
 def over(simulation: Simulation, *, mouth: int, ear: int) -> tuple[FloatArray, ComplexArray]:
     """Echoes of one burst at one receiver, in the order of time."""
-    stage = simulation._hearing.stage
+    stage = simulation._receivers.stage
     heard = np.zeros(2, dtype=np.int64)
     heard[ear] = mouth
     shots = stage.shots._replace(first_heard=heard, last_heard=heard + 1)
@@ -131,7 +131,7 @@ def test_readings_are_ranges_within_reach_or_say_what_is_the_matter(
 @given(places, headings)
 def test_an_incoherent_sum_is_at_least_its_strongest_echo(place: tuple[float, float], heading: float) -> None:
     simulation = of_room(place, heading, superposition="incoherent", crosstalk=False, second_time_around=False)
-    stage = simulation._hearing.stage
+    stage = simulation._receivers.stage
     pings = np.arange(len(stage.shots.instants))
     echoes = find_echoes(stage, pings, stage.shots.deadlines - 3e-4)
     loudest = np.array(

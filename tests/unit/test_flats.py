@@ -128,5 +128,5 @@ def test_a_flat_is_written_as_a_recording_with_truth(tmp_path: Path) -> None:
     truth = read_truth(tmp_path / "flat11" / "truth.json")
     assert len(read_recording(tmp_path / "flat11")) == len(truth.poses) == len(simulation(seed).route.map_from_base)
     np.testing.assert_array_equal(truth.poses, simulation(seed).route.map_from_base)
-    assert truth.walls_heard.max() > 5
+    assert truth.walls_detected_by.max() > 5
     assert not np.array_equal(truth.poses, truth.given)

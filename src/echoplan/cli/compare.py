@@ -26,7 +26,15 @@ def run(
     ] = None,
     methods: Annotated[str, typer.Option(help="Names with commas between, or all.")] = "all",
     out: Annotated[Path | None, typer.Option(help="Folder for the page and the numbers.")] = None,
-    min_heard: Annotated[int, typer.Option(help="Objects heard from fewer stations are not asked for.", min=0)] = 2,
+    min_stations: Annotated[
+        int,
+        typer.Option(
+            "--min-stations",
+            "--min-heard",
+            min=0,
+            help="Least number of stations that must be able to detect an object for it to count for recall.",
+        ),
+    ] = 2,
     jobs: Annotated[int, typer.Option(min=1, help="Processes at a time.")] = os.cpu_count() or 1,
 ) -> None:
     """Map the same recordings by many methods and set the results side by side.
@@ -40,7 +48,7 @@ def run(
     names = _chosen(methods)
     if out is not None:
         check_folder(out, _RESULTS)
-    subjects = [_subject(source, truth, min_heard=min_heard) for source in dict.fromkeys(sources)]
+    subjects = [_subject(source, truth, min_stations=min_stations) for source in dict.fromkeys(sources)]
     trials = [Trial(subject=subject, method=name) for subject in subjects for name in names]
     done = tracked(run_trials(trials, workers=jobs), total=len(trials), task="comparing")
     outcomes = _in_order(done, subjects)
@@ -58,7 +66,7 @@ def _chosen(methods: str) -> list[str]:
     return [find_method(name).name for name in dict.fromkeys(names)]
 
 
-def _subject(text: str, truth: Path | None, *, min_heard: int) -> "Subject":
+def _subject(text: str, truth: Path | None, *, min_stations: int) -> "Subject":
     from echoplan.comparison import Subject  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.diagnosis import faults_in_words  # noqa: PLC0415
     from echoplan.io import read_truth  # noqa: PLC0415
@@ -74,7 +82,7 @@ def _subject(text: str, truth: Path | None, *, min_heard: int) -> "Subject":
         name=text,
         recording=Recording(name=opened.name, rig=opened.rig, sweeps=sweeps),
         truth=read_truth(inside(truth, "truth.json")) if truth else find_truth(text, opened),
-        min_heard=min_heard,
+        min_stations=min_stations,
     )
 
 

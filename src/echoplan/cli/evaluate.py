@@ -17,7 +17,15 @@ __all__ = ["evaluation_tables", "inside", "run"]
 def run(
     feature_map: Annotated[Path, typer.Argument(metavar="MAP", help="A map.json, or the folder that holds it.")],
     truth: Annotated[Path, typer.Argument(help="A truth.json, the folder that holds it, or a world.toml.")],
-    min_heard: Annotated[int, typer.Option(help="Objects heard from fewer stations are not asked for.", min=0)] = 2,
+    min_stations: Annotated[
+        int,
+        typer.Option(
+            "--min-stations",
+            "--min-heard",
+            min=0,
+            help="Least number of stations that must be able to detect an object for it to count for recall.",
+        ),
+    ] = 2,
     reach: Annotated[float, typer.Option(help="Stations farther from an opening do not face it [m].", min=0.1)] = 4.0,
     as_json: Annotated[bool, typer.Option("--json", help="Print all numbers as JSON.")] = False,
 ) -> None:
@@ -35,7 +43,7 @@ def run(
     from echoplan.io.text import format_json  # noqa: PLC0415
 
     drawn, true = read_map(inside(feature_map, "map.json")), read_truth(inside(truth, "truth.json"))
-    matching = MatchingSettings(min_heard=min_heard, opening_reach=reach)
+    matching = MatchingSettings(min_stations=min_stations, opening_reach=reach)
     evaluation = evaluate(drawn, true, EvaluationSettings(matching=matching))
     if as_json:
         put(format_json(evaluation_document(evaluation)))

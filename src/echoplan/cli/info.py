@@ -10,7 +10,7 @@ from echoplan.cli.terminal import Progressing, busy, put, show
 
 if TYPE_CHECKING:
     from echoplan.model import Quality, Rig, Table
-    from echoplan.preprocessing import Faults, RecordingFault, SensorFault, SensorSurvey, Survey
+    from echoplan.preprocessing import Faults, RecordingFault, RecordingStatistics, SensorFault, SensorStatistics
 
 __all__ = ["run"]
 
@@ -25,12 +25,12 @@ def run(
     """
     from echoplan.diagnosis import examine  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.io.text import format_json  # noqa: PLC0415
-    from echoplan.preprocessing import find_faults, survey  # noqa: PLC0415
+    from echoplan.preprocessing import find_faults, recording_statistics  # noqa: PLC0415
     from echoplan.sources import conventions_of, open_source  # noqa: PLC0415
 
     opened = open_source(source)
     sweeps = tuple(Progressing(opened, "reading"))
-    found, faults = survey(sweeps, opened.rig), find_faults(sweeps, opened.rig)
+    found, faults = recording_statistics(sweeps, opened.rig), find_faults(sweeps, opened.rig)
     with busy("checking the recording"):
         quality = examine(opened.rig, sweeps, conventions=conventions_of(opened))
     if as_json:
@@ -48,7 +48,7 @@ def _say_what_is_wrong(quality: "Quality") -> None:
         put(f"Next step: {quality.next_step}")
 
 
-def _document(name: str, rig: "Rig", found: "Survey", faults: "Faults") -> dict[str, Any]:
+def _document(name: str, rig: "Rig", found: "RecordingStatistics", faults: "Faults") -> dict[str, Any]:
     return {
         "name": name,
         "rig": rig.name,
@@ -63,11 +63,11 @@ def _document(name: str, rig: "Rig", found: "Survey", faults: "Faults") -> dict[
     }
 
 
-def _fields(value: "SensorSurvey | SensorFault | RecordingFault") -> dict[str, Any]:
+def _fields(value: "SensorStatistics | SensorFault | RecordingFault") -> dict[str, Any]:
     return {key: None if isinstance(field, float) and isnan(field) else field for key, field in asdict(value).items()}
 
 
-def _headline(name: str, rig: "Rig", found: "Survey") -> str:
+def _headline(name: str, rig: "Rig", found: "RecordingStatistics") -> str:
     pings = sum(sensor.pings for sensor in found.sensors)
     width, depth = found.high_xy - found.low_xy
     air = "" if isnan(found.temperature) else f", air of {found.temperature:.1f} degrees Celsius"
@@ -82,7 +82,7 @@ def _counted(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
-def _sensor_table(found: "Survey") -> "Table":
+def _sensor_table(found: "RecordingStatistics") -> "Table":
     from echoplan.model import Table  # noqa: PLC0415
 
     return Table(

@@ -7,7 +7,7 @@ from math import nan
 import numpy as np
 
 from echoplan.comparison.trials import Outcome
-from echoplan.evaluation import GridScore, Summary, pool, pool_grid_scores
+from echoplan.evaluation import ErrorSummary, GridScore, pool, pool_grid_scores
 
 __all__ = ["MethodScore", "score_methods"]
 
@@ -22,13 +22,13 @@ class MethodScore:
         Name of the method.
     outcomes : tuple of Outcome
         Its trials, failed ones too.
-    summary : Summary or None
+    summary : ErrorSummary or None
         Its evaluations pooled; None if there is none.
     """
 
     method: str
     outcomes: tuple[Outcome, ...]
-    summary: Summary | None
+    summary: ErrorSummary | None
 
     @property
     def maps(self) -> int:

@@ -5,7 +5,7 @@ from math import degrees, isnan
 
 from echoplan.comparison.scores import MethodScore
 from echoplan.comparison.trials import Outcome
-from echoplan.evaluation import GridScore, Summary, floor_plan_tables
+from echoplan.evaluation import ErrorSummary, GridScore, floor_plan_tables
 from echoplan.model import FeatureClass, Table
 
 __all__ = ["comparison_tables", "failure_table", "score_table"]
@@ -117,7 +117,7 @@ def _cells(score: GridScore | None) -> str:
     return _UNKNOWN if score is None else f"{_number(100 * score.occupied)} / {_number(100 * score.free)}"
 
 
-def _shares(summary: Summary, name: FeatureClass) -> str:
+def _shares(summary: ErrorSummary, name: FeatureClass) -> str:
     found = summary.classes[name]
     return f"{_number(100 * found.recall.value)} / {_number(100 * found.precision.value)}"
 

@@ -36,19 +36,19 @@ class Subject:
         The sweeps.
     truth : Truth, optional
         What a map of it should say; None where nobody knows.
-    min_heard : int, optional
+    min_stations : int, optional
         Objects that can be heard from fewer stations are not asked for.
     """
 
     name: str
     recording: Recording
     truth: Truth | None = None
-    min_heard: int = MatchingSettings().min_heard
+    min_stations: int = MatchingSettings().min_stations
 
     @property
     def settings(self) -> EvaluationSettings:
         """How maps of it are evaluated."""
-        matching = MatchingSettings(min_heard=self.min_heard, opening_reach=_reach(self.recording))
+        matching = MatchingSettings(min_stations=self.min_stations, opening_reach=_reach(self.recording))
         return EvaluationSettings(matching=matching)
 
     @property

@@ -16,7 +16,7 @@ from echoplan.evaluation.matches import CylinderMatch, Match, Matches, Matching,
 from echoplan.evaluation.matching import MatchingSettings, match_map
 from echoplan.evaluation.outlines import MapError, Outline, OutlineSettings
 from echoplan.evaluation.paper import PAPER_ANGLES, PAPER_DISTANCES, table5
-from echoplan.evaluation.summary import ClassSummary, Summary, pool
+from echoplan.evaluation.summary import ClassSummary, ErrorSummary, pool
 from echoplan.evaluation.tables import (
     confusion_table,
     consistency_table,
@@ -39,6 +39,7 @@ __all__ = [
     "CylinderMatch",
     "Deviation",
     "Distribution",
+    "ErrorSummary",
     "Evaluation",
     "EvaluationSettings",
     "FloorPlanScore",
@@ -52,7 +53,6 @@ __all__ = [
     "MatchingSettings",
     "Outline",
     "OutlineSettings",
-    "Summary",
     "Tally",
     "Trajectory",
     "WallLengths",

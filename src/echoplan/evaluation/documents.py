@@ -48,7 +48,7 @@ from echoplan.evaluation.floor_plan import FloorPlanScore
 from echoplan.evaluation.intervals import IntervalErrors
 from echoplan.evaluation.matches import CylinderMatch, Match, WallMatch
 from echoplan.evaluation.outlines import MapError
-from echoplan.evaluation.summary import Summary
+from echoplan.evaluation.summary import ErrorSummary
 from echoplan.evaluation.trajectory import Trajectory
 from echoplan.model import FeatureClass
 
@@ -94,12 +94,12 @@ def evaluation_document(evaluation: Evaluation) -> Document:
     }
 
 
-def summary_document(summary: Summary) -> Document:
+def summary_document(summary: ErrorSummary) -> Document:
     """Write a summary as plain numbers.
 
     Parameters
     ----------
-    summary : Summary
+    summary : ErrorSummary
         Of several maps.
 
     Returns

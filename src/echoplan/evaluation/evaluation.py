@@ -80,7 +80,7 @@ def evaluate(feature_map: FeatureMap, truth: Truth, settings: EvaluationSettings
     --------
     >>> import numpy as np
     >>> from echoplan.model import Wall
-    >>> truth = Truth(walls_xy=[[[0, 2], [4, 2]], [[4, 2], [4, 0]]], walls_heard=[5, 3])
+    >>> truth = Truth(walls_xy=[[[0, 2], [4, 2]], [[4, 2], [4, 0]]], walls_detected_by=[5, 3])
     >>> wall = Wall(normal_angle=np.pi / 2, offset=2.01, endpoints_xy=[[1, 2.01], [3, 2.01]], covariance=np.eye(2))
     >>> evaluate(FeatureMap(method="by hand", walls=(wall,)), truth).matches.walls.tally.recall
     0.5
@@ -93,7 +93,7 @@ def evaluate(feature_map: FeatureMap, truth: Truth, settings: EvaluationSettings
         confusion=confusion_matrix(feature_map, truth, matches, settings.matching),
         consistency=check_consistency(feature_map, truth, matches),
         map_error=compare_outlines(
-            feature_map, truth, min_heard=settings.matching.min_heard, settings=settings.outlines
+            feature_map, truth, min_stations=settings.matching.min_stations, settings=settings.outlines
         ),
         floor_plan=score_floor_plan(
             feature_map, truth, matches.walls, matching=settings.matching, outlines=settings.outlines

@@ -79,7 +79,7 @@ def score_floor_plan(
     """
     openings = match_openings(feature_map.openings, truth, matching)
     return FloorPlanScore(
-        lengths=measure_lengths(feature_map, truth, min_heard=matching.min_heard, settings=outlines),
+        lengths=measure_lengths(feature_map, truth, min_stations=matching.min_stations, settings=outlines),
         openings=openings.tally,
         opening_widths=IntervalErrors(
             errors=np.array([match.width_error for match in openings.right]),

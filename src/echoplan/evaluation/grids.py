@@ -81,7 +81,7 @@ def score_grid(grid: OccupancyGrid, truth: Truth, *, reach: float = inf) -> Grid
     Examples
     --------
     >>> poses = [[1.5, 0.5, 0]]
-    >>> truth = Truth(walls_xy=[[[0.5, 1.5], [2.5, 1.5]]], walls_heard=[1], poses=poses, given=poses)
+    >>> truth = Truth(walls_xy=[[[0.5, 1.5], [2.5, 1.5]]], walls_detected_by=[1], poses=poses, given=poses)
     >>> grid = OccupancyGrid(origin_xy=[0, 0], resolution=1.0, values=[[0.1, 0.2, 0.1], [0.8, 0.9, 0.4], [0.5] * 3])
     >>> score = score_grid(grid, truth)
     >>> round(score.occupied, 3), round(score.free, 3), score.free_cells

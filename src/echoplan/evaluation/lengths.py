@@ -59,7 +59,9 @@ class WallLengths:
         return self.correct / self.drawn if self.drawn else nan
 
 
-def measure_lengths(feature_map: FeatureMap, truth: Truth, *, min_heard: int, settings: OutlineSettings) -> WallLengths:
+def measure_lengths(
+    feature_map: FeatureMap, truth: Truth, *, min_stations: int, settings: OutlineSettings
+) -> WallLengths:
     """Compare the walls of a map with the true walls, stretch by stretch.
 
     Parameters
@@ -68,7 +70,7 @@ def measure_lengths(feature_map: FeatureMap, truth: Truth, *, min_heard: int, se
         The map.
     truth : Truth
         The true walls and poses.
-    min_heard : int
+    min_stations : int
         True walls that fewer stations can hear do not count for recall.
     settings : OutlineSettings
         How densely to sample, and how close is close enough.
@@ -79,7 +81,7 @@ def measure_lengths(feature_map: FeatureMap, truth: Truth, *, min_heard: int, se
         Of this map.
     """
     drawn = np.reshape([wall.endpoints_xy for wall in feature_map.walls], (-1, 2, 2))
-    wanted = truth.walls_xy[truth.walls_heard >= min_heard]
+    wanted = truth.walls_xy[truth.walls_detected_by >= min_stations]
     path = truth.poses[:, :2]
     return WallLengths(
         drawn=float(_lengths(drawn).sum()),

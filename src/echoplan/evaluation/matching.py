@@ -55,7 +55,7 @@ class MatchingSettings(BaseModel, frozen=True, extra="forbid"):
     opening_reach: float = Field(
         default=4.0, gt=0, description="greatest distance of a station that faces an opening [m]: an HC-SR04's reach"
     )
-    min_heard: int = Field(
+    min_stations: int = Field(
         default=2, ge=1, description="a true object counts for recall if so many stations can hear it"
     )
 
@@ -103,7 +103,7 @@ def match_walls(walls: Sequence[Wall], truth: Truth, settings: MatchingSettings)
         At most one right estimate for each true wall.
     """
     candidates = [_wall_candidate(number, wall, truth, settings) for number, wall in enumerate(walls)]
-    return one_each(candidates, heard=truth.walls_heard, settings=settings, rank=lambda match: match.distance)
+    return one_each(candidates, heard=truth.walls_detected_by, settings=settings, rank=lambda match: match.distance)
 
 
 def match_cylinders(cylinders: Sequence[Cylinder], truth: Truth, settings: MatchingSettings) -> Matching[CylinderMatch]:
@@ -124,7 +124,7 @@ def match_cylinders(cylinders: Sequence[Cylinder], truth: Truth, settings: Match
         At most one right estimate for each true cylinder.
     """
     candidates = [_cylinder_candidate(number, each, truth, settings) for number, each in enumerate(cylinders)]
-    return one_each(candidates, heard=truth.cylinders_heard, settings=settings, rank=lambda match: match.estimate)
+    return one_each(candidates, heard=truth.cylinders_detected_by, settings=settings, rank=lambda match: match.estimate)
 
 
 def match_corners(corners: Sequence[Corner], truth: Truth, settings: MatchingSettings) -> Matching[Match]:
@@ -231,7 +231,7 @@ def one_each(
 
 
 def _wanted(heard: IntArray, settings: MatchingSettings) -> tuple[int, ...]:
-    return tuple(np.flatnonzero(heard >= settings.min_heard).tolist())
+    return tuple(np.flatnonzero(heard >= settings.min_stations).tolist())
 
 
 def _unmatched(candidates: Sequence[Match | None]) -> tuple[int, ...]:

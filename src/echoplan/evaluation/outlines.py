@@ -157,7 +157,9 @@ class MapError:
         return float(np.maximum(self.map_to_truth.maximum, self.truth_to_map.maximum))
 
 
-def compare_outlines(feature_map: FeatureMap, truth: Truth, *, min_heard: int, settings: OutlineSettings) -> MapError:
+def compare_outlines(
+    feature_map: FeatureMap, truth: Truth, *, min_stations: int, settings: OutlineSettings
+) -> MapError:
     """Measure how far a map and the truth lie apart.
 
     One outline is sampled and the distance taken from the other outline itself: what Barshan's criterion between
@@ -169,7 +171,7 @@ def compare_outlines(feature_map: FeatureMap, truth: Truth, *, min_heard: int, s
         The estimates; walls and cylinders have outlines, corners are the ends of walls.
     truth : Truth
         The true objects.
-    min_heard : int
+    min_stations : int
         The map need not show what fewer stations can hear.
     settings : OutlineSettings
         How densely to sample.
@@ -185,8 +187,8 @@ def compare_outlines(feature_map: FeatureMap, truth: Truth, *, min_heard: int, s
     )
     true = Outline(segments_xy=truth.walls_xy, circles=truth.cylinders)
     audible = Outline(
-        segments_xy=truth.walls_xy[truth.walls_heard >= min_heard],
-        circles=truth.cylinders[truth.cylinders_heard >= min_heard],
+        segments_xy=truth.walls_xy[truth.walls_detected_by >= min_stations],
+        circles=truth.cylinders[truth.cylinders_detected_by >= min_stations],
     )
     return MapError(
         map_to_truth=_directed(estimated, true, spacing=settings.spacing),

@@ -17,7 +17,7 @@ from echoplan.evaluation.floor_plan import FloorPlanScore
 from echoplan.evaluation.tally import Tally
 from echoplan.model import FeatureClass
 
-__all__ = ["ClassSummary", "Summary", "pool"]
+__all__ = ["ClassSummary", "ErrorSummary", "pool"]
 
 _Spread: TypeAlias = Callable[[Iterable[Sequence[float]]], Distribution]
 _Share: TypeAlias = Callable[[Iterable[tuple[int, int]]], Interval]
@@ -47,7 +47,7 @@ class ClassSummary:
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Summary:
+class ErrorSummary:
     """What can be said of several maps together.
 
     Parameters
@@ -87,7 +87,7 @@ class Summary:
 
 def pool(
     evaluations: Iterable[Evaluation], *, rng: np.random.Generator, settings: BootstrapSettings | None = None
-) -> Summary:
+) -> ErrorSummary:
     """Pool evaluations, one or many, into statistics with confidence intervals.
 
     Parameters
@@ -101,13 +101,13 @@ def pool(
 
     Returns
     -------
-    Summary
+    ErrorSummary
         Of all of them together; nan where nothing was measured.
     """
     every = list(evaluations)
     spread = partial(describe, rng=rng, settings=settings)
     share = partial(describe_share, rng=rng, settings=settings)
-    return Summary(
+    return ErrorSummary(
         recordings=len(every),
         classes={name: _of_class(name, every, spread=spread, share=share) for name in FeatureClass},
         wall_angle=spread(map(_wall_angles, every)),

@@ -10,7 +10,7 @@ from echoplan.evaluation.confusion import MAP_CLASSES, TRUE_CLASSES
 from echoplan.evaluation.consistency import Consistency
 from echoplan.evaluation.deviations import deviations
 from echoplan.evaluation.matches import CylinderMatch, Match, Matching, WallMatch
-from echoplan.evaluation.summary import Summary
+from echoplan.evaluation.summary import ErrorSummary
 from echoplan.evaluation.tally import Tally
 from echoplan.model import EVERYWHERE, FeatureClass, Table
 
@@ -141,12 +141,12 @@ def consistency_table(consistencies: Mapping[FeatureClass, Consistency]) -> Tabl
     )
 
 
-def deviation_table(summary: Summary) -> Table:
+def deviation_table(summary: ErrorSummary) -> Table:
     """Tell how far off several maps are.
 
     Parameters
     ----------
-    summary : Summary
+    summary : ErrorSummary
         The maps together.
 
     Returns

@@ -48,7 +48,7 @@ def true_vertices(truth: Truth) -> Vertices:
 
     Examples
     --------
-    >>> truth = Truth(walls_xy=[[[0, 0], [4, 0]], [[4, 0], [4, 3]]], walls_heard=[5, 2])
+    >>> truth = Truth(walls_xy=[[[0, 0], [4, 0]], [[4, 0], [4, 3]]], walls_detected_by=[5, 2])
     >>> true_vertices(truth).heard
     array([0, 2, 0])
     """
@@ -56,5 +56,5 @@ def true_vertices(truth: Truth) -> Vertices:
     positions, vertex_of_end = np.unique(ends, axis=0, return_inverse=True)
     faces = np.bincount(vertex_of_end, minlength=len(positions))
     heard = np.full(len(positions), np.iinfo(np.int64).max)
-    np.minimum.at(heard, vertex_of_end, np.repeat(truth.walls_heard, 2))
+    np.minimum.at(heard, vertex_of_end, np.repeat(truth.walls_detected_by, 2))
     return Vertices(positions_xy=positions, heard=np.where(faces == 2, heard, 0))

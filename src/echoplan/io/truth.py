@@ -33,9 +33,9 @@ class _TruthForm(Form):
         check_extent([*np.reshape(self.walls, (-1, 2)), *places], name="the truth")
         return Truth(
             walls_xy=np.reshape(self.walls, (-1, 2, 2)),
-            walls_heard=_counts(self.walls_heard, len(self.walls)),
+            walls_detected_by=_counts(self.walls_heard, len(self.walls)),
             cylinders=np.reshape(self.cylinders, (-1, 3)),
-            cylinders_heard=_counts(self.cylinders_heard, len(self.cylinders)),
+            cylinders_detected_by=_counts(self.cylinders_heard, len(self.cylinders)),
             poses=np.reshape(self.poses, (-1, 3)),
             given=np.reshape(self.given or self.poses, (-1, 3)),
             temperature=self.temperature,
@@ -71,9 +71,9 @@ def read_truth(path: Path) -> Truth:
         walls, cylinders = world.segments_xy, world.discs
         return Truth(
             walls_xy=walls,
-            walls_heard=_counts(None, len(walls)),
+            walls_detected_by=_counts(None, len(walls)),
             cylinders=cylinders,
-            cylinders_heard=_counts(None, len(cylinders)),
+            cylinders_detected_by=_counts(None, len(cylinders)),
         )
     return read_json(path, _TruthForm).value()
 
@@ -97,15 +97,15 @@ def write_truth(path: Path, truth: Truth) -> None:
     Examples
     --------
     >>> path = getfixture("tmp_path") / "truth.json"
-    >>> write_truth(path, Truth(walls_xy=[[[0, 0], [4, 0]]], walls_heard=[3]))
-    >>> read_truth(path).walls_heard
+    >>> write_truth(path, Truth(walls_xy=[[[0, 0], [4, 0]]], walls_detected_by=[3]))
+    >>> read_truth(path).walls_detected_by
     array([3])
     """
     known = {
         "walls": truth.walls_xy.reshape(-1, 4).tolist(),
-        "walls_heard": truth.walls_heard.tolist(),
+        "walls_heard": truth.walls_detected_by.tolist(),
         "cylinders": truth.cylinders.tolist(),
-        "cylinders_heard": truth.cylinders_heard.tolist(),
+        "cylinders_heard": truth.cylinders_detected_by.tolist(),
         "poses": truth.poses.tolist(),
         "given": truth.given.tolist(),
     }

@@ -157,11 +157,11 @@ class Truth:
     ----------
     walls_xy : ndarray, shape (m, 2, 2)
         Faces: item, start or end, x or y [m].
-    walls_heard : ndarray of int, shape (m,)
+    walls_detected_by : ndarray of int, shape (m,)
         From how many stations each wall can be heard at all; ``EVERYWHERE`` where nobody says.
     cylinders : ndarray, shape (k, 3), optional
         ``(x, y, radius)`` [m].
-    cylinders_heard : ndarray of int, shape (k,), optional
+    cylinders_detected_by : ndarray of int, shape (k,), optional
         From how many stations each cylinder can be heard.
     poses : ndarray, shape (s, 3), optional
         True pose of each sweep [m, m, rad].
@@ -177,9 +177,9 @@ class Truth:
     """
 
     walls_xy: FloatArray
-    walls_heard: IntArray
+    walls_detected_by: IntArray
     cylinders: FloatArray = field(default_factory=_NOWHERE.copy)
-    cylinders_heard: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    cylinders_detected_by: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     poses: FloatArray = field(default_factory=_NOWHERE.copy)
     given: FloatArray = field(default_factory=_NOWHERE.copy)
     temperature: float | None = None
@@ -192,9 +192,11 @@ class Truth:
         store(
             self,
             walls_xy=walls,
-            walls_heard=checked_integers(self.walls_heard, name="walls_heard", shape=(len(walls),)),
+            walls_detected_by=checked_integers(self.walls_detected_by, name="walls_heard", shape=(len(walls),)),
             cylinders=cylinders,
-            cylinders_heard=checked_integers(self.cylinders_heard, name="cylinders_heard", shape=(len(cylinders),)),
+            cylinders_detected_by=checked_integers(
+                self.cylinders_detected_by, name="cylinders_heard", shape=(len(cylinders),)
+            ),
             poses=poses,
             given=given,
         )

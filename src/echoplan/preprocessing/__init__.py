@@ -1,12 +1,12 @@
-"""What happens to readings before anything is extracted: validity, faults, the K-means filter, a survey of it all."""
+"""Preprocessing of readings: validity, faults, the K-means filter, statistics."""
 
 from echoplan.preprocessing.faults import Faults, clean_sweeps, find_faults
 from echoplan.preprocessing.kmeans import KmeansSettings, echo_points, kmeans_filter
 from echoplan.preprocessing.recording_faults import ENOUGH_PLACES, RecordingFault, RecordingFaultKind, count_places
 from echoplan.preprocessing.sensor_faults import SensorFault, SensorFaultKind
 from echoplan.preprocessing.sound import expected_scale
-from echoplan.preprocessing.statistics import SensorSurvey, Survey, survey
-from echoplan.preprocessing.validity import is_valid, told_ranges, valid_pings
+from echoplan.preprocessing.statistics import RecordingStatistics, SensorStatistics, recording_statistics
+from echoplan.preprocessing.validity import is_valid, valid_pings, valid_ranges
 
 __all__ = [
     "ENOUGH_PLACES",
@@ -14,10 +14,10 @@ __all__ = [
     "KmeansSettings",
     "RecordingFault",
     "RecordingFaultKind",
+    "RecordingStatistics",
     "SensorFault",
     "SensorFaultKind",
-    "SensorSurvey",
-    "Survey",
+    "SensorStatistics",
     "clean_sweeps",
     "count_places",
     "echo_points",
@@ -25,7 +25,7 @@ __all__ = [
     "find_faults",
     "is_valid",
     "kmeans_filter",
-    "survey",
-    "told_ranges",
+    "recording_statistics",
     "valid_pings",
+    "valid_ranges",
 ]

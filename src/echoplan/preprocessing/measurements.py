@@ -10,7 +10,7 @@ from echoplan.acoustics import Air
 from echoplan.arrays import BoolArray, FloatArray, IntArray, known_median
 from echoplan.geometry import directions, rotation_step
 from echoplan.model import Pings, Rig, Sweep
-from echoplan.preprocessing.validity import told_ranges
+from echoplan.preprocessing.validity import valid_ranges
 
 __all__ = [
     "Measurements",
@@ -101,7 +101,7 @@ class Measurements(NamedTuple):
 
 
 def measurements_of(sweep: Sweep, rig: Rig) -> Measurements:
-    """Take what a sweep says, as ``told_ranges`` understands it.
+    """Take what a sweep says, as ``valid_ranges`` understands it.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def measurements_of(sweep: Sweep, rig: Rig) -> Measurements:
         One station.
     """
     pings = Pings.from_sweep(sweep, rig)
-    readings = told_ranges(pings, rig)
+    readings = valid_ranges(pings, rig)
     telling = ~np.isnan(readings)
     kept = pings[telling]
     axes = directions(kept.bearings)

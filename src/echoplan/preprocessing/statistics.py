@@ -9,13 +9,13 @@ from echoplan.arrays import FloatArray, IntArray, known_median
 from echoplan.model import Pings, Rig, Sweep
 from echoplan.preprocessing.validity import is_valid
 
-__all__ = ["SensorSurvey", "Survey", "survey"]
+__all__ = ["RecordingStatistics", "SensorStatistics", "recording_statistics"]
 
 _OUTCOMES = ("pings", "valid", "silent", "too_close", "faulty")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SensorSurvey:
+class SensorStatistics:
     """What came of the pings of one sensor.
 
     Parameters
@@ -40,7 +40,7 @@ class SensorSurvey:
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Survey:
+class RecordingStatistics:
     """What a recording holds.
 
     Parameters
@@ -55,7 +55,7 @@ class Survey:
         Corners of the box that holds all positions of the robot [m].
     temperature : float
         Of the air in the median over the sweeps [degrees Celsius]; ``nan`` if nobody measured it.
-    sensors : tuple of SensorSurvey
+    sensors : tuple of SensorStatistics
         The sensors, in the order of the rig.
     """
 
@@ -65,11 +65,11 @@ class Survey:
     low_xy: FloatArray
     high_xy: FloatArray
     temperature: float
-    sensors: tuple[SensorSurvey, ...]
+    sensors: tuple[SensorStatistics, ...]
 
 
-def survey(sweeps: Iterable[Sweep], rig: Rig) -> Survey:
-    """Survey a recording, sweep by sweep, however long it is.
+def recording_statistics(sweeps: Iterable[Sweep], rig: Rig) -> RecordingStatistics:
+    """RecordingStatistics a recording, sweep by sweep, however long it is.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def survey(sweeps: Iterable[Sweep], rig: Rig) -> Survey:
 
     Returns
     -------
-    Survey
+    RecordingStatistics
         Counts and extents.
     """
     counts = np.zeros((len(rig.sensors), len(_OUTCOMES)), dtype=np.int64)
@@ -96,14 +96,14 @@ def survey(sweeps: Iterable[Sweep], rig: Rig) -> Survey:
         temperatures.append(sweep.temperature)
         ends_ns += [int(sweep.stamps_ns[0]), int(sweep.stamps_ns[-1])]
     positions = np.concatenate(stations)
-    return Survey(
+    return RecordingStatistics(
         sweeps=len(stations),
         duration=(ends_ns[-1] - ends_ns[0]) * 1e-9,
         way=float(np.hypot(*np.diff(positions, axis=0).T).sum()),
         low_xy=positions.min(axis=0),
         high_xy=positions.max(axis=0),
         temperature=known_median(np.array(temperatures)),
-        sensors=tuple(_sensor_survey(*each) for each in zip(rig.sensor_ids, counts, extremes, strict=True)),
+        sensors=tuple(_sensor_statistics(*each) for each in zip(rig.sensor_ids, counts, extremes, strict=True)),
     )
 
 
@@ -117,9 +117,9 @@ def _counts(pings: Pings, rig: Rig) -> IntArray:
     return np.stack([np.bincount(pings.sensors[each], minlength=size) for each in outcomes], axis=1)
 
 
-def _sensor_survey(sensor_id: int, counts: IntArray, extremes: FloatArray) -> SensorSurvey:
+def _sensor_statistics(sensor_id: int, counts: IntArray, extremes: FloatArray) -> SensorStatistics:
     shortest, longest = np.where(np.isfinite(extremes), extremes, np.nan).tolist()
-    return SensorSurvey(
+    return SensorStatistics(
         sensor_id=int(sensor_id),
         shortest=shortest,
         longest=longest,

@@ -5,7 +5,7 @@ import numpy as np
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.model import Pings, Rig
 
-__all__ = ["is_valid", "told_ranges", "valid_pings"]
+__all__ = ["is_valid", "valid_pings", "valid_ranges"]
 
 # A little more than a step of the readings, so that rounding does not tell.
 _STEP = 1.01
@@ -33,7 +33,7 @@ def is_valid(pings: Pings, rig: Rig) -> BoolArray:
     return valid
 
 
-def told_ranges(pings: Pings, rig: Rig) -> FloatArray:
+def valid_ranges(pings: Pings, rig: Rig) -> FloatArray:
     """Tell how far each ping found nothing in its way.
 
     Faulty readings and those within the dead distance say nothing.  A reading within a step of the reach means that

@@ -11,9 +11,9 @@ from echoplan.arrays import FloatArray, IntArray, checked_number, store
 from echoplan.errors import InvalidValueError
 from echoplan.model import Rig, Route, Sweep, Truth, World
 from echoplan.simulation.detector import build_detector
-from echoplan.simulation.hearing import Hearing
 from echoplan.simulation.module import Module, build_module
 from echoplan.simulation.odometry import dead_reckoning
+from echoplan.simulation.receiver import ReceiverSimulation
 from echoplan.simulation.scene import build_scene
 from echoplan.simulation.schedule import Schedule, build_schedule
 from echoplan.simulation.settings import SimulationSettings
@@ -77,7 +77,7 @@ class Simulation:
     seed: int = 0
     _schedule: Schedule = field(init=False)
     _module: Module = field(init=False)
-    _hearing: Hearing = field(init=False)
+    _receivers: ReceiverSimulation = field(init=False)
 
     def __post_init__(self) -> None:
         checked_number(self.seed, name="seed", minimum=0)
@@ -99,8 +99,8 @@ class Simulation:
             sonar=build_sonar(transducer, settings),
             shots=build_shots(schedule, module, memory=memory),
         )
-        hearing = Hearing(stage=stage, detector=build_detector(transducer, settings))
-        store(self, _schedule=schedule, _module=module, _hearing=hearing)
+        receivers = ReceiverSimulation(stage=stage, detector=build_detector(transducer, settings))
+        store(self, _schedule=schedule, _module=module, _receivers=receivers)
 
     @property
     def name(self) -> str:
@@ -125,12 +125,12 @@ class Simulation:
         walls, cylinders, stations = self.world.segments_xy, self.world.discs, self._schedule.stations
         heard = np.zeros(len(walls) + len(cylinders), dtype=np.int64)
         for index in range(len(self)):
-            heard[self._hearing.heard_alone(self._pings(index))] += 1
+            heard[self._receivers.detected_alone(self._pings(index))] += 1
         return Truth(
             walls_xy=walls,
-            walls_heard=heard[: len(walls)],
+            walls_detected_by=heard[: len(walls)],
             cylinders=cylinders,
-            cylinders_heard=heard[len(walls) :],
+            cylinders_detected_by=heard[len(walls) :],
             poses=self._schedule.map_from_base[stations],
             given=self._given()[stations],
             temperature=self.settings.air.temperature,
@@ -152,7 +152,7 @@ class Simulation:
             stamps_ns=schedule.stamps_ns[pings],
             sensor_ids=self.rig.sensor_ids[sensors],
             servo_angles=schedule.servo_angles[pings],
-            ranges=self._module.readings(self._hearing.instants(pings), sensors, rng),
+            ranges=self._module.readings(self._receivers.instants(pings), sensors, rng),
             map_from_base=given[pings],
             temperature=self._temperature(),
         )

@@ -19,7 +19,7 @@ GRIDS = [method for name, method in METHODS.items() if name.startswith("grid-")]
 WIDTH, DEPTH = 3.0, 2.0
 STATIONS = [(0.7, 0.6), (1.5, 1.0), (2.4, 0.7), (2.2, 1.5), (0.8, 1.4)]
 ROOM = np.array([[0.0, 0.0], [WIDTH, 0.0], [WIDTH, DEPTH], [0.0, DEPTH]])
-TRUTH = Truth(walls_xy=np.stack([ROOM, np.roll(ROOM, -1, axis=0)], axis=1), walls_heard=np.full(4, 5))
+TRUTH = Truth(walls_xy=np.stack([ROOM, np.roll(ROOM, -1, axis=0)], axis=1), walls_detected_by=np.full(4, 5))
 
 
 @pytest.fixture(params=GRIDS, ids=[method.name for method in GRIDS])

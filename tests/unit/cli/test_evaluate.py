@@ -18,7 +18,7 @@ def test_a_file_may_be_named_by_its_folder(tmp_path: Path) -> None:
 
 def test_tables_that_would_be_empty_are_left_out() -> None:
     found = maps.drawn(*(maps.wall(*ends) for ends in maps.ROOM.walls_xy))
-    bare = replace(maps.ROOM, cylinders=np.zeros((0, 3)), cylinders_heard=np.zeros(0, dtype=np.int64))
+    bare = replace(maps.ROOM, cylinders=np.zeros((0, 3)), cylinders_detected_by=np.zeros(0, dtype=np.int64))
     with_pillars, without = (
         [table.title for table in evaluation_tables(evaluate(found, truth))] for truth in (maps.ROOM, bare)
     )

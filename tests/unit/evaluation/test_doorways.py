@@ -15,7 +15,7 @@ def truth(*polygons: Any, lines: Any = (), poses: Any = ()) -> Truth:
     walls = np.concatenate([*closed, np.reshape(np.array(lines, dtype=float), (-1, 2, 2))])
     return Truth(
         walls_xy=walls,
-        walls_heard=np.full(len(walls), 9),
+        walls_detected_by=np.full(len(walls), 9),
         poses=np.reshape(np.array(poses, dtype=float), (-1, 3)),
     )
 

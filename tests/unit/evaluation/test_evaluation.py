@@ -69,7 +69,9 @@ def test_a_map_that_was_written_and_read_is_judged_alike(tmp_path: Path) -> None
 def test_a_true_wall_of_no_length_disturbs_nobody() -> None:
     point = np.array([[[2.5, 0.0], [2.5, 0.0]]])
     truth = replace(
-        maps.ROOM, walls_xy=np.concatenate([maps.ROOM.walls_xy, point]), walls_heard=np.append(maps.ROOM.walls_heard, 0)
+        maps.ROOM,
+        walls_xy=np.concatenate([maps.ROOM.walls_xy, point]),
+        walls_detected_by=np.append(maps.ROOM.walls_detected_by, 0),
     )
     with_point, without = evaluate(TRUE_MAP, truth), evaluate(TRUE_MAP, maps.ROOM)
     assert with_point.matches.walls.tally == without.matches.walls.tally

@@ -19,7 +19,7 @@ OUTLINE = np.array(
 )
 FLAT = Truth(
     walls_xy=np.stack([OUTLINE, np.roll(OUTLINE, -1, axis=0)], axis=1),
-    walls_heard=np.full(len(OUTLINE), 5),
+    walls_detected_by=np.full(len(OUTLINE), 5),
     poses=np.array([[2.0, 1.5, 0.0], [6.0, 1.5, 0.0]]),
 )
 WALLS = tuple(maps.wall(*ends) for ends in FLAT.walls_xy)
@@ -52,9 +52,11 @@ def test_a_wall_across_a_doorway_is_wrong_there_and_walked_through() -> None:
 
 
 def test_only_walls_that_enough_stations_hear_count_for_the_length_recall() -> None:
-    two = replace(FLAT, walls_heard=np.where(np.arange(len(WALLS)) < 2, 2, 1))
+    two = replace(FLAT, walls_detected_by=np.where(np.arange(len(WALLS)) < 2, 2, 1))
     assert score(WALLS[0], truth=two).lengths.recall == pytest.approx(1.1 / 5.1, abs=0.02)
-    assert np.isnan(score(WALLS[0], truth=replace(FLAT, walls_heard=np.zeros(len(WALLS), dtype=int))).lengths.recall)
+    assert np.isnan(
+        score(WALLS[0], truth=replace(FLAT, walls_detected_by=np.zeros(len(WALLS), dtype=int))).lengths.recall
+    )
     assert np.isnan(score().lengths.precision)
 
 
@@ -93,7 +95,7 @@ def test_a_doorway_that_no_station_faces_counts_neither_for_nor_against_a_map() 
 def test_as_many_stations_must_face_a_doorway_as_must_hear_a_wall() -> None:
     faced = replace(FLAT, poses=np.array([[2.0, 1.5, 0.0], [1.0, 1.5, 0.0]]))
     assert match_openings((), faced, MatchingSettings()).tally.wanted == 1
-    assert match_openings((), faced, MatchingSettings(min_heard=3)).tally.wanted == 0
+    assert match_openings((), faced, MatchingSettings(min_stations=3)).tally.wanted == 0
     assert match_openings((), faced, MatchingSettings(opening_reach=2.5)).tally.wanted == 0
 
 

@@ -55,7 +55,7 @@ def test_a_face_along_the_border_of_cells_is_in_both_rows_and_one_through_their_
 @pytest.mark.parametrize("rise", [0.0, 0.3, 0.71, 1.0, 2.6])
 def test_no_way_leads_from_cell_to_cell_through_a_wall(rise: float) -> None:
     across = np.array([[[-9.0, 1.5 - 11.6 * rise], [14.0, 1.5 + 11.4 * rise]]])
-    slanted = Truth(walls_xy=across, walls_heard=np.array([1]))
+    slanted = Truth(walls_xy=across, walls_detected_by=np.array([1]))
     ways, count = label(true_grid(slanted, unknown()).values != 1.0)
     assert count == 2
     assert ways[0, -1] != ways[-1, 0]
@@ -131,6 +131,6 @@ def test_pooled_scores_are_those_of_all_cells_together() -> None:
 
 
 def test_a_truth_that_ends_far_away_is_refused() -> None:
-    far = Truth(walls_xy=np.array([[[0.0, 0.0], [1e5, 1e5]]]), walls_heard=np.array([1]))
+    far = Truth(walls_xy=np.array([[[0.0, 0.0], [1e5, 1e5]]]), walls_detected_by=np.array([1]))
     with pytest.raises(InvalidValueError, match="check the truth or choose a greater resolution"):
         score_grid(unknown(), far)

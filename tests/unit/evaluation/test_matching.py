@@ -32,7 +32,7 @@ def test_a_wall_is_off_by_the_distance_of_its_midpoint_and_by_its_angle() -> Non
 def test_angles_are_measured_from_an_oblique_wall_as_from_any() -> None:
     # True: 30 degrees; estimated: 36 degrees, about its middle.
     true, middle = np.array([np.cos(np.pi / 6), np.sin(np.pi / 6)]), np.array([2.0, 1.0])
-    oblique = Truth(walls_xy=np.array([[middle - true, middle + true]]), walls_heard=np.array([4]))
+    oblique = Truth(walls_xy=np.array([[middle - true, middle + true]]), walls_detected_by=np.array([4]))
     (match,) = match_walls([tilted(36, middle=(2.0, 1.0))], oblique, SETTINGS).right
     assert np.degrees(match.angle) == pytest.approx(6.0)
     assert match.distance == pytest.approx(0.0, abs=1e-12)
@@ -68,7 +68,7 @@ def test_the_foot_of_the_midpoint_may_lie_ten_centimetres_beyond_the_ends(
 
 
 def test_of_two_faces_of_a_board_the_nearer_is_matched() -> None:
-    board = Truth(walls_xy=np.array([[[0, 0], [2, 0]], [[2, 0.12], [0, 0.12]]]), walls_heard=np.array([3, 3]))
+    board = Truth(walls_xy=np.array([[[0, 0], [2, 0]], [[2, 0.12], [0, 0.12]]]), walls_detected_by=np.array([3, 3]))
     matching = match_walls([maps.wall((0.5, 0.07), (1.5, 0.07))], board, SETTINGS)
     assert [(match.truth, round(match.distance, 9)) for match in matching.right] == [(1, 0.05)]
 
@@ -92,8 +92,8 @@ def test_a_wall_that_hardly_can_be_heard_is_right_but_not_wanted() -> None:
 
 def test_how_often_a_wall_must_be_heard_is_a_setting() -> None:
     walls = [maps.wall((0, 0.5), (0, 2.5))]
-    assert match_walls(walls, maps.ROOM, MatchingSettings(min_heard=1)).found == (5,)
-    assert match_walls(walls, maps.ROOM, MatchingSettings(min_heard=5)).wanted == (0, 4)
+    assert match_walls(walls, maps.ROOM, MatchingSettings(min_stations=1)).found == (5,)
+    assert match_walls(walls, maps.ROOM, MatchingSettings(min_stations=5)).wanted == (0, 4)
 
 
 def test_a_wall_too_short_to_have_a_direction_is_spurious() -> None:
@@ -132,7 +132,7 @@ def test_several_corners_may_be_right_about_one_vertex() -> None:
 def test_one_corner_can_find_both_vertices_of_a_narrow_face() -> None:
     # Three faces of a post 10 cm wide; the free ends of the outer two are not asked for.
     faces = np.array([[[0, 2], [0, 0]], [[0, 0], [0.1, 0]], [[0.1, 0], [0.1, 2]]])
-    post = Truth(walls_xy=faces, walls_heard=np.array([4, 4, 4]))
+    post = Truth(walls_xy=faces, walls_detected_by=np.array([4, 4, 4]))
     matching = match_corners([maps.corner((0.03, -0.01))], post, SETTINGS)
     assert len(matching.right) == 1
     assert (matching.tally.wanted, matching.tally.found) == (2, 2)

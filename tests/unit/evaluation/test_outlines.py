@@ -6,13 +6,13 @@ from echoplan.evaluation.outlines import compare_outlines
 from echoplan.model import Corner, Cylinder, Truth, Wall
 from helpers import maps
 
-FLOOR = Truth(walls_xy=np.array([[[0.0, 0.0], [4.0, 0.0]]]), walls_heard=np.array([3]))
+FLOOR = Truth(walls_xy=np.array([[[0.0, 0.0], [4.0, 0.0]]]), walls_detected_by=np.array([3]))
 NO_CIRCLES, NO_SEGMENTS = np.zeros((0, 3)), np.zeros((0, 2, 2))
 
 
-def error(*features: Wall | Corner | Cylinder, truth: Truth = FLOOR, min_heard: int = 2) -> MapError:
+def error(*features: Wall | Corner | Cylinder, truth: Truth = FLOOR, min_stations: int = 2) -> MapError:
     settings = OutlineSettings(spacing=0.001)
-    return compare_outlines(maps.drawn(*features), truth, min_heard=min_heard, settings=settings)
+    return compare_outlines(maps.drawn(*features), truth, min_stations=min_stations, settings=settings)
 
 
 def test_a_shifted_wall_is_off_by_the_shift_all_along() -> None:
@@ -43,9 +43,9 @@ def test_a_wall_too_long_is_the_other_way_round() -> None:
 def test_a_cylinder_counts_by_its_surface() -> None:
     column = Truth(
         walls_xy=NO_SEGMENTS,
-        walls_heard=np.zeros(0, dtype=int),
+        walls_detected_by=np.zeros(0, dtype=int),
         cylinders=np.array([[1.0, 2.0, 0.1]]),
-        cylinders_heard=np.array([2]),
+        cylinders_detected_by=np.array([2]),
     )
     thick = error(maps.cylinder((1, 2), 0.13), truth=column)
     assert thick.mean == pytest.approx(0.03)
@@ -60,7 +60,7 @@ def test_what_cannot_be_heard_may_be_left_out_but_is_not_wrong() -> None:
     room: list[Wall | Cylinder] = [*(maps.wall(*ends) for ends in heard), maps.cylinder((3.5, 0.6), 0.1)]
     assert error(*room, truth=maps.ROOM).mean == pytest.approx(0.0, abs=1e-12)
     assert error(*room, silent, truth=maps.ROOM).mean == pytest.approx(0.0, abs=1e-12)
-    assert error(*room, truth=maps.ROOM, min_heard=1).truth_to_map.maximum == pytest.approx(1.5, abs=1e-3)
+    assert error(*room, truth=maps.ROOM, min_stations=1).truth_to_map.maximum == pytest.approx(1.5, abs=1e-3)
 
 
 def test_an_empty_map_or_an_empty_truth_has_no_distance() -> None:
@@ -69,7 +69,7 @@ def test_an_empty_map_or_an_empty_truth_has_no_distance() -> None:
 
 
 def test_where_nothing_can_be_heard_only_the_map_is_measured() -> None:
-    one_sided = error(maps.wall((0, 0.05), (4, 0.05)), min_heard=9)
+    one_sided = error(maps.wall((0, 0.05), (4, 0.05)), min_stations=9)
     assert one_sided.map_to_truth.mean == pytest.approx(0.05)
     assert np.isnan([one_sided.mean, one_sided.median, one_sided.hausdorff]).all()
 

@@ -5,7 +5,7 @@ from echoplan.evaluation import PAPER_ANGLES, PAPER_DISTANCES, evaluate, table5
 from echoplan.model import FeatureMap, Truth, Wall
 
 POINTS = np.array([[0, 0], [3.1, 0], [3.1, 1.2], [4.4, 1.2], [4.4, 2.9], [1.7, 2.9], [1.7, 2.1], [0, 2.1]])
-TRUTH = Truth(walls_xy=np.stack([POINTS, np.roll(POINTS, -1, axis=0)], axis=1), walls_heard=np.full(8, 3))
+TRUTH = Truth(walls_xy=np.stack([POINTS, np.roll(POINTS, -1, axis=0)], axis=1), walls_detected_by=np.full(8, 3))
 
 
 def shifted_map(shift: float, *, walls: int = 8) -> FeatureMap:

@@ -11,10 +11,10 @@ import pytest
 
 from echoplan.evaluation import (
     BootstrapSettings,
+    ErrorSummary,
     Evaluation,
     EvaluationSettings,
     MatchingSettings,
-    Summary,
     evaluate,
     pool,
 )
@@ -44,9 +44,9 @@ def scorer() -> Any:
 def truth_of(document: dict[str, Any]) -> Truth:
     return Truth(
         walls_xy=np.reshape(document["walls"], (-1, 2, 2)),
-        walls_heard=document["walls_heard"],
+        walls_detected_by=document["walls_heard"],
         cylinders=np.reshape(document["cylinders"], (-1, 3)),
-        cylinders_heard=np.array(document["cylinders_heard"], dtype=np.int64),
+        cylinders_detected_by=np.array(document["cylinders_heard"], dtype=np.int64),
         poses=np.array(document["poses"]),
         given=np.array(document["given"]),
     )
@@ -88,11 +88,11 @@ def scores_of(evaluation: Evaluation) -> dict[str, Any]:
     }
 
 
-def scored_lengths(document: dict[str, Any], feature_map: FeatureMap, min_heard: int) -> tuple[float, float]:
+def scored_lengths(document: dict[str, Any], feature_map: FeatureMap, min_stations: int) -> tuple[float, float]:
     """Recall and precision of the wall length by the scorer, densely sampled."""
     true = np.array(document["walls"], dtype=float)
     drawn = scorer().walls_of(map_document(feature_map))
-    wanted = true[np.array(document["walls_heard"]) >= min_heard]
+    wanted = true[np.array(document["walls_heard"]) >= min_stations]
     pairs = ((wanted, drawn), (drawn, true))
     recall, precision = (
         float(scorer().near(scorer().samples(walls, SPACING), others).mean()) if len(walls) else np.nan
@@ -101,7 +101,7 @@ def scored_lengths(document: dict[str, Any], feature_map: FeatureMap, min_heard:
     return recall, precision
 
 
-def totals_of(summary: Summary) -> dict[str, float]:
+def totals_of(summary: ErrorSummary) -> dict[str, float]:
     """A summary in the scorer's words."""
     walls, corners, cylinders = (summary.classes[name] for name in FeatureClass)
     return {
@@ -126,20 +126,20 @@ def totals_of(summary: Summary) -> dict[str, float]:
     }
 
 
-@pytest.mark.parametrize("min_heard", [1, 2, 4])
+@pytest.mark.parametrize("min_stations", [1, 2, 4])
 @pytest.mark.parametrize("path", TRUTHS, ids=lambda path: path.parent.name)
-def test_every_number_of_a_map_is_that_of_the_scorer(path: Path, min_heard: int) -> None:
-    settings = EvaluationSettings(matching=MatchingSettings(min_heard=min_heard))
+def test_every_number_of_a_map_is_that_of_the_scorer(path: Path, min_stations: int) -> None:
+    settings = EvaluationSettings(matching=MatchingSettings(min_stations=min_stations))
     document = json.loads(path.read_text(encoding="utf-8"))
     truth = truth_of(document)
     for seed in SEEDS:
         feature_map = maps.spoilt(truth, np.random.default_rng(seed))
-        expected = scorer().score_case(document, map_document(feature_map), min_heard)
+        expected = scorer().score_case(document, map_document(feature_map), min_stations)
         evaluation = evaluate(feature_map, truth, settings)
         found, lengths = scores_of(evaluation), evaluation.floor_plan.lengths
         assert found.keys() == expected.keys() - {"len_drawn", "len_right", "len_true", "len_found"}
         assert (lengths.recall, lengths.precision) == pytest.approx(
-            scored_lengths(document, feature_map, min_heard), abs=0.003, nan_ok=True
+            scored_lengths(document, feature_map, min_stations), abs=0.003, nan_ok=True
         )
         expected = {name: expected[name] for name in found}
         for name, value in expected.items():

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from echoplan.evaluation import BootstrapSettings, Evaluation, Summary, evaluate, pool
+from echoplan.evaluation import BootstrapSettings, ErrorSummary, Evaluation, evaluate, pool
 from echoplan.model import FeatureClass
 from helpers import maps
 
@@ -20,7 +20,7 @@ SECOND = maps.drawn(
 )
 
 
-def pooled(*evaluations: Evaluation) -> Summary:
+def pooled(*evaluations: Evaluation) -> ErrorSummary:
     return pool(evaluations, rng=np.random.default_rng(0), settings=BootstrapSettings(resamples=200))
 
 

@@ -13,7 +13,7 @@ ANGLES_DEG = (3.0, 2.0, 0.0, 3.0, 0.0, 0.0, 1.0, 1.0)
 
 # A room of eight walls, no two of them alike.
 POINTS = np.array([[0, 0], [3.1, 0], [3.1, 1.2], [4.4, 1.2], [4.4, 2.9], [1.7, 2.9], [1.7, 2.1], [0, 2.1]])
-TRUTH = Truth(walls_xy=np.stack([POINTS, np.roll(POINTS, -1, axis=0)], axis=1), walls_heard=np.arange(2, 10))
+TRUTH = Truth(walls_xy=np.stack([POINTS, np.roll(POINTS, -1, axis=0)], axis=1), walls_detected_by=np.arange(2, 10))
 
 
 def displaced(ends_xy: FloatArray, *, distance: float, angle: float) -> FloatArray:

@@ -36,7 +36,7 @@ def test_walls_are_told_as_in_table_5_of_the_paper() -> None:
 
 
 def test_nobody_need_say_from_where_walls_are_heard() -> None:
-    truth = replace(maps.ROOM, walls_heard=np.full(len(maps.ROOM.walls_xy), EVERYWHERE))
+    truth = replace(maps.ROOM, walls_detected_by=np.full(len(maps.ROOM.walls_xy), EVERYWHERE))
     table = wall_table(evaluate(maps.drawn(maps.wall((1, 0.01), (3, 0.04))), truth).matches.walls)
     assert {row[-1] for row in table.rows} == {"everywhere"}
 

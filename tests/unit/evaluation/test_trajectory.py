@@ -15,7 +15,7 @@ WAY = np.array([[0.0, 0, 0], [1.0, 0, 0.5], [1.5, 0.8, 1.6], [1.4, 1.9, 3.0], [0
 
 
 def compared(poses: FloatArray, true: FloatArray = WAY, **known: Any) -> Trajectory:
-    truth = Truth(walls_xy=np.zeros((0, 2, 2)), walls_heard=np.zeros(0, dtype=np.int64), poses=true)
+    truth = Truth(walls_xy=np.zeros((0, 2, 2)), walls_detected_by=np.zeros(0, dtype=np.int64), poses=true)
     found = FeatureMap(method="by hand", sweeps=np.arange(len(poses)), poses=poses, **known)
     trajectory = compare_poses(found, truth)
     assert trajectory is not None

@@ -12,13 +12,13 @@ def test_a_vertex_is_heard_as_often_as_the_lesser_heard_of_its_two_walls() -> No
 
 
 def test_the_free_end_of_a_wall_and_the_meeting_of_three_are_not_asked_for() -> None:
-    spokes = Truth(walls_xy=[[[0, 0], [1, 0]], [[0, 0], [0, 2]], [[-3, 0], [0, 0]]], walls_heard=[5, 5, 5])  # type: ignore[arg-type]
+    spokes = Truth(walls_xy=[[[0, 0], [1, 0]], [[0, 0], [0, 2]], [[-3, 0], [0, 0]]], walls_detected_by=[5, 5, 5])  # type: ignore[arg-type]
     assert true_vertices(spokes).heard.tolist() == [0, 0, 0, 0]
 
 
 def test_ends_that_differ_by_rounding_are_one_vertex() -> None:
     faces = np.array([[[0.0, 0.0], [1.0, 2.0]], [[1.00001, 1.99999], [3.0, 0.0]]])
-    vertices = true_vertices(Truth(walls_xy=faces, walls_heard=np.array([3, 7])))
+    vertices = true_vertices(Truth(walls_xy=faces, walls_detected_by=np.array([3, 7])))
     assert vertices.positions_xy.tolist() == [[0, 0], [1, 2], [3, 0]]
     assert vertices.heard.tolist() == [0, 3, 0]
 

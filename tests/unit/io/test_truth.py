@@ -32,7 +32,7 @@ def read(tmp_path: Path, **changes: Any) -> Truth:
 def test_all_is_read_and_what_is_unknown_passed_over(tmp_path: Path) -> None:
     truth = read(tmp_path)
     assert truth.walls_xy.tolist() == [[[0.0, 0.0], [4.0, 0.5]], [[4.0, 0.5], [4.0, 3.0]]]
-    assert (truth.walls_heard.tolist(), truth.cylinders_heard.tolist()) == ([3, 0], [2])
+    assert (truth.walls_detected_by.tolist(), truth.cylinders_detected_by.tolist()) == ([3, 0], [2])
     assert truth.cylinders.tolist() == TRUTH["cylinders"]
     assert (truth.poses.tolist(), truth.given.tolist()) == (TRUTH["poses"], TRUTH["given"])
     assert truth.temperature == 31.0
@@ -49,7 +49,7 @@ def test_there_need_be_nothing_but_walls(tmp_path: Path) -> None:
 
 def test_what_does_not_tell_from_where_it_is_heard_is_heard_everywhere(tmp_path: Path) -> None:
     truth = read(tmp_path, walls_heard=None, cylinders_heard=None)
-    assert (truth.walls_heard.tolist(), truth.cylinders_heard.tolist()) == ([EVERYWHERE] * 2, [EVERYWHERE])
+    assert (truth.walls_detected_by.tolist(), truth.cylinders_detected_by.tolist()) == ([EVERYWHERE] * 2, [EVERYWHERE])
 
 
 def test_a_world_is_a_truth_of_all_its_faces(tmp_path: Path) -> None:
@@ -57,13 +57,15 @@ def test_a_world_is_a_truth_of_all_its_faces(tmp_path: Path) -> None:
     write_world(tmp_path / "world.toml", world)
     truth = read_truth(tmp_path / "world.toml")
     assert truth.walls_xy.tolist() == world.segments_xy.tolist()
-    assert truth.walls_heard.tolist() == [EVERYWHERE] * 4
+    assert truth.walls_detected_by.tolist() == [EVERYWHERE] * 4
     assert truth.cylinders.tolist() == world.discs.tolist()
     assert not len(truth.poses)
 
 
 def test_a_temperature_that_is_not_known_is_not_written(tmp_path: Path) -> None:
-    write_truth(tmp_path / "truth.json", Truth(walls_xy=np.zeros((0, 2, 2)), walls_heard=np.zeros(0, dtype=np.int64)))
+    write_truth(
+        tmp_path / "truth.json", Truth(walls_xy=np.zeros((0, 2, 2)), walls_detected_by=np.zeros(0, dtype=np.int64))
+    )
     assert "temperature" not in json.loads((tmp_path / "truth.json").read_text())
 
 

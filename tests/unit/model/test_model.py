@@ -78,9 +78,9 @@ CASES: list[tuple[Any, dict[str, Any]]] = [
         Truth,
         {
             "walls_xy": np.arange(4.0).reshape(1, 2, 2),
-            "walls_heard": np.arange(1),
+            "walls_detected_by": np.arange(1),
             "cylinders": np.ones((1, 3)),
-            "cylinders_heard": np.arange(1),
+            "cylinders_detected_by": np.arange(1),
             "poses": np.ones((2, 3)),
             "given": np.ones((2, 3)),
         },

@@ -83,7 +83,7 @@ def test_a_route_that_cannot_be_is_refused(poses: Any, stamps: Any, message: str
 
 
 def test_a_truth_may_know_the_true_poses_and_not_those_recorded() -> None:
-    truth = Truth(walls_xy=np.zeros((0, 2, 2)), walls_heard=np.zeros(0, dtype=int), poses=np.ones((2, 3)))
+    truth = Truth(walls_xy=np.zeros((0, 2, 2)), walls_detected_by=np.zeros(0, dtype=int), poses=np.ones((2, 3)))
     assert truth.poses.shape == (2, 3)
     assert truth.given.shape == (0, 3)
 
@@ -91,11 +91,11 @@ def test_a_truth_may_know_the_true_poses_and_not_those_recorded() -> None:
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"walls_heard": [1, 2]}, "walls_heard must have shape (1), not (2,)"),
+        ({"walls_detected_by": [1, 2]}, "walls_heard must have shape (1), not (2,)"),
         ({"cylinders": [[1, 2, 0.1]]}, "cylinders_heard must have shape (1), not (0,)"),
         ({"poses": np.zeros((2, 3)), "given": np.zeros((1, 3))}, "given must have shape (2, 3), not (1, 3)"),
     ],
 )
 def test_a_truth_whose_lists_do_not_go_together_is_refused(wrong: dict[str, Any], message: str) -> None:
     with pytest.raises(InvalidValueError, match=f"^{re.escape(message)}$"):
-        Truth(**{"walls_xy": [[[0, 0], [4, 0]]], "walls_heard": [3], **wrong})
+        Truth(**{"walls_xy": [[[0, 0], [4, 0]]], "walls_detected_by": [3], **wrong})

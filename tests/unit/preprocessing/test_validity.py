@@ -1,6 +1,6 @@
 import numpy as np
 
-from echoplan.preprocessing import is_valid, told_ranges, valid_pings
+from echoplan.preprocessing import is_valid, valid_pings, valid_ranges
 from helpers import scenes
 
 
@@ -12,7 +12,7 @@ def test_only_readings_between_dead_distance_and_reach_are_ranges() -> None:
 
 def test_a_reading_within_a_step_of_the_reach_means_that_nothing_was_heard_and_a_fault_means_nothing() -> None:
     ranges = np.array([np.inf, -np.inf, np.nan, 0.029, 0.03, 2.99, 2.995, 3.0, 3.5])
-    told = told_ranges(scenes.pings(np.arange(9) * scenes.STEP, ranges), scenes.rig())
+    told = valid_ranges(scenes.pings(np.arange(9) * scenes.STEP, ranges), scenes.rig())
     nan, inf = np.nan, np.inf
     np.testing.assert_array_equal(told, [inf, nan, nan, nan, 0.03, 2.99, inf, inf, inf])
 

@@ -27,7 +27,7 @@ HALF = 0.5 * np.pi
 
 
 def heard(simulation: Simulation, pings: ArrayLike = (0,)) -> Echoes:
-    stage, chosen = simulation._hearing.stage, np.array(pings, dtype=np.int64)
+    stage, chosen = simulation._receivers.stage, np.array(pings, dtype=np.int64)
     return find_echoes(stage, chosen, stage.shots.deadlines[chosen])
 
 

@@ -9,7 +9,7 @@ from helpers import simulated_worlds
 
 
 def shots(simulation: Simulation) -> Shots:
-    return simulation._hearing.stage.shots
+    return simulation._receivers.stage.shots
 
 
 def heard_by(found: Shots, ping: int) -> list[int]:

@@ -132,8 +132,8 @@ class TestTruth:
         )
         poses = [[0.0, 0.0, 0.0], [1.5, 0.0, 0.7], [3.0, 0.0, 0.0]]
         truth = simulated_worlds.simulation(world, using=simulated_worlds.array(), poses=poses).truth
-        assert truth.walls_heard.tolist() == [2, 2]
-        assert truth.cylinders_heard.tolist() == [2, 0]
+        assert truth.walls_detected_by.tolist() == [2, 2]
+        assert truth.cylinders_detected_by.tolist() == [2, 0]
         np.testing.assert_array_equal(truth.walls_xy, world.segments_xy)
         np.testing.assert_array_equal(truth.cylinders, world.discs)
 

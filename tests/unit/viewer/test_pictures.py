@@ -99,7 +99,7 @@ def test_distances_are_held_against_the_true_wall_where_it_is_known(
         return profiles[-1]
 
     monkeypatch.setattr(pictures, "wall_profile", spy)
-    truth = Truth(walls_xy=np.array([[[1.03, -1.0], [1.03, 1.0]]]), walls_heard=np.array([1]))
+    truth = Truth(walls_xy=np.array([[[1.03, -1.0], [1.03, 1.0]]]), walls_detected_by=np.array([1]))
     stems(chamber.staged(), Plan(feature_map=drawn(*SQUARE), truth=truth if known else None))
     (profile,) = profiles
     assert profile is not None

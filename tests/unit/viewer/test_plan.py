@@ -49,7 +49,7 @@ def test_corners_and_stations_are_within_the_bounds() -> None:
 
 
 def test_the_true_room_is_within_the_bounds() -> None:
-    room = replace(ROOM, cylinders=np.array([[5.0, 3.0, 0.5]]), cylinders_heard=np.array([1]))
+    room = replace(ROOM, cylinders=np.array([[5.0, 3.0, 0.5]]), cylinders_detected_by=np.array([1]))
     np.testing.assert_allclose(plan(corner([1.0, 1.0]), truth=room).bounds_xy, [[0.0, 0.0], [5.5, 3.5]])
 
 

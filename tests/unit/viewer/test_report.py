@@ -150,7 +150,7 @@ def test_the_sum_of_a_map_names_what_was_not_observed() -> None:
 
 
 def test_the_map_of_a_room_without_features_is_still_a_page() -> None:
-    truth = Truth(walls_xy=np.array([[[0.0, 0.0], [1.0, 0.0]]]), walls_heard=np.array([0]))
+    truth = Truth(walls_xy=np.array([[[0.0, 0.0], [1.0, 0.0]]]), walls_detected_by=np.array([0]))
     plan = Plan(feature_map=FeatureMap(method="m"), truth=truth)
     assert not evaluate(plan.feature_map, truth).matches.walls.right
     page = Page(report_html(Report(title="Nothing", plan=plan)))

@@ -8,7 +8,7 @@ import numpy as np
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.geometry import directions
 from echoplan.model import Pings, Rig, Sweep
-from echoplan.preprocessing import told_ranges
+from echoplan.preprocessing import valid_ranges
 
 __all__ = ["Cones", "chosen_cones", "cones_of", "join_cones"]
 
@@ -47,7 +47,7 @@ class Cones(NamedTuple):
 
 
 def cones_of(sweep: Sweep, rig: Rig) -> Cones:
-    """Take the cones of a sweep, as ``told_ranges`` understands it.
+    """Take the cones of a sweep, as ``valid_ranges`` understands it.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def cones_of(sweep: Sweep, rig: Rig) -> Cones:
         ux=axes[:, 0],
         uy=axes[:, 1],
         half_apertures=np.minimum(apertures, np.pi / 2),
-        readings=told_ranges(pings, rig),
+        readings=valid_ranges(pings, rig),
         blanks=rig.min_ranges[pings.sensors],
         reaches=rig.max_ranges[pings.sensors],
         hub_x=pings.hubs_xy[:, 0],

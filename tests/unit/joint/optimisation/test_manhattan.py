@@ -283,7 +283,7 @@ def side_of_a_box(turn: float, settings: SquarenessSettings) -> float:
     )
     mapper = JointMapper(simulation.rig, JointSettings(poses=PoseMode.TRUST, squareness=settings))
     truth = simulation.truth
-    assert truth.walls_heard[7] == 1
+    assert truth.walls_detected_by[7] == 1
     right = evaluate(map_sweeps(mapper, simulation), truth).matches.walls.right
     return next(float(np.degrees(each.angle)) for each in right if each.truth == 7)
 

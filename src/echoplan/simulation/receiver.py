@@ -8,14 +8,14 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.simulation.detector import Detector, Echoes
 from echoplan.simulation.stage import Stage
 
-__all__ = ["Hearing"]
+__all__ = ["ReceiverSimulation"]
 
 # Rounding of an instant is less than this [s].
 _MOMENT = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Hearing:
+class ReceiverSimulation:
     """Everything that decides what is heard.
 
     Parameters
@@ -52,7 +52,7 @@ class Hearing:
         instants[unsettled] = self._crossings(self.stage, pings[unsettled], until[unsettled])
         return instants
 
-    def heard_alone(self, pings: IntArray) -> IntArray:
+    def detected_alone(self, pings: IntArray) -> IntArray:
         """Find the reflectors each of which, all by itself, would answer at least one of some pings.
 
         Parameters

@@ -17,9 +17,9 @@ def test_tracing_only_what_can_matter_gives_the_same_as_tracing_everything(super
     simulation = simulated_worlds.simulation(
         simulated_worlds.room(), using=simulated_worlds.array(), poses=POSES, superposition=superposition
     )
-    hearing, every = simulation._hearing, pings(simulation)
-    patient = hearing._crossings(hearing.stage, every, hearing.stage.shots.deadlines)
-    quick = hearing.instants(every)
+    receivers, every = simulation._receivers, pings(simulation)
+    patient = receivers._crossings(receivers.stage, every, receivers.stage.shots.deadlines)
+    quick = receivers.instants(every)
     np.testing.assert_allclose(quick, patient, rtol=0, atol=1e-9)
     assert 0.5 < np.isfinite(quick).mean() < 1.0
 
@@ -28,12 +28,14 @@ def test_pings_can_be_asked_in_any_order() -> None:
     simulation = simulated_worlds.simulation(simulated_worlds.room(), using=simulated_worlds.array(), poses=POSES)
     every = pings(simulation)
     shuffled = np.random.default_rng(0).permutation(every)
-    np.testing.assert_array_equal(simulation._hearing.instants(shuffled), simulation._hearing.instants(every)[shuffled])
+    np.testing.assert_array_equal(
+        simulation._receivers.instants(shuffled), simulation._receivers.instants(every)[shuffled]
+    )
 
 
 def test_no_pings_hear_nothing() -> None:
     simulation = simulated_worlds.simulation(simulated_worlds.room())
-    assert len(simulation._hearing.instants(np.zeros(0, dtype=np.int64))) == 0
+    assert len(simulation._receivers.instants(np.zeros(0, dtype=np.int64))) == 0
 
 
 def test_only_what_answers_alone_is_counted() -> None:
@@ -43,14 +45,14 @@ def test_only_what_answers_alone_is_counted() -> None:
     )
     rig = simulated_worlds.rig(servo=simulated_worlds.turning(-20, 90, 2))
     simulation = simulated_worlds.simulation(world, using=rig)
-    assert simulation._hearing.heard_alone(pings(simulation)).tolist() == [0, 3]
+    assert simulation._receivers.detected_alone(pings(simulation)).tolist() == [0, 3]
 
 
 def test_what_is_too_close_or_out_of_reach_is_not_counted() -> None:
     rig = simulated_worlds.rig(simulated_worlds.sensor(min_range=0.5, max_range=2.0))
     counted = [
         simulated_worlds.simulation(simulated_worlds.wall(distance), using=rig)
-        ._hearing.heard_alone(np.array([0]))
+        ._receivers.detected_alone(np.array([0]))
         .tolist()
         for distance in (0.45, 0.55, 1.9, 2.1)
     ]
