@@ -266,7 +266,7 @@ def _check_shape(found: tuple[int, ...], *, name: str, shape: Shape) -> None:
 
 
 def _is_whole(array: NDArray[Any]) -> bool:
-    """Tell whether an array holds nothing but whole numbers that fit into 64 bits."""
+    """Return whether an array holds nothing but whole numbers that fit into 64 bits."""
     if np.issubdtype(array.dtype, np.integer):
         return bool(np.all(array <= np.iinfo(np.int64).max))
     whole = np.issubdtype(array.dtype, np.floating)

@@ -40,7 +40,7 @@ class InvalidValueError(EchoplanError, ValueError):
 
 
 class InputError(EchoplanError, ValueError):
-    """An input that cannot be used, told in one line: where, what and the remedy.
+    """An input that cannot be used, reported in one line: where, what and the remedy.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ def time_constant(transducer: Transducer) -> float:
     Parameters
     ----------
     transducer : Transducer
-        What sends and hears.
+        The transducer.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def peak_delay(transducer: Transducer) -> float:
     Parameters
     ----------
     transducer : Transducer
-        What sends and hears.
+        The transducer.
 
     Returns
     -------
@@ -66,7 +66,7 @@ def burst_envelope(times: ArrayLike, transducer: Transducer) -> FloatArray:
     times : array_like
         Time since the echo arrived [s].
     transducer : Transducer
-        What sends and hears.
+        The transducer.
 
     Returns
     -------
@@ -91,7 +91,7 @@ def crossing_delay(excess: ArrayLike, transducer: Transducer) -> FloatArray:
     excess : array_like
         Signal excess: how far the peak of the envelope lies above the threshold [dB].
     transducer : Transducer
-        What sends and hears.
+        The transducer.
 
     Returns
     -------
@@ -127,7 +127,7 @@ def carrier_delay(excess: ArrayLike, transducer: Transducer) -> FloatArray:
     excess : array_like
         Signal excess [dB].
     transducer : Transducer
-        What sends and hears.
+        The transducer.
 
     Returns
     -------
@@ -157,7 +157,7 @@ def range_walk(excess: ArrayLike, *, reference: ArrayLike, transducer: Transduce
     reference : array_like
         Signal excess of the echo whose range is read right [dB].
     transducer : Transducer
-        What sends and hears.
+        The transducer.
     speed_of_sound : float
         With which the module turns time into range [m/s].
 

@@ -24,7 +24,7 @@ def piston_ka(transducer: Transducer, air: Air) -> float:
     Parameters
     ----------
     transducer : Transducer
-        What sends and hears.
+        The transducer.
     air : Air
         What the sound travels in.
 
@@ -55,7 +55,7 @@ def signal_excess(
     path_length : array_like
         Length L of the way there and back [m].
     transducer : Transducer
-        What sends and hears.
+        The transducer.
     air : Air
         What the sound travels in.
     beams : array_like, optional
@@ -88,7 +88,7 @@ def audible_half_angle(amplitude: ArrayLike, path_length: ArrayLike, *, transduc
     path_length : array_like
         Length of the way there and back [m].
     transducer : Transducer
-        What sends and hears.
+        The transducer.
     air : Air
         What the sound travels in.
 
@@ -115,7 +115,7 @@ def reach(law: Callable[[float], ArrayLike], *, transducer: Transducer, air: Air
     law : callable
         The echo's amplitude at a distance [m], which must fall with it.
     transducer : Transducer
-        What sends and hears.
+        The transducer.
     air : Air
         What the sound travels in.
 

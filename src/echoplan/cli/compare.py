@@ -24,7 +24,7 @@ def run(
     truth: Annotated[
         Path | None, typer.Option(help="truth.json or its folder, for all; else the one beside each recording.")
     ] = None,
-    methods: Annotated[str, typer.Option(help="Names with commas between, or all.")] = "all",
+    methods: Annotated[str, typer.Option(help="Names of methods, separated by commas, or all.")] = "all",
     out: Annotated[Path | None, typer.Option(help="Folder for the page and the numbers.")] = None,
     min_stations: Annotated[
         int,
@@ -37,7 +37,7 @@ def run(
     ] = 2,
     jobs: Annotated[int, typer.Option(min=1, help="Processes at a time.")] = os.cpu_count() or 1,
 ) -> None:
-    """Map the same recordings by many methods and set the results side by side.
+    """Map the same recordings with several methods and compare the results.
 
     Example: echoplan compare sim:square sim:paper-room --methods mdp-fuzzy,rcd --out comparison/
     """

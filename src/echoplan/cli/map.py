@@ -26,9 +26,11 @@ def run(
     out: Annotated[Path, typer.Option(help="Folder for the map.")],
     method: Annotated[
         str | None,
-        typer.Option(help="How to map: joint, or one of those that echoplan compare knows.", show_default="joint"),
+        typer.Option(help="Mapping method: joint, or another one that echoplan compare lists.", show_default="joint"),
     ] = None,
-    poses: Annotated[str | None, typer.Option(help="Of joint: trust, correct, or auto.", show_default="auto")] = None,
+    poses: Annotated[
+        str | None, typer.Option(help="How joint treats recorded poses: trust, correct, or auto.", show_default="auto")
+    ] = None,
     config: Annotated[Path | None, typer.Option(help="Settings of the method, in a [method] table.")] = None,
     strict: Annotated[bool, typer.Option("--strict", help="Exit with status 2 if the map failed.")] = False,
     why: Annotated[bool, typer.Option("--why", help="Print why each landmark is in the map or not (joint).")] = False,
@@ -98,7 +100,7 @@ def _assessed(feature_map: "FeatureMap", source: "Source", sweeps: "Sequence[Swe
 
 
 def _warn_if_failed(feature_map: "FeatureMap", *, strict: bool) -> None:
-    """Say on standard error that a map failed; with exit status 2 if that is asked for."""
+    """Report a failed map on standard error; exit with status 2 if ``strict``."""
     quality = feature_map.quality
     if quality is not None and quality.verdict == "failed":
         sys.stderr.write(f"echoplan: the map failed: {quality.reasons[0]}\n")
@@ -110,7 +112,7 @@ def _with_poses(settings: "BaseModel", poses: str, method: str) -> "BaseModel":
     from echoplan.errors import InputError, UnknownNameError  # noqa: PLC0415
 
     if "poses" not in type(settings).model_fields:
-        raise InputError("--poses", f"the method {method} does as it does about poses", remedy="use --method joint")
+        raise InputError("--poses", f"the method {method} cannot correct poses", remedy="use --method joint")
     modes = ("auto", "correct", "trust")
     if poses not in modes:
         raise UnknownNameError("value of --poses", poses, known=modes)

@@ -30,7 +30,7 @@ _GRID = ("map.yaml", "map.pgm")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Results:
-    """What a run came to.
+    """The results of a run.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ def run(
 ) -> None:
     """Simulate a recording: pings.csv, rig.toml and truth.json.
 
-    Where odometry is noisy rig.toml tells by how much, as a careful maker would.
+    If odometry is noisy, rig.toml states its standard deviations.
 
     Example: echoplan simulate paper-room --out rec/ --seed 1
     """
@@ -52,7 +52,7 @@ def run(
 
 @contextmanager
 def _told_of(world: str) -> Iterator[None]:
-    """Say whose material it is that nobody knows."""
+    """Attribute an unknown material to the file of the world."""
     from echoplan.errors import InputError, UnknownNameError  # noqa: PLC0415
 
     try:

@@ -20,7 +20,7 @@ class Deviation(Generic[Kind_co]):
     index : int
         Number of the true object, from 1.
     heard : int
-        From how many stations it can be heard.
+        Number of stations that can detect it.
     match : Match or None
         By how much its estimate is off; None where the map lacks the object.
     """

@@ -192,7 +192,7 @@ def _window(low: IntArray, high: IntArray) -> tuple[slice, slice]:
 
 
 def _visible(points_xy: FloatArray, truth: Truth, reach: float) -> BoolArray:
-    """Tell which points some pose sees."""
+    """Return which points some pose sees."""
     blocks = np.array_split(points_xy, max(ceil(len(points_xy) / _BLOCK), 1))
     return np.concatenate([_visible_at_once(block, truth, reach) for block in blocks])
 

@@ -56,7 +56,9 @@ class MatchingSettings(BaseModel, frozen=True, extra="forbid"):
         default=4.0, gt=0, description="greatest distance of a station that faces an opening [m]: an HC-SR04's reach"
     )
     min_stations: int = Field(
-        default=2, ge=1, description="a true object counts for recall if so many stations can hear it"
+        default=2,
+        ge=1,
+        description="Least number of stations that must be able to detect a true object for it to count for recall.",
     )
 
 

@@ -29,7 +29,7 @@ _UNKNOWN = "-"
 
 
 def wall_table(matching: Matching[WallMatch]) -> Table:
-    """Tell how far each wall is off, as Table 5 of the paper.
+    """Return how far each wall is off, as Table 5 of the paper.
 
     Parameters
     ----------
@@ -43,13 +43,13 @@ def wall_table(matching: Matching[WallMatch]) -> Table:
     """
     return Table(
         title="Accuracy of the walls",
-        columns=("index", "distance deviation (mm)", "angle deviation (°)", "heard from"),
+        columns=("index", "distance deviation (mm)", "angle deviation (°)", "stations"),
         rows=_by_object(matching, lambda match: (_millimetres(match.distance), _degrees(match.angle))),
     )
 
 
 def cylinder_table(matching: Matching[CylinderMatch]) -> Table:
-    """Tell how far each cylinder is off.
+    """Return how far each cylinder is off.
 
     Parameters
     ----------
@@ -63,13 +63,13 @@ def cylinder_table(matching: Matching[CylinderMatch]) -> Table:
     """
     return Table(
         title="Accuracy of the cylinders",
-        columns=("index", "centre deviation (mm)", "radius deviation (mm)", "heard from"),
+        columns=("index", "centre deviation (mm)", "radius deviation (mm)", "stations"),
         rows=_by_object(matching, lambda match: (_millimetres(match.distance), _millimetres(match.radius_error))),
     )
 
 
 def tally_table(tallies: Mapping[FeatureClass, Tally]) -> Table:
-    """Tell how complete and how right a map is, class by class.
+    """Return how complete and how right a map is, class by class.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def tally_table(tallies: Mapping[FeatureClass, Tally]) -> Table:
 
 
 def confusion_table(confusion: IntArray) -> Table:
-    """Tell what the map made of what.
+    """Describe what the map made of what.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def confusion_table(confusion: IntArray) -> Table:
 
 
 def consistency_table(consistencies: Mapping[FeatureClass, Consistency]) -> Table:
-    """Tell whether the covariances are as great as the errors.
+    """Return whether the covariances are as great as the errors.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def consistency_table(consistencies: Mapping[FeatureClass, Consistency]) -> Tabl
 
 
 def deviation_table(summary: ErrorSummary) -> Table:
-    """Tell how far off several maps are.
+    """Return how far off several maps are.
 
     Parameters
     ----------

@@ -97,7 +97,7 @@ def compare_poses(feature_map: FeatureMap, truth: Truth) -> Trajectory | None:
 
 
 def trajectory_table(trajectory: Trajectory | None) -> Table:
-    """Tell how far the poses of a map are off.
+    """Return how far the poses of a map are off.
 
     Parameters
     ----------

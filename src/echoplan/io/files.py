@@ -1,4 +1,4 @@
-"""Files as a whole: read with errors that tell place and remedy, written beside and then renamed."""
+"""Files as a whole: read with errors that name place and remedy, written beside and then renamed."""
 
 import errno
 import os

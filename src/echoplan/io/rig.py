@@ -69,7 +69,9 @@ class _FiringForm(Form, extra="forbid"):
 
 class _TransducerForm(Form, extra="forbid"):
     frequency: Hertz | None = Field(default=None, description="the frequency of the carrier [Hz]")
-    piston_radius: Metres | None = Field(default=None, description="the radius of the piston that sends and hears [m]")
+    piston_radius: Metres | None = Field(
+        default=None, description="Radius of the piston that transmits and receives [m]."
+    )
     figure_of_merit: Decibels | None = Field(default=None, description="source level less detection threshold [dB]")
     quality_factor: Cycles | None = Field(default=None, description="the Q of the sending and receiving resonators")
     burst_cycles: Cycles | None = Field(default=None, description="the number of carrier cycles in the burst")

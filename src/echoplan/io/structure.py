@@ -1,4 +1,4 @@
-"""Files with structure, TOML and JSON: held against a form, each fault told with its place and the remedy."""
+"""TOML and JSON files: validated against a form; each error names its place and the remedy."""
 
 import difflib
 import json
@@ -153,11 +153,11 @@ def _broken(path: Path, said: str) -> InputError:
     position = re.search(r"line (\d+),? column (\d+)", said)
     place = f"line {position[1]}, column {position[2]}" if position else "at its end" * ("end of document" in said)
     problem = re.split(r" \(at |: line |: value has ", said)[0]
-    return InputError(path, f"the file is broken: {problem}", place=place, remedy="mend it there")
+    return InputError(path, f"the file is broken: {problem}", place=place, remedy="fix it there")
 
 
 def _misfit(path: Path, text: str, form: type[BaseModel], errors: list[ErrorDetails]) -> InputError:
-    # A misspelt key is also a missing one; the spelling is what to tell.
+    # A misspelt key is also a missing one; report the spelling.
     error = min(errors, key=lambda error: error["type"] != "extra_forbidden")
     location = error["loc"]
     line = _line_of(location, text) if path.suffix == ".toml" else 0

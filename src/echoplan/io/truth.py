@@ -18,10 +18,10 @@ __all__ = ["read_truth", "write_truth"]
 
 class _TruthForm(Form):
     walls: list[Quadruple] = Field(description="a list of faces [x1, y1, x2, y2] in metres")
-    walls_heard: list[Count] | None = Field(default=None, description="from how many stations each wall can be heard")
+    walls_heard: list[Count] | None = Field(default=None, description="Number of stations that can detect each wall.")
     cylinders: list[Triple] = Field(default=[], description="a list of cylinders [x, y, radius] in metres")
     cylinders_heard: list[Count] | None = Field(
-        default=None, description="from how many stations each cylinder can be heard"
+        default=None, description="Number of stations that can detect each cylinder."
     )
     poses: list[Triple] = Field(default=[], description="the true pose [x, y, yaw] of each sweep")
     given: list[Triple] = Field(default=[], description="the recorded pose [x, y, yaw] of each sweep")
@@ -58,7 +58,7 @@ def read_truth(path: Path) -> Truth:
     Returns
     -------
     Truth
-        The truth; what does not tell from where it is heard is heard everywhere, and poses given that are left out are
+        The truth; objects without a count are detectable everywhere, and poses given that are left out are
         the true ones.
 
     Raises

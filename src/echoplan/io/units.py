@@ -42,7 +42,7 @@ WIDEST = 10_000.0
 
 
 def looks_like_degrees(angles: ArrayLike) -> bool:
-    """Tell whether angles are surely degrees.
+    """Return whether angles are surely degrees.
 
     Radians may grow beyond a turn where they are not wrapped, but beyond two turns they are never all written
     to one decimal.  Small or finely divided angles in degrees do not give themselves away.
@@ -127,7 +127,7 @@ def _degrees(angle: float) -> ValueError:
 
 def _checked_length(length: float) -> float:
     if length > 50.0:
-        raise ValueError(f"{length:g} m is farther than ultrasound is heard in air; write metres")
+        raise ValueError(f"{length:g} m is beyond the range of ultrasound in air; write metres")
     return length
 
 

@@ -163,7 +163,7 @@ class Corner:
     pings : int, optional
         How many pings speak for it by themselves; 0 for a mere crossing of walls.
     stations : int, optional
-        From how many stations it was heard.
+        Number of stations that detected it.
 
     Raises
     ------

@@ -83,7 +83,7 @@ class OccupancyGrid:
         return cells
 
     def contains(self, points_xy: ArrayLike) -> BoolArray:
-        """Tell which points lie on the grid.
+        """Return which points lie on the grid.
 
         Parameters
         ----------

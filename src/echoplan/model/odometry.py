@@ -9,7 +9,7 @@ __all__ = ["Odometry"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Odometry:
-    """How dead reckoning goes astray: a random walk, so that its deviation grows with the root of the way.
+    """Errors of dead reckoning: a random walk whose standard deviation grows with the square root of the distance.
 
     What is left out nobody knows: it is guessed.
 

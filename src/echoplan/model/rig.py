@@ -95,16 +95,16 @@ class Rig:
     servo : Servo, optional
         How the turret turns; None for fixed sensors.
     firing : Firing, optional
-        Order of firing; None where a recording does not tell.
+        Order of firing; None if the recording does not say.
     transducer : Transducer, optional
-        What the simulator needs; None where a recording does not tell.
+        What the simulator needs; None if the recording does not say.
     odometry : Odometry, optional
-        How far dead reckoning may be off; None where a recording does not tell.
+        How far dead reckoning may be off; None if the recording does not say.
     speed_of_sound : float, optional
-        With which the modules turn time into range [m/s]; None where a recording does not tell.
+        With which the modules turn time into range [m/s]; None if the recording does not say.
     rays : bool, optional
         Whether a reading is the nearest point in a cone of rays, as robot simulators have it, and no sound at all; None
-        where a recording does not tell.
+        if the recording does not say.
 
     Raises
     ------

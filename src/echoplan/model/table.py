@@ -14,7 +14,7 @@ class Table:
     Parameters
     ----------
     title : str
-        What it tells.
+        Its content.
     columns : tuple of str
         Heads of the columns, with units.
     rows : tuple of tuple of str

@@ -83,7 +83,7 @@ def _windows(values: FloatArray, count: int) -> FloatArray:
 
 
 def _are_ramps(windows: FloatArray, points: FloatArray, moved: FloatArray) -> BoolArray:
-    """Tell which rows rise or fall by more than the sonar moved, as a parabola, with echo points on a line."""
+    """Return which rows rise or fall by more than the sonar moved, as a parabola, with echo points on a line."""
     count = windows.shape[1]
     basis = _parabolas(count)
     fitted = windows @ basis @ basis.T

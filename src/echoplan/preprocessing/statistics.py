@@ -1,4 +1,4 @@
-"""A survey of a recording: how many pings each sensor fired, and what came of them (REP 117)."""
+"""Statistics of a recording: pings of each sensor, counted by outcome (REP 117)."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ _OUTCOMES = ("pings", "valid", "silent", "too_close", "faulty")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SensorStatistics:
-    """What came of the pings of one sensor.
+    """Pings of one sensor, counted by outcome.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class SensorStatistics:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class RecordingStatistics:
-    """What a recording holds.
+    """Duration, extent and outcome counts of a recording.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class RecordingStatistics:
 
 
 def recording_statistics(sweeps: Iterable[Sweep], rig: Rig) -> RecordingStatistics:
-    """RecordingStatistics a recording, sweep by sweep, however long it is.
+    """Compute the statistics of a recording, one sweep at a time.
 
     Parameters
     ----------

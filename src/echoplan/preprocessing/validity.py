@@ -12,7 +12,7 @@ _STEP = 1.01
 
 
 def is_valid(pings: Pings, rig: Rig) -> BoolArray:
-    """Tell which readings lie between the dead distance and the reach of their sensor.
+    """Return which readings lie between the dead distance and the reach of their sensor.
 
     Parameters
     ----------
@@ -34,10 +34,10 @@ def is_valid(pings: Pings, rig: Rig) -> BoolArray:
 
 
 def valid_ranges(pings: Pings, rig: Rig) -> FloatArray:
-    """Tell how far each ping found nothing in its way.
+    """Return the range up to which each ping found free space.
 
     Faulty readings and those within the dead distance say nothing.  A reading within a step of the reach means that
-    nothing was heard: many modules say so by their greatest range.
+    no echo was detected: many modules report that as their greatest range.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def valid_ranges(pings: Pings, rig: Rig) -> FloatArray:
     Returns
     -------
     ndarray, shape (n,)
-        Ranges [m]: ``inf`` where nothing was heard, ``nan`` where the ping says nothing.
+        Ranges [m]: ``inf`` without an echo, ``nan`` for a ping without information.
     """
     steps = np.array([sensor.resolution for sensor in rig.sensors])[pings.sensors]
     with np.errstate(invalid="ignore"):

@@ -1,4 +1,4 @@
-"""What the receivers of a simulation hear, and when their thresholds are reached."""
+"""Receivers of the simulator: echoes at each, and when they cross the threshold."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ _MOMENT = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class ReceiverSimulation:
-    """Everything that decides what is heard.
+    """The receivers: they turn the echoes of each ping into threshold crossings.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a simulation may be told."""
+"""Settings of the simulator."""
 
 import math
 from typing import Literal
@@ -16,7 +16,7 @@ _LARGEST_GAIN = 10.0
 
 
 class OdometryNoise(BaseModel, frozen=True, extra="forbid"):
-    """How dead reckoning goes astray: a random walk, so that its deviation grows with the root of the way."""
+    """Errors of dead reckoning: a random walk whose standard deviation grows with the square root of the distance."""
 
     along: float = Field(default=0.0, ge=0.0, le=_ASTRAY, description="deviation along the way after 1 m [m]")
     lateral: float = Field(default=0.0, ge=0.0, le=_ASTRAY, description="deviation across the way after 1 m [m]")
@@ -53,8 +53,8 @@ class SimulationSettings(BaseModel, frozen=True, extra="forbid"):
     )
     reflection_order: int = Field(default=2, ge=0, le=2, description="how often sound may be reflected")
     diffraction: bool = Field(default=True, description="let edges and ends of walls scatter sound")
-    crosstalk: bool = Field(default=True, description="let sensors hear each other's bursts")
-    second_time_around: bool = Field(default=True, description="let sensors hear the bursts of other firings")
+    crosstalk: bool = Field(default=True, description="Let sensors detect each other's bursts.")
+    second_time_around: bool = Field(default=True, description="Let sensors detect the bursts of other firings.")
     thermometer: float = Field(
         default=math.inf, ge=0.0, description="deviation of the thermometer in the recording; inf: none [degrees]"
     )
@@ -68,7 +68,7 @@ class SimulationSettings(BaseModel, frozen=True, extra="forbid"):
     stray: float = Field(default=0.0, ge=0.0, le=1.0, description="probability of a stray echo in a ping")
     odometry: OdometryNoise = Field(default=OdometryNoise(), description="errors of the poses in the recording")
     servo_latency: float = Field(
-        default=0.0, ge=0.0, le=60.0, description="how long the servo lags behind the angle it is told [s]"
+        default=0.0, ge=0.0, le=60.0, description="Delay of the servo behind the commanded angle [s]."
     )
     servo_gain: float = Field(
         default=1.0,

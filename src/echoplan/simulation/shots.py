@@ -89,7 +89,7 @@ def memory_of(transducer: Transducer, air: Air) -> float:
     Parameters
     ----------
     transducer : Transducer
-        What sends and hears.
+        The transducer.
     air : Air
         What the sound travels in.
 

@@ -58,7 +58,7 @@ def build_sonar(transducer: Transducer, settings: SimulationSettings) -> Sonar:
     Parameters
     ----------
     transducer : Transducer
-        What sends and hears.
+        The transducer.
     settings : SimulationSettings
         The air and what is to be traced.
 

@@ -24,7 +24,7 @@ class _Box(Protocol):
 
 @compiled
 def is_blocked(scene: Scene, p: complex, q: complex) -> bool:
-    """Tell whether a face or a cylinder stands between two points."""
+    """Return whether a face or a cylinder stands between two points."""
     way, boxes, node = q - p, scene.tree.boxes, 0
     while node < len(boxes):
         box = boxes[node]
@@ -84,7 +84,7 @@ def on_line(face: Face, point: complex) -> complex:
 
 @compiled
 def passes(disc: Disc, p: complex, q: complex) -> bool:
-    """Tell whether the way between two points passes through a cylinder."""
+    """Return whether the way between two points passes through a cylinder."""
     way, length = q - p, distance(p, q)
     share = ((disc.center - p) * way.conjugate()).real / (length * length) if length > 0 else 0.0
     return distance(p + min(max(share, 0.0), 1.0) * way, disc.center) < disc.radius - TIE

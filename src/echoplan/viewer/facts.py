@@ -54,7 +54,7 @@ class Facts:
 
 
 def wall_facts(walls: Sequence[Wall]) -> list[Facts]:
-    """Tell what there is to know of walls.
+    """Describe what there is to know of walls.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def wall_facts(walls: Sequence[Wall]) -> list[Facts]:
 
 
 def corner_facts(corners: Sequence[Corner]) -> list[Facts]:
-    """Tell what there is to know of corners.
+    """Describe what there is to know of corners.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def corner_facts(corners: Sequence[Corner]) -> list[Facts]:
 
 
 def cylinder_facts(cylinders: Sequence[Cylinder]) -> list[Facts]:
-    """Tell what there is to know of cylinders.
+    """Describe what there is to know of cylinders.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def unobserved_facts(unobserved: Sequence[UnobservedStretch]) -> list[Facts]:
 
 
 def station_facts(feature_map: FeatureMap) -> list[Facts]:
-    """Tell where each sweep was made.
+    """Describe where each sweep was made.
 
     Parameters
     ----------
@@ -229,5 +229,5 @@ def _ends(wall: Wall) -> list[tuple[str, str]]:
 def _evidence(feature: Wall | Corner | Cylinder) -> tuple[tuple[str, str], ...]:
     probabilities = feature.class_probabilities
     classes = ", ".join(f"{name} {in_percent(getattr(probabilities, name))} %" for name in FeatureClass)
-    heard = f"{plural(feature.pings, 'ping')} from {plural(feature.stations, 'station')}"
-    return (("class", classes), ("heard", heard if feature.pings else "by no ping of its own"))
+    detected = f"{plural(feature.pings, 'ping')} from {plural(feature.stations, 'station')}"
+    return (("class", classes), ("detected by", detected if feature.pings else "no ping of its own"))

@@ -1,4 +1,4 @@
-"""What a recording taught about the sonar and the poses, in words."""
+"""Calibration of the sonar and quality of the poses, in words."""
 
 import cmath
 import math
@@ -33,15 +33,15 @@ _SERVO = (
 )
 # What robot simulators make of a sonar.
 _CONE = "the nearest points in cones of rays of \N{PLUS-MINUS SIGN}{:.1f}\N{DEGREE SIGN}, as robot simulators make them"
-# A value that the pings did not narrow down by this factor is what was believed before.
+# A value that the pings did not narrow down by this factor is only the prior.
 _DETERMINED = 0.5
 _OPEN = "not determined by this recording"
-# Stretches along one direction [rad] that lie no more sweeps apart are told as one.
+# Stretches along one direction [rad] at most this many sweeps apart are reported as one.
 _ONE_WAY, _BETWEEN = math.radians(15), 12
 
 
 def learned_in_words(feature_map: FeatureMap, conventions: Conventions | None = None) -> tuple[Definitions, ...]:
-    """Say what was learned beside the map.
+    """Describe the calibration and the pose quality that a map was made with.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def _square(feature_map: FeatureMap, square: Mapping[str, Any]) -> tuple[str, st
 
 
 def _joined(stretches: Sequence[Mapping[str, Any]]) -> list[list[Mapping[str, Any]]]:
-    """Put stretches together that few sweeps part, where a door, say, tells the place for a moment."""
+    """Join stretches separated by few sweeps, for example where a door fixes the position for a moment."""
     joined: list[list[Mapping[str, Any]]] = []
     for each in stretches:
         if joined and _goes_on(joined[-1][-1], each):
@@ -129,8 +129,8 @@ def _open_way(stretches: Sequence[Mapping[str, Any]]) -> str:
     along, across = (1000 * max(float(each[name]) for each in stretches) for name in ("along", "across"))
     return (
         f"the position along {direction}\N{DEGREE SIGN} from sweep {stretches[0]['first']} to {stretches[-1]['last']}"
-        f"{mostly}: only odometry tells it, to \N{PLUS-MINUS SIGN} {along:.0f} mm at worst, "
-        f"{across:.0f} mm between the walls"
+        f"{mostly}: known only from odometry, \N{PLUS-MINUS SIGN}{along:.0f} mm along and "
+        f"\N{PLUS-MINUS SIGN}{across:.0f} mm across at worst"
     )
 
 

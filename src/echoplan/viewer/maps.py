@@ -103,7 +103,7 @@ def draw_walls(axes: Axes, walls: Sequence[Wall], stations_xy: FloatArray, *, th
     walls : sequence of Wall
         The walls.
     stations_xy : ndarray, shape (s, 2)
-        Where they were heard from [m].
+        Positions from which they were detected [m].
     thickness : float
         How thick to draw them [m].
     """
@@ -178,7 +178,7 @@ def draw_widths(axes: Axes, openings: Sequence[Opening], *, thickness: float) ->
 
 
 def draw_corners(axes: Axes, corners: Sequence[Corner]) -> None:
-    """Draw corners: full where one hears into them, hollow where around them.
+    """Draw corners: filled if concave, hollow if convex.
 
     Parameters
     ----------

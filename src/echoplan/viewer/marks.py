@@ -95,7 +95,7 @@ def gap_marks(plan: Plan, sheet: Sheet) -> list[ET.Element]:
 
 
 def corner_marks(plan: Plan, sheet: Sheet) -> list[ET.Element]:
-    """Draw corners: full where one hears into them, hollow where around them, with their ellipses.
+    """Draw corners: filled if concave, hollow if convex, with their ellipses.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ def wall_bodies(walls: Sequence[Wall], stations_xy: FloatArray, *, thickness: fl
     walls : sequence of Wall
         The faces.
     stations_xy : ndarray, shape (s, 2)
-        Where they were heard from [m].
+        Positions from which they were detected [m].
     thickness : float
         How thick to draw them [m].
 

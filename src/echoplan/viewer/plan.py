@@ -33,7 +33,7 @@ class Plan:
     truth : Truth, optional
         The room as it is.
     heard : tuple of Observation, optional
-        What single sweeps heard: each becomes a beam.
+        Detections of single sweeps: each becomes a beam.
     echoes_xy : ndarray, shape (n, 2), optional
         Points that the readings would mean if sound were a ray [m].
     grid : OccupancyGrid, optional

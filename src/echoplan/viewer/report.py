@@ -52,7 +52,7 @@ def report_html(report: Report) -> str:
     Parameters
     ----------
     report : Report
-        What it tells.
+        Its content.
 
     Returns
     -------

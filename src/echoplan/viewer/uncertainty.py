@@ -93,7 +93,7 @@ def error_ellipse(position_xy: ArrayLike, covariance: ArrayLike, *, probability:
 
 
 def across_sigmas(wall: Wall, points_xy: ArrayLike) -> FloatArray:
-    """Tell how uncertain a wall is across itself, beside points on it.
+    """Return how uncertain a wall is across itself, beside points on it.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def across_sigmas(wall: Wall, points_xy: ArrayLike) -> FloatArray:
 
 
 def middle_sigma(wall: Wall) -> float:
-    """Tell how uncertain a wall is across itself, in its middle.
+    """Return how uncertain a wall is across itself, in its middle.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def middle_sigma(wall: Wall) -> float:
 
 
 def greatest_sigma(covariance: FloatArray) -> float:
-    """Tell how uncertain a point is in the direction in which it is most so.
+    """Return how uncertain a point is in the direction in which it is most so.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def half_interval(deviation: float, *, probability: float = PROBABILITY) -> floa
 
 
 def sigma(covariance: FloatArray, index: int) -> float:
-    """Tell how uncertain one parameter is by itself.
+    """Return how uncertain one parameter is by itself.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ def section_element(section: Section) -> ET.Element:
     Parameters
     ----------
     section : Section
-        What it tells.
+        Its content.
 
     Returns
     -------

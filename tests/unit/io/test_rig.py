@@ -88,7 +88,7 @@ def test_numbers_of_numpy_are_written_as_numbers(tmp_path: Path) -> None:
     [
         ("half_aperture = 0.26", "half_aperture = 15", r"line 4, .*: 15 looks like degrees; write radians: 0\.261799"),
         ("id = 4", "id = 4\nyaw = 90", r"sensor\[0\]\.yaw: 90 looks like degrees; write radians: 1\.570796"),
-        ("max_range = 4.0", "max_range = 400", r"max_range: 400 m is farther than ultrasound is heard .* write metres"),
+        ("max_range = 4.0", "max_range = 400", r"max_range: 400 m is beyond the range of ultrasound .* write metres"),
         ("id = 4", "id = 4\nx = -150.0", r"line 4, sensor\[0\]\.x: -150 m is larger than a robot; write metres"),
         ("max_range = 4.0", "max_range = 0.01", r"line 2, sensor\[0\]: min_range must be less than max_range"),
         ("half_aperture", "half_apperture", r"the key 'half_apperture' is unknown; did you mean 'half_aperture'\?"),

@@ -143,7 +143,7 @@ def test_numbers_of_thousands_of_digits_are_refused(tmp_path: Path) -> None:
     for text in ("9" * 5000, f"0x{'f' * 5000}"):
         with pytest.raises(InputError, match=r"sonar\.toml"):
             read_toml(write(tmp_path, f"main = {{width = {text}}}"), SonarForm)
-    with pytest.raises(InputError, match=r"note\.json: the file is broken: Exceeds the limit .* conversion; mend it"):
+    with pytest.raises(InputError, match=r"note\.json: the file is broken: Exceeds the limit .* conversion; fix it"):
         read_json(write(tmp_path, f'{{"text": {"9" * 5000}}}', "note.json"), NoteForm)
 
 

@@ -99,16 +99,16 @@ def test_a_wall_is_told_how_sure_it_is_across_its_middle() -> None:
 def test_a_wall_is_told_how_it_was_heard_and_how_sure_its_class_is() -> None:
     facts = of_wall(WALL)
     assert facts["class"] == "wall 87 %, corner 1 %, cylinder 12 %"
-    assert facts["heard"] == "412 pings from 6 stations"
+    assert facts["detected by"] == "412 pings from 6 stations"
 
 
 def test_one_ping_from_one_station_is_singular() -> None:
-    assert of_corner(CORNER)["heard"] == "1 ping from 1 station"
+    assert of_corner(CORNER)["detected by"] == "1 ping from 1 station"
 
 
 @pytest.mark.parametrize("facts", [wall_facts([wall([0, 0], [1, 0])]), corner_facts([corner([0.0, 0.0])])])
 def test_what_was_only_inferred_was_heard_by_no_ping(facts: list[Facts]) -> None:
-    assert table(facts[0])["heard"] == "by no ping of its own"
+    assert table(facts[0])["detected by"] == "no ping of its own"
 
 
 def test_a_corner_is_told_where_it_is_and_of_what_kind() -> None:
@@ -140,7 +140,7 @@ def test_a_cylinder_is_told_with_its_radius_and_how_sure_that_is() -> None:
     assert facts["radius"] == f"0.100 m, {SIGMA} 1.5 mm"
     assert facts[f"{SIGMA} in x, y"] == "4.0 mm, 2.0 mm"
     assert facts["95 % ellipse"] == "± 9.8 by 4.9 mm, long axis at 0°"
-    assert facts["heard"] == "30 pings from 4 stations"
+    assert facts["detected by"] == "30 pings from 4 stations"
 
 
 def test_what_is_sure_of_itself_has_an_ellipse_of_no_size() -> None:

@@ -123,8 +123,8 @@ def test_it_is_said_what_was_done_about_the_poses_and_why() -> None:
 def test_it_is_said_where_a_recording_leaves_the_way_open() -> None:
     way = {"first": 3, "last": 90, "direction": 0.5236, "along": 0.121, "across": 0.009}
     assert told(undetermined=[way])["Not determined"] == (
-        "the position along 30\N{DEGREE SIGN} from sweep 3 to 90: only odometry tells it, "
-        "to \N{PLUS-MINUS SIGN} 121 mm at worst, 9 mm between the walls"
+        "the position along 30\N{DEGREE SIGN} from sweep 3 to 90: known only from odometry, "
+        "\N{PLUS-MINUS SIGN}121 mm along and \N{PLUS-MINUS SIGN}9 mm across at worst"
     )
     assert "Not determined" not in told(undetermined=[])
 
@@ -141,7 +141,7 @@ def test_stretches_of_one_corridor_are_told_as_one_and_those_around_the_corner_f
         "the position along 0\N{DEGREE SIGN} from sweep 90 to 95",
         "the position along 86\N{DEGREE SIGN} from sweep 99 to 110",
     ]
-    assert "60 mm at worst" in lines[0]
+    assert "60 mm along" in lines[0]
 
 
 @pytest.mark.parametrize("sigma", [1e-9, 1.0])
