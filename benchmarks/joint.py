@@ -24,8 +24,8 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import (
-    Evaluation,
     ErrorSummary,
+    Evaluation,
     consistency_table,
     deviation_table,
     evaluate,
