@@ -5,7 +5,7 @@ from math import degrees
 
 import numpy as np
 
-from echoplan.evaluation import Evaluation, Interval, Summary, pool
+from echoplan.evaluation import ErrorSummary, Evaluation, Interval, pool
 from echoplan.model import FeatureClass, Table
 
 __all__ = ["SCORE_COLUMNS", "fault_table", "percent", "score_row"]
@@ -53,7 +53,7 @@ def percent(interval: Interval) -> str:
     return f"{100 * interval.value:.1f} [{100 * interval.low:.1f}, {100 * interval.high:.1f}]"
 
 
-def _shares(summary: Summary, name: FeatureClass) -> str:
+def _shares(summary: ErrorSummary, name: FeatureClass) -> str:
     """Recall and precision of a class in percent."""
     of_class = summary.classes[name]
     return f"{_number(100 * of_class.recall.value, digits=0)} / {_number(100 * of_class.precision.value, digits=0)}"
