@@ -274,10 +274,16 @@ class TestEvaluate:
 
     def test_features_detected_by_few_stations_do_not_count_as_missed(self, recording: Path, mapped: Path) -> None:
         asked = [
-            json.loads(succeed("evaluate", mapped, recording, "--json", "--min-heard", heard))["walls"]["wanted"]
-            for heard in ("5", "6")
+            json.loads(succeed("evaluate", mapped, recording, "--json", "--min-stations", stations))["walls"]["wanted"]
+            for stations in ("5", "6")
         ]
         assert asked == [4, 0]
+
+    def test_the_former_name_of_min_stations_still_works_with_a_warning(self, recording: Path, mapped: Path) -> None:
+        former = echoplan("evaluate", mapped, recording, "--min-heard", "6")
+        assert (former.status, former.out) == (0, succeed("evaluate", mapped, recording, "--min-stations", "6"))
+        assert "--min-stations" in former.err
+        assert former.err.count("\n") == 1
 
 
 class TestInfo:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from echoplan.cli.evaluate import inside
+from echoplan.cli.evaluate import MinHeard, MinStations, inside, replaces_min_heard
 from echoplan.cli.terminal import Progressing, put, report_files, show, tracked
 
 if TYPE_CHECKING:
@@ -26,15 +26,8 @@ def run(
     ] = None,
     methods: Annotated[str, typer.Option(help="Names of methods, separated by commas, or all.")] = "all",
     out: Annotated[Path | None, typer.Option(help="Folder for the page and the numbers.")] = None,
-    min_stations: Annotated[
-        int,
-        typer.Option(
-            "--min-stations",
-            "--min-heard",
-            min=0,
-            help="Least number of stations that must be able to detect an object for it to count for recall.",
-        ),
-    ] = 2,
+    min_stations: MinStations = 2,
+    min_heard: MinHeard = None,
     jobs: Annotated[int, typer.Option(min=1, help="Processes at a time.")] = os.cpu_count() or 1,
 ) -> None:
     """Map the same recordings with several methods and compare the results.
@@ -48,6 +41,7 @@ def run(
     names = _chosen(methods)
     if out is not None:
         check_folder(out, _RESULTS)
+    min_stations = replaces_min_heard(min_stations, min_heard)
     subjects = [_subject(source, truth, min_stations=min_stations) for source in dict.fromkeys(sources)]
     trials = [Trial(subject=subject, method=name) for subject in subjects for name in names]
     done = tracked(run_trials(trials, workers=jobs), total=len(trials), task="comparing")

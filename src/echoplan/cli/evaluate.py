@@ -11,21 +11,23 @@ if TYPE_CHECKING:
     from echoplan.evaluation import Evaluation
     from echoplan.model import Table
 
-__all__ = ["evaluation_tables", "inside", "run"]
+__all__ = ["MinHeard", "MinStations", "evaluation_tables", "inside", "replaces_min_heard", "run"]
+
+MinStations = Annotated[
+    int,
+    typer.Option(
+        min=0, help="Least number of stations that must be able to detect an object for it to count for recall."
+    ),
+]
+# The former name of --min-stations.
+MinHeard = Annotated[int | None, typer.Option(min=0, hidden=True)]
 
 
 def run(
     feature_map: Annotated[Path, typer.Argument(metavar="MAP", help="A map.json, or the folder that holds it.")],
     truth: Annotated[Path, typer.Argument(help="A truth.json, the folder that holds it, or a world.toml.")],
-    min_stations: Annotated[
-        int,
-        typer.Option(
-            "--min-stations",
-            "--min-heard",
-            min=0,
-            help="Least number of stations that must be able to detect an object for it to count for recall.",
-        ),
-    ] = 2,
+    min_stations: MinStations = 2,
+    min_heard: MinHeard = None,
     reach: Annotated[float, typer.Option(help="Stations farther from an opening do not face it [m].", min=0.1)] = 4.0,
     as_json: Annotated[bool, typer.Option("--json", help="Print all numbers as JSON.")] = False,
 ) -> None:
@@ -43,6 +45,7 @@ def run(
     from echoplan.io.text import format_json  # noqa: PLC0415
 
     drawn, true = read_map(inside(feature_map, "map.json")), read_truth(inside(truth, "truth.json"))
+    min_stations = replaces_min_heard(min_stations, min_heard)
     matching = MatchingSettings(min_stations=min_stations, opening_reach=reach)
     evaluation = evaluate(drawn, true, EvaluationSettings(matching=matching))
     if as_json:
@@ -52,6 +55,14 @@ def run(
         show(table)
     if len(true.poses) and len(drawn.poses) and len(true.poses) != len(drawn.poses):
         put(f"Poses are not compared: the map has {len(drawn.poses)}, the truth {len(true.poses)}.")
+
+
+def replaces_min_heard(min_stations: int, min_heard: int | None) -> int:
+    """Return the value of ``--min-stations``, or that of its former name, with a warning on standard error."""
+    if min_heard is None:
+        return min_stations
+    typer.echo("echoplan: --min-heard is now called --min-stations; the old name will go in a later version", err=True)
+    return min_heard
 
 
 def evaluation_tables(evaluation: "Evaluation") -> tuple["Table", ...]:
