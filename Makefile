@@ -27,7 +27,7 @@ lint: $(STAMPS)/dev ## Linters, formatting, types and the import contracts
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
 
-format: $(STAMPS)/dev ## Format the code and mend what ruff can mend
+format: $(STAMPS)/dev ## Format the code and fix what ruff can fix
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 

@@ -1,15 +1,15 @@
 """The method joint in random arenas: python benchmarks/arenas.py [ARENAS] [--off METRES] [--turn DEGREES] [--coarse].
 
 Simulates random arenas of boards (24 by default), 2.1 or 2.5 m wide, with six or eight walls, such as students build
-them.  One sensor with a resolution of 1 cm records from five way-points; it turns all round by one degree at a time, 12
-cm in front of the servo axis.  The true poses differ from the way-points by normal errors (standard deviations: 1.5 cm
+them.  One sensor with a resolution of 1 cm records from five waypoints; it turns all round by one degree at a time, 12
+cm in front of the servo axis.  The true poses differ from the waypoints by normal errors (standard deviations: 1.5 cm
 along each axis and 1.5 degrees by default).  3 % of the readings are missing, 3 % are strays, and each has a noise of
 4 mm before it is rounded.  Prints scores, the consistency of the covariances, and the arenas with faults.  ``--coarse``
 turns the sensor by 5 degrees at a time, about its own centre.
 
 ``--students`` builds a different robot for each arena: the beam is wider than the rig specifies, the sensor turns by 2,
 3 or 5 degrees at a time, its mounting has small errors of angle and position, and half of the robots repeat readings,
-take medians of neighbours or detect their own cable.  Way-points are off by 2 cm along each axis, headings by 3
+take medians of neighbours or detect their own cable.  Waypoints are off by 2 cm along each axis, headings by 3
 degrees, and one heading by up to 15.
 """
 

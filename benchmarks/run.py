@@ -62,7 +62,7 @@ BENCHMARKS = (
 RECORDINGS, CORRIDOR = "recordings.py", "corridor.py"
 # Number of noisy copies of real recordings, which show how much of a result is luck.
 ARENA_COPIES, CORRIDOR_COPIES = "12", "24"
-# Displacements of the way-points of arenas [m].
+# Displacements of the waypoints of arenas [m].
 DISPLACEMENTS = ("0.02", "0.05")
 
 

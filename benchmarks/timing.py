@@ -75,7 +75,7 @@ def measure(stations: Sequence[int], poses: PoseMode) -> Iterator[Mark]:
     simulation: Simulation = random_simulation(SEED, stations=stations[-1])
     settings = JointSettings(poses=poses)
     mapper, adding, pings = JointMapper(simulation.rig, settings), list[float](), 0
-    sweeps = list(tracked(simulation, total=stations[-1], task="sounding"))
+    sweeps = list(tracked(simulation, total=stations[-1], task="simulating"))
     for sweep in sweeps[:3]:
         # The first map of a process also loads compiled code.
         mapper.add(sweep)

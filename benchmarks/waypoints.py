@@ -1,10 +1,10 @@
-"""Inexact way-points: python benchmarks/waypoints.py FOLDER... [--off METRES] [--copies N] [--known-associations].
+"""Inexact waypoints: python benchmarks/waypoints.py FOLDER... [--off METRES] [--copies N] [--known-associations].
 
-Maps each recording, and copies of it whose headings are all zero and whose way-points are each displaced by a fixed
+Maps each recording, and copies of it whose headings are all zero and whose waypoints are each displaced by a fixed
 distance in a random direction (5 cm by default), without moving or turning all of them together.  Prints recall and
 precision of walls, their errors, and the differences between the headings and those of the recording itself, and those
 that all copies have in the median, up to a common rotation.  ``--poses correct`` demands a correction.
-``--known-associations`` does not map the copies: it adjusts the map of the recording to their way-points, which shows
+``--known-associations`` does not map the copies: it adjusts the map of the recording to their waypoints, which shows
 how much these alone displace walls.
 """
 
@@ -29,7 +29,7 @@ from echoplan.model import Sweep, Table
 from library.known_associations import map_with_known_associations
 
 OFF, COPIES = 0.05, 12
-MIN_HEARD = 1
+MIN_STATIONS = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -56,7 +56,7 @@ def main() -> None:
 
 def parse() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description="Inexact way-points.")
+    parser = argparse.ArgumentParser(description="Inexact waypoints.")
     parser.add_argument("folders", type=Path, nargs="+")
     parser.add_argument("--off", type=float, default=OFF)
     parser.add_argument("--copies", type=int, default=COPIES)
@@ -75,7 +75,9 @@ def mapped(case: tuple[Path, int | None], *, off: float, poses: PoseMode, known_
         found = map_with_known_associations(recording.rig, itself, sweeps, off=off)
     else:
         found = map_sweeps(JointMapper(recording.rig, JointSettings(poses=poses)), sweeps)
-    walls = evaluate(found, truth, EvaluationSettings(matching=MatchingSettings(min_stations=MIN_HEARD))).matches.walls
+    walls = evaluate(
+        found, truth, EvaluationSettings(matching=MatchingSettings(min_stations=MIN_STATIONS))
+    ).matches.walls
     return Outcome(
         name=folder.name,
         walls=walls.tally,
@@ -86,7 +88,7 @@ def mapped(case: tuple[Path, int | None], *, off: float, poses: PoseMode, known_
 
 
 def at_poses(sweeps: list[Sweep], off: float, rng: np.random.Generator) -> list[Sweep]:
-    """Set all headings to zero and displace each way-point, without moving or turning all of them together."""
+    """Set all headings to zero and displace each waypoint, without moving or turning all of them together."""
     steps = off * directions(rng.uniform(-np.pi, np.pi, len(sweeps)))
     steps -= steps.mean(axis=0)
     places = np.array([each.map_from_base[0, :2] for each in sweeps])
@@ -139,7 +141,7 @@ def row(name: str, outcomes: list[Outcome], off: np.ndarray, apart: np.ndarray) 
 def table(lines: list[tuple[str, ...]]) -> Table:
     """Lay out all rows."""
     columns = ("recording", "walls, recall / precision (%)", "mm", "°", "headings off (°), at most", "apart, at most")
-    return Table(title="Headings removed, way-points displaced", columns=columns, rows=tuple(lines))
+    return Table(title="Headings removed, waypoints displaced", columns=columns, rows=tuple(lines))
 
 
 if __name__ == "__main__":

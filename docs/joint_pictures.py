@@ -28,7 +28,7 @@ from echoplan.viewer import Plan
 from echoplan.viewer.figures import plan_figure
 from echoplan.viewer.maps import draw_truth
 from echoplan.viewer.palette import COLORS, FAINT, INK, MUTED, TRUTH
-from echoplan.viewer.style import dress, dress_map, letter, new_figure, tell
+from echoplan.viewer.style import add_legend, dress, dress_map, letter, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -74,7 +74,7 @@ def arcs() -> None:
         axes.plot(*np.array([center, center + radius * directions(facing)]).T, color=FAINT, linewidth=0.8, zorder=0)
     axes.plot(wall[:, 0], [1.5, 1.5], "--", color=WALL, linewidth=1.2, label="common tangent")
     dress_map(axes)
-    tell(axes, columns=2, where="above")
+    add_legend(axes, columns=2, where="above")
     _save(figure, "joint-arcs")
 
 
@@ -103,7 +103,7 @@ def evidence() -> None:
         letter(panel, f"({name}) station {'AB'['ab'.index(name)]}")
         dress(panel, x="bearing relative to the bisector (degrees)", y="reading (m)")
         panel.set(xlim=(-120, 120), ylim=(0.0, 2.2))
-    tell(panel)
+    add_legend(panel)
     _save(figure, "joint-evidence")
 
 
@@ -150,7 +150,7 @@ def consistency() -> None:
         panel.plot(edges, chi2.pdf(edges, freedom), color=INK, linewidth=1.0, label=f"chi-square, {freedom}")
         letter(panel, f"{len(squares)} {name}s")
         dress(panel, x="NEES", y="density")
-        tell(panel)
+        add_legend(panel)
     _save(figure, "joint-consistency")
 
 
@@ -177,7 +177,7 @@ def beliefs() -> None:
     dress(axes, x="probability of the class; number of features", y="share")
     axes.set_xticks(range(len(names)), names)
     axes.set_ylim(0.0, 1.05)
-    tell(axes, columns=2, where="above")
+    add_legend(axes, columns=2, where="above")
     _save(figure, "joint-beliefs")
 
 

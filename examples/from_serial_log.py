@@ -83,7 +83,7 @@ def as_number(word: str, place: str) -> float:
     try:
         return float(word)
     except ValueError:
-        refuse(f"{place}: {word.strip()!r} is no number; mend or delete the line")
+        refuse(f"{place}: {word.strip()!r} is no number; fix or delete this line")
 
 
 def refuse(message: str) -> NoReturn:

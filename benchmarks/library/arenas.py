@@ -17,7 +17,7 @@ __all__ = ["STUDENTS_OFF", "STUDENTS_TURN", "at_marks", "simulate_arena"]
 STUDENTS_OFF, STUDENTS_TURN, _ONE_TURN = 0.02, 3.0, 15.0
 # Length of a board [m]; sides of an arena and of the parts cut from its corners, in boards.
 _BOARD, _WIDTHS, _CUTS = 0.42, (5, 6), (1, 2)
-# Number of way-points, their distance from boards and from each other [m], and how many positions are tried.
+# Number of waypoints, their distance from boards and from each other [m], and how many positions are tried.
 _WAYPOINTS, _CLEAR, _APART, _TRIES = 5, 0.2, 0.25, 10_000
 # Share of arenas with a free-standing board; share of robots that detect their own cable, and of pings that do.
 _FREE_BOARDS, _CABLES, _CABLE_DETECTED = 0.5, 0.5, 0.8

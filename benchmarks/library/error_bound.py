@@ -107,7 +107,7 @@ def _bounds(features: Sequence[_Error], simulation: Simulation, sweeps: Sequence
     )
     start = State(features=everything, model=model)
     single = measurements._replace(weights=np.ones(len(measurements.weights)))
-    adjusted = adjust(single, start, _beliefs(simulation, start.model), _AT_THE_TRUTH)
+    adjusted = adjust(single, start, _priors(simulation, start.model), _AT_THE_TRUTH)
     places = [adjusted.layout.feature(number) for number in range(len(features))]
     return [adjusted.covariance[place, place] for place in places]
 
@@ -125,7 +125,7 @@ def _true_model(simulation: Simulation) -> EchoModel:
     )
 
 
-def _beliefs(simulation: Simulation, model: EchoModel) -> Priors:
+def _priors(simulation: Simulation, model: EchoModel) -> Priors:
     """Model whose range noise is jitter and rounding."""
     rounding = simulation.rig.sensors[0].resolution / float(np.sqrt(12.0))
     return Priors(

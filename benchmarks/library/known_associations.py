@@ -1,4 +1,4 @@
-"""The map that follows from displaced way-points if every echo is assigned to its true wall."""
+"""The map that follows from displaced waypoints if every echo is assigned to its true wall."""
 
 import copy
 import math
@@ -23,9 +23,9 @@ _ROUNDS, _STILL = 40, 1e-6
 def map_with_known_associations(
     rig: Rig, sweeps: Sequence[Sweep], elsewhere: Sequence[Sweep], *, off: float
 ) -> FeatureMap:
-    """Adjust the map of a recording to other way-points, without a search for features.
+    """Adjust the map of a recording to other waypoints, without a search for features.
 
-    No feature is added or dropped, headings are free, and the errors of the way-points are known, as well as which
+    No feature is added or dropped, headings are free, and the errors of the waypoints are known, as well as which
     walls are at right angles.
 
     Parameters
@@ -35,14 +35,14 @@ def map_with_known_associations(
     sweeps : sequence of Sweep
         As they were recorded: their map gives the associations.
     elsewhere : sequence of Sweep
-        The same sweeps with other way-points.
+        The same sweeps with other waypoints.
     off : float
         How far each is from where it was recorded, in some direction [m].
 
     Returns
     -------
     FeatureMap
-        Where the features are by the other way-points.
+        Where the features are by the other waypoints.
     """
     measurements, given = join_measurements([measurements_of(each, rig) for each in sweeps]), _stations(sweeps)
     moved = copy.copy(explained(Account(rig, measurements, given, JointSettings())))

@@ -62,16 +62,16 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
 
 
 @cache
-def _tell_once() -> None:
+def _log_once() -> None:
     logging.getLogger("echoplan").info("Compiling, once after each installation: up to a minute.")
 
 
 class _Notice(event.Listener):
-    """Tells the log when the first function is compiled, for it keeps people waiting."""
+    """Logs when the first function is compiled, for it keeps people waiting."""
 
     def on_start(self, event: Any) -> None:  # noqa: ARG002 - numba says what is compiled
-        """Tell it, unless it was told before."""
-        _tell_once()
+        """Log it once."""
+        _log_once()
 
     def on_end(self, event: Any) -> None:
         """Leave the end unsaid."""

@@ -76,7 +76,7 @@ def read_config(path: Path, sections: Sections) -> dict[str, Any]:
 
 
 def method_of(path: Path) -> str | None:
-    r"""Tell with which method a run was made whose record serves as configuration.
+    r"""Return the method of the run whose record serves as configuration.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Where sweeps come from, told in one line of text: a recording's folder or a world to be simulated."""
+"""Where sweeps come from, specified in one line of text: a recording's folder or a world to be simulated."""
 
 import re
 import reprlib
@@ -38,7 +38,7 @@ def open_source(text: str, *, simulation: SimulationSettings | None = None) -> S
     text : str
         What to open, as it is written on the command line.
     simulation : SimulationSettings, optional
-        What the simulator is told, if it is one.
+        Settings of the simulator, if it is one.
 
     Returns
     -------

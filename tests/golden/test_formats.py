@@ -41,7 +41,7 @@ def test_what_is_read_is_written_as_it_stood(name: str, tmp_path: Path) -> None:
     assert (tmp_path / "again").read_bytes() == (FOLDER / name).read_bytes()
 
 
-def test_files_may_be_told_by_their_names(tmp_path: Path) -> None:
+def test_files_may_be_selected_by_their_names(tmp_path: Path) -> None:
     for name, (read, write) in FORMATS.items():
         write(str(tmp_path / "again"), read(str(FOLDER / name)))
         assert (tmp_path / "again").read_bytes() == (FOLDER / name).read_bytes()

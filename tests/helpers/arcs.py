@@ -1,4 +1,4 @@
-"""Arcs for tests: what ideal sensors hear of a point or a wall, whose beams look past it by known angles."""
+"""Arcs for tests: what ideal sensors measure of a point or a wall, whose beams look past it by known angles."""
 
 from collections.abc import Sequence
 

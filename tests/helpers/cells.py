@@ -21,14 +21,14 @@ def cone(
     half_aperture: float = 0.6,
     hub: tuple[float, float] | None = None,
 ) -> Cones:
-    """The cone of one ping; the turret's axis is in the sensor unless told otherwise."""
+    """The cone of one ping; the turret's axis is in the sensor by default."""
     hub_x, hub_y = hub or (x, y)
     row = (x, y, np.cos(bearing), np.sin(bearing), half_aperture, reading, 0.05, 3.0, hub_x, hub_y)
     return Cones(*(np.array([value]) for value in row))
 
 
 def random_cones(rng: np.random.Generator, count: int = 40) -> Cones:
-    """Cones of all kinds, near each other; one in five hears nothing."""
+    """Cones of all kinds, near each other; one in five detects nothing."""
     bearings = rng.uniform(-np.pi, np.pi, count)
     x, y = rng.uniform(-1.0, 1.0, (2, count))
     return Cones(

@@ -1,4 +1,4 @@
-"""A small room as an ideal array hears it from within: four walls, a column, an edge and a stray echo, for tests."""
+"""A small room as an ideal array detects it from within: four walls, a column, an edge and a stray echo, for tests."""
 
 from functools import cache
 
@@ -25,8 +25,8 @@ LATENESS = 0.02
 BEARINGS = np.radians(np.arange(360.0) - 45)
 
 
-def hearing(hub: ArrayLike, *, index: int = 0) -> Sweep:
-    """What an ideal array hears at a hub: walls over 41 degrees, the column over 23, the edge over 9."""
+def recorded(hub: ArrayLike, *, index: int = 0) -> Sweep:
+    """What an ideal array measures at a hub: walls over 41 degrees, the column over 23, the edge over 9."""
     ranges = np.full(360, np.inf)
     for normal, offset in LINES:
         distance = float(offset - directions(normal) @ np.asarray(hub))
@@ -34,16 +34,16 @@ def hearing(hub: ArrayLike, *, index: int = 0) -> Sweep:
     for (x, y, radius), half_width in ((COLUMN, 11), (EDGE, 4)):
         away = np.array([x, y]) - hub
         normal, distance = float(np.arctan2(away[1], away[0])), float(np.hypot(*away)) - radius
-        heard = cylinder_ranges(BEARINGS, normal=normal, distance=distance, radius=radius)
-        _put(ranges, heard, normal=normal, half_width=half_width)
+        detected = cylinder_ranges(BEARINGS, normal=normal, distance=distance, radius=radius)
+        _put(ranges, detected, normal=normal, half_width=half_width)
     ranges[(STRAY + 45) % 360] = 2.5
     return sweep_of(ranges, index=index, pose=(*np.asarray(hub).tolist(), 0.0))
 
 
 @cache
-def heard() -> tuple[MdpFuzzyMapper, tuple[Sweep, ...]]:
+def mapped() -> tuple[MdpFuzzyMapper, tuple[Sweep, ...]]:
     """A mapper that was given both sweeps, and the sweeps."""
-    sweeps = tuple(hearing(hub, index=3 + 2 * number) for number, hub in enumerate(HUBS))
+    sweeps = tuple(recorded(hub, index=3 + 2 * number) for number, hub in enumerate(HUBS))
     mapper = MdpFuzzyMapper(rig())
     for sweep in sweeps:
         mapper.add(sweep)
@@ -53,7 +53,7 @@ def heard() -> tuple[MdpFuzzyMapper, tuple[Sweep, ...]]:
 @cache
 def staged() -> tuple[SweepStages, ...]:
     """Both sweeps, stage by stage."""
-    mapper, sweeps = heard()
+    mapper, sweeps = mapped()
     return tuple(sweep_stages(mapper, sweep) for sweep in sweeps)
 
 

@@ -17,15 +17,15 @@ from helpers.scenes import observed_circle, observed_wall
 SVG = "{http://www.w3.org/2000/svg}"
 NUMBER = r"-?\d+(?:\.\d+)?"
 STATIONS = [[1.0, 1.0, 0.0], [1.0, 2.0, 3.0], [4.0, 0.75, -1.0]]
-HEARD = (observed_wall((0.0, 5.0), (1.0, 1.0)), observed_circle((3.5, 0.6, 0.1), (1.0, 2.0), sweep=1))
+DETECTIONS = (observed_wall((0.0, 5.0), (1.0, 1.0)), observed_circle((3.5, 0.6, 0.1), (1.0, 2.0), sweep=1))
 
 
-def full_plan(*, heard: tuple[Observation, ...] = HEARD) -> Plan:
+def full_plan(*, detections: tuple[Observation, ...] = DETECTIONS) -> Plan:
     """The L-shaped room with all there can be: walls, both kinds of corners, a column, stations, beams, echoes."""
     edge = Corner(position_xy=np.array([2.0, 1.5]), kind=CornerKind.CONVEX, covariance=np.diag([4e-4, 1e-4]))
     walls = [wall(start, end) for start, end in ROOM.walls_xy]
     found = drawn(*walls, corner([0.0, 0.0]), edge, cylinder([3.5, 0.6], 0.1), poses=STATIONS)
-    return Plan(feature_map=found, truth=ROOM, heard=heard, echoes_xy=np.array([[1.0, 0.0], [9.0, 9.0]]))
+    return Plan(feature_map=found, truth=ROOM, detections=detections, echoes_xy=np.array([[1.0, 0.0], [9.0, 9.0]]))
 
 
 def gapped_map() -> FeatureMap:

@@ -16,7 +16,7 @@ from helpers.simulated_worlds import PAPER
 SONAR = EchoModel.of(PAPER)
 REACH = 4.0
 NOISE = 0.003
-# Walls of a room of 4 x 3 m about the origin, as a robot inside hears them: east, north, west, south.
+# Walls of a room of 4 x 3 m about the origin, as a robot inside detects them: east, north, west, south.
 ROOM = np.array(
     [
         [Kind.WALL, 0.0, 2.0, 0.0],
@@ -39,12 +39,12 @@ def cylinder(x: float, y: float, radius: float) -> FloatArray:
 
 
 def corner(x: float, y: float) -> FloatArray:
-    """A corner that is heard into as four numbers."""
+    """A concave corner as four numbers."""
     return np.array([Kind.CORNER, x, y, 0.0])
 
 
 def edge(x: float, y: float) -> FloatArray:
-    """An edge that is heard around as four numbers."""
+    """A convex edge as four numbers."""
     return np.array([Kind.EDGE, x, y, 0.0])
 
 
@@ -55,7 +55,7 @@ def listening(
     arm: float = 0.05,
     rates: Sequence[float] = (),
 ) -> Measurements:
-    """Pings all around each station, of which none heard anything; the servo may turn in each."""
+    """Pings all around each station, of which none detected anything; the servo may turn in each."""
     bearings = np.arange(-np.pi, np.pi - 1e-9, step)
     count, hubs = len(stations_xy), np.repeat(np.array(stations_xy), len(bearings), axis=0)
     axes = np.tile(directions(bearings), (count, 1))
@@ -84,7 +84,7 @@ def listening(
 def expected(
     measurements: Measurements, reflector: FloatArray, sonar: EchoModel = SONAR
 ) -> tuple[FloatArray, FloatArray]:
-    """Signal excess [dB] and reading [m] of a reflector that each ping would give, were it heard."""
+    """Signal excess [dB] and reading [m] of a reflector that each ping would give, were it detected."""
     hearing, shape = sonar.tabulated(), shape_of(reflector)
     rays = zip(measurements.x, measurements.y, measurements.ux, measurements.uy, strict=True)
     depths, excesses, readings = np.array([expect(hearing, shape, ray) for ray in rays]).T
@@ -122,7 +122,7 @@ def evidence_for(measurements: Measurements, reflector: FloatArray) -> PingScore
 
 
 def explanation(measurements: Measurements, *, sonar: EchoModel = SONAR, noise: float = NOISE) -> PingLikelihood:
-    """An explanation of what was heard by nothing so far."""
+    """The likelihood of pings that nothing explains so far."""
     return PingLikelihood(measurements, sonar.tabulated(), noise)
 
 

@@ -7,7 +7,7 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import lines_through
 from echoplan.model import Corner, CornerKind, Cylinder, FeatureMap, Truth, Wall
 
-# An L of six walls, wider than deep, with a column that stands off its centre; the last wall is hardly ever heard.
+# An L of six walls, wider than deep, with a column that stands off its centre; few stations detect the last wall.
 ROOM = Truth(
     walls_xy=np.array(
         [

@@ -119,12 +119,12 @@ def past_of(known: Hypothesis, number: int, pings: int) -> TrackHistory:
 def survey(
     *others: Hypothesis,
     walls: Sequence[FloatArray] | FloatArray = ROOM,
-    heard_to: float = 1.2,
+    detected_to: float = 1.2,
     joined: bool = True,
     echoes: Echoes = SILENT,
     pieces: Mapping[int, Sequence[Segment]] = MappingProxyType({}),
 ) -> Survey:
-    """The survey of a room of 4 x 3 m that was heard but for the corners; some walls may be in pieces."""
+    """The survey of a room of 4 x 3 m that was detected but for the corners; some walls may be in pieces."""
     known = [*(feature(each, llr_by_station=[9.0, 6.0, 4.0, -1.0]) for each in walls), *others]
     reflectors = np.array([each.reflector for each in known]).reshape(-1, 4)
     extents = np.tile([-REACH, REACH], (len(known), 1))
@@ -147,7 +147,9 @@ def survey(
         replace(piece, wall=each, pings=40 + number)
         for number, each in enumerate(known)
         if each.is_wall
-        for piece in pieces.get(number, [segment(each.line[0], each.line[1], (-heard_to, heard_to), owner=number)])
+        for piece in pieces.get(
+            number, [segment(each.line[0], each.line[1], (-detected_to, detected_to), owner=number)]
+        )
     ]
     return Survey(
         features=known,

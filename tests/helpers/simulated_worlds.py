@@ -66,7 +66,7 @@ def rig(
     period: float = 0.2,
     groups: tuple[tuple[int, ...], ...] = (),
 ) -> Rig:
-    """Sensors that fire together, seldom enough for all echoes to die, unless told otherwise."""
+    """Sensors that fire together, seldom enough for all echoes to die, by default."""
     sensors = sensors or (sensor(),)
     together = (tuple(each.sensor_id for each in sensors),)
     firing = Firing(period=period, groups=groups or together)
@@ -92,7 +92,7 @@ def array(*, arm: float = 0.05, sensors: int = 4, **changed: Any) -> Rig:
 def simulation(
     place: World, *, using: Rig | None = None, poses: ArrayLike = STANDING, seed: int = 0, **changed: Any
 ) -> Simulation:
-    """A simulation without jitter unless told otherwise, at stations."""
+    """A simulation without jitter by default, at stations."""
     return Simulation(
         world=place,
         rig=using or rig(),

@@ -1,6 +1,6 @@
 """A twin of the simulator's machine code, written to be read: plain vectors, SciPy's functions, no tables, no haste.
 
-It walks the same paths as ``echoplan.simulation.echoes`` and must hear the same echoes.
+It walks the same paths as ``echoplan.simulation.echoes`` and must receive the same echoes.
 """
 
 import itertools
@@ -48,18 +48,18 @@ class Path:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Twin:
-    """Hears what the pings of a simulation hear."""
+    """Receives what the pings of a simulation receive."""
 
     simulation: Simulation
 
     def echoes(self, ping: int) -> tuple[FloatArray, ComplexArray]:
         """Arrivals and strengths of all echoes of a ping, in the order of time."""
-        found = [echo for shot in self.shots(ping) for echo in self.heard(shot, ping)]
+        found = [echo for shot in self.shots(ping) for echo in self.received(shot, ping)]
         found.sort(key=lambda echo: echo[0])
         return np.array([time for time, _ in found]), np.array([strength for _, strength in found], dtype=complex)
 
     def shots(self, ping: int) -> list[int]:
-        """The bursts that a ping may hear."""
+        """The bursts that a ping may receive."""
         schedule, settings = self.simulation._schedule, self.simulation.settings
         fired = (schedule.stamps_ns - schedule.stamps_ns[ping]) * 1e-9
         memory = memory_of(self.transducer, settings.air) if settings.second_time_around else 0.0
@@ -69,7 +69,7 @@ class Twin:
             audible &= schedule.sensors == schedule.sensors[ping]
         return [int(shot) for shot in np.flatnonzero(audible)]
 
-    def heard(self, shot: int, ping: int) -> Iterator[tuple[float, complex]]:
+    def received(self, shot: int, ping: int) -> Iterator[tuple[float, complex]]:
         """Echoes of one burst."""
         schedule, air, f = self.simulation._schedule, self.simulation.settings.air, self.transducer.frequency
         fired = float(schedule.stamps_ns[shot] - schedule.stamps_ns[ping]) * 1e-9
@@ -137,7 +137,7 @@ class Twin:
 
     @property
     def transducer(self) -> Transducer:
-        """What sends and hears."""
+        """What sends and receives."""
         assert self.simulation.rig.transducer
         return self.simulation.rig.transducer
 

@@ -158,9 +158,9 @@ class TestMap:
         assert "echoes as points" in (tmp_path / "map" / "report.html").read_text(encoding="utf-8")
 
     def test_a_recording_without_echoes_is_reported_with_what_to_check(self, recording: Path, tmp_path: Path) -> None:
-        heard = read_recording(recording)
-        silent = tuple(replace(sweep, ranges=np.full(len(sweep.ranges), np.inf)) for sweep in heard)
-        write_recording(tmp_path / "rec", Recording(name="silent", rig=heard.rig, sweeps=silent))
+        original = read_recording(recording)
+        silent = tuple(replace(sweep, ranges=np.full(len(sweep.ranges), np.inf)) for sweep in original)
+        write_recording(tmp_path / "rec", Recording(name="silent", rig=original.rig, sweeps=silent))
         done = echoplan("map", tmp_path / "rec", "--out", tmp_path / "map")
         said = done.out
         assert done.status == 0
@@ -186,9 +186,9 @@ class TestMap:
 
     @pytest.mark.slow
     def test_a_failed_map_is_written_with_the_remedy_that_makes_it_good(self, recording: Path, tmp_path: Path) -> None:
-        heard = read_recording(recording)
-        mirrored = tuple(map(Conventions(servo_sign=-1).undo, heard))
-        write_recording(tmp_path / "rec", Recording(name="mirrored", rig=heard.rig, sweeps=mirrored))
+        original = read_recording(recording)
+        mirrored = tuple(map(Conventions(servo_sign=-1).undo, original))
+        write_recording(tmp_path / "rec", Recording(name="mirrored", rig=original.rig, sweeps=mirrored))
         done = echoplan("map", tmp_path / "rec", "--out", tmp_path / "map", "--strict")
         assert done.status == 2
         assert done.err.startswith("echoplan: the map failed: The servo seems to turn clockwise: ")
@@ -313,9 +313,9 @@ class TestInfo:
     @pytest.mark.slow
     def test_it_names_what_seems_to_be_wrong(self, recording: Path, tmp_path: Path) -> None:
         assert "No mistake was found in how the recording is written." in succeed("info", recording)
-        heard = read_recording(recording)
-        compass = tuple(map(Conventions(heading=Heading.COMPASS).undo, heard))
-        write_recording(tmp_path / "rec", Recording(name="compass", rig=heard.rig, sweeps=compass))
+        original = read_recording(recording)
+        compass = tuple(map(Conventions(heading=Heading.COMPASS).undo, original))
+        write_recording(tmp_path / "rec", Recording(name="compass", rig=original.rig, sweeps=compass))
         assert 'Set heading = "compass" under [conventions]' in succeed("info", tmp_path / "rec")
         assert json.loads(succeed("info", tmp_path / "rec", "--json"))["quality"]["verdict"] == "failed"
 
@@ -397,16 +397,16 @@ class TestBadInput:
         monkeypatch.chdir(tmp_path)
         return tmp_path
 
-    @pytest.mark.parametrize(("words", "told"), BAD_INPUT.values(), ids=list(BAD_INPUT))
+    @pytest.mark.parametrize(("words", "message"), BAD_INPUT.values(), ids=list(BAD_INPUT))
     def test_it_is_refused_with_status_2_in_one_line_and_nothing_is_written(
-        self, words: list[str], told: str, place: Path, recording: Path, mapped: Path
+        self, words: list[str], message: str, place: Path, recording: Path, mapped: Path
     ) -> None:
         before = sorted(path.as_posix() for path in place.rglob("*"))
         done = echoplan(*(word.replace("REC", str(recording)).replace("MAP", str(mapped)) for word in words))
         assert done.status == 2
         (line,) = done.err.splitlines()
         assert line.startswith("echoplan: ")
-        assert told in line
+        assert message in line
         assert sorted(path.as_posix() for path in place.rglob("*")) == before
 
     def test_what_was_there_before_is_not_touched(self, place: Path, recording: Path, mapped: Path) -> None:
@@ -462,7 +462,7 @@ class TestTerminal:
         ) as process:
             os.close(theirs)
             shown = b""
-            # Linux tells of the other end's closing by an error.
+            # Linux reports that the other end closed as an error.
             with contextlib.suppress(OSError):
                 while chunk := os.read(ours, 65536):
                     shown += chunk

@@ -133,8 +133,8 @@ def flattened(settings: BaseModel, prefix: str = "") -> dict[str, object]:
 
 def test_every_option_of_the_simulator_stands_in_its_table_with_its_default() -> None:
     table = dict(re.findall(r"^\| `([\w.]+)` \| (\S+) \|", DOCUMENTS["docs/simulator.md"], flags=re.MULTILINE))
-    told = {name: tomllib.loads(f"value = {default}")["value"] for name, default in table.items()}
-    assert told == flattened(SimulationSettings())
+    documented = {name: tomllib.loads(f"value = {default}")["value"] for name, default in table.items()}
+    assert documented == flattened(SimulationSettings())
 
 
 def examples(language: str) -> list[str]:
@@ -166,8 +166,8 @@ def test_the_table_of_borders_between_classes_is_what_the_rules_do() -> None:
     rows = re.findall(r"^\| ([\w ]+) \| (0\.\d{4}) \| (0\.\d{4}) \|$", DOCUMENTS["docs/paper.md"], flags=re.MULTILINE)
     states = {"nowhere": Covering.NONE, "left or right": Covering.LEFT, "in front": Covering.FRONT}
     assert [name for name, *_ in rows] == list(states)
-    for name, *told in rows:
-        for border, beyond in zip(map(float, told), (FeatureClass.CORNER, FeatureClass.WALL), strict=True):
+    for name, *borders in rows:
+        for border, beyond in zip(map(float, borders), (FeatureClass.CORNER, FeatureClass.WALL), strict=True):
             # The table rounds to four places.
             around = [
                 class_of(corrected_memberships(border + half, states[name], rules="monotone")) for half in (-5e-5, 5e-5)

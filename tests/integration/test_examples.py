@@ -64,17 +64,17 @@ def test_four_sensors_on_a_servo_and_the_stamps_of_a_serial_monitor_are_understo
 
 
 @pytest.mark.parametrize(
-    ("log", "told"),
+    ("log", "message"),
     [
-        ("1,2,3\n-88,\n", "log.txt, line 2: '' is no number; mend or delete the line"),
+        ("1,2,3\n-88,\n", "log.txt, line 2: '' is no number; fix or delete this line"),
         ("-88,20\n", "log.txt, line 1: a reading before any place; write x,y,heading in a line before it"),
         ("1,2,3\n1,2,3,4\n", "log.txt, line 2: 4 numbers; write"),
         ("Ready\n1,2,3\n", "log.txt: there is no reading in it; write"),
     ],
 )
-def test_a_log_that_cannot_be_read_is_refused_in_one_line(tmp_path: Path, log: str, told: str) -> None:
+def test_a_log_that_cannot_be_read_is_refused_in_one_line(tmp_path: Path, log: str, message: str) -> None:
     done = converted(tmp_path, log)
     assert done.returncode == 2
-    assert done.stderr.startswith(told)
+    assert done.stderr.startswith(message)
     assert done.stderr.count("\n") == 1
     assert not (tmp_path / "new").exists()

@@ -21,7 +21,7 @@ NAMES = [name for name in METHODS if name.startswith("grid-")]
 
 @pytest.fixture(scope="module")
 def room() -> Simulation:
-    """The room of the paper, heard from ten stations."""
+    """The room of the paper, recorded from ten stations."""
     source = open_source("sim:paper-room,seed=1")
     assert isinstance(source, Simulation)
     return source
@@ -54,7 +54,7 @@ def evaluated(room: Simulation, made: GridMapper) -> Evaluation:
     return evaluate(made.result(), room.truth)
 
 
-def astray(room: Simulation, made: GridMapper) -> float:
+def mean_distance(room: Simulation, made: GridMapper) -> float:
     """Barshan's distance between the occupied cells and the true faces [m]."""
     grid = made.grid
     faces = Outline(segments_xy=room.truth.walls_xy, circles=room.truth.cylinders).samples(0.01)
@@ -75,7 +75,7 @@ def test_every_grid_of_the_papers_room_knows_more_than_nothing(
 def test_settling_conflicts_brings_occupied_cells_nearest_to_the_walls(
     room: Simulation, mappers: dict[str, GridMapper]
 ) -> None:
-    distances = {name: astray(room, made) for name, made in mappers.items()}
+    distances = {name: mean_distance(room, made) for name, made in mappers.items()}
     assert min(distances, key=lambda name: distances[name]) == "grid-cemal"
     assert distances["grid-cemal"] < 0.12
     tally = evaluated(room, mappers["grid-cemal"]).matches.walls.tally
@@ -123,7 +123,7 @@ def test_silence_taken_for_free_space_erases_walls(
     assert scored(room, by_the_book).occupied > scored(room, mappers["grid-bayes"]).occupied + 0.2
 
 
-def test_standing_longer_at_the_stations_changes_what_bayes_believes_and_muriel_does_not(
+def test_standing_longer_at_the_stations_changes_the_grid_of_bayes_but_not_that_of_muriel(
     room: Simulation, sweeps: list[Sweep], mappers: dict[str, GridMapper]
 ) -> None:
     changes = {}

@@ -29,7 +29,7 @@ def method(request: pytest.FixtureRequest) -> Method:
 
 @pytest.fixture(scope="module")
 def square() -> Simulation:
-    """A square room, heard from five stations."""
+    """A square room, recorded from five stations."""
     source = open_source("sim:square,seed=1")
     assert isinstance(source, Simulation)
     return source
@@ -93,11 +93,11 @@ def test_a_map_may_be_asked_for_on_the_way(
 
 
 def test_a_recording_without_echoes_gives_an_empty_map(method: Method, square: Simulation, sweeps: list[Sweep]) -> None:
-    for heard in ([], [silent(sweep) for sweep in sweeps]):
+    for given in ([], [silent(sweep) for sweep in sweeps]):
         mapper = method.build(square.rig)
-        found = map_sweeps(mapper, heard)
+        found = map_sweeps(mapper, given)
         assert (found.walls, found.corners, found.cylinders) == ((), (), ())
-        assert len(found.poses) == len(heard)
+        assert len(found.poses) == len(given)
         assert observations_of(mapper) == ()
 
 

@@ -77,13 +77,13 @@ def test_walls_of_an_arena_come_out_even_if_nobody_wrote_down_which_way_the_sona
     walls = evaluate(found, truth, EvaluationSettings(matching=MatchingSettings(min_stations=1))).matches.walls
     assert walls.tally.found >= 0.85 * walls.tally.wanted
     assert walls.tally.right >= 0.9 * walls.tally.estimates
-    # They stand along the axes that their way-points were measured in.
+    # They stand along the axes that their waypoints were measured in.
     assert np.mean([each.distance for each in walls.right]) < 0.021
     assert np.degrees(np.mean([each.angle for each in walls.right])) < 0.1
 
 
 @pytest.mark.parametrize(("name", "seed"), [("arena-a", 2), ("arena-b", 10)])
-def test_walls_of_an_arena_come_out_though_every_way_point_is_off_by_a_hand_s_breadth(name: str, seed: int) -> None:
+def test_walls_of_an_arena_are_accurate_though_every_waypoint_is_off_by_five_centimetres(name: str, seed: int) -> None:
     if not (DATA / name).is_dir():
         pytest.skip(f"the recording {name} is not here")
     recording, truth = read_recording(DATA / name), read_truth(DATA / name / "truth.json")
@@ -122,8 +122,8 @@ def test_no_recording_of_sound_is_taken_for_rays(name: str) -> None:
     if not path.exists():
         pytest.skip(f"the recording {name} is not here")
     recording = read_recording(path) if path.is_dir() else hand_turned(path)
-    heard = join_measurements([measurements_of(sweep, recording.rig) for sweep in recording])
-    assert share_of_ramps(heard) < 0.01
+    measurements = join_measurements([measurements_of(sweep, recording.rig) for sweep in recording])
+    assert share_of_ramps(measurements) < 0.01
 
 
 @pytest.fixture(scope="module", params=[PoseMode.CORRECT, PoseMode.AUTO])

@@ -138,7 +138,7 @@ def test_every_estimate_has_one_place_in_the_confusion_and_nothing_found_is_miss
 @few
 @given(spoilt_maps)
 def test_the_distance_between_outlines_is_the_same_from_either_side(found: FeatureMap) -> None:
-    # A truth that is heard everywhere, against the map; and that map as the truth, against that truth as a map.
+    # A truth that is detected everywhere, against the map; and that map as the truth, against that truth as a map.
     everywhere = replace(maps.ROOM, walls_detected_by=np.full(6, 9), cylinders_detected_by=np.full(2, 9))
     true_map = maps.drawn(
         *(maps.wall(*ends) for ends in maps.ROOM.walls_xy),

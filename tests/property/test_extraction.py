@@ -29,8 +29,8 @@ def sweep(seed: int, turn: float) -> tuple[np.ndarray, np.ndarray]:
     bearings = np.radians(np.arange(360.0))
     ranges = np.array([1.0, 1.4, 0.7, 2.2])[np.arange(360) // 90] + rng.normal(0, 0.002, 360)
     ranges[rng.choice(360, 15, replace=False)] = rng.uniform(0.1, 2.8, 15)
-    heard = rng.random(360) > 0.1
-    return np.asarray(wrap(bearings[heard] + turn)), ranges[heard]
+    detected = rng.random(360) > 0.1
+    return np.asarray(wrap(bearings[detected] + turn)), ranges[detected]
 
 
 def wall(normal: float, half_width: float, arm: float, distance: float) -> Cluster:

@@ -65,7 +65,7 @@ poses = st.tuples(lengths, lengths, angles)
 
 
 def same(one: object, other: object) -> bool:
-    """Tell whether two values are equal to the last bit, arrays and all."""
+    """Return whether two values are equal to the last bit, arrays and all."""
     if isinstance(one, np.ndarray):
         return isinstance(other, np.ndarray) and np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
     if is_dataclass(one):
@@ -90,8 +90,10 @@ def sensors(draw: st.DrawFn, sensor_id: int) -> Sensor:
     )
 
 
-told = st.none() | sizes
-odometries = st.builds(Odometry, along=told, lateral=told, yaw_per_metre=told, yaw_per_radian=told)
+optional_sizes = st.none() | sizes
+odometries = st.builds(
+    Odometry, along=optional_sizes, lateral=optional_sizes, yaw_per_metre=optional_sizes, yaw_per_radian=optional_sizes
+)
 
 
 @st.composite
@@ -306,12 +308,12 @@ def test_any_file_is_read_or_refused_in_one_line(
 ) -> None:
     path = tmp_path_factory.getbasetemp() / name
     path.write_bytes(content)
-    told = ""
+    message = ""
     try:
         READERS.get(name, read_map)(path)
     except InputError as error:
-        told = str(error)
-    assert len(told.splitlines()) <= 1
+        message = str(error)
+    assert len(message.splitlines()) <= 1
 
 
 HEADER = "t,sweep,sensor,servo,range,x,y,yaw"
@@ -331,12 +333,12 @@ def test_any_pings_file_is_read_or_refused_in_one_line(
     path.mkdir(exist_ok=True)
     write_rig(path / "rig.toml", rig)
     (path / "pings.csv").write_text(f"{HEADER}\n{rows}", encoding="utf-8")
-    told = ""
+    message = ""
     try:
         list(read_recording(path))
     except InputError as error:
-        told = str(error)
-    assert len(told.splitlines()) <= 1
+        message = str(error)
+    assert len(message.splitlines()) <= 1
 
 
 # What the documents say of a cell, written down a second time.

@@ -68,8 +68,8 @@ def test_a_circle_is_the_same_circle_in_another_frame(frame: FloatArray, radius:
 @given(st.permutations(range(6)))
 def test_groups_do_not_depend_on_the_order_of_the_walls(order: list[int]) -> None:
     lines = ((np.pi / 2, 3.0), (0.0, 4.0))
-    heard = [scenes.observed_wall(line, hub, sweep=k) for line in lines for k, hub in enumerate(HUBS)]
-    groups = group_lines([heard[each] for each in order], GATES)
+    detected = [scenes.observed_wall(line, hub, sweep=k) for line in lines for k, hub in enumerate(HUBS)]
+    groups = group_lines([detected[each] for each in order], GATES)
     bearings = sorted([float(wrap(each.point.bearing)) for each in group.members] for group in groups)
     assert np.array(bearings) == pytest.approx(np.repeat([[0.0], [np.pi / 2]], 3, axis=1))
 

@@ -70,9 +70,9 @@ def test_a_mirrored_world_reads_mirrored(place: tuple[float, float], heading: fl
 def over(simulation: Simulation, *, mouth: int, ear: int) -> tuple[FloatArray, ComplexArray]:
     """Echoes of one burst at one receiver, in the order of time."""
     stage = simulation._receivers.stage
-    heard = np.zeros(2, dtype=np.int64)
-    heard[ear] = mouth
-    shots = stage.shots._replace(first_heard=heard, last_heard=heard + 1)
+    emitters = np.zeros(2, dtype=np.int64)
+    emitters[ear] = mouth
+    shots = stage.shots._replace(first_heard=emitters, last_heard=emitters + 1)
     found = find_echoes(stage._replace(shots=shots), np.array([ear]), shots.deadlines[[ear]])
     order = np.argsort(found.times)
     return found.times[order], found.strengths[order]

@@ -154,12 +154,12 @@ def test_a_wall_is_nowhere_between_two_places_less_sure_than_at_the_worse_of_the
 def test_bodies_lie_behind_the_detected_face(one: Wall, hubs: list[FloatArray], thickness: float) -> None:
     stations = np.array(hubs)
     line = lines_through(*one.endpoints_xy)
-    heard = signed_distances(line, stations)
-    assume((np.abs(heard) > 1e-6).all() and len({*np.sign(heard)}) == 1)
+    distances = signed_distances(line, stations)
+    assume((np.abs(distances) > 1e-6).all() and len({*np.sign(distances)}) == 1)
     (body,) = wall_bodies([one], stations, thickness=thickness)
     depths = signed_distances(line, body)
     np.testing.assert_allclose(depths[:2], 0.0, atol=1e-9)
-    np.testing.assert_allclose(depths[2:], -np.sign(heard[0]) * thickness, atol=1e-9)
+    np.testing.assert_allclose(depths[2:], -np.sign(distances[0]) * thickness, atol=1e-9)
 
 
 @few

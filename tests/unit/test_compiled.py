@@ -28,8 +28,8 @@ def test_dividing_by_nothing_is_infinite() -> None:
     assert inverse(0.0) == np.inf
 
 
-def test_that_it_compiles_is_told_once(caplog: pytest.LogCaptureFixture) -> None:
-    module._tell_once.cache_clear()
+def test_that_it_compiles_is_logged_once(caplog: pytest.LogCaptureFixture) -> None:
+    module._log_once.cache_clear()
     with caplog.at_level("INFO", logger="echoplan"):
         for number in range(2):
             compiled(lambda x: x + number)(1.0)  # noqa: B023 - called at once

@@ -63,7 +63,7 @@ def test_each_stage_gets_its_own_table_and_no_other(tmp_path: Path) -> None:
         ("[stage\n", r"config\.toml, line 1, column 7: the file is broken"),
     ],
 )
-def test_a_configuration_that_cannot_be_is_told(tmp_path: Path, text: str, message: str) -> None:
+def test_an_invalid_configuration_is_refused(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         read(tmp_path, text)
 
@@ -98,7 +98,7 @@ def test_the_settings_of_every_stage_survive_the_record_of_a_run(tmp_path: Path,
     assert read_config(tmp_path / "run.toml", {"stage": settings}) == {"stage": settings()}
 
 
-def test_a_run_that_cannot_be_recorded_is_told(tmp_path: Path) -> None:
+def test_a_run_that_cannot_be_recorded_is_refused(tmp_path: Path) -> None:
     (tmp_path / "run.toml").mkdir()
     with pytest.raises(OutputError, match="there is a folder of that name"):
         write_run(tmp_path / "run.toml", Run(source="take/"), {})

@@ -50,7 +50,7 @@ def test_an_output_error_says_what_could_not_be_written() -> None:
     assert (error.target, error.problem, error.remedy) == ("out/map.json", "disk full", "make room")
 
 
-def test_an_unknown_name_is_told_with_the_nearest_and_all_known_names() -> None:
+def test_an_unknown_name_is_refused_with_the_nearest_and_all_known_names() -> None:
     error = UnknownNameError("method", "mdp-fuzy", known=["rcd", "mdp-fuzzy"])
     assert str(error) == "unknown method 'mdp-fuzy'; did you mean 'mdp-fuzzy'? known: mdp-fuzzy, rcd"
 
@@ -59,7 +59,7 @@ def test_a_name_like_no_other_gets_no_guess() -> None:
     assert str(UnknownNameError("rig", "qqq", known=["paper"])) == "unknown rig 'qqq'; known: paper"
 
 
-def test_a_missing_extra_is_told_with_the_command_that_installs_it() -> None:
+def test_a_missing_extra_is_reported_with_the_command_that_installs_it() -> None:
     assert str(MissingExtraError("rosbags", extra="ros")) == (
         "rosbags is not installed; install it with: pip install 'echoplan[ros]'"
     )

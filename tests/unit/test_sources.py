@@ -120,7 +120,7 @@ def test_names_are_built_in_and_paths_are_files(room: Path) -> None:
         ("sim:none.toml", r"none\.toml: there is no such file; check the name"),
     ],
 )
-def test_a_source_that_is_none_is_told(text: str, message: str) -> None:
+def test_an_invalid_source_is_refused(text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         open_source(text)
 
@@ -134,23 +134,23 @@ def test_a_source_that_is_none_is_told(text: str, message: str) -> None:
         ("sim:square,sede=3", "unknown option 'sede'; did you mean 'seed'"),
     ],
 )
-def test_an_unknown_name_is_told_with_the_nearest(text: str, message: str) -> None:
+def test_an_unknown_name_is_refused_with_the_nearest(text: str, message: str) -> None:
     with pytest.raises(UnknownNameError, match=message):
         open_source(text)
 
 
-def test_a_file_that_is_no_recording_is_told(room: Path) -> None:
+def test_a_file_that_is_no_recording_is_refused(room: Path) -> None:
     with pytest.raises(InputError, match=r"room\.toml: it is a file; name a folder with pings\.csv and rig\.toml"):
         open_source(str(room))
 
 
-def test_a_world_without_a_route_is_told(room: Path) -> None:
+def test_a_world_without_a_route_is_refused(room: Path) -> None:
     room.with_suffix(".csv").unlink()
     with pytest.raises(InputError, match=r"room\.csv: there is no route through room\.toml; write its stations there"):
         open_source(f"sim:{room}")
 
 
-def test_a_path_that_may_not_be_searched_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_path_that_may_not_be_searched_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(_: Path) -> bool:
         raise PermissionError(errno.EACCES, "Permission denied")
 

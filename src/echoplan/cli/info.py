@@ -71,9 +71,9 @@ def _headline(name: str, rig: "Rig", found: "RecordingStatistics") -> str:
     pings = sum(sensor.pings for sensor in found.sensors)
     width, depth = found.high_xy - found.low_xy
     air = "" if isnan(found.temperature) else f", air of {found.temperature:.1f} degrees Celsius"
-    heard = f"{_counted(found.sweeps, 'sweep')}, {_counted(pings, 'ping')}"
+    counts = f"{_counted(found.sweeps, 'sweep')}, {_counted(pings, 'ping')}"
     return (
-        f"{name}: {heard}, {found.duration:.1f} s, made by {rig.name!r} with {_counted(len(rig.sensors), 'sensor')}\n"
+        f"{name}: {counts}, {found.duration:.1f} s, made by {rig.name!r} with {_counted(len(rig.sensors), 'sensor')}\n"
         f"path of the robot: {found.way:.2f} m within {width:.2f} x {depth:.2f} m{air}\n"
     )
 

@@ -60,7 +60,7 @@ def run(
     plan = Plan(
         feature_map=_assessed(found, opened, recorded),
         truth=find_truth(source, opened),
-        heard=observations_of(mapper),
+        detections=observations_of(mapper),
         echoes_xy=listener.points_xy,
         conventions=conventions_of(opened),
     )

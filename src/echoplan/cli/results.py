@@ -45,7 +45,7 @@ class Results:
     times : ndarray, shape (s,)
         When each sweep began [s].
     sections : tuple of Section, optional
-        What else the report tells, before the tables of the evaluation.
+        What else the report says, before the tables of the evaluation.
     grid : OccupancyGrid, optional
         What lies beneath the map of a method of grids.
     """

@@ -39,7 +39,7 @@ def run(
     sections = {"simulation": SimulationSettings}
     settings = read_config(config, sections)["simulation"] if config else SimulationSettings()
     place, using, way = find_world(world), with_odometry(find_rig(rig), settings.odometry), find_route(route or world)
-    with _told_of(world):
+    with _attributed_to(world):
         simulation = Simulation(world=place, rig=using, route=way, settings=settings, seed=seed)
     _check_in_reach(simulation, route or world)
     with written_whole(out) as draft:
@@ -51,7 +51,7 @@ def run(
 
 
 @contextmanager
-def _told_of(world: str) -> Iterator[None]:
+def _attributed_to(world: str) -> Iterator[None]:
     """Attribute an unknown material to the file of the world."""
     from echoplan.errors import InputError, UnknownNameError  # noqa: PLC0415
 

@@ -169,7 +169,7 @@ def tracked(items: Iterable[Item], *, total: int, task: str) -> Iterator[Item]:
 
 @contextmanager
 def busy(task: str) -> Iterator[None]:
-    """Show on standard error, if that is a terminal, that something is being done whose end nobody can tell.
+    """Show on standard error, if that is a terminal, that something is being done of unknown duration.
 
     Parameters
     ----------

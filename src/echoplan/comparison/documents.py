@@ -16,7 +16,7 @@ __all__ = ["comparison_csv", "comparison_document"]
 
 _MEGABYTE = 1e6
 
-# Columns that tell how right a map is, and how right a grid.
+# Columns that score a map, and a grid.
 _SCORES: Mapping[str, Callable[[Evaluation], float]] = {
     "wall_recall": lambda each: each.matches.walls.tally.recall,
     "wall_precision": lambda each: each.matches.walls.tally.precision,

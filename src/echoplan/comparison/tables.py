@@ -57,7 +57,7 @@ def score_table(scores: Sequence[MethodScore]) -> Table:
     Table
         A row a method: recall / precision of walls, corners and cylinders, mean deviations of the right walls, mean
         map error, mean errors of the occupied / free cells of its grid (Murphy 2000), mean error of the poses, cost.
-        What only a truth can tell is left out where there is none.
+        Columns that need ground truth are left out where there is none.
     """
     scored = any(score.summary for score in scores)
     return Table(

@@ -37,7 +37,7 @@ class Subject:
     truth : Truth, optional
         What a map of it should say; None where nobody knows.
     min_stations : int, optional
-        Objects that can be heard from fewer stations are not asked for.
+        Objects that fewer stations can detect do not count for recall.
     """
 
     name: str
@@ -95,7 +95,7 @@ class Outcome:
         Processor time for the map [s].
     peak_memory : float, optional
         Most memory that the process ever held [bytes], with Python, its packages and the recording; nan where the
-        system does not tell.
+        system does not report it.
     failure : str, optional
         Why there is no map, in one line.
     """
@@ -161,12 +161,12 @@ def _warm_up(method: Method, recording: Recording) -> None:
 
 
 def _reach(recording: Recording) -> float:
-    """How far the sensors hear [m]."""
+    """Maximum range of the sensors [m]."""
     return float(recording.rig.max_ranges.max())
 
 
 def _peak_memory() -> float:
-    """Read the high-water mark of this process's memory where Linux tells it [bytes].
+    """Read the high-water mark of this process's memory where Linux reports it [bytes].
 
     The portable counter of ``getrusage`` would do more harm than good: a child inherits that of its parent.
     """

@@ -20,9 +20,9 @@ __all__ = ["Misplaced", "carried", "misplaced_stations"]
 # How far a person is off who made a mistake [m, m, rad], and how exactly a place is held that is not questioned.
 _SLIP, _HELD = np.array([0.15, 0.15, math.radians(20.0)]), 1e-3
 # A feature is known that so many other stations detect.  A pose is tried that fits the arcs of a station so much better
-# to what is known [nats] and is so far away [m, rad], and believed if the room explains so much more from there [nats]:
+# to what is known [nats] and is so far away [m, rad], and accepted if the log evidence rises by so much [nats]:
 # on seeds 1000 on of benchmarks/verdicts.py.
-_OTHERS, _TRIED, _BELIEVED = 2, 0.8, 30.0
+_OTHERS, _TRIED, _ACCEPTED = 2, 0.8, 30.0
 _FAR, _TURNED = 0.06, math.radians(6.0)
 # More than so many stations are not misplaced one by one.
 _MOST = 3
@@ -87,7 +87,7 @@ def _misplaced(window: Sequence[Sweep], rig: Rig) -> Iterator[Misplaced]:
         ]
         after = account_of(there, rig)
         gain = evidence(after) - evidence(account) if after is not None else 0.0
-        if gain > _BELIEVED:
+        if gain > _ACCEPTED:
             off, first = compose(invert(given), moved), some[int(np.argmax(numbers == station))]
             distance = float(np.hypot(off[0], off[1]))
             yield Misplaced(sweep=first.index, distance=distance, turn=float(off[2]), gain=gain)

@@ -19,14 +19,14 @@ class Deviation(Generic[Kind_co]):
     ----------
     index : int
         Number of the true object, from 1.
-    heard : int
+    detected_by : int
         Number of stations that can detect it.
     match : Match or None
         By how much its estimate is off; None where the map lacks the object.
     """
 
     index: int
-    heard: int
+    detected_by: int
     match: Kind_co | None
 
 
@@ -45,6 +45,6 @@ def deviations(matching: Matching[Kind]) -> tuple[Deviation[Kind], ...]:
     """
     nearest = {match.truth: match for match in sorted(matching.right, key=lambda match: -match.distance)}
     return tuple(
-        Deviation(index=number + 1, heard=heard, match=nearest.get(number))
-        for number, heard in enumerate(matching.heard.tolist())
+        Deviation(index=number + 1, detected_by=detected_by, match=nearest.get(number))
+        for number, detected_by in enumerate(matching.detected_by.tolist())
     )

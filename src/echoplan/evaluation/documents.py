@@ -166,7 +166,7 @@ def _deviation(name: FeatureClass, deviation: Deviation[Match]) -> Document:
     match = deviation.match
     entry: Document = {
         "index": deviation.index,
-        "heard": deviation.heard,
+        "heard": deviation.detected_by,
         "estimate": match.estimate if match else None,
         "distance_mm": match.distance * _MILLIMETRES if match else None,
     }

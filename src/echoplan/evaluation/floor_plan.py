@@ -109,13 +109,13 @@ def match_openings(openings: Sequence[Opening], truth: Truth, settings: Matching
     """
     doorways = true_doorways(truth)
     candidates = [_candidate(number, opening, doorways, settings) for number, opening in enumerate(openings)]
-    heard = count_stations(doorways, truth, reach=settings.opening_reach)
-    every = one_each(candidates, heard=heard, settings=settings, rank=lambda match: match.distance)
+    detected_by = count_stations(doorways, truth, reach=settings.opening_reach)
+    every = one_each(candidates, detected_by=detected_by, settings=settings, rank=lambda match: match.distance)
     return Matching(
         right=tuple(match for match in every.right if match.truth in every.wanted),
         duplicate=tuple(match for match in every.duplicate if match.truth in every.wanted),
         spurious=every.spurious,
-        heard=heard,
+        detected_by=detected_by,
         wanted=every.wanted,
         found=every.found,
     )

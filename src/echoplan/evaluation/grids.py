@@ -69,7 +69,7 @@ def score_grid(grid: OccupancyGrid, truth: Truth, *, reach: float = inf) -> Grid
     truth : Truth
         What is there, and from where it was looked at.
     reach : float, optional
-        How far the sensors hear [m].
+        Maximum range of the sensors [m].
 
     Returns
     -------

@@ -71,7 +71,7 @@ def measure_lengths(
     truth : Truth
         The true walls and poses.
     min_stations : int
-        True walls that fewer stations can hear do not count for recall.
+        True walls that fewer stations can detect do not count for recall.
     settings : OutlineSettings
         How densely to sample, and how close is close enough.
 

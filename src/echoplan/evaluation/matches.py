@@ -83,8 +83,8 @@ class Matching(Generic[Kind_co]):
         Further estimates of the same objects.
     spurious : tuple of int
         Numbers of the estimates that match nothing.
-    heard : ndarray of int, shape (n,)
-        From how many stations each true object can be heard.
+    detected_by : ndarray of int, shape (n,)
+        Number of stations that can detect each true object.
     wanted, found : tuple of int
         True objects that count for recall, and those of them that the map has.
     """
@@ -92,12 +92,12 @@ class Matching(Generic[Kind_co]):
     right: tuple[Kind_co, ...]
     duplicate: tuple[Kind_co, ...]
     spurious: tuple[int, ...]
-    heard: IntArray
+    detected_by: IntArray
     wanted: tuple[int, ...]
     found: tuple[int, ...]
 
     def __post_init__(self) -> None:
-        store(self, heard=checked_integers(self.heard, name="heard", shape=(None,)))
+        store(self, detected_by=checked_integers(self.detected_by, name="detected_by", shape=(None,)))
 
     @property
     def tally(self) -> Tally:

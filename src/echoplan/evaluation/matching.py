@@ -1,7 +1,7 @@
 """Which estimate is of which true object, and how far it is off.
 
-The rules are fixed beforehand and know nothing of how a map was made.  A true object counts for recall when it can
-be heard from enough stations.  An estimate of an object that can hardly be heard is right all the same.
+The rules are fixed beforehand and know nothing of how a map was made.  A true object counts for recall when
+enough stations can detect it.  An estimate of an object that few stations can detect is right all the same.
 """
 
 from collections.abc import Callable, Sequence
@@ -105,7 +105,9 @@ def match_walls(walls: Sequence[Wall], truth: Truth, settings: MatchingSettings)
         At most one right estimate for each true wall.
     """
     candidates = [_wall_candidate(number, wall, truth, settings) for number, wall in enumerate(walls)]
-    return one_each(candidates, heard=truth.walls_detected_by, settings=settings, rank=lambda match: match.distance)
+    return one_each(
+        candidates, detected_by=truth.walls_detected_by, settings=settings, rank=lambda match: match.distance
+    )
 
 
 def match_cylinders(cylinders: Sequence[Cylinder], truth: Truth, settings: MatchingSettings) -> Matching[CylinderMatch]:
@@ -126,7 +128,9 @@ def match_cylinders(cylinders: Sequence[Cylinder], truth: Truth, settings: Match
         At most one right estimate for each true cylinder.
     """
     candidates = [_cylinder_candidate(number, each, truth, settings) for number, each in enumerate(cylinders)]
-    return one_each(candidates, heard=truth.cylinders_detected_by, settings=settings, rank=lambda match: match.estimate)
+    return one_each(
+        candidates, detected_by=truth.cylinders_detected_by, settings=settings, rank=lambda match: match.estimate
+    )
 
 
 def match_corners(corners: Sequence[Corner], truth: Truth, settings: MatchingSettings) -> Matching[Match]:
@@ -144,19 +148,19 @@ def match_corners(corners: Sequence[Corner], truth: Truth, settings: MatchingSet
     Returns
     -------
     Matching of Match
-        Only vertices in which just two walls meet, both of them heard, are wanted.  One is found if any corner is
+        Only vertices in which just two walls meet, both of them detectable, are wanted.  One is found if any corner is
         close, even if that corner is nearer to another vertex.
     """
     vertices = true_vertices(truth)
     positions = [corner.position_xy for corner in corners]
     reach = settings.corner_distance
     candidates = [_nearest(number, xy, vertices.positions_xy, reach=reach) for number, xy in enumerate(positions)]
-    wanted = _wanted(vertices.heard, settings)
+    wanted = _wanted(vertices.detected_by, settings)
     return Matching(
         right=tuple(match for match in candidates if match),
         duplicate=(),
         spurious=_unmatched(candidates),
-        heard=vertices.heard,
+        detected_by=vertices.detected_by,
         wanted=wanted,
         found=tuple(
             vertex for vertex in wanted if (_distances(vertices.positions_xy[vertex], positions) <= reach).any()
@@ -211,7 +215,7 @@ def _distances(position_xy: FloatArray, others_xy: FloatArray | Sequence[FloatAr
 def one_each(
     candidates: Sequence[Kind | None],
     *,
-    heard: IntArray,
+    detected_by: IntArray,
     settings: MatchingSettings,
     rank: Callable[[Kind], float],
 ) -> Matching[Kind]:
@@ -221,19 +225,19 @@ def one_each(
         if match:
             groups.setdefault(match.truth, []).append(match)
     ranked = [sorted(group, key=rank) for group in groups.values()]
-    wanted = _wanted(heard, settings)
+    wanted = _wanted(detected_by, settings)
     return Matching(
         right=tuple(group[0] for group in ranked),
         duplicate=tuple(match for group in ranked for match in group[1:]),
         spurious=_unmatched(candidates),
-        heard=heard,
+        detected_by=detected_by,
         wanted=wanted,
         found=tuple(number for number in wanted if number in groups),
     )
 
 
-def _wanted(heard: IntArray, settings: MatchingSettings) -> tuple[int, ...]:
-    return tuple(np.flatnonzero(heard >= settings.min_stations).tolist())
+def _wanted(detected_by: IntArray, settings: MatchingSettings) -> tuple[int, ...]:
+    return tuple(np.flatnonzero(detected_by >= settings.min_stations).tolist())
 
 
 def _unmatched(candidates: Sequence[Match | None]) -> tuple[int, ...]:

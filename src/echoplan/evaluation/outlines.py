@@ -135,7 +135,7 @@ class MapError:
     map_to_truth : DirectedError
         How far what the map shows is from anything true.
     truth_to_map : DirectedError
-        How far what can be heard is from anything that the map shows.
+        How far what the stations can detect is from anything that the map shows.
     """
 
     map_to_truth: DirectedError
@@ -172,7 +172,7 @@ def compare_outlines(
     truth : Truth
         The true objects.
     min_stations : int
-        The map need not show what fewer stations can hear.
+        The map need not show what fewer stations can detect.
     settings : OutlineSettings
         How densely to sample.
 

@@ -175,12 +175,12 @@ def deviation_table(summary: ErrorSummary) -> Table:
 
 def _by_object(matching: Matching[Kind], cells: Callable[[Kind], tuple[str, str]]) -> tuple[tuple[str, ...], ...]:
     return tuple(
-        (str(each.index), *(cells(each.match) if each.match else (_UNKNOWN, _UNKNOWN)), _heard(each.heard))
+        (str(each.index), *(cells(each.match) if each.match else (_UNKNOWN, _UNKNOWN)), _count(each.detected_by))
         for each in deviations(matching)
     )
 
 
-def _heard(stations: int) -> str:
+def _count(stations: int) -> str:
     return "everywhere" if stations == EVERYWHERE else str(stations)
 
 

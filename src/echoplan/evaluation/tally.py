@@ -13,7 +13,7 @@ class Tally:
     Parameters
     ----------
     wanted : int, optional
-        True objects that were heard often enough to be asked for.
+        True objects that enough stations can detect to count for recall.
     found : int, optional
         How many of those the map has.
     right : int, optional

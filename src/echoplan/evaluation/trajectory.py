@@ -30,7 +30,7 @@ class Trajectory:
         ``(Q_i^-1 Q_j)^-1 (P_i^-1 P_j)`` [m, m, rad].
     positions, headings : Consistency
         Errors against the map's own covariances, of all poses but the first, which is the frame; empty where the map
-        tells none.
+        has none.
     """
 
     distances: FloatArray

@@ -21,16 +21,20 @@ class Vertices:
     ----------
     positions_xy : ndarray, shape (v, 2)
         The points [m], rounded to 0.1 mm.
-    heard : ndarray of int, shape (v,)
-        From how many stations the lesser heard of its two faces can be heard; 0 where not just two faces meet.
+    detected_by : ndarray of int, shape (v,)
+        Number of stations that can detect the less detected of its two faces; 0 where not just two faces meet.
     """
 
     positions_xy: FloatArray
-    heard: IntArray
+    detected_by: IntArray
 
     def __post_init__(self) -> None:
         positions = checked_floats(self.positions_xy, name="positions_xy", shape=(None, 2))
-        store(self, positions_xy=positions, heard=checked_integers(self.heard, name="heard", shape=(len(positions),)))
+        store(
+            self,
+            positions_xy=positions,
+            detected_by=checked_integers(self.detected_by, name="detected_by", shape=(len(positions),)),
+        )
 
 
 def true_vertices(truth: Truth) -> Vertices:
@@ -39,7 +43,7 @@ def true_vertices(truth: Truth) -> Vertices:
     Parameters
     ----------
     truth : Truth
-        The faces and how often each can be heard.
+        The faces and the number of stations that can detect each.
 
     Returns
     -------
@@ -49,12 +53,12 @@ def true_vertices(truth: Truth) -> Vertices:
     Examples
     --------
     >>> truth = Truth(walls_xy=[[[0, 0], [4, 0]], [[4, 0], [4, 3]]], walls_detected_by=[5, 2])
-    >>> true_vertices(truth).heard
+    >>> true_vertices(truth).detected_by
     array([0, 2, 0])
     """
     ends = truth.walls_xy.reshape(-1, 2).round(_DECIMALS)
     positions, vertex_of_end = np.unique(ends, axis=0, return_inverse=True)
     faces = np.bincount(vertex_of_end, minlength=len(positions))
-    heard = np.full(len(positions), np.iinfo(np.int64).max)
-    np.minimum.at(heard, vertex_of_end, np.repeat(truth.walls_detected_by, 2))
-    return Vertices(positions_xy=positions, heard=np.where(faces == 2, heard, 0))
+    detected_by = np.full(len(positions), np.iinfo(np.int64).max)
+    np.minimum.at(detected_by, vertex_of_end, np.repeat(truth.walls_detected_by, 2))
+    return Vertices(positions_xy=positions, detected_by=np.where(faces == 2, detected_by, 0))

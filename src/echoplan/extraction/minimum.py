@@ -176,7 +176,7 @@ def compensated_distances(cluster: Cluster, *, normal: float, depth: float, radi
     Returns
     -------
     ndarray, shape (n,)
-        Distance of the object from the hub as each echo tells it [m].
+        Distance of the object from the hub by each echo [m].
     """
     arms_xy = cluster.pings.origins_xy - cluster.pings.hubs_xy
     arms, angles = np.hypot(*arms_xy.T), np.arctan2(arms_xy[:, 1], arms_xy[:, 0])
@@ -274,7 +274,7 @@ def middle_point(cluster: Cluster, *, resolution: float = 0.0) -> LocatedPoint:
     """Locate an object by the middle of its cluster.
 
     A point is as far away in one direction of the beam as in another, so its distances have no minimum to be
-    fitted; its direction lies anywhere in the window in which nothing else was heard.
+    fitted; its direction lies anywhere in the window in which nothing else was detected.
 
     Parameters
     ----------

@@ -54,6 +54,6 @@ def connected_runs(
     linked = near & (np.mod(bearings[b] - bearings[a], 2 * np.pi) <= max_gap)
     links = coo_array((np.ones(linked.sum()), (a[linked], b[linked])), shape=(count, count))
     labels = connected_components(links, directed=False)[1]
-    heard = np.flatnonzero(np.isfinite(distances))
-    order = heard[np.argsort(labels[heard], kind="stable")]
+    detected = np.flatnonzero(np.isfinite(distances))
+    order = detected[np.argsort(labels[detected], kind="stable")]
     return np.split(order, np.flatnonzero(np.diff(labels[order])) + 1) if len(order) else []

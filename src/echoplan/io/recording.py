@@ -147,7 +147,7 @@ def write_recording(path: Path, source: Source) -> None:
 
 
 def _measured(first: Sweep) -> tuple[str, ...]:
-    """Name what was measured besides, as the first sweep tells."""
+    """Name what else was measured, by the first sweep."""
     return tuple(name for name in MEASURED if not math.isnan(getattr(first, name)))
 
 

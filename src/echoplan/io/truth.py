@@ -42,8 +42,8 @@ class _TruthForm(Form):
         )
 
 
-def _counts(heard: list[int] | None, count: int) -> IntArray:
-    return np.full(count, EVERYWHERE) if heard is None else np.array(heard, dtype=np.int64)
+def _counts(detected_by: list[int] | None, count: int) -> IntArray:
+    return np.full(count, EVERYWHERE) if detected_by is None else np.array(detected_by, dtype=np.int64)
 
 
 @by_name

@@ -95,14 +95,14 @@ def possible_length_units(
     >>> possible_length_units(np.array([120.0, 45.5, 81.0]), min_ranges=dead, max_ranges=reach)
     ('cm', 'in')
     """
-    heard = np.isfinite(ranges)
-    readings, reaches = ranges[heard], max_ranges[heard]
+    detected = np.isfinite(ranges)
+    readings, reaches = ranges[detected], max_ranges[detected]
 
     def share(metres: float) -> float:
         """Share of the readings within reach, if their unit has so many metres."""
-        return float(np.mean((min_ranges[heard] <= readings * metres) & (readings * metres <= reaches)))
+        return float(np.mean((min_ranges[detected] <= readings * metres) & (readings * metres <= reaches)))
 
-    if not heard.any() or share(unit) > 0.05 or np.median(unit * readings / reaches) <= 2.0:
+    if not detected.any() or share(unit) > 0.05 or np.median(unit * readings / reaches) <= 2.0:
         return ()
     return tuple(unit for unit, metres in UNITS.items() if share(metres) > 0.5)
 

@@ -22,7 +22,7 @@ class Mapper(Protocol):
     def add(self, sweep: Sweep) -> None:
         """Take one more sweep.
 
-        A mapper believes what it is given: faults of sensors show only in all sweeps together, so ``clean_sweeps``
+        A mapper does not check its input: faults of sensors show only in all sweeps together, so ``clean_sweeps``
         must take them out before sweeps are given one by one. ``map_sweeps`` does so.
 
         Parameters
@@ -108,7 +108,7 @@ def points_of(mapper: Mapper) -> FloatArray:
 
 
 def observations_of(mapper: Mapper) -> tuple[Observation, ...]:
-    """Ask a mapper what single sweeps heard.
+    """Return what a mapper detected in single sweeps.
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ class FeatureClass(StrEnum):
 
 
 class CornerKind(StrEnum):
-    """How a corner is seen from where it was heard: into it, or around it."""
+    """How a corner is seen from the stations that detected it: into it, or around it."""
 
     CONCAVE = "concave"
     CONVEX = "convex"
@@ -148,7 +148,7 @@ class Wall:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Corner:
-    """A corner: where two walls meet, or an edge that was heard by itself.
+    """A corner: where two walls meet, or an edge that was detected by itself.
 
     Parameters
     ----------
@@ -292,7 +292,7 @@ class UnobservedStretch:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class FeatureMap:
-    """A map of features, with the poses from which they were heard.
+    """A map of features, with the poses from which they were detected.
 
     Parameters
     ----------

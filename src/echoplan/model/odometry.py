@@ -1,4 +1,4 @@
-"""Odometry: how far dead reckoning may be off, as a robot's maker or a calibration tells it."""
+"""Odometry: how far dead reckoning may be off, as specified by a robot's maker or a calibration."""
 
 from dataclasses import asdict, dataclass
 
@@ -11,7 +11,7 @@ __all__ = ["Odometry"]
 class Odometry:
     """Errors of dead reckoning: a random walk whose standard deviation grows with the square root of the distance.
 
-    What is left out nobody knows: it is guessed.
+    What is left out is unknown: it is guessed.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ class Sensor:
     yaw : float
         Direction of the beam axis in the turret's frame [rad].
     half_aperture : float
-        Half of the opening angle within which a wall is heard [rad].
+        Half of the opening angle within which a wall is detected [rad].
     min_range, max_range : float
         Dead distance and reach [m]; a range is valid if it lies between them (REP 117).
     resolution : float
@@ -60,14 +60,14 @@ class Sensor:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Transducer:
-    """The electro-acoustics behind a sensor: what the simulator has to know and a recording need not tell.
+    """The electro-acoustics behind a sensor: what the simulator has to know and a recording need not contain.
 
     Parameters
     ----------
     frequency : float
         Carrier [Hz].
     piston_radius : float
-        Radius of the circular piston that sends, and of the one that hears [m].
+        Radius of the circular piston that sends, and of the one that receives [m].
     figure_of_merit : float
         Source level less detection threshold: how far above the threshold an echo would lie that came back
         over 1 m of path from a perfect mirror, without absorption [dB].

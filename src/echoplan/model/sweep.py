@@ -38,7 +38,7 @@ class Sweep:
     stamps_ns : ndarray of int, shape (n,)
         Time of each ping [ns], not decreasing.
     sensor_ids : ndarray of int, shape (n,)
-        Which sensor fired and heard.
+        Which sensor fired and received.
     servo_angles : ndarray, shape (n,)
         Turn of the servo [rad], 0 for fixed sensors.
     ranges : ndarray, shape (n,)

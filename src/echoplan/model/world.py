@@ -145,7 +145,7 @@ class Route:
         store(self, stamps_ns=stamps)
 
 
-# From so many stations something is heard, if nobody says from how many.
+# Number of stations that detect something whose number is not specified.
 EVERYWHERE = 2**31 - 1
 
 
@@ -158,11 +158,11 @@ class Truth:
     walls_xy : ndarray, shape (m, 2, 2)
         Faces: item, start or end, x or y [m].
     walls_detected_by : ndarray of int, shape (m,)
-        From how many stations each wall can be heard at all; ``EVERYWHERE`` where nobody says.
+        Number of stations that can detect each wall; ``EVERYWHERE`` where it is not specified.
     cylinders : ndarray, shape (k, 3), optional
         ``(x, y, radius)`` [m].
     cylinders_detected_by : ndarray of int, shape (k,), optional
-        From how many stations each cylinder can be heard.
+        Number of stations that can detect each cylinder.
     poses : ndarray, shape (s, 3), optional
         True pose of each sweep [m, m, rad].
     given : ndarray, shape (s, 3), optional

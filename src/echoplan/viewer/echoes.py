@@ -13,7 +13,7 @@ from echoplan.model import FeatureClass, Pings
 from echoplan.preprocessing import echo_points
 from echoplan.viewer.palette import COLORS, MARKERS, MUTED
 from echoplan.viewer.stages import SweepStages
-from echoplan.viewer.style import dress, dress_map, tell
+from echoplan.viewer.style import add_legend, dress, dress_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -80,7 +80,7 @@ def draw_clusters(axes: Axes, stages: SweepStages) -> None:
     )
     dress(axes, x="bearing (°)", y="distance from the hub (m)")
     axes.set(ylim=(0, None), xticks=np.arange(-180, 181, 45))
-    tell(axes, columns=2, where="above")
+    add_legend(axes, columns=2, where="above")
 
 
 def draw_classes(axes: Axes, stages: Sequence[SweepStages]) -> None:
@@ -110,10 +110,10 @@ def draw_classes(axes: Axes, stages: Sequence[SweepStages]) -> None:
             label=f"{name} ({len(own)})",
         )
     dress_map(axes)
-    tell(axes, columns=3, where="above")
+    add_legend(axes, columns=3, where="above")
 
 
 def _turn(cluster: Cluster) -> float:
-    """Whole turns by which the middle of a cluster comes to lie in [-pi, pi), so that it is not torn apart."""
+    """Whole turns by which the middle of a cluster comes to lie in [-pi, pi), so that it is not split."""
     middle = float(cluster.bearings[[0, -1]].mean())
     return float(wrap(middle)) - middle

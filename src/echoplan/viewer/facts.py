@@ -207,7 +207,7 @@ def _spread(position_xy: FloatArray, covariance: FloatArray) -> tuple[tuple[str,
     ellipse = error_ellipse(position_xy, covariance)
     long, short = (decimal(1000 * each, 1) for each in ellipse.semi_axes)
     sigmas = f"{in_millimetres(sigma(covariance, 0))}, {in_millimetres(sigma(covariance, 1))}"
-    # An axis has no sense: its direction is told modulo half a turn.
+    # An axis has no sense: its direction is given modulo half a turn.
     direction = in_degrees(math.remainder(ellipse.angle, math.pi), digits=0)
     return ((f"{SIGMA} in x, y", sigmas), ("95 % ellipse", f"± {long} by {short} mm, long axis at {direction}"))
 

@@ -108,9 +108,9 @@ def _room(name: str, exhibits: tuple[Exhibit, ...]) -> ET.Element:
 def _exhibit(exhibit: Exhibit, sheet: Sheet | None) -> list[ET.Element]:
     drawn = [] if exhibit.plan is None or sheet is None else [_miniature(exhibit.plan, sheet)]
     pairs = [element("div", element("dt", text=name), element("dd", text=value)) for name, value in exhibit.numbers]
-    told = [element("dl", *pairs)] if pairs else []
+    listed = [element("dl", *pairs)] if pairs else []
     words = [element("p", text=exhibit.words)] if exhibit.words else []
-    return [element("figcaption", text=exhibit.name), *drawn, *told, *words]
+    return [element("figcaption", text=exhibit.name), *drawn, *listed, *words]
 
 
 def _miniature(plan: Plan, sheet: Sheet) -> ET.Element:

@@ -63,15 +63,15 @@ def learned_in_words(feature_map: FeatureMap, conventions: Conventions | None = 
     found = feature_map.parameters.get("found")
     if not isinstance(found, Mapping) or not found:
         return ()
-    items = [_told(found[name], words, factor, unit) for name, words, factor, unit in _NUMBERS if name in found]
+    items = [_item(found[name], words, factor, unit) for name, words, factor, unit in _NUMBERS if name in found]
     scatter = _OPEN if feature_map.is_empty else f"{1000 * float(found['noise']):.1f} mm"
     noise = ("Readings scatter by", scatter)
     poses = ("Poses", str(found.get("poses", "used as recorded")))
     rays = [("Readings are", _CONE.format(math.degrees(float(found["cone"]))))] if "cone" in found else []
     square = [_square(feature_map, found["right_angles"])] if found.get("right_angles") else []
     open_ways = [("Not determined", _open_way(each)) for each in _joined(found.get("undetermined", ()))]
-    told = (*rays, poses, *open_ways, *square, *items, *_servo(found, conventions), noise)
-    return (Definitions(title="Calibration and quality", items=told),)
+    lines = (*rays, poses, *open_ways, *square, *items, *_servo(found, conventions), noise)
+    return (Definitions(title="Calibration and quality", items=lines),)
 
 
 def _servo(found: Mapping[str, Any], conventions: Conventions | None) -> list[tuple[str, str]]:
@@ -81,8 +81,8 @@ def _servo(found: Mapping[str, Any], conventions: Conventions | None) -> list[tu
     for name, words, factor, unit in _SERVO:
         if name not in found:
             continue
-        value, sigma, believed = (float(found[name][key]) for key in ("value", "sigma", "believed"))
-        if sigma > _DETERMINED * believed:
+        value, sigma, prior_sigma = (float(found[name][key]) for key in ("value", "sigma", "believed"))
+        if sigma > _DETERMINED * prior_sigma:
             items.append((words, _OPEN))
             continue
         digits = _digits(factor * sigma)
@@ -134,7 +134,7 @@ def _open_way(stretches: Sequence[Mapping[str, Any]]) -> str:
     )
 
 
-def _told(number: Mapping[str, Any], words: tuple[str, str, str], factor: float, unit: str) -> tuple[str, str]:
+def _item(number: Mapping[str, Any], words: tuple[str, str, str], factor: float, unit: str) -> tuple[str, str]:
     value, sigma = factor * float(number["value"]), factor * float(number["sigma"])
     is_determined, air = sigma <= _DETERMINED * factor * float(number["believed"]), number.get("temperature")
     if not is_determined and air is None:

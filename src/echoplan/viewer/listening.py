@@ -36,7 +36,7 @@ class EchoListener:
         self.rig = rig
         self.most = most
         self._stride = 1
-        self._heard = 0
+        self._received = 0
         self._kept: list[FloatArray] = []
         self._stamps_ns: list[int] = []
 
@@ -51,7 +51,7 @@ class EchoListener:
         return 1e-9 * np.array(self._stamps_ns, dtype=np.float64)
 
     def listen(self, sweeps: Iterable[Sweep]) -> Iterator[Sweep]:
-        """Pass sweeps on and keep what they heard.
+        """Pass sweeps on and keep their echoes.
 
         Parameters
         ----------
@@ -69,8 +69,8 @@ class EchoListener:
             yield sweep
 
     def _keep(self, points_xy: FloatArray) -> None:
-        first = -self._heard % self._stride
-        self._heard += len(points_xy)
+        first = -self._received % self._stride
+        self._received += len(points_xy)
         self._kept.append(points_xy[first :: self._stride])
         while sum(map(len, self._kept)) > self.most:
             self._stride *= 2

@@ -24,7 +24,7 @@ from echoplan.viewer.outline import body_pieces, jamb_strokes, label_turn, wall_
 from echoplan.viewer.palette import COLORS, INK, MARKERS, MUTED, TRUTH
 from echoplan.viewer.plan import Plan, station_labels
 from echoplan.viewer.quality import warning_of
-from echoplan.viewer.style import dress_map, tell
+from echoplan.viewer.style import add_legend, dress_map
 from echoplan.viewer.uncertainty import Ellipse
 from echoplan.viewer.wording import decimal
 
@@ -73,7 +73,7 @@ def draw_plan(axes: Axes, plan: Plan) -> None:
     if warning := warning_of(found.quality):
         axes.set_title(warning, color=COLORS[FeatureClass.CORNER], fontsize=8.5, loc="left")
     dress_map(axes)
-    tell(axes, columns=4, where="above")
+    add_legend(axes, columns=4, where="above")
 
 
 def draw_truth(axes: Axes, truth: Truth) -> None:

@@ -1,4 +1,4 @@
-"""Features, stations and what was heard, as elements of an SVG drawing."""
+"""Features, stations and detections, as elements of an SVG drawing."""
 
 import xml.etree.ElementTree as ET
 
@@ -28,9 +28,9 @@ from echoplan.viewer.wording import decimal
 __all__ = [
     "corner_marks",
     "cylinder_marks",
+    "detection_marks",
     "echo_marks",
     "gap_marks",
-    "heard_marks",
     "station_marks",
     "truth_marks",
     "wall_marks",
@@ -190,13 +190,13 @@ def station_marks(plan: Plan, sheet: Sheet) -> list[ET.Element]:
     ]
 
 
-def heard_marks(plan: Plan, sheet: Sheet) -> list[ET.Element]:
-    """Draw what single sweeps heard: a beam from the hub to each object, and a stroke along its face.
+def detection_marks(plan: Plan, sheet: Sheet) -> list[ET.Element]:
+    """Draw the detections of single sweeps: a beam from the hub to each object, and a stroke along its face.
 
     Parameters
     ----------
     plan : Plan
-        What was heard.
+        With the detections.
     sheet : Sheet
         Where it lies on paper.
 
@@ -212,7 +212,7 @@ def heard_marks(plan: Plan, sheet: Sheet) -> list[ET.Element]:
             data_sweep=str(each.sweep),
             d=path([sheet.paper(np.stack([each.point.hub_xy, each.point.position_xy])), _stroke(each, sheet)]),
         )
-        for each in plan.heard
+        for each in plan.detections
     ]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from echoplan.classical.fuzzy import BIG, CROSSINGS, MEDIUM, SMALL, memberships
 from echoplan.model import FeatureClass
 from echoplan.viewer.palette import COLORS, INK, MUTED
-from echoplan.viewer.style import dress, tell
+from echoplan.viewer.style import add_legend, dress
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -50,4 +50,4 @@ def draw_memberships(axes: Axes) -> None:
     names = {0.0: "", SMALL: "$L_s$", MEDIUM: "$L_m$", BIG: "$L_b$", 1.0: "$L_{max}$"}
     axes.set_xticks(list(names), labels=[f"{width:.2f}\n{name}" for width, name in names.items()])
     axes.set(xlim=(0, 1), ylim=(0, 1.08), yticks=[0, 0.5, 1])
-    tell(axes, columns=3, where="above")
+    add_legend(axes, columns=3, where="above")

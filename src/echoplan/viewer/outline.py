@@ -1,4 +1,4 @@
-"""Walls with a thickness: bodies behind the faces that were heard, mitred where two walls meet."""
+"""Walls with a thickness: bodies behind the faces that were detected, mitred where two walls meet."""
 
 import math
 from collections.abc import Sequence
@@ -19,9 +19,9 @@ _MITRE_LIMIT = 3.0
 
 
 def wall_bodies(walls: Sequence[Wall], stations_xy: FloatArray, *, thickness: float) -> list[FloatArray]:
-    """Give walls a body on the side that cannot be heard.
+    """Give walls a body on the side away from the stations.
 
-    Sonar hears faces and nothing behind them, so the thickness is only that of a drawing.
+    Sonar detects faces and nothing behind them, so the thickness is only that of a drawing.
 
     Parameters
     ----------
@@ -89,9 +89,9 @@ def label_turn(ends_xy: FloatArray) -> float:
 
 
 def _outward(wall: Wall, line: FloatArray, others: FloatArray, stations_xy: FloatArray) -> float:
-    """Side of a face that nobody heard, +1 or -1 along the normal of its line: by those who heard it, if one can tell.
+    """Side of a face away from the stations that detected it, +1 or -1 along the normal of its line.
 
-    Those who stood opposite did, unless another face is between: a box is heard from all around.
+    Stations opposite to it detected it, unless another face is between: a box is detected from all around.
     """
     inside = -np.sign(signed_distances(line, stations_xy))
     start, way = wall.endpoints_xy[0], wall.endpoints_xy[1] - wall.endpoints_xy[0]

@@ -1,4 +1,4 @@
-"""Colours and marks: told apart by the colour-blind, and in grey by lightness and shape.
+"""Colours and marks that the colour-blind can distinguish, and in grey by lightness and shape.
 
 The lightness (CIE L*) of the three classes is 23, 61 and 49, and each stands at least 3 : 1 against white; seen without
 red, green or blue receptors any two still differ by 38 or more (CIE 1976 colour difference).

@@ -79,7 +79,7 @@ def paper_pictures(stages: Sequence[SweepStages], plan: Plan) -> tuple[Picture, 
     Returns
     -------
     tuple of Picture
-        In the order of the paper; without those of a wall or a station if nothing of the kind was heard.
+        In the order of the paper; without those of a wall or a station if nothing of the kind was detected.
     """
     made = (*_of_one_wall(stages, plan), *_of_the_classes(stages), ("figure-13-map", plan_figure(plan)))
     return tuple(_picture(name, figure) for name, figure in made)

@@ -32,7 +32,7 @@ class Plan:
         The map.
     truth : Truth, optional
         The room as it is.
-    heard : tuple of Observation, optional
+    detections : tuple of Observation, optional
         Detections of single sweeps: each becomes a beam.
     echoes_xy : ndarray, shape (n, 2), optional
         Points that the readings would mean if sound were a ray [m].
@@ -44,7 +44,7 @@ class Plan:
 
     feature_map: FeatureMap
     truth: Truth | None = None
-    heard: tuple[Observation, ...] = ()
+    detections: tuple[Observation, ...] = ()
     echoes_xy: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     grid: OccupancyGrid | None = None
     conventions: Conventions = field(default_factory=Conventions)

@@ -10,7 +10,7 @@ from echoplan.arrays import FloatArray
 from echoplan.model import FeatureClass
 from echoplan.viewer.palette import COLORS, INK, MUTED
 from echoplan.viewer.stages import Fitted, WallProfile
-from echoplan.viewer.style import dress, tell
+from echoplan.viewer.style import add_legend, dress
 from echoplan.viewer.wording import in_degrees, in_metres
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def draw_ranges(axes: Axes, profile: WallProfile) -> None:
     axes.axhline(profile.distance, color=MUTED, linewidth=0.8, label=f"wall at {profile.distance:.3f} m")
     _draw_both(axes, profile, profile.measured, profile.compensated)
     dress(axes, x="angle from the wall's normal (°)", y="distance (m)")
-    tell(axes, columns=3, where="above")
+    add_legend(axes, columns=3, where="above")
 
 
 def draw_range_errors(axes: Axes, profile: WallProfile) -> None:
@@ -83,7 +83,7 @@ def draw_fit(axes: Axes, fitted: Fitted) -> None:
     )
     axes.margins(y=0.25)
     dress(axes, x="bearing (°)", y="distance from the hub (m)")
-    tell(axes, columns=3, where="above")
+    add_legend(axes, columns=3, where="above")
 
 
 def _draw_both(axes: Axes, profile: WallProfile, measured: FloatArray, compensated: FloatArray) -> None:

@@ -21,7 +21,7 @@ __all__ = ["Report", "found_in_words", "report_html"]
 # What the reader may hide or show: name of the layer, what to call it, whether it is shown at first.
 _LAYERS = (
     ("truth", "true room", True),
-    ("heard", "what single sweeps heard", False),
+    ("detections", "detections of single sweeps", False),
     ("echoes", "echoes as points", True),
     ("enlarged", "uncertainty ten times enlarged", False),
 )
@@ -29,7 +29,7 @@ _LAYERS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Report:
-    """What a report tells.
+    """Content of a report.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def _facts(plan: Plan) -> ET.Element:
 def _layers(plan: Plan) -> ET.Element:
     present = {
         "truth": plan.truth is not None,
-        "heard": bool(plan.heard),
+        "detections": bool(plan.detections),
         "echoes": bool(len(plan.echoes_xy)),
         "enlarged": bool(plan.ellipses or plan.feature_map.walls),
     }

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["dress", "dress_map", "letter", "map_height", "new_figure", "png", "tell"]
+__all__ = ["add_legend", "dress", "dress_map", "letter", "map_height", "new_figure", "png"]
 
 # Comes with matplotlib, so figures are the same everywhere.
 _FONT = "DejaVu Sans"
@@ -113,7 +113,7 @@ def letter(axes: Axes, text: str) -> None:
     axes.set_title(text, loc="left", fontsize=_NORMAL, fontfamily=_FONT, color=INK)
 
 
-def tell(axes: Axes, *, columns: int = 1, where: str = "best") -> None:
+def add_legend(axes: Axes, *, columns: int = 1, where: str = "best") -> None:
     """Explain the marks that have a label; where none has, say nothing.
 
     Parameters

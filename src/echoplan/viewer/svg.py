@@ -10,9 +10,9 @@ from echoplan.arrays import FloatArray
 from echoplan.viewer.marks import (
     corner_marks,
     cylinder_marks,
+    detection_marks,
     echo_marks,
     gap_marks,
-    heard_marks,
     station_marks,
     truth_marks,
     wall_marks,
@@ -69,15 +69,15 @@ def plan_element(plan: Plan) -> ET.Element:
     Returns
     -------
     Element
-        An ``svg`` with a group for each layer; every feature has an id such as ``wall-0`` and tells all there is to
-        know of it in its title.  Its unit is a millimetre on paper; ``data-scale`` says how many it stands for, and
+        An ``svg`` with a group for each layer; every feature has an id such as ``wall-0`` and all that is
+        known of it in its title.  Its unit is a millimetre on paper; ``data-scale`` says how many it stands for, and
         ``data-origin`` where the origin of the map lies.
     """
     sheet = _sheet(plan)
     layers = {
         "grid": _grid(sheet),
         "echoes": [_window(sheet, echo_marks(plan, sheet))],
-        "heard": [_window(sheet, heard_marks(plan, sheet))],
+        "detections": [_window(sheet, detection_marks(plan, sheet))],
         "walls": wall_marks(plan, sheet),
         "gaps": gap_marks(plan, sheet),
         "truth": truth_marks(plan.truth, sheet) if plan.truth else [],
@@ -136,7 +136,7 @@ def _grid(sheet: Sheet) -> list[ET.Element]:
 
 
 def _window(sheet: Sheet, marks: list[ET.Element]) -> ET.Element:
-    """Cut off what lies beyond the drawing: echoes that went astray may be anywhere."""
+    """Cut off what lies beyond the drawing: false echoes may be anywhere."""
     width, height = sheet.size.tolist()
     frame = {"width": size(width), "height": size(height - _LEGEND)}
     return element("svg", *marks, overflow="hidden", viewBox=f"0 0 {frame['width']} {frame['height']}", **frame)

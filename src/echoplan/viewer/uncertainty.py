@@ -188,8 +188,8 @@ def wall_band(wall: Wall, *, probability: float = PROBABILITY) -> FloatArray:
     Returns
     -------
     ndarray, shape (n, 2)
-        Distance along the wall from its start, and half of the width there [m]: narrow where the wall was heard, wide
-        where it was only lengthened.
+        Distance along the wall from its start, and half of the width there [m]: narrow where the wall was
+        detected, wide where it was only lengthened.
     """
     shares = np.linspace(0.0, 1.0, _BAND_POINTS)
     points = wall.endpoints_xy[0] + shares[:, None] * (wall.endpoints_xy[1] - wall.endpoints_xy[0])

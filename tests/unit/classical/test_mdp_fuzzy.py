@@ -45,12 +45,12 @@ def around(*, scans: int = 1) -> list[Sweep]:
 
 
 def test_without_repeated_scans_the_greatest_width_is_the_median_over_sweeps() -> None:
-    sweeps = [chamber.hearing(hub, index=number) for number, hub in enumerate(((0.0, 0.0), (0.1, 0.0), (0.2, 0.0)))]
+    sweeps = [chamber.recorded(hub, index=number) for number, hub in enumerate(((0.0, 0.0), (0.1, 0.0), (0.2, 0.0)))]
     assert np.degrees(mapped(sweeps).max_width) == pytest.approx(40.0, abs=1e-6)
 
 
 def test_of_a_station_swept_twice_the_greatest_width_is_the_mean_of_both_scans() -> None:
-    sweeps = [chamber.hearing((0.0, 0.0)), chamber.hearing((0.0, 0.0), index=1)]
+    sweeps = [chamber.recorded((0.0, 0.0)), chamber.recorded((0.0, 0.0), index=1)]
     # The echo at one end of every wall is missing in the second scan.
     bearings = np.round(np.degrees(sweeps[1].servo_angles) + 90 * sweeps[1].sensor_ids) % 360
     ends = np.round(np.degrees(chamber.LINES[:, 0]) + 20) % 360
@@ -59,9 +59,9 @@ def test_of_a_station_swept_twice_the_greatest_width_is_the_mean_of_both_scans()
 
 
 def test_two_scans_of_one_station_confirm_nothing() -> None:
-    here = mapped([chamber.hearing((0.0, 0.0), index=number) for number in range(2)])
+    here = mapped([chamber.recorded((0.0, 0.0), index=number) for number in range(2)])
     assert here.result().walls == ()
-    assert len(mapped([chamber.hearing(hub, index=k) for k, hub in enumerate(chamber.HUBS)]).result().walls) == 4
+    assert len(mapped([chamber.recorded(hub, index=k) for k, hub in enumerate(chamber.HUBS)]).result().walls) == 4
 
 
 def test_the_radius_in_equation_five_comes_from_the_fitted_circle() -> None:
@@ -88,6 +88,6 @@ def test_a_prior_draws_the_radius_to_what_is_expected() -> None:
 
 
 def test_clustering_once_finds_the_same_objects_in_a_quiet_room() -> None:
-    sweeps = [chamber.hearing(hub, index=number) for number, hub in enumerate(chamber.HUBS)]
+    sweeps = [chamber.recorded(hub, index=number) for number, hub in enumerate(chamber.HUBS)]
     twice, once = (mapped(sweeps, MdpFuzzySettings(order=order)) for order in ("paper", "cluster once"))
     assert [each.pings for each in twice.observations] == [each.pings for each in once.observations]

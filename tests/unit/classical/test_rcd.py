@@ -23,7 +23,7 @@ def test_regions_of_a_cylinder_and_of_a_corner_make_no_walls() -> None:
 def test_a_repeated_map_is_the_same() -> None:
     mapper = RcdMapper(scenes.rig())
     for number, hub in enumerate(chamber.HUBS):
-        mapper.add(chamber.hearing(hub, index=number))
+        mapper.add(chamber.recorded(hub, index=number))
     first, second = mapper.result(), mapper.result()
     np.testing.assert_array_equal([each.offset for each in first.walls], [each.offset for each in second.walls])
     assert first.walls

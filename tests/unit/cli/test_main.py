@@ -29,9 +29,9 @@ def typed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "argv", ["echoplan", "info", "rec/"])
 
 
-@pytest.mark.parametrize(("fault", "told"), FAULTS.values(), ids=list(FAULTS))
+@pytest.mark.parametrize(("fault", "message"), FAULTS.values(), ids=list(FAULTS))
 def test_a_fault_of_ours_becomes_one_line_and_status_2(
-    fault: EchoplanError, told: str, typed: None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    fault: EchoplanError, message: str, typed: None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def fail(_: str) -> None:
         raise fault
@@ -40,7 +40,7 @@ def test_a_fault_of_ours_becomes_one_line_and_status_2(
     with pytest.raises(SystemExit) as ended:
         main()
     assert ended.value.code == 2
-    assert capsys.readouterr() == ("", f"echoplan: {told}\n")
+    assert capsys.readouterr() == ("", f"echoplan: {message}\n")
 
 
 REFUSALS: dict[str, tuple[BaseException, str]] = {
@@ -51,10 +51,10 @@ REFUSALS: dict[str, tuple[BaseException, str]] = {
 }
 
 
-@pytest.mark.parametrize(("fault", "told"), REFUSALS.values(), ids=list(REFUSALS))
+@pytest.mark.parametrize(("fault", "message"), REFUSALS.values(), ids=list(REFUSALS))
 def test_what_system_and_memory_refuse_becomes_one_line_and_status_2(
     fault: BaseException,
-    told: str,
+    message: str,
     typed: None,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
@@ -67,7 +67,7 @@ def test_what_system_and_memory_refuse_becomes_one_line_and_status_2(
         main()
     out, err = capsys.readouterr()
     assert (ended.value.code, out, len(err.splitlines())) == (2, "", 1)
-    assert err.startswith(f"echoplan: {told}")
+    assert err.startswith(f"echoplan: {message}")
 
 
 def test_a_name_with_line_ends_and_commands_to_the_terminal_is_shown_in_one_line(
@@ -203,9 +203,9 @@ USAGE = {
 }
 
 
-@pytest.mark.parametrize(("words", "told"), USAGE.values(), ids=list(USAGE))
-def test_what_is_typed_wrongly_is_told_in_one_line_with_where_to_look(
-    words: str, told: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(("words", "message"), USAGE.values(), ids=list(USAGE))
+def test_wrong_usage_is_reported_in_one_line_with_where_to_look(
+    words: str, message: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(sys, "argv", ["echoplan", *words.split()])
     with pytest.raises(SystemExit) as ended:
@@ -213,7 +213,7 @@ def test_what_is_typed_wrongly_is_told_in_one_line_with_where_to_look(
     out, err = capsys.readouterr()
     (line,) = err.splitlines()
     assert (ended.value.code, out) == (2, "")
-    assert line.startswith(f"echoplan: {told}")
+    assert line.startswith(f"echoplan: {message}")
     assert "--help" in line
 
 

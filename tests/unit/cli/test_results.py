@@ -22,7 +22,7 @@ def results(truth: Truth | None = None) -> Results:
         title="A room",
         run=Run(source="rec/", method="by hand", seed=7),
         settings={"method": KmeansSettings(min_members=4)},
-        plan=Plan(feature_map=found, truth=truth, heard=(), echoes_xy=np.zeros((0, 2))),
+        plan=Plan(feature_map=found, truth=truth, detections=(), echoes_xy=np.zeros((0, 2))),
         times=np.arange(float(len(found.sweeps))),
     )
 
@@ -57,7 +57,7 @@ def test_the_report_has_the_title_the_settings_and_with_a_truth_how_good_the_map
     assert ["Recall and precision" in text for text in texts] == [False, True]
 
 
-def test_a_place_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+def test_an_unwritable_folder_is_refused(tmp_path: Path) -> None:
     (tmp_path / "out").write_text("mine", encoding="utf-8")
     with pytest.raises(OutputError, match="choose another place"):
         write_results(tmp_path / "out", results())

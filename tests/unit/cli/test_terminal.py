@@ -79,7 +79,7 @@ def test_files_are_reported_with_their_folder(capsys: pytest.CaptureFixture[str]
     assert capsys.readouterr().out == "Written to out: map.json, map.svg\n"
 
 
-def test_a_terminal_shows_what_is_being_done_and_what_is_told_meanwhile(
+def test_a_terminal_shows_what_is_being_done_and_what_is_logged_meanwhile(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")

@@ -1,4 +1,4 @@
-"""One page with all maps side by side that asks for nothing else and believes no text."""
+"""One page with all maps side by side that asks for nothing else and escapes all text."""
 
 import re
 import xml.etree.ElementTree as ET
@@ -39,10 +39,10 @@ def test_all_maps_of_a_group_have_one_frame() -> None:
 
 def test_numbers_stand_below_each_map() -> None:
     good, poor = (figure.findall("dl/div") for figure in rooms(PAGE)[0].iter("figure"))
-    told = [{pair.findtext("dt"): pair.findtext("dd") for pair in pairs} for pairs in (good, poor)]
-    assert [each["walls"] for each in told] == ["5 of 5", "3 of 5"]
-    assert [each["too many"] for each in told] == ["0", "0"]
-    assert [each["time"] for each in told] == ["0.36 s", "0.72 s"]
+    shown = [{pair.findtext("dt"): pair.findtext("dd") for pair in pairs} for pairs in (good, poor)]
+    assert [each["walls"] for each in shown] == ["5 of 5", "3 of 5"]
+    assert [each["too many"] for each in shown] == ["0", "0"]
+    assert [each["time"] for each in shown] == ["0.36 s", "0.72 s"]
 
 
 def test_points_and_cells_of_which_a_map_was_made_lie_beneath_it() -> None:

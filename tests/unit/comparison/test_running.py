@@ -48,7 +48,7 @@ def test_a_grid_is_kept_and_scored_where_a_method_draws_one(square: Subject) -> 
     assert 0.0 < drawn.grid_score.free < 0.5 < drawn.grid_score.occupied < 1.0
 
 
-def test_a_process_tells_the_memory_that_it_needed(square: Subject) -> None:
+def test_a_process_reports_the_memory_that_it_needed(square: Subject) -> None:
     memory = measure(Trial(subject=square, method="rcd")).peak_memory
     assert math.isnan(memory) or 2e7 < memory < 8e9
 

@@ -4,7 +4,7 @@ from echoplan.comparison import comparison_tables, failure_table, score_methods,
 from helpers.outcomes import some
 
 
-def test_a_row_tells_rightness_and_cost_of_a_method() -> None:
+def test_a_row_shows_accuracy_and_cost_of_a_method() -> None:
     table = score_table(score_methods(some(), ["good", "poor"]))
     rows = {row[0]: dict(zip(table.columns, row, strict=True)) for row in table.rows}
     assert rows["good"]["walls (%)"] == "100 / 100"
@@ -23,12 +23,12 @@ def test_dashes_stand_for_what_is_not_known() -> None:
     assert row == ("poor", "0 of 1", "-", "-")
 
 
-def test_without_truth_only_maps_and_costs_are_told() -> None:
+def test_without_truth_only_maps_and_costs_are_shown() -> None:
     table = score_table(score_methods(some(truth=None), ["good", "poor"]))
     assert table.columns == ("method", "maps", "ms / 1000 pings", "memory (MB)")
 
 
-def test_failures_are_told_with_their_reason() -> None:
+def test_failures_are_shown_with_their_reason() -> None:
     assert failure_table(some()).rows == (("poor", "rec/<two>", "ValueError: no <walls>"),)
 
 

@@ -76,7 +76,7 @@ def test_a_ghost_on_a_wall_that_was_found_counts_beside_the_wall() -> None:
     assert counts(matrix) == {**ALL_MISSED, ("wall", "missed"): 4, ("wall", "wall"): 1, ("wall", "cylinder"): 1}
 
 
-def test_what_is_hardly_heard_can_be_mistaken_but_not_missed() -> None:
+def test_an_object_that_few_stations_detect_can_be_misclassified_but_not_missed() -> None:
     assert counts(confusion(maps.cylinder((0.05, 1.0), 0.1))) == {**ALL_MISSED, ("wall", "cylinder"): 1}
 
 

@@ -30,7 +30,7 @@ def test_the_error_of_a_line_is_in_angle_and_offset() -> None:
 
 @pytest.mark.parametrize("ends", [TRUE_ENDS, TRUE_ENDS[::-1]])
 @pytest.mark.parametrize("turns", [-1, 0, 1])
-def test_a_line_told_by_its_other_normal_has_the_same_error_with_the_other_sign_of_offset(
+def test_a_line_with_the_opposite_normal_has_the_same_error_with_the_other_sign_of_offset(
     ends: FloatArray, turns: int
 ) -> None:
     angle = ANGLE + 0.02 + 2 * np.pi * turns

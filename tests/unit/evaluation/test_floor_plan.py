@@ -51,7 +51,7 @@ def test_a_wall_across_a_doorway_is_wrong_there_and_walked_through() -> None:
     assert score(across, truth=replace(FLAT, poses=np.zeros((0, 3)))).lengths.walked_through == 0
 
 
-def test_only_walls_that_enough_stations_hear_count_for_the_length_recall() -> None:
+def test_only_walls_that_enough_stations_detect_count_for_the_length_recall() -> None:
     two = replace(FLAT, walls_detected_by=np.where(np.arange(len(WALLS)) < 2, 2, 1))
     assert score(WALLS[0], truth=two).lengths.recall == pytest.approx(1.1 / 5.1, abs=0.02)
     assert np.isnan(
@@ -92,7 +92,7 @@ def test_a_doorway_that_no_station_faces_counts_neither_for_nor_against_a_map() 
     assert score(openings=(opening([1.0, 1.0], [2.0, 1.0]),), truth=apart).openings.precision == 0.0
 
 
-def test_as_many_stations_must_face_a_doorway_as_must_hear_a_wall() -> None:
+def test_as_many_stations_must_face_a_doorway_as_must_detect_a_wall() -> None:
     faced = replace(FLAT, poses=np.array([[2.0, 1.5, 0.0], [1.0, 1.5, 0.0]]))
     assert match_openings((), faced, MatchingSettings()).tally.wanted == 1
     assert match_openings((), faced, MatchingSettings(min_stations=3)).tally.wanted == 0

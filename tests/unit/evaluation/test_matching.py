@@ -81,7 +81,7 @@ def test_of_several_walls_for_one_the_nearest_stands_and_the_others_are_duplicat
     assert (matching.tally.right, matching.tally.duplicate, matching.tally.spurious) == (1, 2, 0)
 
 
-def test_a_wall_that_hardly_can_be_heard_is_right_but_not_wanted() -> None:
+def test_a_wall_that_few_stations_detect_is_right_but_not_wanted() -> None:
     matching = match_walls([maps.wall((0, 0.5), (0, 2.5)), tilted(45)], maps.ROOM, SETTINGS)
     assert matching.wanted == (0, 1, 2, 3, 4)
     assert matching.found == ()
@@ -90,7 +90,7 @@ def test_a_wall_that_hardly_can_be_heard_is_right_but_not_wanted() -> None:
     assert matching.tally.precision == 0.5
 
 
-def test_how_often_a_wall_must_be_heard_is_a_setting() -> None:
+def test_how_many_stations_must_detect_a_wall_is_a_setting() -> None:
     walls = [maps.wall((0, 0.5), (0, 2.5))]
     assert match_walls(walls, maps.ROOM, MatchingSettings(min_stations=1)).found == (5,)
     assert match_walls(walls, maps.ROOM, MatchingSettings(min_stations=5)).wanted == (0, 4)
@@ -138,7 +138,7 @@ def test_one_corner_can_find_both_vertices_of_a_narrow_face() -> None:
     assert (matching.tally.wanted, matching.tally.found) == (2, 2)
 
 
-def test_only_corners_between_two_walls_that_are_heard_are_wanted() -> None:
+def test_only_corners_between_two_detectable_walls_are_wanted() -> None:
     assert match_corners([], maps.ROOM, SETTINGS).wanted == (2, 3, 4, 5)
 
 

@@ -54,10 +54,10 @@ def test_a_cylinder_counts_by_its_surface() -> None:
     assert inside.map_to_truth.maximum == pytest.approx(0.1, abs=1e-3)
 
 
-def test_what_cannot_be_heard_may_be_left_out_but_is_not_wrong() -> None:
-    heard = maps.ROOM.walls_xy[:5]
+def test_what_cannot_be_detected_may_be_left_out_but_is_not_wrong() -> None:
+    detectable = maps.ROOM.walls_xy[:5]
     silent = maps.wall((0.0, 0.5), (0.0, 2.5))
-    room: list[Wall | Cylinder] = [*(maps.wall(*ends) for ends in heard), maps.cylinder((3.5, 0.6), 0.1)]
+    room: list[Wall | Cylinder] = [*(maps.wall(*ends) for ends in detectable), maps.cylinder((3.5, 0.6), 0.1)]
     assert error(*room, truth=maps.ROOM).mean == pytest.approx(0.0, abs=1e-12)
     assert error(*room, silent, truth=maps.ROOM).mean == pytest.approx(0.0, abs=1e-12)
     assert error(*room, truth=maps.ROOM, min_stations=1).truth_to_map.maximum == pytest.approx(1.5, abs=1e-3)
@@ -68,7 +68,7 @@ def test_an_empty_map_or_an_empty_truth_has_no_distance() -> None:
         assert np.isnan([nothing.mean, nothing.median, nothing.hausdorff]).all()
 
 
-def test_where_nothing_can_be_heard_only_the_map_is_measured() -> None:
+def test_where_nothing_can_be_detected_only_the_map_is_measured() -> None:
     one_sided = error(maps.wall((0, 0.05), (4, 0.05)), min_stations=9)
     assert one_sided.map_to_truth.mean == pytest.approx(0.05)
     assert np.isnan([one_sided.mean, one_sided.median, one_sided.hausdorff]).all()

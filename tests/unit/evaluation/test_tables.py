@@ -27,7 +27,7 @@ FOUND = evaluate(
 )
 
 
-def test_walls_are_told_as_in_table_5_of_the_paper() -> None:
+def test_walls_are_listed_as_in_table_5_of_the_paper() -> None:
     table = wall_table(FOUND.matches.walls)
     assert table.columns == ("index", "distance deviation (mm)", "angle deviation (°)", "stations")
     # 3 cm in 2 m are 0.86 degrees.
@@ -35,17 +35,17 @@ def test_walls_are_told_as_in_table_5_of_the_paper() -> None:
     assert len(table.rows) == 6
 
 
-def test_nobody_need_say_from_where_walls_are_heard() -> None:
+def test_the_stations_that_detect_walls_need_not_be_specified() -> None:
     truth = replace(maps.ROOM, walls_detected_by=np.full(len(maps.ROOM.walls_xy), EVERYWHERE))
     table = wall_table(evaluate(maps.drawn(maps.wall((1, 0.01), (3, 0.04))), truth).matches.walls)
     assert {row[-1] for row in table.rows} == {"everywhere"}
 
 
-def test_cylinders_are_told_with_the_sign_of_their_radius() -> None:
+def test_cylinders_are_listed_with_the_sign_of_their_radius_error() -> None:
     assert cylinder_table(FOUND.matches.cylinders).rows == (("1", "50.0", "-20.0", "6"), ("2", "-", "-", "0"))
 
 
-def test_counts_are_told_class_by_class() -> None:
+def test_counts_are_listed_class_by_class() -> None:
     table = tally_table({name: matching.tally for name, matching in FOUND.matches.by_class.items()})
     assert table.rows == (
         ("wall", "5", "1", "20.0", "1", "0", "1", "50.0"),
@@ -61,7 +61,7 @@ def test_the_confusion_has_its_classes_at_both_edges() -> None:
     assert table.rows[3] == ("none", "1", "0", "0", "0")
 
 
-def test_consistency_is_told_with_what_it_should_be() -> None:
+def test_consistency_is_listed_with_its_expected_value() -> None:
     walls, corners, _, every = consistency_table(FOUND.consistency).rows
     assert walls[0] == "wall"
     assert walls[1] == "1"
@@ -80,7 +80,7 @@ def test_classes_are_summed_up_by_how_many_are_inside_their_ellipses() -> None:
     assert consistency_table({}).rows == (("all", "0", "-", "-", "-", "-"),)
 
 
-def test_deviations_are_told_with_their_intervals() -> None:
+def test_deviations_are_listed_with_their_intervals() -> None:
     other = evaluate(maps.drawn(maps.wall((1, 0.05), (3, 0.05))), maps.ROOM)
     pooled = pool([FOUND, other], rng=np.random.default_rng(0), settings=BootstrapSettings(resamples=50))
     rows = {name: cells for name, *cells in deviation_table(pooled).rows}

@@ -58,13 +58,13 @@ def test_errors_are_those_of_evo(seed: int) -> None:
     ours = compared(found)
     pair = tuple(PosePath3D(poses_se3=[_matrix(pose) for pose in poses]) for poses in (WAY, found))
     relations = metrics.PoseRelation
-    told = [
+    both = [
         (metrics.APE(relations.translation_part), ours.absolute_error),
         (metrics.APE(relations.rotation_angle_rad), ours.heading_error),
         (metrics.RPE(relations.translation_part), ours.relative_error),
         (metrics.RPE(relations.rotation_angle_rad), ours.relative_heading_error),
     ]
-    for metric, own in told:
+    for metric, own in both:
         metric.process_data(pair)
         assert own == pytest.approx(metric.get_statistic(metrics.StatisticsType.rmse), rel=1e-6)
 

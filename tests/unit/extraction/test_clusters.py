@@ -33,9 +33,9 @@ def test_a_run_survives_dropouts_and_steps_over_a_stray() -> None:
     bearings = scenes.around(0.5, np.radians(25))
     ranges = np.full(len(bearings), 1.5)
     ranges[20] = 0.4
-    heard = np.ones(len(bearings), dtype=bool)
-    heard[[10, 11, 30]] = False
-    clusters = differential_clusters(scenes.pings(bearings[heard], ranges[heard]))
+    detected = np.ones(len(bearings), dtype=bool)
+    detected[[10, 11, 30]] = False
+    clusters = differential_clusters(scenes.pings(bearings[detected], ranges[detected]))
     assert [len(cluster.pings) for cluster in clusters] == [len(bearings) - 4]
     assert clusters[0].extent == pytest.approx(np.radians(50))
 

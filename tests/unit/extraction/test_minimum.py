@@ -38,7 +38,7 @@ def test_the_parabola_is_solved_well_where_the_printed_normal_equations_fail() -
     assert abs(printed_vertex - (1e4 + 0.3)) > 1e-3
 
 
-def test_every_echo_of_a_wall_tells_its_distance_once_the_arm_is_taken_out() -> None:
+def test_every_echo_of_a_wall_gives_its_distance_once_the_arm_is_taken_out() -> None:
     bearings = scenes.around(1.0, np.radians(30))
     cluster = scenes.cluster(bearings, scenes.wall_ranges(bearings, normal=1.0, distance=1.2))
     assert np.ptp(cluster.pings.ranges) > 0.006
@@ -173,7 +173,7 @@ def test_the_nearest_point_of_a_plateau_is_no_less_certain_than_its_window() -> 
     assert np.sqrt(point.covariance[0, 0]) <= np.radians(5.0) / np.sqrt(12) + 1e-12
 
 
-def test_sensors_on_arms_of_different_lengths_tell_the_same_distance() -> None:
+def test_sensors_on_arms_of_different_lengths_give_the_same_distance() -> None:
     bearings = scenes.around(0.0, np.radians(30))
     arms = np.where(np.arange(len(bearings)) % 2, 0.05, 0.12)
     pings = Pings(

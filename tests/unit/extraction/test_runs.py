@@ -30,6 +30,6 @@ def test_runs_do_not_depend_on_the_order_of_the_pings() -> None:
     assert {frozenset(run.tolist()) for run in plain} == {frozenset(shuffle[run].tolist()) for run in mixed}
 
 
-def test_nothing_heard_makes_no_runs() -> None:
+def test_no_detections_make_no_runs() -> None:
     assert connected_runs(np.zeros(0), np.zeros(0), max_gap=0.1, jump=0.1, reach=2) == []
     assert connected_runs(np.zeros(3), np.full(3, np.inf), max_gap=0.1, jump=0.1, reach=2) == []

@@ -17,7 +17,7 @@ def test_a_sensor_on_a_robot_has_the_pose_of_both() -> None:
     assert compose(MAP_FROM_BASE, [0.1, -0.2, np.pi]) == pytest.approx([2.2, 1.1, -np.pi / 2])
 
 
-def test_the_inverse_tells_where_the_map_is_from_the_robot() -> None:
+def test_the_inverse_is_the_pose_of_the_map_in_the_frame_of_the_robot() -> None:
     assert invert(MAP_FROM_BASE) == pytest.approx([-1.0, 2.0, -np.pi / 2])
     turn = np.arctan2(3.0, 4.0)
     assert invert([2.0, 1.0, turn]) == pytest.approx([-2.2, 0.4, -turn])

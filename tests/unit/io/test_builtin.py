@@ -17,7 +17,7 @@ def test_every_world_has_a_route() -> None:
     assert {"square", "paper-room", "office", "hexagon", "corridor", "cylinders"} <= set(world_names())
 
 
-def test_an_unknown_name_is_told_with_the_nearest() -> None:
+def test_an_unknown_name_is_refused_with_the_nearest() -> None:
     with pytest.raises(UnknownNameError, match="unknown rig 'ring16'; did you mean 'ring-16'"):
         builtin_rig("ring16")
     with pytest.raises(UnknownNameError, match="unknown world 'attic'; known: corridor, "):
@@ -27,7 +27,7 @@ def test_an_unknown_name_is_told_with_the_nearest() -> None:
 
 
 @pytest.mark.parametrize("name", rig_names())
-def test_a_rig_tells_all_that_a_simulator_needs(name: str) -> None:
+def test_a_rig_has_all_that_a_simulator_needs(name: str) -> None:
     rig = builtin_rig(name)
     assert rig.firing is not None
     assert rig.firing.sensor_ids == set(rig.sensor_ids.tolist())

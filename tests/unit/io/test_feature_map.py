@@ -38,7 +38,7 @@ def read(tmp_path: Path, **changes: Any) -> FeatureMap:
     return read_map(path)
 
 
-def test_what_another_program_leaves_out_is_taken_as_certain_and_unheard(tmp_path: Path) -> None:
+def test_what_another_program_leaves_out_is_taken_as_certain_and_undetected(tmp_path: Path) -> None:
     found = read(tmp_path)
     assert found.walls[0].endpoints_xy.tolist() == [[0.0, 0.0], [4.0, 0.0]]
     assert (found.walls[0].pings, found.walls[0].stations) == (0, 0)
@@ -151,7 +151,7 @@ def test_a_wall_at_fault_is_reported_before_the_openings_beside_it(tmp_path: Pat
         ({"poses": [{"sweep": 0, "x": 0.0, "y": 0.0}]}, r"poses\[0\]\.yaw: the key 'yaw' is missing; add it: yaw is"),
     ],
 )
-def test_a_map_that_cannot_be_is_told(tmp_path: Path, changes: dict[str, Any], message: str) -> None:
+def test_an_invalid_map_is_refused(tmp_path: Path, changes: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         read(tmp_path, **changes)
 

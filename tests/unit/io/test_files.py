@@ -1,4 +1,4 @@
-"""Files are read with telling errors and written whole or not at all."""
+"""Files are read with helpful errors and written whole or not at all."""
 
 import errno
 import os
@@ -21,14 +21,14 @@ def test_text_is_read_alike_with_and_without_byte_order_mark_and_with_any_line_e
     assert texts == ["a\nä\n"] * 3
 
 
-def test_bytes_that_are_no_utf8_are_told_with_their_line(tmp_path: Path) -> None:
+def test_bytes_that_are_no_utf8_are_refused_with_their_line(tmp_path: Path) -> None:
     path = tmp_path / "notes.csv"
     path.write_bytes(b"a\nb\nM\xfcnchen\n")
     with pytest.raises(InputError, match=r"notes\.csv, line 3: it is no UTF-8 text; save it as UTF-8"):
         read_text(path)
 
 
-def test_a_missing_file_is_told(tmp_path: Path) -> None:
+def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"none\.toml: there is no such file; check the name"):
         read_text(tmp_path / "none.toml")
 
@@ -44,7 +44,7 @@ def test_a_file_is_no_folder(tmp_path: Path) -> None:
         read_text(tmp_path / "file" / "rig.toml")
 
 
-def test_a_file_that_may_not_be_read_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unreadable_file_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "rig.toml"
     path.touch()
 
@@ -153,7 +153,7 @@ def test_a_disk_that_fills_while_the_file_is_settled_leaves_the_target_as_before
     assert path.read_text() == "old"
 
 
-def test_a_folder_without_permission_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_without_permission_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object, **__: object) -> None:
         raise PermissionError(errno.EACCES, "Permission denied")
 
@@ -247,12 +247,12 @@ def test_a_folder_that_can_be_made_or_filled_is_let_pass_and_left_alone(tmp_path
 def test_a_folder_that_cannot_be_filled_is_refused_beforehand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").touch()
     (tmp_path / "map.json").mkdir()
-    for folder, told in (
+    for folder, message in (
         (tmp_path / "file", r"file: there is a file of that name; choose another place"),
         (tmp_path / "file" / "out", r"file/out: it lies below a file, not a folder; choose another place"),
         (tmp_path, r"map\.json: there is a folder of that name; choose another place"),
     ):
-        with pytest.raises(OutputError, match=told):
+        with pytest.raises(OutputError, match=message):
             check_folder(folder, ["map.json"])
     monkeypatch.setattr(os, "access", lambda *_: False)
     with pytest.raises(OutputError, match="new: Permission denied; choose a folder that you may write to"):

@@ -83,7 +83,7 @@ def test_every_mode_of_map_server_is_understood(
         (YAML.replace("map.pgm", "away.pgm"), "away.pgm: there is no such file"),
     ],
 )
-def test_what_is_wrong_is_told_with_its_place_and_the_remedy(tmp_path: Path, text: str, message: str) -> None:
+def test_a_fault_is_reported_with_its_place_and_the_remedy(tmp_path: Path, text: str, message: str) -> None:
     path = kept(tmp_path, text)
     with pytest.raises(InputError, match=message):
         read_grid(path)
@@ -94,7 +94,7 @@ def test_a_picture_without_a_pixel_is_no_map(tmp_path: Path) -> None:
         read_grid(kept(tmp_path, YAML, np.zeros((0, 3))))
 
 
-def test_a_map_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+def test_a_map_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="it lies below a file, not a folder"):
         write_grid(tmp_path / "file" / "map.yaml", GRID)

@@ -77,10 +77,10 @@ def test_a_reading_may_be_missing_or_no_number() -> None:
         ("reading", "far\n", r"'far\n' is no range"),
     ],
 )
-def test_a_fault_is_told_in_one_line(kind: str, text: str, problem: str) -> None:
+def test_a_fault_is_reported_in_one_line(kind: str, text: str, problem: str) -> None:
     assert KINDS[kind].fault(text) == problem
 
 
 @pytest.mark.parametrize(("kind", "text"), [("seconds", "0.1"), ("whole", "-3"), ("count", "0"), ("reading", "-inf")])
-def test_a_field_without_fault_is_told_so(kind: str, text: str) -> None:
+def test_a_field_without_fault_has_no_fault(kind: str, text: str) -> None:
     assert not KINDS[kind].fault(text)

@@ -39,14 +39,14 @@ def test_pixels_that_look_like_white_space_are_pixels(tmp_path: Path) -> None:
         (b"P5\n3 2\n255\n12345", "pixels: 3 x 2 pixels are announced, 5 are there; write the file again"),
     ],
 )
-def test_what_is_no_picture_of_this_kind_is_told_in_one_line(tmp_path: Path, data: bytes, message: str) -> None:
+def test_what_is_no_picture_of_this_kind_is_refused_in_one_line(tmp_path: Path, data: bytes, message: str) -> None:
     path = tmp_path / "map.pgm"
     path.write_bytes(data)
     with pytest.raises(InputError, match=message):
         read_pgm(path)
 
 
-def test_a_picture_that_is_not_there_is_told(tmp_path: Path) -> None:
+def test_a_missing_picture_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="there is no such file; check the name"):
         read_pgm(tmp_path / "map.pgm")
 

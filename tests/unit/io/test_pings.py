@@ -45,15 +45,13 @@ def series(column: str, numbers: Iterable[float]) -> list[str]:
         ("servo", "1e9", "'1e9' is no number; write a finite number of radians"),
     ],
 )
-def test_a_field_that_cannot_be_is_told_with_line_and_column(
-    folder: Folder, column: str, text: str, problem: str
-) -> None:
+def test_an_invalid_field_is_refused_with_line_and_column(folder: Folder, column: str, text: str, problem: str) -> None:
     path = folder(FIRST, "", with_field(FIRST, column, text), FIRST)
     with pytest.raises(InputError, match=rf"pings\.csv, line 4, column {column}: {re.escape(problem)}"):
         list(read_recording(path))
 
 
-def test_sweeps_that_overlap_in_time_are_told(folder: Folder) -> None:
+def test_sweeps_that_overlap_in_time_are_refused(folder: Folder) -> None:
     rows = [with_field(FIRST, "sweep", number) for number in ("3", "4", "3")]
     with pytest.raises(InputError, match=r"line 4, column sweep: sweep 3 comes after 4; .* let none overlap"):
         list(read_recording(folder(*rows)))
@@ -65,7 +63,7 @@ def test_order_holds_across_chunks(folder: Folder, monkeypatch: pytest.MonkeyPat
         list(read_recording(folder(FIRST, with_field(FIRST, "t", "0.024"))))
 
 
-def test_a_recording_without_any_reading_is_told(folder: Folder) -> None:
+def test_a_recording_without_any_reading_is_refused(folder: Folder) -> None:
     rows = [with_field(FIRST, "range", text) for text in ("nan", "", "nan")]
     with pytest.raises(InputError, match=r"column range: no ping has a reading; check the wiring of the sensors"):
         list(read_recording(folder(*rows)))
@@ -90,7 +88,7 @@ WRONG_UNITS = {
 
 
 @pytest.mark.parametrize("name", WRONG_UNITS)
-def test_a_wrong_unit_is_told(folder: Folder, name: str) -> None:
+def test_a_wrong_unit_is_refused(folder: Folder, name: str) -> None:
     rows, column, problem = WRONG_UNITS[name]
     with pytest.raises(InputError, match=rf"pings\.csv, line 2, column {column}: {problem}"):
         list(read_recording(folder(*rows)))

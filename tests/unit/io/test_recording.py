@@ -79,13 +79,13 @@ def test_air_in_kelvin_is_refused(folder: Folder) -> None:
         list(read_recording(folder(*rows, header=f"{HEADER},temperature")))
 
 
-def test_faults_are_told_when_they_are_reached(folder: Folder) -> None:
+def test_faults_are_reported_when_they_are_reached(folder: Folder) -> None:
     sweeps = iter(read_recording(folder(*ROWS, "3.0,8,0,far,1.0,0,0,0")))
     with pytest.raises(InputError, match="line 7, column servo"):
         list(sweeps)
 
 
-def test_a_recording_that_is_missing_or_is_a_file_is_told(folder: Folder) -> None:
+def test_a_recording_that_is_missing_or_is_a_file_is_refused(folder: Folder) -> None:
     path = folder(*ROWS)
     with pytest.raises(InputError, match=r"none: there is no such folder; name a folder with pings\.csv and rig\.toml"):
         read_recording(path / "none")
@@ -94,14 +94,14 @@ def test_a_recording_that_is_missing_or_is_a_file_is_told(folder: Folder) -> Non
 
 
 @pytest.mark.parametrize("name", ["pings.csv", "rig.toml"])
-def test_a_recording_that_lacks_a_file_is_told(folder: Folder, name: str) -> None:
+def test_a_recording_that_lacks_a_file_is_refused(folder: Folder, name: str) -> None:
     path = folder(*ROWS)
     (path / name).unlink()
     with pytest.raises(InputError, match=rf"{name}: there is no such file; check the name"):
         read_recording(path)
 
 
-def test_a_folder_without_permission_is_told(folder: Folder, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_without_permission_is_refused(folder: Folder, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(_: Path) -> bool:
         raise PermissionError(errno.EACCES, "Permission denied")
 

@@ -1,4 +1,4 @@
-"""Rigs are read from what people write, and wrong units in them are told."""
+"""Rigs are read from what people write, and wrong units in them are reported."""
 
 import tomllib
 from math import pi
@@ -47,7 +47,7 @@ def read(tmp_path: Path, text: str) -> Rig:
     return read_rig(path)
 
 
-def test_what_is_not_told_is_the_origin_or_unknown(tmp_path: Path) -> None:
+def test_what_is_not_specified_is_the_origin_or_unknown(tmp_path: Path) -> None:
     rig = read(tmp_path, PLAIN)
     assert rig.name == "bumper"
     assert rig.base_from_turret.tolist() == [0.0, 0.0, 0.0]
@@ -56,7 +56,7 @@ def test_what_is_not_told_is_the_origin_or_unknown(tmp_path: Path) -> None:
     assert rig.sensors == (Sensor(sensor_id=4, half_aperture=0.26, min_range=0.02, max_range=4.0, resolution=0.003),)
 
 
-def test_everything_else_can_be_told(tmp_path: Path) -> None:
+def test_everything_else_can_be_specified(tmp_path: Path) -> None:
     rig = read(tmp_path, ASSUMED + TURNED + PLAIN.replace('name = "bumper"\n', ""))
     assert rig.name == "rig"
     assert rig.base_from_turret.tolist() == [0.1, 0.0, 3.0]
@@ -97,7 +97,7 @@ def test_numbers_of_numpy_are_written_as_numbers(tmp_path: Path) -> None:
         ("4.0", "4,0", r"rig\.toml, line 6, column 14: the file is broken"),
     ],
 )
-def test_a_sensor_that_cannot_be_is_told(tmp_path: Path, old: str, new: str, message: str) -> None:
+def test_an_invalid_sensor_is_refused(tmp_path: Path, old: str, new: str, message: str) -> None:
     assert old in PLAIN
     with pytest.raises(InputError, match=message):
         read(tmp_path, PLAIN.replace(old, new))
@@ -116,12 +116,12 @@ def test_a_sensor_that_cannot_be_is_told(tmp_path: Path, old: str, new: str, mes
         (TURNED.replace("0.008", "-1") + PLAIN[16:], r"transducer: piston_radius must be greater than 0"),
     ],
 )
-def test_a_rig_that_cannot_be_is_told(tmp_path: Path, text: str, message: str) -> None:
+def test_an_invalid_rig_is_refused(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         read(tmp_path, text)
 
 
-def test_a_rig_given_as_a_folder_is_told(tmp_path: Path) -> None:
+def test_a_rig_given_as_a_folder_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="it is a folder; name a file in it"):
         read_rig(tmp_path)
 

@@ -50,6 +50,6 @@ def test_a_route_survives_writing(tmp_path: Path, stamps: IntArray | None) -> No
         ("x,y,yaw\n0,0\n", r"line 2: the row has 2 fields, but the header 3"),
     ],
 )
-def test_a_route_that_cannot_be_is_told(tmp_path: Path, text: str, message: str) -> None:
+def test_an_invalid_route_is_refused(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         read(tmp_path, text)

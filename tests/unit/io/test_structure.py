@@ -1,4 +1,4 @@
-"""TOML and JSON are held against forms, and a fault is told with its place and a remedy."""
+"""TOML and JSON are checked against forms, and a fault is reported with its place and a remedy."""
 
 from pathlib import Path
 
@@ -84,7 +84,7 @@ def test_a_file_that_fits_fills_the_form(tmp_path: Path) -> None:
         ("0.2\n", "[0.2", r"sonar\.toml, at its end: the file is broken: "),
     ],
 )
-def test_a_fault_in_toml_is_told_with_line_key_and_remedy(tmp_path: Path, old: str, new: str, message: str) -> None:
+def test_a_fault_in_toml_is_reported_with_line_key_and_remedy(tmp_path: Path, old: str, new: str, message: str) -> None:
     assert old in TOML
     with pytest.raises(InputError, match=message) as caught:
         read_toml(write(tmp_path, TOML.replace(old, new)), SonarForm)
@@ -106,7 +106,7 @@ def test_what_programs_write_may_hold_more_than_is_known(tmp_path: Path) -> None
         ("[" * 100_000, r"note\.json: the file is broken: maximum recursion depth"),
     ],
 )
-def test_a_fault_in_json_is_told(tmp_path: Path, text: str, message: str) -> None:
+def test_a_fault_in_json_is_reported(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         read_json(write(tmp_path, text, "note.json"), NoteForm)
 

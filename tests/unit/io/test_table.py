@@ -1,4 +1,4 @@
-"""Tables are read in chunks, and a fault is told with its line."""
+"""Tables are read in chunks, and a fault is reported with its line."""
 
 from pathlib import Path
 
@@ -68,7 +68,7 @@ def test_chunks_follow_on_each_other(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert [number for rows in chunks for number in rows.data["id"].tolist()] == list(range(8))
 
 
-def test_a_fault_is_told_with_its_line_counted_over_blank_lines_and_chunks(
+def test_a_fault_is_reported_with_its_line_counted_over_blank_lines_and_chunks(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(table_module, "_CHUNK", 2)
@@ -99,12 +99,12 @@ def test_one_column_can_be_read_by_itself(tmp_path: Path) -> None:
         ("id,x,range\n1.5,2,3\n", r"line 2, column id: '1\.5' is no whole number; write a whole number"),
     ],
 )
-def test_a_table_that_cannot_be_used_is_told_with_a_remedy(tmp_path: Path, text: str, message: str) -> None:
+def test_an_unusable_table_is_refused_with_a_remedy(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         read(tmp_path, text)
 
 
-def test_bytes_that_are_no_utf8_are_told_with_their_line(tmp_path: Path) -> None:
+def test_bytes_that_are_no_utf8_are_refused_with_their_line(tmp_path: Path) -> None:
     path = tmp_path / "table.csv"
     path.write_bytes(b"id,x,range\n1,2,3\n\xff,2,3\n")
     with pytest.raises(InputError, match=r"line 3: it is no UTF-8 text"):

@@ -47,7 +47,7 @@ def test_there_need_be_nothing_but_walls(tmp_path: Path) -> None:
     assert (truth.cylinders.shape, truth.poses.shape, truth.temperature) == ((0, 3), (0, 3), None)
 
 
-def test_what_does_not_tell_from_where_it_is_heard_is_heard_everywhere(tmp_path: Path) -> None:
+def test_without_counts_of_stations_everything_is_detected_everywhere(tmp_path: Path) -> None:
     truth = read(tmp_path, walls_heard=None, cylinders_heard=None)
     assert (truth.walls_detected_by.tolist(), truth.cylinders_detected_by.tolist()) == ([EVERYWHERE] * 2, [EVERYWHERE])
 
@@ -81,6 +81,6 @@ def test_a_temperature_that_is_not_known_is_not_written(tmp_path: Path) -> None:
         ({"walls": None}, r"the key 'walls' is missing; add it: walls is a list of faces"),
     ],
 )
-def test_a_truth_that_cannot_be_is_told(tmp_path: Path, changes: dict[str, Any], message: str) -> None:
+def test_an_invalid_truth_is_refused(tmp_path: Path, changes: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         read(tmp_path, **changes)

@@ -1,4 +1,4 @@
-"""Wrong units are told where they give themselves away, and only there."""
+"""Wrong units are reported where they are certain, and only there."""
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ METRES = np.array([0.4, 0.85, 1.2, np.inf, 2.9, -np.inf, np.nan])
 @pytest.mark.parametrize(
     ("scale", "units"), [(1.0, ()), (100.0, ("cm",)), (1000.0, ("mm",)), (1.0 / 0.0254, ("cm", "in"))]
 )
-def test_ranges_out_of_all_reach_tell_which_units_they_may_have(scale: float, units: tuple[str, ...]) -> None:
+def test_ranges_beyond_the_maximum_show_which_units_they_may_have(scale: float, units: tuple[str, ...]) -> None:
     assert units_of(scale * METRES) == units
 
 

@@ -67,7 +67,7 @@ def test_an_empty_world_is_a_world(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_a_world_that_cannot_be_is_told(tmp_path: Path, old: str, new: str, message: str) -> None:
+def test_an_invalid_world_is_refused(tmp_path: Path, old: str, new: str, message: str) -> None:
     assert old in ROOM
     with pytest.raises(InputError, match=message):
         read(tmp_path, ROOM.replace(old, new))

@@ -28,7 +28,7 @@ def method(request: pytest.FixtureRequest) -> Method:
 
 @pytest.fixture(scope="module")
 def cell() -> Simulation:
-    """A small room without a right angle, with a pillar, heard from four stations."""
+    """A small room without a right angle, with a pillar, recorded from four stations."""
     return simulated_worlds.simulation(CELL, using=simulated_worlds.array(resolution=0.005), poses=POSES)
 
 

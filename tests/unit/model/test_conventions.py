@@ -42,7 +42,7 @@ def test_a_servo_of_a_half_turn_looks_ahead_in_its_middle() -> None:
     assert mirrored.apply(RECORDED).servo_angles == pytest.approx([pi / 2, 0.0, -pi / 2])
 
 
-def test_a_servo_that_turns_less_than_it_is_told_is_scaled() -> None:
+def test_a_servo_that_turns_less_than_commanded_is_scaled() -> None:
     assert Conventions(servo_gain=0.5).apply(RECORDED).servo_angles == pytest.approx([0.0, pi / 4, pi / 2])
 
 

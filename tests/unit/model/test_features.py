@@ -36,7 +36,7 @@ def test_a_wall_knows_its_length_and_its_normal() -> None:
     assert wall.endpoints_xy @ wall.normal_xy == pytest.approx([2.0, 2.0])
 
 
-def test_a_feature_is_sure_of_its_own_class_unless_told_otherwise() -> None:
+def test_a_feature_is_sure_of_its_own_class_by_default() -> None:
     assert Wall(**WALL).class_probabilities == ClassProbabilities(wall=1.0)
     assert Corner(**CORNER).class_probabilities == ClassProbabilities(corner=1.0)
     assert Cylinder(**CYLINDER).class_probabilities == ClassProbabilities(cylinder=1.0)

@@ -29,7 +29,7 @@ def test_sensors_are_found_by_their_ids_in_any_order() -> None:
 
 
 @pytest.mark.parametrize("strange", [0, 5, 99])
-def test_a_strange_sensor_id_is_told_with_the_known_ones(strange: int) -> None:
+def test_an_unknown_sensor_id_is_refused_with_the_known_ones(strange: int) -> None:
     with pytest.raises(UnknownNameError, match=f"^unknown sensor id '{strange}'; known: 3, 7$"):
         rig().indices([7, strange])
 

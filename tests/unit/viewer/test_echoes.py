@@ -53,7 +53,7 @@ def test_each_station_has_one_cross_in_the_middle_of_its_hubs() -> None:
     assert stations.get_marker() == "x"
 
 
-def test_a_station_that_heard_nothing_has_no_cross() -> None:
+def test_a_station_that_detected_nothing_has_no_cross() -> None:
     axes = echoes_of(scenes.pings(np.zeros(0), np.zeros(0)), scenes.pings(np.zeros(1), np.ones(1), hub=(1.0, 2.0)))
     np.testing.assert_allclose(data(axes.lines[1]), [[1.0, 2.0]])
 
@@ -89,7 +89,7 @@ def test_neighbouring_clusters_differ_in_shade(clusters: Axes) -> None:
     assert all(one != other for one, other in itertools.pairwise(shades))
 
 
-def test_no_cluster_is_torn_apart_and_its_middle_lies_within_half_a_turn(clusters: Axes) -> None:
+def test_no_cluster_is_split_and_its_middle_lies_within_half_a_turn(clusters: Axes) -> None:
     for drawn in clusters.lines:
         if drawn.get_marker() == ".":
             bearings = data(drawn)[:, 0]
@@ -175,7 +175,7 @@ def test_all_echoes_of_a_class_have_its_colour(classes: Axes) -> None:
         np.testing.assert_allclose(dots[COLORS[feature_class]], expected)
 
 
-def test_classes_that_were_not_heard_are_counted_all_the_same() -> None:
+def test_classes_that_were_not_detected_are_counted_all_the_same() -> None:
     axes = axes_of(lambda axes: draw_classes(axes, [SILENCE]))
     assert legend(axes) == ["flat (0)", "cylinder (0)", "corner (0)"]
     assert all(len(data(each)) == 0 for each in axes.lines)

@@ -61,10 +61,10 @@ def of_cylinder(one: Cylinder) -> dict[str, str]:
 
 
 def test_facts_know_what_they_are_about() -> None:
-    facts = Facts(title="wall 12", items=(("length", "1.000 m"), ("heard", "by 2")))
+    facts = Facts(title="wall 12", items=(("length", "1.000 m"), ("stations", "2")))
     assert facts.kind == "wall"
     assert facts.key == "wall-12"
-    assert facts.text == "wall 12\nlength: 1.000 m\nheard: by 2"
+    assert facts.text == "wall 12\nlength: 1.000 m\nstations: 2"
 
 
 def test_nothing_found_has_no_facts() -> None:
@@ -78,25 +78,25 @@ def test_features_are_numbered_from_nought_each_kind_for_itself() -> None:
     assert [each.key for each in cylinder_facts([CYLINDER, CYLINDER])] == ["cylinder-0", "cylinder-1"]
 
 
-def test_a_wall_is_told_from_end_to_end() -> None:
+def test_a_wall_is_described_from_end_to_end() -> None:
     facts = of_wall(WALL)
     assert facts["from"] == "(1.000, 2.000) m"
     assert facts["to"] == "(4.500, 2.000) m"
     assert facts["length"] == "3.500 m"
 
 
-def test_the_line_of_a_wall_is_told_with_its_deviations() -> None:
+def test_the_line_of_a_wall_is_described_with_its_deviations() -> None:
     facts = of_wall(WALL)
     assert facts["normal"] == f"90.0°, {SIGMA} 0.25°"
     assert facts["offset"] == f"2.000 m, {SIGMA} 4.0 mm"
 
 
-def test_a_wall_is_told_how_sure_it_is_across_its_middle() -> None:
+def test_the_uncertainty_of_a_wall_is_described_across_its_middle() -> None:
     # The middle is 2.75 m along the line from the foot of the origin, where 0.25 degrees are 12 mm.
     assert of_wall(WALL)[f"{SIGMA} across, in its middle"] == "12.6 mm"
 
 
-def test_a_wall_is_told_how_it_was_heard_and_how_sure_its_class_is() -> None:
+def test_a_wall_is_described_with_its_detections_and_its_class_probability() -> None:
     facts = of_wall(WALL)
     assert facts["class"] == "wall 87 %, corner 1 %, cylinder 12 %"
     assert facts["detected by"] == "412 pings from 6 stations"
@@ -107,11 +107,11 @@ def test_one_ping_from_one_station_is_singular() -> None:
 
 
 @pytest.mark.parametrize("facts", [wall_facts([wall([0, 0], [1, 0])]), corner_facts([corner([0.0, 0.0])])])
-def test_what_was_only_inferred_was_heard_by_no_ping(facts: list[Facts]) -> None:
+def test_what_was_only_inferred_was_detected_by_no_ping(facts: list[Facts]) -> None:
     assert table(facts[0])["detected by"] == "no ping of its own"
 
 
-def test_a_corner_is_told_where_it_is_and_of_what_kind() -> None:
+def test_a_corner_is_described_with_its_position_and_kind() -> None:
     assert of_corner(CORNER)["at"] == "(-0.250, 3.123) m"
     assert of_corner(CORNER)["kind"] == "convex"
     assert of_corner(replace(CORNER, kind=CornerKind.CONCAVE))["kind"] == "concave"
@@ -121,20 +121,20 @@ def test_the_deviations_of_a_corner_come_in_the_order_of_the_axes() -> None:
     assert of_corner(CORNER)[f"{SIGMA} in x, y"] == "2.0 mm, 4.0 mm"
 
 
-def test_the_ellipse_of_a_corner_is_told_by_its_half_axes_the_long_one_first() -> None:
-    told = of_corner(CORNER)["95 % ellipse"]
-    assert told.startswith("± 9.8 by 4.9 mm, long axis at ")
-    assert told.endswith(("at 90°", "at -90°"))
+def test_the_ellipse_of_a_corner_is_described_by_its_half_axes_the_long_one_first() -> None:
+    text = of_corner(CORNER)["95 % ellipse"]
+    assert text.startswith("± 9.8 by 4.9 mm, long axis at ")
+    assert text.endswith(("at 90°", "at -90°"))
 
 
 @pytest.mark.parametrize(("together", "direction"), [(9e-6, "45°"), (-9e-6, "-45°"), (0.0, "0°")])
-def test_the_direction_of_the_long_axis_is_told_within_half_a_turn(together: float, direction: str) -> None:
+def test_the_direction_of_the_long_axis_is_given_within_half_a_turn(together: float, direction: str) -> None:
     wide = 1e-5 if together else 2e-5
     facts = of_corner(replace(CORNER, covariance=np.array([[wide, together], [together, 1e-5]])))
     assert facts["95 % ellipse"].endswith(f"long axis at {direction}")
 
 
-def test_a_cylinder_is_told_with_its_radius_and_how_sure_that_is() -> None:
+def test_a_cylinder_is_described_with_its_radius_and_its_uncertainty() -> None:
     facts = of_cylinder(CYLINDER)
     assert facts["centre"] == "(3.200, 1.000) m"
     assert facts["radius"] == f"0.100 m, {SIGMA} 1.5 mm"
@@ -148,7 +148,7 @@ def test_what_is_sure_of_itself_has_an_ellipse_of_no_size() -> None:
     assert of_cylinder(cylinder([0.0, 0.0], 0.1, sigma=0.0))["radius"] == f"0.100 m, {SIGMA} 0.0 mm"
 
 
-def test_a_station_is_told_by_the_number_of_its_sweep_its_letter_and_its_pose() -> None:
+def test_a_station_is_described_by_the_number_of_its_sweep_its_letter_and_its_pose() -> None:
     found = replace(drawn(poses=[[1.0, -2.0, np.pi / 3], [0.0, 0.0, 0.0]]), sweeps=np.array([4, 9]))
     first, second = station_facts(found)
     assert first.title == "station 4"
@@ -157,7 +157,7 @@ def test_a_station_is_told_by_the_number_of_its_sweep_its_letter_and_its_pose() 
 
 
 @pytest.mark.parametrize(("yaw", "heading"), [(7.0, "41.1°"), (-4.0, "130.8°"), (2 * np.pi, "0.0°")])
-def test_headings_after_whole_turns_are_told_within_one(yaw: float, heading: str) -> None:
+def test_headings_after_whole_turns_are_given_within_one(yaw: float, heading: str) -> None:
     assert table(station_facts(drawn(poses=[[0.0, 0.0, yaw]]))[0])["heading"] == heading
 
 
@@ -168,7 +168,7 @@ def test_stations_that_would_crowd_the_drawing_have_no_label_but_all_else() -> N
     assert table(facts[39])["label"] == "39"
 
 
-def test_a_corrected_station_is_told_with_its_uncertainty() -> None:
+def test_a_corrected_station_is_described_with_its_uncertainty() -> None:
     covariance = np.diag([4e-6, 1e-6, np.radians(0.25) ** 2])
     (only,) = station_facts(replace(drawn(poses=[[1.0, -2.0, 0.0]]), pose_covariances=covariance[None]))
     assert table(only)[f"{SIGMA} in x, y"] == "2.0 mm, 1.0 mm"

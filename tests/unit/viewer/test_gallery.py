@@ -96,7 +96,7 @@ def test_openings_and_inferred_walls_are_drawn_in_small_too() -> None:
     assert (classes.count("jamb"), classes.count("stretch"), classes.count("face inferred")) == (2, 1, 1)
 
 
-def test_features_tell_their_numbers_but_stop_no_keyboard() -> None:
+def test_features_show_their_numbers_but_take_no_keyboard_focus() -> None:
     (drawing,) = drawings((Exhibit(name="", plan=plan()),))
     assert len([title for title in drawing.iter("title") if (title.text or "").lower().startswith("wall")]) == len(
         WALLS
@@ -104,7 +104,7 @@ def test_features_tell_their_numbers_but_stop_no_keyboard() -> None:
     assert not [each for each in drawing.iter() if each.get("tabindex") or each.get("id")]
 
 
-def test_the_page_believes_no_text_and_holds_the_sections() -> None:
+def test_the_page_escapes_all_text_and_holds_the_sections() -> None:
     page = gallery_html(
         Gallery(
             title="<script>alert(1)</script>",

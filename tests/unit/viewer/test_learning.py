@@ -10,7 +10,7 @@ from helpers.maps import wall
 
 
 def items(conventions: Conventions | None = None, **changed: object) -> tuple[tuple[str, str], ...]:
-    """What is told about a recording of which one number is known."""
+    """A map of a recording of which one number is known."""
     found: dict[str, object] = {
         "range_scale": {"value": 0.0199, "sigma": 0.0003, "believed": 0.03},
         "noise": 0.0031,
@@ -22,28 +22,28 @@ def items(conventions: Conventions | None = None, **changed: object) -> tuple[tu
     return section.items
 
 
-def told(conventions: Conventions | None = None, **changed: object) -> dict[str, str]:
+def described(conventions: Conventions | None = None, **changed: object) -> dict[str, str]:
     return dict(items(conventions, **changed))
 
 
 def test_a_number_comes_with_its_uncertainty_and_unit() -> None:
-    assert told()["Ranges are too short by"] == "1.990 \N{PLUS-MINUS SIGN} 0.030 %"
+    assert described()["Ranges are too short by"] == "1.990 \N{PLUS-MINUS SIGN} 0.030 %"
 
 
-def test_a_number_below_zero_is_told_the_other_way_round() -> None:
+def test_a_number_below_zero_is_worded_the_other_way_round() -> None:
     scale = {"value": -0.00086, "sigma": 0.0003, "believed": 0.03}
-    assert told(range_scale=scale)["Ranges are too long by"] == "0.086 \N{PLUS-MINUS SIGN} 0.030 %"
+    assert described(range_scale=scale)["Ranges are too long by"] == "0.086 \N{PLUS-MINUS SIGN} 0.030 %"
 
 
 @pytest.mark.parametrize("value", [0.0002, -0.0002])
-def test_of_what_the_pings_do_not_narrow_down_not_even_the_sign_is_told(value: float) -> None:
+def test_of_what_the_pings_do_not_narrow_down_not_even_the_sign_is_reported(value: float) -> None:
     scale = {"value": value, "sigma": 0.028, "believed": 0.03}
-    assert told(range_scale=scale)["Ranges are off by"] == "not determined by this recording"
+    assert described(range_scale=scale)["Ranges are off by"] == "not determined by this recording"
 
 
-def test_what_the_thermometer_tells_is_said_to_come_from_it() -> None:
+def test_what_the_thermometer_measured_is_said_to_come_from_it() -> None:
     scale = {"value": 0.0167, "sigma": 0.002, "believed": 0.002, "temperature": 29.04}
-    assert told(range_scale=scale)["Ranges are too short by"] == (
+    assert described(range_scale=scale)["Ranges are too short by"] == (
         "1.67 \N{PLUS-MINUS SIGN} 0.20 %, in air of 29.0 \N{DEGREE SIGN}C by the thermometer"
     )
 
@@ -51,7 +51,7 @@ def test_what_the_thermometer_tells_is_said_to_come_from_it() -> None:
 def test_gain_and_offset_of_a_servo_come_with_the_keys_that_make_them_permanent() -> None:
     gain = {"value": 0.9347, "sigma": 0.0021, "believed": 0.05}
     offset = {"value": np.radians(6.04), "sigma": np.radians(0.12), "believed": np.radians(5.0)}
-    words = told(servo_gain=gain, servo_offset=offset)
+    words = described(servo_gain=gain, servo_offset=offset)
     assert words["The servo turns"] == "0.935 \N{PLUS-MINUS SIGN} 0.002 of the recorded angle"
     assert words["Where it records 0 the servo stands at"] == "6.04 \N{PLUS-MINUS SIGN} 0.12\N{DEGREE SIGN}"
     assert (
@@ -62,7 +62,7 @@ def test_gain_and_offset_of_a_servo_come_with_the_keys_that_make_them_permanent(
 def test_only_what_is_determined_of_a_servo_is_to_be_made_permanent() -> None:
     gain = {"value": 0.9347, "sigma": 0.0021, "believed": 0.05}
     offset = {"value": 0.05, "sigma": np.radians(3.0), "believed": np.radians(5.0)}
-    words = told(servo_gain=gain, servo_offset=offset)
+    words = described(servo_gain=gain, servo_offset=offset)
     assert words["Where it records 0 the servo stands at"] == "not determined by this recording"
     assert words["To make that permanent"] == "servo_gain = 0.93470 in [conventions] of rig.toml"
 
@@ -78,7 +78,7 @@ def test_only_what_is_determined_of_a_servo_is_to_be_made_permanent() -> None:
 )
 def test_what_makes_a_servo_permanent_comes_on_top_of_the_conventions_that_are_set(now: Conventions) -> None:
     gain, offset, recorded = 0.9347, 0.1054, np.array([0.0, 1.0, 3.0])
-    words = told(
+    words = described(
         now,
         servo_gain={"value": gain, "sigma": 0.0021, "believed": 0.05},
         servo_offset={"value": offset, "sigma": 0.002, "believed": 0.09},
@@ -89,19 +89,19 @@ def test_what_makes_a_servo_permanent_comes_on_top_of_the_conventions_that_are_s
 
 
 def test_a_gain_alone_turns_the_offset_that_is_set() -> None:
-    words = told(Conventions(servo_offset=-1.0), servo_gain={"value": 0.95, "sigma": 0.0021, "believed": 0.05})
+    words = described(Conventions(servo_offset=-1.0), servo_gain={"value": 0.95, "sigma": 0.0021, "believed": 0.05})
     assert words["To make that permanent"].startswith("servo_gain = 0.95000, servo_offset = -0.95000 in")
 
 
-def test_noise_is_told_in_millimetres() -> None:
-    assert told()["Readings scatter by"] == "3.1 mm"
+def test_noise_is_reported_in_millimetres() -> None:
+    assert described()["Readings scatter by"] == "3.1 mm"
 
 
 def test_it_is_said_that_readings_are_those_of_rays() -> None:
-    assert told(cone=np.radians(12.5))["Readings are"] == (
+    assert described(cone=np.radians(12.5))["Readings are"] == (
         "the nearest points in cones of rays of \N{PLUS-MINUS SIGN}12.5\N{DEGREE SIGN}, as robot simulators make them"
     )
-    assert "Readings are" not in told()
+    assert "Readings are" not in described()
 
 
 @pytest.mark.parametrize(
@@ -112,24 +112,24 @@ def test_it_is_said_that_readings_are_those_of_rays() -> None:
 def test_it_is_said_how_many_walls_were_drawn_to_right_angles(direction: dict[str, bool], where: str) -> None:
     square = {"walls": 7, "sigma": np.radians(0.28), **direction}
     expected = f"7 of 9, \N{PLUS-MINUS SIGN} 0.28\N{DEGREE SIGN}{where}"
-    assert told(right_angles=square)["Walls at right angles"] == expected
-    assert "Walls at right angles" not in told(right_angles={})
+    assert described(right_angles=square)["Walls at right angles"] == expected
+    assert "Walls at right angles" not in described(right_angles={})
 
 
 def test_it_is_said_what_was_done_about_the_poses_and_why() -> None:
-    assert told(poses="corrected: walls were there twice")["Poses"] == "corrected: walls were there twice"
+    assert described(poses="corrected: walls were there twice")["Poses"] == "corrected: walls were there twice"
 
 
 def test_it_is_said_where_a_recording_leaves_the_way_open() -> None:
     way = {"first": 3, "last": 90, "direction": 0.5236, "along": 0.121, "across": 0.009}
-    assert told(undetermined=[way])["Not determined"] == (
+    assert described(undetermined=[way])["Not determined"] == (
         "the position along 30\N{DEGREE SIGN} from sweep 3 to 90: known only from odometry, "
         "\N{PLUS-MINUS SIGN}121 mm along and \N{PLUS-MINUS SIGN}9 mm across at worst"
     )
-    assert "Not determined" not in told(undetermined=[])
+    assert "Not determined" not in described(undetermined=[])
 
 
-def test_stretches_of_one_corridor_are_told_as_one_and_those_around_the_corner_for_themselves() -> None:
+def test_stretches_of_one_corridor_are_reported_as_one_and_those_around_the_corner_apart() -> None:
     spans = [(3, 20, -0.002), (24, 40, 0.1), (45, 60, np.pi - 0.05), (90, 95, 0.0), (99, 110, 1.5)]
     ways = [
         {"first": first, "last": last, "direction": direction, "along": 0.001 * last, "across": 0.002}
@@ -147,7 +147,7 @@ def test_stretches_of_one_corridor_are_told_as_one_and_those_around_the_corner_f
 @pytest.mark.parametrize("sigma", [1e-9, 1.0])
 def test_any_uncertainty_can_be_written(sigma: float) -> None:
     number = {"value": 0.5, "sigma": sigma, "believed": 1e9}
-    assert "%" in told(range_scale=number)["Ranges are too short by"]
+    assert "%" in described(range_scale=number)["Ranges are too short by"]
 
 
 def test_methods_that_learn_nothing_say_nothing() -> None:

@@ -35,5 +35,5 @@ def test_a_long_one_is_thinned_evenly(most: int) -> None:
     np.testing.assert_array_equal(thin.points_xy, every[::stride])
 
 
-def test_nothing_heard_leaves_no_points() -> None:
+def test_no_detections_leave_no_points() -> None:
     assert EchoListener(open_source("sim:square").rig).points_xy.shape == (0, 2)

@@ -57,7 +57,7 @@ def test_of_many_walls_one_is_explained() -> None:
 
 
 @pytest.mark.parametrize("number", range(2))
-def test_the_sides_of_all_walls_are_drawn_from_where_they_were_heard(number: int) -> None:
+def test_the_sides_of_all_walls_are_drawn_from_where_they_were_detected(number: int) -> None:
     axes = axes_of(lambda axes: draw_walls(axes, WALLS, INSIDE, thickness=0.1))
     body = axes.patches[number]
     assert isinstance(body, Polygon)

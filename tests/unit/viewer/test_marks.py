@@ -8,9 +8,9 @@ from echoplan.model import Corner, CornerKind, FeatureMap
 from echoplan.viewer.marks import (
     corner_marks,
     cylinder_marks,
+    detection_marks,
     echo_marks,
     gap_marks,
-    heard_marks,
     station_marks,
     truth_marks,
     wall_marks,
@@ -43,7 +43,7 @@ def test_the_sheet_of_these_tests_is_to_scale() -> None:
 
 def test_a_map_of_nothing_has_no_marks() -> None:
     assert wall_marks(NOTHING, SHEET) == corner_marks(NOTHING, SHEET) == cylinder_marks(NOTHING, SHEET) == []
-    assert heard_marks(NOTHING, SHEET) == []
+    assert detection_marks(NOTHING, SHEET) == []
     assert [each.attrib["d"] for each in echo_marks(NOTHING, SHEET)] == [""]
     assert [each.attrib["d"] for each in station_marks(NOTHING, SHEET)] == [""]
     assert [each.attrib["d"] for each in truth_marks(NOWHERE, SHEET)] == [""]
@@ -86,7 +86,7 @@ def test_the_band_goes_along_one_side_and_back_along_the_other() -> None:
     np.testing.assert_array_equal(outline[half:], outline[:half][::-1] * [1.0, -1.0])
 
 
-def test_a_convex_corner_is_told_apart_from_a_concave_one() -> None:
+def test_a_convex_corner_differs_from_a_concave_one() -> None:
     edge = Corner(position_xy=np.array([1.0, 2.0]), kind=CornerKind.CONVEX, covariance=np.eye(2))
     first, second = corner_marks(plan(corner([0.0, 0.0]), edge), SHEET)
     assert the(first, "mark").attrib["class"] == "mark concave"
@@ -147,11 +147,11 @@ def test_every_feature_can_be_found_reached_by_the_keyboard_and_read_out(marks: 
         assert (each[0].text or "").startswith(each.attrib["id"].replace("-", " ") + "\n")
 
 
-def test_what_a_feature_tells_of_itself_has_its_numbers_and_units() -> None:
+def test_the_title_of_a_feature_has_its_numbers_and_units() -> None:
     (made,) = wall_marks(plan(wall([0.0, 0.0], [2.5, 0.0])), SHEET)
-    told = (made[0].text or "").splitlines()
-    assert told[0] == "wall 0"
-    assert "length: 2.500 m" in told
+    lines = (made[0].text or "").splitlines()
+    assert lines[0] == "wall 0"
+    assert "length: 2.500 m" in lines
 
 
 def test_marks_of_one_size_at_every_scale_have_a_margin_for_fingers() -> None:
@@ -200,9 +200,9 @@ def test_of_a_thousand_stations_all_are_drawn_and_a_few_named() -> None:
     assert sum(bool(the(each, "label").text) for each in made) == 9
 
 
-def test_a_beam_goes_from_the_hub_to_what_it_heard() -> None:
-    heard = observed_wall((0.0, 3.0), (1.0, 1.5), sweep=4)
-    (made,) = heard_marks(replace(NOTHING, heard=(heard,)), SHEET)
+def test_a_beam_goes_from_the_hub_to_what_it_detected() -> None:
+    detection = observed_wall((0.0, 3.0), (1.0, 1.5), sweep=4)
+    (made,) = detection_marks(replace(NOTHING, detections=(detection,)), SHEET)
     beam, face = strokes(made)
     np.testing.assert_allclose(beam, [paper(1.0, 1.5), paper(3.0, 1.5)])
     # A stroke of 2.4 mm along the face, whatever the scale.
@@ -210,13 +210,13 @@ def test_a_beam_goes_from_the_hub_to_what_it_heard() -> None:
     assert made.attrib["data-sweep"] == "4"
 
 
-def test_beams_have_the_colour_of_what_they_heard() -> None:
-    heard = (
+def test_beams_have_the_colour_of_what_they_detected() -> None:
+    detections = (
         observed_wall((0.0, 3.0), (1.0, 1.0)),
         observed_circle((2.0, 1.0, 0.1), (1.0, 1.0)),
         observed_circle((0.0, 0.0, 0.0), (1.0, 1.0), degrees=(1.0, 0.0, 0.0)),
     )
-    made = heard_marks(replace(NOTHING, heard=heard), SHEET)
+    made = detection_marks(replace(NOTHING, detections=detections), SHEET)
     assert [each.attrib["class"] for each in made] == ["beam wall", "beam cylinder", "beam corner"]
 
 

@@ -56,7 +56,7 @@ def test_small_falls_big_rises_and_medium_has_its_peak_at_its_own_width(axes: Ax
     assert medium[medium[:, 1].argmax(), 0] == pytest.approx(0.55)
 
 
-def test_the_widths_at_which_the_class_changes_are_marked_and_told(axes: Axes) -> None:
+def test_the_widths_at_which_the_class_changes_are_marked_and_labelled(axes: Axes) -> None:
     assert [note.get_text() for note in notes(axes)] == ["$L_1$ = 0.4109", "$L_2$ = 0.6614"]
     np.testing.assert_allclose([note.xy for note in notes(axes)], [[each, 0.0] for each in CROSSINGS])
 

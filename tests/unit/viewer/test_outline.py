@@ -19,13 +19,13 @@ def box(*, clockwise: bool = False) -> list[Wall]:
     return [wall(start, end) for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True)]
 
 
-def body(*walls: Wall, heard_from: FloatArray = INSIDE, thickness: float = 0.1) -> FloatArray:
+def body(*walls: Wall, stations_xy: FloatArray = INSIDE, thickness: float = 0.1) -> FloatArray:
     """The body of the first of some walls."""
-    return wall_bodies(walls, heard_from, thickness=thickness)[0]
+    return wall_bodies(walls, stations_xy, thickness=thickness)[0]
 
 
 def wedge(degrees: float) -> list[Wall]:
-    """Two walls that meet at the origin under an angle, to be heard from between them."""
+    """Two walls that meet at the origin under an angle, to be detected from between them."""
     half = np.radians(degrees) / 2
     return [wall([0.0, 0.0], [3 * np.cos(turn), 3 * np.sin(turn)]) for turn in (half, -half)]
 
@@ -41,12 +41,12 @@ def test_no_walls_have_no_bodies() -> None:
     assert wall_bodies([], NOBODY, thickness=0.1) == []
 
 
-def test_a_wall_alone_has_a_rectangle_behind_the_face_that_was_heard() -> None:
+def test_a_wall_alone_has_a_rectangle_behind_the_face_that_was_detected() -> None:
     np.testing.assert_allclose(body(FLOOR), [[0.0, 0.0], [4.0, 0.0], [4.0, -0.1], [0.0, -0.1]], atol=1e-12)
 
 
-def test_the_same_wall_heard_from_the_other_side_has_its_body_on_this_one() -> None:
-    np.testing.assert_allclose(body(FLOOR, heard_from=-INSIDE)[2:, 1], 0.1)
+def test_the_same_wall_detected_from_the_other_side_has_its_body_on_this_one() -> None:
+    np.testing.assert_allclose(body(FLOOR, stations_xy=-INSIDE)[2:, 1], 0.1)
 
 
 def test_it_does_not_matter_which_way_a_wall_runs_or_its_normal_points() -> None:
@@ -62,11 +62,11 @@ def test_it_does_not_matter_which_way_a_wall_runs_or_its_normal_points() -> None
 
 def test_stations_beside_a_wall_do_not_outvote_one_opposite_to_it() -> None:
     beside = np.array([[5.0, -1.0], [6.0, -1.0], [-3.0, -2.0]])
-    np.testing.assert_allclose(body(FLOOR, heard_from=np.vstack([beside, [2.0, 1.0]]))[2:, 1], -0.1)
+    np.testing.assert_allclose(body(FLOOR, stations_xy=np.vstack([beside, [2.0, 1.0]]))[2:, 1], -0.1)
 
 
-def test_a_box_that_is_heard_from_all_around_has_its_bodies_inside() -> None:
-    # Most stations stand south of it, opposite to its north face as well, but they hear the south one.
+def test_a_box_that_is_detected_from_all_around_has_its_bodies_inside() -> None:
+    # Most stations stand south of it, opposite to its north face as well, but they detect the south one.
     around = np.array([[1.0, -1.0], [2.0, -1.0], [3.0, -1.0], [2.0, 4.0], [-1.0, 1.0], [5.0, 1.0]])
     for each in wall_bodies(box(), around, thickness=0.1):
         assert (each >= -1e-9).all()
@@ -74,22 +74,22 @@ def test_a_box_that_is_heard_from_all_around_has_its_bodies_inside() -> None:
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_who_stood_opposite_is_told_by_the_ends_of_the_wall_wherever_it_lies(side: float) -> None:
+def test_which_stations_are_opposite_depends_on_the_ends_of_the_wall_wherever_it_lies(side: float) -> None:
     far_off = wall([10.0, 5.0], [14.0, 5.0])
     beside = np.array([[9.0, 5.0 - side], [15.0, 5.0 - side]])
     stations = np.vstack([beside, [12.0, 5.0 + side]])
-    np.testing.assert_allclose(body(far_off, heard_from=stations)[2:, 1], 5.0 - 0.1 * side)
+    np.testing.assert_allclose(body(far_off, stations_xy=stations)[2:, 1], 5.0 - 0.1 * side)
 
 
-def test_where_nobody_stood_opposite_the_majority_tells_the_side() -> None:
+def test_where_no_station_is_opposite_the_majority_decides_the_side() -> None:
     beside = np.array([[5.0, -1.0], [6.0, -1.0], [-3.0, 2.0]])
-    np.testing.assert_allclose(body(FLOOR, heard_from=beside)[2:, 1], 0.1)
+    np.testing.assert_allclose(body(FLOOR, stations_xy=beside)[2:, 1], 0.1)
 
 
 @pytest.mark.parametrize("heard_from", [NOBODY, np.array([[1.0, 1.0], [1.0, -1.0]])])
-def test_where_stations_cannot_tell_the_normal_does(heard_from: FloatArray) -> None:
+def test_where_stations_do_not_decide_the_normal_does(stations_xy: FloatArray) -> None:
     normal = FLOOR.normal_xy[1]
-    np.testing.assert_allclose(body(FLOOR, heard_from=heard_from)[2:, 1], 0.1 * normal, atol=1e-12)
+    np.testing.assert_allclose(body(FLOOR, stations_xy=stations_xy)[2:, 1], 0.1 * normal, atol=1e-12)
     assert normal == pytest.approx(-1.0)
 
 
@@ -100,7 +100,7 @@ def test_without_stations_a_normal_that_was_turned_round_turns_the_body_round() 
         endpoints_xy=FLOOR.endpoints_xy,
         covariance=FLOOR.covariance,
     )
-    np.testing.assert_allclose(body(turned, heard_from=NOBODY)[2:, 1], 0.1)
+    np.testing.assert_allclose(body(turned, stations_xy=NOBODY)[2:, 1], 0.1)
 
 
 @pytest.mark.parametrize("clockwise", [False, True])
@@ -112,7 +112,7 @@ def test_walls_of_a_room_meet_in_mitres(clockwise: bool) -> None:  # noqa: FBT00
     assert sum(area(each) for each in bodies) == pytest.approx(4.2 * 3.2 - 4.0 * 3.0)
 
 
-def test_the_faces_stay_where_they_were_heard() -> None:
+def test_the_faces_stay_where_they_were_detected() -> None:
     walls = box()
     for one, each in zip(walls, wall_bodies(walls, INSIDE, thickness=0.1), strict=True):
         np.testing.assert_array_equal(each[:2], one.endpoints_xy)

@@ -54,7 +54,7 @@ def test_every_class_has_its_colour_and_its_mark() -> None:
 
 
 @pytest.mark.parametrize(("feature_class", "lightness"), [("wall", 23), ("cylinder", 61), ("corner", 49)])
-def test_the_classes_differ_in_lightness_as_told(feature_class: str, lightness: int) -> None:
+def test_the_classes_differ_in_lightness_as_documented(feature_class: str, lightness: int) -> None:
     assert str(lightness) in (palette.__doc__ or "")
     assert lab(linear(COLORS[FeatureClass(feature_class)]))[0] == pytest.approx(lightness, abs=0.5)
 
@@ -71,7 +71,9 @@ def test_words_can_be_read_on_white(color: str) -> None:
 
 @pytest.mark.parametrize("missing", BLIND)
 @pytest.mark.parametrize("pair", list(itertools.combinations(FeatureClass, 2)), ids="-".join)
-def test_the_colour_blind_tell_any_two_classes_apart(pair: tuple[FeatureClass, FeatureClass], missing: str) -> None:
+def test_the_colour_blind_can_distinguish_any_two_classes(
+    pair: tuple[FeatureClass, FeatureClass], missing: str
+) -> None:
     first, second = (lab(BLIND[missing] @ linear(COLORS[each])) for each in pair)
     assert np.linalg.norm(first - second) >= 38
 

@@ -70,12 +70,12 @@ def test_no_two_pictures_show_the_same(made: tuple[Picture, ...]) -> None:
 
 
 @pytest.mark.usefixtures("unrendered")
-def test_nothing_heard_leaves_the_membership_functions_and_the_map() -> None:
+def test_no_detections_leave_the_membership_functions_and_the_map() -> None:
     assert stems([], NOTHING) == ["figure-07-memberships", "figure-13-map"]
 
 
 @pytest.mark.usefixtures("unrendered")
-def test_where_no_wall_was_heard_there_is_neither_its_profile_nor_its_fit() -> None:
+def test_where_no_wall_was_detected_there_is_neither_its_profile_nor_its_fit() -> None:
     stages = chamber.staged()[0]
     others = tuple(each for each in stages.located if each.feature_class is not FeatureClass.WALL)
     assert stems([replace(stages, located=others)], full_plan()) == STEMS[2:]

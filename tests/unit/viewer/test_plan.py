@@ -53,7 +53,7 @@ def test_the_true_room_is_within_the_bounds() -> None:
     np.testing.assert_allclose(plan(corner([1.0, 1.0]), truth=room).bounds_xy, [[0.0, 0.0], [5.5, 3.5]])
 
 
-def test_echoes_that_went_astray_do_not_widen_the_map() -> None:
+def test_false_echoes_do_not_widen_the_map() -> None:
     one = plan(wall([0.0, 0.0], [4.0, 3.0]), echoes_xy=np.array([[90.0, -90.0]]))
     np.testing.assert_allclose(one.bounds_xy, [[0.0, 0.0], [4.0, 3.0]])
 

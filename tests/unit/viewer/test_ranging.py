@@ -122,7 +122,7 @@ def test_the_minimum_lies_at_the_lowest_place_of_the_polynomial(fit: Axes) -> No
     assert curve[:, 1].min() == pytest.approx(1.2, abs=1e-5)
 
 
-def test_the_minimum_is_told_with_its_units(fit: Axes) -> None:
+def test_the_minimum_is_labelled_with_its_units(fit: Axes) -> None:
     (note,) = notes(fit)
     assert note.get_text() == "28.6°, 1.200 m"
     np.testing.assert_allclose(note.xy, [np.degrees(0.5), 1.2])

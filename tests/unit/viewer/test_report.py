@@ -1,4 +1,4 @@
-"""One page that asks for nothing else, says everything, and believes no text it is given."""
+"""One page that asks for nothing else, says everything, and escapes all text."""
 
 import re
 from html.parser import HTMLParser
@@ -50,7 +50,9 @@ def plan() -> Plan:
     listener = EchoListener(simulation.rig, most=500)
     mapper = find_method("mdp-fuzzy").build(simulation.rig)
     found = map_sweeps(mapper, listener.listen(simulation))
-    return Plan(feature_map=found, truth=simulation.truth, heard=observations_of(mapper), echoes_xy=listener.points_xy)
+    return Plan(
+        feature_map=found, truth=simulation.truth, detections=observations_of(mapper), echoes_xy=listener.points_xy
+    )
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +83,7 @@ def test_each_feature_of_the_map_has_its_row_and_its_drawing_of_one_name(page: P
 
 
 def test_only_layers_that_are_there_can_be_switched(page: Page, plan: Plan) -> None:
-    assert [box["name"] for box in page.all("input")] == ["truth", "heard", "echoes", "enlarged"]
+    assert [box["name"] for box in page.all("input")] == ["truth", "detections", "echoes", "enlarged"]
     bare = Page(report_html(Report(title="A room", plan=Plan(feature_map=plan.feature_map))))
     assert [box["name"] for box in bare.all("input")] == ["enlarged"]
     assert Page(report_html(Report(title="None", plan=Plan(feature_map=FeatureMap(method="rcd"))))).all("input") == []
@@ -122,7 +124,7 @@ def test_long_settings_are_folded_and_short_ones_lie_open() -> None:
     assert [page.texts.count(each) for each in ("alpha", "beta", "gamma", "71", "72", "73")] == [1] * 6
 
 
-def test_a_picture_is_carried_along_and_told_to_those_who_cannot_see_it() -> None:
+def test_a_picture_is_embedded_and_described_for_those_who_cannot_see_it() -> None:
     picture = Picture(name="p", title="P", caption="A wall at 1 m.", png=b"png")
     empty = Plan(feature_map=FeatureMap(method="m"))
     (image,) = Page(report_html(Report(title="R", plan=empty, sections=(picture,)))).all("img")

@@ -32,7 +32,7 @@ def test_no_settings_give_no_items() -> None:
     assert flattened({"stage": {}}) == ()
 
 
-def test_definitions_lie_open_unless_told_otherwise() -> None:
+def test_definitions_are_open_by_default() -> None:
     assert not Definitions(title="Settings", items=()).folded
     assert Definitions(title="Settings", items=(), folded=True).folded
 

@@ -29,8 +29,8 @@ def at_wall(
     """A wall about whose normal the array at the origin turned, as it would be located."""
     bearings = around(normal, half_width)
     ranges = wall_ranges(bearings, normal=normal, distance=distance) + lateness * (bearings - normal) ** 2
-    heard = observed((0.0, 0.0), bearing=normal, distance=distance, degrees=(0.0, 0.0, 1.0))
-    return Located(cluster=cluster(bearings, ranges), observation=heard)
+    detection = observed((0.0, 0.0), bearing=normal, distance=distance, degrees=(0.0, 0.0, 1.0))
+    return Located(cluster=cluster(bearings, ranges), observation=detection)
 
 
 def classes(stages: SweepStages) -> list[FeatureClass | None]:
@@ -47,7 +47,7 @@ def test_a_sweep_keeps_its_number() -> None:
 
 
 def test_valid_are_all_echoes_and_no_silence() -> None:
-    _, sweeps = chamber.heard()
+    _, sweeps = chamber.mapped()
     for sweep, stages in zip(sweeps, chamber.staged(), strict=True):
         assert len(stages.valid) == np.isfinite(sweep.ranges).sum()
         assert np.isfinite(stages.valid.ranges).all()
@@ -77,8 +77,8 @@ def test_objects_are_located_where_they_are() -> None:
         assert points[5].distance == pytest.approx(np.hypot(*(np.array(EDGE[:2]) - hub)), abs=2e-3)
 
 
-def test_the_stages_agree_with_what_the_mapper_itself_heard() -> None:
-    mapper, sweeps = chamber.heard()
+def test_the_stages_agree_with_the_detections_of_the_mapper_itself() -> None:
+    mapper, sweeps = chamber.mapped()
     again = [each for sweep in sweeps for each in sweep_stages(mapper, sweep).observations]
     assert len(again) == len(mapper.observations) == 12
     for one, other in zip(again, mapper.observations, strict=True):
@@ -93,7 +93,7 @@ def test_the_stages_agree_with_what_the_mapper_itself_heard() -> None:
 
 def test_looking_at_the_stages_changes_nothing_in_the_mapper() -> None:
     mapper = MdpFuzzyMapper(scenes.rig())
-    sweep = chamber.hearing((0.0, 0.0))
+    sweep = chamber.recorded((0.0, 0.0))
     mapper.add(sweep)
     before = len(mapper.observations)
     sweep_stages(mapper, sweep)
@@ -112,7 +112,7 @@ def test_every_echo_is_stray_or_in_one_cluster() -> None:
         assert len(stages.stray) + sum(len(each.cluster.pings) for each in stages.located) == len(stages.valid)
 
 
-def test_the_echo_that_went_astray_is_in_no_cluster() -> None:
+def test_the_false_echo_is_in_no_cluster() -> None:
     for stages in chamber.staged():
         stray = np.degrees(stages.stray.bearings).round(6) % 360
         assert chamber.STRAY in stray.tolist()
@@ -134,8 +134,8 @@ def test_a_cluster_that_shows_no_nearest_point_has_no_class_and_no_observation()
 
 
 def test_the_class_of_a_cluster_is_that_of_its_largest_membership() -> None:
-    heard = observed((0.0, 0.0), bearing=0.3, distance=1.0, degrees=(0.2, 0.9, 0.4))
-    assert replace(at_wall(), observation=heard).feature_class is FeatureClass.CYLINDER
+    detection = observed((0.0, 0.0), bearing=0.3, distance=1.0, degrees=(0.2, 0.9, 0.4))
+    assert replace(at_wall(), observation=detection).feature_class is FeatureClass.CYLINDER
 
 
 def test_the_fit_of_a_wall_is_its_distance_with_what_the_arm_added_taken_out() -> None:
@@ -200,7 +200,7 @@ def test_a_profile_does_not_depend_on_the_sense_of_the_line() -> None:
     assert back.distance == pytest.approx(there.distance)
 
 
-def test_a_profile_tells_the_distance_of_the_wall_not_of_what_was_located() -> None:
+def test_a_profile_shows_the_distance_of_the_wall_not_of_what_was_located() -> None:
     profile = wall_profile(at_wall(distance=1.02), np.array([[0.3, 1.0]]))
     assert profile is not None
     assert profile.distance == pytest.approx(1.0)
@@ -208,7 +208,7 @@ def test_a_profile_tells_the_distance_of_the_wall_not_of_what_was_located() -> N
 
 
 @pytest.mark.parametrize("hub", HUBS)
-def test_of_many_walls_a_profile_takes_the_one_that_was_heard(hub: tuple[float, float]) -> None:
+def test_of_many_walls_a_profile_takes_the_one_that_was_detected(hub: tuple[float, float]) -> None:
     stages = chamber.staged()[HUBS.index(hub)]
     for located in stages.located:
         if located.feature_class is FeatureClass.WALL:
@@ -273,7 +273,7 @@ def test_of_two_examples_alike_the_first_is_taken() -> None:
     assert chosen is first.located[3]
 
 
-def test_a_class_that_was_not_heard_has_no_example() -> None:
+def test_a_class_that_was_not_detected_has_no_example() -> None:
     only_walls = replace(chamber.staged()[0], located=chamber.staged()[0].located[:3])
     assert example([only_walls], FeatureClass.CYLINDER) is None
     assert example([], FeatureClass.WALL) is None

@@ -10,7 +10,7 @@ from matplotlib.colors import to_hex
 from PIL import Image
 
 from echoplan.viewer.palette import INK
-from echoplan.viewer.style import dress, dress_map, letter, map_height, new_figure, png, tell
+from echoplan.viewer.style import add_legend, dress, dress_map, letter, map_height, new_figure, png
 from helpers.canvas import axes_of, legend, names
 
 
@@ -34,7 +34,7 @@ def test_a_figure_has_the_size_that_was_asked_for_on_white() -> None:
     assert isinstance(figure.canvas, FigureCanvasAgg)
 
 
-def test_a_figure_is_as_wide_as_the_text_of_a_page_unless_told_otherwise() -> None:
+def test_a_figure_is_as_wide_as_the_text_of_a_page_by_default() -> None:
     np.testing.assert_allclose(new_figure().get_size_inches(), [6.3, 3.4])
 
 
@@ -64,7 +64,7 @@ def test_the_same_figure_gives_the_same_bytes(picture: bytes) -> None:
     assert png(figure) == picture
 
 
-def test_a_picture_does_not_tell_what_made_it(picture: bytes) -> None:
+def test_a_picture_does_not_contain_what_made_it(picture: bytes) -> None:
     assert b"Software" not in picture
     assert b"atplotlib" not in picture
 
@@ -107,13 +107,13 @@ def test_a_panel_has_its_letter_at_its_left() -> None:
 
 def test_a_legend_names_what_has_a_label_and_nothing_else() -> None:
     axes = axes_of(labelled)
-    tell(axes)
+    add_legend(axes)
     assert legend(axes) == ["seen"]
 
 
 def test_marks_in_a_legend_are_opaque_however_faint_they_are_in_the_figure() -> None:
     axes = axes_of(labelled)
-    tell(axes)
+    add_legend(axes)
     found = axes.get_legend()
     assert found is not None
     assert [handle.get_alpha() for handle in found.legend_handles if handle is not None] == [1.0]
@@ -122,7 +122,7 @@ def test_marks_in_a_legend_are_opaque_however_faint_they_are_in_the_figure() -> 
 
 def test_a_legend_above_stands_over_the_axes() -> None:
     axes = axes_of(labelled)
-    tell(axes, columns=3, where="above")
+    add_legend(axes, columns=3, where="above")
     axes.figure.draw_without_rendering()  # type: ignore[union-attr]
     found = axes.get_legend()
     assert found is not None
@@ -130,7 +130,7 @@ def test_a_legend_above_stands_over_the_axes() -> None:
 
 
 def test_where_nothing_has_a_label_there_is_no_legend() -> None:
-    axes = axes_of(lambda axes: tell(axes, where="above"))
+    axes = axes_of(lambda axes: add_legend(axes, where="above"))
     assert axes.get_legend() is None
 
 

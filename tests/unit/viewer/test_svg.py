@@ -13,7 +13,7 @@ from echoplan.viewer.svg import plan_element, plan_svg
 from helpers.drawings import SVG, full_plan, gapped_map, marked, stroke, strokes, the, titles, view_box
 from helpers.maps import corner, drawn, wall
 
-LAYERS = ["grid", "echoes", "heard", "walls", "gaps", "truth", "cylinders", "corners", "stations", "legend"]
+LAYERS = ["grid", "echoes", "detections", "walls", "gaps", "truth", "cylinders", "corners", "stations", "legend"]
 NOTHING = Plan(feature_map=FeatureMap(method="none"))
 
 
@@ -58,7 +58,7 @@ def test_everything_is_in_its_layer_once(drawing: ET.Element) -> None:
     assert len(layer(drawing, "corners")) == 2
     assert len(layer(drawing, "cylinders")) == 1
     assert len(marked(layer(drawing, "stations"), "feature")) == 3
-    assert len(marked(layer(drawing, "heard"), "beam")) == 2
+    assert len(marked(layer(drawing, "detections"), "beam")) == 2
     assert len(marked(layer(drawing, "truth"), "true")) == 3
 
 
@@ -73,7 +73,7 @@ def test_every_feature_has_one_title(drawing: ET.Element) -> None:
         assert len(list(titles(each))) == 1
 
 
-def test_a_drawing_tells_its_scale_and_where_the_origin_lies(drawing: ET.Element) -> None:
+def test_a_drawing_states_its_scale_and_where_the_origin_lies(drawing: ET.Element) -> None:
     # Five metres by three: at 1 : 50 a metre is 20 mm.  100 mm and two borders are wide enough for the legend.
     assert drawing.attrib["data-scale"] == "50"
     assert drawing.attrib["data-origin"] == "10 70"
@@ -124,7 +124,7 @@ def test_the_scale_bar_is_one_step_of_the_grid_and_half_of_it_is_light(drawing: 
     assert half.attrib["class"] == "bar half"
 
 
-def test_the_legend_tells_the_length_of_its_bar_the_scale_and_the_axes(drawing: ET.Element) -> None:
+def test_the_legend_shows_the_length_of_its_bar_the_scale_and_the_axes(drawing: ET.Element) -> None:
     assert [each.text for each in layer(drawing, "legend") if each.tag == "text"] == ["2 m", "1 : 50", "x", "y"]
 
 
@@ -182,8 +182,8 @@ def test_the_mitre_of_a_sharp_corner_stays_on_its_paper(degrees: float) -> None:
     assert points[:, 1].max() <= height - 12
 
 
-def test_what_was_heard_and_echoes_are_cut_off_at_the_edge_of_the_map(drawing: ET.Element) -> None:
-    for name in ("echoes", "heard"):
+def test_detections_and_echoes_are_cut_off_at_the_edge_of_the_map(drawing: ET.Element) -> None:
+    for name in ("echoes", "detections"):
         (window,) = layer(drawing, name)
         assert window.tag == "svg"
         assert window.attrib["overflow"] == "hidden"
@@ -238,8 +238,8 @@ def test_the_style_speaks_of_nothing_that_is_not_drawn(document: ET.Element) -> 
 
 
 def test_titles_keep_their_lines(document: ET.Element) -> None:
-    told = next(text for text in titles(document) if text.startswith("wall 0"))
-    assert "\nlength: 5.000 m\n" in told
+    title = next(text for text in titles(document) if text.startswith("wall 0"))
+    assert "\nlength: 5.000 m\n" in title
 
 
 @pytest.mark.parametrize("method", ["<script>alert(1)</script>", "a & b", "]]>", "\x00\x0b\ud800", '"><svg onload="'])

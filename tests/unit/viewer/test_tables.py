@@ -108,8 +108,8 @@ def test_a_cylinder_has_its_place_its_radius_and_the_deviations_of_both() -> Non
 
 def test_the_radius_does_not_make_the_centre_less_sure() -> None:
     vague = replace(CYLINDER, covariance=np.diag([0.004**2, 0.002**2, 9.0]))
-    told = row(cylinder_table([vague]))
-    assert (told[f"{SIGMA} centre (mm)"], told[f"{SIGMA} radius (mm)"]) == ("4.0", "3000.0")
+    written = row(cylinder_table([vague]))
+    assert (written[f"{SIGMA} centre (mm)"], written[f"{SIGMA} radius (mm)"]) == ("4.0", "3000.0")
 
 
 def test_a_feature_that_no_ping_speaks_for_has_noughts_and_no_blanks() -> None:

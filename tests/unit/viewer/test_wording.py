@@ -35,19 +35,19 @@ def test_numbers_of_numpy_are_written_as_those_of_python() -> None:
     assert in_metres(np.float64(2.0)) == "2.000 m"
 
 
-def test_lengths_are_told_to_the_millimetre() -> None:
+def test_lengths_are_written_to_the_millimetre() -> None:
     assert in_metres(5.0) == "5.000 m"
     assert in_metres(0.0005001) == "0.001 m"
     assert in_metres(-1.2345) in ("-1.234 m", "-1.235 m")
 
 
-def test_small_lengths_are_told_to_a_tenth_of_a_millimetre() -> None:
+def test_small_lengths_are_written_to_a_tenth_of_a_millimetre() -> None:
     assert in_millimetres(0.01) == "10.0 mm"
     assert in_millimetres(0.00004) == "0.0 mm"
     assert in_millimetres(1.5) == "1500.0 mm"
 
 
-def test_angles_are_told_in_degrees() -> None:
+def test_angles_are_written_in_degrees() -> None:
     assert in_degrees(math.pi) == "180.0°"
     assert in_degrees(-math.pi / 6) == "-30.0°"
     assert in_degrees(1.0, digits=2) == "57.30°"
@@ -58,7 +58,7 @@ def test_an_angle_of_nothing_is_not_negative() -> None:
     assert in_degrees(-1e-6) == "0.0°"
 
 
-def test_shares_are_told_in_whole_per_cent_without_the_sign() -> None:
+def test_shares_are_written_in_whole_per_cent_without_the_sign() -> None:
     assert [in_percent(share) for share in (0.0, 0.014, 0.5, 0.996, 1.0)] == ["0", "1", "50", "100", "100"]
 
 

@@ -36,16 +36,16 @@ def test_a_wall_without_vertices_ends_where_it_was_heard_to_end() -> None:
 
 
 def test_a_wall_of_which_one_point_was_heard_is_six_centimetres_long() -> None:
-    east, *_ = survey(joined=False, heard_to=0.0).walls([])
+    east, *_ = survey(joined=False, detected_to=0.0).walls([])
     assert east.length == pytest.approx(0.06)
     assert east.endpoints_xy.mean(axis=0) == pytest.approx([2.0, 0.0])
 
 
 def test_nothing_is_drawn_across_the_path_of_the_robot() -> None:
     path_xy = np.array([[1.0, 0.01], [3.0, 0.01], [3.0, 1.3], [1.0, 1.3]])
-    short = replace(survey(joined=False, heard_to=0.0), path_xy=path_xy).walls([])[0]
+    short = replace(survey(joined=False, detected_to=0.0), path_xy=path_xy).walls([])[0]
     assert short.endpoints_xy == pytest.approx(np.array([[2.0, -0.03], [2.0, 0.009]]))
-    met = replace(survey(heard_to=1.2), path_xy=path_xy[2:]).walls([])[0]
+    met = replace(survey(detected_to=1.2), path_xy=path_xy[2:]).walls([])[0]
     assert met.endpoints_xy == pytest.approx(np.array([[2.0, -1.5], [2.0, 1.299]]))
 
 
@@ -58,7 +58,7 @@ def test_a_wall_is_the_line_of_its_feature_with_what_speaks_for_it() -> None:
 
 
 def test_a_wall_that_is_drawn_as_far_as_it_was_detected_is_as_surely_one_as_its_feature() -> None:
-    for east in (survey(joined=False).walls([])[0], survey(heard_to=1.5).walls([])[0]):
+    for east in (survey(joined=False).walls([])[0], survey(detected_to=1.5).walls([])[0]):
         assert east.inferred.tolist() == [0.0, 0.0]
         chances = (east.class_probabilities.wall, east.class_probabilities.corner, east.class_probabilities.cylinder)
         assert chances == pytest.approx((0.8, 0.15, 0.05))
@@ -203,7 +203,7 @@ def test_what_a_wall_was_extended_by_to_a_corner_nobody_detected_is_inferred_and
 def test_a_path_that_cuts_an_extension_leaves_only_what_is_drawn_of_it_inferred() -> None:
     # The extension from 0.9 to the corner at 1.5 is crossed at 1.0, the one from -0.9 to -1.5 at -1.25.
     path_xy = np.array([[1.0, 1.0], [3.0, 1.0], [3.0, -1.25], [1.0, -1.25]])
-    east = replace(survey(heard_to=0.9), path_xy=path_xy).walls([])[0]
+    east = replace(survey(detected_to=0.9), path_xy=path_xy).walls([])[0]
     assert east.endpoints_xy == pytest.approx(np.array([[2.0, -1.249], [2.0, 0.999]]))
     assert east.inferred == pytest.approx([0.349, 0.099])
     # Where the corner would be the robot has driven past: it is not where the wall ends.
