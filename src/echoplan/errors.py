@@ -3,10 +3,10 @@
 ::
 
     EchoplanError
-    ├── InvalidValueError (ValueError)    a value that cannot be: a wrong shape, a negative radius
+    ├── InvalidValueError (ValueError)    an invalid value: a wrong shape, a negative radius
     ├── InputError        (ValueError)    a file or a setting that cannot be used as it is
     ├── OutputError       (OSError)       a result that cannot be written
-    ├── UnknownNameError  (LookupError)   a method, rig or world that nobody knows
+    ├── UnknownNameError  (LookupError)   an unknown method, rig or world
     └── MissingExtraError (ImportError)   an optional package that is not installed
 
 Libraries raise; only ``echoplan.cli.main`` catches, prints one line and returns 2.
@@ -84,14 +84,14 @@ class OutputError(EchoplanError, OSError):
 
 
 class UnknownNameError(EchoplanError, LookupError):
-    """A name that nobody knows, with the names that are known and the nearest of them.
+    """An unknown name, with the known names and the nearest of them.
 
     Parameters
     ----------
     kind : str
         What the name should name: ``"method"``, ``"rig"``.
     name : str
-        The name that was asked for.
+        The unknown name.
     known : iterable of str
         The names there are.
     """

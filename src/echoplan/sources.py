@@ -168,7 +168,7 @@ def find_truth(text: str, source: Source) -> Truth | None:
     Returns
     -------
     Truth or None
-        Of the simulator, or the ``truth.json`` beside the pings of a recording; None where nobody knows it.
+        Of the simulator, or the ``truth.json`` beside the pings of a recording; None where it is unknown.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""``echoplan compare``: methods held against each other on the same recordings."""
+"""``echoplan compare``: methods compared on the same recordings."""
 
 import os
 from pathlib import Path

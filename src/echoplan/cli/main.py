@@ -127,7 +127,7 @@ def _flush(stream: TextIO, *, is_refused: bool = False) -> int:
 
 
 def _discard(stream: TextIO) -> None:
-    """Send nowhere what a stream still holds, lest Python complain when it closes."""
+    """Send nowhere what a stream still holds, so that Python does not complain when it closes."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 

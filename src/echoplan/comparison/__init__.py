@@ -1,4 +1,4 @@
-"""Methods held against each other on the same recordings: run apart, scored alike, shown side by side."""
+"""Methods compared on the same recordings: run apart, scored alike, shown side by side."""
 
 from echoplan.comparison.documents import comparison_csv, comparison_document
 from echoplan.comparison.page import comparison_page

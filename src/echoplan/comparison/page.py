@@ -62,7 +62,7 @@ def _rightness(outcome: Outcome) -> tuple[tuple[str, str], ...]:
     tally, error = outcome.evaluation.matches.walls.tally, outcome.evaluation.map_error.mean
     return (
         ("walls", f"{tally.found} of {tally.wanted}"),
-        ("too many", f"{tally.estimates - tally.right}"),
+        ("extra walls", f"{tally.estimates - tally.right}"),
         ("error", "-" if isnan(error) else f"{1000 * error:.1f} mm"),
     )
 

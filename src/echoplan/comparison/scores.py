@@ -75,6 +75,6 @@ def score_methods(outcomes: Iterable[Outcome], methods: Sequence[str]) -> tuple[
 
 def _score(method: str, outcomes: tuple[Outcome, ...]) -> MethodScore:
     evaluations = [outcome.evaluation for outcome in outcomes if outcome.evaluation is not None]
-    # The same draws for every method: whoever runs the comparison again gets the same intervals.
+    # The same draws for every method: every run of the comparison gives the same intervals.
     summary = pool(evaluations, rng=np.random.default_rng(0)) if evaluations else None
     return MethodScore(method=method, outcomes=outcomes, summary=summary)

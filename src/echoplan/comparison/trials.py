@@ -35,7 +35,7 @@ class Subject:
     recording : Recording
         The sweeps.
     truth : Truth, optional
-        What a map of it should say; None where nobody knows.
+        What a map of it should say; None where it is unknown.
     min_stations : int, optional
         Objects that fewer stations can detect do not count for recall.
     """
@@ -75,7 +75,7 @@ class Trial:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Outcome:
-    """What came of a trial.
+    """The result of a trial.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def measure(trial: Trial) -> Outcome:
     """Run a trial in this process.
 
     Processor time is what a map costs however busy the machine is.  What a method loads and compiles when it is
-    used for the first time is not counted: it maps the first sweep once beforehand.
+    used for the first time is not counted: it maps the first sweep once before.
 
     Parameters
     ----------

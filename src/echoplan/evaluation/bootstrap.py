@@ -23,9 +23,9 @@ _Statistics: TypeAlias = Callable[[FloatArray, IntArray], FloatArray]
 
 
 class BootstrapSettings(BaseModel, frozen=True, extra="forbid"):
-    """How confidence intervals are found."""
+    """How confidence intervals are estimated."""
 
-    resamples: int = Field(default=1000, ge=1, description="how often to draw")
+    resamples: int = Field(default=1000, ge=1, description="number of bootstrap resamples")
     confidence: float = Field(default=0.95, gt=0, lt=1, description="share of the draws inside the interval")
 
 

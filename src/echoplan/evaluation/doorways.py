@@ -63,8 +63,9 @@ def true_doorways(truth: Truth) -> tuple[Doorway, ...]:
 
     A doorway is a gap of 0.4 to 3 m between the facing ends of two walls on one line.  No wall stands in it or up to
     0.5 m before and behind its middle, and on both sides the free space there is wider than the gap: a niche or a pier
-    is none.  Closing it would divide the floor: walls connect its ends another way, directly or across other gaps, so
-    the gap beside a free-standing box is none.  Gaps in two faces of one wall, at most 0.4 m apart, are one doorway.
+    does not count.  Closing it would divide the floor: walls connect its ends another way, directly or across other
+    gaps, so the gap beside a free-standing box does not count.  Gaps in two faces of one wall, at most 0.4 m apart, are
+    one doorway.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ __all__ = ["Evaluation", "EvaluationSettings", "evaluate"]
 
 
 class EvaluationSettings(BaseModel, frozen=True, extra="forbid"):
-    """How a map is held against the truth."""
+    """How a map is compared with the truth."""
 
     matching: MatchingSettings = Field(default=MatchingSettings(), description="which estimate is of which true object")
     outlines: OutlineSettings = Field(default=OutlineSettings(), description="how outlines are compared")

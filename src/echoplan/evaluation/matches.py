@@ -73,7 +73,7 @@ Kind_co = TypeVar("Kind_co", bound=Match, covariant=True)
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Matching(Generic[Kind_co]):
-    """What became of the true objects and of the estimates of one class.
+    """Matches between the true objects and the estimates of one class.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ from echoplan.model import FeatureMap, Truth
 
 __all__ = ["DirectedError", "MapError", "Outline", "OutlineSettings", "compare_outlines"]
 
-# Points that are held against an outline at once: a whole building would fill the memory.
+# Points that are compared with an outline at once: a whole building would fill the memory.
 _BLOCK = 4096
 # At the default spacing a kilometre of walls, more than a large building has; longer outlines are sampled less densely.
 _SAMPLES_AT_MOST = 100_000

@@ -196,7 +196,7 @@ def _consistency(consistency: Consistency) -> tuple[str, ...]:
 
 
 def _consistent(several: Sequence[Consistency]) -> tuple[str, ...]:
-    """Sum up classes; NEES of different numbers of parameters have no common mean to be held against."""
+    """Sum up classes; NEES of different numbers of parameters have no common expected mean."""
     count, inside = sum(len(each.nees) for each in several), sum(each.inside for each in several)
     return ("all", str(count), *3 * (_UNKNOWN,), _percent(inside / count if count else nan))
 

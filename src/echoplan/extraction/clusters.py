@@ -17,11 +17,11 @@ class ClusteringSettings(BaseModel, frozen=True, extra="forbid"):
     """Settings of the clustering; the paper names the method and none of its numbers."""
 
     jump: float = Field(
-        default=0.02, gt=0.0, description="neighbouring distances that differ by more are two reflectors [m]"
+        default=0.02, gt=0.0, description="greatest difference of neighbouring distances of one reflector [m]"
     )
-    max_gap: float = Field(default=4.5, ge=1.0, description="missing steps of rotation that a run survives (dropouts)")
-    reach: int = Field(default=4, ge=1, le=1000, description="neighbours to which a ping may be linked (stray echoes)")
-    min_pings: int = Field(default=3, ge=1, description="a run of fewer pings is no feature")
+    max_gap: float = Field(default=4.5, ge=1.0, description="greatest gap within a run (dropouts) [steps of rotation]")
+    reach: int = Field(default=4, ge=1, le=1000, description="number of neighbours with which a ping is compared")
+    min_pings: int = Field(default=3, ge=1, description="least number of pings of a run")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

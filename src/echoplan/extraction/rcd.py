@@ -20,7 +20,7 @@ class RcdSettings(BaseModel, frozen=True, extra="forbid"):
         gt=0.0,
         description="greatest difference of depth within a region [m]: two steps of a 5 mm module",
     )
-    min_pings: int = Field(default=5, ge=1, description="a region of fewer pings is none")
+    min_pings: int = Field(default=5, ge=1, description="least number of pings of a region")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -48,8 +48,8 @@ class _ProbabilitiesForm(Form):
 
 
 _Likelihood = Annotated[_ProbabilitiesForm | None, Field(description="how likely it is of each class")]
-_Pings = Annotated[Count, Field(description="how many pings speak for it")]
-_Stations = Annotated[Count, Field(description="Number of stations that detected it.")]
+_Pings = Annotated[Count, Field(description="the number of pings that support it")]
+_Stations = Annotated[Count, Field(description="the number of stations that detected it")]
 _Neighbours = Annotated[
     list[Count],
     Field(description="a list of the walls on both sides, by their places in the list of walls, counted from 0"),
@@ -93,7 +93,7 @@ class _WallForm(Form):
 
 class _CornerForm(Form):
     position: Pair = Field(description="its vertex [x, y] in metres")
-    kind: Literal["concave", "convex"] = Field(description="Shape as seen from the stations that detected it.")
+    kind: Literal["concave", "convex"] = Field(description="its shape as seen from the stations that detected it")
     covariance: _Matrix2 = Field(description="the 2 x 2 covariance of x and y")
     class_probabilities: _Likelihood = None
     pings: _Pings = 0

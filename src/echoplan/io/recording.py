@@ -77,7 +77,7 @@ def read_recording(path: Path) -> RecordingFolder:
     Returns
     -------
     RecordingFolder
-        A source; its rows are read, and checked, while its sweeps are asked for.
+        A source; its rows are read, and checked, while its sweeps are iterated over.
 
     Raises
     ------

@@ -70,7 +70,7 @@ class _FiringForm(Form, extra="forbid"):
 class _TransducerForm(Form, extra="forbid"):
     frequency: Hertz | None = Field(default=None, description="the frequency of the carrier [Hz]")
     piston_radius: Metres | None = Field(
-        default=None, description="Radius of the piston that transmits and receives [m]."
+        default=None, description="the radius of the piston that transmits and receives [m]"
     )
     figure_of_merit: Decibels | None = Field(default=None, description="source level less detection threshold [dB]")
     quality_factor: Cycles | None = Field(default=None, description="the Q of the sending and receiving resonators")
@@ -106,7 +106,7 @@ class _ConventionsForm(Form, extra="forbid"):
     range_unit: _Unit = Field(
         default="m", description='the unit of ranges: "m", "cm", "mm", "in", "ft" or metres in it'
     )
-    position_unit: _Unit = Field(default="m", description="the unit of x and y, likewise")
+    position_unit: _Unit = Field(default="m", description="the unit of x and y, written as that of ranges")
     heading: Literal["counter-clockwise", "clockwise", "compass"] = Field(
         default="counter-clockwise",
         description='how headings grow: "counter-clockwise" or "clockwise" from +x, "compass" (clockwise from +y)',
@@ -133,17 +133,17 @@ def _metres(unit: str | float) -> float:
 
 
 class _RigForm(Form, extra="forbid"):
-    name: str = Field(default="rig", description="what people call the rig")
+    name: str = Field(default="rig", description="the name of the rig")
     turret: _TurretForm = Field(default=_TurretForm(), description="the pose of the servo's axis in base_link")
     sensor: list[_SensorForm] = Field(description="a list of tables [[sensor]], one for each")
     servo: _ServoForm | None = Field(default=None, description="the turn of the turret in one sweep")
     firing: _FiringForm | None = Field(default=None, description="the order in which the sensors fire")
-    transducer: _TransducerForm | None = Field(default=None, description="what the simulator needs to know")
+    transducer: _TransducerForm | None = Field(default=None, description="the transducer, for the simulator")
     odometry: _OdometryForm | None = Field(default=None, description="how far dead reckoning may be off")
     conventions: _ConventionsForm = Field(
         default=_ConventionsForm(), description="how the recording beside it is written"
     )
-    speed_of_sound: float | None = Field(default=None, description="with which modules turn time into range [m/s]")
+    speed_of_sound: float | None = Field(default=None, description="the speed of sound that the modules assume [m/s]")
     rays: bool | None = Field(default=None, description="whether a reading is the nearest point in a cone of rays")
 
     def value(self) -> Rig:

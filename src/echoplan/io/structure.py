@@ -200,7 +200,11 @@ def _key_at(location: Location, form: type[BaseModel]) -> tuple[str, str]:
         return "", ""
     key = str(location[names[-1]])
     field = _form_at(location[: names[-1]], form).model_fields.get(key)
-    return key, f"{key} is {field.description}" if field else ""
+    if not field:
+        return key, ""
+    meaning = str(field.description)
+    # Some forms describe their fields by a phrase, and settings by a sentence.
+    return key, f"{key}: {meaning}" if meaning[:1].isupper() else f"{key} is {meaning}"
 
 
 def _nearest(key: str, form: type[BaseModel]) -> str:

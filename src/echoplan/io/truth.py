@@ -18,10 +18,12 @@ __all__ = ["read_truth", "write_truth"]
 
 class _TruthForm(Form):
     walls: list[Quadruple] = Field(description="a list of faces [x1, y1, x2, y2] in metres")
-    walls_heard: list[Count] | None = Field(default=None, description="Number of stations that can detect each wall.")
+    walls_heard: list[Count] | None = Field(
+        default=None, description="the number of stations that can detect each wall"
+    )
     cylinders: list[Triple] = Field(default=[], description="a list of cylinders [x, y, radius] in metres")
     cylinders_heard: list[Count] | None = Field(
-        default=None, description="Number of stations that can detect each cylinder."
+        default=None, description="the number of stations that can detect each cylinder"
     )
     poses: list[Triple] = Field(default=[], description="the true pose [x, y, yaw] of each sweep")
     given: list[Triple] = Field(default=[], description="the recorded pose [x, y, yaw] of each sweep")
@@ -53,7 +55,7 @@ def read_truth(path: Path) -> Truth:
     Parameters
     ----------
     path : Path or str
-        The file, usually ``truth.json``; or a world, of which all faces and cylinders are asked for.
+        The file, usually ``truth.json``; or a world, all of whose faces and cylinders count.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What numbers in files can be: their physical bounds, and wrong units as far as they give themselves away."""
+"""What numbers in files can be: their physical bounds, and wrong units where the numbers reveal them."""
 
 from math import pi
 from typing import Annotated
@@ -45,7 +45,7 @@ def looks_like_degrees(angles: ArrayLike) -> bool:
     """Return whether angles are surely degrees.
 
     Radians may grow beyond a turn where they are not wrapped, but beyond two turns they are never all written
-    to one decimal.  Small or finely divided angles in degrees do not give themselves away.
+    to one decimal.  Small or finely divided angles in degrees are not recognised.
 
     Parameters
     ----------

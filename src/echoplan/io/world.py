@@ -36,7 +36,7 @@ class _CylinderForm(Form, extra="forbid"):
 
 
 class _WorldForm(Form, extra="forbid"):
-    name: str = Field(default="", description="what people call the world")
+    name: str = Field(default="", description="the name of the world")
     wall: list[_WallForm] = Field(default=[], description="a list of tables [[wall]], one for each run")
     cylinder: list[_CylinderForm] = Field(default=[], description="a list of tables [[cylinder]], one for each")
 

@@ -15,7 +15,7 @@ __all__ = ["METHODS", "Method", "find_method"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Method:
-    """A mapper by name, imported when it is asked for.
+    """A mapper by name, imported when it is needed.
 
     Parameters
     ----------

@@ -104,8 +104,8 @@ class Wall:
     Raises
     ------
     InvalidValueError
-        If a number is not finite (NaN is allowed in ``endpoint_sigmas``), the ends coincide, the covariance is none, or
-        ``inferred`` or a standard deviation is negative.
+        If a number is not finite (NaN is allowed in ``endpoint_sigmas``), the ends coincide, the covariance is invalid,
+        or ``inferred`` or a standard deviation is negative.
     """
 
     normal_angle: float
@@ -168,7 +168,7 @@ class Corner:
     Raises
     ------
     InvalidValueError
-        If the position is not finite or the covariance is none.
+        If the position is not finite or the covariance is invalid.
     """
 
     position_xy: FloatArray
@@ -320,13 +320,13 @@ class FeatureMap:
     unobserved : tuple of UnobservedStretch, optional
         Stretches of wall lines that no station could observe.
     quality : Quality, optional
-        Whether the map can be trusted; None where nobody assessed it.
+        Whether the map can be trusted; None where it was not assessed.
 
     Raises
     ------
     InvalidValueError
         If sweeps and poses differ in number, or poses and those of their covariances that there are; if one of
-        these is none; or if an opening or an unobserved stretch refers to a wall that the map does not hold.
+        these is invalid; or if an opening or an unobserved stretch refers to a wall that the map does not hold.
     """
 
     method: str

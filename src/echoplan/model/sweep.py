@@ -46,7 +46,7 @@ class Sweep:
     map_from_base : ndarray, shape (n, 3)
         Pose of the robot at each ping [m, m, rad].
     temperature : float, optional
-        Temperature of the air [degrees Celsius]; ``nan`` where nobody measured it.
+        Temperature of the air [degrees Celsius]; ``nan`` where it was not measured.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Worlds to be simulated, ways through them and the truth that a map is held against."""
+"""Worlds to be simulated, ways through them and the truth that a map is compared with."""
 
 from dataclasses import dataclass, field
 

@@ -36,7 +36,7 @@ def decisions_in_words(events: Sequence[Event], feature_map: FeatureMap) -> Defi
     events : sequence of Event
         Decisions in the order in which they were made, in the frame of the map.
     feature_map : FeatureMap
-        The map that came of them.
+        The resulting map.
 
     Returns
     -------

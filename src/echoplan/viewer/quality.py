@@ -53,5 +53,5 @@ def quality_element(quality: Quality) -> ET.Element:
 
 
 def warning_of(quality: Quality | None) -> str:
-    """Return the words that a drawing of a map must carry; empty if the map is good or nobody assessed it."""
+    """Return the words that a drawing of a map must carry; empty if the map is good or was not assessed."""
     return "" if quality is None or quality.verdict is Verdict.GOOD else headline(quality)

@@ -34,7 +34,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Located:
-    """A cluster and what became of it.
+    """A cluster and its detection.
 
     Parameters
     ----------

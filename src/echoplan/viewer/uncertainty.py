@@ -75,7 +75,7 @@ def error_ellipse(position_xy: ArrayLike, covariance: ArrayLike, *, probability:
     Raises
     ------
     InvalidValueError
-        If the covariance is none.
+        If the covariance is invalid.
 
     Examples
     --------

@@ -41,7 +41,7 @@ def test_numbers_stand_below_each_map() -> None:
     good, poor = (figure.findall("dl/div") for figure in rooms(PAGE)[0].iter("figure"))
     shown = [{pair.findtext("dt"): pair.findtext("dd") for pair in pairs} for pairs in (good, poor)]
     assert [each["walls"] for each in shown] == ["5 of 5", "3 of 5"]
-    assert [each["too many"] for each in shown] == ["0", "0"]
+    assert [each["extra walls"] for each in shown] == ["0", "0"]
     assert [each["time"] for each in shown] == ["0.36 s", "0.72 s"]
 
 

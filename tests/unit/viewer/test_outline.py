@@ -86,7 +86,7 @@ def test_where_no_station_is_opposite_the_majority_decides_the_side() -> None:
     np.testing.assert_allclose(body(FLOOR, stations_xy=beside)[2:, 1], 0.1)
 
 
-@pytest.mark.parametrize("heard_from", [NOBODY, np.array([[1.0, 1.0], [1.0, -1.0]])])
+@pytest.mark.parametrize("stations_xy", [NOBODY, np.array([[1.0, 1.0], [1.0, -1.0]])])
 def test_where_stations_do_not_decide_the_normal_does(stations_xy: FloatArray) -> None:
     normal = FLOOR.normal_xy[1]
     np.testing.assert_allclose(body(FLOOR, stations_xy=stations_xy)[2:, 1], 0.1 * normal, atol=1e-12)
