@@ -162,14 +162,14 @@ class SalientEkfMapper:
         return _stations(landmark) >= self.settings.assembly.min_stations
 
     def _value(self, landmark: Landmark) -> FloatArray:
-        return self.slam.belief[landmark.name]
+        return self.slam.state[landmark.name]
 
     def _covariance(self, landmark: Landmark) -> FloatArray:
-        return self.slam.belief.of([landmark.name]).covariance
+        return self.slam.state.marginal([landmark.name]).covariance
 
 
 def _is_whole(cluster: Cluster) -> bool:
-    """Tell whether no nearer echo covers an end of a cluster: the middle of what is left would be no middle."""
+    """Return True if no nearer echo covers an end of a cluster, which would displace its middle."""
     return min(cluster.right, cluster.left) > float(cluster.distances.min())
 
 

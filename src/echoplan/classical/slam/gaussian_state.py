@@ -1,4 +1,4 @@
-"""Beliefs: what an extended Kalman filter knows, a Gaussian over blocks of variables that have names."""
+"""State of an extended Kalman filter: mean and covariance of named blocks of variables."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -7,21 +7,21 @@ import numpy as np
 
 from echoplan.arrays import FloatArray, IntArray, checked_covariance, checked_floats, store
 
-__all__ = ["Belief", "Innovation"]
+__all__ = ["GaussianState", "Innovation"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Innovation:
-    """What a measurement says that was not expected, linearised about a belief.
+    """Measured minus predicted values, with the measurement model linearised about a state.
 
     Parameters
     ----------
     blocks : tuple of str
-        Names of the blocks on which the expectation depends.
+        Names of the blocks on which the prediction depends.
     residual : ndarray, shape (m,)
-        Measured less expected.
+        Measured minus predicted.
     jacobian : ndarray, shape (m, k)
-        Derivatives of the expectation by the k variables of those blocks, in that order.
+        Derivatives of the prediction by the k variables of those blocks, in that order.
     noise : ndarray, shape (m, m)
         Covariance of the measurement.
     """
@@ -42,17 +42,17 @@ class Innovation:
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Belief:
-    """A Gaussian over n variables in blocks that have names.
+class GaussianState:
+    """A Gaussian over n variables in named blocks.
 
     Parameters
     ----------
     sizes : mapping of str to int
-        How many variables each block has, in their order.
+        Number of variables of each block, in their order.
     mean : ndarray, shape (n,)
-        Best guesses; units are the caller's.
+        Estimates; the caller chooses the units.
     covariance : ndarray, shape (n, n)
-        Of the variables, in the same order.
+        Their covariance, in the same order.
     """
 
     sizes: Mapping[str, int]
@@ -61,23 +61,23 @@ class Belief:
 
     def __getitem__(self, block: str) -> FloatArray:
         """Return the mean of a block."""
-        return self.mean[self._places([block])]
+        return self.mean[self._indices([block])]
 
-    def of(self, blocks: Sequence[str]) -> "Belief":
-        """Forget all but some blocks.
+    def marginal(self, blocks: Sequence[str]) -> "GaussianState":
+        """Marginalise all blocks but some.
 
         Parameters
         ----------
         blocks : sequence of str
-            Which to keep, in the order wanted.
+            Blocks to keep, in this order.
 
         Returns
         -------
-        Belief
-            The marginal over them.
+        GaussianState
+            The marginal distribution of those blocks.
         """
-        kept = self._places(blocks)
-        return Belief(
+        kept = self._indices(blocks)
+        return GaussianState(
             sizes={block: self.sizes[block] for block in blocks},
             mean=self.mean[kept],
             covariance=self.covariance[np.ix_(kept, kept)],
@@ -85,8 +85,8 @@ class Belief:
 
     def extended(
         self, block: str, values: FloatArray, *, given: Sequence[str], jacobian: FloatArray, noise: FloatArray
-    ) -> "Belief":
-        """Add a block that depends on those there are: ``y = f(x) + e``.
+    ) -> "GaussianState":
+        """Augment the state with a block that depends on others: ``y = f(x) + e``.
 
         Parameters
         ----------
@@ -103,27 +103,27 @@ class Belief:
 
         Returns
         -------
-        Belief
-            With the new block last.
+        GaussianState
+            The state with the new block last.
 
         Examples
         --------
-        >>> place = Belief(sizes={"a": 1}, mean=np.zeros(1), covariance=np.eye(1))
+        >>> place = GaussianState(sizes={"a": 1}, mean=np.zeros(1), covariance=np.eye(1))
         >>> place.extended("b", np.ones(1), given=["a"], jacobian=np.eye(1), noise=np.eye(1)).covariance
         array([[1., 1.],
                [1., 2.]])
         """
-        chosen = self._places(given)
+        chosen = self._indices(given)
         cross = jacobian @ self.covariance[chosen]
         own = cross[:, chosen] @ jacobian.T + noise
-        return Belief(
+        return GaussianState(
             sizes={**self.sizes, block: len(values)},
             mean=np.concatenate([self.mean, values]),
             covariance=np.block([[self.covariance, cross.T], [cross, (own + own.T) / 2]]),
         )
 
     def squared_distance(self, innovation: Innovation) -> float:
-        """Mahalanobis distance of a measurement from its expectation, squared.
+        """Squared Mahalanobis distance of a measurement from its prediction.
 
         Parameters
         ----------
@@ -133,12 +133,14 @@ class Belief:
         Returns
         -------
         float
-            Distributed as chi squared with m degrees of freedom if the measurement is of what it is taken for.
+            Chi-squared with m degrees of freedom if the association is correct.
         """
-        return float(innovation.residual @ np.linalg.solve(self._spread(innovation), innovation.residual))
+        return float(
+            innovation.residual @ np.linalg.solve(self._innovation_covariance(innovation), innovation.residual)
+        )
 
-    def surprise(self, innovation: Innovation) -> float:
-        """How unlikely a measurement is: minus twice the logarithm of its density.
+    def deviance(self, innovation: Innovation) -> float:
+        """Deviance of a measurement: minus twice the logarithm of its predictive density.
 
         Parameters
         ----------
@@ -148,13 +150,13 @@ class Belief:
         Returns
         -------
         float
-            Comparable between explanations of the same measurement.
+            Comparable between associations of the same measurement.
         """
-        _, logarithm = np.linalg.slogdet(2 * np.pi * self._spread(innovation))
+        _, logarithm = np.linalg.slogdet(2 * np.pi * self._innovation_covariance(innovation))
         return self.squared_distance(innovation) + float(logarithm)
 
-    def corrected(self, innovation: Innovation) -> "Belief":
-        """Learn from a measurement: the update of the extended Kalman filter, in Joseph's form.
+    def updated(self, innovation: Innovation) -> "GaussianState":
+        """Update the state with a measurement, in Joseph's form of the extended Kalman filter.
 
         Parameters
         ----------
@@ -163,34 +165,34 @@ class Belief:
 
         Returns
         -------
-        Belief
-            Over the same blocks, surer of them.
+        GaussianState
+            The posterior over the same blocks.
 
         Examples
         --------
-        >>> place = Belief(sizes={"a": 1}, mean=np.zeros(1), covariance=np.eye(1))
+        >>> place = GaussianState(sizes={"a": 1}, mean=np.zeros(1), covariance=np.eye(1))
         >>> seen = Innovation(blocks=("a",), residual=np.ones(1), jacobian=np.eye(1), noise=np.eye(1))
-        >>> place.corrected(seen).mean, place.corrected(seen).covariance
+        >>> place.updated(seen).mean, place.updated(seen).covariance
         (array([0.5]), array([[0.5]]))
         """
-        chosen = self._places(innovation.blocks)
-        gain = np.linalg.solve(self._spread(innovation), innovation.jacobian @ self.covariance[chosen]).T
+        chosen = self._indices(innovation.blocks)
+        gain = np.linalg.solve(self._innovation_covariance(innovation), innovation.jacobian @ self.covariance[chosen]).T
         rest = np.eye(len(self.mean))
         rest[:, chosen] -= gain @ innovation.jacobian
         covariance = rest @ self.covariance @ rest.T + gain @ innovation.noise @ gain.T
-        return Belief(
+        return GaussianState(
             sizes=self.sizes,
             mean=self.mean + gain @ innovation.residual,
             covariance=(covariance + covariance.T) / 2,
         )
 
-    def _spread(self, innovation: Innovation) -> FloatArray:
-        """Covariance of the residual."""
-        chosen = self._places(innovation.blocks)
+    def _innovation_covariance(self, innovation: Innovation) -> FloatArray:
+        """Covariance of the residual, shape (m, m)."""
+        chosen = self._indices(innovation.blocks)
         expected = innovation.jacobian @ self.covariance[np.ix_(chosen, chosen)] @ innovation.jacobian.T
         spread: FloatArray = expected + innovation.noise
         return spread
 
-    def _places(self, blocks: Sequence[str]) -> IntArray:
+    def _indices(self, blocks: Sequence[str]) -> IntArray:
         ends = dict(zip(self.sizes, np.cumsum(list(self.sizes.values())), strict=True))
         return np.concatenate([np.arange(ends[block] - self.sizes[block], ends[block]) for block in blocks])

@@ -1,7 +1,7 @@
-"""Landmarks: how a line or a circle looks from a pose, with derivatives, and where one must be to look so.
+"""Measurement models of lines and circles with their Jacobians, and the inverse models that initialise landmarks.
 
-A sighting is a located point in ``base_link``: the hub from which it was heard, the bearing of the reflector's normal
-and its distance.  A line ``(normal_angle, offset)`` with its normal away from the robot and a circle
+A sighting is a located point in ``base_link``: the hub that received it, the bearing of the reflector's normal and its
+distance.  A line ``(normal_angle, offset)`` with its normal away from the robot and a circle
 ``(x, y, radius)`` each predict both.
 """
 
@@ -19,7 +19,7 @@ __all__ = ["CIRCLE", "LINE", "Expectation", "Shape", "expect_circle", "expect_li
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Expectation:
-    """What a landmark should look like.
+    """Predicted sighting of a landmark.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Expectation:
     by_landmark: FloatArray
 
     def residual(self, point: LocatedPoint) -> FloatArray:
-        """Take the expectation from what was seen.
+        """Subtract the prediction from a sighting.
 
         Parameters
         ----------
@@ -54,18 +54,18 @@ class Expectation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shape:
-    """What a landmark may be.
+    """Kind of a landmark.
 
     Parameters
     ----------
     name : str
-        What to call it.
+        Its name.
     size : int
-        How many parameters it has.
+        Number of its parameters.
     expect : callable
         Takes pose, parameters and hub in ``base_link``; gives an `Expectation`.
     place : callable
-        Takes pose, sighting and a guess of the radius; gives the parameters that look so.
+        Takes pose, sighting and a prior of the radius; gives the parameters of which that is the sighting.
     """
 
     name: str
@@ -140,7 +140,7 @@ def expect_circle(pose: FloatArray, circle: FloatArray, hub_xy: FloatArray) -> E
 
 
 def _hub(pose: FloatArray, hub_xy: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Hub in the map, and how it moves when the robot turns."""
+    """Hub in the map, and its derivative by yaw."""
     hub = transform_points(pose, hub_xy)
     x, y = hub - pose[:2]
     return hub, np.array([-y, x])

@@ -1,25 +1,25 @@
-"""Motion between sweeps as dead reckoning tells it, and how far it may be trusted."""
+"""Motion between sweeps by odometry, and its covariance."""
 
 import numpy as np
 from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray
-from echoplan.classical.slam.gaussian_state import Belief
+from echoplan.classical.slam.gaussian_state import GaussianState
 from echoplan.geometry import compose, directions
 
 __all__ = ["MotionSettings", "moved"]
 
 
 class MotionSettings(BaseModel, frozen=True, extra="forbid"):
-    """How dead reckoning goes astray: a random walk, as of a small robot with wheel encoders on a hard floor."""
+    """Odometry noise: a random walk, as of a small robot with wheel encoders on a hard floor."""
 
-    along: float = Field(default=0.02, ge=0.0, description="deviation along the way after 1 m [m]")
-    lateral: float = Field(default=0.02, ge=0.0, description="deviation across the way after 1 m [m]")
+    along: float = Field(default=0.02, ge=0.0, description="standard deviation along the path after 1 m [m]")
+    lateral: float = Field(default=0.02, ge=0.0, description="standard deviation across the path after 1 m [m]")
     yaw_per_metre: float = Field(
-        default=0.035, ge=0.0, description="deviation of the heading after 1 m [rad]: 2 degrees"
+        default=0.035, ge=0.0, description="standard deviation of yaw after 1 m [rad]: 2 degrees"
     )
     yaw_per_radian: float = Field(
-        default=0.035, ge=0.0, description="deviation of the heading after a turn of 1 rad [rad]"
+        default=0.035, ge=0.0, description="standard deviation of yaw after a turn of 1 rad [rad]"
     )
 
     def covariance(self, motion: FloatArray) -> FloatArray:
@@ -33,7 +33,7 @@ class MotionSettings(BaseModel, frozen=True, extra="forbid"):
         Returns
         -------
         ndarray, shape (3, 3)
-            Of x, y and yaw; variances grow with the way and the turn.
+            Covariance of x, y and yaw; variances grow with distance and turn.
         """
         way, turn = float(np.hypot(*motion[:2])), abs(float(motion[2]))
         ahead, aside = _axes(float(np.arctan2(motion[1], motion[0])))
@@ -43,13 +43,15 @@ class MotionSettings(BaseModel, frozen=True, extra="forbid"):
         return spread
 
 
-def moved(belief: Belief, block: str, motion: FloatArray, *, start: str, settings: MotionSettings) -> Belief:
-    """Add the pose after a motion: the prediction of the extended Kalman filter, which keeps the pose before it.
+def moved(
+    state: GaussianState, block: str, motion: FloatArray, *, start: str, settings: MotionSettings
+) -> GaussianState:
+    """Predict the pose after a motion and augment the state with it; the pose before it stays.
 
     Parameters
     ----------
-    belief : Belief
-        Has the pose at which the motion began.
+    state : GaussianState
+        Contains the pose at which the motion began.
     block : str
         Name of the new pose.
     motion : ndarray, shape (3,)
@@ -57,26 +59,26 @@ def moved(belief: Belief, block: str, motion: FloatArray, *, start: str, setting
     start : str
         Name of the old pose.
     settings : MotionSettings
-        How far the motion may be trusted.
+        Noise of the motion.
 
     Returns
     -------
-    Belief
-        With the new pose last.
+    GaussianState
+        The state with the new pose last.
 
     Examples
     --------
-    >>> start = Belief(sizes={"a": 3}, mean=np.array([0.0, 0.0, np.pi / 2]), covariance=np.zeros((3, 3)))
+    >>> start = GaussianState(sizes={"a": 3}, mean=np.array([0.0, 0.0, np.pi / 2]), covariance=np.zeros((3, 3)))
     >>> moved(start, "b", np.array([1.0, 0.0, 0.1]), start="a", settings=MotionSettings())["b"].round(4)
     array([0.    , 1.    , 1.6708])
     """
-    pose = belief[start]
+    pose = state[start]
     after = compose(pose, motion)
     after[2] = pose[2] + motion[2]
     x, y = after[:2] - pose[:2]
     turned = np.eye(3)
     turned[:2, :2] = np.stack(_axes(float(pose[2])), axis=1)
-    return belief.extended(
+    return state.extended(
         block,
         after,
         given=[start],

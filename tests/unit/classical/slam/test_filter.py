@@ -82,23 +82,23 @@ def test_every_object_becomes_one_landmark_of_its_shape() -> None:
     slam, _ = run(np.random.default_rng(1))
     assert sorted(each.shape.name for each in slam.landmarks) == ["circle", "line", "line", "line", "line"]
     circle = next(each for each in slam.landmarks if each.shape is CIRCLE)
-    np.testing.assert_allclose(slam.belief[circle.name], WORLD[-1][1], atol=0.05)
+    np.testing.assert_allclose(slam.state[circle.name], WORLD[-1][1], atol=0.05)
 
 
 def test_corrected_poses_are_better_than_dead_reckoning(runs: list[tuple[Slam, FloatArray]]) -> None:
-    reckoned, corrected = (
+    odometric, corrected = (
         np.sqrt(np.mean(np.square([errors(each) for each in poses]), axis=(0, 1)))
         for poses in ([stations for _, stations in runs], [slam.poses for slam, _ in runs])
     )
-    assert np.hypot(*corrected[:2]) < np.hypot(*reckoned[:2]) / 3
-    assert corrected[2] < reckoned[2] / 2
+    assert np.hypot(*corrected[:2]) < np.hypot(*odometric[:2]) / 3
+    assert corrected[2] < odometric[2] / 2
 
 
 def test_the_filter_is_as_unsure_as_it_is_wrong(runs: list[tuple[Slam, FloatArray]]) -> None:
     nees = []
     for slam, _ in runs:
         error = errors(slam.poses)[-1]
-        covariance = slam.belief.of([f"pose {len(WAY) - 1}"]).covariance
+        covariance = slam.state.marginal([f"pose {len(WAY) - 1}"]).covariance
         nees.append(float(error @ np.linalg.solve(covariance, error)))
     # Three degrees of freedom; the bounds hold the mean of 25 with a probability of 99.9 %, and linearisation.
     assert 1.6 < np.mean(nees) < 5.0
@@ -109,7 +109,7 @@ def test_seeing_a_landmark_again_makes_it_surer() -> None:
     for sweep, pose in enumerate(WAY):
         slam.add(sweep, pose, sightings(pose, sweep, world=WORLD[:2]))
         if slam.landmarks:
-            sizes.append(np.trace(slam.belief.of([slam.landmarks[0].name]).covariance))
+            sizes.append(np.trace(slam.state.marginal([slam.landmarks[0].name]).covariance))
     assert len(sizes) == len(WAY) - 1
     assert all(later < earlier for earlier, later in pairwise(sizes))
 
@@ -118,11 +118,11 @@ def test_coming_back_makes_the_poses_before_surer_too() -> None:
     slam = Slam()
     for sweep, pose in enumerate(WAY[:3]):
         slam.add(sweep, pose, [])
-    before = slam.belief.of(["pose 1"]).covariance
+    before = slam.state.marginal(["pose 1"]).covariance
     for sweep, pose in enumerate(WAY[3:], start=3):
         slam.add(sweep, pose, sightings(pose, sweep))
     slam.add(7, WAY[0], sightings(WAY[0], 7))
-    assert np.trace(slam.belief.of(["pose 1"]).covariance) < np.trace(before)
+    assert np.trace(slam.state.marginal(["pose 1"]).covariance) < np.trace(before)
 
 
 def test_without_sightings_the_poses_are_those_of_dead_reckoning() -> None:
@@ -149,10 +149,10 @@ def test_a_stray_sighting_moves_nothing() -> None:
     slam = Slam()
     for sweep, pose in enumerate(WAY[:4]):
         slam.add(sweep, pose, sightings(pose, sweep))
-    before = slam.belief.mean
+    before = slam.state.mean
     stray = observed((0.0, 0.0), bearing=0.9, distance=0.4, sweep=3, degrees=(1.0, 1.0, 1.0))
-    slam._see(stray)
-    assert slam.belief.mean is before
+    slam._observe(stray)
+    assert slam.state.mean is before
 
 
 @pytest.mark.parametrize("window", [2, 4])
@@ -160,6 +160,6 @@ def test_poses_that_leave_the_window_stay_as_they_were_then(window: int) -> None
     slam = Slam(SlamSettings(window=window))
     for sweep, pose in enumerate(WAY):
         slam.add(sweep, pose, sightings(pose, sweep))
-    assert sum(block.startswith("pose") for block in slam.belief.sizes) == window
+    assert sum(block.startswith("pose") for block in slam.state.sizes) == window
     assert slam.poses.shape == WAY.shape
     np.testing.assert_allclose(errors(slam.poses), 0.0, atol=1e-3)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from echoplan.classical.slam import Belief, MotionSettings, moved
+from echoplan.classical.slam import GaussianState, MotionSettings, moved
 from echoplan.geometry import compose
 
-START = Belief(sizes={"a": 3}, mean=np.array([1.0, 2.0, 0.8]), covariance=np.diag([0.01, 0.04, 0.02]))
+START = GaussianState(sizes={"a": 3}, mean=np.array([1.0, 2.0, 0.8]), covariance=np.diag([0.01, 0.04, 0.02]))
 MOTION = np.array([0.6, 0.2, 0.3])
 
 
@@ -16,7 +16,7 @@ def test_the_pose_after_a_motion_is_that_of_dead_reckoning() -> None:
 
 
 def test_a_heading_may_turn_on_beyond_a_full_circle() -> None:
-    start = Belief(sizes={"a": 3}, mean=np.array([0.0, 0.0, 3.0]), covariance=np.zeros((3, 3)))
+    start = GaussianState(sizes={"a": 3}, mean=np.array([0.0, 0.0, 3.0]), covariance=np.zeros((3, 3)))
     assert moved(start, "b", np.array([0.0, 0.0, 0.5]), start="a", settings=MotionSettings())["b"][2] == 3.5
 
 
@@ -26,10 +26,10 @@ def test_the_spread_is_that_of_many_such_motions() -> None:
     starts = rng.multivariate_normal(START.mean, START.covariance / 100, size=40_000)
     motions = rng.multivariate_normal(MOTION, settings.covariance(MOTION), size=40_000)
     ends = compose(starts, motions)
-    near = Belief(sizes={"a": 3}, mean=START.mean, covariance=START.covariance / 100)
-    belief = moved(near, "b", MOTION, start="a", settings=settings)
-    np.testing.assert_allclose(belief.of(["b"]).covariance, np.cov(ends.T), rtol=0.1, atol=3e-5)
-    np.testing.assert_allclose(belief.covariance[:3, 3:], np.cov(starts.T, ends.T)[:3, 3:], rtol=0.1, atol=3e-5)
+    near = GaussianState(sizes={"a": 3}, mean=START.mean, covariance=START.covariance / 100)
+    state = moved(near, "b", MOTION, start="a", settings=settings)
+    np.testing.assert_allclose(state.marginal(["b"]).covariance, np.cov(ends.T), rtol=0.1, atol=3e-5)
+    np.testing.assert_allclose(state.covariance[:3, 3:], np.cov(starts.T, ends.T)[:3, 3:], rtol=0.1, atol=3e-5)
 
 
 def test_errors_along_the_way_are_along_the_way() -> None:
