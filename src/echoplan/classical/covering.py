@@ -17,7 +17,7 @@ class Covering(IntEnum):
 
 
 def covering_state(cluster: Cluster) -> Covering:
-    """Tell at which ends a nearer echo takes over.
+    """Return the ends of a cluster at which a nearer echo occludes it.
 
     Parameters
     ----------

@@ -67,7 +67,7 @@ class FuzzySettings(BaseModel, frozen=True, extra="forbid"):
 
     rules: Literal["paper", "monotone"] = Field(
         default="paper",
-        description="Table 4 to the letter, or mended so that a wider cluster is never a lesser class",
+        description="Table 4 as printed, or corrected so that a wider cluster never gets a lower class",
     )
     max_width: float | None = Field(
         default=None,

@@ -64,7 +64,7 @@ class GridMapper:
 
     @property
     def grid(self) -> OccupancyGrid:
-        """The grid of all sweeps so far; one unknown cell before anything was heard.
+        """The grid of all sweeps so far; one unknown cell before the first echo.
 
         Raises
         ------

@@ -90,28 +90,28 @@ class HoughMapper:
         )
 
     def group(self, reflectors: list[Reflector], loci: Loci) -> Grouped:
-        """Tell walls, corners and cylinders apart.
+        """Classify reflectors as walls, corners and cylinders.
 
         Parameters
         ----------
         reflectors : list of Reflector
-            What won the votes.
+            Reflectors found by the votes.
         loci : Loci
             Arcs of all sweeps.
 
         Returns
         -------
         Grouped
-            Lines are walls; points are told apart by the radius of the circle that their echoes touch.
+            Lines are walls; points are classified by the radius of the circle that their echoes touch.
         """
-        heard = {
+        members_of_kind = {
             kind: [observations_of_reflector(each, loci, degrees=degrees) for each in reflectors if each.kind is kind]
             for kind, degrees in _DEGREES.items()
         }
-        points = [tuple(members) for members in heard[ReflectorKind.POINT]]
+        points = [tuple(members) for members in members_of_kind[ReflectorKind.POINT]]
         round_ones = [members for members in points if self._radius(members) > self.settings.point_radius]
         return Grouped(
-            lines=[self._wall(members) for members in heard[ReflectorKind.LINE]],
+            lines=[self._wall(members) for members in members_of_kind[ReflectorKind.LINE]],
             corners=[each for members in points if members not in round_ones for each in members],
             cylinders=round_ones,
         )

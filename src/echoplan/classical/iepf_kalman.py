@@ -44,7 +44,7 @@ class IepfKalmanSettings(BaseModel, frozen=True, extra="forbid"):
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class _Echoes:
-    """Echo points of one sensor, one after the other, with where and in which sweep each was heard."""
+    """Echo points of one sensor, one after the other, with the hub and the sweep of each."""
 
     points_xy: FloatArray
     origins_xy: FloatArray

@@ -42,7 +42,7 @@ _REPEATED = StationSettings(way=0.01, turn=math.radians(1.0), most_pings=2**31)
 # The radii in Eq. 5 are settled when none changes by more [m]: a hundredth of what they are uncertain by.
 _SETTLED = 1e-4
 
-# A prior of this deviation [m] moves no radius that the stations tell to 0.1 m by more than a micrometre.
+# A prior this wide [m] moves a radius known to 0.1 m by no more than a micrometre.
 _UNINFORMATIVE = 100.0
 
 

@@ -1,6 +1,6 @@
 """The plain plot of points: every echo drawn on the axis of its beam, as if sound were a ray.
 
-No paper's: what everyone draws first, and the yardstick of all others.  A wall is heard from half a beam to either
+No paper's: what everyone draws first, and the yardstick of all others.  A wall is detected from half a beam to either
 side of its normal at one and the same range, so that it is drawn as an arc about the sensor.
 """
 

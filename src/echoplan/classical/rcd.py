@@ -89,7 +89,7 @@ class RcdMapper:
         )
 
     def group(self, observations: list[Observation]) -> Grouped:
-        """Tell walls, corners and cylinders apart by what their regions share.
+        """Classify walls, corners and cylinders by what their regions share.
 
         Parameters
         ----------

@@ -1,7 +1,7 @@
 """Salient features and an extended Kalman filter: maps while it corrects the odometry.
 
 After the idea of Lee and Song (2010), here as recalled from summaries, not from the article itself: returns that lie
-on a common circle come from one reflector and are worth more than any one of them.  In a sweep from one place that
+on a common circle come from one reflector and determine it better than any one of them.  In a sweep from one place that
 circle is a region of constant depth about the sensor.  Its middle is the sighting; lines and circles that explain the
 sightings of several sweeps are the landmarks of an EKF over the last poses and the map (Smith, Self and Cheeseman
 1990), matched by the gate of their Mahalanobis distance.

@@ -67,7 +67,7 @@ class TopologicalMapper:
         return self.features.observations
 
     def free_space(self) -> FreeSpace:
-        """Tell what was shown to be free so far.
+        """Return the space observed as free so far.
 
         Returns
         -------
@@ -77,7 +77,7 @@ class TopologicalMapper:
         return find_free_space(self._heard, self.settings.free_space)
 
     def graph(self) -> TopologicalGraph:
-        """Tell places and passages so far.
+        """Return places and passages found so far.
 
         Returns
         -------

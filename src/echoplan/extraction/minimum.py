@@ -273,8 +273,8 @@ def compensated_clusters(
 def middle_point(cluster: Cluster, *, resolution: float = 0.0) -> LocatedPoint:
     """Locate an object by the middle of its cluster.
 
-    A point is as far away in one direction of the beam as in another, so its distances have no minimum to be
-    fitted; its direction lies anywhere in the window in which nothing else was detected.
+    A point has the same distance in every direction of the beam, so its distances have no minimum to fit; its
+    direction lies anywhere in the window in which nothing else was detected.
 
     Parameters
     ----------

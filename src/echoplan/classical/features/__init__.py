@@ -2,18 +2,19 @@
 
 from echoplan.classical.features.assembly import AssemblySettings, Grouped, assemble
 from echoplan.classical.features.association import AssociationSettings, Group, absorb, group_lines, group_points
-from echoplan.classical.features.corners import Voices, corner_of, crossing_covariance, heard_at
+from echoplan.classical.features.corners import CornerObservations, associate_corners, corner_of, crossing_covariance
 from echoplan.classical.features.cylinders import CylinderSettings, cylinder_of
 from echoplan.classical.features.fits import Fit, fit_circle, fit_line
 from echoplan.classical.features.junctions import Junction, Span, junctions, settle
 from echoplan.classical.features.observations import Observation, Stack, shares, stations_of
 from echoplan.classical.features.targets import Target, TargetKind, find_targets
-from echoplan.classical.features.walls import WallSettings, heard_span, walls_of
+from echoplan.classical.features.walls import WallSettings, detected_span, walls_of
 from echoplan.classical.points import PointFeatures, PointFeatureSettings, features_of_points
 
 __all__ = [
     "AssemblySettings",
     "AssociationSettings",
+    "CornerObservations",
     "CylinderSettings",
     "Fit",
     "Group",
@@ -26,21 +27,20 @@ __all__ = [
     "Stack",
     "Target",
     "TargetKind",
-    "Voices",
     "WallSettings",
     "absorb",
     "assemble",
+    "associate_corners",
     "corner_of",
     "crossing_covariance",
     "cylinder_of",
+    "detected_span",
     "features_of_points",
     "find_targets",
     "fit_circle",
     "fit_line",
     "group_lines",
     "group_points",
-    "heard_at",
-    "heard_span",
     "junctions",
     "settle",
     "shares",

@@ -8,11 +8,11 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from echoplan.classical.features.association import AssociationSettings, Group
-from echoplan.classical.features.corners import Voices, corner_of, heard_at
+from echoplan.classical.features.corners import CornerObservations, associate_corners, corner_of
 from echoplan.classical.features.cylinders import CylinderSettings, cylinder_of
 from echoplan.classical.features.junctions import Junction, Span, junctions, settle
 from echoplan.classical.features.observations import Observation, stations_of
-from echoplan.classical.features.walls import WallSettings, heard_span, walls_of
+from echoplan.classical.features.walls import WallSettings, detected_span, walls_of
 from echoplan.model import FeatureMap, Sweep
 
 __all__ = ["AssemblySettings", "Grouped", "assemble"]
@@ -24,7 +24,7 @@ class AssemblySettings(BaseModel, frozen=True, extra="forbid"):
     """How observations of many sweeps become one map."""
 
     association: AssociationSettings = Field(default_factory=AssociationSettings)
-    min_stations: int = Field(default=2, ge=1, description="an object heard from fewer stations is none")
+    min_stations: int = Field(default=2, ge=1, description="number of stations that must detect an object")
     walls: WallSettings = Field(default_factory=WallSettings)
     cylinders: CylinderSettings = Field(default_factory=CylinderSettings)
 
@@ -38,7 +38,7 @@ class Grouped:
     lines : list of Group
         Walls.
     corners : list of Observation
-        Corners that were heard by themselves.
+        Observations of corners themselves.
     cylinders : list of tuple of Observation
         Cylinders.
     """
@@ -48,17 +48,17 @@ class Grouped:
     cylinders: list[tuple[Observation, ...]] = field(default_factory=list)
 
     def confirmed(self, min_stations: int) -> "Grouped":
-        """Keep the walls and cylinders that enough stations heard; corners need walls that meet anyway.
+        """Keep the walls and cylinders that enough stations detected; corners need walls that meet anyway.
 
         Parameters
         ----------
         min_stations : int
-            How many are enough.
+            Smallest number of stations.
 
         Returns
         -------
         Grouped
-            The others are gone.
+            Without the others.
         """
         return Grouped(
             lines=[group for group in self.lines if group.stations >= min_stations],
@@ -75,12 +75,12 @@ def assemble(
     method: str,
     parameters: Mapping[str, object] = _NONE,
 ) -> FeatureMap:
-    """Fit, lengthen and cross: make a map of grouped observations.
+    """Make a map of grouped observations: fit, extend and intersect.
 
     Parameters
     ----------
     grouped : Grouped
-        What was heard, by object.
+        Observations by object.
     sweeps : list of Sweep
         What the map was made of; their poses are taken as given.
     settings : AssemblySettings
@@ -96,7 +96,7 @@ def assemble(
         Walls that end where they meet, corners where they cross, cylinders with their radius.
     """
     sure = grouped.confirmed(settings.min_stations)
-    spans = [heard_span(group, settings.walls) for group in sure.lines]
+    spans = [detected_span(group, settings.walls) for group in sure.lines]
     corners = _corners(spans, sure.corners, settings)
     walls = walls_of(sure.lines, spans, [meeting for meeting, _ in corners])
     cylinders = [
@@ -106,16 +106,18 @@ def assemble(
         method=method,
         parameters=parameters,
         walls=walls,
-        corners=tuple(corner_of(meeting, walls, voices) for meeting, voices in corners),
+        corners=tuple(corner_of(meeting, walls, associated) for meeting, associated in corners),
         cylinders=tuple(cylinder for cylinder in cylinders if cylinder is not None),
         sweeps=np.array([sweep.index for sweep in sweeps], dtype=np.int64),
         poses=np.array([sweep.station for sweep in sweeps]).reshape(-1, 3),
     )
 
 
-def _corners(spans: list[Span], heard: list[Observation], settings: AssemblySettings) -> list[tuple[Junction, Voices]]:
-    """Settle which walls meet: first where the corner was heard, then where little must be added."""
+def _corners(
+    spans: list[Span], observations: list[Observation], settings: AssemblySettings
+) -> list[tuple[Junction, CornerObservations]]:
+    """Decide which walls meet: first where the corner was detected, then in order of the extension needed."""
     possible = junctions(spans, max_extension=settings.walls.heard_extension)
-    voices = dict(zip(possible, heard_at(possible, heard, settings.association), strict=True))
-    trusted = [each for each in possible if voices[each] or each.longest <= settings.walls.max_extension]
-    return [(each, voices[each]) for each in settle(sorted(trusted, key=lambda each: not voices[each]))]
+    associated = dict(zip(possible, associate_corners(possible, observations, settings.association), strict=True))
+    trusted = [each for each in possible if associated[each] or each.longest <= settings.walls.max_extension]
+    return [(each, associated[each]) for each in settle(sorted(trusted, key=lambda each: not associated[each]))]

@@ -47,7 +47,7 @@ class Group:
 
     @property
     def stations(self) -> int:
-        """From how many sweeps the object was heard."""
+        """Number of sweeps that detected the object."""
         return stations_of(self.members)
 
     @property
@@ -143,7 +143,7 @@ def group_points(
 
 
 def _joined(groups: list[Group], observation: Observation, settings: AssociationSettings) -> bool:
-    """Add an observation to the group that it fits best; tell whether it fits any."""
+    """Add an observation to the group that it fits best; return whether it fits any."""
     near = [number for number, group in enumerate(groups) if _is_near(group, observation, settings)]
     wider = {number: _line_group((*groups[number].members, observation), settings) for number in near}
     misfits = {number: _misfit(group, settings) for number, group in wider.items()}
@@ -155,9 +155,9 @@ def _joined(groups: list[Group], observation: Observation, settings: Association
 
 
 def _is_near(group: Group, observation: Observation, settings: AssociationSettings) -> bool:
-    """Tell whether a group's line is near enough for a fit with the observation to be worth its while.
+    """Return whether a group's line is near enough to try a fit with the observation.
 
-    A line fitted to one point may turn by the gate of the bearing, and so miss another by as much times the way.
+    A line fitted to one point is uncertain by the gate of the bearing, so its miss grows with the distance of the hubs.
     """
     angle, offset = group.fit.parameters
     point = observation.point

@@ -56,7 +56,7 @@ class Ballot:
         return int(self._names[number]), float(self._votes[number])
 
     def voters(self, cell: int) -> IntArray:
-        """Tell who votes for a cell.
+        """Return the voters of a cell.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Corners: the crossings of neighbouring walls, and whether they were heard by themselves."""
+"""Corners: the crossings of neighbouring walls, and the observations of the corners themselves."""
 
 from typing import TypeAlias
 
@@ -11,41 +11,43 @@ from echoplan.classical.features.observations import Observation, shares, statio
 from echoplan.geometry import along, intersections, wrap
 from echoplan.model import ClassProbabilities, Corner, Wall
 
-__all__ = ["Voices", "corner_of", "crossing_covariance", "heard_at"]
+__all__ = ["CornerObservations", "associate_corners", "corner_of", "crossing_covariance"]
 
-# What was heard of one corner.
-Voices: TypeAlias = tuple[Observation, ...]
+# Observations associated with one corner.
+CornerObservations: TypeAlias = tuple[Observation, ...]
 
 
-def heard_at(meetings: list[Junction], heard: list[Observation], settings: AssociationSettings) -> list[Voices]:
-    """Tell what was heard of each corner.
+def associate_corners(
+    meetings: list[Junction], observations: list[Observation], settings: AssociationSettings
+) -> list[CornerObservations]:
+    """Associate observations of corners with crossings of walls.
 
-    A corner says little of its direction, for it answers in whatever window the walls beside it leave; it is known
-    by its distance.
+    The direction of a corner is uncertain, because its echo is received in the window that the walls beside it leave;
+    so the distance decides.
 
     Parameters
     ----------
     meetings : list of Junction
         Where walls may meet.
-    heard : list of Observation
+    observations : list of Observation
         Observations of corners.
     settings : AssociationSettings
-        How near the heard distance and direction must be to the crossing's.
+        Gates of distance and direction.
 
     Returns
     -------
     list of tuple of Observation
         The observations of each meeting; one that fits several is given to that whose distance fits best.
     """
-    voices: list[list[Observation]] = [[] for _ in meetings]
-    for observation in heard:
+    associated: list[list[Observation]] = [[] for _ in meetings]
+    for observation in observations:
         number = _nearest(observation, meetings, settings)
         if number is not None:
-            voices[number].append(observation)
-    return [tuple(each) for each in voices]
+            associated[number].append(observation)
+    return [tuple(each) for each in associated]
 
 
-def corner_of(meeting: Junction, walls: tuple[Wall, ...], voices: Voices) -> Corner:
+def corner_of(meeting: Junction, walls: tuple[Wall, ...], associated: CornerObservations) -> Corner:
     """Make a corner where two walls meet.
 
     Parameters
@@ -54,22 +56,22 @@ def corner_of(meeting: Junction, walls: tuple[Wall, ...], voices: Voices) -> Cor
         Where they meet; numbers as in ``walls``.
     walls : tuple of Wall
         The walls.
-    voices : tuple of Observation
-        What was heard of the corner itself.
+    associated : tuple of Observation
+        Observations of the corner itself.
 
     Returns
     -------
     Corner
         The corner.
     """
-    degrees = np.sum([each.degrees for each in voices], axis=0) if voices else None
+    degrees = np.sum([each.degrees for each in associated], axis=0) if associated else None
     return Corner(
         position_xy=meeting.position_xy,
         kind=meeting.kind,
         covariance=crossing_covariance(walls[meeting.first], walls[meeting.second]),
         class_probabilities=ClassProbabilities(corner=1.0) if degrees is None else shares(degrees),
-        pings=sum(each.pings for each in voices),
-        stations=stations_of(voices),
+        pings=sum(each.pings for each in associated),
+        stations=stations_of(associated),
     )
 
 

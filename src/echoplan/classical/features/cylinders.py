@@ -1,4 +1,4 @@
-"""Cylinders: circles through what several sweeps heard of them."""
+"""Cylinders: circles fitted to the observations of several sweeps."""
 
 import numpy as np
 from pydantic import BaseModel, Field
@@ -21,7 +21,7 @@ class CylinderSettings(BaseModel, frozen=True, extra="forbid"):
 def cylinder_of(
     members: tuple[Observation, ...], settings: CylinderSettings, *, association: AssociationSettings
 ) -> Cylinder | None:
-    """Fit a circle to what was heard of one cylinder.
+    """Fit a circle to the observations of one cylinder.
 
     Parameters
     ----------
@@ -35,8 +35,8 @@ def cylinder_of(
     Returns
     -------
     Cylinder or None
-        None if the radius came out negative, so that the object is no cylinder, or less certain than the gate within
-        which points belong together: the stations lie too close to each other to tell it.
+        None if the radius is negative, so that the object is no cylinder, or if its standard deviation exceeds the
+        gate of association: the stations are too close to each other to determine it.
     """
     floor = (association.bearing_floor, association.distance_floor)
     stack = Stack.of(list(members), floor=floor)

@@ -88,8 +88,8 @@ def fit_circle(stack: Stack, *, radius: float, radius_sigma: float) -> Fit:
     stack : Stack
         At least one located point.
     radius, radius_sigma : float
-        What is known of the radius beforehand, as mean and standard deviation [m]: from one side a radius cannot
-        be told from a distance.
+        Prior of the radius, as mean and standard deviation [m]: seen from one side, a radius cannot be
+        distinguished from a distance.
 
     Returns
     -------

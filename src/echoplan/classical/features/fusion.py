@@ -43,7 +43,7 @@ def fuse_walls(tangents: Sequence[Wall], lines: Sequence[Wall], settings: Fusion
     -------
     list of Segment
         For each tangent its mean with the line that fits it best, weighted by information; itself, if no line fits but
-        enough stations heard it.  A line that no arc touches is none.
+        enough stations detected it.  A line that no arc touches is none.
     """
     witnesses = [segment_of_wall(line) for line in lines]
     fused = []

@@ -19,7 +19,7 @@ class Span:
     Parameters
     ----------
     line : ndarray, shape (2,)
-        ``(normal_angle, offset)`` [rad, m], the normal away from the side from which it was heard.
+        ``(normal_angle, offset)`` [rad, m], the normal away from the side from which it was observed.
     low, high : float
         Coordinates along the line [m].
     """
@@ -66,7 +66,7 @@ class Junction:
     extension, longest : float
         By how much both together, and the one that is farther off, must be lengthened to meet [m].
     kind : CornerKind
-        Whether one hears into the corner or around it.
+        Whether the corner is concave or convex as seen by the sonar.
     """
 
     first: int
@@ -90,7 +90,7 @@ def junctions(spans: list[Span], *, max_extension: float, min_turn: float = np.r
     Parameters
     ----------
     spans : list of Span
-        Walls as far as they were heard.
+        Walls as far as they were detected.
     max_extension : float
         How far an end may be from the crossing [m].
     min_turn : float, optional
@@ -162,7 +162,7 @@ def _overlap(first: Span, second: Span) -> float:
 
 
 def _kind(first: Span, second: Span) -> CornerKind | None:
-    """Concave if each wall lies on the side from which the other was heard, convex if on the far side of it."""
+    """Concave if each wall lies on the side from which the other was observed, convex if on the far side of it."""
     sides = (
         float(signed_distances(first.line, second.middle_xy)),
         float(signed_distances(second.line, first.middle_xy)),

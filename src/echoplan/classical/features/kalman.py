@@ -71,7 +71,7 @@ def update(segment: Segment, measured: Segment) -> Segment:
 
 
 def misfits(segments: Sequence[Segment], measured: Segment, settings: KalmanSettings) -> FloatArray:
-    """Tell how badly a measurement fits each of several lines.
+    """Squared Mahalanobis distances of a measurement from several lines.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ __all__ = ["Observation", "Stack", "shares", "stations_of"]
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Observation:
-    """One object as one sweep heard it.
+    """One object as one sweep observed it.
 
     Parameters
     ----------

@@ -13,32 +13,34 @@ from echoplan.classical.features.observations import shares
 from echoplan.geometry import along, lines_through, path_crossings
 from echoplan.model import Wall
 
-__all__ = ["WallSettings", "heard_span", "opened_by", "walls_of"]
+__all__ = ["WallSettings", "detected_span", "opened_by", "walls_of"]
 
 # A robot is at least this wide to each side of its path; shorter pieces of a wall are not kept [m].
 _HALF_WIDTH = 0.1
 
 
 class WallSettings(BaseModel, frozen=True, extra="forbid"):
-    """How far walls go beyond what was heard of them."""
+    """How far walls extend beyond what was detected of them."""
 
     max_extension: float = Field(
         default=1.0,
         ge=0.0,
-        description="greatest length by which a wall is extended to meet its neighbour unheard [m]",
+        description="greatest extension of a wall to an undetected corner with its neighbour [m]",
     )
     heard_extension: float = Field(
-        default=3.0, ge=0.0, description="likewise where the corner itself was heard [m]: the reach of a module"
+        default=3.0,
+        ge=0.0,
+        description="greatest extension of a wall to a detected corner [m]: the range of a module",
     )
     wavelength: float = Field(
         default=0.0086,
         gt=0.0,
-        description="of the carrier [m]: a wall heard once is as long as its Fresnel zone",
+        description="wavelength of the carrier [m]: a wall detected once is as long as its Fresnel zone",
     )
 
 
-def heard_span(group: Group, settings: WallSettings) -> Span:
-    """Tell which stretch of a line was heard.
+def detected_span(group: Group, settings: WallSettings) -> Span:
+    """Return the stretch of a line that was detected.
 
     Parameters
     ----------
@@ -72,7 +74,7 @@ def walls_of(groups: list[Group], spans: list[Span], meetings: list[Junction]) -
     groups : list of Group
         Lines with their observations.
     spans : list of Span
-        How far each was heard.
+        Stretch of each that was detected.
     meetings : list of Junction
         Where they meet.
 

@@ -23,13 +23,13 @@ class Cones(NamedTuple):
     ux, uy : ndarray, shape (n,)
         Unit vectors of the beam axes.
     half_apertures : ndarray, shape (n,)
-        How far the cone goes to either side of its axis [rad], a quarter turn at most: no sensor hears behind itself.
+        Half the opening of the cone [rad], at most a quarter turn: no sensor detects what is behind it.
     readings : ndarray, shape (n,)
-        Readings [m]; ``inf`` where nothing was heard.
+        Readings [m]; ``inf`` without an echo.
     blanks : ndarray, shape (n,)
-        Dead distances, within which nothing can be heard [m].
+        Dead distances, within which nothing can be detected [m].
     reaches : ndarray, shape (n,)
-        How far the sensors hear [m].
+        Ranges of the sensors [m].
     hub_x, hub_y : ndarray, shape (n,)
         Where the turret's axis was [m]: it stays in place while the sensors turn about it.
     """

@@ -137,7 +137,7 @@ def settle_conflicts(claims: Claims, raster: Raster, cones: Cones, trace: Trace,
 
 @compiled
 def any_silenced(claims: Claims, raster: Raster, trace: Trace, count: int, fallen: IntArray) -> bool:
-    """Tell whether calling some cells free leaves a ping that is kept without a cell of its arc."""
+    """Return whether freeing some cells leaves a kept ping without any cell of its arc."""
     silenced = False
     for change in (1, -1):
         for cell in range(count):

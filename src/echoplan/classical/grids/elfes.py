@@ -59,12 +59,12 @@ class ElfesRule:
             If the map grows too large.
         """
         farthest = math.inf if self.settings.max_range is None else self.settings.max_range
-        heard = chosen_cones(cones, np.isfinite(cones.readings) & (cones.readings <= farthest))
-        radii = heard.readings + self.settings.error
-        self._canvas.cover(box_about(heard, radii))
-        trace = trace_for(heard, radii, self._canvas.settings.resolution)
+        detected = chosen_cones(cones, np.isfinite(cones.readings) & (cones.readings <= farthest))
+        radii = detected.readings + self.settings.error
+        self._canvas.cover(box_about(detected, radii))
+        trace = trace_for(detected, radii, self._canvas.settings.resolution)
         for superpose in (superpose_empty, superpose_occupied):
-            superpose(self._canvas.layers, self._canvas.raster, heard, trace, self.settings.error)
+            superpose(self._canvas.layers, self._canvas.raster, detected, trace, self.settings.error)
 
     @property
     def grid(self) -> OccupancyGrid:

@@ -9,7 +9,7 @@ from echoplan.model import OccupancyGrid
 
 __all__ = ["GridFeatureSettings", "features_of_grid", "free_sides", "occupied_cells"]
 
-# Cells within so many rows and columns tell on which side of a cell one stood.
+# Neighbourhood [cells] that decides from which side a cell was observed.
 _AROUND = 3
 
 

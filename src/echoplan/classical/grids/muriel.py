@@ -1,15 +1,15 @@
-"""MURIEL (Konolige 1997; as recalled): the evidence of each place counts once, and sound may be thrown away.
+"""MURIEL (Konolige 1997; as recalled): the evidence of each place counts once, and sound may be reflected away.
 
-A forward model tells how likely a reading D is if the cell at distance d is a surface that faces the sensor, against
-how likely it is if the cell is free.  With the chance q to hear the cell, which falls off with distance and with the
-angle from the axis, and the density f of readings that it does not cause::
+A forward model gives the likelihood ratio of a reading D for a cell at distance d that is a surface facing the sensor
+against a free cell.  With the detection probability q of the cell, which falls with distance and with the angle from
+the axis, and the density f of readings that it does not cause::
 
     LR(D) = 1 - q Phi((D - d) / sigma) + q N(D - d; sigma) / f
 
-Pings of one place hear the same reflections again and are not independent: of each place a cell keeps the strongest
-evidence for a surface and the strongest against it.  A smooth surface throws sound away unless it faces the sensor to
-within half the aperture beta, which one of unknown direction does with probability F = 2 beta / pi, and does for all
-pings of a place or for none.  So no place can tell more against a cell than that it does not face it::
+Pings of one place detect the same reflections and are not independent: of each place a cell keeps the strongest
+evidence for a surface and the strongest against it.  A smooth surface reflects sound away unless it faces the sensor to
+within half the aperture beta.  A surface of unknown direction does so with probability F = 2 beta / pi, for all pings
+of a place or for none.  So the evidence of one place against a cell is bounded by the chance that it does not face it::
 
     LR(place) = F LR(strongest for) LR(strongest against) + 1 - F
 
@@ -31,18 +31,21 @@ from echoplan.model import OccupancyGrid
 
 __all__ = ["MurielRule", "MurielSettings"]
 
-# Beyond so many deviations behind the echo nothing is said any more.
+# Cells farther behind the echo than this get no evidence [standard deviations].
 _TAIL = 3.0
-# So many deviations before the echo its density is gone.
+# The density of a reading is negligible this far before the echo [standard deviations].
 _FAR = 8.0
 _ROOT_TWO, _ROOT_TAU = math.sqrt(2.0), math.sqrt(2.0 * math.pi)
 
 
 class MurielSettings(BaseModel, frozen=True, extra="forbid"):
-    """The forward model, and how near pings are of one place."""
+    """The forward model, and the distance within which pings are of one place."""
 
     detection: float = Field(
-        default=0.95, gt=0.0, lt=1.0, description="chance to hear a near surface on the axis that faces the sensor"
+        default=0.95,
+        gt=0.0,
+        lt=1.0,
+        description="probability of detecting a near surface on the axis that faces the sensor",
     )
     deviation: float = Field(default=0.03, gt=0.0, description="standard deviation of a range and of a cell [m]")
     background: float = Field(
@@ -135,24 +138,24 @@ def keep_strongest(
         for cell in range(trace_sector(trace, raster, cones, ping, radii[ping])):
             row, column = trace.rows[cell], trace.columns[cell]
             distance = trace.distances[cell]
-            heard = hearing(distance / cones.reaches[ping], trace.turns[cell], model)
-            evidence = math.log(likelihood_ratio(cones.readings[ping] - distance, heard, model))
+            detection = detection_probability(distance / cones.reaches[ping], trace.turns[cell], model)
+            evidence = math.log(likelihood_ratio(cones.readings[ping] - distance, detection, model))
             layers[0, row, column] = max(layers[0, row, column], evidence)
             layers[1, row, column] = min(layers[1, row, column], evidence)
 
 
 @compiled
-def hearing(share: float, turn: float, model: Model) -> float:
-    """Chance to hear a surface that faces the sensor: distance as a share of the reach, angle of the aperture."""
+def detection_probability(share: float, turn: float, model: Model) -> float:
+    """Return that of a surface facing the sensor; distance relative to its reach, angle to its half aperture."""
     return model.detection * max(1.0 - share**2, 0.0) * (1.0 - turn**2)
 
 
 @compiled
-def likelihood_ratio(excess: float, heard: float, model: Model) -> float:
+def likelihood_ratio(excess: float, detection: float, model: Model) -> float:
     """How much likelier a reading is that is so much longer than the distance of a cell if the cell is occupied."""
     away = excess / model.deviation
     if away > _FAR:
-        return 1.0 - heard
+        return 1.0 - detection
     passed = 0.5 * math.erfc(-away / _ROOT_TWO)
     density = math.exp(-0.5 * away**2) / (_ROOT_TAU * model.deviation)
-    return 1.0 - heard * passed + heard * density / model.background
+    return 1.0 - detection * passed + detection * density / model.background

@@ -1,4 +1,4 @@
-"""Arcs on which reflectors lie, and what many of them tell together."""
+"""Arcs on which reflectors lie, and what many of them determine together."""
 
 from echoplan.classical.loci.crossings import Crossings, find_crossings
 from echoplan.classical.loci.density import ArcMap, arc_map, directional_maxima

@@ -87,7 +87,7 @@ def _crossings(first: Loci, second: Loci, *, min_angle: float) -> Crossings:
 
 
 def _is_transversal(first: Loci, second: Loci, *, min_angle: float) -> BoolArray:
-    """Tell which pairs of arcs, (n, m), may cross at a wide enough angle: their circles do, and they are near."""
+    """Mask of the pairs of arcs, shape (n, m), that may cross at a wide enough angle: near, and their circles cross."""
     squares = _squared_distances(first.centers_xy, second.centers_xy)
     product = 2 * np.cos(min_angle) * np.multiply.outer(first.ranges, second.ranges)
     meet = np.abs(np.add.outer(first.ranges**2, second.ranges**2) - squares) <= product
@@ -105,7 +105,7 @@ def _squared_distances(first_xy: FloatArray, second_xy: FloatArray) -> FloatArra
 
 
 def _in_beam(loci: Loci, which: IntArray, points_xy: FloatArray) -> BoolArray:
-    """Tell which points lie within the beam; they lie on the circle already."""
+    """Mask of the points on a circle that lie within the beam."""
     axes = directions(loci.bearings)
     nearest = np.sum(loci.centers_xy * axes, axis=1) + loci.ranges * np.cos(loci.half_apertures)
     inside: BoolArray = points_xy[:, 0] * axes[which, 0] + points_xy[:, 1] * axes[which, 1] >= nearest[which]

@@ -28,7 +28,7 @@ class Loci:
     half_apertures : ndarray, shape (n,)
         How far the arc goes to either side of the axis [rad].
     sweeps : ndarray of int, shape (n,)
-        Number of the sweep in which each was heard.
+        Number of the sweep of each.
 
     Raises
     ------

@@ -88,7 +88,7 @@ def find_reflectors(loci: Loci, settings: VoteSettings) -> list[Reflector]:
 
 
 def observations_of_reflector(reflector: Reflector, loci: Loci, *, degrees: FloatArray) -> list[Observation]:
-    """Tell what each sweep heard of a reflector.
+    """Return the observation of a reflector by each sweep.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def observations_of_reflector(reflector: Reflector, loci: Loci, *, degrees: Floa
 
 
 def echo_points(reflector: Reflector, loci: Loci) -> FloatArray:
-    """Tell where on their arcs the echoes of a reflector come from.
+    """Locate the echoes of a reflector on their arcs.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ def _fitted(kind: ReflectorKind, members: IntArray, loci: Loci, settings: VoteSe
 
 
 def _fits(reflector: Reflector, loci: Loci, settings: VoteSettings) -> BoolArray:
-    """Tell which arcs may come from a reflector: it is as far away as they say, and in their beam."""
+    """Mask of the arcs that may come from a reflector: its distance matches, and it lies in their beam."""
     if reflector.kind is ReflectorKind.LINE:
         depths = reflector.parameters[1] - loci.centers_xy @ directions(reflector.parameters[0])
     else:

@@ -1,6 +1,6 @@
 """Votes of echoes for the lines and points that they may come from (Tardos, Neira, Newman and Leonard 2002).
 
-An echo of range r heard from (x, y) in a beam about theta comes from a wall ``(alpha, r + x cos(alpha) +
+An echo of range r received at (x, y) in a beam about theta comes from a wall ``(alpha, r + x cos(alpha) +
 y sin(alpha))`` or from a corner ``(x + r cos(alpha), y + r sin(alpha))``, for some alpha within the beam.
 """
 

@@ -40,7 +40,7 @@ class Circle:
     members : ndarray of int, shape (m,)
         Indices of its points.
     stations : int, optional
-        From how many stations they were heard.
+        Number of stations that detected them.
     """
 
     parameters: FloatArray
@@ -105,7 +105,7 @@ def fit_taubin(cloud: Cloud) -> FloatArray | None:
 
 
 def circle_covariance(cloud: Cloud, circle: FloatArray, settings: CircleSettings) -> FloatArray | None:
-    """Tell how sure a circle through points is.
+    """Covariance of a circle through points.
 
     The residual ``|p - c| - r`` has the derivatives ``(-u, -1)`` by centre and radius, with u the direction of the
     point from the centre; points of one stretch of the rim count once.
@@ -127,12 +127,12 @@ def circle_covariance(cloud: Cloud, circle: FloatArray, settings: CircleSettings
     away = cloud.points_xy - circle[:2]
     depths = np.hypot(*away.T)
     angles = np.arctan2(away[:, 1], away[:, 0])
-    worth = cloud.information(angles * circle[2], spacing=settings.band)
+    weights = cloud.information(angles * circle[2], spacing=settings.band)
     slopes = np.column_stack([away / depths[:, None], np.ones_like(depths)])
-    information = (slopes * worth[:, None]).T @ slopes
+    information = (slopes * weights[:, None]).T @ slopes
     if np.linalg.cond(information) > 1e8:
         return None
-    scatter = float(worth @ (depths - circle[2]) ** 2 / worth.sum()) + settings.common**2
+    scatter = float(weights @ (depths - circle[2]) ** 2 / weights.sum()) + settings.common**2
     covariance: FloatArray = scatter * np.linalg.inv(information) + settings.common**2 * np.eye(3)
     return (covariance + covariance.T) / 2
 

@@ -57,17 +57,17 @@ class Cloud:
         return centroid
 
     def information(self, coordinates: FloatArray, *, spacing: float) -> FloatArray:
-        """Tell how many independent points each point is worth.
+        """Return the effective number of independent points that each point counts as.
 
-        Points beside each other come from the same echoes and err alike: all that lie within one stretch of
-        ``spacing`` say together as much as one point.
+        Neighbouring points come from the same echoes and share their errors: all points within one stretch of
+        ``spacing`` count as one.
 
         Parameters
         ----------
         coordinates : ndarray, shape (n,)
             Place of each point along a curve [m].
         spacing : float
-            Length within which points err alike [m].
+            Length within which points share their errors [m].
 
         Returns
         -------
@@ -75,5 +75,5 @@ class Cloud:
             The shares; they sum to the number of stretches that hold a point, or to the weight if that is less.
         """
         stretches = len(np.unique(np.floor(coordinates / spacing)))
-        worth: FloatArray = self.weights * (min(stretches, self.weight) / self.weight)
-        return worth
+        weights: FloatArray = self.weights * (min(stretches, self.weight) / self.weight)
+        return weights

@@ -28,7 +28,7 @@ class PointFeatureSettings(BaseModel, frozen=True, extra="forbid"):
     segments: SegmentSettings = Field(default_factory=SegmentSettings)
     circles: CircleSettings = Field(default_factory=CircleSettings)
     min_stations: int = Field(
-        default=2, ge=1, description="a feature heard from fewer stations is none, where the stations are known"
+        default=2, ge=1, description="number of stations that must detect a feature, where the stations are known"
     )
     max_extension: float = Field(
         default=0.5, ge=0.0, description="greatest length by which a wall is extended to meet its neighbour [m]"
@@ -72,14 +72,14 @@ def features_of_points(
     points_xy : ndarray, shape (n, 2)
         Points of reflectors, or centres of occupied cells [m].
     weights : ndarray, shape (n,)
-        How much each counts; one of weight 2 is worth two points, one of weight 0 none.
+        Weight of each; a point of weight 2 counts as two points, one of weight 0 as none.
     settings : PointFeatureSettings, optional
         What makes a feature.
     origins_xy : ndarray, shape (n, 2), optional
-        From where each point was heard [m].  It tells on which side of a wall one stood, and so concave corners
+        Where each point was observed from [m].  It gives the side of a wall, and so concave corners
         from convex ones.  Without it, one stood in the middle of all points.
     sweeps : ndarray of int, shape (n,), optional
-        In which sweep each was heard.  It tells from how many stations a feature was heard.
+        Sweep of each point.  It gives the number of stations that detected a feature.
 
     Returns
     -------
@@ -129,7 +129,7 @@ def join_segments(
     Parameters
     ----------
     segments : sequence of Segment
-        Their normals away from the side from which they were heard.
+        Their normals away from the side from which they were observed.
     circles : sequence of Circle, optional
         What becomes cylinders.
     max_extension : float
@@ -159,7 +159,7 @@ def join_segments(
 
 
 def _confirmed(found: Sequence[Found], sweeps: IntArray | None, min_stations: int) -> list[Found]:
-    """Count the stations of what was found, and keep what enough of them heard; all, if nobody knows the stations."""
+    """Count the stations of each feature, and keep those that enough stations detected; all if stations are unknown."""
     if sweeps is None:
         return list(found)
     counted = [replace(each, stations=len(np.unique(sweeps[each.members]))) for each in found]
@@ -167,7 +167,7 @@ def _confirmed(found: Sequence[Found], sweeps: IntArray | None, min_stations: in
 
 
 def _facing(segment: Segment, cloud: Cloud, origins_xy: FloatArray) -> Segment:
-    """Turn the normal of a segment away from where most of its weight was heard."""
+    """Turn the normal of a segment away from where most of its weight was observed."""
     beyond = signed_distances(segment.line, origins_xy[segment.members])
     return segment.turned() if cloud.weights[segment.members] @ np.sign(beyond) > 0 else segment
 

@@ -1,4 +1,4 @@
-"""Maps of points: features and where they were heard from, as one value."""
+"""Maps of points: features and the stations that detected them, as one value."""
 
 from collections.abc import Mapping, Sequence
 

@@ -104,12 +104,12 @@ def _heaviest_run(cloud: Cloud, chosen: IntArray, line: FloatArray, settings: Se
 
 
 def _covered(cloud: Cloud, line: FloatArray, settings: SegmentSettings) -> float:
-    """Length of a line of which points tell [m]: two knots far apart have always one, and tell of little of it."""
+    """Length of a line that points support [m]: two distant clusters always share a line but support little of it."""
     return float(np.minimum(np.diff(np.sort(along(line, cloud.points_xy))), settings.reach).sum())
 
 
 def _explains(segment: Segment, cloud: Cloud, settings: SegmentSettings) -> BoolArray:
-    """Tell which points a segment explains: those near it, and those just before or behind it."""
+    """Mask of the points that a segment explains: those near it, and those just before or behind it."""
     coordinates = along(segment.line, cloud.points_xy)
     beside = (coordinates >= segment.low - settings.band) & (coordinates <= segment.high + settings.band)
     near = np.abs(signed_distances(segment.line, cloud.points_xy)) <= 2 * settings.band

@@ -45,7 +45,7 @@ class Segment:
     members : ndarray of int, shape (m,), optional
         Indices of its points.
     stations : int, optional
-        From how many stations they were heard.
+        Number of stations that detected them.
     """
 
     line: FloatArray
@@ -102,7 +102,7 @@ def fit_orthogonal(cloud: Cloud) -> FloatArray:
 
 
 def line_covariance(cloud: Cloud, line: FloatArray, settings: SegmentSettings) -> FloatArray:
-    """Tell how sure a line through points is.
+    """Covariance of a line through points.
 
     The scatter of the points, with points of one stretch of the line counted once, and what the points at each end
     have in common, which no scatter shows.
@@ -122,12 +122,12 @@ def line_covariance(cloud: Cloud, line: FloatArray, settings: SegmentSettings) -
         Of normal angle and offset [rad, m].
     """
     coordinates = along(line, cloud.points_xy)
-    worth = cloud.information(coordinates, spacing=settings.band)
-    middle = float(worth @ coordinates / worth.sum())
-    scatter = float(worth @ signed_distances(line, cloud.points_xy) ** 2 / worth.sum())
-    lever = float(worth @ (coordinates - middle) ** 2)
+    weights = cloud.information(coordinates, spacing=settings.band)
+    middle = float(weights @ coordinates / weights.sum())
+    scatter = float(weights @ signed_distances(line, cloud.points_xy) ** 2 / weights.sum())
+    lever = float(weights @ (coordinates - middle) ** 2)
     turn = scatter / lever + 2 * (settings.common / np.ptp(coordinates)) ** 2
-    shift = scatter / float(worth.sum()) + settings.common**2 / 2
+    shift = scatter / float(weights.sum()) + settings.common**2 / 2
     # The offset is that of the middle, moved along the turned line to the foot of the origin.
     return np.array([[turn, middle * turn], [middle * turn, shift + middle**2 * turn]])
 

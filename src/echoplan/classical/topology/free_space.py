@@ -31,10 +31,10 @@ class FreeSpaceSettings(BaseModel, frozen=True, extra="forbid"):
         gt=0.0,
         le=1.0,
         description="part of a range that is surely free: behind a wall at 45 degrees, which is silent, "
-        "a corner is heard 1.4 times as far",
+        "a corner is detected 1.4 times as far",
     )
     half_width: float = Field(default=0.05, gt=0.0, description="half the angle of the free sector [rad]: 3 degrees")
-    min_votes: int = Field(default=3, ge=1, description="rays that must cross a cell: one may be astray")
+    min_votes: int = Field(default=3, ge=1, description="rays that must cross a cell: a single one may be an outlier")
     body: float = Field(default=0.15, ge=0.0, description="radius of the robot: where it was, nothing else is [m]")
 
 
@@ -49,7 +49,7 @@ class FreeSpace:
     resolution : float
         Side of a cell [m].
     data : ndarray of bool, shape (height, width)
-        ``data[iy, ix]`` tells whether a cell is free.
+        ``data[iy, ix]`` is True where a cell is free.
     """
 
     origin_xy: FloatArray
@@ -101,7 +101,7 @@ class FreeSpace:
         return centers
 
     def at(self, points_xy: ArrayLike) -> BoolArray:
-        """Tell whether points are in free cells.
+        """Return whether points are in free cells.
 
         Parameters
         ----------
@@ -124,7 +124,7 @@ def find_free_space(heard: Sequence[Pings], settings: FreeSpaceSettings | None =
     """Find where nothing stands: before reflectors, and where the robot was.
 
     A range is that of the nearest thing in the beam that faces the sensor.  A smooth wall that is met at a slant does
-    not answer, and what is heard instead lies farther away; so only a share of each range counts.
+    not answer, and what is detected instead lies farther away; so only a share of each range counts.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def find_free_space(heard: Sequence[Pings], settings: FreeSpaceSettings | None =
 
 
 def _empty(heard: Sequence[Pings], settings: FreeSpaceSettings) -> FreeSpace:
-    """Make room for all that was heard."""
+    """Allocate a grid that holds all pings."""
     reaches = np.concatenate([pings.ranges for pings in heard])[:, None] * settings.share
     places = np.concatenate([np.concatenate([pings.origins_xy, pings.hubs_xy], axis=1) for pings in heard])
     border = np.maximum(reaches, settings.body) + 2 * settings.resolution
@@ -191,7 +191,7 @@ def _rays(heard: Sequence[Pings], settings: FreeSpaceSettings) -> Iterator[Float
 
 
 def _with_bodies(free: FreeSpace, bodies_xy: FloatArray, radius: float) -> FreeSpace:
-    """Add discs: whatever was heard, the robot was there."""
+    """Mark discs around the poses as free: the robot was there."""
     from scipy.spatial import cKDTree  # noqa: PLC0415 - only mappers need it
 
     cells = np.argwhere(~free.data)

@@ -91,7 +91,7 @@ class TopologicalGraph:
     passages: tuple[Passage, ...] = ()
 
     def neighbours(self, place: int) -> tuple[int, ...]:
-        """Tell where one can go.
+        """Return the places next to a place.
 
         Parameters
         ----------

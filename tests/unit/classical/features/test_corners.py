@@ -5,9 +5,9 @@ from echoplan.classical.features import (
     AssociationSettings,
     Junction,
     Span,
+    associate_corners,
     corner_of,
     crossing_covariance,
-    heard_at,
     junctions,
 )
 from echoplan.geometry import intersections
@@ -34,12 +34,12 @@ def wall(angle: float, offset: float, covariance: np.ndarray) -> Wall:
 def test_a_corner_is_heard_where_walls_meet() -> None:
     at_west = scenes.observed_circle((0.0, 0.0, 0.0), HUB)
     at_east = scenes.observed_circle((3.0, 0.0, 0.0), HUB)
-    assert heard_at(meetings(), [at_east, at_west], GATES) == [(at_west,), (at_east,)]
+    assert associate_corners(meetings(), [at_east, at_west], GATES) == [(at_west,), (at_east,)]
 
 
 @pytest.mark.parametrize("elsewhere", [(1.5, 1.5), (2.9, 0.0), (3.4, 0.7)])
 def test_what_is_heard_where_no_walls_meet_belongs_to_no_corner(elsewhere: tuple[float, float]) -> None:
-    assert heard_at(meetings(), [scenes.observed_circle((*elsewhere, 0.0), HUB)], GATES) == [(), ()]
+    assert associate_corners(meetings(), [scenes.observed_circle((*elsewhere, 0.0), HUB)], GATES) == [(), ()]
 
 
 def test_a_corner_may_be_heard_anywhere_in_its_window() -> None:
@@ -48,7 +48,7 @@ def test_a_corner_may_be_heard_anywhere_in_its_window() -> None:
     def voice(sigma: float) -> list[int]:
         distance = float(np.hypot(1.6, 0.7))
         seen = scenes.observed(HUB, bearing=beside, distance=distance, degrees=(0.9, 0.1, 0.0), bearing_sigma=sigma)
-        return [len(each) for each in heard_at(meetings(), [seen], GATES)]
+        return [len(each) for each in associate_corners(meetings(), [seen], GATES)]
 
     assert voice(0.1) == [0, 1]
     assert voice(0.01) == [0, 0]
@@ -59,11 +59,11 @@ def test_of_two_corners_that_fit_the_one_whose_distance_fits_better_is_heard() -
     hub = (1.498, 0.5)
     distance = float(np.hypot(3.0 - hub[0], 0.5)) - 0.001
     vague = scenes.observed(hub, bearing=-np.pi / 2, distance=distance, degrees=(1.0, 0.0, 0.0), bearing_sigma=1.0)
-    assert [len(each) for each in heard_at(meetings(), [vague], GATES)] == [0, 1]
+    assert [len(each) for each in associate_corners(meetings(), [vague], GATES)] == [0, 1]
 
 
 def test_without_walls_that_meet_nothing_is_heard_anywhere() -> None:
-    assert heard_at([], [scenes.observed_circle((0.0, 0.0, 0.0), HUB)], GATES) == []
+    assert associate_corners([], [scenes.observed_circle((0.0, 0.0, 0.0), HUB)], GATES) == []
 
 
 def test_a_corner_tells_where_it_is_and_what_was_heard_of_it() -> None:
