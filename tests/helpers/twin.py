@@ -12,7 +12,6 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from echoplan.acoustics import (
-    bistatic_cylinder_echo,
     burst_envelope,
     directivity,
     piston_ka,
@@ -26,6 +25,7 @@ from echoplan.model import Transducer
 from echoplan.simulation import Simulation
 from echoplan.simulation.scene import build_scene
 from echoplan.simulation.shots import memory_of
+from helpers.oracles import bistatic_cylinder_echo
 
 # The pose of the receiver when a path of some length arrives.
 EarAfter: TypeAlias = Callable[[float], FloatArray]

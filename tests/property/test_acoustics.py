@@ -7,14 +7,12 @@ from echoplan.acoustics import (
     Air,
     absorption,
     audible_half_angle,
-    bistatic_cylinder_echo,
     burst_envelope,
     carrier_delay,
     crossing_delay,
     cylinder_echo,
     directivity,
     edge_echo,
-    first_null,
     half_angle,
     ka_for,
     plane_echo,
@@ -25,6 +23,7 @@ from echoplan.acoustics import (
     wedge_coefficient,
 )
 from echoplan.model import Transducer
+from helpers.oracles import bistatic_cylinder_echo, first_null
 
 temperatures = st.floats(-10, 40)
 humidities = st.floats(0, 1)

@@ -1,7 +1,7 @@
 """Sound in air: speed and absorption, the beam, the strength of echoes, their detection."""
 
 from echoplan.acoustics.air import Air, absorption, speed_of_sound
-from echoplan.acoustics.beam import directivity, first_null, half_angle, ka_for, two_way_loss, wavenumber
+from echoplan.acoustics.beam import directivity, half_angle, ka_for, two_way_loss, wavenumber
 from echoplan.acoustics.detection import (
     burst_envelope,
     carrier_delay,
@@ -10,14 +10,11 @@ from echoplan.acoustics.detection import (
     range_walk,
     time_constant,
 )
-from echoplan.acoustics.diffraction import edge_echo, fresnel_tail, transition, wedge_coefficient
+from echoplan.acoustics.diffraction import edge_echo, fresnel_tail, wedge_coefficient
 from echoplan.acoustics.echo import (
-    bistatic_cylinder_echo,
-    corner_echo,
     cylinder_echo,
     plane_echo,
     plate_echo,
-    sphere_echo,
     strip_echo,
 )
 from echoplan.acoustics.materials import material_names, reflection_coefficients
@@ -27,15 +24,12 @@ __all__ = [
     "Air",
     "absorption",
     "audible_half_angle",
-    "bistatic_cylinder_echo",
     "burst_envelope",
     "carrier_delay",
-    "corner_echo",
     "crossing_delay",
     "cylinder_echo",
     "directivity",
     "edge_echo",
-    "first_null",
     "fresnel_tail",
     "half_angle",
     "ka_for",
@@ -49,10 +43,8 @@ __all__ = [
     "reflection_coefficients",
     "signal_excess",
     "speed_of_sound",
-    "sphere_echo",
     "strip_echo",
     "time_constant",
-    "transition",
     "two_way_loss",
     "typical_transducer",
     "wavenumber",

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from echoplan.arrays import FloatArray
 
-__all__ = ["directivity", "first_null", "half_angle", "ka_for", "two_way_loss", "wavenumber"]
+__all__ = ["directivity", "half_angle", "ka_for", "two_way_loss", "wavenumber"]
 
 _FIRST_ZERO = 3.831705970207512  # of the Bessel function J1
 _NODES = 16_385
@@ -88,27 +88,6 @@ def two_way_loss(angles: ArrayLike, ka: ArrayLike) -> FloatArray:
     with np.errstate(divide="ignore"):
         loss: FloatArray = -40 * np.log10(np.abs(directivity(angles, ka)))
     return loss + 0.0
-
-
-def first_null(ka: ArrayLike) -> FloatArray:
-    """Angle of the first null of the pattern: sin(angle) = 3.832 / ka = 0.61 wavelength / radius.
-
-    Parameters
-    ----------
-    ka : array_like
-        Wavenumber times radius.
-
-    Returns
-    -------
-    ndarray of float64
-        Angle off the axis [rad]; a quarter turn where so small a piston has no null.
-
-    Examples
-    --------
-    >>> np.degrees(first_null([4.39, 5.86])).round(1)
-    array([60.8, 40.8])
-    """
-    return np.arcsin(np.minimum(_FIRST_ZERO / np.asarray(ka, dtype=np.float64), 1.0))
 
 
 def half_angle(loss: ArrayLike, ka: ArrayLike) -> FloatArray:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from echoplan.arrays import ComplexArray, FloatArray
 
-__all__ = ["edge_echo", "fresnel_tail", "transition", "wedge_coefficient"]
+__all__ = ["edge_echo", "fresnel_tail", "wedge_coefficient"]
 
 # Directions nearer to a boundary than this are on it [rad]: half of the ray is there, and no diffraction.
 _ON_BOUNDARY = 1e-9
@@ -42,30 +42,6 @@ def fresnel_tail(argument: ArrayLike) -> ComplexArray:
     turn = np.exp(0.25j * np.pi)
     tail: ComplexArray = turn / np.sqrt(2) * wofz(1j * turn * np.sqrt(np.pi / 2) * z)
     return tail
-
-
-def transition(argument: ArrayLike) -> ComplexArray:
-    """Transition function F(x) = 2 j sqrt(x) e^(jx) times the integral of e^(-j t^2) from sqrt(x) to infinity.
-
-    Kouyoumjian and Pathak, Eq. 27.
-
-    Parameters
-    ----------
-    argument : array_like
-        x, not negative.
-
-    Returns
-    -------
-    ndarray of complex128
-        F(x): 0 at 0, 1 at infinity.
-
-    Examples
-    --------
-    >>> transition([0.0, 1.0, 100.0]).round(3)
-    array([0.  +0.j   , 0.81+0.232j, 1.  +0.005j])
-    """
-    z = np.sqrt(2 * np.asarray(argument, dtype=np.float64) / np.pi)
-    return np.pi * z * fresnel_tail(z)
 
 
 def wedge_coefficient(

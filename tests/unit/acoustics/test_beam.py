@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from scipy.special import j1
 
-from echoplan.acoustics import Air, directivity, first_null, half_angle, ka_for, two_way_loss, wavenumber
+from echoplan.acoustics import Air, directivity, half_angle, ka_for, two_way_loss, wavenumber
+from helpers.oracles import first_null
 
 
 @pytest.mark.parametrize(

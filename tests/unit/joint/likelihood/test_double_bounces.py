@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize, minimize_scalar
 
-from echoplan.acoustics import bistatic_cylinder_echo, directivity, edge_echo, signal_excess
+from echoplan.acoustics import directivity, edge_echo, signal_excess
 from echoplan.acoustics.air import Air
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
@@ -14,6 +14,7 @@ from echoplan.joint.likelihood.ping_scores import UNHEARD
 from echoplan.preprocessing.measurements import Measurements
 from helpers.expectations import NOISE, SONAR, cylinder, wall
 from helpers.multipath_log_densities import ghosts_of_cylinder
+from helpers.oracles import bistatic_cylinder_echo
 from helpers.simulated_worlds import PAPER
 from helpers.single_ping import PLAIN, length, likeliest, one_ping, point_on
 
