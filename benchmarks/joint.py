@@ -223,7 +223,7 @@ def plan_tables(outcomes: Sequence[Outcome]) -> tuple[Table, ...]:
 
 
 def grouped(outcomes: Sequence[Outcome]) -> dict[str, Sequence[Outcome]]:
-    """Group rooms by their kind and by what became of the poses; without empty groups."""
+    """Group rooms by their kind and by the treatment of their poses; without empty groups."""
     groups = {
         "right-angled": [each for each in outcomes if not is_oblique(each.seed)],
         "oblique": [each for each in outcomes if is_oblique(each.seed)],

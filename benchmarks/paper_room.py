@@ -55,7 +55,7 @@ VARIANTS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Score:
-    """What came of one seed: objects found in their own class, deviations of the walls, covariance checks.
+    """Result of one seed: objects found in their own class, deviations of the walls, covariance checks.
 
     Distances in mm, angles in degrees, nan where no wall is right.  ``spurious`` counts walls and cylinders that are
     not in the room or are in the map twice.  ``inside`` holds for walls, corners and cylinders how many right ones have

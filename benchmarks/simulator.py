@@ -2,7 +2,7 @@
 
 Prints how many pings a core simulates in a second in a room of twelve walls and two cylinders, and the figures of
 docs/simulator.md: the measured HC-SR04, visible widths, the bias of a plane, the edge of a box.  Widths and bias are
-those of simulated readings; the measured HC-SR04 is held against the sonar equation and against the simulator.
+those of simulated readings; the measured HC-SR04 is compared with the sonar equation and with the simulator.
 """
 
 import json

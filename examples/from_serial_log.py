@@ -19,10 +19,10 @@ id = {number}
 x = {x:.3f}               # from the axis of the servo to the face of the sensor, in metres
 y = {y:.3f}
 yaw = {yaw:.6f}
-half_aperture = 0.52    # a wall is heard up to some 30 degrees off
+half_aperture = 0.52    # a wall is detected up to some 30 degrees off
 min_range = 0.02
 max_range = 4.0
-resolution = 0.003      # what an HC-SR04 can tell apart
+resolution = 0.003      # the smallest step of an HC-SR04
 """
 PLACE, ONE, FOUR = 3, 2, 5
 # From the axis of the servo to the face of a sensor [m]; from one ping to the next [s].
@@ -79,7 +79,7 @@ def sensor(number: float) -> str:
 
 
 def as_number(word: str, place: str) -> float:
-    """Read a number, or tell where there is none."""
+    """Read a number, or refuse the line."""
     try:
         return float(word)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Readings as the model of a sonar expects them: what whoever knows the model must be able to explain."""
+"""Readings as the model of a sonar predicts them, which a method that knows the model must explain."""
 
 from collections.abc import Sequence
 

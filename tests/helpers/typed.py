@@ -14,7 +14,7 @@ from echoplan.cli.main import main
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Done:
-    """What came of a command."""
+    """Result of a command."""
 
     status: int
     out: str

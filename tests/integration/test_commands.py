@@ -253,7 +253,7 @@ class TestEvaluate:
         assert said.splitlines()[-1] == "Poses are not compared: the map has 5, the truth 3."
         assert "not compared" not in succeed("evaluate", mapped, recording)
 
-    def test_a_map_is_held_against_a_world_too(self, mapped: Path, tmp_path: Path) -> None:
+    def test_a_map_can_be_compared_with_a_world(self, mapped: Path, tmp_path: Path) -> None:
         write_world(tmp_path / "world.toml", builtin_world("square"))
         assert "everywhere" in succeed("evaluate", mapped, tmp_path / "world.toml")
 
@@ -287,7 +287,7 @@ class TestEvaluate:
 
 
 class TestInfo:
-    def test_it_counts_sweeps_and_pings_and_what_came_of_them(self, recording: Path) -> None:
+    def test_it_counts_sweeps_and_pings_by_their_results(self, recording: Path) -> None:
         text = succeed("info", recording)
         assert "5 sweeps, 1820 pings" in text
         rows = [line.split() for line in text.splitlines() if re.match(r"[0-3]\s", line)]

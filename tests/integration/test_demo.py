@@ -58,7 +58,7 @@ def test_the_map_of_the_flat_is_drawn(demo: tuple[Path, str]) -> None:
     assert picture.read_bytes().startswith(b"\x89PNG\r\n")
 
 
-def test_table_5_stands_beside_the_papers(paper: tuple[Path, str]) -> None:
+def test_table_5_is_printed_beside_that_of_the_paper(paper: tuple[Path, str]) -> None:
     after = paper[1].split("Table 5", 1)[1].splitlines()
     head, *rows = [line.split() for line in after[1:12]]
     assert head[0] == "wall"

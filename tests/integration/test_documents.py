@@ -131,7 +131,7 @@ def flattened(settings: BaseModel, prefix: str = "") -> dict[str, object]:
     return found
 
 
-def test_every_option_of_the_simulator_stands_in_its_table_with_its_default() -> None:
+def test_every_option_of_the_simulator_is_in_its_table_with_its_default() -> None:
     table = dict(re.findall(r"^\| `([\w.]+)` \| (\S+) \|", DOCUMENTS["docs/simulator.md"], flags=re.MULTILINE))
     documented = {name: tomllib.loads(f"value = {default}")["value"] for name, default in table.items()}
     assert documented == flattened(SimulationSettings())

@@ -62,7 +62,7 @@ def mean_distance(room: Simulation, made: GridMapper) -> float:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_grid_of_the_papers_room_knows_more_than_nothing(
+def test_every_grid_of_the_papers_room_is_better_than_an_empty_one(
     name: str, room: Simulation, mappers: dict[str, GridMapper]
 ) -> None:
     score = scored(room, mappers[name])

@@ -73,16 +73,16 @@ def test_the_map_says_how_it_was_made(method: Method, sweeps: list[Sweep], found
     assert written(read_map(tmp_path / "map.json"), tmp_path / "again.json") == text
 
 
-def test_the_same_sweeps_give_the_same_map_however_often_it_is_asked_for(
+def test_the_same_sweeps_give_the_same_map_every_time(
     method: Method, square: Simulation, sweeps: list[Sweep], found: FeatureMap, tmp_path: Path
 ) -> None:
     mapper = method.build(square.rig)
     maps = [map_sweeps(mapper, sweeps), mapper.result(), found]
-    first, again, anew = (written(each, tmp_path / f"{number}.json") for number, each in enumerate(maps))
-    assert first == again == anew
+    first, again, third = (written(each, tmp_path / f"{number}.json") for number, each in enumerate(maps))
+    assert first == again == third
 
 
-def test_a_map_may_be_asked_for_on_the_way(
+def test_a_map_can_be_made_before_the_last_sweep(
     method: Method, square: Simulation, sweeps: list[Sweep], found: FeatureMap, tmp_path: Path
 ) -> None:
     mapper = method.build(square.rig)

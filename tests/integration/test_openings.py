@@ -90,7 +90,7 @@ def test_the_walls_beside_a_door_end_at_its_jambs() -> None:
 
 def test_no_wall_of_a_flat_is_drawn_where_the_robot_drove() -> None:
     assert crossed_walls(flat()) == 0
-    # All faces but the stubs that nobody faced are there: the door is not free because nothing was found.
+    # All faces but the stubs that no station faced are there: the door is not free because nothing was found.
     assert len(flat().walls) >= 16
 
 

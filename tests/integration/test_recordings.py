@@ -65,7 +65,7 @@ def test_every_method_maps_what_others_recorded(name: str, method: str) -> None:
 @pytest.mark.parametrize("poses", [PoseMode.AUTO, PoseMode.CORRECT])
 @pytest.mark.parametrize("faced", [True, False])
 @pytest.mark.parametrize("name", ["arena-a", "arena-b"])
-def test_walls_of_an_arena_come_out_even_if_nobody_wrote_down_which_way_the_sonar_faced(
+def test_walls_of_an_arena_are_found_even_if_headings_were_not_recorded(
     name: str, poses: PoseMode, *, faced: bool
 ) -> None:
     if not (DATA / name).is_dir():
@@ -187,7 +187,7 @@ def test_a_recording_survives_a_round_trip(folder: Path, tmp_path: Path) -> None
 
 def test_a_truth_survives_a_round_trip(folder: Path, tmp_path: Path) -> None:
     if not (folder / "truth.json").exists():
-        pytest.skip("nobody surveyed this place")
+        pytest.skip("this place was not surveyed")
     truth = read_truth(folder / "truth.json")
     write_truth(tmp_path / "truth.json", truth)
     again = read_truth(tmp_path / "truth.json")

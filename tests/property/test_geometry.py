@@ -136,7 +136,7 @@ def test_no_point_of_a_segment_is_nearer_than_its_distance(xy: FloatArray, faces
 
 
 @given(poses, points, points, segments)
-def test_who_hides_whom_moves_with_the_room_and_is_the_same_both_ways(
+def test_occlusion_moves_with_the_room_and_is_symmetric(
     pose: FloatArray, eyes: FloatArray, targets: FloatArray, faces: FloatArray
 ) -> None:
     crossed = crosses_segments(eyes, targets, faces)

@@ -157,13 +157,13 @@ _WITHIN, _NEAREST, _FARTHEST = 0.9, 0.02, 2.0
 def _range_factors(sweeps: Sequence[Sweep], rig: Rig) -> list[float]:
     ranges = np.concatenate([sweep.ranges for sweep in sweeps])
     sensors = rig.indices(np.concatenate([sweep.sensor_ids for sweep in sweeps]))
-    heard = np.isfinite(ranges)
-    low, high = rig.min_ranges[sensors][heard], rig.max_ranges[sensors][heard]
+    detected = np.isfinite(ranges)
+    low, high = rig.min_ranges[sensors][detected], rig.max_ranges[sensors][detected]
 
     def fits(factor: float) -> bool:
-        return bool(np.mean((factor * ranges[heard] >= low) & (factor * ranges[heard] <= high)) > _WITHIN)
+        return bool(np.mean((factor * ranges[detected] >= low) & (factor * ranges[detected] <= high)) > _WITHIN)
 
-    return [factor for factor in _FACTORS if fits(factor)] if heard.any() else []
+    return [factor for factor in _FACTORS if fits(factor)] if detected.any() else []
 
 
 def _position_factors(sweeps: Sequence[Sweep], rig: Rig) -> list[float]:

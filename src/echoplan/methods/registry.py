@@ -67,7 +67,7 @@ METHODS: Mapping[str, Method] = {
     for method in (
         Method(
             name="joint",
-            summary="all stations at once: rival reflectors under a physical model of the sonar",
+            summary="all stations at once: competing reflectors under a physical model of the sonar",
             mapper="JointMapper",
             settings="JointSettings",
             module="echoplan.joint.mapper",

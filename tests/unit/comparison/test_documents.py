@@ -53,7 +53,7 @@ def test_the_table_has_a_row_for_each_trial_and_the_same_cells_in_all() -> None:
 
 
 @pytest.mark.parametrize("name", ["=HYPERLINK(1)", "+1", "-2", "@SUM(1)", "\t=1"])
-def test_a_spreadsheet_computes_nothing_that_stands_in_a_name(name: str) -> None:
+def test_a_spreadsheet_computes_no_formula_in_a_name(name: str) -> None:
     trials = [
         replace(each, trial=replace(each.trial, subject=replace(each.trial.subject, name=name))) for each in some()
     ]

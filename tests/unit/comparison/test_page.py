@@ -37,7 +37,7 @@ def test_all_maps_of_a_group_have_one_frame() -> None:
     assert len({drawing.get("viewBox") for drawing in rooms(PAGE)[0].iter("svg")}) == 1
 
 
-def test_numbers_stand_below_each_map() -> None:
+def test_numbers_are_below_each_map() -> None:
     good, poor = (figure.findall("dl/div") for figure in rooms(PAGE)[0].iter("figure"))
     shown = [{pair.findtext("dt"): pair.findtext("dd") for pair in pairs} for pairs in (good, poor)]
     assert [each["walls"] for each in shown] == ["5 of 5", "3 of 5"]
@@ -53,7 +53,7 @@ def test_points_and_cells_of_which_a_map_was_made_lie_beneath_it() -> None:
     assert len(list(group.iter("image"))) == 1
 
 
-def test_a_failure_stands_in_the_place_of_the_map() -> None:
+def test_a_failure_is_shown_in_the_place_of_the_map() -> None:
     figure = list(rooms(PAGE)[1].iter("figure"))[1]
     assert figure.findtext("p") == "failed: ValueError: no <walls>"
     assert figure.find("svg") is None

@@ -17,7 +17,7 @@ def test_a_row_shows_accuracy_and_cost_of_a_method() -> None:
     assert (rows["good"]["grid (%)"], rows["poor"]["grid (%)"]) == ("20 / 5", "-")
 
 
-def test_dashes_stand_for_what_is_not_known() -> None:
+def test_dashes_mark_what_is_not_known() -> None:
     outcomes = [each for each in some() if each.failure]
     (row,) = score_table(score_methods([*outcomes], ["poor"])).rows
     assert row == ("poor", "0 of 1", "-", "-")

@@ -65,7 +65,7 @@ def test_a_servo_that_joint_calibrates_is_no_mistake(gain: float, degrees: float
     assert find_remedies(misaligned_sweeps(gain, degrees), RIG, conventions=Conventions()) == ()
 
 
-def test_features_whose_stations_nobody_counted_do_not_make_a_map_doubtful() -> None:
+def test_features_without_a_count_of_stations_do_not_make_a_map_doubtful() -> None:
     uncounted = [replace(wall, stations=0) for wall in sound_map().walls]
     assert assess(replace(sound_map(), walls=tuple(uncounted)), RIG, sound_sweeps()).verdict is Verdict.GOOD
 

@@ -59,7 +59,7 @@ def test_an_interval_covers_the_true_mean_about_as_often_as_it_says() -> None:
     assert 0.89 <= covered <= 0.98
 
 
-def test_one_error_has_no_interval_and_none_has_nothing() -> None:
+def test_one_error_has_no_interval_and_no_error_has_no_statistics() -> None:
     one = describe([[], [0.5]], rng=rng())
     assert (one.count, one.mean.value, one.maximum) == (1, 0.5, 0.5)
     assert np.isnan([one.mean.low, one.mean.high]).all()

@@ -29,7 +29,7 @@ def test_an_empty_map_misses_all_that_is_wanted() -> None:
     assert counts(confusion()) == ALL_MISSED
 
 
-def test_what_is_right_stands_on_the_diagonal() -> None:
+def test_what_is_right_is_on_the_diagonal() -> None:
     matrix = confusion(maps.wall((1, 0), (2, 0)), maps.corner((5, 0)), maps.cylinder((3.5, 0.6), 0.1))
     assert counts(matrix) == {
         ("wall", "wall"): 1,
@@ -67,7 +67,7 @@ def test_an_estimate_of_the_wrong_class_is_counted_where_it_truly_lies_and_that_
         (maps.wall((1, 1), (1, 1.5)), "wall"),
     ],
 )
-def test_what_lies_on_nothing_true_stands_in_the_row_of_none(feature: Wall | Corner | Cylinder, name: str) -> None:
+def test_what_matches_nothing_true_is_in_the_row_of_none(feature: Wall | Corner | Cylinder, name: str) -> None:
     assert counts(confusion(feature)) == {**ALL_MISSED, ("none", name): 1}
 
 

@@ -59,7 +59,7 @@ def test_a_covariance_without_meaning_gives_no_number(covariance: FloatArray) ->
     assert np.isnan(nees([0.1, 0.1], covariance))
 
 
-def test_each_class_is_held_against_its_own_parameters() -> None:
+def test_each_class_is_compared_with_its_own_number_of_parameters() -> None:
     # Every error is two standard deviations of one parameter, but for the cylinder's, of all three.
     wall = maps.wall((1, 0.02), (3, 0.02), covariance=np.diag([1e-4, 1e-4]))
     corner = maps.corner((5.02, 0.0), sigma=0.01)

@@ -86,7 +86,7 @@ def test_a_slit_and_an_open_side_are_no_doorways(door: tuple[float, float]) -> N
 @pytest.mark.parametrize(
     "wall", [[[4.06, 1.2], [4.06, 1.6]], [[3.8, 1.4], [3.9, 1.4]], [[3.7, 0.5], [3.7, 2.5]], [[4.0, 1.0], [4.0, 1.8]]]
 )
-def test_a_doorway_that_something_stands_in_is_none(wall: Any) -> None:
+def test_a_doorway_with_something_in_it_does_not_count(wall: Any) -> None:
     assert true_doorways(truth(rooms(), lines=[wall])) == ()
 
 

@@ -66,7 +66,7 @@ def test_a_map_that_was_written_and_read_is_judged_alike(tmp_path: Path) -> None
     assert evaluation_document(read) == evaluation_document(evaluate(found, maps.ROOM))
 
 
-def test_a_true_wall_of_no_length_disturbs_nobody() -> None:
+def test_a_true_wall_of_no_length_is_ignored() -> None:
     point = np.array([[[2.5, 0.0], [2.5, 0.0]]])
     truth = replace(
         maps.ROOM,

@@ -37,7 +37,7 @@ def test_walls_and_cylinders_are_occupied_what_is_seen_is_free_and_the_rest_unkn
     assert {at(wanted, *point) for point in ((5.3, 1.0), (4.0, 2.5), (3.5, 0.6), (4.4, 0.45), (1.0, 2.5))} == {0.5}
 
 
-def test_nobody_sees_beyond_the_reach_but_walls_are_where_they_are() -> None:
+def test_free_cells_beyond_the_reach_do_not_count_but_walls_do() -> None:
     near = true_grid(maps.ROOM, unknown(), reach=0.5)
     assert at(near, 1.4, 1.0) == 0.0
     assert at(near, 1.6, 1.0) == 0.5
@@ -82,7 +82,7 @@ def test_the_error_is_murphys_sum_over_the_cells_that_count() -> None:
     assert score.balanced_error == pytest.approx((score.occupied + score.free) / 2)
 
 
-def test_cells_that_nobody_can_see_do_not_count() -> None:
+def test_cells_that_no_station_can_see_do_not_count() -> None:
     values = true_grid(maps.ROOM, unknown()).values.copy()
     values[values == 0.5] = 0.99
     assert score_grid(drawn(values), maps.ROOM).error == 0.0
@@ -96,7 +96,7 @@ def test_without_poses_nothing_is_known_to_be_free() -> None:
     assert isnan(score.balanced_error)
 
 
-def test_a_grid_far_from_all_that_is_true_knows_nothing() -> None:
+def test_a_grid_far_from_the_true_walls_has_no_information() -> None:
     for corner in ([50.0, 50.0], [-50.0, 0.0]):
         away = OccupancyGrid(origin_xy=np.array(corner), resolution=RESOLUTION, values=np.full((3, 4), 0.9))
         score = score_grid(away, maps.ROOM)

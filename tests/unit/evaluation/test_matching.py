@@ -130,7 +130,7 @@ def test_several_corners_may_be_right_about_one_vertex() -> None:
 
 
 def test_one_corner_can_find_both_vertices_of_a_narrow_face() -> None:
-    # Three faces of a post 10 cm wide; the free ends of the outer two are not asked for.
+    # Three faces of a post 10 cm wide; the free ends of the outer two do not count.
     faces = np.array([[[0, 2], [0, 0]], [[0, 0], [0.1, 0]], [[0.1, 0], [0.1, 2]]])
     post = Truth(walls_xy=faces, walls_detected_by=np.array([4, 4, 4]))
     matching = match_corners([maps.corner((0.03, -0.01))], post, SETTINGS)

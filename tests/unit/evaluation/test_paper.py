@@ -28,7 +28,7 @@ def test_the_figures_of_the_paper_have_the_mean_and_maximum_that_it_prints() -> 
     assert np.degrees(np.mean(PAPER_ANGLES)) == pytest.approx(1.25)
 
 
-def test_ours_stand_beside_the_papers_wall_by_wall() -> None:
+def test_our_deviations_are_beside_those_of_the_paper_wall_by_wall() -> None:
     table = table5({"ours": evaluate(shifted_map(0.004), TRUTH)})
     assert table.columns == ("wall", "paper (mm)", "ours (mm)", "paper (°)", "ours (°)")
     assert table.rows[0] == ("1", "12.8", "4.0", "3.00", "0.00")

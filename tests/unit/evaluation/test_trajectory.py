@@ -33,7 +33,7 @@ def test_positions_and_headings_are_root_mean_squares() -> None:
     assert trajectory.heading_error == pytest.approx(np.sqrt(0.025))
 
 
-def test_steps_are_held_against_steps() -> None:
+def test_steps_are_compared_with_steps() -> None:
     # One step ahead of 1 m is taken for 1.03 m and 4 cm to the left, and for a turn of 0.1 rad too much.
     true = np.array([[0.0, 0, np.pi / 2], [0.0, 1.0, np.pi / 2]])
     trajectory = compared(np.array([[0.0, 0, np.pi / 2], [-0.04, 1.03, np.pi / 2 + 0.1]]), true)
@@ -77,7 +77,7 @@ def _matrix(pose: FloatArray) -> FloatArray:
     return matrix
 
 
-def test_poses_are_held_against_their_covariances_but_the_first() -> None:
+def test_all_poses_but_the_first_are_compared_with_their_covariances() -> None:
     found = WAY + np.array([0.003, 0.004, 0.01])
     covariance = np.diag([0.003**2, 0.004**2, 0.005**2])
     trajectory = compared(found, pose_covariances=np.tile(covariance, (len(WAY), 1, 1)))

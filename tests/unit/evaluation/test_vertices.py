@@ -11,7 +11,7 @@ def test_a_vertex_is_detected_as_often_as_the_less_detected_of_its_two_walls() -
     assert vertices.detected_by.tolist() == [1, 1, 2, 2, 4, 3]
 
 
-def test_the_free_end_of_a_wall_and_the_meeting_of_three_are_not_asked_for() -> None:
+def test_the_free_end_of_a_wall_and_the_meeting_of_three_do_not_count() -> None:
     spokes = Truth(walls_xy=[[[0, 0], [1, 0]], [[0, 0], [0, 2]], [[-3, 0], [0, 0]]], walls_detected_by=[5, 5, 5])  # type: ignore[arg-type]
     assert true_vertices(spokes).detected_by.tolist() == [0, 0, 0, 0]
 

@@ -29,7 +29,7 @@ def test_a_run_wraps_around_the_full_circle() -> None:
     assert np.all(np.diff(cluster.bearings) > 0)
 
 
-def test_a_run_survives_dropouts_and_steps_over_a_stray() -> None:
+def test_a_run_bridges_dropouts_and_a_stray_echo() -> None:
     bearings = scenes.around(0.5, np.radians(25))
     ranges = np.full(len(bearings), 1.5)
     ranges[20] = 0.4
@@ -69,7 +69,7 @@ def test_a_slope_is_one_reflector_as_long_as_no_step_of_it_is_a_jump() -> None:
     assert differential_clusters(scenes.pings(bearings, steep), settings) == []
 
 
-def test_without_reach_a_stray_splits_a_run() -> None:
+def test_without_reach_a_stray_echo_splits_a_run() -> None:
     bearings = scenes.around(0.5, np.radians(25))
     ranges = np.full(len(bearings), 1.5)
     ranges[20] = 0.4
@@ -77,7 +77,7 @@ def test_without_reach_a_stray_splits_a_run() -> None:
     assert sorted(len(cluster.pings) for cluster in split) == [20, 30]
 
 
-def test_a_cluster_has_as_many_bearings_as_pings_and_knows_its_hub() -> None:
+def test_a_cluster_has_as_many_bearings_as_pings_and_a_hub() -> None:
     bearings = scenes.around(0.0, 0.2)
     pings = scenes.pings(bearings, np.ones(len(bearings)), hub=(2.0, -1.0))
     (cluster,) = differential_clusters(pings)

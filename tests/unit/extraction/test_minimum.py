@@ -101,7 +101,7 @@ def test_a_hollow_profile_has_no_nearest_point() -> None:
     assert minimum_distance_point(scenes.cluster(bearings, ranges)) is None
 
 
-def test_a_located_point_knows_where_it_lies() -> None:
+def test_a_located_point_has_a_position() -> None:
     bearings = scenes.around(np.pi / 2, np.radians(30))
     ranges = scenes.wall_ranges(bearings, normal=np.pi / 2, distance=2.0) + 0.01 * (bearings - np.pi / 2) ** 2
     point = minimum_distance_point(scenes.cluster(bearings, ranges))

@@ -12,7 +12,7 @@ def test_the_step_of_rotation_is_the_usual_gap() -> None:
     assert rotation_step(np.zeros(1)) == pytest.approx(2 * np.pi)
 
 
-def test_silence_belongs_to_no_run_and_breaks_none() -> None:
+def test_pings_without_echo_belong_to_no_run_and_split_none() -> None:
     bearings = scenes.around(0.0, np.radians(5))
     distances = np.ones(len(bearings))
     distances[[2, 3]] = np.inf

@@ -25,7 +25,7 @@ def test_a_sight_line_along_a_board_does_not_cross_it() -> None:
     assert not crosses_segments([[1.0, -3.0]], [[1.0, 3.0]], BOARD).any()
 
 
-def test_every_sight_line_is_held_against_every_board() -> None:
+def test_every_sight_line_is_checked_against_every_board() -> None:
     boards = [*BOARD, [[-1.0, 0.5], [-1.0, 1.0]]]
     crossed = crosses_segments([[0.0, 0.1]] * 3, [[2.0, 0.0], [-2.0, 0.0], [-2.0, 1.5]], boards)
     assert crossed.tolist() == [[True, False], [False, False], [False, True]]

@@ -63,7 +63,7 @@ def test_features_are_numbered_as_they_stand(tmp_path: Path) -> None:
     assert written["format"] == "echoplan-map/1"
 
 
-def test_a_map_never_holds_a_number_that_is_none(tmp_path: Path) -> None:
+def test_a_map_never_holds_nan(tmp_path: Path) -> None:
     with pytest.raises(InvalidValueError, match="there is no JSON for this value"):
         write_map(tmp_path / "map.json", FeatureMap(method="rcd", parameters={"limit": float("nan")}))
     assert not list(tmp_path.iterdir())
@@ -167,7 +167,7 @@ def test_the_quality_of_a_map_is_written_and_read(tmp_path: Path) -> None:
     assert read_map(tmp_path / "new.json").quality == quality
 
 
-def test_a_map_that_nobody_assessed_has_no_quality(tmp_path: Path) -> None:
+def test_a_map_that_was_not_assessed_has_no_quality(tmp_path: Path) -> None:
     write_map(tmp_path / "new.json", read(tmp_path))
     assert read_map(tmp_path / "new.json").quality is None
     assert "quality" not in json.loads((tmp_path / "new.json").read_text())

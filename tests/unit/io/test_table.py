@@ -23,7 +23,7 @@ def read(tmp_path: Path, text: str) -> list[tuple[float, ...]]:
     return [tuple(row) for rows in opened(tmp_path, text) for row in rows.data.tolist()]
 
 
-def test_columns_may_stand_in_any_order(tmp_path: Path) -> None:
+def test_columns_may_have_any_order(tmp_path: Path) -> None:
     rows = next(iter(opened(tmp_path, "range,x,t,id\n1.5,-2,0.25,7\n")))
     assert {name: rows.data[name].tolist() for name in COLUMNS} == {
         "t": [250_000_000],
@@ -118,7 +118,7 @@ def test_a_legitimate_replacement_character_is_not_mistaken_for_the_bad_byte(tmp
         list(Table.open(path, COLUMNS, optional=["t"]))
 
 
-def test_characters_of_all_scripts_may_stand_where_nobody_reads_them(tmp_path: Path) -> None:
+def test_characters_of_all_scripts_are_allowed_in_unused_columns(tmp_path: Path) -> None:
     assert read(tmp_path, "id,note,x,range\n1,hé,2,3\n") == [(1, 2.0, 3.0)]
     with pytest.raises(InputError, match="range"):
         read(tmp_path, "id,x,range\n1,2,3é\n")

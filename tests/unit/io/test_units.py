@@ -23,7 +23,7 @@ RADIANS = {
 
 
 @pytest.mark.parametrize("name", DEGREES)
-def test_degrees_give_themselves_away(name: str) -> None:
+def test_degrees_are_recognised(name: str) -> None:
     assert looks_like_degrees(DEGREES[name])
 
 

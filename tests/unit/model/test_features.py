@@ -29,7 +29,7 @@ GAP: dict[str, Any] = {"endpoints_xy": [[1.0, 0.0], [1.8, 0.0]], "walls": ()}
 OPENING: dict[str, Any] = {**GAP, "width_sigma": 0.01}
 
 
-def test_a_wall_knows_its_length_and_its_normal() -> None:
+def test_a_wall_has_a_length_and_a_normal() -> None:
     wall = Wall(**WALL)
     assert wall.length == pytest.approx(3.0)
     assert wall.normal_xy == pytest.approx([0.6, 0.8])
@@ -56,7 +56,7 @@ def test_a_corner_takes_its_kind_by_name() -> None:
         ({"corner": -0.5, "cylinder": 1.0}, "corner must be at least 0, not -0.5"),
     ],
 )
-def test_probabilities_that_are_none_are_refused(probabilities: dict[str, float], message: str) -> None:
+def test_invalid_probabilities_are_refused(probabilities: dict[str, float], message: str) -> None:
     with pytest.raises(InvalidValueError, match=f"^{re.escape(message)}$"):
         ClassProbabilities(**probabilities)
 

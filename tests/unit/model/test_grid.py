@@ -29,7 +29,7 @@ def test_points_on_a_border_belong_above_and_right_of_it_and_points_beyond_have_
     assert bool(grid().contains([0.0, 2.1])) is True
 
 
-def test_a_grid_keeps_its_own_values_and_nobody_can_change_them() -> None:
+def test_a_grid_keeps_its_own_read_only_values() -> None:
     values = VALUES.copy()
     made = grid(values=values)
     values[0, 0] = 0.9

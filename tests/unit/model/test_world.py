@@ -82,7 +82,7 @@ def test_a_route_that_cannot_be_is_refused(poses: Any, stamps: Any, message: str
         Route(map_from_base=poses, stamps_ns=stamps)
 
 
-def test_a_truth_may_know_the_true_poses_and_not_those_recorded() -> None:
+def test_a_truth_may_have_the_true_poses_without_those_recorded() -> None:
     truth = Truth(walls_xy=np.zeros((0, 2, 2)), walls_detected_by=np.zeros(0, dtype=int), poses=np.ones((2, 3)))
     assert truth.poses.shape == (2, 3)
     assert truth.given.shape == (0, 3)

@@ -60,7 +60,7 @@ def of_cylinder(one: Cylinder) -> dict[str, str]:
     return table(cylinder_facts([one])[0])
 
 
-def test_facts_know_what_they_are_about() -> None:
+def test_facts_name_what_they_describe() -> None:
     facts = Facts(title="wall 12", items=(("length", "1.000 m"), ("stations", "2")))
     assert facts.kind == "wall"
     assert facts.key == "wall-12"

@@ -52,7 +52,7 @@ def height(figure: Figure) -> float:
     return float(figure.get_size_inches()[1])
 
 
-def test_distances_stand_over_their_errors_on_one_axis_of_angles(ranges: Figure) -> None:
+def test_distances_are_above_their_errors_on_one_axis_of_angles(ranges: Figure) -> None:
     above, below = ranges.axes
     assert names(above) == ("", "distance (m)")
     assert names(below) == ("angle from the wall's normal (°)", "error (mm)")

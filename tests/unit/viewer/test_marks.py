@@ -168,7 +168,7 @@ def test_the_way_of_the_robot_goes_through_its_stations_in_their_order() -> None
     np.testing.assert_allclose(stroke(way), [paper(x, y) for x, y, _ in STATIONS])
 
 
-def test_stations_have_their_letters_and_know_their_sweeps() -> None:
+def test_stations_have_their_letters_and_sweeps() -> None:
     found = replace(drawn(poses=STATIONS), sweeps=np.array([2, 5, 8]))
     _, *made = station_marks(Plan(feature_map=found), SHEET)
     assert [the(each, "label").text for each in made] == ["A", "B", "C"]

@@ -88,7 +88,7 @@ def test_a_wall_that_is_in_no_map_has_a_fit_and_no_profile() -> None:
 
 @pytest.mark.usefixtures("unrendered")
 @pytest.mark.parametrize("known", [True, False])
-def test_distances_are_held_against_the_true_wall_where_it_is_known(
+def test_distances_are_compared_with_the_true_wall_where_it_is_known(
     monkeypatch: pytest.MonkeyPatch,
     known: bool,  # noqa: FBT001 - both cases
 ) -> None:

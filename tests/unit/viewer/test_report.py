@@ -108,7 +108,7 @@ def test_no_text_becomes_markup(plan: Plan, text: str) -> None:
     assert sum(part == text for part in page.texts) == 12
 
 
-def test_numbers_stand_to_the_right_and_words_to_the_left() -> None:
+def test_numbers_are_aligned_right_and_words_left() -> None:
     table = Table(title="T", columns=("name", "size", "change"), rows=(("one", "1.5", "-2"), ("two", "", "+3")))
     page = Page(report_html(Report(title="R", plan=Plan(feature_map=FeatureMap(method="m")), sections=(table,))))
     assert [head.get("class") for head in page.all("th") if head["scope"] == "col"] == [None, "number", "number"]

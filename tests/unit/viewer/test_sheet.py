@@ -31,9 +31,7 @@ def sheet(wide: float, high: float, *, left: float = 0.0, low: float = 0.0) -> S
         (0.17, 0.1, 1),
     ],
 )
-def test_the_scale_is_the_greatest_of_those_that_people_know_at_which_all_fits(
-    wide: float, high: float, scale: float
-) -> None:
+def test_the_scale_is_the_greatest_common_one_at_which_all_fits(wide: float, high: float, scale: float) -> None:
     assert sheet(wide, high).scale == scale
 
 

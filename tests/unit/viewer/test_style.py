@@ -27,7 +27,7 @@ def picture() -> bytes:
     return png(figure)
 
 
-def test_a_figure_has_the_size_that_was_asked_for_on_white() -> None:
+def test_a_figure_has_the_requested_size_on_white() -> None:
     figure = new_figure(width=4.0, height=2.5)
     np.testing.assert_allclose(figure.get_size_inches(), [4.0, 2.5])
     assert to_hex(figure.get_facecolor()) == "#ffffff"
@@ -120,7 +120,7 @@ def test_marks_in_a_legend_are_opaque_however_faint_they_are_in_the_figure() -> 
     assert axes.lines[0].get_alpha() == 0.1
 
 
-def test_a_legend_above_stands_over_the_axes() -> None:
+def test_a_legend_above_is_over_the_axes() -> None:
     axes = axes_of(labelled)
     add_legend(axes, columns=3, where="above")
     axes.figure.draw_without_rendering()  # type: ignore[union-attr]

@@ -17,7 +17,7 @@ from echoplan.viewer.wording import SIGMA, decimal, in_degrees, in_metres, in_mi
         (1234567.0, 1, "1234567.0"),
     ],
 )
-def test_a_number_has_as_many_digits_after_the_point_as_asked_for(value: float, digits: int, text: str) -> None:
+def test_a_number_has_the_requested_digits_after_the_point(value: float, digits: int, text: str) -> None:
     assert decimal(value, digits) == text
 
 
