@@ -16,7 +16,7 @@ from echoplan.acoustics.predicted_echo import look, shape_of
 from echoplan.arrays import FloatArray
 from echoplan.cli.terminal import show, tracked
 from echoplan.geometry import along, lines_through, signed_distances
-from echoplan.joint.estimate import Account
+from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.mapper import JointSettings
 from echoplan.joint.optimisation.edge_diffraction import at_end
@@ -51,7 +51,7 @@ def losses(seed: int) -> FloatArray:
     sweeps = tuple(simulation)
     measurements = join_measurements([measurements_of(each, simulation.rig) for each in sweeps])
     given = np.array([each.station for each in sweeps])
-    account = explained(Account(simulation.rig, measurements, given, JointSettings(poses=PoseMode.TRUST)))
+    account = explained(initial_estimate(simulation.rig, measurements, given, JointSettings(poses=PoseMode.TRUST)))
     walls = simulation.truth.walls_xy.reshape(-1, 2, 2)
     wavelength = account.model.tabulated().wavelength
     return np.array([lost for each in account.features for lost in lost_of(each, walls, given, wavelength)])

@@ -1,12 +1,12 @@
 """The map that follows from displaced waypoints if every echo is assigned to its true wall."""
 
-import copy
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from echoplan.joint.estimate import Account
+from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.mapper import JointSettings
 from echoplan.joint.marginalisation import survey
 from echoplan.joint.optimisation.pose_factors import at_poses, waypoint_prior
@@ -45,14 +45,14 @@ def map_with_known_associations(
         Where the features are by the other waypoints.
     """
     measurements, given = join_measurements([measurements_of(each, rig) for each in sweeps]), _stations(sweeps)
-    moved = copy.copy(explained(Account(rig, measurements, given, JointSettings())))
-    moved.given = _stations(elsewhere)
-    moved.recorded = at_poses(moved.recorded, given, moved.given)
+    moved = explained(initial_estimate(rig, measurements, given, JointSettings()))
+    moved = replace(moved, given=_stations(elsewhere))
+    moved = replace(moved, recorded=at_poses(moved.recorded, given, moved.given))
     # A step in some direction has half of its square along either axis.
     sigmas = {"waypoint": max(off, 1e-3) / math.sqrt(2.0), "waypoint_turn": math.pi}
     poses = waypoint_prior(moved.given, moved.settings.pose_errors.model_copy(update=sigmas))
     for _ in range(_ROUNDS):
-        moved.adjust(moved.noise, poses)
+        moved = moved.adjust(moved.noise, poses)
         if moved.adjusted is None or moved.adjusted.left < _STILL:
             break
     path_xy = moved.poses[:, :2]

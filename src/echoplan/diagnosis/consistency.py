@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from echoplan.arrays import IntArray
 from echoplan.joint.estimate import Account
+from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.pose_correction.consistency import evidence
 from echoplan.joint.search.duplicates import without_duplicates
 from echoplan.joint.settings import AccountSettings, PoseMode
@@ -106,7 +107,7 @@ def gathered(sweeps: Sequence[Sweep], rig: Rig) -> Account | None:
         return None
     stations = stations_of(sweeps)
     detected = at_stations(join_measurements(parts), stations)
-    return Account(rig, detected, stations.poses, AccountSettings(poses=PoseMode.TRUST))
+    return initial_estimate(rig, detected, stations.poses, AccountSettings(poses=PoseMode.TRUST))
 
 
 def account_of(sweeps: Sequence[Sweep], rig: Rig, *, servo: ServoError | None = None) -> Account | None:
@@ -117,9 +118,8 @@ def account_of(sweeps: Sequence[Sweep], rig: Rig, *, servo: ServoError | None = 
     # Matrices are small: threads would only wait for each other.
     with threadpool_limits(limits=1, user_api="blas"):
         if servo is not None:
-            account.calibrate(servo)
-        account.explain()
-    return account
+            account = account.calibrate(servo)
+        return account.explain()
 
 
 def consistency(sweeps: Sequence[Sweep], rig: Rig) -> Consistency:

@@ -2,36 +2,37 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from echoplan.acoustics.predicted_echo import EchoModel
 from echoplan.arrays import BoolArray, FloatArray
-from echoplan.joint.arcs import find_arcs
+from echoplan.joint.arcs import Arc, find_arcs
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
+from echoplan.joint.likelihood_cache import LikelihoodCache
 from echoplan.joint.marginal_prior import Course, Memory
 from echoplan.joint.optimisation.attenuation import shadowed
 from echoplan.joint.optimisation.effective_sample_size import independence, rounding_in_common
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
 from echoplan.joint.optimisation.manhattan import Squareness
 from echoplan.joint.optimisation.optimiser import Priors, adjust
-from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses, continued, odometry_prior
+from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses, odometry_prior
 from echoplan.joint.optimisation.range_factors import Features, as_arrays
 from echoplan.joint.optimisation.solution import Solution
-from echoplan.joint.optimisation.sonar_model import expected_sonar, half_aperture_of, learned_sonar, walking
+from echoplan.joint.optimisation.sonar_model import learned_sonar, walking
 from echoplan.joint.optimisation.values import State
 from echoplan.joint.search.boxes import with_boxes
 from echoplan.joint.search.model_moves import reclassified
 from echoplan.joint.search.multipath_walls import without_multipath_walls
 from echoplan.joint.search.search import Search
 from echoplan.joint.settings import AccountSettings
-from echoplan.model import Odometry, Rig
+from echoplan.model import Odometry
 from echoplan.preprocessing.measurements import Measurements, step_of
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError, turned_by
 
-__all__ = ["Account"]
+__all__ = ["Account", "initial_noise"]
 
 # No module is set right to less than this [m].
 _FINEST = 0.001
@@ -39,66 +40,57 @@ _FINEST = 0.001
 _SETTLED = 1e-5
 # So often a first look may be taken, and second thoughts may be had.
 _GLANCES = 3
-# Features this far beyond the reach of the stations may still matter [m].
-_AROUND = 0.5
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Account:
-    """An account of everything heard: features, sonar, noise and poses, better with every step.
+    """Features, sonar, noise and poses as estimated so far; each step returns a new value and leaves this one."""
 
-    Parameters
-    ----------
-    rig : Rig
-        What heard it.
-    measurements : Measurements
-        The pings of s stations at hand.
-    given : ndarray, shape (s, 3)
-        Poses of these, as recorded [m, m, rad].
-    settings : AccountSettings
-        Settings of all stages.
-    memory : Memory, optional
-        What is known from stations before.
-    """
-
-    def __init__(
-        self,
-        rig: Rig,
-        measurements: Measurements,
-        given: FloatArray,
-        settings: AccountSettings,
-        memory: Memory | None = None,
-    ) -> None:
-        self.settings = settings
-        self.memory = memory or Memory()
-        self.resolution = max(sensor.resolution for sensor in rig.sensors)
-        self.half_aperture = half_aperture_of(rig)
-        # A table that says nothing is none.
-        self._odometry = None if rig.odometry == Odometry() else rig.odometry
-        self.trusts_specified_odometry = self.memory.trusts_specified_odometry
-        self.prior = expected_sonar(rig, measurements, self.memory.model, walk=settings.walk)
-        self.recorded = measurements
-        # Gain and offset of the servo where it is calibrated; then the pings are turned accordingly.
-        self.servo: ServoError | None = None
-        self._first_servo = self.memory.servo or AS_RECORDED
-        if self.memory.servo is not None:
-            self._turn_servo(self.memory.servo)
-        self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=settings.arcs)
-        self.given, self.poses = given, continued(given, self.memory.poses)
-        self.measurements = at_poses(self.recorded, given, self.poses)
-        self.at_hand = self.memory.near(self.measurements.centers, _AROUND + measurements.max_range)
-        self.model = self.memory.model or self.prior
-        self.noise = self.first_noise if self.memory.is_empty else self.memory.noise
-        self.features: list[Hypothesis] = self.known
-        self.adjusted: Solution | None = None
-        self.pose_prior: PosePrior | None = None
-        self.course, self.verdict = Course.TRUSTED, "used as recorded, as asked for"
-        self._square: Squareness | None = None
-        self.is_polished, self.asks_bearings = False, self.servo is not None
-        self.pair_sigma, self.loudness = settings.pose_errors.pair_sigma, self.memory.loudness
-        # What it was worth before readings counted for less; none as long as they count in full [nats].
-        self.penalised_llr: float | None = None
-        self.independence = self.memory.independence
-        self._explanation: tuple[tuple[Measurements, EchoModel, float], PingLikelihood] | None = None
+    settings: AccountSettings
+    # What was marginalised, and the part of it within reach of the stations.
+    memory: Memory
+    at_hand: Memory
+    # Coarsest of the sensors [m], and half the angle within which they detect [rad].
+    resolution: float
+    half_aperture: float
+    # Odometry noise that the rig specifies, and whether it holds.
+    rig_odometry: Odometry | None
+    # The sonar as expected before any ping, and as estimated.
+    prior: EchoModel
+    model: EchoModel
+    # Pings of s stations, turned by the servo as calibrated, at the poses as recorded and as estimated; their arcs.
+    recorded: Measurements
+    measurements: Measurements
+    arcs: Sequence[Arc]
+    # Poses as recorded and as estimated, shape (s, 3) [m, m, rad].
+    given: FloatArray
+    poses: FloatArray
+    # Standard deviations of a reading, and of the error that all readings of a feature from one station share [m].
+    noise: float
+    pair_sigma: float
+    features: Sequence[Hypothesis]
+    trusts_specified_odometry: bool = True
+    # Gain and offset of the servo, if it is calibrated, and where calibration starts.
+    servo: ServoError | None = None
+    first_servo: ServoError = AS_RECORDED
+    # The last solution, and the prior of its poses; None where these were fixed.
+    adjusted: Solution | None = None
+    pose_prior: PosePrior | None = None
+    # Model of the pose errors, and what was done about the poses, and why.
+    course: Course = Course.TRUSTED
+    verdict: str = "used as recorded, as asked for"
+    # Prior of right angles between walls.
+    square: Squareness | None = None
+    # Whether figure of merit and beam are variables, and whether which pings detect a wall measures headings.
+    is_polished: bool = False
+    asks_bearings: bool = False
+    # Prior of figure of merit [dB] and logarithm of ka.
+    loudness: tuple[float, float] | None = None
+    # Log evidence before shared errors were estimated, if they were [nats].
+    penalised_llr: float | None = None
+    # Ratio of the effective sample size to the weight of the readings.
+    independence: float = 1.0
+    likelihoods: LikelihoodCache = field(default_factory=LikelihoodCache)
 
     @property
     def known(self) -> list[Hypothesis]:
@@ -107,17 +99,13 @@ class Account:
 
     @property
     def explanation(self) -> PingLikelihood:
-        """What explains the pings; the same as long as these, the sonar and the noise stay, for it remembers ghosts."""
-        cause = (self.measurements, self.model, self.noise)
-        if self._explanation is None or any(a is not b for a, b in zip(cause, self._explanation[0], strict=True)):
-            before, hearing = self._explanation and self._explanation[1], self.model.tabulated()
-            self._explanation = cause, PingLikelihood(self.measurements, hearing, self.noise, before=before)
-        return self._explanation[1]
+        """Likelihood of the pings."""
+        return self.likelihoods.of(self.measurements, self.model, self.noise)
 
     @property
     def wheels(self) -> Odometry | None:
         """How far the rig says that steps lead astray, as far as it is believed."""
-        return self._odometry if self.trusts_specified_odometry else None
+        return self.rig_odometry if self.trusts_specified_odometry else None
 
     @property
     def step(self) -> float:
@@ -132,7 +120,7 @@ class Account:
     @property
     def first_noise(self) -> float:
         """Standard deviation of readings before anything is known [m]; coarse steps alone make them scatter."""
-        return max(self.settings.first_noise, 0.9 * self.resolution)
+        return initial_noise(self.settings, self.resolution)
 
     @property
     def rounding(self) -> float:
@@ -153,14 +141,13 @@ class Account:
     def squareness(self) -> Squareness | None:
         """What is believed of right angles between the features as they are now."""
         members: BoolArray = np.array([each.is_square for each in self.features], dtype=bool)
-        return self._square._replace(members=members) if self._square is not None and members.any() else None
+        return self.square._replace(members=members) if self.square is not None and members.any() else None
 
-    @squareness.setter
-    def squareness(self, pose_prior: Squareness | None) -> None:
-        """Believe that some of the features stand square, and no others; each of them carries it from then on."""
-        self._square = pose_prior
+    def with_squareness(self, pose_prior: Squareness | None) -> "Account":
+        """Return the estimate with a prior of right angles between some of the features; each carries its part."""
         members = np.zeros(len(self.features), dtype=bool) if pose_prior is None else pose_prior.members
-        self.features = [replace(each, is_square=bool(e)) for each, e in zip(self.features, members, strict=True)]
+        features = [replace(each, is_square=bool(e)) for each, e in zip(self.features, members, strict=True)]
+        return replace(self, square=pose_prior, features=features)
 
     @property
     def is_along_axes(self) -> bool:
@@ -172,140 +159,126 @@ class Account:
         """Whether anything turned while it listened."""
         return bool(np.any(self.recorded.rates))
 
-    def calibrate(self, servo: ServoError) -> None:
+    def calibrate(self, servo: ServoError) -> "Account":
         """Calibrate the servo: start from this gain and this offset, and let adjustments estimate them."""
-        self._first_servo = servo
-        self._turn_servo(servo)
-        self.asks_bearings = True
-        self.arcs = find_arcs(self.recorded, resolution=self.resolution, settings=self.settings.arcs)
-        self.measurements = at_poses(self.recorded, self.given, self.poses)
+        turned = _with_servo(self, servo)
+        return replace(
+            turned,
+            first_servo=servo,
+            asks_bearings=True,
+            arcs=find_arcs(turned.recorded, resolution=self.resolution, settings=self.settings.arcs),
+            measurements=at_poses(turned.recorded, self.given, self.poses),
+        )
 
-    def restart_servo(self) -> None:
-        """Let the servo be as it was before anything was explained: what poses in error made of it is wrong."""
-        if self.servo is not None:
-            self._turn_servo(self._first_servo)
+    def restart_servo(self) -> "Account":
+        """Reset the servo to where calibration starts: what was estimated from poses in error is wrong."""
+        return self if self.servo is None else _with_servo(self, self.first_servo)
 
-    def _turn_servo(self, servo: ServoError) -> None:
-        self.recorded = turned_by(self.recorded, error=servo, before=self.servo or AS_RECORDED)
-        self.servo = servo
-
-    def initialise(self) -> None:
+    def initialise(self) -> "Account":
         """Take a first look; and another where the air turns out to be warmer or colder than the modules assume."""
+        now = self
         for _ in range(_GLANCES):
-            scale = self.model.range_scale
-            self.search(rounds=1)
-            self.adjust(self.first_noise)
-            if abs(self.model.range_scale - scale) < self.settings.scale_step:
+            scale = now.model.range_scale
+            now = now.search(rounds=1).adjust(now.first_noise)
+            if abs(now.model.range_scale - scale) < now.settings.scale_step:
                 break
+        return now
 
-    def explain(self) -> None:
+    def explain(self) -> "Account":
         """Explain everything, learn the sonar from it, and explain it again."""
+        now = self
         if self.memory.is_empty:
             first = self.first_noise
-            self.search()
-            self.adjust(first)
-            self.rescore(first)
-            self.estimate_figure_of_merit()
-            self.adjust(0.75 * first)
-            self.estimate_noise()
-        self.search()
-        self.adjust(self.noise)
-        self.prune_and_reclassify()
-        self.adjust(self.noise)
-        self.rescore(self.noise)
+            now = (
+                now.search()
+                .adjust(first)
+                .rescore(first)
+                .estimate_figure_of_merit()
+                .adjust(0.75 * first)
+                .estimate_noise()
+            )
+        now = now.search()
+        now = now.adjust(now.noise).prune_and_reclassify()
+        return now.adjust(now.noise).rescore(now.noise)
 
-    def alternate(self, noise: float, priors: PosePrior | None, rounds: int) -> None:
+    def alternate(self, noise: float, priors: PosePrior | None, rounds: int) -> "Account":
         """Adjust features, sonar and poses until all stays the same, who hears what too, but no more than so often."""
+        now = self
         for _ in range(rounds):
-            detected = self._detected()
-            self.adjust(noise, priors)
-            self.rescore(noise)
+            measurements = _detections(now)
+            now = now.adjust(noise, priors).rescore(noise)
             if (
-                self.adjusted is not None
-                and self.adjusted.left < _SETTLED
-                and np.array_equal(detected, self._detected())
+                now.adjusted is not None
+                and now.adjusted.left < _SETTLED
+                and np.array_equal(measurements, _detections(now))
             ):
                 break
+        return now
 
-    def _detected(self) -> BoolArray:
-        """Tell which features which stations hear, shape (f, s)."""
-        measurements: BoolArray = np.array([each.llr_by_station for each in self.features]) > 0.0
-        return measurements
-
-    def refine_calibration(self) -> None:
+    def refine_calibration(self) -> "Account":
         """Adjust loudness and beam as well, where poses do not drift: readings made late would pass for faint ones."""
-        if not self.drifts:
-            self.is_polished = True
-            if self.settings.walk == "fitted" and self.memory.is_empty:
-                self.model = walking(self.model, self.adjusted, self.noise)
-                self.prior = replace(self.prior, walk=self.model.walk, walk_gain=self.model.walk_gain)
-            # What is remembered of them came to rest before.
-            self.alternate(self.noise, self.pose_prior, 3 if self.memory.is_empty else 1)
+        if self.drifts:
+            return self
+        now = replace(self, is_polished=True)
+        if self.settings.walk == "fitted" and self.memory.is_empty:
+            model = walking(self.model, self.adjusted, self.noise)
+            prior = replace(self.prior, walk=model.walk, walk_gain=model.walk_gain)
+            now = replace(now, model=model, prior=prior)
+        # What is remembered of them came to rest before.
+        return now.alternate(now.noise, now.pose_prior, 3 if now.memory.is_empty else 1)
 
-    def prune_and_reclassify(self) -> None:
+    def prune_and_reclassify(self) -> "Account":
         """Take features for what they are best taken for, and drop those that do not stand up."""
         search = self._search()
-        self._settle(search, with_boxes(search, search.rescored(self.features)))
+        return self._settle(search, with_boxes(search, search.rescored(self.features)))
 
-    def _settle(self, search: Search, features: list[Hypothesis]) -> None:
-        self.features = search.settled(reclassified(search.explanation, features, search.acceptance))
+    def _settle(self, search: Search, features: list[Hypothesis]) -> "Account":
+        return replace(self, features=search.settled(reclassified(search.explanation, features, search.acceptance)))
 
-    def reselect_classes(self) -> None:
+    def reselect_classes(self) -> "Account":
         """Take features for something else as long as that explains more, now that all are where they belong."""
+        now = self
         for _ in range(_GLANCES):
-            kinds, search = [each.kind for each in self.features], self._search()
-            self._settle(search, search.rescored(self.features))
-            if [each.kind for each in self.features] == kinds:
+            kinds, search = [each.kind for each in now.features], now._search()
+            now = now._settle(search, search.rescored(now.features))
+            if [each.kind for each in now.features] == kinds:
                 break
-            self.adjust(self.noise, self.pose_prior)
-            self.rescore(self.noise)
+            now = now.adjust(now.noise, now.pose_prior).rescore(now.noise)
+        return now
 
-    def clear(self) -> None:
+    def clear(self) -> "Account":
         """Leave out walls that may be echoes by way of others; while poses are in error, real walls look like those."""
         search = self._search()
         kept = without_multipath_walls(search.explanation, self.features, search.acceptance)
-        if len(kept) < len(self.features):
-            self.features = kept
-            self.adjust(self.noise, self.pose_prior)
-            self.rescore(self.noise)
+        if len(kept) == len(self.features):
+            return self
+        return replace(self, features=kept).adjust(self.noise, self.pose_prior).rescore(self.noise)
 
-    def search(self, *, rounds: int | None = None) -> None:
+    def search(self, *, rounds: int | None = None) -> "Account":
         """Find the features that explain the pings, from those known; of stations still to come one round will do."""
-        self.features = self._search(rounds=rounds).run(self.features)
+        return replace(self, features=self._search(rounds=rounds).run(self.features))
 
-    def rescore(self, noise: float) -> None:
+    def rescore(self, noise: float) -> "Account":
         """Collect fresh evidence for the features."""
-        self.noise = noise
-        self.features = self._search().rescored(self.features)
+        now = replace(self, noise=noise)
+        return replace(now, features=now.refreshed())
 
-    def adjust(self, noise: float, poses: PosePrior | None = None) -> None:
+    def adjust(self, noise: float, poses: PosePrior | None = None) -> "Account":
         """Adjust features and sonar, and poses if they may be off."""
         measurements = self.measurements if poses is None else self.recorded
-        self.pose_prior = poses
+        # Whether poses drift is known from the priors of this adjustment on.
+        now = replace(self, pose_prior=poses)
         state = State(
-            features=self.with_attenuation(self.features),
-            model=self.model,
-            latency=self.latency,
-            servo=self.servo or AS_RECORDED,
-            poses=self.poses if poses is not None else np.zeros((0, 3)),
+            features=now.with_attenuation(now.features),
+            model=now.model,
+            latency=now.latency,
+            servo=now.servo or AS_RECORDED,
+            poses=now.poses if poses is not None else np.zeros((0, 3)),
         )
-        known = self.at_hand.about(self.features, state.layout)
-        self.adjusted = adjust(measurements, state, self.priors(noise, poses), self.settings.adjustment, known=known)
-        self.model = self.adjusted.model
-        self.features = [
-            replace(each, reflector=row) for each, row in zip(self.features, self.adjusted.reflectors, strict=True)
-        ]
-        self._move()
-
-    def _move(self) -> None:
-        """Let the pings be where poses and servo are after an adjustment, if these are free."""
-        assert self.adjusted is not None
-        if self.pose_prior is not None:
-            self.poses = self.adjusted.poses
-        if self.servo is not None:
-            self._turn_servo(self.adjusted.servo)
-        if self.pose_prior is not None or self.servo is not None:
-            self.measurements = at_poses(self.recorded, self.given, self.poses)
+        known = now.at_hand.about(now.features, state.layout)
+        adjusted = adjust(measurements, state, now.priors(noise, poses), now.settings.adjustment, known=known)
+        features = [replace(each, reflector=row) for each, row in zip(now.features, adjusted.reflectors, strict=True)]
+        return _moved(replace(now, adjusted=adjusted, model=adjusted.model, features=features), adjusted)
 
     def with_attenuation(self, features: Sequence[Hypothesis]) -> Features:
         """Turn features into arrays, with how much of each the stations hear."""
@@ -349,17 +322,20 @@ class Account:
         before = (1.0 - common) * noise**2 - self.rounding**2
         return rounding_in_common(self.resolution, math.sqrt(max(before, 0.0)))
 
-    def estimate_figure_of_merit(self) -> None:
+    def estimate_figure_of_merit(self) -> "Account":
         """Take figure of merit and beam from who heard what; of rays, the cone."""
         fitted = learned_sonar(self.measurements, self.model, self.features, pose_prior=self.prior.figure_of_merit)
-        if fitted is not self.model:
-            self.model, self.loudness = fitted, (fitted.figure_of_merit, math.log(fitted.ka))
+        if fitted is self.model:
+            return self
+        return replace(self, model=fitted, loudness=(fitted.figure_of_merit, math.log(fitted.ka)))
 
-    def estimate_noise(self) -> None:
+    def estimate_noise(self) -> "Account":
         """Take the noise from what is left of the readings."""
         scatter = self.adjusted.scatter if self.adjusted else math.nan
-        if not math.isnan(scatter):
-            self.noise = max(min(scatter, self.settings.greatest_noise), self.settings.least_noise, self.rounding)
+        if math.isnan(scatter):
+            return self
+        most = min(scatter, self.settings.greatest_noise)
+        return replace(self, noise=max(most, self.settings.least_noise, self.rounding))
 
     def explained(self, features: Sequence[Hypothesis]) -> BoolArray:
         """Tell which pings features or their ghosts explain."""
@@ -389,3 +365,30 @@ class Account:
         if rounds is not None:
             settings = settings.model_copy(update={"rounds": rounds})
         return Search(self.explanation, self.arcs, half_aperture=self.half_aperture, settings=settings)
+
+
+def initial_noise(settings: AccountSettings, resolution: float) -> float:
+    """Return the standard deviation of readings before anything is known [m]: coarse steps alone make them scatter."""
+    return max(settings.first_noise, 0.9 * resolution)
+
+
+def _detections(account: Account) -> BoolArray:
+    """Return which landmarks (rows) which stations (columns) detect."""
+    detected: BoolArray = np.array([each.llr_by_station for each in account.features]) > 0.0
+    return detected
+
+
+def _with_servo(account: Account, servo: ServoError) -> Account:
+    recorded = turned_by(account.recorded, error=servo, before=account.servo or AS_RECORDED)
+    return replace(account, recorded=recorded, servo=servo)
+
+
+def _moved(account: Account, adjusted: Solution) -> Account:
+    """Move the pings to poses and servo of a solution, if these were free."""
+    if account.pose_prior is not None:
+        account = replace(account, poses=adjusted.poses)
+    if account.servo is not None:
+        account = _with_servo(account, adjusted.servo)
+    if account.pose_prior is None and account.servo is None:
+        return account
+    return replace(account, measurements=at_poses(account.recorded, account.given, account.poses))

@@ -11,6 +11,7 @@ from threadpoolctl import threadpool_limits
 from echoplan.arrays import FloatArray
 from echoplan.joint.calibration import calibration
 from echoplan.joint.estimate import Account
+from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.map_extraction.openings import openings_of, unobserved_of
 from echoplan.joint.marginal_prior import Memory
 from echoplan.joint.marginalisation import leave, survey
@@ -114,7 +115,7 @@ class JointMapper:
     def _account(self, stations: Stations) -> Account:
         record_window(self._first_station)
         measurements = without_repeats(at_stations(join_measurements(self._measurements), stations))
-        return explained(Account(self.rig, measurements, stations.poses, self.settings, self._memory))
+        return explained(initial_estimate(self.rig, measurements, stations.poses, self.settings, self._memory))
 
     def _let_go(self, stations: Stations, count: int) -> None:
         """Keep what the oldest stations said, but not their pings."""

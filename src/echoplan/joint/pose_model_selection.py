@@ -1,6 +1,6 @@
 """Explaining: from the poses as they are, and from better ones if the pings disagree."""
 
-import copy
+from dataclasses import replace
 
 import numpy as np
 
@@ -58,7 +58,7 @@ def explained(account: Account) -> Account:
     Parameters
     ----------
     account : Account
-        What was heard; changed in place.
+        What was heard.
 
     Returns
     -------
@@ -67,17 +67,12 @@ def explained(account: Account) -> Account:
     """
     servo = find_servo(account) if account.memory.is_empty else None
     best = _explained(account) if servo is None else _calibrated(account, servo)
-    best.reselect_classes()
-    best.clear()
-    best.refine_calibration()
-    return best
+    return best.reselect_classes().clear().refine_calibration()
 
 
 def _calibrated(account: Account, servo: ServoError) -> Account:
     """Calibrate the servo, if that explains more than that it turns as recorded."""
-    calibrated = copy.copy(account)
-    calibrated.calibrate(servo)
-    return _better(_explained(account), _explained(calibrated))
+    return _better(_explained(account), _explained(account.calibrate(servo)))
 
 
 def _explained(account: Account) -> Account:
@@ -88,11 +83,11 @@ def _explained(account: Account) -> Account:
 
 def _as_found(account: Account) -> Account:
     """Keep the poses, or correct them if the echoes show that they are wrong; nobody says how they came about."""
-    torn = _initialised(account)
-    if torn and (not _is_by_hand(torn) or _is_led_for_sure(account, torn)):
+    looked, torn = _initialised(account)
+    if torn and (not _is_by_hand(torn) or _is_led_for_sure(looked, torn)):
         return torn
-    account.explain()
-    return account if account.settings.poses is PoseMode.TRUST else _reconsidered(account, torn)
+    explained = looked.explain()
+    return explained if account.settings.poses is PoseMode.TRUST else _reconsidered(explained, torn)
 
 
 def _follows_wheels(account: Account) -> bool:
@@ -108,37 +103,33 @@ def _is_asked(account: Account) -> bool:
     return account.settings.poses is PoseMode.CORRECT
 
 
-def _initialised(account: Account) -> Account | None:
+def _initialised(account: Account) -> tuple[Account, Account | None]:
     """Take a first look, and correct the poses if these tear most walls apart."""
     if not account.memory.is_empty:
-        return None
-    account.initialise()
-    if account.settings.poses is PoseMode.TRUST or not has_duplicated_walls(account):
-        return None
-    return _tracked(copy.copy(account), f"{_corrected(account)}: {_TORN}")
+        return account, None
+    looked = account.initialise()
+    if account.settings.poses is PoseMode.TRUST or not has_duplicated_walls(looked):
+        return looked, None
+    return looked, _tracked(looked, f"{_corrected(account)}: {_TORN}")
 
 
 def _by_wheels(account: Account) -> Account:
     """Correct poses, unless all is explained as well from the poses as recorded: then these were right."""
-    why = _corrected(account)
-    tracked = _followed(account, why)
+    tracked, looked = _followed(account, _corrected(account)), account
     if account.memory.is_empty:
-        account.initialise()
-        if has_duplicated_walls(account):
+        looked = account.initialise()
+        if has_duplicated_walls(looked):
             return tracked
-    account.explain()
-    account.verdict = _in_vain(account)
-    return _better(account, tracked)
+    explained = looked.explain()
+    return _better(replace(explained, verdict=_in_vain(explained)), tracked)
 
 
 def _followed(account: Account, why: str) -> Account:
     """Follow the wheels, and farther astray than the rig tells where that holds them back."""
-    tracked = _tracked(copy.copy(account), why)
+    tracked = _tracked(account, why)
     if account.wheels is None or (agrees(tracked) and not is_strained(tracked)):
         return tracked
-    free = copy.copy(account)
-    free.trusts_specified_odometry = False
-    loose = _tracked(free, f"{why}{_FARTHER}")
+    loose = _tracked(replace(account, trusts_specified_odometry=False), f"{why}{_FARTHER}")
     # Who believes in greater errors finds none of them unlikely, and each of them less likely.
     wider = float(np.log(loose.odometry().sigmas[1:] / tracked.odometry().sigmas[1:]).sum())
     return loose if _worth(loose) > _worth(tracked) + wider + VERY_STRONG else tracked
@@ -170,14 +161,11 @@ def _led(tracked: Account, by_hand: Account) -> Account:
 
 def _tracked(account: Account, verdict: str) -> Account:
     priors = account.odometry()
-    track(account, priors)
-    rested = _rested(account, priors)
+    rested = _rested(track(account, priors), priors)
     steady = _without_slips(rested, priors)
     best = _without_misplaced(steady, priors)
-    best.course, best.verdict = Course.TRACKED, verdict
-    if steady is not rested and not verdict.endswith(_SLIPPED):
-        best.verdict += _SLIPPED
-    return best
+    slipped = steady is not rested and not verdict.endswith(_SLIPPED)
+    return replace(best, course=Course.TRACKED, verdict=verdict + _SLIPPED if slipped else verdict)
 
 
 def _rested(account: Account, priors: PosePrior) -> Account:
@@ -213,10 +201,7 @@ def _without_misplaced(account: Account, priors: PosePrior) -> Account:
 
 def _settled(account: Account, poses: FloatArray, priors: PosePrior) -> Account:
     """Explain everything from other poses, if that explains more."""
-    moved = copy.copy(account)
-    moved.poses = poses
-    settle(moved, priors)
-    return _better(account, moved)
+    return _better(account, settle(replace(account, poses=poses), priors))
 
 
 def _reconsidered(account: Account, tracked: Account | None) -> Account:
@@ -226,7 +211,7 @@ def _reconsidered(account: Account, tracked: Account | None) -> Account:
     """
     share = _share(account)
     fits = f"{100 * agreement(account):.0f} % of the echoes fit together"
-    account.verdict = f"used as recorded: {fits if account.arcs else 'too few echoes to check them'}"
+    account = replace(account, verdict=f"used as recorded: {fits if account.arcs else 'too few echoes to check them'}")
     if not _is_in_question(account):
         return account
     alternatives = _alternatives(account, share, tracked)
@@ -235,7 +220,7 @@ def _reconsidered(account: Account, tracked: Account | None) -> Account:
         return max(alternatives, key=_worth)
     best = _better(account, max(alternatives, key=_worth, default=account))
     if best is account and _is_asked(account) and account.arcs:
-        account.verdict = _in_vain(account)
+        return replace(account, verdict=_in_vain(account))
     return best
 
 
@@ -259,7 +244,7 @@ def _alternatives(account: Account, share: str, tracked: Account | None) -> list
     """Correct poses as those of odometry, and as those of way-points that somebody set by hand, unless too many."""
     if account.memory.course is Course.NUDGED:
         return [_restarted(account, _why(account, share, _ELSEWHERE), account.poses)] if _is_by_hand(account) else []
-    tracked = tracked or _tracked(copy.copy(account), f"{_corrected(account)}: {_why(account, share, _STEPS)}")
+    tracked = tracked or _tracked(account, f"{_corrected(account)}: {_why(account, share, _STEPS)}")
     if _is_by_hand(account) and not _is_led_for_sure(account, tracked):
         return _steps_or_hand(account, share, tracked)
     return [tracked]
@@ -307,9 +292,7 @@ def _are_held_together(account: Account) -> bool:
 
 def _placed(account: Account, why: str) -> Account:
     """Place the stations one after the other, each against what those near to it know."""
-    moved = copy.copy(account)
-    place(moved)
-    return _reset(moved, why)
+    return _reset(place(account), why)
 
 
 def _reset(tracked: Account, why: str) -> Account:
@@ -317,17 +300,14 @@ def _reset(tracked: Account, why: str) -> Account:
 
     If somebody set the way-points one by one, errors do not add up, and the first one is no better than the others.
     """
-    moved, priors = copy.copy(tracked), waypoint_prior(tracked.given, tracked.settings.pose_errors)
-    moved.poses, moved.features = aligned(tracked.poses, tracked.given), tracked.known
-    settle(moved, priors)
-    return _at_rest(moved, why)
+    moved = replace(tracked, poses=aligned(tracked.poses, tracked.given), features=tracked.known)
+    return _at_rest(settle(moved, waypoint_prior(tracked.given, tracked.settings.pose_errors)), why)
 
 
 def _restarted(account: Account, why: str, start: FloatArray) -> Account:
     """Move poses a little."""
-    moved, priors = copy.copy(account), waypoint_prior(account.given, account.settings.pose_errors)
-    converge(moved, priors, start)
-    return _at_rest(moved, why)
+    priors = waypoint_prior(account.given, account.settings.pose_errors)
+    return _at_rest(converge(account, priors, start), why)
 
 
 def _at_rest(account: Account, why: str) -> Account:
@@ -336,13 +316,13 @@ def _at_rest(account: Account, why: str) -> Account:
     What that is worth is told before, while readings count in full.
     """
     wanted = ", as asked for" if _is_asked(account) else ""
-    account.verdict, account.course = f"corrected by a few centimetres{wanted}: {why}", Course.NUDGED
-    without_common_error(account, waypoint_prior(account.given, account.settings.pose_errors))
-    account.penalised_llr = evidence(account)
-    learn_common_error(account, learned_waypoints(account))
-    stand_square(account, learned_waypoints(account))
+    account = replace(account, verdict=f"corrected by a few centimetres{wanted}: {why}", course=Course.NUDGED)
+    account = without_common_error(account, waypoint_prior(account.given, account.settings.pose_errors))
+    account = replace(account, penalised_llr=evidence(account))
+    account = learn_common_error(account, learned_waypoints(account))
+    account = stand_square(account, learned_waypoints(account))
     if account.is_along_axes:
-        account.alternate(account.noise, learned_waypoints(account), 2)
+        account = account.alternate(account.noise, learned_waypoints(account), 2)
     return account
 
 

@@ -1,7 +1,6 @@
 """A robot that goes round and round in a room, and forgets all but the last stations."""
 
 import pickle
-from copy import copy
 from dataclasses import replace
 from functools import cache
 
@@ -11,6 +10,7 @@ import pytest
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.geometry import wrap
 from echoplan.joint.estimate import Account
+from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.map_extraction.map_builder import Survey
 from echoplan.joint.marginal_prior import Memory
 from echoplan.joint.marginalisation import leave
@@ -38,7 +38,7 @@ def account(first: int, last: int, memory: Memory | None = None) -> Account:
     chosen = sweeps()[first:last]
     detected = join_measurements([measurements_of(each, RIG) for each in chosen])
     given = np.array([each.station for each in chosen])
-    return explained(Account(RIG, detected, given, SETTINGS, memory))
+    return explained(initial_estimate(RIG, detected, given, SETTINGS, memory))
 
 
 def survey(known: Account) -> Survey:
@@ -182,8 +182,8 @@ def test_features_are_told_as_surely_as_readings_tell_them_where_poses_are_trust
     plain = np.diag(np.linalg.inv(adjusted.information))[features]
     told = replace(adjusted, offset_sigma=0.0, model_error=0.0)
     assert np.all(np.diag(told.covariance)[features] < plain)
-    moved = copy(trusted)
-    moved.pose_prior = moved.odometry()
+    moved = trusted
+    moved = replace(moved, pose_prior=moved.odometry())
     assert moved.information_inflation() == 1.0
 
 
@@ -197,10 +197,10 @@ def test_what_the_model_of_the_sonar_lacks_is_in_the_covariances_of_the_map() ->
 
 
 def test_which_way_walls_lie_from_way_points_along_the_axes_is_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
-    by_hand = copy(account(0, 7))
+    by_hand = account(0, 7)
     walls = np.array([each.is_wall for each in by_hand.features])
-    by_hand.squareness, by_hand.asks_bearings = Squareness(walls, np.radians(1.0), along_axes=True), True
-    by_hand.pose_prior = waypoint_prior(by_hand.given, by_hand.settings.pose_errors)
+    by_hand = replace(by_hand.with_squareness(Squareness(walls, np.radians(1.0), along_axes=True)), asks_bearings=True)
+    by_hand = replace(by_hand, pose_prior=waypoint_prior(by_hand.given, by_hand.settings.pose_errors))
     told = leave(by_hand, 7).summary.information
     monkeypatch.setattr("echoplan.joint.marginalisation.heading_factors", lambda *_: prior([], sigma=[], residual=[]))
     less = leave(by_hand, 7).summary.information
@@ -209,12 +209,13 @@ def test_which_way_walls_lie_from_way_points_along_the_axes_is_remembered(monkey
 
 
 def test_a_rig_that_is_not_believed_is_not_believed_by_those_who_come_later() -> None:
-    first = copy(account(0, 7))
+    first = account(0, 7)
     assert leave(first, 3).trusts_specified_odometry
-    first.trusts_specified_odometry = False
+    first = replace(first, trusts_specified_odometry=False)
     told = replace(RIG, odometry=Odometry(along=0.001))
     believing, doubting = Memory(), leave(first, 3)
     wheels = [
-        Account(told, first.recorded, first.given, first.settings, memory).wheels for memory in (believing, doubting)
+        initial_estimate(told, first.recorded, first.given, first.settings, memory).wheels
+        for memory in (believing, doubting)
     ]
     assert wheels == [told.odometry, None]

@@ -1,5 +1,7 @@
 """Which poses are tried, as the echoes agree from those recorded and from those of odometry."""
 
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -13,65 +15,80 @@ from echoplan.joint.settings import AccountSettings, PoseMode
 from echoplan.model import Odometry
 
 
+@dataclass(frozen=True, eq=False)
 class Doubtful:
     """An account that is explained by saying so, doubtful from the poses as recorded."""
 
-    def __init__(self, stations: int) -> None:
-        self.settings = AccountSettings(poses=PoseMode.AUTO)
-        self.memory = Memory()
-        self.given = self.poses = np.full((stations, 3), 0.1234)
-        self.wheels: Odometry | None = None
-        self.course, self.verdict, self.settled = Course.TRUSTED, "", 0
-        self.is_measured = self.is_along_axes = self.is_placed = False
-        self.noise, self.adjusted = 0.002, 0
-        self.penalised_llr: float | None = None
-        self.is_held_down, self.trusts_specified_odometry = False, True
-        self.known = self.features = ()
-        self.arcs = (None,)
+    given: np.ndarray
+    poses: np.ndarray
+    settings: AccountSettings = field(default_factory=AccountSettings)
+    memory: Memory = field(default_factory=Memory)
+    wheels: Odometry | None = None
+    course: Course = Course.TRUSTED
+    verdict: str = ""
+    settled: int = 0
+    is_measured: bool = False
+    is_along_axes: bool = False
+    is_placed: bool = False
+    noise: float = 0.002
+    adjusted: int = 0
+    penalised_llr: float | None = None
+    is_held_down: bool = False
+    trusts_specified_odometry: bool = True
+    known: tuple[()] = ()
+    features: tuple[()] = ()
+    arcs: tuple[None] = (None,)
+    asked: tuple[str, ...] = ()
 
-    def initialise(self) -> None:
-        pass
+    def _asked(self, name: str) -> "Doubtful":
+        return replace(self, asked=(*self.asked, name))
 
-    explain = reselect_classes = clear = refine_calibration = initialise
+    def initialise(self) -> "Doubtful":
+        return self._asked("glance")
+
+    def explain(self) -> "Doubtful":
+        return self._asked("explain")
+
+    def reselect_classes(self) -> "Doubtful":
+        return self._asked("reconsider")
+
+    def clear(self) -> "Doubtful":
+        return self._asked("clear")
+
+    def refine_calibration(self) -> "Doubtful":
+        return self._asked("polish")
 
     def odometry(self) -> PosePrior:
         return odometry_prior(
             self.given, self.settings.pose_errors, self.wheels if self.trusts_specified_odometry else None
         )
 
-    def alternate(self, noise: float, priors: PosePrior, rounds: int) -> None:
+    def alternate(self, noise: float, priors: PosePrior, rounds: int) -> "Doubtful":
         assert not priors.relative
-        self.adjusted += rounds
+        return replace(self, adjusted=self.adjusted + rounds)
 
 
-def settle(account: Doubtful, priors: PosePrior) -> None:
+def doubtful(stations: int, **changes: Any) -> Doubtful:
+    """An account of so many stations."""
+    given = np.full((stations, 3), 0.1234)
+    return Doubtful(given, given, **changes)
+
+
+def settle(account: Doubtful, priors: PosePrior) -> Doubtful:
     """Count how often an account was settled."""
-    account.settled += 1
+    return replace(account, settled=account.settled + 1)
 
 
-def converge(account: Doubtful, priors: PosePrior, start: np.ndarray) -> None:
+def converge(account: Doubtful, priors: PosePrior, start: np.ndarray) -> Doubtful:
     """Come to rest a little beside the start."""
     assert not priors.relative
-    account.poses, account.settled = start + 0.01, NUDGED
+    return replace(account, poses=start + 0.01, settled=NUDGED)
 
 
-def stand_square(account: Doubtful, priors: PosePrior) -> None:
+def stand_square(account: Doubtful, priors: PosePrior) -> Doubtful:
     """Find walls along the axes where way-points were measured from such."""
     assert not priors.relative
-    account.is_along_axes = account.is_measured
-
-
-class Finished(Doubtful):
-    """An account that keeps what was asked of it."""
-
-    def __init__(self) -> None:
-        super().__init__(5)
-        self.asked = list[str]()
-
-    def __getattribute__(self, name: str) -> Any:
-        if name in {"explain", "reselect_classes", "clear", "refine_calibration"}:
-            self.asked.append(name)
-        return super().__getattribute__(name)
+    return replace(account, is_along_axes=account.is_measured)
 
 
 # Settled more often than anything is, to tell poses that were nudged from those that were reset.
@@ -82,12 +99,22 @@ HAND_FIRST = {Course.TRUSTED: 0.0, Course.TRACKED: 10.0, Course.NUDGED: 20.0}
 NEITHER = {Course.TRUSTED: 30.0, Course.TRACKED: 10.0, Course.NUDGED: 20.0}
 
 
+def noted(accounts: list[Any]) -> Callable[[Any], Any]:
+    """Stand in for a step that keeps what it was given and changes nothing."""
+
+    def step(account: Any) -> Any:
+        accounts.append(account)
+        return account
+
+    return step
+
+
 def told(monkeypatch: pytest.MonkeyPatch, **answers: Any) -> None:
     """Let tracking find nothing better, and questions about accounts be answered so."""
     tracking: dict[str, Any] = {
-        "track": lambda account, priors: None,
+        "track": lambda account, priors: account,
         "learned_waypoints": lambda account: waypoint_prior(account.given, account.settings.pose_errors),
-        "place": lambda account: None,
+        "place": lambda account: account,
         "without_slip": lambda account, priors: None,
         "relocalised": lambda account, priors, station: None,
         "settle": settle,
@@ -122,13 +149,17 @@ def best_of(
         "is_inconsistent": lambda account: True,
         "is_scattered": lambda account: account.course in (scattered or set()),
         "has_duplicated_walls": lambda account: False,
-        "learn_common_error": lambda account, priors: None,
-        "without_common_error": lambda account, priors: None,
+        "learn_common_error": lambda account, priors: account,
+        "without_common_error": lambda account, priors: account,
     }
     told(monkeypatch, **(answers | (others or {})))
-    account = Doubtful(stations)
-    account.wheels, account.memory = wheels, memory or account.memory
-    account.settings, account.is_measured = AccountSettings(poses=poses), measured
+    account = doubtful(
+        stations,
+        wheels=wheels,
+        memory=memory or Memory(),
+        settings=AccountSettings(poses=poses),
+        is_measured=measured,
+    )
     return explained(account)  # type: ignore[arg-type]
 
 
@@ -147,8 +178,8 @@ def test_way_points_are_worth_what_they_explain_while_readings_count_in_full(mon
     # Held down by an error that stations have in common, readings hardly tell of any poses that they are better.
     others = {
         "evidence": lambda account: HAND_FIRST[account.course] - 15.0 * account.is_held_down,
-        "without_common_error": lambda account, priors: setattr(account, "is_held_down", False),
-        "learn_common_error": lambda account, priors: setattr(account, "is_held_down", True),
+        "without_common_error": lambda account, priors: replace(account, is_held_down=False),
+        "learn_common_error": lambda account, priors: replace(account, is_held_down=True),
     }
     assert best_of(monkeypatch, agree=set(Course), others=others).course is Course.NUDGED
 
@@ -188,7 +219,7 @@ def test_where_errors_add_up_beyond_doubt_way_points_are_not_even_thought_of(
         "scatter": lambda given, poses: errors,
         "are_round": lambda given: round_,
         "has_duplicated_walls": lambda account: torn,
-        "place": thought.append,
+        "place": noted(thought),
     }
     found = best_of(monkeypatch, agree={Course.TRACKED}, penalised_llr=STEPS_FIRST, others=others)
     assert found.course is Course.TRACKED
@@ -305,7 +336,7 @@ def test_way_points_start_from_several_places_and_what_explains_most_is_taken(
         start = "nudged" if account.settled == NUDGED else "placed" if account.is_placed else "led"
         return 20.0 if start == best else 10.0
 
-    others = {"evidence": evidence, "place": lambda account: setattr(account, "is_placed", True)}
+    others = {"evidence": evidence, "place": lambda account: replace(account, is_placed=True)}
     found = best_of(monkeypatch, agree={Course.TRACKED}, others=others)
     assert (found.settled == NUDGED, found.is_placed) == (best == "nudged", best == "placed")
 
@@ -315,7 +346,7 @@ def test_where_pings_agree_from_the_steps_and_as_recorded_others_are_tried_if_no
     monkeypatch: pytest.MonkeyPatch, scattered: set[Course], others: int
 ) -> None:
     placed = list[Any]()
-    best_of(monkeypatch, agree=set(Course), scattered=scattered, others={"place": placed.append})
+    best_of(monkeypatch, agree=set(Course), scattered=scattered, others={"place": noted(placed)})
     assert len(placed) == others
 
 
@@ -342,7 +373,7 @@ def test_stations_that_others_are_remembered_with_keep_their_order(
     placed = list[Any]()
     nothing = Memory().summary
     memory = Memory(summary=nothing._replace(columns=np.arange(4))) if remembers else Memory()
-    best_of(monkeypatch, agree={Course.NUDGED}, others={"place": placed.append}, memory=memory)
+    best_of(monkeypatch, agree={Course.NUDGED}, others={"place": noted(placed)}, memory=memory)
     assert len(placed) == expected
 
 
@@ -366,8 +397,8 @@ def test_two_stations_have_nothing_to_hold_a_pose_against(monkeypatch: pytest.Mo
 
 
 def test_poses_settle_as_long_as_that_explains_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    account, penalised_llr = Doubtful(5), [0.0, 20.0, 40.0, 42.0, 90.0]
-    account.settings = AccountSettings(poses=PoseMode.CORRECT, by_hand=0)
+    penalised_llr = [0.0, 20.0, 40.0, 42.0, 90.0]
+    account = doubtful(5, settings=AccountSettings(poses=PoseMode.CORRECT, by_hand=0))
     told(
         monkeypatch,
         agrees=lambda account: False,
@@ -382,8 +413,5 @@ def test_phantoms_are_sought_once_features_are_what_they_are_and_the_sonar_is_po
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     told(monkeypatch, has_duplicated_walls=lambda account: False)
-    finished = Finished()
-    finished.settings = AccountSettings(poses=PoseMode.TRUST)
-    account: Any = finished
-    explained(account)
-    assert finished.asked == ["explain", "reselect_classes", "clear", "refine_calibration"]
+    account: Any = doubtful(5, settings=AccountSettings(poses=PoseMode.TRUST))
+    assert explained(account).asked == ("glance", "explain", "reconsider", "clear", "polish")  # type: ignore[attr-defined]

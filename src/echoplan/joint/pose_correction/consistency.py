@@ -1,7 +1,5 @@
 """Agreement: whether all that was heard fits together, as it does from exact poses."""
 
-import copy
-
 import numpy as np
 
 from echoplan.arrays import FloatArray
@@ -210,8 +208,7 @@ def _are_two(account: Account) -> bool:
     pairs = duplicate_pairs(account.features, account.settings.copies)
     if not agrees(account) or any(cross(account.features[one], account.features[other]) for one, other in pairs):
         return False
-    free = copy.copy(account)
-    free.adjust(account.noise, account.odometry())
+    free = account.adjust(account.noise, account.odometry())
     return all(_contradiction(free, pair) > VERY_STRONG for pair in pairs)
 
 

@@ -1,9 +1,9 @@
 """Tracking: station after station, each placed against what the ones before it know of the room."""
 
-import copy
 import math
 from collections import defaultdict
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
@@ -13,6 +13,7 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, directions, invert
 from echoplan.joint.arcs import arc_planes
 from echoplan.joint.estimate import Account
+from echoplan.joint.likelihood_cache import LikelihoodCache
 from echoplan.joint.optimisation.odometry_noise import VERY_STRONG
 from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses, continued, dead_reckoned
 from echoplan.joint.pose_correction.annealing import settle
@@ -22,7 +23,7 @@ from echoplan.preprocessing.measurements import first_stations
 __all__ = ["follow", "sights_of", "track", "until"]
 
 # Where a station should be, by those before it that recognised the room: its pose and the deviations of that.
-_Expected: TypeAlias = Callable[[int, Sequence[int]], tuple[FloatArray, FloatArray]]
+_Expected: TypeAlias = Callable[[FloatArray, int, Sequence[int]], tuple[FloatArray, FloatArray]]
 
 # Arcs that no feature explains are known less well than features are.
 _LOOSE = 0.5
@@ -41,28 +42,28 @@ _HERE, _STRONG = np.array([0.005, 0.005, math.radians(0.5)]), 3.0
 _JOINED = (0.05, math.radians(3.0))
 
 
-def track(account: Account, priors: PosePrior) -> None:
+def track(account: Account, priors: PosePrior) -> Account:
     """Correct the poses of an account that drift.
 
     Parameters
     ----------
     account : Account
-        Everything that was heard, as recorded; changed in place.
+        Everything that was heard, as recorded.
     priors : PosePrior
         Odometry.
     """
     reaches = priors.reaches
 
-    def expected(station: int, _: Sequence[int]) -> tuple[FloatArray, FloatArray]:
-        return dead_reckoned(account.given, account.poses, station), reaches[station]
+    def expected(poses: FloatArray, station: int, _: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+        return dead_reckoned(account.given, poses, station), reaches[station]
 
-    first = follow(account, priors, expected)
+    followed = follow(account, priors, expected)
     if account.memory.is_empty and len(account.given) > _FEW:
-        _join_first(account, priors, first)
-    settle(account, priors)
+        followed = _join_first(followed, priors)
+    return settle(followed, priors)
 
 
-def follow(account: Account, priors: PosePrior, expected: _Expected) -> LocalScan:
+def follow(account: Account, priors: PosePrior, expected: _Expected) -> Account:
     """Follow the robot from station to station.
 
     Each station is looked for about where it is expected, by its arcs against the features so far and the arcs that
@@ -72,33 +73,42 @@ def follow(account: Account, priors: PosePrior, expected: _Expected) -> LocalSca
     Parameters
     ----------
     account : Account
-        Everything that was heard, as recorded; changed in place.
+        Everything that was heard, as recorded.
     priors : PosePrior
         Steps from station to station.
     expected : callable
-        Tells where a station should be [m, m, rad].
+        Returns where a station should be [m, m, rad], from the poses so far and the stations that recognised the room.
 
     Returns
     -------
-    LocalScan
-        What the first station heard.
+    Account
+        With poses of all stations and the features that they detected.
     """
     # What a first look learned of the sonar it learned from poses in error.
-    account.model, account.adjusted = account.memory.model or account.prior, None
-    account.loudness, account.squareness = account.memory.loudness, None
-    account.restart_servo()
+    account = replace(
+        account.with_squareness(None).restart_servo(),
+        model=account.memory.model or account.prior,
+        adjusted=None,
+        loudness=account.memory.loudness,
+        poses=continued(account.given, account.memory.poses),
+        features=account.known,
+    )
     sights, settings = sights_of(account), account.settings.localisation
-    account.poses, account.features = continued(account.given, account.memory.poses).copy(), account.known
     first = max(1, len(account.memory.poses))
     known, recognised = _known(account, first), list(range(first))
     for station in range(first, len(account.given)):
-        guess, sigmas = expected(station, recognised)
-        account.poses[station], score = locate(sights[station], known, guess, 1.3 * sigmas, settings)
+        guess, sigmas = expected(account.poses, station, recognised)
+        pose, score = locate(sights[station], known, guess, 1.3 * sigmas, settings)
+        account = replace(
+            account, poses=np.concatenate([account.poses[:station], [pose], account.poses[station + 1 :]])
+        )
         if score > VERY_STRONG:
             recognised.append(station)
         if score <= _UNDERSTOOD * best_score(sights[station], settings):
-            known = _learn(account, priors, station + 1)
-    return sights[0]
+            part = _learn(account, priors, station + 1)
+            poses = np.concatenate([part.poses, account.poses[station + 1 :]])
+            account, known = replace(account, poses=poses, features=part.features), _catalogue(part)
+    return account
 
 
 def sights_of(account: Account) -> list[LocalScan]:
@@ -120,12 +130,13 @@ def sights_of(account: Account) -> list[LocalScan]:
     return [local_scans(arcs[station], account.recorded, hearing, pose) for station, pose in enumerate(account.given)]
 
 
-def _join_first(account: Account, priors: PosePrior, sight: LocalScan) -> None:
+def _join_first(account: Account, priors: PosePrior) -> Account:
     """Look for the first station in what the others know, and move these to where it should be.
 
     The second was placed against the arcs of a single station, of which any may be a wall, a corner or a cylinder.  If
     it was misplaced, all others fit together and the first stands alone.
     """
+    sight = sights_of(account)[0]
     others = LandmarkMap.of([each for each in account.features if each.llr_by_station[1:].max(initial=0.0) > 0.0])
     back = invert(compose(invert(account.given[0]), account.given[1]))
     way, sigmas = float(np.hypot(back[0], back[1])), 1.3 * priors.reaches[1]
@@ -139,9 +150,10 @@ def _join_first(account: Account, priors: PosePrior, sight: LocalScan) -> None:
         if score - 0.5 * turn**2 > most:
             found, most = pose, score - 0.5 * turn**2
     off = compose(invert(account.poses[0]), found)
-    if math.hypot(off[0], off[1]) > _JOINED[0] or abs(off[2]) > _JOINED[1]:
-        account.poses[1:] = compose(compose(account.poses[0], invert(found)), account.poses[1:])
-        account.features = account.known
+    if math.hypot(off[0], off[1]) <= _JOINED[0] and abs(off[2]) <= _JOINED[1]:
+        return account
+    joined = compose(compose(account.poses[0], invert(found)), account.poses[1:])
+    return replace(account, poses=np.concatenate([account.poses[:1], joined]), features=account.known)
 
 
 def until(account: Account, count: int) -> Account:
@@ -159,31 +171,30 @@ def until(account: Account, count: int) -> Account:
     Account
         Another one.
     """
-    part = copy.copy(account)
-    part.recorded = first_stations(account.recorded, count)
-    part.given, part.poses = account.given[:count], account.poses[:count]
-    part.measurements = at_poses(part.recorded, part.given, part.poses)
-    part.arcs = [arc for arc in account.arcs if arc.station < count]
-    return part
+    recorded = first_stations(account.recorded, count)
+    given, poses = account.given[:count], account.poses[:count]
+    return replace(
+        account,
+        recorded=recorded,
+        given=given,
+        poses=poses,
+        measurements=at_poses(recorded, given, poses),
+        arcs=[arc for arc in account.arcs if arc.station < count],
+        likelihoods=LikelihoodCache(),
+    )
 
 
 def _known(account: Account, count: int) -> LandmarkMap:
     """List what is known before anything is learned from the first stations."""
     part = until(account, count)
-    part.features = part.refreshed()
-    return _catalogue(part)
+    return _catalogue(replace(part, features=part.refreshed()))
 
 
-def _learn(account: Account, priors: PosePrior, count: int) -> LandmarkMap:
-    """Find features from the first stations, adjust their poses with them, and list what is known then."""
-    part = until(account, count)
-    part.noise = account.settings.pose_errors.tracking_noise
-    part.search(rounds=1)
+def _learn(account: Account, priors: PosePrior, count: int) -> Account:
+    """Find features from the first stations, and adjust their poses with them."""
+    part = replace(until(account, count), noise=account.settings.pose_errors.tracking_noise).search(rounds=1)
     first = priors._replace(given=priors.given[:count], sigmas=priors.sigmas[:count])
-    part.alternate(part.noise, first, 2)
-    account.poses[:count] = part.poses
-    account.features = part.features
-    return _catalogue(part)
+    return part.alternate(part.noise, first, 2)
 
 
 def _catalogue(known: Account) -> LandmarkMap:

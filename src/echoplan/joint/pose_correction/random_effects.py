@@ -1,5 +1,7 @@
 """Effects: what all that a station says of a feature is wrong by together, told by what is left of its readings."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from echoplan.arrays import FloatArray
@@ -19,7 +21,7 @@ _ROUNDS, _AT_REST = 8, 0.05
 _AS_IF = 6
 
 
-def without_common_error(account: Account, pose_prior: PosePrior) -> None:
+def without_common_error(account: Account, pose_prior: PosePrior) -> Account:
     """Adjust everything as if stations erred together by no more than rounding does.
 
     A guess of how much they do holds readings down, and leaves poses where beliefs in these and in the sonar draw them,
@@ -28,16 +30,15 @@ def without_common_error(account: Account, pose_prior: PosePrior) -> None:
     Parameters
     ----------
     account : Account
-        What was heard, with poses that are nearly right; changed in place.
+        What was heard, with poses that are nearly right.
     pose_prior : PosePrior
         What is believed of these; absolute.
     """
-    account.pair_sigma = account.offset_sigma
-    account.alternate(account.noise, pose_prior, _AS_IF)
-    account.estimate_noise()
+    account = replace(account, pair_sigma=account.offset_sigma)
+    return account.alternate(account.noise, pose_prior, _AS_IF).estimate_noise()
 
 
-def learn_common_error(account: Account, pose_prior: PosePrior) -> None:
+def learn_common_error(account: Account, pose_prior: PosePrior) -> Account:
     """Learn how much stations err together, and adjust everything anew.
 
     Nobody knows beforehand how straight walls are, or how far echoes are from what is expected of them: the guess is
@@ -46,19 +47,18 @@ def learn_common_error(account: Account, pose_prior: PosePrior) -> None:
     Parameters
     ----------
     account : Account
-        What was heard, with poses that are at rest; changed in place.
+        What was heard, with poses that are at rest.
     pose_prior : PosePrior
         What is believed of these; absolute.
     """
     for _ in range(_ROUNDS):
         before = account.pair_sigma
-        account.pair_sigma = max(_learned(account, pose_prior), account.offset_sigma)
-        account.adjust(account.noise, pose_prior)
+        account = replace(account, pair_sigma=max(_learned(account, pose_prior), account.offset_sigma))
+        account = account.adjust(account.noise, pose_prior)
         if abs(account.pair_sigma - before) < _AT_REST * before:
             break
-    account.rescore(account.noise)
-    account.estimate_noise()
-    account.alternate(account.noise, pose_prior, 2)
+    account = account.rescore(account.noise).estimate_noise()
+    return account.alternate(account.noise, pose_prior, 2)
 
 
 def _learned(account: Account, pose_prior: PosePrior) -> float:

@@ -1,7 +1,7 @@
 """Placing: stations that were set down by hand, each placed against what those near to it know of the room."""
 
-import copy
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import wrap
 from echoplan.joint.arcs import find_arcs
 from echoplan.joint.estimate import Account
+from echoplan.joint.likelihood_cache import LikelihoodCache
 from echoplan.joint.optimisation.odometry_noise import learn_waypoints
 from echoplan.joint.optimisation.pose_factors import PosePrior, PoseSettings, waypoint_prior, waypoint_steps
 from echoplan.joint.pose_correction.annealing import settle
@@ -18,7 +19,7 @@ from echoplan.preprocessing.measurements import rearranged_stations
 __all__ = ["learned_waypoints", "place", "seen_from_others", "spanning_tree_order"]
 
 
-def place(account: Account) -> None:
+def place(account: Account) -> Account:
     """Place each station about where its way-point is, in the frame of those that recognised the room before.
 
     Of way-points nobody knows well which way the robot faced, and so the first one tells little of where others are
@@ -28,20 +29,20 @@ def place(account: Account) -> None:
     Parameters
     ----------
     account : Account
-        Everything that was heard, as recorded; its poses are changed.
+        Everything that was heard, as recorded.
     """
     order, settings = spanning_tree_order(account.given[:, :2]), account.settings.pose_errors
     part = _rearranged(account, order)
 
-    def expected(station: int, recognised: Sequence[int]) -> tuple[FloatArray, FloatArray]:
-        found = list(recognised)
-        return seen_from_others(part.given[station], part.given[found], part.poses[found], settings)
+    def expected(poses: FloatArray, station: int, recognised: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+        found, given = list(recognised), account.given[order]
+        return seen_from_others(given[station], given[found], poses[found], settings)
 
     priors = waypoint_steps(part.given, settings)
-    follow(part, priors, expected)
-    settle(part, priors)
-    account.poses = account.given.copy()
-    account.poses[order] = part.poses
+    part = settle(follow(part, priors, expected), priors)
+    poses = account.given.copy()
+    poses[order] = part.poses
+    return replace(account, poses=poses)
 
 
 def learned_waypoints(account: Account) -> PosePrior:
@@ -134,8 +135,14 @@ def seen_from_others(
 
 
 def _rearranged(account: Account, order: Sequence[int]) -> Account:
-    part = copy.copy(account)
-    part.recorded = part.measurements = rearranged_stations(account.recorded, order)
-    part.given = part.poses = account.given[list(order)]
-    part.arcs = find_arcs(part.recorded, resolution=account.resolution, settings=account.settings.arcs)
-    return part
+    recorded = rearranged_stations(account.recorded, order)
+    given = account.given[list(order)]
+    return replace(
+        account,
+        recorded=recorded,
+        measurements=recorded,
+        given=given,
+        poses=given,
+        arcs=find_arcs(recorded, resolution=account.resolution, settings=account.settings.arcs),
+        likelihoods=LikelihoodCache(),
+    )

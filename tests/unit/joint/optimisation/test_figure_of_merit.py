@@ -1,4 +1,3 @@
-from copy import copy
 from dataclasses import replace
 from functools import cache
 
@@ -7,6 +6,7 @@ import pytest
 
 from echoplan.acoustics.predicted_echo import EchoModel
 from echoplan.joint.estimate import Account
+from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.mapper import JointSettings
 from echoplan.joint.optimisation.figure_of_merit import fit_figure_of_merit
 from echoplan.joint.pose_model_selection import explained
@@ -123,7 +123,7 @@ def in_a_square() -> Account:
     sweeps = list(source)
     detected = join_measurements([measurements_of(sweep, source.rig) for sweep in sweeps])
     poses = np.array([sweep.map_from_base[0] for sweep in sweeps])
-    return explained(Account(source.rig, detected, poses, JointSettings(poses=PoseMode.TRUST)))
+    return explained(initial_estimate(source.rig, detected, poses, JointSettings(poses=PoseMode.TRUST)))
 
 
 def test_readings_tell_loudness_and_beam_better_than_who_heard_what() -> None:
@@ -135,17 +135,17 @@ def test_readings_tell_loudness_and_beam_better_than_who_heard_what() -> None:
 
 
 def test_while_poses_drift_who_heard_what_tells_them_alone() -> None:
-    account = copy(in_a_square())
-    account.is_polished, account.pose_prior = False, account.odometry()
-    account.refine_calibration()
+    account = in_a_square()
+    account = replace(account, is_polished=False, pose_prior=account.odometry())
+    account = account.refine_calibration()
     assert not account.is_polished
-    account.adjust(account.noise, account.pose_prior)
+    account = account.adjust(account.noise, account.pose_prior)
     assert account.adjusted is not None
     assert account.adjusted.sonar_sigmas()["log_ka"] < 1e-6
 
 
 def test_what_nothing_told_is_not_taken_for_told() -> None:
-    account = copy(in_a_square())
-    account.features, account.loudness = [], None
-    account.estimate_figure_of_merit()
+    account = in_a_square()
+    account = replace(account, features=[], loudness=None)
+    account = account.estimate_figure_of_merit()
     assert account.loudness is None

@@ -1,12 +1,12 @@
 """What is believed of walls while way-points are still wrong depends on how many stations heard them."""
 
-from copy import copy
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from echoplan.joint.estimate import Account
+from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.mapper import JointSettings
 from echoplan.joint.optimisation.manhattan import Squareness
 from echoplan.joint.optimisation.optimiser import Priors
@@ -26,16 +26,16 @@ def square() -> Account:
     sweeps = list(source)
     detected = join_measurements([measurements_of(sweep, source.rig) for sweep in sweeps])
     poses = np.array([sweep.map_from_base[0] for sweep in sweeps])
-    return explained(Account(source.rig, detected, poses, JointSettings(poses=PoseMode.TRUST)))
+    return explained(initial_estimate(source.rig, detected, poses, JointSettings(poses=PoseMode.TRUST)))
 
 
 @pytest.mark.parametrize(("heard_from", "along_axes"), [(1, True), (2, True), (3, False), (5, False)])
 def test_walls_that_many_stations_heard_are_square_to_each_other_but_not_to_the_axes(
     square: Account, heard_from: int, *, along_axes: bool
 ) -> None:
-    account, llr_by_station = copy(square), np.where(np.arange(len(square.given)) < heard_from, 50.0, 0.0)
-    account.features = [replace(each, llr_by_station=llr_by_station) for each in square.features]
-    square_up(account)
+    account, llr_by_station = square, np.where(np.arange(len(square.given)) < heard_from, 50.0, 0.0)
+    account = replace(account, features=[replace(each, llr_by_station=llr_by_station) for each in square.features])
+    account = square_up(account)
     assert account.squareness is not None
     assert account.is_along_axes == along_axes
 
@@ -44,7 +44,7 @@ def test_walls_that_many_stations_heard_are_square_to_each_other_but_not_to_the_
 def test_way_points_settle_along_the_axes_where_few_stations_heard_each_wall(
     square: Account, monkeypatch: pytest.MonkeyPatch, *, few: bool
 ) -> None:
-    account, pose_prior = copy(square), list[Squareness | None]()
+    account, pose_prior = square, list[Squareness | None]()
     priors = Account.priors
 
     def noted(self: Account, noise: float, poses: PosePrior | None) -> Priors:
@@ -54,7 +54,7 @@ def test_way_points_settle_along_the_axes_where_few_stations_heard_each_wall(
 
     monkeypatch.setattr(Account, "priors", noted)
     monkeypatch.setattr(annealing, "rest_on_few", lambda *_: few)
-    settle(account, waypoint_prior(account.given, account.settings.pose_errors))
+    account = settle(account, waypoint_prior(account.given, account.settings.pose_errors))
     at_first = pose_prior[0]
     assert (at_first is not None and at_first.along_axes) == few
 
@@ -62,7 +62,7 @@ def test_way_points_settle_along_the_axes_where_few_stations_heard_each_wall(
 def test_heading_factors_are_added_after_the_beam_is_calibrated(
     square: Account, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    account, has_headings = copy(square), list[bool]()
+    account, has_headings = square, list[bool]()
     priors = Account.priors
 
     def noted(self: Account, noise: float, poses: PosePrior | None) -> Priors:
@@ -71,23 +71,23 @@ def test_heading_factors_are_added_after_the_beam_is_calibrated(
         return found
 
     monkeypatch.setattr(Account, "priors", noted)
-    account.asks_bearings = False
+    account = replace(account, asks_bearings=False)
     settle(account, waypoint_prior(account.given, account.settings.pose_errors))
     assert not has_headings[0]
     assert has_headings[-1]
 
 
 def test_the_effective_sample_size_is_estimated_from_the_readings(square: Account) -> None:
-    account, start = copy(square), 0.001
-    account.independence = start
-    settle(account, waypoint_prior(account.given, account.settings.pose_errors))
+    start = 0.001
+    account = replace(square, independence=start)
+    account = settle(account, waypoint_prior(account.given, account.settings.pose_errors))
     assert account.independence > 10.0 * start
 
 
 def test_walls_are_asked_which_way_they_lie_once_it_is_known_how_wide_the_sonar_hears(
     square: Account, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    account, asked = copy(square), list[tuple[bool, float]]()
+    account, asked = square, list[tuple[bool, float]]()
     priors = Account.priors
 
     def noted(self: Account, noise: float, poses: PosePrior | None) -> Priors:
@@ -96,7 +96,7 @@ def test_walls_are_asked_which_way_they_lie_once_it_is_known_how_wide_the_sonar_
         return told
 
     monkeypatch.setattr(Account, "priors", noted)
-    converge(account, waypoint_prior(account.given, account.settings.pose_errors), account.given)
+    account = converge(account, waypoint_prior(account.given, account.settings.pose_errors), account.given)
     bearings, noises = np.array([each for each, _ in asked]), np.array([each for _, each in asked])
     # They are asked from the second pass from coarse to fine on.
     first = int(np.flatnonzero(np.diff(noises) > 0.0)[0]) + 1

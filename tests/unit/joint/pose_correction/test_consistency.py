@@ -1,6 +1,5 @@
 """Poses that are right and poses that drift, told apart by whether what is heard from them fits together."""
 
-from copy import copy
 from dataclasses import replace
 from functools import cache
 
@@ -10,6 +9,7 @@ import pytest
 from echoplan.arrays import FloatArray
 from echoplan.io import builtin_rig, builtin_world
 from echoplan.joint.estimate import Account
+from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.marginal_prior import Course
 from echoplan.joint.pose_correction.consistency import (
     agreement,
@@ -62,7 +62,7 @@ def drive(*, odometry: OdometryNoise | None, bent: bool) -> tuple[Measurements, 
 
 def account_of(odometry: OdometryNoise | None, *, bent: bool = False, **settings: object) -> Account:
     detected, given = drive(odometry=odometry, bent=bent)
-    return Account(RIG, detected, given, AccountSettings.model_validate(settings))
+    return initial_estimate(RIG, detected, given, AccountSettings.model_validate(settings))
 
 
 @cache
@@ -75,8 +75,7 @@ def trusted(*, odometry: OdometryNoise | None, bent: bool = False) -> Account:
 def corrected() -> Account:
     """An account of the drifting drive with corrected poses."""
     account = account_of(LOST)
-    track(account, account.odometry())
-    return account
+    return track(account, account.odometry())
 
 
 def test_from_exact_poses_all_agrees_and_nothing_is_doubtful() -> None:
@@ -88,10 +87,12 @@ def test_from_exact_poses_all_agrees_and_nothing_is_doubtful() -> None:
 
 
 def test_walls_of_one_station_each_hold_nothing_together_however_well_all_agrees() -> None:
-    account = copy(trusted(odometry=None))
+    account = trusted(odometry=None)
     assert not is_scattered(account)
     alone = np.where(np.arange(len(WAY)) == 2, 1.0, 0.0)
-    account.features = [replace(each, llr_by_station=alone * each.llr_by_station) for each in account.features]
+    account = replace(
+        account, features=[replace(each, llr_by_station=alone * each.llr_by_station) for each in account.features]
+    )
     assert is_scattered(account)
     assert agrees(account)
     assert is_inconsistent(account)
@@ -107,24 +108,24 @@ def test_without_features_nothing_agrees_and_without_echoes_all_does() -> None:
     account = account_of(None)
     assert agreement(account) == 0.0
     silent = account.recorded._replace(readings=np.full(len(account.recorded.readings), np.inf))
-    assert agreement(Account(RIG, silent, account.given, AccountSettings())) == 1.0
+    assert agreement(initial_estimate(RIG, silent, account.given, AccountSettings())) == 1.0
 
 
 def test_what_scatters_more_than_usual_does_not_agree() -> None:
     account = account_of(None)
-    account.features = trusted(odometry=None).features
-    account.noise = 0.02
+    account = replace(account, features=trusted(odometry=None).features)
+    account = replace(account, noise=0.02)
     assert agreement(account) > 0.97
     assert not agrees(account)
 
 
 def test_stations_contradict_each_other_where_poses_drift_and_not_where_echoes_are_of_something_else() -> None:
     assert are_at_odds(trusted(odometry=LOST))
-    account = copy(trusted(odometry=None))
-    account.settings = AccountSettings(agreement=1.0)
+    account = trusted(odometry=None)
+    account = replace(account, settings=AccountSettings(agreement=1.0))
     assert not agrees(account)
     assert not are_at_odds(account)
-    account.adjusted = None
+    account = replace(account, adjusted=None)
     assert are_at_odds(account)
 
 
@@ -134,13 +135,13 @@ def test_stations_contradict_each_other_where_poses_drift_and_not_where_echoes_a
 def test_readings_that_are_rounded_err_together_unless_they_scatter(common: float, own: float, *, odds: bool) -> None:
     # In steps of a centimetre all readings of a wall from one station may be 2.5 mm off, but not if they scatter by 4.
     # A little more than a millimetre may be what the model of the sonar lacks.
-    account = copy(trusted(odometry=None))
+    account = trusted(odometry=None)
     assert account.adjusted is not None
     rng, owners = np.random.default_rng(4), account.adjusted.owners
     together = rng.standard_normal((len(account.features), len(WAY)))[owners, account.measurements.stations]
     errors = common * together + own * rng.standard_normal(len(owners))
-    account.adjusted = replace(account.adjusted, residuals=np.where(owners >= 0, errors, 0.0))
-    account.resolution, account.noise = 0.01, float(np.hypot(common, own))
+    account = replace(account, adjusted=replace(account.adjusted, residuals=np.where(owners >= 0, errors, 0.0)))
+    account = replace(account, resolution=0.01, noise=float(np.hypot(common, own)))
     assert are_at_odds(account) is odds
 
 
@@ -148,38 +149,41 @@ def test_a_wall_there_twice_tears_the_map() -> None:
     account = account_of(None)
     walls = [each for each in trusted(odometry=None).features if each.is_wall]
     moved = [replace(each, reflector=each.reflector + np.array([0.0, 0.05, 0.03, 0.0])) for each in walls]
-    account.features = [*walls, moved[0]]
+    account = replace(account, features=[*walls, moved[0]])
     assert not has_duplicated_walls(account)
-    account.features = [*walls, *moved]
+    account = replace(account, features=[*walls, *moved])
     assert has_duplicated_walls(account)
 
 
+def unquestioned(account: Account) -> Account:
+    """Return an account whose pings agree and leave no residuals."""
+    assert account.adjusted is not None
+    adjusted = replace(account.adjusted, residuals=np.zeros(len(account.adjusted.residuals)))
+    return replace(account, settings=AccountSettings(agreement=0.5), adjusted=adjusted)
+
+
 def test_a_wall_that_a_drive_tore_in_two_makes_poses_doubtful_and_a_bend_does_not() -> None:
-    torn, bent = copy(trusted(odometry=LOST)), copy(trusted(odometry=None, bent=True))
+    torn, bent = trusted(odometry=LOST), trusted(odometry=None, bent=True)
     assert is_inconsistent(torn)
     assert not is_inconsistent(bent)
+    # That pings do not agree from the poses of the drive would be enough.
+    torn, bent = unquestioned(torn), unquestioned(bent)
     for account in (torn, bent):
-        # That pings do not agree from the poses of the drive would be enough.
-        account.settings = AccountSettings(agreement=0.5)
         assert agrees(account)
-        assert account.adjusted is not None
-        account.adjusted = replace(account.adjusted, residuals=np.zeros(len(account.adjusted.residuals)))
         assert duplicate_pairs(account.features, account.settings.copies)
     assert are_at_odds(torn)
     assert not are_at_odds(bent)
-    torn.features = without_duplicates(torn.features, torn.settings.copies)
+    torn = replace(torn, features=without_duplicates(torn.features, torn.settings.copies))
     assert not are_at_odds(torn)
 
 
 def test_no_two_walls_cross_however_well_both_are_known() -> None:
-    account = copy(trusted(odometry=None, bent=True))
+    account = trusted(odometry=None, bent=True)
     (pair,) = duplicate_pairs(account.features, account.settings.copies)
     assert not are_at_odds(account)
     longer = {number: tuple(np.add(account.features[number].extent, (-0.5, 0.5))) for number in pair}
-    account.features = [
-        replace(each, extent=longer.get(number, each.extent)) for number, each in enumerate(account.features)
-    ]
-    assert are_at_odds(account)
+    features = [replace(each, extent=longer.get(number, each.extent)) for number, each in enumerate(account.features)]
+    assert are_at_odds(replace(account, features=features))
 
 
 def test_corrected_poses_have_more_evidence_than_drifting_ones() -> None:
@@ -188,9 +192,7 @@ def test_corrected_poses_have_more_evidence_than_drifting_ones() -> None:
 
 def test_free_poses_cost_half_the_logarithm_of_their_readings_for_each_parameter() -> None:
     account = corrected()
-    pose_prior, account.pose_prior = account.pose_prior, None
-    free = evidence(account)
-    account.pose_prior = pose_prior
+    free = evidence(replace(account, pose_prior=None))
     # The first pose is the frame; each of the others is told by a hundred readings or more.
     cost = free - evidence(account)
     assert cost == pytest.approx(5 * 1.5 * np.log(250), rel=0.2)
@@ -198,56 +200,54 @@ def test_free_poses_cost_half_the_logarithm_of_their_readings_for_each_parameter
 
 def test_a_wall_there_twice_speaks_against_the_poses() -> None:
     account = account_of(None)
-    account.features = trusted(odometry=None).features
+    account = replace(account, features=trusted(odometry=None).features)
     once = evidence(account), agreement(account)
     wall = next(each for each in account.features if each.is_wall)
     copied = replace(
         wall, reflector=wall.reflector + np.array([0.0, 0.0, 0.03, 0.0]), llr_by_station=0.5 * wall.llr_by_station
     )
-    account.features = [*account.features, copied]
+    account = replace(account, features=[*account.features, copied])
     assert agreement(account) == once[1]
     assert evidence(account) < once[0] - 12.0
 
 
 def test_a_wall_that_pings_look_through_speaks_against_the_poses() -> None:
     account = account_of(None)
-    account.features = trusted(odometry=None).features
+    account = replace(account, features=trusted(odometry=None).features)
     without = evidence(account)
     wall = next(each for each in account.features if each.is_wall)
     # Too far off to be the same wall twice, and nearer, so that whoever hears the one looks through the other.
     nearer = wall.reflector - np.array([0.0, 0.0, 0.4, 0.0])
     there = replace(account.explanation.score(nearer), extent=wall.extent)
-    account.features = [*account.features, there]
+    account = replace(account, features=[*account.features, there])
     cost = account.settings.search.accept
     assert not duplicate_pairs(account.features, account.settings.copies)
     assert evidence(account) < without - cost - 12.0
-    account.features[-1] = replace(there, extent=(0.0, 0.0))
+    account = replace(account, features=[*account.features[:-1], replace(there, extent=(0.0, 0.0))])
     assert evidence(account) == pytest.approx(without - cost, abs=6.0)
 
 
 def test_poses_that_nobody_would_believe_cost_what_makes_them_unlikely() -> None:
-    account = copy(corrected())
+    account = corrected()
     likely = evidence(account)
-    account.poses = account.poses.copy()
-    account.poses[3:, 0] += 0.5
+    account = replace(account, poses=account.poses + np.outer(np.arange(len(account.poses)) >= 3, [0.5, 0.0, 0.0]))
     assert evidence(account) < likely - 50.0
 
 
 def test_steps_that_lead_ten_times_farther_astray_than_was_told_are_strained() -> None:
-    account = copy(corrected())
+    account = corrected()
     assert not is_strained(account)
     detected, given = drive(odometry=LOST, bent=False)
     told = Odometry(along=0.003, lateral=0.0, yaw_per_metre=np.radians(0.3), yaw_per_radian=0.0)
-    sure = Account(replace(RIG, odometry=told), detected, given, AccountSettings())
-    sure.poses, sure.pose_prior = account.poses, sure.odometry()
+    sure = initial_estimate(replace(RIG, odometry=told), detected, given, AccountSettings())
+    sure = replace(sure, poses=account.poses, pose_prior=sure.odometry())
     assert is_strained(sure)
     assert not is_strained(trusted(odometry=None))
 
 
 def test_a_single_slip_strains_no_other_step() -> None:
-    account = copy(corrected())
-    account.poses = account.poses.copy()
-    account.poses[3:, 0] += 0.5
+    account = corrected()
+    account = replace(account, poses=account.poses + np.outer(np.arange(len(account.poses)) >= 3, [0.5, 0.0, 0.0]))
     assert evidence(account) < evidence(corrected()) - 50.0
     assert not is_strained(account)
 

@@ -10,6 +10,7 @@ from echoplan.geometry import wrap
 from echoplan.io import builtin_rig, builtin_world
 from echoplan.joint.calibration import calibration
 from echoplan.joint.estimate import Account
+from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.marginalisation import survey
 from echoplan.joint.optimisation.pose_factors import odometry_prior
 from echoplan.joint.pose_correction.consistency import has_duplicated_walls
@@ -52,14 +53,13 @@ def account_of(sweeps: tuple[Sweep, ...]) -> Account:
     rig = builtin_rig("rotary-array")
     given = np.array([sweep.station for sweep in sweeps])
     detected = join_measurements([measurements_of(sweep, rig) for sweep in sweeps])
-    return Account(rig, detected, given, AccountSettings())
+    return initial_estimate(rig, detected, given, AccountSettings())
 
 
 @cache
 def tracked() -> Account:
     account = account_of(drive())
-    track(account, odometry_prior(account.given, account.settings.pose_errors))
-    return account
+    return track(account, odometry_prior(account.given, account.settings.pose_errors))
 
 
 def errors(poses: FloatArray) -> tuple[float, float]:
@@ -87,28 +87,28 @@ def test_the_first_pose_stays() -> None:
 def test_what_was_tracked_is_searched_from_where_the_robot_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
     centers, original = list[FloatArray](), Account.search
 
-    def searched(account: Account, *, rounds: int | None = None) -> None:
+    def searched(account: Account, *, rounds: int | None = None) -> Account:
         if rounds is None:
             centers.append(account.measurements.centers)
-        original(account, rounds=rounds)
+        return original(account, rounds=rounds)
 
     account = account_of(drive())
     monkeypatch.setattr(Account, "search", searched)
-    track(account, odometry_prior(account.given, account.settings.pose_errors))
+    account = track(account, odometry_prior(account.given, account.settings.pose_errors))
     assert np.hypot(*(centers[0] - WAY[:, :2]).T).max() < 0.03
 
 
 def test_from_stations_that_hear_nothing_new_nothing_is_learned(monkeypatch: pytest.MonkeyPatch) -> None:
     learned, original = list[int](), Account.search
 
-    def searched(account: Account, *, rounds: int | None = None) -> None:
+    def searched(account: Account, *, rounds: int | None = None) -> Account:
         if rounds is not None:
             learned.append(len(account.given))
-        original(account, rounds=rounds)
+        return original(account, rounds=rounds)
 
     account = account_of(drive())
     monkeypatch.setattr(Account, "search", searched)
-    track(account, odometry_prior(account.given, account.settings.pose_errors))
+    account = track(account, odometry_prior(account.given, account.settings.pose_errors))
     # The first two stations of a room tell most of it.
     assert learned[0] == 2
     assert len(learned) < len(WAY) / 2
@@ -137,7 +137,7 @@ def test_the_first_station_is_only_moved_on_strong_evidence(
     account = account_of(drive())
     monkeypatch.setattr("echoplan.joint.pose_correction.pose_tracking.locate", located)
     monkeypatch.setattr("echoplan.joint.pose_correction.pose_tracking.settle", lambda *_: None)
-    track(account, odometry_prior(account.given, account.settings.pose_errors))
+    account = track(account, odometry_prior(account.given, account.settings.pose_errors))
     away = np.hypot(*(account.poses[1:] - WAY[1:])[:, :2].T)
     assert stays
     assert ((away > 0.2) == moves).all()
@@ -173,7 +173,7 @@ def test_with_poses_that_are_right_nothing_is_torn_and_with_drift_it_shows() -> 
             )
         )
     )
-    straight.initialise()
+    straight = straight.initialise()
     assert not has_duplicated_walls(straight)
     assert straight.explained(straight.features).mean() > 0.5
 

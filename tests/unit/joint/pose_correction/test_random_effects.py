@@ -1,5 +1,6 @@
 """What the readings of one feature from one station have in common of their errors is learned from them."""
 
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -75,22 +76,22 @@ def test_what_poses_take_up_entirely_is_told_of_no_effect() -> None:
     assert count == pytest.approx(0.0, abs=1e-3 * STATIONS)
 
 
+@dataclass(frozen=True)
 class Waiting:
     """An account that keeps what stations were taken to err by together whenever something was done."""
 
-    offset_sigma, noise = 0.003, 0.006
+    pair_sigma: float = GUESS
+    done: tuple[tuple[str, float], ...] = ()
+    offset_sigma: float = 0.003
+    noise: float = 0.006
 
-    def __init__(self) -> None:
-        self.pair_sigma, self.done = GUESS, list[tuple[str, float]]()
+    def alternate(self, noise: float, priors: Any, rounds: int) -> "Waiting":
+        return replace(self, done=(*self.done, ("adjusted", self.pair_sigma)))
 
-    def alternate(self, noise: float, priors: Any, rounds: int) -> None:
-        self.done.append(("adjusted", self.pair_sigma))
-
-    def estimate_noise(self) -> None:
-        self.done.append(("noise", self.pair_sigma))
+    def estimate_noise(self) -> "Waiting":
+        return replace(self, done=(*self.done, ("noise", self.pair_sigma)))
 
 
 def test_readings_count_in_full_before_it_is_asked_what_they_have_in_common() -> None:
-    account = Waiting()
-    without_common_error(account, None)  # type: ignore[arg-type]
-    assert account.done == [("adjusted", account.offset_sigma), ("noise", account.offset_sigma)]
+    account: Any = without_common_error(Waiting(), None)  # type: ignore[arg-type]
+    assert account.done == (("adjusted", account.offset_sigma), ("noise", account.offset_sigma))

@@ -1,6 +1,6 @@
 """A station in a room that came to rest beside where it stands: what stands before the robot is missing."""
 
-import copy
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -9,6 +9,7 @@ import pytest
 from echoplan.io import builtin_rig, builtin_world
 from echoplan.joint import pose_model_selection
 from echoplan.joint.estimate import Account
+from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.optimisation.pose_factors import at_poses
 from echoplan.joint.pose_correction.annealing import settle
 from echoplan.joint.pose_correction.relocalisation import relocalised
@@ -33,20 +34,17 @@ def settled() -> Account:
         seed=3,
     )
     detected = join_measurements([measurements_of(sweep, simulation.rig) for sweep in simulation])
-    account = Account(simulation.rig, detected, WAY, AccountSettings(poses=PoseMode.CORRECT, by_hand=0))
-    settle(account, account.odometry())
-    return account
+    account = initial_estimate(simulation.rig, detected, WAY, AccountSettings(poses=PoseMode.CORRECT, by_hand=0))
+    return settle(account, account.odometry())
 
 
 def misplaced() -> Account:
     """The same, but one station is taken to be elsewhere."""
-    account = copy.copy(settled())
-    account.poses = account.poses.copy()
-    account.poses[STATION] += ASIDE
-    account.measurements = at_poses(account.recorded, account.given, account.poses)
-    account.rescore(account.noise)
-    account.adjust(account.noise)
-    return account
+    account = settled()
+    poses = account.poses.copy()
+    poses[STATION] += ASIDE
+    account = replace(account, poses=poses, measurements=at_poses(account.recorded, account.given, poses))
+    return account.rescore(account.noise).adjust(account.noise)
 
 
 def test_a_station_that_misses_what_all_others_hear_is_found_where_it_stands() -> None:

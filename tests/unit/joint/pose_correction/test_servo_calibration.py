@@ -1,9 +1,12 @@
 """Arcs of all stations lie on the same planes only with the gain and the offset that the servo has."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from echoplan.joint.estimate import Account
+from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.marginal_prior import Memory
 from echoplan.joint.pose_correction.servo_calibration import find_servo
 from echoplan.joint.settings import AccountSettings
@@ -30,7 +33,7 @@ def account(error: ServoError) -> Account:
     """Take what was detected for detected where the servo recorded to be."""
     true = detected()
     recorded = true._replace(angles=(true.angles - error.offset) / error.gain)
-    return Account(rig(), turned_by(recorded, error=AS_RECORDED, before=error), GIVEN, AccountSettings())
+    return initial_estimate(rig(), turned_by(recorded, error=AS_RECORDED, before=error), GIVEN, AccountSettings())
 
 
 @pytest.mark.parametrize(
@@ -49,18 +52,18 @@ def test_a_servo_that_turns_as_recorded_is_left_alone() -> None:
 
 @pytest.mark.parametrize("known", [None, ServoError(0.95, 0.05)])
 def test_bearings_count_from_the_start_where_a_servo_was_calibrated_before(known: ServoError | None) -> None:
-    later = Account(rig(), detected(), GIVEN, AccountSettings(), Memory(servo=known))
+    later = initial_estimate(rig(), detected(), GIVEN, AccountSettings(), Memory(servo=known))
     assert later.servo == known
     assert later.asks_bearings == (known is not None)
 
 
 def test_fixed_sensors_have_no_servo() -> None:
     fixed = account(ServoError(1.0, 0.1))
-    fixed.recorded = fixed.recorded._replace(rates=np.zeros(len(fixed.recorded.rates)))
+    fixed = replace(fixed, recorded=fixed.recorded._replace(rates=np.zeros(len(fixed.recorded.rates))))
     assert find_servo(fixed) is None
 
 
 def test_too_few_arcs_tell_nothing() -> None:
     few = account(ServoError(0.92, 0.1))
-    few.arcs = few.arcs[:9]
+    few = replace(few, arcs=few.arcs[:9])
     assert find_servo(few) is None

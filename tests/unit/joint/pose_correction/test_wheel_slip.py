@@ -1,6 +1,5 @@
 """A robot whose wheels slipped once in a hall in which nothing tells how far along it is but a pillar."""
 
-import copy
 from dataclasses import replace
 from functools import cache
 
@@ -12,6 +11,7 @@ from echoplan.geometry import compose
 from echoplan.io import builtin_rig
 from echoplan.joint import pose_model_selection
 from echoplan.joint.estimate import Account
+from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.mapper import JointMapper, JointSettings
 from echoplan.joint.optimisation.pose_factors import at_poses
@@ -86,13 +86,11 @@ def account(*, slips: bool) -> Account:
     """What was made of it, from the way as it was, or as if from one step on all were farther along the hall."""
     given = np.concatenate([WAY[:STEP], compose(SLIP, WAY[STEP:])]) if slips else WAY
     settings = AccountSettings(poses=PoseMode.CORRECT, by_hand=0)
-    account = Account(builtin_rig("rotary-array"), at_poses(detected(), WAY, given), given, settings)
+    account = initial_estimate(builtin_rig("rotary-array"), at_poses(detected(), WAY, given), given, settings)
     if not slips:
-        settle(account, account.odometry())
-        return account
-    account.model, account.noise = right().model, right().noise
-    account.features = [part for each in right().features for part in parted(each)]
-    return account
+        return settle(account, account.odometry())
+    features = [part for each in right().features for part in parted(each)]
+    return replace(account, model=right().model, noise=right().noise, features=features)
 
 
 def right() -> Account:
@@ -141,7 +139,7 @@ def test_where_nothing_seems_there_twice_no_step_is_doubted() -> None:
 def test_what_a_slip_tore_apart_is_one_again_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pose_model_selection, "track", settle)
     monkeypatch.setattr(pose_model_selection, "agrees", lambda _: False)
-    found = explained(copy.copy(account(slips=True)))
+    found = explained(account(slips=True))
     assert sum(not each.is_wall for each in found.features) == 1
     assert np.hypot(*(found.poses - WAY)[:, :2].T).max() < 0.02
     assert found.verdict.endswith("a slip was taken back")
