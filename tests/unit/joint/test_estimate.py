@@ -1,0 +1,53 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from echoplan.joint.estimate import Account
+from echoplan.joint.initial_estimate import initial_estimate
+from echoplan.joint.mapper import JointSettings
+from echoplan.joint.settings import PoseMode
+from echoplan.preprocessing.measurements import join_measurements, measurements_of
+from echoplan.simulation import Simulation, SimulationSettings
+from echoplan.sources import find_rig, find_route, find_world
+
+
+def estimate_of(temperature: float) -> Account:
+    """Return the first estimate of a square room in air of this temperature [degC], of which the rig knows nothing."""
+    settings = SimulationSettings.model_validate({"air": {"temperature": temperature}})
+    rig = find_rig("rotary-array")
+    sweeps = list(
+        Simulation(world=find_world("square"), rig=rig, route=find_route("square"), settings=settings, seed=2)
+    )
+    pings = join_measurements([measurements_of(sweep, rig) for sweep in sweeps])
+    poses = np.array([sweep.map_from_base[0] for sweep in sweeps])
+    return initial_estimate(rig, pings, poses, JointSettings(poses=PoseMode.TRUST))
+
+
+@pytest.mark.parametrize(("temperature", "is_repeated"), [(20.0, False), (13.0, True)])
+def test_the_first_search_is_repeated_once_the_range_scale_has_moved(
+    monkeypatch: pytest.MonkeyPatch, temperature: float, *, is_repeated: bool
+) -> None:
+    scales, search = list[float](), Account.search
+
+    def noted(self: Account, *, rounds: int | None = None) -> Account:
+        scales.append(self.model.range_scale)
+        return search(self, rounds=rounds)
+
+    monkeypatch.setattr(Account, "search", noted)
+    found = estimate_of(temperature).initialise()
+    assert (len(scales) > 1) == is_repeated
+    assert scales[-1] == pytest.approx(found.model.range_scale, abs=found.settings.scale_step)
+
+
+def test_landmarks_are_optimised_once_more_after_the_last_of_them_is_removed(monkeypatch: pytest.MonkeyPatch) -> None:
+    prune = Account.prune_and_reclassify
+
+    def without_last(self: Account) -> Account:
+        found = prune(self)
+        return replace(found, features=found.features[:-1])
+
+    monkeypatch.setattr(Account, "prune_and_reclassify", without_last)
+    found = estimate_of(20.0).initialise().explain()
+    assert found.adjusted is not None
+    assert found.adjusted.reflectors == pytest.approx(np.array([each.reflector for each in found.features]))
