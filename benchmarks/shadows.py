@@ -20,7 +20,7 @@ from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.mapper import JointSettings
 from echoplan.joint.optimisation.edge_diffraction import at_end
-from echoplan.joint.pose_model_selection import explained
+from echoplan.joint.pose_model_selection import estimate_map
 from echoplan.joint.settings import PoseMode
 from echoplan.model import Table
 from echoplan.preprocessing.measurements import join_measurements, measurements_of
@@ -50,11 +50,13 @@ def losses(seed: int) -> FloatArray:
     simulation = random_simulation(seed)
     sweeps = tuple(simulation)
     measurements = join_measurements([measurements_of(each, simulation.rig) for each in sweeps])
-    given = np.array([each.station for each in sweeps])
-    account = explained(initial_estimate(simulation.rig, measurements, given, JointSettings(poses=PoseMode.TRUST)))
+    measured_poses = np.array([each.station for each in sweeps])
+    estimate = estimate_map(
+        initial_estimate(simulation.rig, measurements, measured_poses, JointSettings(poses=PoseMode.TRUST))
+    )
     walls = simulation.truth.walls_xy.reshape(-1, 2, 2)
-    wavelength = account.model.tabulated().wavelength
-    return np.array([lost for each in account.features for lost in lost_of(each, walls, given, wavelength)])
+    wavelength = estimate.model.tabulated().wavelength
+    return np.array([lost for each in estimate.features for lost in lost_of(each, walls, measured_poses, wavelength)])
 
 
 def lost_of(wall: Hypothesis, walls: FloatArray, stations: FloatArray, wavelength: float) -> Iterator[float]:

@@ -66,7 +66,7 @@ MUTANTS = {
     ),
     "the effective sample size is never estimated": Mutant(
         file="pose_correction/annealing.py",
-        old="    account = replace(account, independence=account.found_independence())\n",
+        old="    estimate = replace(estimate, effective_sample_ratio=estimate.estimate_effective_sample_ratio())\n",
         new="",
         tests=("pose_correction/test_annealing.py",),
     ),
@@ -90,7 +90,7 @@ MUTANTS = {
     ),
     "the last adjustment of `explain` is left out": Mutant(
         file="estimate.py",
-        old="return now.adjust(now.noise).rescore(now.noise)\n\n    def alternate",
+        old="return now.optimise(now.noise).rescore(now.noise)\n\n    def alternate",
         new="return now.rescore(now.noise)\n\n    def alternate",
         tests=("test_estimate.py",),
     ),
@@ -102,8 +102,8 @@ MUTANTS = {
     ),
     "heading factors are never added": Mutant(
         file="pose_correction/annealing.py",
-        old="_learned(replace(account, asks_bearings=True), priors)",
-        new="_learned(account, priors)",
+        old="_learned(replace(estimate, has_heading_factors=True), priors)",
+        new="_learned(estimate, priors)",
         tests=("pose_correction/test_annealing.py",),
     ),
 }

@@ -13,8 +13,8 @@ from echoplan.evaluation.matches import Matches
 from echoplan.geometry import along
 from echoplan.joint.optimisation.attenuation import shadowed
 from echoplan.joint.optimisation.edge_diffraction import edges_of
-from echoplan.joint.optimisation.optimiser import Features, OptimiserSettings, Priors, adjust
-from echoplan.joint.optimisation.values import State
+from echoplan.joint.optimisation.optimiser import Features, OptimiserSettings, Priors, optimise
+from echoplan.joint.optimisation.values import Values
 from echoplan.model import FeatureMap, Sweep, Truth
 from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.simulation import Simulation
@@ -105,11 +105,11 @@ def _bounds(features: Sequence[_Error], simulation: Simulation, sweeps: Sequence
     everything = shadowed(measurements, model.tabulated(), everything)._replace(
         bias_variances=everything.bias_variances
     )
-    start = State(features=everything, model=model)
+    start = Values(features=everything, model=model)
     single = measurements._replace(weights=np.ones(len(measurements.weights)))
-    adjusted = adjust(single, start, _priors(simulation, start.model), _AT_THE_TRUTH)
-    places = [adjusted.layout.feature(number) for number in range(len(features))]
-    return [adjusted.covariance[place, place] for place in places]
+    solution = optimise(single, start, _priors(simulation, start.model), _AT_THE_TRUTH)
+    places = [solution.layout.feature(number) for number in range(len(features))]
+    return [solution.covariance[place, place] for place in places]
 
 
 def _true_model(simulation: Simulation) -> EchoModel:

@@ -10,7 +10,7 @@ from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.mapper import JointSettings
 from echoplan.joint.marginalisation import survey
 from echoplan.joint.optimisation.pose_factors import at_poses, waypoint_prior
-from echoplan.joint.pose_model_selection import explained
+from echoplan.joint.pose_model_selection import estimate_map
 from echoplan.model import FeatureMap, Rig, Sweep
 from echoplan.preprocessing.measurements import join_measurements, measurements_of
 
@@ -44,16 +44,16 @@ def map_with_known_associations(
     FeatureMap
         Where the features are by the other waypoints.
     """
-    measurements, given = join_measurements([measurements_of(each, rig) for each in sweeps]), _stations(sweeps)
-    moved = explained(initial_estimate(rig, measurements, given, JointSettings()))
-    moved = replace(moved, given=_stations(elsewhere))
-    moved = replace(moved, recorded=at_poses(moved.recorded, given, moved.given))
+    measurements, measured_poses = join_measurements([measurements_of(each, rig) for each in sweeps]), _stations(sweeps)
+    moved = estimate_map(initial_estimate(rig, measurements, measured_poses, JointSettings()))
+    moved = replace(moved, measured_poses=_stations(elsewhere))
+    moved = replace(moved, recorded=at_poses(moved.recorded, measured_poses, moved.measured_poses))
     # A step in some direction has half of its square along either axis.
     sigmas = {"waypoint": max(off, 1e-3) / math.sqrt(2.0), "waypoint_turn": math.pi}
-    poses = waypoint_prior(moved.given, moved.settings.pose_errors.model_copy(update=sigmas))
+    poses = waypoint_prior(moved.measured_poses, moved.settings.pose_errors.model_copy(update=sigmas))
     for _ in range(_ROUNDS):
-        moved = moved.adjust(moved.noise, poses)
-        if moved.adjusted is None or moved.adjusted.left < _STILL:
+        moved = moved.optimise(moved.noise, poses)
+        if moved.solution is None or moved.solution.newton_decrement < _STILL:
             break
     path_xy = moved.poses[:, :2]
     found = survey(moved, path_xy)

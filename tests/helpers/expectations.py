@@ -9,7 +9,7 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
-from echoplan.joint.likelihood.ping_scores import NO_EVIDENCE, PingScores, score_pings
+from echoplan.joint.likelihood.ping_scores import NO_PING_SCORES, PingScores, score_pings
 from echoplan.preprocessing.measurements import Measurements
 from helpers.simulated_worlds import PAPER
 
@@ -121,15 +121,15 @@ def evidence_for(measurements: Measurements, reflector: FloatArray) -> PingScore
     return score_pings(measurements, SONAR.tabulated(), reflector, NOISE)
 
 
-def explanation(measurements: Measurements, *, sonar: EchoModel = SONAR, noise: float = NOISE) -> PingLikelihood:
+def likelihood(measurements: Measurements, *, sonar: EchoModel = SONAR, noise: float = NOISE) -> PingLikelihood:
     """The likelihood of pings that nothing explains so far."""
     return PingLikelihood(measurements, sonar.tabulated(), noise)
 
 
-def rescored(account: PingLikelihood, reflectors: Sequence[FloatArray] | FloatArray) -> list[Hypothesis]:
+def rescored(estimate: PingLikelihood, reflectors: Sequence[FloatArray] | FloatArray) -> list[Hypothesis]:
     """Reflectors with the evidence for each of them alone."""
-    bare = np.full(len(account.measurements.readings), account.floor)
-    return account.score_all([account.score(each) for each in reflectors], bare, [])
+    bare = np.full(len(estimate.measurements.readings), estimate.floor)
+    return estimate.score_all([estimate.score(each) for each in reflectors], bare, [])
 
 
 def feature(
@@ -138,7 +138,7 @@ def feature(
     """A hypothesis that is taken for granted: there is no evidence for it."""
     return Hypothesis(
         reflector=reflector,
-        evidence=NO_EVIDENCE,
+        ping_scores=NO_PING_SCORES,
         llr_by_station=np.array(llr_by_station),
         total=float(sum(llr_by_station)),
         extent=extent,

@@ -4,7 +4,7 @@ import numpy as np
 
 from echoplan.acoustics.predicted_echo import Hearing
 from echoplan.arrays import FloatArray
-from echoplan.joint.likelihood.crosstalk import Bursts, add_crosstalk
+from echoplan.joint.likelihood.crosstalk import Emissions, add_crosstalk
 from echoplan.joint.likelihood.double_bounces import add_ghosts_of_cylinder
 from echoplan.joint.likelihood.image_sources import Extent
 from echoplan.joint.likelihood.ping_scores import UNHEARD
@@ -12,7 +12,7 @@ from echoplan.preprocessing.measurements import Measurements
 
 
 def volleys_over(
-    detected: tuple[Measurements, Hearing, Bursts],
+    detected: tuple[Measurements, Hearing, Emissions],
     walls: tuple[FloatArray, FloatArray],
     extents: tuple[Extent, Extent],
     noise: float,

@@ -11,19 +11,19 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, is_blocked
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.track_history import TrackHistory
-from echoplan.joint.map_extraction.corners import VertexSettings, find_vertices
+from echoplan.joint.map_extraction.corners import CornerSettings, find_vertices
 from echoplan.joint.map_extraction.endpoint_views import line_evidence
-from echoplan.joint.map_extraction.map_builder import Survey, SurveySettings
+from echoplan.joint.map_extraction.map_builder import MapBuilder, MapSettings
 from echoplan.joint.map_extraction.segment import CELL, End, Segment
 from echoplan.joint.map_extraction.surroundings import points_on
 from echoplan.joint.optimisation.edge_diffraction import at_end, edges_of
-from echoplan.joint.optimisation.optimiser import Features, OptimiserSettings, Priors, adjust
-from echoplan.joint.optimisation.values import State
+from echoplan.joint.optimisation.optimiser import Features, OptimiserSettings, Priors, optimise
+from echoplan.joint.optimisation.values import Values
 from echoplan.joint.search.ray_paths import trace_paths
 from echoplan.joint.search.specular_points import Echoes
 from echoplan.model import ClassProbabilities
 from echoplan.preprocessing.measurements import Measurements
-from helpers.expectations import NOISE, REACH, ROOM, SONAR, explanation, feature, hearing, listening, rescored, wall
+from helpers.expectations import NOISE, REACH, ROOM, SONAR, feature, hearing, likelihood, listening, rescored, wall
 
 SILENT = Echoes()
 SURE = ClassProbabilities(wall=0.8, corner=0.15, cylinder=0.05)
@@ -91,9 +91,9 @@ def detecting(
 
 def remembered(measurements: Measurements, reflectors: Sequence[FloatArray]) -> list[Hypothesis]:
     """Walls with a past that holds what all stations say of them."""
-    account, count = explanation(measurements), len(measurements.centers)
-    found = rescored(account, reflectors)
-    paths, left_out = trace_paths(account, found, step=STEP), account.log_densities_without(found)
+    estimate, count = likelihood(measurements), len(measurements.centers)
+    found = rescored(estimate, reflectors)
+    paths, left_out = trace_paths(estimate, found, step=STEP), estimate.log_densities_without(found)
     return [
         replace(
             each,
@@ -102,7 +102,7 @@ def remembered(measurements: Measurements, reflectors: Sequence[FloatArray]) -> 
                 pings=int((paths.owners == number).sum()),
                 feet=paths.feet(number, each.line),
                 crossings=paths.crossings(number, each.line),
-                line=line_evidence(account, each, count, log_densities),
+                line=line_evidence(estimate, each, count, log_densities),
             ),
         )
         for number, (each, log_densities) in enumerate(zip(found, left_out, strict=True))
@@ -123,8 +123,8 @@ def survey(
     joined: bool = True,
     echoes: Echoes = SILENT,
     pieces: Mapping[int, Sequence[Segment]] = MappingProxyType({}),
-) -> Survey:
-    """The survey of a room of 4 x 3 m that was detected but for the corners; some walls may be in pieces."""
+) -> MapBuilder:
+    """The map of a room of 4 x 3 m that was detected but for the corners; some walls may be in pieces."""
     known = [*(feature(each, llr_by_station=[9.0, 6.0, 4.0, -1.0]) for each in walls), *others]
     reflectors = np.array([each.reflector for each in known]).reshape(-1, 4)
     extents = np.tile([-REACH, REACH], (len(known), 1))
@@ -137,10 +137,10 @@ def survey(
     )
     truth = [*ROOM, *(each for each in reflectors if each[0] == Kind.CYLINDER)]
     priors = Priors(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False, scale_sigma=0.03)
-    start = State(features=features, model=SONAR)
-    adjusted = adjust(hearing(listening(), truth), start, priors, OptimiserSettings())
+    start = Values(features=features, model=SONAR)
+    solution = optimise(hearing(listening(), truth), start, priors, OptimiserSettings())
     known = [
-        replace(each, history=past_of(each, number, int((adjusted.owners == number).sum())))
+        replace(each, history=past_of(each, number, int((solution.owners == number).sum())))
         for number, each in enumerate(known)
     ]
     segments = [
@@ -151,11 +151,11 @@ def survey(
             number, [segment(each.line[0], each.line[1], (-detected_to, detected_to), owner=number)]
         )
     ]
-    return Survey(
+    return MapBuilder(
         features=known,
-        adjusted=adjusted,
+        solution=solution,
         segments=segments,
-        vertices=find_vertices(segments, echoes, VertexSettings()) if joined else [],
+        vertices=find_vertices(segments, echoes, CornerSettings()) if joined else [],
         squareness=None,
-        settings=SurveySettings(),
+        settings=MapSettings(),
     )

@@ -11,7 +11,7 @@ from echoplan.diagnosis.consistency import consistency, sampled, stations_of, wi
 from echoplan.diagnosis.stations import Misplaced, carried, misplaced_stations
 from echoplan.diagnosis.wording import next_step, reasons
 from echoplan.geometry import crosses_segments
-from echoplan.joint.settings import AccountSettings
+from echoplan.joint.settings import EstimateSettings
 from echoplan.model import Conventions, Corner, Cylinder, FeatureMap, Quality, Rig, Sweep, Verdict, Wall
 from echoplan.preprocessing import Faults, RecordingFaultKind, clean_sweeps, find_faults
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError
@@ -21,7 +21,7 @@ __all__ = ["Measures", "assess", "examine", "verdict_of"]
 # Longer steps need not be straight [m].
 _STEP = 0.5
 # Where so many echoes fit together from the poses as recorded, joint does not question these.
-_AGREE = AccountSettings().agreement
+_AGREE = EstimateSettings().min_inlier_ratio
 # Windows of a long recording of which the share of explained echoes is the mean: each takes as long as mapping it.
 _WINDOWS = 5
 # Shares of explained echoes, and of those whose feature a second station detects, below which a map is doubtful, and
@@ -201,7 +201,7 @@ def _agreement(feature_map: FeatureMap) -> float | None:
 
 def _share(agreement: float | None, rig: Rig, placed: Sequence[Sweep], faults: Faults) -> float:
     """Return the share of explained echoes: as the method says of all, or by one room from the poses of the map."""
-    window = AccountSettings().window
+    window = EstimateSettings().window
     # Of a longer recording joint says it of the last window.
     if agreement is not None and len(stations_of(placed).poses) <= window.stations + window.step:
         return agreement

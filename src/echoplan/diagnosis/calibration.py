@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from echoplan.diagnosis.consistency import account_of, gathered, sampled
+from echoplan.diagnosis.consistency import estimate_of, gathered, sampled
 from echoplan.joint.optimisation.odometry_noise import VERY_STRONG
-from echoplan.joint.pose_correction.consistency import evidence
+from echoplan.joint.pose_correction.consistency import log_evidence
 from echoplan.joint.pose_correction.servo_calibration import find_servo
 from echoplan.model import Rig, Sweep
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError
@@ -16,12 +16,12 @@ __all__ = ["servo_error", "servo_turned"]
 def servo_error(sweeps: Sequence[Sweep], rig: Rig) -> ServoError:
     """Find gain and offset of the servo from a part of a recording, as joint does."""
     some = sampled(sweeps, rig)
-    account = gathered(some, rig)
-    error = None if account is None else find_servo(account)
+    estimate = gathered(some, rig)
+    error = None if estimate is None else find_servo(estimate)
     if error is None:
         return AS_RECORDED
-    recorded, calibrated = account_of(some, rig), account_of(some, rig, servo=error)
-    if recorded is None or calibrated is None or evidence(calibrated) < evidence(recorded) + VERY_STRONG:
+    recorded, calibrated = estimate_of(some, rig), estimate_of(some, rig, servo=error)
+    if recorded is None or calibrated is None or log_evidence(calibrated) < log_evidence(recorded) + VERY_STRONG:
         return AS_RECORDED
     return calibrated.servo or error
 

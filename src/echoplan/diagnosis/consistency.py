@@ -9,17 +9,17 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from echoplan.arrays import IntArray
-from echoplan.joint.estimate import Account
+from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
-from echoplan.joint.pose_correction.consistency import evidence
+from echoplan.joint.pose_correction.consistency import log_evidence
 from echoplan.joint.search.duplicates import without_duplicates
-from echoplan.joint.settings import AccountSettings, PoseMode
+from echoplan.joint.settings import EstimateSettings, PoseMode
 from echoplan.model import Rig, Sweep
 from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.preprocessing.servo import ServoError
 from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps
 
-__all__ = ["FEW_STATIONS", "Consistency", "account_of", "consistency", "gathered", "sampled", "stations_of", "windows"]
+__all__ = ["FEW_STATIONS", "Consistency", "consistency", "estimate_of", "gathered", "sampled", "stations_of", "windows"]
 
 # Stations, and pings of each, that separate a wrong convention from the right one: a small recording, explained in a
 # third of a second.
@@ -67,7 +67,7 @@ def sampled(sweeps: Sequence[Sweep], rig: Rig, *, stations: int = FEW_STATIONS) 
     if not sweeps:
         return []
     numbers = stations_of(sweeps).numbers
-    last = min(int(numbers[-1]), AccountSettings().window.stations - 1)
+    last = min(int(numbers[-1]), EstimateSettings().window.stations - 1)
     chosen = np.unique(np.linspace(0, last, stations).astype(np.int64))
     origin = np.append(np.round(sweeps[0].station[:2]), 0.0)
     kept = [_thinned(sweep, rig) for sweep, number in zip(sweeps, numbers, strict=True) if number in chosen]
@@ -81,7 +81,7 @@ def windows(sweeps: Sequence[Sweep], *, most: int) -> list[list[Sweep]]:
         return []
     numbers = stations_of(sweeps).numbers
     stations = np.arange(numbers[-1] + 1)
-    parts = np.array_split(stations, math.ceil(len(stations) / AccountSettings().window.stations))
+    parts = np.array_split(stations, math.ceil(len(stations) / EstimateSettings().window.stations))
     chosen = np.unique(np.linspace(0, len(parts) - 1, most).round().astype(np.int64))
     return [
         [sweep for sweep, number in zip(sweeps, numbers, strict=True) if number in parts[index]] for index in chosen
@@ -91,7 +91,7 @@ def windows(sweeps: Sequence[Sweep], *, most: int) -> list[list[Sweep]]:
 def stations_of(sweeps: Sequence[Sweep]) -> Stations:
     """Group sweeps as joint does, by their recorded poses."""
     poses = np.array([sweep.station for sweep in sweeps]).reshape(-1, 3)
-    return group_sweeps(poses, np.array([len(sweep) for sweep in sweeps]), AccountSettings().stations)
+    return group_sweeps(poses, np.array([len(sweep) for sweep in sweeps]), EstimateSettings().stations)
 
 
 def _thinned(sweep: Sweep, rig: Rig) -> Sweep:
@@ -100,40 +100,40 @@ def _thinned(sweep: Sweep, rig: Rig) -> Sweep:
     return sweep[firings % stride == 0] if stride > 1 else sweep
 
 
-def gathered(sweeps: Sequence[Sweep], rig: Rig) -> Account | None:
+def gathered(sweeps: Sequence[Sweep], rig: Rig) -> Estimate | None:
     """Gather what was detected, from the poses as recorded; None without any reading."""
     parts = [measurements_of(sweep, rig) for sweep in sweeps]
     if not any(np.isfinite(part.readings).any() for part in parts):
         return None
     stations = stations_of(sweeps)
     detected = at_stations(join_measurements(parts), stations)
-    return initial_estimate(rig, detected, stations.poses, AccountSettings(poses=PoseMode.TRUST))
+    return initial_estimate(rig, detected, stations.poses, EstimateSettings(poses=PoseMode.TRUST))
 
 
-def account_of(sweeps: Sequence[Sweep], rig: Rig, *, servo: ServoError | None = None) -> Account | None:
+def estimate_of(sweeps: Sequence[Sweep], rig: Rig, *, servo: ServoError | None = None) -> Estimate | None:
     """Explain sweeps from the poses as recorded, calibrating the servo from an error; None without any reading."""
-    account = gathered(sweeps, rig)
-    if account is None:
+    estimate = gathered(sweeps, rig)
+    if estimate is None:
         return None
     # Matrices are small: threads would only wait for each other.
     with threadpool_limits(limits=1, user_api="blas"):
         if servo is not None:
-            account = account.calibrate(servo)
-        return account.explain()
+            estimate = estimate.calibrate(servo)
+        return estimate.explain()
 
 
 def consistency(sweeps: Sequence[Sweep], rig: Rig) -> Consistency:
     """Count the echoes of some sweeps that one room explains from the poses as recorded."""
-    account, count = account_of(sweeps, rig), len(rig.sensors)
-    if account is None or not account.arcs:
+    estimate, count = estimate_of(sweeps, rig), len(rig.sensors)
+    if estimate is None or not estimate.arcs:
         none = np.zeros(count, dtype=np.int64)
         return Consistency(none, none, 0.0, 0.0)
-    pings = np.concatenate([arc.pings for arc in account.arcs])
-    features = without_duplicates(account.features, account.settings.copies)
-    sensors, hits = account.measurements.sensors[pings], account.explained(features)[pings]
+    pings = np.concatenate([arc.pings for arc in estimate.arcs])
+    features = without_duplicates(estimate.features, estimate.settings.copies)
+    sensors, hits = estimate.measurements.sensors[pings], estimate.inlier_mask(features)[pings]
     return Consistency(
         explained=np.bincount(sensors[hits], minlength=count),
         grouped=np.bincount(sensors, minlength=count),
-        gain=evidence(account),
-        weight=float(account.measurements.weights[pings[hits]].sum()),
+        gain=log_evidence(estimate),
+        weight=float(estimate.measurements.weights[pings[hits]].sum()),
     )

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from echoplan.arrays import FloatArray
-from echoplan.diagnosis.consistency import account_of, sampled, stations_of, windows
+from echoplan.diagnosis.consistency import estimate_of, sampled, stations_of, windows
 from echoplan.geometry import compose, invert
-from echoplan.joint.estimate import Account
-from echoplan.joint.pose_correction.consistency import evidence
+from echoplan.joint.estimate import Estimate
+from echoplan.joint.pose_correction.consistency import log_evidence
 from echoplan.joint.search.scan_matching import LandmarkMap, local_scans, locate
-from echoplan.joint.settings import AccountSettings
+from echoplan.joint.settings import EstimateSettings
 from echoplan.model import Rig, Sweep
 
 __all__ = ["Misplaced", "carried", "misplaced_stations"]
@@ -73,51 +73,51 @@ def misplaced_stations(sweeps: Sequence[Sweep], rig: Rig) -> tuple[Misplaced, ..
 
 def _misplaced(window: Sequence[Sweep], rig: Rig) -> Iterator[Misplaced]:
     """Yield those of one window."""
-    some = sampled(window, rig, stations=AccountSettings().window.stations)
-    account = account_of(some, rig)
-    if account is None:
+    some = sampled(window, rig, stations=EstimateSettings().window.stations)
+    estimate = estimate_of(some, rig)
+    if estimate is None:
         return
-    trials = sorted(_trials(account), key=lambda trial: -trial[2])[:_MOST]
+    trials = sorted(_trials(estimate), key=lambda trial: -trial[2])[:_MOST]
     numbers = stations_of(some).numbers
     for station, moved, _ in trials:
-        given = account.given[station]
+        measured = estimate.measured_poses[station]
         there = [
-            carried(sweep, given, moved) if number == station else sweep
+            carried(sweep, measured, moved) if number == station else sweep
             for sweep, number in zip(some, numbers, strict=True)
         ]
-        after = account_of(there, rig)
-        gain = evidence(after) - evidence(account) if after is not None else 0.0
+        after = estimate_of(there, rig)
+        gain = log_evidence(after) - log_evidence(estimate) if after is not None else 0.0
         if gain > _ACCEPTED:
-            off, first = compose(invert(given), moved), some[int(np.argmax(numbers == station))]
+            off, first = compose(invert(measured), moved), some[int(np.argmax(numbers == station))]
             distance = float(np.hypot(off[0], off[1]))
             yield Misplaced(sweep=first.index, distance=distance, turn=float(off[2]), gain=gain)
 
 
-def carried(sweep: Sweep, given: FloatArray, moved: FloatArray) -> Sweep:
+def carried(sweep: Sweep, measured: FloatArray, moved: FloatArray) -> Sweep:
     """Carry a sweep along when its station is moved from one pose to another."""
-    return replace(sweep, map_from_base=compose(moved, compose(invert(given), sweep.map_from_base)))
+    return replace(sweep, map_from_base=compose(moved, compose(invert(measured), sweep.map_from_base)))
 
 
-def _trials(account: Account) -> Iterator[tuple[int, FloatArray, float]]:
+def _trials(estimate: Estimate) -> Iterator[tuple[int, FloatArray, float]]:
     """Yield stations, poses from which they fit far better to what others know, and how much."""
-    for station, given in enumerate(account.given):
-        moved, gain = _elsewhere(account, station)
-        off = compose(invert(given), moved)
+    for station, measured in enumerate(estimate.measured_poses):
+        moved, gain = _elsewhere(estimate, station)
+        off = compose(invert(measured), moved)
         if gain > _TRIED and (np.hypot(off[0], off[1]) > _FAR or abs(off[2]) > _TURNED):
             yield station, moved, gain
 
 
-def _elsewhere(account: Account, station: int) -> tuple[FloatArray, float]:
+def _elsewhere(estimate: Estimate, station: int) -> tuple[FloatArray, float]:
     """Find the pose from which a station fits best to what the others know, and how much better it does."""
-    least, settings = account.settings.search.second_station, account.settings.localisation
+    least, settings = estimate.settings.search.second_station, estimate.settings.localisation
     known = [
         each
-        for each in account.features
+        for each in estimate.features
         if each.supporting(least) - int(each.llr_by_station[station] > least) >= _OTHERS
     ]
-    arcs = [arc for arc in account.arcs if arc.station == station]
-    sight = local_scans(arcs, account.recorded, account.model.tabulated(), account.given[station])
-    landmark_map, here = LandmarkMap.of(known), account.given[station]
+    arcs = [arc for arc in estimate.arcs if arc.station == station]
+    sight = local_scans(arcs, estimate.recorded, estimate.model.tabulated(), estimate.measured_poses[station])
+    landmark_map, here = LandmarkMap.of(known), estimate.measured_poses[station]
     _, now = locate(sight, landmark_map, here, _HELD * _SLIP, settings)
     moved, then = locate(sight, landmark_map, here, _SLIP, settings)
     return moved, then - now

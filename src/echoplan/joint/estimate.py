@@ -1,4 +1,4 @@
-"""An account of everything that was heard: features, sonar, noise and poses, better with every step."""
+"""The estimate: landmarks, sonar, noise and poses, as a value; each step of the estimator returns a better one."""
 
 import math
 from collections.abc import Sequence
@@ -12,27 +12,27 @@ from echoplan.joint.arcs import Arc, find_arcs
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.likelihood_cache import LikelihoodCache
-from echoplan.joint.marginal_prior import Course, Memory
+from echoplan.joint.marginal_prior import MarginalPrior, PoseModel
 from echoplan.joint.optimisation.attenuation import shadowed
-from echoplan.joint.optimisation.effective_sample_size import independence, rounding_in_common
+from echoplan.joint.optimisation.effective_sample_size import effective_sample_ratio, shared_rounding_sigma
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
-from echoplan.joint.optimisation.manhattan import Squareness
-from echoplan.joint.optimisation.optimiser import Priors, adjust
+from echoplan.joint.optimisation.manhattan import ManhattanPrior
+from echoplan.joint.optimisation.optimiser import Priors, optimise
 from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses, odometry_prior
 from echoplan.joint.optimisation.range_factors import Features, as_arrays
 from echoplan.joint.optimisation.solution import Solution
-from echoplan.joint.optimisation.sonar_model import learned_sonar, walking
-from echoplan.joint.optimisation.values import State
+from echoplan.joint.optimisation.sonar_model import estimated_sonar, walking
+from echoplan.joint.optimisation.values import Values
 from echoplan.joint.search.boxes import with_boxes
 from echoplan.joint.search.model_moves import reclassified
 from echoplan.joint.search.multipath_walls import without_multipath_walls
 from echoplan.joint.search.search import Search
-from echoplan.joint.settings import AccountSettings
+from echoplan.joint.settings import EstimateSettings
 from echoplan.model import Odometry
 from echoplan.preprocessing.measurements import Measurements, step_of
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError, turned_by
 
-__all__ = ["Account", "initial_noise"]
+__all__ = ["Estimate", "initial_noise"]
 
 # No module is set right to less than this [m].
 _FINEST = 0.001
@@ -43,13 +43,13 @@ _GLANCES = 3
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Account:
+class Estimate:
     """Features, sonar, noise and poses as estimated so far; each step returns a new value and leaves this one."""
 
-    settings: AccountSettings
+    settings: EstimateSettings
     # What was marginalised, and the part of it within reach of the stations.
-    memory: Memory
-    at_hand: Memory
+    marginal_prior: MarginalPrior
+    active_prior: MarginalPrior
     # Coarsest of the sensors [m], and half the angle within which they detect [rad].
     resolution: float
     half_aperture: float
@@ -63,47 +63,47 @@ class Account:
     measurements: Measurements
     arcs: Sequence[Arc]
     # Poses as recorded and as estimated, shape (s, 3) [m, m, rad].
-    given: FloatArray
+    measured_poses: FloatArray
     poses: FloatArray
     # Standard deviations of a reading, and of the error that all readings of a feature from one station share [m].
     noise: float
-    pair_sigma: float
+    bias_sigma: float
     features: Sequence[Hypothesis]
     trusts_specified_odometry: bool = True
     # Gain and offset of the servo, if it is calibrated, and where calibration starts.
     servo: ServoError | None = None
     first_servo: ServoError = AS_RECORDED
     # The last solution, and the prior of its poses; None where these were fixed.
-    adjusted: Solution | None = None
+    solution: Solution | None = None
     pose_prior: PosePrior | None = None
     # Model of the pose errors, and what was done about the poses, and why.
-    course: Course = Course.TRUSTED
+    pose_model: PoseModel = PoseModel.TRUSTED
     verdict: str = "used as recorded, as asked for"
     # Prior of right angles between walls.
-    square: Squareness | None = None
+    square: ManhattanPrior | None = None
     # Whether figure of merit and beam are variables, and whether which pings detect a wall measures headings.
-    is_polished: bool = False
-    asks_bearings: bool = False
+    is_calibrated: bool = False
+    has_heading_factors: bool = False
     # Prior of figure of merit [dB] and logarithm of ka.
-    loudness: tuple[float, float] | None = None
+    beam_prior: tuple[float, float] | None = None
     # Log evidence before shared errors were estimated, if they were [nats].
-    penalised_llr: float | None = None
+    log_evidence_without_bias: float | None = None
     # Ratio of the effective sample size to the weight of the readings.
-    independence: float = 1.0
+    effective_sample_ratio: float = 1.0
     likelihoods: LikelihoodCache = field(default_factory=LikelihoodCache)
 
     @property
     def known(self) -> list[Hypothesis]:
         """Features to start from."""
-        return [*self.at_hand.features, *self.memory.pending]
+        return [*self.active_prior.features, *self.marginal_prior.pending]
 
     @property
-    def explanation(self) -> PingLikelihood:
+    def likelihood(self) -> PingLikelihood:
         """Likelihood of the pings."""
         return self.likelihoods.of(self.measurements, self.model, self.noise)
 
     @property
-    def wheels(self) -> Odometry | None:
+    def odometry_noise(self) -> Odometry | None:
         """How far the rig says that steps lead astray, as far as it is believed."""
         return self.rig_odometry if self.trusts_specified_odometry else None
 
@@ -115,7 +115,7 @@ class Account:
     @property
     def latency(self) -> float:
         """By how much the servo lags behind what was recorded [s]."""
-        return self.adjusted.latency if self.adjusted else self.memory.latency
+        return self.solution.latency if self.solution else self.marginal_prior.latency
 
     @property
     def first_noise(self) -> float:
@@ -133,17 +133,17 @@ class Account:
         return max(self.resolution, _FINEST) / math.sqrt(12.0)
 
     @property
-    def drifts(self) -> bool:
+    def has_odometry_model(self) -> bool:
         """Whether errors of the poses add up, as far as is known by now."""
         return self.pose_prior is not None and self.pose_prior.relative
 
     @property
-    def squareness(self) -> Squareness | None:
+    def squareness(self) -> ManhattanPrior | None:
         """What is believed of right angles between the features as they are now."""
         members: BoolArray = np.array([each.is_square for each in self.features], dtype=bool)
         return self.square._replace(members=members) if self.square is not None and members.any() else None
 
-    def with_squareness(self, pose_prior: Squareness | None) -> "Account":
+    def with_squareness(self, pose_prior: ManhattanPrior | None) -> "Estimate":
         """Return the estimate with a prior of right angles between some of the features; each carries its part."""
         members = np.zeros(len(self.features), dtype=bool) if pose_prior is None else pose_prior.members
         features = [replace(each, is_square=bool(e)) for each, e in zip(self.features, members, strict=True)]
@@ -159,83 +159,83 @@ class Account:
         """Whether anything turned while it listened."""
         return bool(np.any(self.recorded.rates))
 
-    def calibrate(self, servo: ServoError) -> "Account":
+    def calibrate(self, servo: ServoError) -> "Estimate":
         """Calibrate the servo: start from this gain and this offset, and let adjustments estimate them."""
         turned = _with_servo(self, servo)
         return replace(
             turned,
             first_servo=servo,
-            asks_bearings=True,
+            has_heading_factors=True,
             arcs=find_arcs(turned.recorded, resolution=self.resolution, settings=self.settings.arcs),
-            measurements=at_poses(turned.recorded, self.given, self.poses),
+            measurements=at_poses(turned.recorded, self.measured_poses, self.poses),
         )
 
-    def restart_servo(self) -> "Account":
+    def restart_servo(self) -> "Estimate":
         """Reset the servo to where calibration starts: what was estimated from poses in error is wrong."""
         return self if self.servo is None else _with_servo(self, self.first_servo)
 
-    def initialise(self) -> "Account":
+    def initialise(self) -> "Estimate":
         """Take a first look; and another where the air turns out to be warmer or colder than the modules assume."""
         now = self
         for _ in range(_GLANCES):
             scale = now.model.range_scale
-            now = now.search(rounds=1).adjust(now.first_noise)
+            now = now.search(rounds=1).optimise(now.first_noise)
             if abs(now.model.range_scale - scale) < now.settings.scale_step:
                 break
         return now
 
-    def explain(self) -> "Account":
+    def explain(self) -> "Estimate":
         """Explain everything, learn the sonar from it, and explain it again."""
         now = self
-        if self.memory.is_empty:
+        if self.marginal_prior.is_empty:
             first = self.first_noise
             now = (
                 now.search()
-                .adjust(first)
+                .optimise(first)
                 .rescore(first)
                 .estimate_figure_of_merit()
-                .adjust(0.75 * first)
+                .optimise(0.75 * first)
                 .estimate_noise()
             )
         now = now.search()
-        now = now.adjust(now.noise).prune_and_reclassify()
-        return now.adjust(now.noise).rescore(now.noise)
+        now = now.optimise(now.noise).prune_and_reclassify()
+        return now.optimise(now.noise).rescore(now.noise)
 
-    def alternate(self, noise: float, priors: PosePrior | None, rounds: int) -> "Account":
+    def alternate(self, noise: float, priors: PosePrior | None, rounds: int) -> "Estimate":
         """Adjust features, sonar and poses until all stays the same, who hears what too, but no more than so often."""
         now = self
         for _ in range(rounds):
             measurements = _detections(now)
-            now = now.adjust(noise, priors).rescore(noise)
+            now = now.optimise(noise, priors).rescore(noise)
             if (
-                now.adjusted is not None
-                and now.adjusted.left < _SETTLED
+                now.solution is not None
+                and now.solution.newton_decrement < _SETTLED
                 and np.array_equal(measurements, _detections(now))
             ):
                 break
         return now
 
-    def refine_calibration(self) -> "Account":
+    def refine_calibration(self) -> "Estimate":
         """Adjust loudness and beam as well, where poses do not drift: readings made late would pass for faint ones."""
-        if self.drifts:
+        if self.has_odometry_model:
             return self
-        now = replace(self, is_polished=True)
-        if self.settings.walk == "fitted" and self.memory.is_empty:
-            model = walking(self.model, self.adjusted, self.noise)
+        now = replace(self, is_calibrated=True)
+        if self.settings.walk == "fitted" and self.marginal_prior.is_empty:
+            model = walking(self.model, self.solution, self.noise)
             prior = replace(self.prior, walk=model.walk, walk_gain=model.walk_gain)
             now = replace(now, model=model, prior=prior)
         # What is remembered of them came to rest before.
-        return now.alternate(now.noise, now.pose_prior, 3 if now.memory.is_empty else 1)
+        return now.alternate(now.noise, now.pose_prior, 3 if now.marginal_prior.is_empty else 1)
 
-    def prune_and_reclassify(self) -> "Account":
+    def prune_and_reclassify(self) -> "Estimate":
         """Take features for what they are best taken for, and drop those that do not stand up."""
         search = self._search()
         return self._settle(search, with_boxes(search, search.rescored(self.features)))
 
-    def _settle(self, search: Search, features: list[Hypothesis]) -> "Account":
-        return replace(self, features=search.settled(reclassified(search.explanation, features, search.acceptance)))
+    def _settle(self, search: Search, features: list[Hypothesis]) -> "Estimate":
+        return replace(self, features=search.settled(reclassified(search.likelihood, features, search.acceptance)))
 
-    def reselect_classes(self) -> "Account":
+    def reselect_classes(self) -> "Estimate":
         """Take features for something else as long as that explains more, now that all are where they belong."""
         now = self
         for _ in range(_GLANCES):
@@ -243,58 +243,58 @@ class Account:
             now = now._settle(search, search.rescored(now.features))
             if [each.kind for each in now.features] == kinds:
                 break
-            now = now.adjust(now.noise, now.pose_prior).rescore(now.noise)
+            now = now.optimise(now.noise, now.pose_prior).rescore(now.noise)
         return now
 
-    def clear(self) -> "Account":
+    def clear(self) -> "Estimate":
         """Leave out walls that may be echoes by way of others; while poses are in error, real walls look like those."""
         search = self._search()
-        kept = without_multipath_walls(search.explanation, self.features, search.acceptance)
+        kept = without_multipath_walls(search.likelihood, self.features, search.acceptance)
         if len(kept) == len(self.features):
             return self
-        return replace(self, features=kept).adjust(self.noise, self.pose_prior).rescore(self.noise)
+        return replace(self, features=kept).optimise(self.noise, self.pose_prior).rescore(self.noise)
 
-    def search(self, *, rounds: int | None = None) -> "Account":
+    def search(self, *, rounds: int | None = None) -> "Estimate":
         """Find the features that explain the pings, from those known; of stations still to come one round will do."""
         return replace(self, features=self._search(rounds=rounds).run(self.features))
 
-    def rescore(self, noise: float) -> "Account":
+    def rescore(self, noise: float) -> "Estimate":
         """Collect fresh evidence for the features."""
         now = replace(self, noise=noise)
         return replace(now, features=now.refreshed())
 
-    def adjust(self, noise: float, poses: PosePrior | None = None) -> "Account":
+    def optimise(self, noise: float, poses: PosePrior | None = None) -> "Estimate":
         """Adjust features and sonar, and poses if they may be off."""
         measurements = self.measurements if poses is None else self.recorded
         # Whether poses drift is known from the priors of this adjustment on.
         now = replace(self, pose_prior=poses)
-        state = State(
+        state = Values(
             features=now.with_attenuation(now.features),
             model=now.model,
             latency=now.latency,
             servo=now.servo or AS_RECORDED,
             poses=now.poses if poses is not None else np.zeros((0, 3)),
         )
-        known = now.at_hand.about(now.features, state.layout)
-        adjusted = adjust(measurements, state, now.priors(noise, poses), now.settings.adjustment, known=known)
-        features = [replace(each, reflector=row) for each, row in zip(now.features, adjusted.reflectors, strict=True)]
-        return _moved(replace(now, adjusted=adjusted, model=adjusted.model, features=features), adjusted)
+        known = now.active_prior.about(now.features, state.layout)
+        solution = optimise(measurements, state, now.priors(noise, poses), now.settings.optimiser, known=known)
+        features = [replace(each, reflector=row) for each, row in zip(now.features, solution.reflectors, strict=True)]
+        return _moved(replace(now, solution=solution, model=solution.model, features=features), solution)
 
     def with_attenuation(self, features: Sequence[Hypothesis]) -> Features:
         """Turn features into arrays, with how much of each the stations hear."""
-        return shadowed(self.measurements, self.model.tabulated(), as_arrays(features, len(self.given)))
+        return shadowed(self.measurements, self.model.tabulated(), as_arrays(features, len(self.measured_poses)))
 
     def odometry(self) -> PosePrior:
         """Believe in the steps of the robot."""
-        priors = odometry_prior(self.given, self.settings.pose_errors, self.wheels)
-        if self.at_hand.rest > len(SONAR_UNKNOWNS):
+        priors = odometry_prior(self.measured_poses, self.settings.pose_errors, self.odometry_noise)
+        if self.active_prior.rest > len(SONAR_UNKNOWNS):
             # Where the first pose at hand is, the memory tells.
             priors.sigmas[0] = np.inf
         return priors
 
     def priors(self, noise: float, poses: PosePrior | None) -> Priors:
         """Tell what is believed of the sonar and the poses before the pings are asked."""
-        settings, drifting = self.settings.adjustment, self.drifts or (poses is not None and poses.relative)
+        settings, drifting = self.settings.optimiser, self.has_odometry_model or (poses is not None and poses.relative)
         # Where the way itself is uncertain it cannot tell the scale of the map: that is left to the sonar's maker.
         is_told = drifting or not math.isnan(self.recorded.temperature)
         return Priors(
@@ -302,44 +302,44 @@ class Account:
             offset_sigma=self.offset_sigma,
             walk_gain=self.prior.walk_gain,
             range_scale=self.prior.range_scale,
-            scale_sigma=settings.told_scale_sigma if is_told else settings.scale_sigma,
+            scale_sigma=settings.scale_sigma_with_thermometer if is_told else settings.scale_sigma,
             has_servo=self.has_servo,
             drifting=drifting,
             poses=poses,
-            independence=self.independence,
-            pair_sigma=self.common_rounding(noise) if poses is None or poses.relative else self.pair_sigma,
-            loudness=self.loudness if self.is_polished else None,
+            effective_sample_ratio=self.effective_sample_ratio,
+            bias_sigma=self.shared_rounding(noise) if poses is None or poses.relative else self.bias_sigma,
+            beam_prior=self.beam_prior if self.is_calibrated else None,
             squareness=self.squareness,
-            bearings=self.asks_bearings,
+            bearings=self.has_heading_factors,
             servo=self.servo,
         )
 
-    def common_rounding(self, noise: float, common: float = 0.0) -> float:
+    def shared_rounding(self, noise: float, common: float = 0.0) -> float:
         """Return the standard deviation of the common rounding error of readings of one distance [m].
 
         They scatter by the noise, of which a share is common to a station.
         """
         before = (1.0 - common) * noise**2 - self.rounding**2
-        return rounding_in_common(self.resolution, math.sqrt(max(before, 0.0)))
+        return shared_rounding_sigma(self.resolution, math.sqrt(max(before, 0.0)))
 
-    def estimate_figure_of_merit(self) -> "Account":
+    def estimate_figure_of_merit(self) -> "Estimate":
         """Take figure of merit and beam from who heard what; of rays, the cone."""
-        fitted = learned_sonar(self.measurements, self.model, self.features, pose_prior=self.prior.figure_of_merit)
+        fitted = estimated_sonar(self.measurements, self.model, self.features, pose_prior=self.prior.figure_of_merit)
         if fitted is self.model:
             return self
-        return replace(self, model=fitted, loudness=(fitted.figure_of_merit, math.log(fitted.ka)))
+        return replace(self, model=fitted, beam_prior=(fitted.figure_of_merit, math.log(fitted.ka)))
 
-    def estimate_noise(self) -> "Account":
+    def estimate_noise(self) -> "Estimate":
         """Take the noise from what is left of the readings."""
-        scatter = self.adjusted.scatter if self.adjusted else math.nan
+        scatter = self.solution.scatter if self.solution else math.nan
         if math.isnan(scatter):
             return self
         most = min(scatter, self.settings.greatest_noise)
         return replace(self, noise=max(most, self.settings.least_noise, self.rounding))
 
-    def explained(self, features: Sequence[Hypothesis]) -> BoolArray:
+    def inlier_mask(self, features: Sequence[Hypothesis]) -> BoolArray:
         """Tell which pings features or their ghosts explain."""
-        explained: BoolArray = self.explanation.log_densities(features) > self.explanation.floor + math.log(20.0)
+        explained: BoolArray = self.likelihood.log_densities(features) > self.likelihood.floor + math.log(20.0)
         return explained
 
     def refreshed(self) -> list[Hypothesis]:
@@ -352,43 +352,45 @@ class Account:
         There all that the model of the sonar lacks pulls at features alike, however many readings say so: their weights
         stay low.  Where poses are corrected they count in full.
         """
-        return self.found_independence() if self.pose_prior is None else 1.0
+        return self.estimate_effective_sample_ratio() if self.pose_prior is None else 1.0
 
-    def found_independence(self) -> float:
+    def estimate_effective_sample_ratio(self) -> float:
         """Tell how far pings count by themselves, by what is left of them."""
-        if self.adjusted is None:
+        if self.solution is None:
             return 1.0
-        return independence(self.measurements, self.adjusted.owners, self.adjusted.residuals, noise=self.noise)
+        return effective_sample_ratio(
+            self.measurements, self.solution.owners, self.solution.residuals, noise=self.noise
+        )
 
     def _search(self, *, rounds: int | None = None) -> Search:
         settings = self.settings.search
         if rounds is not None:
             settings = settings.model_copy(update={"rounds": rounds})
-        return Search(self.explanation, self.arcs, half_aperture=self.half_aperture, settings=settings)
+        return Search(self.likelihood, self.arcs, half_aperture=self.half_aperture, settings=settings)
 
 
-def initial_noise(settings: AccountSettings, resolution: float) -> float:
+def initial_noise(settings: EstimateSettings, resolution: float) -> float:
     """Return the standard deviation of readings before anything is known [m]: coarse steps alone make them scatter."""
     return max(settings.first_noise, 0.9 * resolution)
 
 
-def _detections(account: Account) -> BoolArray:
+def _detections(estimate: Estimate) -> BoolArray:
     """Return which landmarks (rows) which stations (columns) detect."""
-    detected: BoolArray = np.array([each.llr_by_station for each in account.features]) > 0.0
+    detected: BoolArray = np.array([each.llr_by_station for each in estimate.features]) > 0.0
     return detected
 
 
-def _with_servo(account: Account, servo: ServoError) -> Account:
-    recorded = turned_by(account.recorded, error=servo, before=account.servo or AS_RECORDED)
-    return replace(account, recorded=recorded, servo=servo)
+def _with_servo(estimate: Estimate, servo: ServoError) -> Estimate:
+    recorded = turned_by(estimate.recorded, error=servo, before=estimate.servo or AS_RECORDED)
+    return replace(estimate, recorded=recorded, servo=servo)
 
 
-def _moved(account: Account, adjusted: Solution) -> Account:
+def _moved(estimate: Estimate, solution: Solution) -> Estimate:
     """Move the pings to poses and servo of a solution, if these were free."""
-    if account.pose_prior is not None:
-        account = replace(account, poses=adjusted.poses)
-    if account.servo is not None:
-        account = _with_servo(account, adjusted.servo)
-    if account.pose_prior is None and account.servo is None:
-        return account
-    return replace(account, measurements=at_poses(account.recorded, account.given, account.poses))
+    if estimate.pose_prior is not None:
+        estimate = replace(estimate, poses=solution.poses)
+    if estimate.servo is not None:
+        estimate = _with_servo(estimate, solution.servo)
+    if estimate.pose_prior is None and estimate.servo is None:
+        return estimate
+    return replace(estimate, measurements=at_poses(estimate.recorded, estimate.measured_poses, estimate.poses))

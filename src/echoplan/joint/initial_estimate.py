@@ -2,11 +2,11 @@
 
 from echoplan.arrays import FloatArray
 from echoplan.joint.arcs import find_arcs
-from echoplan.joint.estimate import Account, initial_noise
-from echoplan.joint.marginal_prior import Memory
+from echoplan.joint.estimate import Estimate, initial_noise
+from echoplan.joint.marginal_prior import MarginalPrior
 from echoplan.joint.optimisation.pose_factors import at_poses, continued
 from echoplan.joint.optimisation.sonar_model import expected_sonar, half_aperture_of
-from echoplan.joint.settings import AccountSettings
+from echoplan.joint.settings import EstimateSettings
 from echoplan.model import Odometry, Rig
 from echoplan.preprocessing.measurements import Measurements
 from echoplan.preprocessing.servo import AS_RECORDED, turned_by
@@ -18,19 +18,27 @@ _AROUND = 0.5
 
 
 def initial_estimate(
-    rig: Rig, measurements: Measurements, given: FloatArray, settings: AccountSettings, memory: Memory | None = None
-) -> Account:
+    rig: Rig,
+    measurements: Measurements,
+    measured_poses: FloatArray,
+    settings: EstimateSettings,
+    marginal_prior: MarginalPrior | None = None,
+) -> Estimate:
     """Start from pings of s stations, from the poses of these as recorded and from what was marginalised."""
-    memory = memory or Memory()
+    marginal_prior = marginal_prior or MarginalPrior()
     resolution = max(sensor.resolution for sensor in rig.sensors)
-    prior = expected_sonar(rig, measurements, memory.model, walk=settings.walk)
-    recorded = measurements if memory.servo is None else turned_by(measurements, error=memory.servo, before=AS_RECORDED)
-    poses = continued(given, memory.poses)
-    measurements = at_poses(recorded, given, poses)
-    at_hand = memory.near(measurements.centers, _AROUND + measurements.max_range)
-    return Account(
+    prior = expected_sonar(rig, measurements, marginal_prior.model, walk=settings.walk)
+    recorded = (
+        measurements
+        if marginal_prior.servo is None
+        else turned_by(measurements, error=marginal_prior.servo, before=AS_RECORDED)
+    )
+    poses = continued(measured_poses, marginal_prior.poses)
+    measurements = at_poses(recorded, measured_poses, poses)
+    active_prior = marginal_prior.near(measurements.centers, _AROUND + measurements.max_range)
+    return Estimate(
         settings=settings,
-        memory=memory,
+        marginal_prior=marginal_prior,
         resolution=resolution,
         half_aperture=half_aperture_of(rig),
         # A table that says nothing is none.
@@ -38,18 +46,18 @@ def initial_estimate(
         prior=prior,
         recorded=recorded,
         arcs=find_arcs(recorded, resolution=resolution, settings=settings.arcs),
-        given=given,
+        measured_poses=measured_poses,
         poses=poses,
         measurements=measurements,
-        at_hand=at_hand,
-        model=memory.model or prior,
-        noise=initial_noise(settings, resolution) if memory.is_empty else memory.noise,
-        features=[*at_hand.features, *memory.pending],
-        pair_sigma=settings.pose_errors.pair_sigma,
-        servo=memory.servo,
-        first_servo=memory.servo or AS_RECORDED,
-        trusts_specified_odometry=memory.trusts_specified_odometry,
-        asks_bearings=memory.servo is not None,
-        loudness=memory.loudness,
-        independence=memory.independence,
+        active_prior=active_prior,
+        model=marginal_prior.model or prior,
+        noise=initial_noise(settings, resolution) if marginal_prior.is_empty else marginal_prior.noise,
+        features=[*active_prior.features, *marginal_prior.pending],
+        bias_sigma=settings.pose_errors.bias_sigma,
+        servo=marginal_prior.servo,
+        first_servo=marginal_prior.servo or AS_RECORDED,
+        trusts_specified_odometry=marginal_prior.trusts_specified_odometry,
+        has_heading_factors=marginal_prior.servo is not None,
+        beam_prior=marginal_prior.beam_prior,
+        effective_sample_ratio=marginal_prior.effective_sample_ratio,
     )

@@ -10,13 +10,13 @@ from threadpoolctl import threadpool_limits
 
 from echoplan.arrays import FloatArray
 from echoplan.joint.calibration import calibration
-from echoplan.joint.estimate import Account
+from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.map_extraction.openings import openings_of, unobserved_of
-from echoplan.joint.marginal_prior import Memory
-from echoplan.joint.marginalisation import leave, survey
-from echoplan.joint.pose_model_selection import explained
-from echoplan.joint.settings import AccountSettings
+from echoplan.joint.marginal_prior import MarginalPrior
+from echoplan.joint.marginalisation import marginalise, survey
+from echoplan.joint.pose_model_selection import estimate_map
+from echoplan.joint.settings import EstimateSettings
 from echoplan.joint.trace import record_window
 from echoplan.joint.trajectory import Trajectory, joined, posed
 from echoplan.model import FeatureMap, Rig, Sweep
@@ -26,7 +26,7 @@ from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps,
 __all__ = ["JointMapper", "JointSettings"]
 
 
-class JointSettings(AccountSettings, frozen=True, extra="forbid"):
+class JointSettings(EstimateSettings, frozen=True, extra="forbid"):
     """Settings of all stages."""
 
 
@@ -47,7 +47,7 @@ class JointMapper:
     def __init__(self, rig: Rig, settings: JointSettings | None = None) -> None:
         self.rig = rig
         self.settings = settings or JointSettings()
-        self._memory = Memory()
+        self._marginal_prior = MarginalPrior()
         self._indices: list[int] = []
         self._done: list[Trajectory] = []
         self._sweeps: list[Sweep] = []
@@ -86,16 +86,16 @@ class JointMapper:
 
     def _map(self) -> FeatureMap:
         parameters, sweeps = self.settings.model_dump(mode="json"), np.array(self._indices, dtype=np.int64)
-        if self._memory.is_empty and not any(len(part.readings) for part in self._measurements):
+        if self._marginal_prior.is_empty and not any(len(part.readings) for part in self._measurements):
             return FeatureMap(method="joint", parameters=parameters, sweeps=sweeps, poses=self._given())
         stations = self._stations()
-        account = self._account(stations)
-        posed = joined([*self._done, self._posed(account, stations)])
+        estimate = self._estimate(stations)
+        posed = joined([*self._done, self._posed(estimate, stations)])
         path_xy = posed.poses[:, :2] if self.settings.segments.driven else np.zeros((0, 2))
-        found = survey(account, path_xy)
+        found = survey(estimate, path_xy)
         gaps = found.gaps(path_xy)
         learned = {
-            **calibration(account, found.adjusted),
+            **calibration(estimate, found.solution),
             "right_angles": found.right_angles(),
             "undetermined": list(posed.undetermined),
         }
@@ -112,21 +112,23 @@ class JointMapper:
             pose_covariances=posed.covariances,
         )
 
-    def _account(self, stations: Stations) -> Account:
+    def _estimate(self, stations: Stations) -> Estimate:
         record_window(self._first_station)
         measurements = without_repeats(at_stations(join_measurements(self._measurements), stations))
-        return explained(initial_estimate(self.rig, measurements, stations.poses, self.settings, self._memory))
+        return estimate_map(
+            initial_estimate(self.rig, measurements, stations.poses, self.settings, self._marginal_prior)
+        )
 
     def _let_go(self, stations: Stations, count: int) -> None:
         """Keep what the oldest stations said, but not their pings."""
-        account, gone = self._account(stations), int((stations.numbers < count).sum())
-        self._memory = leave(account, count)
-        self._done.append(self._posed(account, stations).first(gone))
+        estimate, gone = self._estimate(stations), int((stations.numbers < count).sum())
+        self._marginal_prior = marginalise(estimate, count)
+        self._done.append(self._posed(estimate, stations).first(gone))
         del self._sweeps[:gone], self._measurements[:gone]
         self._first_station += count
 
-    def _posed(self, account: Account, stations: Stations) -> Trajectory:
-        return posed(account, stations, self._given(), np.array(self._indices[-len(self._sweeps) :]))
+    def _posed(self, estimate: Estimate, stations: Stations) -> Trajectory:
+        return posed(estimate, stations, self._given(), np.array(self._indices[-len(self._sweeps) :]))
 
     def _stations(self) -> Stations:
         pings = np.array([len(each.readings) for each in self._measurements])

@@ -1,4 +1,4 @@
-"""Memory: what stays of stations whose pings were let go, so that a map can grow without end.
+"""MarginalPrior: what stays of stations whose pings were let go, so that a map can grow without end.
 
 Features keep what was said of them; the readings keep what they said of features and sonar, as information with the
 poses eliminated.  Nothing else stays, so memory grows with the map and not with the way.
@@ -14,16 +14,16 @@ from echoplan.acoustics.predicted_echo import EchoModel
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.geometry import directions
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.optimisation.factors import Rows, Summary, normal_equations
+from echoplan.joint.optimisation.factors import InformationPrior, LinearFactor, normal_equations
 from echoplan.joint.optimisation.layout import Layout
-from echoplan.joint.optimisation.values import State
+from echoplan.joint.optimisation.values import Values
 from echoplan.joint.search.specular_points import CornerEcho, Echoes
 from echoplan.preprocessing.servo import ServoError
 
-__all__ = ["Course", "Memory", "marginalise_poses", "places_of"]
+__all__ = ["MarginalPrior", "PoseModel", "marginalise_poses", "places_of"]
 
 
-class Course(StrEnum):
+class PoseModel(StrEnum):
     """How the poses came about."""
 
     TRUSTED = "trusted"
@@ -31,12 +31,12 @@ class Course(StrEnum):
     TRACKED = "tracked"
 
 
-def _nothing() -> Summary:
-    return Summary(np.zeros(0, dtype=np.int64), np.zeros((0, 0)), np.zeros(0))
+def _nothing() -> InformationPrior:
+    return InformationPrior(np.zeros(0, dtype=np.int64), np.zeros((0, 0)), np.zeros(0))
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Memory:
+class MarginalPrior:
     """What is known from stations that were let go.
 
     Parameters
@@ -45,14 +45,14 @@ class Memory:
         All features that they heard, with their pasts.
     pending : sequence of Hypothesis, optional
         Features that only stations at hand heard.
-    summary : Summary, optional
+    summary : InformationPrior, optional
         What they said of the parameters of the features, of the sonar, and of the first pose at hand if it is free:
         in this order.
     echoes : mapping of tuple of int to CornerEcho, optional
         What they heard of the corners of two walls, by the numbers of both.
     poses : ndarray, shape (k, 3), optional
         Poses of the stations that are at hand and were heard before [m, m, rad].
-    course : Course, optional
+    pose_model : PoseModel, optional
         How they came about.
     verdict : str, optional
         The same in words, and why.
@@ -64,9 +64,9 @@ class Memory:
         Its gain and offset, where it is calibrated.
     noise : float, optional
         Standard deviation of readings [m].
-    loudness : tuple of float, optional
+    beam_prior : tuple of float, optional
         Figure of merit [dB] and logarithm of the beam's ka as told by who heard what.
-    independence : float, optional
+    effective_sample_ratio : float, optional
         How many times more readings count than their weights say.
     trusts_specified_odometry : bool, optional
         Whether steps lead no farther astray than the rig tells.
@@ -78,17 +78,17 @@ class Memory:
 
     features: Sequence[Hypothesis] = ()
     pending: Sequence[Hypothesis] = ()
-    summary: Summary = field(default_factory=_nothing)
+    summary: InformationPrior = field(default_factory=_nothing)
     echoes: Mapping[tuple[int, int], CornerEcho] = field(default_factory=dict)
     poses: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
-    course: Course = Course.TRUSTED
+    pose_model: PoseModel = PoseModel.TRUSTED
     verdict: str = ""
     model: EchoModel | None = None
     latency: float = 0.0
     servo: ServoError | None = None
     noise: float = np.nan
-    loudness: tuple[float, float] | None = None
-    independence: float = 1.0
+    beam_prior: tuple[float, float] | None = None
+    effective_sample_ratio: float = 1.0
     trusts_specified_odometry: bool = True
     dead_reckoned: FloatArray = field(default_factory=lambda: np.zeros(3))
     issued: int = 0
@@ -98,7 +98,7 @@ class Memory:
         """Whether nothing was let go yet."""
         return not len(self.summary.columns)
 
-    def near(self, centers_xy: FloatArray, reach: float) -> "Memory":
+    def near(self, centers_xy: FloatArray, reach: float) -> "MarginalPrior":
         """Keep what stations may hear.
 
         Parameters
@@ -110,17 +110,17 @@ class Memory:
 
         Returns
         -------
-        Memory
+        MarginalPrior
             Of the features within reach of any of them, whatever the others are.
         """
         return self._of([each for each in self.features if _distance(each, centers_xy) < reach])
 
-    def beyond(self, part: "Memory") -> list[Hypothesis]:
+    def beyond(self, part: "MarginalPrior") -> list[Hypothesis]:
         """List the features that are not in a part of this."""
-        at_hand = {each.history.number for each in part.features}
-        return [each for each in self.features if each.history.number not in at_hand]
+        active_prior = {each.history.number for each in part.features}
+        return [each for each in self.features if each.history.number not in active_prior]
 
-    def about(self, features: Sequence[Hypothesis], layout: Layout) -> Summary | None:
+    def about(self, features: Sequence[Hypothesis], layout: Layout) -> InformationPrior | None:
         """Tell what is known of unknowns that are to be adjusted.
 
         Parameters
@@ -132,7 +132,7 @@ class Memory:
 
         Returns
         -------
-        Summary or None
+        InformationPrior or None
             By the places of the unknowns; None if nothing is known.
         """
         if self.is_empty:
@@ -150,7 +150,7 @@ class Memory:
         """How many unknowns there are beside those of the features."""
         return len(self.summary.columns) - _sizes(self.features)
 
-    def echoes_of(self, features: Sequence[Hypothesis]) -> Echoes:
+    def corner_echoes_of(self, features: Sequence[Hypothesis]) -> Echoes:
         """Tell what was heard of corners, by the places of features in a list.
 
         Parameters
@@ -171,7 +171,7 @@ class Memory:
         }
         return Echoes.of(features, pairs)
 
-    def _of(self, features: Sequence[Hypothesis]) -> "Memory":
+    def _of(self, features: Sequence[Hypothesis]) -> "MarginalPrior":
         """Keep what is known of some features: the others are eliminated."""
         wanted, places, kept, start = {each.history.number for each in features}, [], [], 0
         for each in self.features:
@@ -184,23 +184,25 @@ class Memory:
         return replace(self, features=kept, summary=self.summary.on(np.concatenate(places)))
 
 
-def marginalise_poses(state: State, rows: Sequence[Rows], known: Summary | None, poses: int) -> Summary:
+def marginalise_poses(
+    state: Values, rows: Sequence[LinearFactor], known: InformationPrior | None, poses: int
+) -> InformationPrior:
     """Sum up what rows and older knowledge say of features and sonar, and of the pose that comes next.
 
     Parameters
     ----------
-    state : State
+    state : Values
         Where everything is; the rows are linearised there.
-    rows : sequence of Rows
+    rows : sequence of LinearFactor
         Of the readings and poses that are let go.
-    known : Summary or None
+    known : InformationPrior or None
         What was known before, by the places of the same unknowns.
     poses : int
         How many of the poses are let go; those after them stay.
 
     Returns
     -------
-    Summary
+    InformationPrior
         With those poses eliminated.
     """
     layout = state.layout
@@ -211,7 +213,7 @@ def marginalise_poses(state: State, rows: Sequence[Rows], known: Summary | None,
         vector[known.columns] += known.vector
     first, last = layout.pose, layout.pose + 3 * min(poses, layout.poses)
     kept = np.concatenate([np.arange(first), np.arange(last, layout.size)])
-    return Summary(np.arange(layout.size), information, vector).on(kept)
+    return InformationPrior(np.arange(layout.size), information, vector).on(kept)
 
 
 def places_of(layout: Layout, feature: int) -> IntArray:

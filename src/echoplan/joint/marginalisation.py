@@ -7,22 +7,22 @@ import numpy as np
 
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
-from echoplan.joint.estimate import Account
+from echoplan.joint.estimate import Estimate
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.likelihood.ping_scores import NO_EVIDENCE
+from echoplan.joint.likelihood.ping_scores import NO_PING_SCORES
 from echoplan.joint.likelihood.track_history import LineEvidence, TrackHistory
 from echoplan.joint.map_extraction.corners import find_vertices
 from echoplan.joint.map_extraction.endpoint_views import line_evidence
-from echoplan.joint.map_extraction.map_builder import Survey
+from echoplan.joint.map_extraction.map_builder import MapBuilder
 from echoplan.joint.map_extraction.segment import CELL
 from echoplan.joint.map_extraction.segments import find_segments
-from echoplan.joint.marginal_prior import Memory, marginalise_poses
-from echoplan.joint.optimisation.factors import Summary
+from echoplan.joint.marginal_prior import MarginalPrior, marginalise_poses
+from echoplan.joint.optimisation.factors import InformationPrior
 from echoplan.joint.optimisation.manhattan import estimate_right_angles
-from echoplan.joint.optimisation.optimiser import adjust, heading_factors, range_factors
+from echoplan.joint.optimisation.optimiser import heading_factors, optimise, range_factors
 from echoplan.joint.optimisation.pose_factors import PosePrior, pose_factors
 from echoplan.joint.optimisation.range_factors import as_arrays
-from echoplan.joint.optimisation.values import State
+from echoplan.joint.optimisation.values import Values
 from echoplan.joint.search.alternatives import class_probabilities
 from echoplan.joint.search.occlusion import hiding
 from echoplan.joint.search.ray_paths import Paths, trace_paths, unoccluded_stations
@@ -33,7 +33,7 @@ from echoplan.model import ClassProbabilities, FeatureClass
 from echoplan.preprocessing.measurements import select_measurements
 from echoplan.preprocessing.servo import AS_RECORDED
 
-__all__ = ["leave", "survey"]
+__all__ = ["marginalise", "survey"]
 
 # Of all places along a wall within one cell, so many are worth keeping [m].
 _CELL, _KEPT = 0.01, 4
@@ -43,57 +43,57 @@ _UNLIKELY = 0.05
 _WIDE_GAP = 0.4
 
 
-def survey(account: Account, path_xy: FloatArray) -> Survey:
+def survey(estimate: Estimate, path_xy: FloatArray) -> MapBuilder:
     """Draw all that was ever found.
 
     Parameters
     ----------
-    account : Account
+    estimate : Estimate
         Of the stations at hand, with the memory of all before them.
     path_xy : ndarray, shape (p, 2)
         The way of the robot from the first station on [m].
 
     Returns
     -------
-    Survey
+    MapBuilder
         What is there, adjusted once more to all that is known.
     """
-    memory, settings = leave(account, len(account.given)), account.settings
-    found = [each for each in memory.features if _is_there(each)]
-    for each in memory.features:
+    marginal_prior, settings = marginalise(estimate, len(estimate.measured_poses)), estimate.settings
+    found = [each for each in marginal_prior.features if _is_there(each)]
+    for each in marginal_prior.features:
         if not _is_there(each):
             record_event(Decision.REMOVED, each, reason=Reason.INCONSISTENT)
-    state = State(
+    state = Values(
         features=as_arrays(found, 0),
-        model=account.model,
-        latency=memory.latency,
-        servo=memory.servo or AS_RECORDED,
+        model=estimate.model,
+        latency=marginal_prior.latency,
+        servo=marginal_prior.servo or AS_RECORDED,
     )
-    nothing = select_measurements(account.recorded, np.zeros(len(account.recorded.readings), dtype=bool))
-    priors = account.priors(account.noise, None)._replace(
-        squareness=None, information_inflation=account.information_inflation()
+    nothing = select_measurements(estimate.recorded, np.zeros(len(estimate.recorded.readings), dtype=bool))
+    priors = estimate.priors(estimate.noise, None)._replace(
+        squareness=None, information_inflation=estimate.information_inflation()
     )
-    known = memory.about(found, state.layout)
-    adjusted = adjust(nothing, state, priors, settings.adjustment, known=known)
-    square = estimate_right_angles(adjusted.reflectors, adjusted.layout, adjusted.covariance, settings.squareness)
+    known = marginal_prior.about(found, state.layout)
+    solution = optimise(nothing, state, priors, settings.optimiser, known=known)
+    square = estimate_right_angles(solution.reflectors, solution.layout, solution.covariance, settings.squareness)
     if square is not None:
         # Where way-points put the axes is told while they are still known one by one.
-        square = square._replace(along_axes=account.is_along_axes)
-        adjusted = adjust(nothing, state, priors._replace(squareness=square), settings.adjustment, known=known)
-    features = [replace(each, reflector=row) for each, row in zip(found, adjusted.reflectors, strict=True)]
-    echoes = memory.echoes_of(features)
+        square = square._replace(along_axes=estimate.is_along_axes)
+        solution = optimise(nothing, state, priors._replace(squareness=square), settings.optimiser, known=known)
+    features = [replace(each, reflector=row) for each, row in zip(found, solution.reflectors, strict=True)]
+    echoes = marginal_prior.corner_echoes_of(features)
     segments = find_segments(features, echoes, path_xy, settings.segments)
     # What the model of the sonar lacks does not average out over many stations.
-    lacking = settings.adjustment
+    lacking = settings.optimiser
     best = min(priors.offset_sigma, lacking.offset_floor)
-    return Survey(
+    return MapBuilder(
         features=features,
-        adjusted=replace(adjusted, offset_sigma=best, model_error=lacking.model_error),
+        solution=replace(solution, offset_sigma=best, model_error=lacking.model_error),
         segments=segments,
         vertices=find_vertices(segments, echoes, settings.vertices),
         squareness=square,
         settings=settings.survey,
-        ties=settings.adjustment.ties,
+        ties=settings.optimiser.ties,
         path_xy=path_xy,
     )
 
@@ -121,89 +121,93 @@ def _own_probability(feature: Hypothesis) -> float:
     return probability
 
 
-def leave(account: Account, count: int) -> Memory:
+def marginalise(estimate: Estimate, count: int) -> MarginalPrior:
     """Let the first stations go, and keep what they said.
 
     Parameters
     ----------
-    account : Account
+    estimate : Estimate
         Of the stations at hand, explained and adjusted.
     count : int
         How many stations to let go.
 
     Returns
     -------
-    Memory
+    MarginalPrior
         All that is known without the pings of the stations that stay.
     """
-    gone = account.recorded.stations < count
-    features = _with_pasts(account, _going(account, gone, count))
+    gone = estimate.recorded.stations < count
+    features = _with_pasts(estimate, _going(estimate, gone, count))
     known = [each for each in features if each.is_known]
-    everything = [*account.memory.beyond(account.at_hand), *known]
-    echoes = dict(account.memory.echoes)
-    for (one, other), measurements in corner_echoes(account.explanation, account.features, count).items():
+    everything = [*estimate.marginal_prior.beyond(estimate.active_prior), *known]
+    echoes = dict(estimate.marginal_prior.echoes)
+    for (one, other), measurements in corner_echoes(estimate.likelihood, estimate.features, count).items():
         if measurements != CornerEcho() and features[one].is_known and features[other].is_known:
             pair = (features[one].history.number, features[other].history.number)
             key = min(pair), max(pair)
             echoes[key] = echoes.get(key, CornerEcho()).joined(measurements)
-    return Memory(
+    return MarginalPrior(
         features=[_bare(each) for each in everything],
         pending=[each for each in features if not each.is_known],
-        summary=_summary(account, everything, gone, count),
+        summary=_summary(estimate, everything, gone, count),
         echoes=echoes,
-        poses=account.poses[count:],
-        course=account.course,
-        verdict=account.verdict,
-        model=account.model,
-        latency=account.latency,
-        servo=account.servo,
-        noise=account.noise,
-        loudness=account.loudness,
-        independence=account.independence,
-        trusts_specified_odometry=account.trusts_specified_odometry,
-        dead_reckoned=_dead_reckoned(account, count),
-        issued=account.memory.issued + len(known),
+        poses=estimate.poses[count:],
+        pose_model=estimate.pose_model,
+        verdict=estimate.verdict,
+        model=estimate.model,
+        latency=estimate.latency,
+        servo=estimate.servo,
+        noise=estimate.noise,
+        beam_prior=estimate.beam_prior,
+        effective_sample_ratio=estimate.effective_sample_ratio,
+        trusts_specified_odometry=estimate.trusts_specified_odometry,
+        dead_reckoned=_dead_reckoned(estimate, count),
+        issued=estimate.marginal_prior.issued + len(known),
     )
 
 
-def _dead_reckoned(account: Account, count: int) -> FloatArray:
+def _dead_reckoned(estimate: Estimate, count: int) -> FloatArray:
     """Tell what odometry alone leaves open of the first pose that stays."""
-    if account.pose_prior is None or not account.pose_prior.relative or count >= len(account.given):
+    if estimate.pose_prior is None or not estimate.pose_prior.relative or count >= len(estimate.measured_poses):
         return np.zeros(3)
-    return np.sqrt(np.diag(dead_reckoned(account)[count]))
+    return np.sqrt(np.diag(dead_reckoned(estimate)[count]))
 
 
-def _summary(account: Account, everything: list[Hypothesis], gone: BoolArray, count: int) -> Summary:
+def _summary(estimate: Estimate, everything: list[Hypothesis], gone: BoolArray, count: int) -> InformationPrior:
     """Sum up what the readings of the stations that go said, with their poses eliminated."""
-    pose_prior = _pose_prior(account, count)
-    state = State(
-        features=account.with_attenuation(everything),
-        model=account.model,
-        latency=account.latency,
-        servo=account.servo or AS_RECORDED,
-        poses=np.zeros((0, 3)) if pose_prior is None else account.poses[: len(pose_prior.given)],
+    pose_prior = _pose_prior(estimate, count)
+    state = Values(
+        features=estimate.with_attenuation(everything),
+        model=estimate.model,
+        latency=estimate.latency,
+        servo=estimate.servo or AS_RECORDED,
+        poses=np.zeros((0, 3)) if pose_prior is None else estimate.poses[: len(pose_prior.measured_poses)],
     )
-    measurements = select_measurements(account.recorded if pose_prior else account.measurements, gone)
+    measurements = select_measurements(estimate.recorded if pose_prior else estimate.measurements, gone)
     measurements = (
-        measurements._replace(centers=measurements.centers[: len(pose_prior.given)]) if pose_prior else measurements
+        measurements._replace(centers=measurements.centers[: len(pose_prior.measured_poses)])
+        if pose_prior
+        else measurements
     )
-    priors = account.priors(account.noise, pose_prior)
-    rows = [range_factors(measurements, state, priors, account.settings.adjustment)]
+    priors = estimate.priors(estimate.noise, pose_prior)
+    rows = [range_factors(measurements, state, priors, estimate.settings.optimiser)]
     rows.append(heading_factors(measurements, state, priors))
     if pose_prior:
         rows.append(pose_factors(pose_prior, state.poses, state.layout.pose))
-    return marginalise_poses(state, rows, account.memory.about(everything, state.layout), count)
+    return marginalise_poses(state, rows, estimate.marginal_prior.about(everything, state.layout), count)
 
 
-def _pose_prior(account: Account, count: int) -> PosePrior | None:
+def _pose_prior(estimate: Estimate, count: int) -> PosePrior | None:
     """Believe in the poses that go, and in the step to the next."""
-    if account.pose_prior is None:
+    if estimate.pose_prior is None:
         return None
-    kept = count + 1 if account.pose_prior.relative else count
-    return account.pose_prior._replace(given=account.pose_prior.given[:kept], sigmas=account.pose_prior.sigmas[:kept])
+    kept = count + 1 if estimate.pose_prior.relative else count
+    return estimate.pose_prior._replace(
+        measured_poses=estimate.pose_prior.measured_poses[:kept], sigmas=estimate.pose_prior.sigmas[:kept]
+    )
 
 
-class _Going(NamedTuple):
+class _Marginalised(NamedTuple):
     """How many stations go; which pings are theirs, by which ways these came, what was in them, and whose they are."""
 
     size: int
@@ -216,56 +220,56 @@ class _Going(NamedTuple):
     lines: dict[int, LineEvidence]
 
 
-def _going(account: Account, gone: BoolArray, count: int) -> _Going:
-    assert account.adjusted is not None
-    paths = trace_paths(account.explanation, account.features, step=account.step)
-    hides = hiding(paths, account.features, gap=_WIDE_GAP)
-    return _Going(
+def _going(estimate: Estimate, gone: BoolArray, count: int) -> _Marginalised:
+    assert estimate.solution is not None
+    paths = trace_paths(estimate.likelihood, estimate.features, step=estimate.step)
+    hides = hiding(paths, estimate.features, gap=_WIDE_GAP)
+    return _Marginalised(
         size=count,
         pings=gone,
         paths=paths.chosen(gone),
         hidden=hides.hidden[gone],
         passed=hides.passed[:, gone],
-        owners=account.adjusted.owners[gone],
-        stations=account.measurements.stations[gone],
-        lines=_lines(account, count),
+        owners=estimate.solution.owners[gone],
+        stations=estimate.measurements.stations[gone],
+        lines=_lines(estimate, count),
     )
 
 
-def _lines(account: Account, count: int) -> dict[int, LineEvidence]:
+def _lines(estimate: Estimate, count: int) -> dict[int, LineEvidence]:
     """Collect what the first stations say of where the line of each wall is wall."""
-    features, left_out = account.features, account.explanation.log_densities_without(account.features)
+    features, left_out = estimate.features, estimate.likelihood.log_densities_without(estimate.features)
     return {
-        number: line_evidence(account.explanation, each, count, log_densities)
+        number: line_evidence(estimate.likelihood, each, count, log_densities)
         for number, (each, log_densities) in enumerate(zip(features, left_out, strict=True))
         if each.is_wall
     }
 
 
-def _with_pasts(account: Account, going: _Going) -> list[Hypothesis]:
+def _with_pasts(estimate: Estimate, going: _Marginalised) -> list[Hypothesis]:
     """Add what the stations that go said to the pasts of the features that they heard."""
-    radius_cost, issued = account.settings.search.radius_cost, account.memory.issued
-    classes = class_probabilities(account.explanation, account.features, radius_cost=radius_cost)
+    radius_cost, issued = estimate.settings.search.radius_cost, estimate.marginal_prior.issued
+    classes = class_probabilities(estimate.likelihood, estimate.features, radius_cost=radius_cost)
     features = []
-    for number, (each, probabilities) in enumerate(zip(account.features, classes, strict=True)):
+    for number, (each, probabilities) in enumerate(zip(estimate.features, classes, strict=True)):
         if each.is_known or (each.llr_by_station[: going.size] > 0.0).any():
             issued += not each.is_known
             history = each.history if each.is_known else replace(each.history, number=issued)
-            history = _certain(_with_specular_points(history, number, account, going), each, probabilities)
-            features.append(replace(each, history=_counted(history, number, account, going)))
+            history = _certain(_with_specular_points(history, number, estimate, going), each, probabilities)
+            features.append(replace(each, history=_counted(history, number, estimate, going)))
         else:
             features.append(each)
     return features
 
 
-def _counted(history: TrackHistory, number: int, account: Account, going: _Going) -> TrackHistory:
+def _counted(history: TrackHistory, number: int, estimate: Estimate, going: _Marginalised) -> TrackHistory:
     """Add how many stations and pings spoke for a feature, and how many against it."""
-    each, count = account.features[number], going.size
+    each, count = estimate.features[number], going.size
     llr_by_station, free = (
         each.llr_by_station[:count],
-        unoccluded_stations(each, account.measurements, step=account.step)[:count],
+        unoccluded_stations(each, estimate.measurements, step=estimate.step)[:count],
     )
-    clear = llr_by_station > account.settings.survey.clear_station
+    clear = llr_by_station > estimate.settings.survey.clear_station
     through = _mostly(going.hidden, going.paths.owners == number, going.stations, count)
     return replace(
         history,
@@ -287,9 +291,9 @@ def _mostly(which: BoolArray, own: BoolArray, stations: IntArray, count: int) ->
     return most
 
 
-def _with_specular_points(history: TrackHistory, number: int, account: Account, going: _Going) -> TrackHistory:
+def _with_specular_points(history: TrackHistory, number: int, estimate: Estimate, going: _Marginalised) -> TrackHistory:
     """Add where sound came back from a wall, went through its line, or should have come back and did not."""
-    wall, paths = account.features[number], going.paths
+    wall, paths = estimate.features[number], going.paths
     if not wall.is_wall:
         return history
     return replace(
@@ -333,5 +337,5 @@ def _first_of_cells(places: FloatArray, size: float) -> BoolArray:
 def _bare(feature: Hypothesis) -> Hypothesis:
     """Leave out all that belongs to pings at hand."""
     return replace(
-        feature, evidence=NO_EVIDENCE, llr_by_station=np.zeros(0), total=feature.history.total, is_square=False
+        feature, ping_scores=NO_PING_SCORES, llr_by_station=np.zeros(0), total=feature.history.total, is_square=False
     )

@@ -13,7 +13,7 @@ from echoplan.joint.optimisation.solution import Solution
 from echoplan.preprocessing.stations import Stations
 
 __all__ = [
-    "CertaintySettings",
+    "ObservabilitySettings",
     "Undetermined",
     "carried_covariances",
     "covariances_between_walls",
@@ -23,7 +23,7 @@ __all__ = [
 ]
 
 
-class CertaintySettings(BaseModel, frozen=True, extra="forbid"):
+class ObservabilitySettings(BaseModel, frozen=True, extra="forbid"):
     """When echoes determine a pose."""
 
     unfixed: float = Field(default=1 / 3, gt=0.0, le=1.0, description="share of odometry's deviation that may be left")
@@ -70,12 +70,12 @@ class Undetermined:
         return {**asdict(self), "first": int(members[0]), "last": int(members[-1])}
 
 
-def pose_covariances(adjusted: Solution) -> FloatArray:
+def pose_covariances(solution: Solution) -> FloatArray:
     """Take the covariances of the poses out of an adjustment.
 
     Parameters
     ----------
-    adjusted : Solution
+    solution : Solution
         Features, sonar and poses.
 
     Returns
@@ -83,11 +83,11 @@ def pose_covariances(adjusted: Solution) -> FloatArray:
     ndarray, shape (s, 3, 3)
         Of each pose [m, m, rad]; of shape (0, 3, 3) where poses were trusted.
     """
-    poses = _poses(adjusted)
-    return _blocks(adjusted.covariance[poses, poses])
+    poses = _poses(solution)
+    return _blocks(solution.covariance[poses, poses])
 
 
-def covariances_between_walls(adjusted: Solution) -> FloatArray:
+def covariances_between_walls(solution: Solution) -> FloatArray:
     """Take the covariances of the poses as if the walls were known.
 
     The frame is the first pose, and a single station hears badly which way it faces: seen from there all that is far
@@ -96,7 +96,7 @@ def covariances_between_walls(adjusted: Solution) -> FloatArray:
 
     Parameters
     ----------
-    adjusted : Solution
+    solution : Solution
         Features, sonar and poses.
 
     Returns
@@ -104,16 +104,16 @@ def covariances_between_walls(adjusted: Solution) -> FloatArray:
     ndarray, shape (s, 3, 3)
         Of each pose [m, m, rad]; of shape (0, 3, 3) where poses were trusted.
     """
-    layout, poses = adjusted.layout, _poses(adjusted)
+    layout, poses = solution.layout, _poses(solution)
     walls = (layout.starts[layout.kinds == Kind.WALL][:, None] + np.arange(2)).ravel()
-    with_walls = adjusted.covariance[poses, walls]
-    explained_by_walls = with_walls @ np.linalg.solve(adjusted.covariance[np.ix_(walls, walls)], with_walls.T)
-    return _blocks(adjusted.covariance[poses, poses] - explained_by_walls)
+    with_walls = solution.covariance[poses, walls]
+    explained_by_walls = with_walls @ np.linalg.solve(solution.covariance[np.ix_(walls, walls)], with_walls.T)
+    return _blocks(solution.covariance[poses, poses] - explained_by_walls)
 
 
-def _poses(adjusted: Solution) -> slice:
-    first = adjusted.layout.pose
-    return slice(first, first + 3 * adjusted.layout.poses)
+def _poses(solution: Solution) -> slice:
+    first = solution.layout.pose
+    return slice(first, first + 3 * solution.layout.poses)
 
 
 def _blocks(covariance: FloatArray) -> FloatArray:
@@ -166,7 +166,7 @@ def dead_reckoned_covariances(priors: PosePrior, poses: FloatArray) -> FloatArra
     ndarray, shape (s, 3, 3)
         Of each pose in the frame of the map [m, m, rad].
     """
-    before, own = step_slopes(priors.given, poses)
+    before, own = step_slopes(priors.measured_poses, poses)
     noises = np.stack([np.diag(row) for row in priors.sigmas**2])
     covariances = [noises[0]]
     for history, now, noise in zip(before[1:], own[1:], noises[1:], strict=True):
@@ -176,7 +176,7 @@ def dead_reckoned_covariances(priors: PosePrior, poses: FloatArray) -> FloatArra
 
 
 def undetermined(
-    covariances: FloatArray, between: FloatArray, dead_reckoned: FloatArray, settings: CertaintySettings
+    covariances: FloatArray, between: FloatArray, dead_reckoned: FloatArray, settings: ObservabilitySettings
 ) -> tuple[Undetermined, ...]:
     """Find where echoes fix a position one way, and hardly anything but odometry does so the other way: in a corridor.
 
@@ -188,7 +188,7 @@ def undetermined(
         Of the same poses as if the walls were known.
     dead_reckoned : ndarray, shape (s, 3, 3)
         Of the same poses by odometry alone, with the heading known: that is what walls tell in any case.
-    settings : CertaintySettings
+    settings : ObservabilitySettings
         When a pose is determined.
 
     Returns

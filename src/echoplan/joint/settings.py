@@ -1,4 +1,4 @@
-"""Settings of all stages of an account."""
+"""Settings of all stages of the estimator."""
 
 from enum import StrEnum
 from typing import Annotated
@@ -8,12 +8,12 @@ from pydantic import AfterValidator, BaseModel, Field
 from echoplan.acoustics.range_walk_model import WalkCurve
 from echoplan.errors import EchoplanError
 from echoplan.joint.arcs import ArcSettings
-from echoplan.joint.map_extraction.corners import VertexSettings
-from echoplan.joint.map_extraction.map_builder import SurveySettings
+from echoplan.joint.map_extraction.corners import CornerSettings
+from echoplan.joint.map_extraction.map_builder import MapSettings
 from echoplan.joint.map_extraction.segments import SegmentSettings
-from echoplan.joint.observability import CertaintySettings
-from echoplan.joint.optimisation.manhattan import SquarenessSettings
-from echoplan.joint.optimisation.odometry_noise import DriftSettings
+from echoplan.joint.observability import ObservabilitySettings
+from echoplan.joint.optimisation.manhattan import ManhattanSettings
+from echoplan.joint.optimisation.odometry_noise import OdometryNoiseSettings
 from echoplan.joint.optimisation.optimiser import OptimiserSettings
 from echoplan.joint.optimisation.pose_factors import PoseSettings
 from echoplan.joint.search.duplicates import DuplicateSettings
@@ -21,7 +21,7 @@ from echoplan.joint.search.scan_matching import LocalisationSettings
 from echoplan.joint.search.search import SearchSettings
 from echoplan.preprocessing.stations import StationSettings
 
-__all__ = ["AccountSettings", "PoseMode", "WindowSettings"]
+__all__ = ["EstimateSettings", "PoseMode", "WindowSettings"]
 
 
 # Range walks that need no table.
@@ -62,7 +62,7 @@ def _check_table(table: tuple[tuple[float, float], ...]) -> None:
         raise ValueError(str(error)) from None
 
 
-class AccountSettings(BaseModel, frozen=True, extra="forbid"):
+class EstimateSettings(BaseModel, frozen=True, extra="forbid"):
     """Settings of all stages."""
 
     poses: PoseMode = Field(default=PoseMode.AUTO, description="trust, correct, or correct if the pings disagree")
@@ -70,16 +70,16 @@ class AccountSettings(BaseModel, frozen=True, extra="forbid"):
     window: WindowSettings = Field(default_factory=WindowSettings)
     arcs: ArcSettings = Field(default_factory=ArcSettings)
     search: SearchSettings = Field(default_factory=SearchSettings)
-    adjustment: OptimiserSettings = Field(default_factory=OptimiserSettings)
+    optimiser: OptimiserSettings = Field(default_factory=OptimiserSettings)
     pose_errors: PoseSettings = Field(default_factory=PoseSettings)
-    drift: DriftSettings = Field(default_factory=DriftSettings)
-    certainty: CertaintySettings = Field(default_factory=CertaintySettings)
-    squareness: SquarenessSettings = Field(default_factory=SquarenessSettings)
+    drift: OdometryNoiseSettings = Field(default_factory=OdometryNoiseSettings)
+    certainty: ObservabilitySettings = Field(default_factory=ObservabilitySettings)
+    squareness: ManhattanSettings = Field(default_factory=ManhattanSettings)
     copies: DuplicateSettings = Field(default_factory=DuplicateSettings)
     localisation: LocalisationSettings = Field(default_factory=LocalisationSettings)
     segments: SegmentSettings = Field(default_factory=SegmentSettings)
-    vertices: VertexSettings = Field(default_factory=VertexSettings)
-    survey: SurveySettings = Field(default_factory=SurveySettings)
+    vertices: CornerSettings = Field(default_factory=CornerSettings)
+    survey: MapSettings = Field(default_factory=MapSettings)
     walk: Annotated[str | tuple[tuple[float, float], ...], AfterValidator(_falls)] = Field(
         default="physical",
         description="range walk: that of the burst, one fitted to the recording where poses do not drift, or a table "
@@ -95,4 +95,6 @@ class AccountSettings(BaseModel, frozen=True, extra="forbid"):
     )
     by_hand: int = Field(default=24, ge=0, description="way-points that somebody sets by hand, at most; 0: nobody does")
     scale_step: float = Field(default=0.004, gt=0.0, description="of the range scale that calls for another look")
-    agreement: float = Field(default=0.88, gt=0.0, le=1.0, description="share of echoes that exact poses explain")
+    min_inlier_ratio: float = Field(
+        default=0.88, gt=0.0, le=1.0, description="share of echoes that exact poses explain"
+    )

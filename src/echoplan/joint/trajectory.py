@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.joint.estimate import Account
+from echoplan.joint.estimate import Estimate
 from echoplan.joint.observability import (
     Undetermined,
     carried_covariances,
@@ -33,7 +33,7 @@ class Trajectory(NamedTuple):
     covariances : ndarray, shape (w, 3, 3)
         Of the poses; of shape (0, 3, 3) where they are trusted.
     undetermined : tuple of dict
-        Rows of sweeps that odometry alone tells in one direction.
+        LinearFactor of sweeps that odometry alone tells in one direction.
     """
 
     sweeps: IntArray
@@ -64,16 +64,16 @@ class Trajectory(NamedTuple):
         )
 
 
-def posed(account: Account, stations: Stations, given: FloatArray, sweeps: IntArray) -> Trajectory:
+def posed(estimate: Estimate, stations: Stations, measured_poses: FloatArray, sweeps: IntArray) -> Trajectory:
     """Carry the poses of stations over to their sweeps.
 
     Parameters
     ----------
-    account : Account
+    estimate : Estimate
         Of the stations.
     stations : Stations
         Which sweeps belong to which station.
-    given : ndarray, shape (w, 3)
+    measured_poses : ndarray, shape (w, 3)
         Poses of the sweeps as recorded [m, m, rad].
     sweeps : ndarray of int, shape (w,)
         Their numbers.
@@ -83,30 +83,30 @@ def posed(account: Account, stations: Stations, given: FloatArray, sweeps: IntAr
     Trajectory
         Of the sweeps.
     """
-    poses = stations.of_sweeps(given, account.poses)
-    covariances = np.zeros((0, 3, 3)) if account.adjusted is None else pose_covariances(account.adjusted)
+    poses = stations.of_sweeps(measured_poses, estimate.poses)
+    covariances = np.zeros((0, 3, 3)) if estimate.solution is None else pose_covariances(estimate.solution)
     return Trajectory(
         sweeps=sweeps,
         poses=poses,
         covariances=carried_covariances(covariances, stations, poses),
-        undetermined=tuple(each.at_sweeps(stations, sweeps) for each in _undetermined(account, covariances)),
+        undetermined=tuple(each.at_sweeps(stations, sweeps) for each in _undetermined(estimate, covariances)),
     )
 
 
-def _undetermined(account: Account, covariances: FloatArray) -> tuple[Undetermined, ...]:
+def _undetermined(estimate: Estimate, covariances: FloatArray) -> tuple[Undetermined, ...]:
     """Tell where nothing but odometry fixes a position one way."""
-    if account.pose_prior is None or not account.pose_prior.relative or account.adjusted is None:
+    if estimate.pose_prior is None or not estimate.pose_prior.relative or estimate.solution is None:
         return ()
-    between = covariances_between_walls(account.adjusted)
-    return undetermined(covariances, between, dead_reckoned(account), account.settings.certainty)
+    between = covariances_between_walls(estimate.solution)
+    return undetermined(covariances, between, dead_reckoned(estimate), estimate.settings.certainty)
 
 
-def dead_reckoned(account: Account) -> FloatArray:
+def dead_reckoned(estimate: Estimate) -> FloatArray:
     """Add up what odometry alone leaves open of each position since the first station of all.
 
     Parameters
     ----------
-    account : Account
+    estimate : Estimate
         Of s stations whose steps are believed in.
 
     Returns
@@ -114,12 +114,12 @@ def dead_reckoned(account: Account) -> FloatArray:
     ndarray, shape (s, 3, 3)
         Covariances in the frame of the map [m, m, rad].
     """
-    assert account.pose_prior is not None
-    sigmas = account.pose_prior.sigmas.copy()
+    assert estimate.pose_prior is not None
+    sigmas = estimate.pose_prior.sigmas.copy()
     sigmas[:, 2] = 0.0
-    if not account.memory.is_empty:
-        sigmas[0] = account.memory.dead_reckoned
-    return dead_reckoned_covariances(account.pose_prior._replace(sigmas=sigmas), account.poses)
+    if not estimate.marginal_prior.is_empty:
+        sigmas[0] = estimate.marginal_prior.dead_reckoned
+    return dead_reckoned_covariances(estimate.pose_prior._replace(sigmas=sigmas), estimate.poses)
 
 
 def joined(parts: Sequence[Trajectory]) -> Trajectory:

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from echoplan.joint.estimate import Account
+from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.mapper import JointSettings
 from echoplan.joint.settings import PoseMode
@@ -12,7 +12,7 @@ from echoplan.simulation import Simulation, SimulationSettings
 from echoplan.sources import find_rig, find_route, find_world
 
 
-def estimate_of(temperature: float) -> Account:
+def estimate_of(temperature: float) -> Estimate:
     """Return the first estimate of a square room in air of this temperature [degC], of which the rig knows nothing."""
     settings = SimulationSettings.model_validate({"air": {"temperature": temperature}})
     rig = find_rig("rotary-array")
@@ -28,26 +28,26 @@ def estimate_of(temperature: float) -> Account:
 def test_the_first_search_is_repeated_once_the_range_scale_has_moved(
     monkeypatch: pytest.MonkeyPatch, temperature: float, *, is_repeated: bool
 ) -> None:
-    scales, search = list[float](), Account.search
+    scales, search = list[float](), Estimate.search
 
-    def noted(self: Account, *, rounds: int | None = None) -> Account:
+    def noted(self: Estimate, *, rounds: int | None = None) -> Estimate:
         scales.append(self.model.range_scale)
         return search(self, rounds=rounds)
 
-    monkeypatch.setattr(Account, "search", noted)
+    monkeypatch.setattr(Estimate, "search", noted)
     found = estimate_of(temperature).initialise()
     assert (len(scales) > 1) == is_repeated
     assert scales[-1] == pytest.approx(found.model.range_scale, abs=found.settings.scale_step)
 
 
 def test_landmarks_are_optimised_once_more_after_the_last_of_them_is_removed(monkeypatch: pytest.MonkeyPatch) -> None:
-    prune = Account.prune_and_reclassify
+    prune = Estimate.prune_and_reclassify
 
-    def without_last(self: Account) -> Account:
+    def without_last(self: Estimate) -> Estimate:
         found = prune(self)
         return replace(found, features=found.features[:-1])
 
-    monkeypatch.setattr(Account, "prune_and_reclassify", without_last)
+    monkeypatch.setattr(Estimate, "prune_and_reclassify", without_last)
     found = estimate_of(20.0).initialise().explain()
-    assert found.adjusted is not None
-    assert found.adjusted.reflectors == pytest.approx(np.array([each.reflector for each in found.features]))
+    assert found.solution is not None
+    assert found.solution.reflectors == pytest.approx(np.array([each.reflector for each in found.features]))

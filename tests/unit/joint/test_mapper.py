@@ -189,7 +189,7 @@ def test_one_station_gives_the_walls_that_it_faces_and_knows_how_vaguely() -> No
         sigma = np.sqrt(wall.covariance[1, 1])
         assert abs(wall.offset - own[1]) < 3 * sigma
         # How warm it was one station cannot tell: no wall of a room of 3 m is vaguer than the air makes it.
-        assert sigma < JointSettings().adjustment.scale_sigma * 3.0
+        assert sigma < JointSettings().optimiser.scale_sigma * 3.0
 
 
 def drawn(found: FeatureMap) -> FloatArray:

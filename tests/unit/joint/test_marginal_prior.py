@@ -6,11 +6,11 @@ import pytest
 from echoplan.arrays import FloatArray
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.track_history import TrackHistory
-from echoplan.joint.marginal_prior import Memory, marginalise_poses
-from echoplan.joint.optimisation.factors import Rows, Summary, normal_equations
+from echoplan.joint.marginal_prior import MarginalPrior, marginalise_poses
+from echoplan.joint.optimisation.factors import InformationPrior, LinearFactor, normal_equations
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
 from echoplan.joint.optimisation.range_factors import as_arrays
-from echoplan.joint.optimisation.values import State
+from echoplan.joint.optimisation.values import Values
 from echoplan.joint.search.specular_points import CornerEcho
 from helpers.expectations import SONAR, corner, cylinder, feature, wall
 
@@ -33,20 +33,22 @@ def information(size: int, seed: int = 3) -> FloatArray:
     return whole
 
 
-def memory(rest: int = 4) -> Memory:
+def marginal_prior(rest: int = 4) -> MarginalPrior:
     size = SIZE - 4 + rest
     whole = information(size)
-    return Memory(features=FEATURES, summary=Summary(np.arange(size), whole, whole @ np.arange(1.0, size + 1)))
+    return MarginalPrior(
+        features=FEATURES, summary=InformationPrior(np.arange(size), whole, whole @ np.arange(1.0, size + 1))
+    )
 
 
-def state(features: list[Hypothesis], poses: int = 0) -> State:
-    return State(features=as_arrays(features, 0), model=SONAR, poses=np.zeros((poses, 3)))
+def state(features: list[Hypothesis], poses: int = 0) -> Values:
+    return Values(features=as_arrays(features, 0), model=SONAR, poses=np.zeros((poses, 3)))
 
 
 def test_at_first_nothing_is_known() -> None:
-    assert Memory().is_empty
-    assert Memory().about([], state([]).layout) is None
-    assert not memory().is_empty
+    assert MarginalPrior().is_empty
+    assert MarginalPrior().about([], state([]).layout) is None
+    assert not marginal_prior().is_empty
 
 
 @pytest.mark.parametrize(
@@ -54,27 +56,27 @@ def test_at_first_nothing_is_known() -> None:
     [((0.0, 0.0), 2.5, [1, 3]), ((0.0, 0.0), 0.8, [3]), ((9.0, 0.0), 2.5, [2]), ((2.0, 5.0), 3.0, [])],
 )
 def test_near_is_what_a_station_can_reach(place: tuple[float, float], reach: float, numbers: list[int]) -> None:
-    part = memory().near(np.array([place]), reach)
+    part = marginal_prior().near(np.array([place]), reach)
     assert [each.history.number for each in part.features] == numbers
-    assert [each.history.number for each in memory().beyond(part)] == [n for n in (1, 2, 3) if n not in numbers]
+    assert [each.history.number for each in marginal_prior().beyond(part)] == [n for n in (1, 2, 3) if n not in numbers]
 
 
 def test_a_wall_is_near_where_it_was_heard_and_not_all_along_its_line() -> None:
-    assert len(memory().near(np.array([[1.9, 1.5]]), 0.6).features) == 1
-    assert len(memory().near(np.array([[1.9, 2.5]]), 0.6).features) == 0
+    assert len(marginal_prior().near(np.array([[1.9, 1.5]]), 0.6).features) == 1
+    assert len(marginal_prior().near(np.array([[1.9, 2.5]]), 0.6).features) == 0
 
 
 def test_what_is_far_away_still_tells_of_the_sonar() -> None:
-    part = memory().near(np.array([[0.0, 0.0]]), 2.5)
+    part = marginal_prior().near(np.array([[0.0, 0.0]]), 2.5)
     kept = [0, 1, *range(5, SIZE)]
-    covariance = np.linalg.inv(memory().summary.information)[np.ix_(kept, kept)]
+    covariance = np.linalg.inv(marginal_prior().summary.information)[np.ix_(kept, kept)]
     assert np.linalg.inv(part.summary.information) == pytest.approx(covariance, rel=1e-6)
 
 
 def test_the_places_are_those_of_the_unknowns_at_hand() -> None:
     new = feature(wall(1.0, 1.0))
     features = [FEATURES[2], new, FEATURES[0]]
-    summary = memory().about(features, state(features).layout)
+    summary = marginal_prior().about(features, state(features).layout)
     assert summary is not None
     # In the order of the memory: the wall, the point, then the sonar.
     assert summary.columns.tolist() == [4, 5, 0, 1, *range(6, 6 + len(SONAR_UNKNOWNS))]
@@ -82,31 +84,31 @@ def test_the_places_are_those_of_the_unknowns_at_hand() -> None:
 
 def test_what_was_said_of_a_feature_that_fell_is_left_aside() -> None:
     features = FEATURES[:2]
-    summary = memory().about(features, state(features).layout)
+    summary = marginal_prior().about(features, state(features).layout)
     assert summary is not None
     kept = [*range(5), *range(7, SIZE)]
-    covariance = np.linalg.inv(memory().summary.information)[np.ix_(kept, kept)]
+    covariance = np.linalg.inv(marginal_prior().summary.information)[np.ix_(kept, kept)]
     assert np.linalg.inv(summary.information) == pytest.approx(covariance, rel=1e-6)
 
 
 @pytest.mark.parametrize(("poses", "columns"), [(2, SIZE + 3), (0, SIZE)])
 def test_a_first_pose_counts_only_where_poses_are_free(poses: int, columns: int) -> None:
-    summary = memory(rest=7).about(FEATURES, state(FEATURES, poses).layout)
+    summary = marginal_prior(rest=7).about(FEATURES, state(FEATURES, poses).layout)
     assert summary is not None
     assert len(summary.columns) == columns
 
 
 def test_echoes_go_by_the_places_in_a_list() -> None:
-    detected = replace(memory(), echoes={(1, 3): CornerEcho(pings=8), (2, 7): CornerEcho(pings=5)})
-    echoes = detected.echoes_of([FEATURES[2], FEATURES[1], FEATURES[0]])
+    detected = replace(marginal_prior(), echoes={(1, 3): CornerEcho(pings=8), (2, 7): CornerEcho(pings=5)})
+    echoes = detected.corner_echoes_of([FEATURES[2], FEATURES[1], FEATURES[0]])
     assert echoes.pairs == {(0, 2): CornerEcho(pings=8)}
     assert echoes.corners_xy.tolist() == [[0.5, 0.5]]
 
 
-def some_rows(count: int, size: int, seed: int) -> Rows:
+def some_rows(count: int, size: int, seed: int) -> LinearFactor:
     rng = np.random.default_rng(seed)
     columns = np.tile(np.arange(size), (count, 1))
-    return Rows(columns, rng.normal(size=(count, size)), rng.normal(size=count), rng.uniform(0.5, 2.0, count))
+    return LinearFactor(columns, rng.normal(size=(count, size)), rng.normal(size=count), rng.uniform(0.5, 2.0, count))
 
 
 def test_rows_that_were_let_go_say_the_same_as_rows_at_hand() -> None:

@@ -8,7 +8,7 @@ from echoplan.acoustics.predicted_echo import EchoModel, Kind
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, invert
 from echoplan.joint.observability import (
-    CertaintySettings,
+    ObservabilitySettings,
     Undetermined,
     carried_covariances,
     covariances_between_walls,
@@ -26,7 +26,7 @@ from helpers import scenes
 WAY = np.column_stack([np.linspace(0.0, 5.0, 11), np.zeros(11), np.full(11, 0.2)])
 BELIEFS = odometry_prior(WAY, PoseSettings())
 ALONE = dead_reckoned_covariances(BELIEFS._replace(sigmas=BELIEFS.sigmas * [1.0, 1.0, 0.0]), WAY)
-SETTINGS = CertaintySettings()
+SETTINGS = ObservabilitySettings()
 SWEEPS = Stations(np.array([0, 0, 1]), np.zeros((2, 3)))
 
 
@@ -116,7 +116,7 @@ def test_an_open_way_is_told_by_sweeps() -> None:
     assert told["along"] == found.along
 
 
-def adjusted(kinds: list[Kind], information: FloatArray) -> Solution:
+def solution(kinds: list[Kind], information: FloatArray) -> Solution:
     layout = Layout(kinds=np.array(kinds, dtype=np.int64), poses=2)
     nothing = np.zeros(0)
     return Solution(
@@ -131,7 +131,7 @@ def adjusted(kinds: list[Kind], information: FloatArray) -> Solution:
         extents=np.zeros((len(kinds), 2)),
         owners=nothing.astype(np.int64),
         residuals=nothing,
-        left=0.0,
+        newton_decrement=0.0,
         excesses=nothing,
     )
 
@@ -144,11 +144,11 @@ def test_between_walls_these_are_no_unknowns() -> None:
     rest = [2, 3, 4, *range(7, size)]
     covariance = np.linalg.inv(information[np.ix_(rest, rest)])
     expected = [covariance[-6:-3, -6:-3], covariance[-3:, -3:]]
-    assert covariances_between_walls(adjusted(kinds, information)) == pytest.approx(np.array(expected))
+    assert covariances_between_walls(solution(kinds, information)) == pytest.approx(np.array(expected))
 
 
 def test_where_there_are_no_walls_nothing_is_between_them() -> None:
-    alone = adjusted([Kind.CYLINDER], np.diag(np.arange(1.0, 3.0 + len(SONAR_UNKNOWNS) + 7.0)))
+    alone = solution([Kind.CYLINDER], np.diag(np.arange(1.0, 3.0 + len(SONAR_UNKNOWNS) + 7.0)))
     np.testing.assert_array_equal(covariances_between_walls(alone), pose_covariances(alone))
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, directions, invert, wrap
-from echoplan.joint.optimisation.factors import Rows, normal_equations, solve
+from echoplan.joint.optimisation.factors import LinearFactor, normal_equations, solve
 from echoplan.joint.optimisation.pose_factors import PoseSettings, odometry_prior, pose_factors
 
 TRUE = np.array([[0.0, 0, 0], [0.8, 0.1, 0.6], [1.3, 0.8, 1.7], [0.9, 1.6, 2.9], [0.1, 1.4, -2.2], [0.2, 0.5, -1.0]])
@@ -17,7 +17,7 @@ POSES, FIRST = len(TRUE), 2 * len(WALLS)
 _KEYS = range(100, 100 + POSES)
 
 
-def given() -> FloatArray:
+def measured_poses() -> FloatArray:
     """Dead reckoning that is off."""
     rng, poses = np.random.default_rng(5), [TRUE[0]]
     for step in compose(invert(TRUE[:-1]), TRUE[1:]):
@@ -25,7 +25,7 @@ def given() -> FloatArray:
     return np.array(poses)
 
 
-BELIEFS = odometry_prior(given(), PoseSettings())
+BELIEFS = odometry_prior(measured_poses(), PoseSettings())
 
 
 def arc_measurements() -> FloatArray:
@@ -49,7 +49,7 @@ def jacobian(pose: FloatArray, wall: FloatArray) -> tuple[FloatArray, FloatArray
 
 def ours() -> tuple[FloatArray, FloatArray, FloatArray]:
     """Walls, poses and covariance by our rows and solver."""
-    walls, poses, seen = WALLS.copy(), BELIEFS.given.copy(), arc_measurements()
+    walls, poses, seen = WALLS.copy(), BELIEFS.measured_poses.copy(), arc_measurements()
     for _ in range(20):
         rows = [pose_factors(BELIEFS, poses, FIRST)]
         for k, pose in enumerate(poses):
@@ -58,7 +58,9 @@ def ours() -> tuple[FloatArray, FloatArray, FloatArray]:
                 residuals[1] = wrap(residuals[1])
                 columns = np.concatenate([2 * j + np.arange(2), FIRST + 3 * k + np.arange(3)])
                 derivatives = np.concatenate(jacobian(pose, wall), axis=1)
-                rows.append(Rows(np.tile(columns, (2, 1)), derivatives, residuals, np.array([DEPTH, NORMAL]) ** -2))
+                rows.append(
+                    LinearFactor(np.tile(columns, (2, 1)), derivatives, residuals, np.array([DEPTH, NORMAL]) ** -2)
+                )
         information, right = normal_equations(rows, FIRST + 3 * POSES)
         step = solve(information, right)
         walls, poses = walls + step[:FIRST].reshape(-1, 2), poses + step[FIRST:].reshape(-1, 3)
@@ -71,7 +73,7 @@ def theirs(gtsam: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
     graph, start = gtsam.NonlinearFactorGraph(), gtsam.Values()
     for j, wall in enumerate(WALLS):
         start.insert(j, wall)
-    for k, pose in enumerate(BELIEFS.given):
+    for k, pose in enumerate(BELIEFS.measured_poses):
         start.insert(100 + k, pose)
         noise = gtsam.noiseModel.Diagonal.Sigmas(BELIEFS.sigmas[k])
         graph.add(gtsam.CustomFactor(noise, [100] if k == 0 else [99 + k, 100 + k], moved(k)))
@@ -93,8 +95,8 @@ def moved(k: int) -> Any:
     def error(_: Any, values: Any, jacobians: list[FloatArray] | None) -> FloatArray:
         poses = np.array([values.atVector(100 + each) for each in ([0] if k == 0 else [k - 1, k])])
         if k == 0:
-            return numbered(lambda own: own[0] - BELIEFS.given[0], poses, jacobians)
-        told = compose(invert(BELIEFS.given[k - 1]), BELIEFS.given[k])
+            return numbered(lambda own: own[0] - BELIEFS.measured_poses[0], poses, jacobians)
+        told = compose(invert(BELIEFS.measured_poses[k - 1]), BELIEFS.measured_poses[k])
         # Along and across the way, whichever way the robot faces.
         x, y = told[:2] / np.hypot(told[0], told[1])
         axes = np.array([[x, y, 0.0], [-y, x, 0.0], [0.0, 0.0, 1.0]])

@@ -34,7 +34,7 @@ from echoplan.joint.likelihood.image_sources import (
 )
 from echoplan.preprocessing.measurements import Measurements
 
-__all__ = ["Bursts", "add_crosstalk", "emissions_of"]
+__all__ = ["Emissions", "add_crosstalk", "emissions_of"]
 
 # Such readings scatter more than those of reflectors, by this factor.
 _SCATTER = 2.0
@@ -45,8 +45,8 @@ _HALF_SPEED = 0.5 * Air().speed_of_sound
 Route: TypeAlias = tuple[Shape, Shape, bool, Motion]
 
 
-class Bursts(NamedTuple):
-    """Bursts that pings may hear though they are not theirs.
+class Emissions(NamedTuple):
+    """Emissions that pings may hear though they are not theirs.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class Bursts(NamedTuple):
 
 
 @compiled
-def emissions_of(measurements: Measurements, hearing: Hearing) -> Bursts:
+def emissions_of(measurements: Measurements, hearing: Hearing) -> Emissions:
     """List the bursts that pings may hear by way of walls.
 
     Parameters
@@ -80,7 +80,7 @@ def emissions_of(measurements: Measurements, hearing: Hearing) -> Bursts:
 
     Returns
     -------
-    Bursts
+    Emissions
         Those of mates, unless they came from too far to be heard.
     """
     size, count, stations = measurements.crosstalk_sources.size, 0, len(measurements.centers)
@@ -106,13 +106,13 @@ def emissions_of(measurements: Measurements, hearing: Hearing) -> Bursts:
             crosstalk_sources[here][order],
             travelled[here][order],
         )
-    return Bursts(pings[:count].copy(), crosstalk_sources[:count].copy(), travelled[:count].copy(), bounds, spread)
+    return Emissions(pings[:count].copy(), crosstalk_sources[:count].copy(), travelled[:count].copy(), bounds, spread)
 
 
 @compiled
 def add_crosstalk(
     log_densities: FloatArray,
-    detected: tuple[Measurements, Hearing, Bursts],
+    detected: tuple[Measurements, Hearing, Emissions],
     walls: tuple[FloatArray, FloatArray],
     extents: tuple[Extent, Extent],
     noise: float,
@@ -124,7 +124,7 @@ def add_crosstalk(
     log_densities : ndarray, shape (n,)
         Logarithm of the density of each reading by what explains it so far [log 1/m]; raised in place where such an
         echo explains it better.
-    detected : tuple of Measurements, Hearing and Bursts
+    detected : tuple of Measurements, Hearing and Emissions
         The pings, the sonar, and the bursts that may be heard.
     walls : tuple of ndarray, shape (4,)
         Two walls in the order in which the sound strikes them; twice the same for one alone.
@@ -149,7 +149,7 @@ def add_crosstalk(
 
 
 @compiled
-def _nearby(measurements: Measurements, emissions: Bursts, motion: Motion, late: Lateness) -> IntArray:
+def _nearby(measurements: Measurements, emissions: Emissions, motion: Motion, late: Lateness) -> IntArray:
     """Find the bursts that are read about as far as the way over the walls is long, and come from ahead.
 
     From sensor to sensor that way differs from the station's own by no more than these are away from it.

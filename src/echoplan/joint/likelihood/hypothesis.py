@@ -28,7 +28,7 @@ class Hypothesis:
     ----------
     reflector : ndarray, shape (4,)
         Value of ``Kind`` and three parameters.
-    evidence : PingScores
+    ping_scores : PingScores
         What single pings say.
     llr_by_station : ndarray, shape (s,)
         Gain by station over what explains the pings without it [nats].
@@ -43,7 +43,7 @@ class Hypothesis:
     """
 
     reflector: FloatArray
-    evidence: PingScores
+    ping_scores: PingScores
     llr_by_station: FloatArray
     total: float = 0.0
     extent: tuple[float, float] = (0.0, 0.0)
@@ -104,7 +104,7 @@ class Hypothesis:
         ndarray of bool, shape (m,)
             One a ping of its evidence.
         """
-        anew: BoolArray = self.evidence.densities > np.maximum(log_densities[self.evidence.pings], 0.0)
+        anew: BoolArray = self.ping_scores.densities > np.maximum(log_densities[self.ping_scores.pings], 0.0)
         return anew
 
     @property
@@ -132,7 +132,7 @@ class Hypothesis:
         # Searches judge a hundred thousand times: dataclasses.replace takes three times as long.
         return Hypothesis(
             reflector=self.reflector,
-            evidence=self.evidence,
+            ping_scores=self.ping_scores,
             llr_by_station=llr_by_station,
             total=total,
             extent=extent,

@@ -11,7 +11,7 @@ from echoplan.compiled import compiled
 from echoplan.joint.likelihood.ping_scores import MASKING, PingScores
 from echoplan.preprocessing.measurements import Measurements
 
-__all__ = ["Frame", "Verdict", "missed", "rescore"]
+__all__ = ["HypothesisScore", "Occluders", "missed", "rescore"]
 
 _WALL, _CYLINDER = int(Kind.WALL), int(Kind.CYLINDER)
 
@@ -30,7 +30,7 @@ _PingArrays: TypeAlias = tuple[IntArray, FloatArray, FloatArray]
 _ScoreArrays: TypeAlias = tuple[IntArray, FloatArray, FloatArray, FloatArray]
 
 
-class Frame(NamedTuple):
+class Occluders(NamedTuple):
     """Accepted features, as far as they can block a view.
 
     Attributes
@@ -45,7 +45,7 @@ class Frame(NamedTuple):
     extents: FloatArray
 
 
-class Verdict(NamedTuple):
+class HypothesisScore(NamedTuple):
     """What the evidence for a reflector amounts to.
 
     Attributes
@@ -67,11 +67,11 @@ class Verdict(NamedTuple):
 def rescore(
     measurements: Measurements,
     reflector: FloatArray,
-    evidence: PingScores,
+    ping_scores: PingScores,
     log_densities: FloatArray,
-    frame: Frame,
+    frame: Occluders,
     known: tuple[float, float] = (math.inf, -math.inf),
-) -> Verdict:
+) -> HypothesisScore:
     """Sum up the evidence for a reflector, given what explains the pings without it.
 
     The better explanation counts, not the sum of both: a second copy of a wall explains nothing.  Of a wall, the best
@@ -83,34 +83,36 @@ def rescore(
         The pings.
     reflector : ndarray, shape (4,)
         Kind and parameters.
-    evidence : PingScores
+    ping_scores : PingScores
         What the pings say about it.
     log_densities : ndarray, shape (n,)
         Logarithm of the density of each reading by what explains it so far [log 1/m].
-    frame : Frame
+    frame : Occluders
         The other features.
     known : tuple of float, optional
         Ends of what is known of a wall from other stations [m].
 
     Returns
     -------
-    Verdict
+    HypothesisScore
         Gain, extent and gains by station.
     """
     # Handed over one by one: to count the references to all arrays of soundings takes longer than to judge.
     ping_arrays = measurements.stations, measurements.weights, measurements.centers
-    scores = evidence.pings, evidence.densities, evidence.misses, evidence.feet
-    return Verdict(*_judged(ping_arrays, reflector, scores, log_densities, (frame.reflectors, frame.extents), known))
+    scores = ping_scores.pings, ping_scores.densities, ping_scores.misses, ping_scores.feet
+    return HypothesisScore(
+        *_judged(ping_arrays, reflector, scores, log_densities, (frame.reflectors, frame.extents), known)
+    )
 
 
-def missed(measurements: Measurements, evidence: PingScores, extent: tuple[float, float]) -> float:
+def missed(measurements: Measurements, ping_scores: PingScores, extent: tuple[float, float]) -> float:
     """Sum up how unlikely it is that pings missed a reflector that is there.
 
     Parameters
     ----------
     measurements : Measurements
         The pings.
-    evidence : PingScores
+    ping_scores : PingScores
         What they say about it.
     extent : tuple of float
         Ends of a wall along it, beyond which it may not go on [m]; 0 for other reflectors.
@@ -120,9 +122,9 @@ def missed(measurements: Measurements, evidence: PingScores, extent: tuple[float
     float
         Logarithm of the chance [nats]; no station counts for more than one that stood behind something.
     """
-    within = (extent[0] <= evidence.feet) & (evidence.feet <= extent[1])
-    misses = measurements.weights[evidence.pings] * evidence.misses * within
-    by_station = np.bincount(measurements.stations[evidence.pings], misses)
+    within = (extent[0] <= ping_scores.feet) & (ping_scores.feet <= extent[1])
+    misses = measurements.weights[ping_scores.pings] * ping_scores.misses * within
+    by_station = np.bincount(measurements.stations[ping_scores.pings], misses)
     return float(np.maximum(by_station, -_LOUDEST_NO).sum())
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from echoplan.acoustics.predicted_echo import Hearing, Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
-from echoplan.joint.likelihood.crosstalk import Bursts, add_crosstalk, emissions_of
+from echoplan.joint.likelihood.crosstalk import Emissions, add_crosstalk, emissions_of
 from echoplan.joint.likelihood.double_bounces import add_ghosts_of_cylinder, add_ghosts_of_walls
 from echoplan.joint.likelihood.hypothesis import Hypothesis, Key
 from echoplan.joint.likelihood.image_sources import Extent, farthest_audible
@@ -69,14 +69,14 @@ class Multipath:
         self._measurements = measurements
         self._hearing = hearing
         self._noise = noise
-        self._emissions: Bursts | None = before.emissions_if(measurements, hearing) if before else None
+        self._emissions: Emissions | None = before.emissions_if(measurements, hearing) if before else None
         self._parts: dict[tuple[Key, ...], list[Part]] = {}
         self._numbers: dict[Key, int] = {}
         # By number of the first feature, in the order in which they come: with which it was tried, and what came of it.
         self._tried: defaultdict[int, set[int]] = defaultdict(set)
         self._ghosts: defaultdict[int, dict[int, Ghost]] = defaultdict(dict)
 
-    def emissions_if(self, measurements: Measurements, hearing: Hearing) -> Bursts | None:
+    def emissions_if(self, measurements: Measurements, hearing: Hearing) -> Emissions | None:
         """Tell the bursts that were listed, if others would be the same: how far each has come no pose tells.
 
         Parameters
@@ -88,7 +88,7 @@ class Multipath:
 
         Returns
         -------
-        Bursts or None
+        Emissions or None
             Nothing if none were listed, or others would be listed.
         """
         same = (
@@ -186,7 +186,7 @@ def _met(numbered: Mapping[int, Hypothesis]) -> Iterator[tuple[int, set[int]]]:
 def _cast(
     measurements: Measurements,
     hearing: Hearing,
-    emissions: Bursts,
+    emissions: Emissions,
     features: tuple[FloatArray, FloatArray],
     pairs: IntArray,
     noise: float,
@@ -212,7 +212,7 @@ def _cast(
 @compiled
 def _cast_by(
     log_densities: FloatArray,
-    detected: tuple[Measurements, Hearing, Bursts],
+    detected: tuple[Measurements, Hearing, Emissions],
     pair: tuple[FloatArray, FloatArray],
     ends: tuple[Extent, Extent],
     noise: float,

@@ -9,7 +9,7 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.joint.likelihood.double_bounces import ghosts_of_walls
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.likelihood.hypothesis_scores import Frame, Verdict, rescore
+from echoplan.joint.likelihood.hypothesis_scores import HypothesisScore, Occluders, rescore
 from echoplan.joint.likelihood.multipath import Multipath, Part, reflecting
 from echoplan.joint.likelihood.ping_scores import UNHEARD, score_pings
 from echoplan.joint.likelihood.track_history import TrackHistory
@@ -64,9 +64,9 @@ class PingLikelihood:
         Hypothesis
             Not judged yet.
         """
-        evidence = score_pings(self.measurements, self.hearing, reflector, self.noise)
+        scores = score_pings(self.measurements, self.hearing, reflector, self.noise)
         return Hypothesis(
-            reflector=reflector, evidence=evidence, llr_by_station=np.zeros(len(self.measurements.centers))
+            reflector=reflector, ping_scores=scores, llr_by_station=np.zeros(len(self.measurements.centers))
         )
 
     def rescored(self, hypothesis: Hypothesis, log_densities: FloatArray, others: Sequence[Hypothesis]) -> Hypothesis:
@@ -110,7 +110,7 @@ class PingLikelihood:
         frame, rescored = _frame(others), []
         for each in hypotheses:
             verdict = rescore(
-                self.measurements, each.reflector, each.evidence, log_densities, frame, each.history.extent
+                self.measurements, each.reflector, each.ping_scores, log_densities, frame, each.history.extent
             )
             total = verdict.total + each.history.total
             rescored.append(each.rescored(verdict.llr_by_station, total, _joined(verdict, each.history)))
@@ -200,7 +200,7 @@ class PingLikelihood:
         yield from self.multipath.parts(features)
 
     def _alone(self, number: int, feature: Hypothesis) -> Part:
-        evidence, (low, high) = feature.evidence, feature.extent
+        evidence, (low, high) = feature.ping_scores, feature.extent
         detected = evidence.densities > UNHEARD
         if feature.is_wall:
             detected &= (evidence.feet > low - _BORDER) & (evidence.feet < high + _BORDER)
@@ -241,7 +241,7 @@ def _without_each(
     return left_out
 
 
-def _joined(verdict: Verdict, history: TrackHistory) -> tuple[float, float]:
+def _joined(verdict: HypothesisScore, history: TrackHistory) -> tuple[float, float]:
     """Join what was heard of a wall now with what was heard before."""
     low, high = verdict.low, verdict.high
     if history.extent[0] > history.extent[1]:
@@ -250,8 +250,8 @@ def _joined(verdict: Verdict, history: TrackHistory) -> tuple[float, float]:
     return history.extent if low == high == 0.0 else (min(low, history.extent[0]), max(high, history.extent[1]))
 
 
-def _frame(features: Sequence[Hypothesis]) -> Frame:
-    return Frame(
+def _frame(features: Sequence[Hypothesis]) -> Occluders:
+    return Occluders(
         reflectors=np.array([each.reflector for each in features]).reshape(-1, 4),
         extents=np.array([each.extent for each in features]).reshape(-1, 2),
     )

@@ -15,7 +15,7 @@ from echoplan.preprocessing.measurements import Measurements
 __all__ = [
     "BEYOND",
     "MASKING",
-    "NO_EVIDENCE",
+    "NO_PING_SCORES",
     "UNCERTAIN",
     "UNHEARD",
     "PingScores",
@@ -76,7 +76,7 @@ class PingScores(NamedTuple):
 
 
 # Of a feature that no ping at hand was asked about.
-NO_EVIDENCE = PingScores(
+NO_PING_SCORES = PingScores(
     np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0, np.bool_), np.zeros(0, np.bool_), np.zeros(0)
 )
 

@@ -13,10 +13,10 @@ from echoplan.joint.map_extraction.segment import Segment
 from echoplan.joint.search.specular_points import CornerEcho, Echoes, returns_sound
 from echoplan.model import CornerKind
 
-__all__ = ["Vertex", "VertexSettings", "find_vertices"]
+__all__ = ["CornerSettings", "Vertex", "find_vertices"]
 
 
-class VertexSettings(BaseModel, frozen=True, extra="forbid"):
+class CornerSettings(BaseModel, frozen=True, extra="forbid"):
     """When two segments are taken to meet."""
 
     least_turn: float = Field(default=math.radians(20), gt=0.0, description="between two segments that meet [rad]")
@@ -63,7 +63,7 @@ class Vertex:
     cost: float
 
 
-def find_vertices(segments: Sequence[Segment], echoes: Echoes, settings: VertexSettings) -> list[Vertex]:
+def find_vertices(segments: Sequence[Segment], echoes: Echoes, settings: CornerSettings) -> list[Vertex]:
     """Find where segments meet, each end at most once, the likeliest first.
 
     Parameters
@@ -72,7 +72,7 @@ def find_vertices(segments: Sequence[Segment], echoes: Echoes, settings: VertexS
         The segments.
     echoes : Echoes
         Where corners were heard.
-    settings : VertexSettings
+    settings : CornerSettings
         When two segments meet.
 
     Returns
@@ -94,7 +94,7 @@ def find_vertices(segments: Sequence[Segment], echoes: Echoes, settings: VertexS
 
 
 def _vertex(
-    segments: Sequence[Segment], pair: tuple[int, int], echoes: Echoes, settings: VertexSettings
+    segments: Sequence[Segment], pair: tuple[int, int], echoes: Echoes, settings: CornerSettings
 ) -> Vertex | None:
     one, other = (segments[each] for each in pair)
     if abs(math.sin(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.least_turn):
@@ -139,7 +139,7 @@ def _reachable(
     extensions: Sequence[float],
     echoes: Echoes,
     *,
-    settings: VertexSettings,
+    settings: CornerSettings,
 ) -> bool:
     """Return True if a crossing is at an end of both segments, and what lies between may be part of them."""
     if min(extensions) < -settings.overlap or max(extensions) > settings.extension:
@@ -155,7 +155,7 @@ def _is_far_fetched(
     extensions: Sequence[float],
     kind: CornerKind,
     echo: CornerEcho,
-    settings: VertexSettings,
+    settings: CornerSettings,
 ) -> bool:
     """Return True if segments would have to be made too long for a vertex that no station detected.
 
@@ -173,7 +173,7 @@ def _is_far_fetched(
     return any(extension > limit for extension, limit in zip(extensions, most, strict=True))
 
 
-def _ends_before(segment: Segment, point_xy: FloatArray, corners_xy: FloatArray, settings: VertexSettings) -> bool:
+def _ends_before(segment: Segment, point_xy: FloatArray, corners_xy: FloatArray, settings: CornerSettings) -> bool:
     """Return True if a corner was detected on a segment's line on the way to a point: the segment ends there."""
     on_line = np.abs(corners_xy @ directions(segment.wall.line[0]) - segment.wall.line[1]) < settings.reach
     sign = 1.0 if segment.is_upper(point_xy) else -1.0
@@ -193,7 +193,7 @@ def _kind(one: Segment, other: Segment) -> CornerKind | None:
     return CornerKind.CONCAVE if before[0] > 0.0 else CornerKind.CONVEX
 
 
-def _is_detected(one: Segment, other: Segment, extension: float, echo: CornerEcho, settings: VertexSettings) -> bool:
+def _is_detected(one: Segment, other: Segment, extension: float, echo: CornerEcho, settings: CornerSettings) -> bool:
     square = abs(math.cos(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.right_angle)
     near = square or extension < settings.oblique_extension
     return near and (echo.pings >= settings.echoes or echo.gain > settings.certain)

@@ -24,12 +24,12 @@ OFFSETS = np.linspace(-0.10, 0.40, 26)
 _JAMB = 6.0
 
 
-def line_evidence(explanation: PingLikelihood, wall: Hypothesis, count: int, log_densities: FloatArray) -> LineEvidence:
+def line_evidence(likelihood: PingLikelihood, wall: Hypothesis, count: int, log_densities: FloatArray) -> LineEvidence:
     """Collect what the first stations say of where a line is wall.
 
     Parameters
     ----------
-    explanation : PingLikelihood
+    likelihood : PingLikelihood
         The pings.
     wall : Hypothesis
         The wall, with fresh evidence.
@@ -43,12 +43,10 @@ def line_evidence(explanation: PingLikelihood, wall: Hypothesis, count: int, log
     LineEvidence
         One row a station that could detect a wall somewhere on the line.
     """
-    measurements = explanation.measurements
-    pings = wall.evidence.pings[measurements.stations[wall.evidence.pings] < count]
+    measurements = likelihood.measurements
+    pings = wall.ping_scores.pings[measurements.stations[wall.ping_scores.pings] < count]
     feet = measurements.centers[:count] @ directions(wall.line[0] + math.pi / 2)
-    ratios = _log_ratios(
-        measurements, explanation.hearing, wall.reflector, pings, log_densities, feet, explanation.noise
-    )
+    ratios = _log_ratios(measurements, likelihood.hearing, wall.reflector, pings, log_densities, feet, likelihood.noise)
     asked = np.unique(measurements.stations[pings])
     return LineEvidence(feet[asked], measurements.centers[asked], ratios[asked])
 

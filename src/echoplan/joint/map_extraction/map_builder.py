@@ -1,4 +1,4 @@
-"""Survey: adjusted hypotheses as the walls, corners and cylinders of a map, with covariances."""
+"""MapBuilder: adjusted hypotheses as the walls, corners and cylinders of a map, with covariances."""
 
 import math
 from collections.abc import Sequence
@@ -17,12 +17,12 @@ from echoplan.joint.map_extraction.corners import Vertex
 from echoplan.joint.map_extraction.openings import Gap, merged_faces
 from echoplan.joint.map_extraction.segment import End, Segment
 from echoplan.joint.map_extraction.surroundings import backs_of, fronts_of, is_filled
-from echoplan.joint.optimisation.corner_factors import TieSettings, crossing_slopes, tied_corners
-from echoplan.joint.optimisation.manhattan import Squareness
+from echoplan.joint.optimisation.corner_factors import CornerFactorSettings, crossing_slopes, tied_corners
+from echoplan.joint.optimisation.manhattan import ManhattanPrior
 from echoplan.joint.optimisation.solution import Solution
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Wall
 
-__all__ = ["Survey", "SurveySettings"]
+__all__ = ["MapBuilder", "MapSettings"]
 
 # A gap shorter than this is none [m].
 _TOUCHING = 0.05
@@ -34,7 +34,7 @@ _FARTHEST = 0.4
 _WIDTHS = (0.5, 3.0)
 
 
-class SurveySettings(BaseModel, frozen=True, extra="forbid"):
+class MapSettings(BaseModel, frozen=True, extra="forbid"):
     """What is drawn."""
 
     clear_station: float = Field(default=5.0, description="least gain of a station that counts [nats]")
@@ -83,36 +83,36 @@ def _diluted(probabilities: ClassProbabilities, share: float) -> ClassProbabilit
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Survey:
+class MapBuilder:
     """What was found, and how well it is known.
 
     Parameters
     ----------
     features : sequence of Hypothesis
         What is there, as adjusted; their pasts tell who heard them.
-    adjusted : Solution
+    solution : Solution
         Covariances.
     segments : sequence of Segment
         Walls.
     vertices : sequence of Vertex
         Where they meet.
-    squareness : Squareness or None
+    squareness : ManhattanPrior or None
         Which features were drawn to right angles.
-    settings : SurveySettings
+    settings : MapSettings
         What is drawn.
-    ties : TieSettings, optional
+    ties : CornerFactorSettings, optional
         Which corners are those of which walls.
     path_xy : ndarray, shape (p, 2), optional
         The way of the robot, which no wall crosses [m].
     """
 
     features: Sequence[Hypothesis]
-    adjusted: Solution
+    solution: Solution
     segments: Sequence[Segment]
     vertices: Sequence[Vertex]
-    squareness: Squareness | None
-    settings: SurveySettings
-    ties: TieSettings = field(default_factory=TieSettings)
+    squareness: ManhattanPrior | None
+    settings: MapSettings
+    ties: CornerFactorSettings = field(default_factory=CornerFactorSettings)
     path_xy: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
 
     def right_angles(self) -> dict[str, float | bool]:
@@ -369,9 +369,9 @@ class Survey:
         return near[min(near)] if near and min(near) < self.settings.lone_distance else None
 
     def _covariance(self, owners: Sequence[int]) -> FloatArray:
-        layout = self.adjusted.layout
+        layout = self.solution.layout
         places = np.concatenate([np.arange(layout.size)[layout.feature(each)] for each in owners])
-        block = self.adjusted.covariance[np.ix_(places, places)]
+        block = self.solution.covariance[np.ix_(places, places)]
         symmetric: FloatArray = 0.5 * (block + block.T)
         return symmetric
 

@@ -16,7 +16,7 @@ from echoplan.arrays import BoolArray, FloatArray
 from echoplan.compiled import compiled
 from echoplan.joint.optimisation.edge_diffraction import Reach
 from echoplan.joint.optimisation.hit_window import RIM, log_chance, outcome_of
-from echoplan.joint.optimisation.range_factors import Features, faced, reach_of
+from echoplan.joint.optimisation.range_factors import Features, predict_and_residual, reach_of
 from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["shadowed"]
@@ -118,7 +118,9 @@ def _likelihoods(
         if math.isinf(features.attenuations[feature, station]):
             continue
         place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
-        sight, late = faced(shape, reach, place, measurements.readings[ping] * hearing.scale, hearing.wavelength)
+        sight, late = predict_and_residual(
+            shape, reach, place, measurements.readings[ping] * hearing.scale, hearing.wavelength
+        )
         excess = excess_of(hearing, sight)
         if excess <= 0.0 or sight[0] > measurements.max_range - RIM:
             continue

@@ -11,15 +11,15 @@ from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.geometry import directions, intersections
-from echoplan.joint.optimisation.factors import Rows
+from echoplan.joint.optimisation.factors import LinearFactor
 from echoplan.joint.optimisation.layout import Layout
 
-__all__ = ["TieSettings", "TiedCorner", "corner_factors", "crossing_slopes", "tied_corners"]
+__all__ = ["ConstrainedCorner", "CornerFactorSettings", "corner_factors", "crossing_slopes", "tied_corners"]
 
 _WALL = int(Kind.WALL)
 
 
-class TieSettings(BaseModel, frozen=True, extra="forbid"):
+class CornerFactorSettings(BaseModel, frozen=True, extra="forbid"):
     """Which corners are those of which walls."""
 
     sigma: float = Field(default=0.001, gt=0.0, description="of a corner from the crossing of its walls [m]")
@@ -27,7 +27,7 @@ class TieSettings(BaseModel, frozen=True, extra="forbid"):
     right_angle: float = Field(default=math.radians(3), gt=0.0, description="of walls that echo at their vertex [rad]")
 
 
-class TiedCorner(NamedTuple):
+class ConstrainedCorner(NamedTuple):
     """A corner that was heard, the two walls that make it, and where these cross, shape (2,) [m]."""
 
     corner: int
@@ -61,7 +61,7 @@ def crossing_slopes(lines: FloatArray, crossing_xy: FloatArray) -> FloatArray:
     return np.column_stack([-along[0] * inverse[:, 0], inverse[:, 0], -along[1] * inverse[:, 1], inverse[:, 1]])
 
 
-def corner_factors(reflectors: FloatArray, layout: Layout, settings: TieSettings) -> Iterator[Rows]:
+def corner_factors(reflectors: FloatArray, layout: Layout, settings: CornerFactorSettings) -> Iterator[LinearFactor]:
     """Tie each corner that was heard to the crossing of the two walls that make it.
 
     Sound that is reflected by both of two walls at a right angle comes back as from their vertex.
@@ -72,18 +72,18 @@ def corner_factors(reflectors: FloatArray, layout: Layout, settings: TieSettings
         Kind and parameters of all features.
     layout : Layout
         Where their parameters stand.
-    settings : TieSettings
+    settings : CornerFactorSettings
         Which belong together.
 
     Yields
     ------
-    Rows
+    LinearFactor
         Two rows a corner.
     """
     for number, walls, crossing in tied_corners(reflectors, settings):
         columns = np.concatenate([layout.starts[k] + np.arange(2) for k in (*walls, number)])
         jacobian = np.concatenate([crossing_slopes(reflectors[list(walls), 1:3], crossing), -np.eye(2)], axis=1)
-        yield Rows(
+        yield LinearFactor(
             np.stack([columns, columns]),
             jacobian,
             -(crossing - reflectors[number, 1:3]),
@@ -91,7 +91,7 @@ def corner_factors(reflectors: FloatArray, layout: Layout, settings: TieSettings
         )
 
 
-def tied_corners(reflectors: FloatArray, settings: TieSettings) -> Iterator[TiedCorner]:
+def tied_corners(reflectors: FloatArray, settings: CornerFactorSettings) -> Iterator[ConstrainedCorner]:
     """Find the corners that were heard near the crossing of two walls at a right angle, each with the nearest one."""
     pairs = _square_pairs(reflectors, settings.right_angle)
     if not len(pairs):
@@ -101,7 +101,7 @@ def tied_corners(reflectors: FloatArray, settings: TieSettings) -> Iterator[Tied
         distances = np.hypot(*(crossings - reflectors[number, 1:3]).T)
         best = int(np.argmin(distances))
         if distances[best] < settings.gate:
-            yield TiedCorner(int(number), (int(pairs[best, 0]), int(pairs[best, 1])), crossings[best])
+            yield ConstrainedCorner(int(number), (int(pairs[best, 0]), int(pairs[best, 1])), crossings[best])
 
 
 @compiled

@@ -5,7 +5,7 @@ import numpy as np
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.preprocessing.measurements import Measurements
 
-__all__ = ["gain_of_common_errors", "independence", "intraclass_correlation", "rounding_in_common"]
+__all__ = ["effective_sample_ratio", "gain_of_common_errors", "intraclass_correlation", "shared_rounding_sigma"]
 
 # Residuals beyond so many deviations are no errors of readings.
 _WILD = 4.0
@@ -17,7 +17,9 @@ _FEWEST = 50
 _HARMONICS = np.arange(1, 61)
 
 
-def independence(measurements: Measurements, owners: IntArray, residuals: FloatArray, *, noise: float) -> float:
+def effective_sample_ratio(
+    measurements: Measurements, owners: IntArray, residuals: FloatArray, *, noise: float
+) -> float:
     r"""Tell how many times more readings count than their weights say.
 
     Weights take pings four degrees apart for independent, and nearer ones in proportion.  What is left of the
@@ -90,7 +92,7 @@ def intraclass_correlation(
     return (between - within) / max(between + (size - 1.0) * within, 1e-12)
 
 
-def rounding_in_common(step: float, scatter: float) -> float:
+def shared_rounding_sigma(step: float, scatter: float) -> float:
     r"""Tell by how much readings of one distance err together because they are rounded.
 
     The error of rounding is a saw-tooth of what is rounded.  Its mean over readings that scatter, here as Gaussians do,
@@ -113,7 +115,7 @@ def rounding_in_common(step: float, scatter: float) -> float:
 
     Examples
     --------
-    >>> [round(1000 * rounding_in_common(0.01, scatter), 2) for scatter in (0.0, 0.002, 0.004)]
+    >>> [round(1000 * shared_rounding_sigma(0.01, scatter), 2) for scatter in (0.0, 0.002, 0.004)]
     [2.87, 1.02, 0.1]
     """
     if step == 0.0:

@@ -1,4 +1,4 @@
-"""Rows of a linearised least-squares problem: every observation, tie and prior is some of them."""
+"""LinearFactor of a linearised least-squares problem: every observation, tie and prior is some of them."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.errors import InvalidValueError
 
-__all__ = ["Rows", "Summary", "held", "normal_equations", "prior", "solve"]
+__all__ = ["InformationPrior", "LinearFactor", "held", "normal_equations", "prior", "solve"]
 
 # Systems of more unknowns than this are mostly empty, and are solved as such.
 _DENSE = 250
@@ -18,7 +18,7 @@ _DENSE = 250
 _TRACE = 1e-9
 
 
-class Rows(NamedTuple):
+class LinearFactor(NamedTuple):
     """m linearised equations ``residual = slopes . step`` with at most k unknowns each.
 
     Attributes
@@ -39,7 +39,7 @@ class Rows(NamedTuple):
     weights: FloatArray
 
 
-class Summary(NamedTuple):
+class InformationPrior(NamedTuple):
     """What many rows that are gone said of k unknowns, linearised where these were then.
 
     Attributes
@@ -56,7 +56,7 @@ class Summary(NamedTuple):
     information: FloatArray
     vector: FloatArray
 
-    def on(self, columns: IntArray) -> "Summary":
+    def on(self, columns: IntArray) -> "InformationPrior":
         """Keep some unknowns, and eliminate the others (Schur complement).
 
         Parameters
@@ -66,7 +66,7 @@ class Summary(NamedTuple):
 
         Returns
         -------
-        Summary
+        InformationPrior
             What the rows said of these, whatever the others are.
         """
         gone = np.setdiff1d(np.arange(len(self.columns)), columns)
@@ -77,14 +77,14 @@ class Summary(NamedTuple):
         cross = self.information[np.ix_(columns, gone)]
         carried = solve(inner, np.column_stack([cross.T, self.vector[gone]]))
         information = self.information[np.ix_(columns, columns)] - cross @ carried[:, :-1]
-        return Summary(
+        return InformationPrior(
             columns=self.columns[columns],
             information=0.5 * (information + information.T),
             vector=self.vector[columns] - cross @ carried[:, -1],
         )
 
 
-def prior(columns: ArrayLike, *, sigma: ArrayLike, residual: ArrayLike) -> Rows:
+def prior(columns: ArrayLike, *, sigma: ArrayLike, residual: ArrayLike) -> LinearFactor:
     """Hold unknowns near values.
 
     Parameters
@@ -98,21 +98,21 @@ def prior(columns: ArrayLike, *, sigma: ArrayLike, residual: ArrayLike) -> Rows:
 
     Returns
     -------
-    Rows
+    LinearFactor
         One an unknown.
     """
     own = np.atleast_1d(np.asarray(columns, dtype=np.int64))
     weights = np.broadcast_to(np.asarray(sigma, dtype=np.float64) ** -2.0, own.shape)
     residuals = np.broadcast_to(np.asarray(residual, dtype=np.float64), own.shape)
-    return Rows(own[:, None], np.ones((len(own), 1)), residuals.copy(), weights.copy())
+    return LinearFactor(own[:, None], np.ones((len(own), 1)), residuals.copy(), weights.copy())
 
 
-def normal_equations(parts: Sequence[Rows], size: int) -> tuple[FloatArray, FloatArray]:
+def normal_equations(parts: Sequence[LinearFactor], size: int) -> tuple[FloatArray, FloatArray]:
     """Sum rows up.
 
     Parameters
     ----------
-    parts : sequence of Rows
+    parts : sequence of LinearFactor
         All of them.
     size : int
         How many unknowns there are.
@@ -164,13 +164,13 @@ def solve(information: FloatArray, right: ArrayLike) -> FloatArray:
     from scipy.sparse import csc_array  # noqa: PLC0415
     from scipy.sparse.linalg import splu  # noqa: PLC0415
 
-    given = np.asarray(right, dtype=np.float64)
+    measured_poses = np.asarray(right, dtype=np.float64)
     solution: FloatArray
     try:
         if len(information) > _DENSE:
-            solution = splu(csc_array(information)).solve(given)
+            solution = splu(csc_array(information)).solve(measured_poses)
         else:
-            solution = cho_solve(cho_factor(information), given)
+            solution = cho_solve(cho_factor(information), measured_poses)
     except (LinAlgError, RuntimeError):  # SuperLU says so by a RuntimeError
         raise InvalidValueError("the observations leave an unknown undetermined") from None
     return solution
@@ -205,7 +205,7 @@ def held(step: FloatArray, columns: Sequence[FloatArray], changes: Mapping[int, 
 
 
 @compiled
-def _sum_up(rows: Rows, information: FloatArray, right: FloatArray) -> None:
+def _sum_up(rows: LinearFactor, information: FloatArray, right: FloatArray) -> None:
     for row in range(len(rows.residuals)):
         weight, columns, jacobian = rows.weights[row], rows.columns[row], rows.jacobian[row]
         for one, column in enumerate(columns):

@@ -14,11 +14,11 @@ from echoplan.acoustics.predicted_echo import Hearing, Kind, Sight, excess_of, s
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.geometry import wrap
-from echoplan.joint.optimisation.factors import Rows
+from echoplan.joint.optimisation.factors import LinearFactor
 from echoplan.joint.optimisation.hit_window import RIM, log_chance, outcome_of
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
-from echoplan.joint.optimisation.range_factors import Features, faced, reach_of
-from echoplan.joint.optimisation.values import State
+from echoplan.joint.optimisation.range_factors import Features, predict_and_residual, reach_of
+from echoplan.joint.optimisation.values import Values
 from echoplan.preprocessing.measurements import Measurements
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError
 
@@ -116,19 +116,19 @@ def bearings_of(
     )
 
 
-def bearing_rows(bearings: Bearings, now: State) -> Rows:
+def bearing_rows(bearings: Bearings, now: Values) -> LinearFactor:
     """Hold headings and walls against bearings.
 
     Parameters
     ----------
     bearings : Bearings
         Which way walls lie from stations.
-    now : State
+    now : Values
         Features and poses.
 
     Returns
     -------
-    Rows
+    LinearFactor
         One a bearing.
     """
     walls, stations, layout = bearings.walls, bearings.stations, now.layout
@@ -142,7 +142,7 @@ def bearing_rows(bearings: Bearings, now: State) -> Rows:
     columns = np.column_stack([layout.starts[walls], facing, gain, offset])
     ones = np.ones(len(walls))
     jacobian = np.column_stack([-ones, ones, bearings.angles, ones])
-    return Rows(columns, jacobian, residuals, 1.0 / bearings.variances)
+    return LinearFactor(columns, jacobian, residuals, 1.0 / bearings.variances)
 
 
 @compiled
@@ -160,7 +160,9 @@ def _likelihoods(
             if math.isinf(attenuation):
                 continue
             place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
-            sight, late = faced(shape, reach, place, measurements.readings[ping] * hearing.scale, hearing.wavelength)
+            sight, late = predict_and_residual(
+                shape, reach, place, measurements.readings[ping] * hearing.scale, hearing.wavelength
+            )
             outcome = outcome_of(late, faintest)
             if outcome != 0.0 and sight[1] > _STEEP and sight[0] < measurements.max_range - RIM:
                 log_likelihoods = likelihoods[feature, groups[ping]]

@@ -1,4 +1,4 @@
-"""Squareness: whether walls stand at right angles to each other, and along the axes of the map, and what follows."""
+"""The Manhattan-world prior: walls stand at right angles to each other, and perhaps along the axes of the map."""
 
 import math
 from collections.abc import Sequence
@@ -11,18 +11,18 @@ from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.geometry import wrap
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.optimisation.factors import Rows, prior
+from echoplan.joint.optimisation.factors import LinearFactor, prior
 from echoplan.joint.optimisation.layout import Layout
-from echoplan.joint.optimisation.variance_components import learned_factor
+from echoplan.joint.optimisation.variance_components import map_scale_factor
 
 __all__ = [
-    "Squareness",
-    "SquarenessSettings",
+    "ManhattanPrior",
+    "ManhattanSettings",
     "estimate_right_angles",
     "main_direction",
-    "off_square",
-    "rest_on_few",
-    "right_angle_factors",
+    "manhattan_factor",
+    "manhattan_residual",
+    "rest_on_few_stations",
     "roughly_square",
 ]
 
@@ -41,7 +41,7 @@ _NEVER = 1e-6
 _LEAST_KNOWN = 1.0
 
 
-class SquarenessSettings(BaseModel, frozen=True, extra="forbid"):
+class ManhattanSettings(BaseModel, frozen=True, extra="forbid"):
     """When right angles are believed in."""
 
     concentration: float = Field(
@@ -63,7 +63,7 @@ class SquarenessSettings(BaseModel, frozen=True, extra="forbid"):
     )
 
 
-class Squareness(NamedTuple):
+class ManhattanPrior(NamedTuple):
     """Which walls stand at right angles to each other, and how exactly.
 
     Attributes
@@ -81,14 +81,14 @@ class Squareness(NamedTuple):
     along_axes: bool = False
 
 
-def main_direction(features: Sequence[Hypothesis], settings: SquarenessSettings) -> float | None:
+def main_direction(features: Sequence[Hypothesis], settings: ManhattanSettings) -> float | None:
     """Find the direction to which, or across which, most walls stand.
 
     Parameters
     ----------
     features : sequence of Hypothesis
         What is there.
-    settings : SquarenessSettings
+    settings : ManhattanSettings
         When right angles are believed in.
 
     Returns
@@ -105,35 +105,35 @@ def main_direction(features: Sequence[Hypothesis], settings: SquarenessSettings)
 
 
 def roughly_square(
-    features: Sequence[Hypothesis], settings: SquarenessSettings, *, may_lie_along_axes: bool
-) -> Squareness | None:
+    features: Sequence[Hypothesis], settings: ManhattanSettings, *, may_lie_along_axes: bool
+) -> ManhattanPrior | None:
     """Take walls near the main direction for square, while way-points are too wrong to tell.
 
     Parameters
     ----------
     features : sequence of Hypothesis
         What is there.
-    settings : SquarenessSettings
+    settings : ManhattanSettings
         How near, and how exactly.
     may_lie_along_axes : bool
         Whether they are taken to stand along the axes of the map if these are near and most measure from such walls.
 
     Returns
     -------
-    Squareness or None
+    ManhattanPrior or None
         None where there is no main direction.
     """
     direction = main_direction(features, settings)
     if direction is None:
         return None
-    off = off_square(np.array([each.reflector[1] for each in features]), direction)
+    off = manhattan_residual(np.array([each.reflector[1] for each in features]), direction)
     walls = np.array([each.is_wall for each in features])
-    is_near = abs(float(off_square(np.array([direction]), 0.0)[0])) < settings.within
+    is_near = abs(float(manhattan_residual(np.array([direction]), 0.0)[0])) < settings.within
     along_axes = may_lie_along_axes and is_near and settings.measured > 0.5
-    return Squareness(walls & (np.abs(off) < settings.within), settings.sigma, along_axes)
+    return ManhattanPrior(walls & (np.abs(off) < settings.within), settings.sigma, along_axes)
 
 
-def rest_on_few(features: Sequence[Hypothesis], least: float) -> bool:
+def rest_on_few_stations(features: Sequence[Hypothesis], least: float) -> bool:
     """Tell whether most walls were heard from one station or two: set elsewhere, these leave it open how walls lie.
 
     Parameters
@@ -156,11 +156,11 @@ def estimate_right_angles(
     reflectors: FloatArray,
     layout: Layout,
     covariance: FloatArray,
-    settings: SquarenessSettings,
-    pose_prior: Squareness | None = None,
+    settings: ManhattanSettings,
+    pose_prior: ManhattanPrior | None = None,
     *,
     by_hand: bool = False,
-) -> Squareness | None:
+) -> ManhattanPrior | None:
     r"""Tell which walls stand square to each other, and how exactly, if they do.
 
     A wall stands either at right angles to the direction d that square walls have in common, but for a deviation of
@@ -190,16 +190,16 @@ def estimate_right_angles(
         Where these stand among the unknowns.
     covariance : ndarray, shape (u, u)
         Of all unknowns.
-    settings : SquarenessSettings
+    settings : ManhattanSettings
         What is believed.
-    pose_prior : Squareness, optional
+    pose_prior : ManhattanPrior, optional
         The belief in right angles with which these came about, all of which is taken back first.
     by_hand : bool, optional
         Whether the frame of the map is that of way-points which somebody set by hand.
 
     Returns
     -------
-    Squareness or None
+    ManhattanPrior or None
         None where that explains the directions no better than chance.
     """
     walls = np.flatnonzero(layout.kinds == Kind.WALL)
@@ -209,7 +209,7 @@ def estimate_right_angles(
     covariance = covariance[np.ix_(places, places)]
     if pose_prior is not None:
         angles, covariance = _released(angles, covariance, pose_prior._replace(members=pose_prior.members[walls]))
-    folded = np.stack([off_square(angles, float(each)) for each in angles])
+    folded = np.stack([manhattan_residual(angles, float(each)) for each in angles])
     square = _normal(folded, np.diag(covariance) + settings.tolerance**2)
     first = int(np.argmax(np.log(square + _ANY).sum(axis=1)))
     shares, sigma = _are_confirmed(folded[first], covariance, square[first] / (square[first] + _ANY), settings)
@@ -218,11 +218,11 @@ def estimate_right_angles(
     members, square_ones = np.zeros(len(reflectors), dtype=bool), np.flatnonzero(shares > _LIKELY)
     members[walls[square_ones]] = True
     known = covariance[np.ix_(square_ones, square_ones)] + sigma**2 * np.eye(len(square_ones))
-    return Squareness(members, sigma, by_hand and _are_along_axes(angles[square_ones], known, settings))
+    return ManhattanPrior(members, sigma, by_hand and _are_along_axes(angles[square_ones], known, settings))
 
 
 def _are_confirmed(
-    off: FloatArray, covariance: FloatArray, shares: FloatArray, settings: SquarenessSettings
+    off: FloatArray, covariance: FloatArray, shares: FloatArray, settings: ManhattanSettings
 ) -> tuple[FloatArray, float]:
     """Tell how likely each wall stands square, and how exactly these do, from how likely they seem at first."""
     sigma = settings.tolerance
@@ -234,30 +234,30 @@ def _are_confirmed(
         expected = (loose * pulls) ** 2 + loose - loose**2 * np.diag(precision)
         square = _normal(pulls / np.diag(precision), 1.0 / np.diag(precision) - loose + sigma**2)
         sigma = settings.tolerance * float(
-            learned_factor(float(shares @ expected) / settings.tolerance**2, float(shares.sum()), settings.spread)
+            map_scale_factor(float(shares @ expected) / settings.tolerance**2, float(shares.sum()), settings.spread)
         )
         odds = (shares.sum() + 1.0) / (len(shares) - shares.sum() + 1.0) * square / _ANY
         shares = odds / (1.0 + odds)
     return shares, sigma
 
 
-def _are_along_axes(angles: FloatArray, covariance: FloatArray, settings: SquarenessSettings) -> bool:
+def _are_along_axes(angles: FloatArray, covariance: FloatArray, settings: ManhattanSettings) -> bool:
     """Tell whether square walls stand along the axes of a map whose frame somebody measured."""
     weights = np.linalg.solve(covariance, np.ones(len(angles)))
     variance = 1.0 / float(weights.sum())
-    off = variance * float(weights @ off_square(angles, 0.0))
+    off = variance * float(weights @ manhattan_residual(angles, 0.0))
     odds = math.log(settings.measured / (1.0 - settings.measured))
     gain = -0.5 * (math.log(2.0 * math.pi * variance * _ANY**2) + off**2 / variance)
     return odds + gain > settings.evidence
 
 
-def _released(angles: FloatArray, covariance: FloatArray, pose_prior: Squareness) -> tuple[FloatArray, FloatArray]:
+def _released(angles: FloatArray, covariance: FloatArray, pose_prior: ManhattanPrior) -> tuple[FloatArray, FloatArray]:
     """Tell where walls would turn, and how well that would be known, if nobody believed in right angles.
 
     One step of Gauss and Newton without the rows of that belief.  Let go for good, walls of stations that nothing else
     holds would turn until other features explain what they explained.
     """
-    rows = right_angle_factors(pose_prior, angles, np.arange(len(angles)))
+    rows = manhattan_factor(pose_prior, angles, np.arange(len(angles)))
     jacobian = np.zeros((len(rows.residuals), len(angles)))
     np.add.at(jacobian, (np.arange(len(jacobian))[:, None], rows.columns), rows.jacobian)
     # What the model of the sonar lacks is in the covariance, too: so more may be taken back than it shows to be known.
@@ -294,12 +294,12 @@ def _evidence(off: FloatArray, covariance: FloatArray, shares: FloatArray, sigma
     return -0.5 * (volume + squares) - (m - 1) * math.log(math.sqrt(2.0 * math.pi) * _ANY) - chosen
 
 
-def right_angle_factors(pose_prior: Squareness, angles: FloatArray, columns: IntArray) -> Rows:
+def manhattan_factor(pose_prior: ManhattanPrior, angles: FloatArray, columns: IntArray) -> LinearFactor:
     """Draw walls to the direction that they have in common: that of the axes, or whatever it is.
 
     Parameters
     ----------
-    pose_prior : Squareness
+    pose_prior : ManhattanPrior
         Which of them; at least one.
     angles : ndarray, shape (f,)
         Directions of their normals [rad]; of features that are no walls anything.
@@ -308,14 +308,14 @@ def right_angle_factors(pose_prior: Squareness, angles: FloatArray, columns: Int
 
     Returns
     -------
-    Rows
+    LinearFactor
         One a member; unless they stand along the axes they say nothing of the direction.
     """
     members = np.flatnonzero(pose_prior.members)
     if pose_prior.along_axes:
-        return prior(columns[members], sigma=pose_prior.sigma, residual=-off_square(angles[members], 0.0))
-    off = off_square(angles[members], float(angles[members[0]]))
-    return Rows(
+        return prior(columns[members], sigma=pose_prior.sigma, residual=-manhattan_residual(angles[members], 0.0))
+    off = manhattan_residual(angles[members], float(angles[members[0]]))
+    return LinearFactor(
         columns=np.tile(columns[members], (len(members), 1)),
         jacobian=np.eye(len(members)) - 1.0 / len(members),
         residuals=off.mean() - off,
@@ -323,7 +323,7 @@ def right_angle_factors(pose_prior: Squareness, angles: FloatArray, columns: Int
     )
 
 
-def off_square(angles: FloatArray, direction: float) -> FloatArray:
+def manhattan_residual(angles: FloatArray, direction: float) -> FloatArray:
     """Tell by how much walls are off the nearest square direction.
 
     Parameters
@@ -340,7 +340,7 @@ def off_square(angles: FloatArray, direction: float) -> FloatArray:
 
     Examples
     --------
-    >>> np.degrees(off_square(np.radians([93.0, 178.0]), 0.0)).round(6)
+    >>> np.degrees(manhattan_residual(np.radians([93.0, 178.0]), 0.0)).round(6)
     array([ 3., -2.])
     """
     off: FloatArray = wrap(4.0 * (angles - direction)) / 4.0

@@ -8,9 +8,16 @@ from pydantic import BaseModel, Field
 from echoplan.arrays import FloatArray
 from echoplan.geometry import aligned, wrap
 from echoplan.joint.optimisation.pose_factors import PosePrior, step_residuals, step_slopes
-from echoplan.joint.optimisation.variance_components import learned_factor
+from echoplan.joint.optimisation.variance_components import map_scale_factor
 
-__all__ = ["VERY_STRONG", "DriftSettings", "are_round", "estimate_odometry_noise", "learn_waypoints", "scatter"]
+__all__ = [
+    "VERY_STRONG",
+    "OdometryNoiseSettings",
+    "are_quantised",
+    "estimate_odometry_noise",
+    "estimate_waypoint_noise",
+    "scatter",
+]
 
 # From this logarithm of a ratio of likelihoods on evidence is very strong [nats] (Kass and Raftery 1995).
 VERY_STRONG = 5.0
@@ -28,7 +35,7 @@ _HEARD = 1e-9
 _TURNS, _REACH, _GRID = 3, 6.0, 241
 
 
-class DriftSettings(BaseModel, frozen=True, extra="forbid"):
+class OdometryNoiseSettings(BaseModel, frozen=True, extra="forbid"):
     """How fast belief in odometry gives way to what is seen of it."""
 
     spread: float = Field(
@@ -42,7 +49,7 @@ def estimate_odometry_noise(
     priors: PosePrior,
     poses: FloatArray,
     covariance: FloatArray,
-    settings: DriftSettings,
+    settings: OdometryNoiseSettings,
     *,
     information_inflation: float = 1.0,
 ) -> PosePrior:
@@ -71,7 +78,7 @@ def estimate_odometry_noise(
         As corrected [m, m, rad].
     covariance : ndarray, shape (3 s, 3 s)
         Of the corrected poses.
-    settings : DriftSettings
+    settings : OdometryNoiseSettings
         How much what was believed counts.
     information_inflation : float, optional
         How many times more readings tell than they were let count for.
@@ -95,14 +102,14 @@ def estimate_odometry_noise(
 
 def _heard_of_steps(priors: PosePrior, poses: FloatArray, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Tell what readings alone say of the errors of steps in deviations believed: information, and how it pulls."""
-    blocks = np.concatenate(step_slopes(priors.given, poses), axis=2)[1:]
+    blocks = np.concatenate(step_slopes(priors.measured_poses, poses), axis=2)[1:]
     jacobian = np.zeros((*blocks.shape[:2], len(covariance)))
     for step, (block, sigmas) in enumerate(zip(blocks, priors.sigmas[1:], strict=True)):
         jacobian[step, :, 3 * step : 3 * step + 6] = block / sigmas[:, None]
     jacobian = jacobian.reshape(-1, len(covariance))
     unit = np.eye(len(jacobian))
     known = np.linalg.inv(jacobian @ covariance @ jacobian.T + _HEARD * unit)
-    return known - unit, known @ (step_residuals(priors.given, poses) / priors.sigmas[1:]).ravel()
+    return known - unit, known @ (step_residuals(priors.measured_poses, poses) / priors.sigmas[1:]).ravel()
 
 
 def _heard_of_axis(
@@ -129,12 +136,17 @@ def _square(information: FloatArray, pull: FloatArray, spread: float) -> float:
     return float(np.exp(np.interp(chances @ sums / chances.sum(), sums, logarithms)))
 
 
-def learn_waypoints(
-    priors: PosePrior, poses: FloatArray, covariance: FloatArray, settings: DriftSettings, *, headings: bool = False
+def estimate_waypoint_noise(
+    priors: PosePrior,
+    poses: FloatArray,
+    covariance: FloatArray,
+    settings: OdometryNoiseSettings,
+    *,
+    headings: bool = False,
 ) -> PosePrior:
     """Take the errors of way-points from the squares that are expected of them where poses were corrected.
 
-    A guess is good to tenfold either way (``learned_factor``).  Errors of headings are learned only if asked for.
+    A guess is good to tenfold either way (``map_scale_factor``).  Errors of headings are learned only if asked for.
     Stations that hear few walls of others turn about with what they hear: errors of headings learned from such would be
     what was believed of them.
 
@@ -146,7 +158,7 @@ def learn_waypoints(
         As corrected [m, m, rad].
     covariance : ndarray, shape (3 s, 3 s)
         Of the corrected poses.
-    settings : DriftSettings
+    settings : OdometryNoiseSettings
         How much what was believed counts.
     headings : bool, optional
         Whether something else than other stations tells which way each faced.
@@ -156,17 +168,17 @@ def learn_waypoints(
     PosePrior
         The same with other deviations.
     """
-    errors = priors.given - poses
+    errors = priors.measured_poses - poses
     errors[:, 2] = wrap(errors[:, 2])
     squares = (errors**2 + np.diag(covariance).reshape(-1, 3)) / priors.sigmas**2
     sigmas = priors.sigmas.copy()
     for axes in (slice(0, 2), slice(2, 3)) if headings else (slice(0, 2),):
-        factor = learned_factor(squares[:, axes].sum(), float(squares[:, axes].size), settings.spread)
+        factor = map_scale_factor(squares[:, axes].sum(), float(squares[:, axes].size), settings.spread)
         sigmas[:, axes] *= np.clip(factor, settings.least, settings.greatest)
     return priors._replace(sigmas=sigmas)
 
 
-def scatter(given: FloatArray, poses: FloatArray) -> float:
+def scatter(measured_poses: FloatArray, poses: FloatArray) -> float:
     r"""Tell whether errors of poses scatter about the truth, or add up from one to the next.
 
     Each error of a step stays in all poses after it; whoever sets way-points by hand errs at each anew.  Either way the
@@ -179,7 +191,7 @@ def scatter(given: FloatArray, poses: FloatArray) -> float:
 
     Parameters
     ----------
-    given : ndarray, shape (s, 3)
+    measured_poses : ndarray, shape (s, 3)
         As recorded [m, m, rad].
     poses : ndarray, shape (s, 3)
         As corrected, in whatever frame.
@@ -191,7 +203,11 @@ def scatter(given: FloatArray, poses: FloatArray) -> float:
     """
     if len(poses) < _FEWEST:
         return 0.0
-    errors, steps, free = given - aligned(poses, given), step_residuals(given, poses), len(poses) - 1
+    errors, steps, free = (
+        measured_poses - aligned(poses, measured_poses),
+        step_residuals(measured_poses, poses),
+        len(poses) - 1,
+    )
     turned = wrap(errors[:, 2])
     # Where all lie was fitted to them: two places and a turn.
     ratios = (
@@ -202,12 +218,12 @@ def scatter(given: FloatArray, poses: FloatArray) -> float:
     return 0.5 * free * float(2.0 * np.log(by_steps / by_poses) + np.log(by_turns / by_headings))
 
 
-def are_round(given: FloatArray) -> bool:
+def are_quantised(measured_poses: FloatArray) -> bool:
     """Tell whether somebody may have marked poses: people do so at round numbers, where no wheels come to a halt.
 
     Parameters
     ----------
-    given : ndarray, shape (s, 3)
+    measured_poses : ndarray, shape (s, 3)
         As recorded [m, m, rad].
 
     Returns
@@ -215,5 +231,5 @@ def are_round(given: FloatArray) -> bool:
     bool
         Whether all positions are whole centimetres, or all headings whole degrees.
     """
-    numbers = 100.0 * given[:, :2], np.degrees(given[:, 2])
+    numbers = 100.0 * measured_poses[:, :2], np.degrees(measured_poses[:, 2])
     return any(bool(np.all(np.abs(each - np.round(each)) < _ROUND)) for each in numbers)

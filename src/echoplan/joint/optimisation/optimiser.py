@@ -15,21 +15,21 @@ from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.joint.optimisation.corner_factors import corner_factors
-from echoplan.joint.optimisation.factors import Rows, Summary, held, normal_equations, prior, solve
+from echoplan.joint.optimisation.factors import InformationPrior, LinearFactor, held, normal_equations, prior, solve
 from echoplan.joint.optimisation.heading_factors import NO_BEARINGS, Bearings, bearing_rows, bearings_of
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS, Layout
-from echoplan.joint.optimisation.manhattan import right_angle_factors
+from echoplan.joint.optimisation.manhattan import manhattan_factor
 from echoplan.joint.optimisation.pose_factors import at_poses, pose_factors
 from echoplan.joint.optimisation.priors import OptimiserSettings, Priors, sonar_prior
 from echoplan.joint.optimisation.range_factors import (
+    Association,
     Features,
-    Matched,
+    associate,
     differentiate_readings,
-    match_readings,
     residuals_of,
 )
 from echoplan.joint.optimisation.solution import Solution
-from echoplan.joint.optimisation.values import State
+from echoplan.joint.optimisation.values import Values
 from echoplan.preprocessing.measurements import Measurements
 from echoplan.preprocessing.servo import late_by, turned_by
 
@@ -37,8 +37,8 @@ __all__ = [
     "Features",
     "OptimiserSettings",
     "Priors",
-    "adjust",
     "heading_factors",
+    "optimise",
     "range_factors",
 ]
 
@@ -52,13 +52,13 @@ _TOLD = 0.5
 _DAMPINGS = tuple(10.0 ** np.arange(-1, 9))
 
 
-def adjust(
+def optimise(
     measurements: Measurements,
-    start: State,
+    start: Values,
     priors: Priors,
     settings: OptimiserSettings,
     *,
-    known: Summary | None = None,
+    known: InformationPrior | None = None,
 ) -> Solution:
     """Adjust features, sonar and, if they may be off, poses to all readings.
 
@@ -66,13 +66,13 @@ def adjust(
     ----------
     measurements : Measurements
         The pings, as heard from the poses that were given.
-    start : State
+    start : Values
         Where to start.
     priors : Priors
         What is believed of the sonar.
     settings : OptimiserSettings
         Priors and weights.
-    known : Summary, optional
+    known : InformationPrior, optional
         What readings that are no longer at hand said.
 
     Returns
@@ -116,11 +116,11 @@ def adjust(
         owners=matched.owners,
         residuals=matched.residuals,
         excesses=matched.excesses,
-        left=left,
+        newton_decrement=left,
     )
 
 
-def _rise(measurements: Measurements, now: State, moved: State, *, priors: Priors, linear: "_Linear") -> float:
+def _rise(measurements: Measurements, now: Values, moved: Values, *, priors: Priors, linear: "_Linear") -> float:
     """Return by how much a move raises the weighted squares of the residuals, twice a robust negative log likelihood.
 
     A wall that turns about the foot of a sensor's axis changes readings by the square of the turn: derivatives say
@@ -135,7 +135,7 @@ def _rise(measurements: Measurements, now: State, moved: State, *, priors: Prior
 
 
 def _step(
-    information: FloatArray, right: FloatArray, now: State, priors: Priors, settings: OptimiserSettings
+    information: FloatArray, right: FloatArray, now: Values, priors: Priors, settings: OptimiserSettings
 ) -> FloatArray:
     """Solve, but keep consider parameters of the sonar at their prior means (Schmidt 1966).
 
@@ -163,14 +163,14 @@ def _step(
     return step
 
 
-def range_factors(measurements: Measurements, now: State, priors: Priors, settings: OptimiserSettings) -> Rows:
+def range_factors(measurements: Measurements, now: Values, priors: Priors, settings: OptimiserSettings) -> LinearFactor:
     """Linearise the readings that features explain.
 
     Parameters
     ----------
     measurements : Measurements
         The pings, as heard from the poses that were given.
-    now : State
+    now : Values
         Features, sonar and poses.
     priors : Priors
         What is believed of the sonar.
@@ -179,14 +179,14 @@ def range_factors(measurements: Measurements, now: State, priors: Priors, settin
 
     Returns
     -------
-    Rows
+    LinearFactor
         One a reading.
     """
     _, readings = _linearised(_with_attenuation(measurements, now, priors), now, priors, settings)
     return _placed(readings, now.layout)
 
 
-def heading_factors(measurements: Measurements, now: State, priors: Priors) -> Rows:
+def heading_factors(measurements: Measurements, now: Values, priors: Priors) -> LinearFactor:
     """Linearise the bearings of walls, where these tell which way stations face.
 
     Parameters
@@ -196,13 +196,13 @@ def heading_factors(measurements: Measurements, now: State, priors: Priors) -> R
 
     Returns
     -------
-    Rows
+    LinearFactor
         One a wall and station; none unless headings are free and walls stand along the axes.
     """
     return bearing_rows(_bearings(measurements, now, priors), now)
 
 
-def _bearings(measurements: Measurements, now: State, priors: Priors) -> Bearings:
+def _bearings(measurements: Measurements, now: Values, priors: Priors) -> Bearings:
     """Find the bearings of walls; those of walls that may lie anyhow determine the servo but not the headings."""
     poses, square = priors.poses, priors.squareness
     along_axes = poses is not None and not poses.relative and square is not None and square.along_axes
@@ -229,25 +229,25 @@ class _Readings(NamedTuple):
 class _Linear(NamedTuple):
     """Everything about one state: readings with their owners, and normal equations of all that holds it besides."""
 
-    matched: Matched
+    matched: Association
     readings: _Readings
     information: FloatArray
     right: FloatArray
 
 
-def _with_attenuation(measurements: Measurements, now: State, priors: Priors) -> Measurements:
+def _with_attenuation(measurements: Measurements, now: Values, priors: Priors) -> Measurements:
     """Place the pings where the servo and the robot were."""
     turned = late_by(measurements, now.latency)
     if priors.servo is not None:
         turned = turned_by(turned, error=now.servo, before=priors.servo)
-    return turned if priors.poses is None else at_poses(turned, priors.poses.given, now.poses)
+    return turned if priors.poses is None else at_poses(turned, priors.poses.measured_poses, now.poses)
 
 
 def _linearised(
-    measurements: Measurements, now: State, priors: Priors, settings: OptimiserSettings
-) -> tuple[Matched, _Readings]:
+    measurements: Measurements, now: Values, priors: Priors, settings: OptimiserSettings
+) -> tuple[Association, _Readings]:
     hearing = now.model.tabulated()
-    matched = match_readings(measurements, hearing, now.features, max(0.025, 6.0 * priors.noise))
+    matched = associate(measurements, hearing, now.features, max(0.025, 6.0 * priors.noise))
     explained = np.flatnonzero(matched.owners >= 0)
     model = now.model
     walk = (model.range_offset, model.walk_gain, model.reference_walk, model.walk_exponent)
@@ -255,7 +255,7 @@ def _linearised(
     residuals, excesses = matched.residuals[explained], matched.excesses[explained]
     variances = now.model.variances(excesses, noise=priors.noise)
     bias_variances = variances * (1.0 + residuals**2 / (settings.robust**2 * variances)) ** 2
-    counts = priors.independence * measurements.weights[explained]
+    counts = priors.effective_sample_ratio * measurements.weights[explained]
     owners, stations = matched.owners[explained], measurements.stations[explained]
     readings = _Readings(
         owners=owners,
@@ -276,7 +276,7 @@ def _common(bias_variances: FloatArray, priors: Priors) -> FloatArray:
     Of way-points that is learned from what is left of the readings, whatever the reason.
     """
     by_hand = priors.poses is not None and not priors.poses.relative
-    return priors.pair_sigma**2 + (np.zeros_like(bias_variances) if by_hand else bias_variances)
+    return priors.bias_sigma**2 + (np.zeros_like(bias_variances) if by_hand else bias_variances)
 
 
 def _capped(weights: FloatArray, owners: IntArray, stations: IntArray, common: FloatArray) -> FloatArray:
@@ -296,10 +296,10 @@ def _add_leverage(jacobian: FloatArray, measurements: Measurements, explained: I
         jacobian[row, -1] += jacobian[row, -2] * ahead - jacobian[row, -3] * aside
 
 
-def _placed(readings: _Readings, layout: Layout) -> Rows:
+def _placed(readings: _Readings, layout: Layout) -> LinearFactor:
     """Give the derivatives of readings their places among the unknowns."""
     columns = _columns(readings, layout.columns, (layout.sonar, layout.pose))
-    return Rows(columns, readings.jacobian, readings.residuals, readings.weights)
+    return LinearFactor(columns, readings.jacobian, readings.residuals, readings.weights)
 
 
 @compiled
@@ -321,11 +321,11 @@ def _columns(readings: _Readings, of_features: IntArray, starts: tuple[int, int]
     return columns
 
 
-def _held_by(now: State, layout: Layout, priors: Priors, settings: OptimiserSettings) -> Iterator[Rows]:
+def _held_by(now: Values, layout: Layout, priors: Priors, settings: OptimiserSettings) -> Iterator[LinearFactor]:
     """Collect what holds the unknowns besides the pings: priors, and ties of corners to their walls."""
     yield sonar_prior(now, layout.sonar, priors, settings)
     if priors.squareness is not None:
-        yield right_angle_factors(priors.squareness, now.features.reflectors[:, 1], layout.starts)
+        yield manhattan_factor(priors.squareness, now.features.reflectors[:, 1], layout.starts)
     if priors.poses is not None:
         yield pose_factors(priors.poses, now.poses, layout.pose)
     yield prior(np.arange(layout.sonar), sigma=1.0 / _HOLD, residual=0.0)

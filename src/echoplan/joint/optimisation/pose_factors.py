@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.geometry import compose, invert, wrap
-from echoplan.joint.optimisation.factors import Rows
+from echoplan.joint.optimisation.factors import LinearFactor
 from echoplan.joint.search.duplicates import DuplicateSettings
 from echoplan.model import Odometry
 from echoplan.preprocessing.measurements import Measurements
@@ -48,7 +48,7 @@ class PoseSettings(BaseModel, frozen=True, extra="forbid"):
         default_factory=lambda: DuplicateSettings(turn=math.radians(4), beside=0.05),
         description="made by poses in error",
     )
-    pair_sigma: float = Field(default=0.012, gt=0.0, description="common to all a station says of a feature [m]")
+    bias_sigma: float = Field(default=0.012, gt=0.0, description="common to all a station says of a feature [m]")
     pair_spread: float = Field(
         default=0.5 * math.log(10.0), gt=0.0, description="of the logarithm of that guess: good to tenfold"
     )
@@ -61,7 +61,7 @@ class PosePrior(NamedTuple):
 
     Attributes
     ----------
-    given : ndarray, shape (s, 3)
+    measured_poses : ndarray, shape (s, 3)
         As recorded [m, m, rad].
     sigmas : ndarray, shape (s, 3)
         Of each pose in its own frame if it is absolute, else of the step to it: along and across the way, in heading.
@@ -71,7 +71,7 @@ class PosePrior(NamedTuple):
         Whether the rig specified deviations, be it some; else they are a guess, from which better ones may be learned.
     """
 
-    given: FloatArray
+    measured_poses: FloatArray
     sigmas: FloatArray
     relative: bool
     specified: bool = False
@@ -81,7 +81,7 @@ class PosePrior(NamedTuple):
         """Deviations along the axes of each pose itself, shape (s, 3) [m, m, rad]."""
         if not self.relative:
             return self.sigmas
-        steps = _steps(self.given)
+        steps = _steps(self.measured_poses)
         turned = _ways(steps) - steps[:, 2]
         squares = np.stack([np.cos(turned) ** 2, np.sin(turned) ** 2], axis=1)
         reaches = self.sigmas.copy()
@@ -90,12 +90,12 @@ class PosePrior(NamedTuple):
         return reaches
 
 
-def odometry_prior(given: FloatArray, settings: PoseSettings, specified: Odometry | None = None) -> PosePrior:
+def odometry_prior(measured_poses: FloatArray, settings: PoseSettings, specified: Odometry | None = None) -> PosePrior:
     """Believe in the steps from pose to pose.
 
     Parameters
     ----------
-    given : ndarray, shape (s, 3)
+    measured_poses : ndarray, shape (s, 3)
         Poses by dead reckoning [m, m, rad].
     settings : PoseSettings
         How far steps may be off where nobody tells.
@@ -107,12 +107,12 @@ def odometry_prior(given: FloatArray, settings: PoseSettings, specified: Odometr
     PosePrior
         The first pose fixed, the others relative.
     """
-    steps = _steps(given)
+    steps = _steps(measured_poses)
     length, turn = np.hypot(steps[:, 0], steps[:, 1]), np.abs(steps[:, 2])
     sigmas = (
         _guessed(length, turn, settings) if specified is None else _specified_sigmas(length, turn, specified, settings)
     )
-    return PosePrior(given, np.concatenate([[_FIXED], sigmas]), relative=True, specified=specified is not None)
+    return PosePrior(measured_poses, np.concatenate([[_FIXED], sigmas]), relative=True, specified=specified is not None)
 
 
 def _guessed(length: FloatArray, turn: FloatArray, settings: PoseSettings) -> FloatArray:
@@ -143,12 +143,12 @@ def _variance(specified: float | None, way: FloatArray, guessed: FloatArray) -> 
     return guessed**2 if specified is None else specified**2 * way
 
 
-def waypoint_prior(given: FloatArray, settings: PoseSettings) -> PosePrior:
+def waypoint_prior(measured_poses: FloatArray, settings: PoseSettings) -> PosePrior:
     """Believe in every pose by itself.
 
     Parameters
     ----------
-    given : ndarray, shape (s, 3)
+    measured_poses : ndarray, shape (s, 3)
         Poses of way-points [m, m, rad].
     settings : PoseSettings
         How far they may be off.
@@ -159,15 +159,15 @@ def waypoint_prior(given: FloatArray, settings: PoseSettings) -> PosePrior:
         All poses absolute.
     """
     sigmas = (settings.waypoint, settings.waypoint, settings.waypoint_turn)
-    return PosePrior(given, np.tile(sigmas, (len(given), 1)), relative=False)
+    return PosePrior(measured_poses, np.tile(sigmas, (len(measured_poses), 1)), relative=False)
 
 
-def waypoint_steps(given: FloatArray, settings: PoseSettings) -> PosePrior:
+def waypoint_steps(measured_poses: FloatArray, settings: PoseSettings) -> PosePrior:
     """Believe in the steps from way-point to way-point: both ends err, and where the first faces turns the way.
 
     Parameters
     ----------
-    given : ndarray, shape (s, 3)
+    measured_poses : ndarray, shape (s, 3)
         Poses of way-points [m, m, rad].
     settings : PoseSettings
         How far they may be off.
@@ -177,18 +177,18 @@ def waypoint_steps(given: FloatArray, settings: PoseSettings) -> PosePrior:
     PosePrior
         The first pose fixed, the others relative.
     """
-    steps, place, turn = _steps(given), math.sqrt(2.0) * settings.waypoint, settings.waypoint_turn
+    steps, place, turn = _steps(measured_poses), math.sqrt(2.0) * settings.waypoint, settings.waypoint_turn
     across = np.hypot(place, turn * np.hypot(steps[:, 0], steps[:, 1]))
     sigmas = np.column_stack([np.full(len(steps), place), across, np.full(len(steps), math.sqrt(2.0) * turn)])
-    return PosePrior(given, np.concatenate([[_FIXED], sigmas]), relative=True)
+    return PosePrior(measured_poses, np.concatenate([[_FIXED], sigmas]), relative=True)
 
 
-def continued(given: FloatArray, known: FloatArray) -> FloatArray:
+def continued(measured_poses: FloatArray, known: FloatArray) -> FloatArray:
     """Go on from poses that are known by the steps that were recorded.
 
     Parameters
     ----------
-    given : ndarray, shape (s, 3)
+    measured_poses : ndarray, shape (s, 3)
         Poses as recorded [m, m, rad].
     known : ndarray, shape (k, 3)
         What the first k of them are.
@@ -198,13 +198,13 @@ def continued(given: FloatArray, known: FloatArray) -> FloatArray:
     ndarray, shape (s, 3)
         The known ones, and the others as far from the last of these as they were recorded.
     """
-    if not len(known) or (known == given[: len(known)]).all():
-        return given
-    rest = compose(known[-1], compose(invert(given[len(known) - 1]), given[len(known) :]))
+    if not len(known) or (known == measured_poses[: len(known)]).all():
+        return measured_poses
+    rest = compose(known[-1], compose(invert(measured_poses[len(known) - 1]), measured_poses[len(known) :]))
     return np.concatenate([known, rest])
 
 
-def dead_reckoned(given: FloatArray, poses: FloatArray, station: int) -> FloatArray:
+def dead_reckoned(measured_poses: FloatArray, poses: FloatArray, station: int) -> FloatArray:
     """Tell where the recorded step from the pose before leads.
 
     Parameters
@@ -219,11 +219,11 @@ def dead_reckoned(given: FloatArray, poses: FloatArray, station: int) -> FloatAr
     ndarray, shape (3,)
         The pose [m, m, rad].
     """
-    step = compose(invert(given[station - 1]), given[station])
+    step = compose(invert(measured_poses[station - 1]), measured_poses[station])
     return compose(poses[station - 1], step)
 
 
-def at_poses(measurements: Measurements, given: FloatArray, poses: FloatArray) -> Measurements:
+def at_poses(measurements: Measurements, measured_poses: FloatArray, poses: FloatArray) -> Measurements:
     """Move the soundings of each station with its pose.
 
     Parameters
@@ -238,8 +238,8 @@ def at_poses(measurements: Measurements, given: FloatArray, poses: FloatArray) -
     Measurements
         As heard from there.
     """
-    turn = np.exp(1j * (poses[:, 2] - given[:, 2]))
-    before, behind = given[:, 0] + 1j * given[:, 1], poses[:, 0] + 1j * poses[:, 1]
+    turn = np.exp(1j * (poses[:, 2] - measured_poses[:, 2]))
+    before, behind = measured_poses[:, 0] + 1j * measured_poses[:, 1], poses[:, 0] + 1j * poses[:, 1]
     own = measurements.stations
     places = behind[own] + turn[own] * (measurements.x + 1j * measurements.y - before[own])
     axes = turn[own] * (measurements.ux + 1j * measurements.uy)
@@ -256,7 +256,7 @@ def at_poses(measurements: Measurements, given: FloatArray, poses: FloatArray) -
     )
 
 
-def pose_factors(priors: PosePrior, poses: FloatArray, first: int) -> Rows:
+def pose_factors(priors: PosePrior, poses: FloatArray, first: int) -> LinearFactor:
     """Hold poses against what is believed of them.
 
     Parameters
@@ -270,26 +270,26 @@ def pose_factors(priors: PosePrior, poses: FloatArray, first: int) -> Rows:
 
     Returns
     -------
-    Rows
+    LinearFactor
         Three rows a pose.
     """
     count = len(poses)
     own = first + np.arange(3 * count).reshape(count, 1, 3) + np.zeros((1, 3, 1), dtype=np.int64)
     if not priors.relative:
-        residuals = priors.given - poses
+        residuals = priors.measured_poses - poses
         residuals[:, 2] = wrap(residuals[:, 2])
         jacobian = np.broadcast_to(np.eye(3), (count, 3, 3))
         return _flat(own, jacobian, residuals, priors.sigmas)
     before = np.concatenate([np.full((1, 3, 3), -1), own[:-1]])
-    start = priors.given[:1] - poses[:1]
+    start = priors.measured_poses[:1] - poses[:1]
     start[:, 2] = wrap(start[:, 2])
-    residuals = np.concatenate([start, step_residuals(priors.given, poses)])
-    from_before, from_own = step_slopes(priors.given, poses)
+    residuals = np.concatenate([start, step_residuals(priors.measured_poses, poses)])
+    from_before, from_own = step_slopes(priors.measured_poses, poses)
     columns = np.concatenate([before, own], axis=2)
     return _flat(columns, np.concatenate([from_before, from_own], axis=2), residuals, priors.sigmas)
 
 
-def step_residuals(given: FloatArray, poses: FloatArray) -> FloatArray:
+def step_residuals(measured_poses: FloatArray, poses: FloatArray) -> FloatArray:
     """Tell by how much the steps from pose to pose are longer as given than they are now.
 
     Parameters
@@ -302,7 +302,7 @@ def step_residuals(given: FloatArray, poses: FloatArray) -> FloatArray:
     ndarray, shape (s - 1, 3)
         Along the way that was given, across it to the left, and in heading [m, m, rad].
     """
-    recorded = _steps(given)
+    recorded = _steps(measured_poses)
     residuals = recorded - _steps(poses)
     residuals[:, 2] = wrap(residuals[:, 2])
     turned: FloatArray = np.einsum("kij,kj->ki", _along_ways(recorded), residuals)
@@ -327,7 +327,7 @@ def _steps(poses: FloatArray) -> FloatArray:
     return compose(invert(poses[:-1]), poses[1:])
 
 
-def step_slopes(given: FloatArray, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
+def step_slopes(measured_poses: FloatArray, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Differentiate each step by the pose before and by its own: ``p = R' (t - t0)``, ``dp/dyaw0 = (p_y, -p_x)``.
 
     Parameters
@@ -347,14 +347,14 @@ def step_slopes(given: FloatArray, poses: FloatArray) -> tuple[FloatArray, Float
     own[1:, 1, :2] = np.column_stack([-sine, cosine])
     before[1:] = -own[1:]
     before[1:, 0, 2], before[1:, 1, 2] = steps[:, 1], -steps[:, 0]
-    turns = _along_ways(_steps(given))
+    turns = _along_ways(_steps(measured_poses))
     before[1:], own[1:] = turns @ before[1:], turns @ own[1:]
     return before, own
 
 
-def _flat(columns: IntArray, jacobian: FloatArray, residuals: FloatArray, sigmas: FloatArray) -> Rows:
+def _flat(columns: IntArray, jacobian: FloatArray, residuals: FloatArray, sigmas: FloatArray) -> LinearFactor:
     width = columns.shape[2]
-    return Rows(
+    return LinearFactor(
         columns.reshape(-1, width).astype(np.int64),
         jacobian.reshape(-1, width).astype(np.float64),
         residuals.ravel(),

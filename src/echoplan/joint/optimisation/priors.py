@@ -8,12 +8,12 @@ from numpy.typing import ArrayLike
 from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray
-from echoplan.joint.optimisation.corner_factors import TieSettings
-from echoplan.joint.optimisation.factors import Rows, prior
+from echoplan.joint.optimisation.corner_factors import CornerFactorSettings
+from echoplan.joint.optimisation.factors import LinearFactor, prior
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
-from echoplan.joint.optimisation.manhattan import Squareness
+from echoplan.joint.optimisation.manhattan import ManhattanPrior
 from echoplan.joint.optimisation.pose_factors import PosePrior
-from echoplan.joint.optimisation.values import State
+from echoplan.joint.optimisation.values import Values
 from echoplan.preprocessing.servo import ServoError
 
 __all__ = ["OptimiserSettings", "Priors", "sonar_prior"]
@@ -27,7 +27,9 @@ class OptimiserSettings(BaseModel, frozen=True, extra="forbid"):
     robust: float = Field(default=2.5, gt=0.0, description="deviations at which a reading counts a quarter")
     gain_share: float = Field(default=0.24, gt=0.0, description="uncertainty of the range walk, as a share of it")
     scale_sigma: float = Field(default=0.03, gt=0.0, description="of the range scale: 50 degrees of temperature")
-    told_scale_sigma: float = Field(default=0.002, gt=0.0, description="likewise, by a thermometer or on a drive")
+    scale_sigma_with_thermometer: float = Field(
+        default=0.002, gt=0.0, description="likewise, by a thermometer or on a drive"
+    )
     offset_floor: float = Field(
         default=0.002,
         gt=0.0,
@@ -63,7 +65,7 @@ class OptimiserSettings(BaseModel, frozen=True, extra="forbid"):
     )
     radius: float = Field(default=0.12, gt=0.0, description="of a cylinder of which little was heard [m]")
     radius_sigma: float = Field(default=0.1, gt=0.0, description="of that guess [m]")
-    ties: TieSettings = Field(default_factory=TieSettings)
+    ties: CornerFactorSettings = Field(default_factory=CornerFactorSettings)
 
     def servo_strain(self, gain: ArrayLike, offset: ArrayLike) -> FloatArray:
         """Return how unlikely gains and offsets [rad] of a servo are before any ping is asked [nats]."""
@@ -96,16 +98,16 @@ class Priors(NamedTuple):
         Whether errors of the poses add up.
     poses : PosePrior or None
         What is believed of the poses, if they are to be corrected.
-    pair_sigma : float
+    bias_sigma : float
         What all pings of one station say of one feature is wrong together by this [m]; 0 if they are independent.
-    independence : float
+    effective_sample_ratio : float
         How many times more readings count than their weights say.
     understated : float
         How many times more readings tell than they are let count for.
-    loudness : tuple of float or None
+    beam_prior : tuple of float or None
         Figure of merit [dB] and logarithm of the beam's ka as told by who heard what; None if nothing told them yet,
         or while poses drift or have not settled: then they stay as they are.
-    squareness : Squareness or None
+    squareness : ManhattanPrior or None
         How square the walls stand, where right angles are believed in.
     bearings : bool
         Whether way-points ask who heard walls along the axes which way they face.
@@ -119,21 +121,21 @@ class Priors(NamedTuple):
     range_scale: float = 0.0
     drifting: bool = False
     poses: PosePrior | None = None
-    pair_sigma: float = 0.0
-    independence: float = 1.0
+    bias_sigma: float = 0.0
+    effective_sample_ratio: float = 1.0
     information_inflation: float = 1.0
-    loudness: tuple[float, float] | None = None
-    squareness: Squareness | None = None
+    beam_prior: tuple[float, float] | None = None
+    squareness: ManhattanPrior | None = None
     bearings: bool = False
     servo: ServoError | None = None
 
 
-def sonar_prior(now: State, first: int, priors: Priors, settings: OptimiserSettings) -> Rows:
+def sonar_prior(now: Values, first: int, priors: Priors, settings: OptimiserSettings) -> LinearFactor:
     """Hold the sonar and the servo near what is believed of them.
 
     Parameters
     ----------
-    now : State
+    now : Values
         The sonar and the servo as they are.
     first : int
         Where their unknowns start.
@@ -144,7 +146,7 @@ def sonar_prior(now: State, first: int, priors: Priors, settings: OptimiserSetti
 
     Returns
     -------
-    Rows
+    LinearFactor
         One an unknown.
     """
     model, gain_sigma = now.model, settings.gain_share * priors.walk_gain
@@ -155,9 +157,9 @@ def sonar_prior(now: State, first: int, priors: Priors, settings: OptimiserSetti
     servo_sigmas = (settings.servo_gain_sigma, settings.servo_offset_sigma) if open_servo else (1e-9, 1e-9)
     # There is no range walk in a cone of rays.
     exponent_sigma = 1e-9 if model.cone else settings.exponent_sigma
-    merit, log_ka, *loudness = (model.figure_of_merit, math.log(model.ka), 1e-9, 1e-9)
-    if priors.loudness is not None:
-        merit, log_ka, *loudness = *priors.loudness, settings.merit_sigma, settings.ka_sigma
+    merit, log_ka, *beam_prior = (model.figure_of_merit, math.log(model.ka), 1e-9, 1e-9)
+    if priors.beam_prior is not None:
+        merit, log_ka, *beam_prior = *priors.beam_prior, settings.merit_sigma, settings.ka_sigma
     return prior(
         first + np.arange(len(SONAR_UNKNOWNS)),
         sigma=(
@@ -166,7 +168,7 @@ def sonar_prior(now: State, first: int, priors: Priors, settings: OptimiserSetti
             priors.scale_sigma,
             latency_sigma,
             *servo_sigmas,
-            *loudness,
+            *beam_prior,
             exponent_sigma,
         ),
         residual=(

@@ -25,12 +25,12 @@ from echoplan.joint.optimisation.edge_diffraction import Reach, at_end, differen
 from echoplan.preprocessing.measurements import Measurements
 
 __all__ = [
+    "Association",
     "Features",
-    "Matched",
     "as_arrays",
+    "associate",
     "differentiate_readings",
-    "faced",
-    "match_readings",
+    "predict_and_residual",
     "reach_of",
     "residuals_of",
 ]
@@ -66,7 +66,7 @@ class Features(NamedTuple):
     ends: FloatArray
 
 
-class Matched(NamedTuple):
+class Association(NamedTuple):
     """Which feature explains each of n pings.
 
     Attributes
@@ -114,7 +114,7 @@ def as_arrays(features: Sequence[Hypothesis], stations: int) -> Features:
 
 
 @compiled
-def match_readings(measurements: Measurements, hearing: Hearing, features: Features, band: float) -> Matched:
+def associate(measurements: Measurements, hearing: Hearing, features: Features, band: float) -> Association:
     """Give each reading to the feature that comes nearest to it, of those that its station heard.
 
     Parameters
@@ -130,7 +130,7 @@ def match_readings(measurements: Measurements, hearing: Hearing, features: Featu
 
     Returns
     -------
-    Matched
+    Association
         One a ping.
     """
     count = len(measurements.readings)
@@ -142,14 +142,16 @@ def match_readings(measurements: Measurements, hearing: Hearing, features: Featu
             if math.isinf(attenuation):
                 continue
             place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
-            sight, late = faced(shape, reach, place, measurements.readings[ping] * hearing.scale, hearing.wavelength)
+            sight, late = predict_and_residual(
+                shape, reach, place, measurements.readings[ping] * hearing.scale, hearing.wavelength
+            )
             if not abs(late) < band + _WALK:
                 continue
             excess = excess_of(hearing, sight) - attenuation
             late -= walk_of(hearing, excess)
             if excess > _FAINT and abs(late) < min(band, abs(residuals[ping]) if owners[ping] >= 0 else band):
                 owners[ping], residuals[ping], excesses[ping] = feature, late, excess
-    return Matched(owners, residuals, excesses)
+    return Association(owners, residuals, excesses)
 
 
 @compiled
@@ -167,7 +169,7 @@ def residuals_of(measurements: Measurements, hearing: Hearing, features: Feature
             features.attenuations[owner, measurements.stations[ping]],
         )
         place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
-        sight, late = faced(shape, reach_of(features, owner), place, reading, hearing.wavelength)
+        sight, late = predict_and_residual(shape, reach_of(features, owner), place, reading, hearing.wavelength)
         residuals[row] = (
             reading if math.isinf(late) else late - walk_of(hearing, excess_of(hearing, sight) - attenuation)
         )
@@ -195,7 +197,9 @@ def reach_of(features: Features, number: int) -> Reach:
 
 
 @compiled
-def faced(shape: Shape, reach: Reach, place: Ping, reading: float, wavelength: float) -> tuple[Sight, float]:
+def predict_and_residual(
+    shape: Shape, reach: Reach, place: Ping, reading: float, wavelength: float
+) -> tuple[Sight, float]:
     """Look at a feature, and tell how much longer than its depth a reading is.
 
     Parameters
@@ -232,7 +236,7 @@ def differentiate_readings(
     measurements: Measurements,
     hearing: Hearing,
     features: Features,
-    matched: Matched,
+    matched: Association,
     explained: IntArray,
     walk: tuple[float, float, float, float],
 ) -> tuple[FloatArray, IntArray]:
@@ -246,7 +250,7 @@ def differentiate_readings(
         The sonar.
     features : Features
         What is there.
-    matched : Matched
+    matched : Association
         Which feature explains each ping.
     explained : ndarray of int, shape (m,)
         The pings to differentiate.

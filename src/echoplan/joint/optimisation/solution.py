@@ -50,7 +50,7 @@ class Solution:
         Reading less expected reading [m]; 0 where nothing explains it.
     excesses : ndarray, shape (n,)
         Expected signal excess [dB].
-    left : float
+    newton_decrement : float
         Square of the last step, in deviations of what it moves: Newton's decrement.
     offset_sigma : float, optional
         How well the range offset is known at best [m].
@@ -71,7 +71,7 @@ class Solution:
     owners: IntArray
     residuals: FloatArray
     excesses: FloatArray
-    left: float
+    newton_decrement: float
     offset_sigma: float = 0.0
     model_error: float = 0.0
 

@@ -19,7 +19,7 @@ from echoplan.preprocessing import expected_scale
 from echoplan.preprocessing.measurements import Measurements
 from echoplan.preprocessing.rays import are_rays
 
-__all__ = ["Walk", "expected_sonar", "half_aperture_of", "learned_sonar", "walking"]
+__all__ = ["Walk", "estimated_sonar", "expected_sonar", "half_aperture_of", "walking"]
 
 # That of the burst, one fitted to the recording, or a table of signal excess [dB] and what it is read too far by [m].
 Walk: TypeAlias = str | Sequence[tuple[float, float]]
@@ -64,7 +64,7 @@ def expected_sonar(
     return model.seeing(half_aperture_of(rig)) if _reads_rays(rig, measurements, known) else model
 
 
-def learned_sonar(
+def estimated_sonar(
     measurements: Measurements, model: EchoModel, features: Sequence[Hypothesis], *, pose_prior: float
 ) -> EchoModel:
     """Learn figure of merit and beam of a sonar, or the cone of rays.
@@ -90,14 +90,14 @@ def learned_sonar(
     return fit_figure_of_merit(measurements, model, features, pose_prior=pose_prior)
 
 
-def walking(model: EchoModel, adjusted: Solution | None, noise: float) -> EchoModel:
+def walking(model: EchoModel, solution: Solution | None, noise: float) -> EchoModel:
     """Fit the range walk to what is left of the readings.
 
     Parameters
     ----------
     model : EchoModel
         The sonar so far.
-    adjusted : Solution
+    solution : Solution
         Features, and what is left, if any were adjusted.
     noise : float
         Standard deviation of readings [m].
@@ -107,13 +107,13 @@ def walking(model: EchoModel, adjusted: Solution | None, noise: float) -> EchoMo
     EchoModel
         With another walk; the given one for rays, and where there are too few readings or no walk falls with loudness.
     """
-    explained = np.zeros(0, dtype=np.int64) if adjusted is None else np.flatnonzero(adjusted.owners >= 0)
+    explained = np.zeros(0, dtype=np.int64) if solution is None else np.flatnonzero(solution.owners >= 0)
     pieces = min(_PIECES, len(explained) // _A_PIECE)
-    if adjusted is None or model.cone or pieces < 2:
+    if solution is None or model.cone or pieces < 2:
         return model
-    excess = np.maximum(adjusted.excesses[explained], 0.0)
+    excess = np.maximum(solution.excesses[explained], 0.0)
     shape = model.walk.blurred(model.spread)(excess) ** model.walk_exponent
-    late = adjusted.residuals[explained] + model.walk_gain * shape
+    late = solution.residuals[explained] + model.walk_gain * shape
     weights = 1.0 / model.variances(excess, noise=noise)
     try:
         curve, fall = fitted_walk(excess, late, weights=weights, pieces=pieces)

@@ -1,4 +1,4 @@
-"""State: values of all unknowns, before and after each step of an adjustment."""
+"""Values: values of all unknowns, before and after each step of an adjustment."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -14,7 +14,7 @@ from echoplan.joint.optimisation.layout import Layout
 from echoplan.joint.optimisation.range_factors import Features
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError
 
-__all__ = ["State"]
+__all__ = ["Values"]
 
 # Features, walls where they were heard, poses and the servo move no farther than this in a step [rad or m], loudness
 # and beam change by no more than these [dB, 1].
@@ -26,7 +26,7 @@ _THIN, _THICK = 0.01, 0.5
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class State:
+class Values:
     """Where features, sonar and poses are now.
 
     Parameters
@@ -62,7 +62,7 @@ class State:
         sonar += [model.figure_of_merit, math.log(model.ka), model.walk_exponent]
         return np.concatenate([self.features.reflectors[:, 1:][self.layout.free], sonar, self.poses.ravel()])
 
-    def moved(self, step: FloatArray) -> "State":
+    def moved(self, step: FloatArray) -> "Values":
         """Take a step.
 
         Parameters
@@ -72,7 +72,7 @@ class State:
 
         Returns
         -------
-        State
+        Values
             Points, poses and the middles of walls go no farther than 5 cm along any axis at once, and nothing turns
             more than 0.05 rad: longer steps are shortened as a whole.  Loudness changes by 1 dB at most, the beam by
             5 %.  Radii stay within what a cylinder may have.
@@ -94,7 +94,7 @@ class State:
             walk_exponent=min(max(self.model.walk_exponent + exponent, _SLOWEST), _FASTEST),
         )
         extents = self.features.extents + _shifts(self.features, reflectors)[:, None]
-        return State(
+        return Values(
             features=self.features._replace(reflectors=reflectors, extents=extents, ends=edges_of(reflectors, extents)),
             model=model,
             latency=self.latency + latency,

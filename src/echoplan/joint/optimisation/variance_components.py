@@ -5,10 +5,10 @@ from numpy.typing import ArrayLike
 
 from echoplan.arrays import FloatArray
 
-__all__ = ["learned_factor"]
+__all__ = ["map_scale_factor"]
 
 
-def learned_factor(squares: ArrayLike, count: float, spread: float) -> FloatArray:
+def map_scale_factor(squares: ArrayLike, count: float, spread: float) -> FloatArray:
     r"""Tell how many times greater a deviation is than was guessed, from errors seen.
 
     .. math:: n \ln f + \frac{S}{2 f^2} + \frac{\ln^2 f}{2 t^2} \to \min

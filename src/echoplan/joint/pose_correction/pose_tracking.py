@@ -12,15 +12,15 @@ from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, directions, invert
 from echoplan.joint.arcs import arc_planes
-from echoplan.joint.estimate import Account
+from echoplan.joint.estimate import Estimate
 from echoplan.joint.likelihood_cache import LikelihoodCache
 from echoplan.joint.optimisation.odometry_noise import VERY_STRONG
 from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses, continued, dead_reckoned
-from echoplan.joint.pose_correction.annealing import settle
+from echoplan.joint.pose_correction.annealing import refine
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalScan, best_score, local_scans, locate
 from echoplan.preprocessing.measurements import first_stations
 
-__all__ = ["follow", "sights_of", "track", "until"]
+__all__ = ["local_scans_of", "register_in_order", "track_poses", "up_to_station"]
 
 # Where a station should be, by those before it that recognised the room: its pose and the deviations of that.
 _Expected: TypeAlias = Callable[[FloatArray, int, Sequence[int]], tuple[FloatArray, FloatArray]]
@@ -42,12 +42,12 @@ _HERE, _STRONG = np.array([0.005, 0.005, math.radians(0.5)]), 3.0
 _JOINED = (0.05, math.radians(3.0))
 
 
-def track(account: Account, priors: PosePrior) -> Account:
-    """Correct the poses of an account that drift.
+def track_poses(estimate: Estimate, priors: PosePrior) -> Estimate:
+    """Correct poses that drift.
 
     Parameters
     ----------
-    account : Account
+    estimate : Estimate
         Everything that was heard, as recorded.
     priors : PosePrior
         Odometry.
@@ -55,15 +55,15 @@ def track(account: Account, priors: PosePrior) -> Account:
     reaches = priors.reaches
 
     def expected(poses: FloatArray, station: int, _: Sequence[int]) -> tuple[FloatArray, FloatArray]:
-        return dead_reckoned(account.given, poses, station), reaches[station]
+        return dead_reckoned(estimate.measured_poses, poses, station), reaches[station]
 
-    followed = follow(account, priors, expected)
-    if account.memory.is_empty and len(account.given) > _FEW:
-        followed = _join_first(followed, priors)
-    return settle(followed, priors)
+    followed = register_in_order(estimate, priors, expected)
+    if estimate.marginal_prior.is_empty and len(estimate.measured_poses) > _FEW:
+        followed = _reregister_first_station(followed, priors)
+    return refine(followed, priors)
 
 
-def follow(account: Account, priors: PosePrior, expected: _Expected) -> Account:
+def register_in_order(estimate: Estimate, priors: PosePrior, expected: _Expected) -> Estimate:
     """Follow the robot from station to station.
 
     Each station is looked for about where it is expected, by its arcs against the features so far and the arcs that
@@ -72,7 +72,7 @@ def follow(account: Account, priors: PosePrior, expected: _Expected) -> Account:
 
     Parameters
     ----------
-    account : Account
+    estimate : Estimate
         Everything that was heard, as recorded.
     priors : PosePrior
         Steps from station to station.
@@ -81,42 +81,42 @@ def follow(account: Account, priors: PosePrior, expected: _Expected) -> Account:
 
     Returns
     -------
-    Account
+    Estimate
         With poses of all stations and the features that they detected.
     """
     # What a first look learned of the sonar it learned from poses in error.
-    account = replace(
-        account.with_squareness(None).restart_servo(),
-        model=account.memory.model or account.prior,
-        adjusted=None,
-        loudness=account.memory.loudness,
-        poses=continued(account.given, account.memory.poses),
-        features=account.known,
+    estimate = replace(
+        estimate.with_squareness(None).restart_servo(),
+        model=estimate.marginal_prior.model or estimate.prior,
+        solution=None,
+        beam_prior=estimate.marginal_prior.beam_prior,
+        poses=continued(estimate.measured_poses, estimate.marginal_prior.poses),
+        features=estimate.known,
     )
-    sights, settings = sights_of(account), account.settings.localisation
-    first = max(1, len(account.memory.poses))
-    known, recognised = _known(account, first), list(range(first))
-    for station in range(first, len(account.given)):
-        guess, sigmas = expected(account.poses, station, recognised)
+    sights, settings = local_scans_of(estimate), estimate.settings.localisation
+    first = max(1, len(estimate.marginal_prior.poses))
+    known, recognised = _known(estimate, first), list(range(first))
+    for station in range(first, len(estimate.measured_poses)):
+        guess, sigmas = expected(estimate.poses, station, recognised)
         pose, score = locate(sights[station], known, guess, 1.3 * sigmas, settings)
-        account = replace(
-            account, poses=np.concatenate([account.poses[:station], [pose], account.poses[station + 1 :]])
+        estimate = replace(
+            estimate, poses=np.concatenate([estimate.poses[:station], [pose], estimate.poses[station + 1 :]])
         )
         if score > VERY_STRONG:
             recognised.append(station)
         if score <= _UNDERSTOOD * best_score(sights[station], settings):
-            part = _learn(account, priors, station + 1)
-            poses = np.concatenate([part.poses, account.poses[station + 1 :]])
-            account, known = replace(account, poses=poses, features=part.features), _catalogue(part)
-    return account
+            part = _learn(estimate, priors, station + 1)
+            poses = np.concatenate([part.poses, estimate.poses[station + 1 :]])
+            estimate, known = replace(estimate, poses=poses, features=part.features), _catalogue(part)
+    return estimate
 
 
-def sights_of(account: Account) -> list[LocalScan]:
+def local_scans_of(estimate: Estimate) -> list[LocalScan]:
     """See with the arcs of each station.
 
     Parameters
     ----------
-    account : Account
+    estimate : Estimate
         What was heard.
 
     Returns
@@ -124,82 +124,85 @@ def sights_of(account: Account) -> list[LocalScan]:
     list of LocalScan
         By station.
     """
-    hearing, arcs = account.model.tabulated(), defaultdict(list)
-    for arc in account.arcs:
+    hearing, arcs = estimate.model.tabulated(), defaultdict(list)
+    for arc in estimate.arcs:
         arcs[arc.station].append(arc)
-    return [local_scans(arcs[station], account.recorded, hearing, pose) for station, pose in enumerate(account.given)]
+    return [
+        local_scans(arcs[station], estimate.recorded, hearing, pose)
+        for station, pose in enumerate(estimate.measured_poses)
+    ]
 
 
-def _join_first(account: Account, priors: PosePrior) -> Account:
+def _reregister_first_station(estimate: Estimate, priors: PosePrior) -> Estimate:
     """Look for the first station in what the others know, and move these to where it should be.
 
     The second was placed against the arcs of a single station, of which any may be a wall, a corner or a cylinder.  If
     it was misplaced, all others fit together and the first stands alone.
     """
-    sight = sights_of(account)[0]
-    others = LandmarkMap.of([each for each in account.features if each.llr_by_station[1:].max(initial=0.0) > 0.0])
-    back = invert(compose(invert(account.given[0]), account.given[1]))
+    sight = local_scans_of(estimate)[0]
+    others = LandmarkMap.of([each for each in estimate.features if each.llr_by_station[1:].max(initial=0.0) > 0.0])
+    back = invert(compose(invert(estimate.measured_poses[0]), estimate.measured_poses[1]))
     way, sigmas = float(np.hypot(back[0], back[1])), 1.3 * priors.reaches[1]
     # An error of the second heading turns the way back: each part of it is searched with what it leaves open.
     rest = np.hypot(sigmas, [0.5 * way * _PART * sigmas[2]] * 2 + [0.0]) * [1.0, 1.0, _PART]
-    _, score = locate(sight, others, account.poses[0], _HERE, account.settings.localisation)
-    found, most = account.poses[0], score + _STRONG
+    _, score = locate(sight, others, estimate.poses[0], _HERE, estimate.settings.localisation)
+    found, most = estimate.poses[0], score + _STRONG
     for turn in np.arange(-3.0, 3.0 + _PART, _PART):
-        guess = compose(compose(account.poses[1], [0.0, 0.0, turn * sigmas[2]]), back)
-        pose, score = locate(sight, others, guess, rest, account.settings.localisation)
+        guess = compose(compose(estimate.poses[1], [0.0, 0.0, turn * sigmas[2]]), back)
+        pose, score = locate(sight, others, guess, rest, estimate.settings.localisation)
         if score - 0.5 * turn**2 > most:
             found, most = pose, score - 0.5 * turn**2
-    off = compose(invert(account.poses[0]), found)
+    off = compose(invert(estimate.poses[0]), found)
     if math.hypot(off[0], off[1]) <= _JOINED[0] and abs(off[2]) <= _JOINED[1]:
-        return account
-    joined = compose(compose(account.poses[0], invert(found)), account.poses[1:])
-    return replace(account, poses=np.concatenate([account.poses[:1], joined]), features=account.known)
+        return estimate
+    joined = compose(compose(estimate.poses[0], invert(found)), estimate.poses[1:])
+    return replace(estimate, poses=np.concatenate([estimate.poses[:1], joined]), features=estimate.known)
 
 
-def until(account: Account, count: int) -> Account:
-    """Keep an account of the first stations only, with the poses and features of now.
+def up_to_station(estimate: Estimate, count: int) -> Estimate:
+    """Return the estimate of the first stations only, with its poses and features.
 
     Parameters
     ----------
-    account : Account
-        An account, which stays as it is.
+    estimate : Estimate
+        The estimate.
     count : int
         How many stations.
 
     Returns
     -------
-    Account
+    Estimate
         Another one.
     """
-    recorded = first_stations(account.recorded, count)
-    given, poses = account.given[:count], account.poses[:count]
+    recorded = first_stations(estimate.recorded, count)
+    measured_poses, poses = estimate.measured_poses[:count], estimate.poses[:count]
     return replace(
-        account,
+        estimate,
         recorded=recorded,
-        given=given,
+        measured_poses=measured_poses,
         poses=poses,
-        measurements=at_poses(recorded, given, poses),
-        arcs=[arc for arc in account.arcs if arc.station < count],
+        measurements=at_poses(recorded, measured_poses, poses),
+        arcs=[arc for arc in estimate.arcs if arc.station < count],
         likelihoods=LikelihoodCache(),
     )
 
 
-def _known(account: Account, count: int) -> LandmarkMap:
+def _known(estimate: Estimate, count: int) -> LandmarkMap:
     """List what is known before anything is learned from the first stations."""
-    part = until(account, count)
+    part = up_to_station(estimate, count)
     return _catalogue(replace(part, features=part.refreshed()))
 
 
-def _learn(account: Account, priors: PosePrior, count: int) -> Account:
+def _learn(estimate: Estimate, priors: PosePrior, count: int) -> Estimate:
     """Find features from the first stations, and adjust their poses with them."""
-    part = replace(until(account, count), noise=account.settings.pose_errors.tracking_noise).search(rounds=1)
-    first = priors._replace(given=priors.given[:count], sigmas=priors.sigmas[:count])
+    part = replace(up_to_station(estimate, count), noise=estimate.settings.pose_errors.tracking_noise).search(rounds=1)
+    first = priors._replace(measured_poses=priors.measured_poses[:count], sigmas=priors.sigmas[:count])
     return part.alternate(part.noise, first, 2)
 
 
-def _catalogue(known: Account) -> LandmarkMap:
+def _catalogue(known: Estimate) -> LandmarkMap:
     """List features, and arcs that belong to none as walls, corners and cylinders."""
-    features, explained = known.features, known.explained(known.features)
+    features, explained = known.features, known.inlier_mask(known.features)
     loose = [arc for arc in known.arcs if arc.share_of(explained) < 0.5]
     sure = LandmarkMap.of(features)
     rows, extents = list(sure.reflectors), list(sure.extents)

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 
 from echoplan.arrays import FloatArray
-from echoplan.joint.estimate import Account
-from echoplan.joint.optimisation.factors import Rows
+from echoplan.joint.estimate import Estimate
+from echoplan.joint.optimisation.factors import LinearFactor
 from echoplan.joint.optimisation.optimiser import range_factors
 from echoplan.joint.optimisation.pose_factors import PosePrior
-from echoplan.joint.optimisation.values import State
-from echoplan.joint.optimisation.variance_components import learned_factor
+from echoplan.joint.optimisation.values import Values
+from echoplan.joint.optimisation.variance_components import map_scale_factor
 from echoplan.preprocessing.servo import AS_RECORDED
 
-__all__ = ["common_squares", "learn_common_error", "without_common_error"]
+__all__ = ["common_squares", "estimate_shared_bias", "without_shared_bias"]
 
 # So often what is learned may change all from which it was learned, and by which share of it this is at rest.
 _ROUNDS, _AT_REST = 8, 0.05
@@ -21,7 +21,7 @@ _ROUNDS, _AT_REST = 8, 0.05
 _AS_IF = 6
 
 
-def without_common_error(account: Account, pose_prior: PosePrior) -> Account:
+def without_shared_bias(estimate: Estimate, pose_prior: PosePrior) -> Estimate:
     """Adjust everything as if stations erred together by no more than rounding does.
 
     A guess of how much they do holds readings down, and leaves poses where beliefs in these and in the sonar draw them,
@@ -29,16 +29,16 @@ def without_common_error(account: Account, pose_prior: PosePrior) -> Account:
 
     Parameters
     ----------
-    account : Account
+    estimate : Estimate
         What was heard, with poses that are nearly right.
     pose_prior : PosePrior
         What is believed of these; absolute.
     """
-    account = replace(account, pair_sigma=account.offset_sigma)
-    return account.alternate(account.noise, pose_prior, _AS_IF).estimate_noise()
+    estimate = replace(estimate, bias_sigma=estimate.offset_sigma)
+    return estimate.alternate(estimate.noise, pose_prior, _AS_IF).estimate_noise()
 
 
-def learn_common_error(account: Account, pose_prior: PosePrior) -> Account:
+def estimate_shared_bias(estimate: Estimate, pose_prior: PosePrior) -> Estimate:
     """Learn how much stations err together, and adjust everything anew.
 
     Nobody knows beforehand how straight walls are, or how far echoes are from what is expected of them: the guess is
@@ -46,38 +46,38 @@ def learn_common_error(account: Account, pose_prior: PosePrior) -> Account:
 
     Parameters
     ----------
-    account : Account
+    estimate : Estimate
         What was heard, with poses that are at rest.
     pose_prior : PosePrior
         What is believed of these; absolute.
     """
     for _ in range(_ROUNDS):
-        before = account.pair_sigma
-        account = replace(account, pair_sigma=max(_learned(account, pose_prior), account.offset_sigma))
-        account = account.adjust(account.noise, pose_prior)
-        if abs(account.pair_sigma - before) < _AT_REST * before:
+        before = estimate.bias_sigma
+        estimate = replace(estimate, bias_sigma=max(_learned(estimate, pose_prior), estimate.offset_sigma))
+        estimate = estimate.optimise(estimate.noise, pose_prior)
+        if abs(estimate.bias_sigma - before) < _AT_REST * before:
             break
-    account = account.rescore(account.noise).estimate_noise()
-    return account.alternate(account.noise, pose_prior, 2)
+    estimate = estimate.rescore(estimate.noise).estimate_noise()
+    return estimate.alternate(estimate.noise, pose_prior, 2)
 
 
-def _learned(account: Account, pose_prior: PosePrior) -> float:
-    assert account.adjusted is not None
-    now = State(
-        features=account.with_attenuation(account.features),
-        model=account.model,
-        latency=account.latency,
-        servo=account.servo or AS_RECORDED,
-        poses=account.poses,
+def _learned(estimate: Estimate, pose_prior: PosePrior) -> float:
+    assert estimate.solution is not None
+    now = Values(
+        features=estimate.with_attenuation(estimate.features),
+        model=estimate.model,
+        latency=estimate.latency,
+        servo=estimate.servo or AS_RECORDED,
+        poses=estimate.poses,
     )
-    single, settings = account.priors(account.noise, pose_prior)._replace(pair_sigma=0.0), account.settings
-    rows = range_factors(account.recorded, now, single, settings.adjustment)
-    squares, count = common_squares(rows, account.adjusted.covariance, common=account.pair_sigma)
-    guess = settings.pose_errors.pair_sigma
-    return guess * float(learned_factor(squares / guess**2, count, settings.pose_errors.pair_spread))
+    single, settings = estimate.priors(estimate.noise, pose_prior)._replace(bias_sigma=0.0), estimate.settings
+    rows = range_factors(estimate.recorded, now, single, settings.optimiser)
+    squares, count = common_squares(rows, estimate.solution.covariance, common=estimate.bias_sigma)
+    guess = settings.pose_errors.bias_sigma
+    return guess * float(map_scale_factor(squares / guess**2, count, settings.pose_errors.pair_spread))
 
 
-def common_squares(rows: Rows, covariance: FloatArray, *, common: float) -> tuple[float, float]:
+def common_squares(rows: LinearFactor, covariance: FloatArray, *, common: float) -> tuple[float, float]:
     r"""Tell the squares of what readings of one feature from one station have in common of their errors.
 
     They are random effects (Searle, Casella and McCulloch 1992).  Their variance is that for which the sum of the
@@ -89,7 +89,7 @@ def common_squares(rows: Rows, covariance: FloatArray, *, common: float) -> tupl
 
     Parameters
     ----------
-    rows : Rows
+    rows : LinearFactor
         Of readings from free poses, each weighed by itself.
     covariance : ndarray, shape (u, u)
         Of all unknowns, C, as adjusted with the effects that are believed in.

@@ -8,18 +8,18 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.geometry import wrap
 from echoplan.joint.arcs import find_arcs
-from echoplan.joint.estimate import Account
+from echoplan.joint.estimate import Estimate
 from echoplan.joint.likelihood_cache import LikelihoodCache
-from echoplan.joint.optimisation.odometry_noise import learn_waypoints
+from echoplan.joint.optimisation.odometry_noise import estimate_waypoint_noise
 from echoplan.joint.optimisation.pose_factors import PosePrior, PoseSettings, waypoint_prior, waypoint_steps
-from echoplan.joint.pose_correction.annealing import settle
-from echoplan.joint.pose_correction.pose_tracking import follow
+from echoplan.joint.pose_correction.annealing import refine
+from echoplan.joint.pose_correction.pose_tracking import register_in_order
 from echoplan.preprocessing.measurements import rearranged_stations
 
-__all__ = ["learned_waypoints", "place", "seen_from_others", "spanning_tree_order"]
+__all__ = ["place", "seen_from_others", "spanning_tree_order", "with_estimated_waypoint_noise"]
 
 
-def place(account: Account) -> Account:
+def place(estimate: Estimate) -> Estimate:
     """Place each station about where its way-point is, in the frame of those that recognised the room before.
 
     Of way-points nobody knows well which way the robot faced, and so the first one tells little of where others are
@@ -28,24 +28,24 @@ def place(account: Account) -> Account:
 
     Parameters
     ----------
-    account : Account
+    estimate : Estimate
         Everything that was heard, as recorded.
     """
-    order, settings = spanning_tree_order(account.given[:, :2]), account.settings.pose_errors
-    part = _rearranged(account, order)
+    order, settings = spanning_tree_order(estimate.measured_poses[:, :2]), estimate.settings.pose_errors
+    part = _rearranged(estimate, order)
 
     def expected(poses: FloatArray, station: int, recognised: Sequence[int]) -> tuple[FloatArray, FloatArray]:
-        found, given = list(recognised), account.given[order]
-        return seen_from_others(given[station], given[found], poses[found], settings)
+        found, measured_poses = list(recognised), estimate.measured_poses[order]
+        return seen_from_others(measured_poses[station], measured_poses[found], poses[found], settings)
 
-    priors = waypoint_steps(part.given, settings)
-    part = settle(follow(part, priors, expected), priors)
-    poses = account.given.copy()
+    priors = waypoint_steps(part.measured_poses, settings)
+    part = refine(register_in_order(part, priors, expected), priors)
+    poses = estimate.measured_poses.copy()
     poses[order] = part.poses
-    return replace(account, poses=poses)
+    return replace(estimate, poses=poses)
 
 
-def learned_waypoints(account: Account) -> PosePrior:
+def with_estimated_waypoint_noise(estimate: Estimate) -> PosePrior:
     """Tell how far way-points are off, from where they came to rest.
 
     Not before: way-points that may lie anywhere would hold nothing in place.  Where walls stand along the axes of the
@@ -53,7 +53,7 @@ def learned_waypoints(account: Account) -> PosePrior:
 
     Parameters
     ----------
-    account : Account
+    estimate : Estimate
         Of corrected poses.
 
     Returns
@@ -61,11 +61,11 @@ def learned_waypoints(account: Account) -> PosePrior:
     PosePrior
         All poses absolute.
     """
-    assert account.adjusted is not None
-    pose_prior = waypoint_prior(account.given, account.settings.pose_errors)
-    poses = slice(account.adjusted.layout.pose, None)
-    covariance, settings = account.adjusted.covariance[poses, poses], account.settings.drift
-    return learn_waypoints(pose_prior, account.poses, covariance, settings, headings=account.is_along_axes)
+    assert estimate.solution is not None
+    pose_prior = waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors)
+    poses = slice(estimate.solution.layout.pose, None)
+    covariance, settings = estimate.solution.covariance[poses, poses], estimate.settings.drift
+    return estimate_waypoint_noise(pose_prior, estimate.poses, covariance, settings, headings=estimate.is_along_axes)
 
 
 def spanning_tree_order(places_xy: FloatArray) -> list[int]:
@@ -96,7 +96,7 @@ def spanning_tree_order(places_xy: FloatArray) -> list[int]:
 
 
 def seen_from_others(
-    given: FloatArray, others_given: FloatArray, others: FloatArray, settings: PoseSettings
+    measured_poses: FloatArray, others_given: FloatArray, others: FloatArray, settings: PoseSettings
 ) -> tuple[FloatArray, FloatArray]:
     r"""Tell where a way-point is in the frame of others that were found, and how well that is known.
 
@@ -109,7 +109,7 @@ def seen_from_others(
 
     Parameters
     ----------
-    given : ndarray, shape (3,)
+    measured_poses : ndarray, shape (3,)
         The pose of the way-point [m, m, rad].
     others_given, others : ndarray, shape (k, 3)
         Poses of the others, as recorded and as found [m, m, rad]; at least one.
@@ -127,22 +127,22 @@ def seen_from_others(
     by_places = np.vdot(recorded - recorded.mean(), found - found.mean()) / settings.waypoint**2
     by_headings = np.exp(1j * (others[:, 2] - others_given[:, 2])).sum() / settings.waypoint_turn**2
     turn, turn_sigma = float(np.angle(by_places + by_headings)), float(np.abs(by_places + by_headings)) ** -0.5
-    arm = complex(given[0], given[1]) - recorded.mean()
+    arm = complex(measured_poses[0], measured_poses[1]) - recorded.mean()
     place = found.mean() + arm * np.exp(1j * turn)
     away = np.hypot(settings.waypoint * np.sqrt(1.0 + 1.0 / len(others)), abs(arm) * turn_sigma)
-    pose = np.array([place.real, place.imag, wrap(given[2] + turn)])
+    pose = np.array([place.real, place.imag, wrap(measured_poses[2] + turn)])
     return pose, np.array([away, away, np.hypot(settings.waypoint_turn, turn_sigma)])
 
 
-def _rearranged(account: Account, order: Sequence[int]) -> Account:
-    recorded = rearranged_stations(account.recorded, order)
-    given = account.given[list(order)]
+def _rearranged(estimate: Estimate, order: Sequence[int]) -> Estimate:
+    recorded = rearranged_stations(estimate.recorded, order)
+    measured_poses = estimate.measured_poses[list(order)]
     return replace(
-        account,
+        estimate,
         recorded=recorded,
         measurements=recorded,
-        given=given,
-        poses=given,
-        arcs=find_arcs(recorded, resolution=account.resolution, settings=account.settings.arcs),
+        measured_poses=measured_poses,
+        poses=measured_poses,
+        arcs=find_arcs(recorded, resolution=estimate.resolution, settings=estimate.settings.arcs),
         likelihoods=LikelihoodCache(),
     )

@@ -15,7 +15,7 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.geometry import directions, rotation_step
 from echoplan.joint.arcs import arc_planes
-from echoplan.joint.estimate import Account
+from echoplan.joint.estimate import Estimate
 from echoplan.joint.optimisation.optimiser import OptimiserSettings
 from echoplan.joint.search.refinement import refine
 from echoplan.preprocessing.measurements import Measurements
@@ -70,12 +70,12 @@ class _Planes(NamedTuple):
     sigmas: FloatArray
 
 
-def find_servo(account: Account) -> ServoError | None:
+def find_servo(estimate: Estimate) -> ServoError | None:
     """Find gain and offset of the servo if arcs speak for it that it does not turn as recorded.
 
     Parameters
     ----------
-    account : Account
+    estimate : Estimate
         What was detected, from poses as recorded.
 
     Returns
@@ -83,10 +83,10 @@ def find_servo(account: Account) -> ServoError | None:
     ServoError or None
         The likeliest with their priors; None where the servo may well turn as recorded.
     """
-    if not account.has_servo or len(account.arcs) < _FEWEST:
+    if not estimate.has_servo or len(estimate.arcs) < _FEWEST:
         return None
-    planes = _planes_of(account)
-    scores = posterior(planes, account.recorded.max_range, account.settings.adjustment)
+    planes = _planes_of(estimate)
+    scores = posterior(planes, estimate.recorded.max_range, estimate.settings.optimiser)
     gain, offset = np.unravel_index(np.argmax(scores), scores.shape)
     as_recorded = scores[len(_GAINS) // 2, len(_OFFSETS) // 2]
     if scores[gain, offset] < as_recorded + _POSITIVE:
@@ -101,12 +101,12 @@ def posterior(planes: _Planes, reach: float, settings: OptimiserSettings) -> Flo
     return found
 
 
-def _planes_of(account: Account) -> _Planes:
+def _planes_of(estimate: Estimate) -> _Planes:
     """Fit a plane to each arc; one that the end of a sweep cuts off does not show where its middle is."""
-    measurements, hearing = account.recorded, account.model.tabulated()
+    measurements, hearing = estimate.recorded, estimate.model.tabulated()
     ends = _ends(measurements)
     rows = []
-    for arc, plane in zip(account.arcs, arc_planes(account.arcs, measurements, hearing), strict=True):
+    for arc, plane in zip(estimate.arcs, arc_planes(estimate.arcs, measurements, hearing), strict=True):
         wall = np.array([Kind.WALL, *plane, 0.0])
         wall = refine(measurements, hearing, wall, arc.pings, _SINGLE_ARC, 4)
         center = np.array([measurements.x[arc.pings].mean(), measurements.y[arc.pings].mean()])
@@ -117,7 +117,7 @@ def _planes_of(account: Account) -> _Planes:
         rows.append((*(center - arm), *arm, wall[1], depth, measurements.angles[arc.pings].mean(), weight, sigma))
     x, y, arms_x, arms_y, normals, depths, angles, weights, sigmas = np.array(rows).T.copy()
     return _Planes(
-        stations=np.array([arc.station for arc in account.arcs]),
+        stations=np.array([arc.station for arc in estimate.arcs]),
         hubs=x + 1j * y,
         arms=arms_x + 1j * arms_y,
         normals=normals,

@@ -6,14 +6,14 @@ import numpy as np
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, invert
-from echoplan.joint.estimate import Account
+from echoplan.joint.estimate import Estimate
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.optimisation.pose_factors import PosePrior, dead_reckoned
-from echoplan.joint.pose_correction.pose_tracking import sights_of
+from echoplan.joint.pose_correction.pose_tracking import local_scans_of
 from echoplan.joint.search.duplicates import DuplicateSettings, are_duplicates
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalisationSettings, LocalScan, locate
 
-__all__ = ["without_slip"]
+__all__ = ["without_wheel_slip"]
 
 # Twins are turned against each other by less, and their ends lie no farther apart [rad, m].
 _TURN, _APART = 0.3, 1.0
@@ -27,14 +27,14 @@ _MOSTLY = 0.8
 _HERE = np.array([0.005, 0.005, 0.01])
 
 
-def without_slip(account: Account, priors: PosePrior) -> FloatArray | None:
+def without_wheel_slip(estimate: Estimate, priors: PosePrior) -> FloatArray | None:
     """Take back the slip that puts most of what was heard after it where it had been heard before.
 
     The stations after a step are one rigid body, looked for in what those before it know.
 
     Parameters
     ----------
-    account : Account
+    estimate : Estimate
         What was heard, and what is made of it.
     priors : PosePrior
         Odometry.
@@ -44,23 +44,23 @@ def without_slip(account: Account, priors: PosePrior) -> FloatArray | None:
     ndarray, shape (s, 3), or None
         Other poses [m, m, rad]; nothing if nothing seems there twice, or nothing fits better elsewhere.
     """
-    first = max(1, len(account.memory.poses))
-    reaches = _reaches(priors, account.settings.localisation)
-    steps = [step for step in range(first, len(account.poses)) if _has_twins(account.features, step, reaches[step])]
+    first = max(1, len(estimate.marginal_prior.poses))
+    reaches = _reaches(priors, estimate.settings.localisation)
+    steps = [step for step in range(first, len(estimate.poses)) if _has_twins(estimate.features, step, reaches[step])]
     if not steps:
         return None
-    sights = sights_of(account)
-    gain, poses = max((_taken_back(account, priors, sights, step) for step in steps), key=lambda each: each[0])
+    sights = local_scans_of(estimate)
+    gain, poses = max((_taken_back(estimate, priors, sights, step) for step in steps), key=lambda each: each[0])
     return poses if gain > 0.0 else None
 
 
 def _taken_back(
-    account: Account, priors: PosePrior, sights: Sequence[LocalScan], step: int
+    estimate: Estimate, priors: PosePrior, sights: Sequence[LocalScan], step: int
 ) -> tuple[float, FloatArray]:
     """Move all stations after a step to where they fit best, and tell how much better they fit there [nats]."""
-    poses, settings = account.poses, account.settings.localisation
-    known, sight = _known(account.features, step), _together(sights[step:], poses[step:])
-    guess, sigmas = dead_reckoned(priors.given, poses, step), settings.astray * priors.reaches[step]
+    poses, settings = estimate.poses, estimate.settings.localisation
+    known, sight = _known(estimate.features, step), _together(sights[step:], poses[step:])
+    guess, sigmas = dead_reckoned(priors.measured_poses, poses, step), settings.astray * priors.reaches[step]
     _, here = locate(sight, known, poses[step], _HERE, settings)
     found, there = locate(sight, known, guess, sigmas, settings)
     return there - here, np.concatenate([poses[:step], compose(compose(found, invert(poses[step])), poses[step:])])

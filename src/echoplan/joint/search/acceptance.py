@@ -1,4 +1,4 @@
-"""Belief: when a reflector is taken to be there."""
+"""AcceptanceTest: when a reflector is taken to be there."""
 
 import numpy as np
 from pydantic import BaseModel, Field
@@ -11,7 +11,7 @@ from echoplan.joint.search.ray_paths import unoccluded_stations
 from echoplan.joint.trace import Reason
 from echoplan.preprocessing.measurements import Measurements, step_of
 
-__all__ = ["AcceptanceSettings", "Belief"]
+__all__ = ["AcceptanceSettings", "AcceptanceTest"]
 
 
 class AcceptanceSettings(BaseModel, frozen=True, extra="forbid"):
@@ -33,7 +33,7 @@ class AcceptanceSettings(BaseModel, frozen=True, extra="forbid"):
     )
 
 
-class Belief:
+class AcceptanceTest:
     """Tells whether a reflector is believed.
 
     Parameters
@@ -52,7 +52,7 @@ class Belief:
         self._measurements = measurements
         self._half_aperture = half_aperture
 
-    def penalised_llr(self, hypothesis: Hypothesis) -> float:
+    def log_evidence_without_bias(self, hypothesis: Hypothesis) -> float:
         """Tell the gain less the cost of parameters.
 
         Parameters
@@ -91,7 +91,7 @@ class Belief:
     def refusal(self, hypothesis: Hypothesis, log_densities: FloatArray) -> Reason | None:
         """Return the test that a hypothesis fails beside what all others explain, None if it is accepted."""
         settings = self.settings
-        if self.penalised_llr(hypothesis) <= settings.accept:
+        if self.log_evidence_without_bias(hypothesis) <= settings.accept:
             return Reason.EVIDENCE
         if hypothesis.is_known:
             return None
@@ -147,7 +147,7 @@ class Belief:
 
         Walls go on behind other things; a cylinder that seems to stand behind a wall is an image in it.
         """
-        evidence = hypothesis.evidence
+        evidence = hypothesis.ping_scores
         hidden = hypothesis.is_wall & ~evidence.unmasked & (log_densities[evidence.pings] > 0.0)
         asked = (self._at_best_station(hypothesis) & ~hidden).sum()
         return bool(self._hits(hypothesis, log_densities).sum() >= self.settings.heard_share * max(asked, 1))
@@ -158,7 +158,7 @@ class Belief:
 
     def _is_overdetermined(self, hypothesis: Hypothesis, log_densities: FloatArray) -> bool:
         """Whether more readings speak for a feature than it has parameters: through as many it can always be laid."""
-        supporting = (hypothesis.llr_by_station > 0.0)[self._measurements.stations[hypothesis.evidence.pings]]
+        supporting = (hypothesis.llr_by_station > 0.0)[self._measurements.stations[hypothesis.ping_scores.pings]]
         return bool((hypothesis.newly_explained(log_densities) & supporting).sum() > len(hypothesis.parameters))
 
     def _is_missed(self, hypothesis: Hypothesis) -> bool:
@@ -171,10 +171,10 @@ class Belief:
 
     def _is_whole(self, wall: Hypothesis, log_densities: FloatArray) -> bool:
         """Whether one station heard a wall all over the beam, as it should."""
-        if not len(wall.evidence.pings):
+        if not len(wall.ping_scores.pings):
             return False
         here, detected = self._at_best_station(wall), self._hits(wall, log_densities)
-        unmasked, hits = int((here & wall.evidence.unmasked).sum()), int(detected.sum())
+        unmasked, hits = int((here & wall.ping_scores.unmasked).sum()), int(detected.sum())
         return bool(
             here.sum() >= self._half_aperture / self.step
             and self._ways(wall, detected) > len(wall.parameters)
@@ -184,10 +184,10 @@ class Belief:
 
     def _ways(self, wall: Hypothesis, detected: BoolArray) -> int:
         """Count the directions from which a wall is heard: a second sweep of a ring from there says nothing new."""
-        turns = wrap(self._measurements.bearings[wall.evidence.pings[detected]] - wall.line[0])
+        turns = wrap(self._measurements.bearings[wall.ping_scores.pings[detected]] - wall.line[0])
         return len(np.unique(np.round((turns - turns.min(initial=np.inf)) / self.step)))
 
     def _at_best_station(self, hypothesis: Hypothesis) -> BoolArray:
-        evidence = hypothesis.evidence
+        evidence = hypothesis.ping_scores
         here: BoolArray = self._measurements.stations[evidence.pings] == np.argmax(hypothesis.llr_by_station)
         return here & evidence.audible

@@ -28,13 +28,13 @@ _CLEARLY = 5.0
 
 
 def class_probabilities(
-    explanation: PingLikelihood, features: Sequence[Hypothesis], *, radius_cost: float
+    likelihood: PingLikelihood, features: Sequence[Hypothesis], *, radius_cost: float
 ) -> list[ClassProbabilities]:
     """Let every feature stand against a wall, a corner and a cylinder in its place.
 
     Parameters
     ----------
-    explanation : PingLikelihood
+    likelihood : PingLikelihood
         The pings.
     features : sequence of Hypothesis
         What is there.
@@ -47,21 +47,21 @@ def class_probabilities(
         One a feature: the likelihoods of the three, each moved to where the pings want it, over their sum, and an equal
         share of the three for an echo that is none of what the model knows.
     """
-    return [_probabilities(explanation, features, number, radius_cost) for number in range(len(features))]
+    return [_probabilities(likelihood, features, number, radius_cost) for number in range(len(features))]
 
 
 def _probabilities(
-    explanation: PingLikelihood, features: Sequence[Hypothesis], number: int, radius_cost: float
+    likelihood: PingLikelihood, features: Sequence[Hypothesis], number: int, radius_cost: float
 ) -> ClassProbabilities:
     feature = features[number]
-    rescored = alternatives_to(explanation, feature, [each for each in features if each is not feature])
-    penalised_llr = np.full(3, -np.inf)
+    rescored = alternatives_to(likelihood, feature, [each for each in features if each is not feature])
+    log_evidence_without_bias = np.full(3, -np.inf)
     # Rivals were not there to be heard before: what is known from then decides nothing here.
     for each in [replace(feature, total=feature.total - feature.history.total), *rescored]:
         cost = radius_cost if each.kind is Kind.CYLINDER else 0.0
         place = {Kind.WALL: 0, Kind.CYLINDER: 2}.get(each.kind, 1)
-        penalised_llr[place] = max(penalised_llr[place], each.total - cost)
-    chances = np.exp(penalised_llr - penalised_llr.max())
+        log_evidence_without_bias[place] = max(log_evidence_without_bias[place], each.total - cost)
+    chances = np.exp(log_evidence_without_bias - log_evidence_without_bias.max())
     unmodelled = _unmodelled(feature.supporting(_CLEARLY))
     wall, corner, cylinder = ((1.0 - unmodelled) * chances / chances.sum() + unmodelled / 3.0).tolist()
     return ClassProbabilities(wall=wall, corner=corner, cylinder=cylinder)
@@ -73,7 +73,7 @@ def _unmodelled(stations: int) -> float:
 
 
 def alternatives_to(
-    explanation: PingLikelihood,
+    likelihood: PingLikelihood,
     feature: Hypothesis,
     others: Sequence[Hypothesis],
     kinds: Collection[Kind] = tuple(Kind),
@@ -82,7 +82,7 @@ def alternatives_to(
 
     Parameters
     ----------
-    explanation : PingLikelihood
+    likelihood : PingLikelihood
         The pings.
     feature : Hypothesis
         The feature.
@@ -96,17 +96,17 @@ def alternatives_to(
     list of Hypothesis
         One of each of these but its own, moved to where the pings of the feature want it, and judged beside the others.
     """
-    log_densities = explanation.log_densities(others)
-    spoken = feature.evidence.pings[feature.evidence.densities > log_densities[feature.evidence.pings]]
-    starts = [row for row in _alternatives(explanation, feature) if row[0] in kinds and row[0] != feature.kind]
-    alternatives = [_moved(explanation, row, spoken) for row in starts]
-    return explanation.score_all([explanation.score(row) for row in alternatives], log_densities, others)
+    log_densities = likelihood.log_densities(others)
+    spoken = feature.ping_scores.pings[feature.ping_scores.densities > log_densities[feature.ping_scores.pings]]
+    starts = [row for row in _alternatives(likelihood, feature) if row[0] in kinds and row[0] != feature.kind]
+    alternatives = [_moved(likelihood, row, spoken) for row in starts]
+    return likelihood.score_all([likelihood.score(row) for row in alternatives], log_densities, others)
 
 
-def _alternatives(explanation: PingLikelihood, feature: Hypothesis) -> FloatArray:
+def _alternatives(likelihood: PingLikelihood, feature: Hypothesis) -> FloatArray:
     """Stand-ins of all kinds near the part of a feature that most stations heard."""
     supporting = feature.llr_by_station > 0.0
-    stations = explanation.measurements.centers[supporting if supporting.any() else slice(None)]
+    stations = likelihood.measurements.centers[supporting if supporting.any() else slice(None)]
     middle = stations.mean(axis=0)
     if feature.is_wall:
         normal = directions(feature.line[0])
@@ -125,7 +125,7 @@ def _alternatives(explanation: PingLikelihood, feature: Hypothesis) -> FloatArra
     )
 
 
-def _moved(explanation: PingLikelihood, reflector: FloatArray, pings: IntArray) -> FloatArray:
-    noise = explanation.noise
-    course = [(deviations * noise, max(band, 4 * noise), rounds) for deviations, band, rounds in _COURSE]
-    return approach(explanation.measurements, explanation.hearing, reflector, pings, course)
+def _moved(likelihood: PingLikelihood, reflector: FloatArray, pings: IntArray) -> FloatArray:
+    noise = likelihood.noise
+    pose_model = [(deviations * noise, max(band, 4 * noise), rounds) for deviations, band, rounds in _COURSE]
+    return approach(likelihood.measurements, likelihood.hearing, reflector, pings, pose_model)

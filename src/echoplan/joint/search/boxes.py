@@ -31,7 +31,7 @@ def with_boxes(search: Search, features: Sequence[Hypothesis]) -> list[Hypothesi
         The features, some of them replaced; those of sound as they are.
     """
     kept = list(features)
-    if search.explanation.hearing.cone:
+    if search.likelihood.hearing.cone:
         for feature in features:
             if feature.kind is Kind.CYLINDER and not feature.is_known:
                 others = [each for each in kept if each is not feature]
@@ -46,5 +46,5 @@ def _instead(search: Search, cylinder: Hypothesis, others: Sequence[Hypothesis])
     """Find edges and walls that explain more than a cylinder does; nothing if there are none."""
     known = {each.key for each in others}
     found = [each for each in search.more(others, (Kind.EDGE, Kind.WALL)) if each.key not in known]
-    penalised_llr = sum(each.total for each in found) - search.acceptance.settings.accept * (len(found) - 1)
-    return found if found and penalised_llr > search.acceptance.penalised_llr(cylinder) else []
+    log_evidence_without_bias = sum(each.total for each in found) - search.acceptance.settings.accept * (len(found) - 1)
+    return found if found and log_evidence_without_bias > search.acceptance.log_evidence_without_bias(cylinder) else []

@@ -61,13 +61,13 @@ class Corner(NamedTuple):
 
 
 def log_densities_over_latent_walls(
-    explanation: PingLikelihood, wall: Hypothesis, others: Sequence[Hypothesis], log_densities: FloatArray
+    likelihood: PingLikelihood, wall: Hypothesis, others: Sequence[Hypothesis], log_densities: FloatArray
 ) -> FloatArray:
     """Explain what speaks for a wall by echoes over a stronger one and one that nobody heard.
 
     Parameters
     ----------
-    explanation : PingLikelihood
+    likelihood : PingLikelihood
         The pings.
     wall : Hypothesis
         The wall, judged beside the others.
@@ -82,31 +82,32 @@ def log_densities_over_latent_walls(
         Logarithm of the density of each reading by the unheard wall that explains most [log 1/m]; ``UNHEARD`` where it
         explains nothing.
     """
-    echo_densities, own = np.full(len(log_densities), UNHEARD), wall.evidence.pings[wall.newly_explained(log_densities)]
+    echo_densities, own = (
+        np.full(len(log_densities), UNHEARD),
+        wall.ping_scores.pings[wall.newly_explained(log_densities)],
+    )
     if not len(own):
         return echo_densities
     chosen = np.zeros(len(log_densities), dtype=bool)
     chosen[own] = True
-    few, loudest = select_measurements(explanation.measurements, chosen), _loudest(explanation, own)
+    few, loudest = select_measurements(likelihood.measurements, chosen), _loudest(likelihood, own)
     most = 0.0
     for known in others:
         if known.is_wall and known.total > wall.total:
             pair = known.reflector, known.extent
-            gain, echoes = _best_echoes(
-                few, explanation.hearing, pair, loudest, log_densities[chosen], explanation.noise
-            )
+            gain, echoes = _best_echoes(few, likelihood.hearing, pair, loudest, log_densities[chosen], likelihood.noise)
             if gain > most:
                 most, echo_densities[chosen] = gain, echoes
     return echo_densities
 
 
-def _loudest(explanation: PingLikelihood, pings: IntArray) -> _Heard:
+def _loudest(likelihood: PingLikelihood, pings: IntArray) -> _Heard:
     """Tell where, and how far off, the station with most of these pings reads first: what is loudest is read early."""
-    measurements = explanation.measurements
+    measurements = likelihood.measurements
     best = np.argmax(np.bincount(measurements.stations[pings]))
     here = pings[measurements.stations[pings] == best]
     first = here[np.argmin(measurements.readings[here])]
-    reading = float(measurements.readings[first]) * explanation.hearing.scale
+    reading = float(measurements.readings[first]) * likelihood.hearing.scale
     return (float(measurements.x[first]), float(measurements.y[first])), reading
 
 

@@ -11,7 +11,7 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, intersections, wrap
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
-from echoplan.joint.search.acceptance import Belief
+from echoplan.joint.search.acceptance import AcceptanceTest
 from echoplan.joint.search.alternatives import alternatives_to
 from echoplan.joint.search.refinement import approach
 from echoplan.joint.search.specular_points import returns_sound
@@ -29,7 +29,9 @@ _OPPOSITE = math.radians(170.0)
 _JOINING, _AT_LAST = (Kind.CYLINDER, Kind.WALL), (Kind.CORNER,)
 
 
-def reclassified(explanation: PingLikelihood, features: Sequence[Hypothesis], acceptance: Belief) -> list[Hypothesis]:
+def reclassified(
+    likelihood: PingLikelihood, features: Sequence[Hypothesis], acceptance: AcceptanceTest
+) -> list[Hypothesis]:
     """Take walls for what explains their pings best: of poses in error walls bear most, and come before cylinders.
 
     Corners may turn out to be walls, but no cylinders: what stands in a corner hides in it.  What few stations heard of
@@ -38,11 +40,11 @@ def reclassified(explanation: PingLikelihood, features: Sequence[Hypothesis], ac
 
     Parameters
     ----------
-    explanation : PingLikelihood
+    likelihood : PingLikelihood
         The pings.
     features : sequence of Hypothesis
         The features, judged beside each other.
-    acceptance : Belief
+    acceptance : AcceptanceTest
         When a rival is believed.
 
     Returns
@@ -50,59 +52,61 @@ def reclassified(explanation: PingLikelihood, features: Sequence[Hypothesis], ac
     list of Hypothesis
         Some of them of another kind, or two walls for a corner.
     """
-    kept = split_joined_walls(explanation, list(features), acceptance, kinds=_AT_LAST)
+    kept = split_joined_walls(likelihood, list(features), acceptance, kinds=_AT_LAST)
     for place, feature in enumerate(kept):
         if feature.is_known:
             continue
         # A corner is heard over a wider angle: if that is why it does not hold, what looked like a cylinder is neither.
         is_round = feature.kind is Kind.CYLINDER
         others = [*kept[:place], *kept[place + 1 :]]
-        best = _better(_alternatives(explanation, feature, others), feature, others, acceptance)
-        if best and (is_round or acceptance.is_accepted(best, explanation.log_densities(others))):
+        best = _better(_alternatives(likelihood, feature, others), feature, others, acceptance)
+        if best and (is_round or acceptance.is_accepted(best, likelihood.log_densities(others))):
             record_event(Decision.CHANGED, feature, reason=Reason.BETTER_CLASS, becomes=best.kind)
             kept[place] = best
     return kept
 
 
-def _alternatives(explanation: PingLikelihood, feature: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
+def _alternatives(likelihood: PingLikelihood, feature: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
     if feature.is_wall:
-        return [*alternatives_to(explanation, feature, others), *_crossings(explanation, feature, others)]
+        return [*alternatives_to(likelihood, feature, others), *_crossings(likelihood, feature, others)]
     if feature.kind is Kind.CYLINDER:
-        return _on_walls(explanation, feature, others)
-    return alternatives_to(explanation, feature, others, (Kind.WALL,))
+        return _on_walls(likelihood, feature, others)
+    return alternatives_to(likelihood, feature, others, (Kind.WALL,))
 
 
-def _on_walls(explanation: PingLikelihood, cylinder: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
+def _on_walls(likelihood: PingLikelihood, cylinder: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Propose corners in place of a cylinder, on walls near which the pings want them; to rays both look alike."""
-    if explanation.hearing.cone:
+    if likelihood.hearing.cone:
         return []
-    (corner,) = alternatives_to(explanation, cylinder, others, (Kind.CORNER,))
+    (corner,) = alternatives_to(likelihood, cylinder, others, (Kind.CORNER,))
     point = corner.reflector[1:3]
     normals = [(directions(angle), offset) for angle, offset in _stronger(cylinder, others)]
     feet = [point + (offset - point @ normal) * normal for normal, offset in normals]
     near = [foot for foot in feet if math.dist(foot, point) < _AT]
-    proposed = [explanation.score(np.array([Kind.CORNER, *foot, 0.0])) for foot in near]
-    return explanation.score_all(proposed, explanation.log_densities(others), others)
+    proposed = [likelihood.score(np.array([Kind.CORNER, *foot, 0.0])) for foot in near]
+    return likelihood.score_all(proposed, likelihood.log_densities(others), others)
 
 
-def _crossings(explanation: PingLikelihood, wall: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
+def _crossings(likelihood: PingLikelihood, wall: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Propose corners in place of a wall, where others cross at right angles."""
     square = [pair for pair in combinations(_stronger(wall, others), 2) if returns_sound(*pair)]
     crossings = [intersections(*pair) for pair in square]
-    proposed = [explanation.score(np.array([Kind.CORNER, *point, 0.0])) for point in crossings if _is_at(wall, point)]
-    return explanation.score_all(proposed, explanation.log_densities(others), others)
+    proposed = [likelihood.score(np.array([Kind.CORNER, *point, 0.0])) for point in crossings if _is_at(wall, point)]
+    return likelihood.score_all(proposed, likelihood.log_densities(others), others)
 
 
 def _better(
-    alternatives: Sequence[Hypothesis], feature: Hypothesis, others: Sequence[Hypothesis], acceptance: Belief
+    alternatives: Sequence[Hypothesis], feature: Hypothesis, others: Sequence[Hypothesis], acceptance: AcceptanceTest
 ) -> Hypothesis | None:
     """Choose the rival that is worth most, if that is more than the feature is."""
 
-    def penalised_llr(each: Hypothesis) -> float:
-        return acceptance.penalised_llr(each) + acceptance.settings.accept * _spared_walls(each, feature, others)
+    def log_evidence_without_bias(each: Hypothesis) -> float:
+        return acceptance.log_evidence_without_bias(each) + acceptance.settings.accept * _spared_walls(
+            each, feature, others
+        )
 
-    best = max(alternatives, key=penalised_llr, default=feature)
-    return best if penalised_llr(best) > penalised_llr(feature) else None
+    best = max(alternatives, key=log_evidence_without_bias, default=feature)
+    return best if log_evidence_without_bias(best) > log_evidence_without_bias(feature) else None
 
 
 def _spared_walls(alternative: Hypothesis, feature: Hypothesis, others: Sequence[Hypothesis]) -> int:
@@ -130,7 +134,11 @@ def _is_at(wall: Hypothesis, point_xy: FloatArray) -> bool:
 
 
 def split_joined_walls(
-    explanation: PingLikelihood, features: list[Hypothesis], acceptance: Belief, *, kinds: Collection[Kind] = _JOINING
+    likelihood: PingLikelihood,
+    features: list[Hypothesis],
+    acceptance: AcceptanceTest,
+    *,
+    kinds: Collection[Kind] = _JOINING,
 ) -> list[Hypothesis]:
     """Replace features by walls, one for each of few stations, where these explain the pings better.
 
@@ -140,11 +148,11 @@ def split_joined_walls(
 
     Parameters
     ----------
-    explanation : PingLikelihood
+    likelihood : PingLikelihood
         The pings.
     features : list of Hypothesis
         The features, judged beside each other.
-    acceptance : Belief
+    acceptance : AcceptanceTest
         When a wall is believed.
     kinds : collection of Kind, optional
         Which of them to ask.
@@ -155,19 +163,19 @@ def split_joined_walls(
         The features, some of them replaced.
     """
     asked = [each for each in features if each.kind in kinds and _may_join(each, acceptance)]
-    without = explanation.log_densities_without(features) if asked else []
+    without = likelihood.log_densities_without(features) if asked else []
     for feature in asked:
         place = next(number for number, each in enumerate(features) if each is feature)
         others = [*features[:place], *features[place + 1 :]]
-        walls = _walls_instead(explanation, feature, others, without[place], acceptance=acceptance)
+        walls = _walls_instead(likelihood, feature, others, without[place], acceptance=acceptance)
         if _explain_more(walls, feature, acceptance.settings.accept):
             record_event(Decision.CHANGED, feature, reason=Reason.BETTER_CLASS, becomes=Kind.WALL)
             features = [*others, *walls]
-            without = explanation.log_densities_without(features)
+            without = likelihood.log_densities_without(features)
     return features
 
 
-def _may_join(feature: Hypothesis, acceptance: Belief) -> bool:
+def _may_join(feature: Hypothesis, acceptance: AcceptanceTest) -> bool:
     least = 1 if feature.kind is Kind.CYLINDER else 2
     stations = (feature.llr_by_station > acceptance.settings.second_station).sum()
     return bool(least <= stations <= _FEW_STATIONS and not feature.is_known)
@@ -188,24 +196,24 @@ def _are_back_to_back(walls: Sequence[Hypothesis]) -> bool:
 
 
 def _walls_instead(
-    explanation: PingLikelihood,
+    likelihood: PingLikelihood,
     joining: Hypothesis,
     others: Sequence[Hypothesis],
     log_densities: FloatArray,
     *,
-    acceptance: Belief,
+    acceptance: AcceptanceTest,
 ) -> list[Hypothesis]:
-    walls, measurements = list[Hypothesis](), explanation.measurements
-    course = ((4 * explanation.noise, 0.06, 4), (explanation.noise, 0.03, 4))
+    walls, measurements = list[Hypothesis](), likelihood.measurements
+    pose_model = ((4 * likelihood.noise, 0.06, 4), (likelihood.noise, 0.03, 4))
     for station in np.flatnonzero(joining.llr_by_station > acceptance.settings.second_station):
-        pings = joining.evidence.pings[joining.evidence.densities > log_densities[joining.evidence.pings]]
+        pings = joining.ping_scores.pings[joining.ping_scores.densities > log_densities[joining.ping_scores.pings]]
         own = pings[measurements.stations[pings] == station]
         start = joining.reflector if joining.is_wall else _touching(joining, measurements.centers[station])
-        wall = explanation.score(approach(measurements, explanation.hearing, start, own, course))
-        wall = explanation.rescored(wall, log_densities, [*others, *walls])
+        wall = likelihood.score(approach(measurements, likelihood.hearing, start, own, pose_model))
+        wall = likelihood.rescored(wall, log_densities, [*others, *walls])
         if acceptance.is_accepted(wall, log_densities):
             walls.append(wall)
-            log_densities = explanation.log_densities([*others, *walls])
+            log_densities = likelihood.log_densities([*others, *walls])
     return walls
 
 

@@ -20,7 +20,7 @@ from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.multipath import STRETCH
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.likelihood.ping_scores import UNHEARD
-from echoplan.joint.search.acceptance import Belief
+from echoplan.joint.search.acceptance import AcceptanceTest
 from echoplan.joint.search.latent_walls import log_densities_over_latent_walls
 from echoplan.joint.trace import Decision, Reason, record_event
 from echoplan.preprocessing.measurements import Measurements
@@ -34,17 +34,17 @@ _FEW_STATIONS = 3
 
 
 def without_multipath_walls(
-    explanation: PingLikelihood, features: Sequence[Hypothesis], acceptance: Belief
+    likelihood: PingLikelihood, features: Sequence[Hypothesis], acceptance: AcceptanceTest
 ) -> list[Hypothesis]:
     """Leave out walls of few stations that others may have cast.
 
     Parameters
     ----------
-    explanation : PingLikelihood
+    likelihood : PingLikelihood
         The pings.
     features : sequence of Hypothesis
         The features, judged beside each other.
-    acceptance : Belief
+    acceptance : AcceptanceTest
         How fully a wall must be heard.
 
     Returns
@@ -52,63 +52,65 @@ def without_multipath_walls(
     list of Hypothesis
         The others.
     """
-    measurements = explanation.measurements
+    measurements = likelihood.measurements
     if len(measurements.centers) < _FEWEST:
         return list(features)
-    if explanation.hearing.cone:
+    if likelihood.hearing.cone:
         for each in features:
             if _is_lone_wall(each, acceptance):
                 record_event(Decision.REMOVED, each, reason=Reason.SINGLE_STATION)
         return [each for each in features if not _is_lone_wall(each, acceptance)]
-    kept = _without_unheard(explanation, features, acceptance)
-    return _without_cast(explanation, kept, acceptance) if _has_volleys(measurements) else kept
+    kept = _without_unheard(likelihood, features, acceptance)
+    return _without_cast(likelihood, kept, acceptance) if _has_volleys(measurements) else kept
 
 
-def _is_lone_wall(feature: Hypothesis, acceptance: Belief) -> bool:
+def _is_lone_wall(feature: Hypothesis, acceptance: AcceptanceTest) -> bool:
     return feature.is_wall and not feature.is_known and acceptance.has_single_station(feature)
 
 
 def _without_unheard(
-    explanation: PingLikelihood, features: Sequence[Hypothesis], acceptance: Belief
+    likelihood: PingLikelihood, features: Sequence[Hypothesis], acceptance: AcceptanceTest
 ) -> list[Hypothesis]:
     """Leave out walls, the weakest first, that are not believed beside an echo over one that nobody heard."""
     kept = list(features)
     for feature in sorted(features, key=lambda each: each.total):
         others = [each for each in kept if each is not feature]
-        if _is_weak(feature, acceptance) and not _stands_beside_unheard(explanation, feature, others, acceptance):
+        if _is_weak(feature, acceptance) and not _stands_beside_unheard(likelihood, feature, others, acceptance):
             record_event(Decision.REMOVED, feature, reason=Reason.MULTIPATH)
             kept = others
     return kept
 
 
-def _is_weak(feature: Hypothesis, acceptance: Belief) -> bool:
+def _is_weak(feature: Hypothesis, acceptance: AcceptanceTest) -> bool:
     supporting = feature.supporting(acceptance.settings.second_station)
     return feature.is_wall and not feature.is_known and supporting <= _FEW_STATIONS
 
 
 def _stands_beside_unheard(
-    explanation: PingLikelihood, wall: Hypothesis, others: Sequence[Hypothesis], acceptance: Belief
+    likelihood: PingLikelihood, wall: Hypothesis, others: Sequence[Hypothesis], acceptance: AcceptanceTest
 ) -> bool:
-    log_densities = explanation.log_densities(others)
-    rescored = explanation.rescored(wall, log_densities, others)
-    echoes = log_densities_over_latent_walls(explanation, rescored, others, log_densities)
+    log_densities = likelihood.log_densities(others)
+    rescored = likelihood.rescored(wall, log_densities, others)
+    echoes = log_densities_over_latent_walls(likelihood, rescored, others, log_densities)
     if echoes.max() == UNHEARD:
         return True
-    beside = explanation.rescored(wall, np.maximum(log_densities, echoes), others)
+    beside = likelihood.rescored(wall, np.maximum(log_densities, echoes), others)
     return beside.total > acceptance.settings.second_station
 
 
-def _without_cast(explanation: PingLikelihood, features: Sequence[Hypothesis], acceptance: Belief) -> list[Hypothesis]:
+def _without_cast(
+    likelihood: PingLikelihood, features: Sequence[Hypothesis], acceptance: AcceptanceTest
+) -> list[Hypothesis]:
     """Leave out walls that one sensor may have heard of what another sent."""
     walls = [each for each in features if each.is_wall]
     shares = [
         acceptance.detection_rate(*each)
-        for each in zip(features, explanation.log_densities_without(features), strict=True)
+        for each in zip(features, likelihood.log_densities_without(features), strict=True)
     ]
     least = acceptance.settings.usual_share * _usual(features, shares)
     kept = []
     for each, share in zip(features, shares, strict=True):
-        if share >= least or not _may_be_cast(each, walls, explanation.measurements, acceptance):
+        if share >= least or not _may_be_cast(each, walls, likelihood.measurements, acceptance):
             kept.append(each)
         else:
             record_event(Decision.REMOVED, each, reason=Reason.MULTIPATH)
@@ -127,7 +129,7 @@ def _has_volleys(measurements: Measurements) -> bool:
 
 
 def _may_be_cast(
-    feature: Hypothesis, walls: Sequence[Hypothesis], measurements: Measurements, acceptance: Belief
+    feature: Hypothesis, walls: Sequence[Hypothesis], measurements: Measurements, acceptance: AcceptanceTest
 ) -> bool:
     """Whether a wall of one station is as far off as the image of a station in two walls, or farther.
 

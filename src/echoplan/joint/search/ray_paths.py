@@ -129,12 +129,12 @@ class Paths:
         return pings, places
 
 
-def trace_paths(explanation: PingLikelihood, features: Sequence[Hypothesis], *, step: float) -> Paths:
+def trace_paths(likelihood: PingLikelihood, features: Sequence[Hypothesis], *, step: float) -> Paths:
     """Trace the paths of all pings that features explain better than ghosts do.
 
     Parameters
     ----------
-    explanation : PingLikelihood
+    likelihood : PingLikelihood
         The pings.
     features : sequence of Hypothesis
         What is there.
@@ -146,9 +146,9 @@ def trace_paths(explanation: PingLikelihood, features: Sequence[Hypothesis], *, 
     Paths
         One a ping.
     """
-    measurements = explanation.measurements
+    measurements = likelihood.measurements
     starts = np.column_stack([measurements.x, measurements.y])
-    owners = _owners(explanation, features)
+    owners = _owners(likelihood, features)
     ends = np.full_like(starts, np.nan)
     for number, feature in enumerate(features):
         own = owners == number
@@ -178,7 +178,7 @@ def unoccluded_stations(feature: Hypothesis, measurements: Measurements, *, step
     ndarray of bool, shape (s,)
         By station.
     """
-    evidence, count = feature.evidence, len(measurements.centers)
+    evidence, count = feature.ping_scores, len(measurements.centers)
     stations, asked = measurements.stations[evidence.pings], evidence.audible
     if feature.is_wall:
         asked = asked & (evidence.feet >= feature.extent[0]) & (evidence.feet <= feature.extent[1])
@@ -197,13 +197,13 @@ def _beside(places: FloatArray, detected: FloatArray) -> BoolArray:
     return near
 
 
-def _owners(explanation: PingLikelihood, features: Sequence[Hypothesis]) -> IntArray:
-    count = len(explanation.measurements.readings)
+def _owners(likelihood: PingLikelihood, features: Sequence[Hypothesis]) -> IntArray:
+    count = len(likelihood.measurements.readings)
     if not features:
         return np.full(count, -1)
-    log_densities = np.stack([explanation.log_densities_of(each) for each in features])
+    log_densities = np.stack([likelihood.log_densities_of(each) for each in features])
     best = log_densities.max(axis=0)
-    explained = (best > explanation.floor + _EXPLAINED) & (best > explanation.multipath_log_densities(features))
+    explained = (best > likelihood.floor + _EXPLAINED) & (best > likelihood.multipath_log_densities(features))
     return np.where(explained & (best > UNHEARD), log_densities.argmax(axis=0), -1)
 
 

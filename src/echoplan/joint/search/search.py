@@ -18,10 +18,10 @@ from echoplan.joint.arcs import Arc, arc_planes
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.likelihood.proposals import ArcMeasurements, CandidateSettings, propose_hypotheses
-from echoplan.joint.search.acceptance import AcceptanceSettings, Belief
+from echoplan.joint.search.acceptance import AcceptanceSettings, AcceptanceTest
 from echoplan.joint.search.duplicates import DuplicateSettings, are_duplicates
 from echoplan.joint.search.model_moves import split_joined_walls
-from echoplan.joint.search.refinement import Course, approach
+from echoplan.joint.search.refinement import PoseModel, approach
 from echoplan.joint.trace import Decision, Reason, record_event
 from echoplan.preprocessing.measurements import independent, select_measurements
 
@@ -55,7 +55,7 @@ class Search:
 
     Parameters
     ----------
-    explanation : PingLikelihood
+    likelihood : PingLikelihood
         The pings and the sonar.
     arcs : sequence of Arc
         Arcs of all stations.
@@ -66,23 +66,23 @@ class Search:
     """
 
     def __init__(
-        self, explanation: PingLikelihood, arcs: Sequence[Arc], *, half_aperture: float, settings: SearchSettings
+        self, likelihood: PingLikelihood, arcs: Sequence[Arc], *, half_aperture: float, settings: SearchSettings
     ) -> None:
-        self.explanation = explanation
+        self.likelihood = likelihood
         self.arcs = list(arcs)
         self.settings = settings
-        self.acceptance = Belief(explanation.measurements, half_aperture=half_aperture, settings=settings)
+        self.acceptance = AcceptanceTest(likelihood.measurements, half_aperture=half_aperture, settings=settings)
 
     @cached_property
     def _few(self) -> BoolArray:
-        return independent(self.explanation.measurements)
+        return independent(self.likelihood.measurements)
 
     @cached_property
     def _rough(self) -> PingLikelihood:
         """A few of the pings, each of which counts for more; whoever only judges needs none of it."""
-        few = select_measurements(self.explanation.measurements, self._few)
+        few = select_measurements(self.likelihood.measurements, self._few)
         few = few._replace(weights=few.weights * (len(self._few) / max(len(few.weights), 1)))
-        return PingLikelihood(few, self.explanation.hearing, max(0.012, 2 * self.explanation.noise))
+        return PingLikelihood(few, self.likelihood.hearing, max(0.012, 2 * self.likelihood.noise))
 
     def run(self, known: Sequence[Hypothesis] = ()) -> list[Hypothesis]:
         """Find the features.
@@ -100,7 +100,7 @@ class Search:
         features = self.tested(self._renewed(known))
         for _ in range(self.settings.rounds):
             pool = self._seeded(features)
-            grown = split_joined_walls(self.explanation, self._grown(features, pool), self.acceptance)
+            grown = split_joined_walls(self.likelihood, self._grown(features, pool), self.acceptance)
             if [each.key for each in grown] == [each.key for each in features]:
                 return grown
             features = grown
@@ -138,10 +138,10 @@ class Search:
             Those that stay, judged beside each other.
         """
         kept, place = list(features), 0
-        without = self.explanation.log_densities_without(kept)
+        without = self.likelihood.log_densities_without(kept)
         while place < len(kept):
             feature, others = kept[place], [*kept[:place], *kept[place + 1 :]]
-            rescored = self.explanation.rescored(feature, without[place], others)
+            rescored = self.likelihood.rescored(feature, without[place], others)
             refusal = self.acceptance.refusal(rescored, without[place])
             is_accepted = refusal is None
             if refusal:
@@ -149,7 +149,7 @@ class Search:
             kept = [*kept[:place], rescored, *kept[place + 1 :]] if is_accepted else others
             place += is_accepted
             if not is_accepted or rescored.has_other_multipath_than(feature):
-                without = self.explanation.log_densities_without(kept)
+                without = self.likelihood.log_densities_without(kept)
         return kept
 
     def rescored(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -192,34 +192,36 @@ class Search:
 
     def _beside_others(self, features: Sequence[Hypothesis]) -> tuple[list[Hypothesis], list[Reason | None]]:
         rescored, refusals = [], []
-        for place, log_densities in enumerate(self.explanation.log_densities_without(features)):
+        for place, log_densities in enumerate(self.likelihood.log_densities_without(features)):
             others = _others(features, place)
-            left = log_densities if len(others) == len(features) - 1 else self.explanation.log_densities(others)
-            rescored.append(self.explanation.rescored(features[place], left, others))
+            left = log_densities if len(others) == len(features) - 1 else self.likelihood.log_densities(others)
+            rescored.append(self.likelihood.rescored(features[place], left, others))
             refusals.append(self.acceptance.refusal(rescored[-1], left))
         return rescored, refusals
 
     def _renewed(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Collect the evidence anew: pings, noise or the sonar may have changed."""
         fresh = [
-            replace(self.explanation.score(each.reflector), history=each.history, is_square=each.is_square)
+            replace(self.likelihood.score(each.reflector), history=each.history, is_square=each.is_square)
             for each in features
         ]
-        bare = np.full(len(self.explanation.measurements.readings), self.explanation.floor)
-        return self.explanation.score_all(fresh, bare, [])
+        bare = np.full(len(self.likelihood.measurements.readings), self.likelihood.floor)
+        return self.likelihood.score_all(fresh, bare, [])
 
     def _grown(self, features: list[Hypothesis], pool: list[Hypothesis]) -> list[Hypothesis]:
         """Accept the best of a pool, again and again."""
-        explanation, accepted = self.explanation, list[Hypothesis]()
-        log_densities = explanation.log_densities(features)
+        likelihood, accepted = self.likelihood, list[Hypothesis]()
+        log_densities = likelihood.log_densities(features)
         while pool:
             scored = sorted(
-                explanation.score_all(pool, log_densities, features), key=self.acceptance.penalised_llr, reverse=True
+                likelihood.score_all(pool, log_densities, features),
+                key=self.acceptance.log_evidence_without_bias,
+                reverse=True,
             )
-            pool = [each for each in scored if self.acceptance.penalised_llr(each) > 0.0]
+            pool = [each for each in scored if self.acceptance.log_evidence_without_bias(each) > 0.0]
             contenders = scored[: self.settings.contenders]
             best = self._best(contenders, log_densities, features)
-            if self.acceptance.penalised_llr(best) <= self.settings.accept:
+            if self.acceptance.log_evidence_without_bias(best) <= self.settings.accept:
                 return features
             # What was accepted and fell would fall again: two rivals may take each other's place for ever.
             if self._is_rejected(best, log_densities) or any(_same(best, each) for each in accepted):
@@ -229,7 +231,7 @@ class Search:
             record_event(Decision.ADDED, best, reason=Reason.EVIDENCE, threshold=self.settings.accept)
             pool = [each for each in pool if not _same(each, best)]
             features = self.tested([*features, best])
-            log_densities = explanation.log_densities(features)
+            log_densities = likelihood.log_densities(features)
         return features
 
     def _is_rejected(self, hypothesis: Hypothesis, log_densities: FloatArray) -> bool:
@@ -249,50 +251,52 @@ class Search:
         self, contenders: Sequence[Hypothesis], log_densities: FloatArray, features: Sequence[Hypothesis]
     ) -> Hypothesis:
         """Refine the best few once more on the pings that are still open, and return the best of them."""
-        best = self.acceptance.penalised_llr(contenders[0])
-        near = [each for each in contenders if self.acceptance.penalised_llr(each) >= min(best, 0.8 * best)]
+        best = self.acceptance.log_evidence_without_bias(contenders[0])
+        near = [each for each in contenders if self.acceptance.log_evidence_without_bias(each) >= min(best, 0.8 * best)]
         refined = [self._polished(each, log_densities, features) for each in near]
-        return max([*near, *refined], key=self.acceptance.penalised_llr)
+        return max([*near, *refined], key=self.acceptance.log_evidence_without_bias)
 
     def _polished(
         self, hypothesis: Hypothesis, log_densities: FloatArray, features: Sequence[Hypothesis]
     ) -> Hypothesis:
-        explanation, noise = self.explanation, self.explanation.noise
-        supporting = (hypothesis.llr_by_station > 0.0)[explanation.measurements.stations]
-        free = np.flatnonzero((log_densities < explanation.floor + _OPEN) & supporting)
+        likelihood, noise = self.likelihood, self.likelihood.noise
+        supporting = (hypothesis.llr_by_station > 0.0)[likelihood.measurements.stations]
+        free = np.flatnonzero((log_densities < likelihood.floor + _OPEN) & supporting)
         courses = [[(noise, max(0.02, 4 * noise), 3)]]
         if (hypothesis.llr_by_station > self.settings.second_station).sum() < _SURE_STATIONS:
             # Where few stations speak, the first guess may be farther off than readings scatter.
             courses.append([(4 * noise, max(0.03, 16 * noise), 3), *courses[0]])
-        proposed = [explanation.score(self._moved(hypothesis.reflector, free, course)) for course in courses]
-        return max(explanation.score_all(proposed, log_densities, features), key=self.acceptance.penalised_llr)
+        proposed = [likelihood.score(self._moved(hypothesis.reflector, free, pose_model)) for pose_model in courses]
+        return max(
+            likelihood.score_all(proposed, log_densities, features), key=self.acceptance.log_evidence_without_bias
+        )
 
-    def _moved(self, reflector: FloatArray, pings: IntArray, course: Course) -> FloatArray:
-        return approach(self.explanation.measurements, self.explanation.hearing, reflector, pings, course)
+    def _moved(self, reflector: FloatArray, pings: IntArray, pose_model: PoseModel) -> FloatArray:
+        return approach(self.likelihood.measurements, self.likelihood.hearing, reflector, pings, pose_model)
 
     def _seeded(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Let arcs that are mostly unexplained suggest reflectors."""
-        explanation = self.explanation
-        log_densities = explanation.log_densities(features)
-        open_readings = log_densities < explanation.floor + _UNEXPLAINED
+        likelihood = self.likelihood
+        log_densities = likelihood.log_densities(features)
+        open_readings = log_densities < likelihood.floor + _UNEXPLAINED
         arcs = [arc for arc in self.arcs if arc.share_of(open_readings) > 0.5]
         if not arcs:
             return []
         stations = np.array([arc.station for arc in arcs])
         arc_measurements = ArcMeasurements(
             stations=stations,
-            centers=explanation.measurements.centers[stations],
-            planes=arc_planes(arcs, explanation.measurements, explanation.hearing),
+            centers=likelihood.measurements.centers[stations],
+            planes=arc_planes(arcs, likelihood.measurements, likelihood.hearing),
         )
         fresh: BoolArray = np.ones(len(arcs), dtype=bool)
         rows = propose_hypotheses(arc_measurements, fresh, self.settings.candidates)
-        free = np.flatnonzero(log_densities < explanation.floor + _OPEN)
+        free = np.flatnonzero(log_densities < likelihood.floor + _OPEN)
         pool = [each for kind in _CELLS for each in self._promising(kind, rows, log_densities, free)]
         return [each for each in pool if not any(_same(each, feature) for feature in features)]
 
     def _promising(self, kind: Kind, rows: FloatArray, log_densities: FloatArray, free: IntArray) -> list[Hypothesis]:
         """Screen candidates of one kind, move the best of them to where the pings want them, and keep those apart."""
-        explanation, noise = self.explanation, self.explanation.noise
+        likelihood, noise = self.likelihood, self.likelihood.noise
         rescored = self._screened(rows[rows[:, 0] == kind], log_densities)
         rough, fine = ((max(0.008, 1.5 * noise), 0.03, 4),), ((noise, 0.02, 3),)
         few = free[self._few[free]]
@@ -302,9 +306,9 @@ class Search:
         if kind is Kind.CORNER:
             edges = [self._moved(np.array([Kind.EDGE, *row[1:]]), free, fine) for row in apart]
             # What returns in a concave corner is sound; rays read the walls there.
-            corners = apart[:0] if explanation.hearing.cone else apart
+            corners = apart[:0] if likelihood.hearing.cone else apart
             apart = np.concatenate([corners, np.array(edges).reshape(-1, 4)])
-        return [explanation.score(row) for row in apart]
+        return [likelihood.score(row) for row in apart]
 
     def _screened(self, rows: FloatArray, log_densities: FloatArray) -> list[Hypothesis]:
         """Rank candidates by a few of the pings, the best first."""

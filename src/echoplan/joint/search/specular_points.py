@@ -115,13 +115,13 @@ def returns_sound(one: FloatArray, other: FloatArray) -> bool:
 
 
 def corner_echoes(
-    explanation: PingLikelihood, features: Sequence[Hypothesis], count: int
+    likelihood: PingLikelihood, features: Sequence[Hypothesis], count: int
 ) -> dict[tuple[int, int], CornerEcho]:
     """Tell what stations heard of the corners of all pairs of walls.
 
     Parameters
     ----------
-    explanation : PingLikelihood
+    likelihood : PingLikelihood
         The pings.
     features : sequence of Hypothesis
         What is there.
@@ -133,26 +133,26 @@ def corner_echoes(
     dict of tuple of int to CornerEcho
         By the places of both in the list.
     """
-    among = explanation.measurements.stations < count
+    among = likelihood.measurements.stations < count
     walls = [number for number, each in enumerate(features) if each.is_wall]
     pairs = [(one, other) for place, one in enumerate(walls) for other in walls[place + 1 :]]
     detections, llr_by_station = (
-        _detected(explanation, features, pairs, among),
-        _gains(explanation, features, pairs, count),
+        _detected(likelihood, features, pairs, among),
+        _gains(likelihood, features, pairs, count),
     )
     return {pair: replace(detections[pair], gain=llr_by_station.get(pair, 0.0)) for pair in pairs}
 
 
 def _detected(
-    explanation: PingLikelihood, features: Sequence[Hypothesis], pairs: Sequence[tuple[int, int]], among: BoolArray
+    likelihood: PingLikelihood, features: Sequence[Hypothesis], pairs: Sequence[tuple[int, int]], among: BoolArray
 ) -> dict[tuple[int, int], CornerEcho]:
     """Tell which pings heard one wall in another, and nothing that explains them better."""
-    direct = np.full(len(explanation.measurements.readings), explanation.floor)
+    direct = np.full(len(likelihood.measurements.readings), likelihood.floor)
     for each in features:
         if each.kind in (Kind.WALL, Kind.CYLINDER):
-            np.maximum(direct, explanation.log_densities_of(each), out=direct)
-    least = np.maximum(np.maximum(direct + math.log(5.0), explanation.floor + math.log(20.0)), UNHEARD)
-    log_densities_of = {pair: explanation.pair_log_densities(*(features[each] for each in pair)) for pair in pairs}
+            np.maximum(direct, likelihood.log_densities_of(each), out=direct)
+    least = np.maximum(np.maximum(direct + math.log(5.0), likelihood.floor + math.log(20.0)), UNHEARD)
+    log_densities_of = {pair: likelihood.pair_log_densities(*(features[each] for each in pair)) for pair in pairs}
     for log_densities in log_densities_of.values():
         np.maximum(least, log_densities, out=least)
     echoes = {}
@@ -160,18 +160,18 @@ def _detected(
         clear = (log_densities >= least) & among
         echoes[one, other] = CornerEcho(
             pings=int(clear.sum()),
-            stations=len(np.unique(explanation.measurements.stations[clear])),
+            stations=len(np.unique(likelihood.measurements.stations[clear])),
             detections=float((log_densities - direct)[clear].sum()),
         )
     return echoes
 
 
 def _gains(
-    explanation: PingLikelihood, features: Sequence[Hypothesis], pairs: Sequence[tuple[int, int]], count: int
+    likelihood: PingLikelihood, features: Sequence[Hypothesis], pairs: Sequence[tuple[int, int]], count: int
 ) -> dict[tuple[int, int], float]:
     """Hold corners where two walls cross at right angles against what the first stations heard."""
     square = [pair for pair in pairs if returns_sound(*(features[each].line for each in pair))]
     crossings = [intersections(*(features[each].line for each in pair)) for pair in square]
-    corners = [explanation.score(np.array([Kind.CORNER, *point, 0.0])) for point in crossings]
-    rescored = explanation.score_all(corners, explanation.log_densities(features), features)
+    corners = [likelihood.score(np.array([Kind.CORNER, *point, 0.0])) for point in crossings]
+    rescored = likelihood.score_all(corners, likelihood.log_densities(features), features)
     return {pair: float(each.llr_by_station[:count].sum()) for pair, each in zip(square, rescored, strict=True)}

@@ -6,10 +6,10 @@ import pytest
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose
 from echoplan.joint.optimisation.edge_diffraction import edges_of
-from echoplan.joint.optimisation.optimiser import Features, OptimiserSettings, Priors, adjust
+from echoplan.joint.optimisation.optimiser import Features, OptimiserSettings, Priors, optimise
 from echoplan.joint.optimisation.pose_factors import PoseSettings, at_poses, odometry_prior
 from echoplan.joint.optimisation.solution import Solution
-from echoplan.joint.optimisation.values import State
+from echoplan.joint.optimisation.values import Values
 from helpers.expectations import NOISE, REACH, ROOM, SONAR, hearing, listening
 
 # Where the stations of ``listening`` are said to be, and where they are.
@@ -20,7 +20,7 @@ BELIEFS = Priors(
     offset_sigma=0.0015,
     walk_gain=SONAR.walk_gain,
     has_servo=False,
-    scale_sigma=OptimiserSettings().told_scale_sigma,
+    scale_sigma=OptimiserSettings().scale_sigma_with_thermometer,
     drifting=True,
     poses=odometry_prior(GIVEN, PoseSettings()),
 )
@@ -37,8 +37,8 @@ def corrected(*, wrong: float = 0.0, scale: float = 0.0) -> Solution:
     features = Features(
         reflectors=ROOM, extents=extents, attenuations=np.zeros((4, 4)), bias_variances=np.zeros((4, 4)), ends=ends
     )
-    start = State(features=features, model=SONAR, poses=GIVEN)
-    return adjust(recorded._replace(readings=readings), start, BELIEFS, OptimiserSettings(rounds=20))
+    start = Values(features=features, model=SONAR, poses=GIVEN)
+    return optimise(recorded._replace(readings=readings), start, BELIEFS, OptimiserSettings(rounds=20))
 
 
 def farthest(poses: FloatArray) -> float:
@@ -60,4 +60,6 @@ def test_one_wrong_association_bends_no_map(wrong: float) -> None:
 def test_a_drifting_robot_does_not_guess_the_scale_and_says_how_little_it_knows() -> None:
     found = corrected(scale=0.003)
     assert found.model.range_scale == pytest.approx(0.0, abs=1e-6)
-    assert found.sonar_sigmas()["range_scale"] == pytest.approx(OptimiserSettings().told_scale_sigma, rel=0.2)
+    assert found.sonar_sigmas()["range_scale"] == pytest.approx(
+        OptimiserSettings().scale_sigma_with_thermometer, rel=0.2
+    )

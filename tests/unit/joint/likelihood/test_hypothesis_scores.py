@@ -4,20 +4,24 @@ import numpy as np
 import pytest
 
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.joint.likelihood.hypothesis_scores import Frame, Verdict, missed, rescore
+from echoplan.joint.likelihood.hypothesis_scores import HypothesisScore, Occluders, missed, rescore
 from echoplan.joint.likelihood.ping_scores import PingScores, score_pings
 from echoplan.preprocessing.measurements import Measurements
 from helpers.expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, evidence_for, hearing, listening, wall
 
 FLOOR = float(np.log(0.04 / REACH))
-OPEN = Frame(np.zeros((0, 4)), np.zeros((0, 2)))
+OPEN = Occluders(np.zeros((0, 4)), np.zeros((0, 2)))
 EAST = ROOM[0]
 
 
 def verdict_on(
-    measurements: Measurements, reflector: FloatArray, *, log_densities: float | FloatArray = FLOOR, frame: Frame = OPEN
-) -> Verdict:
-    """Verdict when nothing is explained yet, unless told otherwise."""
+    measurements: Measurements,
+    reflector: FloatArray,
+    *,
+    log_densities: float | FloatArray = FLOOR,
+    frame: Occluders = OPEN,
+) -> HypothesisScore:
+    """HypothesisScore when nothing is explained yet, unless told otherwise."""
     known = np.broadcast_to(log_densities, measurements.readings.shape).astype(float)
     return rescore(measurements, reflector, evidence_for(measurements, reflector), known, frame)
 
@@ -163,14 +167,14 @@ def test_the_best_run_is_the_greatest_sum_of_all_runs() -> None:
         assert verdict_on(muted, EAST, log_densities=log_densities).total == pytest.approx(max(runs))
 
 
-SCREEN = Frame(np.array([wall(0.0, 1.0)]), np.array([[-0.8, -0.2]]))
-POST = Frame(np.array([cylinder(1.0, -0.5, 0.1)]), np.zeros((1, 2)))
+SCREEN = Occluders(np.array([wall(0.0, 1.0)]), np.array([[-0.8, -0.2]]))
+POST = Occluders(np.array([cylinder(1.0, -0.5, 0.1)]), np.zeros((1, 2)))
 
 
 @pytest.mark.parametrize("frame", [SCREEN, POST])
 @pytest.mark.parametrize("reflector", [EAST, cylinder(2.0, -0.5, 0.1)])
 def test_a_station_whose_view_is_blocked_does_not_speak_against_a_reflector(
-    frame: Frame, reflector: FloatArray
+    frame: Occluders, reflector: FloatArray
 ) -> None:
     stations = [(0.0, -0.5), (1.5, -0.45), (1.5, 0.0), (1.4, 0.4)]
     measurements = silenced(hearing(listening(stations), [reflector]), 0)
@@ -184,14 +188,14 @@ def test_a_station_whose_view_is_blocked_does_not_speak_against_a_reflector(
 @pytest.mark.parametrize(
     "frame",
     [
-        Frame(np.array([wall(0.0, 1.0)]), np.array([[0.2, 0.8]])),
-        Frame(np.array([wall(0.0, 2.5)]), np.array([[-2.0, 2.0]])),
-        Frame(np.array([wall(np.pi / 2, -0.5)]), np.array([[-3.0, 3.0]])),
-        Frame(np.array([cylinder(1.0, -0.2, 0.1)]), np.zeros((1, 2))),
-        Frame(np.array([corner(1.0, -0.5)]), np.zeros((1, 2))),
+        Occluders(np.array([wall(0.0, 1.0)]), np.array([[0.2, 0.8]])),
+        Occluders(np.array([wall(0.0, 2.5)]), np.array([[-2.0, 2.0]])),
+        Occluders(np.array([wall(np.pi / 2, -0.5)]), np.array([[-3.0, 3.0]])),
+        Occluders(np.array([cylinder(1.0, -0.2, 0.1)]), np.zeros((1, 2))),
+        Occluders(np.array([corner(1.0, -0.5)]), np.zeros((1, 2))),
     ],
 )
-def test_what_stands_beside_or_behind_a_view_blocks_nothing(frame: Frame) -> None:
+def test_what_stands_beside_or_behind_a_view_blocks_nothing(frame: Occluders) -> None:
     post = cylinder(2.0, -0.5, 0.1)
     measurements = silenced(hearing(listening([(0.0, -0.5), (1.5, -0.45), (1.5, 0.0)]), [post]), 0)
     free = verdict_on(measurements, post).llr_by_station
@@ -201,7 +205,7 @@ def test_what_stands_beside_or_behind_a_view_blocks_nothing(frame: Frame) -> Non
 
 def test_a_wall_behind_a_wall_does_not_block_the_view_of_it() -> None:
     measurements = silenced(hearing(listening([(0.0, 0.0), (0.5, 0.2), (0.5, 0.4)]), [EAST]), 1)
-    behind = Frame(np.array([wall(0.0, 2.2)]), np.array([[-2.0, 2.0]]))
+    behind = Occluders(np.array([wall(0.0, 2.2)]), np.array([[-2.0, 2.0]]))
     free = verdict_on(measurements, EAST).llr_by_station
     assert free[1] < -1.0
     assert verdict_on(measurements, EAST, frame=behind).llr_by_station == pytest.approx(free)

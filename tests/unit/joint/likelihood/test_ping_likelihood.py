@@ -11,7 +11,7 @@ from echoplan.joint.likelihood import multipath
 from echoplan.joint.likelihood.crosstalk import emissions_of
 from echoplan.joint.likelihood.double_bounces import ghosts_of_walls
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.likelihood.hypothesis_scores import Frame, rescore
+from echoplan.joint.likelihood.hypothesis_scores import Occluders, rescore
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.likelihood.ping_scores import UNHEARD
 from helpers.expectations import (
@@ -21,9 +21,9 @@ from helpers.expectations import (
     SONAR,
     corner,
     cylinder,
-    explanation,
     feature,
     hearing,
+    likelihood,
     listening,
     rescored,
     wall,
@@ -37,7 +37,7 @@ POST = cylinder(0.3, 0.9, 0.1)
 def room() -> PingLikelihood:
     """A room with a post in it, as heard with a little noise."""
     measurements = hearing(listening(), [*ROOM, POST], noise=0.001, rng=np.random.default_rng(6))
-    return explanation(measurements)
+    return likelihood(measurements)
 
 
 @pytest.fixture(scope="module")
@@ -71,14 +71,14 @@ def test_a_hypothesis_tells_its_kind_and_parameters() -> None:
 
 
 def test_hypotheses_differ_by_kind_place_and_extent() -> None:
-    given = [
+    measured_poses = [
         feature(corner(1.0, 2.0)),
         feature(cylinder(1.0, 2.0, 0.0)),
         feature(corner(1.0, 2.1)),
         feature(wall(1.0, 2.0)),
     ]
     stretched = feature(wall(1.0, 2.0), extent=(0.0, 1.0))
-    assert len({each.key for each in (*given, stretched)}) == 5
+    assert len({each.key for each in (*measured_poses, stretched)}) == 5
     assert stretched.key == feature(wall(1.0, 2.0), extent=(0.0, 1.0), llr_by_station=(3.0,)).key
 
 
@@ -86,12 +86,12 @@ def test_a_proposed_hypothesis_is_not_judged_yet(room: PingLikelihood) -> None:
     proposed = room.score(ROOM[0])
     assert proposed.total == 0.0
     assert not proposed.llr_by_station.any()
-    assert len(proposed.evidence.pings) > 0
+    assert len(proposed.ping_scores.pings) > 0
 
 
 def test_a_verdict_is_written_into_the_hypothesis(room: PingLikelihood, walls: list[Hypothesis]) -> None:
-    nothing = Frame(np.zeros((0, 4)), np.zeros((0, 2)))
-    verdict = rescore(room.measurements, ROOM[1], walls[1].evidence, bare(room), nothing)
+    nothing = Occluders(np.zeros((0, 4)), np.zeros((0, 2)))
+    verdict = rescore(room.measurements, ROOM[1], walls[1].ping_scores, bare(room), nothing)
     assert walls[1].total == verdict.total > 20.0
     assert walls[1].extent == (verdict.low, verdict.high)
     assert walls[1].llr_by_station == pytest.approx(verdict.llr_by_station)
@@ -109,7 +109,7 @@ def test_others_are_seen_to_block_the_view() -> None:
     target = cylinder(2.0, 0.0, 0.1)
     measurements = hearing(listening(stations), [target])
     deaf = measurements._replace(readings=np.where(measurements.stations == 0, np.inf, measurements.readings))
-    room = explanation(deaf)
+    room = likelihood(deaf)
     screen = feature(wall(0.0, 1.0), extent=(-0.3, 0.3))
     seen = room.rescored(room.score(target), bare(room), [])
     hidden = room.rescored(room.score(target), bare(room), [screen])
@@ -150,11 +150,11 @@ def test_without_features_nothing_is_explained(room: PingLikelihood) -> None:
 
 def test_a_wall_explains_pings_no_farther_than_it_was_heard(room: PingLikelihood, walls: list[Hypothesis]) -> None:
     east = walls[0]
-    evidence = east.evidence
+    evidence = east.ping_scores
     middle = float(np.median(evidence.feet))
     short = Hypothesis(
         reflector=east.reflector,
-        evidence=evidence,
+        ping_scores=evidence,
         llr_by_station=east.llr_by_station,
         extent=(middle - 0.1, middle + 0.1),
     )
@@ -167,11 +167,11 @@ def test_a_wall_explains_pings_no_farther_than_it_was_heard(room: PingLikelihood
 
 def test_a_cylinder_explains_pings_wherever_they_are(room: PingLikelihood, post: Hypothesis) -> None:
     log_densities = room.log_densities_of(post)
-    assert log_densities[post.evidence.pings].tolist() == post.evidence.densities.tolist()
+    assert log_densities[post.ping_scores.pings].tolist() == post.ping_scores.densities.tolist()
 
 
 def test_ghosts_are_those_of_each_pair_of_walls_and_each_cylinder() -> None:
-    room = explanation(hearing(listening(), [*ROOM, corner(2.0, 1.5)]))
+    room = likelihood(hearing(listening(), [*ROOM, corner(2.0, 1.5)]))
     # Between the robot and a wall: a sensor hears nothing that comes from behind it.
     told, walls, post = (room.measurements, room.hearing), rescored(room, ROOM), feature(cylinder(-1.2, -0.6, 0.1))
     pairs = [room.pair_log_densities(one, other) for one, other in itertools.combinations(walls, 2)]
@@ -182,14 +182,14 @@ def test_ghosts_are_those_of_each_pair_of_walls_and_each_cylinder() -> None:
 
 
 def test_a_ghost_is_no_other_for_the_pairs_that_came_before_it() -> None:
-    room = explanation(hearing(listening(), [*ROOM, corner(2.0, 1.5)]))
+    room = likelihood(hearing(listening(), [*ROOM, corner(2.0, 1.5)]))
     features = [*rescored(room, ROOM), feature(cylinder(-1.2, -0.6, 0.1))]
     parts = room.multipath.parts(features)
     assert len({part.owners for part in parts}) > 2
     for part in parts:
         own = [features[number] for number in dict.fromkeys(part.owners)]
         (alone,) = (
-            each for each in explanation(room.measurements).multipath.parts(own) if len(set(each.owners)) == len(own)
+            each for each in likelihood(room.measurements).multipath.parts(own) if len(set(each.owners)) == len(own)
         )
         assert part.pings.tolist() == alone.pings.tolist()
         assert part.log_densities.tolist() == alone.log_densities.tolist()
@@ -221,7 +221,7 @@ def test_bursts_are_listed_again_only_where_others_may_be_heard(room: PingLikeli
         "fainter": replace(sonar, figure_of_merit=sonar.figure_of_merit - 3.0),
     }
     heard_ = {"moved": told._replace(x=told.x + 0.1), "others": told._replace(readings=told.readings.copy())}
-    first = explanation(told)
+    first = likelihood(told)
     walls = rescored(first, ROOM)
     first.multipath_log_densities(walls)
     later = PingLikelihood(heard_.get(what, told), sonars.get(what, sonar).tabulated(), NOISE, before=first)
@@ -270,7 +270,7 @@ def test_walls_that_hardly_turn_from_each_other_reflect_a_little_beyond_what_was
 def test_a_ghost_gains_little_as_a_corner_once_the_walls_that_cast_it_are_known() -> None:
     # In a right angle the echo of one wall in the other is that of a point at the crossing.
     measurements = hearing(listening([(0.1, 0.0), (0.4, 0.0)]), [corner(1.2, 0.9)])
-    room = explanation(measurements)
+    room = likelihood(measurements)
     east, north = (
         feature(wall(0.0, 1.2), extent=(-0.5, 0.5)),
         feature(wall(np.pi / 2, 0.9), extent=(-1.0, 0.0)),

@@ -82,48 +82,48 @@ def test_a_hit_is_the_density_of_a_reading_about_the_expected_one() -> None:
 
 def test_a_missed_echo_counts_the_more_the_louder_it_should_be_but_never_for_certain() -> None:
     silent = listening()
-    evidence = evidence_for(silent, EAST)
-    excess = expected(silent, EAST)[0][evidence.pings]
+    log_evidence = evidence_for(silent, EAST)
+    excess = expected(silent, EAST)[0][log_evidence.pings]
     order = np.argsort(excess)
-    assert (np.diff(evidence.misses[order]) <= 1e-12).all()
-    assert evidence.misses.min() == pytest.approx(np.log(0.06))
-    assert (evidence.densities == UNHEARD).all()
+    assert (np.diff(log_evidence.misses[order]) <= 1e-12).all()
+    assert log_evidence.misses.min() == pytest.approx(np.log(0.06))
+    assert (log_evidence.densities == UNHEARD).all()
 
 
 def told(shift: float) -> tuple[PingScores, BoolArray]:
     """What pings say that heard a wall, when all their readings are shifted, and which of them they are."""
     measurements = hearing(listening(), [EAST])
-    evidence = evidence_for(measurements._replace(readings=measurements.readings + shift), EAST)
-    return evidence, np.isfinite(measurements.readings)[evidence.pings]
+    log_evidence = evidence_for(measurements._replace(readings=measurements.readings + shift), EAST)
+    return log_evidence, np.isfinite(measurements.readings)[log_evidence.pings]
 
 
 @pytest.mark.parametrize("shift", [-0.2, -0.05])
 def test_readings_of_something_nearer_say_nothing(shift: float) -> None:
-    evidence, detected = told(shift)
-    assert not evidence.unmasked[detected].any()
-    assert not evidence.misses[detected].any()
-    assert (evidence.densities[detected] == UNHEARD).all()
+    log_evidence, detected = told(shift)
+    assert not log_evidence.unmasked[detected].any()
+    assert not log_evidence.misses[detected].any()
+    assert (log_evidence.densities[detected] == UNHEARD).all()
 
 
 def test_readings_a_little_too_short_neither_hit_nor_mask_a_reflector() -> None:
-    evidence, detected = told(-0.0295)
-    assert evidence.unmasked[detected].all()
-    assert not evidence.misses[detected].any()
-    assert (evidence.densities[detected] == UNHEARD).all()
+    log_evidence, detected = told(-0.0295)
+    assert log_evidence.unmasked[detected].all()
+    assert not log_evidence.misses[detected].any()
+    assert (log_evidence.densities[detected] == UNHEARD).all()
 
 
 def test_readings_of_something_farther_speak_against_a_reflector() -> None:
-    evidence, detected = told(0.2)
-    assert evidence.unmasked[detected].all()
-    assert (evidence.misses[detected] < -0.5).all()
-    assert (evidence.densities[detected] == UNHEARD).all()
+    log_evidence, detected = told(0.2)
+    assert log_evidence.unmasked[detected].all()
+    assert (log_evidence.misses[detected] < -0.5).all()
+    assert (log_evidence.densities[detected] == UNHEARD).all()
 
 
 def test_audible_are_echoes_above_the_threshold(room: Measurements) -> None:
-    evidence = evidence_for(room, EAST)
-    assert (evidence.audible == (expected(room, EAST)[0][evidence.pings] > 0.0)).all()
-    assert evidence.audible.any()
-    assert not evidence.audible.all()
+    log_evidence = evidence_for(room, EAST)
+    assert (log_evidence.audible == (expected(room, EAST)[0][log_evidence.pings] > 0.0)).all()
+    assert log_evidence.audible.any()
+    assert not log_evidence.audible.all()
 
 
 @pytest.mark.parametrize("reflector", [wall(0.0, -3.0), wall(0.0, 9.0), cylinder(6.0, 0.0, 0.1)])
@@ -142,6 +142,6 @@ def test_at_the_rim_of_the_reach_silence_does_not_speak_against_a_reflector(marg
 
 
 def test_feet_are_where_perpendiculars_meet_a_wall(room: Measurements) -> None:
-    evidence = evidence_for(room, EAST)
-    assert evidence.feet == pytest.approx(room.y[evidence.pings])
+    log_evidence = evidence_for(room, EAST)
+    assert log_evidence.feet == pytest.approx(room.y[log_evidence.pings])
     assert not evidence_for(room, cylinder(1.0, 0.0, 0.1)).feet.any()

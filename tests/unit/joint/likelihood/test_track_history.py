@@ -8,19 +8,19 @@ import pytest
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.likelihood.track_history import NO_HISTORY, TrackHistory
-from helpers.expectations import ROOM, explanation, feature, hearing, listening, wall
+from helpers.expectations import ROOM, feature, hearing, likelihood, listening, wall
 
 EAST = wall(0.0, 2.0)
 
 
 @pytest.fixture(scope="module")
 def room() -> PingLikelihood:
-    return explanation(hearing(listening(), ROOM))
+    return likelihood(hearing(listening(), ROOM))
 
 
-def beside(account: PingLikelihood, reflector: np.ndarray, history: TrackHistory) -> Hypothesis:
-    bare = np.full(len(account.measurements.readings), account.floor)
-    return account.rescored(replace(account.score(reflector), history=history), bare, [])
+def beside(estimate: PingLikelihood, reflector: np.ndarray, history: TrackHistory) -> Hypothesis:
+    bare = np.full(len(estimate.measurements.readings), estimate.floor)
+    return estimate.rescored(replace(estimate.score(reflector), history=history), bare, [])
 
 
 def test_without_a_past_nothing_is_known() -> None:
@@ -51,9 +51,9 @@ def test_a_wall_that_nobody_at_hand_hears_is_as_long_as_it_was(room: PingLikelih
 def test_whoever_faces_the_known_part_of_a_wall_is_heard_of_it() -> None:
     # A wall is known where two stations look through it; two others, farther on, hear one on the same line.
     stations = [(0.0, -2.0), (0.0, -1.5), (0.0, 1.5), (0.0, 2.0)]
-    account = explanation(hearing(listening(stations), [wall(0.0, 2.0)]))
-    readings = np.where(account.measurements.stations < 2, np.inf, account.measurements.readings)
-    half = explanation(account.measurements._replace(readings=readings))
+    estimate = likelihood(hearing(listening(stations), [wall(0.0, 2.0)]))
+    readings = np.where(estimate.measurements.stations < 2, np.inf, estimate.measurements.readings)
+    half = likelihood(estimate.measurements._replace(readings=readings))
     fresh = beside(half, EAST, NO_HISTORY)
     known = beside(half, EAST, TrackHistory(number=1, extent=(-2.1, -1.4)))
     assert (fresh.llr_by_station[:2] == 0.0).all()

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from echoplan.joint.map_extraction.corners import Vertex, VertexSettings, find_vertices
+from echoplan.joint.map_extraction.corners import CornerSettings, Vertex, find_vertices
 from echoplan.joint.map_extraction.segment import Segment
 from echoplan.joint.search.specular_points import CornerEcho, Echoes
 from echoplan.model import CornerKind
@@ -18,7 +18,7 @@ def between(**detected: float) -> Echoes:
 
 
 def met(*segments: Segment, echoes: Echoes = SILENT, **settings: float) -> list[Vertex]:
-    return find_vertices(segments, echoes, VertexSettings.model_validate(settings))
+    return find_vertices(segments, echoes, CornerSettings.model_validate(settings))
 
 
 def east(ends: tuple[float, float] = (-0.8, 0.8), **changed: object) -> Segment:

@@ -5,7 +5,7 @@ from echoplan.arrays import FloatArray
 from echoplan.joint.likelihood.track_history import LineEvidence
 from echoplan.joint.map_extraction.endpoint_views import OFFSETS, line_evidence
 from echoplan.preprocessing.measurements import Measurements
-from helpers.expectations import explanation, hearing, listening, rescored, wall
+from helpers.expectations import hearing, likelihood, listening, rescored, wall
 
 EAST = wall(0.0, 1.0)
 BEFORE = listening([(0.0, 0.3)])
@@ -14,12 +14,12 @@ PAST_END = int(np.argmin(np.abs(OFFSETS - 0.3)))
 
 def views(measurements: Measurements) -> tuple[LineEvidence, float]:
     """What stations say of the line x = 1, and the log-likelihood ratio of a wall without ends."""
-    account = explanation(measurements)
-    (east,) = rescored(account, [EAST])
-    log_densities, evidence = np.full(len(measurements.readings), account.floor), east.evidence
+    estimate = likelihood(measurements)
+    (east,) = rescored(estimate, [EAST])
+    log_densities, evidence = np.full(len(measurements.readings), estimate.floor), east.ping_scores
     ratios = np.maximum(evidence.densities - log_densities[evidence.pings], 0.0) + evidence.misses
     whole = float((measurements.weights[evidence.pings] * ratios).sum())
-    return line_evidence(account, east, len(measurements.centers), log_densities), whole
+    return line_evidence(estimate, east, len(measurements.centers), log_densities), whole
 
 
 def by_offset(measurements: Measurements) -> FloatArray:
@@ -66,20 +66,20 @@ def test_a_reading_of_something_nearer_says_nothing_of_a_wall() -> None:
 
 def test_a_reading_that_something_else_explains_as_well_says_nothing_for_a_wall() -> None:
     measurements = hearing(BEFORE, [EAST])
-    account = explanation(measurements)
-    (east,) = rescored(account, [EAST])
-    log_densities = np.full(len(measurements.readings), account.floor)
-    log_densities[east.evidence.pings] = np.maximum(east.evidence.densities, account.floor)
+    estimate = likelihood(measurements)
+    (east,) = rescored(estimate, [EAST])
+    log_densities = np.full(len(measurements.readings), estimate.floor)
+    log_densities[east.ping_scores.pings] = np.maximum(east.ping_scores.densities, estimate.floor)
     # A miss is left of the pings at the rim of the beam alone.
-    assert line_evidence(account, east, 1, log_densities).log_ratios.max() < 0.5
+    assert line_evidence(estimate, east, 1, log_densities).log_ratios.max() < 0.5
 
 
 def test_only_the_first_stations_are_asked_and_those_out_of_reach_not_at_all() -> None:
     measurements = hearing(listening([(0.0, 0.0), (-20.0, 0.0), (0.0, 0.5), (0.0, 0.8)]), [EAST])
-    account = explanation(measurements)
-    (east,) = rescored(account, [EAST])
-    log_densities = np.full(len(measurements.readings), account.floor)
-    assert line_evidence(account, east, 3, log_densities).feet == pytest.approx([0.0, 0.5])
+    estimate = likelihood(measurements)
+    (east,) = rescored(estimate, [EAST])
+    log_densities = np.full(len(measurements.readings), estimate.floor)
+    assert line_evidence(estimate, east, 3, log_densities).feet == pytest.approx([0.0, 0.5])
 
 
 def test_evidence_of_several_stations_can_be_joined_and_chosen_from() -> None:

@@ -8,7 +8,7 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import intersections
 from echoplan.joint.map_extraction.openings import Gap
 from echoplan.joint.map_extraction.segment import End
-from echoplan.joint.optimisation.manhattan import Squareness
+from echoplan.joint.optimisation.manhattan import ManhattanPrior
 from echoplan.joint.search.specular_points import CornerEcho, Echoes
 from echoplan.model import Corner, CornerKind, Cylinder, Wall
 from helpers.expectations import ROOM, corner, cylinder, edge, feature, wall
@@ -26,7 +26,7 @@ def test_walls_end_at_their_vertices() -> None:
 def test_walls_drawn_to_right_angles_are_counted_and_other_members_are_not() -> None:
     drawn = survey(feature(COLUMN, llr_by_station=[9.0, 6.0, 4.0, -1.0]))
     assert drawn.right_angles() == {}
-    square = Squareness(np.array([True, True, False, True, True]), 0.003)
+    square = ManhattanPrior(np.array([True, True, False, True, True]), 0.003)
     assert replace(drawn, squareness=square).right_angles() == {"walls": 3, "sigma": 0.003, "along_axes": False}
 
 
@@ -66,8 +66,8 @@ def test_a_wall_that_is_drawn_as_far_as_it_was_detected_is_as_surely_one_as_its_
 
 def test_the_covariance_of_a_wall_is_its_block_of_the_adjustment() -> None:
     found = survey()
-    place = found.adjusted.layout.feature(1)
-    block = found.adjusted.covariance[place, place]
+    place = found.solution.layout.feature(1)
+    block = found.solution.covariance[place, place]
     assert found.walls([])[1].covariance == pytest.approx(block, rel=1e-9)
 
 
@@ -103,7 +103,7 @@ def test_a_corner_tells_who_heard_one_of_its_walls_in_the_other() -> None:
 
 def test_the_covariance_of_a_corner_is_that_of_its_walls_carried_on_by_finite_differences() -> None:
     found = survey()
-    layout, step = found.adjusted.layout, 1e-6
+    layout, step = found.solution.layout, 1e-6
     for vertex, drawn in zip(found.vertices, found.corners(), strict=True):
         lines = np.array([found.features[each].line for each in vertex.segments])
         jacobian = np.zeros((2, 4))
@@ -112,7 +112,7 @@ def test_the_covariance_of_a_corner_is_that_of_its_walls_carried_on_by_finite_di
             nudge.flat[column] = step
             jacobian[:, column] = (intersections(*(lines + nudge)) - intersections(*(lines - nudge))) / (2 * step)
         places = np.concatenate([np.arange(layout.size)[layout.feature(each)] for each in vertex.segments])
-        expected = jacobian @ found.adjusted.covariance[np.ix_(places, places)] @ jacobian.T
+        expected = jacobian @ found.solution.covariance[np.ix_(places, places)] @ jacobian.T
         assert drawn.covariance == pytest.approx(expected, rel=1e-5)
 
 
@@ -127,7 +127,7 @@ def test_a_corner_that_was_heard_tells_from_where() -> None:
 
 def test_a_corner_where_no_walls_meet_is_drawn_as_it_was_heard() -> None:
     inner, outer = (feature(kind(0.4, -0.9), llr_by_station=[9.0] * 4) for kind in (corner, edge))
-    square = Squareness(np.array([True] * 4 + [False]), 0.003)
+    square = ManhattanPrior(np.array([True] * 4 + [False]), 0.003)
     for lone, kind in ((inner, CornerKind.CONCAVE), (outer, CornerKind.CONVEX)):
         drawn = replace(survey(lone), squareness=square).corners()[-1]
         assert drawn.position_xy == pytest.approx([0.4, -0.9])
@@ -136,8 +136,8 @@ def test_a_corner_where_no_walls_meet_is_drawn_as_it_was_heard() -> None:
 
 def test_a_corner_without_walls_carries_the_model_error_of_a_corner() -> None:
     found = survey(feature(edge(0.4, -0.9), llr_by_station=[9.0] * 4))
-    place = found.adjusted.layout.feature(4)
-    expected = found.adjusted.covariance[place, place] + found.settings.lone_sigma**2 * np.eye(2)
+    place = found.solution.layout.feature(4)
+    expected = found.solution.covariance[place, place] + found.settings.lone_sigma**2 * np.eye(2)
     assert found.corners()[-1].covariance == pytest.approx(expected, rel=1e-9)
 
 
@@ -146,12 +146,12 @@ def test_a_corner_at_the_middle_of_a_wall_is_drawn_where_its_walls_cross_as_sure
     heard = feature(corner(0.405, 1.4925), llr_by_station=[9.0] * 4)
     partition = segment(0.0, 0.4, (0.3, 1.4), owner=4)
     found = survey(heard, walls=[*ROOM, wall(0.0, 0.4)], pieces={4: [partition]})
-    found = replace(found, squareness=Squareness(np.array([True] * 5 + [False]), 0.003))
+    found = replace(found, squareness=ManhattanPrior(np.array([True] * 5 + [False]), 0.003))
     (drawn,) = [each for each in found.corners() if each.stations]
     assert drawn.position_xy == pytest.approx([0.4, 1.5])
     assert drawn.kind is CornerKind.CONCAVE
     # The wall y = 1.5 has its angle at place 2 and its offset at 3, the partition at 8 and 9.
-    lines = found.adjusted.covariance[np.ix_([8, 9, 2, 3], [8, 9, 2, 3])]
+    lines = found.solution.covariance[np.ix_([8, 9, 2, 3], [8, 9, 2, 3])]
     slopes = np.array([[-1.5, 1.0, 0.0, 0.0], [0.0, 0.0, 0.4, 1.0]])
     assert drawn.covariance == pytest.approx(slopes @ lines @ slopes.T, rel=1e-6)
 
@@ -173,7 +173,7 @@ def test_cylinders_are_drawn_and_nothing_else_among_them() -> None:
     assert drawn.center_xy == pytest.approx([0.2, 0.9])
     assert drawn.radius == pytest.approx(0.1)
     assert drawn.covariance.shape == (3, 3)
-    assert (drawn.pings, drawn.stations) == (int((found.adjusted.owners == 4).sum()), 3)
+    assert (drawn.pings, drawn.stations) == (int((found.solution.owners == 4).sum()), 3)
     assert drawn.pings > 10
 
 

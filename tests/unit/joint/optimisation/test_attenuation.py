@@ -9,7 +9,7 @@ from echoplan.acoustics.predicted_echo import Kind, walk_of
 from echoplan.arrays import FloatArray
 from echoplan.joint.optimisation.attenuation import shadowed
 from echoplan.joint.optimisation.edge_diffraction import edges_of
-from echoplan.joint.optimisation.range_factors import Features, match_readings
+from echoplan.joint.optimisation.range_factors import Features, associate
 from echoplan.methods import find_method, map_sweeps
 from echoplan.preprocessing.measurements import Measurements
 from helpers import simulated_worlds
@@ -38,8 +38,8 @@ def features(*, unheard_from: Sequence[int] = ()) -> Features:
     )
 
 
-def found(pings: Measurements, given: Features | None = None) -> FloatArray:
-    attenuations: FloatArray = shadowed(pings, SONAR.tabulated(), given or features()).attenuations[0]
+def found(pings: Measurements, measured_poses: Features | None = None) -> FloatArray:
+    attenuations: FloatArray = shadowed(pings, SONAR.tabulated(), measured_poses or features()).attenuations[0]
     return attenuations
 
 
@@ -75,8 +75,10 @@ def test_only_walls_have_ends_past_which_they_are_heard() -> None:
     pings = detected([0.0] * 4)
     column = np.array([[Kind.CYLINDER, 1.7, 0.0, 0.1]])
     readings = np.where(np.isfinite(pings.readings), expected(pings, column[0])[1], np.inf)
-    given = features()._replace(reflectors=column, extents=np.zeros((1, 2)))
-    assert shadowed(pings._replace(readings=readings), SONAR.tabulated(), given).bias_variances.tolist() == [[0.0] * 4]
+    measured_poses = features()._replace(reflectors=column, extents=np.zeros((1, 2)))
+    assert shadowed(pings._replace(readings=readings), SONAR.tabulated(), measured_poses).bias_variances.tolist() == [
+        [0.0] * 4
+    ]
 
 
 def test_only_those_who_heard_it_are_asked() -> None:
@@ -99,8 +101,10 @@ def test_who_stands_past_the_ends_of_a_wall_is_asked_only_if_nobody_else_heard_i
 
 def test_what_is_read_too_far_because_it_is_faint_is_expected_there() -> None:
     pings, sonar = detected([0.0, 0.0, 7.0, 12.0]), SONAR.tabulated()
-    given = features()
-    plain, asked = (match_readings(pings, sonar, each, 0.05) for each in (given, shadowed(pings, sonar, given)))
+    measured_poses = features()
+    plain, asked = (
+        associate(pings, sonar, each, 0.05) for each in (measured_poses, shadowed(pings, sonar, measured_poses))
+    )
     for station, least in ((2, 0.004), (3, 0.008)):
         own = (pings.stations == station) & np.isfinite(pings.readings)
         assert np.median(plain.residuals[own]) > least

@@ -11,7 +11,7 @@ from echoplan.geometry import directions
 from echoplan.joint.mapper import JointMapper, JointSettings
 from echoplan.joint.optimisation.attenuation import shadowed
 from echoplan.joint.optimisation.edge_diffraction import edges_of
-from echoplan.joint.optimisation.range_factors import Features, Matched, differentiate_readings, match_readings
+from echoplan.joint.optimisation.range_factors import Association, Features, associate, differentiate_readings
 from echoplan.methods import map_sweeps
 from echoplan.model import Polyline, Route, World
 from echoplan.preprocessing.measurements import Measurements
@@ -74,10 +74,10 @@ def beside(place: float) -> Measurements:
     return listening([(0.45, place)], step=np.radians(4.0))
 
 
-def expected(pings: Measurements, rows: FloatArray) -> tuple[Matched, FloatArray]:
+def expected(pings: Measurements, rows: FloatArray) -> tuple[Association, FloatArray]:
     """Who hears the west side, and what they read of it."""
     guess = pings._replace(readings=np.full(len(pings.readings), 0.55))
-    matched = match_readings(guess, SONAR.tabulated(), box(rows, 1), 0.09)
+    matched = associate(guess, SONAR.tabulated(), box(rows, 1), 0.09)
     return matched, 0.55 - matched.residuals
 
 
@@ -116,8 +116,8 @@ def test_a_wall_fades_past_its_end_by_six_decibels_and_more() -> None:
     # Right before the end half of the amplitude is left (ITU-R P.526: 6.0 dB at 0, 0 dB before -0.78).
     whole = Features(WEST[None], HEARD[:1], np.zeros((1, 1)), np.zeros((1, 1)), edges_of(WEST[None], HEARD[:1]))
     pings = beside(1.0)._replace(readings=np.full(90, 0.55))
-    alone = match_readings(pings, SONAR.tabulated(), whole, 0.09)
-    ended = match_readings(pings, SONAR.tabulated(), box(np.array([WEST, SOUTH]), 1), 0.09)
+    alone = associate(pings, SONAR.tabulated(), whole, 0.09)
+    ended = associate(pings, SONAR.tabulated(), box(np.array([WEST, SOUTH]), 1), 0.09)
     ahead = int(np.argmax(pings.ux))
     assert alone.excesses[ahead] - ended.excesses[ahead] == pytest.approx(6.0, abs=0.1)
     assert walk_of(SONAR.tabulated(), ended.excesses[ahead]) > walk_of(SONAR.tabulated(), alone.excesses[ahead])

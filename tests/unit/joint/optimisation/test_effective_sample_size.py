@@ -7,10 +7,10 @@ from scipy.stats import multivariate_normal
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.joint.optimisation.effective_sample_size import (
+    effective_sample_ratio,
     gain_of_common_errors,
-    independence,
     intraclass_correlation,
-    rounding_in_common,
+    shared_rounding_sigma,
 )
 from helpers.expectations import listening
 
@@ -23,12 +23,12 @@ WHITE = NOISE * np.random.default_rng(3).standard_normal(PINGS)
 
 
 def counted(residuals: FloatArray) -> float:
-    return independence(HEARD, OWNERS, residuals, noise=NOISE)
+    return effective_sample_ratio(HEARD, OWNERS, residuals, noise=NOISE)
 
 
-def drawn_out(memory: float) -> FloatArray:
+def drawn_out(marginal_prior: float) -> FloatArray:
     """Errors of which each keeps so much of the one before, with the same power."""
-    errors: FloatArray = lfilter([np.sqrt(1 - memory**2)], [1.0, -memory], WHITE)
+    errors: FloatArray = lfilter([np.sqrt(1 - marginal_prior**2)], [1.0, -marginal_prior], WHITE)
     return errors
 
 
@@ -53,13 +53,13 @@ def test_wild_readings_do_not_hide_what_others_share() -> None:
 
 def test_where_little_is_explained_weights_are_believed() -> None:
     few = np.where(np.arange(PINGS) < 20, 0, -1)
-    assert independence(HEARD, few, WHITE, noise=NOISE) == 1.0
+    assert effective_sample_ratio(HEARD, few, WHITE, noise=NOISE) == 1.0
 
 
 def test_pings_far_apart_count_in_full_already() -> None:
     coarse = listening(step=np.radians(5.0))
     nothing = np.zeros(len(coarse.readings))
-    assert independence(coarse, np.zeros(len(nothing), dtype=np.int64), nothing, noise=NOISE) == 1.0
+    assert effective_sample_ratio(coarse, np.zeros(len(nothing), dtype=np.int64), nothing, noise=NOISE) == 1.0
 
 
 def common(errors_of_stations: FloatArray) -> float:
@@ -147,10 +147,10 @@ def test_what_rounding_has_in_common_is_less_the_more_readings_scatter(scatter: 
     places = np.linspace(0.0, step, 101)[:-1, None]
     readings = places + scatter * rng.standard_normal((100, 20_000))
     means = (np.round(readings / step) * step - readings).mean(axis=1)
-    assert rounding_in_common(step, scatter) == pytest.approx(means.std(), rel=0.03)
+    assert shared_rounding_sigma(step, scatter) == pytest.approx(means.std(), rel=0.03)
 
 
 def test_what_does_not_scatter_is_rounded_alike() -> None:
-    assert rounding_in_common(0.01, 0.0) == pytest.approx(0.01 / np.sqrt(12.0), rel=0.01)
-    assert rounding_in_common(0.01, 0.1) == 0.0
-    assert rounding_in_common(0.0, 0.001) == 0.0
+    assert shared_rounding_sigma(0.01, 0.0) == pytest.approx(0.01 / np.sqrt(12.0), rel=0.01)
+    assert shared_rounding_sigma(0.01, 0.1) == 0.0
+    assert shared_rounding_sigma(0.0, 0.001) == 0.0

@@ -3,21 +3,21 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.errors import InvalidValueError
-from echoplan.joint.optimisation.factors import Rows, Summary, normal_equations, prior, solve
+from echoplan.joint.optimisation.factors import InformationPrior, LinearFactor, normal_equations, prior, solve
 
 SIZE = 7
 
 
-def some_rows(count: int, width: int, *, seed: int) -> Rows:
-    """Rows with a place left empty here and there."""
+def some_rows(count: int, width: int, *, seed: int) -> LinearFactor:
+    """LinearFactor with a place left empty here and there."""
     rng = np.random.default_rng(seed)
     columns = np.array([rng.permutation(SIZE)[:width] for _ in range(count)])
     columns[rng.random(columns.shape) < 0.3] = -1
     jacobian = rng.normal(size=(count, width))
-    return Rows(columns, jacobian, rng.normal(size=count), rng.uniform(0.1, 3.0, size=count))
+    return LinearFactor(columns, jacobian, rng.normal(size=count), rng.uniform(0.1, 3.0, size=count))
 
 
-def dense(rows: Rows) -> FloatArray:
+def dense(rows: LinearFactor) -> FloatArray:
     """The whole matrix of derivatives."""
     jacobian = np.zeros((len(rows.residuals), SIZE))
     for row, (columns, derivatives) in enumerate(zip(rows.columns, rows.jacobian, strict=True)):
@@ -31,7 +31,7 @@ def well_posed(size: int) -> tuple[FloatArray, FloatArray]:
     """A chain of unknowns, each tied to the next, the first to a value."""
     count = np.arange(size - 1)
     steps = np.column_stack([np.full(size - 1, -1.0), np.ones(size - 1)])
-    chain = Rows(np.column_stack([count, count + 1]), steps, np.full(size - 1, 0.5), np.ones(size - 1))
+    chain = LinearFactor(np.column_stack([count, count + 1]), steps, np.full(size - 1, 0.5), np.ones(size - 1))
     return normal_equations([prior(0, sigma=0.1, residual=1.0), chain], size)
 
 
@@ -46,7 +46,7 @@ def test_normal_equations_are_those_of_the_whole_matrix() -> None:
 
 
 def test_an_unknown_that_a_row_names_twice_counts_with_both_slopes() -> None:
-    rows = Rows(np.array([[2, 2]]), np.array([[1.0, 3.0]]), np.array([2.0]), np.array([1.0]))
+    rows = LinearFactor(np.array([[2, 2]]), np.array([[1.0, 3.0]]), np.array([2.0]), np.array([1.0]))
     information, right = normal_equations([rows], 3)
     assert information[2, 2] == 16.0
     assert right.tolist() == [0.0, 0.0, 8.0]
@@ -91,9 +91,9 @@ def test_an_unknown_that_no_row_determines_is_refused(size: int) -> None:
         solve(information, right)
 
 
-def summary() -> Summary:
+def summary() -> InformationPrior:
     information, vector = well_posed(5)
-    return Summary(np.arange(5), information, vector)
+    return InformationPrior(np.arange(5), information, vector)
 
 
 @pytest.mark.parametrize("kept", [[0], [1, 3], [4, 0, 2], [0, 1, 2, 3, 4]])
@@ -112,7 +112,7 @@ def test_keeping_all_changes_nothing() -> None:
 
 
 def test_what_nothing_is_known_of_can_be_left_aside() -> None:
-    blind = Summary(np.arange(2), np.diag([4.0, 0.0]), np.array([8.0, 0.0]))
+    blind = InformationPrior(np.arange(2), np.diag([4.0, 0.0]), np.array([8.0, 0.0]))
     part = blind.on(np.array([0]))
     assert part.information.tolist() == [[4.0]]
     assert part.vector.tolist() == [8.0]

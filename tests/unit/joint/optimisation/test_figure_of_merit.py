@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from echoplan.acoustics.predicted_echo import EchoModel
-from echoplan.joint.estimate import Account
+from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.mapper import JointSettings
 from echoplan.joint.optimisation.figure_of_merit import fit_figure_of_merit
-from echoplan.joint.pose_model_selection import explained
+from echoplan.joint.pose_model_selection import estimate_map
 from echoplan.joint.settings import PoseMode
 from echoplan.preprocessing.measurements import Measurements, join_measurements, measurements_of
 from echoplan.sources import open_source
@@ -117,35 +117,35 @@ def test_corners_and_edges_do_not_count_for_their_strengths_differ() -> None:
 
 
 @cache
-def in_a_square() -> Account:
+def in_a_square() -> Estimate:
     """A square room from poses that are trusted, explained."""
     source = open_source("sim:square")
     sweeps = list(source)
     detected = join_measurements([measurements_of(sweep, source.rig) for sweep in sweeps])
     poses = np.array([sweep.map_from_base[0] for sweep in sweeps])
-    return explained(initial_estimate(source.rig, detected, poses, JointSettings(poses=PoseMode.TRUST)))
+    return estimate_map(initial_estimate(source.rig, detected, poses, JointSettings(poses=PoseMode.TRUST)))
 
 
 def test_readings_tell_loudness_and_beam_better_than_who_heard_what() -> None:
-    adjusted = in_a_square().adjusted
-    assert adjusted is not None
-    sigmas = adjusted.sonar_sigmas()
+    solution = in_a_square().solution
+    assert solution is not None
+    sigmas = solution.sonar_sigmas()
     assert 1e-4 < sigmas["log_ka"] < 0.01
     assert 1e-3 < sigmas["figure_of_merit"] < 0.5
 
 
 def test_while_poses_drift_who_heard_what_tells_them_alone() -> None:
-    account = in_a_square()
-    account = replace(account, is_polished=False, pose_prior=account.odometry())
-    account = account.refine_calibration()
-    assert not account.is_polished
-    account = account.adjust(account.noise, account.pose_prior)
-    assert account.adjusted is not None
-    assert account.adjusted.sonar_sigmas()["log_ka"] < 1e-6
+    estimate = in_a_square()
+    estimate = replace(estimate, is_calibrated=False, pose_prior=estimate.odometry())
+    estimate = estimate.refine_calibration()
+    assert not estimate.is_calibrated
+    estimate = estimate.optimise(estimate.noise, estimate.pose_prior)
+    assert estimate.solution is not None
+    assert estimate.solution.sonar_sigmas()["log_ka"] < 1e-6
 
 
 def test_what_nothing_told_is_not_taken_for_told() -> None:
-    account = in_a_square()
-    account = replace(account, features=[], loudness=None)
-    account = account.estimate_figure_of_merit()
-    assert account.loudness is None
+    estimate = in_a_square()
+    estimate = replace(estimate, features=[], beam_prior=None)
+    estimate = estimate.estimate_figure_of_merit()
+    assert estimate.beam_prior is None

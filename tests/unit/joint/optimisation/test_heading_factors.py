@@ -10,8 +10,8 @@ from echoplan.arrays import FloatArray
 from echoplan.joint.optimisation.edge_diffraction import edges_of
 from echoplan.joint.optimisation.heading_factors import bearing_rows, bearings_of
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
-from echoplan.joint.optimisation.manhattan import Squareness
-from echoplan.joint.optimisation.optimiser import OptimiserSettings, Priors, adjust, heading_factors
+from echoplan.joint.optimisation.manhattan import ManhattanPrior
+from echoplan.joint.optimisation.optimiser import OptimiserSettings, Priors, heading_factors, optimise
 from echoplan.joint.optimisation.pose_factors import (
     PosePrior,
     PoseSettings,
@@ -20,7 +20,7 @@ from echoplan.joint.optimisation.pose_factors import (
     waypoint_prior,
 )
 from echoplan.joint.optimisation.range_factors import Features
-from echoplan.joint.optimisation.values import State
+from echoplan.joint.optimisation.values import Values
 from echoplan.preprocessing.measurements import Measurements
 from echoplan.preprocessing.servo import ServoError, turned_by
 from helpers.expectations import REACH, ROOM, SONAR, cylinder, hearing, listening
@@ -28,7 +28,7 @@ from helpers.expectations import REACH, ROOM, SONAR, cylinder, hearing, listenin
 PLACES = ((-0.3, 0.1), (0.2, -0.2))
 EASTWARD = ROOM[:1]
 BEAM_SIGMA = np.radians(6.0)
-AXES = Squareness(np.ones(len(ROOM), dtype=bool), np.radians(1.0), along_axes=True)
+AXES = ManhattanPrior(np.ones(len(ROOM), dtype=bool), np.radians(1.0), along_axes=True)
 
 
 def features(reflectors: FloatArray, *, unheard_from: int | None = None) -> Features:
@@ -76,19 +76,19 @@ def test_only_walls_have_bearings() -> None:
     assert len(bearings_of(detected(post), SONAR.tabulated(), features(post), np.zeros(2)).walls) == 0
 
 
-def state(given: Features, poses: FloatArray) -> State:
-    return State(features=given, model=SONAR, poses=poses)
+def state(measured_poses: Features, poses: FloatArray) -> Values:
+    return Values(features=measured_poses, model=SONAR, poses=poses)
 
 
 def test_rows_hold_headings_against_walls() -> None:
-    poses, given = np.column_stack([PLACES, [0.1, -0.2]]), features(EASTWARD)
-    now, moved = state(given, poses), given.reflectors.copy()
-    bearings = bearings_of(detected(EASTWARD), SONAR.tabulated(), given, poses[:, 2])
+    poses, measured_poses = np.column_stack([PLACES, [0.1, -0.2]]), features(EASTWARD)
+    now, moved = state(measured_poses, poses), measured_poses.reflectors.copy()
+    bearings = bearings_of(detected(EASTWARD), SONAR.tabulated(), measured_poses, poses[:, 2])
     rows = bearing_rows(bearings, now)
     servo = [now.layout.sonar + SONAR_UNKNOWNS.index(each) for each in ("servo_gain", "servo_offset")]
     assert rows.columns.tolist() == [[0, now.layout.pose + 2, *servo], [0, now.layout.pose + 5, *servo]]
     moved[:, 1] += 0.02
-    later = state(given._replace(reflectors=moved), poses + np.array([0.0, 0.0, 0.05]))
+    later = state(measured_poses._replace(reflectors=moved), poses + np.array([0.0, 0.0, 0.05]))
     later = replace(later, servo=ServoError(0.97, 0.04))
     assert bearing_rows(bearings, later).residuals == pytest.approx(
         rows.residuals - rows.jacobian @ [0.02, 0.05, -0.03, 0.04]
@@ -101,18 +101,18 @@ def test_bearings_determine_gain_and_offset_of_a_servo_from_poses_that_are_trust
     recorded = pings._replace(angles=(pings.angles - true.offset) / true.gain)
     as_recorded = turned_by(recorded, error=ServoError(), before=true)
     priors = pose_prior(waypoint_prior(at(0.0), PoseSettings()), None)._replace(poses=None, servo=ServoError())
-    start = State(features=features(ROOM), model=SONAR)
-    found = adjust(as_recorded, start, priors, OptimiserSettings())
+    start = Values(features=features(ROOM), model=SONAR)
+    found = optimise(as_recorded, start, priors, OptimiserSettings())
     sigmas = found.sonar_sigmas()
     assert found.servo.gain == pytest.approx(true.gain, abs=0.02)
     assert found.servo.offset == pytest.approx(true.offset, abs=np.radians(1.5))
     assert sigmas["servo_gain"] < 0.03
     assert sigmas["servo_offset"] < np.radians(3.5)
-    held = adjust(as_recorded, start, priors._replace(servo=None), OptimiserSettings())
+    held = optimise(as_recorded, start, priors._replace(servo=None), OptimiserSettings())
     assert held.servo == pytest.approx(ServoError(), abs=1e-6)
 
 
-def pose_prior(poses: PosePrior, squareness: Squareness | None) -> Priors:
+def pose_prior(poses: PosePrior, squareness: ManhattanPrior | None) -> Priors:
     return Priors(
         noise=0.004,
         offset_sigma=0.003,
@@ -120,7 +120,7 @@ def pose_prior(poses: PosePrior, squareness: Squareness | None) -> Priors:
         has_servo=False,
         scale_sigma=0.002,
         poses=poses,
-        pair_sigma=0.012,
+        bias_sigma=0.012,
         squareness=squareness,
         bearings=True,
     )
@@ -129,30 +129,30 @@ def pose_prior(poses: PosePrior, squareness: Squareness | None) -> Priors:
 @pytest.mark.parametrize("off", [-6.0, 6.0])
 def test_way_points_find_out_which_way_they_face_where_walls_stand_along_the_axes(off: float) -> None:
     # Nobody knows it better than eleven degrees.
-    given = at(np.radians(off))
-    pings, start = detected(ROOM, believed_heading=np.radians(off)), state(features(ROOM), given)
-    priors = pose_prior(waypoint_prior(given, PoseSettings()), AXES)
-    found = adjust(pings, start, priors, OptimiserSettings())
+    measured_poses = at(np.radians(off))
+    pings, start = detected(ROOM, believed_heading=np.radians(off)), state(features(ROOM), measured_poses)
+    priors = pose_prior(waypoint_prior(measured_poses, PoseSettings()), AXES)
+    found = optimise(pings, start, priors, OptimiserSettings())
     assert np.degrees(found.poses[:, 2]) == pytest.approx([0.0, 0.0], abs=1.5)
     assert np.sqrt(np.diag(found.covariance))[-1] < np.radians(3.5)
 
 
 @pytest.mark.parametrize("squareness", [None, AXES._replace(along_axes=False)])
-def test_walls_that_may_lie_anyhow_tell_nothing_of_headings(squareness: Squareness | None) -> None:
-    given = at(0.0)
-    priors = pose_prior(waypoint_prior(given, PoseSettings()), squareness)
-    assert len(heading_factors(detected(ROOM), state(features(ROOM), given), priors).residuals) == 0
+def test_walls_that_may_lie_anyhow_tell_nothing_of_headings(squareness: ManhattanPrior | None) -> None:
+    measured_poses = at(0.0)
+    priors = pose_prior(waypoint_prior(measured_poses, PoseSettings()), squareness)
+    assert len(heading_factors(detected(ROOM), state(features(ROOM), measured_poses), priors).residuals) == 0
 
 
 def test_neither_wheels_nor_poses_that_are_trusted_nor_a_first_look_ask_for_bearings() -> None:
-    given = at(0.0)
-    wheels = pose_prior(odometry_prior(given, PoseSettings()), AXES)
-    by_hand = pose_prior(waypoint_prior(given, PoseSettings()), AXES)
-    for priors in (wheels, wheels._replace(poses=None), by_hand._replace(bearings=False)):
-        assert len(heading_factors(detected(ROOM), state(features(ROOM), given), priors).residuals) == 0
+    measured_poses = at(0.0)
+    odometry_noise = pose_prior(odometry_prior(measured_poses, PoseSettings()), AXES)
+    by_hand = pose_prior(waypoint_prior(measured_poses, PoseSettings()), AXES)
+    for priors in (odometry_noise, odometry_noise._replace(poses=None), by_hand._replace(bearings=False)):
+        assert len(heading_factors(detected(ROOM), state(features(ROOM), measured_poses), priors).residuals) == 0
 
 
 def test_corners_and_cylinders_may_be_about() -> None:
-    given = features(np.concatenate([[[Kind.CORNER, 2.0, 1.5, 0.0]], ROOM]))
-    found = bearings_of(detected(ROOM), SONAR.tabulated(), given, np.zeros(2))
+    measured_poses = features(np.concatenate([[[Kind.CORNER, 2.0, 1.5, 0.0]], ROOM]))
+    found = bearings_of(detected(ROOM), SONAR.tabulated(), measured_poses, np.zeros(2))
     assert sorted(set(found.walls.tolist())) == [1, 2, 3, 4]

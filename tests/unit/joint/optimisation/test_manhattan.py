@@ -13,13 +13,13 @@ from echoplan.joint.likelihood.ping_scores import PingScores
 from echoplan.joint.mapper import JointMapper, JointSettings
 from echoplan.joint.optimisation.layout import Layout
 from echoplan.joint.optimisation.manhattan import (
-    Squareness,
-    SquarenessSettings,
+    ManhattanPrior,
+    ManhattanSettings,
     estimate_right_angles,
     main_direction,
-    off_square,
-    rest_on_few,
-    right_angle_factors,
+    manhattan_factor,
+    manhattan_residual,
+    rest_on_few_stations,
     roughly_square,
 )
 from echoplan.joint.settings import PoseMode
@@ -28,7 +28,7 @@ from echoplan.model import Polyline, Route, World
 from echoplan.simulation import Simulation
 from echoplan.sources import find_rig
 
-SETTINGS = SquarenessSettings()
+SETTINGS = ManhattanSettings()
 
 
 def faces(*degrees: float, total: float = 100.0) -> list[Hypothesis]:
@@ -36,7 +36,7 @@ def faces(*degrees: float, total: float = 100.0) -> list[Hypothesis]:
     return [
         Hypothesis(
             reflector=np.array([Kind.WALL, np.radians(each), 1.0, 0.0]),
-            evidence=nothing,
+            ping_scores=nothing,
             llr_by_station=np.zeros(1),
             total=total,
         )
@@ -47,7 +47,7 @@ def faces(*degrees: float, total: float = 100.0) -> list[Hypothesis]:
 def test_walls_at_right_angles_have_a_direction() -> None:
     direction = main_direction(faces(10, 100, -80, 190), SETTINGS)
     assert direction is not None
-    assert off_square(np.radians([10.0]), direction) == pytest.approx([0.0], abs=1e-12)
+    assert manhattan_residual(np.radians([10.0]), direction) == pytest.approx([0.0], abs=1e-12)
 
 
 def test_it_is_their_mean_and_strong_walls_count_more() -> None:
@@ -89,7 +89,7 @@ def test_walls_near_the_axes_are_taken_to_stand_along_them_at_first(turn: float,
 def test_nor_are_they_where_hardly_anybody_measures_or_stations_tell_how_they_lie(
     measured: float, *, may: bool
 ) -> None:
-    settings = SquarenessSettings(measured=measured)
+    settings = ManhattanSettings(measured=measured)
     pose_prior = roughly_square(faces(8, 98, 188, -82), settings, may_lie_along_axes=may)
     assert pose_prior is not None
     assert not pose_prior.along_axes
@@ -102,14 +102,14 @@ def test_walls_rest_on_few_stations_if_most_were_heard_from_one_or_two(detected:
         for each, n in zip(faces(*detected), detected, strict=True)
     ]
     post = replace(walls[0], reflector=np.array([Kind.CYLINDER, 1.0, 1.0, 0.1]))
-    assert rest_on_few([*walls, post, post, post], 1.0) == few
+    assert rest_on_few_stations([*walls, post, post, post], 1.0) == few
 
 
 @given(angle=st.floats(-10, 10), direction=st.floats(-10, 10), turns=st.integers(-3, 3))
 def test_right_angles_do_not_matter(angle: float, direction: float, turns: int) -> None:
-    off = off_square(np.array([angle]), direction)
+    off = manhattan_residual(np.array([angle]), direction)
     assert np.abs(off) <= np.pi / 4 + 1e-9
-    again = off_square(np.array([angle + turns * np.pi / 2]), direction)
+    again = manhattan_residual(np.array([angle + turns * np.pi / 2]), direction)
     assert np.abs(np.sin(2 * (off - again))) < 1e-6
 
 
@@ -120,7 +120,7 @@ def learned(
     together: float = 0.0,
     stations: list[int] | None = None,
     by_hand: bool = False,
-) -> Squareness | None:
+) -> ManhattanPrior | None:
     """What walls at so many degrees teach, known to so many each and to so many all together; and a cylinder.
 
     Walls of the same station are turned by 10 degrees, each station by another turn.
@@ -193,8 +193,8 @@ def test_what_was_believed_of_right_angles_is_taken_back_first(sigma: float, ask
     stations = np.array([0, 0, 1, 1, 2, 2])
     covariance, places = np.eye(layout.size), np.ix_(layout.starts, layout.starts)
     covariance[places] = np.radians(0.5) ** 2 * np.eye(6) + np.radians(10.0) ** 2 * (stations[:, None] == stations)
-    pose_prior = Squareness(np.arange(6) < 5, np.radians(sigma), along_axes)
-    rows = right_angle_factors(pose_prior, angles, layout.starts)
+    pose_prior = ManhattanPrior(np.arange(6) < 5, np.radians(sigma), along_axes)
+    rows = manhattan_factor(pose_prior, angles, layout.starts)
     jacobian = np.zeros((5, layout.size))
     np.add.at(jacobian, (np.arange(5)[:, None], rows.columns), rows.jacobian)
     drawn: FloatArray = np.linalg.inv(
@@ -221,7 +221,7 @@ def test_a_belief_that_holds_more_than_is_known_is_not_taken_back() -> None:
     covariance = np.radians(1.0) ** 2 * np.eye(layout.size)
     walls = np.column_stack([np.full(4, Kind.WALL), angles, np.ones(4), np.zeros(4)])
     # Without the belief the variances would be negative: nothing is learned from them.
-    pose_prior = Squareness(np.ones(4, dtype=bool), np.radians(0.2))
+    pose_prior = ManhattanPrior(np.ones(4, dtype=bool), np.radians(0.2))
     square = estimate_right_angles(walls, layout, covariance, SETTINGS, pose_prior, by_hand=True)
     assert square is None
 
@@ -252,7 +252,7 @@ def test_without_evidence_nothing_is_square(degrees: list[float], sigma: float) 
 
 def test_square_walls_are_drawn_together_and_not_turned() -> None:
     angles, members = np.radians([10.0, 5.0, 100.4, -80.6]), np.array([True, False, True, True])
-    rows = right_angle_factors(Squareness(members, np.radians(0.2)), angles, np.array([0, 2, 4, 6]))
+    rows = manhattan_factor(ManhattanPrior(members, np.radians(0.2)), angles, np.array([0, 2, 4, 6]))
     assert rows.jacobian.sum(axis=1) == pytest.approx(0.0, abs=1e-12)
     assert rows.columns.tolist() == [[0, 4, 6]] * 3
     assert np.degrees(rows.residuals) == pytest.approx([-1 / 15, -7 / 15, 8 / 15])
@@ -262,14 +262,14 @@ def test_square_walls_are_drawn_together_and_not_turned() -> None:
 
 def test_walls_along_the_axes_are_turned_to_these() -> None:
     angles, members = np.radians([1.0, 5.0, 90.4, -80.6]), np.array([True, False, True, True])
-    rows = right_angle_factors(Squareness(members, np.radians(0.2), along_axes=True), angles, np.array([0, 2, 4, 6]))
+    rows = manhattan_factor(ManhattanPrior(members, np.radians(0.2), along_axes=True), angles, np.array([0, 2, 4, 6]))
     assert rows.columns.tolist() == [[0], [4], [6]]
     assert np.degrees(rows.residuals) == pytest.approx([-1.0, -0.4, -9.4])
     assert rows.jacobian == pytest.approx(1.0)
     assert rows.weights == pytest.approx(np.radians(0.2) ** -2.0)
 
 
-def side_of_a_box(turn: float, settings: SquarenessSettings) -> float:
+def side_of_a_box(turn: float, settings: ManhattanSettings) -> float:
     """How far off the side of a box is that one station heard; the box is turned by so much in its room [deg]."""
     room = Polyline(points_xy=np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]]), closed=True)
     cosine, sine = np.cos(np.radians(turn)), np.sin(np.radians(turn))
@@ -289,7 +289,7 @@ def side_of_a_box(turn: float, settings: SquarenessSettings) -> float:
 
 
 def test_what_is_hardly_known_comes_out_square_to_the_room() -> None:
-    never = SquarenessSettings(evidence=1e9)
+    never = ManhattanSettings(evidence=1e9)
     assert side_of_a_box(0.0, never) > 0.2
     assert side_of_a_box(0.0, SETTINGS) < 0.02
 

@@ -10,10 +10,10 @@ from echoplan.geometry import compose
 from echoplan.joint.optimisation.factors import normal_equations, prior
 from echoplan.joint.optimisation.odometry_noise import (
     VERY_STRONG,
-    DriftSettings,
-    are_round,
+    OdometryNoiseSettings,
+    are_quantised,
     estimate_odometry_noise,
-    learn_waypoints,
+    estimate_waypoint_noise,
     scatter,
 )
 from echoplan.joint.optimisation.pose_factors import (
@@ -24,7 +24,7 @@ from echoplan.joint.optimisation.pose_factors import (
     waypoint_prior,
 )
 
-SETTINGS = DriftSettings()
+SETTINGS = OdometryNoiseSettings()
 STEPS = 200
 KNOWN = np.zeros((3 * STEPS + 3, 3 * STEPS + 3))
 
@@ -32,8 +32,8 @@ KNOWN = np.zeros((3 * STEPS + 3, 3 * STEPS + 3))
 def walked(spread: FloatArray) -> tuple[PosePrior, FloatArray]:
     """A long way of half metres, as believed and as it was: off by so many of the deviations believed in."""
     steps = np.tile([0.5, 0.0, 0.3], (STEPS, 1))
-    given = added_up(steps)
-    priors = odometry_prior(given, PoseSettings())
+    measured_poses = added_up(steps)
+    priors = odometry_prior(measured_poses, PoseSettings())
     errors = spread * priors.sigmas[1:] * np.random.default_rng(4).standard_normal(steps.shape)
     return priors, added_up(steps + errors)
 
@@ -60,9 +60,9 @@ def test_each_axis_is_learned_by_itself() -> None:
 def test_poses_that_nothing_tells_teach_nothing() -> None:
     # The covariance of a way that odometry alone adds up: what is expected of each step is what was believed.
     priors, _ = walked(np.ones(3))
-    information, _ = normal_equations([pose_factors(priors, priors.given, 0)], 3 * STEPS + 3)
+    information, _ = normal_equations([pose_factors(priors, priors.measured_poses, 0)], 3 * STEPS + 3)
     covariance: FloatArray = np.linalg.inv(information).astype(np.float64)
-    learned = estimate_odometry_noise(priors, priors.given, covariance, SETTINGS)
+    learned = estimate_odometry_noise(priors, priors.measured_poses, covariance, SETTINGS)
     assert factors(priors, learned) == pytest.approx(np.ones(3), rel=1e-3)
 
 
@@ -70,7 +70,7 @@ def test_poses_that_nothing_tells_teach_nothing() -> None:
 HEARD = 0.3
 
 
-def adjusted(priors: PosePrior, truth: FloatArray, *, pose_prior: float = 1.0) -> tuple[FloatArray, FloatArray]:
+def solution(priors: PosePrior, truth: FloatArray, *, pose_prior: float = 1.0) -> tuple[FloatArray, FloatArray]:
     """Where poses come to rest, and their covariance, if what is heard is believed to err so many times as much."""
     sigmas = np.tile(HEARD * priors.sigmas[-1], len(truth))
     found = truth
@@ -87,14 +87,14 @@ def adjusted(priors: PosePrior, truth: FloatArray, *, pose_prior: float = 1.0) -
 def test_errors_of_steps_are_told_from_those_of_what_is_heard(off: float) -> None:
     # What is heard errs by more than the least of these steps.
     priors, truth = walked(np.full(3, off))
-    poses, covariance = adjusted(priors, truth)
+    poses, covariance = solution(priors, truth)
     assert factors(priors, estimate_odometry_noise(priors, poses, covariance, SETTINGS)) == pytest.approx(off, rel=0.2)
 
 
 def test_readings_that_tell_more_than_they_counted_for_teach_more() -> None:
     # Poses that came to rest as if what is heard erred twice as much as it does.
     priors, truth = walked(np.full(3, 0.3))
-    poses, covariance = adjusted(priors, truth, pose_prior=2.0)
+    poses, covariance = solution(priors, truth, pose_prior=2.0)
     learned = [
         factors(priors, estimate_odometry_noise(priors, poses, covariance, SETTINGS, information_inflation=u))
         for u in (1.0, 4.0)
@@ -106,7 +106,7 @@ def test_readings_that_tell_more_than_they_counted_for_teach_more() -> None:
 def test_steps_without_any_error_are_not_taken_for_that() -> None:
     # Nothing tells a small error from none: one is left open that is well below what is heard.
     priors, truth = walked(np.zeros(3))
-    poses, covariance = adjusted(priors, truth)
+    poses, covariance = solution(priors, truth)
     learned = factors(priors, estimate_odometry_noise(priors, poses, covariance, SETTINGS))
     assert ((learned > 0.002) & (learned < 0.1)).all()
 
@@ -137,14 +137,14 @@ def test_the_first_pose_stays_the_frame() -> None:
 @pytest.mark.parametrize("steps", [0, 1, 4])
 def test_few_steps_teach_nothing(steps: int) -> None:
     priors = odometry_prior(added_up(np.tile([0.5, 0.0, 0.3], (steps, 1))), PoseSettings())
-    assert estimate_odometry_noise(priors, priors.given, np.zeros((3 * steps + 3,) * 2), SETTINGS) is priors
+    assert estimate_odometry_noise(priors, priors.measured_poses, np.zeros((3 * steps + 3,) * 2), SETTINGS) is priors
 
 
 @pytest.mark.parametrize(("off", "bound"), [(1e-5, SETTINGS.least), (1e3, SETTINGS.greatest)])
 def test_nothing_is_learned_of_way_points_beyond_bounds(off: float, bound: float) -> None:
     priors = waypoint_prior(added_up(np.tile([0.5, 0.0, 0.3], (STEPS, 1))), PoseSettings())
-    poses = priors.given + np.array([off, off, 0.0])
-    learned = learn_waypoints(priors, poses, KNOWN, SETTINGS)
+    poses = priors.measured_poses + np.array([off, off, 0.0])
+    learned = estimate_waypoint_noise(priors, poses, KNOWN, SETTINGS)
     assert factors(priors, learned)[:2].tolist() == pytest.approx([bound, bound])
 
 
@@ -176,7 +176,7 @@ def test_nothing_speaks_for_or_against_steps_that_were_right(count: int) -> None
 
 
 @pytest.mark.parametrize(
-    ("given", "expected"),
+    ("measured_poses", "expected"),
     [
         ([[0.84, 0.3, -0.19], [1.8, 0.3, -0.26]], True),
         ([[0.843, 0.3, -0.19], [1.8, 0.3, -0.26]], False),
@@ -186,15 +186,15 @@ def test_nothing_speaks_for_or_against_steps_that_were_right(count: int) -> None
     ],
     ids=["centimetres", "millimetres", "one heading", "degrees", "neither"],
 )
-def test_people_mark_way_points_at_round_numbers(given: list[list[float]], *, expected: bool) -> None:
-    assert are_round(np.array(given)) is expected
+def test_people_mark_way_points_at_round_numbers(measured_poses: list[list[float]], *, expected: bool) -> None:
+    assert are_quantised(np.array(measured_poses)) is expected
 
 
 @pytest.mark.parametrize("off", [0.01, 0.05])
 def test_how_far_way_points_are_off_is_learned_from_where_they_come_to_rest(off: float) -> None:
     priors = waypoint_prior(added_up(np.tile([0.5, 0.0, 0.3], (STEPS, 1))), PoseSettings())
-    errors = np.random.default_rng(6).normal(0.0, [off, off, 0.5], priors.given.shape)
-    learned = learn_waypoints(priors, priors.given + errors, KNOWN, SETTINGS)
+    errors = np.random.default_rng(6).normal(0.0, [off, off, 0.5], priors.measured_poses.shape)
+    learned = estimate_waypoint_noise(priors, priors.measured_poses + errors, KNOWN, SETTINGS)
     assert learned.sigmas[:, :2] == pytest.approx(off, rel=0.1)
     # Of headings nothing is learned.
     assert learned.sigmas[:, 2].tolist() == priors.sigmas[:, 2].tolist()
@@ -203,14 +203,18 @@ def test_how_far_way_points_are_off_is_learned_from_where_they_come_to_rest(off:
 @pytest.mark.parametrize("turns", [0, 1])
 def test_where_something_tells_headings_it_is_learned_how_far_these_are_off(turns: int) -> None:
     priors = waypoint_prior(np.zeros((STEPS + 1, 3)), PoseSettings())
-    errors = 0.07 * np.random.default_rng(6).standard_normal(priors.given.shape) * [0.0, 0.0, 1.0]
-    poses = priors.given + errors + [0.0, 0.0, 2 * np.pi * turns]
-    learned = learn_waypoints(priors, poses, KNOWN, SETTINGS, headings=True)
+    errors = 0.07 * np.random.default_rng(6).standard_normal(priors.measured_poses.shape) * [0.0, 0.0, 1.0]
+    poses = priors.measured_poses + errors + [0.0, 0.0, 2 * np.pi * turns]
+    learned = estimate_waypoint_noise(priors, poses, KNOWN, SETTINGS, headings=True)
     assert learned.sigmas[:, 2] == pytest.approx(0.07, rel=0.1)
-    assert learned.sigmas[:, :2].tolist() == learn_waypoints(priors, poses, KNOWN, SETTINGS).sigmas[:, :2].tolist()
+    assert (
+        learned.sigmas[:, :2].tolist() == estimate_waypoint_noise(priors, poses, KNOWN, SETTINGS).sigmas[:, :2].tolist()
+    )
 
 
 def test_way_points_that_nothing_tells_teach_nothing() -> None:
     priors = waypoint_prior(np.zeros((4, 3)), PoseSettings())
     covariance = np.diag(priors.sigmas.ravel() ** 2)
-    assert learn_waypoints(priors, priors.given, covariance, SETTINGS).sigmas == pytest.approx(priors.sigmas)
+    assert estimate_waypoint_noise(priors, priors.measured_poses, covariance, SETTINGS).sigmas == pytest.approx(
+        priors.sigmas
+    )

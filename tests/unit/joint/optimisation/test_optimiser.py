@@ -14,12 +14,12 @@ from echoplan.joint.optimisation.optimiser import (
     Features,
     OptimiserSettings,
     Priors,
-    adjust,
+    optimise,
     range_factors,
 )
 from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses
 from echoplan.joint.optimisation.solution import Solution
-from echoplan.joint.optimisation.values import State
+from echoplan.joint.optimisation.values import Values
 from echoplan.preprocessing.measurements import Measurements, select_measurements
 from echoplan.preprocessing.servo import ServoError, late_by, turned_by
 from helpers.expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, edge, expected, hearing, listening, wall
@@ -38,7 +38,7 @@ def features(reflectors: Sequence[FloatArray] | FloatArray, stations: int = 4) -
     )
 
 
-def adjusted(
+def solution(
     measurements: Measurements,
     reflectors: Sequence[FloatArray] | FloatArray,
     *,
@@ -46,8 +46,8 @@ def adjusted(
     priors: Priors = BELIEFS,
     **settings: float,
 ) -> Solution:
-    start = State(features=features(reflectors, len(measurements.centers)), model=sonar)
-    return adjust(measurements, start, priors, OptimiserSettings.model_validate(settings))
+    start = Values(features=features(reflectors, len(measurements.centers)), model=sonar)
+    return optimise(measurements, start, priors, OptimiserSettings.model_validate(settings))
 
 
 def shaken(reflectors: Sequence[FloatArray] | FloatArray, *, seed: int = 0, size: float = 0.01) -> FloatArray:
@@ -65,14 +65,14 @@ def sigmas(found: Solution) -> FloatArray:
 
 def test_walls_and_cylinders_move_to_where_they_are() -> None:
     truth = [*ROOM, COLUMN]
-    found = adjusted(hearing(listening(), truth), shaken(truth))
+    found = solution(hearing(listening(), truth), shaken(truth))
     assert found.reflectors == pytest.approx(np.array(truth), abs=0.0005)
 
 
 def test_readings_with_noise_are_explained_up_to_the_noise() -> None:
     truth = [*ROOM, COLUMN]
     measurements = hearing(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
-    found = adjusted(measurements, shaken(truth))
+    found = solution(measurements, shaken(truth))
     assert found.scatter == pytest.approx(NOISE, rel=0.2)
     assert ((found.owners >= 0) == np.isfinite(measurements.readings)).mean() > 0.99
 
@@ -84,7 +84,7 @@ def test_a_step_never_makes_readings_fit_worse(seed: int) -> None:
     clean = hearing(listening(drive, step=np.pi / 2, arm=0.1), ROOM)
     readings = 0.003 * np.round((clean.readings + rng.normal(0.0, 0.001, len(clean.readings))) / 0.003)
     start = [wall(0.005, 2.0), ROOM[1], wall(np.pi - 0.005, 2.0), ROOM[3]]
-    found = adjusted(clean._replace(readings=readings), start, priors=BELIEFS._replace(noise=0.0015))
+    found = solution(clean._replace(readings=readings), start, priors=BELIEFS._replace(noise=0.0015))
     assert (found.owners >= 0).all()
     assert found.model.range_scale == pytest.approx(0.0, abs=0.01)
 
@@ -94,7 +94,7 @@ def test_what_differs_between_this_sonar_and_the_usual_one_is_learned() -> None:
     true = replace(SONAR, range_offset=0.003, walk_gain=1.1 * SONAR.walk_gain, range_scale=0.02)
     measurements = hearing(listening(), truth, sonar=true, noise=0.001, rng=np.random.default_rng(2))
     # Nobody said that the modules are set right: the corners tell.
-    found = adjusted(
+    found = solution(
         measurements, shaken(truth, size=0.004), priors=BELIEFS._replace(noise=0.001, offset_sigma=0.01), rounds=20
     )
     known = found.sonar_sigmas()
@@ -111,7 +111,7 @@ def test_the_speed_of_sound_is_as_uncertain_as_the_shape_of_the_burst(exponent: 
     clean, rng = hearing(listening(), truth, sonar=true), np.random.default_rng(5)
     for _ in range(12):
         readings = clean.readings + rng.normal(0.0, 0.001, len(clean.readings))
-        found = adjusted(clean._replace(readings=readings), truth, priors=BELIEFS._replace(noise=0.001), rounds=12)
+        found = solution(clean._replace(readings=readings), truth, priors=BELIEFS._replace(noise=0.001), rounds=12)
         sigma = found.considered_sigma("range_scale", "walk_exponent", 0.2)
         errors.append(found.model.range_scale / sigma)
         assert found.model.walk_exponent == 1.0
@@ -122,7 +122,7 @@ def test_the_speed_of_sound_is_as_uncertain_as_the_shape_of_the_burst(exponent: 
 
 def test_of_the_sonar_only_what_the_readings_tell_is_changed() -> None:
     measurements = hearing(listening(), [*ROOM, COLUMN])
-    found = adjusted(measurements, [*ROOM, COLUMN])
+    found = solution(measurements, [*ROOM, COLUMN])
     assert (found.model.figure_of_merit, found.model.ka) == (SONAR.figure_of_merit, SONAR.ka)
     assert found.model.walk is SONAR.walk
 
@@ -136,7 +136,7 @@ def test_the_stated_covariance_holds() -> None:
         readings = clean.readings + rng.normal(0.0, NOISE, len(clean.readings))
         # The prior of the offset is part of the covariance, so that the offset is drawn as well.
         offset = rng.normal(0.0, BELIEFS.offset_sigma)
-        found = adjusted(clean._replace(readings=readings + offset), truth)
+        found = solution(clean._replace(readings=readings + offset), truth)
         number = found.layout.feature(0)
         errors = found.reflectors[0, 1:3] - ROOM[0, 1:3]
         squares.append(errors @ np.linalg.solve(found.covariance[number, number], errors))
@@ -144,14 +144,14 @@ def test_the_stated_covariance_holds() -> None:
 
 
 def test_the_covariance_is_the_inverse_of_the_information() -> None:
-    found = adjusted(hearing(listening(), ROOM), ROOM)
+    found = solution(hearing(listening(), ROOM), ROOM)
     assert found.covariance.shape == (found.layout.size,) * 2
     assert found.covariance == pytest.approx(found.covariance.T)
     assert np.linalg.eigvalsh(found.covariance).min() > 0.0
 
 
 def test_twice_the_pings_make_it_surer_by_the_root_of_two() -> None:
-    coarse, fine = (adjusted(hearing(listening(step=np.radians(step)), ROOM), ROOM) for step in (8.0, 4.0))
+    coarse, fine = (solution(hearing(listening(step=np.radians(step)), ROOM), ROOM) for step in (8.0, 4.0))
     ratio = sigmas(coarse)[coarse.layout.feature(1)] / sigmas(fine)[fine.layout.feature(1)]
     assert ratio[0] == pytest.approx(np.sqrt(2.0), rel=0.1)
     assert ratio[1] > 1.0
@@ -161,7 +161,7 @@ def test_what_faint_echoes_scatter_more_is_no_part_of_the_noise_twice() -> None:
     # The noise is what all readings scatter on the whole: a spread of loudness shifts weight from faint echoes to
     # loud ones, and adds nothing to what the usual one scatters.
     measurements = hearing(listening(), ROOM)
-    start = State(features=features(ROOM, len(measurements.centers)), model=SONAR)
+    start = Values(features=features(ROOM, len(measurements.centers)), model=SONAR)
     models = [replace(SONAR, spread=spread) for spread in (0.0, 0.3)]
     rows = [range_factors(measurements, replace(start, model=each), BELIEFS, OptimiserSettings()) for each in models]
     assert np.median(rows[1].weights / rows[0].weights) == pytest.approx(1.0, abs=0.03)
@@ -172,20 +172,20 @@ def test_what_faint_echoes_scatter_more_is_no_part_of_the_noise_twice() -> None:
 def test_common_errors_of_a_station_do_not_average_out() -> None:
     measurements = hearing(listening([(0.5, 0.3)]), ROOM[:1])
     priors = BELIEFS._replace(scale_sigma=1e-6)
-    alone = adjusted(measurements, ROOM[:1], priors=priors)
-    together = adjusted(measurements, ROOM[:1], priors=priors._replace(pair_sigma=0.012))
+    alone = solution(measurements, ROOM[:1], priors=priors)
+    together = solution(measurements, ROOM[:1], priors=priors._replace(bias_sigma=0.012))
     assert sigmas(alone)[1] < 0.004
     assert sigmas(together)[1] > 0.012
 
 
 def test_what_is_not_known_of_shadows_counts_unless_the_errors_of_way_points_are_learned() -> None:
-    measurements, given = hearing(listening([(0.5, 0.3)]), ROOM[:1]), np.array([[0.5, 0.3, 0.0]])
+    measurements, measured_poses = hearing(listening([(0.5, 0.3)]), ROOM[:1]), np.array([[0.5, 0.3, 0.0]])
     doubtful = features(ROOM[:1], 1)._replace(bias_variances=np.array([[0.012**2]]))
     priors = BELIEFS._replace(scale_sigma=1e-6)
-    absolute = PosePrior(given, np.full((1, 3), 1e-6), relative=False)
-    trusted = adjust(measurements, State(features=doubtful, model=SONAR), priors, OptimiserSettings())
-    start = State(features=doubtful, model=SONAR, poses=given)
-    by_hand = adjust(measurements, start, priors._replace(poses=absolute), OptimiserSettings())
+    absolute = PosePrior(measured_poses, np.full((1, 3), 1e-6), relative=False)
+    trusted = optimise(measurements, Values(features=doubtful, model=SONAR), priors, OptimiserSettings())
+    start = Values(features=doubtful, model=SONAR, poses=measured_poses)
+    by_hand = optimise(measurements, start, priors._replace(poses=absolute), OptimiserSettings())
     assert sigmas(trusted)[1] > 0.012
     assert sigmas(by_hand)[1] < 0.004
 
@@ -206,9 +206,9 @@ REFLECTORS = [wall(0.4, 1.4), cylinder(0.9, 0.6, 0.1), corner(1.2, 0.3), edge(0.
 @pytest.mark.parametrize("reflector", REFLECTORS)
 def test_one_ping_tells_of_each_unknown_as_its_reading_changes_with_it(reflector: FloatArray) -> None:
     measurements = one_ping(reflector, angle=np.radians(8.0))
-    loudness = (SONAR.figure_of_merit, math.log(SONAR.ka))
-    priors = BELIEFS._replace(has_servo=True, loudness=loudness, servo=ServoError())
-    found = adjusted(measurements, [reflector], priors=priors, rounds=1)
+    beam_prior = (SONAR.figure_of_merit, math.log(SONAR.ka))
+    priors = BELIEFS._replace(has_servo=True, beam_prior=beam_prior, servo=ServoError())
+    found = solution(measurements, [reflector], priors=priors, rounds=1)
     assert found.owners.tolist() == [0]
     information = np.linalg.inv(found.covariance)
     # Readings change one to one with the offset, so that its row has the derivatives by all others.
@@ -255,7 +255,7 @@ def with_latency(latency: float, rates: Sequence[float]) -> Measurements:
 
 def test_sweeps_to_and_fro_tell_by_how_much_the_servo_lags() -> None:
     measurements = with_latency(0.015, [0.7, -0.7, 0.7, -0.7])
-    found = adjusted(measurements, ROOM, priors=BELIEFS._replace(noise=0.001, has_servo=True), rounds=12)
+    found = solution(measurements, ROOM, priors=BELIEFS._replace(noise=0.001, has_servo=True), rounds=12)
     sigma = found.sonar_sigmas()["servo_latency"]
     assert sigma < 0.002
     assert found.latency == pytest.approx(0.015, abs=4 * sigma)
@@ -270,8 +270,8 @@ def test_sweeps_to_and_fro_tell_by_how_much_the_servo_lags() -> None:
 def test_while_poses_drift_a_servo_lags_only_if_that_is_clear(latency: float, noise: float, expected: float) -> None:
     measurements = with_latency(latency, [0.7, -0.7, 0.7, -0.7])
     known = BELIEFS._replace(noise=noise, has_servo=True)
-    free = adjusted(measurements, ROOM, priors=known, rounds=12)
-    drifting = adjusted(measurements, ROOM, priors=known._replace(drifting=True), rounds=12)
+    free = solution(measurements, ROOM, priors=known, rounds=12)
+    drifting = solution(measurements, ROOM, priors=known._replace(drifting=True), rounds=12)
     assert abs(free.latency) > 0.003
     assert drifting.latency == pytest.approx(expected, abs=0.003)
     # What is held is as uncertain as what is not.
@@ -281,14 +281,14 @@ def test_while_poses_drift_a_servo_lags_only_if_that_is_clear(latency: float, no
 
 def test_without_a_servo_nothing_lags() -> None:
     measurements = with_latency(0.015, [0.7, -0.7, 0.7, -0.7])
-    found = adjusted(measurements, ROOM, priors=BELIEFS._replace(noise=0.001))
+    found = solution(measurements, ROOM, priors=BELIEFS._replace(noise=0.001))
     assert abs(found.latency) < 1e-6
     assert found.sonar_sigmas()["servo_latency"] == pytest.approx(0.0, abs=2e-9)
 
 
 def test_a_corner_that_was_heard_is_drawn_to_the_crossing_of_its_walls() -> None:
     measurements = hearing(listening(), ROOM)
-    found = adjusted(measurements, [*ROOM, corner(1.98, 1.47)])
+    found = solution(measurements, [*ROOM, corner(1.98, 1.47)])
     crossing = intersections(found.reflectors[0, 1:3], found.reflectors[1, 1:3])
     assert found.reflectors[4, 1:3] == pytest.approx(crossing, abs=0.0005)
 
@@ -297,14 +297,14 @@ def test_a_corner_that_is_heard_draws_its_walls() -> None:
     # The east wall itself is silent: only the echoes of the corner tell where it is.
     truth = [*ROOM[1:], *CORNERS[:2]]
     measurements = hearing(listening(), truth)
-    found = adjusted(measurements, [wall(0.0, 2.01), *ROOM[1:], *CORNERS[:2]])
+    found = solution(measurements, [wall(0.0, 2.01), *ROOM[1:], *CORNERS[:2]])
     assert found.reflectors[0, 1:3] == pytest.approx([0.0, 2.0], abs=0.002)
     assert not (found.owners == 0).any()
 
 
 @pytest.mark.parametrize("other", [corner(1.9, 1.45), edge(1.98, 1.47), cylinder(1.98, 1.47, 0.12)])
 def test_what_is_no_corner_of_these_walls_stays(other: FloatArray) -> None:
-    found = adjusted(hearing(listening(), ROOM), [*ROOM, other])
+    found = solution(hearing(listening(), ROOM), [*ROOM, other])
     assert found.reflectors[4] == pytest.approx(other, abs=1e-6)
 
 
@@ -312,17 +312,17 @@ def test_walls_that_are_not_square_draw_no_corner() -> None:
     slanted = [wall(0.0, 2.0), wall(np.radians(80), 1.5)]
     apex = intersections(slanted[0][1:3], slanted[1][1:3])
     start = corner(*(apex + 0.02))
-    found = adjusted(hearing(listening(), slanted), [*slanted, start])
+    found = solution(hearing(listening(), slanted), [*slanted, start])
     assert found.reflectors[2] == pytest.approx(start, abs=1e-6)
 
 
 def test_an_outlier_hardly_moves_anything() -> None:
     measurements = hearing(listening(), ROOM)
-    clean = adjusted(measurements, ROOM)
+    clean = solution(measurements, ROOM)
     readings = measurements.readings.copy()
     outlier = int(np.flatnonzero(clean.owners == 0)[5])
     readings[outlier] += 0.02
-    spoilt = adjusted(measurements._replace(readings=readings), ROOM)
+    spoilt = solution(measurements._replace(readings=readings), ROOM)
     assert spoilt.owners[outlier] == 0
     assert spoilt.residuals[outlier] == pytest.approx(0.02, abs=0.001)
     assert np.abs(spoilt.reflectors - clean.reflectors).max() < 0.0001
@@ -333,14 +333,14 @@ def test_what_nothing_comes_near_to_belongs_to_nobody() -> None:
     strange = int(np.flatnonzero(np.isfinite(measurements.readings))[0])
     readings = measurements.readings.copy()
     readings[strange] -= 0.2
-    found = adjusted(measurements._replace(readings=readings), ROOM)
+    found = solution(measurements._replace(readings=readings), ROOM)
     assert found.owners[strange] == -1
     assert found.residuals[strange] == 0.0
 
 
 def test_a_reading_belongs_to_the_feature_that_comes_nearest_to_it() -> None:
     measurements = hearing(listening(), ROOM[:1])
-    found = adjusted(measurements, [wall(0.0, 2.015), ROOM[0]], rounds=1)
+    found = solution(measurements, [wall(0.0, 2.015), ROOM[0]], rounds=1)
     assert set(found.owners[np.isfinite(measurements.readings)]) == {1}
 
 
@@ -348,7 +348,7 @@ def test_only_stations_that_heard_a_feature_say_where_it_is() -> None:
     measurements = hearing(listening(), ROOM[:1])
     known = features(ROOM[:1])
     known = known._replace(attenuations=np.array([[np.inf, np.inf, 0.0, 0.0]]))
-    found = adjust(measurements, State(features=known, model=SONAR), BELIEFS, OptimiserSettings())
+    found = optimise(measurements, Values(features=known, model=SONAR), BELIEFS, OptimiserSettings())
     assert set(measurements.stations[found.owners == 0]) == {2, 3}
 
 
@@ -356,14 +356,14 @@ def test_a_wall_explains_nothing_beside_it() -> None:
     measurements = hearing(listening(), ROOM[:1])
     known = features(ROOM[:1])
     known.extents[0] = (0.0, 1.0)
-    found = adjust(measurements, State(features=known, model=SONAR), BELIEFS, OptimiserSettings())
+    found = optimise(measurements, Values(features=known, model=SONAR), BELIEFS, OptimiserSettings())
     assert measurements.y[found.owners == 0].min() > -0.1
     assert measurements.y[np.isfinite(measurements.readings)].min() < -0.3
 
 
 def test_where_nothing_is_explained_there_is_only_belief() -> None:
     strange = replace(SONAR, walk_gain=1.2 * SONAR.walk_gain, range_offset=0.004)
-    found = adjusted(listening(), [wall(0.0, 2.0), cylinder(0.0, 1.0, 0.2)], sonar=strange)
+    found = solution(listening(), [wall(0.0, 2.0), cylinder(0.0, 1.0, 0.2)], sonar=strange)
     assert np.isnan(found.scatter)
     assert (found.owners == -1).all()
     assert found.reflectors == pytest.approx(np.array([wall(0.0, 2.0), cylinder(0.0, 1.0, 0.12)]))
@@ -385,7 +385,7 @@ def test_where_nothing_is_explained_there_is_only_belief() -> None:
 
 
 def test_a_recording_without_features_has_a_sonar_all_the_same() -> None:
-    found = adjusted(hearing(listening(), ROOM), np.zeros((0, 4)))
+    found = solution(hearing(listening(), ROOM), np.zeros((0, 4)))
     assert found.reflectors.shape == (0, 4)
     assert found.covariance.shape == (len(SONAR_UNKNOWNS), len(SONAR_UNKNOWNS))
     assert (found.owners == -1).all()
@@ -394,25 +394,25 @@ def test_a_recording_without_features_has_a_sonar_all_the_same() -> None:
 def test_nothing_that_was_given_is_changed() -> None:
     known = features(shaken(ROOM))
     before = known.reflectors.copy()
-    adjust(hearing(listening(), ROOM), State(features=known, model=SONAR), BELIEFS, OptimiserSettings())
+    optimise(hearing(listening(), ROOM), Values(features=known, model=SONAR), BELIEFS, OptimiserSettings())
     assert (known.reflectors == before).all()
 
 
 def test_a_pose_that_is_off_moves_to_where_the_walls_agree() -> None:
-    given = np.array([[-0.9, 0.1, 0.0], [-0.2, -0.5, 0.4], [0.5, 0.3, 1.0], [1.1, -0.3, -2.0]])
-    truth = given + np.array([[0.0] * 3, [0.0] * 3, [0.0] * 3, [0.012, -0.008, 0.02]])
+    measured_poses = np.array([[-0.9, 0.1, 0.0], [-0.2, -0.5, 0.4], [0.5, 0.3, 1.0], [1.1, -0.3, -2.0]])
+    truth = measured_poses + np.array([[0.0] * 3, [0.0] * 3, [0.0] * 3, [0.012, -0.008, 0.02]])
     recorded = listening()
-    detected = hearing(at_poses(recorded, given, truth), ROOM)
+    detected = hearing(at_poses(recorded, measured_poses, truth), ROOM)
     sigmas = np.array([[1e-6] * 3, [1e-6] * 3, [1e-6] * 3, [0.05] * 3])
-    priors = BELIEFS._replace(poses=PosePrior(given, sigmas, relative=False))
-    start = State(features=features(ROOM), model=SONAR, poses=given)
-    found = adjust(recorded._replace(readings=detected.readings), start, priors, OptimiserSettings(rounds=12))
+    priors = BELIEFS._replace(poses=PosePrior(measured_poses, sigmas, relative=False))
+    start = Values(features=features(ROOM), model=SONAR, poses=measured_poses)
+    found = optimise(recorded._replace(readings=detected.readings), start, priors, OptimiserSettings(rounds=12))
     assert found.poses == pytest.approx(truth, abs=0.001)
     assert found.reflectors == pytest.approx(ROOM, abs=0.001)
 
 
 def test_what_has_come_to_rest_is_left_alone() -> None:
     measurements = hearing(listening(), [*ROOM, COLUMN])
-    once, often = (adjusted(measurements, shaken([*ROOM, COLUMN]), rounds=rounds) for rounds in (6, 60))
-    assert once.left < 1e-4
+    once, often = (solution(measurements, shaken([*ROOM, COLUMN]), rounds=rounds) for rounds in (6, 60))
+    assert once.newton_decrement < 1e-4
     assert np.array_equal(once.reflectors, often.reflectors)

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, invert, wrap
-from echoplan.joint.optimisation.factors import Rows, normal_equations, solve
+from echoplan.joint.optimisation.factors import LinearFactor, normal_equations, solve
 from echoplan.joint.optimisation.pose_factors import (
     PosePrior,
     PoseSettings,
@@ -26,7 +26,7 @@ def residuals_at(priors: PosePrior, poses: FloatArray) -> FloatArray:
     return pose_factors(priors, poses, 0).residuals
 
 
-def dense(rows: Rows, layout: int) -> FloatArray:
+def dense(rows: LinearFactor, layout: int) -> FloatArray:
     """The rows as one matrix."""
     matrix = np.zeros((len(rows.residuals), layout + 1))
     for row, (columns, jacobian) in enumerate(zip(rows.columns, rows.jacobian, strict=True)):

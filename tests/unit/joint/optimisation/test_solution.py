@@ -20,7 +20,7 @@ SLOPES = RNG.normal(size=(40, UNKNOWNS.size))
 HEARD, HELD = SLOPES.T @ SLOPES, np.diag(RNG.uniform(2.0, 20.0, UNKNOWNS.size))
 
 
-def adjusted(share: float) -> Solution:
+def solution(share: float) -> Solution:
     """What comes of readings that are let count for a share of what they tell."""
     nothing = np.zeros(0)
     return Solution(
@@ -36,7 +36,7 @@ def adjusted(share: float) -> Solution:
         owners=nothing.astype(np.int64),
         residuals=nothing,
         excesses=nothing,
-        left=0.0,
+        newton_decrement=0.0,
     )
 
 
@@ -50,11 +50,11 @@ def scattered(share: float, draws: int) -> FloatArray:
 
 
 def test_what_counts_in_full_has_the_inverse_of_the_information() -> None:
-    assert adjusted(1.0).covariance == pytest.approx(np.linalg.inv(HEARD + HELD))
+    assert solution(1.0).covariance == pytest.approx(np.linalg.inv(HEARD + HELD))
 
 
 def test_features_scatter_about_a_known_sonar_as_is_told() -> None:
-    found = adjusted(0.25)
+    found = solution(0.25)
     known = np.diag(np.where(np.arange(UNKNOWNS.size) < UNKNOWNS.sonar, 0.0, 1e12))
     held = replace(found, information=found.information + known)
     errors = scattered(0.25, 160_000)
@@ -62,22 +62,22 @@ def test_features_scatter_about_a_known_sonar_as_is_told() -> None:
 
 
 def test_what_is_known_of_the_sonar_does_not_grow_with_readings_that_err_together() -> None:
-    found = adjusted(0.25)
+    found = solution(0.25)
     sigmas = np.sqrt(np.diag(np.linalg.inv(found.information))[UNKNOWNS.sonar :])
     assert list(found.sonar_sigmas().values()) == pytest.approx(sigmas)
     assert len(sigmas) == len(SONAR_UNKNOWNS)
 
 
 def test_it_is_a_covariance() -> None:
-    full, quarter = adjusted(1.0).covariance, adjusted(0.25).covariance
+    full, quarter = solution(1.0).covariance, solution(0.25).covariance
     assert np.linalg.eigvalsh(quarter).min() > 0.0
-    lone = replace(adjusted(0.25), information_inflation=1.0).covariance
+    lone = replace(solution(0.25), information_inflation=1.0).covariance
     assert (np.diag(quarter)[FEATURES] < np.diag(lone)[FEATURES]).all()
     assert (np.diag(quarter)[FEATURES] > np.diag(full)[FEATURES]).all()
 
 
 def test_however_much_was_heard_features_are_known_no_better_than_the_range_offset() -> None:
-    free = adjusted(1.0)
+    free = solution(1.0)
     known = replace(free, offset_sigma=0.9)
     offset = UNKNOWNS.sonar
     assert known.sonar_sigmas()["range_offset"] == pytest.approx(0.9)
@@ -89,7 +89,7 @@ def test_however_much_was_heard_features_are_known_no_better_than_the_range_offs
 
 
 def test_however_much_was_heard_the_ends_of_a_wall_are_known_no_better_than_the_model() -> None:
-    free = replace(adjusted(1.0), extents=np.array([[-1.0, 3.0], [0.0, 0.0]]))
+    free = replace(solution(1.0), extents=np.array([[-1.0, 3.0], [0.0, 0.0]]))
     added = replace(free, model_error=0.5).covariance - free.covariance
     wall, cylinder = UNKNOWNS.feature(0), UNKNOWNS.feature(1)
     assert added[cylinder, cylinder] == pytest.approx(0.25 * np.eye(3))

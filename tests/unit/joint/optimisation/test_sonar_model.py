@@ -9,12 +9,12 @@ from echoplan.acoustics.predicted_echo import EchoModel
 from echoplan.acoustics.range_walk_model import WalkCurve
 from echoplan.arrays import FloatArray
 from echoplan.joint.optimisation.edge_diffraction import edges_of
-from echoplan.joint.optimisation.optimiser import OptimiserSettings, Priors, adjust
+from echoplan.joint.optimisation.optimiser import OptimiserSettings, Priors, optimise
 from echoplan.joint.optimisation.range_factors import Features
 from echoplan.joint.optimisation.solution import Solution
 from echoplan.joint.optimisation.sonar_model import expected_sonar, half_aperture_of, walking
-from echoplan.joint.optimisation.values import State
-from echoplan.joint.settings import AccountSettings
+from echoplan.joint.optimisation.values import Values
+from echoplan.joint.settings import EstimateSettings
 from echoplan.sources import find_rig
 from helpers.expectations import NOISE, REACH, ROOM, SONAR, hearing, listening
 
@@ -83,7 +83,7 @@ def test_a_walk_that_was_fitted_stays() -> None:
 )
 def test_what_is_no_walk_is_refused(table: object, message: str) -> None:
     with pytest.raises(ValidationError, match=message):
-        AccountSettings.model_validate({"walk": table})
+        EstimateSettings.model_validate({"walk": table})
 
 
 def room_heard_by(sonar: EchoModel, *, stations: int = 9) -> Solution:
@@ -95,9 +95,9 @@ def room_heard_by(sonar: EchoModel, *, stations: int = 9) -> Solution:
     features = Features(
         reflectors=ROOM, extents=extents, attenuations=none, bias_variances=none, ends=edges_of(ROOM, extents)
     )
-    start = State(features=features, model=SONAR)
+    start = Values(features=features, model=SONAR)
     priors = Priors(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False, scale_sigma=0.003)
-    return adjust(measurements, start, priors, OptimiserSettings())
+    return optimise(measurements, start, priors, OptimiserSettings())
 
 
 def test_a_walk_is_fitted_to_what_a_recording_tells_of_it() -> None:

@@ -5,14 +5,14 @@ import pytest
 
 from echoplan.joint.optimisation.edge_diffraction import edges_of
 from echoplan.joint.optimisation.range_factors import Features
-from echoplan.joint.optimisation.values import State
+from echoplan.joint.optimisation.values import Values
 from echoplan.preprocessing.servo import ServoError
 from helpers.expectations import SONAR, corner, cylinder, wall
 
 SERVO = ServoError(0.95, 0.07)
 
 
-def state() -> State:
+def state() -> Values:
     rows = np.array([wall(0.2, 1.5), cylinder(0.4, 1.0, 0.1), corner(2.0, 1.5)])
     extents = np.zeros((3, 2))
     none = np.zeros((3, 2))
@@ -20,7 +20,7 @@ def state() -> State:
         reflectors=rows, extents=extents, attenuations=none, bias_variances=none, ends=edges_of(rows, extents)
     )
     poses = np.array([[0.0, 0.0, 0.1], [1.0, 0.5, -0.2]])
-    return State(features=features, model=SONAR, latency=0.003, servo=SERVO, poses=poses)
+    return Values(features=features, model=SONAR, latency=0.003, servo=SERVO, poses=poses)
 
 
 def test_values_stand_where_the_unknowns_say() -> None:
@@ -58,7 +58,7 @@ def test_a_wall_may_turn_about_where_it_was_heard_far_from_the_origin() -> None:
     # Three metres along it 0.02 rad are 6 cm of its offset: the middle of what was heard stays where it is.
     now = state()
     extents = np.array([[2.5, 3.5], [0.0, 0.0], [0.0, 0.0]])
-    now = State(features=now.features._replace(extents=extents), model=SONAR, poses=now.poses)
+    now = Values(features=now.features._replace(extents=extents), model=SONAR, poses=now.poses)
     step = np.zeros(22)
     step[:2] = [0.02, 0.06]
     assert now.moved(step).features.reflectors[0, 1:3] == pytest.approx([0.22, 1.56])

@@ -5,98 +5,100 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from echoplan.joint.estimate import Account
+from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.mapper import JointSettings
-from echoplan.joint.optimisation.manhattan import Squareness
+from echoplan.joint.optimisation.manhattan import ManhattanPrior
 from echoplan.joint.optimisation.optimiser import Priors
 from echoplan.joint.optimisation.pose_factors import PosePrior, waypoint_prior
 from echoplan.joint.pose_correction import annealing
-from echoplan.joint.pose_correction.annealing import converge, settle, square_up
-from echoplan.joint.pose_model_selection import explained
+from echoplan.joint.pose_correction.annealing import anneal, impose_right_angles, refine
+from echoplan.joint.pose_model_selection import estimate_map
 from echoplan.joint.settings import PoseMode
 from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.sources import open_source
 
 
 @pytest.fixture(scope="module")
-def square() -> Account:
+def square() -> Estimate:
     """A square room along the axes, every wall of which several stations heard."""
     source = open_source("sim:square")
     sweeps = list(source)
     detected = join_measurements([measurements_of(sweep, source.rig) for sweep in sweeps])
     poses = np.array([sweep.map_from_base[0] for sweep in sweeps])
-    return explained(initial_estimate(source.rig, detected, poses, JointSettings(poses=PoseMode.TRUST)))
+    return estimate_map(initial_estimate(source.rig, detected, poses, JointSettings(poses=PoseMode.TRUST)))
 
 
 @pytest.mark.parametrize(("heard_from", "along_axes"), [(1, True), (2, True), (3, False), (5, False)])
 def test_walls_that_many_stations_heard_are_square_to_each_other_but_not_to_the_axes(
-    square: Account, heard_from: int, *, along_axes: bool
+    square: Estimate, heard_from: int, *, along_axes: bool
 ) -> None:
-    account, llr_by_station = square, np.where(np.arange(len(square.given)) < heard_from, 50.0, 0.0)
-    account = replace(account, features=[replace(each, llr_by_station=llr_by_station) for each in square.features])
-    account = square_up(account)
-    assert account.squareness is not None
-    assert account.is_along_axes == along_axes
+    estimate, llr_by_station = square, np.where(np.arange(len(square.measured_poses)) < heard_from, 50.0, 0.0)
+    estimate = replace(estimate, features=[replace(each, llr_by_station=llr_by_station) for each in square.features])
+    estimate = impose_right_angles(estimate)
+    assert estimate.squareness is not None
+    assert estimate.is_along_axes == along_axes
 
 
 @pytest.mark.parametrize("few", [True, False])
 def test_way_points_settle_along_the_axes_where_few_stations_heard_each_wall(
-    square: Account, monkeypatch: pytest.MonkeyPatch, *, few: bool
+    square: Estimate, monkeypatch: pytest.MonkeyPatch, *, few: bool
 ) -> None:
-    account, pose_prior = square, list[Squareness | None]()
-    priors = Account.priors
+    estimate, pose_prior = square, list[ManhattanPrior | None]()
+    priors = Estimate.priors
 
-    def noted(self: Account, noise: float, poses: PosePrior | None) -> Priors:
+    def noted(self: Estimate, noise: float, poses: PosePrior | None) -> Priors:
         told = priors(self, noise, poses)
         pose_prior.append(told.squareness)
         return told
 
-    monkeypatch.setattr(Account, "priors", noted)
-    monkeypatch.setattr(annealing, "rest_on_few", lambda *_: few)
-    account = settle(account, waypoint_prior(account.given, account.settings.pose_errors))
+    monkeypatch.setattr(Estimate, "priors", noted)
+    monkeypatch.setattr(annealing, "rest_on_few_stations", lambda *_: few)
+    estimate = refine(estimate, waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors))
     at_first = pose_prior[0]
     assert (at_first is not None and at_first.along_axes) == few
 
 
 def test_heading_factors_are_added_after_the_beam_is_calibrated(
-    square: Account, monkeypatch: pytest.MonkeyPatch
+    square: Estimate, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    account, has_headings = square, list[bool]()
-    priors = Account.priors
+    estimate, has_headings = square, list[bool]()
+    priors = Estimate.priors
 
-    def noted(self: Account, noise: float, poses: PosePrior | None) -> Priors:
+    def noted(self: Estimate, noise: float, poses: PosePrior | None) -> Priors:
         found = priors(self, noise, poses)
         has_headings.append(found.bearings)
         return found
 
-    monkeypatch.setattr(Account, "priors", noted)
-    account = replace(account, asks_bearings=False)
-    settle(account, waypoint_prior(account.given, account.settings.pose_errors))
+    monkeypatch.setattr(Estimate, "priors", noted)
+    estimate = replace(estimate, has_heading_factors=False)
+    refine(estimate, waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors))
     assert not has_headings[0]
     assert has_headings[-1]
 
 
-def test_the_effective_sample_size_is_estimated_from_the_readings(square: Account) -> None:
+def test_the_effective_sample_size_is_estimated_from_the_readings(square: Estimate) -> None:
     start = 0.001
-    account = replace(square, independence=start)
-    account = settle(account, waypoint_prior(account.given, account.settings.pose_errors))
-    assert account.independence > 10.0 * start
+    estimate = replace(square, effective_sample_ratio=start)
+    estimate = refine(estimate, waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors))
+    assert estimate.effective_sample_ratio > 10.0 * start
 
 
 def test_walls_are_asked_which_way_they_lie_once_it_is_known_how_wide_the_sonar_hears(
-    square: Account, monkeypatch: pytest.MonkeyPatch
+    square: Estimate, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    account, asked = square, list[tuple[bool, float]]()
-    priors = Account.priors
+    estimate, asked = square, list[tuple[bool, float]]()
+    priors = Estimate.priors
 
-    def noted(self: Account, noise: float, poses: PosePrior | None) -> Priors:
+    def noted(self: Estimate, noise: float, poses: PosePrior | None) -> Priors:
         told = priors(self, noise, poses)
         asked.append((told.bearings, noise))
         return told
 
-    monkeypatch.setattr(Account, "priors", noted)
-    account = converge(account, waypoint_prior(account.given, account.settings.pose_errors), account.given)
+    monkeypatch.setattr(Estimate, "priors", noted)
+    estimate = anneal(
+        estimate, waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors), estimate.measured_poses
+    )
     bearings, noises = np.array([each for each, _ in asked]), np.array([each for _, each in asked])
     # They are asked from the second pass from coarse to fine on.
     first = int(np.flatnonzero(np.diff(noises) > 0.0)[0]) + 1

@@ -9,14 +9,14 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import wrap
 from echoplan.io import builtin_rig, builtin_world
 from echoplan.joint.calibration import calibration
-from echoplan.joint.estimate import Account
+from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.marginalisation import survey
 from echoplan.joint.optimisation.pose_factors import odometry_prior
 from echoplan.joint.pose_correction.consistency import has_duplicated_walls
-from echoplan.joint.pose_correction.pose_tracking import track, until
+from echoplan.joint.pose_correction.pose_tracking import track_poses, up_to_station
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalisationSettings, LocalScan, locate
-from echoplan.joint.settings import AccountSettings
+from echoplan.joint.settings import EstimateSettings
 from echoplan.model import Route, Sweep
 from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
@@ -49,17 +49,17 @@ def drive() -> tuple[Sweep, ...]:
     )
 
 
-def account_of(sweeps: tuple[Sweep, ...]) -> Account:
+def estimate_of(sweeps: tuple[Sweep, ...]) -> Estimate:
     rig = builtin_rig("rotary-array")
-    given = np.array([sweep.station for sweep in sweeps])
+    measured_poses = np.array([sweep.station for sweep in sweeps])
     detected = join_measurements([measurements_of(sweep, rig) for sweep in sweeps])
-    return initial_estimate(rig, detected, given, AccountSettings())
+    return initial_estimate(rig, detected, measured_poses, EstimateSettings())
 
 
 @cache
-def tracked() -> Account:
-    account = account_of(drive())
-    return track(account, odometry_prior(account.given, account.settings.pose_errors))
+def tracked() -> Estimate:
+    estimate = estimate_of(drive())
+    return track_poses(estimate, odometry_prior(estimate.measured_poses, estimate.settings.pose_errors))
 
 
 def errors(poses: FloatArray) -> tuple[float, float]:
@@ -69,7 +69,7 @@ def errors(poses: FloatArray) -> tuple[float, float]:
 
 
 def test_the_robot_was_lost() -> None:
-    away, turned = errors(account_of(drive()).given)
+    away, turned = errors(estimate_of(drive()).measured_poses)
     assert away > 0.03
     assert np.degrees(turned) > 2.0
 
@@ -81,34 +81,34 @@ def test_it_is_found_again_by_what_it_hears() -> None:
 
 
 def test_the_first_pose_stays() -> None:
-    assert tracked().poses[0] == pytest.approx(tracked().given[0], abs=1e-4)
+    assert tracked().poses[0] == pytest.approx(tracked().measured_poses[0], abs=1e-4)
 
 
 def test_what_was_tracked_is_searched_from_where_the_robot_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    centers, original = list[FloatArray](), Account.search
+    centers, original = list[FloatArray](), Estimate.search
 
-    def searched(account: Account, *, rounds: int | None = None) -> Account:
+    def searched(estimate: Estimate, *, rounds: int | None = None) -> Estimate:
         if rounds is None:
-            centers.append(account.measurements.centers)
-        return original(account, rounds=rounds)
+            centers.append(estimate.measurements.centers)
+        return original(estimate, rounds=rounds)
 
-    account = account_of(drive())
-    monkeypatch.setattr(Account, "search", searched)
-    account = track(account, odometry_prior(account.given, account.settings.pose_errors))
+    estimate = estimate_of(drive())
+    monkeypatch.setattr(Estimate, "search", searched)
+    estimate = track_poses(estimate, odometry_prior(estimate.measured_poses, estimate.settings.pose_errors))
     assert np.hypot(*(centers[0] - WAY[:, :2]).T).max() < 0.03
 
 
 def test_from_stations_that_hear_nothing_new_nothing_is_learned(monkeypatch: pytest.MonkeyPatch) -> None:
-    learned, original = list[int](), Account.search
+    learned, original = list[int](), Estimate.search
 
-    def searched(account: Account, *, rounds: int | None = None) -> Account:
+    def searched(estimate: Estimate, *, rounds: int | None = None) -> Estimate:
         if rounds is not None:
-            learned.append(len(account.given))
-        return original(account, rounds=rounds)
+            learned.append(len(estimate.measured_poses))
+        return original(estimate, rounds=rounds)
 
-    account = account_of(drive())
-    monkeypatch.setattr(Account, "search", searched)
-    account = track(account, odometry_prior(account.given, account.settings.pose_errors))
+    estimate = estimate_of(drive())
+    monkeypatch.setattr(Estimate, "search", searched)
+    estimate = track_poses(estimate, odometry_prior(estimate.measured_poses, estimate.settings.pose_errors))
     # The first two stations of a room tell most of it.
     assert learned[0] == 2
     assert len(learned) < len(WAY) / 2
@@ -134,11 +134,11 @@ def test_the_first_station_is_only_moved_on_strong_evidence(
         stays.extend([score] * bool(sigmas[0] < 0.006))
         return pose, score
 
-    account = account_of(drive())
+    estimate = estimate_of(drive())
     monkeypatch.setattr("echoplan.joint.pose_correction.pose_tracking.locate", located)
-    monkeypatch.setattr("echoplan.joint.pose_correction.pose_tracking.settle", lambda account, *_: account)
-    account = track(account, odometry_prior(account.given, account.settings.pose_errors))
-    away = np.hypot(*(account.poses[1:] - WAY[1:])[:, :2].T)
+    monkeypatch.setattr("echoplan.joint.pose_correction.pose_tracking.settle", lambda estimate, *_: estimate)
+    estimate = track_poses(estimate, odometry_prior(estimate.measured_poses, estimate.settings.pose_errors))
+    away = np.hypot(*(estimate.poses[1:] - WAY[1:])[:, :2].T)
     assert stays
     assert ((away > 0.2) == moves).all()
 
@@ -151,18 +151,18 @@ def test_the_walls_are_there_once_and_in_their_places() -> None:
 
 
 def test_errors_of_poses_are_about_as_great_as_it_says() -> None:
-    account = tracked()
-    assert account.adjusted is not None
-    start = account.adjusted.layout.pose
-    sigmas = np.sqrt(np.diag(account.adjusted.covariance)[start:]).reshape(-1, 3)
-    off = np.abs(account.poses - WAY)
-    off[:, 2] = np.abs(wrap(account.poses[:, 2] - WAY[:, 2]))
+    estimate = tracked()
+    assert estimate.solution is not None
+    start = estimate.solution.layout.pose
+    sigmas = np.sqrt(np.diag(estimate.solution.covariance)[start:]).reshape(-1, 3)
+    off = np.abs(estimate.poses - WAY)
+    off[:, 2] = np.abs(wrap(estimate.poses[:, 2] - WAY[:, 2]))
     assert (off[1:] / sigmas[1:]).mean() < 3.0
     assert (sigmas[1:, :2] < 0.02).all()
 
 
 def test_with_poses_that_are_right_nothing_is_torn_and_with_drift_it_shows() -> None:
-    straight = account_of(
+    straight = estimate_of(
         tuple(
             Simulation(
                 world=builtin_world("square"),
@@ -175,27 +175,27 @@ def test_with_poses_that_are_right_nothing_is_torn_and_with_drift_it_shows() -> 
     )
     straight = straight.initialise()
     assert not has_duplicated_walls(straight)
-    assert straight.explained(straight.features).mean() > 0.5
+    assert straight.inlier_mask(straight.features).mean() > 0.5
 
 
 def test_an_account_of_the_first_stations_knows_nothing_of_the_others() -> None:
-    account = account_of(drive())
-    part = until(account, 3)
+    estimate = estimate_of(drive())
+    part = up_to_station(estimate, 3)
     assert len(part.measurements.centers) == 3
     assert part.measurements.stations.max() == 2
     assert {arc.station for arc in part.arcs} == {0, 1, 2}
-    assert len(account.measurements.centers) == 7
+    assert len(estimate.measurements.centers) == 7
 
 
 def test_what_the_data_sheet_says_is_believed_at_first() -> None:
-    account = account_of(drive())
-    assert account.model.range_scale == 0.0
-    assert account.offset_sigma == pytest.approx(0.005 / np.sqrt(12))
-    assert account.has_servo
+    estimate = estimate_of(drive())
+    assert estimate.model.range_scale == 0.0
+    assert estimate.offset_sigma == pytest.approx(0.005 / np.sqrt(12))
+    assert estimate.has_servo
 
 
 def test_what_was_learned_comes_with_its_uncertainty() -> None:
-    learned = calibration(tracked(), survey(tracked(), WAY[:, :2]).adjusted)
+    learned = calibration(tracked(), survey(tracked(), WAY[:, :2]).solution)
     scale = learned["range_scale"]
     assert isinstance(scale, dict)
     assert abs(scale["value"]) < 3 * scale["sigma"] + 0.002

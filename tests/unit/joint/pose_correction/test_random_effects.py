@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from echoplan.arrays import FloatArray
-from echoplan.joint.optimisation.factors import Rows, normal_equations, solve
-from echoplan.joint.optimisation.variance_components import learned_factor
-from echoplan.joint.pose_correction.random_effects import common_squares, without_common_error
+from echoplan.joint.optimisation.factors import LinearFactor, normal_equations, solve
+from echoplan.joint.optimisation.variance_components import map_scale_factor
+from echoplan.joint.pose_correction.random_effects import common_squares, without_shared_bias
 
 NOISE, GUESS, SPREAD = 0.002, 0.012, 1.15
 FEATURES, STATIONS, READINGS = 6, 30, 10
 
 
-def detected(common: float, seed: int) -> Rows:
+def detected(common: float, seed: int) -> LinearFactor:
     """Readings of offsets of walls from stations that move along each of two axes: errors of their own, and shared."""
     rng = np.random.default_rng(seed)
     feature, station = (each.repeat(READINGS) for each in np.indices((FEATURES, STATIONS)).reshape(2, -1))
@@ -25,10 +25,10 @@ def detected(common: float, seed: int) -> Rows:
     jacobian = np.column_stack([np.ones(len(feature)), np.cos(angles), np.sin(angles)])
     residuals = shared + NOISE * rng.standard_normal(len(feature))
     columns = np.column_stack([feature, places, places + 1])
-    return Rows(columns, jacobian, residuals, np.full(len(feature), NOISE**-2.0))
+    return LinearFactor(columns, jacobian, residuals, np.full(len(feature), NOISE**-2.0))
 
 
-def adjusted(rows: Rows, common: float) -> tuple[Rows, FloatArray]:
+def solution(rows: LinearFactor, common: float) -> tuple[LinearFactor, FloatArray]:
     """Take out what features and poses take up, all of them known to a metre before."""
     capped = rows._replace(weights=rows.weights / (1.0 + READINGS * NOISE**-2.0 * common**2))
     size = FEATURES + 2 * STATIONS
@@ -42,8 +42,8 @@ def adjusted(rows: Rows, common: float) -> tuple[Rows, FloatArray]:
 def learned(common: float, seed: int = 1) -> float:
     rows, pose_prior = detected(common, seed), GUESS
     for _ in range(30):
-        squares, count = common_squares(*adjusted(rows, pose_prior), common=pose_prior)
-        pose_prior = GUESS * float(learned_factor(squares / GUESS**2, count, SPREAD))
+        squares, count = common_squares(*solution(rows, pose_prior), common=pose_prior)
+        pose_prior = GUESS * float(map_scale_factor(squares / GUESS**2, count, SPREAD))
     return pose_prior
 
 
@@ -71,27 +71,27 @@ def test_what_poses_take_up_entirely_is_told_of_no_effect() -> None:
     # One feature from each station, and two coordinates to move it by.
     rows = detected(0.01, 3)
     own = rows.columns[:, 0] == 0
-    single = Rows(rows.columns[own], rows.jacobian[own], rows.residuals[own], rows.weights[own])
-    _, count = common_squares(*adjusted(single, 0.01), common=0.01)
+    single = LinearFactor(rows.columns[own], rows.jacobian[own], rows.residuals[own], rows.weights[own])
+    _, count = common_squares(*solution(single, 0.01), common=0.01)
     assert count == pytest.approx(0.0, abs=1e-3 * STATIONS)
 
 
 @dataclass(frozen=True)
 class Waiting:
-    """An account that keeps what stations were taken to err by together whenever something was done."""
+    """An estimate that keeps what stations were taken to err by together whenever something was done."""
 
-    pair_sigma: float = GUESS
+    bias_sigma: float = GUESS
     done: tuple[tuple[str, float], ...] = ()
     offset_sigma: float = 0.003
     noise: float = 0.006
 
     def alternate(self, noise: float, priors: Any, rounds: int) -> "Waiting":
-        return replace(self, done=(*self.done, ("adjusted", self.pair_sigma)))
+        return replace(self, done=(*self.done, ("solution", self.bias_sigma)))
 
     def estimate_noise(self) -> "Waiting":
-        return replace(self, done=(*self.done, ("noise", self.pair_sigma)))
+        return replace(self, done=(*self.done, ("noise", self.bias_sigma)))
 
 
 def test_readings_count_in_full_before_it_is_asked_what_they_have_in_common() -> None:
-    account: Any = without_common_error(Waiting(), None)  # type: ignore[arg-type]
-    assert account.done == (("adjusted", account.offset_sigma), ("noise", account.offset_sigma))
+    estimate: Any = without_shared_bias(Waiting(), None)  # type: ignore[arg-type]
+    assert estimate.done == (("solution", estimate.offset_sigma), ("noise", estimate.offset_sigma))

@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from echoplan.arrays import FloatArray
 from echoplan.geometry import aligned, compose, wrap
 from echoplan.io import builtin_rig, builtin_world
-from echoplan.joint.estimate import Account
+from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.optimisation.pose_factors import PoseSettings, waypoint_steps
-from echoplan.joint.pose_correction.pose_tracking import track
+from echoplan.joint.pose_correction.pose_tracking import track_poses
 from echoplan.joint.pose_correction.registration_order import place, seen_from_others, spanning_tree_order
-from echoplan.joint.settings import AccountSettings
+from echoplan.joint.settings import EstimateSettings
 from echoplan.model import Route
 from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.simulation import Simulation
@@ -35,14 +35,14 @@ WAY = np.array(
 SETTINGS = PoseSettings()
 
 
-def set_down(seed: int) -> Account:
+def set_down(seed: int) -> Estimate:
     """Seven stations in the square, where marks are off by 3 cm and headings by 14 degrees."""
     rig = builtin_rig("rotary-array")
     sweeps = Simulation(world=builtin_world("square"), rig=rig, route=Route(map_from_base=WAY), seed=3)
     off = np.random.default_rng(seed).normal(0.0, (0.03, 0.03, 0.25), WAY.shape)
     told = [replace(sweep, map_from_base=sweep.map_from_base + by) for sweep, by in zip(sweeps, off, strict=True)]
     detected = join_measurements([measurements_of(sweep, rig) for sweep in told])
-    return initial_estimate(rig, detected, np.array([sweep.station for sweep in told]), AccountSettings())
+    return initial_estimate(rig, detected, np.array([sweep.station for sweep in told]), EstimateSettings())
 
 
 def errors(poses: FloatArray) -> tuple[float, float]:
@@ -55,21 +55,21 @@ def errors(poses: FloatArray) -> tuple[float, float]:
 def test_stations_find_each_other_by_what_they_hear() -> None:
     found = 0
     for seed in range(8, 14):
-        account = set_down(seed)
-        away, turned = errors(account.poses)
+        estimate = set_down(seed)
+        away, turned = errors(estimate.poses)
         assert away > 0.03
         assert np.degrees(turned) > 10.0
-        account = place(account)
-        away, turned = errors(account.poses)
+        estimate = place(estimate)
+        away, turned = errors(estimate.poses)
         found += away < 0.002 and np.degrees(turned) < 1.0
     # A square looks the same from every side: now and then a station is taken for turned or elsewhere.
     assert found >= 4
 
 
 def test_step_by_step_they_get_lost() -> None:
-    account = set_down(10)
-    account = track(account, waypoint_steps(account.given, SETTINGS))
-    assert errors(account.poses)[0] > 0.05
+    estimate = set_down(10)
+    estimate = track_poses(estimate, waypoint_steps(estimate.measured_poses, SETTINGS))
+    assert errors(estimate.poses)[0] > 0.05
 
 
 @given(places=st.lists(st.tuples(st.floats(-9, 9), st.floats(-9, 9)), min_size=1, max_size=9))
@@ -105,8 +105,8 @@ def test_how_well_it_is_known_is_how_far_it_is_off() -> None:
     told = np.column_stack([rng.uniform(0.0, 3.0, (4, 2)), rng.uniform(-3.0, 3.0, 4)])
     spread = (SETTINGS.waypoint, SETTINGS.waypoint, SETTINGS.waypoint_turn)
     for _ in range(2000):
-        given = np.vstack([told, sought]) + rng.normal(0.0, spread, (5, 3))
-        pose, sigmas = seen_from_others(given[-1], given[:-1], told, SETTINGS)
+        measured_poses = np.vstack([told, sought]) + rng.normal(0.0, spread, (5, 3))
+        pose, sigmas = seen_from_others(measured_poses[-1], measured_poses[:-1], told, SETTINGS)
         away = pose - sought
         away[2] = wrap(away[2])
         off.append(away / sigmas)

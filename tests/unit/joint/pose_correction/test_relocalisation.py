@@ -8,13 +8,13 @@ import pytest
 
 from echoplan.io import builtin_rig, builtin_world
 from echoplan.joint import pose_model_selection
-from echoplan.joint.estimate import Account
+from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.optimisation.pose_factors import at_poses
-from echoplan.joint.pose_correction.annealing import settle
+from echoplan.joint.pose_correction.annealing import refine
 from echoplan.joint.pose_correction.relocalisation import relocalised
-from echoplan.joint.pose_model_selection import explained
-from echoplan.joint.settings import AccountSettings, PoseMode
+from echoplan.joint.pose_model_selection import estimate_map
+from echoplan.joint.settings import EstimateSettings, PoseMode
 from echoplan.model import Route
 from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.simulation import Simulation, SimulationSettings
@@ -24,7 +24,7 @@ STATION, ASIDE = 3, np.array([0.07, 0.0, 0.0])
 
 
 @cache
-def settled() -> Account:
+def settled() -> Estimate:
     """What is made of a square from the way as it was."""
     simulation = Simulation(
         world=builtin_world("square"),
@@ -34,22 +34,22 @@ def settled() -> Account:
         seed=3,
     )
     detected = join_measurements([measurements_of(sweep, simulation.rig) for sweep in simulation])
-    account = initial_estimate(simulation.rig, detected, WAY, AccountSettings(poses=PoseMode.CORRECT, by_hand=0))
-    return settle(account, account.odometry())
+    estimate = initial_estimate(simulation.rig, detected, WAY, EstimateSettings(poses=PoseMode.CORRECT, by_hand=0))
+    return refine(estimate, estimate.odometry())
 
 
-def misplaced() -> Account:
+def misplaced() -> Estimate:
     """The same, but one station is taken to be elsewhere."""
-    account = settled()
-    poses = account.poses.copy()
+    estimate = settled()
+    poses = estimate.poses.copy()
     poses[STATION] += ASIDE
-    account = replace(account, poses=poses, measurements=at_poses(account.recorded, account.given, poses))
-    return account.rescore(account.noise).adjust(account.noise)
+    estimate = replace(estimate, poses=poses, measurements=at_poses(estimate.recorded, estimate.measured_poses, poses))
+    return estimate.rescore(estimate.noise).optimise(estimate.noise)
 
 
 def test_a_station_that_misses_what_all_others_hear_is_found_where_it_stands() -> None:
-    account = misplaced()
-    assert relocalised(account, account.odometry(), STATION) == pytest.approx(WAY[STATION], abs=0.01)
+    estimate = misplaced()
+    assert relocalised(estimate, estimate.odometry(), STATION) == pytest.approx(WAY[STATION], abs=0.01)
 
 
 def test_stations_that_miss_nothing_stay_where_they_are() -> None:
@@ -57,8 +57,8 @@ def test_stations_that_miss_nothing_stay_where_they_are() -> None:
 
 
 def test_a_misplaced_station_is_put_back_and_no_wheel_is_blamed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pose_model_selection, "track", lambda account, _: account)
+    monkeypatch.setattr(pose_model_selection, "track_poses", lambda estimate, _: estimate)
     monkeypatch.setattr(pose_model_selection, "agrees", lambda _: False)
-    found = explained(misplaced())
+    found = estimate_map(misplaced())
     assert found.poses == pytest.approx(WAY, abs=0.01)
     assert found.verdict == "corrected, as asked for"

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from echoplan.joint.estimate import Account
+from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
-from echoplan.joint.marginal_prior import Memory
+from echoplan.joint.marginal_prior import MarginalPrior
 from echoplan.joint.pose_correction.servo_calibration import find_servo
-from echoplan.joint.settings import AccountSettings
+from echoplan.joint.settings import EstimateSettings
 from echoplan.preprocessing.measurements import Measurements, select_measurements
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError, turned_by
 from helpers.expectations import ROOM, cylinder, hearing, listening
@@ -29,41 +29,41 @@ def detected() -> Measurements:
     return select_measurements(pings._replace(angles=angles), np.abs(angles) < np.pi / 2)
 
 
-def account(error: ServoError) -> Account:
+def estimate(error: ServoError) -> Estimate:
     """Take what was detected for detected where the servo recorded to be."""
     true = detected()
     recorded = true._replace(angles=(true.angles - error.offset) / error.gain)
-    return initial_estimate(rig(), turned_by(recorded, error=AS_RECORDED, before=error), GIVEN, AccountSettings())
+    return initial_estimate(rig(), turned_by(recorded, error=AS_RECORDED, before=error), GIVEN, EstimateSettings())
 
 
 @pytest.mark.parametrize(
     "error", [ServoError(0.92, np.radians(5.0)), ServoError(1.08, np.radians(-4.0)), ServoError(1.0, np.radians(8.0))]
 )
 def test_gain_and_offset_are_found_from_arcs_alone(error: ServoError) -> None:
-    found = find_servo(account(error))
+    found = find_servo(estimate(error))
     assert found is not None
     assert found.gain == pytest.approx(error.gain, abs=0.06)
     assert found.offset == pytest.approx(error.offset, abs=np.radians(3.0))
 
 
 def test_a_servo_that_turns_as_recorded_is_left_alone() -> None:
-    assert find_servo(account(AS_RECORDED)) is None
+    assert find_servo(estimate(AS_RECORDED)) is None
 
 
 @pytest.mark.parametrize("known", [None, ServoError(0.95, 0.05)])
 def test_bearings_count_from_the_start_where_a_servo_was_calibrated_before(known: ServoError | None) -> None:
-    later = initial_estimate(rig(), detected(), GIVEN, AccountSettings(), Memory(servo=known))
+    later = initial_estimate(rig(), detected(), GIVEN, EstimateSettings(), MarginalPrior(servo=known))
     assert later.servo == known
-    assert later.asks_bearings == (known is not None)
+    assert later.has_heading_factors == (known is not None)
 
 
 def test_fixed_sensors_have_no_servo() -> None:
-    fixed = account(ServoError(1.0, 0.1))
+    fixed = estimate(ServoError(1.0, 0.1))
     fixed = replace(fixed, recorded=fixed.recorded._replace(rates=np.zeros(len(fixed.recorded.rates))))
     assert find_servo(fixed) is None
 
 
 def test_too_few_arcs_tell_nothing() -> None:
-    few = account(ServoError(0.92, 0.1))
+    few = estimate(ServoError(0.92, 0.1))
     few = replace(few, arcs=few.arcs[:9])
     assert find_servo(few) is None

@@ -10,15 +10,15 @@ from echoplan.evaluation import evaluate
 from echoplan.geometry import compose
 from echoplan.io import builtin_rig
 from echoplan.joint import pose_model_selection
-from echoplan.joint.estimate import Account
+from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.mapper import JointMapper, JointSettings
 from echoplan.joint.optimisation.pose_factors import at_poses
-from echoplan.joint.pose_correction.annealing import settle
-from echoplan.joint.pose_correction.wheel_slip import without_slip
-from echoplan.joint.pose_model_selection import explained
-from echoplan.joint.settings import AccountSettings, PoseMode
+from echoplan.joint.pose_correction.annealing import refine
+from echoplan.joint.pose_correction.wheel_slip import without_wheel_slip
+from echoplan.joint.pose_model_selection import estimate_map
+from echoplan.joint.settings import EstimateSettings, PoseMode
 from echoplan.methods import map_sweeps
 from echoplan.model import Pillar, Polyline, Route, World
 from echoplan.preprocessing.measurements import Measurements, join_measurements, measurements_of
@@ -82,19 +82,21 @@ def detected() -> Measurements:
 
 
 @cache
-def account(*, slips: bool) -> Account:
+def estimate(*, slips: bool) -> Estimate:
     """What was made of it, from the way as it was, or as if from one step on all were farther along the hall."""
-    given = np.concatenate([WAY[:STEP], compose(SLIP, WAY[STEP:])]) if slips else WAY
-    settings = AccountSettings(poses=PoseMode.CORRECT, by_hand=0)
-    account = initial_estimate(builtin_rig("rotary-array"), at_poses(detected(), WAY, given), given, settings)
+    measured_poses = np.concatenate([WAY[:STEP], compose(SLIP, WAY[STEP:])]) if slips else WAY
+    settings = EstimateSettings(poses=PoseMode.CORRECT, by_hand=0)
+    estimate = initial_estimate(
+        builtin_rig("rotary-array"), at_poses(detected(), WAY, measured_poses), measured_poses, settings
+    )
     if not slips:
-        return settle(account, account.odometry())
+        return refine(estimate, estimate.odometry())
     features = [part for each in right().features for part in parted(each)]
-    return replace(account, model=right().model, noise=right().noise, features=features)
+    return replace(estimate, model=right().model, noise=right().noise, features=features)
 
 
-def right() -> Account:
-    return account(slips=False)
+def right() -> Estimate:
+    return estimate(slips=False)
 
 
 def parted(feature: Hypothesis) -> list[Hypothesis]:
@@ -110,8 +112,8 @@ def parted(feature: Hypothesis) -> list[Hypothesis]:
 
 
 def test_a_slip_that_makes_two_pillars_of_one_is_taken_back() -> None:
-    slipped = account(slips=True)
-    poses = without_slip(slipped, slipped.odometry())
+    slipped = estimate(slips=True)
+    poses = without_wheel_slip(slipped, slipped.odometry())
     assert poses is not None
     assert poses[:STEP] == pytest.approx(WAY[:STEP])
     assert np.hypot(*(poses - WAY)[:, :2].T).max() < 0.02
@@ -133,13 +135,13 @@ def test_a_turn_goes_back_to_where_walls_on_either_side_of_it_are_in_line() -> N
 
 
 def test_where_nothing_seems_there_twice_no_step_is_doubted() -> None:
-    assert without_slip(right(), right().odometry()) is None
+    assert without_wheel_slip(right(), right().odometry()) is None
 
 
 def test_what_a_slip_tore_apart_is_one_again_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pose_model_selection, "track", settle)
+    monkeypatch.setattr(pose_model_selection, "track_poses", refine)
     monkeypatch.setattr(pose_model_selection, "agrees", lambda _: False)
-    found = explained(account(slips=True))
+    found = estimate_map(estimate(slips=True))
     assert sum(not each.is_wall for each in found.features) == 1
     assert np.hypot(*(found.poses - WAY)[:, :2].T).max() < 0.02
     assert found.verdict.endswith("a slip was taken back")

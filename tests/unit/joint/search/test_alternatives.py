@@ -14,8 +14,8 @@ from helpers.expectations import (
     STATIONS,
     corner,
     cylinder,
-    explanation,
     hearing,
+    likelihood,
     listening,
     rescored,
     wall,
@@ -39,8 +39,8 @@ def detected(*truth: FloatArray, stations: int = 4, pings: int = 10_000) -> Meas
 def probabilities(
     measurements: Measurements, *known: FloatArray, radius_cost: float = COST
 ) -> list[ClassProbabilities]:
-    account = explanation(measurements)
-    return class_probabilities(account, rescored(account, known), radius_cost=radius_cost)
+    estimate = likelihood(measurements)
+    return class_probabilities(estimate, rescored(estimate, known), radius_cost=radius_cost)
 
 
 def test_everything_heard_from_many_stations_is_surely_what_it_is() -> None:
@@ -101,22 +101,22 @@ def test_what_was_taken_for_the_wrong_class_is_found_out() -> None:
 
 def test_the_copy_of_a_wall_is_hardly_surer_a_wall_than_anything_else() -> None:
     measurements = detected(*ROOM)
-    account = explanation(measurements)
-    known = rescored(account, [*ROOM, wall(0.0, 2.0005)])
-    log_densities = account.log_densities(known[:4])
-    copy = account.rescored(known[4], log_densities, known[:4])
-    doubled = class_probabilities(account, [*known[:4], copy], radius_cost=COST)
+    estimate = likelihood(measurements)
+    known = rescored(estimate, [*ROOM, wall(0.0, 2.0005)])
+    log_densities = estimate.log_densities(known[:4])
+    copy = estimate.rescored(known[4], log_densities, known[:4])
+    doubled = class_probabilities(estimate, [*known[:4], copy], radius_cost=COST)
     assert doubled[1].wall > 0.999
     assert copy.total < 5.0
     assert doubled[4].wall < 0.999
 
 
 def test_a_feature_that_no_station_speaks_for_still_gets_an_answer() -> None:
-    account = explanation(listening())
-    lonely: Hypothesis = replace(rescored(account, [COLUMN])[0], llr_by_station=np.zeros(4))
-    (found,) = class_probabilities(account, [lonely], radius_cost=COST)
+    estimate = likelihood(listening())
+    lonely: Hypothesis = replace(rescored(estimate, [COLUMN])[0], llr_by_station=np.zeros(4))
+    (found,) = class_probabilities(estimate, [lonely], radius_cost=COST)
     assert found.wall + found.corner + found.cylinder == pytest.approx(1.0)
 
 
 def test_without_features_there_is_nothing_to_doubt() -> None:
-    assert class_probabilities(explanation(detected(ROOM[0])), [], radius_cost=COST) == []
+    assert class_probabilities(likelihood(detected(ROOM[0])), [], radius_cost=COST) == []

@@ -8,7 +8,7 @@ from echoplan.joint.arcs import ArcSettings, find_arcs
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.search.boxes import with_boxes
 from echoplan.joint.search.search import Search, SearchSettings
-from helpers.expectations import NOISE, ROOM, SONAR, cylinder, edge, explanation, hearing, listening, rescored
+from helpers.expectations import NOISE, ROOM, SONAR, cylinder, edge, hearing, likelihood, listening, rescored
 
 CONE = 0.26
 SEEING = SONAR.seeing(CONE)
@@ -22,10 +22,10 @@ def after(*standing: FloatArray, sonar: EchoModel = SEEING) -> tuple[list[Hypoth
     """Features before and after, where a cylinder was taken to stand in the room, whatever does."""
     silent, rng = listening(STATIONS), np.random.default_rng(1)
     measurements = hearing(silent, [*ROOM, *standing], sonar=sonar, noise=NOISE, rng=rng)
-    account = explanation(measurements, sonar=sonar)
+    estimate = likelihood(measurements, sonar=sonar)
     arcs = find_arcs(measurements, resolution=0.005, settings=ArcSettings())
-    search = Search(account, arcs, half_aperture=CONE, settings=SearchSettings())
-    before = rescored(account, [*ROOM, COLUMN])
+    search = Search(estimate, arcs, half_aperture=CONE, settings=SearchSettings())
+    before = rescored(estimate, [*ROOM, COLUMN])
     return before, with_boxes(search, before)
 
 

@@ -26,7 +26,7 @@ def feature(row: list[float], *, ends: tuple[float, float] = (0.0, 0.0), total: 
     nothing = PingScores(*(np.zeros(0, dtype=kind) for kind in (np.int64, float, float, bool, bool, float)))
     return Hypothesis(
         reflector=np.array(row, dtype=np.float64),
-        evidence=nothing,
+        ping_scores=nothing,
         llr_by_station=np.zeros(1),
         total=total,
         extent=ends,

@@ -6,7 +6,7 @@ from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_scores import UNHEARD
 from echoplan.joint.search.latent_walls import log_densities_over_latent_walls
 from echoplan.joint.search.refinement import approach
-from helpers.expectations import explanation, feature, listening, returning, wall
+from helpers.expectations import feature, likelihood, listening, returning, wall
 from helpers.single_ping import PLAIN
 
 # A wall to the north, and where another one stands on it, which nobody hears; the known one was heard west of it.
@@ -23,12 +23,12 @@ def known(*, to: float = EAST_END + 0.4, gain: float = 200.0) -> Hypothesis:
 def detected(opening: float, beside: Hypothesis) -> tuple[float, FloatArray]:
     """What the best wall across the corner gains, and by what else its readings are explained."""
     measurements = returning(listening(STATIONS), VERTEX, opening)
-    account, course = explanation(measurements, sonar=PLAIN), [(0.02, 0.2, 20), (0.003, 0.03, 20)]
+    estimate, pose_model = likelihood(measurements, sonar=PLAIN), [(0.02, 0.2, 20), (0.003, 0.03, 20)]
     ahead = np.flatnonzero(np.isfinite(measurements.readings))
-    across = approach(measurements, PLAIN.tabulated(), wall(0.9, 1.85), ahead, course)
-    log_densities = account.log_densities([beside])
-    alternative = account.rescored(account.score(across), log_densities, [beside])
-    return alternative.total, log_densities_over_latent_walls(account, alternative, [beside], log_densities)[ahead]
+    across = approach(measurements, PLAIN.tabulated(), wall(0.9, 1.85), ahead, pose_model)
+    log_densities = estimate.log_densities([beside])
+    alternative = estimate.rescored(estimate.score(across), log_densities, [beside])
+    return alternative.total, log_densities_over_latent_walls(estimate, alternative, [beside], log_densities)[ahead]
 
 
 @pytest.mark.parametrize("opening", [65.0, 78.0, 86.0, 90.0, 93.0])
@@ -48,7 +48,7 @@ def test_none_stands_on_a_wall_that_less_speaks_for() -> None:
 
 def test_without_a_gain_there_is_nothing_to_explain() -> None:
     measurements = listening(STATIONS)
-    account = explanation(measurements, sonar=PLAIN)
-    log_densities = account.log_densities([])
-    silent = account.rescored(account.score(wall(0.8, 1.7)), log_densities, [])
-    assert log_densities_over_latent_walls(account, silent, [known()], log_densities).max() == UNHEARD
+    estimate = likelihood(measurements, sonar=PLAIN)
+    log_densities = estimate.log_densities([])
+    silent = estimate.rescored(estimate.score(wall(0.8, 1.7)), log_densities, [])
+    assert log_densities_over_latent_walls(estimate, silent, [known()], log_densities).max() == UNHEARD

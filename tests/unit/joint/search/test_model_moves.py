@@ -5,9 +5,9 @@ from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
-from echoplan.joint.search.acceptance import AcceptanceSettings, Belief
+from echoplan.joint.search.acceptance import AcceptanceSettings, AcceptanceTest
 from echoplan.joint.search.model_moves import reclassified
-from helpers.expectations import NOISE, ROOM, corner, cylinder, explanation, hearing, listening, rescored, wall
+from helpers.expectations import NOISE, ROOM, corner, cylinder, hearing, likelihood, listening, rescored, wall
 
 COLUMN = cylinder(0.2, 0.9, 0.25)
 # What a greedy search may take first for the column: a wall that touches it where most stations hear it.
@@ -17,20 +17,20 @@ TOUCHING = wall(np.pi / 2, 0.66)
 def detected(*truth: FloatArray, noise: float) -> PingLikelihood:
     """An explanation of what is heard of some reflectors."""
     readings = hearing(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
-    return explanation(readings, noise=noise)
+    return likelihood(readings, noise=noise)
 
 
-def taken(account: PingLikelihood, *known: FloatArray) -> list[Hypothesis]:
+def taken(estimate: PingLikelihood, *known: FloatArray) -> list[Hypothesis]:
     """What features become that are believed as they are."""
-    acceptance = Belief(account.measurements, half_aperture=0.61, settings=AcceptanceSettings())
-    return reclassified(account, rescored(account, known), acceptance)
+    acceptance = AcceptanceTest(estimate.measurements, half_aperture=0.61, settings=AcceptanceSettings())
+    return reclassified(estimate, rescored(estimate, known), acceptance)
 
 
 def test_a_wall_that_touches_a_cylinder_becomes_it() -> None:
     # From poses in error readings scatter by centimetres, so that the wall bears all stations.
-    account = detected(*ROOM, COLUMN, noise=0.03)
-    assert rescored(account, [*ROOM, TOUCHING])[4].total > 12.0
-    features = taken(account, *ROOM, TOUCHING)
+    estimate = detected(*ROOM, COLUMN, noise=0.03)
+    assert rescored(estimate, [*ROOM, TOUCHING])[4].total > 12.0
+    features = taken(estimate, *ROOM, TOUCHING)
     assert [each.kind for each in features] == [Kind.WALL] * 4 + [Kind.CYLINDER]
     # All stations stand before it, so they tell where its face is better than how thick it is.
     _, x, y, radius = features[4].reflector
@@ -39,23 +39,23 @@ def test_a_wall_that_touches_a_cylinder_becomes_it() -> None:
 
 def test_what_is_there_stays_what_it_is() -> None:
     truth = [*ROOM, COLUMN, corner(2.0, 1.5)]
-    account = detected(*truth, noise=NOISE)
-    assert [each.reflector.tolist() for each in taken(account, *truth)] == [row.tolist() for row in truth]
+    estimate = detected(*truth, noise=NOISE)
+    assert [each.reflector.tolist() for each in taken(estimate, *truth)] == [row.tolist() for row in truth]
 
 
 def test_a_corner_that_a_wall_explains_better_becomes_one() -> None:
     # From two stations half a metre apart the feet of the wall are as far apart: no point explains both.
     stations = listening([(0.0, 0.0), (0.0, 0.5)])
-    account = explanation(hearing(stations, [wall(0.0, 2.0)], noise=NOISE, rng=np.random.default_rng(1)))
-    (feature,) = taken(account, corner(2.0, 0.1))
+    estimate = likelihood(hearing(stations, [wall(0.0, 2.0)], noise=NOISE, rng=np.random.default_rng(1)))
+    (feature,) = taken(estimate, corner(2.0, 0.1))
     assert feature.is_wall
     assert feature.line == pytest.approx([0.0, 2.0], abs=0.02)
 
 
 def test_a_corner_stays_one_even_if_a_cylinder_would_explain_more() -> None:
-    account = detected(*ROOM, COLUMN, noise=0.03)
+    estimate = detected(*ROOM, COLUMN, noise=0.03)
     vertex = corner(0.2, 0.66)
-    features = taken(account, *ROOM, vertex)
+    features = taken(estimate, *ROOM, vertex)
     assert features[4].reflector.tolist() == vertex.tolist()
 
 
@@ -63,11 +63,11 @@ def test_a_corner_stays_one_even_if_a_cylinder_would_explain_more() -> None:
 def test_what_two_stations_hear_of_a_corner_on_a_wall_is_no_cylinder_behind_it(across: float, kind: Kind) -> None:
     stations, vertex = listening([(0.0, 0.0), (0.0, 0.5)]), np.array([2.0 - across, 1.4])
     truth = [wall(0.0, 2.0), corner(*vertex)]
-    account = explanation(hearing(stations, truth, noise=NOISE, rng=np.random.default_rng(1)))
+    estimate = likelihood(hearing(stations, truth, noise=NOISE, rng=np.random.default_rng(1)))
     # As near to both stations as the corner is.
     away = vertex - [0.0, 0.25]
     center = vertex + 0.1 * away / np.hypot(*away)
-    found = taken(account, wall(0.0, 2.0), cylinder(center[0], center[1], 0.1))[1]
+    found = taken(estimate, wall(0.0, 2.0), cylinder(center[0], center[1], 0.1))[1]
     assert found.kind is kind
     if kind is Kind.CORNER:
         assert found.reflector[1:3] == pytest.approx(vertex, abs=0.02)
@@ -76,9 +76,9 @@ def test_what_two_stations_hear_of_a_corner_on_a_wall_is_no_cylinder_behind_it(a
 def test_a_point_heard_from_both_sides_of_a_thin_wall_is_two_walls() -> None:
     left, right = wall(0.0, 0.6), wall(np.pi, -0.6)
     stations = listening([(0.0, 0.0), (-0.4, 0.05), (1.4, 0.02)])
-    account = explanation(hearing(stations, [left, right], noise=NOISE, rng=np.random.default_rng(1)))
-    assert rescored(account, [corner(0.6, 0.02)])[0].total > 12.0
-    features = taken(account, corner(0.6, 0.02))
+    estimate = likelihood(hearing(stations, [left, right], noise=NOISE, rng=np.random.default_rng(1)))
+    assert rescored(estimate, [corner(0.6, 0.02)])[0].total > 12.0
+    features = taken(estimate, corner(0.6, 0.02))
     assert sorted(each.line.tolist() for each in features) == [
         pytest.approx([0.0, 0.6], abs=0.02),
         pytest.approx([np.pi, -0.6], abs=0.02),
@@ -98,10 +98,10 @@ def test_a_short_wall_across_the_ends_of_others_is_their_corner(known: int, kind
     walls = [wall(0.0, 2.0), wall(np.pi / 2, 1.5)]
     rng = np.random.default_rng(3)
     detected, silent = (hearing(stations, truth, noise=NOISE, rng=rng) for truth in ([*walls, corner(2.0, 1.5)], walls))
-    account = explanation(
+    estimate = likelihood(
         detected._replace(readings=np.where(stations.stations < 2, detected.readings, silent.readings))
     )
-    features = taken(account, *walls[:known], across(2.0, 1.5, 40.0))
+    features = taken(estimate, *walls[:known], across(2.0, 1.5, 40.0))
     assert features[-1].kind is kind
 
 
@@ -111,9 +111,9 @@ def test_what_sounds_like_both_is_a_corner_only_where_walls_are_known_that_end_i
     stations = listening([(0.4, 0.03), (0.0, -0.03), (-0.5, 0.0)])
     walls = [across(2.0, 0.0, 45.0), across(2.0, 0.0, -45.0)]
     rng = np.random.default_rng(2)
-    account = explanation(hearing(stations, [corner(2.0, 0.0)], noise=NOISE, rng=rng))
-    alone = rescored(account, [corner(2.0, 0.0)])[0].total
-    alternative = rescored(account, [wall(0.0, 2.0)])[0].total
+    estimate = likelihood(hearing(stations, [corner(2.0, 0.0)], noise=NOISE, rng=rng))
+    alone = rescored(estimate, [corner(2.0, 0.0)])[0].total
+    alternative = rescored(estimate, [wall(0.0, 2.0)])[0].total
     assert alternative < alone < alternative + AcceptanceSettings().accept
-    features = taken(account, *walls[:known], corner(2.0, 0.0))
+    features = taken(estimate, *walls[:known], corner(2.0, 0.0))
     assert features[-1].kind is kind

@@ -3,10 +3,10 @@ import pytest
 
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray
-from echoplan.joint.search.acceptance import AcceptanceSettings, Belief
+from echoplan.joint.search.acceptance import AcceptanceSettings, AcceptanceTest
 from echoplan.joint.search.multipath_walls import without_multipath_walls
 from echoplan.joint.search.refinement import approach
-from helpers.expectations import NOISE, SONAR, explanation, feature, hearing, listening, rescored, returning, wall
+from helpers.expectations import NOISE, SONAR, feature, hearing, likelihood, listening, rescored, returning, wall
 from helpers.single_ping import PLAIN
 
 # A passage, and a wall across its end far beyond, of which all but one station are too far to hear anything.
@@ -23,11 +23,11 @@ def left(*, span: float, volleys: bool = True, end: float = 2.0) -> list[float]:
     measurements = silent._replace(readings=np.minimum(sides, np.where(detected, far, np.inf)))
     if volleys:
         measurements = measurements._replace(crosstalk_sources=np.arange(len(measurements.readings))[:, None] - 1)
-    account = explanation(measurements)
-    acceptance = Belief(measurements, half_aperture=0.61, settings=AcceptanceSettings())
-    features = rescored(account, [*SIDES, beyond])
-    assert all(acceptance.is_accepted(each, account.log_densities([])) for each in features)
-    kept = without_multipath_walls(account, features, acceptance)
+    estimate = likelihood(measurements)
+    acceptance = AcceptanceTest(measurements, half_aperture=0.61, settings=AcceptanceSettings())
+    features = rescored(estimate, [*SIDES, beyond])
+    assert all(acceptance.is_accepted(each, estimate.log_densities([])) for each in features)
+    kept = without_multipath_walls(estimate, features, acceptance)
     return [round(float(each.line[0]), 3) for each in kept if each.kind is Kind.WALL]
 
 
@@ -53,33 +53,33 @@ def test_where_sensors_fire_one_by_one_none_hears_what_another_sent() -> None:
 
 def test_without_walls_about_it_nothing_is_a_phantom() -> None:
     measurements = listening(STATIONS)
-    account = explanation(
+    estimate = likelihood(
         measurements._replace(crosstalk_sources=np.zeros((len(measurements.readings), 1), dtype=np.int64))
     )
-    acceptance = Belief(measurements, half_aperture=0.61, settings=AcceptanceSettings())
+    acceptance = AcceptanceTest(measurements, half_aperture=0.61, settings=AcceptanceSettings())
     end = feature(END, llr_by_station=(0.0, 20.0, 0.0))
-    assert without_multipath_walls(account, [], acceptance) == []
-    assert without_multipath_walls(account, [end], acceptance) == [end]
+    assert without_multipath_walls(estimate, [], acceptance) == []
+    assert without_multipath_walls(estimate, [end], acceptance) == [end]
 
 
 @pytest.mark.parametrize(("known", "stays"), [(wall(np.pi / 2, 1.5), 0), (wall(np.pi / 2, 4.5), 1)])
 def test_a_wall_stands_only_if_no_corner_of_a_known_one_explains_it_as_well(known: FloatArray, stays: int) -> None:
     measurements = returning(listening(((-0.4, -0.3), (0.3, -0.1), (3.0, -9.0))), (1.2, 1.5), 78.0)
-    account = explanation(measurements, sonar=PLAIN)
-    ahead, course = np.flatnonzero(np.isfinite(measurements.readings)), [(0.02, 0.2, 20), (0.003, 0.03, 20)]
-    across = approach(measurements, PLAIN.tabulated(), wall(0.9, 1.85), ahead, course)
+    estimate = likelihood(measurements, sonar=PLAIN)
+    ahead, pose_model = np.flatnonzero(np.isfinite(measurements.readings)), [(0.02, 0.2, 20), (0.003, 0.03, 20)]
+    across = approach(measurements, PLAIN.tabulated(), wall(0.9, 1.85), ahead, pose_model)
     strong, (seeming,) = (
         feature(known, extent=(-0.8, 0.9), llr_by_station=(200.0, 200.0, 0.0)),
-        rescored(account, [across]),
+        rescored(estimate, [across]),
     )
-    acceptance = Belief(measurements, half_aperture=0.61, settings=AcceptanceSettings())
-    assert acceptance.is_accepted(seeming, account.log_densities([strong]))
-    assert without_multipath_walls(account, [seeming, strong], acceptance) == [seeming, strong][1 - stays :]
+    acceptance = AcceptanceTest(measurements, half_aperture=0.61, settings=AcceptanceSettings())
+    assert acceptance.is_accepted(seeming, estimate.log_densities([strong]))
+    assert without_multipath_walls(estimate, [seeming, strong], acceptance) == [seeming, strong][1 - stays :]
 
 
 def test_rays_read_an_edge_from_one_station_as_a_wall() -> None:
     measurements, seeing = listening(STATIONS), SONAR.seeing(0.26)
-    acceptance = Belief(measurements, half_aperture=0.26, settings=AcceptanceSettings())
+    acceptance = AcceptanceTest(measurements, half_aperture=0.26, settings=AcceptanceSettings())
     lone, plain = feature(END, llr_by_station=(0.0, 40.0, 0.0)), feature(SIDES[0], llr_by_station=(20.0, 30.0, 20.0))
-    assert without_multipath_walls(explanation(measurements, sonar=seeing), [lone, plain], acceptance) == [plain]
-    assert without_multipath_walls(explanation(measurements), [lone, plain], acceptance) == [lone, plain]
+    assert without_multipath_walls(likelihood(measurements, sonar=seeing), [lone, plain], acceptance) == [plain]
+    assert without_multipath_walls(likelihood(measurements), [lone, plain], acceptance) == [lone, plain]

@@ -11,7 +11,7 @@ from echoplan.joint.search.ray_paths import trace_paths
 from echoplan.model import Pillar, Polyline, Route, World
 from echoplan.simulation import Simulation
 from echoplan.sources import find_rig
-from helpers.expectations import corner, cylinder, explanation, hearing, listening, rescored, wall
+from helpers.expectations import corner, cylinder, hearing, likelihood, listening, rescored, wall
 
 STEP = np.radians(3.0)
 NORTH = wall(np.pi / 2, 1.0)
@@ -28,10 +28,10 @@ def hidden_by(
     to_wall = np.where((silent.x > door[0]) & (silent.x < door[1]), np.inf, to_wall)
     aside = np.abs(np.degrees(np.arctan2(silent.uy, silent.ux)) - 90.0) > least
     to_other = np.where(aside, hearing(silent, [beyond]).readings, np.inf)
-    account = explanation(silent._replace(readings=np.where(aside, to_other, to_wall)))
-    north, other = rescored(account, [NORTH, beyond])
+    estimate = likelihood(silent._replace(readings=np.where(aside, to_other, to_wall)))
+    north, other = rescored(estimate, [NORTH, beyond])
     features = [replace(north, total=total), replace(other, total=50.0)]
-    paths = trace_paths(account, features, step=STEP)
+    paths = trace_paths(estimate, features, step=STEP)
     found, own = hiding(paths, features, gap=0.4), paths.owners == 1
     assert own.sum() > 5
     assert not found.hidden[~own].any()

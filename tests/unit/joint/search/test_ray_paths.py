@@ -12,8 +12,8 @@ from helpers.expectations import (
     STATIONS,
     corner,
     cylinder,
-    explanation,
     hearing,
+    likelihood,
     listening,
     rescored,
 )
@@ -24,8 +24,8 @@ COLUMN = cylinder(0.2, 0.9, 0.1)
 
 def traced() -> Paths:
     """Paths in a room with a column."""
-    account = explanation(hearing(listening(step=STEP), [*ROOM, COLUMN]))
-    return trace_paths(account, rescored(account, [*ROOM, COLUMN]), step=STEP)
+    estimate = likelihood(hearing(listening(step=STEP), [*ROOM, COLUMN]))
+    return trace_paths(estimate, rescored(estimate, [*ROOM, COLUMN]), step=STEP)
 
 
 def ways(
@@ -64,15 +64,15 @@ def test_sound_turns_back_at_the_near_side_of_a_column() -> None:
 
 def test_sound_goes_to_a_corner_itself() -> None:
     vertex = corner(2.0, 1.5)
-    account = explanation(hearing(listening(step=STEP), [vertex]))
-    paths = trace_paths(account, rescored(account, [vertex]), step=STEP)
+    estimate = likelihood(hearing(listening(step=STEP), [vertex]))
+    paths = trace_paths(estimate, rescored(estimate, [vertex]), step=STEP)
     assert paths.ends_xy[paths.owners == 0] == pytest.approx(np.tile([2.0, 1.5], ((paths.owners == 0).sum(), 1)))
 
 
 def test_every_ping_belongs_to_what_it_heard() -> None:
     measurements = hearing(listening(step=STEP), [*ROOM, COLUMN])
-    account = explanation(measurements)
-    paths = trace_paths(account, rescored(account, [*ROOM, COLUMN]), step=STEP)
+    estimate = likelihood(measurements)
+    paths = trace_paths(estimate, rescored(estimate, [*ROOM, COLUMN]), step=STEP)
     depths = np.hypot(*(paths.ends_xy - paths.starts_xy).T)
     known = paths.owners >= 0
     walk = measurements.readings[known] - depths[known]
@@ -86,16 +86,16 @@ def test_pings_that_nothing_explains_have_no_owner_and_no_end() -> None:
     readings = measurements.readings.copy()
     strange = int(np.flatnonzero(np.isfinite(readings))[3])
     readings[strange] -= 0.3
-    account = explanation(measurements._replace(readings=readings))
-    paths = trace_paths(account, rescored(account, ROOM), step=STEP)
+    estimate = likelihood(measurements._replace(readings=readings))
+    paths = trace_paths(estimate, rescored(estimate, ROOM), step=STEP)
     assert paths.owners[strange] == -1
     assert not paths.sure[strange]
     assert np.isnan(paths.ends_xy[strange]).all()
 
 
 def test_without_features_nothing_is_explained() -> None:
-    account = explanation(hearing(listening(step=STEP), ROOM))
-    paths = trace_paths(account, [], step=STEP)
+    estimate = likelihood(hearing(listening(step=STEP), ROOM))
+    paths = trace_paths(estimate, [], step=STEP)
     assert (paths.owners == -1).all()
     assert not paths.sure.any()
 
@@ -103,9 +103,9 @@ def test_without_features_nothing_is_explained() -> None:
 def test_an_echo_that_two_walls_explain_better_together_belongs_to_no_feature() -> None:
     off = corner(2.004, 1.504)
     measurements = hearing(listening(step=STEP), [*ROOM[:2], corner(2.0, 1.5)])
-    account = explanation(measurements)
-    alone = trace_paths(account, rescored(account, [off]), step=STEP)
-    beside_walls = trace_paths(account, rescored(account, [*ROOM[:2], off]), step=STEP)
+    estimate = likelihood(measurements)
+    alone = trace_paths(estimate, rescored(estimate, [off]), step=STEP)
+    beside_walls = trace_paths(estimate, rescored(estimate, [*ROOM[:2], off]), step=STEP)
     detected = alone.owners == 0
     assert detected.sum() > 30
     assert not (beside_walls.owners == 2).any()
@@ -118,9 +118,9 @@ def test_pings_of_a_station_that_span_less_than_twelve_degrees_may_be_chance(cou
     detected = np.flatnonzero(np.isfinite(measurements.readings))
     others = np.setdiff1d(np.arange(len(measurements.readings)), detected[:count])
     measurements.readings[others] = np.inf
-    account = explanation(measurements)
-    known = replace(account.score(ROOM[1]), extent=(-2.0, 2.0))
-    paths = trace_paths(account, [known], step=STEP)
+    estimate = likelihood(measurements)
+    known = replace(estimate.score(ROOM[1]), extent=(-2.0, 2.0))
+    paths = trace_paths(estimate, [known], step=STEP)
     assert (paths.owners >= 0).sum() == count
     assert (paths.sure == ((paths.owners >= 0) & sure)).all()
 
@@ -185,7 +185,7 @@ def test_crossings_of_a_slanted_line_lie_on_the_way_of_the_sound() -> None:
 
 def seen(reflector: FloatArray, measurements: Measurements, extent: tuple[float, float] = (-9.0, 9.0)) -> list[bool]:
     """Which stations have a free view of a reflector that reaches so far."""
-    (feature,) = rescored(explanation(measurements), [reflector])
+    (feature,) = rescored(likelihood(measurements), [reflector])
     free: list[bool] = unoccluded_stations(replace(feature, extent=extent), measurements, step=STEP).tolist()
     return free
 
@@ -211,11 +211,11 @@ def test_who_stands_before_a_gap_in_a_wall_does_not_miss_it() -> None:
     measurements = hearing(listening([(0.5, y) for y in (-1.0, -0.15, 0.15, 1.0)], step=STEP), ROOM)
     inner = np.isin(measurements.stations, (1, 2))
     (wide,) = rescored(
-        explanation(measurements._replace(readings=np.where(inner, np.inf, measurements.readings))), ROOM[:1]
+        likelihood(measurements._replace(readings=np.where(inner, np.inf, measurements.readings))), ROOM[:1]
     )
     assert unoccluded_stations(wide, measurements, step=STEP).tolist() == [True, False, False, True]
     near = hearing(listening([(0.5, y) for y in (-0.3, -0.1, 0.1, 0.3)], step=STEP), ROOM)
-    (narrow,) = rescored(explanation(near._replace(readings=np.where(inner, np.inf, near.readings))), ROOM[:1])
+    (narrow,) = rescored(likelihood(near._replace(readings=np.where(inner, np.inf, near.readings))), ROOM[:1])
     assert unoccluded_stations(narrow, near, step=STEP).tolist() == [True] * 4
 
 

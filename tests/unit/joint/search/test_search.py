@@ -20,8 +20,8 @@ from helpers.expectations import (
     corner,
     cylinder,
     expected,
-    explanation,
     hearing,
+    likelihood,
     listening,
     wall,
 )
@@ -35,8 +35,8 @@ def search_in(
     measurements: Measurements, *, sonar: EchoModel = SONAR, noise: float = NOISE, **settings: float
 ) -> Search:
     arcs = find_arcs(measurements, resolution=0.005, settings=ArcSettings())
-    account = explanation(measurements, sonar=sonar, noise=noise)
-    return Search(account, arcs, half_aperture=HALF_APERTURE, settings=SearchSettings.model_validate(settings))
+    estimate = likelihood(measurements, sonar=sonar, noise=noise)
+    return Search(estimate, arcs, half_aperture=HALF_APERTURE, settings=SearchSettings.model_validate(settings))
 
 
 @cache
@@ -60,7 +60,7 @@ def rows(features: Sequence[Hypothesis], kind: Kind = Kind.WALL) -> FloatArray:
 
 
 def proposed(search: Search, *reflectors: FloatArray) -> list[Hypothesis]:
-    return [search.explanation.score(each) for each in reflectors]
+    return [search.likelihood.score(each) for each in reflectors]
 
 
 def test_the_walls_of_a_simulated_square_are_found() -> None:
@@ -82,10 +82,10 @@ def test_nothing_else_is_found_but_its_corners() -> None:
 
 
 def test_what_is_found_explains_nearly_all_that_was_heard() -> None:
-    account = square().explanation
-    detected = np.isfinite(account.measurements.readings)
-    log_densities = account.log_densities(found())
-    assert (log_densities[detected] > account.floor + np.log(20.0)).mean() > 0.95
+    estimate = square().likelihood
+    detected = np.isfinite(estimate.measurements.readings)
+    log_densities = estimate.log_densities(found())
+    assert (log_densities[detected] > estimate.floor + np.log(20.0)).mean() > 0.95
 
 
 def test_a_search_that_starts_from_the_answer_stays_there() -> None:
@@ -249,7 +249,7 @@ def test_what_known_things_hide_of_a_wall_does_not_count_against_it() -> None:
     measurements = hearing(listening(APART, step=np.radians(2.0)), [truth])
     middle = measurements.uy > np.cos(np.radians(9.0))
     search = search_in(measurements._replace(readings=np.where(middle, measurements.readings, 0.3)), heard_share=0.4)
-    (seeming,), bare = search.rescored(proposed(search, truth)), np.full(len(middle), search.explanation.floor)
+    (seeming,), bare = search.rescored(proposed(search, truth)), np.full(len(middle), search.likelihood.floor)
     assert not search.acceptance.is_accepted(seeming, bare)
     assert search.acceptance.is_accepted(seeming, np.where(middle, bare, 5.0))
 

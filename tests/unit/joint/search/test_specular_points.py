@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from echoplan.joint.search.specular_points import CornerEcho, Echoes, corner_echoes, returns_sound
-from helpers.expectations import ROOM, corner, cylinder, explanation, hearing, listening, rescored
+from helpers.expectations import ROOM, corner, cylinder, hearing, likelihood, listening, rescored
 
 STEP = np.radians(3.0)
 ALL = 4
@@ -28,9 +28,9 @@ def test_only_a_square_corner_sends_sound_back_to_wherever_it_comes_from(turn: f
 
 
 def test_corner_echoes_are_counted_for_the_walls_that_make_the_corner() -> None:
-    account = explanation(hearing(listening(step=STEP), HEARD))
-    known = rescored(account, HEARD)
-    detected = corner_echoes(account, known, ALL)
+    estimate = likelihood(hearing(listening(step=STEP), HEARD))
+    known = rescored(estimate, HEARD)
+    detected = corner_echoes(estimate, known, ALL)
     assert detected[0, 1].pings > 10
     assert detected[0, 1].stations == ALL
     assert detected[0, 3].pings == detected[1, 2].pings == detected[2, 3].pings == 0
@@ -38,8 +38,8 @@ def test_corner_echoes_are_counted_for_the_walls_that_make_the_corner() -> None:
 
 
 def test_a_corner_is_missed_where_nobody_heard_it_and_nowhere_else() -> None:
-    account = explanation(hearing(listening(step=STEP), HEARD))
-    detected = corner_echoes(account, rescored(account, ROOM), ALL)
+    estimate = likelihood(hearing(listening(step=STEP), HEARD))
+    detected = corner_echoes(estimate, rescored(estimate, ROOM), ALL)
     assert detected[0, 1].gain > 0.0
     assert max(detected[pair].gain for pair in ((0, 3), (1, 2), (2, 3))) < -20.0
     # Opposite walls have no corner.
@@ -48,16 +48,16 @@ def test_a_corner_is_missed_where_nobody_heard_it_and_nowhere_else() -> None:
 
 def test_a_corner_out_of_reach_is_not_missed() -> None:
     far = listening([(-1.4, -0.8)], step=STEP)
-    account = explanation(hearing(far, ROOM))
-    detected = corner_echoes(account, rescored(account, ROOM), 1)
+    estimate = likelihood(hearing(far, ROOM))
+    detected = corner_echoes(estimate, rescored(estimate, ROOM), 1)
     assert detected[0, 1].gain == 0.0
     assert detected[2, 3].gain < -3.0
 
 
 def test_only_the_stations_that_are_asked_count() -> None:
-    account = explanation(hearing(listening(step=STEP), HEARD))
-    known = rescored(account, HEARD)
-    none, some, all_of_them = (corner_echoes(account, known, count) for count in (0, 2, ALL))
+    estimate = likelihood(hearing(listening(step=STEP), HEARD))
+    known = rescored(estimate, HEARD)
+    none, some, all_of_them = (corner_echoes(estimate, known, count) for count in (0, 2, ALL))
     assert set(none.values()) == {CornerEcho()}
     assert 0 < some[0, 1].pings < all_of_them[0, 1].pings
     assert (some[0, 1].stations, all_of_them[0, 1].stations) == (2, ALL)
@@ -73,15 +73,15 @@ def test_an_echo_that_a_column_explains_is_none_of_a_corner() -> None:
     # From one station a column, whose echo is fainter and so read as from a little farther, sounds like the corner.
     away = np.array([1.5, 1.2]) / np.hypot(1.5, 1.2)
     x, y = np.array([2.0, 1.5]) + 0.39 * away
-    account = explanation(hearing(listening([(0.5, 0.3)], step=STEP), [*ROOM, cylinder(x, y, 0.4)]))
-    plain, hidden = (corner_echoes(account, rescored(account, k), 1) for k in (ROOM, [*ROOM, cylinder(x, y, 0.4)]))
+    estimate = likelihood(hearing(listening([(0.5, 0.3)], step=STEP), [*ROOM, cylinder(x, y, 0.4)]))
+    plain, hidden = (corner_echoes(estimate, rescored(estimate, k), 1) for k in (ROOM, [*ROOM, cylinder(x, y, 0.4)]))
     assert plain[0, 1].pings > 1
     assert hidden[0, 1].pings == 0
 
 
 def test_an_echo_is_one_of_the_corner_that_explains_it_best() -> None:
-    account = explanation(hearing(listening(step=STEP), HEARD))
+    estimate = likelihood(hearing(listening(step=STEP), HEARD))
     beside = [*ROOM, ROOM[0] + np.array([0.0, 0.0, 0.004, 0.0])]
-    detected = corner_echoes(account, rescored(account, beside), ALL)
+    detected = corner_echoes(estimate, rescored(estimate, beside), ALL)
     assert detected[0, 1].pings > 10
     assert detected[1, 4].pings < 0.2 * detected[0, 1].pings
