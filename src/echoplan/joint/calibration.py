@@ -1,6 +1,7 @@
 """Calibration: what a recording told of the sonar that made it."""
 
 import math
+from dataclasses import asdict
 
 import numpy as np
 
@@ -58,7 +59,8 @@ def calibration(estimate: Estimate, solution: Solution) -> dict[str, object]:
         learned["range_scale"]["temperature"] = estimate.recorded.temperature
     beam_prior = {"figure_of_merit": model.figure_of_merit, "ka": model.ka}
     beam = {"cone": model.cone} if model.cone else beam_prior
-    return {**learned, **beam, "noise": estimate.noise, "agreement": inlier_ratio(estimate), "poses": estimate.verdict}
+    poses = {"model": estimate.pose_model, **asdict(estimate.pose_status)}
+    return {**learned, **beam, "noise": estimate.noise, "agreement": inlier_ratio(estimate), "poses": poses}
 
 
 def _open_lag(estimate: Estimate) -> float:

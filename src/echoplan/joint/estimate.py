@@ -12,7 +12,7 @@ from echoplan.joint.arcs import Arc, find_arcs
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.likelihood_cache import LikelihoodCache
-from echoplan.joint.marginal_prior import MarginalPrior, PoseModel
+from echoplan.joint.marginal_prior import MarginalPrior
 from echoplan.joint.optimisation.attenuation import shadowed
 from echoplan.joint.optimisation.effective_sample_size import effective_sample_ratio, shared_rounding_sigma
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
@@ -23,6 +23,7 @@ from echoplan.joint.optimisation.range_factors import Features, as_arrays
 from echoplan.joint.optimisation.solution import Solution
 from echoplan.joint.optimisation.sonar_model import estimated_sonar, walking
 from echoplan.joint.optimisation.values import Values
+from echoplan.joint.pose_status import PoseModel, PoseStatus
 from echoplan.joint.search.boxes import with_boxes
 from echoplan.joint.search.model_moves import reclassified
 from echoplan.joint.search.multipath_walls import without_multipath_walls
@@ -77,8 +78,8 @@ class Estimate:
     solution: Solution | None = None
     pose_prior: PosePrior | None = None
     # Model of the pose errors, and what was done about the poses, and why.
-    pose_model: PoseModel = PoseModel.TRUSTED
-    verdict: str = "used as recorded, as asked for"
+    pose_model: PoseModel = PoseModel.FIXED
+    pose_status: PoseStatus = field(default_factory=PoseStatus)
     # Prior of right angles between walls.
     square: ManhattanPrior | None = None
     # Whether figure of merit and beam are variables, and whether which pings detect a wall measures headings.

@@ -6,7 +6,6 @@ poses eliminated.  Nothing else stays, so memory grows with the map and not with
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 
 import numpy as np
 
@@ -17,18 +16,11 @@ from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.optimisation.factors import InformationPrior, LinearFactor, normal_equations
 from echoplan.joint.optimisation.layout import Layout
 from echoplan.joint.optimisation.values import Values
+from echoplan.joint.pose_status import PoseModel, PoseStatus
 from echoplan.joint.search.specular_points import CornerEcho, Echoes
 from echoplan.preprocessing.servo import ServoError
 
-__all__ = ["MarginalPrior", "PoseModel", "marginalise_poses", "places_of"]
-
-
-class PoseModel(StrEnum):
-    """How the poses came about."""
-
-    TRUSTED = "trusted"
-    NUDGED = "nudged"
-    TRACKED = "tracked"
+__all__ = ["MarginalPrior", "marginalise_poses", "places_of"]
 
 
 def _nothing() -> InformationPrior:
@@ -54,8 +46,8 @@ class MarginalPrior:
         Poses of the stations that are at hand and were heard before [m, m, rad].
     pose_model : PoseModel, optional
         How they came about.
-    verdict : str, optional
-        The same in words, and why.
+    pose_status : PoseStatus, optional
+        Why.
     model : EchoModel, optional
         The sonar.
     latency : float, optional
@@ -81,8 +73,8 @@ class MarginalPrior:
     summary: InformationPrior = field(default_factory=_nothing)
     echoes: Mapping[tuple[int, int], CornerEcho] = field(default_factory=dict)
     poses: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
-    pose_model: PoseModel = PoseModel.TRUSTED
-    verdict: str = ""
+    pose_model: PoseModel = PoseModel.FIXED
+    pose_status: PoseStatus = field(default_factory=PoseStatus)
     model: EchoModel | None = None
     latency: float = 0.0
     servo: ServoError | None = None

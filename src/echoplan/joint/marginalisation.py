@@ -153,7 +153,7 @@ def marginalise(estimate: Estimate, count: int) -> MarginalPrior:
         echoes=echoes,
         poses=estimate.poses[count:],
         pose_model=estimate.pose_model,
-        verdict=estimate.verdict,
+        pose_status=estimate.pose_status,
         model=estimate.model,
         latency=estimate.latency,
         servo=estimate.servo,

@@ -7,7 +7,6 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.geometry import aligned
 from echoplan.joint.estimate import Estimate
-from echoplan.joint.marginal_prior import PoseModel
 from echoplan.joint.optimisation.odometry_noise import VERY_STRONG, are_quantised, scatter
 from echoplan.joint.optimisation.pose_factors import PosePrior, waypoint_prior
 from echoplan.joint.pose_correction.annealing import anneal, refine, refine_right_angles
@@ -26,23 +25,11 @@ from echoplan.joint.pose_correction.registration_order import place, with_estima
 from echoplan.joint.pose_correction.relocalisation import relocalised
 from echoplan.joint.pose_correction.servo_calibration import find_servo
 from echoplan.joint.pose_correction.wheel_slip import without_wheel_slip
+from echoplan.joint.pose_status import PoseModel, PoseReason, PoseStatus
 from echoplan.joint.settings import PoseMode
 from echoplan.preprocessing.servo import ServoError
 
 __all__ = ["estimate_map"]
-
-# Why poses are corrected that a first look shows to be wrong.
-_TORN = "from the poses as recorded most walls were there twice"
-# And what explains them better where few echoes or none contradict each other.
-_STEPS, _ELSEWHERE = "the steps of the robot", "way-points a little elsewhere"
-# What the verdict says besides where a step led farther astray than was believed.
-_SLIPPED = "; a slip was taken back"
-# Where all steps did.
-_FARTHER = ", and farther than the rig tells"
-# And where nothing came of it.
-_NOT_NEEDED = "no correction was needed: the echoes fit together as well from the poses as recorded"
-# And where even that is not so.
-_NO_MORE = ", and other poses explain no more"
 
 # Where errors add up by so much no hand made them: it is not asked what way-points would explain, which takes as long
 # again.  Steps that lead astray seem to add up, too, but by less [nats].
@@ -63,7 +50,7 @@ def estimate_map(estimate: Estimate) -> Estimate:
     Returns
     -------
     Estimate
-        The same, or another one with better poses; its verdict says which and why.
+        The same, or another one with better poses; its status says which and why.
     """
     servo = find_servo(estimate) if estimate.marginal_prior.is_empty else None
     best = _explained(estimate) if servo is None else _calibrated(estimate, servo)
@@ -76,8 +63,8 @@ def _calibrated(estimate: Estimate, servo: ServoError) -> Estimate:
 
 
 def _explained(estimate: Estimate) -> Estimate:
-    if estimate.marginal_prior.pose_model is PoseModel.TRACKED:
-        return _tracked(estimate, estimate.marginal_prior.verdict)
+    if estimate.marginal_prior.pose_model is PoseModel.ODOMETRY:
+        return _tracked(estimate, estimate.marginal_prior.pose_status)
     return _by_wheels(estimate) if _follows_wheels(estimate) else _as_found(estimate)
 
 
@@ -95,7 +82,7 @@ def _follows_wheels(estimate: Estimate) -> bool:
     if estimate.settings.poses is PoseMode.TRUST:
         return False
     few = estimate.marginal_prior.is_empty and len(estimate.measured_poses) >= _FEWEST and _is_by_hand(estimate)
-    may_be_by_hand = few or estimate.marginal_prior.pose_model is PoseModel.NUDGED
+    may_be_by_hand = few or estimate.marginal_prior.pose_model is PoseModel.ABSOLUTE
     return estimate.odometry_noise is not None or (_is_asked(estimate) and not may_be_by_hand)
 
 
@@ -110,36 +97,39 @@ def _initialised(estimate: Estimate) -> tuple[Estimate, Estimate | None]:
     looked = estimate.initialise()
     if estimate.settings.poses is PoseMode.TRUST or not has_duplicated_walls(looked):
         return looked, None
-    return looked, _tracked(looked, f"{_corrected(estimate)}: {_TORN}")
+    return looked, _tracked(looked, _corrected(estimate, PoseReason.DUPLICATED_WALLS))
 
 
 def _by_wheels(estimate: Estimate) -> Estimate:
     """Correct poses, unless all is explained as well from the poses as recorded: then these were right."""
-    tracked, looked = _followed(estimate, _corrected(estimate)), estimate
+    tracked, looked = _followed(estimate, _corrected(estimate, PoseReason.ODOMETRY)), estimate
     if estimate.marginal_prior.is_empty:
         looked = estimate.initialise()
         if has_duplicated_walls(looked):
             return tracked
     explained = looked.explain()
-    return _better(replace(explained, verdict=_in_vain(explained)), tracked)
+    return _better(replace(explained, pose_status=_in_vain(explained)), tracked)
 
 
-def _followed(estimate: Estimate, why: str) -> Estimate:
+def _followed(estimate: Estimate, status: PoseStatus) -> Estimate:
     """Follow the wheels, and farther astray than the rig tells where that holds them back."""
-    tracked = _tracked(estimate, why)
+    tracked = _tracked(estimate, status)
     if estimate.odometry_noise is None or (agrees(tracked) and not contradicts_odometry(tracked)):
         return tracked
-    loose = _tracked(replace(estimate, trusts_specified_odometry=False), f"{why}{_FARTHER}")
+    loose = _tracked(replace(estimate, trusts_specified_odometry=False), replace(status, exceeds_specification=True))
     # Who believes in greater errors finds none of them unlikely, and each of them less likely.
     wider = float(np.log(loose.odometry().sigmas[1:] / tracked.odometry().sigmas[1:]).sum())
     return loose if _log_evidence(loose) > _log_evidence(tracked) + wider + VERY_STRONG else tracked
 
 
-def _corrected(estimate: Estimate) -> str:
-    """Say that poses were corrected, and who wanted it."""
-    if _is_asked(estimate):
-        return "corrected, as asked for"
-    return "corrected" if estimate.odometry_noise is None else "corrected, as the rig tells that steps lead astray"
+def _corrected(estimate: Estimate, reason: PoseReason, ratio: float | None = None) -> PoseStatus:
+    """Return the status of poses that are corrected, with what was specified of them."""
+    return PoseStatus(
+        reason=reason,
+        inlier_ratio=ratio,
+        is_requested=_is_asked(estimate),
+        is_odometry_specified=estimate.odometry_noise is not None,
+    )
 
 
 def _log_evidence(estimate: Estimate) -> float:
@@ -159,13 +149,13 @@ def _led(tracked: Estimate, by_hand: Estimate) -> Estimate:
     return by_hand if _log_evidence(by_hand) > _log_evidence(tracked) + max(errors, VERY_STRONG) else tracked
 
 
-def _tracked(estimate: Estimate, verdict: str) -> Estimate:
+def _tracked(estimate: Estimate, status: PoseStatus) -> Estimate:
     priors = estimate.odometry()
     rested = _rested(track_poses(estimate, priors), priors)
     steady = _without_slips(rested, priors)
     best = _without_misplaced(steady, priors)
-    slipped = steady is not rested and not verdict.endswith(_SLIPPED)
-    return replace(best, pose_model=PoseModel.TRACKED, verdict=verdict + _SLIPPED if slipped else verdict)
+    status = replace(status, has_slips=status.has_slips or steady is not rested)
+    return replace(best, pose_model=PoseModel.ODOMETRY, pose_status=status)
 
 
 def _rested(estimate: Estimate, priors: PosePrior) -> Estimate:
@@ -209,25 +199,19 @@ def _reconsidered(estimate: Estimate, tracked: Estimate | None) -> Estimate:
 
     Steps that were followed at first sight, because walls were torn apart, lead to the same place again.
     """
-    share = _share(estimate)
-    fits = f"{100 * inlier_ratio(estimate):.0f} % of the echoes fit together"
-    estimate = replace(
-        estimate, verdict=f"used as recorded: {fits if estimate.arcs else 'too few echoes to check them'}"
-    )
+    ratio = inlier_ratio(estimate)
+    reason = PoseReason.CONSISTENT if estimate.arcs else PoseReason.TOO_FEW_ECHOES
+    estimate = replace(estimate, pose_status=PoseStatus(reason=reason, inlier_ratio=ratio))
     if not _is_in_question(estimate):
         return estimate
-    alternatives = _alternatives(estimate, share, tracked)
+    alternatives = _alternatives(estimate, ratio, tracked)
     if alternatives and _is_by_hand(estimate) and are_quantised(estimate.measured_poses) and is_inconsistent(estimate):
         # Nobody sets a robot down exactly on a mark, so the poses as recorded are not among the rivals.
         return max(alternatives, key=_log_evidence)
     best = _better(estimate, max(alternatives, key=_log_evidence, default=estimate))
     if best is estimate and _is_asked(estimate) and estimate.arcs:
-        return replace(estimate, verdict=_in_vain(estimate))
+        return replace(estimate, pose_status=_in_vain(estimate))
     return best
-
-
-def _share(estimate: Estimate) -> str:
-    return f"{100 * inlier_ratio(estimate):.0f} % of the echoes fit together from the poses as recorded"
 
 
 def _is_in_question(estimate: Estimate) -> bool:
@@ -235,28 +219,25 @@ def _is_in_question(estimate: Estimate) -> bool:
     return len(estimate.measured_poses) >= _FEWEST and (_is_asked(estimate) or is_inconsistent(estimate))
 
 
-def _in_vain(estimate: Estimate) -> str:
-    """Say why poses stay as they are, though better ones were looked for."""
-    if agrees(estimate):
-        return _NOT_NEEDED
-    return f"left as recorded: only {_share(estimate)}{_NO_MORE}"
+def _in_vain(estimate: Estimate) -> PoseStatus:
+    """Return the status of poses that stay as recorded although better ones were looked for."""
+    reason = PoseReason.NO_CORRECTION_NEEDED if agrees(estimate) else PoseReason.NO_BETTER_POSES
+    return _corrected(estimate, reason, inlier_ratio(estimate))
 
 
-def _alternatives(estimate: Estimate, share: str, tracked: Estimate | None) -> list[Estimate]:
+def _alternatives(estimate: Estimate, ratio: float, tracked: Estimate | None) -> list[Estimate]:
     """Correct poses as those of odometry, and as those of way-points that somebody set by hand, unless too many."""
-    if estimate.marginal_prior.pose_model is PoseModel.NUDGED:
-        return (
-            [_restarted(estimate, _why(estimate, share, _ELSEWHERE), estimate.poses)] if _is_by_hand(estimate) else []
-        )
-    tracked = tracked or _tracked(estimate, f"{_corrected(estimate)}: {_why(estimate, share, _STEPS)}")
+    if estimate.marginal_prior.pose_model is PoseModel.ABSOLUTE:
+        return [_restarted(estimate, _why(estimate, ratio), estimate.poses)] if _is_by_hand(estimate) else []
+    tracked = tracked or _tracked(estimate, _why(estimate, ratio))
     if _is_by_hand(estimate) and not _is_led_for_sure(estimate, tracked):
-        return _steps_or_hand(estimate, share, tracked)
+        return _steps_or_hand(estimate, ratio, tracked)
     return [tracked]
 
 
-def _steps_or_hand(estimate: Estimate, share: str, tracked: Estimate) -> list[Estimate]:
+def _steps_or_hand(estimate: Estimate, ratio: float, tracked: Estimate) -> list[Estimate]:
     """Move the poses to those of way-points, where steps did not lead to what explains more."""
-    by_hand = _set_by_hand(estimate, _why(estimate, share, _ELSEWHERE), tracked)
+    by_hand = _set_by_hand(estimate, _why(estimate, ratio), tracked)
     return [_led(tracked, each) for each in by_hand] if _may_be_steps(tracked) else by_hand
 
 
@@ -274,22 +255,22 @@ def _is_led_for_sure(estimate: Estimate, tracked: Estimate) -> bool:
     return adds_up and agrees(tracked) and not agrees(estimate)
 
 
-def _why(estimate: Estimate, share: str, instead: str) -> str:
-    """Say why other poses are better than those as recorded."""
-    return f"{share}, but {instead} explain them better" if agrees(estimate) else f"only {share}"
+def _why(estimate: Estimate, ratio: float) -> PoseStatus:
+    """Return the status of poses that explain more than those as recorded."""
+    return _corrected(estimate, PoseReason.MORE_LIKELY if agrees(estimate) else PoseReason.INCONSISTENT, ratio)
 
 
-def _set_by_hand(estimate: Estimate, why: str, tracked: Estimate) -> list[Estimate]:
+def _set_by_hand(estimate: Estimate, status: PoseStatus, tracked: Estimate) -> list[Estimate]:
     """Correct poses as those of way-points, from where steps led if pings agree there, or else from more starts."""
-    led = [_reset(tracked, why)] if agrees(tracked) else []
+    led = [_reset(tracked, status)] if agrees(tracked) else []
     if agrees(estimate) and any(
         _are_held_together(each) and _log_evidence(each) > _log_evidence(tracked) for each in led
     ):
         return led
     # From different starts they may come to rest at different places.
-    restarted = [_restarted(estimate, why, start) for start in (estimate.poses, tracked.poses)]
+    restarted = [_restarted(estimate, status, start) for start in (estimate.poses, tracked.poses)]
     # Stations that remember others are known by their numbers: these cannot come in another order.
-    placed = [_placed(estimate, why)] if estimate.marginal_prior.is_empty else []
+    placed = [_placed(estimate, status)] if estimate.marginal_prior.is_empty else []
     return [*led, *placed, *restarted]
 
 
@@ -298,33 +279,32 @@ def _are_held_together(estimate: Estimate) -> bool:
     return agrees(estimate) and not has_shared_bias(estimate)
 
 
-def _placed(estimate: Estimate, why: str) -> Estimate:
+def _placed(estimate: Estimate, status: PoseStatus) -> Estimate:
     """Place the stations one after the other, each against what those near to it know."""
-    return _reset(place(estimate), why)
+    return _reset(place(estimate), status)
 
 
-def _reset(tracked: Estimate, why: str) -> Estimate:
+def _reset(tracked: Estimate, status: PoseStatus) -> Estimate:
     """Move poses to which steps led to where all way-points say they are, and let each settle about its own.
 
     If somebody set the way-points one by one, errors do not add up, and the first one is no better than the others.
     """
     moved = replace(tracked, poses=aligned(tracked.poses, tracked.measured_poses), features=tracked.known)
-    return _at_rest(refine(moved, waypoint_prior(tracked.measured_poses, tracked.settings.pose_errors)), why)
+    return _at_rest(refine(moved, waypoint_prior(tracked.measured_poses, tracked.settings.pose_errors)), status)
 
 
-def _restarted(estimate: Estimate, why: str, start: FloatArray) -> Estimate:
+def _restarted(estimate: Estimate, status: PoseStatus, start: FloatArray) -> Estimate:
     """Move poses a little."""
     priors = waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors)
-    return _at_rest(anneal(estimate, priors, start), why)
+    return _at_rest(anneal(estimate, priors, start), status)
 
 
-def _at_rest(estimate: Estimate, why: str) -> Estimate:
+def _at_rest(estimate: Estimate, status: PoseStatus) -> Estimate:
     """Let way-points come to rest with the errors that stations have in common, and with right angles.
 
     What that is worth is told before, while readings count in full.
     """
-    wanted = ", as asked for" if _is_asked(estimate) else ""
-    estimate = replace(estimate, verdict=f"corrected by a few centimetres{wanted}: {why}", pose_model=PoseModel.NUDGED)
+    estimate = replace(estimate, pose_status=status, pose_model=PoseModel.ABSOLUTE)
     estimate = without_shared_bias(estimate, waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors))
     estimate = replace(estimate, log_evidence_without_bias=log_evidence(estimate))
     estimate = estimate_shared_bias(estimate, with_estimated_waypoint_noise(estimate))

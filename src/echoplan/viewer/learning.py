@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from echoplan.model import Conventions, FeatureMap
+from echoplan.viewer.pose_status import poses_in_words
 from echoplan.viewer.sections import Definitions
 
 __all__ = ["learned_in_words"]
@@ -66,7 +67,7 @@ def learned_in_words(feature_map: FeatureMap, conventions: Conventions | None = 
     items = [_item(found[name], words, factor, unit) for name, words, factor, unit in _NUMBERS if name in found]
     scatter = _OPEN if feature_map.is_empty else f"{1000 * float(found['noise']):.1f} mm"
     noise = ("Readings scatter by", scatter)
-    poses = ("Poses", str(found.get("poses", "used as recorded")))
+    poses = ("Poses", poses_in_words(found.get("poses", "used as recorded")))
     rays = [("Readings are", _CONE.format(math.degrees(float(found["cone"]))))] if "cone" in found else []
     square = [_square(feature_map, found["right_angles"])] if found.get("right_angles") else []
     open_ways = [("Not determined", _open_way(each)) for each in _joined(found.get("undetermined", ()))]

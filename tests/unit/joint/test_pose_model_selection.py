@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from echoplan.joint import pose_model_selection
-from echoplan.joint.marginal_prior import MarginalPrior, PoseModel
+from echoplan.joint.marginal_prior import MarginalPrior
 from echoplan.joint.optimisation.pose_factors import PosePrior, odometry_prior, waypoint_prior
 from echoplan.joint.pose_model_selection import estimate_map
+from echoplan.joint.pose_status import PoseModel, PoseReason, PoseStatus
 from echoplan.joint.settings import EstimateSettings, PoseMode
 from echoplan.model import Odometry
 
@@ -24,8 +25,8 @@ class Doubtful:
     settings: EstimateSettings = field(default_factory=EstimateSettings)
     marginal_prior: MarginalPrior = field(default_factory=MarginalPrior)
     odometry_noise: Odometry | None = None
-    pose_model: PoseModel = PoseModel.TRUSTED
-    verdict: str = ""
+    pose_model: PoseModel = PoseModel.FIXED
+    pose_status: PoseStatus = field(default_factory=PoseStatus)
     settled: int = 0
     is_measured: bool = False
     is_along_axes: bool = False
@@ -96,9 +97,9 @@ def refine_right_angles(estimate: Doubtful, priors: PosePrior) -> Doubtful:
 # Settled more often than anything is, to tell poses that were nudged from those that were reset.
 NUDGED = 100
 # What explains how much, in this order.
-STEPS_FIRST = {PoseModel.TRUSTED: 0.0, PoseModel.NUDGED: 10.0, PoseModel.TRACKED: 20.0}
-HAND_FIRST = {PoseModel.TRUSTED: 0.0, PoseModel.TRACKED: 10.0, PoseModel.NUDGED: 20.0}
-NEITHER = {PoseModel.TRUSTED: 30.0, PoseModel.TRACKED: 10.0, PoseModel.NUDGED: 20.0}
+STEPS_FIRST = {PoseModel.FIXED: 0.0, PoseModel.ABSOLUTE: 10.0, PoseModel.ODOMETRY: 20.0}
+HAND_FIRST = {PoseModel.FIXED: 0.0, PoseModel.ODOMETRY: 10.0, PoseModel.ABSOLUTE: 20.0}
+NEITHER = {PoseModel.FIXED: 30.0, PoseModel.ODOMETRY: 10.0, PoseModel.ABSOLUTE: 20.0}
 
 
 def noted(estimates: list[Any]) -> Callable[[Any], Any]:
@@ -147,7 +148,7 @@ def best_of(
     """Explain an estimate where others agree or scatter, and are worth more or less, by how their poses came about."""
     values = log_evidence_without_bias or HAND_FIRST
     answers: dict[str, Any] = {
-        "agreement": lambda estimate: 0.5,
+        "inlier_ratio": lambda estimate: 0.5,
         "agrees": lambda estimate: estimate.pose_model in agree,
         "log_evidence": lambda estimate: values[estimate.pose_model],
         "is_inconsistent": lambda estimate: True,
@@ -169,9 +170,9 @@ def best_of(
 
 @pytest.mark.parametrize(
     ("log_evidence_without_bias", "expected"),
-    [(STEPS_FIRST, PoseModel.TRACKED), (HAND_FIRST, PoseModel.NUDGED), (NEITHER, PoseModel.TRUSTED)],
+    [(STEPS_FIRST, PoseModel.ODOMETRY), (HAND_FIRST, PoseModel.ABSOLUTE), (NEITHER, PoseModel.FIXED)],
 )
-@pytest.mark.parametrize("agree", [{PoseModel.TRACKED}, {PoseModel.TRUSTED, PoseModel.TRACKED}, set(PoseModel)])
+@pytest.mark.parametrize("agree", [{PoseModel.ODOMETRY}, {PoseModel.FIXED, PoseModel.ODOMETRY}, set(PoseModel)])
 def test_the_evidence_tells_steps_from_way_points_set_by_hand(
     monkeypatch: pytest.MonkeyPatch,
     agree: set[PoseModel],
@@ -188,14 +189,14 @@ def test_way_points_are_worth_what_they_explain_while_readings_count_in_full(mon
         "without_shared_bias": lambda estimate, priors: replace(estimate, is_held_down=False),
         "estimate_shared_bias": lambda estimate, priors: replace(estimate, is_held_down=True),
     }
-    assert best_of(monkeypatch, agree=set(PoseModel), others=others).pose_model is PoseModel.NUDGED
+    assert best_of(monkeypatch, agree=set(PoseModel), others=others).pose_model is PoseModel.ABSOLUTE
 
 
 def test_marks_in_whole_centimetres_are_never_exact_where_they_are_doubtful(monkeypatch: pytest.MonkeyPatch) -> None:
     others = {"are_quantised": lambda measured_poses: True}
     assert (
         best_of(monkeypatch, agree=set(PoseModel), log_evidence_without_bias=NEITHER, others=others).pose_model
-        is PoseModel.NUDGED
+        is PoseModel.ABSOLUTE
     )
 
 
@@ -207,12 +208,12 @@ def test_errors_that_scatter_about_the_steps_are_none_of_odometry(
         "scatter": lambda measured_poses, poses: 9.0,
         "has_duplicated_walls": lambda estimate: torn,
     }
-    found = best_of(monkeypatch, agree={PoseModel.TRACKED}, log_evidence_without_bias=STEPS_FIRST, others=others)
-    assert found.pose_model is PoseModel.NUDGED
+    found = best_of(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=STEPS_FIRST, others=others)
+    assert found.pose_model is PoseModel.ABSOLUTE
 
 
 @pytest.mark.parametrize("torn", [True, False])
-@pytest.mark.parametrize(("errors", "expected"), [(-12.0, PoseModel.TRACKED), (-8.0, PoseModel.NUDGED)])
+@pytest.mark.parametrize(("errors", "expected"), [(-12.0, PoseModel.ODOMETRY), (-8.0, PoseModel.ABSOLUTE)])
 def test_errors_that_add_up_are_none_of_way_points_unless_echoes_say_so_more_clearly(
     monkeypatch: pytest.MonkeyPatch, errors: float, expected: PoseModel, *, torn: bool
 ) -> None:
@@ -221,7 +222,7 @@ def test_errors_that_add_up_are_none_of_way_points_unless_echoes_say_so_more_cle
         "scatter": lambda measured_poses, poses: errors,
         "has_duplicated_walls": lambda estimate: torn,
     }
-    found = best_of(monkeypatch, agree={PoseModel.TRACKED}, log_evidence_without_bias=HAND_FIRST, others=others)
+    found = best_of(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=HAND_FIRST, others=others)
     assert found.pose_model is expected
 
 
@@ -237,12 +238,12 @@ def test_where_errors_add_up_beyond_doubt_way_points_are_not_even_thought_of(
         "has_duplicated_walls": lambda estimate: torn,
         "place": noted(thought),
     }
-    found = best_of(monkeypatch, agree={PoseModel.TRACKED}, log_evidence_without_bias=STEPS_FIRST, others=others)
-    assert found.pose_model is PoseModel.TRACKED
+    found = best_of(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=STEPS_FIRST, others=others)
+    assert found.pose_model is PoseModel.ODOMETRY
     assert len(thought) == expected
 
 
-@pytest.mark.parametrize(("errors", "expected"), [(-3.0, PoseModel.NUDGED), (-9.0, PoseModel.TRACKED)])
+@pytest.mark.parametrize(("errors", "expected"), [(-3.0, PoseModel.ABSOLUTE), (-9.0, PoseModel.ODOMETRY)])
 def test_round_numbers_are_way_points_unless_errors_clearly_add_up(
     monkeypatch: pytest.MonkeyPatch, errors: float, expected: PoseModel
 ) -> None:
@@ -250,31 +251,32 @@ def test_round_numbers_are_way_points_unless_errors_clearly_add_up(
         "scatter": lambda measured_poses, poses: errors,
         "are_quantised": lambda measured_poses: True,
     }
-    found = best_of(monkeypatch, agree={PoseModel.TRACKED}, log_evidence_without_bias=STEPS_FIRST, others=others)
+    found = best_of(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=STEPS_FIRST, others=others)
     assert found.pose_model is expected
 
 
 @pytest.mark.parametrize(
     ("log_evidence_without_bias", "expected"),
-    [(STEPS_FIRST, PoseModel.TRACKED), (HAND_FIRST, PoseModel.TRACKED), (NEITHER, PoseModel.TRUSTED)],
+    [(STEPS_FIRST, PoseModel.ODOMETRY), (HAND_FIRST, PoseModel.ODOMETRY), (NEITHER, PoseModel.FIXED)],
 )
 def test_a_rig_that_tells_how_steps_go_astray_has_no_way_points(
     monkeypatch: pytest.MonkeyPatch, log_evidence_without_bias: dict[PoseModel, float], expected: PoseModel
 ) -> None:
     found = best_of(
         monkeypatch,
-        agree={PoseModel.TRUSTED},
+        agree={PoseModel.FIXED},
         log_evidence_without_bias=log_evidence_without_bias,
         odometry_noise=Odometry(along=0.02),
     )
     assert found.pose_model is expected
-    is_needed = expected is not PoseModel.TRUSTED
-    assert found.verdict.startswith("corrected, as the rig tells" if is_needed else "no correction was needed")
+    is_needed = expected is not PoseModel.FIXED
+    assert found.pose_status.is_odometry_specified
+    assert found.pose_status.reason is (PoseReason.ODOMETRY if is_needed else PoseReason.NO_CORRECTION_NEEDED)
 
 
 @pytest.mark.parametrize(
     ("agree", "strained", "farther"),
-    [({PoseModel.TRACKED}, False, False), ({PoseModel.TRACKED}, True, True), (set(), False, True)],
+    [({PoseModel.ODOMETRY}, False, False), ({PoseModel.ODOMETRY}, True, True), (set(), False, True)],
 )
 # That steps may be off by six times more along the way costs 7 nats with four of them, and 5 must be left.
 @pytest.mark.parametrize(("more", "enough"), [(15.0, True), (10.0, False)])
@@ -286,20 +288,20 @@ def test_steps_may_lead_farther_astray_than_the_rig_tells(
 
     others = {"contradicts_odometry": lambda estimate: strained, "log_evidence": log_evidence}
     found = best_of(monkeypatch, agree=agree, odometry_noise=Odometry(along=0.02), others=others)
-    assert found.pose_model is PoseModel.TRACKED
+    assert found.pose_model is PoseModel.ODOMETRY
     assert found.trusts_specified_odometry != (farther and enough)
-    assert found.verdict.endswith("and farther than the rig tells") == (farther and enough)
+    assert found.pose_status.exceeds_specification == (farther and enough)
 
 
 @pytest.mark.parametrize(
     ("log_evidence_without_bias", "expected"),
-    [(STEPS_FIRST, PoseModel.TRACKED), (HAND_FIRST, PoseModel.NUDGED), (NEITHER, PoseModel.TRUSTED)],
+    [(STEPS_FIRST, PoseModel.ODOMETRY), (HAND_FIRST, PoseModel.ABSOLUTE), (NEITHER, PoseModel.FIXED)],
 )
 def test_who_asks_for_better_poses_need_not_say_whether_steps_led_astray_or_a_hand(
     monkeypatch: pytest.MonkeyPatch, log_evidence_without_bias: dict[PoseModel, float], expected: PoseModel
 ) -> None:
     others: dict[str, Any] = {"is_inconsistent": lambda estimate: False}
-    agree = {PoseModel.TRUSTED, PoseModel.TRACKED}
+    agree = {PoseModel.FIXED, PoseModel.ODOMETRY}
     found = best_of(
         monkeypatch,
         agree=agree,
@@ -317,7 +319,7 @@ def test_who_asks_for_better_poses_need_not_say_whether_steps_led_astray_or_a_ha
         stations=many,
         others=others,
     )
-    assert found.pose_model is PoseModel.TRACKED
+    assert found.pose_model is PoseModel.ODOMETRY
 
 
 @pytest.mark.parametrize("poses", [PoseMode.AUTO, PoseMode.CORRECT])
@@ -325,24 +327,25 @@ def test_way_points_that_were_set_by_hand_stay_so_when_the_first_are_only_rememb
     monkeypatch: pytest.MonkeyPatch, poses: PoseMode
 ) -> None:
     marginal_prior = MarginalPrior(
-        summary=MarginalPrior().summary._replace(columns=np.arange(4)), pose_model=PoseModel.NUDGED
+        summary=MarginalPrior().summary._replace(columns=np.arange(4)), pose_model=PoseModel.ABSOLUTE
     )
     found = best_of(
         monkeypatch,
-        agree={PoseModel.TRACKED},
+        agree={PoseModel.ODOMETRY},
         log_evidence_without_bias=HAND_FIRST,
         marginal_prior=marginal_prior,
         poses=poses,
     )
-    assert found.pose_model is PoseModel.NUDGED
+    assert found.pose_model is PoseModel.ABSOLUTE
 
 
 @pytest.mark.parametrize(
-    ("agree", "said"), [({PoseModel.TRUSTED}, "no correction was needed"), (set(), "left as recorded: only 50 %")]
+    ("agree", "reason"),
+    [({PoseModel.FIXED}, PoseReason.NO_CORRECTION_NEEDED), (set(), PoseReason.NO_BETTER_POSES)],
 )
 @pytest.mark.parametrize("odometry_noise", [None, Odometry(along=0.02)])
 def test_who_asks_in_vain_is_told_why(
-    monkeypatch: pytest.MonkeyPatch, agree: set[PoseModel], said: str, odometry_noise: Odometry | None
+    monkeypatch: pytest.MonkeyPatch, agree: set[PoseModel], reason: PoseReason, odometry_noise: Odometry | None
 ) -> None:
     found = best_of(
         monkeypatch,
@@ -351,28 +354,33 @@ def test_who_asks_in_vain_is_told_why(
         poses=PoseMode.CORRECT,
         odometry_noise=odometry_noise,
     )
-    assert found.pose_model is PoseModel.TRUSTED
-    assert said in found.verdict
+    assert found.pose_model is PoseModel.FIXED
+    assert found.pose_status.reason is reason
+    assert found.pose_status.inlier_ratio == 0.5
 
 
 @pytest.mark.parametrize(
     ("log_evidence_without_bias", "expected", "why"),
     [
-        (STEPS_FIRST, PoseModel.TRACKED, "most walls were there twice"),
-        (HAND_FIRST, PoseModel.NUDGED, "only 50 % of the echoes fit together"),
+        (STEPS_FIRST, PoseModel.ODOMETRY, PoseReason.DUPLICATED_WALLS),
+        (HAND_FIRST, PoseModel.ABSOLUTE, PoseReason.INCONSISTENT),
     ],
 )
 def test_where_walls_are_torn_apart_way_points_are_thought_of_too(
-    monkeypatch: pytest.MonkeyPatch, log_evidence_without_bias: dict[PoseModel, float], expected: PoseModel, why: str
+    monkeypatch: pytest.MonkeyPatch,
+    log_evidence_without_bias: dict[PoseModel, float],
+    expected: PoseModel,
+    why: PoseReason,
 ) -> None:
     found = best_of(
         monkeypatch,
-        agree={PoseModel.TRACKED},
+        agree={PoseModel.ODOMETRY},
         log_evidence_without_bias=log_evidence_without_bias,
         others={"has_duplicated_walls": lambda estimate: True},
     )
     assert found.pose_model is expected
-    assert why in found.verdict
+    assert found.pose_status.reason is why
+    assert found.pose_status.inlier_ratio == (0.5 if why is PoseReason.INCONSISTENT else None)
 
 
 @pytest.mark.parametrize("best", ["led", "placed", "nudged"])
@@ -380,17 +388,17 @@ def test_way_points_start_from_several_places_and_what_explains_most_is_taken(
     monkeypatch: pytest.MonkeyPatch, best: str
 ) -> None:
     def log_evidence(estimate: Any) -> float:
-        if estimate.pose_model is not PoseModel.NUDGED:
+        if estimate.pose_model is not PoseModel.ABSOLUTE:
             return 0.0
         start = "nudged" if estimate.settled == NUDGED else "placed" if estimate.is_placed else "led"
         return 20.0 if start == best else 10.0
 
     others = {"log_evidence": log_evidence, "place": lambda estimate: replace(estimate, is_placed=True)}
-    found = best_of(monkeypatch, agree={PoseModel.TRACKED}, others=others)
+    found = best_of(monkeypatch, agree={PoseModel.ODOMETRY}, others=others)
     assert (found.settled == NUDGED, found.is_placed) == (best == "nudged", best == "placed")
 
 
-@pytest.mark.parametrize(("scattered", "others"), [(set(), 0), ({PoseModel.NUDGED}, 1)])
+@pytest.mark.parametrize(("scattered", "others"), [(set(), 0), ({PoseModel.ABSOLUTE}, 1)])
 def test_where_pings_agree_from_the_steps_and_as_recorded_others_are_tried_if_nothing_holds_stations_together(
     monkeypatch: pytest.MonkeyPatch, scattered: set[PoseModel], others: int
 ) -> None:
@@ -409,7 +417,7 @@ def test_where_steps_explain_more_than_what_was_reset_from_them_way_points_are_n
 ) -> None:
     # Steps that led astray leave way-points that start there astray, too.
     def log_evidence(estimate: Any) -> float:
-        return 30.0 if estimate.settled == NUDGED else {**STEPS_FIRST, PoseModel.NUDGED: 10.0}[estimate.pose_model]
+        return 30.0 if estimate.settled == NUDGED else {**STEPS_FIRST, PoseModel.ABSOLUTE: 10.0}[estimate.pose_model]
 
     found = best_of(monkeypatch, agree=set(PoseModel), others={"log_evidence": log_evidence})
     assert found.settled == NUDGED
@@ -422,7 +430,7 @@ def test_stations_that_others_are_remembered_with_keep_their_order(
     placed = list[Any]()
     nothing = MarginalPrior().summary
     marginal_prior = MarginalPrior(summary=nothing._replace(columns=np.arange(4))) if remembers else MarginalPrior()
-    best_of(monkeypatch, agree={PoseModel.NUDGED}, others={"place": noted(placed)}, marginal_prior=marginal_prior)
+    best_of(monkeypatch, agree={PoseModel.ABSOLUTE}, others={"place": noted(placed)}, marginal_prior=marginal_prior)
     assert len(placed) == expected
 
 
@@ -430,13 +438,13 @@ def test_no_hand_set_so_many_way_points(monkeypatch: pytest.MonkeyPatch) -> None
     many = EstimateSettings().by_hand + 1
     assert (
         best_of(monkeypatch, agree=set(), log_evidence_without_bias=HAND_FIRST, stations=many).pose_model
-        is PoseModel.TRACKED
+        is PoseModel.ODOMETRY
     )
 
 
 @pytest.mark.parametrize(
     ("log_evidence_without_bias", "expected"),
-    [(STEPS_FIRST, PoseModel.TRACKED), (NEITHER, PoseModel.TRUSTED)],
+    [(STEPS_FIRST, PoseModel.ODOMETRY), (NEITHER, PoseModel.FIXED)],
     ids=["more", "less"],
 )
 def test_many_stations_are_moved_only_where_that_explains_more(
@@ -450,7 +458,7 @@ def test_many_stations_are_moved_only_where_that_explains_more(
 
 
 def test_two_stations_have_nothing_to_hold_a_pose_against(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert best_of(monkeypatch, agree=set(), stations=2).pose_model is PoseModel.TRUSTED
+    assert best_of(monkeypatch, agree=set(), stations=2).pose_model is PoseModel.FIXED
 
 
 def test_poses_settle_as_long_as_that_explains_more(monkeypatch: pytest.MonkeyPatch) -> None:

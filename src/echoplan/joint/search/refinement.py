@@ -11,10 +11,10 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.preprocessing.measurements import Measurements
 
-__all__ = ["PoseModel", "approach", "refine"]
+__all__ = ["AnnealingSchedule", "approach", "refine"]
 
 # Standard deviation of readings [m], how far one may be off to count [m], and steps at most; from coarse to fine.
-PoseModel: TypeAlias = Sequence[tuple[float, float, int]]
+AnnealingSchedule: TypeAlias = Sequence[tuple[float, float, int]]
 
 _WALL, _CYLINDER = int(Kind.WALL), int(Kind.CYLINDER)
 
@@ -29,7 +29,7 @@ _WALK = 0.05
 
 
 def approach(
-    measurements: Measurements, hearing: Hearing, reflector: FloatArray, pings: IntArray, pose_model: PoseModel
+    measurements: Measurements, hearing: Hearing, reflector: FloatArray, pings: IntArray, schedule: AnnealingSchedule
 ) -> FloatArray:
     """Move a reflector to where pings near it would have it, from coarse to fine.
 
@@ -43,7 +43,7 @@ def approach(
         Kind and parameters to start from.
     pings : ndarray of int, shape (m,)
         Those that may be its echoes.
-    pose_model : sequence of tuple
+    schedule : sequence of tuple
         Standard deviation of readings [m], how far one may be off to count at all [m], and steps at most.
 
     Returns
@@ -52,7 +52,7 @@ def approach(
         The moved reflector.
     """
     moved = reflector
-    for noise, band, rounds in pose_model:
+    for noise, band, rounds in schedule:
         moved = refine(measurements, hearing, moved, pings, (noise, band), rounds)
     return moved
 

@@ -21,7 +21,7 @@ from echoplan.joint.likelihood.proposals import ArcMeasurements, CandidateSettin
 from echoplan.joint.search.acceptance import AcceptanceSettings, AcceptanceTest
 from echoplan.joint.search.duplicates import DuplicateSettings, are_duplicates
 from echoplan.joint.search.model_moves import split_joined_walls
-from echoplan.joint.search.refinement import PoseModel, approach
+from echoplan.joint.search.refinement import AnnealingSchedule, approach
 from echoplan.joint.trace import Decision, Reason, record_event
 from echoplan.preprocessing.measurements import independent, select_measurements
 
@@ -266,13 +266,13 @@ class Search:
         if (hypothesis.llr_by_station > self.settings.second_station).sum() < _SURE_STATIONS:
             # Where few stations speak, the first guess may be farther off than readings scatter.
             courses.append([(4 * noise, max(0.03, 16 * noise), 3), *courses[0]])
-        proposed = [likelihood.score(self._moved(hypothesis.reflector, free, pose_model)) for pose_model in courses]
+        proposed = [likelihood.score(self._moved(hypothesis.reflector, free, schedule)) for schedule in courses]
         return max(
             likelihood.score_all(proposed, log_densities, features), key=self.acceptance.log_evidence_without_bias
         )
 
-    def _moved(self, reflector: FloatArray, pings: IntArray, pose_model: PoseModel) -> FloatArray:
-        return approach(self.likelihood.measurements, self.likelihood.hearing, reflector, pings, pose_model)
+    def _moved(self, reflector: FloatArray, pings: IntArray, schedule: AnnealingSchedule) -> FloatArray:
+        return approach(self.likelihood.measurements, self.likelihood.hearing, reflector, pings, schedule)
 
     def _seeded(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Let arcs that are mostly unexplained suggest reflectors."""

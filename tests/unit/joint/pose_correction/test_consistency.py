@@ -10,7 +10,6 @@ from echoplan.arrays import FloatArray
 from echoplan.io import builtin_rig, builtin_world
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
-from echoplan.joint.marginal_prior import PoseModel
 from echoplan.joint.pose_correction.consistency import (
     agrees,
     are_weakly_connected,
@@ -23,6 +22,7 @@ from echoplan.joint.pose_correction.consistency import (
 )
 from echoplan.joint.pose_correction.pose_tracking import track_poses
 from echoplan.joint.pose_model_selection import estimate_map
+from echoplan.joint.pose_status import PoseModel, PoseReason
 from echoplan.joint.search.duplicates import duplicate_pairs, without_duplicates
 from echoplan.joint.settings import EstimateSettings, PoseMode
 from echoplan.model import Odometry, Polyline, Route, World
@@ -254,25 +254,26 @@ def test_a_single_slip_strains_no_other_step() -> None:
 
 def test_drift_is_corrected_without_being_asked_and_exact_poses_are_trusted() -> None:
     lost = estimate_map(estimate_of(LOST))
-    assert lost.pose_model is PoseModel.TRACKED
-    assert lost.verdict.startswith("corrected")
+    assert lost.pose_model is PoseModel.ODOMETRY
+    assert lost.pose_status.reason in (PoseReason.DUPLICATED_WALLS, PoseReason.INCONSISTENT)
     right = estimate_map(estimate_of(None))
-    assert right.pose_model is PoseModel.TRUSTED
-    assert right.verdict.startswith("used as recorded: ")
+    assert right.pose_model is PoseModel.FIXED
+    assert right.pose_status.reason is PoseReason.CONSISTENT
     assert right.poses == pytest.approx(WAY)
 
 
 def test_asked_to_correct_exact_poses_it_does_no_harm() -> None:
     asked = estimate_map(estimate_of(None, poses=PoseMode.CORRECT))
-    assert asked.pose_model is PoseModel.TRUSTED
+    assert asked.pose_model is PoseModel.FIXED
     assert asked.poses == pytest.approx(WAY)
-    assert asked.verdict.startswith("no correction was needed")
+    assert asked.pose_status.reason is PoseReason.NO_CORRECTION_NEEDED
     right = trusted(odometry=None)
     assert [each.key for each in asked.features] == [each.key for each in right.features]
 
 
 def test_asked_to_correct_drift_it_does() -> None:
     asked = estimate_map(estimate_of(LOST, poses=PoseMode.CORRECT))
-    assert asked.pose_model is PoseModel.TRACKED
-    assert asked.verdict.startswith("corrected, as asked for: ")
+    assert asked.pose_model is PoseModel.ODOMETRY
+    assert asked.pose_status.is_requested
+    assert asked.pose_status.reason is not PoseReason.NO_BETTER_POSES
     assert np.hypot(*(asked.poses - WAY)[:, :2].T).max() < 0.02

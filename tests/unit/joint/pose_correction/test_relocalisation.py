@@ -14,6 +14,7 @@ from echoplan.joint.optimisation.pose_factors import at_poses
 from echoplan.joint.pose_correction.annealing import refine
 from echoplan.joint.pose_correction.relocalisation import relocalised
 from echoplan.joint.pose_model_selection import estimate_map
+from echoplan.joint.pose_status import PoseReason, PoseStatus
 from echoplan.joint.settings import EstimateSettings, PoseMode
 from echoplan.model import Route
 from echoplan.preprocessing.measurements import join_measurements, measurements_of
@@ -61,4 +62,4 @@ def test_a_misplaced_station_is_put_back_and_no_wheel_is_blamed(monkeypatch: pyt
     monkeypatch.setattr(pose_model_selection, "agrees", lambda _: False)
     found = estimate_map(misplaced())
     assert found.poses == pytest.approx(WAY, abs=0.01)
-    assert found.verdict == "corrected, as asked for"
+    assert found.pose_status == PoseStatus(reason=PoseReason.ODOMETRY, is_requested=True)
