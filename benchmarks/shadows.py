@@ -19,7 +19,7 @@ from echoplan.geometry import along, lines_through, signed_distances
 from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.mapper import JointSettings
-from echoplan.joint.optimisation.edge_diffraction import at_end
+from echoplan.joint.optimisation.edge_diffraction import diffracted
 from echoplan.joint.pose_model_selection import estimate_map
 from echoplan.joint.settings import PoseMode
 from echoplan.model import Table
@@ -68,7 +68,7 @@ def lost_of(wall: Hypothesis, walls: FloatArray, stations: FloatArray, wavelengt
     for x, y, _ in stations[wall.llr_by_station > 0.0]:
         normal = np.cos(wall.line[0]), np.sin(wall.line[0])
         sight, foot = look(shape_of(wall.reflector), (x, y, *normal)), along(wall.line, [x, y])
-        yield sight[4] - at_end(sight, low - foot, foot - high, wavelength)[4]
+        yield sight[4] - diffracted(sight, low - foot, foot - high, wavelength)[4]
 
 
 def true_ends(wall: Hypothesis, walls: FloatArray) -> FloatArray | None:

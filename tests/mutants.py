@@ -36,9 +36,9 @@ MUTANTS = {
     ),
     "Cauchy kernel instead of Geman-McClure": Mutant(
         file="optimisation/optimiser.py",
-        old="residuals**2 / (settings.robust**2 * variances)) ** 2",
-        new="residuals**2 / (settings.robust**2 * variances))",
-        tests=("optimisation/test_optimiser.py",),
+        old="residuals**2 / (scale**2 * variances)) ** 2",
+        new="residuals**2 / (scale**2 * variances))",
+        tests=("optimisation/test_robust_kernel.py",),
     ),
     "poses cost 0.5 log n instead of 1.5 log n": Mutant(
         file="pose_correction/consistency.py",

@@ -16,7 +16,7 @@ from echoplan.joint.map_extraction.endpoint_views import line_evidence
 from echoplan.joint.map_extraction.map_builder import MapBuilder, MapSettings
 from echoplan.joint.map_extraction.segment import CELL, End, Segment
 from echoplan.joint.map_extraction.surroundings import points_on
-from echoplan.joint.optimisation.edge_diffraction import at_end, edges_of
+from echoplan.joint.optimisation.edge_diffraction import diffracted, edges_of
 from echoplan.joint.optimisation.optimiser import Features, OptimiserSettings, Priors, optimise
 from echoplan.joint.optimisation.values import Values
 from echoplan.joint.search.ray_paths import trace_paths
@@ -80,7 +80,7 @@ def detecting(
             sight = look(shape, place)
             if sight[0] <= measurements.min_range:
                 continue
-            sight = at_end(sight, low - feet[ping], feet[ping] - high, sonar.wavelength)
+            sight = diffracted(sight, low - feet[ping], feet[ping] - high, sonar.wavelength)
             excess = excess_of(sonar, sight)
             if excess > 0.0:
                 readings[ping] = (sight[0] + walk_of(sonar, excess)) / sonar.scale

@@ -51,8 +51,8 @@ def calibration(estimate: Estimate, solution: Solution) -> dict[str, object]:
     if model.cone:
         silent.append("walk_gain")
     learned = {
-        name: {"value": value, "sigma": sigmas[name], "believed": pose_prior}
-        for name, (value, pose_prior) in numbers.items()
+        name: {"value": value, "sigma": sigmas[name], "believed": prior_sigma}
+        for name, (value, prior_sigma) in numbers.items()
         if name not in silent
     }
     if not math.isnan(estimate.recorded.temperature):

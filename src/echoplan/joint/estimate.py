@@ -276,7 +276,7 @@ class Estimate:
             servo=now.servo or AS_RECORDED,
             poses=now.poses if poses is not None else np.zeros((0, 3)),
         )
-        known = now.active_prior.about(now.features, state.layout)
+        known = now.active_prior.reordered(now.features, state.layout)
         solution = optimise(measurements, state, now.priors(noise, poses), now.settings.optimiser, known=known)
         features = [replace(each, reflector=row) for each, row in zip(now.features, solution.reflectors, strict=True)]
         return _moved(replace(now, solution=solution, model=solution.model, features=features), solution)
@@ -325,7 +325,7 @@ class Estimate:
 
     def estimate_figure_of_merit(self) -> "Estimate":
         """Take figure of merit and beam from who heard what; of rays, the cone."""
-        fitted = estimated_sonar(self.measurements, self.model, self.features, pose_prior=self.prior.figure_of_merit)
+        fitted = estimated_sonar(self.measurements, self.model, self.features, prior_mean=self.prior.figure_of_merit)
         if fitted is self.model:
             return self
         return replace(self, model=fitted, beam_prior=(fitted.figure_of_merit, math.log(fitted.ka)))

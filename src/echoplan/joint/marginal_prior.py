@@ -112,7 +112,7 @@ class MarginalPrior:
         active_prior = {each.history.number for each in part.features}
         return [each for each in self.features if each.history.number not in active_prior]
 
-    def about(self, features: Sequence[Hypothesis], layout: Layout) -> InformationPrior | None:
+    def reordered(self, features: Sequence[Hypothesis], layout: Layout) -> InformationPrior | None:
         """Tell what is known of unknowns that are to be adjusted.
 
         Parameters
@@ -134,7 +134,7 @@ class MarginalPrior:
         own = [places_of(layout, numbers[each.history.number]) for each in part.features]
         # Where poses are trusted, what was said of the first one is left aside.
         rest = np.arange(layout.sonar, layout.size)[: part.rest]
-        summary = part.summary.on(np.arange(_sizes(part.features) + len(rest)))
+        summary = part.summary.marginalised_onto(np.arange(_sizes(part.features) + len(rest)))
         return summary._replace(columns=np.concatenate([*own, rest]).astype(np.int64))
 
     @property
@@ -173,7 +173,7 @@ class MarginalPrior:
                 places.append(np.arange(start, start + size))
             start += size
         places.append(np.arange(start, len(self.summary.columns)))
-        return replace(self, features=kept, summary=self.summary.on(np.concatenate(places)))
+        return replace(self, features=kept, summary=self.summary.marginalised_onto(np.concatenate(places)))
 
 
 def marginalise_poses(
@@ -205,7 +205,7 @@ def marginalise_poses(
         vector[known.columns] += known.vector
     first, last = layout.pose, layout.pose + 3 * min(poses, layout.poses)
     kept = np.concatenate([np.arange(first), np.arange(last, layout.size)])
-    return InformationPrior(np.arange(layout.size), information, vector).on(kept)
+    return InformationPrior(np.arange(layout.size), information, vector).marginalised_onto(kept)
 
 
 def places_of(layout: Layout, feature: int) -> IntArray:

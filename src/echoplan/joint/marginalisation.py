@@ -73,7 +73,7 @@ def survey(estimate: Estimate, path_xy: FloatArray) -> MapBuilder:
     priors = estimate.priors(estimate.noise, None)._replace(
         squareness=None, information_inflation=estimate.information_inflation()
     )
-    known = marginal_prior.about(found, state.layout)
+    known = marginal_prior.reordered(found, state.layout)
     solution = optimise(nothing, state, priors, settings.optimiser, known=known)
     square = estimate_right_angles(solution.reflectors, solution.layout, solution.covariance, settings.squareness)
     if square is not None:
@@ -194,7 +194,7 @@ def _summary(estimate: Estimate, everything: list[Hypothesis], gone: BoolArray, 
     rows.append(heading_factors(measurements, state, priors))
     if pose_prior:
         rows.append(pose_factors(pose_prior, state.poses, state.layout.pose))
-    return marginalise_poses(state, rows, estimate.marginal_prior.about(everything, state.layout), count)
+    return marginalise_poses(state, rows, estimate.marginal_prior.reordered(everything, state.layout), count)
 
 
 def _pose_prior(estimate: Estimate, count: int) -> PosePrior | None:

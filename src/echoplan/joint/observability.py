@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray
 from echoplan.geometry import wrap
-from echoplan.joint.optimisation.pose_factors import PosePrior, step_slopes
+from echoplan.joint.optimisation.pose_factors import PosePrior, between_jacobians
 from echoplan.joint.optimisation.solution import Solution
 from echoplan.preprocessing.stations import Stations
 
@@ -166,7 +166,7 @@ def dead_reckoned_covariances(priors: PosePrior, poses: FloatArray) -> FloatArra
     ndarray, shape (s, 3, 3)
         Of each pose in the frame of the map [m, m, rad].
     """
-    before, own = step_slopes(priors.measured_poses, poses)
+    before, own = between_jacobians(priors.measured_poses, poses)
     noises = np.stack([np.diag(row) for row in priors.sigmas**2])
     covariances = [noises[0]]
     for history, now, noise in zip(before[1:], own[1:], noises[1:], strict=True):

@@ -47,7 +47,7 @@ def state(features: list[Hypothesis], poses: int = 0) -> Values:
 
 def test_at_first_nothing_is_known() -> None:
     assert MarginalPrior().is_empty
-    assert MarginalPrior().about([], state([]).layout) is None
+    assert MarginalPrior().reordered([], state([]).layout) is None
     assert not marginal_prior().is_empty
 
 
@@ -76,7 +76,7 @@ def test_what_is_far_away_still_tells_of_the_sonar() -> None:
 def test_the_places_are_those_of_the_unknowns_at_hand() -> None:
     new = feature(wall(1.0, 1.0))
     features = [FEATURES[2], new, FEATURES[0]]
-    summary = marginal_prior().about(features, state(features).layout)
+    summary = marginal_prior().reordered(features, state(features).layout)
     assert summary is not None
     # In the order of the memory: the wall, the point, then the sonar.
     assert summary.columns.tolist() == [4, 5, 0, 1, *range(6, 6 + len(SONAR_UNKNOWNS))]
@@ -84,7 +84,7 @@ def test_the_places_are_those_of_the_unknowns_at_hand() -> None:
 
 def test_what_was_said_of_a_feature_that_fell_is_left_aside() -> None:
     features = FEATURES[:2]
-    summary = marginal_prior().about(features, state(features).layout)
+    summary = marginal_prior().reordered(features, state(features).layout)
     assert summary is not None
     kept = [*range(5), *range(7, SIZE)]
     covariance = np.linalg.inv(marginal_prior().summary.information)[np.ix_(kept, kept)]
@@ -93,7 +93,7 @@ def test_what_was_said_of_a_feature_that_fell_is_left_aside() -> None:
 
 @pytest.mark.parametrize(("poses", "columns"), [(2, SIZE + 3), (0, SIZE)])
 def test_a_first_pose_counts_only_where_poses_are_free(poses: int, columns: int) -> None:
-    summary = marginal_prior(rest=7).about(FEATURES, state(FEATURES, poses).layout)
+    summary = marginal_prior(rest=7).reordered(FEATURES, state(FEATURES, poses).layout)
     assert summary is not None
     assert len(summary.columns) == columns
 

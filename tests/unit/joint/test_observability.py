@@ -126,7 +126,7 @@ def solution(kinds: list[Kind], information: FloatArray) -> Solution:
         poses=np.zeros((2, 3)),
         layout=layout,
         information=information,
-        detected=information,
+        measurement_information=information,
         information_inflation=1.0,
         extents=np.zeros((len(kinds), 2)),
         owners=nothing.astype(np.int64),

@@ -7,8 +7,9 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, directions, invert, wrap
-from echoplan.joint.optimisation.factors import LinearFactor, normal_equations, solve
+from echoplan.joint.optimisation.factors import LinearFactor, normal_equations
 from echoplan.joint.optimisation.pose_factors import PoseSettings, odometry_prior, pose_factors
+from echoplan.joint.optimisation.solver import solve
 
 TRUE = np.array([[0.0, 0, 0], [0.8, 0.1, 0.6], [1.3, 0.8, 1.7], [0.9, 1.6, 2.9], [0.1, 1.4, -2.2], [0.2, 0.5, -1.0]])
 WALLS = np.array([[0.0, 2.5], [np.pi / 2, 2.2], [np.pi, 1.0], [-1.4, 0.9]])

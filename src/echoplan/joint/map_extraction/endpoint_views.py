@@ -12,7 +12,7 @@ from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.likelihood.ping_scores import BEYOND, log_density, log_non_detection, noise_of
 from echoplan.joint.likelihood.track_history import LineEvidence
-from echoplan.joint.optimisation.edge_diffraction import at_end
+from echoplan.joint.optimisation.edge_diffraction import diffracted
 from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["OFFSETS", "line_evidence"]
@@ -93,7 +93,9 @@ def _log_ratio(
     """Return what one reading says of a wall whose lower (0) or upper (1) end lies so far before the foot [nats]."""
     side, over = end
     beyond = -math.inf
-    sight = at_end(look(shape, place), over if side == 0 else beyond, over if side == 1 else beyond, hearing.wavelength)
+    sight = diffracted(
+        look(shape, place), over if side == 0 else beyond, over if side == 1 else beyond, hearing.wavelength
+    )
     excess = excess_of(hearing, sight)
     expected = sight[0] + walk_of(hearing, excess)
     if not limits[0] <= expected <= limits[1]:

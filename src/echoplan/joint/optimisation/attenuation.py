@@ -14,9 +14,9 @@ import numpy as np
 from echoplan.acoustics.predicted_echo import Hearing, Kind, Shape, excess_of, shape_of, walk_of
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.compiled import compiled
-from echoplan.joint.optimisation.edge_diffraction import Reach
+from echoplan.joint.optimisation.edge_diffraction import WallExtent
 from echoplan.joint.optimisation.hit_window import RIM, log_chance, outcome_of
-from echoplan.joint.optimisation.range_factors import Features, predict_and_residual, reach_of
+from echoplan.joint.optimisation.range_factors import Features, extent_of, predict_and_residual
 from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["shadowed"]
@@ -90,7 +90,7 @@ def _bias_variances(hearing: Hearing, llr_by_station: FloatArray, excesses: Floa
 @compiled
 def _past(measurements: Measurements, features: Features, feature: int) -> BoolArray:
     """Tell which stations stand past the end of a wall; of one that only such stations heard none is left out."""
-    shape, reach = shape_of(features.reflectors[feature]), reach_of(features, feature)
+    shape, reach = shape_of(features.reflectors[feature]), extent_of(features, feature)
     history, others = np.zeros(len(measurements.centers), dtype=np.bool_), 0
     for station in range(len(history)):
         history[station] = _is_past(shape, reach, measurements.centers[station])
@@ -99,7 +99,7 @@ def _past(measurements: Measurements, features: Features, feature: int) -> BoolA
 
 
 @compiled
-def _is_past(shape: Shape, reach: Reach, center_xy: FloatArray) -> bool:
+def _is_past(shape: Shape, reach: WallExtent, center_xy: FloatArray) -> bool:
     """Whether a station stands past the end of a wall: what it hears from there may be the edge."""
     foot = shape[1] * center_xy[1] - shape[2] * center_xy[0]
     return bool(shape[0] == _WALL and not reach[2] <= foot <= reach[3])
@@ -110,7 +110,7 @@ def _likelihoods(
     measurements: Measurements, hearing: Hearing, features: Features, feature: int
 ) -> tuple[FloatArray, FloatArray]:
     """Logarithms of the likelihood of all hits and misses of each station, by shadow; the mean excess of the hits."""
-    shape, reach = shape_of(features.reflectors[feature]), reach_of(features, feature)
+    shape, reach = shape_of(features.reflectors[feature]), extent_of(features, feature)
     faintest, llr_by_station = walk_of(hearing, 0.0), np.zeros((len(measurements.centers), _SHADOWS))
     excesses, hits = np.zeros(len(llr_by_station)), np.zeros(len(llr_by_station))
     for ping in range(len(measurements.readings)):

@@ -9,7 +9,7 @@ from echoplan.acoustics.predicted_echo import Hearing, Kind, Ping, Shape, Sight,
 from echoplan.arrays import FloatArray
 from echoplan.compiled import compiled
 
-__all__ = ["Reach", "at_end", "differentiate_at_end", "edges_of", "is_ended"]
+__all__ = ["WallExtent", "diffracted", "diffracted_jacobian", "edges_of", "is_ended"]
 
 _WALL = int(Kind.WALL)
 # Walls that turn less cross too far away (sine).
@@ -24,7 +24,7 @@ _ZONE = 0.1
 _STEP = 1e-4
 
 # Between which places a wall was heard, and where it ends [m].
-Reach: TypeAlias = tuple[float, float, float, float]
+WallExtent: TypeAlias = tuple[float, float, float, float]
 
 
 @compiled
@@ -57,7 +57,7 @@ def edges_of(reflectors: FloatArray, extents: FloatArray) -> FloatArray:
 
 
 @compiled
-def is_ended(shape: Shape, place: Ping, reach: Reach) -> bool:
+def is_ended(shape: Shape, place: Ping, reach: WallExtent) -> bool:
     """Tell whether a sensor stands so near to the end of a wall, or past it, that this may matter.
 
     Parameters
@@ -66,7 +66,7 @@ def is_ended(shape: Shape, place: Ping, reach: Reach) -> bool:
         The feature.
     place : Ping
         Where the sensor is.
-    reach : Reach
+    reach : WallExtent
         How far the wall reaches.
 
     Returns
@@ -79,7 +79,7 @@ def is_ended(shape: Shape, place: Ping, reach: Reach) -> bool:
 
 
 @compiled
-def at_end(sight: Sight, below: float, above: float, wavelength: float) -> Sight:
+def diffracted(sight: Sight, below: float, above: float, wavelength: float) -> Sight:
     """See a wall from before its end, or from past it: what a knife edge leaves (ITU-R P.526).
 
     Parameters
@@ -111,7 +111,7 @@ def at_end(sight: Sight, below: float, above: float, wavelength: float) -> Sight
 
 
 @compiled
-def differentiate_at_end(
+def diffracted_jacobian(
     hearing: Hearing, shape: Shape, place: Ping, end: tuple[FloatArray, float], jacobian: tuple[FloatArray, FloatArray]
 ) -> int:
     """Differentiate the reading of a wall near its end; past it, as if the end were seen along the normal.
@@ -137,10 +137,10 @@ def differentiate_at_end(
     (ends, attenuation), (own, neighbours) = end, jacobian
     sight, foot = look(shape, place), shape[1] * place[1] - shape[2] * place[0]
     below, above = ends[0, 0] - foot, foot - ends[1, 0]
-    lost = sight[4] - at_end(sight, below, above, hearing.wavelength)[4]
+    lost = sight[4] - diffracted(sight, below, above, hearing.wavelength)[4]
     differentiate(hearing, shape, place, own, attenuation + lost)
-    near = _read(hearing, at_end(sight, below - _STEP, above - _STEP, hearing.wavelength), attenuation)
-    far = _read(hearing, at_end(sight, below + _STEP, above + _STEP, hearing.wavelength), attenuation)
+    near = _read(hearing, diffracted(sight, below - _STEP, above - _STEP, hearing.wavelength), attenuation)
+    far = _read(hearing, diffracted(sight, below + _STEP, above + _STEP, hearing.wavelength), attenuation)
     side, sign = (0, 1.0) if below > above else (1, -1.0)
     slope = sign * (far - near) / (2.0 * _STEP)
     # The foot of the sensor moves the other way, as the wall turns and as the sensor moves.

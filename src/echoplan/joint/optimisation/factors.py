@@ -1,6 +1,6 @@
-"""LinearFactor of a linearised least-squares problem: every observation, tie and prior is some of them."""
+"""Linear factors of measurements, constraints and priors, their normal equations, and marginal priors of past ones."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,18 +8,16 @@ from numpy.typing import ArrayLike
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
-from echoplan.errors import InvalidValueError
+from echoplan.joint.optimisation.solver import solve
 
-__all__ = ["InformationPrior", "LinearFactor", "held", "normal_equations", "prior", "solve"]
+__all__ = ["InformationPrior", "LinearFactor", "normal_equations", "prior"]
 
-# Systems of more unknowns than this are mostly empty, and are solved as such.
-_DENSE = 250
 # Information that holds what nothing is known of.
 _TRACE = 1e-9
 
 
 class LinearFactor(NamedTuple):
-    """m linearised equations ``residual = slopes . step`` with at most k unknowns each.
+    """m linearised equations ``residual = jacobian . step`` with at most k unknowns each.
 
     Attributes
     ----------
@@ -56,7 +54,7 @@ class InformationPrior(NamedTuple):
     information: FloatArray
     vector: FloatArray
 
-    def on(self, columns: IntArray) -> "InformationPrior":
+    def marginalised_onto(self, columns: IntArray) -> "InformationPrior":
         """Keep some unknowns, and eliminate the others (Schur complement).
 
         Parameters
@@ -108,12 +106,12 @@ def prior(columns: ArrayLike, *, sigma: ArrayLike, residual: ArrayLike) -> Linea
 
 
 def normal_equations(parts: Sequence[LinearFactor], size: int) -> tuple[FloatArray, FloatArray]:
-    """Sum rows up.
+    """Sum factors to normal equations.
 
     Parameters
     ----------
     parts : sequence of LinearFactor
-        All of them.
+        The factors.
     size : int
         How many unknowns there are.
 
@@ -121,7 +119,7 @@ def normal_equations(parts: Sequence[LinearFactor], size: int) -> tuple[FloatArr
     -------
     information : ndarray, shape (size, size)
         ``J' W J``.
-    right : ndarray, shape (size,)
+    vector : ndarray, shape (size,)
         ``J' W r``.
 
     Examples
@@ -129,90 +127,21 @@ def normal_equations(parts: Sequence[LinearFactor], size: int) -> tuple[FloatArr
     >>> normal_equations([prior(1, sigma=0.5, residual=3.0)], 2)[1]
     array([ 0., 12.])
     """
-    information, right = np.zeros((size, size)), np.zeros(size)
-    for rows in parts:
-        _sum_up(rows, information, right)
-    return information, right
-
-
-def solve(information: FloatArray, right: ArrayLike) -> FloatArray:
-    """Solve normal equations.
-
-    Parameters
-    ----------
-    information : ndarray, shape (n, n)
-        Symmetric and positive definite.
-    right : array_like, shape (n,) or (n, k)
-        Right-hand sides.
-
-    Returns
-    -------
-    ndarray
-        Solutions, of the same shape.
-
-    Raises
-    ------
-    InvalidValueError
-        If the rows leave an unknown undetermined.
-
-    Examples
-    --------
-    >>> solve(np.diag([2.0, 4.0]), [2.0, 2.0])
-    array([1. , 0.5])
-    """
-    from scipy.linalg import LinAlgError, cho_factor, cho_solve  # noqa: PLC0415 - SciPy is slow to import
-    from scipy.sparse import csc_array  # noqa: PLC0415
-    from scipy.sparse.linalg import splu  # noqa: PLC0415
-
-    measured_poses = np.asarray(right, dtype=np.float64)
-    solution: FloatArray
-    try:
-        if len(information) > _DENSE:
-            solution = splu(csc_array(information)).solve(measured_poses)
-        else:
-            solution = cho_solve(cho_factor(information), measured_poses)
-    except (LinAlgError, RuntimeError):  # SuperLU says so by a RuntimeError
-        raise InvalidValueError("the observations leave an unknown undetermined") from None
-    return solution
-
-
-def held(step: FloatArray, columns: Sequence[FloatArray], changes: Mapping[int, float]) -> FloatArray:
-    """Let some unknowns change by so much and no other way: the others follow.
-
-    Parameters
-    ----------
-    step : ndarray, shape (n,)
-        Solution of normal equations.
-    columns : sequence of ndarray, shape (n,)
-        Columns of the covariance, of these unknowns.
-    changes : mapping of int to float
-        How much each of them is to change, by its place, in the same order.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        The solution under these constraints.
-
-    Examples
-    --------
-    >>> held(np.array([1.0, 3.0]), [np.array([2.0, 1.0])], {0: 0.0})
-    array([0. , 2.5])
-    """
-    places, responses = list(changes), np.column_stack(columns)
-    missing = np.array(list(changes.values())) - step[places]
-    constrained: FloatArray = step + responses @ np.linalg.solve(responses[places], missing)
-    return constrained
+    information, vector = np.zeros((size, size)), np.zeros(size)
+    for factor in parts:
+        _sum_up(factor, information, vector)
+    return information, vector
 
 
 @compiled
-def _sum_up(rows: LinearFactor, information: FloatArray, right: FloatArray) -> None:
-    for row in range(len(rows.residuals)):
-        weight, columns, jacobian = rows.weights[row], rows.columns[row], rows.jacobian[row]
+def _sum_up(factor: LinearFactor, information: FloatArray, vector: FloatArray) -> None:
+    for row in range(len(factor.residuals)):
+        weight, columns, jacobian = factor.weights[row], factor.columns[row], factor.jacobian[row]
         for one, column in enumerate(columns):
             if column < 0:
                 continue
             scaled = weight * jacobian[one]
-            right[column] += scaled * rows.residuals[row]
+            vector[column] += scaled * factor.residuals[row]
             for other, second in enumerate(columns):
                 if second >= 0:
                     information[column, second] += scaled * jacobian[other]

@@ -37,7 +37,7 @@ _STEEP = math.cos(1.2)
 
 
 def fit_figure_of_merit(
-    measurements: Measurements, model: EchoModel, features: Sequence[Hypothesis], *, pose_prior: float
+    measurements: Measurements, model: EchoModel, features: Sequence[Hypothesis], *, prior_mean: float
 ) -> EchoModel:
     """Fit figure of merit and beam width to who heard what.
 
@@ -52,7 +52,7 @@ def fit_figure_of_merit(
         The sonar so far.
     features : sequence of Hypothesis
         What is there.
-    pose_prior : float
+    prior_mean : float
         Figure of merit that the rig leads one to expect [dB].
 
     Returns
@@ -76,7 +76,7 @@ def fit_figure_of_merit(
         llr_by_station = np.interp(abs(ka) * rows[:, 1], beam[0], beam[1])
         chances = 1 / (1 + np.exp(np.clip((losses - merit - llr_by_station) / _FADING, -30, 30)))
         surprise = -np.sum(_log_likelihood(np.clip(chances, _LEAST, _MOST), rows[:, 3] > 0))
-        return float(surprise + 0.5 * _WORTH * ((merit - pose_prior) / _SIGMA) ** 2)
+        return float(surprise + 0.5 * _WORTH * ((merit - prior_mean) / _SIGMA) ** 2)
 
     # Louder and narrower looks much like fainter and wider: the likelihood has more than one summit.
     starts = [(model.figure_of_merit, model.ka), *product(_MERITS, _WIDTHS)]

@@ -1,4 +1,4 @@
-"""Bearings: which way walls lie from a station, as told by the angles between which it heard them.
+"""HeadingMeasurements: which way walls lie from a station, as told by the angles between which it heard them.
 
 Readings hardly change with the angle off the axis, least of all those of whole centimetres, and so they leave it open
 which way a robot faced that somebody set down by hand.  Between which angles it heard a wall, and beyond which it did
@@ -17,12 +17,12 @@ from echoplan.geometry import wrap
 from echoplan.joint.optimisation.factors import LinearFactor
 from echoplan.joint.optimisation.hit_window import RIM, log_chance, outcome_of
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
-from echoplan.joint.optimisation.range_factors import Features, predict_and_residual, reach_of
+from echoplan.joint.optimisation.range_factors import Features, extent_of, predict_and_residual
 from echoplan.joint.optimisation.values import Values
 from echoplan.preprocessing.measurements import Measurements
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError
 
-__all__ = ["NO_BEARINGS", "Bearings", "bearing_rows", "bearings_of"]
+__all__ = ["NO_HEADINGS", "HeadingMeasurements", "heading_factor", "heading_measurements_of"]
 
 _WALL = int(Kind.WALL)
 # Turns of a station that are asked about [rad]; if nothing speaks for any of them, so much is left of their variance.
@@ -36,7 +36,7 @@ _SERVO = ("servo_gain", "servo_offset")
 _STEEP = math.cos(1.2)
 
 
-class Bearings(NamedTuple):
+class HeadingMeasurements(NamedTuple):
     """Which way walls lie from stations.
 
     Attributes
@@ -61,17 +61,17 @@ class Bearings(NamedTuple):
     servo: ServoError = AS_RECORDED
 
 
-NO_BEARINGS = Bearings(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0))
+NO_HEADINGS = HeadingMeasurements(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0))
 
 
-def bearings_of(
+def heading_measurements_of(
     measurements: Measurements,
     hearing: Hearing,
     features: Features,
     headings: FloatArray,
     *,
     servo: ServoError | None = None,
-) -> Bearings:
+) -> HeadingMeasurements:
     r"""Find the bearings of all walls from all stations that heard them.
 
     Each ping that looks at a wall is a hit or a miss, unless something nearer answered.  Turned by :math:`\tau`, as
@@ -94,7 +94,7 @@ def bearings_of(
 
     Returns
     -------
-    Bearings
+    HeadingMeasurements
         Those that the pings tell.
     """
     sensors = 1 if servo is None else int(measurements.sensors.max(initial=0)) + 1
@@ -106,7 +106,7 @@ def bearings_of(
     variances = chances @ _TURNS**2 - turns**2
     walls, members = np.nonzero(variances < _OPEN)
     stations = members // sensors
-    return Bearings(
+    return HeadingMeasurements(
         walls=walls,
         stations=stations,
         headings=headings[stations] + turns[walls, members] - features.reflectors[walls, 1],
@@ -116,12 +116,12 @@ def bearings_of(
     )
 
 
-def bearing_rows(bearings: Bearings, now: Values) -> LinearFactor:
+def heading_factor(bearings: HeadingMeasurements, now: Values) -> LinearFactor:
     """Hold headings and walls against bearings.
 
     Parameters
     ----------
-    bearings : Bearings
+    bearings : HeadingMeasurements
         Which way walls lie from stations.
     now : Values
         Features and poses.
@@ -154,7 +154,7 @@ def _likelihoods(
     angles, hits = np.zeros((len(features.reflectors), count)), np.full((len(features.reflectors), count), 1e-9)
     faintest = walk_of(hearing, 0.0)
     for feature in range(len(likelihoods)):
-        shape, reach = shape_of(features.reflectors[feature]), reach_of(features, feature)
+        shape, reach = shape_of(features.reflectors[feature]), extent_of(features, feature)
         for ping in range(len(measurements.readings) if shape[0] == _WALL else 0):
             attenuation = features.attenuations[feature, measurements.stations[ping]]
             if math.isinf(attenuation):

@@ -157,7 +157,7 @@ def estimate_right_angles(
     layout: Layout,
     covariance: FloatArray,
     settings: ManhattanSettings,
-    pose_prior: ManhattanPrior | None = None,
+    applied: ManhattanPrior | None = None,
     *,
     by_hand: bool = False,
 ) -> ManhattanPrior | None:
@@ -192,7 +192,7 @@ def estimate_right_angles(
         Of all unknowns.
     settings : ManhattanSettings
         What is believed.
-    pose_prior : ManhattanPrior, optional
+    applied : ManhattanPrior, optional
         The belief in right angles with which these came about, all of which is taken back first.
     by_hand : bool, optional
         Whether the frame of the map is that of way-points which somebody set by hand.
@@ -207,8 +207,8 @@ def estimate_right_angles(
         return None
     angles, places = reflectors[walls, 1], layout.starts[walls]
     covariance = covariance[np.ix_(places, places)]
-    if pose_prior is not None:
-        angles, covariance = _released(angles, covariance, pose_prior._replace(members=pose_prior.members[walls]))
+    if applied is not None:
+        angles, covariance = _released(angles, covariance, applied._replace(members=applied.members[walls]))
     folded = np.stack([manhattan_residual(angles, float(each)) for each in angles])
     square = _normal(folded, np.diag(covariance) + settings.tolerance**2)
     first = int(np.argmax(np.log(square + _ANY).sum(axis=1)))
@@ -251,13 +251,13 @@ def _are_along_axes(angles: FloatArray, covariance: FloatArray, settings: Manhat
     return odds + gain > settings.evidence
 
 
-def _released(angles: FloatArray, covariance: FloatArray, pose_prior: ManhattanPrior) -> tuple[FloatArray, FloatArray]:
+def _released(angles: FloatArray, covariance: FloatArray, applied: ManhattanPrior) -> tuple[FloatArray, FloatArray]:
     """Tell where walls would turn, and how well that would be known, if nobody believed in right angles.
 
     One step of Gauss and Newton without the rows of that belief.  Let go for good, walls of stations that nothing else
     holds would turn until other features explain what they explained.
     """
-    rows = manhattan_factor(pose_prior, angles, np.arange(len(angles)))
+    rows = manhattan_factor(applied, angles, np.arange(len(angles)))
     jacobian = np.zeros((len(rows.residuals), len(angles)))
     np.add.at(jacobian, (np.arange(len(jacobian))[:, None], rows.columns), rows.jacobian)
     # What the model of the sonar lacks is in the covariance, too: so more may be taken back than it shows to be known.
@@ -294,12 +294,12 @@ def _evidence(off: FloatArray, covariance: FloatArray, shares: FloatArray, sigma
     return -0.5 * (volume + squares) - (m - 1) * math.log(math.sqrt(2.0 * math.pi) * _ANY) - chosen
 
 
-def manhattan_factor(pose_prior: ManhattanPrior, angles: FloatArray, columns: IntArray) -> LinearFactor:
+def manhattan_factor(applied: ManhattanPrior, angles: FloatArray, columns: IntArray) -> LinearFactor:
     """Draw walls to the direction that they have in common: that of the axes, or whatever it is.
 
     Parameters
     ----------
-    pose_prior : ManhattanPrior
+    applied : ManhattanPrior
         Which of them; at least one.
     angles : ndarray, shape (f,)
         Directions of their normals [rad]; of features that are no walls anything.
@@ -311,15 +311,15 @@ def manhattan_factor(pose_prior: ManhattanPrior, angles: FloatArray, columns: In
     LinearFactor
         One a member; unless they stand along the axes they say nothing of the direction.
     """
-    members = np.flatnonzero(pose_prior.members)
-    if pose_prior.along_axes:
-        return prior(columns[members], sigma=pose_prior.sigma, residual=-manhattan_residual(angles[members], 0.0))
+    members = np.flatnonzero(applied.members)
+    if applied.along_axes:
+        return prior(columns[members], sigma=applied.sigma, residual=-manhattan_residual(angles[members], 0.0))
     off = manhattan_residual(angles[members], float(angles[members[0]]))
     return LinearFactor(
         columns=np.tile(columns[members], (len(members), 1)),
         jacobian=np.eye(len(members)) - 1.0 / len(members),
         residuals=off.mean() - off,
-        weights=np.full(len(members), pose_prior.sigma**-2.0),
+        weights=np.full(len(members), applied.sigma**-2.0),
     )
 
 

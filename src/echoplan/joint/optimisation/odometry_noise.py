@@ -7,7 +7,7 @@ from pydantic import BaseModel, Field
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import aligned, wrap
-from echoplan.joint.optimisation.pose_factors import PosePrior, step_residuals, step_slopes
+from echoplan.joint.optimisation.pose_factors import PosePrior, between_jacobians, between_residuals
 from echoplan.joint.optimisation.variance_components import map_scale_factor
 
 __all__ = [
@@ -102,14 +102,14 @@ def estimate_odometry_noise(
 
 def _heard_of_steps(priors: PosePrior, poses: FloatArray, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Tell what readings alone say of the errors of steps in deviations believed: information, and how it pulls."""
-    blocks = np.concatenate(step_slopes(priors.measured_poses, poses), axis=2)[1:]
+    blocks = np.concatenate(between_jacobians(priors.measured_poses, poses), axis=2)[1:]
     jacobian = np.zeros((*blocks.shape[:2], len(covariance)))
     for step, (block, sigmas) in enumerate(zip(blocks, priors.sigmas[1:], strict=True)):
         jacobian[step, :, 3 * step : 3 * step + 6] = block / sigmas[:, None]
     jacobian = jacobian.reshape(-1, len(covariance))
     unit = np.eye(len(jacobian))
     known = np.linalg.inv(jacobian @ covariance @ jacobian.T + _HEARD * unit)
-    return known - unit, known @ (step_residuals(priors.measured_poses, poses) / priors.sigmas[1:]).ravel()
+    return known - unit, known @ (between_residuals(priors.measured_poses, poses) / priors.sigmas[1:]).ravel()
 
 
 def _heard_of_axis(
@@ -205,7 +205,7 @@ def scatter(measured_poses: FloatArray, poses: FloatArray) -> float:
         return 0.0
     errors, steps, free = (
         measured_poses - aligned(poses, measured_poses),
-        step_residuals(measured_poses, poses),
+        between_residuals(measured_poses, poses),
         len(poses) - 1,
     )
     turned = wrap(errors[:, 2])

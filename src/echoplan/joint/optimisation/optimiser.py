@@ -1,8 +1,8 @@
-"""Adjustment: all features and the calibration of the recording in one robust least-squares problem.
+"""The optimiser: all features, the calibration and the poses in one robust least-squares problem.
 
-Gauss-Newton on the readings that the features explain, damped where a step would make them fit worse (Levenberg 1944),
-with analytic derivatives, weights by Geman and McClure, ties between corners and the walls that make them, and priors
-from the rig for what the readings do not determine.
+Gauss-Newton on the associated readings, damped where a step would make them fit worse (Levenberg 1944), with analytic
+Jacobians, the robust kernel of Geman and McClure (1985), factors between corners and their walls, and priors from the
+rig for what the readings do not determine.
 """
 
 import math
@@ -15,8 +15,13 @@ from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.joint.optimisation.corner_factors import corner_factors
-from echoplan.joint.optimisation.factors import InformationPrior, LinearFactor, held, normal_equations, prior, solve
-from echoplan.joint.optimisation.heading_factors import NO_BEARINGS, Bearings, bearing_rows, bearings_of
+from echoplan.joint.optimisation.factors import InformationPrior, LinearFactor, normal_equations, prior
+from echoplan.joint.optimisation.heading_factors import (
+    NO_HEADINGS,
+    HeadingMeasurements,
+    heading_factor,
+    heading_measurements_of,
+)
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS, Layout
 from echoplan.joint.optimisation.manhattan import manhattan_factor
 from echoplan.joint.optimisation.pose_factors import at_poses, pose_factors
@@ -25,10 +30,11 @@ from echoplan.joint.optimisation.range_factors import (
     Association,
     Features,
     associate,
-    differentiate_readings,
+    range_jacobian,
     residuals_of,
 )
 from echoplan.joint.optimisation.solution import Solution
+from echoplan.joint.optimisation.solver import held, solve
 from echoplan.joint.optimisation.values import Values
 from echoplan.preprocessing.measurements import Measurements
 from echoplan.preprocessing.servo import late_by, turned_by
@@ -37,18 +43,19 @@ __all__ = [
     "Features",
     "OptimiserSettings",
     "Priors",
+    "geman_mcclure_variances",
     "heading_factors",
     "optimise",
     "range_factors",
 ]
 
 _CYLINDER = int(Kind.CYLINDER)
-# Information about features that holds them in place where no reading does.
+# Information of the prior that holds features in place where no reading does [1 / m^2, 1 / rad^2].
 _HOLD = 0.1
-# What the prior alone holds needs no other hold: readings tell of a number what leaves so much of its variance.
-_TOLD = 0.5
-# What is added to the information of all unknowns until a step does not make readings fit worse (Levenberg 1944): from
-# what is known to 3 rad or m to what is known to 0.1 mrad or mm, beyond which nothing is left to move.
+# The latency counts as determined by the readings if these leave less than this share of its prior variance.
+_DETERMINED = 0.5
+# Damping that is added to the information until a step does not make readings fit worse (Levenberg 1944): from a prior
+# of 3 m or rad to one of 0.03 mm or mrad, beyond which nothing is left to move.
 _DAMPINGS = tuple(10.0 ** np.arange(-1, 9))
 
 
@@ -60,20 +67,20 @@ def optimise(
     *,
     known: InformationPrior | None = None,
 ) -> Solution:
-    """Adjust features, sonar and, if they may be off, poses to all readings.
+    """Optimise features, sonar and, if they have a prior, poses, given all readings.
 
     Parameters
     ----------
     measurements : Measurements
-        The pings, as heard from the poses that were given.
+        The pings, placed by the poses as recorded.
     start : Values
         Where to start.
     priors : Priors
-        What is believed of the sonar.
+        Priors of sonar and poses.
     settings : OptimiserSettings
-        Priors and weights.
+        Iterations, robust kernel and sigmas of the priors.
     known : InformationPrior, optional
-        What readings that are no longer at hand said.
+        Marginal prior from readings that are no longer at hand.
 
     Returns
     -------
@@ -81,26 +88,29 @@ def optimise(
         Features, sonar and covariance.
     """
     layout = start.layout
-    now, bearings = start, _bearings(measurements, start, priors)
+    now, headings = start, _heading_measurements(measurements, start, priors)
     for _ in range(settings.rounds):
-        matched, readings = _linearised(_with_attenuation(measurements, now, priors), now, priors, settings)
-        of_readings, reading_gradient = normal_equations([_placed(readings, layout)], layout.size)
-        rest, right = normal_equations([bearing_rows(bearings, now)], layout.size)
+        association, readings = _linearised(_at_present(measurements, now, priors), now, priors, settings)
+        range_information, range_vector = normal_equations([_placed(readings, layout)], layout.size)
+        rest, vector = normal_equations([heading_factor(headings, now)], layout.size)
         if known is not None:
             rest[np.ix_(known.columns, known.columns)] += known.information
-            right[known.columns] += known.vector - known.information @ now.values[known.columns]
-        detected = of_readings + rest
-        information, pull = normal_equations(list(_held_by(now, layout, priors, settings)), layout.size)
-        rest, right = rest + information, right + pull
-        information = of_readings + rest
-        linear = _Linear(matched, readings, rest, right)
+            vector[known.columns] += known.vector - known.information @ now.values[known.columns]
+        measured = range_information + rest
+        prior_information, prior_vector = normal_equations(
+            list(_prior_factors(now, layout, priors, settings)), layout.size
+        )
+        rest, vector = rest + prior_information, vector + prior_vector
+        information = range_information + rest
+        linear = _Linearisation(association, readings, rest, vector)
         for damping in (0.0, *_DAMPINGS):
-            step = _step(information + damping * np.eye(layout.size), reading_gradient + right, now, priors, settings)
-            moved = now.moved(step)
+            damped = information + damping * np.eye(layout.size)
+            step = _step(damped, range_vector + vector, now, priors, settings)
+            moved = now.retracted(step)
             if _rise(measurements, now, moved, priors=priors, linear=linear) <= 0.0:
                 break
-        now, left = moved, float(step @ information @ step)
-        if left < settings.rest:
+        now, newton_decrement = moved, float(step @ information @ step)
+        if newton_decrement < settings.rest:
             break
     return Solution(
         reflectors=now.features.reflectors,
@@ -110,17 +120,17 @@ def optimise(
         poses=now.poses,
         layout=layout,
         information=information,
-        detected=detected,
+        measurement_information=measured,
         information_inflation=priors.information_inflation,
         extents=now.features.extents,
-        owners=matched.owners,
-        residuals=matched.residuals,
-        excesses=matched.excesses,
-        newton_decrement=left,
+        owners=association.owners,
+        residuals=association.residuals,
+        excesses=association.excesses,
+        newton_decrement=newton_decrement,
     )
 
 
-def _rise(measurements: Measurements, now: Values, moved: Values, *, priors: Priors, linear: "_Linear") -> float:
+def _rise(measurements: Measurements, now: Values, moved: Values, *, priors: Priors, linear: "_Linearisation") -> float:
     """Return by how much a move raises the weighted squares of the residuals, twice a robust negative log likelihood.
 
     A wall that turns about the foot of a sensor's axis changes readings by the square of the turn: derivatives say
@@ -128,10 +138,10 @@ def _rise(measurements: Measurements, now: Values, moved: Values, *, priors: Pri
     squares is a fall of the robust cost, too.  All but the readings is as good as linear.
     """
     change = moved.values - now.values
-    detected, hearing = _with_attenuation(measurements, moved, priors), moved.model.tabulated()
-    left = residuals_of(detected, hearing, moved.features, linear.matched.owners)
-    of_readings = linear.readings.weights @ (left**2 - linear.readings.residuals**2)
-    return float(of_readings + change @ (linear.information @ change - 2.0 * linear.right))
+    detected, hearing = _at_present(measurements, moved, priors), moved.model.tabulated()
+    residuals = residuals_of(detected, hearing, moved.features, linear.association.owners)
+    of_readings = linear.readings.weights @ (residuals**2 - linear.readings.residuals**2)
+    return float(of_readings + change @ (linear.information @ change - 2.0 * linear.vector))
 
 
 def _step(
@@ -157,8 +167,8 @@ def _step(
         return step
     by_latency = held(by_latency, columns, dict.fromkeys(changes, 0.0))
     change, variance = step[latency], by_latency[latency]
-    reading_gradient = variance < _TOLD * settings.latency_sigma**2
-    if reading_gradient and now.latency + change < settings.determined * math.sqrt(variance):
+    is_determined = variance < _DETERMINED * settings.latency_sigma**2
+    if is_determined and now.latency + change < settings.determined * math.sqrt(variance):
         return held(step, [by_latency], {latency: -now.latency})
     return step
 
@@ -169,7 +179,7 @@ def range_factors(measurements: Measurements, now: Values, priors: Priors, setti
     Parameters
     ----------
     measurements : Measurements
-        The pings, as heard from the poses that were given.
+        The pings, placed by the poses as recorded.
     now : Values
         Features, sonar and poses.
     priors : Priors
@@ -182,7 +192,7 @@ def range_factors(measurements: Measurements, now: Values, priors: Priors, setti
     LinearFactor
         One a reading.
     """
-    _, readings = _linearised(_with_attenuation(measurements, now, priors), now, priors, settings)
+    _, readings = _linearised(_at_present(measurements, now, priors), now, priors, settings)
     return _placed(readings, now.layout)
 
 
@@ -199,23 +209,23 @@ def heading_factors(measurements: Measurements, now: Values, priors: Priors) -> 
     LinearFactor
         One a wall and station; none unless headings are free and walls stand along the axes.
     """
-    return bearing_rows(_bearings(measurements, now, priors), now)
+    return heading_factor(_heading_measurements(measurements, now, priors), now)
 
 
-def _bearings(measurements: Measurements, now: Values, priors: Priors) -> Bearings:
+def _heading_measurements(measurements: Measurements, now: Values, priors: Priors) -> HeadingMeasurements:
     """Find the bearings of walls; those of walls that may lie anyhow determine the servo but not the headings."""
     poses, square = priors.poses, priors.squareness
     along_axes = poses is not None and not poses.relative and square is not None and square.along_axes
     if not priors.bearings or not (along_axes or priors.servo is not None):
-        return NO_BEARINGS
-    detected = _with_attenuation(measurements, now, priors)
+        return NO_HEADINGS
+    detected = _at_present(measurements, now, priors)
     headings = now.poses[:, 2] if len(now.poses) else np.zeros(len(measurements.centers))
-    return bearings_of(
+    return heading_measurements_of(
         detected, now.model.tabulated(), now.features, headings, servo=None if priors.servo is None else now.servo
     )
 
 
-class _Readings(NamedTuple):
+class _RangeLinearisation(NamedTuple):
     """Linearised readings: whose they are, from which station, which wall ends theirs, derivatives and so on."""
 
     owners: IntArray
@@ -226,17 +236,17 @@ class _Readings(NamedTuple):
     weights: FloatArray
 
 
-class _Linear(NamedTuple):
+class _Linearisation(NamedTuple):
     """Everything about one state: readings with their owners, and normal equations of all that holds it besides."""
 
-    matched: Association
-    readings: _Readings
+    association: Association
+    readings: _RangeLinearisation
     information: FloatArray
-    right: FloatArray
+    vector: FloatArray
 
 
-def _with_attenuation(measurements: Measurements, now: Values, priors: Priors) -> Measurements:
-    """Place the pings where the servo and the robot were."""
+def _at_present(measurements: Measurements, now: Values, priors: Priors) -> Measurements:
+    """Place the pings by the present latency, servo and poses."""
     turned = late_by(measurements, now.latency)
     if priors.servo is not None:
         turned = turned_by(turned, error=now.servo, before=priors.servo)
@@ -245,42 +255,51 @@ def _with_attenuation(measurements: Measurements, now: Values, priors: Priors) -
 
 def _linearised(
     measurements: Measurements, now: Values, priors: Priors, settings: OptimiserSettings
-) -> tuple[Association, _Readings]:
+) -> tuple[Association, _RangeLinearisation]:
     hearing = now.model.tabulated()
-    matched = associate(measurements, hearing, now.features, max(0.025, 6.0 * priors.noise))
-    explained = np.flatnonzero(matched.owners >= 0)
+    association = associate(measurements, hearing, now.features, max(0.025, 6.0 * priors.noise))
+    explained = np.flatnonzero(association.owners >= 0)
     model = now.model
     walk = (model.range_offset, model.walk_gain, model.reference_walk, model.walk_exponent)
-    jacobian, neighbours = differentiate_readings(measurements, hearing, now.features, matched, explained, walk)
-    residuals, excesses = matched.residuals[explained], matched.excesses[explained]
+    jacobian, neighbours = range_jacobian(measurements, hearing, now.features, association, explained, walk)
+    residuals, excesses = association.residuals[explained], association.excesses[explained]
     variances = now.model.variances(excesses, noise=priors.noise)
-    bias_variances = variances * (1.0 + residuals**2 / (settings.robust**2 * variances)) ** 2
+    robust_variances = geman_mcclure_variances(residuals, variances, settings.robust)
     counts = priors.effective_sample_ratio * measurements.weights[explained]
-    owners, stations = matched.owners[explained], measurements.stations[explained]
-    readings = _Readings(
+    owners, stations = association.owners[explained], measurements.stations[explained]
+    readings = _RangeLinearisation(
         owners=owners,
         stations=stations,
         neighbours=neighbours,
         jacobian=jacobian if len(now.poses) else jacobian[:, : 5 + len(SONAR_UNKNOWNS)],
         residuals=residuals,
-        weights=_capped(counts / bias_variances, owners, stations, _common(now.features.bias_variances, priors)),
+        weights=_with_shared_bias(counts / robust_variances, owners, stations, _shared_variances(now, priors)),
     )
     if len(now.poses):
-        _add_leverage(jacobian, measurements, explained, now.poses)
-    return matched, readings
+        _add_lever_arm(jacobian, measurements, explained, now.poses)
+    return association, readings
 
 
-def _common(bias_variances: FloatArray, priors: Priors) -> FloatArray:
-    """Variance of what is wrong together in all that a station says of a feature [m^2], by feature and station.
+def geman_mcclure_variances(residuals: FloatArray, variances: FloatArray, scale: float) -> FloatArray:
+    """Inflate variances so that a weighted square follows the kernel of Geman and McClure (1985), scale in sigmas.
 
-    Of way-points that is learned from what is left of the readings, whatever the reason.
+    With u = r / (scale sigma), the kernel u^2 / (1 + u^2) gives the weight 1 / (1 + u^2)^2: a quarter at u = 1.
     """
-    by_hand = priors.poses is not None and not priors.poses.relative
-    return priors.bias_sigma**2 + (np.zeros_like(bias_variances) if by_hand else bias_variances)
+    inflated: FloatArray = variances * (1.0 + residuals**2 / (scale**2 * variances)) ** 2
+    return inflated
 
 
-def _capped(weights: FloatArray, owners: IntArray, stations: IntArray, common: FloatArray) -> FloatArray:
-    """Let all that a station says of a feature count no more than its common error allows."""
+def _shared_variances(now: Values, priors: Priors) -> FloatArray:
+    """Return the variance of the error that all readings of a feature from one station share [m^2], shape (f, s).
+
+    With an absolute pose model it is estimated from the residuals, whatever its cause.
+    """
+    variances, by_hand = now.features.bias_variances, priors.poses is not None and not priors.poses.relative
+    return priors.bias_sigma**2 + (np.zeros_like(variances) if by_hand else variances)
+
+
+def _with_shared_bias(weights: FloatArray, owners: IntArray, stations: IntArray, common: FloatArray) -> FloatArray:
+    """Lower the weights of the readings of a feature from one station as the variance of their shared error asks."""
     sums = np.zeros(common.shape)
     np.add.at(sums, (owners, stations), weights)
     capped: FloatArray = weights / (1.0 + (sums * common)[owners, stations])
@@ -288,22 +307,22 @@ def _capped(weights: FloatArray, owners: IntArray, stations: IntArray, common: F
 
 
 @compiled
-def _add_leverage(jacobian: FloatArray, measurements: Measurements, explained: IntArray, poses: FloatArray) -> None:
-    """Let a turn of the robot move its sensors, and so the readings."""
+def _add_lever_arm(jacobian: FloatArray, measurements: Measurements, explained: IntArray, poses: FloatArray) -> None:
+    """Add the lever arms of the sensors to the derivatives by the yaw of the robot."""
     for row, ping in enumerate(explained):
         base = poses[measurements.stations[ping]]
         ahead, aside = measurements.x[ping] - base[0], measurements.y[ping] - base[1]
         jacobian[row, -1] += jacobian[row, -2] * ahead - jacobian[row, -3] * aside
 
 
-def _placed(readings: _Readings, layout: Layout) -> LinearFactor:
+def _placed(readings: _RangeLinearisation, layout: Layout) -> LinearFactor:
     """Give the derivatives of readings their places among the unknowns."""
     columns = _columns(readings, layout.columns, (layout.sonar, layout.pose))
     return LinearFactor(columns, readings.jacobian, readings.residuals, readings.weights)
 
 
 @compiled
-def _columns(readings: _Readings, of_features: IntArray, starts: tuple[int, int]) -> IntArray:
+def _columns(readings: _RangeLinearisation, of_features: IntArray, starts: tuple[int, int]) -> IntArray:
     """Where parameters of its feature, of the neighbour, of the sonar and of its pose stand, for each reading."""
     columns: IntArray = np.empty(readings.jacobian.shape, np.int64)
     owners, neighbours, stations = readings.owners, readings.neighbours, readings.stations
@@ -321,7 +340,7 @@ def _columns(readings: _Readings, of_features: IntArray, starts: tuple[int, int]
     return columns
 
 
-def _held_by(now: Values, layout: Layout, priors: Priors, settings: OptimiserSettings) -> Iterator[LinearFactor]:
+def _prior_factors(now: Values, layout: Layout, priors: Priors, settings: OptimiserSettings) -> Iterator[LinearFactor]:
     """Collect what holds the unknowns besides the pings: priors, and ties of corners to their walls."""
     yield sonar_prior(now, layout.sonar, priors, settings)
     if priors.squareness is not None:

@@ -17,12 +17,12 @@ __all__ = [
     "PosePrior",
     "PoseSettings",
     "at_poses",
+    "between_jacobians",
+    "between_residuals",
     "continued",
     "dead_reckoned",
     "odometry_prior",
     "pose_factors",
-    "step_residuals",
-    "step_slopes",
     "waypoint_prior",
     "waypoint_steps",
 ]
@@ -283,13 +283,13 @@ def pose_factors(priors: PosePrior, poses: FloatArray, first: int) -> LinearFact
     before = np.concatenate([np.full((1, 3, 3), -1), own[:-1]])
     start = priors.measured_poses[:1] - poses[:1]
     start[:, 2] = wrap(start[:, 2])
-    residuals = np.concatenate([start, step_residuals(priors.measured_poses, poses)])
-    from_before, from_own = step_slopes(priors.measured_poses, poses)
+    residuals = np.concatenate([start, between_residuals(priors.measured_poses, poses)])
+    from_before, from_own = between_jacobians(priors.measured_poses, poses)
     columns = np.concatenate([before, own], axis=2)
     return _flat(columns, np.concatenate([from_before, from_own], axis=2), residuals, priors.sigmas)
 
 
-def step_residuals(measured_poses: FloatArray, poses: FloatArray) -> FloatArray:
+def between_residuals(measured_poses: FloatArray, poses: FloatArray) -> FloatArray:
     """Tell by how much the steps from pose to pose are longer as given than they are now.
 
     Parameters
@@ -327,7 +327,7 @@ def _steps(poses: FloatArray) -> FloatArray:
     return compose(invert(poses[:-1]), poses[1:])
 
 
-def step_slopes(measured_poses: FloatArray, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
+def between_jacobians(measured_poses: FloatArray, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Differentiate each step by the pose before and by its own: ``p = R' (t - t0)``, ``dp/dyaw0 = (p_y, -p_x)``.
 
     Parameters

@@ -21,7 +21,7 @@ from echoplan.acoustics.predicted_echo import (
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.optimisation.edge_diffraction import Reach, at_end, differentiate_at_end, edges_of, is_ended
+from echoplan.joint.optimisation.edge_diffraction import WallExtent, diffracted, diffracted_jacobian, edges_of, is_ended
 from echoplan.preprocessing.measurements import Measurements
 
 __all__ = [
@@ -29,9 +29,9 @@ __all__ = [
     "Features",
     "as_arrays",
     "associate",
-    "differentiate_readings",
+    "extent_of",
     "predict_and_residual",
-    "reach_of",
+    "range_jacobian",
     "residuals_of",
 ]
 
@@ -136,7 +136,7 @@ def associate(measurements: Measurements, hearing: Hearing, features: Features, 
     count = len(measurements.readings)
     owners, residuals, excesses = np.full(count, -1), np.zeros(count), np.zeros(count)
     for feature in range(len(features.reflectors)):
-        shape, reach = shape_of(features.reflectors[feature]), reach_of(features, feature)
+        shape, reach = shape_of(features.reflectors[feature]), extent_of(features, feature)
         for ping in range(count):
             attenuation = features.attenuations[feature, measurements.stations[ping]]
             if math.isinf(attenuation):
@@ -169,7 +169,7 @@ def residuals_of(measurements: Measurements, hearing: Hearing, features: Feature
             features.attenuations[owner, measurements.stations[ping]],
         )
         place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
-        sight, late = predict_and_residual(shape, reach_of(features, owner), place, reading, hearing.wavelength)
+        sight, late = predict_and_residual(shape, extent_of(features, owner), place, reading, hearing.wavelength)
         residuals[row] = (
             reading if math.isinf(late) else late - walk_of(hearing, excess_of(hearing, sight) - attenuation)
         )
@@ -177,7 +177,7 @@ def residuals_of(measurements: Measurements, hearing: Hearing, features: Feature
 
 
 @compiled
-def reach_of(features: Features, number: int) -> Reach:
+def extent_of(features: Features, number: int) -> WallExtent:
     """Tell how far a wall reaches.
 
     Parameters
@@ -189,7 +189,7 @@ def reach_of(features: Features, number: int) -> Reach:
 
     Returns
     -------
-    Reach
+    WallExtent
         Between which places it was heard, and where it ends [m].
     """
     extent, ends = features.extents[number], features.ends[number]
@@ -198,7 +198,7 @@ def reach_of(features: Features, number: int) -> Reach:
 
 @compiled
 def predict_and_residual(
-    shape: Shape, reach: Reach, place: Ping, reading: float, wavelength: float
+    shape: Shape, reach: WallExtent, place: Ping, reading: float, wavelength: float
 ) -> tuple[Sight, float]:
     """Look at a feature, and tell how much longer than its depth a reading is.
 
@@ -206,7 +206,7 @@ def predict_and_residual(
     ----------
     shape : Shape
         The feature.
-    reach : Reach
+    reach : WallExtent
         How far it reaches, if it is a wall.
     place : Ping
         Where the sensor is and where it looks.
@@ -227,12 +227,12 @@ def predict_and_residual(
     if sight[0] <= 0.0 or (is_wall and not reach[0] - _BORDER < foot < reach[1] + _BORDER):
         return sight, -math.inf
     if is_ended(shape, place, reach):
-        sight = at_end(sight, reach[2] - foot, foot - reach[3], wavelength)
+        sight = diffracted(sight, reach[2] - foot, foot - reach[3], wavelength)
     return sight, reading - sight[0]
 
 
 @compiled
-def differentiate_readings(
+def range_jacobian(
     measurements: Measurements,
     hearing: Hearing,
     features: Features,
@@ -276,9 +276,9 @@ def differentiate_readings(
             shape_of(features.reflectors[owner]),
             features.attenuations[owner, measurements.stations[ping]],
         )
-        if is_ended(shape, place, reach_of(features, owner)):
+        if is_ended(shape, place, extent_of(features, owner)):
             end, filled = (features.ends[owner], attenuation), (own, jacobian[row, 3:5])
-            neighbours[row] = differentiate_at_end(hearing, shape, place, end, filled)
+            neighbours[row] = diffracted_jacobian(hearing, shape, place, end, filled)
         else:
             differentiate(hearing, shape, place, own, attenuation)
         jacobian[row, :3] = own[:3]

@@ -8,8 +8,8 @@ import numpy as np
 
 from echoplan.acoustics.predicted_echo import EchoModel, Kind
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.joint.optimisation.factors import solve
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS, Layout
+from echoplan.joint.optimisation.solver import solve
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError
 
 __all__ = ["Solution"]
@@ -38,7 +38,7 @@ class Solution:
         What stands where.
     information : ndarray, shape (u, u)
         Of all unknowns.
-    detected : ndarray, shape (u, u)
+    measurement_information : ndarray, shape (u, u)
         The part of it that readings gave.
     information_inflation : float
         How many times more these tell than they were let count for.
@@ -65,7 +65,7 @@ class Solution:
     poses: FloatArray
     layout: Layout
     information: FloatArray
-    detected: FloatArray
+    measurement_information: FloatArray
     information_inflation: float
     extents: FloatArray
     owners: IntArray
@@ -88,11 +88,9 @@ class Solution:
         """
         covariance = solve(self.information, np.eye(self.layout.size))
         if self.information_inflation > 1.0:
-            features = slice(0, self.layout.sonar)
+            features, excess = slice(0, self.layout.sonar), 1.0 - 1.0 / self.information_inflation
             about = solve(self.information[features, features], np.eye(self.layout.sonar))
-            covariance[features, features] -= (
-                (1.0 - 1.0 / self.information_inflation) * about @ self.detected[features, features] @ about
-            )
+            covariance[features, features] -= excess * about @ self.measurement_information[features, features] @ about
         offset = self.layout.sonar + SONAR_UNKNOWNS.index("range_offset")
         jacobian, variance = covariance[:, offset] / covariance[offset, offset], covariance[offset, offset]
         covariance += max(self.offset_sigma**2 - variance, 0.0) * np.outer(jacobian, jacobian)

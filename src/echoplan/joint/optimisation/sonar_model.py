@@ -65,7 +65,7 @@ def expected_sonar(
 
 
 def estimated_sonar(
-    measurements: Measurements, model: EchoModel, features: Sequence[Hypothesis], *, pose_prior: float
+    measurements: Measurements, model: EchoModel, features: Sequence[Hypothesis], *, prior_mean: float
 ) -> EchoModel:
     """Learn figure of merit and beam of a sonar, or the cone of rays.
 
@@ -77,7 +77,7 @@ def estimated_sonar(
         The sonar so far.
     features : sequence of Hypothesis
         What is there.
-    pose_prior : float
+    prior_mean : float
         Figure of merit that the rig leads one to expect [dB].
 
     Returns
@@ -87,7 +87,7 @@ def estimated_sonar(
     """
     if model.cone:
         return fit_cone(measurements, model, features)
-    return fit_figure_of_merit(measurements, model, features, pose_prior=pose_prior)
+    return fit_figure_of_merit(measurements, model, features, prior_mean=prior_mean)
 
 
 def walking(model: EchoModel, solution: Solution | None, noise: float) -> EchoModel:

@@ -62,7 +62,7 @@ class Values:
         sonar += [model.figure_of_merit, math.log(model.ka), model.walk_exponent]
         return np.concatenate([self.features.reflectors[:, 1:][self.layout.free], sonar, self.poses.ravel()])
 
-    def moved(self, step: FloatArray) -> "Values":
+    def retracted(self, step: FloatArray) -> "Values":
         """Take a step.
 
         Parameters

@@ -11,7 +11,7 @@ from echoplan.geometry import directions
 from echoplan.joint.mapper import JointMapper, JointSettings
 from echoplan.joint.optimisation.attenuation import shadowed
 from echoplan.joint.optimisation.edge_diffraction import edges_of
-from echoplan.joint.optimisation.range_factors import Association, Features, associate, differentiate_readings
+from echoplan.joint.optimisation.range_factors import Association, Features, associate, range_jacobian
 from echoplan.methods import map_sweeps
 from echoplan.model import Polyline, Route, World
 from echoplan.preprocessing.measurements import Measurements
@@ -86,7 +86,7 @@ def test_readings_change_with_both_walls_and_the_sensor_as_the_derivatives_say()
     matched, _ = expected(pings, rows)
     told = np.flatnonzero((matched.owners == 0) & (matched.excesses > 1.0))
     walk = (SONAR.range_offset, SONAR.walk_gain, SONAR.reference_walk, SONAR.walk_exponent)
-    jacobian, neighbours = differentiate_readings(pings, SONAR.tabulated(), box(rows, 1), matched, told, walk)
+    jacobian, neighbours = range_jacobian(pings, SONAR.tabulated(), box(rows, 1), matched, told, walk)
     ended = neighbours == 1
     assert ended.sum() > 10
     # What is seen around the edge comes from a little beside the normal: there these are not exact.

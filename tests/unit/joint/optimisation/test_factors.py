@@ -3,7 +3,8 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.errors import InvalidValueError
-from echoplan.joint.optimisation.factors import InformationPrior, LinearFactor, normal_equations, prior, solve
+from echoplan.joint.optimisation.factors import InformationPrior, LinearFactor, normal_equations, prior
+from echoplan.joint.optimisation.solver import solve
 
 SIZE = 7
 
@@ -98,7 +99,7 @@ def summary() -> InformationPrior:
 
 @pytest.mark.parametrize("kept", [[0], [1, 3], [4, 0, 2], [0, 1, 2, 3, 4]])
 def test_what_is_kept_has_the_values_and_the_covariance_that_it_had_among_all(kept: list[int]) -> None:
-    whole, part = summary(), summary().on(np.array(kept))
+    whole, part = summary(), summary().marginalised_onto(np.array(kept))
     covariance = np.linalg.inv(whole.information)
     assert np.linalg.inv(part.information) == pytest.approx(covariance[np.ix_(kept, kept)], rel=1e-6)
     values = np.linalg.solve(part.information, part.vector)
@@ -108,11 +109,11 @@ def test_what_is_kept_has_the_values_and_the_covariance_that_it_had_among_all(ke
 
 def test_keeping_all_changes_nothing() -> None:
     whole = summary()
-    assert whole.on(np.arange(5)) is whole
+    assert whole.marginalised_onto(np.arange(5)) is whole
 
 
 def test_what_nothing_is_known_of_can_be_left_aside() -> None:
     blind = InformationPrior(np.arange(2), np.diag([4.0, 0.0]), np.array([8.0, 0.0]))
-    part = blind.on(np.array([0]))
+    part = blind.marginalised_onto(np.array([0]))
     assert part.information.tolist() == [[4.0]]
     assert part.vector.tolist() == [8.0]

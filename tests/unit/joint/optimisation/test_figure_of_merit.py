@@ -35,14 +35,14 @@ def detected(sonar: EchoModel, *, seed: int = 0) -> Measurements:
 @pytest.mark.parametrize(("merit", "ka"), [(SONAR.figure_of_merit + 2.0, 4.0), (SONAR.figure_of_merit - 2.0, 5.5)])
 def test_loudness_and_beam_come_back_from_who_heard_what(merit: float, ka: float) -> None:
     true = replace(SONAR, figure_of_merit=merit, ka=ka)
-    found = fit_figure_of_merit(detected(true), SONAR, LOUD, pose_prior=SONAR.figure_of_merit)
+    found = fit_figure_of_merit(detected(true), SONAR, LOUD, prior_mean=SONAR.figure_of_merit)
     assert found.figure_of_merit == pytest.approx(merit, abs=1.0)
     assert found.ka == pytest.approx(ka, abs=0.2)
 
 
 def test_only_loudness_and_beam_are_changed() -> None:
     learned = replace(SONAR, range_offset=0.001, walk_gain=0.02, range_scale=0.01)
-    found = fit_figure_of_merit(detected(SONAR), learned, LOUD, pose_prior=SONAR.figure_of_merit)
+    found = fit_figure_of_merit(detected(SONAR), learned, LOUD, prior_mean=SONAR.figure_of_merit)
     same = replace(found, figure_of_merit=learned.figure_of_merit, ka=learned.ka)
     assert (same.range_offset, same.walk_gain, same.range_scale) == (0.001, 0.02, 0.01)
     assert same.absorption == learned.absorption
@@ -52,8 +52,8 @@ def test_only_loudness_and_beam_are_changed() -> None:
 def test_a_temperature_that_stretches_readings_turns_no_hit_into_a_miss() -> None:
     measurements = detected(SONAR)
     cold = measurements._replace(readings=measurements.readings / 1.05)
-    plain = fit_figure_of_merit(measurements, SONAR, LOUD, pose_prior=SONAR.figure_of_merit)
-    stretched = fit_figure_of_merit(cold, replace(SONAR, range_scale=0.05), LOUD, pose_prior=SONAR.figure_of_merit)
+    plain = fit_figure_of_merit(measurements, SONAR, LOUD, prior_mean=SONAR.figure_of_merit)
+    stretched = fit_figure_of_merit(cold, replace(SONAR, range_scale=0.05), LOUD, prior_mean=SONAR.figure_of_merit)
     assert (stretched.figure_of_merit, stretched.ka) == pytest.approx((plain.figure_of_merit, plain.ka), abs=0.05)
 
 
@@ -63,7 +63,7 @@ def test_what_is_masked_by_something_nearer_says_nothing() -> None:
     masked = measurements._replace(readings=np.where(facing_east, 0.4, measurements.readings))
     deaf = measurements._replace(readings=np.where(facing_east, np.inf, measurements.readings))
     plain, behind, missed = (
-        fit_figure_of_merit(each, SONAR, LOUD, pose_prior=SONAR.figure_of_merit)
+        fit_figure_of_merit(each, SONAR, LOUD, prior_mean=SONAR.figure_of_merit)
         for each in (measurements, masked, deaf)
     )
     assert behind.figure_of_merit == pytest.approx(plain.figure_of_merit, abs=0.5)
@@ -74,7 +74,7 @@ def test_pings_that_do_not_face_what_was_heard_of_a_wall_say_nothing_about_it() 
     measurements, columns = detected(SONAR), [LOUD[4]] * 3
     beside = [feature(each, extent=(3.0, 3.5), llr_by_station=[20.0] * 4) for each in ROOM]
     alone, more = (
-        fit_figure_of_merit(measurements, SONAR, known, pose_prior=SONAR.figure_of_merit)
+        fit_figure_of_merit(measurements, SONAR, known, prior_mean=SONAR.figure_of_merit)
         for known in (columns, columns + beside)
     )
     assert (more.figure_of_merit, more.ka) == (alone.figure_of_merit, alone.ka)
@@ -84,7 +84,7 @@ def test_too_few_clear_features_leave_the_sonar_as_it_is() -> None:
     measurements = detected(replace(SONAR, figure_of_merit=SONAR.figure_of_merit + 3.0))
     faint = [replace(each, llr_by_station=np.array([20.0, 7.0, 7.0, 7.0])) for each in LOUD]
     for known in ([], LOUD[:2], faint, [*LOUD[:2], *faint]):
-        assert fit_figure_of_merit(measurements, SONAR, known, pose_prior=SONAR.figure_of_merit) is SONAR
+        assert fit_figure_of_merit(measurements, SONAR, known, prior_mean=SONAR.figure_of_merit) is SONAR
 
 
 def test_what_two_stations_heard_counts_only_where_there_is_nothing_better() -> None:
@@ -94,26 +94,26 @@ def test_what_two_stations_heard_counts_only_where_there_is_nothing_better() -> 
         [replace(each, llr_by_station=np.array([20.0, 20.0, 7.0, 7.0])) for each in LOUD],
     )
     few, all_, mixed = (
-        fit_figure_of_merit(measurements, SONAR, known, pose_prior=SONAR.figure_of_merit)
+        fit_figure_of_merit(measurements, SONAR, known, prior_mean=SONAR.figure_of_merit)
         for known in (twice, LOUD, [*LOUD[:3], *twice[3:]])
     )
     assert few.figure_of_merit == all_.figure_of_merit
     assert (
         mixed.figure_of_merit
-        == fit_figure_of_merit(measurements, SONAR, LOUD[:3], pose_prior=SONAR.figure_of_merit).figure_of_merit
+        == fit_figure_of_merit(measurements, SONAR, LOUD[:3], prior_mean=SONAR.figure_of_merit).figure_of_merit
     )
 
 
 def test_a_faint_wide_sonar_is_found_from_a_loud_narrow_one() -> None:
     true = replace(SONAR, figure_of_merit=16.0, ka=3.4)
-    found = fit_figure_of_merit(detected(true), replace(SONAR, figure_of_merit=34.0, ka=7.2), LOUD, pose_prior=26.0)
+    found = fit_figure_of_merit(detected(true), replace(SONAR, figure_of_merit=34.0, ka=7.2), LOUD, prior_mean=26.0)
     assert found.figure_of_merit == pytest.approx(16.0, abs=1.5)
     assert found.ka == pytest.approx(3.4, abs=0.3)
 
 
 def test_corners_and_edges_do_not_count_for_their_strengths_differ() -> None:
     points = [feature(np.array([kind, 2.0, 1.5, 0.0]), llr_by_station=[20.0] * 4) for kind in (2.0, 3.0)]
-    assert fit_figure_of_merit(detected(SONAR), SONAR, [*LOUD[:2], *points], pose_prior=SONAR.figure_of_merit) is SONAR
+    assert fit_figure_of_merit(detected(SONAR), SONAR, [*LOUD[:2], *points], prior_mean=SONAR.figure_of_merit) is SONAR
 
 
 @cache

@@ -8,7 +8,7 @@ import pytest
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray
 from echoplan.joint.optimisation.edge_diffraction import edges_of
-from echoplan.joint.optimisation.heading_factors import bearing_rows, bearings_of
+from echoplan.joint.optimisation.heading_factors import heading_factor, heading_measurements_of
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
 from echoplan.joint.optimisation.manhattan import ManhattanPrior
 from echoplan.joint.optimisation.optimiser import OptimiserSettings, Priors, heading_factors, optimise
@@ -54,7 +54,7 @@ def detected(reflectors: FloatArray, *, believed_heading: float = 0.0) -> Measur
 @pytest.mark.parametrize("off", [-8.0, -3.0, 0.0, 5.0])
 def test_the_angles_between_which_a_wall_was_heard_tell_which_way_a_station_faces(off: float) -> None:
     mistaken = detected(EASTWARD, believed_heading=np.radians(off))
-    found = bearings_of(mistaken, SONAR.tabulated(), features(EASTWARD), at(np.radians(off))[:, 2])
+    found = heading_measurements_of(mistaken, SONAR.tabulated(), features(EASTWARD), at(np.radians(off))[:, 2])
     assert np.degrees(found.headings) == pytest.approx([0.0, 0.0], abs=1.0)
     assert np.sqrt(found.variances) == pytest.approx([BEAM_SIGMA] * 2, rel=0.1)
 
@@ -62,18 +62,20 @@ def test_the_angles_between_which_a_wall_was_heard_tell_which_way_a_station_face
 def test_what_something_nearer_masks_tells_nothing() -> None:
     pings = detected(EASTWARD)
     masked = pings._replace(readings=np.where(pings.stations == 1, 0.3, pings.readings))
-    found = bearings_of(masked, SONAR.tabulated(), features(EASTWARD), np.zeros(2))
+    found = heading_measurements_of(masked, SONAR.tabulated(), features(EASTWARD), np.zeros(2))
     assert found.stations.tolist() == [0]
 
 
 def test_who_did_not_hear_a_wall_is_not_asked() -> None:
-    found = bearings_of(detected(EASTWARD), SONAR.tabulated(), features(EASTWARD, unheard_from=0), np.zeros(2))
+    found = heading_measurements_of(
+        detected(EASTWARD), SONAR.tabulated(), features(EASTWARD, unheard_from=0), np.zeros(2)
+    )
     assert found.stations.tolist() == [1]
 
 
 def test_only_walls_have_bearings() -> None:
     post = cylinder(1.0, 0.0, 0.1)[None]
-    assert len(bearings_of(detected(post), SONAR.tabulated(), features(post), np.zeros(2)).walls) == 0
+    assert len(heading_measurements_of(detected(post), SONAR.tabulated(), features(post), np.zeros(2)).walls) == 0
 
 
 def state(measured_poses: Features, poses: FloatArray) -> Values:
@@ -83,14 +85,14 @@ def state(measured_poses: Features, poses: FloatArray) -> Values:
 def test_rows_hold_headings_against_walls() -> None:
     poses, measured_poses = np.column_stack([PLACES, [0.1, -0.2]]), features(EASTWARD)
     now, moved = state(measured_poses, poses), measured_poses.reflectors.copy()
-    bearings = bearings_of(detected(EASTWARD), SONAR.tabulated(), measured_poses, poses[:, 2])
-    rows = bearing_rows(bearings, now)
+    bearings = heading_measurements_of(detected(EASTWARD), SONAR.tabulated(), measured_poses, poses[:, 2])
+    rows = heading_factor(bearings, now)
     servo = [now.layout.sonar + SONAR_UNKNOWNS.index(each) for each in ("servo_gain", "servo_offset")]
     assert rows.columns.tolist() == [[0, now.layout.pose + 2, *servo], [0, now.layout.pose + 5, *servo]]
     moved[:, 1] += 0.02
     later = state(measured_poses._replace(reflectors=moved), poses + np.array([0.0, 0.0, 0.05]))
     later = replace(later, servo=ServoError(0.97, 0.04))
-    assert bearing_rows(bearings, later).residuals == pytest.approx(
+    assert heading_factor(bearings, later).residuals == pytest.approx(
         rows.residuals - rows.jacobian @ [0.02, 0.05, -0.03, 0.04]
     )
 
@@ -154,5 +156,5 @@ def test_neither_wheels_nor_poses_that_are_trusted_nor_a_first_look_ask_for_bear
 
 def test_corners_and_cylinders_may_be_about() -> None:
     measured_poses = features(np.concatenate([[[Kind.CORNER, 2.0, 1.5, 0.0]], ROOM]))
-    found = bearings_of(detected(ROOM), SONAR.tabulated(), measured_poses, np.zeros(2))
+    found = heading_measurements_of(detected(ROOM), SONAR.tabulated(), measured_poses, np.zeros(2))
     assert sorted(set(found.walls.tolist())) == [1, 2, 3, 4]

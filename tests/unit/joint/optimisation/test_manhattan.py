@@ -75,14 +75,14 @@ def test_only_walls_are_asked() -> None:
 
 @pytest.mark.parametrize(("turn", "along_axes"), [(8.0, True), (-95.0, True), (20.0, False)])
 def test_walls_near_the_axes_are_taken_to_stand_along_them_at_first(turn: float, *, along_axes: bool) -> None:
-    pose_prior = roughly_square(
+    applied = roughly_square(
         [*faces(turn, turn + 90, turn + 180, turn - 90), *faces(turn + 40, total=1.0)],
         SETTINGS,
         may_lie_along_axes=True,
     )
-    assert pose_prior is not None
-    assert pose_prior.members.tolist() == [True] * 4 + [False]
-    assert pose_prior.along_axes == along_axes
+    assert applied is not None
+    assert applied.members.tolist() == [True] * 4 + [False]
+    assert applied.along_axes == along_axes
 
 
 @pytest.mark.parametrize(("measured", "may"), [(0.1, True), (0.9, False)])
@@ -90,9 +90,9 @@ def test_nor_are_they_where_hardly_anybody_measures_or_stations_tell_how_they_li
     measured: float, *, may: bool
 ) -> None:
     settings = ManhattanSettings(measured=measured)
-    pose_prior = roughly_square(faces(8, 98, 188, -82), settings, may_lie_along_axes=may)
-    assert pose_prior is not None
-    assert not pose_prior.along_axes
+    applied = roughly_square(faces(8, 98, 188, -82), settings, may_lie_along_axes=may)
+    assert applied is not None
+    assert not applied.along_axes
 
 
 @pytest.mark.parametrize(("detected", "few"), [((1, 2, 2, 5), True), ((1, 3, 3, 5), False), ((2, 2, 3, 3), False)])
@@ -193,8 +193,8 @@ def test_what_was_believed_of_right_angles_is_taken_back_first(sigma: float, ask
     stations = np.array([0, 0, 1, 1, 2, 2])
     covariance, places = np.eye(layout.size), np.ix_(layout.starts, layout.starts)
     covariance[places] = np.radians(0.5) ** 2 * np.eye(6) + np.radians(10.0) ** 2 * (stations[:, None] == stations)
-    pose_prior = ManhattanPrior(np.arange(6) < 5, np.radians(sigma), along_axes)
-    rows = manhattan_factor(pose_prior, angles, layout.starts)
+    applied = ManhattanPrior(np.arange(6) < 5, np.radians(sigma), along_axes)
+    rows = manhattan_factor(applied, angles, layout.starts)
     jacobian = np.zeros((5, layout.size))
     np.add.at(jacobian, (np.arange(5)[:, None], rows.columns), rows.jacobian)
     drawn: FloatArray = np.linalg.inv(
@@ -206,7 +206,7 @@ def test_what_was_believed_of_right_angles_is_taken_back_first(sigma: float, ask
         return np.column_stack([np.full(6, Kind.WALL), angles, np.ones(6), np.zeros(6)])
 
     free = estimate_right_angles(walls(angles), layout, covariance, SETTINGS, by_hand=True)
-    again = estimate_right_angles(walls(moved), layout, drawn, SETTINGS, pose_prior, by_hand=True)
+    again = estimate_right_angles(walls(moved), layout, drawn, SETTINGS, applied, by_hand=True)
     assert (free is None) == (again is None)
     if free is not None and again is not None:
         assert again.members.tolist() == free.members.tolist()
@@ -221,8 +221,8 @@ def test_a_belief_that_holds_more_than_is_known_is_not_taken_back() -> None:
     covariance = np.radians(1.0) ** 2 * np.eye(layout.size)
     walls = np.column_stack([np.full(4, Kind.WALL), angles, np.ones(4), np.zeros(4)])
     # Without the belief the variances would be negative: nothing is learned from them.
-    pose_prior = ManhattanPrior(np.ones(4, dtype=bool), np.radians(0.2))
-    square = estimate_right_angles(walls, layout, covariance, SETTINGS, pose_prior, by_hand=True)
+    applied = ManhattanPrior(np.ones(4, dtype=bool), np.radians(0.2))
+    square = estimate_right_angles(walls, layout, covariance, SETTINGS, applied, by_hand=True)
     assert square is None
 
 

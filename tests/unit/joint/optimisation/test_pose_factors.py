@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, invert, wrap
-from echoplan.joint.optimisation.factors import LinearFactor, normal_equations, solve
+from echoplan.joint.optimisation.factors import LinearFactor, normal_equations
 from echoplan.joint.optimisation.pose_factors import (
     PosePrior,
     PoseSettings,
@@ -14,6 +14,7 @@ from echoplan.joint.optimisation.pose_factors import (
     pose_factors,
     waypoint_prior,
 )
+from echoplan.joint.optimisation.solver import solve
 from echoplan.model import Odometry
 from helpers.expectations import hearing, listening, wall
 

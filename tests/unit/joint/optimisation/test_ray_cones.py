@@ -51,5 +51,5 @@ def test_without_walls_or_readings_it_stays() -> None:
 
 def test_of_rays_the_cone_is_learned_and_of_sound_the_beam() -> None:
     detected = fan(np.radians(12.0))
-    assert estimated_sonar(detected, SEEING, WALLS, pose_prior=30.0).cone == fit_cone(detected, SEEING, WALLS).cone
-    assert estimated_sonar(detected, SONAR, WALLS, pose_prior=30.0).cone == 0.0
+    assert estimated_sonar(detected, SEEING, WALLS, prior_mean=30.0).cone == fit_cone(detected, SEEING, WALLS).cone
+    assert estimated_sonar(detected, SONAR, WALLS, prior_mean=30.0).cone == 0.0

@@ -30,7 +30,7 @@ def solution(share: float) -> Solution:
         poses=np.zeros((0, 3)),
         layout=UNKNOWNS,
         information=share * HEARD + HELD,
-        detected=share * HEARD,
+        measurement_information=share * HEARD,
         information_inflation=1.0 / share,
         extents=np.zeros((2, 2)),
         owners=nothing.astype(np.int64),

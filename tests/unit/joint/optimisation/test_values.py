@@ -36,11 +36,11 @@ def test_values_stand_where_the_unknowns_say() -> None:
 
 def test_a_small_step_moves_every_value_by_itself() -> None:
     now, step = state(), np.linspace(0.0, 0.002, 22)
-    assert now.moved(step).values == pytest.approx(now.values + step)
+    assert now.retracted(step).values == pytest.approx(now.values + step)
 
 
 def test_nothing_goes_farther_than_five_centimetres_at_once() -> None:
-    moved = state().moved(np.ones(22))
+    moved = state().retracted(np.ones(22))
     assert moved.features.reflectors[0, 1:3] == pytest.approx([0.25, 1.55])
     assert moved.poses == pytest.approx(state().poses + 0.05)
     assert moved.servo == pytest.approx(np.array(SERVO) + 0.05)
@@ -49,7 +49,7 @@ def test_nothing_goes_farther_than_five_centimetres_at_once() -> None:
 def test_what_is_too_far_at_once_is_shortened_as_a_whole() -> None:
     step = np.zeros(22)
     step[:2], step[-3:] = [0.02, 0.2], [0.1, -0.02, 0.01]
-    moved = state().moved(step)
+    moved = state().retracted(step)
     assert moved.features.reflectors[0, 1:3] == pytest.approx([0.205, 1.55])
     assert moved.poses[1] == pytest.approx(state().poses[1] + [0.05, -0.01, 0.005])
 
@@ -61,17 +61,17 @@ def test_a_wall_may_turn_about_where_it_was_heard_far_from_the_origin() -> None:
     now = Values(features=now.features._replace(extents=extents), model=SONAR, poses=now.poses)
     step = np.zeros(22)
     step[:2] = [0.02, 0.06]
-    assert now.moved(step).features.reflectors[0, 1:3] == pytest.approx([0.22, 1.56])
+    assert now.retracted(step).features.reflectors[0, 1:3] == pytest.approx([0.22, 1.56])
 
 
 @pytest.mark.parametrize(("step", "radius"), [(-1.0, 0.05), (1.0, 0.15)])
 def test_radii_change_by_no_more_either(step: float, radius: float) -> None:
-    moved = state().moved(np.full(22, step))
+    moved = state().retracted(np.full(22, step))
     assert moved.features.reflectors[1, 3] == pytest.approx(radius)
 
 
 def test_no_radius_becomes_less_than_one_centimetre() -> None:
     now = state()
     for _ in range(5):
-        now = now.moved(np.full(22, -1.0))
+        now = now.retracted(np.full(22, -1.0))
     assert now.features.reflectors[1, 3] == pytest.approx(0.01)

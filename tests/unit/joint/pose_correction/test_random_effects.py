@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from echoplan.arrays import FloatArray
-from echoplan.joint.optimisation.factors import LinearFactor, normal_equations, solve
+from echoplan.joint.optimisation.factors import LinearFactor, normal_equations
+from echoplan.joint.optimisation.solver import solve
 from echoplan.joint.optimisation.variance_components import map_scale_factor
 from echoplan.joint.pose_correction.random_effects import common_squares, without_shared_bias
 
