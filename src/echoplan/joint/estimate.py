@@ -101,7 +101,7 @@ class Estimate:
     @property
     def likelihood(self) -> PingLikelihood:
         """Likelihood of the pings."""
-        return self.likelihoods.of(self.measurements, self.model, self.noise)
+        return self.likelihoods.of(self.measurements, self.model, noise=self.noise)
 
     @property
     def odometry_noise(self) -> Odometry | None:

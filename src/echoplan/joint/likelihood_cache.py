@@ -18,7 +18,7 @@ class LikelihoodCache:
     def __init__(self) -> None:
         self._recent: deque[tuple[tuple[Measurements, EchoModel, float], PingLikelihood]] = deque(maxlen=_LIKELIHOODS)
 
-    def of(self, measurements: Measurements, model: EchoModel, noise: float) -> PingLikelihood:
+    def of(self, measurements: Measurements, model: EchoModel, *, noise: float) -> PingLikelihood:
         """Return the likelihood of pings, from the cache if these very objects were asked for before."""
         inputs = (measurements, model, noise)
         for known, likelihood in self._recent:

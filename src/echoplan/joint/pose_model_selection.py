@@ -122,7 +122,7 @@ def _followed(estimate: Estimate, status: PoseStatus) -> Estimate:
     return loose if _log_evidence(loose) > _log_evidence(tracked) + wider + VERY_STRONG else tracked
 
 
-def _corrected(estimate: Estimate, reason: PoseReason, ratio: float | None = None) -> PoseStatus:
+def _corrected(estimate: Estimate, reason: PoseReason, *, ratio: float | None = None) -> PoseStatus:
     """Return the status of poses that are corrected, with what was specified of them."""
     return PoseStatus(
         reason=reason,
@@ -222,7 +222,7 @@ def _is_in_question(estimate: Estimate) -> bool:
 def _in_vain(estimate: Estimate) -> PoseStatus:
     """Return the status of poses that stay as recorded although better ones were looked for."""
     reason = PoseReason.NO_CORRECTION_NEEDED if agrees(estimate) else PoseReason.NO_BETTER_POSES
-    return _corrected(estimate, reason, inlier_ratio(estimate))
+    return _corrected(estimate, reason, ratio=inlier_ratio(estimate))
 
 
 def _alternatives(estimate: Estimate, ratio: float, tracked: Estimate | None) -> list[Estimate]:
@@ -257,7 +257,7 @@ def _is_led_for_sure(estimate: Estimate, tracked: Estimate) -> bool:
 
 def _why(estimate: Estimate, ratio: float) -> PoseStatus:
     """Return the status of poses that explain more than those as recorded."""
-    return _corrected(estimate, PoseReason.MORE_LIKELY if agrees(estimate) else PoseReason.INCONSISTENT, ratio)
+    return _corrected(estimate, PoseReason.MORE_LIKELY if agrees(estimate) else PoseReason.INCONSISTENT, ratio=ratio)
 
 
 def _set_by_hand(estimate: Estimate, status: PoseStatus, tracked: Estimate) -> list[Estimate]:

@@ -18,6 +18,10 @@ _CORRECTED = {
     "inconsistent": ": only {share} of the echoes fit together from the poses as recorded",
     "more likely": ": {share} of the echoes fit together from the poses as recorded, but {model} explain them better",
 }
+_REMARKS = {
+    "exceeds_specification": "; its errors are larger than specified",
+    "has_slips": "; a wheel slipped",
+}
 _MODELS = {"odometry": "steps of the robot with errors", "absolute": "places a few centimetres elsewhere"}
 
 
@@ -40,14 +44,16 @@ def poses_in_words(status: Mapping[str, Any] | str) -> str:
     words = {"share": "" if ratio is None else f"{100.0 * ratio:.0f} %", "model": _MODELS.get(status["model"], "")}
     if reason in _AS_RECORDED:
         return _AS_RECORDED[reason].format(**words)
-    parts = ["corrected by a few centimetres" if status["model"] == "absolute" else "corrected"]
-    if status["is_requested"]:
-        parts.append(", as requested")
-    elif status["is_odometry_specified"]:
-        parts.append(", because the rig specifies errors of its odometry")
-    parts.append(_CORRECTED[reason].format(**words))
-    if status["exceeds_specification"]:
-        parts.append("; its errors are larger than specified")
-    if status["has_slips"]:
-        parts.append("; a wheel slipped")
+    parts = [
+        "corrected by a few centimetres" if status["model"] == "absolute" else "corrected",
+        _cause(status),
+        _CORRECTED[reason].format(**words),
+        *(words for flag, words in _REMARKS.items() if status[flag]),
+    ]
     return "".join(parts)
+
+
+def _cause(status: Mapping[str, Any]) -> str:
+    if status["is_requested"]:
+        return ", as requested"
+    return ", because the rig specifies errors of its odometry" if status["is_odometry_specified"] else ""

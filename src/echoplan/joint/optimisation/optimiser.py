@@ -264,7 +264,7 @@ def _linearised(
     jacobian, neighbours = range_jacobian(measurements, hearing, now.features, association, explained, walk)
     residuals, excesses = association.residuals[explained], association.excesses[explained]
     variances = now.model.variances(excesses, noise=priors.noise)
-    robust_variances = geman_mcclure_variances(residuals, variances, settings.robust)
+    robust_variances = geman_mcclure_variances(residuals, variances, scale=settings.robust)
     counts = priors.effective_sample_ratio * measurements.weights[explained]
     owners, stations = association.owners[explained], measurements.stations[explained]
     readings = _RangeLinearisation(
@@ -280,7 +280,7 @@ def _linearised(
     return association, readings
 
 
-def geman_mcclure_variances(residuals: FloatArray, variances: FloatArray, scale: float) -> FloatArray:
+def geman_mcclure_variances(residuals: FloatArray, variances: FloatArray, *, scale: float) -> FloatArray:
     """Inflate variances so that a weighted square follows the kernel of Geman and McClure (1985), scale in sigmas.
 
     With u = r / (scale sigma), the kernel u^2 / (1 + u^2) gives the weight 1 / (1 + u^2)^2: a quarter at u = 1.

@@ -209,7 +209,7 @@ def dead_reckoned(measured_poses: FloatArray, poses: FloatArray, station: int) -
 
     Parameters
     ----------
-    given, poses : ndarray, shape (s, 3)
+    measured_poses, poses : ndarray, shape (s, 3)
         As recorded, and where they are now [m, m, rad].
     station : int
         Which pose; not the first.
@@ -230,7 +230,7 @@ def at_poses(measurements: Measurements, measured_poses: FloatArray, poses: Floa
     ----------
     measurements : Measurements
         As heard from the given poses.
-    given, poses : ndarray, shape (s, 3)
+    measured_poses, poses : ndarray, shape (s, 3)
         Where the robot was said to be, and where it was [m, m, rad].
 
     Returns
@@ -294,7 +294,7 @@ def between_residuals(measured_poses: FloatArray, poses: FloatArray) -> FloatArr
 
     Parameters
     ----------
-    given, poses : ndarray, shape (s, 3)
+    measured_poses, poses : ndarray, shape (s, 3)
         As recorded, and now [m, m, rad].
 
     Returns
@@ -332,7 +332,7 @@ def between_jacobians(measured_poses: FloatArray, poses: FloatArray) -> tuple[Fl
 
     Parameters
     ----------
-    given, poses : ndarray, shape (s, 3)
+    measured_poses, poses : ndarray, shape (s, 3)
         As recorded, which tells along and across the way, and now [m, m, rad].
 
     Returns
