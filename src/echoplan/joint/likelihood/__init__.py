@@ -1,1 +1,1 @@
-"""The likelihood of pings given landmarks: detections, missed detections, multipath and clutter."""
+"""Likelihood of pings given landmarks: detections, non-detections, multipath and clutter."""

@@ -1,7 +1,7 @@
-"""Volleys: bursts of other sensors, or of the firing before, that come by way of one wall or two.
+"""Crosstalk: a ping detects the burst of another sensor, or of the previous firing, over one wall or two.
 
-Sensors that fire together hear each other's bursts; and sound of the firing before that comes back late is taken for an
-early echo of this one: by half of what it travels between the two firings too near.
+Sensors that fire together detect each other's bursts. A late echo of the previous firing is taken for an early echo of
+this one: it reads too near by half of the distance that sound travels between the two firings.
 """
 
 import math
@@ -36,28 +36,28 @@ from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["Emissions", "add_crosstalk", "emissions_of"]
 
-# Such readings scatter more than those of reflectors, by this factor.
+# Ratio of the standard deviation of crosstalk readings to that of direct echoes.
 _SCATTER = 2.0
-# Half of the speed of sound that modules assume, as the range scale is told against it [m/s].
+# Half of the speed of sound that range modules assume; the range scale is relative to it [m/s].
 _HALF_SPEED = 0.5 * Air().speed_of_sound
 
-# The first wall and the last, whether they are two, and how they move the image of where sound comes from.
+# First and last wall, whether they differ, and the motion that takes a source to its image.
 Route: TypeAlias = tuple[Shape, Shape, bool, Motion]
 
 
 class Emissions(NamedTuple):
-    """Emissions that pings may hear though they are not theirs.
+    """Bursts that pings may detect as crosstalk: b pairs of a ping and a source.
 
     Attributes
     ----------
     pings, crosstalk_sources : ndarray of int, shape (b,)
-        Which ping may hear the burst of which.
+        The ping that detects, and the ping that emitted the burst.
     travelled : ndarray, shape (b,)
-        Half of the way of the burst until the ping's reading [m], in order at each station.
+        Half of the path length of the burst at the reading [m], sorted within each station.
     bounds : ndarray of int, shape (s + 1,)
-        Where the bursts of each station begin, and where the last end.
+        Index of the first burst of each station, and the end of the last.
     spread : ndarray, shape (s,)
-        How far sensors are from where each station is taken to be [m].
+        Greatest distance of an acoustic center from the center of its station [m].
     """
 
     pings: IntArray
@@ -69,20 +69,7 @@ class Emissions(NamedTuple):
 
 @compiled
 def emissions_of(measurements: Measurements, hearing: Hearing) -> Emissions:
-    """List the bursts that pings may hear by way of walls.
-
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings, with the mates of each.
-    hearing : Hearing
-        The sonar.
-
-    Returns
-    -------
-    Emissions
-        Those of mates, unless they came from too far to be heard.
-    """
+    """List the pairs of a ping and a crosstalk source whose path is short enough for a detectable echo."""
     size, count, stations = measurements.crosstalk_sources.size, 0, len(measurements.centers)
     pings, crosstalk_sources, travelled = np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size)
     bounds, spread, farthest = np.zeros(stations + 1, np.int64), np.zeros(stations), farthest_audible(hearing)
@@ -117,21 +104,10 @@ def add_crosstalk(
     extents: tuple[Extent, Extent],
     noise: float,
 ) -> None:
-    """Explain readings by bursts not meant for them.
+    """Raise ``log_densities`` [log 1/m], shape (n,), in place where crosstalk over walls explains a reading better.
 
-    Parameters
-    ----------
-    log_densities : ndarray, shape (n,)
-        Logarithm of the density of each reading by what explains it so far [log 1/m]; raised in place where such an
-        echo explains it better.
-    detected : tuple of Measurements, Hearing and Emissions
-        The pings, the sonar, and the bursts that may be heard.
-    walls : tuple of ndarray, shape (4,)
-        Two walls in the order in which the sound strikes them; twice the same for one alone.
-    extents : tuple of Extent
-        Between which places along it each wall may reflect [m].
-    noise : float
-        Standard deviation of readings [m].
+    ``walls`` are in the order of reflection; the same wall twice stands for a single reflection. ``extents`` are the
+    parts of the walls that may reflect [m].
     """
     measurements, hearing, emissions = detected
     first, last = shape_of(walls[0]), shape_of(walls[1])
@@ -150,9 +126,9 @@ def add_crosstalk(
 
 @compiled
 def _nearby(measurements: Measurements, emissions: Emissions, motion: Motion, late: Lateness) -> IntArray:
-    """Find the bursts that are read about as far as the way over the walls is long, and come from ahead.
+    """Find the bursts whose path is about as long as that over the walls, and whose image is in front of the sensor.
 
-    From sensor to sensor that way differs from the station's own by no more than these are away from it.
+    Half of the path between two sensors differs from that of the station center by at most ``spread``.
     """
     near, count = np.empty(len(emissions.pings), np.int64), 0
     for station in range(len(emissions.spread)):
@@ -175,7 +151,10 @@ def _nearby(measurements: Measurements, emissions: Emissions, motion: Motion, la
 
 @compiled
 def _first_from(values: FloatArray, bounds: tuple[int, int], least: float) -> int:
-    """Find the first of the values in order between two places that is not less: ``searchsorted`` without a slice."""
+    """Return the index of the first sorted value within ``bounds`` that is at least ``least``.
+
+    Unlike ``searchsorted`` it needs no slice of the array.
+    """
     low, high = bounds
     while low < high:
         middle = (low + high) // 2
@@ -190,7 +169,7 @@ def _first_from(values: FloatArray, bounds: tuple[int, int], least: float) -> in
 def _over_walls(
     ends: tuple[Point, Point], axes: tuple[Point, Point], route: Route, extents: tuple[Extent, Extent]
 ) -> tuple[bool, Path]:
-    """Follow sound from one sensor over the walls to another."""
+    """Trace the path from one sensor over the walls to another; return whether it exists, and the path."""
     nothing, (origin, place) = (0.0, 0.0, 0.0, 0.0, 0.0), ends
     image = image_of(route[3], origin)
     way = (image[0] - place[0], image[1] - place[1])
@@ -207,7 +186,7 @@ def _over_walls(
 def _first_spot(
     route: Route, extents: tuple[Extent, Extent], ends: tuple[Point, Point], way: Point
 ) -> tuple[bool, Point]:
-    """Go back from where sound was heard to where it struck first, if it struck the walls where these are."""
+    """Return whether a path traced back from the sensor meets both walls, and its first reflection point [m]."""
     first, last, double, _ = route
     origin, place = ends
     struck, spot = strike(last, extents[1], place, way)

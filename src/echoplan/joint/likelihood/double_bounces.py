@@ -1,9 +1,9 @@
-"""Ghosts: echoes of second order, which look like reflectors that are not there.
+"""Double bounces: echoes over two landmarks, which look like landmarks that do not exist.
 
-Sound that went from one wall to another comes as from the image of the image.  It also goes the same way backward, and
-both come back to the sensor that sent them together: twice as loud.  Where both ways would pass beside a corner a
-little wider than a right angle, what is left of them comes from its vertex.  Ghosts explain readings for nothing, but
-are never missed.
+Sound that two walls reflect seems to come from the image of the image of the sensor. It also travels the same path
+backward, and both waves add coherently at the sensor: 6 dB. Where both paths would pass beside the vertex of a corner a
+little wider than a right angle, the vertex still returns part of the sound by diffraction. Double bounces explain
+readings, but their absence is no evidence against a landmark.
 """
 
 import math
@@ -34,14 +34,14 @@ from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["add_ghosts_of_cylinder", "add_ghosts_of_walls", "ghosts_of_walls"]
 
-# Paths of second order are known less well than reflectors, so their readings scatter more, by these factors.
+# Ratio of the standard deviation of readings to that of direct echoes, since these paths are known less well.
 _OF_WALLS, _OF_CYLINDER = 1.5, 2.0
 _TWOFOLD = 20.0 * math.log10(2.0)
-# What a knife edge leaves of sound that grazes it, in the terms of ITU-R P.526.
+# Term of the knife-edge formula of ITU-R P.526 at grazing incidence (v = 0).
 _GRAZING = math.sqrt(1.01) - 0.1
-# Walls may reflect a little beyond what was heard of them, but not as far as this [m].
+# A wall whose extent was enlarged reaches less than this beyond its true end [m].
 _BEYOND = 0.5
-# After so many rounds the spot at which sound glances off a cylinder is found to a millimetre.
+# Iterations that find the reflection point on a cylinder to a millimetre.
 _GLANCES = 4
 
 
@@ -53,22 +53,7 @@ def ghosts_of_walls(
     extents: tuple[Extent, Extent],
     noise: float,
 ) -> FloatArray:
-    """Explain readings by nothing but echoes of one wall in another.
-
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    hearing : Hearing
-        The sonar.
-    walls, extents, noise
-        As those of ``add_ghosts_of_walls``.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Logarithm of the density of each reading if it is such an echo [log 1/m].
-    """
+    """Return the log density of each reading by double bounces between two walls [log 1/m]; ``UNHEARD`` elsewhere."""
     log_densities = np.full(len(measurements.readings), UNHEARD)
     add_ghosts_of_walls(log_densities, (measurements, hearing), walls, extents, noise)
     return log_densities
@@ -82,25 +67,13 @@ def add_ghosts_of_walls(
     extents: tuple[Extent, Extent],
     noise: float,
 ) -> None:
-    """Explain readings by echoes of one wall in another.
+    """Raise ``log_densities`` [log 1/m], shape (n,), in place where double bounces of walls explain a reading better.
 
-    Parameters
-    ----------
-    log_densities : ndarray, shape (n,)
-        Logarithm of the density of each reading by what explains it so far [log 1/m]; raised in place where such an
-        echo explains it better.
-    detected : tuple of Measurements and Hearing
-        The pings and the sonar.
-    walls : tuple of ndarray, shape (4,)
-        The two walls.
-    extents : tuple of Extent
-        Between which places along it each wall may reflect [m].
-    noise : float
-        Standard deviation of readings [m].
+    ``extents`` are the parts of the walls that may reflect, along their lines [m].
     """
     measurements, hearing = detected
     shapes, scatter = (shape_of(walls[0]), shape_of(walls[1])), _OF_WALLS * noise
-    # Between walls that open wider than a right angle no sound comes back over both to where it came from.
+    # In a corner wider than a right angle no path over both walls returns to its origin.
     if shapes[0][1] * shapes[1][1] + shapes[0][2] * shapes[1][2] > 0.0:
         _add_vertex(log_densities, measurements, hearing, shapes, extents, scatter)
     else:
@@ -115,19 +88,7 @@ def add_ghosts_of_cylinder(
     cylinder: FloatArray,
     noise: float,
 ) -> None:
-    """Explain readings by echoes of a cylinder in a wall.
-
-    Parameters
-    ----------
-    log_densities : ndarray, shape (n,)
-        As those of ``add_ghosts_of_walls``.
-    detected : tuple of Measurements and Hearing
-        The pings and the sonar.
-    wall, cylinder : ndarray, shape (4,)
-        The reflectors.
-    noise : float
-        Standard deviation of readings [m].
-    """
+    """Raise ``log_densities`` [log 1/m] in place where a path over a wall and a cylinder explains a reading better."""
     measurements, hearing = detected
     mirror, screen, late = shape_of(wall), shape_of(cylinder), lateness(hearing, _OF_CYLINDER * noise)
     center = (screen[1], screen[2])
@@ -138,7 +99,7 @@ def add_ghosts_of_cylinder(
             continue
         unfolded = mirrored(mirror, place)
         near = length_of((center[0] - place[0], center[1] - place[1]))
-        # As far as the ways to the centre are long, less the radius: the way over the surface is longer.
+        # Gate by the path over the center: the path over the surface is shorter by at most the radius.
         shorter = (late[0] - screen[3], late[1])
         if near < screen[3] + 0.02 or not is_near(center, unfolded, reading - 0.5 * near, shorter):
             continue
@@ -166,7 +127,7 @@ def _add_images(
     extents: tuple[Extent, Extent],
     scatter: float,
 ) -> None:
-    """Fill in what comes as from the images of images."""
+    """Raise log densities in place by double bounces that come from the image of the image."""
     motion, (crossing, vertex) = after(mirroring(walls[0]), walls[1]), _crossing(walls)
     late = lateness(hearing, scatter)
     for ping in range(len(log_densities)):
@@ -192,7 +153,7 @@ def _add_vertex(
     extents: tuple[Extent, Extent],
     scatter: float,
 ) -> None:
-    """Fill in what comes from where two walls meet."""
+    """Raise log densities in place by diffraction at the vertex of two walls."""
     motion, (crossing, vertex) = after(mirroring(walls[0]), walls[1]), _crossing(walls)
     if not crossing or not _is_concave(walls, extents, vertex):
         return
@@ -211,7 +172,7 @@ def _add_vertex(
 
 @compiled
 def _faces(walls: tuple[Shape, Shape], place: Point) -> bool:
-    """Whether a place lies before both walls."""
+    """Return True if a point lies before both walls."""
     return depth_of(walls[0], place) > 0.0 and depth_of(walls[1], place) > 0.0
 
 
@@ -222,7 +183,10 @@ def _by_two_walls(
     walls: tuple[Shape, Shape],
     extents: tuple[Extent, Extent],
 ) -> tuple[bool, Path]:
-    """Follow sound from a sensor, which has its image in both walls, to the first, the second, and back, and about."""
+    """Trace the path from a sensor over both walls back to it; return whether it exists, and the path.
+
+    ``ends`` are the sensor and its image in both walls [m].
+    """
     nothing, (place, image) = (0.0, 0.0, 0.0, 0.0, 0.0), ends
     depth = 0.5 * length_of((image[0] - place[0], image[1] - place[1]))
     if depth < 0.02:
@@ -237,7 +201,7 @@ def _by_two_walls(
 
 @compiled
 def _crossing(walls: tuple[Shape, Shape]) -> tuple[bool, Point]:
-    """Where two lines cross, if they do."""
+    """Return whether two lines cross, and where [m]."""
     first, second = walls
     across = first[1] * second[2] - first[2] * second[1]
     if abs(across) < 1e-9:
@@ -249,12 +213,12 @@ def _crossing(walls: tuple[Shape, Shape]) -> tuple[bool, Point]:
 
 @compiled
 def _is_concave(walls: tuple[Shape, Shape], extents: tuple[Extent, Extent], vertex: Point) -> bool:
-    """Whether two walls reach where they cross, and each stands before the other."""
+    """Return True if two walls reach their crossing, and each lies before the other."""
     for own in range(2):
         wall, (low, high), other = walls[own], extents[own], walls[1 - own]
         if not low < wall[1] * vertex[1] - wall[2] * vertex[0] < high:
             return False
-        # A line may be more than one wall, on both sides of the other: then one of them stands before it.
+        # One line may hold walls on both sides of the other wall: then one of them lies before it.
         farthest = max(depth_of(other, _point(wall, low)), depth_of(other, _point(wall, high)))
         if farthest < _BEYOND and depth_of(other, _point(wall, 0.5 * (low + high))) <= 0.0:
             return False
@@ -268,11 +232,11 @@ def _point(wall: Shape, place: float) -> Point:
 
 @compiled
 def _passing(vertex: Point, place: Point, image: Point, wavelength: float) -> float:
-    """How far from a vertex both ways over two walls pass: Fresnel's parameter.
+    """Return Fresnel's parameter v of a double bounce beside a vertex.
 
-    It is twice the root of what the way over the vertex is longer by, in wavelengths.  At a right angle both strike
-    both walls in the vertex, which reflects half of each.  Beside it the share grows, or fades where they would pass
-    beyond the walls.
+    It is twice the root of the excess length of the path over the vertex, in wavelengths. At a right angle both paths
+    meet both walls in the vertex, which reflects half of each. Beside it the reflected share grows, or fades where the
+    paths would pass beyond the walls.
     """
     over = 2.0 * length_of((vertex[0] - place[0], vertex[1] - place[1]))
     longer = over - length_of((image[0] - place[0], image[1] - place[1]))
@@ -281,14 +245,14 @@ def _passing(vertex: Point, place: Point, image: Point, wavelength: float) -> fl
 
 @compiled
 def _faded(passing: float) -> float:
-    """Loss of sound that would pass so far behind a vertex, against what the vertex returns [dB] (ITU-R P.526)."""
+    """Return the loss of sound that passes behind a vertex, relative to the echo of the vertex [dB] (ITU-R P.526)."""
     beyond = passing - 0.1
     return 20.0 * math.log10((math.sqrt(beyond * beyond + 1.0) + beyond) / _GRAZING)
 
 
 @compiled
 def _straight(axis: Point, place: Point, point: Point) -> Path:
-    """There and back the same way."""
+    """Return the path to a point and back."""
     way = (point[0] - place[0], point[1] - place[1])
     cosine, sine = turned(axis, way)
     return length_of(way), cosine, sine, cosine, sine
@@ -296,7 +260,7 @@ def _straight(axis: Point, place: Point, point: Point) -> Path:
 
 @compiled
 def _initialise(center: Point, radius: float, place: Point, other: Point) -> Point:
-    """Where sound glances off a cylinder on its way from one place to another: where its ways make equal angles."""
+    """Return the reflection point on a cylinder between two points [m], by iteration to equal angles of both paths."""
     spot = center
     for _ in range(_GLANCES):
         to_place, to_other = (place[0] - spot[0], place[1] - spot[1]), (other[0] - spot[0], other[1] - spot[1])

@@ -1,4 +1,4 @@
-"""Hypotheses: reflectors that may be there, with the evidence for them."""
+"""Hypotheses: landmarks with their scores by ping and by station."""
 
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -13,33 +13,33 @@ from echoplan.joint.likelihood.track_history import NO_HISTORY, TrackHistory
 
 __all__ = ["Hypothesis", "Key"]
 
-# Plain numbers are faster to compare than members of an enumeration.
+# Plain integers compare faster than members of an enumeration.
 _WALL = int(Kind.WALL)
 
-# What tells one hypothesis, or several together, from others.
+# Identity of one hypothesis, or of several together.
 Key: TypeAlias = tuple[object, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Hypothesis:
-    """A reflector that may be there, and what speaks for it.
+    """A landmark that may exist, with its log-likelihood ratio.
 
     Parameters
     ----------
     reflector : ndarray, shape (4,)
-        Value of ``Kind`` and three parameters.
+        Value of ``Kind`` and three parameters [rad and m].
     ping_scores : PingScores
-        What single pings say.
+        Log-likelihoods of single pings.
     llr_by_station : ndarray, shape (s,)
-        Gain by station over what explains the pings without it [nats].
+        Contribution of each station to the log-likelihood ratio [nats].
     total : float, optional
-        Their sum [nats].
+        Log-likelihood ratio, including the track history [nats].
     extent : tuple of float, optional
-        Ends of a wall along it [m].
+        Ends of a wall along its line [m].
     history : TrackHistory, optional
-        What stations said of it whose pings are no longer at hand; it counts in the total and the extent.
+        Contribution of marginalised stations, which is part of the total and of the extent.
     is_square : bool, optional
-        Whether a wall is believed to stand at right angles to others.
+        Whether the Manhattan prior applies to a wall.
     """
 
     reflector: FloatArray
@@ -52,17 +52,17 @@ class Hypothesis:
 
     @property
     def best(self) -> float:
-        """Gain of the station that says most for it [nats]."""
+        """Greatest contribution of a single station [nats]."""
         return max(float(self.llr_by_station.max(initial=0.0)), self.history.best)
 
     @property
     def is_known(self) -> bool:
-        """Whether it was believed before any of the stations at hand."""
+        """Whether it has a track history from marginalised stations."""
         return self.history.number >= 0
 
     @property
     def kind(self) -> Kind:
-        """What it is taken for."""
+        """Class of the landmark."""
         return Kind(int(self.reflector[0]))
 
     @property
@@ -72,7 +72,7 @@ class Hypothesis:
 
     @property
     def parameters(self) -> FloatArray:
-        """Its free parameters: two, or three of a cylinder."""
+        """Free parameters: two, or three for a cylinder."""
         return self.reflector[1 : 4 if self.kind is Kind.CYLINDER else 3]
 
     @property
@@ -82,54 +82,31 @@ class Hypothesis:
 
     @property
     def ends_xy(self) -> FloatArray:
-        """Ends of a wall [m], shape (2, 2)."""
+        """Endpoints of a wall [m], shape (2, 2)."""
         normal = directions(self.line[0])
         ends: FloatArray = self.line[1] * normal + np.outer(self.extent, (-normal[1], normal[0]))
         return ends
 
     def supporting(self, least: float) -> int:
-        """Count the stations that speak for it by more than this [nats]."""
+        """Count the stations that contribute more than ``least`` [nats], and those that its history counts."""
         return int((self.llr_by_station > least).sum()) + self.history.supporting
 
     def newly_explained(self, log_densities: FloatArray) -> BoolArray:
-        """Tell which pings it explains, and better than anything else.
+        """Return which of its m pings have a greater log density than without it, given for all n pings [log 1/m].
 
-        Parameters
-        ----------
-        log_densities : ndarray, shape (n,)
-            Logarithm of the density of each reading by what explains it without it [log 1/m].
-
-        Returns
-        -------
-        ndarray of bool, shape (m,)
-            One a ping of its evidence.
+        The log density must be positive, too.
         """
         anew: BoolArray = self.ping_scores.densities > np.maximum(log_densities[self.ping_scores.pings], 0.0)
         return anew
 
     @property
     def key(self) -> Key:
-        """What tells it from others: reflector and extent."""
+        """Identity of the hypothesis: reflector and extent."""
         return (*self.reflector.tolist(), *self.extent)
 
     def rescored(self, llr_by_station: FloatArray, total: float, extent: tuple[float, float]) -> "Hypothesis":
-        """Say anew what speaks for it.
-
-        Parameters
-        ----------
-        llr_by_station : ndarray, shape (s,)
-            Gain by station [nats].
-        total : float
-            Their sum [nats].
-        extent : tuple of float
-            Ends of a wall along it [m].
-
-        Returns
-        -------
-        Hypothesis
-            The same reflector with the same evidence and past.
-        """
-        # Searches judge a hundred thousand times: dataclasses.replace takes three times as long.
+        """Return the hypothesis with other log-likelihood ratios [nats] and another extent [m]."""
+        # A search calls this about 100,000 times: dataclasses.replace takes three times as long.
         return Hypothesis(
             reflector=self.reflector,
             ping_scores=self.ping_scores,
@@ -141,16 +118,5 @@ class Hypothesis:
         )
 
     def has_other_multipath_than(self, other: "Hypothesis") -> bool:
-        """Whether it explains other readings than another hypothesis: it reaches elsewhere, or others hear it.
-
-        Parameters
-        ----------
-        other : Hypothesis
-            The other one.
-
-        Returns
-        -------
-        bool
-            Whether it does.
-        """
+        """Return True if reflector, extent or supporting stations differ: then it may explain other readings."""
         return self.key != other.key or not np.array_equal(self.llr_by_station > 0.0, other.llr_by_station > 0.0)

@@ -1,4 +1,4 @@
-"""Verdicts: what the evidence for a reflector amounts to beside all that is known already."""
+"""Scores of hypotheses: the log-likelihood ratio of a landmark, given what other landmarks explain."""
 
 import math
 from typing import NamedTuple, TypeAlias
@@ -15,30 +15,31 @@ __all__ = ["HypothesisScore", "Occluders", "missed", "rescore"]
 
 _WALL, _CYLINDER = int(Kind.WALL), int(Kind.CYLINDER)
 
-# One station speaks against a reflector no louder than this [nats]: a robot may have stood behind something.
+# Lower bound of the log-likelihood ratio of one station [nats]: it may have stood behind an unmapped object.
 _LOUDEST_NO = 12.0
-# A station that misses a reflector more often than it hears it anew does not speak for it.
+# A station with fewer new detections per non-detection than this cannot contribute a positive value.
 _LEAST_HITS = 0.67
-# A hit explains a ping three times better than anything so far; a miss is one that could hardly be chance.
+# A new detection has three times the density of the best other association; a non-detection counts below the second
+# value, as it is hardly chance [nats].
 _ANEW, _MISSED = math.log(3.0), -0.1
-# Walls reach this far beyond what was heard of them [m], cylinders are this much thicker, when they block a view.
+# Margins of occluders: beyond the extent of a wall, and around a cylinder [m].
 _MARGIN_WALL, _MARGIN_CYLINDER = 0.1, 0.02
 
-# Of pings and stations: which station each is from, and how much it counts; where stations are.
+# Station and weight of each ping, and centers of the stations [m].
 _PingArrays: TypeAlias = tuple[IntArray, FloatArray, FloatArray]
-# Of evidence: pings, densities, misses and feet.
+# Pings, densities, misses and feet of ``PingScores``.
 _ScoreArrays: TypeAlias = tuple[IntArray, FloatArray, FloatArray, FloatArray]
 
 
 class Occluders(NamedTuple):
-    """Accepted features, as far as they can block a view.
+    """Accepted landmarks that may block a view.
 
     Attributes
     ----------
     reflectors : ndarray, shape (f, 4)
         Kind and parameters.
     extents : ndarray, shape (f, 2)
-        Ends of walls along them [m].
+        Ends of walls along their lines [m].
     """
 
     reflectors: FloatArray
@@ -46,16 +47,16 @@ class Occluders(NamedTuple):
 
 
 class HypothesisScore(NamedTuple):
-    """What the evidence for a reflector amounts to.
+    """Log-likelihood ratio of a landmark.
 
     Attributes
     ----------
     total : float
-        Gain in log likelihood over what explains the pings without it [nats].
+        Log-likelihood ratio over the best associations without the landmark [nats].
     low, high : float
-        Ends of a wall along it [m]; 0 for other reflectors.
+        Ends of a wall along its line [m]; 0 for other landmarks.
     llr_by_station : ndarray, shape (s,)
-        The gain by station [nats]; 0 for stations that do not face this part of a wall.
+        Contribution of each station [nats]; 0 for stations outside the best run along a wall.
     """
 
     total: float
@@ -72,32 +73,14 @@ def rescore(
     frame: Occluders,
     known: tuple[float, float] = (math.inf, -math.inf),
 ) -> HypothesisScore:
-    """Sum up the evidence for a reflector, given what explains the pings without it.
+    """Return the log-likelihood ratio of a landmark, given the log densities of all readings without it.
 
-    The better explanation counts, not the sum of both: a second copy of a wall explains nothing.  Of a wall, the best
-    run of stations along it counts, and gives its extent.
-
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    reflector : ndarray, shape (4,)
-        Kind and parameters.
-    ping_scores : PingScores
-        What the pings say about it.
-    log_densities : ndarray, shape (n,)
-        Logarithm of the density of each reading by what explains it so far [log 1/m].
-    frame : Occluders
-        The other features.
-    known : tuple of float, optional
-        Ends of what is known of a wall from other stations [m].
-
-    Returns
-    -------
-    HypothesisScore
-        Gain, extent and gains by station.
+    The best association counts, not the sum of all, so a duplicate of a wall gains nothing. For a wall, only the
+    contiguous run of stations along it with the greatest sum counts; it determines the extent. ``known`` is the extent
+    of the wall from marginalised stations [m].
     """
-    # Handed over one by one: to count the references to all arrays of soundings takes longer than to judge.
+    # The arrays are passed one by one: counting the references to all arrays of ``Measurements`` takes longer than
+    # scoring.
     ping_arrays = measurements.stations, measurements.weights, measurements.centers
     scores = ping_scores.pings, ping_scores.densities, ping_scores.misses, ping_scores.feet
     return HypothesisScore(
@@ -106,21 +89,9 @@ def rescore(
 
 
 def missed(measurements: Measurements, ping_scores: PingScores, extent: tuple[float, float]) -> float:
-    """Sum up how unlikely it is that pings missed a reflector that is there.
+    """Return the log probability of the non-detections of a landmark within ``extent`` [nats].
 
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    ping_scores : PingScores
-        What they say about it.
-    extent : tuple of float
-        Ends of a wall along it, beyond which it may not go on [m]; 0 for other reflectors.
-
-    Returns
-    -------
-    float
-        Logarithm of the chance [nats]; no station counts for more than one that stood behind something.
+    The contribution of each station is bounded, since it may have stood behind an unmapped object.
     """
     within = (extent[0] <= ping_scores.feet) & (ping_scores.feet <= extent[1])
     misses = measurements.weights[ping_scores.pings] * ping_scores.misses * within
@@ -137,6 +108,7 @@ def _judged(
     frame: tuple[FloatArray, FloatArray],
     known: tuple[float, float],
 ) -> tuple[float, float, float, FloatArray]:
+    """Return total, low, high and contributions by station, as in ``HypothesisScore``."""
     llr_by_station = _by_station(ping_arrays, scores, log_densities)
     if len(frame[0]) and llr_by_station.min() < -1.0 and llr_by_station.max() > 4.0:
         _excuse(llr_by_station, shape_of(reflector), ping_arrays[2], frame)
@@ -149,10 +121,11 @@ def _judged(
 
 @compiled
 def _by_station(ping_arrays: _PingArrays, scores: _ScoreArrays, log_densities: FloatArray) -> FloatArray:
+    """Return the log-likelihood ratio of each station before the occlusion test [nats], shape (s,)."""
     stations, weights, centers = ping_arrays
     count = len(centers)
     llr_by_station, hits, misses = np.zeros(count), np.zeros(count), np.zeros(count)
-    for ping, density, miss in zip(scores[0], scores[1], scores[2]):  # noqa: B905 - numba knows no strict zip
+    for ping, density, miss in zip(scores[0], scores[1], scores[2]):  # noqa: B905 - numba does not support strict zip
         station = stations[ping]
         llr_by_station[station] += weights[ping] * (max(density - log_densities[ping], 0.0) + miss)
         hits[station] += density > log_densities[ping] + _ANEW
@@ -166,10 +139,10 @@ def _by_station(ping_arrays: _PingArrays, scores: _ScoreArrays, log_densities: F
 
 @compiled
 def _best_run(stations: IntArray, scores: _ScoreArrays, llr_by_station: FloatArray, known: tuple[float, float]) -> None:
-    """Keep the gains of the best run of stations along a wall, and clear the others."""
+    """Keep the contributions of the best contiguous run of stations along a wall, and set the others to zero."""
     count = len(llr_by_station)
     feet, pings = np.zeros(count), np.zeros(count)
-    for ping, foot in zip(scores[0], scores[3]):  # noqa: B905 - numba knows no strict zip
+    for ping, foot in zip(scores[0], scores[3]):  # noqa: B905 - numba does not support strict zip
         feet[stations[ping]] += foot
         pings[stations[ping]] += 1.0
     feet = np.where(pings > 0, feet / np.maximum(pings, 1.0), np.inf)
@@ -186,7 +159,7 @@ def _best_run(stations: IntArray, scores: _ScoreArrays, llr_by_station: FloatArr
 
 @compiled
 def _greatest_run(llr_by_station: FloatArray) -> tuple[int, int]:
-    """Find the run of the greatest sum (Kadane), from the first to before the last."""
+    """Return the start and end index of the run with the greatest sum (Kadane's algorithm)."""
     best, first, last, start, total = 0.0, 0, 0, 0, 0.0
     for number in range(len(llr_by_station)):
         total += llr_by_station[number]
@@ -199,7 +172,7 @@ def _greatest_run(llr_by_station: FloatArray) -> tuple[int, int]:
 
 @compiled
 def _run_about(llr_by_station: FloatArray, feet: FloatArray, known: tuple[float, float]) -> tuple[int, int]:
-    """Find the run of the greatest sum that takes in all that is known of a wall: nobody is left out who faces it."""
+    """Return the run with the greatest sum among those that contain all stations within the known extent."""
     first, last = int(np.searchsorted(feet, known[0])), int(np.searchsorted(feet, known[1]))
     best = total = 0.0
     for number in range(first - 1, -1, -1):
@@ -216,9 +189,9 @@ def _run_about(llr_by_station: FloatArray, feet: FloatArray, known: tuple[float,
 
 @compiled
 def _extent(stations: IntArray, scores: _ScoreArrays, llr_by_station: FloatArray) -> tuple[float, float]:
-    """Find the ends of what was heard of a wall from the stations that count."""
+    """Return the range of feet along a wall [m] that contributing stations detected; zeros if there are none."""
     low, high = math.inf, -math.inf
-    for ping, density, foot in zip(scores[0], scores[1], scores[3]):  # noqa: B905 - numba knows no strict zip
+    for ping, density, foot in zip(scores[0], scores[1], scores[3]):  # noqa: B905 - numba does not support strict zip
         if llr_by_station[stations[ping]] != 0.0 and density > 0.0:
             low, high = min(low, foot), max(high, foot)
     return (low, high) if low <= high else (0.0, 0.0)
@@ -228,7 +201,7 @@ def _extent(stations: IntArray, scores: _ScoreArrays, llr_by_station: FloatArray
 def _excuse(
     llr_by_station: FloatArray, shape: Shape, centers: FloatArray, frame: tuple[FloatArray, FloatArray]
 ) -> None:
-    """Let no station speak against a reflector that an accepted feature hides from it."""
+    """Set negative contributions to zero for stations whose view of a landmark is occluded by an accepted one."""
     for other in range(len(frame[0])):
         screen, extent = shape_of(frame[0][other]), frame[1][other]
         for station in range(len(llr_by_station)):
@@ -248,7 +221,7 @@ def _hides(screen: Shape, extent: FloatArray, way: tuple[float, float, float, fl
 
 @compiled
 def _view(shape: Shape, x: float, y: float) -> tuple[float, float]:
-    """Return the way from a station to just before the reflector."""
+    """Return the vector from a station to a point just before the landmark [m]."""
     if shape[0] == _WALL:
         way = 0.97 * (shape[3] - shape[1] * x - shape[2] * y)
         return way * shape[1], way * shape[2]

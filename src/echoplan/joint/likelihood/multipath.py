@@ -1,4 +1,4 @@
-"""Multipath: what features are heard as by sound that met more of them, or was meant for another ping; rays glide."""
+"""Multipath of landmarks: double bounces, crosstalk, and oblique returns of ray cones."""
 
 import math
 from collections import defaultdict
@@ -20,27 +20,27 @@ from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["STRETCH", "Multipath", "Part", "reflecting"]
 
-# Walls may reflect so far beyond what was heard of them, or up to a crossing that is no farther [m].
+# A wall reflects multipath up to the first distance beyond its extent, or up to a crossing within the second [m].
 STRETCH, _TO_CROSSING = 0.4, 2.0
-# Walls that turn less than this toward each other cross too far away (sine).
+# Sine of the angle below which two walls count as parallel: they cross too far away.
 _PARALLEL = 0.1
 _WALL, _CYLINDER = int(Kind.WALL), int(Kind.CYLINDER)
 
-# Which pings are explained, and the logarithms of the densities of their readings.
+# Explained pings, and the log densities of their readings [log 1/m].
 Ghost: TypeAlias = tuple[IntArray, FloatArray]
 
 
 class Part(NamedTuple):
-    """What one feature, or two together, explain.
+    """Readings that one landmark or a pair of landmarks explains.
 
     Attributes
     ----------
     owners : tuple of int
-        Numbers of the features; of one alone twice.
+        Indices of both landmarks; the same index twice for one.
     pings : ndarray of int, shape (k,)
-        Which pings.
+        Indices of the pings.
     log_densities : ndarray, shape (k,)
-        Logarithm of the density of their readings [log 1/m].
+        Log densities of their readings [log 1/m].
     """
 
     owners: tuple[int, int]
@@ -49,18 +49,10 @@ class Part(NamedTuple):
 
 
 class Multipath:
-    """Ghosts of features, worked out once: most explain nothing, and are remembered as such.
+    """Multipath of landmarks, computed once per pair: most pairs explain no ping, and that is cached, too.
 
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    hearing : Hearing
-        The sonar.
-    noise : float
-        Standard deviation of readings [m].
-    before : Multipath, optional
-        Of the same pings from other poses, or with another sonar: bursts that come as far are not listed again.
+    ``noise`` is the standard deviation of readings [m]. ``before`` holds the multipath of the same pings for other
+    poses or another sonar model: its list of emissions is reused if it still applies.
     """
 
     def __init__(
@@ -72,24 +64,15 @@ class Multipath:
         self._emissions: Emissions | None = before.emissions_if(measurements, hearing) if before else None
         self._parts: dict[tuple[Key, ...], list[Part]] = {}
         self._numbers: dict[Key, int] = {}
-        # By number of the first feature, in the order in which they come: with which it was tried, and what came of it.
+        # By number of the first landmark, in order of appearance: the partners that were computed, and those that
+        # explain pings.
         self._tried: defaultdict[int, set[int]] = defaultdict(set)
         self._ghosts: defaultdict[int, dict[int, Ghost]] = defaultdict(dict)
 
     def emissions_if(self, measurements: Measurements, hearing: Hearing) -> Emissions | None:
-        """Tell the bursts that were listed, if others would be the same: how far each has come no pose tells.
+        """Return the listed emissions if they hold for other poses and another sonar model, None otherwise.
 
-        Parameters
-        ----------
-        measurements : Measurements
-            The others.
-        hearing : Hearing
-            Their sonar.
-
-        Returns
-        -------
-        Emissions or None
-            Nothing if none were listed, or others would be listed.
+        They depend on readings, range scale and detectable depth only.
         """
         same = (
             measurements.readings is self._measurements.readings
@@ -98,18 +81,7 @@ class Multipath:
         return self._emissions if same and _range_of(hearing) == _range_of(self._hearing) else None
 
     def parts(self, features: Sequence[Hypothesis]) -> Sequence[Part]:
-        """Work out the ghosts of features.
-
-        Parameters
-        ----------
-        features : sequence of Hypothesis
-            What casts them; none of them twice.
-
-        Returns
-        -------
-        sequence of Part
-            The ghosts that explain something.
-        """
+        """Return the multipath of distinct landmarks, as far as it explains readings."""
         keys = tuple(each.key for each in features)
         if keys not in self._parts:
             numbers = [self._numbers.setdefault(key, len(self._numbers)) for key in keys]
@@ -117,6 +89,7 @@ class Multipath:
         return self._parts[keys]
 
     def _worked_out(self, numbered: Mapping[int, Hypothesis]) -> Iterator[Part]:
+        """Compute the pairs that are not cached, and yield all that explain readings."""
         pairs = _met if self._hearing.cone else _casting
         self._try(numbered, [(one, other) for one, others in pairs(numbered) for other in others - self._tried[one]])
         places = {number: place for place, number in enumerate(numbered)}
@@ -131,7 +104,7 @@ class Multipath:
             learn(numbered, pairs)
 
     def _glide(self, numbered: Mapping[int, Hypothesis], pairs: Sequence[tuple[int, int]]) -> None:
-        """Rays do not glance off anything; what they meet aslant they read."""
+        """Compute the oblique returns of ray cones; rays have no second reflection."""
         for one, _ in pairs:
             extent = numbered[one].extent
             ends = extent[0] - _TO_CROSSING, extent[1] + _TO_CROSSING
@@ -140,6 +113,7 @@ class Multipath:
             self._remember((one, one), (pings, log_densities[pings]))
 
     def _learn(self, numbered: Mapping[int, Hypothesis], pairs: Sequence[tuple[int, int]]) -> None:
+        """Compute double bounces and crosstalk of pairs."""
         if self._emissions is None:
             self._emissions = emissions_of(self._measurements, self._hearing)
         places = {number: place for place, number in enumerate(numbered)}
@@ -161,14 +135,15 @@ class Multipath:
 
 
 def _range_of(hearing: Hearing) -> tuple[float, float]:
-    """How far readings are, and how far sound is heard."""
+    """Return the range scale and the greatest detectable depth [m], on which the list of emissions depends."""
     return hearing.scale, farthest_audible(hearing)
 
 
 def _casting(numbered: Mapping[int, Hypothesis]) -> Iterator[tuple[int, set[int]]]:
-    """List the walls that may cast ghosts, each with what it casts them with: itself, walls after it, and cylinders.
+    """Yield each wall with its partners in multipath: itself, the walls after it, and all cylinders.
 
-    Nobody need have heard both: a wall reflects sound on to another from places whence its own echo does not come back.
+    No station needs to detect both: a wall also reflects sound toward another one from where its own echo does not
+    return.
     """
     others = {number for number, each in numbered.items() if each.reflector[0] == _CYLINDER}
     for number, each in reversed(list(numbered.items())):
@@ -178,7 +153,7 @@ def _casting(numbered: Mapping[int, Hypothesis]) -> Iterator[tuple[int, set[int]
 
 
 def _met(numbered: Mapping[int, Hypothesis]) -> Iterator[tuple[int, set[int]]]:
-    """List the features that rays may meet aslant: each by itself."""
+    """Yield each wall and cylinder as its own partner, for the oblique returns of rays."""
     yield from ((number, {number}) for number, each in numbered.items() if each.reflector[0] in (_WALL, _CYLINDER))
 
 
@@ -191,7 +166,7 @@ def _cast(
     pairs: IntArray,
     noise: float,
 ) -> tuple[IntArray, IntArray, FloatArray]:
-    """Work out the ghosts of many pairs: where those of each begin and end, their pings and their levels."""
+    """Compute the multipath of pairs: bounds of each pair in the other arrays, pings, and log densities [log 1/m]."""
     reflectors, extents = features
     count, bounds, log_densities = 0, np.zeros(len(pairs) + 1, np.int64), np.full(len(measurements.readings), UNHEARD)
     pings, densities = np.empty(len(log_densities), np.int64), np.empty(len(log_densities))
@@ -217,7 +192,7 @@ def _cast_by(
     ends: tuple[Extent, Extent],
     noise: float,
 ) -> None:
-    """Raise levels where ghosts of a pair explain readings better."""
+    """Raise log densities in place where multipath of a pair explains a reading better."""
     if pair[1][0] != _WALL:
         add_ghosts_of_cylinder(log_densities, (detected[0], detected[1]), pair[0], pair[1], noise)
         return
@@ -229,25 +204,15 @@ def _cast_by(
 
 @compiled
 def reflecting(walls: tuple[FloatArray, FloatArray], extents: tuple[Extent, Extent]) -> tuple[Extent, Extent]:
-    """Tell where two walls may reflect: as far as they were heard and a little more, or up to where they meet.
+    """Return the parts of two walls that reflect multipath [m].
 
-    Parameters
-    ----------
-    walls : tuple of ndarray, shape (4,)
-        The walls; twice the same for one alone.
-    extents : tuple of Extent
-        Between which places each was heard [m].
-
-    Returns
-    -------
-    tuple of Extent
-        Between which places each may reflect [m].
+    They are a little longer than the extents, and reach a crossing of the walls that is near.
     """
     angle, offset, turned, beyond = walls[0][1], walls[0][2], walls[1][1], walls[1][2]
     across = math.sin(turned - angle)
     if abs(across) < _PARALLEL:
         return _stretched(extents[0], math.nan), _stretched(extents[1], math.nan)
-    # The crossing lies on both lines: along each, as far as the other's offset less its own, turned, leaves over.
+    # Position of the crossing along each line, from the equations n · x = d of both.
     along = math.cos(turned - angle)
     return (
         _stretched(extents[0], (beyond - offset * along) / across),
@@ -257,6 +222,7 @@ def reflecting(walls: tuple[FloatArray, FloatArray], extents: tuple[Extent, Exte
 
 @compiled
 def _stretched(extent: Extent, place: float) -> Extent:
+    """Return an extent enlarged by ``STRETCH`` and up to a crossing near its ends; ``nan`` stands for no crossing."""
     low, high = extent[0] - STRETCH, extent[1] + STRETCH
     if max(extent[0] - place, place - extent[1]) <= _TO_CROSSING:
         low, high = min(low, place - 0.05), max(high, place + 0.05)

@@ -1,4 +1,4 @@
-"""PingLikelihood: what explains the pings: a model of the sonar, noise, and any set of features."""
+"""Likelihood of all pings given a sonar model, a noise level and a set of landmarks: a max-mixture of associations."""
 
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -17,25 +17,17 @@ from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["PingLikelihood"]
 
-# One reading in 25 may be anything within reach, whatever is there.
+# Probability p_c that a reading is clutter, which is uniform up to `max_range` (docs/theory.md).
 _ANYTHING = 0.04
-# Walls are heard so far beyond the feet of what was heard [m].
+# A wall explains readings whose foot of the perpendicular is up to this far beyond its extent [m].
 _BORDER = 0.1
 
 
 class PingLikelihood:
-    """What explains the pings: a model of the sonar, noise, and any set of features.
+    """Likelihood of pings given a sonar model, a noise level and any set of landmarks.
 
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    hearing : Hearing
-        The sonar.
-    noise : float
-        Standard deviation of readings [m].
-    before : PingLikelihood, optional
-        Of the same pings from other poses, or with another sonar.
+    ``noise`` is the standard deviation of readings [m]. ``before`` is the likelihood of the same pings for other poses
+    or another sonar model: its list of crosstalk emissions is reused if it still applies.
     """
 
     def __init__(
@@ -48,65 +40,28 @@ class PingLikelihood:
 
     @property
     def floor(self) -> float:
-        """Logarithm of the density of readings that nothing explains [log 1/m]."""
+        """Log density of a clutter reading [log 1/m]."""
         return float(np.log(_ANYTHING / self.measurements.max_range))
 
     def score(self, reflector: FloatArray) -> Hypothesis:
-        """Collect the evidence for a reflector.
-
-        Parameters
-        ----------
-        reflector : ndarray, shape (4,)
-            Kind and parameters.
-
-        Returns
-        -------
-        Hypothesis
-            Not judged yet.
-        """
+        """Return a hypothesis with the ping scores of a landmark, shape (4,); its log-likelihood ratios are zero."""
         scores = score_pings(self.measurements, self.hearing, reflector, self.noise)
         return Hypothesis(
             reflector=reflector, ping_scores=scores, llr_by_station=np.zeros(len(self.measurements.centers))
         )
 
     def rescored(self, hypothesis: Hypothesis, log_densities: FloatArray, others: Sequence[Hypothesis]) -> Hypothesis:
-        """Judge a hypothesis beside others.
+        """Return a hypothesis with its log-likelihood ratios and the extent of a wall, given the other landmarks.
 
-        Parameters
-        ----------
-        hypothesis : Hypothesis
-            The one.
-        log_densities : ndarray, shape (n,)
-            What the others explain.
-        others : sequence of Hypothesis
-            The others: they may block the view of it.
-
-        Returns
-        -------
-        Hypothesis
-            With its gains, and the extent of a wall.
+        ``log_densities``, shape (n,), are those of the readings by their best association without it [log 1/m];
+        ``others`` may occlude it.
         """
         return self.score_all([hypothesis], log_densities, others)[0]
 
     def score_all(
         self, hypotheses: Sequence[Hypothesis], log_densities: FloatArray, others: Sequence[Hypothesis]
     ) -> list[Hypothesis]:
-        """Judge hypotheses one by one beside the same others.
-
-        Parameters
-        ----------
-        hypotheses : sequence of Hypothesis
-            Any number.
-        log_densities : ndarray, shape (n,)
-            What the others explain.
-        others : sequence of Hypothesis
-            The others.
-
-        Returns
-        -------
-        list of Hypothesis
-            With their gains.
-        """
+        """Return each hypothesis with its log-likelihood ratios and extent, given the same others, as ``rescored``."""
         frame, rescored = _frame(others), []
         for each in hypotheses:
             verdict = rescore(
@@ -117,80 +72,28 @@ class PingLikelihood:
         return rescored
 
     def log_densities(self, features: Sequence[Hypothesis]) -> FloatArray:
-        """Explain all pings by a set of features and their ghosts.
+        """Return the log density of each reading by landmarks, their multipath or clutter [log 1/m], shape (n,).
 
-        Parameters
-        ----------
-        features : sequence of Hypothesis
-            The features.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            Logarithm of the density of each reading by its best explanation [log 1/m].
+        The association of the greatest density counts.
         """
         return self._best(self._parts(features), self.floor)
 
     def log_densities_without(self, features: Sequence[Hypothesis]) -> list[FloatArray]:
-        """Explain all pings by all features but one, and by the ghosts of these.
-
-        Parameters
-        ----------
-        features : sequence of Hypothesis
-            The features.
-
-        Returns
-        -------
-        list of ndarray, shape (n,)
-            As ``levels`` of all others, for each feature.
-        """
+        """Return, for each landmark, the ``log_densities`` of all others and their multipath."""
         parts = list(self._parts(features))
         left_out = _without_each(*_flat(parts), len(features), np.full(len(self.measurements.readings), self.floor))
         return list(left_out)
 
     def multipath_log_densities(self, features: Sequence[Hypothesis]) -> FloatArray:
-        """Explain pings by nothing but ghosts.
-
-        Parameters
-        ----------
-        features : sequence of Hypothesis
-            What casts them.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            As ``levels``; ``UNHEARD`` where no ghost explains a ping.
-        """
+        """Return the log density of each reading by multipath alone [log 1/m], shape (n,); ``UNHEARD`` elsewhere."""
         return self._best(self.multipath.parts(features), UNHEARD)
 
     def log_densities_of(self, feature: Hypothesis) -> FloatArray:
-        """Explain pings by one feature alone.
-
-        Parameters
-        ----------
-        feature : Hypothesis
-            The feature.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            As ``levels``; ``UNHEARD`` where it does not explain a ping.
-        """
+        """Return the log density of each reading by one landmark alone [log 1/m], shape (n,); ``UNHEARD`` elsewhere."""
         return self._best([self._alone(0, feature)], UNHEARD)
 
     def pair_log_densities(self, wall: Hypothesis, other: Hypothesis) -> FloatArray:
-        """Explain pings by echoes of one wall in another.
-
-        Parameters
-        ----------
-        wall, other : Hypothesis
-            Two walls.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            As ``levels``; ``UNHEARD`` where there is no such echo.
-        """
+        """Return the log density of each reading by double bounces of two walls [log 1/m]; ``UNHEARD`` elsewhere."""
         pair = wall.reflector, other.reflector
         ends = reflecting(pair, (wall.extent, other.extent))
         return ghosts_of_walls(self.measurements, self.hearing, pair, ends, self.noise)
@@ -214,7 +117,7 @@ class PingLikelihood:
 
 
 def _flat(parts: Sequence[Part]) -> tuple[IntArray, IntArray, FloatArray]:
-    """Put parts one after the other: owners of shape (e, 2), pings and levels of shape (e,)."""
+    """Concatenate parts into owners of shape (e, 2), and pings and log densities of shape (e,)."""
     if not parts:
         return np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0)
     owners = np.repeat([part.owners for part in parts], [len(part.pings) for part in parts], axis=0)
@@ -229,7 +132,7 @@ def _flat(parts: Sequence[Part]) -> tuple[IntArray, IntArray, FloatArray]:
 def _without_each(
     owners: IntArray, pings: IntArray, log_densities: FloatArray, features: int, bare: FloatArray
 ) -> FloatArray:
-    """Best levels of what each feature has no hand in, shape (f, n)."""
+    """Return, for each landmark, the best log densities of all parts that do not involve it, shape (f, n)."""
     left_out = np.empty((features, len(bare)))
     left_out[:] = bare
     for entry in range(len(pings)):
@@ -242,15 +145,16 @@ def _without_each(
 
 
 def _joined(verdict: HypothesisScore, history: TrackHistory) -> tuple[float, float]:
-    """Join what was heard of a wall now with what was heard before."""
+    """Return the extent of a wall [m] from the stations of the window and from its track history."""
     low, high = verdict.low, verdict.high
     if history.extent[0] > history.extent[1]:
         return low, high
-    # A wall that none of the stations at hand heard has no extent of its own.
+    # The extent (0, 0) means that no station of the window detected the wall.
     return history.extent if low == high == 0.0 else (min(low, history.extent[0]), max(high, history.extent[1]))
 
 
 def _frame(features: Sequence[Hypothesis]) -> Occluders:
+    """Return landmarks as arrays for the occlusion test."""
     return Occluders(
         reflectors=np.array([each.reflector for each in features]).reshape(-1, 4),
         extents=np.array([each.extent for each in features]).reshape(-1, 2),

@@ -1,4 +1,4 @@
-"""PingScores: what every ping says for and against a reflector."""
+"""Ping scores: log-likelihoods of detections and non-detections of a landmark."""
 
 import math
 from typing import NamedTuple
@@ -28,43 +28,44 @@ __all__ = [
 
 _WALL = int(Kind.WALL)
 
-# Logarithm of a density that is none.
+# Log density of a reading that an association does not explain.
 UNHEARD = -99.0
 
-# Echoes fade into noise over this many decibels about the threshold (logistic).
+# Scale of the logistic detection probability [dB].
 _FADING = 1.2
-# Fainter than this nothing is expected [dB].
+# Signal excess below which no detection is possible [dB].
 _INAUDIBLE = -4.0
-# Below this excess a detector scatters more, by this factor [dB].
+# Signal excess below which readings scatter more [dB], and the factor on their standard deviation.
 UNCERTAIN, _SCATTER = 6.0, 1.6
-# Readings within so many deviations may be echoes of the reflector; later by so many, it was not heard.
+# Gates in standard deviations: a reading within the first may belong to the landmark; a reading later by the second is
+# a non-detection.
 _NEAR, BEYOND = 6.0, 4.0
-# Chance to hear even the loudest echo, and chance that a reading is wrong whatever is there.
+# Detection probability of the strongest echo; least probability of a non-detection, as any reading may be wrong.
 _HEARD, _WRONG = 0.97, 0.06
-# From this excess on a miss cannot count for more [dB, nats].
+# Signal excess [dB] above which a non-detection has its least log probability [nats].
 _SURE, _SURE_MISS = _FADING * math.log((1.0 - _WRONG) / (_HEARD - 1.0 + _WRONG)), math.log(_WRONG)
-# Readings earlier than expected by more than this come from something nearer that masks the reflector [m].
+# A reading shorter than expected by more than this is that of a nearer object, which masks the landmark [m].
 MASKING = 0.03
 _ROOT_TAU = math.sqrt(2.0 * math.pi)
 
 
 class PingScores(NamedTuple):
-    """What m pings say about a reflector; all others can say nothing about it.
+    """Log-likelihoods of a landmark for the m pings that can detect it.
 
     Attributes
     ----------
     pings : ndarray of int, shape (m,)
-        Indices into the soundings.
+        Indices of the pings.
     densities : ndarray, shape (m,)
-        Logarithm of the density of the reading if it is the reflector's echo [log 1/m]; ``UNHEARD`` if it is none.
+        Log density of the reading as an echo of the landmark [log 1/m]; ``UNHEARD`` outside the gate.
     misses : ndarray, shape (m,)
-        Logarithm of the chance not to hear the reflector, where it was not heard; 0 elsewhere [nats].
+        Log probability of a non-detection [nats]; 0 for pings that are none.
     audible : ndarray of bool, shape (m,)
-        Whether the echo should be above the threshold.
+        Whether the echo is expected above the threshold and within range.
     unmasked : ndarray of bool, shape (m,)
-        Whether nothing nearer was heard.
+        Whether nothing nearer was detected.
     feet : ndarray, shape (m,)
-        Where along a wall the perpendicular from the sensor meets it [m]; 0 for other reflectors.
+        Foot of the perpendicular from the sensor, along a wall [m]; 0 for other landmarks.
     """
 
     pings: IntArray
@@ -75,7 +76,7 @@ class PingScores(NamedTuple):
     feet: FloatArray
 
 
-# Of a feature that no ping at hand was asked about.
+# Of a landmark that is not scored on any ping of the window.
 NO_PING_SCORES = PingScores(
     np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0, np.bool_), np.zeros(0, np.bool_), np.zeros(0)
 )
@@ -83,43 +84,20 @@ NO_PING_SCORES = PingScores(
 
 @compiled
 def detection_probability(excess: float) -> float:
-    """Chance that an echo crosses the threshold.
+    """Return the probability that an echo of this signal excess [dB] crosses the threshold.
 
-    Parameters
-    ----------
-    excess : float
-        Signal excess [dB].
-
-    Returns
-    -------
-    float
-        Logistic in the excess: the noise of amplitudes, of beams and of surfaces together.
+    It is logistic in the excess, for the noise of amplitudes, of beams and of surfaces together.
     """
     return 1.0 / (1.0 + math.exp(-min(max(excess / _FADING, -30.0), 30.0)))
 
 
 @compiled
 def score_pings(measurements: Measurements, hearing: Hearing, reflector: FloatArray, noise: float) -> PingScores:
-    """Ask all pings about a reflector.
+    """Score all pings for a landmark; ``noise`` is the standard deviation of readings [m].
 
-    A ping speaks for it by the density of its reading about the one expected, and against it if it should have heard
-    it and heard something farther away or nothing.  Readings of something nearer say nothing: it may be masked.
-
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    hearing : Hearing
-        The sonar.
-    reflector : ndarray, shape (4,)
-        Kind and parameters.
-    noise : float
-        Standard deviation of readings [m].
-
-    Returns
-    -------
-    PingScores
-        Of the pings that could hear it.
+    A reading near the expected one is scored by its density as a detection. A ping that should detect the landmark and
+    reads something farther, or nothing, is a non-detection. A nearer reading is not informative, since the landmark may
+    be masked.
     """
     count, shape = len(measurements.readings), shape_of(reflector)
     pings = np.empty(count, np.int64)
@@ -154,7 +132,7 @@ def score_pings(measurements: Measurements, hearing: Hearing, reflector: FloatAr
 def _ask(
     hearing: Hearing, sight: Sight, detected: float, limits: tuple[float, float], noise: float
 ) -> tuple[bool, bool, bool, float, float]:
-    """Ask one ping: whether it could hear the reflector, should hear it, was not masked; its hit and its miss."""
+    """Score one ping: whether it can detect, should detect and is unmasked; log density; log non-detection."""
     if sight[1] < COSINE_LIMIT or sight[0] <= 0.0 or sight[0] > limits[1]:
         return False, False, False, 0.0, 0.0
     excess = excess_of(hearing, sight)
@@ -170,13 +148,13 @@ def _ask(
 
 @compiled
 def noise_of(excess: float, noise: float) -> float:
-    """Return the standard deviation of readings of this signal excess [m]: more near the threshold."""
+    """Return the standard deviation of readings of this signal excess [dB], which is greater near the threshold [m]."""
     return noise * _SCATTER if excess < UNCERTAIN else noise
 
 
 @compiled
 def log_density(late: float, scatter: float, excess: float) -> float:
-    """Return the log density of a reading that is so much later than expected, with its detection [log 1/m]."""
+    """Return the log density of a reading later than expected by ``late`` [m], including its detection [log 1/m]."""
     if abs(late) >= _NEAR * scatter:
         return UNHEARD
     return math.log(detection_probability(excess) / (_ROOT_TAU * scatter)) - 0.5 * (late / scatter) ** 2

@@ -1,7 +1,8 @@
-"""Candidates: reflectors that arcs of different stations suggest.
+"""Proposals: landmarks that arcs of different stations suggest.
 
-A wall is a tangent of the range circles of two arcs, a corner or an edge a point on both, a cylinder a circle that
-touches both (Leonard and Durrant-Whyte 1992).  Candidates only have to come near: evidence judges them.
+A wall is a tangent of the range circles of two arcs, a corner or an edge a common point, a cylinder a circle that
+touches both (Leonard and Durrant-Whyte 1992). Proposals need only be approximate: refinement and log-likelihood ratio
+decide.
 """
 
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ __all__ = ["ArcMeasurements", "CandidateSettings", "propose_hypotheses"]
 
 
 class CandidateSettings(BaseModel, frozen=True, extra="forbid"):
-    """How near arcs must agree to suggest a reflector."""
+    """Tolerances within which arcs suggest a landmark."""
 
     wall_turn: float = Field(
         default=np.radians(10), gt=0.0, description="of an arc's own normal from a tangent's [rad]"
@@ -36,9 +37,9 @@ class ArcMeasurements:
     Parameters
     ----------
     stations : ndarray of int, shape (a,)
-        Number of the station of each.
+        Index of the station of each arc.
     centers : ndarray, shape (a, 2)
-        Where it was heard [m].
+        Center of this station [m].
     planes : ndarray, shape (a, 2)
         ``(normal_angle, offset)`` [rad, m].
     """
@@ -49,7 +50,7 @@ class ArcMeasurements:
 
     @property
     def depths(self) -> FloatArray:
-        """Distance of each plane from its centre [m], shape (a,)."""
+        """Distance of each plane from the center of its station, at least 0.03 [m], shape (a,)."""
         depths: FloatArray = self.planes[:, 1] - np.sum(directions(self.planes[:, 0]) * self.centers, axis=1)
         nearest: FloatArray = np.maximum(depths, 0.03)
         return nearest
@@ -57,7 +58,7 @@ class ArcMeasurements:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class _Pairs:
-    """Pairs of sightings from different stations, and the base line between them."""
+    """Pairs of arcs of different stations, with length [m] and bearing [rad] of the baseline."""
 
     first: IntArray
     second: IntArray
@@ -74,21 +75,9 @@ class _Pairs:
 
 
 def propose_hypotheses(arc_measurements: ArcMeasurements, fresh: BoolArray, settings: CandidateSettings) -> FloatArray:
-    """Suggest reflectors.
+    """Return the kind and parameters of proposed walls, corners (which may be edges) and cylinders, shape (c, 4).
 
-    Parameters
-    ----------
-    arc_measurements : ArcMeasurements
-        What was heard.
-    fresh : ndarray of bool, shape (a,)
-        Which of it is new; only pairs with something new are looked at.
-    settings : CandidateSettings
-        How near they must agree.
-
-    Returns
-    -------
-    ndarray, shape (c, 4)
-        Kind and parameters of each candidate: walls, corners (which may as well be edges) and cylinders.
+    Each arc of ``fresh``, shape (a,), suggests a wall; pairs of arcs are used if at least one of them is fresh.
     """
     pairs = _pairs(arc_measurements, fresh, settings)
     alone = arc_measurements.planes[fresh]
@@ -107,6 +96,7 @@ def propose_hypotheses(arc_measurements: ArcMeasurements, fresh: BoolArray, sett
 
 
 def _pairs(arc_measurements: ArcMeasurements, fresh: BoolArray, settings: CandidateSettings) -> _Pairs:
+    """Return the pairs with a fresh arc whose stations differ and are neither too near nor too far apart."""
     first, second = np.triu_indices(len(fresh), 1)
     base = arc_measurements.centers[second] - arc_measurements.centers[first]
     length = np.hypot(*base.T)
@@ -116,7 +106,7 @@ def _pairs(arc_measurements: ArcMeasurements, fresh: BoolArray, settings: Candid
 
 
 def _tangents(arc_measurements: ArcMeasurements, pairs: _Pairs, turn: float) -> FloatArray:
-    """Draw common outer tangents of pairs of range circles: ``n . (c2 - c1) = d1 - d2``, as (normal_angle, offset)."""
+    """Return common outer tangents of pairs of range circles, ``n . (c2 - c1) = d1 - d2``, as normal angle, offset."""
     depths, normals = arc_measurements.depths, arc_measurements.planes[:, 0]
     difference = depths[pairs.first] - depths[pairs.second]
     likely = (np.abs(wrap(normals[pairs.first] - normals[pairs.second])) < turn) & (np.abs(difference) < pairs.length)
@@ -130,11 +120,11 @@ def _tangents(arc_measurements: ArcMeasurements, pairs: _Pairs, turn: float) -> 
 
 
 def _circles(arc_measurements: ArcMeasurements, pairs: _Pairs, *, radius: float, turn: float) -> FloatArray:
-    """Centres of circles of one radius that touch both range circles from outside, as (x, y, radius)."""
+    """Return centers of circles of one radius that touch both range circles from outside, as (x, y, radius) [m]."""
     near, far = arc_measurements.depths[pairs.first] + radius, arc_measurements.depths[pairs.second] + radius
     along = (pairs.length**2 + near**2 - far**2) / (2 * pairs.length)
     square = near**2 - along**2
-    # Circles that just miss each other touch, within what readings are worth.
+    # Circles that miss each other by no more than the error of the readings touch.
     meets = square > -0.02
     pairs, along, across = pairs[meets], along[meets], np.sqrt(np.maximum(square[meets], 0.0))
     ahead, aside = directions(pairs.bearing), directions(pairs.bearing + np.pi / 2)
@@ -148,7 +138,7 @@ def _circles(arc_measurements: ArcMeasurements, pairs: _Pairs, *, radius: float,
 
 
 def _distinct(candidates: FloatArray, grid: tuple[float, float, float], settings: CandidateSettings) -> FloatArray:
-    """Keep one candidate of each cell of a grid; of too many, those of the fullest cells."""
+    """Keep one proposal in each cell of a grid; of too many, those of the fullest cells."""
     if not len(candidates):
         return candidates
     cells = np.round(candidates / grid).astype(np.int64)

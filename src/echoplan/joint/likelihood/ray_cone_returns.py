@@ -1,8 +1,8 @@
-"""Flanks: what a cone of rays reads of features that it meets aslant.
+"""Oblique returns of ray cones.
 
-Sound glances off what it meets aslant; a ray does not.  So a robot simulator, which returns the least range of all rays
-of a cone, reads a wall at its depth as long as the perpendicular is in the cone, and farther and farther from then on:
-as far as the outermost ray goes.  Flanks explain readings for nothing, but are never missed.
+An oblique surface reflects sound away from the sensor, but it stops a ray. A robot simulator that returns the least
+range of all rays in a cone reads a wall at its depth as long as the perpendicular lies in the cone, and at the range of
+the outermost ray beyond that. Oblique returns explain readings, but their absence is no evidence against a landmark.
 """
 
 import math
@@ -19,11 +19,11 @@ from echoplan.preprocessing.measurements import Measurements
 __all__ = ["flanks_of"]
 
 _WALL = int(Kind.WALL)
-# Where the outermost ray goes is known less well than where a feature stands, by this factor.
+# Ratio of the standard deviation to that of direct readings: the direction of the outermost ray is known less well.
 _SCATTER = 1.5
-# Readings farther off than so many deviations are of something else.
+# Gate in standard deviations.
 _CUT = 6.0
-# Rays that graze a surface more than this tell nothing (cosine of incidence).
+# Least cosine of incidence: more oblique rays are not informative.
 _GRAZING = 0.1
 _ROOT_TAU = math.sqrt(2.0 * math.pi)
 
@@ -32,25 +32,9 @@ _ROOT_TAU = math.sqrt(2.0 * math.pi)
 def flanks_of(
     measurements: Measurements, hearing: Hearing, reflector: FloatArray, extent: Extent, noise: float
 ) -> FloatArray:
-    """Explain readings by the outermost rays of a cone.
+    """Return the log density of each reading by an outermost ray on a wall or cylinder [log 1/m], shape (n,).
 
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    hearing : Hearing
-        The sonar: rays in a cone.
-    reflector : ndarray, shape (4,)
-        A wall or a cylinder.
-    extent : Extent
-        Between which places along it a wall may be met [m].
-    noise : float
-        Standard deviation of readings [m].
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Logarithm of the density of each reading if it is that of such a ray [log 1/m].
+    ``extent`` is that of a wall along its line [m].
     """
     log_densities, shape = np.full(len(measurements.readings), UNHEARD), shape_of(reflector)
     cosine, sine = math.cos(hearing.cone), math.sin(hearing.cone)
@@ -73,7 +57,7 @@ def flanks_of(
 
 @compiled
 def _met(shape: Shape, extent: Extent, place: Point, ray: Point) -> tuple[float, float]:
-    """Follow a ray to a feature: how far it goes, if it meets it at all, and the cosine of its incidence."""
+    """Return the length of a ray to a landmark [m], ``inf`` if it misses, and the cosine of its incidence."""
     if shape[0] == _WALL:
         incidence = shape[1] * ray[0] + shape[2] * ray[1]
         if incidence < _GRAZING:

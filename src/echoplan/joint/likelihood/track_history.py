@@ -1,4 +1,4 @@
-"""TrackHistory: what stations said of a feature whose pings are no longer at hand."""
+"""Track history: what is kept of a landmark from marginalised stations."""
 
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -20,17 +20,17 @@ def _nowhere() -> FloatArray:
 
 
 class LineEvidence(NamedTuple):
-    """What k stations say of where a line is wall.
+    """Log-likelihood ratios by which k stations locate the ends of a wall on its line.
 
     Attributes
     ----------
     feet : ndarray, shape (k,)
         Foot of the perpendicular from each station, along the line [m].
     centers_xy : ndarray, shape (k, 2)
-        The stations [m].
+        Centers of the stations [m].
     log_ratios : ndarray, shape (k, 2, m)
-        Log-likelihood ratio of a wall whose lower or upper end lies at each of m offsets from the foot against no wall
-        [nats].
+        Log-likelihood ratio of a wall whose lower or upper end lies at each of m offsets from the foot, relative to no
+        wall [nats].
     """
 
     feet: FloatArray
@@ -38,11 +38,11 @@ class LineEvidence(NamedTuple):
     log_ratios: FloatArray
 
     def joined(self, other: "LineEvidence") -> "LineEvidence":
-        """Add what other stations say."""
+        """Append the rows of other stations."""
         return other if not len(self.feet) else LineEvidence(*map(np.concatenate, zip(self, other, strict=True)))
 
     def chosen(self, rows: BoolArray | IntArray) -> "LineEvidence":
-        """Keep some of the stations."""
+        """Select the rows of some stations."""
         return LineEvidence(*(each[rows] for each in self))
 
 
@@ -52,38 +52,39 @@ def _no_line_evidence() -> LineEvidence:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class TrackHistory:
-    """What is kept of the stations that were let go.
+    """Log-likelihood ratio and counts of a landmark from marginalised stations.
 
     Parameters
     ----------
     number : int
-        Tells the feature from all others; -1 if it has no past.
+        Identifier of the landmark; -1 without a history.
     total : float
-        Gain of those stations [nats].
+        Log-likelihood ratio from these stations [nats].
     best : float
-        Gain of the best of them [nats].
+        Greatest contribution of one of them [nats].
     supporting : int
-        How many spoke for it clearly.
+        Number of stations that clearly support it.
     missing : int
-        How many had a free view of it and did not.
+        Number of stations with a free view that do not.
     hidden : int
-        How many of those that spoke for it would have heard it through a wall.
+        Number of supporting stations that detected it mostly through a wall of a greater log-likelihood ratio.
     passed : int
-        How many pings of what explains more went through it, of a wall.
+        Number of pings of landmarks of a greater log-likelihood ratio that passed through it, if it is a wall.
     pings : int
-        How many pings heard it.
+        Number of pings associated with it.
     extent : tuple of float
-        Ends of what was heard of a wall along it [m].
+        Ends of a wall along its line, as far as detected [m].
     feet : ndarray, shape (k,)
-        Where along a wall it sent sound back, in order [m].
+        Specular points along a wall, sorted [m].
     crossings : ndarray, shape (c,)
-        Where sound of other features crossed its line, one place a station and feature [m]: there it is no wall.
+        Points along the line of a wall where sound of other landmarks crossed it, one per station and landmark [m]:
+        there is no wall.
     line : LineEvidence
-        What each station says of where the line of a wall is wall.
+        Log-likelihood ratios of where the line of a wall is wall, by station.
     probabilities : ClassProbabilities, optional
-        How sure its class was when it was heard best.
+        Class probabilities from the stations with the greatest log-likelihood ratio.
     certainty : float
-        How well that was [nats].
+        This log-likelihood ratio [nats].
     """
 
     number: int = -1
@@ -102,5 +103,5 @@ class TrackHistory:
     certainty: float = -np.inf
 
 
-# Of a feature that only stations at hand have heard.
+# Of a landmark that only stations of the window detected.
 NO_HISTORY = TrackHistory()
