@@ -1,1 +1,1 @@
-"""Search: the features that explain the pings, and what else could."""
+"""Search for the set of landmarks that maximises the likelihood of the pings."""

@@ -1,4 +1,4 @@
-"""AcceptanceTest: when a reflector is taken to be there."""
+"""Acceptance test: when the log-likelihood ratio of a landmark is enough."""
 
 import numpy as np
 from pydantic import BaseModel, Field
@@ -15,7 +15,7 @@ __all__ = ["AcceptanceSettings", "AcceptanceTest"]
 
 
 class AcceptanceSettings(BaseModel, frozen=True, extra="forbid"):
-    """When a reflector is believed."""
+    """Thresholds of the acceptance test."""
 
     accept: float = Field(default=12.0, gt=0.0, description="least gain in log likelihood [nats]")
     second_station: float = Field(default=5.0, description="least gain of the second best station [nats]")
@@ -34,17 +34,7 @@ class AcceptanceSettings(BaseModel, frozen=True, extra="forbid"):
 
 
 class AcceptanceTest:
-    """Tells whether a reflector is believed.
-
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    half_aperture : float
-        Of the sensors [rad].
-    settings : AcceptanceSettings
-        When it is.
-    """
+    """Acceptance test of landmarks; ``half_aperture`` is that of the sensors [rad]."""
 
     def __init__(self, measurements: Measurements, *, half_aperture: float, settings: AcceptanceSettings) -> None:
         self.settings = settings
@@ -53,43 +43,21 @@ class AcceptanceTest:
         self._half_aperture = half_aperture
 
     def log_evidence_without_bias(self, hypothesis: Hypothesis) -> float:
-        """Tell the gain less the cost of parameters.
-
-        Parameters
-        ----------
-        hypothesis : Hypothesis
-            What was judged.
-
-        Returns
-        -------
-        float
-            Its worth [nats].
-        """
+        """Return the log-likelihood ratio less the cost of the third parameter of a cylinder [nats]."""
         return hypothesis.total - (self.settings.radius_cost if hypothesis.kind is Kind.CYLINDER else 0.0)
 
     def is_accepted(self, hypothesis: Hypothesis, log_densities: FloatArray) -> bool:
-        """Whether a feature is believed: three stations speak for it, or fewer that heard as much of it as they should.
+        """Return True if a hypothesis passes all tests, given the log densities of all readings without it.
 
-        Two arcs that nothing explains share some tangent by chance; three hardly do.  What was believed when all its
-        stations were at hand stays believed until others speak against it.  A cylinder, which sends sound back all
-        around, must be heard by most stations with a free view.
-
-        Parameters
-        ----------
-        hypothesis : Hypothesis
-            What was judged.
-        log_densities : ndarray, shape (n,)
-            What all others explain.
-
-        Returns
-        -------
-        bool
-            Whether it is.
+        Three stations that support it are enough; fewer must detect as much of it as they should, since two unexplained
+        arcs share a tangent by chance, but three hardly do. A landmark with a track history only needs its
+        log-likelihood ratio. A cylinder returns sound in all directions, so most stations with a free view must detect
+        it.
         """
         return self.refusal(hypothesis, log_densities) is None
 
     def refusal(self, hypothesis: Hypothesis, log_densities: FloatArray) -> Reason | None:
-        """Return the test that a hypothesis fails beside what all others explain, None if it is accepted."""
+        """Return the test that a hypothesis fails, given the log densities without it; None if it is accepted."""
         settings = self.settings
         if self.log_evidence_without_bias(hypothesis) <= settings.accept:
             return Reason.EVIDENCE
@@ -102,7 +70,7 @@ class AcceptanceTest:
         return self._lacks_stations(hypothesis, log_densities)
 
     def _lacks_stations(self, hypothesis: Hypothesis, log_densities: FloatArray) -> Reason | None:
-        """Return the test of the stations that support a hypothesis that it fails, None if they suffice."""
+        """Return the test of supporting stations that a hypothesis fails; None if they suffice."""
         if self.has_single_station(hypothesis):
             is_whole = hypothesis.is_wall and self._is_whole(hypothesis, log_densities)
             return None if is_whole else Reason.SINGLE_STATION
@@ -110,42 +78,18 @@ class AcceptanceTest:
         return None if many or self._is_detected(hypothesis, log_densities) else Reason.WEAKLY_DETECTED
 
     def has_single_station(self, hypothesis: Hypothesis) -> bool:
-        """Whether hardly more than one station speaks for a reflector.
-
-        Parameters
-        ----------
-        hypothesis : Hypothesis
-            What was judged.
-
-        Returns
-        -------
-        bool
-            Whether it is so.
-        """
+        """Return True if hardly more than one station supports a hypothesis."""
         supporting = hypothesis.supporting(self.settings.second_station)
         return supporting < 2 or hypothesis.total - hypothesis.best <= self.settings.without_best
 
     def detection_rate(self, hypothesis: Hypothesis, log_densities: FloatArray) -> float:
-        """Tell how fully the best station hears a reflector.
-
-        Parameters
-        ----------
-        hypothesis : Hypothesis
-            What was judged.
-        log_densities : ndarray, shape (n,)
-            What all others explain.
-
-        Returns
-        -------
-        float
-            Share of the pings that do, of those that could.
-        """
+        """Return the share of pings that detect a landmark, of those of the best station that should."""
         return float(self._hits(hypothesis, log_densities).sum() / max(self._at_best_station(hypothesis).sum(), 1))
 
     def _is_detected(self, hypothesis: Hypothesis, log_densities: FloatArray) -> bool:
-        """Whether the best station hears a good part of a reflector; of a wall, of what nothing known hides.
+        """Return True if the best station detects enough of a landmark; of a wall, enough of what nothing known masks.
 
-        Walls go on behind other things; a cylinder that seems to stand behind a wall is an image in it.
+        Walls continue behind other objects; a cylinder that seems to be behind a wall is an image.
         """
         evidence = hypothesis.ping_scores
         hidden = hypothesis.is_wall & ~evidence.unmasked & (log_densities[evidence.pings] > 0.0)
@@ -153,16 +97,16 @@ class AcceptanceTest:
         return bool(self._hits(hypothesis, log_densities).sum() >= self.settings.heard_share * max(asked, 1))
 
     def _hits(self, hypothesis: Hypothesis, log_densities: FloatArray) -> BoolArray:
-        """Tell which pings of the best station hear a reflector better than anything else."""
+        """Return which pings of the best station the hypothesis explains better than anything else, shape (m,)."""
         return hypothesis.newly_explained(log_densities) & self._at_best_station(hypothesis)
 
     def _is_overdetermined(self, hypothesis: Hypothesis, log_densities: FloatArray) -> bool:
-        """Whether more readings speak for a feature than it has parameters: through as many it can always be laid."""
+        """Return True if more readings support a hypothesis than it has parameters: as many as these fit exactly."""
         supporting = (hypothesis.llr_by_station > 0.0)[self._measurements.stations[hypothesis.ping_scores.pings]]
         return bool((hypothesis.newly_explained(log_densities) & supporting).sum() > len(hypothesis.parameters))
 
     def _is_missed(self, hypothesis: Hypothesis) -> bool:
-        """Whether most stations that should hear a cylinder do not; walls may seem so while poses are in error."""
+        """Return True if most stations that should detect a cylinder do not; pose errors may cause that for walls."""
         if hypothesis.kind is not Kind.CYLINDER:
             return False
         clear = hypothesis.llr_by_station > self.settings.second_station
@@ -170,7 +114,7 @@ class AcceptanceTest:
         return bool(missing.sum() > clear.sum())
 
     def _is_whole(self, wall: Hypothesis, log_densities: FloatArray) -> bool:
-        """Whether one station heard a wall all over the beam, as it should."""
+        """Return True if one station detected a wall over the whole beam."""
         if not len(wall.ping_scores.pings):
             return False
         here, detected = self._at_best_station(wall), self._hits(wall, log_densities)
@@ -183,11 +127,12 @@ class AcceptanceTest:
         )
 
     def _ways(self, wall: Hypothesis, detected: BoolArray) -> int:
-        """Count the directions from which a wall is heard: a second sweep of a ring from there says nothing new."""
+        """Count the directions from which a wall was detected; a second sweep of a ring repeats the same ones."""
         turns = wrap(self._measurements.bearings[wall.ping_scores.pings[detected]] - wall.line[0])
         return len(np.unique(np.round((turns - turns.min(initial=np.inf)) / self.step)))
 
     def _at_best_station(self, hypothesis: Hypothesis) -> BoolArray:
+        """Return which pings are of the best station and should detect the landmark, shape (m,)."""
         evidence = hypothesis.ping_scores
         here: BoolArray = self._measurements.stations[evidence.pings] == np.argmax(hypothesis.llr_by_station)
         return here & evidence.audible

@@ -1,4 +1,4 @@
-"""Rivals: what else a feature could be, and so how sure its class is."""
+"""Alternatives to a landmark in its place, and the class probabilities that result."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
@@ -15,37 +15,25 @@ from echoplan.model import ClassProbabilities
 
 __all__ = ["alternatives_to", "class_probabilities"]
 
-# A cylinder that is to explain something else starts out this thick [m].
+# Initial radius of an alternative cylinder [m].
 _RADIUS = 0.12
-# Rivals may start as far off as this from where the pings want them: deviations, band [m], steps.
+# Annealing schedule of alternatives: noise in standard deviations, gate [m], steps.
 _COURSE = ((4.0, 0.06, 4), (1.0, 0.03, 4))
-# Prior probability that a feature known from two stations or fewer is an echo of a kind that the model lacks: all false
-# features of `benchmarks/joint.py 30`, 3 of 82 known from so few, and none of 304 known from more. Each further station
-# would have to agree by chance, too: that is taken to be ten times rarer.
+# Prior probability that a landmark of two stations or fewer is an echo of a class that the model lacks. Source: all
+# false landmarks of `benchmarks/joint.py 30`, 3 of 82 with so few stations and none of 304 with more. Each further
+# station would have to agree by chance, which is assumed to be ten times rarer.
 _UNMODELLED, _PER_STATION, _FEW = 0.04, 0.1, 2
-# A station speaks clearly for a feature by more than this [nats].
+# A station clearly supports a landmark if it contributes more than this [nats].
 _CLEARLY = 5.0
 
 
 def class_probabilities(
     likelihood: PingLikelihood, features: Sequence[Hypothesis], *, radius_cost: float
 ) -> list[ClassProbabilities]:
-    """Let every feature stand against a wall, a corner and a cylinder in its place.
+    """Return the probabilities of wall, corner and cylinder for each landmark.
 
-    Parameters
-    ----------
-    likelihood : PingLikelihood
-        The pings.
-    features : sequence of Hypothesis
-        What is there.
-    radius_cost : float
-        Cost of the third parameter of a cylinder [nats].
-
-    Returns
-    -------
-    list of ClassProbabilities
-        One a feature: the likelihoods of the three, each moved to where the pings want it, over their sum, and an equal
-        share of the three for an echo that is none of what the model knows.
+    They are the likelihoods of the three, each refined in place, over their sum, mixed with a third each for an
+    unmodelled echo. ``radius_cost`` is the cost of the third parameter of a cylinder [nats].
     """
     return [_probabilities(likelihood, features, number, radius_cost) for number in range(len(features))]
 
@@ -56,7 +44,7 @@ def _probabilities(
     feature = features[number]
     rescored = alternatives_to(likelihood, feature, [each for each in features if each is not feature])
     log_evidence_without_bias = np.full(3, -np.inf)
-    # Rivals were not there to be heard before: what is known from then decides nothing here.
+    # Alternatives have no track history, so that of the landmark does not count either.
     for each in [replace(feature, total=feature.total - feature.history.total), *rescored]:
         cost = radius_cost if each.kind is Kind.CYLINDER else 0.0
         place = {Kind.WALL: 0, Kind.CYLINDER: 2}.get(each.kind, 1)
@@ -68,7 +56,7 @@ def _probabilities(
 
 
 def _unmodelled(stations: int) -> float:
-    """Weight of an echo of another kind: such that the likeliest class is wrong with its prior probability."""
+    """Return the weight of an unmodelled echo, for which the likeliest class is wrong with the prior probability."""
     return 1.5 * _UNMODELLED * _PER_STATION ** max(stations - _FEW, 0)
 
 
@@ -78,23 +66,9 @@ def alternatives_to(
     others: Sequence[Hypothesis],
     kinds: Collection[Kind] = tuple(Kind),
 ) -> list[Hypothesis]:
-    """Find what could stand in the place of a feature.
+    """Return a landmark of each other class in ``kinds`` in the place of a landmark, scored beside the others.
 
-    Parameters
-    ----------
-    likelihood : PingLikelihood
-        The pings.
-    feature : Hypothesis
-        The feature.
-    others : sequence of Hypothesis
-        What else is there.
-    kinds : collection of Kind, optional
-        What it could be.
-
-    Returns
-    -------
-    list of Hypothesis
-        One of each of these but its own, moved to where the pings of the feature want it, and judged beside the others.
+    Each is refined on the pings that the landmark explains better than the others do.
     """
     log_densities = likelihood.log_densities(others)
     spoken = feature.ping_scores.pings[feature.ping_scores.densities > log_densities[feature.ping_scores.pings]]
@@ -104,7 +78,7 @@ def alternatives_to(
 
 
 def _alternatives(likelihood: PingLikelihood, feature: Hypothesis) -> FloatArray:
-    """Stand-ins of all kinds near the part of a feature that most stations heard."""
+    """Return reflectors of all classes at the point of a landmark that is nearest to its supporting stations."""
     supporting = feature.llr_by_station > 0.0
     stations = likelihood.measurements.centers[supporting if supporting.any() else slice(None)]
     middle = stations.mean(axis=0)
@@ -126,6 +100,7 @@ def _alternatives(likelihood: PingLikelihood, feature: Hypothesis) -> FloatArray
 
 
 def _moved(likelihood: PingLikelihood, reflector: FloatArray, pings: IntArray) -> FloatArray:
+    """Refine a reflector on pings by the annealing schedule."""
     noise = likelihood.noise
     pose_model = [(deviations * noise, max(band, 4 * noise), rounds) for deviations, band, rounds in _COURSE]
     return approach(likelihood.measurements, likelihood.hearing, reflector, pings, pose_model)

@@ -1,8 +1,8 @@
-"""Boxes: the edges and sides that rays meet of a box look like one cylinder among them.
+"""Boxes: edges and walls that ray cones read like one cylinder among them.
 
-Edges return hardly any sound, but rays end at them as at anything.  From several stations the edges of a small box are
-about where a cylinder of its size would be, and that needs fewer parameters; but readings of each edge from several
-stations meet in one point, those of each side touch one line, and few of them touch the cylinder.
+Edges hardly return sound, but they stop rays. From several stations, the edges of a small box are about where a
+cylinder of its size would be, with fewer parameters. But readings of each edge from several stations meet in one point
+and those of each wall touch one line, while few of them touch the cylinder.
 """
 
 from collections.abc import Sequence
@@ -16,20 +16,7 @@ __all__ = ["with_boxes"]
 
 
 def with_boxes(search: Search, features: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Replace cylinders by edges and walls, where these explain rays better.
-
-    Parameters
-    ----------
-    search : Search
-        What finds these.
-    features : sequence of Hypothesis
-        The features, judged beside each other.
-
-    Returns
-    -------
-    list of Hypothesis
-        The features, some of them replaced; those of sound as they are.
-    """
+    """Replace cylinders by edges and walls where these explain ray cones better; without ray cones, change nothing."""
     kept = list(features)
     if search.likelihood.hearing.cone:
         for feature in features:
@@ -43,7 +30,7 @@ def with_boxes(search: Search, features: Sequence[Hypothesis]) -> list[Hypothesi
 
 
 def _instead(search: Search, cylinder: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Find edges and walls that explain more than a cylinder does; nothing if there are none."""
+    """Return the edges and walls that explain more than a cylinder; an empty list if there are none."""
     known = {each.key for each in others}
     found = [each for each in search.more(others, (Kind.EDGE, Kind.WALL)) if each.key not in known]
     log_evidence_without_bias = sum(each.total for each in found) - search.acceptance.settings.accept * (len(found) - 1)

@@ -1,4 +1,4 @@
-"""Copies: one wall that poses in error made two of."""
+"""Duplicates: one wall that is in the map twice because of pose errors."""
 
 import math
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ __all__ = ["DuplicateSettings", "are_duplicates", "cross", "duplicate_pairs", "w
 
 
 class DuplicateSettings(BaseModel, frozen=True, extra="forbid"):
-    """How far apart two copies of a wall may lie."""
+    """Greatest distance between two duplicates of a wall."""
 
     turn: float = Field(default=math.radians(12), gt=0.0, description="between them [rad]")
     beside: float = Field(default=0.08, gt=0.0, description="between their lines, at the middle of either [m]")
@@ -21,21 +21,9 @@ class DuplicateSettings(BaseModel, frozen=True, extra="forbid"):
 
 
 def without_duplicates(features: Sequence[Hypothesis], settings: DuplicateSettings) -> list[Hypothesis]:
-    """Keep one of several copies of each wall: the one that explains most.
+    """Keep, of several duplicates of a wall, the one with the greatest log-likelihood ratio.
 
-    Walls that stations told apart which were let go are two: their poses had come to rest.
-
-    Parameters
-    ----------
-    features : sequence of Hypothesis
-        What is there.
-    settings : DuplicateSettings
-        What copies are.
-
-    Returns
-    -------
-    list of Hypothesis
-        The others are left for it to explain.
+    Two walls are distinct if marginalised stations clearly support both, since the poses of these stations are final.
     """
     kept: list[Hypothesis] = []
     for feature in sorted(features, key=lambda each: each.total, reverse=True):
@@ -45,39 +33,13 @@ def without_duplicates(features: Sequence[Hypothesis], settings: DuplicateSettin
 
 
 def duplicate_pairs(features: Sequence[Hypothesis], settings: DuplicateSettings) -> list[tuple[int, int]]:
-    """Find all that may be there twice.
-
-    Parameters
-    ----------
-    features : sequence of Hypothesis
-        What is there.
-    settings : DuplicateSettings
-        What copies are.
-
-    Returns
-    -------
-    list of tuple of int
-        Numbers of any two that may be the same wall.
-    """
+    """Return the indices of all pairs of walls that may be duplicates."""
     numbers = combinations(range(len(features)), 2)
     return [(one, other) for one, other in numbers if _may_be_one(features[one], features[other], settings)]
 
 
 def are_duplicates(one: Hypothesis, other: Hypothesis, settings: DuplicateSettings) -> bool:
-    """Tell whether two features may be the same wall.
-
-    Parameters
-    ----------
-    one, other : Hypothesis
-        Two features.
-    settings : DuplicateSettings
-        How far apart they may lie.
-
-    Returns
-    -------
-    bool
-        False if either is no wall.
-    """
+    """Return True if two walls may be the same one; False if either landmark is no wall."""
     if not (one.is_wall and other.is_wall):
         return False
     if abs(math.remainder(one.line[0] - other.line[0], math.tau)) > settings.turn:
@@ -88,18 +50,7 @@ def are_duplicates(one: Hypothesis, other: Hypothesis, settings: DuplicateSettin
 
 
 def cross(one: Hypothesis, other: Hypothesis) -> bool:
-    """Tell whether what was heard of a wall crosses what was heard of another, as no two walls do.
-
-    Parameters
-    ----------
-    one, other : Hypothesis
-        Two walls.
-
-    Returns
-    -------
-    bool
-        Whether there is a point inside both.
-    """
+    """Return True if the extents of two walls intersect, which is impossible for real walls."""
     start, end = one.ends_xy
     return bool(crosses_segments([start], [end], other.ends_xy).any())
 
@@ -113,5 +64,5 @@ def _are_confirmed(one: Hypothesis, other: Hypothesis) -> bool:
 
 
 def _beside(one: Hypothesis, other: Hypothesis) -> float:
-    """How far the middle of what was heard of one wall lies beside the line of another."""
+    """Return the distance of the midpoint of ``other`` from the line of ``one`` [m]."""
     return float(abs(signed_distances(one.line, other.ends_xy.mean(axis=0))))

@@ -1,9 +1,9 @@
-"""Unheard walls: of some corners one side was heard in the other only, and such echoes look like walls themselves.
+"""Latent walls: walls that were detected only by multipath, whose echoes look like another wall.
 
-A corner that opens about a right angle sends sound back over both of its sides, also to where neither sends any back by
-itself.  If nothing is known of one of them, the echo has no name; and whatever two stations heard, there mostly is a
-line that it may have come straight back from.  So what few stations speak for has a rival: a wall that stands somewhere
-on a known one, at any angle, and needs as many parameters.
+A corner of about a right angle returns sound over both walls, also to places to which neither returns a direct echo. If
+one of the walls is not in the map, the model has no path for this echo; and readings of two stations mostly agree with
+some line as a direct echo. So a wall of few stations has a rival: a latent wall that forms a corner with a known wall,
+at any place and angle, and has as many parameters.
 """
 
 import math
@@ -26,33 +26,34 @@ __all__ = ["log_densities_over_latent_walls"]
 
 _WALL = int(Kind.WALL)
 
-# Corners that send sound back over both sides open so wide [rad]: what is left of wider ones is too faint, and sound
-# meets a third wall in narrower ones.
+# Opening angles of corners that return sound over both walls [rad]: echoes of wider corners are too weak, and in
+# narrower ones the sound meets a third wall.
 _OPENINGS = np.radians(np.arange(50.0, 111.0))
-# A known wall ends in a corner no farther than this beyond where it was heard, and no nearer than this before [m].
+# Greatest distance of the corner beyond the extent of the known wall, and within it [m].
 _BEYOND, _BEFORE = 3.0, 0.1
-# So far from the corner its sides reflect, and no farther than this past it [m].
+# Reflecting part of both walls: up to the first distance from the corner, and the second past it [m].
 _LONG, _PAST = 2.5, 0.05
-# At first readings may scatter so many times more; the best few corners are moved by ever smaller steps [m, rad].
+# Factor on the noise in the first search; number of corners that are refined; number of halvings of the steps; and the
+# first steps along the known wall and in opening angle [m, rad].
 _COARSE, _BEST, _HALVINGS = 4.0, 8, 7
 _ALONG, _TURN = 0.02, math.radians(0.5)
 
-# A wall with what was heard of it, and a sensor with half of the way that the sound came to it.
+# A wall with its extent; a sensor position with half of the path length of its echo [m].
 _Known: TypeAlias = tuple[FloatArray, Extent]
 _Heard: TypeAlias = tuple[Point, float]
 
 
 class Corner(NamedTuple):
-    """Where an unheard wall stands on a known one.
+    """Corner of a latent wall with a known wall.
 
     Attributes
     ----------
     place : float
-        Along the known wall [m].
+        Position along the known wall [m].
     opening : float
-        Angle between both [rad].
+        Angle between both walls [rad].
     side : float
-        On which end of the known wall: 1 where places along it are greatest, -1 where they are least.
+        End of the known wall at the corner: 1 for greatest, -1 for least position along it.
     """
 
     place: float
@@ -63,24 +64,11 @@ class Corner(NamedTuple):
 def log_densities_over_latent_walls(
     likelihood: PingLikelihood, wall: Hypothesis, others: Sequence[Hypothesis], log_densities: FloatArray
 ) -> FloatArray:
-    """Explain what speaks for a wall by echoes over a stronger one and one that nobody heard.
+    """Return the log density of each reading by the latent wall that explains most [log 1/m], shape (n,).
 
-    Parameters
-    ----------
-    likelihood : PingLikelihood
-        The pings.
-    wall : Hypothesis
-        The wall, judged beside the others.
-    others : sequence of Hypothesis
-        What else is there.
-    log_densities : ndarray, shape (n,)
-        What these explain.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Logarithm of the density of each reading by the unheard wall that explains most [log 1/m]; ``UNHEARD`` where it
-        explains nothing.
+    Only readings that ``wall`` newly explains count, and only walls among ``others`` with a greater log-likelihood
+    ratio may form the corner. ``log_densities`` are those of the readings by the others. The result is ``UNHEARD``
+    elsewhere.
     """
     echo_densities, own = (
         np.full(len(log_densities), UNHEARD),
@@ -102,7 +90,10 @@ def log_densities_over_latent_walls(
 
 
 def _loudest(likelihood: PingLikelihood, pings: IntArray) -> _Heard:
-    """Tell where, and how far off, the station with most of these pings reads first: what is loudest is read early."""
+    """Return the shortest reading of the station with most of these pings, and its sensor [m].
+
+    The strongest echo reads shortest, because of the range walk.
+    """
     measurements = likelihood.measurements
     best = np.argmax(np.bincount(measurements.stations[pings]))
     here = pings[measurements.stations[pings] == best]
@@ -115,7 +106,7 @@ def _loudest(likelihood: PingLikelihood, pings: IntArray) -> _Heard:
 def _best_echoes(
     few: Measurements, hearing: Hearing, known: _Known, loudest: _Heard, bare: FloatArray, noise: float
 ) -> tuple[float, FloatArray]:
-    """Find the unheard wall on a known one whose echoes explain most: by how much, and the levels."""
+    """Return the gain of the best latent wall at a known wall [nats], and its log densities."""
     corners, llr_by_station = _corners(few, hearing, known, loudest, bare, _COARSE * noise)
     most, echoes = 0.0, np.full(len(bare), UNHEARD)
     for number in np.argsort(-llr_by_station)[:_BEST]:
@@ -131,9 +122,10 @@ def _best_echoes(
 def _corners(
     few: Measurements, hearing: Hearing, known: _Known, loudest: _Heard, bare: FloatArray, noise: float
 ) -> tuple[FloatArray, FloatArray]:
-    """List corners that return sound as far as it was heard, and what each explains.
+    """Return the corners whose echo is as long as the measured one, and the gain of each [nats].
 
-    A corner narrower than a right angle is heard from nearer than it is, by the sine of its opening.
+    The echo of a corner narrower than a right angle is shorter than the distance of its vertex, by the factor
+    sin(opening).
     """
     (wall, extent), (place, reading) = known, loudest
     x, y = math.cos(wall[1]), math.sin(wall[1])
@@ -155,7 +147,7 @@ def _corners(
 def _refined(
     few: Measurements, hearing: Hearing, wall: FloatArray, corner: Corner, bare: FloatArray, noise: float
 ) -> tuple[float, FloatArray]:
-    """Move a corner to where it explains most, by ever smaller steps, and tell how much and the levels."""
+    """Refine a corner by a pattern search with halved steps; return its gain [nats] and log densities."""
     log_densities = _echoes(few, hearing, wall, corner, noise)
     gain, along, turn = _gain(few, log_densities, bare), _ALONG, _TURN
     for _ in range(_HALVINGS):
@@ -173,6 +165,7 @@ def _refined(
 
 @compiled
 def _gain(few: Measurements, log_densities: FloatArray, bare: FloatArray) -> float:
+    """Return the weighted gain in log density over ``bare`` [nats]."""
     gain = 0.0
     for ping in range(len(log_densities)):
         gain += few.weights[ping] * max(log_densities[ping] - bare[ping], 0.0)
@@ -181,7 +174,7 @@ def _gain(few: Measurements, log_densities: FloatArray, bare: FloatArray) -> flo
 
 @compiled
 def _echoes(few: Measurements, hearing: Hearing, wall: FloatArray, corner: Corner, noise: float) -> FloatArray:
-    """Explain readings by echoes over both sides of a corner."""
+    """Return the log density of each reading by double bounces over both walls of a corner [log 1/m]."""
     x, y, side = math.cos(wall[1]), math.sin(wall[1]), corner.side
     vertex_x, vertex_y = wall[2] * x - corner.place * y, wall[2] * y + corner.place * x
     angle = wall[1] + side * (math.pi - corner.opening)
@@ -193,5 +186,5 @@ def _echoes(few: Measurements, hearing: Hearing, wall: FloatArray, corner: Corne
 
 @compiled
 def _ending(place: float, side: float) -> Extent:
-    """Along a wall that ends at a place, from there on or up to there."""
+    """Return the reflecting part of a wall that ends at a corner [m]."""
     return (place - _LONG, place + _PAST) if side > 0.0 else (place - _PAST, place + _LONG)

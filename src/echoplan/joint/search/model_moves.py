@@ -1,4 +1,4 @@
-"""Reclassification: features that were taken for something else when not all others were known."""
+"""Model moves: change of class and split of landmarks, given all others."""
 
 import math
 from collections.abc import Collection, Sequence
@@ -19,44 +19,31 @@ from echoplan.joint.trace import Decision, Reason, record_event
 
 __all__ = ["reclassified", "split_joined_walls"]
 
-# What is known from no more stations may be as many walls.
+# A landmark of no more supporting stations than this may be one wall per station.
 _FEW_STATIONS = 3
-# A corner is as near as this to the walls that make it, and to a short wall that it looks like [m].
+# Greatest distance of a corner from the walls that form it, and from a short wall that it may replace [m].
 _ON, _AT = 0.03, 0.1
-# Both sides of a thin wall are turned so far from each other [rad].
+# Least angle between the normals of both faces of a thin wall [rad].
 _OPPOSITE = math.radians(170.0)
-# What may seem to join them while features are searched for, and in the end.
+# Classes that may join walls, during the search and at the end.
 _JOINING, _AT_LAST = (Kind.CYLINDER, Kind.WALL), (Kind.CORNER,)
 
 
 def reclassified(
     likelihood: PingLikelihood, features: Sequence[Hypothesis], acceptance: AcceptanceTest
 ) -> list[Hypothesis]:
-    """Take walls for what explains their pings best: of poses in error walls bear most, and come before cylinders.
+    """Replace landmarks by another class, or corners by two walls, where that explains the pings better.
 
-    Corners may turn out to be walls, but no cylinders: what stands in a corner hides in it.  What few stations heard of
-    a corner looks like a cylinder behind it, and is none if a corner on a wall explains more.  Both sides of a thin
-    wall, heard where they are opposite to each other, look like a corner that is heard from everywhere.
-
-    Parameters
-    ----------
-    likelihood : PingLikelihood
-        The pings.
-    features : sequence of Hypothesis
-        The features, judged beside each other.
-    acceptance : AcceptanceTest
-        When a rival is believed.
-
-    Returns
-    -------
-    list of Hypothesis
-        Some of them of another kind, or two walls for a corner.
+    Walls may become any class, corners and edges only walls: an object in a corner is hidden by it. A corner that few
+    stations detected looks like a cylinder behind it, so a cylinder may become a corner on a wall. Both faces of a thin
+    wall, detected opposite to each other, look like a corner that is detected from everywhere.
     """
     kept = split_joined_walls(likelihood, list(features), acceptance, kinds=_AT_LAST)
     for place, feature in enumerate(kept):
         if feature.is_known:
             continue
-        # A corner is heard over a wider angle: if that is why it does not hold, what looked like a cylinder is neither.
+        # A better corner replaces a cylinder even if it is not accepted. A corner is detectable over a wider angle: if
+        # it fails for that reason, the landmark is neither.
         is_round = feature.kind is Kind.CYLINDER
         others = [*kept[:place], *kept[place + 1 :]]
         best = _better(_alternatives(likelihood, feature, others), feature, others, acceptance)
@@ -75,7 +62,10 @@ def _alternatives(likelihood: PingLikelihood, feature: Hypothesis, others: Seque
 
 
 def _on_walls(likelihood: PingLikelihood, cylinder: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Propose corners in place of a cylinder, on walls near which the pings want them; to rays both look alike."""
+    """Propose corners in place of a cylinder, on stronger walls near the refined corner; none for ray cones.
+
+    Rays read corners and cylinders alike.
+    """
     if likelihood.hearing.cone:
         return []
     (corner,) = alternatives_to(likelihood, cylinder, others, (Kind.CORNER,))
@@ -88,7 +78,7 @@ def _on_walls(likelihood: PingLikelihood, cylinder: Hypothesis, others: Sequence
 
 
 def _crossings(likelihood: PingLikelihood, wall: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Propose corners in place of a wall, where others cross at right angles."""
+    """Propose corners in place of a wall, where two stronger walls cross at a right angle near it."""
     square = [pair for pair in combinations(_stronger(wall, others), 2) if returns_sound(*pair)]
     crossings = [intersections(*pair) for pair in square]
     proposed = [likelihood.score(np.array([Kind.CORNER, *point, 0.0])) for point in crossings if _is_at(wall, point)]
@@ -98,7 +88,7 @@ def _crossings(likelihood: PingLikelihood, wall: Hypothesis, others: Sequence[Hy
 def _better(
     alternatives: Sequence[Hypothesis], feature: Hypothesis, others: Sequence[Hypothesis], acceptance: AcceptanceTest
 ) -> Hypothesis | None:
-    """Choose the rival that is worth most, if that is more than the feature is."""
+    """Return the alternative with the greatest log evidence, or None if the landmark itself has more."""
 
     def log_evidence_without_bias(each: Hypothesis) -> float:
         return acceptance.log_evidence_without_bias(each) + acceptance.settings.accept * _spared_walls(
@@ -110,10 +100,10 @@ def _better(
 
 
 def _spared_walls(alternative: Hypothesis, feature: Hypothesis, others: Sequence[Hypothesis]) -> int:
-    """Tell how many walls need not be assumed anew if something is a corner and no wall: one less than it lies on.
+    """Return how many walls a corner spares: one less than it lies on, of which two must be at a right angle.
 
-    A corner that few stations heard, all from about one direction, looks like a short wall across it; but every wall
-    ends in corners.  A wall that stations heard at about one place looks like a corner; but no corner is without walls.
+    A corner that few stations detected from about one direction looks like a short wall across it, but every wall ends
+    in corners. A wall that was detected at about one place looks like a corner, but no corner exists without walls.
     """
     if alternative.kind is not Kind.CORNER or feature.kind is Kind.CYLINDER:
         return 0
@@ -124,10 +114,12 @@ def _spared_walls(alternative: Hypothesis, feature: Hypothesis, others: Sequence
 
 
 def _stronger(wall: Hypothesis, others: Sequence[Hypothesis]) -> list[FloatArray]:
+    """Return the lines of the walls with a greater log-likelihood ratio."""
     return [each.line for each in others if each.is_wall and each.total > wall.total]
 
 
 def _is_at(wall: Hypothesis, point_xy: FloatArray) -> bool:
+    """Return True if a point lies near the extent of a wall."""
     place = float(point_xy @ directions(wall.line[0] + math.pi / 2))
     across = abs(float(point_xy @ directions(wall.line[0])) - wall.line[1])
     return bool(max(across, wall.extent[0] - place, place - wall.extent[1]) < _AT)
@@ -140,27 +132,11 @@ def split_joined_walls(
     *,
     kinds: Collection[Kind] = _JOINING,
 ) -> list[Hypothesis]:
-    """Replace features by walls, one for each of few stations, where these explain the pings better.
+    """Replace landmarks by walls, one for each of a few stations, where these explain the pings better.
 
-    Any two walls that were heard from one station each have a cylinder that touches both, and it needs fewer
-    parameters; but it would be heard less loud, and so over a narrower angle.  Sides of two boxes that stand nearly in
-    line look like one wall, though each of them by itself says a little otherwise.
-
-    Parameters
-    ----------
-    likelihood : PingLikelihood
-        The pings.
-    features : list of Hypothesis
-        The features, judged beside each other.
-    acceptance : AcceptanceTest
-        When a wall is believed.
-    kinds : collection of Kind, optional
-        Which of them to ask.
-
-    Returns
-    -------
-    list of Hypothesis
-        The features, some of them replaced.
+    Any two walls detected from one station each have a cylinder that touches both, with fewer parameters. But its echo
+    would be weaker, and detectable over a narrower angle. Faces of two boxes that are nearly in line look like one
+    wall, although the readings of each fit a slightly different line. ``kinds`` are the classes to check.
     """
     asked = [each for each in features if each.kind in kinds and _may_join(each, acceptance)]
     without = likelihood.log_densities_without(features) if asked else []
@@ -176,13 +152,17 @@ def split_joined_walls(
 
 
 def _may_join(feature: Hypothesis, acceptance: AcceptanceTest) -> bool:
+    """Return True if few stations support a landmark that has no track history."""
     least = 1 if feature.kind is Kind.CYLINDER else 2
     stations = (feature.llr_by_station > acceptance.settings.second_station).sum()
     return bool(least <= stations <= _FEW_STATIONS and not feature.is_known)
 
 
 def _explain_more(walls: Sequence[Hypothesis], joining: Hypothesis, accept: float) -> bool:
-    """Whether walls explain more than what joins them: two parameters each, as one wall has; a cylinder has three."""
+    """Return True if walls explain more than what joins them, at the cost of ``accept`` nats for each wall but one.
+
+    A cylinder has three parameters, so two walls in its place cost nothing.
+    """
     gain = sum(each.total for each in walls) - joining.total
     if joining.kind is Kind.CYLINDER:
         return gain > 0.0
@@ -191,6 +171,7 @@ def _explain_more(walls: Sequence[Hypothesis], joining: Hypothesis, accept: floa
 
 
 def _are_back_to_back(walls: Sequence[Hypothesis]) -> bool:
+    """Return True if two walls have opposite normals, like the faces of a thin wall."""
     angles = [each.line[0] for each in walls]
     return len(walls) == 2 and abs(float(wrap(angles[1] - angles[0]))) > _OPPOSITE
 
@@ -203,6 +184,7 @@ def _walls_instead(
     *,
     acceptance: AcceptanceTest,
 ) -> list[Hypothesis]:
+    """Fit a wall to the pings of each supporting station, and return the accepted ones."""
     walls, measurements = list[Hypothesis](), likelihood.measurements
     pose_model = ((4 * likelihood.noise, 0.06, 4), (likelihood.noise, 0.03, 4))
     for station in np.flatnonzero(joining.llr_by_station > acceptance.settings.second_station):
@@ -218,7 +200,7 @@ def _walls_instead(
 
 
 def _touching(cylinder: Hypothesis, center_xy: FloatArray) -> FloatArray:
-    """Make a wall that touches a cylinder where a station hears it."""
+    """Return the wall that touches a cylinder at its specular point from a station."""
     away = cylinder.reflector[1:3] - center_xy
     normal = away / np.hypot(*away)
     touched = cylinder.reflector[1:3] - cylinder.reflector[3] * normal

@@ -1,12 +1,11 @@
-"""Phantoms: walls that may be no more than echoes over two walls, one of which nobody heard itself.
+"""Rejection of walls that may be multipath over a latent wall.
 
-What a corner sends back over a known side and an unknown one looks like a wall across it; but then there is an unknown
-side that explains the echo as well.  What one sensor sends to a known wall and another hears from an unknown one looks,
-from one station, like a wall beyond.  Two things tell it: sound that met two walls comes from farther than either, and
-seldom does it leave and come back just along the axes of both beams, so that it is heard over a smaller angle than a
-wall is.  Of the wall that nobody heard nothing is known; it is taken to stand about as near as those that were heard.
-Rays meet no second wall; but an edge, which returns hardly any sound, is read by them from one station as a wall across
-it would be.
+An echo over a known and a latent wall of a corner looks like a wall across it; but then the latent wall explains the
+echo as well. Crosstalk from one sensor over a known wall and a latent wall to another sensor looks, from one station,
+like a wall farther away. It differs from a wall in two ways: a path over two walls is longer than that to either, and
+it seldom leaves and arrives along both beam axes, so it is detected over a smaller angle. Nothing is known of the
+latent wall; it is assumed to be about as near as the walls that were detected. Rays have no second reflection; but an
+edge, which hardly returns sound, is read by rays from one station like a wall across it.
 """
 
 import math
@@ -27,31 +26,16 @@ from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["without_multipath_walls"]
 
-# From fewer stations many a wall is heard from one of them only.
+# With fewer stations, many walls are detected from only one of them.
 _FEWEST = 3
-# What more stations speak for no echo over an unknown wall explains by chance.
+# A wall of more supporting stations is not explained by multipath over a latent wall by chance.
 _FEW_STATIONS = 3
 
 
 def without_multipath_walls(
     likelihood: PingLikelihood, features: Sequence[Hypothesis], acceptance: AcceptanceTest
 ) -> list[Hypothesis]:
-    """Leave out walls of few stations that others may have cast.
-
-    Parameters
-    ----------
-    likelihood : PingLikelihood
-        The pings.
-    features : sequence of Hypothesis
-        The features, judged beside each other.
-    acceptance : AcceptanceTest
-        How fully a wall must be heard.
-
-    Returns
-    -------
-    list of Hypothesis
-        The others.
-    """
+    """Remove walls of few stations that may be multipath."""
     measurements = likelihood.measurements
     if len(measurements.centers) < _FEWEST:
         return list(features)
@@ -71,7 +55,7 @@ def _is_lone_wall(feature: Hypothesis, acceptance: AcceptanceTest) -> bool:
 def _without_unheard(
     likelihood: PingLikelihood, features: Sequence[Hypothesis], acceptance: AcceptanceTest
 ) -> list[Hypothesis]:
-    """Leave out walls, the weakest first, that are not believed beside an echo over one that nobody heard."""
+    """Remove walls, the weakest first, that gain too little beside multipath over a latent wall."""
     kept = list(features)
     for feature in sorted(features, key=lambda each: each.total):
         others = [each for each in kept if each is not feature]
@@ -89,6 +73,7 @@ def _is_weak(feature: Hypothesis, acceptance: AcceptanceTest) -> bool:
 def _stands_beside_unheard(
     likelihood: PingLikelihood, wall: Hypothesis, others: Sequence[Hypothesis], acceptance: AcceptanceTest
 ) -> bool:
+    """Return True if a wall gains enough beside the best latent wall."""
     log_densities = likelihood.log_densities(others)
     rescored = likelihood.rescored(wall, log_densities, others)
     echoes = log_densities_over_latent_walls(likelihood, rescored, others, log_densities)
@@ -101,7 +86,7 @@ def _stands_beside_unheard(
 def _without_cast(
     likelihood: PingLikelihood, features: Sequence[Hypothesis], acceptance: AcceptanceTest
 ) -> list[Hypothesis]:
-    """Leave out walls that one sensor may have heard of what another sent."""
+    """Remove walls that may be crosstalk between sensors."""
     walls = [each for each in features if each.is_wall]
     shares = [
         acceptance.detection_rate(*each)
@@ -118,22 +103,22 @@ def _without_cast(
 
 
 def _usual(features: Sequence[Hypothesis], shares: Sequence[float]) -> float:
-    """Tell how fully walls are heard in the median; 0 where none is heard."""
+    """Return the median detection rate of walls; 0 without walls."""
     detected = [share for each, share in zip(features, shares, strict=True) if each.is_wall and each.best > 0.0]
     return float(np.median(detected)) if detected else 0.0
 
 
 def _has_volleys(measurements: Measurements) -> bool:
-    """Whether sensors fire together."""
+    """Return True if sensors fire at the same time."""
     return bool(((measurements.crosstalk_sources >= 0) & (measurements.lags == 0.0)).any())
 
 
 def _may_be_cast(
     feature: Hypothesis, walls: Sequence[Hypothesis], measurements: Measurements, acceptance: AcceptanceTest
 ) -> bool:
-    """Whether a wall of one station is as far off as the image of a station in two walls, or farther.
+    """Return True if a wall of one station is farther from it than its image in the two nearest walls can be.
 
-    In two walls at right angles it is as far as where they meet: the root of the sum of the squares of their distances.
+    In two walls at a right angle the image is as far as their crossing: the root sum of squares of their distances.
     """
     if not _is_lone_wall(feature, acceptance):
         return False
@@ -143,7 +128,7 @@ def _may_be_cast(
 
 
 def _distances(walls: Sequence[Hypothesis], point_xy: FloatArray) -> FloatArray:
-    """How far the walls before which a point lies are from it, as far as they may reflect [m]."""
+    """Return the distances of a point from the reflecting parts of the walls before which it lies [m]."""
     lines = np.array([each.line for each in walls]).reshape(-1, 2)
     ends = np.array([each.extent for each in walls]).reshape(-1, 2)
     place, depths = along(lines, point_xy), -signed_distances(lines, point_xy)

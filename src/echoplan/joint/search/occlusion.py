@@ -1,7 +1,8 @@
-"""Hiding: nothing is heard through a wall; of a wall and what is heard through it one is not there.
+"""Occlusion: no sound passes a wall, so of a wall and a landmark detected through it one does not exist.
 
-Sound that met a wall on its way to a cylinder and back comes as from a cylinder beyond the wall.  From a few stations
-that is rarely heard twice alike; from hundreds it is.  And what others are heard through is no wall.
+Sound that a wall reflects to a cylinder and back seems to come from a cylinder behind the wall. A few stations rarely
+detect this image twice at the same place; hundreds do. Likewise, a line through which other landmarks are detected is
+no wall.
 """
 
 from collections.abc import Sequence
@@ -15,19 +16,19 @@ from echoplan.joint.search.ray_paths import Paths
 
 __all__ = ["Hiding", "hiding"]
 
-# What stands less than this behind a wall may stand before it [m]: that well walls and poses are known.
+# Objects less than this behind a wall may be before it, given the errors of walls and poses [m].
 _BEHIND = 0.05
 
 
 class Hiding(NamedTuple):
-    """Sound that would have gone through walls: what explains more is there, and the other is not.
+    """Paths through walls: of wall and landmark, the one of the greater log-likelihood ratio exists.
 
     Attributes
     ----------
     hidden : ndarray of bool, shape (n,)
-        Which sound would have gone through a wall that explains more than what the sound seems to come from.
+        Paths through a wall of a greater log-likelihood ratio than their landmark.
     passed : ndarray of bool, shape (f, n)
-        Which sound of what explains more went through each wall.
+        Paths through each wall whose landmark has at least its log-likelihood ratio.
     """
 
     hidden: BoolArray
@@ -35,21 +36,9 @@ class Hiding(NamedTuple):
 
 
 def hiding(paths: Paths, features: Sequence[Hypothesis], *, gap: float) -> Hiding:
-    """Tell which sound would have gone through which walls.
+    """Return which paths pass through which walls.
 
-    Parameters
-    ----------
-    paths : Paths
-        Ways of sound.
-    features : sequence of Hypothesis
-        What is there.
-    gap : float
-        How far apart a wall must have been heard for sound to go through between [m].
-
-    Returns
-    -------
-    Hiding
-        By ping.
+    A path passes only between two neighbouring detections of the wall that are less than ``gap`` apart [m].
     """
     totals = np.array([each.total for each in features])
     hidden = np.zeros(len(paths.owners), dtype=bool)
@@ -66,7 +55,7 @@ def hiding(paths: Paths, features: Sequence[Hypothesis], *, gap: float) -> Hidin
 
 
 def _is_between(feet: FloatArray, places: FloatArray, gap: float) -> BoolArray:
-    """Tell which places lie between two feet that are next to each other and no farther apart than this."""
+    """Return which positions lie between two neighbouring feet that are less than ``gap`` apart."""
     bounds = np.concatenate([[-np.inf], np.sort(feet), [np.inf]])
     after = np.searchsorted(bounds, places)
     between: BoolArray = np.diff(bounds)[after - 1] < gap

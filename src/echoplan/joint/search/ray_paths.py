@@ -1,4 +1,4 @@
-"""Paths: the ways that sound went from sensors to the points where features sent it back."""
+"""Paths of sound from sensors to the specular points of landmarks."""
 
 import math
 from collections.abc import Sequence
@@ -16,34 +16,34 @@ from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["Paths", "trace_paths", "unoccluded_stations"]
 
-# A reading that is this many times likelier than if it were anything is explained.
+# Log-likelihood ratio over clutter from which a reading counts as explained [nats].
 _EXPLAINED = math.log(20.0)
-# Groups of pings of one feature and station that span less than this may be chance [rad].
+# Pings of one landmark and station that span less than this may agree by chance [rad].
 _SPAN = math.radians(12.0)
-# A station has a free view of a feature if this share of the pings that should hear it heard nothing nearer.
+# A station has a free view of a landmark if this share of the pings that should detect it is unmasked.
 _MOSTLY = 0.5
-# So far along a wall from all that was heard of it there may be a gap in it [m].
+# A wall may have a gap at this distance along it from any detection [m].
 _BESIDE = 0.2
 # A path crosses a line only if both its ends are this far from it [m].
 _CLEAR = 0.02
-# What stands less than this behind a wall may stand before it [m]: that well walls and poses are known.
+# Objects less than this behind a wall may be before it, given the errors of walls and poses [m].
 _BEHIND = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Paths:
-    """Ways of sound that features explain.
+    """Paths of the sound that landmarks reflected, by ping.
 
     Parameters
     ----------
     starts_xy, ends_xy : ndarray, shape (n, 2)
-        Sensors, and where the sound turned back [m]; ``nan`` for pings that nothing explains.
+        Sensors and specular points [m]; ``nan`` for unexplained pings.
     owners : ndarray of int, shape (n,)
-        The feature that explains each ping; -1 for none.
+        Index of the landmark that explains each ping; -1 for none.
     sure : ndarray of bool, shape (n,)
         Whether enough other pings of the station agree.
     stations : ndarray of int, shape (n,)
-        The station that made each ping.
+        Station of each ping.
     """
 
     starts_xy: FloatArray
@@ -53,18 +53,7 @@ class Paths:
     stations: IntArray
 
     def chosen(self, pings: BoolArray) -> "Paths":
-        """Keep some of them.
-
-        Parameters
-        ----------
-        pings : ndarray of bool, shape (n,)
-            Which.
-
-        Returns
-        -------
-        Paths
-            Those.
-        """
+        """Select the paths of some pings, shape (n,)."""
         return Paths(
             starts_xy=self.starts_xy[pings],
             ends_xy=self.ends_xy[pings],
@@ -74,26 +63,13 @@ class Paths:
         )
 
     def feet(self, owner: int, line: FloatArray) -> FloatArray:
-        """Tell where along a wall the pings that it explains were reflected.
-
-        Parameters
-        ----------
-        owner : int
-            Number of the wall.
-        line : ndarray, shape (2,)
-            Its normal angle and offset [rad, m].
-
-        Returns
-        -------
-        ndarray, shape (k,)
-            Places along it, in order [m].
-        """
+        """Return the specular points of the pings of a wall along its line, sorted [m]."""
         own = self.starts_xy[self.owners == owner]
         places: FloatArray = np.sort(own @ directions(line[0] + math.pi / 2))
         return places
 
     def crossings(self, owner: int, line: FloatArray) -> FloatArray:
-        """Return where sound of other features crossed the line of a wall: one place a station and feature [m]."""
+        """Return where sound of other landmarks crossed the line of a wall [m]: the mean by station and landmark."""
         pings, places = self.through(line, behind=_BEHIND)
         others = self.sure[pings] & (self.owners[pings] != owner)
         pings, places = pings[others], places[others]
@@ -102,21 +78,9 @@ class Paths:
         return means
 
     def through(self, line: FloatArray, *, behind: float = _CLEAR) -> tuple[IntArray, FloatArray]:
-        """Tell which sound went through a line, and where.
+        """Return the indices of pings whose paths cross a line, and the positions of the crossings along it [m].
 
-        Parameters
-        ----------
-        line : ndarray, shape (2,)
-            Normal angle and offset [rad, m].
-        behind : float, optional
-            How far beyond it the sound must have turned back [m].
-
-        Returns
-        -------
-        pings : ndarray of int, shape (k,)
-            Which pings.
-        places : ndarray, shape (k,)
-            Places along the line [m].
+        The specular point must be more than ``behind`` beyond the line [m].
         """
         normal, along = directions(line[0]), directions(line[0] + math.pi / 2)
         before, beyond = line[1] - self.starts_xy @ normal, line[1] - self.ends_xy @ normal
@@ -130,21 +94,9 @@ class Paths:
 
 
 def trace_paths(likelihood: PingLikelihood, features: Sequence[Hypothesis], *, step: float) -> Paths:
-    """Trace the paths of all pings that features explain better than ghosts do.
+    """Trace the paths of all pings that a landmark explains better than multipath does.
 
-    Parameters
-    ----------
-    likelihood : PingLikelihood
-        The pings.
-    features : sequence of Hypothesis
-        What is there.
-    step : float
-        Turn from one ping to the next [rad].
-
-    Returns
-    -------
-    Paths
-        One a ping.
+    ``step`` is the angle from one ping to the next [rad].
     """
     measurements = likelihood.measurements
     starts = np.column_stack([measurements.x, measurements.y])
@@ -160,23 +112,10 @@ def trace_paths(likelihood: PingLikelihood, features: Sequence[Hypothesis], *, s
 
 
 def unoccluded_stations(feature: Hypothesis, measurements: Measurements, *, step: float) -> BoolArray:
-    """Tell which stations should hear a feature if it is there, for nothing nearer was heard.
+    """Return which stations should detect a landmark, since they detected nothing nearer, shape (s,).
 
-    Of a wall that was heard on both sides of a door those stand before the gap who hear nothing.
-
-    Parameters
-    ----------
-    feature : Hypothesis
-        The feature, with fresh evidence and the gains of stations.
-    measurements : Measurements
-        The pings.
-    step : float
-        Turn from one ping to the next [rad].
-
-    Returns
-    -------
-    ndarray of bool, shape (s,)
-        By station.
+    Of a wall with a gap, such as a door, the stations in front of the gap are not counted, as they detect nothing.
+    ``step`` is the angle from one ping to the next [rad].
     """
     evidence, count = feature.ping_scores, len(measurements.centers)
     stations, asked = measurements.stations[evidence.pings], evidence.audible
@@ -190,7 +129,7 @@ def unoccluded_stations(feature: Hypothesis, measurements: Measurements, *, step
 
 
 def _beside(places: FloatArray, detected: FloatArray) -> BoolArray:
-    """Tell which places along a wall are near to any where it was heard."""
+    """Return which positions along a wall are near a detection."""
     ends = np.concatenate([[-np.inf], np.sort(detected), [np.inf]])
     after = np.searchsorted(ends, places)
     near: BoolArray = np.minimum(places - ends[np.maximum(after - 1, 0)], ends[after] - places) < _BESIDE
@@ -198,6 +137,7 @@ def _beside(places: FloatArray, detected: FloatArray) -> BoolArray:
 
 
 def _owners(likelihood: PingLikelihood, features: Sequence[Hypothesis]) -> IntArray:
+    """Return the index of the landmark that explains each ping, shape (n,); -1 if none does, or if multipath wins."""
     count = len(likelihood.measurements.readings)
     if not features:
         return np.full(count, -1)
@@ -208,6 +148,7 @@ def _owners(likelihood: PingLikelihood, features: Sequence[Hypothesis]) -> IntAr
 
 
 def _turning_points(feature: Hypothesis, starts_xy: FloatArray) -> FloatArray:
+    """Return the specular points of a landmark for sensors at ``starts_xy`` [m]."""
     if feature.is_wall:
         normal = directions(feature.line[0])
         feet: FloatArray = starts_xy + (feature.line[1] - starts_xy @ normal)[:, None] * normal

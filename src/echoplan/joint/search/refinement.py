@@ -1,4 +1,4 @@
-"""Refinement: one reflector moved to where the pings near it would have it, by robust Gauss-Newton steps."""
+"""Refinement of one landmark on nearby readings by robust Gauss-Newton steps."""
 
 from collections.abc import Sequence
 from typing import TypeAlias
@@ -13,16 +13,16 @@ from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["AnnealingSchedule", "approach", "refine"]
 
-# Standard deviation of readings [m], how far one may be off to count [m], and steps at most; from coarse to fine.
+# Standard deviation of readings [m], gate on residuals [m] and greatest number of steps; from coarse to fine.
 AnnealingSchedule: TypeAlias = Sequence[tuple[float, float, int]]
 
 _WALL, _CYLINDER = int(Kind.WALL), int(Kind.CYLINDER)
 
-# A reflector moves no farther than this in one step [rad or m, m, m].
+# Greatest change of each parameter in one step [rad or m, m, m].
 _LONGEST = (0.06, 0.05, 0.05)
-# Radii that a cylinder may take [m].
+# Least and greatest radius of a cylinder [m].
 _THIN, _THICK = 0.015, 0.45
-# How firmly a reflector is held where the pings do not say [1/rad or 1/m].
+# Standard deviation of the prior on each step, for directions that the pings leave open [rad or m, m, m].
 _HOLD = (0.3, 0.3, 0.15)
 _FAINT, _TINY = -3.0, 0.01
 _WALK = 0.05
@@ -31,26 +31,7 @@ _WALK = 0.05
 def approach(
     measurements: Measurements, hearing: Hearing, reflector: FloatArray, pings: IntArray, schedule: AnnealingSchedule
 ) -> FloatArray:
-    """Move a reflector to where pings near it would have it, from coarse to fine.
-
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    hearing : Hearing
-        The sonar.
-    reflector : ndarray, shape (4,)
-        Kind and parameters to start from.
-    pings : ndarray of int, shape (m,)
-        Those that may be its echoes.
-    schedule : sequence of tuple
-        Standard deviation of readings [m], how far one may be off to count at all [m], and steps at most.
-
-    Returns
-    -------
-    ndarray, shape (4,)
-        The moved reflector.
-    """
+    """Refine a landmark, shape (4,), on pings that may be its echoes, by an annealing schedule from coarse to fine."""
     moved = reflector
     for noise, band, rounds in schedule:
         moved = refine(measurements, hearing, moved, pings, (noise, band), rounds)
@@ -66,27 +47,10 @@ def refine(
     scales: tuple[float, float],
     rounds: int,
 ) -> FloatArray:
-    """Move a reflector to where pings near it would have it.
+    """Refine a landmark, shape (4,), on pings that may be its echoes, by at most ``rounds`` Gauss-Newton steps.
 
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    hearing : Hearing
-        The sonar.
-    reflector : ndarray, shape (4,)
-        Kind and parameters to start from.
-    pings : ndarray of int, shape (m,)
-        Those that may be its echoes.
-    scales : tuple of float
-        Standard deviation of readings, and how far a reading may be off to count at all [m].
-    rounds : int
-        Steps at most.
-
-    Returns
-    -------
-    ndarray, shape (4,)
-        The moved reflector; the given one if fewer than two pings are near.
+    ``scales`` are the standard deviation of readings and the gate on residuals [m]. With fewer than two pings in the
+    gate the landmark does not change.
     """
     moved, noise, band = reflector.copy(), scales[0], scales[1]
     free = 3 if int(reflector[0]) == _CYLINDER else 2
@@ -105,6 +69,7 @@ def refine(
 
 @compiled
 def _gathered(measurements: Measurements, hearing: Hearing, shape: Shape, pings: IntArray, band: float) -> IntArray:
+    """Return the pings whose readings are near a landmark, with a margin for steps and range walk."""
     near, count = np.empty(len(pings), np.int64), 0
     for ping in pings:
         sight = look(shape, (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping]))
@@ -119,7 +84,7 @@ def _gathered(measurements: Measurements, hearing: Hearing, shape: Shape, pings:
 def _step(
     measurements: Measurements, hearing: Hearing, reflector: FloatArray, pings: IntArray, scales: tuple[float, float]
 ) -> FloatArray:
-    """One Gauss-Newton step on the pings within a band, weighted down by how far off they are (Geman-McClure)."""
+    """Return one Gauss-Newton step on the pings within the gate, with Geman-McClure weights."""
     noise, band = scales
     shape, jacobian, count = shape_of(reflector), np.zeros(8), 0
     normal, right = np.zeros((3, 3)), np.zeros(3)
@@ -139,4 +104,4 @@ def _step(
         return np.zeros(3)
     for axis in range(3):
         normal[axis, axis] += (noise / _HOLD[axis]) ** 2 + 1e-3
-    return np.linalg.solve(normal, right)  # type: ignore[return-value]  # NumPy will not say that it keeps the type
+    return np.linalg.solve(normal, right)  # type: ignore[return-value]  # NumPy does not declare that the type is kept

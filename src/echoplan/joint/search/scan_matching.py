@@ -1,4 +1,4 @@
-"""Localisation: where a sweep was heard, by its arcs against what is known of the room."""
+"""Scan matching: register the arcs of a sweep to known landmarks."""
 
 import math
 from collections.abc import Sequence
@@ -19,18 +19,18 @@ from echoplan.preprocessing.measurements import Measurements
 __all__ = ["LandmarkMap", "LocalScan", "LocalisationSettings", "best_score", "local_scans", "locate"]
 
 _WALL, _CIRCLE = int(Kind.WALL), 2.0 * math.pi
-# How far beyond what was heard of a wall it may still be heard [m].
+# A wall may be detected up to this far beyond its extent [m].
 _BESIDE = 0.5
-# An arc that is so many deviations too deep or too near is none of a reflector.
+# Gate on the depth and normal of an arc in standard deviations.
 _FAR = 8.0
-# No heading is told more exactly by a normal [rad].
+# Least standard deviation of a normal [rad].
 _LEAST_TURN = math.radians(0.7)
-# Headings to either side at most, however long the lever: half a turn in such steps.
+# Greatest number of heading steps to either side, however long the lever arm: half a turn in steps of the above.
 _MOST_TURNS = 256
 
 
 class LocalisationSettings(BaseModel, frozen=True, extra="forbid"):
-    """How a pose is searched."""
+    """Search for a pose by scan matching."""
 
     deviations: float = Field(default=3.0, gt=0.0, description="of odometry, within which a pose is searched")
     astray: float = Field(default=2.0, ge=1.0, description="times as far, where a step may have slipped")
@@ -42,18 +42,18 @@ class LocalisationSettings(BaseModel, frozen=True, extra="forbid"):
 
 
 class LocalScan(NamedTuple):
-    """The arcs of one sweep, in the frame of the robot.
+    """Arcs of one sweep in the frame of the robot.
 
     Attributes
     ----------
     origins_xy : ndarray, shape (a, 2)
-        Where each was heard [m].
+        Mean sensor position of each arc [m].
     normals : ndarray, shape (a,)
-        Directions of the planes that explain them [rad].
+        Normal angles of the planes that explain the arcs [rad].
     depths : ndarray, shape (a,)
         Distances of these planes [m].
     weights : ndarray, shape (a,)
-        How much each counts, up to 1.
+        Weights of the arcs, at most 1.
     """
 
     origins_xy: FloatArray
@@ -63,16 +63,16 @@ class LocalScan(NamedTuple):
 
 
 class LandmarkMap(NamedTuple):
-    """What is known of the room.
+    """Landmarks to which arcs are registered.
 
     Attributes
     ----------
     reflectors : ndarray, shape (f, 4)
-        Kind and parameters, in the frame of the map.
+        Kind and parameters in the ``map`` frame.
     weights : ndarray, shape (f,)
-        How sure each is, up to 1.
+        Weights of the landmarks, at most 1.
     extents : ndarray, shape (f, 2)
-        Ends of walls along them [m]; a wall may be heard a little beyond.
+        Ends of walls along their lines [m].
     """
 
     reflectors: FloatArray
@@ -81,18 +81,7 @@ class LandmarkMap(NamedTuple):
 
     @classmethod
     def of(cls, features: Sequence[Hypothesis]) -> "LandmarkMap":
-        """List features, each as sure as can be.
-
-        Parameters
-        ----------
-        features : sequence of Hypothesis
-            What is there.
-
-        Returns
-        -------
-        LandmarkMap
-            In the same order.
-        """
+        """Return the map of landmarks, all of weight 1."""
         return cls(
             np.array([each.reflector for each in features]).reshape(-1, 4),
             np.ones(len(features)),
@@ -101,23 +90,9 @@ class LandmarkMap(NamedTuple):
 
 
 def local_scans(arcs: list[Arc], measurements: Measurements, hearing: Hearing, pose: FloatArray) -> LocalScan:
-    """Turn the arcs of one sweep into planes about the robot.
+    """Return the arcs of one sweep as planes in the frame of the robot.
 
-    Parameters
-    ----------
-    arcs : list of Arc
-        Its arcs, with indices into the soundings.
-    measurements : Measurements
-        As heard from ``pose``.
-    hearing : Hearing
-        The sonar.
-    pose : ndarray, shape (3,)
-        Where the robot is taken to be [m, m, rad].
-
-    Returns
-    -------
-    LocalScan
-        The arcs as seen by the robot.
+    ``pose`` is the one from which ``measurements`` were computed: (x, y, yaw) [m, m, rad].
     """
     if not arcs:
         return LocalScan(np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
@@ -137,27 +112,10 @@ def local_scans(arcs: list[Arc], measurements: Measurements, hearing: Hearing, p
 def locate(
     sight: LocalScan, landmark_map: LandmarkMap, guess: FloatArray, sigmas: FloatArray, settings: LocalisationSettings
 ) -> tuple[FloatArray, float]:
-    """Find the pose from which the arcs of a sweep fit best to what is known.
+    """Return the pose (x, y, yaw) [m, m, rad] that matches the arcs best to landmarks, and its log-likelihood [nats].
 
-    Parameters
-    ----------
-    sight : LocalScan
-        The arcs.
-    landmark_map : LandmarkMap
-        What is known.
-    guess : ndarray, shape (3,)
-        Where odometry says that the robot is [m, m, rad].
-    sigmas : ndarray, shape (3,)
-        How far it may be off, in the frame of the robot [m, m, rad].
-    settings : LocalisationSettings
-        How it is searched.
-
-    Returns
-    -------
-    pose : ndarray, shape (3,)
-        The best pose [m, m, rad].
-    score : float
-        Its log likelihood [nats]; 0 if nothing fits.
+    The pose is searched from coarse to fine about ``guess``, within some ``sigmas`` along, across and in yaw [m, m,
+    rad]. Without arcs or landmarks the guess is returned with 0 nats.
     """
     best, score = guess, 0.0
     if not len(sight.depths) or not len(landmark_map.reflectors):
@@ -182,36 +140,24 @@ def locate(
 
 
 def best_score(sight: LocalScan, settings: LocalisationSettings) -> float:
-    """Tell how well the arcs of a sweep could fit at best.
-
-    Parameters
-    ----------
-    sight : LocalScan
-        The arcs.
-    settings : LocalisationSettings
-        As for ``locate``.
-
-    Returns
-    -------
-    float
-        Log likelihood of a pose, just where odometry says, from which each arc is exactly of a sure reflector [nats].
-    """
+    """Return the log-likelihood of a perfect match of all arcs in the predicted pose [nats]."""
     return float(sight.weights.sum()) * math.log1p(1.0 / settings.stray)
 
 
 def _are_confirmed(sight: LocalScan, settings: LocalisationSettings) -> float:
-    """How little may part two headings that arcs tell apart, by their normals or by where they were heard [rad]."""
+    """Return the least change of heading that the arcs resolve, by their normals or their positions [rad]."""
     lever = math.sqrt(float(np.mean(np.sum(sight.origins_xy**2, axis=1))))
     return min(settings.normal_sigma, settings.depth_sigma / max(lever, 1e-6))
 
 
 def _grid(span: FloatArray, steps: IntArray) -> FloatArray:
+    """Return a grid of steps along, across and in yaw within ``span``, shape (p, 3)."""
     axes = [np.linspace(-1.0, 1.0, 2 * each + 1) for each in steps.tolist()]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3) * span
 
 
 def _misfit(poses: FloatArray, guess: FloatArray, sigmas: FloatArray) -> FloatArray:
-    """Squared deviations from odometry."""
+    """Return the squared Mahalanobis distances of poses from the prediction."""
     away = np.exp(-1j * guess[2]) * ((poses[:, 0] - guess[0]) + 1j * (poses[:, 1] - guess[1]))
     turned = wrap(poses[:, 2] - guess[2])
     misfit: FloatArray = (away.real / sigmas[0]) ** 2 + (away.imag / sigmas[1]) ** 2 + (turned / sigmas[2]) ** 2
@@ -226,7 +172,7 @@ def _likely(
     span: tuple[float, float],
     tolerances: tuple[float, float],
 ) -> BoolArray:
-    """Tell which arcs may be of which reflectors, wherever within a span of a pose they were heard, shape (a, f)."""
+    """Return which arcs may belong to which landmarks anywhere within ``span`` of a pose, shape (a, f)."""
     likely = np.zeros((len(sight.depths), len(landmark_map.reflectors)), np.bool_)
     for arc in range(len(likely)):
         x, y = _is_detected_at(sight, arc, (pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2])))
@@ -250,7 +196,7 @@ def _scores(
     tolerances: tuple[float, float],
     stray: float,
 ) -> FloatArray:
-    """Log likelihood of each pose: every arc is one of the reflectors that it may be of, or a stray."""
+    """Return the log-likelihood of poses [nats]: each arc belongs to the best of its likely landmarks, or to none."""
     scores, shapes = np.zeros(len(poses)), [shape_of(each) for each in landmark_map.reflectors]
     cosines, sines = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     for arc in range(len(sight.depths)):
@@ -270,7 +216,7 @@ def _scores(
 
 @compiled
 def _is_detected_at(sight: LocalScan, arc: int, pose: tuple[float, float, float, float]) -> tuple[float, float]:
-    """Where an arc was heard if the robot was at a pose: place, cosine and sine."""
+    """Return the sensor position of an arc [m] if the robot is at a pose (x, y, cosine and sine of yaw)."""
     x, y, cosine, sine = pose
     ahead, left = sight.origins_xy[arc, 0], sight.origins_xy[arc, 1]
     return x + cosine * ahead - sine * left, y + sine * ahead + cosine * left
@@ -283,7 +229,7 @@ def _wrapped(angle: float) -> float:
 
 @compiled
 def _depth(shape: Shape, extent: tuple[float, float], x: float, y: float) -> float:
-    """Depth of a reflector from a place; infinite if that does not face it."""
+    """Return the depth of a landmark from a point [m]; infinite beside the extent of a wall."""
     if shape[0] == _WALL:
         facing = extent[0] - _BESIDE < shape[1] * y - shape[2] * x < extent[1] + _BESIDE
         return shape[3] - shape[1] * x - shape[2] * y if facing else math.inf
@@ -292,4 +238,5 @@ def _depth(shape: Shape, extent: tuple[float, float], x: float, y: float) -> flo
 
 @compiled
 def _direction(shape: Shape, x: float, y: float) -> float:
+    """Return the bearing of the specular point of a landmark from a position [rad]."""
     return math.atan2(shape[2], shape[1]) if shape[0] == _WALL else math.atan2(shape[2] - y, shape[1] - x)

@@ -1,7 +1,7 @@
-"""Search: the set of features that explains the pings best, one by one, each held against all others.
+"""Search for landmarks: forward selection with backward elimination.
 
-Greedy, with second thoughts: the candidate that explains most of what is unexplained is accepted, and every older
-feature has to stand up again beside it.  When nothing is left to accept, what is still unexplained suggests anew.
+The hypothesis with the greatest log-likelihood ratio is accepted, and all earlier landmarks are scored again beside it.
+When no hypothesis is accepted any more, arcs that are still unexplained suggest new ones.
 """
 
 import math
@@ -27,13 +27,13 @@ from echoplan.preprocessing.measurements import independent, select_measurements
 
 __all__ = ["Search", "SearchSettings"]
 
-# A reading is open as long as it is no more than this many times likelier than if it were anything.
+# Log-likelihood ratio over clutter up to which a reading is open to refinement, or counts as unexplained [nats].
 _OPEN, _UNEXPLAINED = math.log(30.0), math.log(20.0)
-# A reflector that so many stations speak for cannot be far off.
+# A landmark of so many supporting stations needs no coarse refinement.
 _SURE_STATIONS = 3
-# Walls nearer than this to each other are one.
+# Walls nearer to each other than this are the same.
 _SAME_WALL = DuplicateSettings(turn=0.035, beside=0.012, apart=0.05)
-# Candidates of one kind this near to each other are one [rad and m; m; m and radius].
+# Hypotheses of one class in one cell of this grid are the same [rad and m; m; m and radius in m].
 _CELLS = {
     Kind.WALL: (0.01, 0.006, 1.0),
     Kind.CORNER: (0.012, 0.012, 1.0),
@@ -42,7 +42,7 @@ _CELLS = {
 
 
 class SearchSettings(AcceptanceSettings, frozen=True, extra="forbid"):
-    """How long is searched, and when a reflector is believed."""
+    """Extent of the search, and the acceptance test."""
 
     candidates: CandidateSettings = Field(default_factory=CandidateSettings)
     rounds: int = Field(default=3, ge=1, description="how often what is unexplained may suggest anew")
@@ -51,18 +51,9 @@ class SearchSettings(AcceptanceSettings, frozen=True, extra="forbid"):
 
 
 class Search:
-    """Finds the features that explain the pings.
+    """Search for the landmarks that maximise the likelihood of the pings.
 
-    Parameters
-    ----------
-    likelihood : PingLikelihood
-        The pings and the sonar.
-    arcs : sequence of Arc
-        Arcs of all stations.
-    half_aperture : float
-        Of the sensors [rad].
-    settings : SearchSettings
-        When a reflector is believed.
+    ``arcs`` are those of all stations, ``half_aperture`` is that of the sensors [rad].
     """
 
     def __init__(
@@ -75,27 +66,20 @@ class Search:
 
     @cached_property
     def _few(self) -> BoolArray:
+        """Mask of pings with independent errors, shape (n,)."""
         return independent(self.likelihood.measurements)
 
     @cached_property
     def _rough(self) -> PingLikelihood:
-        """A few of the pings, each of which counts for more; whoever only judges needs none of it."""
+        """Likelihood of the independent pings, with greater weights and noise; computed only to screen proposals."""
         few = select_measurements(self.likelihood.measurements, self._few)
         few = few._replace(weights=few.weights * (len(self._few) / max(len(few.weights), 1)))
         return PingLikelihood(few, self.likelihood.hearing, max(0.012, 2 * self.likelihood.noise))
 
     def run(self, known: Sequence[Hypothesis] = ()) -> list[Hypothesis]:
-        """Find the features.
+        """Return the landmarks in the order of acceptance.
 
-        Parameters
-        ----------
-        known : sequence of Hypothesis, optional
-            Features to start from; those that do not stand up are dropped.
-
-        Returns
-        -------
-        list of Hypothesis
-            The features, in the order in which they were found.
+        The search starts from those of ``known`` that are still accepted.
         """
         features = self.tested(self._renewed(known))
         for _ in range(self.settings.rounds):
@@ -107,36 +91,12 @@ class Search:
         return features
 
     def more(self, features: Sequence[Hypothesis], kinds: Collection[Kind]) -> list[Hypothesis]:
-        """Find more features of some kinds, and no others.
-
-        Parameters
-        ----------
-        features : sequence of Hypothesis
-            Those that are known.
-        kinds : collection of Kind
-            What to find.
-
-        Returns
-        -------
-        list of Hypothesis
-            Those that are known, as far as they stand up, and the others.
-        """
+        """Search for more landmarks of some classes only; earlier ones that are no longer accepted are removed."""
         pool = [each for each in self._seeded(features) if each.kind in kinds]
         return self._grown(list(features), pool)
 
     def tested(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
-        """Hold each feature against all others, and drop those that do not stand up.
-
-        Parameters
-        ----------
-        features : sequence of Hypothesis
-            The features.
-
-        Returns
-        -------
-        list of Hypothesis
-            Those that stay, judged beside each other.
-        """
+        """Score each landmark beside all others, one after the other, and remove those that are not accepted."""
         kept, place = list(features), 0
         without = self.likelihood.log_densities_without(kept)
         while place < len(kept):
@@ -153,33 +113,11 @@ class Search:
         return kept
 
     def rescored(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
-        """Judge features beside each other with fresh evidence, and keep them all.
-
-        Parameters
-        ----------
-        features : sequence of Hypothesis
-            The features, perhaps moved since they were judged.
-
-        Returns
-        -------
-        list of Hypothesis
-            The same features with their gains.
-        """
+        """Score all landmarks from scratch beside each other, and keep all of them."""
         return self._beside_others(self._renewed(features))[0]
 
     def settled(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
-        """Drop the weakest of the features that do not stand up, until all do.
-
-        Parameters
-        ----------
-        features : sequence of Hypothesis
-            The features, perhaps moved since they were judged.
-
-        Returns
-        -------
-        list of Hypothesis
-            Those that stay, with fresh evidence.
-        """
+        """Remove the weakest landmark that is not accepted beside the others, until all are accepted."""
         kept = self._renewed(features)
         while True:
             rescored, refusals = self._beside_others(kept)
@@ -191,6 +129,7 @@ class Search:
             kept = [each for each in rescored if each is not weakest]
 
     def _beside_others(self, features: Sequence[Hypothesis]) -> tuple[list[Hypothesis], list[Reason | None]]:
+        """Score landmarks beside each other; return them, and the acceptance test that each one fails or None."""
         rescored, refusals = [], []
         for place, log_densities in enumerate(self.likelihood.log_densities_without(features)):
             others = _others(features, place)
@@ -200,7 +139,7 @@ class Search:
         return rescored, refusals
 
     def _renewed(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
-        """Collect the evidence anew: pings, noise or the sonar may have changed."""
+        """Score the pings for each landmark again, since pings, noise or sonar model may have changed."""
         fresh = [
             replace(self.likelihood.score(each.reflector), history=each.history, is_square=each.is_square)
             for each in features
@@ -209,7 +148,7 @@ class Search:
         return self.likelihood.score_all(fresh, bare, [])
 
     def _grown(self, features: list[Hypothesis], pool: list[Hypothesis]) -> list[Hypothesis]:
-        """Accept the best of a pool, again and again."""
+        """Accept the best hypothesis of a pool, until none is acceptable."""
         likelihood, accepted = self.likelihood, list[Hypothesis]()
         log_densities = likelihood.log_densities(features)
         while pool:
@@ -223,7 +162,8 @@ class Search:
             best = self._best(contenders, log_densities, features)
             if self.acceptance.log_evidence_without_bias(best) <= self.settings.accept:
                 return features
-            # What was accepted and fell would fall again: two rivals may take each other's place for ever.
+            # A landmark that was accepted and removed is not accepted again: two rivals could replace each other for
+            # ever.
             if self._is_rejected(best, log_densities) or any(_same(best, each) for each in accepted):
                 pool = self._without_fallen(pool, contenders, log_densities)
                 continue
@@ -235,6 +175,7 @@ class Search:
         return features
 
     def _is_rejected(self, hypothesis: Hypothesis, log_densities: FloatArray) -> bool:
+        """Return True if a hypothesis fails the acceptance test, and record that."""
         refusal = self.acceptance.refusal(hypothesis, log_densities)
         if refusal:
             record_event(Decision.REJECTED, hypothesis, reason=refusal, threshold=self.settings.accept)
@@ -243,14 +184,14 @@ class Search:
     def _without_fallen(
         self, pool: Sequence[Hypothesis], contenders: Sequence[Hypothesis], log_densities: FloatArray
     ) -> list[Hypothesis]:
-        """Leave out the contenders that are not believed, and the first of them at any rate."""
+        """Remove from a pool the contenders that are not accepted, and the first of them in any case."""
         fallen = [contenders[0], *(each for each in contenders if not self.acceptance.is_accepted(each, log_densities))]
         return [each for each in pool if not any(each is other for other in fallen)]
 
     def _best(
         self, contenders: Sequence[Hypothesis], log_densities: FloatArray, features: Sequence[Hypothesis]
     ) -> Hypothesis:
-        """Refine the best few once more on the pings that are still open, and return the best of them."""
+        """Refine the best contenders on the open readings, and return the best of all."""
         best = self.acceptance.log_evidence_without_bias(contenders[0])
         near = [each for each in contenders if self.acceptance.log_evidence_without_bias(each) >= min(best, 0.8 * best)]
         refined = [self._polished(each, log_densities, features) for each in near]
@@ -259,12 +200,13 @@ class Search:
     def _polished(
         self, hypothesis: Hypothesis, log_densities: FloatArray, features: Sequence[Hypothesis]
     ) -> Hypothesis:
+        """Refine a hypothesis on the open readings of its supporting stations."""
         likelihood, noise = self.likelihood, self.likelihood.noise
         supporting = (hypothesis.llr_by_station > 0.0)[likelihood.measurements.stations]
         free = np.flatnonzero((log_densities < likelihood.floor + _OPEN) & supporting)
         courses = [[(noise, max(0.02, 4 * noise), 3)]]
         if (hypothesis.llr_by_station > self.settings.second_station).sum() < _SURE_STATIONS:
-            # Where few stations speak, the first guess may be farther off than readings scatter.
+            # With few supporting stations, the start may be farther off than the noise.
             courses.append([(4 * noise, max(0.03, 16 * noise), 3), *courses[0]])
         proposed = [likelihood.score(self._moved(hypothesis.reflector, free, schedule)) for schedule in courses]
         return max(
@@ -275,7 +217,7 @@ class Search:
         return approach(self.likelihood.measurements, self.likelihood.hearing, reflector, pings, schedule)
 
     def _seeded(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
-        """Let arcs that are mostly unexplained suggest reflectors."""
+        """Propose hypotheses from arcs that are mostly unexplained."""
         likelihood = self.likelihood
         log_densities = likelihood.log_densities(features)
         open_readings = log_densities < likelihood.floor + _UNEXPLAINED
@@ -295,7 +237,7 @@ class Search:
         return [each for each in pool if not any(_same(each, feature) for feature in features)]
 
     def _promising(self, kind: Kind, rows: FloatArray, log_densities: FloatArray, free: IntArray) -> list[Hypothesis]:
-        """Screen candidates of one kind, move the best of them to where the pings want them, and keep those apart."""
+        """Screen proposals of one class, refine the best of them on open readings, and keep distinct ones."""
         likelihood, noise = self.likelihood, self.likelihood.noise
         rescored = self._screened(rows[rows[:, 0] == kind], log_densities)
         rough, fine = ((max(0.008, 1.5 * noise), 0.03, 4),), ((noise, 0.02, 3),)
@@ -305,21 +247,22 @@ class Search:
         apart = _apart(np.array(moved).reshape(-1, 4), _CELLS[kind])
         if kind is Kind.CORNER:
             edges = [self._moved(np.array([Kind.EDGE, *row[1:]]), free, fine) for row in apart]
-            # What returns in a concave corner is sound; rays read the walls there.
+            # Only sound returns from a concave corner; rays read its walls.
             corners = apart[:0] if likelihood.hearing.cone else apart
             apart = np.concatenate([corners, np.array(edges).reshape(-1, 4)])
         return [likelihood.score(row) for row in apart]
 
     def _screened(self, rows: FloatArray, log_densities: FloatArray) -> list[Hypothesis]:
-        """Rank candidates by a few of the pings, the best first."""
+        """Score proposals on the independent pings, and sort them from best to worst."""
         rescored = self._rough.score_all([self._rough.score(row) for row in rows], log_densities[self._few], [])
         return sorted(rescored, key=lambda each: each.total, reverse=True)
 
 
 def _others(features: Sequence[Hypothesis], place: int) -> list[Hypothesis]:
-    """List what a feature is judged beside: two that came to lie on each other would leave each other nothing to say.
+    """Return the landmarks beside which a landmark is scored.
 
-    So the stronger of them, or of equals the first, is judged as if the other were not there.
+    Two coincident landmarks would leave each other no gain. So the stronger one, or the first of two equals, is scored
+    without the other.
     """
     feature = features[place]
     return [
@@ -330,6 +273,7 @@ def _others(features: Sequence[Hypothesis], place: int) -> list[Hypothesis]:
 
 
 def _same(one: Hypothesis, other: Hypothesis) -> bool:
+    """Return True if two hypotheses of one class coincide."""
     if one.reflector[0] != other.reflector[0]:
         return False
     if not one.is_wall:
@@ -339,6 +283,7 @@ def _same(one: Hypothesis, other: Hypothesis) -> bool:
 
 
 def _apart(rows: FloatArray, cell: tuple[float, float, float]) -> FloatArray:
+    """Keep the first reflector in each cell of a grid."""
     if not len(rows):
         return rows
     _, first = np.unique(np.round(rows[:, 1:] / cell).astype(np.int64), axis=0, return_index=True)

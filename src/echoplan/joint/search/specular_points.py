@@ -1,4 +1,4 @@
-"""Echoes of corners: how often two walls were heard in each other, and whether their corner was missed where it is."""
+"""Corner echoes: double bounces between two walls, and detections and non-detections of their corner."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -15,26 +15,27 @@ from echoplan.joint.likelihood.ping_scores import UNHEARD
 
 __all__ = ["CornerEcho", "Echoes", "corner_echoes", "returns_sound"]
 
-# A corner that is off a right angle by d sends the two halves of a wave back 2 d r apart, r away.  They are one wave
-# still while that is less than the first Fresnel zone, sqrt(r wavelength / 2): at 40 kHz up to a degree at 3 m [rad].
+# A corner that deviates from a right angle by d returns the two halves of a wave 2 d r apart at range r. They act as
+# one wave while that is less than the first Fresnel zone, sqrt(r wavelength / 2): at 40 kHz up to one degree at 3 m
+# [rad].
 _SQUARE = math.radians(1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CornerEcho:
-    """What was heard of the corner of two walls.
+    """Detections of the corner of two walls.
 
     Parameters
     ----------
     pings : int, optional
-        How many heard one wall in the other.
+        Number of pings that detected a double bounce.
     stations : int, optional
-        From how many stations.
+        Number of their stations.
     detections : float, optional
-        By how much more likely what these heard is for that [nats].
+        Log-likelihood ratio of these readings as double bounces [nats].
     gain : float, optional
-        By how much more likely what all stations heard is with a corner there than without one [nats]: above 0 if they
-        heard one, below if it should have been heard and was not, 0 if nobody could tell.
+        Log-likelihood ratio of a corner landmark at the crossing, from all stations [nats]: positive if they detect it,
+        negative if it should have been detected, 0 if no station could detect it.
     """
 
     pings: int = 0
@@ -44,22 +45,11 @@ class CornerEcho:
 
     @property
     def evidence(self) -> float:
-        """By how much those that heard one wall in the other say more for the corner than all others against it."""
+        """Log-likelihood ratio of the corner from double bounces and as a landmark [nats]."""
         return self.detections + self.gain
 
     def joined(self, other: "CornerEcho") -> "CornerEcho":
-        """Add what other stations heard.
-
-        Parameters
-        ----------
-        other : CornerEcho
-            Of the same walls.
-
-        Returns
-        -------
-        CornerEcho
-            What all of them heard.
-        """
+        """Add the detections of other stations."""
         return CornerEcho(
             pings=self.pings + other.pings,
             stations=self.stations + other.stations,
@@ -70,14 +60,14 @@ class CornerEcho:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Echoes:
-    """What was heard of corners.
+    """Corner echoes of all walls.
 
     Parameters
     ----------
     pairs : mapping of tuple of int to CornerEcho, optional
-        Of two walls, by the numbers of both, the lower one first.
+        Echoes by the numbers of two walls, the lower one first.
     corners_xy : ndarray, shape (c, 2), optional
-        Corners that were heard as such [m].
+        Corners that are landmarks themselves [m].
     """
 
     pairs: Mapping[tuple[int, int], CornerEcho] = field(default_factory=dict)
@@ -85,31 +75,23 @@ class Echoes:
 
     @classmethod
     def of(cls, features: Sequence[Hypothesis], pairs: Mapping[tuple[int, int], CornerEcho]) -> "Echoes":
-        """Collect the corners among features."""
+        """Collect the corners among landmarks."""
         corners = [each.reflector[1:3] for each in features if each.kind is Kind.CORNER]
         return cls(pairs=pairs, corners_xy=np.array(corners).reshape(-1, 2))
 
     def between(self, one: int, other: int) -> CornerEcho:
-        """Return what was heard of the corner of two walls."""
+        """Return the echoes of the corner of two walls."""
         return self.pairs.get((min(one, other), max(one, other)), CornerEcho())
 
     def is_detected_at(self, point_xy: FloatArray, *, within: float) -> bool:
-        """Tell whether a corner was heard near a point."""
+        """Return True if a corner landmark is nearer than ``within`` to a point [m]."""
         return bool((np.hypot(*(self.corners_xy - point_xy).T) < within).any())
 
 
 def returns_sound(one: FloatArray, other: FloatArray) -> bool:
-    """Tell whether the corner of two walls sends sound back to wherever it comes from.
+    """Return True if a corner of two lines (normal angle, offset) [rad, m] returns sound to its origin.
 
-    Parameters
-    ----------
-    one, other : ndarray, shape (2,)
-        ``(normal_angle, offset)`` of their lines [rad, m].
-
-    Returns
-    -------
-    bool
-        Whether they are at right angles, as far as sound can tell.
+    This holds for right angles, as far as sound resolves them.
     """
     return abs(math.cos(one[0] - other[0])) < math.sin(_SQUARE)
 
@@ -117,22 +99,7 @@ def returns_sound(one: FloatArray, other: FloatArray) -> bool:
 def corner_echoes(
     likelihood: PingLikelihood, features: Sequence[Hypothesis], count: int
 ) -> dict[tuple[int, int], CornerEcho]:
-    """Tell what stations heard of the corners of all pairs of walls.
-
-    Parameters
-    ----------
-    likelihood : PingLikelihood
-        The pings.
-    features : sequence of Hypothesis
-        What is there.
-    count : int
-        Only the first so many stations are asked.
-
-    Returns
-    -------
-    dict of tuple of int to CornerEcho
-        By the places of both in the list.
-    """
+    """Return the corner echoes of all pairs of walls from the first ``count`` stations, by the indices of both."""
     among = likelihood.measurements.stations < count
     walls = [number for number, each in enumerate(features) if each.is_wall]
     pairs = [(one, other) for place, one in enumerate(walls) for other in walls[place + 1 :]]
@@ -146,7 +113,7 @@ def corner_echoes(
 def _detected(
     likelihood: PingLikelihood, features: Sequence[Hypothesis], pairs: Sequence[tuple[int, int]], among: BoolArray
 ) -> dict[tuple[int, int], CornerEcho]:
-    """Tell which pings heard one wall in another, and nothing that explains them better."""
+    """Return the double bounces between each pair of walls, among pings that nothing explains better."""
     direct = np.full(len(likelihood.measurements.readings), likelihood.floor)
     for each in features:
         if each.kind in (Kind.WALL, Kind.CYLINDER):
@@ -169,7 +136,7 @@ def _detected(
 def _gains(
     likelihood: PingLikelihood, features: Sequence[Hypothesis], pairs: Sequence[tuple[int, int]], count: int
 ) -> dict[tuple[int, int], float]:
-    """Hold corners where two walls cross at right angles against what the first stations heard."""
+    """Return the log-likelihood ratio of a corner at each right-angled crossing, from the first ``count`` stations."""
     square = [pair for pair in pairs if returns_sound(*(features[each].line for each in pair))]
     crossings = [intersections(*(features[each].line for each in pair)) for pair in square]
     corners = [likelihood.score(np.array([Kind.CORNER, *point, 0.0])) for point in crossings]
