@@ -1,4 +1,4 @@
-"""The beam of a circular piston in a baffle: how loud it sends, and how well it hears, off its axis.
+"""The beam of a circular piston in a baffle: how loud it sends, and how sensitive it is, off its axis.
 
 ``ka`` is the circumference of the piston in wavelengths: wavenumber times radius.
 """
@@ -96,7 +96,7 @@ def half_angle(loss: ArrayLike, ka: ArrayLike) -> FloatArray:
     Parameters
     ----------
     loss : array_like
-        Two-way loss [dB]; a signal excess gives the angle up to which its echo is heard.
+        Two-way loss [dB]; a signal excess gives the angle up to which its echo is detected.
     ka : array_like
         Wavenumber times radius.
 

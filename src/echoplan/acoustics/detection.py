@@ -1,6 +1,6 @@
 """Detection by a threshold: what shape an echo has when it reaches the comparator, and when it trips it.
 
-A burst of n cycles passes the resonator that sends and the one that hears.  Both have the time constant
+A burst of n cycles passes the resonator of the sender and that of the receiver.  Both have the time constant
 tau = Q / (pi f), so a step of carrier comes out as 1 - (1 + t / tau) e^(-t / tau) and a burst as that step less the
 same step one burst later.  A weak echo trips the threshold later on this slope than a strong one: its range is
 read too long.  The closed forms below invert the slope by Lambert's W.
@@ -164,7 +164,7 @@ def range_walk(excess: ArrayLike, *, reference: ArrayLike, transducer: Transduce
     Returns
     -------
     ndarray of float64
-        Extra range [m], negative for louder echoes; ``inf`` for what is not heard.
+        Extra range [m], negative for louder echoes; ``inf`` for echoes below the threshold.
 
     Examples
     --------

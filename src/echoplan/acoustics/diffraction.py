@@ -2,7 +2,7 @@
 
 R. G. Kouyoumjian and P. H. Pathak, "A uniform geometrical theory of diffraction for an edge in a perfectly
 conducting surface", Proc. IEEE 62 (1974) 1448, in its acoustically hard form.  Away from the boundaries of
-reflection and shadow it becomes Keller's geometrical theory; across them it mends the jump of the rays.
+reflection and shadow it becomes Keller's geometrical theory; across them it compensates the jump of the rays.
 """
 
 import numpy as np

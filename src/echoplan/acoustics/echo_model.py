@@ -25,11 +25,11 @@ COSINE_LIMIT = math.cos(math.radians(75.0))
 _SQUARED_LIMIT = 1.0 - COSINE_LIMIT**2
 PER_SQUARED_SINE = SQUARED_SINES / _SQUARED_LIMIT
 _BEAM_FLOOR = -80.0
-# Where the slope of a walk is told: this far before and behind [dB].
+# The slope of the walk is taken between points this far below and above [dB].
 _ABOUT = 0.25
 # Patterns of pistons are tabulated up to this ``ka sin(angle)``; hardly any module has a wider piston.
 _WIDEST = 16.0
-# What a ray meets is as clear as this [dB].
+# Signal excess of whatever a ray meets [dB].
 _CLEAR = 300.0
 # In which sonars work [degrees Celsius].
 _TEMPERATURES = np.arange(-30.0, 61.0)
@@ -67,7 +67,7 @@ class EchoModel:
     frequency : float
         Of the burst [Hz].
     spread : float
-        How well the excess of an echo is told: scale of a logistic distribution [dB].  By default its deviation is half
+        Uncertainty of the excess of an echo: scale of a logistic distribution [dB].  By default its deviation is half
         a decibel, what echoes that add up and steps of the readings leave of a loudness at best.
     cone : float
         Half of the angle of the cone whose nearest point a robot simulator returns [rad]; 0 for sound.
@@ -87,7 +87,7 @@ class EchoModel:
 
     @classmethod
     def of(cls, transducer: Transducer) -> "EchoModel":
-        """Expect of a sonar what its transducer should do in air of 20 degrees Celsius.
+        """Return the model of a sonar with a given transducer in air of 20 degrees Celsius.
 
         Parameters
         ----------
@@ -110,9 +110,9 @@ class EchoModel:
         )
 
     def scaled(self, range_scale: float) -> "EchoModel":
-        """Expect the same of the sonar in air in which sound is faster than its modules assume.
+        """Return the model of the sonar in air in which sound is faster than its modules assume.
 
-        The speed of sound tells the temperature, and the temperature how much the air absorbs, at a humidity of 50 %.
+        The temperature follows from the speed of sound, and the absorption from the temperature, at a humidity of 50 %.
 
         Parameters
         ----------
@@ -146,7 +146,7 @@ class EchoModel:
         return float(self.walk.blurred(self.spread)(self.reference_excess) ** self.walk_exponent)
 
     def scatter(self, excess: ArrayLike) -> FloatArray:
-        """Tell how much readings scatter because the excess of an echo is not known exactly.
+        """Return the standard deviation of readings that follows from the uncertain excess of their echoes.
 
         Parameters
         ----------
@@ -166,10 +166,10 @@ class EchoModel:
         return self.walk_gain * self.walk.scatter(excess, self.spread)
 
     def variances(self, excess: ArrayLike, *, noise: float) -> FloatArray:
-        """Tell the variances of readings that scatter by the noise on the whole, and the more the fainter they are.
+        """Return the variances of readings, which scatter by the noise on average and more the fainter their echoes.
 
-        The noise is learned from readings of all loudnesses, so that what these add in the median is in it already;
-        half of its square at least is taken for the readings' own.
+        The noise is estimated from echoes of all strengths, so that it already contains what an uncertain excess adds
+        in the median; at least half of its square is taken for the readings' own noise.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""What a sonar should hear of a reflector: at what depth, how loud, and at what range it would read it.
+"""Predicted echo of a reflector: its depth, its signal excess, and the range that the sonar would read.
 
 The same sonar equation, beam, echo laws and range walk as elsewhere in this package, turned into tables so that
 compiled functions can ask for millions of echoes a second.  Importing this module imports numba.
@@ -36,7 +36,7 @@ class Kind(IntEnum):
     """What a reflector can be to a sonar, and so what its three parameters mean.
 
     A reflector is kept as four numbers: its kind and ``normal_angle, offset, 0`` for a wall, ``x, y, radius`` for a
-    cylinder, ``x, y, 0`` for a corner that is heard into or an edge that is heard around.
+    cylinder, ``x, y, 0`` for a concave corner or a convex edge.
     """
 
     WALL = 0
@@ -94,7 +94,7 @@ def shape_of(reflector: FloatArray) -> Shape:
 
 @compiled
 def look(shape: Shape, ping: Ping) -> Sight:
-    """Look from a sensor at a reflector.
+    """Geometry of the echo of a reflector, as a sensor sees it.
 
     Parameters
     ----------
@@ -202,7 +202,7 @@ def walk_of(hearing: Hearing, excess: float) -> float:
 
 @compiled
 def expect(hearing: Hearing, shape: Shape, ping: Ping) -> tuple[float, float, float]:
-    """Expect the echo of a reflector.
+    """Predict the echo of a reflector.
 
     Parameters
     ----------
@@ -227,7 +227,7 @@ def expect(hearing: Hearing, shape: Shape, ping: Ping) -> tuple[float, float, fl
 def differentiate(
     hearing: Hearing, shape: Shape, ping: Ping, slopes: FloatArray, shadow: float = 0.0
 ) -> tuple[float, float]:
-    """Expect the echo of a reflector, and how its reading changes with the reflector and the sensor.
+    """Predict the echo of a reflector, and how its reading changes with the reflector and the sensor.
 
     Parameters
     ----------

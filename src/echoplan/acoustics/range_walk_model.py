@@ -63,9 +63,9 @@ class WalkCurve:
         return np.interp(np.asarray(excess, dtype=np.float64), _grid(), self.values)
 
     def blurred(self, spread: float) -> "WalkCurve":
-        r"""Expect the walk of echoes that are heard, of which the excess is not known exactly.
+        r"""Return the expected walk of detected echoes whose excess is not known exactly.
 
-        That an echo was heard tells that it was above the threshold, however faint it should have been.
+        A detected echo was above the threshold, however faint it should have been.
 
         .. math:: \bar w(M) = E[w(M + \delta) \mid M + \delta > 0], \quad \delta \sim \mathrm{logistic}(0, s)
 
@@ -88,7 +88,7 @@ class WalkCurve:
         return _blurred(self, spread)[0]
 
     def scatter(self, excess: ArrayLike, spread: float) -> FloatArray:
-        """Tell how much the walk of such echoes scatters.
+        """Return the standard deviation of the walk of such echoes.
 
         Parameters
         ----------

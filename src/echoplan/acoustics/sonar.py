@@ -46,7 +46,7 @@ def signal_excess(
 ) -> FloatArray:
     """Signal excess of an echo: figure of merit + 20 lg A - alpha L + 20 lg(D_t D_r).
 
-    For a plane, A = 1 / (2 r) and L = 2 r.  The echo is heard if the excess is positive.
+    For a plane, A = 1 / (2 r) and L = 2 r.  The echo is detected if the excess is positive.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def signal_excess(
     air : Air
         What the sound travels in.
     beams : array_like, optional
-        Product D_t D_r of the directivities on sending and on hearing.
+        Product D_t D_r of the directivities on sending and on receiving.
 
     Returns
     -------
@@ -79,7 +79,7 @@ def signal_excess(
 
 
 def audible_half_angle(amplitude: ArrayLike, path_length: ArrayLike, *, transducer: Transducer, air: Air) -> FloatArray:
-    """How far off its axis a sonar still hears an echo that comes back the way it went.
+    """How far off its axis a sonar still detects an echo that returns along the path it took.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def audible_half_angle(amplitude: ArrayLike, path_length: ArrayLike, *, transduc
     Returns
     -------
     ndarray of float64
-        Half of the visible width [rad]; 0 for what is not even heard on the axis.
+        Half of the visible width [rad]; 0 for what is not detected even on the axis.
 
     Examples
     --------
@@ -108,7 +108,7 @@ def audible_half_angle(amplitude: ArrayLike, path_length: ArrayLike, *, transduc
 
 
 def reach(law: Callable[[float], ArrayLike], *, transducer: Transducer, air: Air) -> float:
-    """Greatest distance at which a sonar hears an object on its axis.
+    """Greatest distance at which a sonar detects an object on its axis.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def reach(law: Callable[[float], ArrayLike], *, transducer: Transducer, air: Air
     Returns
     -------
     float
-        Distance [m], at most 100 m; 0 for what is never heard.
+        Distance [m], at most 100 m; 0 for what is never detected.
 
     Examples
     --------
@@ -145,13 +145,13 @@ def typical_transducer(sensor: Sensor, *, frequency: float = 40_000.0) -> Transd
     """Guess the transducer behind the data sheet of a sensor.
 
     A maker states the reach for ordinary objects, so a plane at that distance is taken to have 6 dB to spare; and
-    the opening angle is taken to be that within which a plane is heard at half the reach, in air of 20 degrees
+    the opening angle is taken to be that within which a plane is detected at half the reach, in air of 20 degrees
     Celsius and 50 % humidity.
 
     Parameters
     ----------
     sensor : Sensor
-        What the data sheet tells.
+        Values of the data sheet.
     frequency : float, optional
         Carrier [Hz].
 

@@ -1,4 +1,4 @@
-"""Views: how far off its axis a sonar could hear a reflector at all, so that most pings need not be asked about it."""
+"""Views: how far off its axis a sonar could detect a reflector at all, so that most pings need not be checked."""
 
 import math
 from typing import NamedTuple
@@ -25,7 +25,7 @@ class Views(NamedTuple):
     Attributes
     ----------
     cosines : ndarray, shape (65,)
-        Least cosine off the axis at which it could be heard, by even steps of its depth up to the reach.
+        Least cosine off the axis at which it could be detected, by even steps of its depth up to the reach.
     reach : float
         Depth of the farthest echo [m].
     widest : float
@@ -39,7 +39,7 @@ class Views(NamedTuple):
 
 @compiled
 def views_of(hearing: Hearing, shape: Shape, least: float, reach: float) -> Views:
-    """Find from how far off its axis a sonar could hear a reflector.
+    """Find how far off its axis a sonar could detect a reflector.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def views_of(hearing: Hearing, shape: Shape, least: float, reach: float) -> View
 
 @compiled
 def in_view(views: Views, shape: Shape, ping: Ping) -> bool:
-    """Tell whether a sensor could hear a reflector.
+    """Return whether a sensor could detect a reflector.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def in_view(views: Views, shape: Shape, ping: Ping) -> bool:
     """
     kind, a, b, radius = shape
     x, y, ux, uy = ping
-    # Most look elsewhere: that is asked first, without a division.
+    # Most look elsewhere: that is checked first, without a division.
     if kind == _WALL:
         cosine = ux * a + uy * b
         if cosine < views.widest:

@@ -18,7 +18,7 @@ def test_the_speed_of_sound_rises_by_a_sixth_of_a_per_cent_a_degree() -> None:
     assert slope[0] == pytest.approx(0.0018, abs=1e-4)
 
 
-def test_humidity_is_worth_less_than_half_a_per_cent_of_speed() -> None:
+def test_humidity_changes_the_speed_by_less_than_half_a_per_cent() -> None:
     warm = speed_of_sound([10.0, 20.0, 30.0], relative_humidity=[[0.0], [1.0]])
     gain = warm[1] / warm[0] - 1
     assert (gain > 0.001).all()

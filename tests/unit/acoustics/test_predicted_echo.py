@@ -81,7 +81,7 @@ def written_out(model: EchoModel, reflector: FloatArray, place: tuple[float, flo
 
 
 @pytest.mark.parametrize("kind", list(Kind))
-def test_an_expectation_is_what_the_formulas_say(kind: Kind) -> None:
+def test_a_predicted_echo_is_what_the_formulas_say(kind: Kind) -> None:
     rng, hearing = np.random.default_rng(5), SKEWED.tabulated()
     for reflector in reflectors(kind, 60, seed=int(kind)):
         x, y = rng.uniform(-0.02, 0.02, 2)
@@ -185,7 +185,7 @@ def test_a_cylinder_without_a_radius_is_as_loud_as_a_thin_one() -> None:
     assert none == pytest.approx(thin, abs=0.02)
 
 
-def test_nothing_is_expected_beyond_75_degrees() -> None:
+def test_no_echo_is_predicted_beyond_75_degrees() -> None:
     hearing, place = EchoModel.of(PAPER).tabulated(), ping(0.0, 0.0, 0.0)
     for degrees, silent in [(74.9, False), (75.1, True), (180.0, True)]:
         excess = excess_of(hearing, look(shape_of(wall(np.radians(degrees), 1.0)), place))
@@ -246,7 +246,7 @@ def test_offset_and_scale_of_readings_are_those_of_the_model() -> None:
 
 
 @pytest.mark.parametrize("temperature", [0.0, 10.0, 28.0])
-def test_the_range_scale_tells_how_much_the_air_absorbs(temperature: float) -> None:
+def test_the_absorption_of_air_follows_from_the_range_scale(temperature: float) -> None:
     air = Air(temperature=temperature)
     scaled = EchoModel.of(PAPER).scaled(air.speed_of_sound / Air().speed_of_sound - 1.0)
     assert scaled.absorption == pytest.approx(air.absorption(PAPER.frequency), rel=0.01)

@@ -79,7 +79,7 @@ def test_the_physical_walk_is_steepest_at_the_threshold() -> None:
 
 
 @pytest.mark.parametrize("excess", [0.0, 0.2, 1.0, 6.0, 40.0])
-def test_what_is_heard_is_expected_to_be_louder_than_the_threshold(excess: float) -> None:
+def test_the_walk_of_detected_echoes_is_a_mean_above_the_threshold(excess: float) -> None:
     curve, spread = physical_walk(PAPER), 0.3
     excesses = excess + np.random.default_rng(3).logistic(0.0, spread, 200_000)
     walks = curve(excesses[excesses > 0.0])

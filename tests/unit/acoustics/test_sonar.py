@@ -29,17 +29,17 @@ def full_width(amplitude: FloatArray, path_length: float, transducer: Transducer
     return float(2 * np.degrees(audible_half_angle(amplitude, path_length, transducer=transducer, air=ROOM)))
 
 
-def test_the_measured_panel_is_heard_as_far_off_the_axis() -> None:
+def test_a_panel_is_detected_as_far_off_the_axis_as_measured() -> None:
     angle = audible_half_angle(plane_echo(2.0), 4.0, transducer=HC_SR04, air=MEASURED_IN)
     assert np.degrees(angle) == pytest.approx(23.5, rel=0.05)
 
 
-def test_the_measured_strip_is_heard_as_far_away() -> None:
+def test_a_strip_is_detected_as_far_away_as_measured() -> None:
     found = reach(lambda r: strip_echo(r, 0.0254, wavelength=WAVELENGTH), transducer=HC_SR04, air=MEASURED_IN)
     assert found == pytest.approx(2.45, rel=0.05)
 
 
-def test_the_measured_plate_is_heard_as_far_away() -> None:
+def test_a_plate_is_detected_as_far_away_as_measured() -> None:
     found = reach(lambda r: plate_echo(r, 0.033, 0.038, wavelength=WAVELENGTH), transducer=HC_SR04, air=MEASURED_IN)
     assert found == pytest.approx(1.70, rel=0.05)
 
@@ -51,7 +51,7 @@ def test_the_measured_cylinder_fades_within_the_measured_bracket() -> None:
     assert 1.66 < found < 2.29
 
 
-def test_a_wall_is_heard_as_far_as_data_sheets_say() -> None:
+def test_a_wall_is_detected_as_far_as_data_sheets_say() -> None:
     found = reach(plane_echo, transducer=HC_SR04, air=ROOM)
     assert found == pytest.approx(4.3, rel=0.05)
     assert 4.0 < found < 4.5
@@ -105,7 +105,7 @@ def test_a_turned_over_side_lobe_is_as_loud_as_an_upright_one() -> None:
     assert lobes[0] == lobes[1]
 
 
-def test_what_is_never_heard_has_no_reach_and_what_is_always_heard_the_farthest() -> None:
+def test_what_is_never_detected_has_no_reach_and_what_is_always_detected_the_farthest() -> None:
     assert reach(lambda _: 0.0, transducer=HC_SR04, air=ROOM) == 0.0
     assert reach(plane_echo, transducer=Transducer(figure_of_merit=400.0), air=ROOM) == 100.0
 

@@ -20,7 +20,7 @@ def pings(count: int) -> FloatArray:
 
 
 @pytest.mark.parametrize("reflector", REFLECTORS)
-def test_no_ping_that_could_hear_a_reflector_is_left_out(reflector: FloatArray) -> None:
+def test_no_ping_that_could_detect_a_reflector_is_left_out(reflector: FloatArray) -> None:
     hearing, shape = SONAR.tabulated(), shape_of(reflector)
     views = views_of(hearing, shape, LEAST, REACH)
     heard = 0
@@ -34,12 +34,12 @@ def test_no_ping_that_could_hear_a_reflector_is_left_out(reflector: FloatArray) 
 
 
 @pytest.mark.parametrize("reflector", REFLECTORS)
-def test_most_pings_that_hear_nothing_are_left_out(reflector: FloatArray) -> None:
+def test_most_pings_that_cannot_detect_it_are_left_out(reflector: FloatArray) -> None:
     hearing, shape = SONAR.tabulated(), shape_of(reflector)
     views = views_of(hearing, shape, LEAST, REACH)
-    asked = [in_view(views, shape, (float(x), float(y), float(u), float(v))) for x, y, u, v in pings(2000)]
+    inside = [in_view(views, shape, (float(x), float(y), float(u), float(v))) for x, y, u, v in pings(2000)]
     told = [expect(hearing, shape, (float(x), float(y), float(u), float(v)))[1] > LEAST for x, y, u, v in pings(2000)]
-    assert sum(asked) < sum(told) + 0.05 * len(told)
+    assert sum(inside) < sum(told) + 0.05 * len(told)
 
 
 def test_views_narrow_with_depth() -> None:
