@@ -28,7 +28,7 @@ from echoplan.simulation.shots import memory_of
 from helpers.oracles import bistatic_cylinder_echo
 
 # The pose of the receiver when a path of some length arrives.
-EarAfter: TypeAlias = Callable[[float], FloatArray]
+ReceiverAfter: TypeAlias = Callable[[float], FloatArray]
 Pair: TypeAlias = tuple[FloatArray, FloatArray]
 
 TIE = 1e-9
@@ -38,10 +38,10 @@ FLOOR = 0.02
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Path:
-    """A way that sound may go: where it is turned, the pose of the ear at its end, the law of its echo, its length."""
+    """A path of sound: where it is turned, the pose of the receiver at its end, the law of its echo, its length."""
 
     turns: list[FloatArray]
-    ear: FloatArray
+    receiver: FloatArray
     law: complex
     length: float
 
@@ -73,49 +73,51 @@ class Twin:
         """Echoes of one burst."""
         schedule, air, f = self.simulation._schedule, self.simulation.settings.air, self.transducer.frequency
         fired = float(schedule.stamps_ns[shot] - schedule.stamps_ns[ping]) * 1e-9
-        mouth = schedule.map_from_sensors[shot]
+        source = schedule.map_from_sensors[shot]
 
-        def ear_after(length: float) -> FloatArray:
+        def receiver_after(length: float) -> FloatArray:
             pose: FloatArray = schedule.map_from_sensors[ping] + schedule.velocities[ping] * (
                 fired + length / self.speed
             )
             return pose
 
-        for path in self.paths(mouth[:2], ear_after):
-            time, ear = fired + path.length / self.speed, path.ear[:2]
-            beams = self.beam(mouth[2], path.turns[0] - mouth[:2]) * self.beam(path.ear[2], path.turns[-1] - ear)
+        for path in self.paths(source[:2], receiver_after):
+            time, receiver = fired + path.length / self.speed, path.receiver[:2]
+            beams = self.beam(source[2], path.turns[0] - source[:2]) * self.beam(
+                path.receiver[2], path.turns[-1] - receiver
+            )
             gain = 10 ** ((self.transducer.figure_of_merit - air.absorption(f) * path.length) / 20)
             strength = gain * beams * path.law
             audible = 0 <= time <= self.deadline(ping) and abs(strength) >= FLOOR
-            if audible and self.clear([mouth[:2], *path.turns, ear]):
+            if audible and self.clear([source[:2], *path.turns, receiver]):
                 yield time, complex(strength * np.exp(-2j * np.pi * f * time))
 
-    def paths(self, mouth: FloatArray, ear_after: EarAfter) -> Iterator[Path]:
+    def paths(self, source: FloatArray, receiver_after: ReceiverAfter) -> Iterator[Path]:
         """All paths of the order that the settings allow."""
         settings = self.simulation.settings
         if settings.reflection_order >= 1:
-            yield from self.once(mouth, ear_after)
+            yield from self.once(source, receiver_after)
         if settings.reflection_order >= 2:
-            yield from self.twice(mouth, ear_after)
+            yield from self.twice(source, receiver_after)
         if settings.diffraction:
             k = float(wavenumber(self.transducer.frequency, self.speed))
             for edge in build_scene(self.simulation.world).edges:
-                yield from over_edge(edge, k, mouth, ear_after)
+                yield from over_edge(edge, k, source, receiver_after)
 
-    def once(self, mouth: FloatArray, ear_after: EarAfter) -> Iterator[Path]:
+    def once(self, source: FloatArray, receiver_after: ReceiverAfter) -> Iterator[Path]:
         """All single reflections."""
         for face, gain in self.faces:
-            yield over_face(face, gain, mouth, ear_after)
+            yield over_face(face, gain, source, receiver_after)
         for disc, gain in self.discs:
-            yield from over_disc(disc, gain, mouth, ear_after)
+            yield from over_disc(disc, gain, source, receiver_after)
 
-    def twice(self, mouth: FloatArray, ear_after: EarAfter) -> Iterator[Path]:
+    def twice(self, source: FloatArray, receiver_after: ReceiverAfter) -> Iterator[Path]:
         """All double reflections."""
         for (first, gain), (second, other) in itertools.permutations(self.faces, 2):
-            yield over_faces((first, second), gain * other, mouth, ear_after)
+            yield over_faces((first, second), gain * other, source, receiver_after)
         for (face, gain), (disc, other) in itertools.product(self.faces, self.discs):
-            yield from over_face_and_disc((face, disc), gain * other, mouth, ear_after)
-            yield from over_disc_and_face((face, disc), gain * other, mouth, ear_after)
+            yield from over_face_and_disc((face, disc), gain * other, source, receiver_after)
+            yield from over_disc_and_face((face, disc), gain * other, source, receiver_after)
 
     def clear(self, points: list[FloatArray]) -> bool:
         """Whether nothing stands between the points of a path."""
@@ -161,69 +163,74 @@ class Twin:
         return list(zip(world.discs, gains.tolist(), strict=True))
 
 
-def over_face(segment: FloatArray, gain: float, mouth: FloatArray, ear_after: EarAfter) -> Path:
+def over_face(segment: FloatArray, gain: float, source: FloatArray, receiver_after: ReceiverAfter) -> Path:
     """The reflection of a face."""
-    image = mirrored(segment, mouth)
-    ear = ear_after(distance(image, ear_after(0.0)))
-    spot, lit = bounce(segment, mouth, ear)
-    length = distance(image, ear)
-    return Path(turns=[spot], ear=ear, law=lit * gain / length, length=length)
+    image = mirrored(segment, source)
+    receiver = receiver_after(distance(image, receiver_after(0.0)))
+    spot, lit = bounce(segment, source, receiver)
+    length = distance(image, receiver)
+    return Path(turns=[spot], receiver=receiver, law=lit * gain / length, length=length)
 
 
-def over_faces(pair: Pair, gain: float, mouth: FloatArray, ear_after: EarAfter) -> Path:
+def over_faces(pair: Pair, gain: float, source: FloatArray, receiver_after: ReceiverAfter) -> Path:
     """The double reflection of two faces."""
     first, second = pair
-    image = mirrored(first, mouth)
+    image = mirrored(first, source)
     final = mirrored(second, image)
-    ear = ear_after(distance(final, ear_after(0.0)))
-    last, last_lit = bounce(second, image, ear)
-    start, start_lit = bounce(first, mouth, last)
-    turned_away = height(first, second.mean(axis=0)) * height(first, mouth) <= 0
+    receiver = receiver_after(distance(final, receiver_after(0.0)))
+    last, last_lit = bounce(second, image, receiver)
+    start, start_lit = bounce(first, source, last)
+    turned_away = height(first, second.mean(axis=0)) * height(first, source) <= 0
     lit = 0.0 if last_lit == start_lit == 0.5 and turned_away else min(last_lit, start_lit)
-    length = distance(final, ear)
-    return Path(turns=[start, last], ear=ear, law=lit * gain / length, length=length)
+    length = distance(final, receiver)
+    return Path(turns=[start, last], receiver=receiver, law=lit * gain / length, length=length)
 
 
-def over_disc(disc: FloatArray, gain: float, mouth: FloatArray, ear_after: EarAfter) -> Iterator[Path]:
+def over_disc(disc: FloatArray, gain: float, source: FloatArray, receiver_after: ReceiverAfter) -> Iterator[Path]:
     """The reflection of a cylinder."""
-    ear = ear_after(around(disc, mouth, ear_after(0.0)))
-    spot = reflection_point(disc, mouth, ear)
+    receiver = receiver_after(around(disc, source, receiver_after(0.0)))
+    spot = reflection_point(disc, source, receiver)
     if spot is not None:
-        yield Path(turns=[spot], ear=ear, law=gain * disc_law(disc, spot, mouth, ear), length=way(mouth, spot, ear))
+        yield Path(
+            turns=[spot],
+            receiver=receiver,
+            law=gain * disc_law(disc, spot, source, receiver),
+            length=way(source, spot, receiver),
+        )
 
 
-def over_face_and_disc(pair: Pair, gain: float, mouth: FloatArray, ear_after: EarAfter) -> Iterator[Path]:
+def over_face_and_disc(pair: Pair, gain: float, source: FloatArray, receiver_after: ReceiverAfter) -> Iterator[Path]:
     """The reflection of a face, then of a cylinder."""
     face, disc = pair
-    image = mirrored(face, mouth)
-    ear = ear_after(around(disc, image, ear_after(0.0)))
-    spot = reflection_point(disc, image, ear)
+    image = mirrored(face, source)
+    receiver = receiver_after(around(disc, image, receiver_after(0.0)))
+    spot = reflection_point(disc, image, receiver)
     if spot is not None:
-        turn, lit = bounce(face, mouth, spot)
-        law = lit * gain * disc_law(disc, spot, image, ear)
-        yield Path(turns=[turn, spot], ear=ear, law=law, length=way(image, spot, ear))
+        turn, lit = bounce(face, source, spot)
+        law = lit * gain * disc_law(disc, spot, image, receiver)
+        yield Path(turns=[turn, spot], receiver=receiver, law=law, length=way(image, spot, receiver))
 
 
-def over_disc_and_face(pair: Pair, gain: float, mouth: FloatArray, ear_after: EarAfter) -> Iterator[Path]:
+def over_disc_and_face(pair: Pair, gain: float, source: FloatArray, receiver_after: ReceiverAfter) -> Iterator[Path]:
     """The reflection of a cylinder, then of a face."""
     face, disc = pair
-    ear = ear_after(around(disc, mouth, mirrored(face, ear_after(0.0))))
-    image = mirrored(face, ear)
-    spot = reflection_point(disc, mouth, image)
+    receiver = receiver_after(around(disc, source, mirrored(face, receiver_after(0.0))))
+    image = mirrored(face, receiver)
+    spot = reflection_point(disc, source, image)
     if spot is not None:
-        turn, lit = bounce(face, spot, ear)
-        law = lit * gain * disc_law(disc, spot, mouth, image)
-        yield Path(turns=[spot, turn], ear=ear, law=law, length=way(mouth, spot, image))
+        turn, lit = bounce(face, spot, receiver)
+        law = lit * gain * disc_law(disc, spot, source, image)
+        yield Path(turns=[spot, turn], receiver=receiver, law=law, length=way(source, spot, image))
 
 
-def over_edge(edge: Any, k: float, mouth: FloatArray, ear_after: EarAfter) -> Iterator[Path]:
+def over_edge(edge: Any, k: float, source: FloatArray, receiver_after: ReceiverAfter) -> Iterator[Path]:
     """The diffraction at an edge."""
     apex = np.array([edge["apex"].real, edge["apex"].imag])
-    ear = ear_after(way(mouth, apex, ear_after(0.0)))
-    there, back = distance(mouth, apex), distance(apex, ear)
+    receiver = receiver_after(way(source, apex, receiver_after(0.0)))
+    there, back = distance(source, apex), distance(apex, receiver)
     incident, observed = (
         float(wrap(np.arctan2(end[1] - apex[1], end[0] - apex[0]) - edge["first"] - np.pi) + np.pi)
-        for end in (mouth, ear)
+        for end in (source, receiver)
     )
     if max(incident, observed) <= edge["opening"]:
         coefficient = wedge_coefficient(
@@ -235,7 +242,7 @@ def over_edge(edge: Any, k: float, mouth: FloatArray, ear_after: EarAfter) -> It
             reflection=(edge["first_gain"], edge["second_gain"]),
         )
         law = complex(coefficient * np.sqrt(there / (back * (there + back))) / there)
-        yield Path(turns=[apex], ear=ear, law=law, length=there + back)
+        yield Path(turns=[apex], receiver=receiver, law=law, length=there + back)
 
 
 def first_crossing(

@@ -67,13 +67,13 @@ def test_a_mirrored_world_reads_mirrored(place: tuple[float, float], heading: fl
     assert same(simulated_worlds.readings(here), simulated_worlds.readings(there), atol=1e-6) == 1.0
 
 
-def over(simulation: Simulation, *, mouth: int, ear: int) -> tuple[FloatArray, ComplexArray]:
+def over(simulation: Simulation, *, source: int, receiver: int) -> tuple[FloatArray, ComplexArray]:
     """Echoes of one burst at one receiver, in the order of time."""
     stage = simulation._receivers.stage
     emitters = np.zeros(2, dtype=np.int64)
-    emitters[ear] = mouth
-    shots = stage.shots._replace(first_heard=emitters, last_heard=emitters + 1)
-    found = find_echoes(stage._replace(shots=shots), np.array([ear]), shots.deadlines[[ear]])
+    emitters[receiver] = source
+    shots = stage.shots._replace(first_burst=emitters, last_burst=emitters + 1)
+    found = find_echoes(stage._replace(shots=shots), np.array([receiver]), shots.deadlines[[receiver]])
     order = np.argsort(found.times)
     return found.times[order], found.strengths[order]
 
@@ -87,8 +87,8 @@ def test_transmitter_and_receiver_can_be_exchanged(
         simulated_worlds.sensor(1, x=second[0], y=second[1], yaw=other),
     )
     simulation = simulated_worlds.simulation(simulated_worlds.room(), using=rig)
-    times, strengths = over(simulation, mouth=0, ear=1)
-    back, echoed = over(simulation, mouth=1, ear=0)
+    times, strengths = over(simulation, source=0, receiver=1)
+    back, echoed = over(simulation, source=1, receiver=0)
     np.testing.assert_allclose(times, back, rtol=1e-9)
     np.testing.assert_allclose(np.sort(abs(strengths)), np.sort(abs(echoed)), rtol=1e-6)
 

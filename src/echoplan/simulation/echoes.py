@@ -14,13 +14,13 @@ from echoplan.compiled import compiled
 from echoplan.simulation.detector import Echoes
 from echoplan.simulation.scene import Disc, Edge, Face, Scene
 from echoplan.simulation.sonar import Sonar
-from echoplan.simulation.stage import Ear, Mouth, Stage
+from echoplan.simulation.stage import Receiver, Source, Stage
 from echoplan.simulation.visibility import TIE, distance, faces_within, is_blocked, on_line, passes
 
 __all__ = ["find_echoes"]
 
 Echo: TypeAlias = tuple[float, complex, int]
-Ends: TypeAlias = tuple[Mouth, Ear]
+Ends: TypeAlias = tuple[Source, Receiver]
 Route: TypeAlias = tuple[complex, complex, complex, complex]
 
 # No reflector sounds louder than at this distance: the face of a transducer is not a point [m].
@@ -45,12 +45,12 @@ def find_echoes(stage: Stage, pings: IntArray, deadlines: FloatArray) -> Echoes:
     Returns
     -------
     Echoes
-        What they hear, in no order within a ping.
+        Echoes that they receive, in no order within a ping.
     """
     found = [(0.0, 0j, 0) for _ in range(0)]
     bounds, (_, sonar, shots) = np.zeros(len(pings) + 1, np.int64), stage
     for number, ping in enumerate(pings):
-        for shot in range(shots.first_heard[ping], shots.last_heard[ping]):
+        for shot in range(shots.first_burst[ping], shots.last_burst[ping]):
             if sonar.crosstalk or shots.sensors[shot] == shots.sensors[ping]:
                 _trace(found, stage, (shot, ping), deadlines[number])
         bounds[number + 1] = len(found)
@@ -69,8 +69,8 @@ def _trace(found: list[Echo], stage: Stage, pair: tuple[int, int], deadline: flo
     fired = shots.instants[shot] - shots.instants[ping]
     shortest, longest = max(-fired, 0.0) * sonar.speed, (_HASTE * deadline - fired) * sonar.speed
     place, axis, velocity, turn = shots.places[ping], shots.axes[ping], shots.velocities[ping], shots.turns[ping]
-    mouth = Mouth(shots.places[shot], shots.axes[shot], fired)
-    ends = (mouth, Ear(place, axis, velocity, turn, deadline, shortest, longest))
+    source = Source(shots.places[shot], shots.axes[shot], fired)
+    ends = (source, Receiver(place, axis, velocity, turn, deadline, shortest, longest))
     if sonar.order >= 1:
         _trace_faces(found, scene, sonar, ends)
         _trace_discs(found, scene, sonar, ends)
@@ -84,91 +84,91 @@ def _trace(found: list[Echo], stage: Stage, pair: tuple[int, int], deadline: flo
 
 @compiled
 def _trace_faces(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
-    (mouth, ear), faces = ends, scene.faces
+    (source, receiver), faces = ends, scene.faces
     for index in range(len(faces)):
-        image = _mirrored_mouth(faces[index], mouth)
-        if _is_beyond(image, ear):
+        image = _mirrored_source(faces[index], source)
+        if _is_beyond(image, receiver):
             continue
-        heard, time, pressure = _straight(sonar, image, ear)
+        reception, time, pressure = _straight(sonar, image, receiver)
         if abs(pressure) >= sonar.floor:
-            spot, lit = _bounce(faces[index], mouth.place, heard)
+            spot, lit = _bounce(faces[index], source.place, reception)
             echo = (time, complex(pressure * lit * faces[index].gain), index)
-            _record(found, scene, (mouth.place, spot, spot, heard), echo)
+            _record(found, scene, (source.place, spot, spot, reception), echo)
 
 
 @compiled
 def _trace_pairs(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
-    (mouth, ear), reached = ends, np.empty(len(scene.faces), np.int64)
+    (source, receiver), reached = ends, np.empty(len(scene.faces), np.int64)
     for first in scene.faces:
-        image = _mirrored_mouth(first, mouth)
-        for index in reached[: faces_within(scene, first, image.place, ear.longest, reached)]:
+        image = _mirrored_source(first, source)
+        for index in reached[: faces_within(scene, first, image.place, receiver.longest, reached)]:
             second = scene.faces[index]
-            final = _mirrored_mouth(second, image)
-            if _is_beyond(final, ear):
+            final = _mirrored_source(second, image)
+            if _is_beyond(final, receiver):
                 continue
-            heard, time, pressure = _straight(sonar, final, ear)
+            reception, time, pressure = _straight(sonar, final, receiver)
             if abs(pressure) >= sonar.floor:
-                route, lit = _bounce_twice((first, second), image.place, mouth.place, heard)
+                route, lit = _bounce_twice((first, second), image.place, source.place, reception)
                 _record(found, scene, route, (time, complex(pressure * lit * first.gain * second.gain), -1))
 
 
 @compiled
 def _trace_discs(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
-    (mouth, ear), discs = ends, scene.discs
+    (source, receiver), discs = ends, scene.discs
     for index in range(len(discs)):
-        if _is_out(discs[index], mouth, ear):
+        if _is_out(discs[index], source, receiver):
             continue
-        spot, heard, time, pressure = _over(sonar, discs[index], mouth, ear)
+        spot, reception, time, pressure = _over(sonar, discs[index], source, receiver)
         if abs(pressure) >= sonar.floor:
             echo = (time, complex(pressure), len(scene.faces) + index)
-            _record(found, scene, (mouth.place, spot, spot, heard), echo)
+            _record(found, scene, (source.place, spot, spot, reception), echo)
 
 
 @compiled
 def _trace_faces_then_discs(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
-    mouth, ear = ends
+    source, receiver = ends
     for face in scene.faces:
-        image = _mirrored_mouth(face, mouth)
+        image = _mirrored_source(face, source)
         for disc in scene.discs:
-            if _is_out(disc, image, ear):
+            if _is_out(disc, image, receiver):
                 continue
-            spot, heard, time, pressure = _over(sonar, disc, image, ear)
+            spot, reception, time, pressure = _over(sonar, disc, image, receiver)
             if abs(pressure) >= sonar.floor:
-                first, lit = _bounce(face, mouth.place, spot)
+                first, lit = _bounce(face, source.place, spot)
                 echo = (time, complex(pressure * lit * face.gain), -1)
-                _record(found, scene, (mouth.place, first, spot, heard), echo)
+                _record(found, scene, (source.place, first, spot, reception), echo)
 
 
 @compiled
 def _trace_discs_then_faces(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
-    mouth, ear = ends
+    source, receiver = ends
     for face in scene.faces:
-        image = _mirrored_ear(face, ear)
+        image = _mirrored_receiver(face, receiver)
         for disc in scene.discs:
-            if _is_out(disc, mouth, image):
+            if _is_out(disc, source, image):
                 continue
-            spot, heard, time, pressure = _over(sonar, disc, mouth, image)
+            spot, reception, time, pressure = _over(sonar, disc, source, image)
             if abs(pressure) >= sonar.floor:
-                last, lit = _bounce(face, spot, _mirror(face, heard))
+                last, lit = _bounce(face, spot, _mirror(face, reception))
                 echo = (time, complex(pressure * lit * face.gain), -1)
-                _record(found, scene, (mouth.place, spot, last, _mirror(face, heard)), echo)
+                _record(found, scene, (source.place, spot, last, _mirror(face, reception)), echo)
 
 
 @compiled
 def _trace_edges(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
-    mouth, ear = ends
+    source, receiver = ends
     for edge in scene.edges:
-        there = distance(mouth.place, edge.apex)
-        heard = _later(ear, mouth.fired + (there + distance(edge.apex, ear.place)) / sonar.speed)
-        back = distance(edge.apex, heard.place)
-        loudness = _loudness(sonar, (mouth, heard), (edge.apex - mouth.place, edge.apex - heard.place), there + back)
+        there = distance(source.place, edge.apex)
+        moved = _later(receiver, source.fired + (there + distance(edge.apex, receiver.place)) / sonar.speed)
+        back = distance(edge.apex, moved.place)
+        loudness = _loudness(sonar, (source, moved), (edge.apex - source.place, edge.apex - moved.place), there + back)
         # An edge diffracts no more than a plane reflects.
         if min(there, back) < _NEAREST or abs(loudness) < sonar.floor * (there + back):
             continue
-        pressure = loudness * _scattered(sonar, edge, (mouth, heard), (there, back))
+        pressure = loudness * _scattered(sonar, edge, (source, moved), (there, back))
         if abs(pressure) >= sonar.floor:
-            echo = (mouth.fired + (there + back) / sonar.speed, pressure, -1)
-            _record(found, scene, (mouth.place, edge.apex, edge.apex, heard.place), echo)
+            echo = (source.fired + (there + back) / sonar.speed, pressure, -1)
+            _record(found, scene, (source.place, edge.apex, edge.apex, moved.place), echo)
 
 
 @compiled
@@ -181,64 +181,67 @@ def _record(found: list[Echo], scene: Scene, route: Route, echo: Echo) -> None:
 
 
 @compiled
-def _straight(sonar: Sonar, image: Mouth, ear: Ear) -> tuple[complex, float, float]:
-    # Where the ear is when it hears an image, when, and how loud: mirrors leave way and beam of an image straight.
-    heard = _later(ear, image.fired + distance(image.place, ear.place) / sonar.speed)
-    way, length = heard.place - image.place, distance(heard.place, image.place)
-    pressure = _loudness(sonar, (image, heard), (way, -way), length) / max(length, _NEAREST)
-    return heard.place, image.fired + length / sonar.speed, pressure
+def _straight(sonar: Sonar, image: Source, receiver: Receiver) -> tuple[complex, float, float]:
+    # Where the receiver is when sound of an image arrives, when that is, and how loud: in images paths stay straight.
+    moved = _later(receiver, image.fired + distance(image.place, receiver.place) / sonar.speed)
+    way, length = moved.place - image.place, distance(moved.place, image.place)
+    pressure = _loudness(sonar, (image, moved), (way, -way), length) / max(length, _NEAREST)
+    return moved.place, image.fired + length / sonar.speed, pressure
 
 
 @compiled
-def _over(sonar: Sonar, disc: Disc, mouth: Mouth, ear: Ear) -> tuple[complex, complex, float, float]:
-    # The spot at which sound glances off a cylinder, where the ear is when it hears it, when, and how loud.
-    around = distance(mouth.place, disc.center) + distance(disc.center, ear.place) - 2 * disc.radius
-    heard = _later(ear, mouth.fired + around / sonar.speed)
-    spot, cosine = _glance(disc, mouth.place, heard.place)
+def _over(sonar: Sonar, disc: Disc, source: Source, receiver: Receiver) -> tuple[complex, complex, float, float]:
+    # The specular point of a cylinder, where the receiver is when the sound arrives, when that is, and how loud.
+    around = distance(source.place, disc.center) + distance(disc.center, receiver.place) - 2 * disc.radius
+    moved = _later(receiver, source.fired + around / sonar.speed)
+    spot, cosine = _specular_point(disc, source.place, moved.place)
     if cosine <= 0:
-        return disc.center, ear.place, 0.0, 0.0
-    there, back = max(distance(mouth.place, spot), _NEAREST), max(distance(spot, heard.place), _NEAREST)
+        return disc.center, receiver.place, 0.0, 0.0
+    there, back = max(distance(source.place, spot), _NEAREST), max(distance(spot, moved.place), _NEAREST)
     length = there + back
     law = disc.gain / math.sqrt(length * (length + 2 * there * back / (disc.radius * cosine)))
-    pressure = law * _loudness(sonar, (mouth, heard), (spot - mouth.place, spot - heard.place), length)
-    return spot, heard.place, mouth.fired + length / sonar.speed, pressure
+    pressure = law * _loudness(sonar, (source, moved), (spot - source.place, spot - moved.place), length)
+    return spot, moved.place, source.fired + length / sonar.speed, pressure
 
 
 @compiled
-def _is_beyond(image: Mouth, ear: Ear) -> bool:
-    # Whether an image sounds too early, too late, away from the ear or behind it: cheap and on the safe side.
-    way = ear.place - image.place
+def _is_beyond(image: Source, receiver: Receiver) -> bool:
+    # Whether sound of an image comes too early, too late, is sent away from the receiver or comes from behind it:
+    # cheap and conservative.
+    way = receiver.place - image.place
     square = way.real * way.real + way.imag * way.imag
-    ahead, before = (way * image.axis.conjugate()).real, -(way * ear.axis.conjugate()).real
-    out_of_time = square < ear.shortest * ear.shortest or square > ear.longest * ear.longest
+    ahead, before = (way * image.axis.conjugate()).real, -(way * receiver.axis.conjugate()).real
+    out_of_time = square < receiver.shortest * receiver.shortest or square > receiver.longest * receiver.longest
     return out_of_time or min(ahead, before) < -_SWING * math.sqrt(square)
 
 
 @compiled
-def _is_out(disc: Disc, mouth: Mouth, ear: Ear) -> bool:
-    # The same for a cylinder between mouth and ear.
-    there, back = distance(mouth.place, disc.center), distance(disc.center, ear.place)
-    out_of_time = there + back < ear.shortest or there + back - 2 * disc.radius > ear.longest
-    ahead = ((disc.center - mouth.place) * mouth.axis.conjugate()).real
-    before = ((disc.center - ear.place) * ear.axis.conjugate()).real
+def _is_out(disc: Disc, source: Source, receiver: Receiver) -> bool:
+    # The same for a cylinder between source and receiver.
+    there, back = distance(source.place, disc.center), distance(disc.center, receiver.place)
+    out_of_time = there + back < receiver.shortest or there + back - 2 * disc.radius > receiver.longest
+    ahead = ((disc.center - source.place) * source.axis.conjugate()).real
+    before = ((disc.center - receiver.place) * receiver.axis.conjugate()).real
     return out_of_time or min(ahead + _SWING * there, before + _SWING * back) < -disc.radius
 
 
 @compiled
-def _later(ear: Ear, time: float) -> Ear:
-    angle = ear.turn * time
-    place, axis = ear.place + ear.velocity * time, ear.axis * complex(1 - angle * angle / 2, angle)
-    return Ear(place, axis, ear.velocity, ear.turn, ear.deadline, ear.shortest, ear.longest)
+def _later(receiver: Receiver, time: float) -> Receiver:
+    angle = receiver.turn * time
+    place, axis = receiver.place + receiver.velocity * time, receiver.axis * complex(1 - angle * angle / 2, angle)
+    return Receiver(
+        place, axis, receiver.velocity, receiver.turn, receiver.deadline, receiver.shortest, receiver.longest
+    )
 
 
 @compiled
 def _loudness(sonar: Sonar, ends: Ends, ways: tuple[complex, complex], length: float) -> float:
-    # Pressure at 1 m over the threshold, less beams and absorption; none before or after the ear listens.
-    mouth, ear = ends
-    time = mouth.fired + length / sonar.speed
-    if time < 0 or time > ear.deadline:
+    # Pressure at 1 m over the threshold, less beams and absorption; none before or after the receiver listens.
+    source, receiver = ends
+    time = source.fired + length / sonar.speed
+    if time < 0 or time > receiver.deadline:
         return 0.0
-    beams = _beam(sonar.beam, mouth.axis, ways[0]) * _beam(sonar.beam, ear.axis, ways[1])
+    beams = _beam(sonar.beam, source.axis, ways[0]) * _beam(sonar.beam, receiver.axis, ways[1])
     return sonar.gain * beams * math.exp(-sonar.damping * length)
 
 
@@ -264,15 +267,23 @@ def _mirror(face: Face, point: complex) -> complex:
 
 
 @compiled
-def _mirrored_mouth(face: Face, mouth: Mouth) -> Mouth:
-    return Mouth(_mirror(face, mouth.place), face.tangent * face.tangent * mouth.axis.conjugate(), mouth.fired)
+def _mirrored_source(face: Face, source: Source) -> Source:
+    return Source(_mirror(face, source.place), face.tangent * face.tangent * source.axis.conjugate(), source.fired)
 
 
 @compiled
-def _mirrored_ear(face: Face, ear: Ear) -> Ear:
+def _mirrored_receiver(face: Face, receiver: Receiver) -> Receiver:
     twist = face.tangent * face.tangent
-    axis, velocity = twist * ear.axis.conjugate(), twist * ear.velocity.conjugate()
-    return Ear(_mirror(face, ear.place), axis, velocity, -ear.turn, ear.deadline, ear.shortest, ear.longest)
+    axis, velocity = twist * receiver.axis.conjugate(), twist * receiver.velocity.conjugate()
+    return Receiver(
+        _mirror(face, receiver.place),
+        axis,
+        velocity,
+        -receiver.turn,
+        receiver.deadline,
+        receiver.shortest,
+        receiver.longest,
+    )
 
 
 @compiled
@@ -307,7 +318,7 @@ def _facing(face: Face, other: Face, point: complex) -> float:
 
 
 @compiled
-def _glance(disc: Disc, p: complex, q: complex) -> tuple[complex, float]:
+def _specular_point(disc: Disc, p: complex, q: complex) -> tuple[complex, float]:
     # The point of a cylinder at which sound from p is reflected to q, and the cosine of its incidence; 0 if none.
     # The way over the cylinder is shortest there: Newton's steps, or halving where an end is still out of sight.
     away_p, away_q = distance(p, disc.center), distance(q, disc.center)
@@ -341,18 +352,18 @@ def _direction(edge: Edge, point: complex) -> float:
 @compiled
 def _scattered(sonar: Sonar, edge: Edge, ends: Ends, distances: tuple[float, float]) -> complex:
     # What an edge makes of sound, by the coefficient of Kouyoumjian and Pathak as in acoustics.wedge_coefficient.
-    (mouth, ear), (there, back), opening = ends, distances, edge.opening
-    incident, observed = _direction(edge, mouth.place), _direction(edge, ear.place)
+    (source, receiver), (there, back), opening = ends, distances, edge.opening
+    incident, observed = _direction(edge, source.place), _direction(edge, receiver.place)
     if min(incident, observed) < 0:
         return 0j
-    spread = there * back / (there + back)
-    kl, difference, total = sonar.wavenumber * spread, observed - incident, observed + incident
+    parameter = there * back / (there + back)
+    kl, difference, total = sonar.wavenumber * parameter, observed - incident, observed + incident
     through = edge.first_gain * edge.second_gain if opening < math.pi else 1.0
     terms = through * _term(sonar, math.pi + difference, opening, kl)
     terms += through * _term(sonar, math.pi - difference, opening, kl)
     terms += edge.first_gain * _term(sonar, math.pi - total, opening, kl)
     terms += edge.second_gain * _term(sonar, math.pi + total, opening, kl)
-    scale = -2 * opening / math.pi * math.sqrt(2 * math.pi * sonar.wavenumber) * there * back / math.sqrt(spread)
+    scale = -2 * opening / math.pi * math.sqrt(2 * math.pi * sonar.wavenumber) * there * back / math.sqrt(parameter)
     return complex(math.sqrt(0.5), -math.sqrt(0.5)) * (1 / scale) * terms
 
 

@@ -74,7 +74,7 @@ class Module:
         """Turn the instants at which the thresholds were reached into readings.
 
         An echo that is loud when listening begins reads as too close.  A stray echo comes from anywhere within
-        reach, and is read only where nothing nearer was heard.  A dropout loses whatever was heard.
+        reach, and is read only where nothing nearer was detected.  A dropout loses whatever was detected.
 
         Parameters
         ----------
@@ -133,7 +133,7 @@ def build_module(rig: Rig, transducer: Transducer, settings: SimulationSettings)
     Raises
     ------
     InvalidValueError
-        If the plane at ``zero_distance`` cannot be heard.
+        If the plane at ``zero_distance`` cannot be detected.
     """
     laboratory = settings.air.model_copy(update={"temperature": settings.assumed_temperature, "relative_humidity": 0.5})
     distance = settings.zero_distance

@@ -1,4 +1,4 @@
-"""Dead reckoning: where a robot believes to be that adds up its own motion."""
+"""Dead reckoning: the poses that a robot estimates from its own motion."""
 
 from dataclasses import replace
 
@@ -30,7 +30,7 @@ def dead_reckoning(map_from_base: FloatArray, noise: OdometryNoise, rng: np.rand
     Returns
     -------
     ndarray, shape (n, 3)
-        Poses as the robot believes them [m, m, rad]; the true ones if there is no noise.
+        Poses as estimated by the robot [m, m, rad]; the true ones if there is no noise.
 
     Examples
     --------
@@ -43,14 +43,14 @@ def dead_reckoning(map_from_base: FloatArray, noise: OdometryNoise, rng: np.rand
         return map_from_base
     motions = compose(invert(map_from_base[:-1]), map_from_base[1:])
     ways, turns = np.hypot(motions[:, 0], motions[:, 1]), np.abs(motions[:, 2])
-    spread = np.column_stack(
+    sigmas = np.column_stack(
         [
             noise.along * np.sqrt(ways),
             noise.lateral * np.sqrt(ways),
             np.sqrt(noise.yaw_per_metre**2 * ways + noise.yaw_per_radian**2 * turns),
         ]
     )
-    return _add_up(map_from_base[0], _along_way(motions, spread * rng.standard_normal(spread.shape)))
+    return _add_up(map_from_base[0], _along_way(motions, sigmas * rng.standard_normal(sigmas.shape)))
 
 
 def _along_way(motions: FloatArray, errors: FloatArray) -> FloatArray:
@@ -73,7 +73,7 @@ def _add_up(first: FloatArray, motions: FloatArray) -> FloatArray:
 
 
 def with_odometry(rig: Rig, noise: OdometryNoise) -> Rig:
-    """Let a rig tell how far its dead reckoning may be off, as a careful maker would.
+    """State in a rig how far its dead reckoning may be off, as a careful maker would.
 
     Parameters
     ----------

@@ -90,10 +90,10 @@ def _in_order(echoes: Echoes) -> Echoes:
 
 
 def _alone(stage: Stage) -> Stage:
-    # Every ping hears its own burst, reflected once.
+    # Every ping receives its own burst, reflected once.
     pings = np.arange(len(stage.shots.instants))
     return Stage(
         scene=stage.scene,
         sonar=stage.sonar._replace(order=min(stage.sonar.order, 1), diffraction=False),
-        shots=stage.shots._replace(first_heard=pings, last_heard=pings + 1),
+        shots=stage.shots._replace(first_burst=pings, last_burst=pings + 1),
     )

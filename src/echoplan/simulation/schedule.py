@@ -32,7 +32,7 @@ class Schedule:
     sensors : ndarray of int, shape (n,)
         Index of the sensor in the rig.
     servo_angles : ndarray, shape (n,)
-        Angle that the servo is told [rad].
+        Commanded angle of the servo [rad].
     map_from_base : ndarray, shape (n, 3)
         True pose of the robot [m, m, rad].
     map_from_sensors : ndarray, shape (n, 3)
@@ -59,7 +59,7 @@ class Schedule:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class _Rounds:
-    # One entry a firing round: when it begins, the angle the servo is told, the sweep.
+    # One entry a firing round: when it begins, the commanded angle of the servo, the sweep.
     stamps_ns: IntArray
     angles: FloatArray
     sweeps: IntArray
@@ -94,7 +94,7 @@ class _Motion:
 
 
 def default_firing(rig: Rig) -> Firing:
-    """Order of firing of a rig that does not tell one: all sensors at once, every 25 ms.
+    """Order of firing of a rig that does not state one: all sensors at once, every 25 ms.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def build_schedule(
     route : Route
         Where it goes.
     servo_latency : float, optional
-        How long the servo lags behind the angle it is told [s].
+        How long the servo lags behind its commanded angle [s].
     servo_gain : float, optional
         How far the servo turns for each radian that is recorded [rad].
     servo_offset : float, optional

@@ -9,8 +9,8 @@ from echoplan.acoustics import Air
 
 __all__ = ["OdometryNoise", "SimulationSettings"]
 
-# Farther than this ultrasound is not heard in air [m], and dead reckoning that is off by more knows nothing [m, rad].
-_FARTHEST, _ASTRAY = 50.0, 100.0
+# Ultrasound in air is not detected from farther than this [m]; dead reckoning that drifts by more is useless [m, rad].
+_FARTHEST, _LARGEST_DRIFT = 50.0, 100.0
 # No servo turns ten times as far as commanded.
 _LARGEST_GAIN = 10.0
 
@@ -18,13 +18,13 @@ _LARGEST_GAIN = 10.0
 class OdometryNoise(BaseModel, frozen=True, extra="forbid"):
     """Errors of dead reckoning: a random walk whose standard deviation grows with the square root of the distance."""
 
-    along: float = Field(default=0.0, ge=0.0, le=_ASTRAY, description="deviation along the way after 1 m [m]")
-    lateral: float = Field(default=0.0, ge=0.0, le=_ASTRAY, description="deviation across the way after 1 m [m]")
+    along: float = Field(default=0.0, ge=0.0, le=_LARGEST_DRIFT, description="deviation along the way after 1 m [m]")
+    lateral: float = Field(default=0.0, ge=0.0, le=_LARGEST_DRIFT, description="deviation across the way after 1 m [m]")
     yaw_per_metre: float = Field(
-        default=0.0, ge=0.0, le=_ASTRAY, description="deviation of the heading after 1 m [rad]"
+        default=0.0, ge=0.0, le=_LARGEST_DRIFT, description="deviation of the heading after 1 m [rad]"
     )
     yaw_per_radian: float = Field(
-        default=0.0, ge=0.0, le=_ASTRAY, description="deviation of the heading after a turn of 1 rad [rad]"
+        default=0.0, ge=0.0, le=_LARGEST_DRIFT, description="deviation of the heading after a turn of 1 rad [rad]"
     )
 
 
@@ -36,7 +36,7 @@ class SimulationSettings(BaseModel, frozen=True, extra="forbid"):
         default=20.0,
         ge=-30.0,
         le=60.0,
-        description="temperature with which the module turns time into range, at 50 % humidity, unless the rig tells "
+        description="temperature with which the module turns time into range, at 50 % humidity, unless the rig states "
         "its speed of sound [degrees Celsius]",
     )
     zero_distance: float = Field(

@@ -1,4 +1,4 @@
-"""The pings of a schedule as the ray tracer wants them, and who can hear whom."""
+"""The pings of a schedule as the ray tracer wants them, and which bursts each of them can receive."""
 
 from typing import NamedTuple
 
@@ -30,8 +30,8 @@ class Shots(NamedTuple):
         How it turns [rad/s].
     openings, deadlines : ndarray, shape (n,)
         From when until when it listens, after its own burst [s].
-    first_heard, last_heard : ndarray of int, shape (n,)
-        Range of the bursts that it may hear; the last is not among them.
+    first_burst, last_burst : ndarray of int, shape (n,)
+        Range of the bursts that it may receive; the last is not among them.
     """
 
     instants: FloatArray
@@ -42,8 +42,8 @@ class Shots(NamedTuple):
     turns: FloatArray
     openings: FloatArray
     deadlines: FloatArray
-    first_heard: IntArray
-    last_heard: IntArray
+    first_burst: IntArray
+    last_burst: IntArray
 
 
 def build_shots(schedule: Schedule, module: Module, *, memory: float | None) -> Shots:
@@ -56,7 +56,7 @@ def build_shots(schedule: Schedule, module: Module, *, memory: float | None) -> 
     module : Module
         From when until when the sensors listen.
     memory : float or None
-        How long a burst can be heard [s]; None if a ping hears only what is sent in the same instant.
+        How long a burst can be detected [s]; None if a ping receives only what is sent in the same instant.
 
     Returns
     -------
@@ -78,8 +78,8 @@ def build_shots(schedule: Schedule, module: Module, *, memory: float | None) -> 
         turns=np.ascontiguousarray(turn),
         openings=module.openings(schedule.sensors),
         deadlines=deadlines,
-        first_heard=np.searchsorted(instants, earliest),
-        last_heard=np.searchsorted(instants, latest),
+        first_burst=np.searchsorted(instants, earliest),
+        last_burst=np.searchsorted(instants, latest),
     )
 
 

@@ -53,7 +53,7 @@ class Simulation:
     UnknownNameError
         If the world has a material that nobody knows.
     InvalidValueError
-        If the module cannot hear the plane for which it is set right, or the rig is one of rays.
+        If the module cannot detect the plane for which it is set right, or the rig is one of rays.
 
     Examples
     --------
@@ -118,19 +118,19 @@ class Simulation:
     def truth(self) -> Truth:
         """What a map of this recording should say.
 
-        A wall or cylinder counts as heard from a station (a sweep) if at least one ping there would be answered by it
-        alone: by one specular reflection of the ping's own burst, with clear lines of sight past everything else,
-        above the threshold, and neither too close nor out of reach.
+        A wall or cylinder counts as detected from a station (a sweep) if at least one ping there would be answered
+        by it alone: by one specular reflection of the ping's own burst, with clear lines of sight past everything
+        else, above the threshold, and neither too close nor out of reach.
         """
         walls, cylinders, stations = self.world.segments_xy, self.world.discs, self._schedule.stations
-        heard = np.zeros(len(walls) + len(cylinders), dtype=np.int64)
+        detected = np.zeros(len(walls) + len(cylinders), dtype=np.int64)
         for index in range(len(self)):
-            heard[self._receivers.detected_alone(self._pings(index))] += 1
+            detected[self._receivers.detected_alone(self._pings(index))] += 1
         return Truth(
             walls_xy=walls,
-            walls_detected_by=heard[: len(walls)],
+            walls_detected_by=detected[: len(walls)],
             cylinders=cylinders,
-            cylinders_detected_by=heard[len(walls) :],
+            cylinders_detected_by=detected[len(walls) :],
             poses=self._schedule.map_from_base[stations],
             given=self._given()[stations],
             temperature=self.settings.air.temperature,

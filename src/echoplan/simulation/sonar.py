@@ -37,7 +37,7 @@ class Sonar(NamedTuple):
     order : int
         How often sound may be reflected.
     diffraction, crosstalk : bool
-        Whether edges scatter, and whether sensors hear each other.
+        Whether edges scatter, and whether sensors receive each other's bursts.
     """
 
     gain: float

@@ -10,18 +10,18 @@ from echoplan.simulation.scene import Scene
 from echoplan.simulation.shots import Shots
 from echoplan.simulation.sonar import Sonar
 
-__all__ = ["Ear", "Mouth", "Stage"]
+__all__ = ["Receiver", "Source", "Stage"]
 
 
 class Stage(NamedTuple):
-    """All that decides what is heard: what stands around, transducer and air, all pings."""
+    """All that decides what is detected: what stands around, transducer and air, all pings."""
 
     scene: Scene
     sonar: Sonar
     shots: Shots
 
 
-class Mouth(NamedTuple):
+class Source(NamedTuple):
     """A source of sound, or the image of one: place [m], axis of the beam, when it fired after the ping [s]."""
 
     place: complex
@@ -29,10 +29,10 @@ class Mouth(NamedTuple):
     fired: float
 
 
-class Ear(NamedTuple):
-    """A receiver, or the image of one: place [m], axis, their rates [m/s, rad/s], and what it listens to.
+class Receiver(NamedTuple):
+    """A receiver, or the image of one: place [m], axis, their rates [m/s, rad/s], and its window.
 
-    It listens until the deadline [s]; paths shorter or longer than two lengths [m] cannot be heard in time.
+    It listens until the deadline [s]; paths shorter or longer than two lengths [m] cannot arrive in time.
     """
 
     place: complex

@@ -36,7 +36,7 @@ def first_crossings(detector: Detector, echoes: Echoes, openings: FloatArray, de
     detector : Detector
         What trips.
     echoes : Echoes
-        What n pings hear, in the order of time within each.
+        What n pings receive, in the order of time within each.
     openings, deadlines : ndarray, shape (n,)
         When each ping begins and ceases to listen [s].
 

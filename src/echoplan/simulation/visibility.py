@@ -51,7 +51,7 @@ def faces_within(scene: Scene, face: Face, image: complex, reach: float, found: 
     to_start = face.start - MARGIN * face.tangent - image
     to_end = face.start + (face.length + MARGIN) * face.tangent - image
     height = on_line(face, image).imag
-    # An image on its own face may be heard in any direction.
+    # Sound of an image on its own face may arrive from any direction.
     is_wide = abs(height) < MARGIN
     turn = math.copysign(1.0, (to_start.conjugate() * to_end).imag)
     ahead = -math.copysign(1.0, height) * face.tangent

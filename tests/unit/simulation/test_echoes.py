@@ -25,20 +25,20 @@ AIR = Air()
 HALF = 0.5 * np.pi
 
 
-def heard(simulation: Simulation, pings: ArrayLike = (0,)) -> Echoes:
+def echoes_of(simulation: Simulation, pings: ArrayLike = (0,)) -> Echoes:
     stage, chosen = simulation._receivers.stage, np.array(pings, dtype=np.int64)
     return find_echoes(stage, chosen, stage.shots.deadlines[chosen])
 
 
 def levels(simulation: Simulation) -> list[float]:
     """Levels of the echoes of the first ping over the threshold [dB], in the order of time."""
-    echoes = heard(simulation)
+    echoes = echoes_of(simulation)
     return [float(20 * np.log10(abs(echoes.strengths[each]))) for each in np.argsort(echoes.times)]
 
 
 def total(simulation: Simulation) -> float:
     """Level of the sum of all echoes of the first ping, as if none were late [dB]."""
-    return float(20 * np.log10(abs(heard(simulation).strengths.sum())))
+    return float(20 * np.log10(abs(echoes_of(simulation).strengths.sum())))
 
 
 def excess(amplitude: ArrayLike, length: float) -> float:
@@ -62,13 +62,13 @@ def excess(amplitude: ArrayLike, length: float) -> float:
     ],
     ids=["all", "own bursts", "mirrors", "one sensor"],
 )
-def test_the_machine_code_hears_what_its_twin_hears(using: Rig, settings: dict[str, bool]) -> None:
+def test_the_machine_code_finds_the_echoes_of_its_twin(using: Rig, settings: dict[str, bool]) -> None:
     poses = [[0.9, 1.5, 0.3], [3.6, 1.9, 2.0], [2.3, 0.8, -1.2]]
     simulation = simulated_worlds.simulation(simulated_worlds.room(), using=using, poses=poses, **settings)
     twin = Twin(simulation)
     rng = np.random.default_rng(5)
     pings = rng.choice(len(simulation._schedule.sensors), 12, replace=False)
-    echoes = heard(simulation, pings)
+    echoes = echoes_of(simulation, pings)
     assert len(echoes.times) > 20
     for number, ping in enumerate(pings):
         times, strengths = twin.echoes(int(ping))
@@ -82,13 +82,13 @@ def test_the_machine_code_hears_what_its_twin_hears(using: Rig, settings: dict[s
 @pytest.mark.parametrize("distance", [0.2, 1.0, 3.0])
 def test_a_plane_echoes_by_its_law_and_on_time(distance: float) -> None:
     simulation = simulated_worlds.simulation(simulated_worlds.wall(distance))
-    echoes = heard(simulation)
+    echoes = echoes_of(simulation)
     assert echoes.times.tolist() == pytest.approx([2 * distance / AIR.speed_of_sound])
     assert levels(simulation) == pytest.approx([excess(plane_echo(distance), 2 * distance)], abs=1e-6)
     assert echoes.reflectors.tolist() == [0]
 
 
-def test_a_sensor_that_turns_hears_off_its_axis_what_it_sent_on_it() -> None:
+def test_a_sensor_that_turns_receives_off_its_axis_what_it_sent_on_it() -> None:
     # 400 degrees a second: while sound flies 6 m the axis turns by 7 degrees.
     rig = simulated_worlds.rig(servo=simulated_worlds.turning(0, 90, 10), period=0.025)
     simulation = simulated_worlds.simulation(simulated_worlds.wall(3.0), using=rig, second_time_around=False)
@@ -113,7 +113,7 @@ def test_a_right_angle_echoes_as_loudly_as_a_plane(place: tuple[float, float], t
     corner = simulated_worlds.moved(simulated_worlds.world([[0.0, 9.0], [0.0, 0.0], [9.0, 0.0]]), frame)
     aimed = np.array([*place, np.arctan2(place[1], place[0]) + np.pi])
     simulation = simulated_worlds.simulation(corner, poses=[compose(frame, aimed)])
-    echoes, away = heard(simulation), float(np.hypot(*place))
+    echoes, away = echoes_of(simulation), float(np.hypot(*place))
     in_vertex = np.isclose(echoes.times, 2 * away / AIR.speed_of_sound, rtol=1e-9)
     level = float(20 * np.log10(abs(echoes.strengths[in_vertex].sum())))
     assert level == pytest.approx(excess(plane_echo(away), 2 * away), abs=0.01)
@@ -124,7 +124,7 @@ def corner_level(degrees: float) -> float:
     away, angle = 1.5, np.radians(degrees)
     corner = simulated_worlds.world(np.array([[9, 0], [0, 0], [9 * np.cos(angle), 9 * np.sin(angle)]]))
     pose = [away * np.cos(angle / 2), away * np.sin(angle / 2), angle / 2 + np.pi]
-    echoes = heard(simulated_worlds.simulation(corner, poses=[pose]))
+    echoes = echoes_of(simulated_worlds.simulation(corner, poses=[pose]))
     late = echoes.times > 1.8 * away / AIR.speed_of_sound
     return float(20 * np.log10(abs(echoes.strengths[late].sum()))) - excess(plane_echo(away), 2 * away)
 
@@ -182,9 +182,9 @@ def test_a_bend_of_no_angle_is_no_edge() -> None:
 
 def test_what_stands_in_the_way_hides_what_is_behind() -> None:
     shield = simulated_worlds.world([[0.5, -0.3], [0.5, 0.3]], [[1.0, -0.1], [1.0, 0.1]])
-    assert set(heard(simulated_worlds.simulation(shield)).reflectors.tolist()) == {0, -1}
+    assert set(echoes_of(simulated_worlds.simulation(shield)).reflectors.tolist()) == {0, -1}
     post = simulated_worlds.world([[1.0, -9.0], [1.0, 9.0]], pillars=[(0.5, 0.0, 0.05)])
-    assert 0 not in heard(simulated_worlds.simulation(post)).reflectors
+    assert 0 not in echoes_of(simulated_worlds.simulation(post)).reflectors
 
 
 def test_soft_faces_return_less() -> None:
@@ -195,9 +195,9 @@ def test_soft_faces_return_less() -> None:
 
 
 def test_echoes_go_round_by_a_wall_and_a_cylinder_both_ways() -> None:
-    # A cylinder ahead and a wall to the left: mouth - wall - cylinder - mouth, and back.
+    # A cylinder ahead and a wall to the left: sensor - wall - cylinder - sensor, and back.
     world = simulated_worlds.world([[-3.0, 0.5], [3.0, 0.5]], pillars=[(1.0, 0.0, 0.1)])
-    echoes = heard(simulated_worlds.simulation(world, poses=[[0.0, 0.0, np.radians(20)]]))
+    echoes = echoes_of(simulated_worlds.simulation(world, poses=[[0.0, 0.0, np.radians(20)]]))
     pairs = np.flatnonzero((echoes.reflectors == -1) & (echoes.times * AIR.speed_of_sound < 2.5))
     both = pairs[np.isclose(echoes.times[pairs], echoes.times[pairs].min(), atol=1e-12)]
     assert len(both) == 2
@@ -237,4 +237,4 @@ def test_echoes_go_round_by_a_wall_and_a_cylinder_both_ways() -> None:
 def test_no_place_is_too_odd(pose: list[float], world: World) -> None:
     simulation = simulated_worlds.simulation(world, using=simulated_worlds.array(), poses=[pose])
     assert not np.isnan(simulated_worlds.readings(simulation)).any()
-    assert np.isfinite(heard(simulation, range(90)).strengths).all()
+    assert np.isfinite(echoes_of(simulation, range(90)).strengths).all()

@@ -62,7 +62,7 @@ def test_a_module_that_was_not_set_right_reads_too_far_by_the_same_everywhere() 
     assert far - near == pytest.approx([0.02] * 3)
 
 
-def test_a_zero_that_cannot_be_heard_is_refused() -> None:
+def test_a_zero_distance_out_of_reach_is_refused() -> None:
     with pytest.raises(InvalidValueError, match=r"zero_distance must be within reach, but a plane at 9 m .* dB below"):
         module(zero_distance=9.0)
 
@@ -72,9 +72,9 @@ def test_time_becomes_range_with_the_assumed_temperature() -> None:
     assert module(air=Air(temperature=31.0)).speed_of_sound == pytest.approx(343.99, abs=0.01)
 
 
-def test_the_rig_tells_with_which_speed_of_sound() -> None:
-    told = replace(RIG, speed_of_sound=340.0)
-    assert build_module(told, Transducer(), SimulationSettings(assumed_temperature=31.0)).speed_of_sound == 340.0
+def test_the_speed_of_sound_of_the_rig_is_used() -> None:
+    rig = replace(RIG, speed_of_sound=340.0)
+    assert build_module(rig, Transducer(), SimulationSettings(assumed_temperature=31.0)).speed_of_sound == 340.0
 
 
 def test_it_listens_from_the_dead_distance_to_half_a_step_beyond_its_reach() -> None:
@@ -104,7 +104,7 @@ def test_strays_are_anywhere_in_reach_but_read_only_before_the_true_echo() -> No
     assert strays.mean() == pytest.approx(0.6, abs=0.02)
 
 
-def test_where_nothing_is_heard_every_stray_is_read() -> None:
+def test_where_nothing_is_detected_every_stray_is_read() -> None:
     found = read([np.inf] * 4000, sensor=1, stray=0.25)
     assert np.isfinite(found).mean() == pytest.approx(0.25, abs=0.02)
 

@@ -51,19 +51,19 @@ def test_along_and_across_go_with_the_way_not_with_the_axes() -> None:
     assert spread(OdometryNoise(lateral=0.02), poses) == pytest.approx([0.04, 0, 0], rel=0.08, abs=1e-9)
 
 
-def test_a_wrong_heading_leads_astray() -> None:
+def test_a_wrong_heading_makes_positions_drift() -> None:
     poses = way(4)
     found = spread(OdometryNoise(yaw_per_metre=0.03), poses)
     # Headings 0.03, 0.042, 0.052 off after 1, 2 and 3 m, each for a metre on.
     assert found[1] == pytest.approx(0.03 * np.sqrt(3**2 + 2**2 + 1), rel=0.08)
 
 
-def test_a_rig_tells_the_noise_it_is_given() -> None:
+def test_a_rig_states_the_noise_it_is_given() -> None:
     noise = OdometryNoise(along=0.02, lateral=0.01, yaw_per_metre=0.03, yaw_per_radian=0.04)
-    told = with_odometry(builtin_rig("rotary-array"), noise).odometry
-    assert told == Odometry(along=0.02, lateral=0.01, yaw_per_metre=0.03, yaw_per_radian=0.04)
+    stated = with_odometry(builtin_rig("rotary-array"), noise).odometry
+    assert stated == Odometry(along=0.02, lateral=0.01, yaw_per_metre=0.03, yaw_per_radian=0.04)
 
 
-def test_a_rig_of_a_robot_that_knows_where_it_is_tells_nothing() -> None:
+def test_a_rig_of_a_robot_that_knows_where_it_is_states_no_noise() -> None:
     rig = builtin_rig("rotary-array")
     assert with_odometry(rig, OdometryNoise()) is rig

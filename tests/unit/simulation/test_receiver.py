@@ -33,7 +33,7 @@ def test_pings_can_be_asked_in_any_order() -> None:
     )
 
 
-def test_no_pings_hear_nothing() -> None:
+def test_no_pings_receive_nothing() -> None:
     simulation = simulated_worlds.simulation(simulated_worlds.room())
     assert len(simulation._receivers.instants(np.zeros(0, dtype=np.int64))) == 0
 

@@ -104,12 +104,12 @@ def test_velocities_are_those_of_robot_and_servo_together() -> None:
     assert (standing.velocities == 0).all()
 
 
-def test_a_late_servo_points_where_it_was_told_to_a_moment_ago() -> None:
+def test_a_late_servo_points_where_it_was_commanded_to_a_moment_ago() -> None:
     rig = simulated_worlds.rig(servo=simulated_worlds.turning(0, 10, 1), period=0.025)
     route = Route(map_from_base=np.zeros((2, 3)))
     late = build_schedule(rig, route, servo_latency=0.05)
-    told, true = np.degrees(late.servo_angles), np.degrees(late.map_from_sensors[:, 2])
-    forward, back = told[:11] - true[:11], told[11:] - true[11:]
+    commanded, true = np.degrees(late.servo_angles), np.degrees(late.map_from_sensors[:, 2])
+    forward, back = commanded[:11] - true[:11], commanded[11:] - true[11:]
     assert forward.tolist() == pytest.approx([0, 1] + [2] * 9)
     assert back.tolist() == pytest.approx([0, -1] + [-2] * 9, abs=1e-9)
 

@@ -12,8 +12,8 @@ def shots(simulation: Simulation) -> Shots:
     return simulation._receivers.stage.shots
 
 
-def heard_by(found: Shots, ping: int) -> list[int]:
-    return list(range(int(found.first_heard[ping]), int(found.last_heard[ping])))
+def bursts_of(found: Shots, ping: int) -> list[int]:
+    return list(range(int(found.first_burst[ping]), int(found.last_burst[ping])))
 
 
 def test_sound_is_remembered_as_long_as_an_aimed_plane_returns_it() -> None:
@@ -21,25 +21,25 @@ def test_sound_is_remembered_as_long_as_an_aimed_plane_returns_it() -> None:
     assert memory_of(Transducer(figure_of_merit=40.0), Air()) > memory_of(Transducer(), Air())
 
 
-def test_slow_firing_hears_its_own_round_only() -> None:
+def test_slow_firing_receives_its_own_round_only() -> None:
     found = shots(
         simulated_worlds.simulation(simulated_worlds.room(), using=simulated_worlds.array(), second_time_around=False)
     )
-    assert heard_by(found, 0) == [0, 1, 2, 3]
-    assert heard_by(found, 9) == [8, 9, 10, 11]
+    assert bursts_of(found, 0) == [0, 1, 2, 3]
+    assert bursts_of(found, 9) == [8, 9, 10, 11]
 
 
-def test_fast_firing_hears_the_rounds_before_and_after_too() -> None:
+def test_fast_firing_receives_the_rounds_before_and_after_too() -> None:
     fast = simulated_worlds.rig(servo=simulated_worlds.turning(0, 10, 1), period=0.015)
     found = shots(simulated_worlds.simulation(simulated_worlds.room(), using=fast))
     # 25 ms of memory reach one round back, 35 ms of listening two rounds on.
-    assert heard_by(found, 5) == [4, 5, 6, 7]
-    assert heard_by(found, 0) == [0, 1, 2]
+    assert bursts_of(found, 5) == [4, 5, 6, 7]
+    assert bursts_of(found, 0) == [0, 1, 2]
 
 
-def test_nothing_is_heard_from_another_station() -> None:
+def test_nothing_is_received_from_another_station() -> None:
     found = shots(simulated_worlds.simulation(simulated_worlds.room(), poses=np.zeros((3, 3))))
-    assert [heard_by(found, ping) for ping in range(3)] == [[0], [1], [2]]
+    assert [bursts_of(found, ping) for ping in range(3)] == [[0], [1], [2]]
 
 
 def test_places_and_directions_are_complex_numbers() -> None:

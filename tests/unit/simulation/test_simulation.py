@@ -51,13 +51,13 @@ def width(
     return float(STEP * (np.isfinite(readings) & (readings > beyond)).sum())
 
 
-def last_heard(distances: FloatArray, world_at: Callable[[float], World], **settings: Any) -> float:
+def farthest_detected(distances: FloatArray, world_at: Callable[[float], World], **settings: Any) -> float:
     """The greatest distance at which a sensor reads what it looks at."""
-    heard = [
+    detected = [
         np.isfinite(simulated_worlds.readings(simulated_worlds.simulation(world_at(each), **settings)))[0]
         for each in distances
     ]
-    return float(distances[np.flatnonzero(heard)[-1]])
+    return float(distances[np.flatnonzero(detected)[-1]])
 
 
 class TestSource:
@@ -94,8 +94,8 @@ class TestSource:
             )
             for seed in (1, 2)
         )
-        heard = np.isfinite(one) & np.isfinite(other)
-        assert (one[heard] != other[heard]).all()
+        detected = np.isfinite(one) & np.isfinite(other)
+        assert (one[detected] != other[detected]).all()
         with pytest.raises(InvalidValueError, match="seed must be at least 0"):
             simulated_worlds.simulation(simulated_worlds.room(), seed=-1)
 
@@ -112,7 +112,7 @@ class TestSource:
         with pytest.raises(UnknownNameError, match="unknown material 'wool'"):
             simulated_worlds.simulation(strange)
 
-    def test_a_rig_that_tells_little_is_given_what_is_usual(self) -> None:
+    def test_a_rig_that_states_little_gets_the_usual_values(self) -> None:
         sensors = [
             Sensor(sensor_id=each, yaw=each * np.pi, half_aperture=0.4, min_range=0.03, max_range=3.0, resolution=0.005)
             for each in (0, 1)
@@ -159,7 +159,7 @@ class TestTruth:
         )
         np.testing.assert_array_equal(lost, found)
 
-    def test_it_tells_the_temperature(self) -> None:
+    def test_the_truth_contains_the_temperature(self) -> None:
         assert simulated_worlds.simulation(simulated_worlds.room(), air=Air(temperature=31.0)).truth.temperature == 31.0
 
 
@@ -218,7 +218,7 @@ class TestHcSr04:
         assert 0.1 * (np.isfinite(simulated_worlds.readings(panel)).sum() - 1) == pytest.approx(23.5, rel=0.05)
 
     def test_the_measured_strip_is_lost_at_the_measured_distance(self) -> None:
-        found = last_heard(
+        found = farthest_detected(
             np.arange(2.0, 3.0, 0.01),
             lambda r: simulated_worlds.world([[r, -0.0127], [r, 0.0127]]),
             **MEASURED_IN,
@@ -226,12 +226,14 @@ class TestHcSr04:
         assert found == pytest.approx(2.45, rel=0.05)
 
     def test_the_measured_cylinder_is_lost_within_the_measured_bracket(self) -> None:
-        found = last_heard(np.arange(1.5, 2.5, 0.01), lambda r: simulated_worlds.pillar(r, 0.04445), **MEASURED_IN)
+        found = farthest_detected(
+            np.arange(1.5, 2.5, 0.01), lambda r: simulated_worlds.pillar(r, 0.04445), **MEASURED_IN
+        )
         assert found == pytest.approx(1.72, rel=0.05)
         assert 1.66 < found < 2.29
 
     def test_a_wall_is_lost_where_data_sheets_say(self) -> None:
-        assert last_heard(np.arange(3.5, 5.0, 0.01), simulated_worlds.wall) == pytest.approx(4.3, rel=0.05)
+        assert farthest_detected(np.arange(3.5, 5.0, 0.01), simulated_worlds.wall) == pytest.approx(4.3, rel=0.05)
 
 
 class TestWidths:
@@ -260,7 +262,7 @@ class TestWidths:
 
     @pytest.mark.parametrize(("distance", "window"), [(0.3, 23.0), (0.5, 27.0), (1.0, 34.0), (1.5, 40.0)])
     def test_a_concave_corner_is_read_between_its_walls(self, distance: float, window: float) -> None:
-        # The walls answer first while they are heard; near their limits they add up, which eats into the window.
+        # The walls answer first while they are detected; near their limits they add up, which eats into the window.
         corner = simulated_worlds.world([[distance, -20.0], [distance, distance], [-20.0, distance]])
         readings = turned(corner, pose=(0.0, 0.0, np.pi / 4))
         in_vertex = np.abs(readings - np.sqrt(2) * distance) < 0.02
@@ -272,7 +274,7 @@ class TestWidths:
         assert np.isfinite(readings[around]).all()
 
     def test_near_corners_open_wider_where_powers_add(self) -> None:
-        # What eats into the window are the two walls together, neither of which is heard alone.
+        # What eats into the window are the two walls together, neither of which is detected alone.
         def window(superposition: str) -> float:
             corner = simulated_worlds.world([[0.5, -20.0], [0.5, 0.5], [-20.0, 0.5]])
             rig = simulated_worlds.rig(servo=simulated_worlds.turning(-80, 80, STEP))
@@ -396,19 +398,19 @@ class TestTime:
         assert ghosts[1:].tolist() == pytest.approx([true - Air().speed_of_sound * 0.025 / 2] * 4, abs=1e-6)
         assert (read(3.0, 0.025, second_time_around=False) == np.inf).all()
 
-    def test_sensors_hear_each_other_over_a_wall(self) -> None:
+    def test_sensors_receive_each_other_over_a_wall(self) -> None:
         # The wall lies where neither sensor has a perpendicular, but between them there is a path.
         rig = simulated_worlds.rig(
             simulated_worlds.sensor(0, yaw=np.pi / 4), simulated_worlds.sensor(1, x=1.0, yaw=3 * np.pi / 4)
         )
         between = simulated_worlds.world([[0.3, 0.5], [0.7, 0.5]])
-        heard, alone = (
+        detected, alone = (
             simulated_worlds.readings(
                 simulated_worlds.simulation(between, using=rig, diffraction=False, crosstalk=crosstalk)
             )
             for crosstalk in (True, False)
         )
-        assert heard.tolist() == pytest.approx([np.hypot(0.5, 0.5)] * 2, abs=0.003)
+        assert detected.tolist() == pytest.approx([np.hypot(0.5, 0.5)] * 2, abs=0.003)
         assert alone.tolist() == [np.inf, np.inf]
 
     def test_a_late_servo_shifts_sweeps_apart(self) -> None:
@@ -470,7 +472,7 @@ class TestTime:
         assert many < 8 * few * 1.6
 
     def test_a_core_simulates_at_least_a_quarter_of_the_pings_that_the_documents_promise(self) -> None:
-        # The documents promise 20,000 in a second; how many it is here, benchmarks/simulator.py tells.
+        # The documents promise 20,000 in a second; how many it is here, benchmarks/simulator.py prints.
         poses = np.tile([0.9, 1.5, 0.3], (20, 1))
         simulation = simulated_worlds.simulation(simulated_worlds.room(), using=simulated_worlds.array(), poses=poses)
         next(iter(simulation))

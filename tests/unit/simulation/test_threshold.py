@@ -45,7 +45,7 @@ def test_one_carrier_trips_when_the_closed_form_says(excess: float) -> None:
     assert found == pytest.approx(0.005 + float(carrier_delay(excess, HC_SR04)), abs=1e-9)
 
 
-def test_an_echo_below_the_threshold_is_not_heard() -> None:
+def test_an_echo_below_the_threshold_is_not_detected() -> None:
     assert crossing([0.005], [0.999]) == np.inf
     assert crossing([], []) == np.inf
 
@@ -63,7 +63,7 @@ def test_many_echoes_cross_when_a_patient_twin_says(detector: str, seed: int) ->
     assert found == pytest.approx(patient, abs=2e-7 if detector == "envelope" else 1.2e-6)
 
 
-def test_two_faint_echoes_are_heard_together_and_two_opposite_ones_are_not() -> None:
+def test_two_faint_echoes_are_detected_together_and_two_opposite_ones_are_not() -> None:
     apart = 0.5 / HC_SR04.frequency
     assert crossing([0.005], [0.7]) == np.inf
     assert crossing([0.005, 0.005 + 2 * apart], [0.7, 0.7]) < 0.0052
@@ -93,12 +93,12 @@ def test_an_echo_that_still_rises_when_listening_begins_is_read() -> None:
     assert late == pytest.approx(0.005 + float(crossing_delay(20 * np.log10(1.05), HC_SR04)), abs=1e-10)
 
 
-def test_nothing_is_heard_after_the_deadline() -> None:
+def test_nothing_is_detected_after_the_deadline() -> None:
     assert crossing([0.005], [10.0], end=0.00502) == np.inf
     assert crossing([0.005], [1.0001], end=0.005 + peak_delay(HC_SR04) / 2) == np.inf
 
 
-def test_every_ping_hears_its_own_echoes() -> None:
+def test_every_ping_receives_its_own_echoes() -> None:
     times, bounds = np.array([0.002, 0.001, 0.003]), np.array([0, 1, 1, 3])
     echoes = Echoes(times, np.array([5.0, 0.1, 5.0], dtype=complex), np.zeros(3, dtype=np.int64), bounds)
     detector = build_detector(HC_SR04, SimulationSettings())
