@@ -10,7 +10,7 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 __all__ = ["Trace", "count_walls", "excess_of_value", "held_readings", "is_logged_repeatedly", "is_value", "runs_of"]
 
 # Directions of the normals of walls are tried this far apart [rad]: half of it is 0.1 m over 10 m.  A wall explains a
-# reading to this width [m], as far as hand-set way-points are off.
+# reading to this width [m], as far as waypoints set by hand are off.
 _TURN, _WIDTH = math.radians(1.0), 0.1
 # More readings than this, evenly chosen, do not change the count of walls; more walls do not change a decision.
 _MOST_READINGS, _MOST_WALLS = 1000, 40

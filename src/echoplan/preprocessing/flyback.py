@@ -11,7 +11,7 @@ from echoplan.model import Sweep
 
 __all__ = ["count_flyback_readings"]
 
-# Sweeps of fewer readings, or over a lesser angle [rad], have no flyback to speak of; those all round have none.
+# Sweeps of fewer readings, or over a lesser angle [rad], have no noticeable flyback; those all round have none.
 _FEWEST, _LEAST, _ALL_ROUND = 20, math.radians(60.0), math.radians(330.0)
 # A servo flies back if so many sweeps start where the one before did, not where it ended.
 _MOST = 0.9
@@ -103,8 +103,8 @@ def _agreement(scan: _Scan, readings: int, delay: float, half_aperture: float) -
     """
     last, there = scan.angles[-1], scan.angles[readings]
     passed = last + (there - last) * (np.arange(readings) + delay) / readings
-    telling = np.abs(passed - scan.angles[:readings]) > half_aperture
+    informative = np.abs(passed - scan.angles[:readings]) > half_aperture
     later = np.lib.stride_tricks.sliding_window_view(scan.ranges[readings:], 3)
     agree: BoolArray = np.any(np.abs(scan.ranges[:readings, None, None] - later) <= _AGREE, axis=-1)
     nearest = np.abs(scan.angles[readings + 1 : -1] - passed[:, None]).argmin(axis=1)
-    return agree[np.arange(readings), nearest][telling], agree.mean(axis=1)[telling]
+    return agree[np.arange(readings), nearest][informative], agree.mean(axis=1)[informative]

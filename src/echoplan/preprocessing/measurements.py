@@ -1,4 +1,4 @@
-"""Measurements: the pings of many sweeps as plain arrays, cleared of what says nothing, for compiled functions."""
+"""Measurements: the pings of many sweeps as plain arrays, without invalid readings, for compiled functions."""
 
 import math
 from collections.abc import Sequence
@@ -26,9 +26,9 @@ __all__ = [
     "turned",
 ]
 
-# Pings this far apart hear a reflector independently of each other [rad]; nearer ones share their errors.
+# Pings this far apart detect a reflector independently of each other [rad]; nearer ones share their errors.
 _INDEPENDENT = np.radians(4.0)
-# A burst older than this comes from farther than any sonar of this kind hears [s].
+# A burst older than this comes from farther than the reach of any sonar of this kind [s].
 _MEMORY = 0.06
 # What modules take the speed of sound to be [m/s].
 _SPEED = Air().speed_of_sound
@@ -55,14 +55,14 @@ class Measurements(NamedTuple):
     rates : ndarray, shape (n,)
         How fast the servo turned [rad/s].
     readings : ndarray, shape (n,)
-        Readings [m]; ``inf`` where nothing was heard.
+        Readings [m]; ``inf`` where nothing was detected.
     stations : ndarray of int, shape (n,)
         Number of the station, from 0.
     sensors : ndarray of int, shape (n,)
         Index of the sensor in the rig.
     crosstalk_sources : ndarray of int, shape (n, m)
-        Pings whose bursts this one may have heard, too: those that other sensors fired at the same time, and those of
-        the firing before; -1 fills up.
+        Pings whose bursts this one may have received, too: those that other sensors fired at the same time, and those
+        of the firing before; -1 fills up.
     lags : ndarray, shape (n, m)
         How long before this ping each of them was fired [s].
     weights : ndarray, shape (n,)
@@ -101,7 +101,7 @@ class Measurements(NamedTuple):
 
 
 def measurements_of(sweep: Sweep, rig: Rig) -> Measurements:
-    """Take what a sweep says, as ``valid_ranges`` understands it.
+    """Collect the readings of a sweep, as ``valid_ranges`` interprets them.
 
     Parameters
     ----------
@@ -117,21 +117,21 @@ def measurements_of(sweep: Sweep, rig: Rig) -> Measurements:
     """
     pings = Pings.from_sweep(sweep, rig)
     readings = valid_ranges(pings, rig)
-    telling = ~np.isnan(readings)
-    kept = pings[telling]
+    valid = ~np.isnan(readings)
+    kept = pings[valid]
     axes = directions(kept.bearings)
-    crosstalk_sources, lags = _mates(sweep.stamps_ns[telling])
+    crosstalk_sources, lags = _crosstalk_sources(sweep.stamps_ns[valid])
     center = kept.origins_xy.mean(axis=0) if len(kept) else sweep.station[:2]
-    heard = Measurements(
+    measurements = Measurements(
         x=kept.origins_xy[:, 0].copy(),
         y=kept.origins_xy[:, 1].copy(),
         ux=axes[:, 0].copy(),
         uy=axes[:, 1].copy(),
         arms_x=kept.origins_xy[:, 0] - kept.hubs_xy[:, 0],
         arms_y=kept.origins_xy[:, 1] - kept.hubs_xy[:, 1],
-        angles=sweep.servo_angles[telling],
-        rates=_rates(sweep.stamps_ns, sweep.servo_angles)[telling],
-        readings=readings[telling],
+        angles=sweep.servo_angles[valid],
+        rates=_rates(sweep.stamps_ns, sweep.servo_angles)[valid],
+        readings=readings[valid],
         stations=np.zeros(len(kept), dtype=np.int64),
         sensors=kept.sensors.copy(),
         crosstalk_sources=crosstalk_sources,
@@ -142,11 +142,11 @@ def measurements_of(sweep: Sweep, rig: Rig) -> Measurements:
         max_range=float(rig.max_ranges.max()),
         temperature=sweep.temperature,
     )
-    return halfway(heard)
+    return halfway(measurements)
 
 
 def join_measurements(parts: Sequence[Measurements]) -> Measurements:
-    """Put the soundings of stations together.
+    """Put the pings of stations together.
 
     Parameters
     ----------
@@ -212,10 +212,10 @@ def first_stations(measurements: Measurements, count: int) -> Measurements:
     Returns
     -------
     Measurements
-        What these heard.
+        The pings of these stations.
     """
-    heard = select_measurements(measurements, measurements.stations < count)
-    return heard._replace(centers=measurements.centers[:count])
+    kept = select_measurements(measurements, measurements.stations < count)
+    return kept._replace(centers=measurements.centers[:count])
 
 
 def rearranged_stations(measurements: Measurements, order: Sequence[int]) -> Measurements:
@@ -240,7 +240,7 @@ def rearranged_stations(measurements: Measurements, order: Sequence[int]) -> Mea
 
 
 def independent(measurements: Measurements) -> BoolArray:
-    """Choose as few pings as hear independently of each other, evenly around each station.
+    """Choose as few pings as are independent of each other, evenly around each station.
 
     Parameters
     ----------
@@ -261,7 +261,7 @@ def independent(measurements: Measurements) -> BoolArray:
 
 
 def step_of(measurements: Measurements) -> float:
-    """Tell how far a sonar turns from one ping to the next; of a ring, how far apart its sensors look.
+    """Return how far a sonar turns from one ping to the next; of a ring, how far apart its sensors look.
 
     Parameters
     ----------
@@ -271,7 +271,7 @@ def step_of(measurements: Measurements) -> float:
     Returns
     -------
     float
-        As their weights tell it, or where pings are too far apart for these, their directions [rad]; ``inf`` without
+        From their weights, or where pings are too far apart for these, from their directions [rad]; ``inf`` without
         pings.
     """
     if not len(measurements.weights):
@@ -281,7 +281,7 @@ def step_of(measurements: Measurements) -> float:
 
 
 def _spacing(measurements: Measurements) -> float:
-    """Tell how far apart pings look that hear independently; what is nearer is of another sweep at the same station."""
+    """Return how far apart independent pings look; what is nearer is of another sweep at the same station."""
     order = np.lexsort((measurements.bearings, measurements.stations))
     bearings, stations = measurements.bearings[order], measurements.stations[order]
     gaps = np.diff(bearings)[np.diff(stations) == 0]
@@ -290,17 +290,17 @@ def _spacing(measurements: Measurements) -> float:
 
 
 def halfway(measurements: Measurements) -> Measurements:
-    """Turn soundings on to where they looked halfway between sending and hearing.
+    """Turn pings on to where they looked halfway between sending and receiving.
 
-    A servo turns on while sound is under way: a ping is sent in one direction and heard in another, and the beam there
-    and back is that of the direction between them.  Where nothing was heard, sound is taken to have come half as far as
-    it could.
+    A servo turns on while sound is under way: a ping is sent in one direction and received in another, and the beam
+    there and back is that of the direction between them.  Where nothing was detected, sound is taken to have come half
+    as far as it could.
     """
     return turned(measurements, _turns_under_way(measurements))
 
 
 def as_sent(measurements: Measurements) -> Measurements:
-    """Turn soundings back to where they looked when they were sent: what ``halfway`` does, undone."""
+    """Turn pings back to where they looked when they were sent: the inverse of ``halfway``."""
     return turned(measurements, -_turns_under_way(measurements))
 
 
@@ -340,7 +340,7 @@ def _rates(stamps_ns: IntArray, angles: FloatArray) -> FloatArray:
     return np.asarray(np.interp(stamps_ns, times, slopes), dtype=np.float64)
 
 
-def _mates(stamps_ns: IntArray) -> tuple[IntArray, FloatArray]:
+def _crosstalk_sources(stamps_ns: IntArray) -> tuple[IntArray, FloatArray]:
     """Find the other pings of each volley, and those of the volley before; pings of one time lie side by side."""
     starts = np.flatnonzero(np.diff(stamps_ns, prepend=stamps_ns[:1] - 1))
     sizes = np.diff(starts, append=len(stamps_ns))
@@ -351,9 +351,9 @@ def _mates(stamps_ns: IntArray) -> tuple[IntArray, FloatArray]:
     own = np.where(turns < sizes[volleys][:, None], own, -1)
     waits = np.diff(1e-9 * stamps_ns[starts], prepend=-np.inf)[volleys]
     places = np.arange(most)
-    is_heard = (places < sizes[volleys - 1][:, None]) & (waits < _MEMORY)[:, None]
-    before = np.where(is_heard, starts[volleys - 1][:, None] + places, -1)
-    lags = np.concatenate([np.zeros(own.shape), np.where(is_heard, waits[:, None], 0.0)], axis=1)
+    is_recent = (places < sizes[volleys - 1][:, None]) & (waits < _MEMORY)[:, None]
+    before = np.where(is_recent, starts[volleys - 1][:, None] + places, -1)
+    lags = np.concatenate([np.zeros(own.shape), np.where(is_recent, waits[:, None], 0.0)], axis=1)
     return np.concatenate([own, before], axis=1), lags
 
 

@@ -35,8 +35,9 @@ def are_rays(measurements: Measurements) -> bool:
 def share_of_ramps(measurements: Measurements) -> float:
     """Return the share of the readings that glide along surfaces met at a slant.
 
-    Sound that meets a wall at a slant glances off: as a sonar turns away, its reading stays the same, but for the walk,
-    and then jumps to something else.  The nearest point in a cone of rays glides along the wall, farther and farther.
+    Sound that meets a wall at a slant is reflected away: as a sonar turns away, its reading stays the same, but for the
+    walk, and then jumps to something else.  The nearest point in a cone of rays glides along the wall, farther and
+    farther.
 
     Parameters
     ----------
@@ -48,12 +49,12 @@ def share_of_ramps(measurements: Measurements) -> float:
     float
         Share of the readings that lie in ramps; 0 of sonars that do not turn, or in steps too wide to show a ramp.
     """
-    heard = np.isfinite(measurements.readings)
+    detected = np.isfinite(measurements.readings)
     scans = measurements.stations * (int(measurements.sensors.max(initial=0)) + 1) + measurements.sensors
     order = np.argsort(scans, kind="stable")
     parts = np.split(order, np.flatnonzero(np.diff(scans[order])) + 1)
     on_ramps = sum(int(_ramps(measurements, scan).sum()) for scan in parts if len(scan) >= _FEWEST)
-    return on_ramps / max(int(heard.sum()), 1)
+    return on_ramps / max(int(detected.sum()), 1)
 
 
 def _ramps(measurements: Measurements, scan: IntArray) -> BoolArray:

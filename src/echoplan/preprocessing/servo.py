@@ -26,7 +26,7 @@ AS_RECORDED = ServoError()
 
 
 def turned_by(measurements: Measurements, *, error: ServoError, before: ServoError) -> Measurements:
-    """Turn soundings to where a servo was whose gain and offset are other than taken before.
+    """Turn pings to where a servo was whose gain and offset are other than assumed before.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def turned_by(measurements: Measurements, *, error: ServoError, before: ServoErr
     error : ServoError
         Gain and offset of the servo.
     before : ServoError
-        Those with which the soundings are as they are.
+        Those with which the pings were computed.
 
     Returns
     -------
@@ -48,14 +48,14 @@ def turned_by(measurements: Measurements, *, error: ServoError, before: ServoErr
 
 
 def late_by(measurements: Measurements, latency: float) -> Measurements:
-    """Turn soundings back to where the servo was, if it lags behind what was recorded.
+    """Turn pings back to where the servo was, if it lags behind what was recorded.
 
     Parameters
     ----------
     measurements : Measurements
         The pings as recorded.
     latency : float
-        How long the servo takes to be where it is told [s].
+        How long the servo takes to reach the commanded angle [s].
 
     Returns
     -------

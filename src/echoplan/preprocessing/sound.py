@@ -9,7 +9,7 @@ __all__ = ["expected_scale"]
 
 
 def expected_scale(rig: Rig, temperature: float) -> float:
-    r"""Tell by how much readings are too short, from a thermometer and the speed of sound that the modules assume.
+    r"""Return by how much readings are too short, from a thermometer and the speed of sound that the modules assume.
 
     A module that takes the speed of sound to be u where it is c reads z = e u / c of a depth e, so that
 
@@ -18,7 +18,7 @@ def expected_scale(rig: Rig, temperature: float) -> float:
     Parameters
     ----------
     rig : Rig
-        The modules; where it does not tell what they assume, that of air of 20 degrees is taken.
+        The modules; if it does not state the speed that they assume, that of air of 20 degrees is taken.
     temperature : float
         Of the air [degrees Celsius]; ``nan`` if nobody measured it, which is taken for 20.
 

@@ -1,4 +1,4 @@
-"""Stations: sweeps that heard the world from nearly the same place count as one."""
+"""Stations: sweeps from nearly the same place count as one."""
 
 import math
 from typing import NamedTuple
@@ -19,7 +19,7 @@ _SAME_PLACE, _SAME_DIRECTION = 0.01, math.radians(0.1)
 class StationSettings(BaseModel, frozen=True, extra="forbid"):
     """What is one station."""
 
-    way: float = Field(default=0.15, ge=0.0, description="within which fixed sensors hear the same [m]")
+    way: float = Field(default=0.15, ge=0.0, description="within which fixed sensors detect the same [m]")
     turn: float = Field(default=math.radians(15), ge=0.0, description="likewise [rad]")
     most_pings: int = Field(default=100, ge=1, description="more are a station by themselves, unless they repeat it")
     same_way: float = Field(
@@ -103,7 +103,7 @@ def group_sweeps(recorded: FloatArray, pings: IntArray, settings: StationSetting
 
 
 def at_stations(measurements: Measurements, stations: Stations) -> Measurements:
-    """Give soundings the numbers of stations instead of sweeps.
+    """Give pings the numbers of stations instead of sweeps.
 
     Parameters
     ----------

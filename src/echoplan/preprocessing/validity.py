@@ -1,4 +1,4 @@
-"""Which readings are ranges at all, and which say something (REP 117)."""
+"""Which readings are ranges, and which are at least valid outcomes of a ping (REP 117)."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from echoplan.model import Pings, Rig
 
 __all__ = ["is_valid", "valid_pings", "valid_ranges"]
 
-# A little more than a step of the readings, so that rounding does not tell.
+# A little more than a step of the readings, so that rounding does not matter.
 _STEP = 1.01
 
 
@@ -53,9 +53,9 @@ def valid_ranges(pings: Pings, rig: Rig) -> FloatArray:
     """
     steps = np.array([sensor.resolution for sensor in rig.sensors])[pings.sensors]
     with np.errstate(invalid="ignore"):
-        silent = pings.ranges >= rig.max_ranges[pings.sensors] - _STEP * steps
-        telling = pings.ranges >= rig.min_ranges[pings.sensors]
-    return np.where(silent, np.inf, np.where(telling, pings.ranges, np.nan))
+        no_echo = pings.ranges >= rig.max_ranges[pings.sensors] - _STEP * steps
+        beyond_dead_distance = pings.ranges >= rig.min_ranges[pings.sensors]
+    return np.where(no_echo, np.inf, np.where(beyond_dead_distance, pings.ranges, np.nan))
 
 
 def valid_pings(pings: Pings, rig: Rig) -> Pings:

@@ -280,8 +280,8 @@ def test_a_mate_of_a_sensor_that_holds_readings_does_so_besides_its_own_fault() 
 
 
 def without_gaps(readings: FloatArray) -> FloatArray:
-    heard = np.isfinite(readings)
-    return np.interp(np.arange(len(readings)), np.flatnonzero(heard), readings[heard])
+    detected = np.isfinite(readings)
+    return np.interp(np.arange(len(readings)), np.flatnonzero(detected), readings[detected])
 
 
 def test_sweeps_in_one_direction_without_flyback_are_sound() -> None:

@@ -6,7 +6,7 @@ from helpers import scenes
 
 
 def room_with_strays(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Two walls heard over 60 degrees each, with some readings replaced by stray echoes."""
+    """Two walls detected over 60 degrees each, with some readings replaced by stray echoes."""
     bearings = np.concatenate([scenes.around(0.0, np.radians(30)), scenes.around(2.0, np.radians(30))])
     ranges = np.concatenate(
         [

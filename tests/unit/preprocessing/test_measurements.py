@@ -24,7 +24,7 @@ POSE = (0.7, -0.4, 0.3)
 BY_PING = ("x", "y", "ux", "uy", "arms_x", "arms_y", "rates", "readings", "stations", "sensors", "lags", "weights")
 
 
-def heard(*, pose: tuple[float, float, float] = POSE, index: int = 0, **changed: float) -> Sweep:
+def recorded_sweep(*, pose: tuple[float, float, float] = POSE, index: int = 0, **changed: float) -> Sweep:
     """A sweep whose readings grow by 5 mm a degree; ``a7`` replaces that at 7 degrees, and so on."""
     ranges = 0.5 + 0.005 * np.arange(360.0)
     for degrees, value in changed.items():
@@ -53,18 +53,18 @@ def one_sensor(servo_angles: FloatArray, ranges: FloatArray) -> tuple[Sweep, Rig
 
 
 def test_pings_lie_where_the_rig_holds_its_sensors() -> None:
-    measurements = measurements_of(heard(), rig())
+    measurements = measurements_of(recorded_sweep(), rig())
     away = np.column_stack([measurements.x - POSE[0], measurements.y - POSE[1]])
     assert np.hypot(*away.T) == pytest.approx(ARM)
     assert away / ARM == pytest.approx(np.column_stack([measurements.ux, measurements.uy]))
     assert np.column_stack([measurements.arms_x, measurements.arms_y]) == pytest.approx(away)
 
 
-def test_a_ping_looks_where_the_sensor_looked_halfway_between_sending_and_hearing() -> None:
-    measurements = measurements_of(heard(a100=np.inf), rig())
-    told = np.radians(-45.0 + np.repeat(np.arange(90.0), 4) + np.tile(90.0 * np.arange(4), 90)) + POSE[2]
+def test_a_ping_looks_where_the_sensor_looked_halfway_between_sending_and_receiving() -> None:
+    measurements = measurements_of(recorded_sweep(a100=np.inf), rig())
+    stated = np.radians(-45.0 + np.repeat(np.arange(90.0), 4) + np.tile(90.0 * np.arange(4), 90)) + POSE[2]
     ways = np.where(np.isfinite(measurements.readings), measurements.readings, 1.5)
-    turned = wrap(measurements.bearings - told)
+    turned = wrap(measurements.bearings - stated)
     assert turned == pytest.approx(np.radians(40.0) * ways / Air().speed_of_sound, rel=1e-6)
     assert 0.05 < np.degrees(turned.max()) < 0.3
 
@@ -75,12 +75,12 @@ def test_without_a_servo_sensors_look_where_the_rig_holds_them() -> None:
 
 
 def test_the_centre_of_a_station_is_the_mean_of_its_pings() -> None:
-    measurements = measurements_of(heard(), rig())
+    measurements = measurements_of(recorded_sweep(), rig())
     assert measurements.centers == pytest.approx(np.array([POSE[:2]]), abs=1e-9)
 
 
-def test_a_reading_within_a_step_of_the_reach_means_that_nothing_was_heard() -> None:
-    measurements = measurements_of(heard(a100=2.99, a101=2.995, a102=3.0, a103=np.inf), rig())
+def test_a_reading_within_a_step_of_the_reach_means_that_nothing_was_detected() -> None:
+    measurements = measurements_of(recorded_sweep(a100=2.99, a101=2.995, a102=3.0, a103=np.inf), rig())
     degrees = np.round(np.degrees(wrap(measurements.bearings - POSE[2])) + 45.0).astype(int) % 360
     order = np.argsort(degrees)
     assert measurements.readings[order][100:104].tolist() == [2.99, np.inf, np.inf, np.inf]
@@ -89,13 +89,13 @@ def test_a_reading_within_a_step_of_the_reach_means_that_nothing_was_heard() -> 
 
 @pytest.mark.parametrize("nothing", [np.nan, -np.inf, 0.0, 0.0299])
 def test_faulty_readings_and_those_within_the_dead_distance_are_left_out(nothing: float) -> None:
-    measurements = measurements_of(heard(a7=nothing), rig())
+    measurements = measurements_of(recorded_sweep(a7=nothing), rig())
     assert len(measurements.readings) == 359
     assert np.isfinite(measurements.readings).all()
 
 
 def test_a_reading_at_the_dead_distance_counts() -> None:
-    assert 0.03 in measurements_of(heard(a7=0.03), rig()).readings
+    assert 0.03 in measurements_of(recorded_sweep(a7=0.03), rig()).readings
 
 
 def test_each_sensor_is_held_to_its_own_limits() -> None:
@@ -119,7 +119,7 @@ def test_each_sensor_is_held_to_its_own_limits() -> None:
 
 
 def test_mates_are_the_other_pings_of_the_same_time() -> None:
-    measurements = measurements_of(heard(), rig())
+    measurements = measurements_of(recorded_sweep(), rig())
     volleys = np.repeat(np.arange(90), 4)
     for ping in (0, 5, 359):
         others = np.flatnonzero(volleys == volleys[ping])
@@ -128,7 +128,7 @@ def test_mates_are_the_other_pings_of_the_same_time() -> None:
 
 
 def test_mates_are_the_pings_of_the_firing_before_too() -> None:
-    measurements = measurements_of(heard(), rig())
+    measurements = measurements_of(recorded_sweep(), rig())
     assert measurements.crosstalk_sources[:4, 3:].tolist() == [[-1] * 4] * 4
     for ping in (4, 7, 358):
         before = 4 * (ping // 4) - 4
@@ -137,13 +137,13 @@ def test_mates_are_the_pings_of_the_firing_before_too() -> None:
 
 
 def test_a_firing_that_is_too_long_ago_is_forgotten() -> None:
-    recorded = heard()
+    recorded = recorded_sweep()
     slowly = replace(recorded, stamps_ns=4 * recorded.stamps_ns)
     assert (measurements_of(slowly, rig()).crosstalk_sources[:, 3:] == -1).all()
 
 
 def test_a_ping_that_is_left_out_is_nobodys_mate() -> None:
-    measurements = measurements_of(heard(a90=np.nan), rig())
+    measurements = measurements_of(recorded_sweep(a90=np.nan), rig())
     # The sensor at 90 degrees from the first fires in the first volley.
     assert measurements.sensors[:3].tolist() == [0, 2, 3]
     assert [sorted(row) for row in measurements.crosstalk_sources[:3, :3].tolist()] == [
@@ -160,14 +160,14 @@ def test_a_single_sensor_has_no_mate_but_its_own_last_ping() -> None:
 
 
 def test_rates_are_how_fast_the_servo_turned_at_each_time() -> None:
-    measurements = measurements_of(heard(), rig())
+    measurements = measurements_of(recorded_sweep(), rig())
     assert measurements.rates == pytest.approx(np.radians(1.0) / 0.025)
     there_and_back = np.radians([0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.0])
     rates = measurements_of(*one_sensor(there_and_back, np.ones(7))).rates
     assert rates == pytest.approx(np.radians(20.0) * np.array([1, 1, 1, 0, -1, -1, -1]), abs=1e-9)
 
 
-def test_the_rate_of_a_ping_does_not_hang_on_what_its_neighbours_heard() -> None:
+def test_the_rate_of_a_ping_does_not_depend_on_readings_of_its_neighbours() -> None:
     angles, ranges = np.radians([0.0, 1.0, 4.0, 9.0, 16.0]), np.array([1.0, np.nan, 1.0, np.nan, 1.0])
     complete = measurements_of(*one_sensor(angles, np.ones(5)))
     assert measurements_of(*one_sensor(angles, ranges)).rates == pytest.approx(complete.rates[[0, 2, 4]])
@@ -178,8 +178,8 @@ def test_a_single_ping_does_not_turn() -> None:
 
 
 @pytest.mark.parametrize("latency", [0.04, -0.03])
-def test_soundings_turned_back_are_those_of_a_servo_that_is_where_it_says(latency: float) -> None:
-    recorded = heard()
+def test_pings_turned_back_are_those_of_a_servo_without_latency(latency: float) -> None:
+    recorded = recorded_sweep()
     rate = np.radians(1.0) / 0.025
     truth = measurements_of(replace(recorded, servo_angles=recorded.servo_angles - latency * rate), rig())
     turned = late_by(measurements_of(recorded, rig()), latency)
@@ -187,8 +187,8 @@ def test_soundings_turned_back_are_those_of_a_servo_that_is_where_it_says(latenc
     assert not same(measurements_of(recorded, rig()), truth)
 
 
-def test_soundings_turned_by_gain_and_offset_are_those_of_a_servo_that_was_there() -> None:
-    recorded = heard()
+def test_pings_turned_by_gain_and_offset_are_those_of_a_servo_that_was_there() -> None:
+    recorded = recorded_sweep()
     error = ServoError(0.95, 0.07)
     truth = measurements_of(replace(recorded, servo_angles=0.95 * recorded.servo_angles + 0.07), rig())
     turned = turned_by(measurements_of(recorded, rig()), error=error, before=ServoError())
@@ -199,8 +199,8 @@ def test_soundings_turned_by_gain_and_offset_are_those_of_a_servo_that_was_there
     assert turned_by(turned, error=error, before=error) is turned
 
 
-def test_without_latency_soundings_stay_as_they_are() -> None:
-    measurements = measurements_of(heard(), rig())
+def test_without_latency_pings_stay_as_they_are() -> None:
+    measurements = measurements_of(recorded_sweep(), rig())
     assert late_by(measurements, 0.0) is measurements
 
 
@@ -217,7 +217,7 @@ def test_pings_closer_than_four_degrees_share_one_vote() -> None:
     assert all((each == each[0]).all() for each in weights)
 
 
-def test_nothing_heard_at_all_is_a_station_without_pings() -> None:
+def test_a_sweep_without_valid_readings_is_a_station_without_pings() -> None:
     measurements = measurements_of(sweep_of(np.full(360, np.nan), pose=POSE), rig())
     assert len(measurements.readings) == len(measurements.crosstalk_sources) == 0
     assert measurements.centers == pytest.approx(np.array([POSE[:2]]))
@@ -225,7 +225,8 @@ def test_nothing_heard_at_all_is_a_station_without_pings() -> None:
 
 def test_joined_stations_are_numbered_in_order_and_keep_their_pings() -> None:
     parts = [
-        measurements_of(heard(pose=(x, 0.0, 0.0), a9=np.nan, index=k), rig()) for k, x in enumerate([0.0, 1.0, 2.0])
+        measurements_of(recorded_sweep(pose=(x, 0.0, 0.0), a9=np.nan, index=k), rig())
+        for k, x in enumerate([0.0, 1.0, 2.0])
     ]
     joined = join_measurements(parts)
     assert np.bincount(joined.stations).tolist() == [359, 359, 359]
@@ -236,7 +237,7 @@ def test_joined_stations_are_numbered_in_order_and_keep_their_pings() -> None:
 
 
 def test_mates_in_joined_stations_are_of_the_same_station_and_time() -> None:
-    parts = [measurements_of(heard(index=k), rig()) for k in range(2)]
+    parts = [measurements_of(recorded_sweep(index=k), rig()) for k in range(2)]
     joined = join_measurements([measurements_of(*one_sensor(np.radians(np.arange(5.0)), np.ones(5))), *parts])
     assert joined.crosstalk_sources[:5, 0].tolist() == [-1, 0, 1, 2, 3]
     assert (joined.crosstalk_sources[:5, 1:] == -1).all()
@@ -252,7 +253,7 @@ def test_the_limits_of_joined_stations_are_the_widest() -> None:
 
 
 def test_chosen_pings_point_to_the_mates_that_stay() -> None:
-    measurements = join_measurements([measurements_of(heard(index=k), rig()) for k in range(2)])
+    measurements = join_measurements([measurements_of(recorded_sweep(index=k), rig()) for k in range(2)])
     kept = np.random.default_rng(3).random(720) < 0.6
     chosen, left = select_measurements(measurements, kept), np.flatnonzero(kept)
     assert len(chosen.readings) == kept.sum()
@@ -261,8 +262,8 @@ def test_chosen_pings_point_to_the_mates_that_stay() -> None:
         assert now == {int(mate) for mate in measurements.crosstalk_sources[old] if kept[mate]}
 
 
-def test_whoever_keeps_all_pings_keeps_the_soundings() -> None:
-    measurements = measurements_of(heard(), rig())
+def test_selecting_all_pings_returns_the_same_measurements() -> None:
+    measurements = measurements_of(recorded_sweep(), rig())
     assert select_measurements(measurements, np.ones(360, dtype=bool)) is measurements
 
 
@@ -290,7 +291,7 @@ def test_independent_pings_are_four_degrees_apart_as_far_as_whole_steps_allow(de
 
 
 def test_independent_pings_surround_every_station() -> None:
-    measurements = join_measurements([measurements_of(heard(index=k), rig()) for k in range(3)])
+    measurements = join_measurements([measurements_of(recorded_sweep(index=k), rig()) for k in range(3)])
     kept = independent(measurements)
     assert np.bincount(measurements.stations[kept]).tolist() == [90, 90, 90]
 

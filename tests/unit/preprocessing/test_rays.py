@@ -13,18 +13,18 @@ from library import ray_cones
 
 
 @cache
-def sounded(rig: str) -> Simulation:
+def simulation_of(rig: str) -> Simulation:
     return Simulation(world=find_world("square"), rig=find_rig(rig), route=find_route("square"))
 
 
-def heard(sweeps: list[Sweep], rig: Rig) -> Measurements:
+def measured(sweeps: list[Sweep], rig: Rig) -> Measurements:
     return join_measurements([measurements_of(sweep, rig) for sweep in sweeps])
 
 
 def by_rays(degrees: float, *, noise: float = 0.002, rig: str = "rotary-array") -> Measurements:
-    simulation, rng = sounded(rig), np.random.default_rng(0)
+    simulation, rng = simulation_of(rig), np.random.default_rng(0)
     using = ray_cones.with_cones(simulation.rig, np.radians(degrees))
-    return heard(ray_cones.cast(list(simulation), simulation.world, using, rays=31, noise=noise, rng=rng), using)
+    return measured(ray_cones.cast(list(simulation), simulation.world, using, rays=31, noise=noise, rng=rng), using)
 
 
 @pytest.mark.parametrize("half_angle", [5.0, 15.0, 30.0])
@@ -51,8 +51,8 @@ def test_what_a_hand_turns_unevenly_is_taken_for_sound() -> None:
 
 
 def test_sound_does_not() -> None:
-    simulation = sounded("rotary-array")
-    assert share_of_ramps(heard(list(simulation), simulation.rig)) == 0.0
+    simulation = simulation_of("rotary-array")
+    assert share_of_ramps(measured(list(simulation), simulation.rig)) == 0.0
 
 
 def test_what_does_not_turn_shows_no_ramps() -> None:
@@ -64,12 +64,12 @@ def test_without_readings_there_are_no_ramps() -> None:
     assert share_of_ramps(silent._replace(readings=np.full(len(silent.readings), np.inf))) == 0.0
 
 
-def test_a_robot_that_drives_at_a_wall_while_its_sonar_turns_hears_sound() -> None:
+def test_readings_of_a_robot_that_drives_at_a_wall_while_its_sonar_turns_are_sound() -> None:
     # 0.8 m/s, and 40 degrees a second.
-    simulation = sounded("rotary-array")
+    simulation = simulation_of("rotary-array")
     sweep = next(iter(simulation))
     times = 1e-9 * (sweep.stamps_ns - sweep.stamps_ns[0])
     driven = 0.8 * times
-    heard_on = measurements_of(replace(sweep, ranges=2.9 - driven), simulation.rig)
-    assert share_of_ramps(heard_on) > 0.5
-    assert share_of_ramps(heard_on._replace(x=heard_on.x + driven)) == 0.0
+    measurements = measurements_of(replace(sweep, ranges=2.9 - driven), simulation.rig)
+    assert share_of_ramps(measurements) > 0.5
+    assert share_of_ramps(measurements._replace(x=measurements.x + driven)) == 0.0

@@ -1,4 +1,4 @@
-"""Readings are stretched as the air and the modules tell."""
+"""Readings are stretched as follows from the air and the modules."""
 
 from dataclasses import replace
 from math import isnan, nan
@@ -12,7 +12,7 @@ from helpers import simulated_worlds
 RIG = simulated_worlds.rig()
 
 
-def test_where_nobody_tells_anything_readings_are_taken_to_be_right() -> None:
+def test_without_thermometer_and_stated_speed_readings_are_taken_to_be_right() -> None:
     assert expected_scale(RIG, nan) == 0.0
     assert expected_scale(RIG, 20.0) == 0.0
 

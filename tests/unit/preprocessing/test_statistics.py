@@ -19,7 +19,7 @@ def test_every_ping_is_counted_once_by_what_came_of_it() -> None:
         assert (each.pings, each.valid, each.silent, each.too_close, each.faulty) == (90, 90, 0, 0, 0)
 
 
-def test_a_sensor_that_never_heard_anything_has_no_extremes() -> None:
+def test_a_sensor_that_never_detected_anything_has_no_extremes() -> None:
     ranges = np.full(360, 1.0)
     ranges[90:180] = np.inf
     deaf = recording_statistics([scenes.sweep_of(ranges)], scenes.rig()).sensors[1]

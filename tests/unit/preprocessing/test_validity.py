@@ -10,11 +10,11 @@ def test_only_readings_between_dead_distance_and_reach_are_ranges() -> None:
     assert is_valid(pings, scenes.rig()).tolist() == [False] * 5 + [True] * 3 + [False]
 
 
-def test_a_reading_within_a_step_of_the_reach_means_that_nothing_was_heard_and_a_fault_means_nothing() -> None:
+def test_a_reading_within_a_step_of_the_reach_means_that_nothing_was_detected_and_a_fault_is_invalid() -> None:
     ranges = np.array([np.inf, -np.inf, np.nan, 0.029, 0.03, 2.99, 2.995, 3.0, 3.5])
-    told = valid_ranges(scenes.pings(np.arange(9) * scenes.STEP, ranges), scenes.rig())
+    found = valid_ranges(scenes.pings(np.arange(9) * scenes.STEP, ranges), scenes.rig())
     nan, inf = np.nan, np.inf
-    np.testing.assert_array_equal(told, [inf, nan, nan, nan, 0.03, 2.99, inf, inf, inf])
+    np.testing.assert_array_equal(found, [inf, nan, nan, nan, 0.03, 2.99, inf, inf, inf])
 
 
 def test_valid_pings_keep_their_order_and_their_place() -> None:

@@ -47,7 +47,7 @@ class Cones(NamedTuple):
 
 
 def cones_of(sweep: Sweep, rig: Rig) -> Cones:
-    """Take the cones of a sweep, as ``valid_ranges`` understands it.
+    """Take the cones of a sweep, as ``valid_ranges`` interprets it.
 
     Parameters
     ----------
