@@ -39,7 +39,7 @@ CROSSINGS = (
 
 
 class RangeState(IntEnum):
-    """Linguistic value of the width of a cluster (Table 1), and so the class it speaks for (Table 3)."""
+    """Linguistic value of the width of a cluster (Table 1), and so the class that it supports (Table 3)."""
 
     SMALL = 0
     MEDIUM = 1

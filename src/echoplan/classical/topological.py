@@ -48,7 +48,7 @@ class TopologicalMapper:
         self.rig = rig
         self.settings = settings or TopologicalSettings()
         self.features = MdpFuzzyMapper(rig, self.settings.features)
-        self._heard: list[Pings] = []
+        self._pings_by_sweep: list[Pings] = []
 
     def add(self, sweep: Sweep) -> None:
         """Take one more sweep.
@@ -58,7 +58,7 @@ class TopologicalMapper:
         sweep : Sweep
             The pings of one pass of the array.
         """
-        self._heard.append(valid_pings(Pings.from_sweep(sweep, self.rig), self.rig))
+        self._pings_by_sweep.append(valid_pings(Pings.from_sweep(sweep, self.rig), self.rig))
         self.features.add(sweep)
 
     @property
@@ -74,7 +74,7 @@ class TopologicalMapper:
         FreeSpace
             Cells before the echoes and under the robot.
         """
-        return find_free_space(self._heard, self.settings.free_space)
+        return find_free_space(self._pings_by_sweep, self.settings.free_space)
 
     def graph(self) -> TopologicalGraph:
         """Return places and passages found so far.

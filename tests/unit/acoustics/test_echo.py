@@ -50,7 +50,7 @@ def test_a_huge_bistatic_cylinder_is_a_plane() -> None:
 
 
 def test_the_bistatic_cylinder_thins_a_bundle_of_rays_as_geometry_does() -> None:
-    # Two rays from a point source, a hair apart, in the plane: their distance where they are heard gives the amplitude.
+    # Two rays from a point source, a hair apart, in the plane: their distance at the receiver gives the amplitude.
     source, radius = np.array([-1.0, 0.9]), 0.3
     for angle in (1.5, 2.0, 2.9):
         reflected = [ray(source, radius, angle + shift) for shift in (-1e-6, 1e-6)]

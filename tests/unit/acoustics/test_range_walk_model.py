@@ -100,10 +100,10 @@ def test_the_fainter_an_echo_the_more_its_walk_scatters() -> None:
 def test_a_fit_follows_the_walk_behind_a_recording() -> None:
     excess, residuals, truth = scattered(4000)
     curve, fall = fitted_walk(excess, residuals, weights=np.ones(len(excess)))
-    # Of the first and the last piece, medians are told.
+    # Of the first and the last piece, only the medians are known.
     assert fall == pytest.approx(0.025 * (truth(0.6) - truth(29.4)), rel=0.05)
     middle = np.linspace(3.0, 27.0, 25)
-    # A fitted curve runs from 1 to 0 over what was heard, so both are held against their own fall.
+    # A fitted curve runs from 1 to 0 over what was detected, so both are compared with their own fall.
     shape, fitted = ((each(middle) - each(27.0)) / (each(3.0) - each(27.0)) for each in (truth, curve))
     assert fitted == pytest.approx(shape, abs=0.03)
 

@@ -11,12 +11,12 @@ STATIONS = [(0.8, 1.1), (1.9, -0.2), (3.1, 0.6), (2.4, 2.2)]
 
 
 def sweep_at(station: tuple[float, float], *, index: int = 0) -> Sweep:
-    """What the array hears of a post: a constant range, wherever its beam covers the post."""
+    """What the array reads of a post: a constant range, wherever its beam covers the post."""
     bearings = np.radians(np.arange(360) - 45.0)
     away = POINT - station - scenes.ARM * directions(bearings)
     turns = np.arctan2(away[:, 1], away[:, 0]) - bearings
-    heard = np.cos(turns) > np.cos(0.6)
-    return scenes.sweep_of(np.where(heard, np.hypot(*away.T), np.inf), index=index, pose=(*station, 0.0))
+    detected = np.cos(turns) > np.cos(0.6)
+    return scenes.sweep_of(np.where(detected, np.hypot(*away.T), np.inf), index=index, pose=(*station, 0.0))
 
 
 def misses(points_xy: FloatArray) -> FloatArray:

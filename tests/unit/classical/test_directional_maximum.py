@@ -8,13 +8,13 @@ from helpers import scenes
 
 
 def mapped(rig: Rig, **settings: int) -> DirectionalMaximumMapper:
-    """A wall along x = 2, heard by an array that stands before it in many places."""
+    """A wall along x = 2, detected by an array that stands before it in many places."""
     mapper = DirectionalMaximumMapper(rig, DirectionalMaximumSettings.model_validate(settings))
     bearings = np.radians(np.arange(360) - 45.0)
     for index, y in enumerate(np.linspace(-0.6, 0.6, 13)):
-        heard = np.abs(bearings) < 0.5
+        detected = np.abs(bearings) < 0.5
         ranges = scenes.wall_ranges(bearings, normal=0.0, distance=2.0)
-        mapper.add(scenes.sweep_of(np.where(heard, ranges, np.inf), index=index, pose=(0.0, y, 0.0)))
+        mapper.add(scenes.sweep_of(np.where(detected, ranges, np.inf), index=index, pose=(0.0, y, 0.0)))
     return mapper
 
 

@@ -6,7 +6,7 @@ from helpers import scenes
 
 
 def beside(*, wall: float = 2.0, stations: int = 9) -> GmmMapper:
-    """A wall along x = 2, heard straight ahead from places along it."""
+    """A wall along x = 2, detected straight ahead from places along it."""
     mapper = GmmMapper(scenes.rig())
     for index in range(stations):
         ranges = np.full(360, np.inf)

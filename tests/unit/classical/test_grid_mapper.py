@@ -35,7 +35,7 @@ def build(request: pytest.FixtureRequest) -> Callable[[], GridMapper]:
 
 
 def rough_sweep(station: tuple[float, float], *, index: int = 0) -> Sweep:
-    """What the array hears of walls that scatter sound: the nearest point within the beam, at any incidence."""
+    """What the array reads of walls that scatter sound: the nearest point within the beam, at any incidence."""
     bearings = np.radians(np.arange(360) - 45.0)
     origins = station + scenes.ARM * directions(bearings)
     rays = bearings[:, None] + np.linspace(-0.6, 0.6, 61)
@@ -71,7 +71,7 @@ def test_a_rough_room_is_empty_inside_and_walled_about(build: Callable[[], GridM
     centers = grid.centers_xy
     inside = ((centers > 0.3) & (centers < [WIDTH - 0.3, DEPTH - 0.3])).all(axis=-1)
     outside = ((centers < -0.15) | (centers > [WIDTH + 0.15, DEPTH + 0.15])).any(axis=-1)
-    # What takes walls for mirrors does not believe that a beam which came through met nothing.
+    # What takes walls for mirrors does not assume that a beam which came through met nothing.
     assert (grid.values[inside] < 0.5).mean() > (0.5 if mapper.method == "grid-muriel" else 0.95)
     assert (grid.values[outside] >= 0.5).mean() > 0.9
     walls = evaluate(mapper.result(), TRUTH).matches.walls
@@ -79,7 +79,7 @@ def test_a_rough_room_is_empty_inside_and_walled_about(build: Callable[[], GridM
     assert max(match.distance for match in walls.right) < 0.06
 
 
-def test_nothing_that_can_be_heard_is_an_unknown_map(build: Callable[[], GridMapper]) -> None:
+def test_without_valid_readings_the_map_is_unknown(build: Callable[[], GridMapper]) -> None:
     sweep = rough_sweep(STATIONS[0])
     for reading in (np.nan, -np.inf):
         mapper = build()
@@ -104,9 +104,9 @@ def test_readings_that_say_nothing_change_nothing(build: Callable[[], GridMapper
     ranges = sweep.ranges.copy()
     ranges[spoilt] = np.resize([np.nan, -np.inf, 0.01], spoilt.sum())
     grids = []
-    for heard in (fewer, replace(sweep, ranges=ranges)):
+    for reduced in (fewer, replace(sweep, ranges=ranges)):
         mapper = build()
-        mapper.add(heard)
+        mapper.add(reduced)
         grids.append(mapper.grid)
     assert np.array_equal(grids[0].values, grids[1].values)
 
@@ -122,7 +122,7 @@ def test_one_ping_makes_a_map(build: Callable[[], GridMapper]) -> None:
 
 
 @pytest.mark.parametrize("far", [1e3, 1e30])
-def test_a_pose_far_astray_is_refused_before_memory_is_full(build: Callable[[], GridMapper], far: float) -> None:
+def test_a_pose_far_away_is_refused_before_memory_is_full(build: Callable[[], GridMapper], far: float) -> None:
     mapper = build()
     mapper.add(rough_sweep(STATIONS[0]))
     with pytest.raises(InvalidValueError, match="check the poses or choose a greater resolution"):

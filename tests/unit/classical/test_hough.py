@@ -12,24 +12,24 @@ BEARINGS = np.radians(np.arange(360) - 45.0)
 
 
 def room_corner() -> HoughMapper:
-    """Two walls, x = 2.4 and y = 2.2, each heard over half a radian to either side of its normal."""
+    """Two walls, x = 2.4 and y = 2.2, each detected over half a radian to either side of its normal."""
     mapper = HoughMapper(scenes.rig())
     for index, (x, y) in enumerate(STATIONS):
         ranges = np.full(360, np.inf)
         for normal, distance in ((0.0, 2.4 - x), (np.pi / 2, 2.2 - y)):
-            heard = np.cos(BEARINGS - normal) > np.cos(0.5)
-            ranges[heard] = scenes.wall_ranges(BEARINGS, normal=normal, distance=distance)[heard]
+            detected = np.cos(BEARINGS - normal) > np.cos(0.5)
+            ranges[detected] = scenes.wall_ranges(BEARINGS, normal=normal, distance=distance)[detected]
         mapper.add(scenes.sweep_of(ranges, index=index, pose=(x, y, 0.0)))
     return mapper
 
 
 def pillar(radius: float, stations: list[tuple[float, float]]) -> HoughMapper:
-    """A pillar at (1.5, 1.5), heard from around."""
+    """A pillar at (1.5, 1.5), detected from around."""
     mapper = HoughMapper(scenes.rig())
     for index, station in enumerate(stations):
         away = np.array([1.5, 1.5]) - station - scenes.ARM * directions(BEARINGS)
-        heard = np.cos(np.arctan2(away[:, 1], away[:, 0]) - BEARINGS) > np.cos(0.4)
-        ranges = np.where(heard, np.hypot(*away.T) - radius, np.inf)
+        detected = np.cos(np.arctan2(away[:, 1], away[:, 0]) - BEARINGS) > np.cos(0.4)
+        ranges = np.where(detected, np.hypot(*away.T) - radius, np.inf)
         mapper.add(scenes.sweep_of(ranges, index=index, pose=(*station, 0.0)))
     return mapper
 

@@ -9,7 +9,7 @@ HALF_BEAM = 30
 
 
 def faced() -> PointPlotMapper:
-    """A wall along x = 2 that a station hears at one range from 30 degrees to either side of its normal."""
+    """A wall along x = 2 that a station reads at one range from 30 degrees to either side of its normal."""
     ranges = np.full(360, np.inf)
     ranges[45 - HALF_BEAM : 45 + HALF_BEAM + 1] = WALL - scenes.ARM
     mapper = PointPlotMapper(scenes.rig())
@@ -24,7 +24,7 @@ def test_a_wall_is_drawn_as_an_arc_about_the_station() -> None:
     assert points[:, 0].min() == pytest.approx(WALL * np.cos(np.radians(HALF_BEAM)))
 
 
-def test_what_one_station_heard_alone_is_drawn_and_is_no_wall() -> None:
+def test_what_only_one_station_detected_is_drawn_and_is_no_wall() -> None:
     assert faced().result().walls == ()
 
 

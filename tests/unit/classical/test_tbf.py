@@ -12,7 +12,7 @@ STATIONS = [(0.8, 1.1), (0.9, 0.5), (1.2, 0.0), (1.9, -0.2)]
 
 
 def sweep_at(station: tuple[float, float], *, index: int) -> Sweep:
-    """A post heard by the one beam that looks straight at it."""
+    """A post detected by the one beam that looks straight at it."""
     ranges = np.full(360, np.inf)
     away = POINT - station
     degree = round(float(np.degrees(np.arctan2(away[1], away[0])))) + 45

@@ -56,6 +56,6 @@ def test_the_walls_are_those_of_the_papers_method(mapper: TopologicalMapper, two
     assert [wall.offset for wall in found.walls] == [wall.offset for wall in alone.walls]
 
 
-def test_nothing_heard_is_no_place(two_rooms: Recording) -> None:
+def test_without_echoes_there_is_no_place(two_rooms: Recording) -> None:
     graph = TopologicalMapper(two_rooms.rig).graph()
     assert (graph.places, graph.passages) == ((), ())

@@ -15,7 +15,7 @@ DEFINING = {
     "atm": ("unit/classical/test_atm.py", "test_crossings_sharpen_the_direction_of_a_post"),
     "tbf": (
         "unit/classical/loci/test_triangulation.py",
-        "test_a_point_is_counted_once_for_each_sweep_that_heard_it",
+        "test_a_point_is_counted_once_for_each_sweep_that_detected_it",
     ),
     "arc-carving": (
         "unit/classical/loci/test_carving.py",

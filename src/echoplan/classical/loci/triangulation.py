@@ -1,7 +1,7 @@
 """Triangulation-based fusion (Wijk and Christensen 2000; as recalled).
 
 The newest readings are crossed with those of the last few sweeps.  Crossings that lie together on the newest arc and
-come from several sweeps speak for a point that stands there; crossings with one sweep only do not.
+come from several sweeps support a point that stands there; crossings with one sweep only do not.
 """
 
 from collections.abc import Sequence

@@ -107,7 +107,7 @@ def features_of_points(
         return PointFeatures()
     origins = np.tile(cloud.centroid_xy, (len(points), 1)) if origins_xy is None else origins_xy
     origins = checked_floats(origins, name="origins_xy", shape=(len(points), 2))[counted]
-    heard = None if sweeps is None else checked_integers(sweeps, name="sweeps", shape=(len(points),))[counted]
+    counted_sweeps = None if sweeps is None else checked_integers(sweeps, name="sweeps", shape=(len(points),))[counted]
     lines = find_segments(cloud, settings.segments)
     segments = [_facing(segment, cloud, origins) for segment in lines.found]
     circles = [
@@ -115,8 +115,8 @@ def features_of_points(
         for circle in find_circles(cloud[lines.rest], settings.circles)
     ]
     return join_segments(
-        _confirmed(segments, heard, settings.min_stations),
-        _confirmed(circles, heard, settings.min_stations),
+        _confirmed(segments, counted_sweeps, settings.min_stations),
+        _confirmed(circles, counted_sweeps, settings.min_stations),
         max_extension=settings.max_extension,
     )
 

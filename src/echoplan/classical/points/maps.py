@@ -31,13 +31,13 @@ def map_of_features(
     FeatureMap
         The map.
     """
-    heard = [sweep for sweep in sweeps if len(sweep)]
+    nonempty = [sweep for sweep in sweeps if len(sweep)]
     return FeatureMap(
         method=method,
         parameters=parameters,
         walls=features.walls,
         corners=features.corners,
         cylinders=features.cylinders,
-        sweeps=np.array([sweep.index for sweep in heard], dtype=np.int64),
-        poses=np.array([sweep.station for sweep in heard]).reshape(-1, 3),
+        sweeps=np.array([sweep.index for sweep in nonempty], dtype=np.int64),
+        poses=np.array([sweep.station for sweep in nonempty]).reshape(-1, 3),
     )

@@ -120,7 +120,7 @@ class FreeSpace:
         return found
 
 
-def find_free_space(heard: Sequence[Pings], settings: FreeSpaceSettings | None = None) -> FreeSpace:
+def find_free_space(pings_by_sweep: Sequence[Pings], settings: FreeSpaceSettings | None = None) -> FreeSpace:
     """Find where nothing stands: before reflectors, and where the robot was.
 
     A range is that of the nearest thing in the beam that faces the sensor.  A smooth wall that is met at a slant does
@@ -128,7 +128,7 @@ def find_free_space(heard: Sequence[Pings], settings: FreeSpaceSettings | None =
 
     Parameters
     ----------
-    heard : sequence of Pings
+    pings_by_sweep : sequence of Pings
         Valid pings of each sweep.
     settings : FreeSpaceSettings, optional
         What counts as free.
@@ -151,7 +151,7 @@ def find_free_space(heard: Sequence[Pings], settings: FreeSpaceSettings | None =
     array([ True, False, False])
     """
     settings = settings or FreeSpaceSettings()
-    blocks = [pings[start : start + _BLOCK] for pings in heard for start in range(0, len(pings), _BLOCK)]
+    blocks = [pings[start : start + _BLOCK] for pings in pings_by_sweep for start in range(0, len(pings), _BLOCK)]
     if not blocks:
         return FreeSpace(origin_xy=np.zeros(2), resolution=settings.resolution, data=np.zeros((1, 1), dtype=np.bool_))
     empty = _empty(blocks, settings)
@@ -163,10 +163,10 @@ def find_free_space(heard: Sequence[Pings], settings: FreeSpaceSettings | None =
     return _smooth(_with_bodies(swept, np.concatenate([pings.hubs_xy for pings in blocks]), settings.body))
 
 
-def _empty(heard: Sequence[Pings], settings: FreeSpaceSettings) -> FreeSpace:
+def _empty(pings_by_sweep: Sequence[Pings], settings: FreeSpaceSettings) -> FreeSpace:
     """Allocate a grid that holds all pings."""
-    reaches = np.concatenate([pings.ranges for pings in heard])[:, None] * settings.share
-    places = np.concatenate([np.concatenate([pings.origins_xy, pings.hubs_xy], axis=1) for pings in heard])
+    reaches = np.concatenate([pings.ranges for pings in pings_by_sweep])[:, None] * settings.share
+    places = np.concatenate([np.concatenate([pings.origins_xy, pings.hubs_xy], axis=1) for pings in pings_by_sweep])
     border = np.maximum(reaches, settings.body) + 2 * settings.resolution
     low = (places - border).min(axis=0).reshape(2, 2).min(axis=0)
     high = (places + border).max(axis=0).reshape(2, 2).max(axis=0)
@@ -179,9 +179,9 @@ def _empty(heard: Sequence[Pings], settings: FreeSpaceSettings) -> FreeSpace:
     return FreeSpace(origin_xy=low, resolution=settings.resolution, data=np.zeros((height, width), dtype=np.bool_))
 
 
-def _rays(heard: Sequence[Pings], settings: FreeSpaceSettings) -> Iterator[FloatArray]:
+def _rays(pings_by_sweep: Sequence[Pings], settings: FreeSpaceSettings) -> Iterator[FloatArray]:
     """Lay points along the rays of pings, a cell apart at most, block by block."""
-    for pings in heard:
+    for pings in pings_by_sweep:
         reaches = settings.share * pings.ranges
         beside = ceil(settings.half_width * float(reaches.max()) / settings.resolution)
         angles = pings.bearings[:, None] + np.linspace(-settings.half_width, settings.half_width, 2 * beside + 1)

@@ -9,9 +9,11 @@ NORTH, EAST = (np.pi / 2, 3.0), (0.0, 4.0)
 HUBS = [(0.5, 0.5), (1.5, 1.0), (3.0, 0.4)]
 
 
-def test_each_line_gathers_what_was_heard_of_it() -> None:
-    heard = [scenes.observed_wall(line, hub, sweep=sweep) for line in (NORTH, EAST) for sweep, hub in enumerate(HUBS)]
-    groups = group_lines(heard, GATES)
+def test_each_line_gathers_its_observations() -> None:
+    observations = [
+        scenes.observed_wall(line, hub, sweep=sweep) for line in (NORTH, EAST) for sweep, hub in enumerate(HUBS)
+    ]
+    groups = group_lines(observations, GATES)
     assert sorted(group.stations for group in groups) == [3, 3]
     lines = sorted(tuple(group.fit.parameters) for group in groups)
     assert np.allclose(lines, [EAST, NORTH])
@@ -19,8 +21,8 @@ def test_each_line_gathers_what_was_heard_of_it() -> None:
 
 def test_parallel_walls_a_hand_apart_stay_two() -> None:
     near, far = (np.pi / 2, 3.0), (np.pi / 2, 3.1)
-    heard = [scenes.observed_wall(line, hub, sweep=k) for line in (near, far) for k, hub in enumerate(HUBS)]
-    assert len(group_lines(heard, GATES)) == 2
+    observations = [scenes.observed_wall(line, hub, sweep=k) for line in (near, far) for k, hub in enumerate(HUBS)]
+    assert len(group_lines(observations, GATES)) == 2
 
 
 def test_both_sides_of_a_board_are_two_walls() -> None:
@@ -41,12 +43,12 @@ def test_a_line_takes_what_lies_on_it_and_leaves_the_rest() -> None:
 def test_points_of_one_object_are_put_together_by_their_middles() -> None:
     pillar, other = (1.5, 2.0, 0.2), (3.0, 2.0, 0.1)
     around = [(0.5, 2.0), (2.4, 2.0), (1.5, 0.9)]
-    heard = [scenes.observed_circle(pillar, hub, sweep=k) for k, hub in enumerate(around)]
-    heard.append(scenes.observed_circle(other, (4.0, 2.0), sweep=3))
-    groups = group_points(heard, GATES, depth=0.2)
+    observations = [scenes.observed_circle(pillar, hub, sweep=k) for k, hub in enumerate(around)]
+    observations.append(scenes.observed_circle(other, (4.0, 2.0), sweep=3))
+    groups = group_points(observations, GATES, depth=0.2)
     assert sorted(len(group) for group in groups) == [1, 3]
     # By their faces alone the near and the far side would be two objects.
-    assert len(group_points(heard, GATES)) > 2
+    assert len(group_points(observations, GATES)) > 2
 
 
 def test_nothing_makes_no_groups() -> None:

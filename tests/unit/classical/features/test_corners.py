@@ -31,56 +31,56 @@ def wall(angle: float, offset: float, covariance: np.ndarray) -> Wall:
     return Wall(normal_angle=angle, offset=offset, endpoints_xy=ends, covariance=covariance)
 
 
-def test_a_corner_is_heard_where_walls_meet() -> None:
+def test_a_corner_echo_belongs_to_the_junction_of_its_walls() -> None:
     at_west = scenes.observed_circle((0.0, 0.0, 0.0), HUB)
     at_east = scenes.observed_circle((3.0, 0.0, 0.0), HUB)
     assert associate_corners(meetings(), [at_east, at_west], GATES) == [(at_west,), (at_east,)]
 
 
 @pytest.mark.parametrize("elsewhere", [(1.5, 1.5), (2.9, 0.0), (3.4, 0.7)])
-def test_what_is_heard_where_no_walls_meet_belongs_to_no_corner(elsewhere: tuple[float, float]) -> None:
+def test_an_echo_from_where_no_walls_meet_belongs_to_no_corner(elsewhere: tuple[float, float]) -> None:
     assert associate_corners(meetings(), [scenes.observed_circle((*elsewhere, 0.0), HUB)], GATES) == [(), ()]
 
 
-def test_a_corner_may_be_heard_anywhere_in_its_window() -> None:
+def test_a_corner_echo_may_come_from_anywhere_in_its_window() -> None:
     beside = float(np.arctan2(-0.7, 1.6)) + 0.3
 
-    def voice(sigma: float) -> list[int]:
+    def counts(sigma: float) -> list[int]:
         distance = float(np.hypot(1.6, 0.7))
         seen = scenes.observed(HUB, bearing=beside, distance=distance, degrees=(0.9, 0.1, 0.0), bearing_sigma=sigma)
         return [len(each) for each in associate_corners(meetings(), [seen], GATES)]
 
-    assert voice(0.1) == [0, 1]
-    assert voice(0.01) == [0, 0]
+    assert counts(0.1) == [0, 1]
+    assert counts(0.01) == [0, 0]
 
 
-def test_of_two_corners_that_fit_the_one_whose_distance_fits_better_is_heard() -> None:
-    # Seen from straight between them both are as far; the voice is 4 mm nearer to the eastern one's distance.
+def test_of_two_corners_that_fit_the_one_whose_distance_fits_better_gets_the_echo() -> None:
+    # Seen from straight between them both are as far; the echo is 4 mm nearer to the eastern one's distance.
     hub = (1.498, 0.5)
     distance = float(np.hypot(3.0 - hub[0], 0.5)) - 0.001
     vague = scenes.observed(hub, bearing=-np.pi / 2, distance=distance, degrees=(1.0, 0.0, 0.0), bearing_sigma=1.0)
     assert [len(each) for each in associate_corners(meetings(), [vague], GATES)] == [0, 1]
 
 
-def test_without_walls_that_meet_nothing_is_heard_anywhere() -> None:
+def test_without_junctions_no_corner_echo_is_associated() -> None:
     assert associate_corners([], [scenes.observed_circle((0.0, 0.0, 0.0), HUB)], GATES) == []
 
 
-def test_a_corner_tells_where_it_is_and_what_was_heard_of_it() -> None:
+def test_a_corner_has_a_position_and_counts_its_observations() -> None:
     covariance = np.diag([1e-4, 1e-6])
     walls = (wall(-np.pi / 2, 0.0, covariance), wall(0.0, 3.0, covariance))
     (meeting,) = [each for each in meetings() if each.position_xy[0] > 1]
-    voices = tuple(
+    observations = tuple(
         scenes.observed_circle((3.0, 0.0, 0.0), HUB, sweep=sweep, degrees=(0.8, 0.2, 0.0)) for sweep in (0, 1, 1)
     )
-    corner = corner_of(meeting, walls, voices)
+    corner = corner_of(meeting, walls, observations)
     assert corner.position_xy == pytest.approx([3.0, 0.0])
     assert corner.kind is CornerKind.CONCAVE
     assert (corner.pings, corner.stations) == (120, 2)
     assert corner.class_probabilities.corner == pytest.approx(0.8)
-    silent = corner_of(meeting, walls, ())
-    assert (silent.pings, silent.stations) == (0, 0)
-    assert silent.class_probabilities.corner == 1.0
+    inferred = corner_of(meeting, walls, ())
+    assert (inferred.pings, inferred.stations) == (0, 0)
+    assert inferred.class_probabilities.corner == 1.0
 
 
 def test_the_covariance_of_a_crossing_is_that_of_repeated_trials() -> None:

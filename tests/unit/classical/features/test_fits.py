@@ -19,7 +19,7 @@ def noisy(stack: Stack, rng: np.random.Generator) -> Stack:
 
 
 @pytest.mark.parametrize("line", [(0.3, 4.0), (np.pi, 1.0), (-2.0, 3.0)])
-def test_a_line_comes_back_from_what_was_heard_of_it(line: tuple[float, float]) -> None:
+def test_a_line_is_recovered_from_its_observations(line: tuple[float, float]) -> None:
     stack = Stack.of([scenes.observed_wall(line, hub) for hub in HUBS])
     fit = fit_line(stack)
     assert np.allclose(np.exp(1j * fit.parameters[0]), np.exp(1j * line[0]))

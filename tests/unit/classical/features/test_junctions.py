@@ -7,7 +7,7 @@ from echoplan.model import CornerKind
 # The room lies in the first quadrant; normals point out of it.
 SOUTH = Span(line=np.array([-np.pi / 2, 0.0]), low=0.3, high=2.6)
 EAST = Span(line=np.array([0.0, 3.0]), low=0.4, high=1.5)
-# A wall along y = 2 heard from above, and one along x = 1 heard from the left: they meet around a corner at (1, 2).
+# A wall along y = 2 detected from above, and one along x = 1 from the left: they meet around a corner at (1, 2).
 LEDGE = Span(line=np.array([-np.pi / 2, -2.0]), low=1.2, high=2.0)
 JAMB = Span(line=np.array([0.0, 1.0]), low=1.0, high=1.9)
 

@@ -9,11 +9,11 @@ HUB = (0.5, 0.2)
 
 
 def test_a_stack_keeps_the_order_of_its_observations() -> None:
-    heard = [
+    observations = [
         scenes.observed(hub, bearing=bearing, distance=1.0 + bearing, degrees=(0.0, 0.0, 1.0))
         for hub, bearing in (((0.0, 0.0), 0.3), ((1.0, 2.0), -1.2))
     ]
-    stack = Stack.of(heard)
+    stack = Stack.of(observations)
     assert stack.hubs_xy.tolist() == [[0.0, 0.0], [1.0, 2.0]]
     assert stack.bearings.tolist() == [0.3, -1.2]
     assert stack.distances == pytest.approx([1.3, -0.2])

@@ -29,9 +29,11 @@ BELIEFS = Priors(
 def corrected(*, wrong: float = 0.0, scale: float = 0.0) -> Solution:
     """Poses and walls from readings of a room, of which some of the last station's are of something else."""
     recorded = listening()
-    heard = hearing(at_poses(recorded, GIVEN, TRUE), ROOM, noise=NOISE, rng=np.random.default_rng(1)).readings
-    east = (recorded.stations == 3) & (np.abs(recorded.bearings - 2.0) < np.radians(20)) & np.isfinite(heard)
-    readings = np.where(east, heard - wrong, heard) / (1.0 + scale)
+    readings_of_room = hearing(
+        at_poses(recorded, GIVEN, TRUE), ROOM, noise=NOISE, rng=np.random.default_rng(1)
+    ).readings
+    east = (recorded.stations == 3) & (np.abs(recorded.bearings - 2.0) < np.radians(20)) & np.isfinite(readings_of_room)
+    readings = np.where(east, readings_of_room - wrong, readings_of_room) / (1.0 + scale)
     extents = np.tile([-REACH, REACH], (4, 1))
     ends = edges_of(ROOM, extents)
     features = Features(

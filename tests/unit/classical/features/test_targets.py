@@ -15,7 +15,7 @@ def kinds(observations: list[Observation]) -> list[tuple[TargetKind, int]]:
     return [(each.kind, each.group.stations) for each in find_targets(observations, GATES, CYLINDERS)]
 
 
-def test_a_plane_a_corner_and_a_cylinder_are_told_apart_by_three_views() -> None:
+def test_three_views_distinguish_a_plane_a_corner_and_a_cylinder() -> None:
     views = enumerate(HUBS)
     assert kinds([scenes.observed_wall(NORTH, hub, sweep=k) for k, hub in views]) == [(TargetKind.LINE, 3)]
     for circle, kind in ((CORNER, TargetKind.POINT), (PILLAR, TargetKind.CIRCLE)):

@@ -21,45 +21,45 @@ HUBS = [(0.6, 1.0), (1.4, 0.7), (2.2, 1.3)]
 WAVELENGTH = 0.0086
 
 
-def heard(line: tuple[float, float]) -> Group:
+def group_of(line: tuple[float, float]) -> Group:
     """One line as three ideal sweeps would locate it."""
     (group,) = group_lines([scenes.observed_wall(line, hub, sweep=k) for k, hub in enumerate(HUBS)], GATES)
     return group
 
 
-def test_a_wall_heard_once_is_a_fresnel_zone_long() -> None:
+def test_a_wall_detected_once_is_a_fresnel_zone_long() -> None:
     (group,) = group_lines([scenes.observed_wall(EAST, (1.0, 1.0))], GATES)
     span = detected_span(group, WallSettings())
     assert span.high - span.low == pytest.approx(2 * np.sqrt(WAVELENGTH * 2.0 / 2))
 
 
-def test_a_wall_is_as_long_as_it_was_heard_with_the_zone_of_each_echo() -> None:
-    span = detected_span(heard(SOUTH), WallSettings())
+def test_a_wall_is_as_long_as_it_was_detected_with_the_zone_of_each_echo() -> None:
+    span = detected_span(group_of(SOUTH), WallSettings())
     zones = [np.sqrt(WAVELENGTH * depth / 2) for depth in (1.0, 1.3)]
     assert (span.low, span.high) == pytest.approx((0.6 - zones[0], 2.2 + zones[1]), abs=1e-6)
 
 
 def test_longer_waves_make_longer_zones() -> None:
-    short, long = (detected_span(heard(SOUTH), WallSettings(wavelength=wave)) for wave in (0.0043, 0.0086))
+    short, long = (detected_span(group_of(SOUTH), WallSettings(wavelength=wave)) for wave in (0.0043, 0.0086))
     assert long.low < short.low < short.high < long.high
 
 
 def test_a_wall_goes_on_to_where_it_meets_its_neighbour_and_no_farther_at_its_free_end() -> None:
-    groups = [heard(SOUTH), heard(EAST)]
+    groups = [group_of(SOUTH), group_of(EAST)]
     spans = [detected_span(group, WallSettings()) for group in groups]
     south, east = walls_of(groups, spans, junctions(spans, max_extension=2.0))
     assert south.endpoints_xy == pytest.approx(np.array([spans[0].point_xy(spans[0].low), [3.0, 0.0]]), abs=1e-6)
     assert east.endpoints_xy == pytest.approx(np.array([[3.0, 0.0], spans[1].point_xy(spans[1].high)]), abs=1e-6)
 
 
-def test_without_meetings_walls_end_where_they_were_heard_to_end() -> None:
+def test_without_junctions_walls_end_where_they_were_last_detected() -> None:
     span = Span(line=np.array(SOUTH), low=0.2, high=1.7)
-    (wall,) = walls_of([heard(SOUTH)], [span], [])
+    (wall,) = walls_of([group_of(SOUTH)], [span], [])
     assert wall.endpoints_xy == pytest.approx(np.array([[0.2, 0.0], [1.7, 0.0]]), abs=1e-9)
 
 
-def test_a_wall_tells_what_it_was_made_of() -> None:
-    group = heard(SOUTH)
+def test_a_wall_records_its_pings_and_stations() -> None:
+    group = group_of(SOUTH)
     (wall,) = walls_of([group], [detected_span(group, WallSettings())], [])
     assert (wall.stations, wall.pings) == (3, 120)
     assert wall.class_probabilities.wall == 1.0

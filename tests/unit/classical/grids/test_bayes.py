@@ -26,7 +26,7 @@ def test_the_grid_is_that_of_the_inverse_sensor_model_written_out(seed: int) -> 
     np.testing.assert_allclose(found.grid.values, 1 / (1 + np.exp(-odds)), atol=1e-12)
 
 
-def test_one_ping_makes_its_arc_occupied_and_what_is_before_it_free_and_tells_nothing_else() -> None:
+def test_one_ping_makes_its_arc_occupied_and_the_space_before_it_free_and_changes_nothing_else() -> None:
     found = rule()
     found.add(cells.cone(0.05, 0.05))
     values = [cells.value_at(found, x, y) for x, y in ((1.05, 0.05), (0.55, 0.05), (1.35, 0.05), (0.05, 0.75))]
@@ -51,7 +51,7 @@ def test_pings_count_the_same_in_any_order_and_in_any_portions() -> None:
     np.testing.assert_allclose(whole.grid.values, parts.grid.values, atol=1e-12)
 
 
-def test_silence_says_nothing_unless_it_is_told_to_clear_the_whole_cone() -> None:
+def test_silence_changes_nothing_unless_it_is_set_to_clear_the_whole_cone() -> None:
     deaf = rule(BayesSettings(clear_without_echo=False))
     for found, wanted in ((rule(), 0.4), (deaf, 0.5)):
         found.add(cells.cone(0.05, 0.05, reading=np.inf))

@@ -60,6 +60,6 @@ def test_a_map_that_would_grow_too_large_is_refused_and_the_canvas_left_as_it_wa
     assert canvas.raster == before
 
 
-def test_a_place_so_far_away_that_cells_cannot_be_told_apart_is_refused() -> None:
+def test_a_place_so_far_away_that_cells_cannot_be_distinguished_is_refused() -> None:
     with pytest.raises(InvalidValueError, match=r"up to 1e\+30 m from the origin"):
         Canvas(SETTINGS).cover(box(1e30, 1e30))

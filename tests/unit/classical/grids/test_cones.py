@@ -57,7 +57,7 @@ def test_a_reading_is_a_range_or_silence_or_says_nothing(reading: float, wanted:
     assert cones_of(sweep(reading), scenes.rig()).readings.tolist() == wanted
 
 
-def test_no_sensor_hears_behind_itself() -> None:
+def test_no_sensor_detects_anything_behind_itself() -> None:
     assert cones_of(sweep(1.0), wide_rig(3.0)).half_apertures.tolist() == [np.pi / 2]
 
 

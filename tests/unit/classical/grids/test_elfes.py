@@ -16,13 +16,13 @@ def certainties(cones: Cones, found: ElfesRule) -> FloatArray:
     """Empty and occupied certainties by the formulas of 1985, one ping after the other."""
     raster = cells.raster_of(found.grid)
     empty, occupied = np.zeros((2, raster.rows, raster.columns))
-    heard = [each for each in cells.seen(cones, raster) if np.isfinite(each.reading)]
-    for seen in heard:
+    echoes = [each for each in cells.seen(cones, raster) if np.isfinite(each.reading)]
+    for seen in echoes:
         beyond = (seen.distances - 0.05) / (seen.reading - ERROR - 0.05)
         near = seen.inside & (seen.distances >= 0.05) & (seen.distances <= seen.reading - ERROR)
         share = np.where(near, (1 - beyond**2) * (1 - seen.turns**2), 0.0)
         empty = empty + share - empty * share
-    for seen in heard:
+    for seen in echoes:
         off = (seen.distances - seen.reading) / ERROR
         share = np.where(seen.inside & (np.abs(off) <= 1), (1 - off**2) * (1 - seen.turns**2), 0.0) * (1 - empty)
         share = share / share.sum() if share.sum() > 0 else share

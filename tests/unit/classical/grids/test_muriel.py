@@ -31,8 +31,8 @@ def test_the_grid_is_that_of_the_forward_model_written_out(seed: int) -> None:
         z = (seen.reading - seen.distances) / 0.05
         passed = 0.5 * (1 + np.vectorize(erf)(z / np.sqrt(2)))
         ratio = 1 - q * passed + q * np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi) / 0.05 / 2.0
-        told = seen.inside & (seen.distances <= min(seen.reading + 0.15, seen.reach))
-        evidence = np.log(np.where(told, ratio, 1.0))
+        affected = seen.inside & (seen.distances <= min(seen.reading + 0.15, seen.reach))
+        evidence = np.log(np.where(affected, ratio, 1.0))
         best, worst = strongest.get(place, np.zeros((2, *evidence.shape)))
         strongest[place] = np.stack([np.maximum(best, evidence), np.minimum(worst, evidence)])
     total = np.zeros((raster.rows, raster.columns))
@@ -66,7 +66,7 @@ def test_another_place_counts_anew() -> None:
     assert 0.5 < values[0] < values[1] < values[2]
 
 
-def test_a_place_tells_for_a_cell_and_against_it_only_as_much_as_its_strongest_pings() -> None:
+def test_the_evidence_of_a_place_is_that_of_its_strongest_pings_for_and_against() -> None:
     strong, weak = cells.cone(0.05, 0.05, reading=1.01), cells.cone(0.05, 0.05, reading=1.06)
     both, one = rule(), rule()
     both.add(joined(weak, strong))
@@ -86,7 +86,7 @@ def test_sound_may_be_thrown_away_so_that_a_long_reading_takes_little_from_a_wal
     assert 0.5 > alone.grid.values.min() > (1 - faces) / (2 - faces)
 
 
-def test_what_other_pings_of_the_place_look_through_was_not_the_surface_that_one_of_them_heard() -> None:
+def test_a_surface_is_not_where_other_pings_of_the_place_look_through() -> None:
     found = rule()
     found.add(cells.cone(0.05, 0.05))
     before = cells.value_at(found, 0.85, 0.55)
@@ -94,7 +94,7 @@ def test_what_other_pings_of_the_place_look_through_was_not_the_surface_that_one
     assert before > 0.5 > cells.value_at(found, 0.85, 0.55)
 
 
-def test_silence_tells_against_cells_and_less_the_farther_they_are() -> None:
+def test_silence_is_evidence_against_cells_and_weaker_the_farther_they_are() -> None:
     found = rule()
     found.add(cells.cone(0.05, 0.05, reading=np.inf))
     values = [cells.value_at(found, x, 0.05) for x in (0.55, 1.55, 2.55)]

@@ -9,7 +9,7 @@ STATIONS = [(1.0, 1.0), (1.4, 0.0), (2.0, -0.7), (3.1, -0.8)]
 SETTINGS = TriangulationSettings()
 
 
-def test_a_point_is_counted_once_for_each_sweep_that_heard_it() -> None:
+def test_a_point_is_counted_once_for_each_sweep_that_detected_it() -> None:
     newest = arcs.on_point(POINT, STATIONS[:1], turns=(0.2,))
     found = triangulate(newest, arcs.on_point(POINT, STATIONS[1:], turns=(-0.1, 0.0, 0.1)), SETTINGS)
     assert found.counts.tolist() == [3]

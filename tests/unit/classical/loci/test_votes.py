@@ -51,6 +51,6 @@ def test_an_echo_has_one_vote_in_a_cell(ballot_of: type) -> None:
     assert ballot_of(near, VoteSettings(min_sweeps=1)).leader()[1] == 1
 
 
-def test_nobody_votes_where_nothing_was_heard() -> None:
+def test_there_are_no_votes_where_nothing_was_detected() -> None:
     for ballot in (line_ballot(arcs.nothing(), SETTINGS), point_ballot(arcs.nothing(), SETTINGS)):
         assert ballot.leader()[1] <= 0

@@ -48,7 +48,7 @@ def test_walls_end_in_their_corners() -> None:
     assert gaps == pytest.approx(0.0, abs=1e-9)
 
 
-def test_a_box_heard_from_outside_has_convex_corners() -> None:
+def test_a_box_detected_from_outside_has_convex_corners() -> None:
     points = room()[:-25]
     outside = CORNERS.mean(axis=0) + 3 * (points - CORNERS.mean(axis=0))
     features = found(points, origins_xy=outside)
@@ -101,7 +101,7 @@ def test_weights_count_like_points() -> None:
         assert one.covariance == pytest.approx(other.covariance)
 
 
-def test_features_know_from_how_many_stations_they_were_heard() -> None:
+def test_features_record_from_how_many_stations_they_were_detected() -> None:
     points = room()
     features = features_of_points(points, np.ones(len(points)), sweeps=np.arange(len(points)) % 5)
     assert [wall.stations for wall in features.walls] == [5] * 4
@@ -109,9 +109,9 @@ def test_features_know_from_how_many_stations_they_were_heard() -> None:
     assert [wall.stations for wall in found(points).walls] == [0] * 4
 
 
-def test_what_one_station_heard_alone_is_no_feature() -> None:
+def test_what_only_one_station_detected_is_no_feature() -> None:
     points = room()
-    # Two walls and the column were heard in the first sweep only.
+    # Two walls and the column were detected in the first sweep only.
     sweeps = np.where((points[:, 1] > 0.51) & (points[:, 0] < 1.99), 0, np.arange(len(points)) % 2)
     features = features_of_points(points, np.ones(len(points)), sweeps=sweeps)
     assert len(features.walls) == 2

@@ -30,7 +30,7 @@ WAY = np.array(
 def sightings(
     pose: FloatArray, sweep: int, *, rng: np.random.Generator | None = None, world: World = WORLD
 ) -> list[Observation]:
-    """What is seen of a world from a pose, as noisy as the filter believes."""
+    """What is seen of a world from a pose, as noisy as the filter assumes."""
     settings = SlamSettings()
     found = []
     for shape, values in world:
@@ -125,7 +125,7 @@ def test_coming_back_makes_the_poses_before_surer_too() -> None:
     assert np.trace(slam.state.marginal(["pose 1"]).covariance) < np.trace(before)
 
 
-def test_without_sightings_the_poses_are_those_of_dead_reckoning() -> None:
+def test_without_observations_the_poses_are_those_of_dead_reckoning() -> None:
     slam = Slam()
     for sweep, pose in enumerate(WAY):
         slam.add(sweep, pose, [])
@@ -138,7 +138,7 @@ def test_one_sweep_alone_makes_no_landmark() -> None:
     assert slam.landmarks == []
 
 
-def test_two_sweeps_from_one_place_do_not_tell_what_a_thing_is() -> None:
+def test_two_sweeps_from_one_place_do_not_determine_a_class() -> None:
     slam = Slam()
     for sweep in range(2):
         slam.add(sweep, WAY[0], sightings(WAY[0], sweep))

@@ -31,12 +31,12 @@ def test_free_is_a_share_of_the_range_to_a_cell() -> None:
         assert high == pytest.approx(2.0 * share, abs=0.1)
 
 
-def test_a_room_is_free_where_it_was_heard_and_no_larger() -> None:
+def test_a_room_is_free_where_it_was_observed_and_no_larger() -> None:
     corners = np.radians([0, 90, 180, 270])
-    heard = [
+    pings_by_sweep = [
         pings(around(normal, 0.6), wall_ranges(around(normal, 0.6), normal=normal, distance=1.5)) for normal in corners
     ]
-    free = find_free_space(heard)
+    free = find_free_space(pings_by_sweep)
     assert 0.5 * (0.7 * 1.5) ** 2 * 4 * 1.2 < free.area < 3.0**2
     assert not free.data[[0, -1]].any()
     assert not free.data[:, [0, -1]].any()
@@ -49,7 +49,7 @@ def test_one_stray_reading_shows_nothing() -> None:
     np.testing.assert_array_equal(clean.at([[1.8, 0.5]]), spoilt.at([[1.8, 0.5]]))
 
 
-def test_where_the_robot_was_is_free_whatever_was_heard() -> None:
+def test_the_place_of_the_robot_is_free_whatever_was_detected() -> None:
     free = find_free_space([one_ping(0.05)])
     assert free.at([[0.0, 0.0], [0.1, 0.0], [0.0, -0.1]]).all()
     assert free.area == pytest.approx(np.pi * 0.15**2, rel=0.35)
@@ -62,7 +62,7 @@ def test_many_pings_at_once_show_what_they_show_one_by_one() -> None:
     np.testing.assert_array_equal(find_free_space([together]).data, find_free_space(apart).data)
 
 
-def test_nothing_heard_is_no_free_space() -> None:
+def test_without_echoes_there_is_no_free_space() -> None:
     free = find_free_space([WALL[:0]])
     assert free.area == 0.0
     assert not free.at([[0.0, 0.0]]).any()
