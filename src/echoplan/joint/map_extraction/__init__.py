@@ -1,1 +1,1 @@
-"""Outline: how far walls go, where they meet, and the map that this makes."""
+"""Extraction of the map: extents of walls, their corners and openings."""

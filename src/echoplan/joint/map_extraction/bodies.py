@@ -1,4 +1,4 @@
-"""Bodies: behind each wall that was detected stands a body of unknown depth, which blocks the view of other walls."""
+"""Bodies: objects of unknown depth behind detected walls, which occlude the view of other walls."""
 
 import math
 from collections.abc import Sequence
@@ -13,19 +13,19 @@ from echoplan.joint.map_extraction.surroundings import Beside, points_on
 
 __all__ = ["Bodies"]
 
-# Mean depth of a body of which only the front was detected [m]: in the flats 20 to 59 of `benchmarks/flats.py` half as
-# much gives the same walls, and twice as much shortens them a little.
+# Mean depth of a body of which only the front was detected [m]. On flats 20 to 59 of `benchmarks/flats.py` half the
+# value gives the same walls, and twice the value shortens them a little.
 _DEPTH = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Bodies:
-    """What stands behind n segments.
+    """Bodies behind n segments.
 
     Parameters
     ----------
     owners : ndarray of int, shape (n,)
-        Feature of each front.
+        Landmark of each front.
     origins_xy : ndarray, shape (n, 2)
         Lower ends of the fronts [m].
     axes : ndarray, shape (n, 2, 2)
@@ -44,7 +44,7 @@ class Bodies:
 
     @classmethod
     def behind(cls, segments: Sequence[Segment], path_xy: FloatArray) -> "Bodies":
-        """Take segments for fronts of bodies that end at their backs, or before the path of the robot [m]."""
+        """Return the bodies behind segments; each ends at its detected back, or before the path of the robot [m]."""
         return cls(
             owners=np.array([each.owner for each in segments], dtype=np.int64),
             origins_xy=np.array([each.point(each.low) for each in segments]).reshape(-1, 2),
@@ -54,9 +54,10 @@ class Bodies:
         )
 
     def hide(self, origins_xy: FloatArray, owner: int, line: FloatArray, places: FloatArray) -> FloatArray:
-        """Return the probability that a body hides each place along the line of a feature from the origin beside it.
+        """Return the probability that a body occludes each place along a line, seen from the origin of the same row.
 
-        What faces the line does not: its back is no farther than the line.
+        Segments of the landmark itself and those that face its line do not count: their bodies end at the line at the
+        latest.
         """
         fronts = (self.owners != owner) & (self.axes[:, 1] @ directions(line[0]) > -PARALLEL)
         corner, axes, (least, greatest) = self.origins_xy[fronts], self.axes[fronts], self.depths[fronts].T
@@ -65,7 +66,7 @@ class Bodies:
             for points in (origins_xy, points_on(line, places))
         )
         along, inward = np.moveaxis(stop - start, -1, 0)
-        # Where the way enters and leaves what lies before or behind the front, as shares of the way.
+        # Where each line of sight enters and leaves the strip perpendicular to the front, as shares of its length.
         borders = np.stack([-start[..., 0], self.widths[fronts] - start[..., 0]])
         shares = np.sort(borders / np.where(np.abs(along) < 1e-12, 1e-12, along), axis=0).clip(0.0, 1.0)
         depths = start[..., 1] + shares * inward
@@ -77,7 +78,7 @@ class Bodies:
 
 
 def _depths(front: Segment, segments: Sequence[Segment], path_xy: FloatArray) -> tuple[float, float]:
-    """Return the least and the greatest depth of the body behind a front: to its back, or to where the robot drove."""
+    """Return the least and greatest depth of the body behind a front: to its back, or to the path of the robot [m]."""
     normal_angle, offset = front.wall.line
     opposite = [each for each in segments if math.cos(each.wall.line[0] - normal_angle) < -PARALLEL]
     beside = [Beside.of(front.wall.line, each) for each in opposite]

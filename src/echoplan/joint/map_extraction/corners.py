@@ -1,4 +1,4 @@
-"""Vertices: where two segments meet, and so end."""
+"""Corners: points where two segments meet and end."""
 
 import math
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ __all__ = ["CornerSettings", "Vertex", "find_vertices"]
 
 
 class CornerSettings(BaseModel, frozen=True, extra="forbid"):
-    """When two segments are taken to meet."""
+    """Criteria for two segments to meet."""
 
     least_turn: float = Field(default=math.radians(20), gt=0.0, description="between two segments that meet [rad]")
     overlap: float = Field(default=0.08, ge=0.0, description="that a segment may reach past its end [m]")
@@ -34,24 +34,24 @@ class CornerSettings(BaseModel, frozen=True, extra="forbid"):
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Vertex:
-    """Where two segments meet.
+    """Point where two segments meet.
 
     Parameters
     ----------
     segments : tuple of int
-        Numbers of both.
+        Indices of both segments.
     upper : tuple of bool
-        Whether it is the upper end of each.
+        Whether each segment has its upper end there.
     position_xy : ndarray, shape (2,)
-        The vertex [m].
+        Position [m].
     kind : CornerKind
-        As seen from where the segments were heard.
+        Concave or convex, as seen from the stations.
     detected : bool
-        Whether sound came back from it.
+        Whether it was detected.
     echo : CornerEcho
-        What was heard of one of its walls in the other.
+        Echoes over both of its walls.
     cost : float
-        How far the segments had to be extended [m]; heard vertices come first.
+        Length by which both segments are extended [m], 10 m less for a detected vertex: the least cost comes first.
     """
 
     segments: tuple[int, int]
@@ -64,22 +64,7 @@ class Vertex:
 
 
 def find_vertices(segments: Sequence[Segment], echoes: Echoes, settings: CornerSettings) -> list[Vertex]:
-    """Find where segments meet, each end at most once, the likeliest first.
-
-    Parameters
-    ----------
-    segments : sequence of Segment
-        The segments.
-    echoes : Echoes
-        Where corners were heard.
-    settings : CornerSettings
-        When two segments meet.
-
-    Returns
-    -------
-    list of Vertex
-        The vertices.
-    """
+    """Find where segments meet; each end of a segment belongs to one vertex at most, that of the least cost."""
     pairs = ((one, other) for one in range(len(segments)) for other in range(one + 1, len(segments)))
     found = [_vertex(segments, pair, echoes, settings) for pair in pairs]
     vertices: list[Vertex] = []
@@ -120,7 +105,7 @@ def _vertex(
 
 
 def _goes_over_another(segments: Sequence[Segment], vertex: Vertex) -> bool:
-    """Return True if a segment would have to be extended across another one of its line."""
+    """Return True if a segment would be extended across another one of its line."""
     for segment in (segments[each] for each in vertex.segments):
         place = float(vertex.position_xy @ segment.along)
         others = [each for each in segments if each.owner == segment.owner and each is not segment]
@@ -141,7 +126,7 @@ def _reachable(
     *,
     settings: CornerSettings,
 ) -> bool:
-    """Return True if a crossing is at an end of both segments, and what lies between may be part of them."""
+    """Return True if a crossing is near an end of both segments and the stretches between may be wall."""
     if min(extensions) < -settings.overlap or max(extensions) > settings.extension:
         return False
     return not any(
@@ -157,11 +142,13 @@ def _is_far_fetched(
     echo: CornerEcho,
     settings: CornerSettings,
 ) -> bool:
-    """Return True if segments would have to be made too long for a vertex that no station detected.
+    """Return True if segments would be extended too far to a vertex that was not detected.
 
-    A convex one returns hardly any sound, but a concave one of a right angle returns it to wherever it comes from: if
-    it should have been detected, it is not there.  What an oblique one returns is hard to predict: it may be missed,
-    but only near to segments that were themselves detected over some length.
+    A concave right angle returns sound to wherever it comes from. If it should have been detected and was not, it does
+    not
+    exist. The echo of an oblique concave corner is hard to predict, so it may be missed, but it must be near to
+    segments
+    that were themselves detected over some length. A convex corner returns hardly any sound.
     """
     if kind is CornerKind.CONCAVE and returns_sound(segments[0].wall.line, segments[1].wall.line):
         return max(extensions) > settings.unheard_extension and echo.gain < -settings.certain
@@ -174,7 +161,7 @@ def _is_far_fetched(
 
 
 def _ends_before(segment: Segment, point_xy: FloatArray, corners_xy: FloatArray, settings: CornerSettings) -> bool:
-    """Return True if a corner was detected on a segment's line on the way to a point: the segment ends there."""
+    """Return True if a corner was detected on the line of a segment on the way to a point, where the segment ends."""
     on_line = np.abs(corners_xy @ directions(segment.wall.line[0]) - segment.wall.line[1]) < settings.reach
     sign = 1.0 if segment.is_upper(point_xy) else -1.0
     start, stop = max(sign * segment.low, sign * segment.high), sign * float(point_xy @ segment.along)
@@ -183,7 +170,7 @@ def _ends_before(segment: Segment, point_xy: FloatArray, corners_xy: FloatArray,
 
 
 def _kind(one: Segment, other: Segment) -> CornerKind | None:
-    """Concave if each segment lies before the other, convex if behind; None if they cannot be segments of one body."""
+    """Return concave if each segment lies before the other, convex if behind, None if they cannot be of one body."""
     before = [
         first.wall.line[1] - float(directions(first.wall.line[0]) @ second.middle_xy)
         for first, second in ((one, other), (other, one))

@@ -1,4 +1,4 @@
-"""What each station says of where a wall ends: log-likelihood ratios of its pings, by the place of the end."""
+"""Line evidence of stations: log-likelihood ratios of their pings as a function of where a wall ends."""
 
 import math
 
@@ -17,31 +17,17 @@ from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["OFFSETS", "line_evidence"]
 
-# How far the end of a wall may lie before the foot of a perpendicular (positive: the station stands past the end) [m].
-# A Fresnel zone before the end the whole echo comes back, and 0.4 m past it none that a sonar of this kind detects.
+# Distance of the end of a wall before the foot of a perpendicular (positive: the station stands past the end) [m]. One
+# Fresnel zone before the end the echo has its full strength; 0.4 m past the end no sonar of this kind detects it.
 OFFSETS = np.linspace(-0.10, 0.40, 26)
-# TrackHistory the end of a wall the echo depends on what the wall ends in: a screen and a wedge differ by so much [dB].
+# Past the end of a wall the echo depends on the shape of the end: a screen and a wedge differ by this much [dB].
 _JAMB = 6.0
 
 
 def line_evidence(likelihood: PingLikelihood, wall: Hypothesis, count: int, log_densities: FloatArray) -> LineEvidence:
-    """Collect what the first stations say of where a line is wall.
+    """Return the line evidence of a wall from the first ``count`` stations, one row per station that could detect it.
 
-    Parameters
-    ----------
-    likelihood : PingLikelihood
-        The pings.
-    wall : Hypothesis
-        The wall, with fresh evidence.
-    count : int
-        Only the first so many stations are asked.
-    log_densities : ndarray, shape (n,)
-        Log density of each reading by its best explanation without the wall [log 1/m].
-
-    Returns
-    -------
-    LineEvidence
-        One row a station that could detect a wall somewhere on the line.
+    ``log_densities`` are those of the readings under their best association without the wall, shape (n,) [log 1/m].
     """
     measurements = likelihood.measurements
     pings = wall.ping_scores.pings[measurements.stations[wall.ping_scores.pings] < count]
@@ -61,7 +47,7 @@ def _log_ratios(
     feet: FloatArray,
     noise: float,
 ) -> FloatArray:
-    """Log-likelihood ratios of a wall that ends at each offset against none, by station and end, shape (s, 2, m)."""
+    """Return log-likelihood ratios of a wall with an end at each offset against no wall, shape (s, 2, m) [nats]."""
     shape, ratios = shape_of(reflector), np.zeros((len(feet), 2, len(OFFSETS)))
     limits = measurements.min_range * hearing.scale, measurements.max_range * hearing.scale
     for ping in pings:
@@ -70,7 +56,7 @@ def _log_ratios(
         reading = measurements.readings[ping] * hearing.scale
         foot = shape[1] * place[1] - shape[2] * place[0]
         for side in range(2):
-            # How much farther past the end the foot of this ping lies than that of its station.
+            # Distance of the foot of this ping past that of its station, as sensors are off the center of the robot.
             further = feet[station] - foot if side == 0 else foot - feet[station]
             for index in range(len(OFFSETS)):
                 over = OFFSETS[index] + further
@@ -90,7 +76,11 @@ def _log_ratio(
     noise: float,
     level: float,
 ) -> float:
-    """Return what one reading says of a wall whose lower (0) or upper (1) end lies so far before the foot [nats]."""
+    """Return the log-likelihood ratio of one reading for a wall against its best other association [nats].
+
+    ``end`` holds which end of the wall is varied (0 lower, 1 upper) and how far it lies before the foot of the
+    perpendicular [m]; ``level`` is the log density of the reading without the wall.
+    """
     side, over = end
     beyond = -math.inf
     sight = diffracted(

@@ -1,4 +1,4 @@
-"""MapBuilder: adjusted hypotheses as the walls, corners and cylinders of a map, with covariances."""
+"""Map builder: optimised landmarks as the walls, corners and cylinders of a map, with covariances."""
 
 import math
 from collections.abc import Sequence
@@ -24,18 +24,18 @@ from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Wal
 
 __all__ = ["MapBuilder", "MapSettings"]
 
-# A gap shorter than this is none [m].
+# Length up to which a gap is ignored [m].
 _TOUCHING = 0.05
-# A wall ends this far from the path of the robot, so that both do not touch [m].
+# Distance between the end of a wall and the path of the robot, so that they do not touch [m].
 _CLEAR = 0.001
-# A wall is drawn so much farther at most to the jamb that its other face shows [m].
+# Greatest shift of an end to the jamb that the other face of the wall determines [m].
 _FARTHEST = 0.4
-# What is narrower is no way through, and what is wider belongs to no wall [m].
+# Least and greatest width of an opening [m]: narrower ones are no passage, wider ones separate two walls.
 _WIDTHS = (0.5, 3.0)
 
 
 class MapSettings(BaseModel, frozen=True, extra="forbid"):
-    """What is drawn."""
+    """Criteria for what is drawn."""
 
     clear_station: float = Field(default=5.0, description="least gain of a station that counts [nats]")
     lone_stations: int = Field(default=3, ge=1, description="that must have heard a corner without walls")
@@ -50,14 +50,14 @@ class MapSettings(BaseModel, frozen=True, extra="forbid"):
 
 
 class _Drawn(NamedTuple):
-    """How a segment is drawn: its ends (None if nothing says where), where to, and how much is inferred there [m]."""
+    """A segment as drawn: distributions of its ends (None if unknown), end places, and inferred lengths there [m]."""
 
     ends: tuple[End | None, End | None]
     places: tuple[float, float]
     inferred: tuple[float, float]
 
     def moved_to(self, gap: Gap, along: FloatArray) -> "_Drawn":
-        """Move the end beside a gap to where both faces of the wall say that it is, unless no observed wall is left."""
+        """Move the end at a gap to the jamb that both faces determine, unless no observed length would remain."""
         (first, last), (low, high) = (
             sorted(zip(gap.endpoints_xy @ along, gap.jambs, strict=True), key=lambda each: each[0]),
             self.places,
@@ -76,7 +76,7 @@ class _Drawn(NamedTuple):
 
 
 def _diluted(probabilities: ClassProbabilities, share: float) -> ClassProbabilities:
-    """Mix class probabilities with those of what was not observed: a third each."""
+    """Mix class probabilities with a share of one third each, for what was not observed."""
     mixed = (1.0 - share) * np.array([probabilities.wall, probabilities.corner, probabilities.cylinder]) + share / 3.0
     wall, corner, cylinder = mixed.tolist()
     return ClassProbabilities(wall=wall, corner=corner, cylinder=cylinder)
@@ -84,26 +84,26 @@ def _diluted(probabilities: ClassProbabilities, share: float) -> ClassProbabilit
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class MapBuilder:
-    """What was found, and how well it is known.
+    """Landmarks, segments and corners from which a map is made, and their covariances.
 
     Parameters
     ----------
     features : sequence of Hypothesis
-        What is there, as adjusted; their pasts tell who heard them.
+        Optimised landmarks with their track histories.
     solution : Solution
-        Covariances.
+        Solution with the covariances.
     segments : sequence of Segment
-        Walls.
+        Wall segments.
     vertices : sequence of Vertex
-        Where they meet.
+        Corners where segments meet.
     squareness : ManhattanPrior or None
-        Which features were drawn to right angles.
+        Manhattan prior that was used.
     settings : MapSettings
-        What is drawn.
+        Criteria for what is drawn.
     ties : CornerFactorSettings, optional
-        Which corners are those of which walls.
+        Criteria for corners that lie on walls.
     path_xy : ndarray, shape (p, 2), optional
-        The way of the robot, which no wall crosses [m].
+        Path of the robot, which no wall crosses [m].
     """
 
     features: Sequence[Hypothesis]
@@ -116,13 +116,10 @@ class MapBuilder:
     path_xy: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
 
     def right_angles(self) -> dict[str, float | bool]:
-        """Tell how many walls were drawn to right angles, how closely, and whether along the axes.
+        """Return what the Manhattan prior did, empty without one.
 
-        Returns
-        -------
-        dict of str to float or bool
-            Their number (``walls``), the standard deviation of their directions (``sigma``) [rad], and whether they
-            were taken to stand along the axes of the map (``along_axes``); empty if none.
+        Keys are ``walls``, the number of its members, ``sigma``, the standard deviation of their directions [rad], and
+        ``along_axes``, whether they are aligned with the axes of the map.
         """
         if self.squareness is None:
             return {}
@@ -130,18 +127,7 @@ class MapBuilder:
         return {"walls": walls, "sigma": self.squareness.sigma, "along_axes": self.squareness.along_axes}
 
     def walls(self, gaps: Sequence[Gap]) -> tuple[Wall, ...]:
-        """Draw the segments, each up to what ends it.
-
-        Parameters
-        ----------
-        gaps : sequence of Gap
-            What lies between segments: both faces of a wall end at the same jamb.
-
-        Returns
-        -------
-        tuple of Wall
-            One a segment.
-        """
+        """Return one wall per segment; walls on both sides of an open gap end at its jambs."""
         drawn = [self._drawn(number) for number in range(len(self.segments))]
         for gap in gaps:
             for number in gap.walls if gap.is_open else ():
@@ -149,13 +135,7 @@ class MapBuilder:
         return tuple(self._wall(*each) for each in zip(self.segments, drawn, strict=True))
 
     def cylinders(self) -> tuple[Cylinder, ...]:
-        """Draw the cylinders.
-
-        Returns
-        -------
-        tuple of Cylinder
-            All of them.
-        """
+        """Return the cylinders."""
         return tuple(
             Cylinder(
                 center_xy=each.reflector[1:3],
@@ -170,13 +150,7 @@ class MapBuilder:
         )
 
     def corners(self) -> tuple[Corner, ...]:
-        """Draw the vertices, and the corners that were heard where no two segments end.
-
-        Returns
-        -------
-        tuple of Corner
-            All of them.
-        """
+        """Return the corners where segments meet, and lone corners that were detected where none meet."""
         met = [self._corner(each) for each in self.vertices]
         lone = [
             self._lone_corner(number)
@@ -203,7 +177,7 @@ class MapBuilder:
         )
 
     def _drawn(self, number: int) -> _Drawn:
-        """Draw a segment up to vertices, or to where it probably ends, or to where it was detected last."""
+        """Draw a segment up to its corners, up to its known ends, or as far as it was detected."""
         segment = self.segments[number]
         ends, places, is_inferred = list(segment.ends), [segment.low, segment.high], [False, False]
         for vertex in self.vertices:
@@ -216,31 +190,23 @@ class MapBuilder:
         missing = max(self.settings.least_length - (places[1] - places[0]), 0.0) / 2
         wanted = (places[0] - missing, places[1] + missing)
         low, high = self._beside_path(segment, *wanted)
-        # Behind the path of the robot there is no corner at which the wall could end.
+        # An end that was clipped at the path of the robot is not known.
         known = [end if place == drawn else None for end, place, drawn in zip(ends, wanted, (low, high), strict=True)]
         beyond = (max(segment.low - low, 0.0), max(high - segment.high, 0.0))
         inferred = [length * is_one for length, is_one in zip(beyond, is_inferred, strict=True)]
         return _Drawn((known[0], known[1]), (low, high), (inferred[0], inferred[1]))
 
     def _beside_path(self, segment: Segment, low: float, high: float) -> list[float]:
-        """End what is drawn beyond a segment where the robot drove across its line."""
+        """Clip what is drawn beyond a segment at the path of the robot."""
         crossings, middle = path_crossings(segment.wall.line, self.path_xy), (segment.low + segment.high) / 2
         before = max(crossings[crossings <= middle], default=-math.inf)
         after = min(crossings[crossings > middle], default=math.inf)
         return [max(low, before + _CLEAR), min(high, after - _CLEAR)]
 
     def gaps(self, path_xy: FloatArray) -> list[Gap]:
-        """Find what lies between two segments that follow each other on a line.
+        """Return the gaps between consecutive segments of a line: openings and unobserved stretches.
 
-        Parameters
-        ----------
-        path_xy : ndarray, shape (p, 2)
-            The way of the robot [m].
-
-        Returns
-        -------
-        list of Gap
-            Openings, and stretches that nobody observed.
+        ``path_xy`` is the path of the robot, shape (p, 2) [m].
         """
         pairs = [
             (number, number + 1)
@@ -253,7 +219,7 @@ class MapBuilder:
         return merged_faces([each for each in wide if not self._is_filled(each)])
 
     def _is_filled(self, gap: Gap) -> bool:
-        """Return True if a wall of another feature stands in a gap: one wall may be mapped as two features."""
+        """Return True if a wall of another landmark fills a gap: one wall may be mapped as two landmarks."""
         owner, (low, high) = self.segments[gap.walls[0]].owner, gap.ends.tolist()
         return is_filled(gap.line, low, high, [each for each in self.segments if each.owner != owner])
 
@@ -281,20 +247,20 @@ class MapBuilder:
         )
 
     def _is_crossed(self, segment: Segment, low: float, high: float) -> bool:
-        """Return True if another wall crosses a stretch of a line: what is beside it is not one wall."""
+        """Return True if another wall crosses a stretch of a line, so that both sides are not one wall."""
         others = [each for each in self.segments if each.owner != segment.owner]
         ends_xy = np.array([[each.point(each.low), each.point(each.high)] for each in others]).reshape(-1, 2, 2)
         inner = segment.point(low + _TOUCHING), segment.point(high - _TOUCHING)
         return bool(crosses_segments([inner[0]], [inner[1]], ends_xy).any())
 
     def _leads_on(self, segment: Segment, low: float, high: float) -> bool:
-        """Return False if something stands before a stretch of a line, or closes it a little behind: a recess."""
+        """Return False if an object stands before a stretch of a line, or a wall closes it a little behind it."""
         others = [each for each in self.segments if each.owner != segment.owner]
         closing = fronts_of(segment.wall.line, others) + backs_of(segment.wall.line, others)
         return not any(first < high and low < last for first, last in closing)
 
     def _is_concave(self, number: int, *, upper: bool) -> bool:
-        """Return True if an end of a segment is a concave corner: what follows is another wall, and no opening."""
+        """Return True if an end of a segment is a concave corner, which no opening adjoins."""
         return any(
             vertex.kind is CornerKind.CONCAVE and (number, upper) in zip(vertex.segments, vertex.upper, strict=True)
             for vertex in self.vertices
@@ -320,7 +286,10 @@ class MapBuilder:
         return covariance
 
     def _class_of_vertex(self, vertex: Vertex) -> ClassProbabilities:
-        """Of a corner where two lines cross: sure if it was detected, else as likely as both walls go on up to it."""
+        """Return the class probabilities of a corner where two lines cross.
+
+        It is certain if it was detected, else as probable as wall between it and both segments.
+        """
         chance = (
             1.0
             if vertex.detected
@@ -329,9 +298,10 @@ class MapBuilder:
         return _diluted(ClassProbabilities(corner=1.0), 1.0 - chance)
 
     def _lone_corner(self, number: int) -> Corner:
-        """Draw a corner where its walls cross, if both are known, else where its echo seems to come from.
+        """Return a corner at the crossing of its walls if both are known, else where its echo seems to come from.
 
-        A wall that ends at the middle of another one, as a partition does, makes a corner with it, but no vertex.
+        A wall that ends at the middle of another one, such as a partition, forms a corner with it, but no segments meet
+        there.
         """
         feature = self.features[number]
         position = feature.reflector[1:3]
@@ -349,10 +319,11 @@ class MapBuilder:
         )
 
     def _is_lone(self, feature: Hypothesis) -> bool:
-        """Return True for a corner that is no vertex and that is where its echo seems to come from.
+        """Return True for a corner without segments that meet that lies where its echo seems to come from.
 
-        The echo of a concave corner goes over both of its sides: in one of the angle b it comes back after r sin(b),
-        not r, of the distance r of the vertex. Only where walls are square to each other the vertex is known.
+        The echo of a concave corner is reflected by both of its sides. With an angle b between them it returns after r
+        sin(b)
+        rather than r, the distance of the vertex. Therefore the vertex is known only if walls are square to each other.
         """
         if feature.kind is Kind.CORNER and self.squareness is None:
             return False

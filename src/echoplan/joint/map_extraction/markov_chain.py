@@ -1,7 +1,7 @@
-"""A two-state Markov chain along a wall line: is each cell wall or not, and where does the wall end.
+"""A two-state Markov chain along a wall line: whether each cell is wall, and where the wall ends.
 
 Forward-backward smoothing (L. R. Rabiner, "A tutorial on hidden Markov models", Proc. IEEE 77 (1989) 257) with
-transitions that depend on the place: the log potentials of ends hold the prior and what stations say of an end there.
+transitions that depend on the place: the log potentials of ends hold the prior and the evidence of stations for an end.
 """
 
 from typing import NamedTuple
@@ -22,7 +22,7 @@ class Chain(NamedTuple):
     wall : ndarray, shape (n,)
         Probability that each cell is wall.
     ends : ndarray, shape (2, n - 1)
-        Probability that at each border between two cells a wall begins (0: its lower end) or stops (1: its upper end).
+        Probability that a wall begins (0: its lower end) or stops (1: its upper end) at each border between two cells.
     """
 
     wall: FloatArray
@@ -30,28 +30,19 @@ class Chain(NamedTuple):
 
 
 def smoothed(cells: FloatArray, ends: FloatArray, stay: FloatArray) -> Chain:
-    """Smooth a line.
+    """Return the marginal probabilities of a line of n cells.
 
-    Parameters
-    ----------
-    cells : ndarray, shape (n,)
-        Log-likelihood ratio of wall against no wall of each cell [nats].
-    ends : ndarray, shape (2, n - 1)
-        Log potential of a lower and of an upper end at each border [nats].
-    stay : ndarray, shape (2, n - 1)
-        Log potential of no end at each border, outside of walls (0) and inside (1) [nats].
-
-    Returns
-    -------
-    Chain
-        Marginals.
+    ``cells`` are log-likelihood ratios of wall against no wall, shape (n,). ``ends`` are log potentials of a lower and
+    of
+    an upper end at each border, ``stay`` of no end outside (0) and inside (1) of walls, both of shape (2, n - 1)
+    [nats].
     """
     return Chain(*_marginals(cells, ends, stay))
 
 
 @compiled
 def _marginals(cells: FloatArray, ends: FloatArray, stay: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Marginals of cells, shape (n,), and of ends, shape (2, n - 1); state 0 is no wall, 1 is wall."""
+    """Return the marginals of cells, shape (n,), and of ends, shape (2, n - 1); state 0 is no wall, 1 is wall."""
     count = len(cells)
     forward, backward = np.zeros((count, 2)), np.zeros((count, 2))
     forward[0, 1] = cells[0]

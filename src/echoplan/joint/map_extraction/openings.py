@@ -1,4 +1,4 @@
-"""Openings: gaps between two segments of a line through which the robot drove or sound travelled."""
+"""Openings: gaps between two segments of a line through which the robot drove or sound passed."""
 
 import math
 from collections.abc import Sequence
@@ -13,26 +13,26 @@ from echoplan.model import Opening, UnobservedStretch
 
 __all__ = ["Gap", "merged_faces", "openings_of", "unobserved_of"]
 
-# The two faces of a wall are at most so far apart [m].
+# Greatest thickness of a wall: distance of its two faces [m].
 _THICKEST = 0.4
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Gap:
-    """What lies between two walls of one line, or of the lines of the two faces of a wall.
+    """Stretch between two segments of one line, or of the two faces of a wall.
 
     Parameters
     ----------
     walls : tuple of int
-        Indices of the walls beside it.
+        Indices of the adjacent walls.
     line : ndarray, shape (2,)
         Normal angle and offset [rad, m].
     jambs : tuple of End
-        Where it begins and ends along the line.
+        Distributions of its lower and upper end along the line.
     is_free : bool
-        Whether there is surely no wall somewhere in it.
+        Whether one of its cells is certainly no wall.
     is_open : bool
-        Whether it is free and known at both ends, and neither of these is a concave corner.
+        Whether it is an opening: free, with two known ends that are no concave corners.
     passed : bool
         Whether the robot drove through.
     """
@@ -46,7 +46,7 @@ class Gap:
 
     @property
     def ends(self) -> FloatArray:
-        """Where it begins and ends along the line [m], shape (2,)."""
+        """Lower and upper end along the line [m], shape (2,)."""
         return np.array([each.place for each in self.jambs])
 
     @property
@@ -57,7 +57,7 @@ class Gap:
         return ends
 
     def seen_along(self, line: FloatArray) -> "Gap":
-        """Return the same gap as one in a line through its middle that runs as another line does [rad, m]."""
+        """Return the gap on a line through its middle, parallel to another line (normal angle, offset) [rad, m]."""
         along, normal = directions(line[0] + math.pi / 2), directions(line[0])
         ends = zip(self.endpoints_xy @ along, self.jambs, strict=True)
         turned = math.cos(self.line[0] - line[0]) < 0.0
@@ -67,7 +67,7 @@ class Gap:
         return replace(self, line=np.array([line[0], offset]), jambs=(first, last))
 
     def is_other_face_of(self, other: "Gap") -> bool:
-        """Return True if this and another gap are in the two faces of one wall."""
+        """Return True if this gap and another one are in the two faces of one wall."""
         if math.cos(self.line[0] - other.line[0]) > -PARALLEL:
             return False
         face = other.seen_along(self.line)
@@ -76,9 +76,10 @@ class Gap:
         return bool(0.0 < face.line[1] - self.line[1] < _THICKEST and high - low > 0.5 * shorter)
 
     def merged(self, other: "Gap") -> "Gap":
-        """Merge it, an open one, with that of the other face: midway between both, each end where both say that it is.
+        """Merge this open gap with that of the other face, midway between both.
 
-        Of a gap in the other face that is not known to be open, only the place of that face is used.
+        The distributions of each jamb are multiplied. If the other gap is not known to be open, only its offset is
+        used.
         """
         face, (first, last) = other.seen_along(self.line), self.jambs
         if other.is_open:
@@ -93,7 +94,7 @@ class Gap:
 
 
 def merged_faces(gaps: Sequence[Gap]) -> list[Gap]:
-    """Merge open gaps with those in the other faces of their walls."""
+    """Merge open gaps with those in the other face of the same wall."""
     merged: list[Gap] = []
     for gap in sorted(gaps, key=lambda each: not each.is_open):
         face = next((each for each in merged if each.is_open and gap.is_other_face_of(each)), None)
@@ -105,7 +106,7 @@ def merged_faces(gaps: Sequence[Gap]) -> list[Gap]:
 
 
 def openings_of(gaps: Sequence[Gap]) -> tuple[Opening, ...]:
-    """Make openings of the gaps that are open."""
+    """Return the open gaps as openings."""
     return tuple(
         Opening(
             endpoints_xy=each.endpoints_xy,
@@ -119,7 +120,7 @@ def openings_of(gaps: Sequence[Gap]) -> tuple[Opening, ...]:
 
 
 def unobserved_of(gaps: Sequence[Gap]) -> tuple[UnobservedStretch, ...]:
-    """Make unobserved stretches of the gaps that may be wall."""
+    """Return the gaps that may be wall as unobserved stretches."""
     return tuple(
         UnobservedStretch(endpoints_xy=each.endpoints_xy, walls=each.walls) for each in gaps if not each.is_free
     )

@@ -1,4 +1,4 @@
-"""A wall segment: a part of a line that is wall, and how well its ends are known."""
+"""A wall segment: a part of a line that is wall, and the distributions of its ends."""
 
 import math
 from dataclasses import dataclass
@@ -13,29 +13,29 @@ __all__ = ["CELL", "CERTAIN", "PARALLEL", "End", "Segment"]
 
 # Width of a cell of a line [m].
 CELL = 0.02
-# Probability from which something counts as known.
+# Probability from which a cell or an end is certain.
 CERTAIN = 0.95
 # Walls within 12 degrees of each other are parallel (cosine).
 PARALLEL = math.cos(math.radians(12.0))
-# Standard deviation up to which an end is known [m].
+# Standard deviation below which an end is known [m].
 _KNOWN = 0.2
-# Share of the probability of one source about which two must agree to be joined.
+# Overlap of two distributions, as share of the greatest possible one, below which they disagree.
 _AGREEMENT = 0.01
 # Standard deviations across the 95 % interval of a normal distribution.
 _WIDTH_OF_95 = 2.0 * 1.96
-# What lies so near to the end of a segment or to a corner counts as that [m].
+# Margin at the end of a segment and at a corner within which cells do not count [m].
 _AT_END = 0.03
 
 
 class End(NamedTuple):
-    """Where a wall may end along its line.
+    """Distribution of the place of an end along a line.
 
     Attributes
     ----------
     places : ndarray, shape (n,)
         Borders between cells, in order [m].
     chances : ndarray, shape (n,)
-        Probability of each, up to a factor.
+        Probability of each border, up to a factor.
     """
 
     places: FloatArray
@@ -43,7 +43,7 @@ class End(NamedTuple):
 
     @classmethod
     def normal(cls, place: float, sigma: float) -> "End":
-        """Make one that is normally distributed."""
+        """Return a normal distribution with a mean and a standard deviation [m]."""
         deviations = np.linspace(-3.0, 3.0, 61)
         return cls(place + max(sigma, 1e-6) * deviations, np.exp(-0.5 * deviations**2))
 
@@ -69,19 +69,19 @@ class End(NamedTuple):
 
     @property
     def is_known(self) -> bool:
-        """Whether it is known well enough to draw a wall up to it; else it is drawn as far as it was detected."""
+        """Whether the wall is drawn up to this end; otherwise it is drawn as far as it was detected."""
         return self.sigma < _KNOWN
 
     def reversed(self) -> "End":
-        """Return the same end along the same line counted the other way."""
+        """Return the end along the line in the opposite direction."""
         return End(-self.places[::-1], self.chances[::-1])
 
     def centred(self, place: float) -> "End":
-        """Return an end as well known at another place [m]."""
+        """Return the same distribution about another median [m]."""
         return End(self.places + (place - self.place), self.chances)
 
     def joined(self, other: "End") -> "End":
-        """Return where the end is if two independent sources say where; the better known one if they disagree."""
+        """Return the product of two independent distributions, or the narrower one if they disagree."""
         fine, coarse = sorted((self, other), key=lambda each: each.sigma)
         chances = fine.chances * np.interp(fine.places, coarse.places, coarse.chances, left=0.0, right=0.0)
         agrees = chances.sum() > _AGREEMENT * fine.chances.sum() * coarse.chances.max()
@@ -95,15 +95,15 @@ class Segment:
     Parameters
     ----------
     owner : int
-        Index of the feature.
+        Index of the landmark.
     wall : Hypothesis
-        The feature.
+        The landmark.
     low, high : float
-        Where it is drawn to along the line [m]: up to an end that is known, or as far as it was detected.
+        Drawn ends along the line [m]: the medians of known ends, else as far as it was detected.
     ends : tuple of End or None
-        Where the lower and the upper end may be; None where nothing says that the wall ends there.
+        Distributions of the lower and the upper end; None without evidence for an end.
     pings : int
-        How many pings it reflected.
+        Number of pings that it reflected.
     start : float
         Place of the lower border of the first cell of the line [m].
     chances : ndarray, shape (n,)
@@ -121,13 +121,13 @@ class Segment:
 
     @property
     def along(self) -> FloatArray:
-        """Unit vector along it, shape (2,)."""
+        """Unit vector along the segment, shape (2,)."""
         angle = float(self.wall.line[0])
         return np.array([-math.sin(angle), math.cos(angle)])
 
     @property
     def middle_xy(self) -> FloatArray:
-        """The point halfway [m], shape (2,)."""
+        """Midpoint [m], shape (2,)."""
         return self.point(0.5 * (self.low + self.high))
 
     def point(self, place: float) -> FloatArray:
@@ -137,31 +137,31 @@ class Segment:
         return np.array([offset * cosine - place * sine, offset * sine + place * cosine])
 
     def chances_between(self, low: float, high: float) -> FloatArray:
-        """Return the probabilities of the cells whose middles lie between two places along the line [m]."""
+        """Return the wall probabilities of the cells whose middles lie between two places along the line [m]."""
         first, last = np.ceil((np.array([low, high]) - self.start) / CELL - 0.5).astype(int).clip(0, len(self.chances))
         return self.chances[first:last]
 
     def is_free(self, low: float, high: float) -> bool:
-        """Return True if there is surely no wall somewhere between two places along the line [m]."""
+        """Return True if a cell between two places along the line [m] is certainly no wall."""
         return bool(self.chances_between(low, high).min(initial=1.0) < 1.0 - CERTAIN)
 
     def chance_up_to(self, point_xy: FloatArray) -> float:
-        """Return the least probability of wall on the way from its end to a point on its line."""
+        """Return the least wall probability between the nearer end and a point on the line."""
         place = float(point_xy @ self.along)
         end = self.high if self.is_upper(point_xy) else self.low
         return float(self.chances_between(min(end, place), max(end, place)).min(initial=1.0))
 
     def extension(self, point_xy: FloatArray) -> float:
-        """Return how far it must be lengthened to reach a point on its line [m]; below 0 if the point lies on it."""
+        """Return how far the segment must grow to reach a point on its line [m]; negative if it contains it."""
         place = float(point_xy @ self.along)
         return max(self.low - place, place - self.high)
 
     def is_upper(self, point_xy: FloatArray) -> bool:
-        """Return True if a point is nearer to its upper end than to the lower one."""
+        """Return True if a point is nearer to the upper end than to the lower one."""
         return float(point_xy @ self.along) > 0.5 * (self.low + self.high)
 
     def is_open_toward(self, point_xy: FloatArray) -> bool:
-        """Return True if there is surely no wall somewhere between its end and a point beyond that."""
+        """Return True if a cell between the nearer end and a point beyond it is certainly no wall."""
         place = float(point_xy @ self.along)
         end = self.high if self.is_upper(point_xy) else self.low
         return self.is_free(min(end, place) + _AT_END, max(end, place) - _AT_END)

@@ -1,9 +1,8 @@
 """Wall segments: which parts of a line are wall, as a two-state Markov chain along it.
 
-Each cell of a line is wall or not.  A station says something of the cells near the foot of its perpendicular, and of an
-end of the wall near that (``views``); where sound or the robot passed through, there is no wall; and between the cells
-ends are rare.  Forward-backward smoothing (``chain``) gives the probability of each cell, and of an end at each border
-between two cells.
+Each cell of a line is wall or not. A station contributes to the cell at the foot of its perpendicular, and to ends of
+the wall near it (``endpoint_views``). Where sound or the robot passed through there is no wall. Ends are rare.
+Forward-backward smoothing (``markov_chain``) gives the probability of each cell, and of an end at each border.
 """
 
 import math
@@ -37,22 +36,22 @@ from echoplan.joint.search.specular_points import Echoes
 
 __all__ = ["SegmentSettings", "find_segments"]
 
-# Rounds in which segments are found, each with the views that those of the round before block.
+# Iterations: occlusion is computed from the segments of the previous one.
 _ROUNDS = 3
-# Log-likelihood ratio of a wall where the robot drove [nats].
+# Log-likelihood ratio against wall where the robot crossed the line [nats].
 _NEVER = 1e6
-# Length from which a stretch behind something interrupts a wall [m].
+# Length from which a stretch hidden by an object interrupts a wall [m].
 _UNSEEN = 0.1
-# A knife edge describes what a real wall ends in to within a cell: weights of the borders about an end.
+# Weights of the borders about an end: the knife-edge model locates the end of a real wall to within one cell.
 _BLUR = np.array([0.25, 0.5, 0.25])
-# Feet of single pings lie about that of their station: by less than the arm of a turret [m].
+# Greatest distance of the foot of a ping from that of its station: the arm of a turret is shorter [m].
 _ARM = 0.1
-# At the default rate of ends cells so far apart say nothing of each other: their correlation is 2e-9 [m].
+# Distance from which cells are independent: at the default rate of ends their correlation is 2e-9 [m].
 _APART = 30.0
 
 
 class SegmentSettings(BaseModel, frozen=True, extra="forbid"):
-    """The model of a wall line."""
+    """Prior probabilities of the chain along a wall line."""
 
     ends_per_metre: float = Field(default=1 / 3, gt=0.0, description="Prior rate of ends along a wall line [1/m].")
     unmapped: float = Field(
@@ -80,23 +79,11 @@ class SegmentSettings(BaseModel, frozen=True, extra="forbid"):
 def find_segments(
     features: Sequence[Hypothesis], echoes: Echoes, path_xy: FloatArray, settings: SegmentSettings
 ) -> list[Segment]:
-    """Find which parts of the lines of all walls are wall.
+    """Return the segments of all walls, in the order of the landmarks and along the lines.
 
-    Parameters
-    ----------
-    features : sequence of Hypothesis
-        What is there, with a past that holds what stations say of each line.
-    echoes : Echoes
-        Detected corners.
-    path_xy : ndarray, shape (p, 2)
-        Way of the robot [m].
-    settings : SegmentSettings
-        The model.
-
-    Returns
-    -------
-    list of Segment
-        In the order of the features, and along the lines.
+    Landmarks carry the line evidence of the stations in their track histories; ``path_xy`` is the path of the robot,
+    shape
+    (p, 2) [m]. The occlusion by segments depends on the result, so it is repeated a few times.
     """
     walls = {number: each for number, each in enumerate(features) if each.is_wall and len(each.history.line.feet)}
     discs = np.array([each.reflector[1:] for each in features if each.kind is Kind.CYLINDER]).reshape(-1, 3)
@@ -125,15 +112,15 @@ def find_segments(
 
 
 def _near(places: FloatArray, feet: FloatArray) -> FloatArray:
-    """Return the places along a line that matter to where it is observed."""
+    """Return the places along a line that are near enough to its feet to influence the result."""
     near: FloatArray = places[(places > feet.min() - _APART) & (places < feet.max() + _APART)]
     return near
 
 
 def _without_copies(segments: Sequence[Segment]) -> list[Segment]:
-    """Leave out segments beside or across others of which more was detected: there is one wall, or one of its corners.
+    """Remove segments beside or across others with more pings: these are duplicates, or corners taken for a wall.
 
-    Of a wall that has other segments a stub across another wall is an end that a corner shows.
+    A segment across another wall is kept if its landmark has other segments: then it is a real end of a wall.
     """
     kept: list[Segment] = []
     owners = Counter(each.owner for each in segments)
@@ -146,28 +133,28 @@ def _without_copies(segments: Sequence[Segment]) -> list[Segment]:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class _Line:
-    """The cells of one wall line, and the log-likelihood ratios of the stations that say something of it.
+    """Cells of one wall line, and the log-likelihood ratios of k stations.
 
     Parameters
     ----------
     owner : int
-        Index of the feature.
+        Index of the landmark.
     wall : Hypothesis
-        The feature.
+        The landmark.
     start : float
         Place of the lower border of the first cell [m].
     count : int
         Number of cells.
     feet : ndarray, shape (k,)
-        Foot of the perpendicular from each station [m].
+        Foot of the perpendicular from each station along the line [m].
     ratios : ndarray, shape (k, 2, m)
-        As in ``LineEvidence``, without those of stations whose view is blocked, and bounded.
+        Log-likelihood ratios as in ``LineEvidence``, bounded, and zero for stations whose view is blocked [nats].
     best : ndarray, shape (k,)
-        The most that each station says for a wall, not bounded.
+        Greatest log-likelihood ratio of each station for a wall, not bounded [nats].
     passed : ndarray, shape (p,)
-        Where the robot crossed the line [m].
+        Places where the robot crossed the line [m].
     settings : SegmentSettings
-        The model.
+        Prior probabilities.
     """
 
     owner: int
@@ -192,10 +179,11 @@ class _Line:
         places: FloatArray,
         settings: SegmentSettings,
     ) -> "_Line":
-        """Lay cells along a line, as far as stations say something of it, and to some other places.
+        """Divide a line into cells over all feet, crossings and given places, and bound the ratios of the stations.
 
-        What another wall blocks is no echo of this one, whatever was detected; and where an obstacle, with a margin, is
-        in the way, an echo may be missing, as it may behind the front of a body.
+        Behind another wall, a station contributes nothing. Near an obstacle, within its margin, non-detections do not
+        count,
+        and behind the front of a body they count less.
         """
         feet, centers_xy, ratios = wall.history.line
         places = np.concatenate([feet, _near(wall.history.crossings, feet), places])
@@ -203,8 +191,8 @@ class _Line:
         hidden, disturbed = (each.block(centers_xy, points_on(wall.line, feet))[:, None, None] for each in obstacles)
         detected = np.where(OFFSETS <= 0.0, np.maximum(ratios[:, :, :1], 0.0), 0.0)
         ratios = np.where(hidden, 0.0, np.where(disturbed, detected, ratios))
-        # With a small probability e what a station says is about something else, as likely as its best explanation:
-        # log of (1 - e) p / p_best + e never falls below log of e.
+        # With a small probability e the pings of a station are unrelated to the wall, and then as likely as under its
+        # best explanation. So log((1 - e) p / p_best + e) never falls below log(e).
         best = np.maximum(ratios.max(axis=(1, 2), initial=0.0), 0.0)[:, None, None]
         seen = (1.0 - settings.unmapped) * (1.0 - bodies.hide(centers_xy, owner, wall.line, feet))
         wrong = np.where(best > 0.0, settings.false_echo, 1.0 - np.maximum(seen, 1e-9)[:, None, None])
@@ -229,12 +217,12 @@ class _Line:
         return borders
 
     def cells_of(self, places: FloatArray) -> IntArray:
-        """Return the cell of each place."""
+        """Return the cell of each place [m]."""
         cells: IntArray = np.floor((places - self.start) / CELL).astype(np.int64).clip(0, self.count - 1)
         return cells
 
     def potentials(self, corners: Sequence[CornerOnLine]) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the log potentials of the chain: cells, ends and no ends."""
+        """Return the log potentials of the chain: cells, ends and no ends [nats]."""
         settings, history = self.settings, self.wall.history
         crossings = _near(history.crossings, self.feet)
         places = np.concatenate([self.feet, crossings])
@@ -242,7 +230,7 @@ class _Line:
         ratios = np.concatenate([self.ratios[:, 0, 0], passing])
         cells: FloatArray = np.bincount(self.cells_of(places), ratios, minlength=self.count).astype(np.float64)
         rate = settings.ends_per_metre * CELL
-        # The line is known because a wall is there: where the station that says most for it stands, its ends are free.
+        # The line is known because it has a wall. So the cell with the most evidence gets back the prior of two ends.
         cells[self.cells_of(self.feet[[int(self.best.argmax())]])] -= 2.0 * math.log(rate)
         cells[self.cells_of(self.passed)] = -_NEVER
         ends, stay = np.full((2, self.count - 1), math.log(rate)), np.full((2, self.count - 1), math.log1p(-rate))
@@ -251,23 +239,23 @@ class _Line:
             ends[:, border], stay[:, border] = self._at_corner(corner, rate)
         for foot, (lower, upper) in zip(self.feet, self.ratios, strict=True):
             for side, by_end, over in ((0, lower, self.borders - foot), (1, upper, foot - self.borders)):
-                # The cell of the foot counts as whole wall wherever it is wall; what an end near it changes is added.
+                # The cell of the foot holds the ratio of a wall without end; only the change by an end is added.
                 inside = np.where(over <= 0.0, by_end[0], 0.0)
                 ends[side] += np.interp(over, OFFSETS, by_end, right=0.0) - inside
         return cells, ends, stay
 
     def _at_corner(self, corner: CornerOnLine, rate: float) -> tuple[FloatArray, FloatArray]:
-        """Return the log potentials of ends and no ends where a corner was detected, or an echo of something else."""
+        """Return the log potentials of ends and no ends at a detected corner, which may be a false detection [nats]."""
         settings = self.settings
         wrong = settings.false_echo + (1.0 - settings.false_echo) * math.exp(-corner.evidence)
         ends, stay = np.full(2, wrong * rate), np.full(2, wrong * (1.0 - rate))
         ends[list(corner.sides)] += (1.0 - wrong) * settings.corner_end
-        # Before the corner of two known walls there is wall.
+        # There is wall up to the corner of two known walls, so only the state inside of a wall may continue.
         stay[1 if len(corner.sides) == 1 else slice(None)] += (1.0 - wrong) * (1.0 - settings.corner_end)
         return np.log(ends), np.log(stay)
 
     def segments(self, chain: Chain, corners: Sequence[CornerOnLine], others: Sequence[Segment]) -> list[Segment]:
-        """Take the runs of cells that are more likely wall than not, and surely so somewhere, as far as detected."""
+        """Return the runs of cells that are probably wall, each with a certain cell, as far as they were detected."""
         is_wall = np.concatenate([[False], chain.wall > 0.5, [False]])
         runs = np.flatnonzero(np.diff(is_wall.astype(int))).reshape(-1, 2)
         known = [(first, last) for first, last in runs if chain.wall[first:last].max() > CERTAIN]
@@ -282,12 +270,12 @@ class _Line:
         return [self._segment(chain, *each) for each in _with_neighbours(pieces)]
 
     def _is_wanted(self, piece: FloatArray, before: FloatArray, after: FloatArray) -> bool:
-        """Return False for a stub that no station faced, unless the robot drove between it and the next piece."""
+        """Return False for a piece that only corners support, unless the robot crossed the line beside it."""
         beside = (self.passed > before[-1]) & (self.passed < after[0])
         return bool(np.isin(piece, self.feet).any() or beside.any())
 
     def _observed(self, support: FloatArray, others: Sequence[Segment]) -> list[FloatArray]:
-        """Split the places that support a run where something stands before the line and no station is behind it."""
+        """Split the places that support a run where an object stands before the line and no station looks behind it."""
         if not (np.diff(support) > _UNSEEN).any():
             return [support] if len(support) else []
         fronts = fronts_of(self.wall.line, others)
@@ -299,11 +287,11 @@ class _Line:
         return np.split(support, cuts)
 
     def _segment(self, chain: Chain, piece: FloatArray, before: FloatArray, after: FloatArray) -> Segment:
-        """Make a segment of the stations that support it: each end where it probably is, if stations say so."""
+        """Make a segment from the places that support it, with ends where the chain finds them."""
         feet = self.wall.history.feet
         near = feet[(feet >= piece[0] - _ARM) & (feet <= piece[-1] + _ARM)]
         detected = np.concatenate([piece, near])
-        # A station may detect a wall from a little past its end.
+        # By diffraction, a station detects a wall from a little past its end.
         low = self._end(chain.ends[0], before[-1], piece[0] + OFFSETS[-1])
         high = self._end(chain.ends[1], piece[-1] - OFFSETS[-1], after[0])
         return Segment(
@@ -318,7 +306,7 @@ class _Line:
         )
 
     def _end(self, ends: FloatArray, low: float, high: float) -> End | None:
-        """Return the end of a wall between two places; None if there may be none."""
+        """Return the distribution of an end of a wall between two places [m]; None if there may be no end."""
         within = (self.borders > low) & (self.borders < high)
         if ends[within].sum() < CERTAIN:
             return None
@@ -326,5 +314,5 @@ class _Line:
 
 
 def _with_neighbours(pieces: Sequence[FloatArray]) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
-    """Yield each piece with the one before and the one after it; infinitely far away where there is none."""
+    """Yield each piece with the previous and the next one, infinitely far away where there is none."""
     yield from zip(pieces, [np.array([-np.inf]), *pieces], [*pieces[1:], np.array([np.inf])], strict=False)

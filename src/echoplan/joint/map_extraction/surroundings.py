@@ -1,4 +1,4 @@
-"""What surrounds a wall line: obstacles before it, corners on it, and walls beside it."""
+"""Surroundings of a wall line: obstacles before it, corners on it, and walls beside it."""
 
 import math
 from collections.abc import Sequence
@@ -26,26 +26,26 @@ __all__ = [
     "points_on",
 ]
 
-# What stands less than this before a line is part of it, and what stands farther than that before it is no furniture
-# against it [m].
+# Distance from a line within which a segment belongs to it, and distance from which an object does not stand against
+# it [m].
 _BEFORE, _DEEPEST = 0.05, 1.0
-# Walls off a right angle by more than 5 degrees return no echo from their corner (cosine between the normals).
+# Cosine between normals above which walls are more than 5 degrees off a right angle: their corner returns no echo.
 _OBLIQUE = math.sin(math.radians(5.0))
-# Pings that detect a corner at least; distance of the corner from what was detected of its wall at most [m].
+# Least number of pings that detect a corner; greatest distance of the corner from the detected part of its wall [m].
 _LEAST_PINGS, _AWAY = 5, 1.0
 # Distance from a line up to which a corner lies on it [m].
 _CORNER_REACH = 0.03
 
 
 class CornerOnLine(NamedTuple):
-    """A corner that was detected on a line.
+    """A detected corner on a line.
 
     Attributes
     ----------
     place : float
-        Where along the line [m].
+        Place along the line [m].
     sides : tuple of int
-        Which end of the wall may lie there (0 lower, 1 upper): one if the other wall is known.
+        Ends of the wall that may lie there (0 lower, 1 upper): one if the other wall of the corner is known.
     evidence : float
         Log-likelihood ratio of the corner against none [nats].
     """
@@ -57,20 +57,20 @@ class CornerOnLine(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Obstacles:
-    """What blocks the view of a line: segments of other walls, and cylinders."""
+    """Obstacles to the view: wall segments, shape (n, 2, 2), and discs (x, y, radius), shape (c, 3) [m]."""
 
     segments_xy: FloatArray
     discs: FloatArray
 
     @classmethod
     def of(cls, segments: Sequence[Segment], discs: FloatArray | None = None, margin: float = 0.0) -> "Obstacles":
-        """Take segments and cylinders for obstacles, each a margin wider than it is [m]."""
+        """Return segments and cylinders as obstacles, each extended by a margin [m]."""
         ends = [[each.point(each.low - margin), each.point(each.high + margin)] for each in segments]
         wide = np.zeros((0, 3)) if discs is None else discs + np.array([0.0, 0.0, margin])
         return cls(segments_xy=np.array(ends).reshape(-1, 2, 2), discs=wide)
 
     def block(self, origins_xy: FloatArray, targets_xy: FloatArray) -> BoolArray:
-        """Return which targets cannot be seen from the origin beside each: up to 5 cm before them."""
+        """Return which targets are occluded from the origin of the same row, ignoring the last 5 cm."""
         way = targets_xy - origins_xy
         length = np.hypot(*way.T)[:, None]
         ends = origins_xy + way * np.maximum(1.0 - 0.05 / np.maximum(length, 1e-9), 0.0)
@@ -78,13 +78,13 @@ class Obstacles:
 
 
 def points_on(line: FloatArray, places: FloatArray) -> FloatArray:
-    """Points at places along a line [m], shape (n, 2)."""
+    """Return the points at places along a line [m], shape (n, 2)."""
     points: FloatArray = line[1] * directions(line[0]) + places[:, None] * directions(line[0] + math.pi / 2)
     return points
 
 
 def fronts_of(line: FloatArray, others: Sequence[Segment]) -> list[tuple[float, float]]:
-    """Where along a line a wall of something stands before it, and nobody detected the back of that."""
+    """Return stretches along a line [m] before which a wall of an object stands whose back was not detected."""
     near = [each for each in _parallel(line, others) if _BEFORE < each.depth < _DEEPEST]
     backs = [each for each in near if not each.faces_alike]
     return [
@@ -95,13 +95,13 @@ def fronts_of(line: FloatArray, others: Sequence[Segment]) -> list[tuple[float, 
 
 
 def backs_of(line: FloatArray, others: Sequence[Segment]) -> list[tuple[float, float]]:
-    """Where along a line a wall that faces the same way stands a little behind it: the back of a recess."""
+    """Return stretches along a line [m] behind which a wall stands that faces the same way: the back of a recess."""
     near = [each for each in _parallel(line, others) if -_DEEPEST < each.depth < -_BEFORE]
     return [(each.first, each.last) for each in near if each.faces_alike]
 
 
 def is_filled(line: FloatArray, low: float, high: float, others: Sequence[Segment]) -> bool:
-    """Return True if a wall that faces the same way stands in the line over most of the way between two places."""
+    """Return True if a wall that faces the same way lies in the line over most of the length between two places [m]."""
     beside = [each for each in _parallel(line, others) if each.faces_alike and abs(each.depth) < _BEFORE]
     return any(min(each.last, high) - max(each.first, low) > 0.5 * (high - low) for each in beside)
 
@@ -111,9 +111,16 @@ def _parallel(line: FloatArray, others: Sequence[Segment]) -> list["Beside"]:
 
 
 class Beside(NamedTuple):
-    """A segment beside a line: how far before it, between which places along it [m], and whether it faces alike.
+    """A segment parallel to a line.
 
-    Only a parallel segment does.
+    Attributes
+    ----------
+    depth : float
+        Distance before the line [m]; negative behind it.
+    first, last : float
+        Places of its ends along the line [m].
+    faces_alike : bool
+        Whether its normal points the same way.
     """
 
     depth: float
@@ -123,28 +130,28 @@ class Beside(NamedTuple):
 
     @classmethod
     def of(cls, line: FloatArray, other: Segment) -> "Beside":
-        """See a segment from a line."""
+        """Project a segment onto a line."""
         along = directions(line[0] + math.pi / 2)
         first, last = sorted(float(other.point(each) @ along) for each in (other.low, other.high))
         depth = line[1] - float(other.middle_xy @ directions(line[0]))
         return cls(float(depth), first, last, bool(math.cos(other.wall.line[0] - line[0]) > PARALLEL))
 
     def overlaps(self, other: "Beside") -> bool:
-        """Return True if they share places along the line."""
+        """Return True if both share places along the line."""
         return self.first < other.last and other.first < self.last
 
 
 def is_copy(segment: Segment, other: Segment) -> bool:
-    """Return True if a segment lies mostly beside another, facing the same way, with no room between."""
+    """Return True if at least half of a segment lies beside another one that faces the same way, less than 5 cm off."""
     beside = Beside.of(other.wall.line, segment)
     shared = min(beside.last, other.high) - max(beside.first, other.low)
     return beside.faces_alike and abs(beside.depth) < _BEFORE and shared >= 0.5 * (beside.last - beside.first)
 
 
 def is_across(segment: Segment, other: Segment) -> bool:
-    """Return True if a segment lies across the line of another where that may be wall.
+    """Return True if a segment lies across the line of another one where that may be wall.
 
-    What a corner of a wall with something that is not in the map reflects looks like that from two stations.
+    The multipath of a corner between a wall and an unmapped object looks like that from two stations.
     """
     if abs(math.cos(segment.wall.line[0] - other.wall.line[0])) > PARALLEL:
         return False
@@ -156,10 +163,10 @@ def is_across(segment: Segment, other: Segment) -> bool:
 
 
 def corners_on(number: int, wall: Hypothesis, segments: Sequence[Segment], echoes: Echoes) -> list[CornerOnLine]:
-    """Find the corners that were detected on a line: with other walls that abut on it, and with nothing known."""
+    """Find the detected corners on a line: with known walls that abut on it, and lone corner landmarks."""
     along, normal = directions(wall.line[0] + math.pi / 2), directions(wall.line[0])
     corners = [
-        # The wall lies before the other one: if its normal looks up the line, this is the upper end.
+        # The wall lies before the other one, whose normal therefore points toward the end at the corner.
         CornerOnLine(
             float(intersections(wall.line, other.wall.line) @ along),
             (int(directions(other.wall.line[0]) @ along > 0.0),),
@@ -174,7 +181,7 @@ def corners_on(number: int, wall: Hypothesis, segments: Sequence[Segment], echoe
 
 
 def _is_corner(number: int, wall: Hypothesis, other: Segment, echoes: Echoes) -> bool:
-    """Return True if the corner of a wall and a segment was detected, and the segment may go on up to it."""
+    """Return True if the corner of a wall and a segment was detected, and the segment may extend to it."""
     if abs(math.cos(wall.line[0] - other.wall.line[0])) > _OBLIQUE:
         return False
     point, echo = intersections(wall.line, other.wall.line), echoes.between(number, other.owner)
@@ -183,6 +190,6 @@ def _is_corner(number: int, wall: Hypothesis, other: Segment, echoes: Echoes) ->
 
 
 def before_corners(corners: Sequence[CornerOnLine]) -> FloatArray:
-    """Places that corners of two known walls show to be wall: a cell before them [m]."""
+    """Return places one cell before corners of two known walls, which are wall [m]."""
     known = [(each.place, each.sides[0]) for each in corners if len(each.sides) == 1]
     return np.array([place + (CELL if side == 0 else -CELL) for place, side in known])
