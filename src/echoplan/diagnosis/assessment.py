@@ -18,41 +18,42 @@ from echoplan.preprocessing.servo import AS_RECORDED, ServoError
 
 __all__ = ["Measures", "assess", "examine", "verdict_of"]
 
-# Longer steps need not be straight [m].
+# Length of a step up to which the path is taken as straight [m].
 _STEP = 0.5
-# Where so many echoes fit together from the poses as recorded, joint does not question these.
+# Share of explained echoes from which `joint` does not question the recorded poses.
 _AGREE = EstimateSettings().min_inlier_ratio
-# Windows of a long recording of which the share of explained echoes is the mean: each takes as long as mapping it.
+# Number of windows of a long recording over which the share is averaged: each takes as long as mapping it.
 _WINDOWS = 5
-# Shares of explained echoes, and of those whose feature a second station detects, below which a map is doubtful, and
-# has failed: on seeds 1000 on of benchmarks/verdicts.py.
+# Thresholds of doubtful and of failed maps: share of explained echoes, and share of those whose landmark a second
+# station detects. Chosen on seeds from 1000 of benchmarks/verdicts.py.
 _GOOD, _FAILED = 0.8, 0.6
 _CONFIRMED, _LONE = 0.5, 0.3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measures:
-    """What a verdict is made of.
+    """Measures from which a verdict follows.
 
     Parameters
     ----------
     share : float
         Share of the echoes that the map explains.
     confirmed : float
-        Share of the explained echoes that are of something that a second station detects, too.
+        Share of the explained echoes whose landmark a second station detects, too.
     features : int
-        Walls, corners and cylinders of the map.
+        Number of walls, corners and cylinders of the map.
     faults : Faults, optional
         Faults of the recording and of its readings.
     crossed : int, optional
-        Walls that the path of the robot crosses.
+        Number of walls that the path of the robot crosses.
     misplaced : tuple of Misplaced, optional
-        Stations that do not fit the others.
+        Stations that are inconsistent with the others.
     remedies : tuple of Remedy, optional
-        Mistakes in how the recording is written that explain it.
+        Wrong conventions or sensor directions that explain the symptoms.
     unchecked : str, optional
-        The method, if it does not say how well its map explains the echoes; the share is that of one room from the
-        poses of the map then.
+        Name of the method if it does not report how many echoes its map explains; then ``share`` is that of the model
+        of
+        one room from the poses of the map.
     """
 
     share: float
@@ -71,30 +72,30 @@ class Measures:
 
     @property
     def is_unconfirmed(self) -> bool:
-        """Whether too few echoes are confirmed by a second station for a good map from several places."""
+        """Whether too few echoes are confirmed by a second station, in a recording from several places."""
         return self.confirmed < _CONFIRMED and not self.faults.recording
 
 
 def assess(
     feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], *, conventions: Conventions | None = None
 ) -> Quality:
-    """Assess a map: whether it can be trusted, and if not, why and what to do.
+    """Return the quality of a map: verdict, reasons and next step.
 
     Parameters
     ----------
     feature_map : FeatureMap
         The map.
     rig : Rig
-        What made the sweeps.
+        Sensors that recorded the sweeps.
     sweeps : sequence of Sweep
-        All sweeps of which the map was made, as recorded.
+        All sweeps of the recording, as recorded.
     conventions : Conventions, optional
-        How the recording was written, as ``rig.toml`` has it; SI and REP 103 by default.
+        Conventions of the recording, as in ``rig.toml``; SI and REP 103 by default.
 
     Returns
     -------
     Quality
-        The verdict, its reasons and the next step.  A map of a recording with faults is doubtful at best.
+        Verdict, reasons and next step. The map of a recording with faults is doubtful at best.
 
     Examples
     --------
@@ -107,32 +108,32 @@ def assess(
 
 
 def examine(rig: Rig, sweeps: Sequence[Sweep], *, conventions: Conventions | None = None) -> Quality:
-    """Examine a recording before anything is mapped, for mistakes that show in the recording alone.
+    """Check a recording before mapping for faults and wrong conventions.
 
-    That few echoes fit together is none of them: poses of a robot that drives drift, and mapping corrects them.
+    That few echoes are consistent is no fault: odometry drifts, and mapping corrects it.
 
     Parameters
     ----------
     rig : Rig
-        What made the sweeps.
+        Sensors that recorded the sweeps.
     sweeps : sequence of Sweep
         All sweeps, as recorded.
     conventions : Conventions, optional
-        How the recording was written, as ``rig.toml`` has it; SI and REP 103 by default.
+        Conventions of the recording, as in ``rig.toml``; SI and REP 103 by default.
 
     Returns
     -------
     Quality
-        ``good`` if nothing was found, ``failed`` if the recording is written in another way than it is read.
+        ``good`` if nothing was found, ``failed`` if the recording does not follow the conventions.
     """
     now, faults = conventions or Conventions(), find_faults(sweeps, rig)
     measures = Measures(share=1.0, confirmed=1.0, features=1, faults=faults)
-    # Poses and beams that are not known explain nothing, however they are written.
+    # With unknown poses or an unsuitable beam, no conventions explain the echoes.
     if any(map(len, sweeps)) and not faults.recording:
         cleaned = clean_sweeps(sweeps, rig, faults)
         error = servo_error(cleaned, rig)
         turned = servo_turned(cleaned, error)
-        # What seems to be a servo askew may be another mistake.
+        # What looks like a servo error may be another mistake.
         is_strange = error != AS_RECORDED or consistency(sampled(turned, rig), rig).share < _AGREE
         remedies = find_remedies(cleaned, rig, conventions=now) if is_strange else ()
         misplaced = () if remedies else misplaced_stations(turned, rig)
@@ -146,12 +147,12 @@ def _quality(measures: Measures, now: Conventions) -> Quality:
 
 
 def verdict_of(measures: Measures) -> Verdict:
-    """Return the verdict that follows from the measures of a map.
+    """Return the verdict that follows from measures.
 
     Parameters
     ----------
     measures : Measures
-        Of the map and its recording.
+        Measures of the map and its recording.
 
     Returns
     -------
@@ -179,44 +180,47 @@ def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: C
         crossed=_crossed_walls(feature_map),
         unchecked=feature_map.method if agreement is None else "",
     )
-    # Poses and beams that are not known explain nothing, however they are written.
+    # With unknown poses or an unsuitable beam, no conventions explain the echoes.
     if not placed or faults.recording:
         return measures
     is_strange = verdict_of(replace(measures, faults=Faults(), unchecked="")) is not Verdict.GOOD
-    # What seems to be a servo askew may be another mistake.
+    # What looks like a servo error may be another mistake.
     if is_strange or _servo(feature_map) != AS_RECORDED:
         remedies = find_remedies(cleaned, rig, conventions=now)
         measures = replace(measures, remedies=remedies)
-    # Of a failed map most stations do not fit the others.
+    # In a failed map most stations are inconsistent, so none is singled out.
     if verdict_of(measures) is not Verdict.FAILED:
         measures = replace(measures, misplaced=misplaced_stations(placed, rig))
     return measures
 
 
 def _agreement(feature_map: FeatureMap) -> float | None:
-    """Return the share of echoes that the map explains; None where the method does not say it."""
+    """Return the share of echoes that the map explains; None if the method does not report it."""
     found = feature_map.parameters.get("found")
     return float(found["agreement"]) if isinstance(found, Mapping) and "agreement" in found else None
 
 
 def _share(agreement: float | None, rig: Rig, placed: Sequence[Sweep], faults: Faults) -> float:
-    """Return the share of explained echoes: as the method says of all, or by one room from the poses of the map."""
+    """Return the share of explained echoes.
+
+    It is that which the method reports, or else that of a model of one room from the poses of the map.
+    """
     window = EstimateSettings().window
-    # Of a longer recording joint says it of the last window.
+    # For a longer recording, `joint` reports the share of the last window only.
     if agreement is not None and len(stations_of(placed).poses) <= window.stations + window.step:
         return agreement
-    # The model of sonar does not apply to readings of a laser.
+    # The sonar model does not apply to lidar readings.
     if any(fault.kind is RecordingFaultKind.NARROW_BEAM for fault in faults.recording):
         return 1.0 if agreement is None else agreement
-    # Fewer stations of a window would have less in common.
+    # All stations of a window are used: fewer ones would share fewer landmarks.
     parts = (sampled(part, rig, stations=window.stations) for part in windows(placed, most=_WINDOWS))
     return float(np.mean([consistency(part, rig).share for part in parts]))
 
 
 def _confirmed(feature_map: FeatureMap) -> float:
-    """Return the share of the pings of all features whose feature a second station detects; 1 without pings.
+    """Return the share of pings whose landmark a second station detects; 1 without pings.
 
-    Features whose stations are not known, such as those from cells of a grid, do not count.
+    Landmarks of unknown stations, such as those from cells of a grid, do not count.
     """
     features: list[Wall | Corner | Cylinder] = [*feature_map.walls, *feature_map.corners, *feature_map.cylinders]
     pings = sum(each.pings for each in features if each.stations)
@@ -224,7 +228,7 @@ def _confirmed(feature_map: FeatureMap) -> float:
 
 
 def _placed(sweeps: Sequence[Sweep], feature_map: FeatureMap) -> list[Sweep]:
-    """Put sweeps where the map has them, and the servo where the method found it."""
+    """Return the sweeps of the map at its poses, with calibrated servo angles."""
     poses = dict(zip(feature_map.sweeps.tolist(), feature_map.poses, strict=True))
     return [
         carried(sweep, sweep.station, pose)
@@ -234,7 +238,7 @@ def _placed(sweeps: Sequence[Sweep], feature_map: FeatureMap) -> list[Sweep]:
 
 
 def _servo(feature_map: FeatureMap) -> ServoError:
-    """Return gain and offset of the servo, if the method found them."""
+    """Return the gain and offset of the servo as the map reports them; those as recorded if it does not."""
     found = feature_map.parameters.get("found")
     if not isinstance(found, Mapping) or "servo_gain" not in found:
         return AS_RECORDED
@@ -242,7 +246,7 @@ def _servo(feature_map: FeatureMap) -> ServoError:
 
 
 def _crossed_walls(feature_map: FeatureMap) -> int:
-    """Count walls that short steps of the robot cross."""
+    """Count the walls that short steps of the robot cross."""
     path = feature_map.poses[:, :2]
     if len(path) < 2 or not feature_map.walls:
         return 0

@@ -1,4 +1,4 @@
-"""Calibration: servo angles as they were, of servos that do not turn as recorded."""
+"""Calibration of the servo before a recording is checked."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,7 +14,7 @@ __all__ = ["servo_error", "servo_turned"]
 
 
 def servo_error(sweeps: Sequence[Sweep], rig: Rig) -> ServoError:
-    """Find gain and offset of the servo from a part of a recording, as joint does."""
+    """Return gain and offset of the servo if a sample of the recording clearly supports them, as `joint` does."""
     some = sampled(sweeps, rig)
     estimate = gathered(some, rig)
     error = None if estimate is None else find_servo(estimate)
@@ -27,7 +27,7 @@ def servo_error(sweeps: Sequence[Sweep], rig: Rig) -> ServoError:
 
 
 def servo_turned(sweeps: Sequence[Sweep], error: ServoError) -> list[Sweep]:
-    """Turn the servo of sweeps to where it was."""
+    """Return the sweeps with servo angles corrected by gain and offset."""
     if error == AS_RECORDED:
         return list(sweeps)
     return [replace(each, servo_angles=error.gain * each.servo_angles + error.offset) for each in sweeps]

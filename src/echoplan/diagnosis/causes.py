@@ -1,4 +1,4 @@
-"""Causes: mistakes in how a recording is written, each tried on the recording itself."""
+"""Causes: mistakes in the conventions of a recording, each tested on the recording itself."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -17,12 +17,12 @@ from echoplan.preprocessing import ENOUGH_PLACES, count_places
 __all__ = ["SAME_UNIT", "Cause", "Remedy", "find_remedies"]
 
 _HALF = math.pi / 2
-# Lengths of a unit that are written with six digits are the same.
+# Relative tolerance of units: they are written with six digits.
 SAME_UNIT = 1e-6
 
 
 class Cause(StrEnum):
-    """What people get wrong."""
+    """Common mistake."""
 
     SERVO = "servo"
     HEADING = "heading"
@@ -34,20 +34,20 @@ class Cause(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Remedy:
-    """A mistake, and how much better the recording fits one room without it.
+    """A mistake, and how many more echoes one room explains without it.
 
     Parameters
     ----------
     cause : Cause
-        The kind of mistake.
+        Kind of mistake.
     conventions : Conventions
-        How the recording is written.
+        Conventions that the recording really follows.
     sensor_id : int or None
-        The sensor that looks backwards, if it is that.
+        Sensor that points backwards, if that is the mistake.
     yaw : float
-        Which way it looks [rad].
+        Direction of this sensor [rad].
     share, share_before : float
-        Share of the echoes that one room explains, with the remedy and without.
+        Shares of the echoes that one room explains, with the remedy and without.
     """
 
     cause: Cause
@@ -59,27 +59,27 @@ class Remedy:
 
 
 def find_remedies(sweeps: Sequence[Sweep], rig: Rig, *, conventions: Conventions) -> tuple[Remedy, ...]:
-    """Try what people get wrong, one after the other, on a part of a recording.
+    """Test common mistakes, one at a time, on a sample of a recording.
 
     Parameters
     ----------
     sweeps : sequence of Sweep
         All sweeps, as read with the conventions.
     rig : Rig
-        What made them.
+        Sensors that recorded them.
     conventions : Conventions
-        As ``rig.toml`` has them.
+        Conventions as in ``rig.toml``.
 
     Returns
     -------
     tuple of Remedy
-        Those that explain the echoes, and clearly more of them than are explained now; the best first.
+        Remedies that explain the echoes, and clearly more of them than without; the best first.
     """
     some = sampled(sweeps, rig)
-    # From fewer places anything fits.
+    # With fewer places, any conventions are consistent.
     if count_places(some) < ENOUGH_PLACES:
         return ()
-    # A servo that does not quite turn as recorded is no mistake: joint calibrates it.
+    # A small servo error is no mistake, since `joint` calibrates it.
     before = consistency(servo_turned(some, servo_error(some, rig)), rig)
     recorded = [conventions.undo(sweep) for sweep in some]
     found: list[tuple[float, Remedy]] = []
@@ -92,12 +92,12 @@ def find_remedies(sweeps: Sequence[Sweep], rig: Rig, *, conventions: Conventions
     return tuple(remedy for gain, remedy in found if gain > _AS_GOOD * found[0][0])
 
 
-# Share of the echoes that are explained once a mistake is corrected, and evidence for it from each of them that is
-# independent [nats]: of benchmarks/verdicts.py, seeds 1000 on.  From poses that drift fewer echoes are explained, and
-# by chance more if these are read in another way.
+# Least share of explained echoes with a remedy, and share above which the lower threshold applies; thresholds of the
+# gain in log evidence per independent echo [nats]. Chosen on seeds from 1000 of benchmarks/verdicts.py. With drifting
+# poses fewer echoes are explained, and wrong conventions may explain more by chance.
 _ENOUGH, _NEARLY_ALL = 0.5, 0.9
 _BETTER, _FAR_BETTER = 0.5, 1.5
-# A mistake for which there is nearly as much evidence may be it, too.
+# Share of the greatest log evidence from which another remedy is reported, too.
 _AS_GOOD = 0.97
 
 
@@ -108,12 +108,12 @@ def _explains(after: Consistency, gain: float) -> bool:
 
 
 def _gain(tried: Consistency, scale: float) -> float:
-    """Take the evidence in the unit in which ranges were read: densities are those of readings as read."""
+    """Return the log evidence for ranges in the unit as read, since probability densities depend on the unit [nats]."""
     return tried.gain + tried.weight * math.log(scale)
 
 
 def _trials(sweeps: Sequence[Sweep], rig: Rig, conventions: Conventions, before: Consistency) -> Iterator[Remedy]:
-    """Yield one remedy a mistake, not yet tried."""
+    """Yield the remedies to test."""
     if any(np.ptp(sweep.servo_angles) > 0.0 for sweep in sweeps):
         yield from _written(Cause.SERVO, conventions, _SERVOS)
     yield from _written(Cause.HEADING, conventions, [{"heading": each} for each in Heading])
@@ -129,14 +129,14 @@ def _trials(sweeps: Sequence[Sweep], rig: Rig, conventions: Conventions, before:
     yield Remedy(cause=Cause.SENSOR, conventions=conventions, sensor_id=sensor.sensor_id, yaw=yaw)
 
 
-# Signs and offsets of servos: as they are, clockwise, and of 0 to 180 degrees with 90 ahead, either way round.
+# Signs and offsets of servos: as written, clockwise, and 0 to 180 degrees with 90 ahead, in both directions.
 _SERVOS = tuple(
     {"servo_sign": sign, "servo_offset": offset} for sign, offset in ((1, 0.0), (-1, 0.0), (1, -_HALF), (-1, _HALF))
 )
 
 
 def _written(cause: Cause, now: Conventions, changes: Iterable[Mapping[str, Any]]) -> Iterator[Remedy]:
-    """Yield other values of some conventions."""
+    """Yield a remedy for each change of the conventions."""
     for change in changes:
         conventions = replace(now, **change)
         if conventions != now:
@@ -144,17 +144,18 @@ def _written(cause: Cause, now: Conventions, changes: Iterable[Mapping[str, Any]
 
 
 def _named(metres: float) -> float:
-    """Round a unit to one that has a name, if it is that."""
+    """Return the exact unit [m] if a length is that up to rounding, else the length."""
     return next((unit for unit in UNITS.values() if math.isclose(unit, metres, rel_tol=SAME_UNIT)), metres)
 
 
-# A length in one unit that was taken for a metric one is off by one of these.
+# Factors between a length and the same number read in a metric unit.
 _FACTORS = sorted({one / UNITS[other] for one, other in product(UNITS.values(), ("m", "cm", "mm"))} - {1.0})
-# Readings that must lie within reach, places that must be as far apart as robots are moved: shares and reaches.
+# Least share of echoes within the range limits; least and greatest median step of the robot, as shares of the range.
 _WITHIN, _NEAREST, _FARTHEST = 0.9, 0.02, 2.0
 
 
 def _range_factors(sweeps: Sequence[Sweep], rig: Rig) -> list[float]:
+    """Return the factors for which nearly all echoes lie within the range limits of their sensors."""
     ranges = np.concatenate([sweep.ranges for sweep in sweeps])
     sensors = rig.indices(np.concatenate([sweep.sensor_ids for sweep in sweeps]))
     detected = np.isfinite(ranges)
@@ -167,6 +168,7 @@ def _range_factors(sweeps: Sequence[Sweep], rig: Rig) -> list[float]:
 
 
 def _position_factors(sweeps: Sequence[Sweep], rig: Rig) -> list[float]:
+    """Return the factors for which the median step between sweeps is plausible for the range of the sensors."""
     places = np.array([sweep.station[:2] for sweep in sweeps])
     strides = np.hypot(*np.diff(places, axis=0).T)
     stride, reach = float(np.median(strides[strides > 0])) if strides.any() else 0.0, float(rig.max_ranges.max())
@@ -174,7 +176,7 @@ def _position_factors(sweeps: Sequence[Sweep], rig: Rig) -> list[float]:
 
 
 def _turned_about(rig: Rig, trial: Remedy) -> Rig:
-    """Turn the sensor about that is tried so."""
+    """Return the rig with the sensor of the trial turned about."""
     if trial.sensor_id is None:
         return rig
     turned = (replace(each, yaw=trial.yaw) if each.sensor_id == trial.sensor_id else each for each in rig.sensors)

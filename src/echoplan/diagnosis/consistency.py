@@ -1,4 +1,4 @@
-"""Consistency: how many of the echoes one room explains, if all poses are right."""
+"""Consistency: share of the echoes that a model of one room explains from the given poses."""
 
 import math
 from collections.abc import Sequence
@@ -21,24 +21,24 @@ from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps
 
 __all__ = ["FEW_STATIONS", "Consistency", "consistency", "estimate_of", "gathered", "sampled", "stations_of", "windows"]
 
-# Stations, and pings of each, that separate a wrong convention from the right one: a small recording, explained in a
-# third of a second.
+# Number of stations, and of pings per station and sensor, that suffice to detect wrong conventions. Mapping such a
+# sample takes a third of a second.
 FEW_STATIONS, _PINGS = 10, 100
 
 
 class Consistency(NamedTuple):
-    """What one room explains of a recording.
+    """How well one room explains a recording.
 
     Attributes
     ----------
     explained : ndarray of int, shape (s,)
-        Echoes of each sensor of the rig that it explains.
+        Explained echoes of each sensor of the rig.
     grouped : ndarray of int, shape (s,)
-        Echoes that neighbouring pings share: strays are not among them.
+        Echoes of each sensor that belong to arcs, without stray ones.
     gain : float
-        Log evidence for the room [nats].
+        Log evidence of the room [nats].
     weight : float
-        Independent echoes among those that are explained.
+        Number of independent echoes among the explained ones.
     """
 
     explained: IntArray
@@ -48,7 +48,7 @@ class Consistency(NamedTuple):
 
     @property
     def share(self) -> float:
-        """Explained share of the echoes that neighbouring pings share; 0 without any."""
+        """Explained share of the echoes that belong to arcs; 0 without any."""
         return float(self.explained.sum()) / max(int(self.grouped.sum()), 1)
 
     @property
@@ -58,10 +58,10 @@ class Consistency(NamedTuple):
 
 
 def sampled(sweeps: Sequence[Sweep], rig: Rig, *, stations: int = FEW_STATIONS) -> list[Sweep]:
-    """Choose the sweeps of so many stations, and of fine scans every k-th firing.
+    """Return the sweeps of some stations, with every k-th firing of fine scans.
 
-    Stations beyond those that joint explains together are left out: a robot may have drifted, or left the room.
-    Positions are those from near the first one: those of a country are so large that rounding alone would spoil them.
+    The stations are spread evenly over the first window, since a robot may drift or leave the room later. Positions are
+    relative to the first one, since rounding would spoil large coordinates.
     """
     sweeps = [sweep for sweep in sweeps if len(sweep)]
     if not sweeps:
@@ -75,7 +75,7 @@ def sampled(sweeps: Sequence[Sweep], rig: Rig, *, stations: int = FEW_STATIONS) 
 
 
 def windows(sweeps: Sequence[Sweep], *, most: int) -> list[list[Sweep]]:
-    """Split sweeps into those of stations that joint explains together; of many windows keep some, spread evenly."""
+    """Split sweeps into windows as `joint` does; of many windows return at most ``most``, spread evenly."""
     sweeps = [sweep for sweep in sweeps if len(sweep)]
     if not sweeps:
         return []
@@ -89,7 +89,7 @@ def windows(sweeps: Sequence[Sweep], *, most: int) -> list[list[Sweep]]:
 
 
 def stations_of(sweeps: Sequence[Sweep]) -> Stations:
-    """Group sweeps as joint does, by their recorded poses."""
+    """Group sweeps into stations by their recorded poses, as `joint` does."""
     poses = np.array([sweep.station for sweep in sweeps]).reshape(-1, 3)
     return group_sweeps(poses, np.array([len(sweep) for sweep in sweeps]), EstimateSettings().stations)
 
@@ -101,7 +101,7 @@ def _thinned(sweep: Sweep, rig: Rig) -> Sweep:
 
 
 def gathered(sweeps: Sequence[Sweep], rig: Rig) -> Estimate | None:
-    """Gather what was detected, from the poses as recorded; None without any reading."""
+    """Return the initial estimate from the recorded poses; None without any reading."""
     parts = [measurements_of(sweep, rig) for sweep in sweeps]
     if not any(np.isfinite(part.readings).any() for part in parts):
         return None
@@ -111,11 +111,14 @@ def gathered(sweeps: Sequence[Sweep], rig: Rig) -> Estimate | None:
 
 
 def estimate_of(sweeps: Sequence[Sweep], rig: Rig, *, servo: ServoError | None = None) -> Estimate | None:
-    """Explain sweeps from the poses as recorded, calibrating the servo from an error; None without any reading."""
+    """Return the estimate from the recorded poses; None without any reading.
+
+    With a servo error, gain and offset of the servo are calibrated from there.
+    """
     estimate = gathered(sweeps, rig)
     if estimate is None:
         return None
-    # Matrices are small: threads would only wait for each other.
+    # On matrices this small, threads cost more than they save.
     with threadpool_limits(limits=1, user_api="blas"):
         if servo is not None:
             estimate = estimate.calibrate(servo)
@@ -123,7 +126,7 @@ def estimate_of(sweeps: Sequence[Sweep], rig: Rig, *, servo: ServoError | None =
 
 
 def consistency(sweeps: Sequence[Sweep], rig: Rig) -> Consistency:
-    """Count the echoes of some sweeps that one room explains from the poses as recorded."""
+    """Count the echoes that one room explains from the recorded poses."""
     estimate, count = estimate_of(sweeps, rig), len(rig.sensors)
     if estimate is None or not estimate.arcs:
         none = np.zeros(count, dtype=np.int64)

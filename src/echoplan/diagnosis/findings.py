@@ -1,4 +1,4 @@
-"""Faults of readings and of recordings, in words: what is wrong, what is done about it, and what to do."""
+"""Sentences about faults of readings and recordings: what is wrong, what is done about it, and what to do."""
 
 import math
 from collections.abc import Mapping
@@ -7,7 +7,7 @@ from echoplan.preprocessing import Faults, RecordingFault, RecordingFaultKind, S
 
 __all__ = ["faults_in_words"]
 
-# What follows the name of the sensor; a fault that several sensors share is said once.
+# Text after the name of the sensor; a fault that several sensors share is reported once.
 _SENSORS: Mapping[SensorFaultKind, str] = {
     SensorFaultKind.DEAD: (
         "has no echo where others have, or none at all. It is left out. Check its wiring and its power."
@@ -60,17 +60,17 @@ _RECORDINGS: Mapping[RecordingFaultKind, str] = {
 
 
 def faults_in_words(faults: Faults) -> tuple[str, ...]:
-    """Say what is wrong with a recording, what is done about it and what to do.
+    """Describe the faults of a recording, how they are handled and what to do.
 
     Parameters
     ----------
     faults : Faults
-        What was found.
+        Faults of a recording.
 
     Returns
     -------
     tuple of str
-        A paragraph for each fault, those of the recording first; sensors with the same fault share one.
+        One paragraph per fault, those of the recording first; sensors with the same fault share one.
 
     Examples
     --------

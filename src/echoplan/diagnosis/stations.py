@@ -1,4 +1,4 @@
-"""Stations that do not fit the others: one that was set down elsewhere, or turned otherwise, than was written."""
+"""Stations that are inconsistent with the others: the recorded pose of the robot is wrong there."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -17,33 +17,33 @@ from echoplan.model import Rig, Sweep
 
 __all__ = ["Misplaced", "carried", "misplaced_stations"]
 
-# How far a person is off who made a mistake [m, m, rad], and how exactly a place is held that is not questioned.
+# Standard deviations of a pose recorded by mistake [m, m, rad], and the factor by which they shrink to keep a pose.
 _SLIP, _HELD = np.array([0.15, 0.15, math.radians(20.0)]), 1e-3
-# A feature is known that so many other stations detect.  A pose is tried that fits the arcs of a station so much better
-# to what is known [nats] and is so far away [m, rad], and accepted if the log evidence rises by so much [nats]:
-# on seeds 1000 on of benchmarks/verdicts.py.
+# Number of other stations that must detect a landmark; gain of the scan matching score above which a pose is tried
+# [nats], if it differs enough from the recorded one [m, rad]; log evidence above which it is accepted [nats]. Chosen on
+# seeds from 1000 of benchmarks/verdicts.py.
 _OTHERS, _TRIED, _ACCEPTED = 2, 0.8, 30.0
 _FAR, _TURNED = 0.06, math.radians(6.0)
-# More than so many stations are not misplaced one by one.
+# Most stations to report: if more are inconsistent, the cause is another one.
 _MOST = 3
-# Windows of a long recording that are checked: each takes as long as mapping it.
+# Number of windows of a long recording that are checked: each takes as long as mapping it.
 _WINDOWS = 10
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Misplaced:
-    """A station that fits the others from another pose.
+    """A station that fits the others at another pose.
 
     Parameters
     ----------
     sweep : int
         Number of its first sweep.
     distance : float
-        How far that pose is from the recorded one [m].
+        Distance of that pose from the recorded one [m].
     turn : float
-        How far it is turned, counter-clockwise [rad].
+        Rotation from the recorded to that pose, counter-clockwise [rad].
     gain : float
-        Log evidence for the other pose [nats].
+        Log evidence for that pose against the recorded one [nats].
     """
 
     sweep: int
@@ -53,26 +53,26 @@ class Misplaced:
 
 
 def misplaced_stations(sweeps: Sequence[Sweep], rig: Rig) -> tuple[Misplaced, ...]:
-    """Find the stations that fit their neighbours better at another pose, the worst first.
+    """Find the stations that fit the others better at another pose, the worst first.
 
     Parameters
     ----------
     sweeps : sequence of Sweep
-        With their poses in the map.
+        Sweeps with their poses in the map.
     rig : Rig
-        That recorded them.
+        Sensors that recorded them.
 
     Returns
     -------
     tuple of Misplaced
-        Stations with the pose at which they fit better.
+        At most three stations, with the pose at which they fit better.
     """
     found = [each for window in windows(sweeps, most=_WINDOWS) for each in _misplaced(window, rig)]
     return tuple(sorted(found, key=lambda each: -each.gain)[:_MOST])
 
 
 def _misplaced(window: Sequence[Sweep], rig: Rig) -> Iterator[Misplaced]:
-    """Yield those of one window."""
+    """Yield the misplaced stations of one window."""
     some = sampled(window, rig, stations=EstimateSettings().window.stations)
     estimate = estimate_of(some, rig)
     if estimate is None:
@@ -94,12 +94,12 @@ def _misplaced(window: Sequence[Sweep], rig: Rig) -> Iterator[Misplaced]:
 
 
 def carried(sweep: Sweep, measured: FloatArray, moved: FloatArray) -> Sweep:
-    """Carry a sweep along when its station is moved from one pose to another."""
+    """Return a sweep that moves rigidly with its station from one pose to another."""
     return replace(sweep, map_from_base=compose(moved, compose(invert(measured), sweep.map_from_base)))
 
 
 def _trials(estimate: Estimate) -> Iterator[tuple[int, FloatArray, float]]:
-    """Yield stations, poses from which they fit far better to what others know, and how much."""
+    """Yield stations with a distant pose that fits the landmarks of the others better, and the gain in score [nats]."""
     for station, measured in enumerate(estimate.measured_poses):
         moved, gain = _elsewhere(estimate, station)
         off = compose(invert(measured), moved)
@@ -108,7 +108,7 @@ def _trials(estimate: Estimate) -> Iterator[tuple[int, FloatArray, float]]:
 
 
 def _elsewhere(estimate: Estimate, station: int) -> tuple[FloatArray, float]:
-    """Find the pose from which a station fits best to what the others know, and how much better it does."""
+    """Return the pose at which a station fits the landmarks of the others best, and the gain in score [nats]."""
     least, settings = estimate.settings.search.second_station, estimate.settings.localisation
     known = [
         each

@@ -1,4 +1,4 @@
-"""Words for what a verdict is made of: one sentence a reason, and the next step."""
+"""Sentences about the measures of a verdict: one per reason, and the next step."""
 
 import math
 from collections.abc import Iterator
@@ -35,7 +35,7 @@ _AXES = {
 
 
 def reasons(measures: "Measures", now: Conventions) -> tuple[str, ...]:
-    """Say why a map is not good: causes before symptoms."""
+    """Return the reasons why a map is not good: causes before symptoms."""
     findings = faults_in_words(measures.faults)
     empty = () if measures.features else ("No wall, corner or cylinder was found.",)
     if measures.remedies:
@@ -51,13 +51,13 @@ def _symptoms(measures: "Measures") -> Iterator[str]:
     if measures.crossed:
         walls = "1 wall lies" if measures.crossed == 1 else f"{measures.crossed} walls lie"
         yield f"{walls} across the path of the robot."
-    # Of an empty map there is nothing to explain.
+    # An empty map has nothing to check.
     if measures.unchecked and measures.features:
         yield _unchecked(measures)
 
 
 def _unchecked(measures: "Measures") -> str:
-    """Say that nothing checks the map itself; recordings with faults are not tried with other conventions."""
+    """Report that nothing checks the map; recordings with faults are not tested with other conventions either."""
     rest = "" if measures.faults.recording else ": only the poses and conventions were checked"
     return f"{measures.unchecked} does not say how well its map explains the echoes{rest}."
 
@@ -71,7 +71,7 @@ def _shares(measures: "Measures") -> Iterator[str]:
 
 
 def next_step(measures: "Measures", now: Conventions) -> str:
-    """Say what to do about it."""
+    """Return what to do about the first reason."""
     if measures.remedies:
         best, *rivals = measures.remedies
         otherwise = "".join(f" If {_problem(each, now)}, {_what_to_set(each, now)} instead." for each in rivals[:1])
@@ -87,7 +87,7 @@ def next_step(measures: "Measures", now: Conventions) -> str:
 
 
 def _otherwise_recorded(measures: "Measures") -> str:
-    """Say what to do about a fault of the recording."""
+    """Return what to do about a fault of the recording."""
     if measures.faults.recording[0].kind is not RecordingFaultKind.NARROW_BEAM:
         return _RECORD
     return _COMPARE if measures.unchecked == "point-plot" else _POINTS
@@ -118,9 +118,9 @@ _UNITS = {"m": "metres", "cm": "centimetres", "mm": "millimetres", "in": "inches
 
 
 def _mistaken(factor: float) -> str:
-    """Name the mistake by which lengths come out so many times too small: centimetres are what people expect."""
+    """Name the confused units that make lengths too small by a factor; pairs with centimetres are preferred."""
     factors = {(one, other): UNITS[one] / UNITS[other] for one in UNITS for other in UNITS if one != other}
-    # As exactly as a remedy is rounded to a unit.
+    # With the tolerance to which a remedy is rounded to a unit.
     pairs = [pair for pair, ratio in factors.items() if math.isclose(ratio, factor, rel_tol=SAME_UNIT)]
     if not pairs:
         return "in another unit"
@@ -153,7 +153,7 @@ def _misplaced(station: Misplaced) -> str:
     return f"Sweep {station.sweep} does not fit the others: it would fit {' and '.join((*moves, *turns))}."
 
 
-# Shorter distances are not mentioned [m].
+# Distance from which it is mentioned [m].
 _VISIBLE = 0.02
 
 
