@@ -1,1 +1,1 @@
-"""The estimator: landmarks, calibration of the sonar and poses that maximise the likelihood of all pings together."""
+"""Estimator that maximises the likelihood of all pings over landmarks, sonar calibration and poses together."""

@@ -1,4 +1,4 @@
-"""Arcs: the echoes of one reflector in one sweep, and the plane that would explain them."""
+"""Arcs: echoes of one reflector in one sweep, and the plane that fits each arc best."""
 
 import math
 from collections.abc import Sequence
@@ -16,17 +16,17 @@ from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["Arc", "ArcSettings", "arc_planes", "find_arcs"]
 
-# A plane's normal is looked for in these directions from the middle of an arc [rad]: it may be masked on one side.
+# Candidate normals relative to the mean bearing of an arc [rad]: the arc may be masked on one side.
 _TURNS = np.radians(np.arange(-24.0, 25.0, 2.0))
-# Arcs of steps finer than this are dense; of coarser ones than that, every echo stands alone [rad].
+# Rotation step below which arcs are dense, and from which each echo is an arc of its own [rad].
 _DENSE, _SPARSE = math.radians(3.0), math.radians(10.0)
-# An echo expected so far below the threshold speaks against a plane [dB]; one so far off says no more than that [m].
+# Signal excess below which an observed echo counts against a plane [dB]; cap on the deviation of one ping [m].
 _FAINT, _FAR = -2.0, 0.03
 _WALL = int(Kind.WALL)
 
 
 class ArcSettings(BaseModel, frozen=True, extra="forbid"):
-    """What belongs together in one sweep; arcs only seed hypotheses, pings judge them."""
+    """Thresholds that link neighbouring readings to arcs; arcs propose landmarks, the pings score them."""
 
     jump: float = Field(default=0.018, gt=0.0, description="greatest step between neighbouring readings [m]")
     coarse_jump: float = Field(default=0.03, gt=0.0, description="likewise where pings are 3 degrees apart or more [m]")
@@ -42,47 +42,25 @@ class Arc:
     Parameters
     ----------
     station : int
-        Number of the station.
+        Index of the station.
     pings : ndarray of int, shape (n,)
-        Indices into the soundings.
+        Indices into the measurements.
     """
 
     station: int
     pings: IntArray
 
     def share_of(self, chosen: BoolArray) -> float:
-        """Tell how many of its echoes are among some pings.
-
-        Parameters
-        ----------
-        chosen : ndarray of bool, shape (n,)
-            Which of all pings.
-
-        Returns
-        -------
-        float
-            So many of one: NumPy's mean takes five times as long for so few.
-        """
+        """Return the share of the pings of the arc that a mask over all pings, shape (n,), selects."""
         return np.count_nonzero(chosen[self.pings]) / len(self.pings)
 
 
 def find_arcs(measurements: Measurements, *, resolution: float, settings: ArcSettings) -> list[Arc]:
-    """Find the arcs of every station.
+    """Find the arcs of every station in readings of the given resolution [m].
 
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    resolution : float
-        Step of the readings [m].
-    settings : ArcSettings
-        What belongs together.
-
-    Returns
-    -------
-    list of Arc
-        Runs of at least three echoes where pings are dense, parted at ridges; of two where they are coarse, and single
-        echoes of a ring.
+    An arc has at least three echoes where the rotation steps of the sensor are below 3 degrees, two where they are
+    below
+    10 degrees, and one where they are coarser. Only arcs of the finest kind are split at local maxima of the range.
     """
     bearings, arcs = measurements.bearings, []
     for station in range(len(measurements.centers)):
@@ -99,18 +77,18 @@ def _runs(bearings: FloatArray, readings: FloatArray, resolution: float, setting
     gap = max(settings.max_gap * step, math.radians(4.5)) if step < _SPARSE else 1.2 * step
     least = 3 if step < _DENSE else 2 if step < _SPARSE else 1
     runs = connected_runs(bearings, readings, max_gap=gap, jump=jump, reach=settings.reach)
-    # Where pings are few a ridge may be chance.
+    # With few pings a local maximum may be noise.
     parts = _parted(runs, bearings, readings, jump) if step < _DENSE else runs
     return [part for part in parts if len(part) >= least]
 
 
 def _parted(runs: Sequence[IntArray], bearings: FloatArray, readings: FloatArray, height: float) -> list[IntArray]:
-    """Part runs at their ridges."""
+    """Split runs at their local maxima of range that are at least ``height`` [m] prominent."""
     return [part for run in runs for part in _apart(run, bearings, readings, height)]
 
 
 def _apart(run: IntArray, bearings: FloatArray, readings: FloatArray, height: float) -> list[IntArray]:
-    """Part a run where it is farther than to either side: of one reflector only one place is nearest."""
+    """Split one run at its local maxima: the range to one reflector has a single minimum over the bearing."""
     from scipy.signal import find_peaks  # noqa: PLC0415 - SciPy is slow to import
 
     turns = wrap(bearings[run] - circular_mean(bearings[run]))
@@ -120,21 +98,9 @@ def _apart(run: IntArray, bearings: FloatArray, readings: FloatArray, height: fl
 
 
 def arc_planes(arcs: Sequence[Arc], measurements: Measurements, hearing: Hearing) -> FloatArray:
-    """Find the plane that explains each arc best by itself.
+    """Return the plane that fits each arc best, as ``(normal_angle, offset)`` [rad, m], shape (a, 2).
 
-    Parameters
-    ----------
-    arcs : sequence of Arc
-        The arcs, at least one.
-    measurements : Measurements
-        What their indices point to.
-    hearing : Hearing
-        The sonar.
-
-    Returns
-    -------
-    ndarray, shape (a, 2)
-        ``(normal_angle, offset)`` [rad, m], within 24 degrees of the middle of each arc.
+    The normal is searched within 24 degrees of the mean bearing of the arc. There must be at least one arc.
     """
     bounds = np.cumsum([0, *(len(arc.pings) for arc in arcs)])
     members = np.concatenate([arc.pings for arc in arcs])
@@ -153,7 +119,7 @@ def _planes(
         for turn in _TURNS:
             normal = middles[arc] + turn
             offset, misfit = _offset(measurements, hearing, pings, normal)
-            # Between planes that fit alike, that whose normal is nearest to the middle of the arc.
+            # Among planes that fit equally well, prefer the normal nearest to the mean bearing.
             misfit += 0.002 * abs(turn)
             if misfit < best:
                 best, planes[arc, 0], planes[arc, 1] = misfit, normal, offset
@@ -162,7 +128,12 @@ def _planes(
 
 @compiled
 def _offset(measurements: Measurements, hearing: Hearing, pings: IntArray, normal: float) -> tuple[float, float]:
-    """Median offset of the planes with one normal that explain single pings, and how badly it explains all [m]."""
+    """Return the median offset of planes with one normal that fit single pings, and the misfit to all pings [m].
+
+    The misfit is the mean of the absolute deviations, each capped at 3 cm, plus 1 cm times the share of pings whose
+    echo is
+    expected below the threshold.
+    """
     ranges = hearing.scale * measurements.readings[pings]
     depth, silent = np.median(ranges), 0
     offsets, plane = np.empty(len(pings)), (_WALL, math.cos(normal), math.sin(normal), 0.0)

@@ -1,4 +1,4 @@
-"""Calibration: what a recording told of the sonar that made it."""
+"""Calibration of the sonar and the servo, with uncertainties, as reported with the map."""
 
 import math
 from dataclasses import asdict
@@ -14,26 +14,19 @@ __all__ = ["calibration"]
 
 
 def calibration(estimate: Estimate, solution: Solution) -> dict[str, object]:
-    """Tell what was learned of the sonar, and how well.
+    """Return the calibration with standard deviations, those of the priors, and the status of the poses.
 
-    Parameters
-    ----------
-    estimate : Estimate
-        What was heard, and what is made of it.
-    solution : Solution
-        An adjustment of all that was ever heard.
-
-    Returns
-    -------
-    dict
-        Values with standard deviations and what was believed before, in SI units; beam, noise, and what was done
-        about the poses.
+    Values are in SI units and keyed by parameter; ``believed`` is the standard deviation of the prior. The figure of
+    merit
+    [dB] and ka of the beam (or the half angle of the ray cone [rad]), the noise [m], the inlier ratio and the pose
+    status
+    have keys of their own. ``solution`` is that of all readings so far, including marginalised ones.
     """
     sigmas, model, settings = solution.sonar_sigmas(), solution.model, estimate.settings.optimiser
     priors = estimate.priors(estimate.noise, estimate.pose_prior)
     sigmas["range_scale"] = solution.considered_sigma("range_scale", "walk_exponent", settings.exponent_sigma)
     if estimate.has_odometry_model:
-        # Then it is held at what was believed.
+        # With an odometry model, the range scale is a consider parameter: it keeps its prior.
         sigmas["range_scale"] = priors.scale_sigma
     open_lag = _open_lag(estimate)
     sigmas["servo_latency"] = math.hypot(sigmas["servo_latency"], open_lag)
@@ -64,10 +57,12 @@ def calibration(estimate: Estimate, solution: Solution) -> dict[str, object]:
 
 
 def _open_lag(estimate: Estimate) -> float:
-    """Tell half of the lag by which a servo that stands still in each ping would seem to be late [s].
+    """Return half the median one-way travel time of the echoes [s].
 
-    Sound is heard where the servo has turned to in the meantime.  Nobody tells whether it did: one that waits for the
-    echo seems to be late by as long as sound takes one way.
+    The model assumes that the servo turns while sound travels. A servo that waits for each echo therefore appears late
+    by
+    the one-way travel time. Which of both applies is unknown, so half of it is the correction and the standard
+    deviation.
     """
     readings = estimate.recorded.readings
     detected = readings[np.isfinite(readings)]

@@ -1,4 +1,4 @@
-"""The estimate: landmarks, sonar, noise and poses, as a value; each step of the estimator returns a better one."""
+"""The estimate: landmarks, sonar, noise and poses as an immutable value, and the steps that refine it."""
 
 import math
 from collections.abc import Sequence
@@ -35,57 +35,57 @@ from echoplan.preprocessing.servo import AS_RECORDED, ServoError, turned_by
 
 __all__ = ["Estimate", "initial_noise"]
 
-# No module is set right to less than this [m].
+# Least range error to which a maker adjusts a module [m].
 _FINEST = 0.001
-# An adjustment is at rest once all that moves in a round does not move farther: the square, in deviations.
+# Newton decrement (squared step in standard deviations) below which alternation has converged.
 _SETTLED = 1e-5
-# So often a first look may be taken, and second thoughts may be had.
+# Most iterations of the initial map and of the class selection.
 _GLANCES = 3
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Estimate:
-    """Features, sonar, noise and poses as estimated so far; each step returns a new value and leaves this one."""
+    """Landmarks, sonar, noise and poses as estimated so far; each step returns a new value."""
 
     settings: EstimateSettings
-    # What was marginalised, and the part of it within reach of the stations.
+    # Prior from all marginalised stations, and the part of it within range of the current stations.
     marginal_prior: MarginalPrior
     active_prior: MarginalPrior
-    # Coarsest of the sensors [m], and half the angle within which they detect [rad].
+    # Resolution of the coarsest sensor [m]; half aperture within which sensors detect [rad].
     resolution: float
     half_aperture: float
-    # Odometry noise that the rig specifies, and whether it holds.
+    # Odometry noise that the rig specifies, if any.
     rig_odometry: Odometry | None
     # The sonar as expected before any ping, and as estimated.
     prior: EchoModel
     model: EchoModel
-    # Pings of s stations, turned by the servo as calibrated, at the poses as recorded and as estimated; their arcs.
+    # Pings of s stations at the recorded and at the estimated poses, with calibrated servo angles; their arcs.
     recorded: Measurements
     measurements: Measurements
     arcs: Sequence[Arc]
     # Poses as recorded and as estimated, shape (s, 3) [m, m, rad].
     measured_poses: FloatArray
     poses: FloatArray
-    # Standard deviations of a reading, and of the error that all readings of a feature from one station share [m].
+    # Standard deviations of a reading, and of the error that readings of one landmark from one station share [m].
     noise: float
     bias_sigma: float
     features: Sequence[Hypothesis]
     trusts_specified_odometry: bool = True
-    # Gain and offset of the servo, if it is calibrated, and where calibration starts.
+    # Servo gain and offset if they are calibrated (else None), and the values from which calibration starts.
     servo: ServoError | None = None
     first_servo: ServoError = AS_RECORDED
-    # The last solution, and the prior of its poses; None where these were fixed.
+    # Last solution, and the prior of its poses; None if poses were fixed.
     solution: Solution | None = None
     pose_prior: PosePrior | None = None
-    # Model of the pose errors, and what was done about the poses, and why.
+    # Model of the pose errors, and the decision about the poses with its reason.
     pose_model: PoseModel = PoseModel.FIXED
     pose_status: PoseStatus = field(default_factory=PoseStatus)
-    # Prior of right angles between walls.
+    # Manhattan prior: right angles between walls.
     square: ManhattanPrior | None = None
-    # Whether figure of merit and beam are variables, and whether which pings detect a wall measures headings.
+    # Whether figure of merit and beam are variables; whether detections constrain headings (heading factors).
     is_calibrated: bool = False
     has_heading_factors: bool = False
-    # Prior of figure of merit [dB] and logarithm of ka.
+    # Means of the priors of figure of merit [dB] and log ka.
     beam_prior: tuple[float, float] | None = None
     # Log evidence before shared errors were estimated, if they were [nats].
     log_evidence_without_bias: float | None = None
@@ -95,73 +95,73 @@ class Estimate:
 
     @property
     def known(self) -> list[Hypothesis]:
-        """Features to start from."""
+        """Landmarks that are known from marginalised stations, from which a search starts."""
         return [*self.active_prior.features, *self.marginal_prior.pending]
 
     @property
     def likelihood(self) -> PingLikelihood:
-        """Likelihood of the pings."""
+        """Likelihood of the pings at the current poses, sonar and noise."""
         return self.likelihoods.of(self.measurements, self.model, noise=self.noise)
 
     @property
     def odometry_noise(self) -> Odometry | None:
-        """How far the rig says that steps lead astray, as far as it is believed."""
+        """Odometry noise that the rig specifies; None if it does not or if the specification is not trusted."""
         return self.rig_odometry if self.trusts_specified_odometry else None
 
     @property
     def step(self) -> float:
-        """Turn from one ping to the next [rad]."""
+        """Rotation from one ping to the next [rad]."""
         return step_of(self.measurements)
 
     @property
     def latency(self) -> float:
-        """By how much the servo lags behind what was recorded [s]."""
+        """Latency of the servo [s]."""
         return self.solution.latency if self.solution else self.marginal_prior.latency
 
     @property
     def first_noise(self) -> float:
-        """Standard deviation of readings before anything is known [m]; coarse steps alone make them scatter."""
+        """Standard deviation of a reading before the noise is estimated [m]."""
         return initial_noise(self.settings, self.resolution)
 
     @property
     def rounding(self) -> float:
-        """Standard deviation of the error of rounding [m]: no noise is less."""
+        """Standard deviation of the rounding error of a reading [m], a lower bound of the noise."""
         return self.resolution / math.sqrt(12.0)
 
     @property
     def offset_sigma(self) -> float:
-        """How well a maker sets a module right: within a step of its readings [m]."""
+        """Prior standard deviation of the range offset [m]: makers adjust a module to within one reading step."""
         return max(self.resolution, _FINEST) / math.sqrt(12.0)
 
     @property
     def has_odometry_model(self) -> bool:
-        """Whether errors of the poses add up, as far as is known by now."""
+        """Whether pose errors accumulate as errors of odometry do, according to the current pose prior."""
         return self.pose_prior is not None and self.pose_prior.relative
 
     @property
     def squareness(self) -> ManhattanPrior | None:
-        """What is believed of right angles between the features as they are now."""
+        """Manhattan prior with its members among the current landmarks; None without members."""
         members: BoolArray = np.array([each.is_square for each in self.features], dtype=bool)
         return self.square._replace(members=members) if self.square is not None and members.any() else None
 
     def with_squareness(self, pose_prior: ManhattanPrior | None) -> "Estimate":
-        """Return the estimate with a prior of right angles between some of the features; each carries its part."""
+        """Return the estimate with a Manhattan prior (or none), whose members are marked on the landmarks."""
         members = np.zeros(len(self.features), dtype=bool) if pose_prior is None else pose_prior.members
         features = [replace(each, is_square=bool(e)) for each, e in zip(self.features, members, strict=True)]
         return replace(self, square=pose_prior, features=features)
 
     @property
     def is_along_axes(self) -> bool:
-        """Whether walls are believed to stand along the axes of the map."""
+        """Whether the Manhattan prior aligns walls with the axes of the map."""
         return self.squareness is not None and self.squareness.along_axes
 
     @property
     def has_servo(self) -> bool:
-        """Whether anything turned while it listened."""
+        """Whether any sensor rotated during its pings."""
         return bool(np.any(self.recorded.rates))
 
     def calibrate(self, servo: ServoError) -> "Estimate":
-        """Calibrate the servo: start from this gain and this offset, and let adjustments estimate them."""
+        """Make servo gain and offset variables, starting from the given values, and find the arcs again."""
         turned = _with_servo(self, servo)
         return replace(
             turned,
@@ -172,11 +172,11 @@ class Estimate:
         )
 
     def restart_servo(self) -> "Estimate":
-        """Reset the servo to where calibration starts: what was estimated from poses in error is wrong."""
+        """Reset servo gain and offset to their starting values, as estimates from wrong poses are wrong."""
         return self if self.servo is None else _with_servo(self, self.first_servo)
 
     def initialise(self) -> "Estimate":
-        """Take a first look; and another where the air turns out to be warmer or colder than the modules assume."""
+        """Make a first map with one round of search, and repeat it while the range scale changes noticeably."""
         now = self
         for _ in range(_GLANCES):
             scale = now.model.range_scale
@@ -186,7 +186,7 @@ class Estimate:
         return now
 
     def explain(self) -> "Estimate":
-        """Explain everything, learn the sonar from it, and explain it again."""
+        """Search landmarks and optimise; in the first window estimate the sonar from them, and search again."""
         now = self
         if self.marginal_prior.is_empty:
             first = self.first_noise
@@ -203,7 +203,7 @@ class Estimate:
         return now.optimise(now.noise).rescore(now.noise)
 
     def alternate(self, noise: float, priors: PosePrior | None, rounds: int) -> "Estimate":
-        """Adjust features, sonar and poses until all stays the same, who hears what too, but no more than so often."""
+        """Alternate optimisation and rescoring until poses and detections converge, at most ``rounds`` times."""
         now = self
         for _ in range(rounds):
             measurements = _detections(now)
@@ -217,7 +217,7 @@ class Estimate:
         return now
 
     def refine_calibration(self) -> "Estimate":
-        """Adjust loudness and beam as well, where poses do not drift: readings made late would pass for faint ones."""
+        """Optimise figure of merit and beam, too, unless poses drift: their errors would pass for weak echoes."""
         if self.has_odometry_model:
             return self
         now = replace(self, is_calibrated=True)
@@ -225,11 +225,11 @@ class Estimate:
             model = walking(self.model, self.solution, self.noise)
             prior = replace(self.prior, walk=model.walk, walk_gain=model.walk_gain)
             now = replace(now, model=model, prior=prior)
-        # What is remembered of them came to rest before.
+        # With marginalised stations one round suffices: their landmarks and sonar have converged before.
         return now.alternate(now.noise, now.pose_prior, 3 if now.marginal_prior.is_empty else 1)
 
     def prune_and_reclassify(self) -> "Estimate":
-        """Take features for what they are best taken for, and drop those that do not stand up."""
+        """Select the best class of each landmark, and remove landmarks that fail the acceptance test."""
         search = self._search()
         return self._settle(search, with_boxes(search, search.rescored(self.features)))
 
@@ -237,7 +237,7 @@ class Estimate:
         return replace(self, features=search.settled(reclassified(search.likelihood, features, search.acceptance)))
 
     def reselect_classes(self) -> "Estimate":
-        """Take features for something else as long as that explains more, now that all are where they belong."""
+        """Repeat class selection and optimisation until no class changes."""
         now = self
         for _ in range(_GLANCES):
             kinds, search = [each.kind for each in now.features], now._search()
@@ -248,7 +248,7 @@ class Estimate:
         return now
 
     def clear(self) -> "Estimate":
-        """Leave out walls that may be echoes by way of others; while poses are in error, real walls look like those."""
+        """Remove walls that multipath explains as well; run it last, as wrong poses make real walls look so."""
         search = self._search()
         kept = without_multipath_walls(search.likelihood, self.features, search.acceptance)
         if len(kept) == len(self.features):
@@ -256,18 +256,18 @@ class Estimate:
         return replace(self, features=kept).optimise(self.noise, self.pose_prior).rescore(self.noise)
 
     def search(self, *, rounds: int | None = None) -> "Estimate":
-        """Find the features that explain the pings, from those known; of stations still to come one round will do."""
+        """Search landmarks that explain the pings, starting from the current ones; ``rounds`` limits the search."""
         return replace(self, features=self._search(rounds=rounds).run(self.features))
 
     def rescore(self, noise: float) -> "Estimate":
-        """Collect fresh evidence for the features."""
+        """Compute the log-likelihood ratios of the landmarks at a noise [m]."""
         now = replace(self, noise=noise)
         return replace(now, features=now.refreshed())
 
     def optimise(self, noise: float, poses: PosePrior | None = None) -> "Estimate":
-        """Adjust features and sonar, and poses if they may be off."""
+        """Optimise landmarks and sonar, and the poses if a prior of them is given, at a noise [m]."""
         measurements = self.measurements if poses is None else self.recorded
-        # Whether poses drift is known from the priors of this adjustment on.
+        # The priors below depend on whether poses drift in this optimisation.
         now = replace(self, pose_prior=poses)
         state = Values(
             features=now.with_attenuation(now.features),
@@ -282,21 +282,21 @@ class Estimate:
         return _moved(replace(now, solution=solution, model=solution.model, features=features), solution)
 
     def with_attenuation(self, features: Sequence[Hypothesis]) -> Features:
-        """Turn features into arrays, with how much of each the stations hear."""
+        """Return the landmarks as arrays, with the attenuation of each landmark from each station."""
         return shadowed(self.measurements, self.model.tabulated(), as_arrays(features, len(self.measured_poses)))
 
     def odometry(self) -> PosePrior:
-        """Believe in the steps of the robot."""
+        """Return the prior of the steps between the poses."""
         priors = odometry_prior(self.measured_poses, self.settings.pose_errors, self.odometry_noise)
         if self.active_prior.rest > len(SONAR_UNKNOWNS):
-            # Where the first pose at hand is, the memory tells.
+            # The marginal prior contains the first pose of the window.
             priors.sigmas[0] = np.inf
         return priors
 
     def priors(self, noise: float, poses: PosePrior | None) -> Priors:
-        """Tell what is believed of the sonar and the poses before the pings are asked."""
+        """Return the priors of the optimisation for a noise [m] and a prior of the poses (None: poses are fixed)."""
         settings, drifting = self.settings.optimiser, self.has_odometry_model or (poses is not None and poses.relative)
-        # Where the way itself is uncertain it cannot tell the scale of the map: that is left to the sonar's maker.
+        # Drifting poses cannot determine the scale of the map, so the range scale keeps the narrow prior of the sensor.
         is_told = drifting or not math.isnan(self.recorded.temperature)
         return Priors(
             noise=noise,
@@ -316,22 +316,22 @@ class Estimate:
         )
 
     def shared_rounding(self, noise: float, common: float = 0.0) -> float:
-        """Return the standard deviation of the common rounding error of readings of one distance [m].
+        """Return the standard deviation of the rounding error that readings of one distance share [m].
 
-        They scatter by the noise, of which a share is common to a station.
+        Readings scatter by ``noise`` [m]; the share ``common`` of its variance is common to a station.
         """
         before = (1.0 - common) * noise**2 - self.rounding**2
         return shared_rounding_sigma(self.resolution, math.sqrt(max(before, 0.0)))
 
     def estimate_figure_of_merit(self) -> "Estimate":
-        """Take figure of merit and beam from who heard what; of rays, the cone."""
+        """Estimate figure of merit and beam from detections and non-detections; for ray cones, the cone angle."""
         fitted = estimated_sonar(self.measurements, self.model, self.features, prior_mean=self.prior.figure_of_merit)
         if fitted is self.model:
             return self
         return replace(self, model=fitted, beam_prior=(fitted.figure_of_merit, math.log(fitted.ka)))
 
     def estimate_noise(self) -> "Estimate":
-        """Take the noise from what is left of the readings."""
+        """Estimate the noise from the scatter of the residuals, within its limits."""
         scatter = self.solution.scatter if self.solution else math.nan
         if math.isnan(scatter):
             return self
@@ -339,24 +339,25 @@ class Estimate:
         return replace(self, noise=max(most, self.settings.least_noise, self.rounding))
 
     def inlier_mask(self, features: Sequence[Hypothesis]) -> BoolArray:
-        """Tell which pings features or their ghosts explain."""
+        """Return which pings the landmarks or their multipath explain, shape (n,)."""
         explained: BoolArray = self.likelihood.log_densities(features) > self.likelihood.floor + math.log(20.0)
         return explained
 
     def refreshed(self) -> list[Hypothesis]:
-        """Collect fresh evidence for the features, without keeping it."""
+        """Return the landmarks rescored against the current pings; the estimate is unchanged."""
         return self._search().rescored(self.features)
 
     def information_inflation(self) -> float:
-        """Tell how many times more the readings tell than they are let count for, where poses are trusted.
+        """Return the factor by which readings are underweighted where poses are fixed, else 1.
 
-        There all that the model of the sonar lacks pulls at features alike, however many readings say so: their weights
-        stay low.  Where poses are corrected they count in full.
+        With fixed poses, errors of the sonar model are common to all readings of a landmark. The weights of readings
+        stay low,
+        and this factor only corrects the covariance.
         """
         return self.estimate_effective_sample_ratio() if self.pose_prior is None else 1.0
 
     def estimate_effective_sample_ratio(self) -> float:
-        """Tell how far pings count by themselves, by what is left of them."""
+        """Return the ratio of the effective sample size to the weight of the readings; 1 without a solution."""
         if self.solution is None:
             return 1.0
         return effective_sample_ratio(
@@ -371,23 +372,24 @@ class Estimate:
 
 
 def initial_noise(settings: EstimateSettings, resolution: float) -> float:
-    """Return the standard deviation of readings before anything is known [m]: coarse steps alone make them scatter."""
+    """Return the initial standard deviation of a reading [m]: the setting, or more if readings are coarse."""
     return max(settings.first_noise, 0.9 * resolution)
 
 
 def _detections(estimate: Estimate) -> BoolArray:
-    """Return which landmarks (rows) which stations (columns) detect."""
+    """Return which stations (columns) detect which landmarks (rows)."""
     detected: BoolArray = np.array([each.llr_by_station for each in estimate.features]) > 0.0
     return detected
 
 
 def _with_servo(estimate: Estimate, servo: ServoError) -> Estimate:
+    """Return the estimate with another servo gain and offset, and the recorded bearings turned accordingly."""
     recorded = turned_by(estimate.recorded, error=servo, before=estimate.servo or AS_RECORDED)
     return replace(estimate, recorded=recorded, servo=servo)
 
 
 def _moved(estimate: Estimate, solution: Solution) -> Estimate:
-    """Move the pings to poses and servo of a solution, if these were free."""
+    """Move the pings to the poses and servo angles of a solution, as far as these were variables."""
     if estimate.pose_prior is not None:
         estimate = replace(estimate, poses=solution.poses)
     if estimate.servo is not None:

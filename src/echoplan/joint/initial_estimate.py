@@ -1,4 +1,4 @@
-"""The estimate before anything is estimated: pings, arcs and poses as recorded, and what was marginalised."""
+"""Construction of the initial estimate: pings, arcs and poses as recorded, and the prior of marginalised stations."""
 
 from echoplan.arrays import FloatArray
 from echoplan.joint.arcs import find_arcs
@@ -13,7 +13,7 @@ from echoplan.preprocessing.servo import AS_RECORDED, turned_by
 
 __all__ = ["initial_estimate"]
 
-# Features this far beyond the reach of the stations may still matter [m].
+# Margin beyond the range of the stations within which landmarks of the marginal prior are used [m].
 _AROUND = 0.5
 
 
@@ -24,7 +24,10 @@ def initial_estimate(
     settings: EstimateSettings,
     marginal_prior: MarginalPrior | None = None,
 ) -> Estimate:
-    """Start from pings of s stations, from the poses of these as recorded and from what was marginalised."""
+    """Return the estimate before any search or optimisation.
+
+    ``measured_poses`` are the recorded poses of the s stations, shape (s, 3) [m, m, rad].
+    """
     marginal_prior = marginal_prior or MarginalPrior()
     resolution = max(sensor.resolution for sensor in rig.sensors)
     prior = expected_sonar(rig, measurements, marginal_prior.model, walk=settings.walk)
@@ -41,7 +44,7 @@ def initial_estimate(
         marginal_prior=marginal_prior,
         resolution=resolution,
         half_aperture=half_aperture_of(rig),
-        # A table that says nothing is none.
+        # An empty table in the rig file specifies nothing.
         rig_odometry=None if rig.odometry == Odometry() else rig.odometry,
         prior=prior,
         recorded=recorded,

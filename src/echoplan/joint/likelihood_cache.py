@@ -1,4 +1,4 @@
-"""Likelihoods of the pings that estimates with the same pings, sonar and noise share."""
+"""Cache of ping likelihoods that estimates with the same pings, sonar and noise share."""
 
 from collections import deque
 
@@ -8,18 +8,18 @@ from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["LikelihoodCache"]
 
-# Estimates that are compared take turns.
+# Compared estimates alternate, so the last likelihood alone is not enough.
 _LIKELIHOODS = 4
 
 
 class LikelihoodCache:
-    """The last few likelihoods of the same pings: one that was used before knows its multipath echoes already."""
+    """The last few likelihoods; a cached one keeps the multipath echoes that it has computed."""
 
     def __init__(self) -> None:
         self._recent: deque[tuple[tuple[Measurements, EchoModel, float], PingLikelihood]] = deque(maxlen=_LIKELIHOODS)
 
     def of(self, measurements: Measurements, model: EchoModel, *, noise: float) -> PingLikelihood:
-        """Return the likelihood of pings, from the cache if these very objects were asked for before."""
+        """Return the likelihood of pings, from the cache if it was computed for these very objects."""
         inputs = (measurements, model, noise)
         for known, likelihood in self._recent:
             if all(one is other for one, other in zip(inputs, known, strict=True)):

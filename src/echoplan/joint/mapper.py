@@ -1,8 +1,8 @@
-"""All stations at once: rival reflectors, judged by what a sonar should hear of them, and one adjustment of all.
+"""The `joint` mapper: landmark hypotheses scored by a sonar model, and one optimisation of all stations.
 
-A wall is a line that touches the range circles of its stations, a corner or an edge a point on them, a cylinder one
-that touches them (Leonard and Durrant-Whyte 1992).  A physical model of loudness, beam, masking and range walk says
-which of these explains the pings, including those that are missing.
+A wall is a line tangent to the range circles of its stations, a corner or an edge is a point on them, a cylinder is a
+circle tangent to them (Leonard and Durrant-Whyte 1992). A physical model of signal excess, beam, masking and range walk
+predicts detections and non-detections, and so decides which of these explains the pings.
 """
 
 import numpy as np
@@ -27,21 +27,21 @@ __all__ = ["JointMapper", "JointSettings"]
 
 
 class JointSettings(EstimateSettings, frozen=True, extra="forbid"):
-    """Settings of all stages."""
+    """Settings of all stages of method `joint`."""
 
 
 class JointMapper:
-    """Maps all stations at once; of a long way those of a window, with the memory of the stations before.
+    """Estimate a map from all stations at once; of a long recording, from a window and a marginal prior.
 
     Parameters
     ----------
     rig : Rig
-        What made the sweeps.
+        Sensors that recorded the sweeps.
     settings : JointSettings, optional
-        Settings of the stages.
+        Settings of all stages.
     """
 
-    # A wall, a corner and a cylinder sound alike from one place.
+    # From one place, a wall, a corner and a cylinder return the same echoes.
     needs_places = True
 
     def __init__(self, rig: Rig, settings: JointSettings | None = None) -> None:
@@ -55,12 +55,12 @@ class JointMapper:
         self._first_station = 0
 
     def add(self, sweep: Sweep) -> None:
-        """Take one more sweep; when there are more stations than a window holds, let the oldest go.
+        """Add a sweep; marginalise the oldest stations once the window is full.
 
         Parameters
         ----------
         sweep : Sweep
-            The pings of one pass of the array.
+            Pings of one pass of the array from one pose.
         """
         if not len(sweep):
             return
@@ -68,18 +68,18 @@ class JointMapper:
         self._sweeps.append(sweep)
         self._measurements.append(measurements_of(sweep, self.rig))
         window, stations = self.settings.window, self._stations()
-        # The newest station may still grow.
+        # Sweeps may still be added to the newest station.
         if len(stations.poses) > window.stations + window.step:
             with _one_thread():
                 self._let_go(stations, window.step)
 
     def result(self) -> FeatureMap:
-        """Explain everything that was heard so far.
+        """Estimate the map from all sweeps so far.
 
         Returns
         -------
         FeatureMap
-            Walls, corners and cylinders, and the poses from which they were heard.
+            Walls, corners, cylinders and openings, and the poses of the sweeps with covariances.
         """
         with _one_thread():
             return self._map()
@@ -120,7 +120,7 @@ class JointMapper:
         )
 
     def _let_go(self, stations: Stations, count: int) -> None:
-        """Keep what the oldest stations said, but not their pings."""
+        """Marginalise the ``count`` oldest stations and drop their pings."""
         estimate, gone = self._estimate(stations), int((stations.numbers < count).sum())
         self._marginal_prior = marginalise(estimate, count)
         self._done.append(self._posed(estimate, stations).first(gone))
@@ -139,5 +139,5 @@ class JointMapper:
 
 
 def _one_thread() -> threadpool_limits:
-    """Matrices are small: threads would only wait for each other, on all cores."""
+    """Limit BLAS to one thread: on matrices this small, threads cost more than they save."""
     return threadpool_limits(limits=1, user_api="blas")

@@ -1,7 +1,7 @@
-"""MarginalPrior: what stays of stations whose pings were let go, so that a map can grow without end.
+"""The marginal prior: what remains of marginalised stations, so that a recording may have any length.
 
-Features keep what was said of them; the readings keep what they said of features and sonar, as information with the
-poses eliminated.  Nothing else stays, so memory grows with the map and not with the way.
+Landmarks keep the statistics of those stations. Their readings remain as a Gaussian prior of landmarks and sonar, with
+the poses eliminated. Nothing else is kept, so memory grows with the map and not with the recording.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,43 +29,44 @@ def _nothing() -> InformationPrior:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class MarginalPrior:
-    """What is known from stations that were let go.
+    """What is known from marginalised stations.
 
     Parameters
     ----------
     features : sequence of Hypothesis, optional
-        All features that they heard, with their pasts.
+        Landmarks that these stations detected, with their track histories.
     pending : sequence of Hypothesis, optional
-        Features that only stations at hand heard.
+        Landmarks that only stations of the window detected.
     summary : InformationPrior, optional
-        What they said of the parameters of the features, of the sonar, and of the first pose at hand if it is free:
-        in this order.
+        Information on the parameters of ``features``, the sonar, and the first pose of the window if it is a variable:
+        in
+        this order.
     echoes : mapping of tuple of int to CornerEcho, optional
-        What they heard of the corners of two walls, by the numbers of both.
+        Echoes of the corners of two walls, by the track numbers of both.
     poses : ndarray, shape (k, 3), optional
-        Poses of the stations that are at hand and were heard before [m, m, rad].
+        Estimated poses of the stations of the window that were in the previous window, too [m, m, rad].
     pose_model : PoseModel, optional
-        How they came about.
+        Model of the pose errors.
     pose_status : PoseStatus, optional
-        Why.
+        The decision about the poses, with its reason.
     model : EchoModel, optional
-        The sonar.
+        Sonar.
     latency : float, optional
-        Of the servo [s].
+        Latency of the servo [s].
     servo : ServoError, optional
-        Its gain and offset, where it is calibrated.
+        Gain and offset of the servo; None if it is not calibrated.
     noise : float, optional
-        Standard deviation of readings [m].
+        Standard deviation of a reading [m].
     beam_prior : tuple of float, optional
-        Figure of merit [dB] and logarithm of the beam's ka as told by who heard what.
+        Estimated figure of merit [dB] and log ka.
     effective_sample_ratio : float, optional
-        How many times more readings count than their weights say.
+        Ratio of the effective sample size to the weight of the readings.
     trusts_specified_odometry : bool, optional
-        Whether steps lead no farther astray than the rig tells.
+        Whether the odometry noise is as the rig specifies.
     dead_reckoned : ndarray, shape (3,), optional
-        What odometry alone leaves open of the first pose at hand, as standard deviations [m, m, rad].
+        Standard deviations of the first pose of the window by odometry alone [m, m, rad].
     issued : int, optional
-        How many numbers features have been given.
+        Number of track numbers assigned so far.
     """
 
     features: Sequence[Hypothesis] = ()
@@ -87,74 +88,44 @@ class MarginalPrior:
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing was let go yet."""
+        """Whether no station was marginalised yet."""
         return not len(self.summary.columns)
 
     def near(self, centers_xy: FloatArray, reach: float) -> "MarginalPrior":
-        """Keep what stations may hear.
+        """Return the prior of the landmarks within ``reach`` [m] of any of the stations, shape (s, 2) [m].
 
-        Parameters
-        ----------
-        centers_xy : ndarray, shape (s, 2)
-            The stations [m].
-        reach : float
-            How far they hear [m].
-
-        Returns
-        -------
-        MarginalPrior
-            Of the features within reach of any of them, whatever the others are.
+        The other landmarks are marginalised out.
         """
         return self._of([each for each in self.features if _distance(each, centers_xy) < reach])
 
     def beyond(self, part: "MarginalPrior") -> list[Hypothesis]:
-        """List the features that are not in a part of this."""
+        """Return the landmarks that a part of this prior does not contain."""
         active_prior = {each.history.number for each in part.features}
         return [each for each in self.features if each.history.number not in active_prior]
 
     def reordered(self, features: Sequence[Hypothesis], layout: Layout) -> InformationPrior | None:
-        """Tell what is known of unknowns that are to be adjusted.
+        """Return the prior of the variables of an optimisation, by their positions in its layout; None if it is empty.
 
-        Parameters
-        ----------
-        features : sequence of Hypothesis
-            The features; what is known of others is left aside.
-        layout : Layout
-            What stands where: the features in their order, sonar and poses.
-
-        Returns
-        -------
-        InformationPrior or None
-            By the places of the unknowns; None if nothing is known.
+        Landmarks of this prior that are not among ``features`` are marginalised out, and so is the pose if the layout
+        has none.
         """
         if self.is_empty:
             return None
         part = self._of(features)
         numbers = {each.history.number: place for place, each in enumerate(features)}
         own = [places_of(layout, numbers[each.history.number]) for each in part.features]
-        # Where poses are trusted, what was said of the first one is left aside.
+        # With fixed poses the layout has no pose, so the first one is marginalised out.
         rest = np.arange(layout.sonar, layout.size)[: part.rest]
         summary = part.summary.marginalised_onto(np.arange(_sizes(part.features) + len(rest)))
         return summary._replace(columns=np.concatenate([*own, rest]).astype(np.int64))
 
     @property
     def rest(self) -> int:
-        """How many unknowns there are beside those of the features."""
+        """Number of variables besides the parameters of landmarks."""
         return len(self.summary.columns) - _sizes(self.features)
 
     def corner_echoes_of(self, features: Sequence[Hypothesis]) -> Echoes:
-        """Tell what was heard of corners, by the places of features in a list.
-
-        Parameters
-        ----------
-        features : sequence of Hypothesis
-            Features of this memory.
-
-        Returns
-        -------
-        Echoes
-            Of their pairs, and the corners among them.
-        """
+        """Return the echoes of corners between landmarks of this prior, by their positions in ``features``."""
         places = {each.history.number: place for place, each in enumerate(features)}
         pairs = {
             (min(places[one], places[other]), max(places[one], places[other])): detected
@@ -164,7 +135,7 @@ class MarginalPrior:
         return Echoes.of(features, pairs)
 
     def _of(self, features: Sequence[Hypothesis]) -> "MarginalPrior":
-        """Keep what is known of some features: the others are eliminated."""
+        """Return the prior of some of the landmarks; the others are marginalised out."""
         wanted, places, kept, start = {each.history.number for each in features}, [], [], 0
         for each in self.features:
             size = len(each.parameters)
@@ -179,23 +150,11 @@ class MarginalPrior:
 def marginalise_poses(
     state: Values, rows: Sequence[LinearFactor], known: InformationPrior | None, poses: int
 ) -> InformationPrior:
-    """Sum up what rows and older knowledge say of features and sonar, and of the pose that comes next.
+    """Eliminate the first ``poses`` poses from the normal equations (Schur complement).
 
-    Parameters
-    ----------
-    state : Values
-        Where everything is; the rows are linearised there.
-    rows : sequence of LinearFactor
-        Of the readings and poses that are let go.
-    known : InformationPrior or None
-        What was known before, by the places of the same unknowns.
-    poses : int
-        How many of the poses are let go; those after them stay.
-
-    Returns
-    -------
-    InformationPrior
-        With those poses eliminated.
+    Landmarks, sonar and the remaining poses keep the information of the factors, which are linearised at ``state``, and
+    of
+    the previous prior ``known``, whose columns are positions in the same layout.
     """
     layout = state.layout
     information, vector = normal_equations(rows, layout.size)
@@ -209,20 +168,7 @@ def marginalise_poses(
 
 
 def places_of(layout: Layout, feature: int) -> IntArray:
-    """Tell where the parameters of a feature stand.
-
-    Parameters
-    ----------
-    layout : Layout
-        What stands where.
-    feature : int
-        Its number.
-
-    Returns
-    -------
-    ndarray of int
-        Their places.
-    """
+    """Return the positions of the parameters of a landmark in the vector of all variables."""
     return np.arange(layout.size)[layout.feature(feature)]
 
 
@@ -231,7 +177,7 @@ def _sizes(features: Sequence[Hypothesis]) -> int:
 
 
 def _distance(feature: Hypothesis, centers_xy: FloatArray) -> float:
-    """Least distance of a feature from any of some places [m]."""
+    """Return the least distance of a landmark from any of some points, shape (s, 2) [m]."""
     if not feature.is_wall:
         away: FloatArray = np.hypot(*(centers_xy - feature.reflector[1:3]).T)
         return float(away.min())

@@ -1,4 +1,4 @@
-"""Legacy: what stations leave behind when their pings are let go, and the map that all of them together make."""
+"""Marginalisation of the oldest stations, and the map of all stations together."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -35,28 +35,18 @@ from echoplan.preprocessing.servo import AS_RECORDED
 
 __all__ = ["marginalise", "survey"]
 
-# Of all places along a wall within one cell, so many are worth keeping [m].
+# Cell along a wall [m], and number of places kept per cell, which bounds the memory.
 _CELL, _KEPT = 0.01, 4
-# A feature whose own class is less probable is none.
+# Probability of its class below which a landmark is not drawn.
 _UNLIKELY = 0.05
-# Where feet of a wall are farther apart than this, sound may have gone through between them [m].
+# Distance of neighbouring specular points of a wall above which sound may pass between them [m].
 _WIDE_GAP = 0.4
 
 
 def survey(estimate: Estimate, path_xy: FloatArray) -> MapBuilder:
-    """Draw all that was ever found.
+    """Return the builder of the map of all stations so far, after one more optimisation of all that is known.
 
-    Parameters
-    ----------
-    estimate : Estimate
-        Of the stations at hand, with the memory of all before them.
-    path_xy : ndarray, shape (p, 2)
-        The way of the robot from the first station on [m].
-
-    Returns
-    -------
-    MapBuilder
-        What is there, adjusted once more to all that is known.
+    ``path_xy`` is the path of the robot from the first station on, shape (p, 2) [m].
     """
     marginal_prior, settings = marginalise(estimate, len(estimate.measured_poses)), estimate.settings
     found = [each for each in marginal_prior.features if _is_there(each)]
@@ -77,13 +67,13 @@ def survey(estimate: Estimate, path_xy: FloatArray) -> MapBuilder:
     solution = optimise(nothing, state, priors, settings.optimiser, known=known)
     square = estimate_right_angles(solution.reflectors, solution.layout, solution.covariance, settings.squareness)
     if square is not None:
-        # Where way-points put the axes is told while they are still known one by one.
+        # Alignment with the axes was decided with the absolute poses, which are eliminated by now.
         square = square._replace(along_axes=estimate.is_along_axes)
         solution = optimise(nothing, state, priors._replace(squareness=square), settings.optimiser, known=known)
     features = [replace(each, reflector=row) for each, row in zip(found, solution.reflectors, strict=True)]
     echoes = marginal_prior.corner_echoes_of(features)
     segments = find_segments(features, echoes, path_xy, settings.segments)
-    # What the model of the sonar lacks does not average out over many stations.
+    # Errors of the sonar model do not average out over many stations: they bound the covariances from below.
     lacking = settings.optimiser
     best = min(priors.offset_sigma, lacking.offset_floor)
     return MapBuilder(
@@ -99,12 +89,14 @@ def survey(estimate: Estimate, path_xy: FloatArray) -> MapBuilder:
 
 
 def _is_there(feature: Hypothesis) -> bool:
-    """Return True if a feature probably is of its class, and most of the stations that should detect it did.
+    """Return True if a landmark probably is of its class, and most of the stations that should detect it did.
 
-    A few stations can always be found that a false feature explains a little better, and the more of them, the longer
-    a recording is.  So most stations that detected it must have done so past all walls, and, but for points, which
-    return little sound, most that should have detected it must have done so.  A wall through which half as many pings
-    passed as it reflected is none, nor is a feature that explains no ping best.
+    In a long recording, a false landmark always explains the pings of a few stations a little better. So most stations
+    that
+    detected it must have detected it past all walls. Most of those that should have detected it must have done so,
+    except
+    for corners and edges, which return little sound. A wall through which half as many pings passed as it reflected is
+    false, and so is a landmark that is not the best explanation of any ping.
     """
     history = feature.history
     if _own_probability(feature) < _UNLIKELY:
@@ -115,27 +107,14 @@ def _is_there(feature: Hypothesis) -> bool:
 
 
 def _own_probability(feature: Hypothesis) -> float:
-    """Return the probability of the class that a feature is taken for."""
+    """Return the probability of the class of the hypothesis."""
     own = {Kind.WALL: FeatureClass.WALL, Kind.CYLINDER: FeatureClass.CYLINDER}.get(feature.kind, FeatureClass.CORNER)
     probability: float = getattr(feature.history.probabilities, own)
     return probability
 
 
 def marginalise(estimate: Estimate, count: int) -> MarginalPrior:
-    """Let the first stations go, and keep what they said.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        Of the stations at hand, explained and adjusted.
-    count : int
-        How many stations to let go.
-
-    Returns
-    -------
-    MarginalPrior
-        All that is known without the pings of the stations that stay.
-    """
+    """Marginalise the first ``count`` stations of an estimate."""
     gone = estimate.recorded.stations < count
     features = _with_pasts(estimate, _going(estimate, gone, count))
     known = [each for each in features if each.is_known]
@@ -167,14 +146,14 @@ def marginalise(estimate: Estimate, count: int) -> MarginalPrior:
 
 
 def _dead_reckoned(estimate: Estimate, count: int) -> FloatArray:
-    """Tell what odometry alone leaves open of the first pose that stays."""
+    """Return the standard deviations of the first remaining pose by odometry alone [m, m, rad]."""
     if estimate.pose_prior is None or not estimate.pose_prior.relative or count >= len(estimate.measured_poses):
         return np.zeros(3)
     return np.sqrt(np.diag(dead_reckoned(estimate)[count]))
 
 
 def _summary(estimate: Estimate, everything: list[Hypothesis], gone: BoolArray, count: int) -> InformationPrior:
-    """Sum up what the readings of the stations that go said, with their poses eliminated."""
+    """Return the information of the readings and poses of the marginalised stations, with these poses eliminated."""
     pose_prior = _pose_prior(estimate, count)
     state = Values(
         features=estimate.with_attenuation(everything),
@@ -198,7 +177,7 @@ def _summary(estimate: Estimate, everything: list[Hypothesis], gone: BoolArray, 
 
 
 def _pose_prior(estimate: Estimate, count: int) -> PosePrior | None:
-    """Believe in the poses that go, and in the step to the next."""
+    """Return the prior of the poses to be marginalised, with the step to the next one if poses drift."""
     if estimate.pose_prior is None:
         return None
     kept = count + 1 if estimate.pose_prior.relative else count
@@ -208,7 +187,11 @@ def _pose_prior(estimate: Estimate, count: int) -> PosePrior | None:
 
 
 class _Marginalised(NamedTuple):
-    """How many stations go; which pings are theirs, by which ways these came, what was in them, and whose they are."""
+    """Number of marginalised stations, and data of their pings.
+
+    ``pings`` is a mask over all pings of the window; ``paths``, ``hidden``, ``passed`` (by landmark), ``owners`` and
+    ``stations`` refer to the pings that it selects. ``lines`` holds the line evidence by index of the wall.
+    """
 
     size: int
     pings: BoolArray
@@ -237,7 +220,7 @@ def _going(estimate: Estimate, gone: BoolArray, count: int) -> _Marginalised:
 
 
 def _lines(estimate: Estimate, count: int) -> dict[int, LineEvidence]:
-    """Collect what the first stations say of where the line of each wall is wall."""
+    """Return the line evidence of the first stations for each wall, by its index."""
     features, left_out = estimate.features, estimate.likelihood.log_densities_without(estimate.features)
     return {
         number: line_evidence(estimate.likelihood, each, count, log_densities)
@@ -247,7 +230,7 @@ def _lines(estimate: Estimate, count: int) -> dict[int, LineEvidence]:
 
 
 def _with_pasts(estimate: Estimate, going: _Marginalised) -> list[Hypothesis]:
-    """Add what the stations that go said to the pasts of the features that they heard."""
+    """Add the data of the marginalised stations to the track histories of the landmarks that they detected."""
     radius_cost, issued = estimate.settings.search.radius_cost, estimate.marginal_prior.issued
     classes = class_probabilities(estimate.likelihood, estimate.features, radius_cost=radius_cost)
     features = []
@@ -263,7 +246,7 @@ def _with_pasts(estimate: Estimate, going: _Marginalised) -> list[Hypothesis]:
 
 
 def _counted(history: TrackHistory, number: int, estimate: Estimate, going: _Marginalised) -> TrackHistory:
-    """Add how many stations and pings spoke for a feature, and how many against it."""
+    """Add the numbers of stations and pings that support or contradict a landmark."""
     each, count = estimate.features[number], going.size
     llr_by_station, free = (
         each.llr_by_station[:count],
@@ -284,7 +267,7 @@ def _counted(history: TrackHistory, number: int, estimate: Estimate, going: _Mar
 
 
 def _mostly(which: BoolArray, own: BoolArray, stations: IntArray, count: int) -> BoolArray:
-    """Tell of which stations most of their own pings are among some."""
+    """Return for which stations most of their ``own`` pings are among ``which``."""
     most: BoolArray = 2 * np.bincount(stations[own & which], minlength=count) > np.bincount(
         stations[own], minlength=count
     )
@@ -292,7 +275,7 @@ def _mostly(which: BoolArray, own: BoolArray, stations: IntArray, count: int) ->
 
 
 def _with_specular_points(history: TrackHistory, number: int, estimate: Estimate, going: _Marginalised) -> TrackHistory:
-    """Add where sound came back from a wall, went through its line, or should have come back and did not."""
+    """Add specular points, crossings of the line by sound, and line evidence of a wall."""
     wall, paths = estimate.features[number], going.paths
     if not wall.is_wall:
         return history
@@ -306,7 +289,7 @@ def _with_specular_points(history: TrackHistory, number: int, estimate: Estimate
 
 
 def _certain(history: TrackHistory, feature: Hypothesis, probabilities: ClassProbabilities) -> TrackHistory:
-    """Keep the class as it was told by those who heard most of the feature."""
+    """Keep the class probabilities from the window in which the landmark has the greatest log-likelihood ratio."""
     certainty = feature.total - feature.history.total
     return (
         replace(history, probabilities=probabilities, certainty=certainty) if certainty > history.certainty else history
@@ -314,7 +297,7 @@ def _certain(history: TrackHistory, feature: Hypothesis, probabilities: ClassPro
 
 
 def _joined(before: FloatArray, now: FloatArray) -> FloatArray:
-    """Join places along a line [m]: of many in one cell a few are kept, if some of them were there before."""
+    """Join places along a line [m]; once there were some before, a few per cell are kept."""
     if not len(before):
         return np.sort(now)
     places = np.sort(np.concatenate([before, now]))
@@ -323,7 +306,7 @@ def _joined(before: FloatArray, now: FloatArray) -> FloatArray:
 
 
 def _thinned(line: LineEvidence) -> LineEvidence:
-    """Keep a few stations of each cell, so that memory grows with the map and not with the recording."""
+    """Keep a few stations per cell of a line, so that memory grows with the map and not with the recording."""
     ordered = line.chosen(np.argsort(line.feet, kind="stable"))
     return ordered.chosen(_first_of_cells(ordered.feet, CELL))
 
@@ -335,7 +318,7 @@ def _first_of_cells(places: FloatArray, size: float) -> BoolArray:
 
 
 def _bare(feature: Hypothesis) -> Hypothesis:
-    """Leave out all that belongs to pings at hand."""
+    """Remove all that refers to pings of the window."""
     return replace(
         feature, ping_scores=NO_PING_SCORES, llr_by_station=np.zeros(0), total=feature.history.total, is_square=False
     )

@@ -1,4 +1,4 @@
-"""Certainty: how well corrected poses are known, and in which directions nothing but odometry tells them."""
+"""Observability: covariances of estimated poses, and directions in which only odometry determines them."""
 
 from dataclasses import asdict, dataclass
 
@@ -24,7 +24,7 @@ __all__ = [
 
 
 class ObservabilitySettings(BaseModel, frozen=True, extra="forbid"):
-    """When echoes determine a pose."""
+    """Criteria for poses that are determined by odometry only."""
 
     unfixed: float = Field(default=1 / 3, gt=0.0, le=1.0, description="share of odometry's deviation that may be left")
     elongated: float = Field(default=2.0, ge=1.0, description="long axis of an ellipse over its short one")
@@ -33,16 +33,16 @@ class ObservabilitySettings(BaseModel, frozen=True, extra="forbid"):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Undetermined:
-    """Poses in a row that odometry alone tells in one direction.
+    """A run of poses that only odometry determines in one direction.
 
     Parameters
     ----------
     first, last : int
-        Stations between which this holds.
+        First and last station of the run.
     direction : float
-        Which way, at the worst of them, modulo half a turn [rad].
+        Direction at the worst of these stations, modulo half a turn [rad].
     along, across : float
-        Standard deviations that way, and between the walls, there [m].
+        Standard deviations in this direction, and across it given the walls, at the worst station [m].
     """
 
     first: int
@@ -52,57 +52,25 @@ class Undetermined:
     across: float
 
     def at_sweeps(self, stations: Stations, sweeps: np.ndarray) -> dict[str, float]:
-        """Tell the same with numbers of sweeps instead of stations, ready for JSON.
-
-        Parameters
-        ----------
-        stations : Stations
-            Which sweeps belong to which station.
-        sweeps : ndarray of int, shape (w,)
-            Numbers of the sweeps.
-
-        Returns
-        -------
-        dict of str to float
-            By the names of the parameters.
-        """
+        """Return the fields as a dictionary for JSON, with sweep numbers, shape (w,), instead of station indices."""
         members = sweeps[(stations.numbers >= self.first) & (stations.numbers <= self.last)]
         return {**asdict(self), "first": int(members[0]), "last": int(members[-1])}
 
 
 def pose_covariances(solution: Solution) -> FloatArray:
-    """Take the covariances of the poses out of an adjustment.
-
-    Parameters
-    ----------
-    solution : Solution
-        Features, sonar and poses.
-
-    Returns
-    -------
-    ndarray, shape (s, 3, 3)
-        Of each pose [m, m, rad]; of shape (0, 3, 3) where poses were trusted.
-    """
+    """Return the covariances of the poses of a solution, shape (s, 3, 3) [m, m, rad]; (0, 3, 3) if poses are fixed."""
     poses = _poses(solution)
     return _blocks(solution.covariance[poses, poses])
 
 
 def covariances_between_walls(solution: Solution) -> FloatArray:
-    """Take the covariances of the poses as if the walls were known.
+    """Return the covariances of the poses given the walls, shape (s, 3, 3) [m, m, rad]; (0, 3, 3) if poses are fixed.
 
-    The frame is the first pose, and a single station hears badly which way it faces: seen from there all that is far
-    away is uncertain sideways, by one turn of everything.  What echoes fix is the place between the walls: the
-    covariance given these, ``P - C W^-1 C'`` with that of the walls ``W`` and that of poses with walls ``C``.
-
-    Parameters
-    ----------
-    solution : Solution
-        Features, sonar and poses.
-
-    Returns
-    -------
-    ndarray, shape (s, 3, 3)
-        Of each pose [m, m, rad]; of shape (0, 3, 3) where poses were trusted.
+    The first pose is the frame, and a single station determines its own heading poorly. Therefore everything far away
+    has
+    a large common uncertainty sideways. What echoes determine is the position relative to the walls, which the
+    conditional
+    covariance ``P - C W^-1 C'`` describes: P of the poses, W of the walls, C between poses and walls.
     """
     layout, poses = solution.layout, _poses(solution)
     walls = (layout.starts[layout.kinds == Kind.WALL][:, None] + np.arange(2)).ravel()
@@ -124,21 +92,10 @@ def _blocks(covariance: FloatArray) -> FloatArray:
 
 
 def carried_covariances(covariances: FloatArray, stations: Stations, poses: FloatArray) -> FloatArray:
-    """Carry covariances of stations over to their sweeps, that stand a little aside.
+    """Propagate covariances of stations, shape (s, 3, 3), to their sweeps, shape (w, 3, 3) [m, m, rad].
 
-    Parameters
-    ----------
-    covariances : ndarray, shape (s, 3, 3)
-        Of the stations [m, m, rad].
-    stations : Stations
-        Which sweeps belong to which station.
-    poses : ndarray, shape (w, 3)
-        Corrected poses of the sweeps [m, m, rad].
-
-    Returns
-    -------
-    ndarray, shape (w, 3, 3)
-        Of the sweeps.
+    ``poses`` are the estimated poses of the sweeps, shape (w, 3) [m, m, rad], at a small distance from the station's
+    pose.
     """
     if not len(covariances):
         return covariances
@@ -152,19 +109,9 @@ def carried_covariances(covariances: FloatArray, stations: Stations, poses: Floa
 
 
 def dead_reckoned_covariances(priors: PosePrior, poses: FloatArray) -> FloatArray:
-    """Add up what odometry leaves open of each pose by itself.
+    """Return the covariances of the poses by odometry alone in the map frame, shape (s, 3, 3) [m, m, rad].
 
-    Parameters
-    ----------
-    priors : PosePrior
-        What is believed of its steps.
-    poses : ndarray, shape (s, 3)
-        Where the robot was [m, m, rad].
-
-    Returns
-    -------
-    ndarray, shape (s, 3, 3)
-        Of each pose in the frame of the map [m, m, rad].
+    ``priors`` holds the standard deviations of the steps, ``poses`` the estimated poses, shape (s, 3) [m, m, rad].
     """
     before, own = between_jacobians(priors.measured_poses, poses)
     noises = np.stack([np.diag(row) for row in priors.sigmas**2])
@@ -178,30 +125,21 @@ def dead_reckoned_covariances(priors: PosePrior, poses: FloatArray) -> FloatArra
 def undetermined(
     covariances: FloatArray, between: FloatArray, dead_reckoned: FloatArray, settings: ObservabilitySettings
 ) -> tuple[Undetermined, ...]:
-    """Find where echoes fix a position one way, and hardly anything but odometry does so the other way: in a corridor.
+    """Find runs of stations whose position is determined by echoes in one direction only, as in a corridor.
 
-    Parameters
-    ----------
-    covariances : ndarray, shape (s, 3, 3)
-        Of corrected poses [m, m, rad].
-    between : ndarray, shape (s, 3, 3)
-        Of the same poses as if the walls were known.
-    dead_reckoned : ndarray, shape (s, 3, 3)
-        Of the same poses by odometry alone, with the heading known: that is what walls tell in any case.
-    settings : ObservabilitySettings
-        When a pose is determined.
-
-    Returns
-    -------
-    tuple of Undetermined
-        One for each row of stations.
+    All covariances have the shape (s, 3, 3) [m, m, rad]: those of the poses, those given the walls (``between``), and
+    those
+    by odometry alone with the heading known (``dead_reckoned``), since walls determine the heading in any case. A pose
+    is undetermined along the major axis of its ellipse given the walls if that ellipse is elongated and if a large
+    share of
+    the standard deviation of odometry remains in that direction.
     """
     variances, vectors = np.linalg.eigh(between[:, :2, :2])
     across, along_walls = np.sqrt(np.maximum(variances, 0.0)).T
     longest = vectors[:, :, 1]
     along, alone = (_deviations(each, longest) for each in (covariances, dead_reckoned))
     open_ = (along_walls > settings.elongated * across) & (along > settings.unfixed * alone) & (along > settings.least)
-    # The first pose is the frame: it is known by decree.
+    # The first pose defines the frame.
     open_[:1] = False
     edges = np.flatnonzero(np.diff(np.concatenate([[False], open_, [False]]).astype(np.int64)))
     found = []

@@ -1,4 +1,4 @@
-"""Explaining: from the poses as they are, and from better ones if the pings disagree."""
+"""Selection of the pose model: fixed, odometry or absolute poses, by their log evidence."""
 
 from dataclasses import replace
 
@@ -31,45 +31,35 @@ from echoplan.preprocessing.servo import ServoError
 
 __all__ = ["estimate_map"]
 
-# Where errors add up by so much no hand made them: it is not asked what way-points would explain, which takes as long
-# again.  Steps that lead astray seem to add up, too, but by less [nats].
+# Log-likelihood ratio of accumulating over independent pose errors above which absolute poses are not tried, since that
+# doubles the computing time. A wrong odometry solution makes errors seem to accumulate, too, but by less [nats].
 _BEYOND_DOUBT = 8.0 * VERY_STRONG
 
-# From fewer stations there is nothing to hold a pose against.
+# Least number of stations that allow a pose to be checked against the others.
 _FEWEST = 3
 
 
 def estimate_map(estimate: Estimate) -> Estimate:
-    """Explain everything at hand.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        What was heard.
-
-    Returns
-    -------
-    Estimate
-        The same, or another one with better poses; its status says which and why.
-    """
+    """Return the estimate of the pose model that is selected for the window; its pose status holds the reason."""
     servo = find_servo(estimate) if estimate.marginal_prior.is_empty else None
     best = _explained(estimate) if servo is None else _calibrated(estimate, servo)
     return best.reselect_classes().clear().refine_calibration()
 
 
 def _calibrated(estimate: Estimate, servo: ServoError) -> Estimate:
-    """Calibrate the servo, if that explains more than that it turns as recorded."""
+    """Return the estimate with a calibrated servo if its log evidence is clearly greater, else without."""
     return _better(_explained(estimate), _explained(estimate.calibrate(servo)))
 
 
 def _explained(estimate: Estimate) -> Estimate:
+    """Return the estimate of the best pose model; odometry is kept if it was selected for earlier stations."""
     if estimate.marginal_prior.pose_model is PoseModel.ODOMETRY:
         return _tracked(estimate, estimate.marginal_prior.pose_status)
     return _by_wheels(estimate) if _follows_wheels(estimate) else _as_found(estimate)
 
 
 def _as_found(estimate: Estimate) -> Estimate:
-    """Keep the poses, or correct them if the echoes show that they are wrong; nobody says how they came about."""
+    """Use the recorded poses, or correct them if the echoes contradict them, where no odometry noise is specified."""
     looked, torn = _initialised(estimate)
     if torn and (not _is_by_hand(torn) or _is_led_for_sure(looked, torn)):
         return torn
@@ -78,7 +68,10 @@ def _as_found(estimate: Estimate) -> Estimate:
 
 
 def _follows_wheels(estimate: Estimate) -> bool:
-    """Tell whether wheels led to these poses: the rig says so, or somebody asks for better ones that no hand set."""
+    """Return True if the poses come from odometry.
+
+    They do if the rig specifies odometry noise, or if a correction is requested and they cannot be waypoints.
+    """
     if estimate.settings.poses is PoseMode.TRUST:
         return False
     few = estimate.marginal_prior.is_empty and len(estimate.measured_poses) >= _FEWEST and _is_by_hand(estimate)
@@ -91,7 +84,7 @@ def _is_asked(estimate: Estimate) -> bool:
 
 
 def _initialised(estimate: Estimate) -> tuple[Estimate, Estimate | None]:
-    """Take a first look, and correct the poses if these tear most walls apart."""
+    """Make a first map from the recorded poses, and an odometry solution if most of its walls are duplicated."""
     if not estimate.marginal_prior.is_empty:
         return estimate, None
     looked = estimate.initialise()
@@ -101,7 +94,7 @@ def _initialised(estimate: Estimate) -> tuple[Estimate, Estimate | None]:
 
 
 def _by_wheels(estimate: Estimate) -> Estimate:
-    """Correct poses, unless all is explained as well from the poses as recorded: then these were right."""
+    """Return the odometry solution, unless the recorded poses explain the pings as well."""
     tracked, looked = _followed(estimate, _corrected(estimate, PoseReason.ODOMETRY)), estimate
     if estimate.marginal_prior.is_empty:
         looked = estimate.initialise()
@@ -112,18 +105,18 @@ def _by_wheels(estimate: Estimate) -> Estimate:
 
 
 def _followed(estimate: Estimate, status: PoseStatus) -> Estimate:
-    """Follow the wheels, and farther astray than the rig tells where that holds them back."""
+    """Return the odometry solution with the specified noise, or with estimated noise if that is clearly more likely."""
     tracked = _tracked(estimate, status)
     if estimate.odometry_noise is None or (agrees(tracked) and not contradicts_odometry(tracked)):
         return tracked
     loose = _tracked(replace(estimate, trusts_specified_odometry=False), replace(status, exceeds_specification=True))
-    # Who believes in greater errors finds none of them unlikely, and each of them less likely.
+    # The log evidence omits the normalisation of the pose prior, which is smaller for the wider one.
     wider = float(np.log(loose.odometry().sigmas[1:] / tracked.odometry().sigmas[1:]).sum())
     return loose if _log_evidence(loose) > _log_evidence(tracked) + wider + VERY_STRONG else tracked
 
 
 def _corrected(estimate: Estimate, reason: PoseReason, *, ratio: float | None = None) -> PoseStatus:
-    """Return the status of poses that are corrected, with what was specified of them."""
+    """Return the pose status for a reason, with what the user and the rig specify."""
     return PoseStatus(
         reason=reason,
         inlier_ratio=ratio,
@@ -133,23 +126,27 @@ def _corrected(estimate: Estimate, reason: PoseReason, *, ratio: float | None = 
 
 
 def _log_evidence(estimate: Estimate) -> float:
-    """Tell what an explanation is worth where readings count in full."""
+    """Return the log evidence at full weights of the readings, before shared errors were estimated."""
     return log_evidence(estimate) if estimate.log_evidence_without_bias is None else estimate.log_evidence_without_bias
 
 
 def _better(estimate: Estimate, alternative: Estimate) -> Estimate:
-    """Prefer a rival for which there is very strong evidence."""
+    """Return the alternative if there is very strong evidence for it, else the estimate."""
     return alternative if _log_evidence(alternative) > _log_evidence(estimate) + VERY_STRONG else estimate
 
 
 def _led(tracked: Estimate, by_hand: Estimate) -> Estimate:
-    """Prefer way-points to steps if the evidence of the echoes for them is more than that of the errors for steps."""
+    """Return absolute poses if the evidence of the echoes for them exceeds that of the pose errors for odometry.
+
+    Poses at round numbers are waypoints, whose errors are no evidence for odometry.
+    """
     is_marked = are_quantised(tracked.measured_poses)
     errors = 0.0 if is_marked else -scatter(tracked.measured_poses, tracked.poses)
     return by_hand if _log_evidence(by_hand) > _log_evidence(tracked) + max(errors, VERY_STRONG) else tracked
 
 
 def _tracked(estimate: Estimate, status: PoseStatus) -> Estimate:
+    """Return the odometry solution: tracked, refined, without wheel slips and misplaced stations."""
     priors = estimate.odometry()
     rested = _rested(track_poses(estimate, priors), priors)
     steady = _without_slips(rested, priors)
@@ -159,7 +156,10 @@ def _tracked(estimate: Estimate, status: PoseStatus) -> Estimate:
 
 
 def _rested(estimate: Estimate, priors: PosePrior) -> Estimate:
-    """Settle again as long as that explains more; what is remembered came to rest before."""
+    """Repeat the refinement while the log evidence grows.
+
+    With marginalised stations it is not repeated, since their landmarks have converged.
+    """
     while estimate.marginal_prior.is_empty:
         moved = _settled(estimate, estimate.poses, priors)
         if moved is estimate:
@@ -169,7 +169,7 @@ def _rested(estimate: Estimate, priors: PosePrior) -> Estimate:
 
 
 def _without_slips(estimate: Estimate, priors: PosePrior) -> Estimate:
-    """Take slips back as long as that explains more."""
+    """Correct wheel slips while the log evidence grows."""
     while (poses := without_wheel_slip(estimate, priors)) is not None:
         moved = _settled(estimate, poses, priors)
         if moved is estimate:
@@ -179,7 +179,7 @@ def _without_slips(estimate: Estimate, priors: PosePrior) -> Estimate:
 
 
 def _without_misplaced(estimate: Estimate, priors: PosePrior) -> Estimate:
-    """Put single stations elsewhere where that explains more."""
+    """Relocalise single stations where that increases the log evidence."""
     for station in range(max(1, len(estimate.marginal_prior.poses)), len(estimate.poses)):
         pose = relocalised(estimate, priors, station)
         if pose is not None:
@@ -190,14 +190,15 @@ def _without_misplaced(estimate: Estimate, priors: PosePrior) -> Estimate:
 
 
 def _settled(estimate: Estimate, poses: FloatArray, priors: PosePrior) -> Estimate:
-    """Explain everything from other poses, if that explains more."""
+    """Return the estimate refined from other poses if its log evidence is clearly greater."""
     return _better(estimate, refine(replace(estimate, poses=poses), priors))
 
 
 def _reconsidered(estimate: Estimate, tracked: Estimate | None) -> Estimate:
-    """Keep the poses as they are, or correct them as those of odometry, or as those of way-points set by eye.
+    """Keep the recorded poses, or select odometry or absolute poses if these have the greater log evidence.
 
-    Steps that were followed at first sight, because walls were torn apart, lead to the same place again.
+    An odometry solution ``tracked`` that exists because of duplicated walls is reused: tracking again would give the
+    same.
     """
     ratio = inlier_ratio(estimate)
     reason = PoseReason.CONSISTENT if estimate.arcs else PoseReason.TOO_FEW_ECHOES
@@ -206,7 +207,7 @@ def _reconsidered(estimate: Estimate, tracked: Estimate | None) -> Estimate:
         return estimate
     alternatives = _alternatives(estimate, ratio, tracked)
     if alternatives and _is_by_hand(estimate) and are_quantised(estimate.measured_poses) and is_inconsistent(estimate):
-        # Nobody sets a robot down exactly on a mark, so the poses as recorded are not among the rivals.
+        # Nobody places a robot exactly on a mark, so inconsistent poses at round numbers are always corrected.
         return max(alternatives, key=_log_evidence)
     best = _better(estimate, max(alternatives, key=_log_evidence, default=estimate))
     if best is estimate and _is_asked(estimate) and estimate.arcs:
@@ -215,18 +216,18 @@ def _reconsidered(estimate: Estimate, tracked: Estimate | None) -> Estimate:
 
 
 def _is_in_question(estimate: Estimate) -> bool:
-    """Tell whether other poses are to be tried: because somebody asks, or these are doubtful."""
+    """Return True if other pose models are to be tried: on request, or if the echoes contradict the poses."""
     return len(estimate.measured_poses) >= _FEWEST and (_is_asked(estimate) or is_inconsistent(estimate))
 
 
 def _in_vain(estimate: Estimate) -> PoseStatus:
-    """Return the status of poses that stay as recorded although better ones were looked for."""
+    """Return the status of poses that stay as recorded although other pose models were tried."""
     reason = PoseReason.NO_CORRECTION_NEEDED if agrees(estimate) else PoseReason.NO_BETTER_POSES
     return _corrected(estimate, reason, ratio=inlier_ratio(estimate))
 
 
 def _alternatives(estimate: Estimate, ratio: float, tracked: Estimate | None) -> list[Estimate]:
-    """Correct poses as those of odometry, and as those of way-points that somebody set by hand, unless too many."""
+    """Return the odometry solution or, if the poses may be waypoints, the solutions with absolute poses."""
     if estimate.marginal_prior.pose_model is PoseModel.ABSOLUTE:
         return [_restarted(estimate, _why(estimate, ratio), estimate.poses)] if _is_by_hand(estimate) else []
     tracked = tracked or _tracked(estimate, _why(estimate, ratio))
@@ -236,19 +237,19 @@ def _alternatives(estimate: Estimate, ratio: float, tracked: Estimate | None) ->
 
 
 def _steps_or_hand(estimate: Estimate, ratio: float, tracked: Estimate) -> list[Estimate]:
-    """Move the poses to those of way-points, where steps did not lead to what explains more."""
+    """Return solutions with absolute poses, each replaced by the odometry solution where that is more likely."""
     by_hand = _set_by_hand(estimate, _why(estimate, ratio), tracked)
     return [_led(tracked, each) for each in by_hand] if _may_be_steps(tracked) else by_hand
 
 
 def _may_be_steps(tracked: Estimate) -> bool:
-    """Tell whether steps may be what was wrong: errors that scatter are none of steps."""
+    """Return True unless the pose errors are clearly independent, which excludes odometry."""
     most = -VERY_STRONG if are_quantised(tracked.measured_poses) else VERY_STRONG
     return scatter(tracked.measured_poses, tracked.poses) <= most
 
 
 def _is_led_for_sure(estimate: Estimate, tracked: Estimate) -> bool:
-    """Tell whether pings agree from where steps lead only, and errors add up so clearly that no hand made them."""
+    """Return True if only the odometry solution is consistent, and its pose errors clearly accumulate."""
     adds_up = scatter(tracked.measured_poses, tracked.poses) < -_BEYOND_DOUBT and not are_quantised(
         tracked.measured_poses
     )
@@ -256,53 +257,58 @@ def _is_led_for_sure(estimate: Estimate, tracked: Estimate) -> bool:
 
 
 def _why(estimate: Estimate, ratio: float) -> PoseStatus:
-    """Return the status of poses that explain more than those as recorded."""
+    """Return the status of poses that explain more than the recorded ones."""
     return _corrected(estimate, PoseReason.MORE_LIKELY if agrees(estimate) else PoseReason.INCONSISTENT, ratio=ratio)
 
 
 def _set_by_hand(estimate: Estimate, status: PoseStatus, tracked: Estimate) -> list[Estimate]:
-    """Correct poses as those of way-points, from where steps led if pings agree there, or else from more starts."""
+    """Return solutions with absolute poses from several starting poses.
+
+    The start is the odometry solution if it is consistent. Registration of neighbours and annealing from the recorded
+    and
+    from the odometry poses follow, unless the recorded poses are consistent and the first solution is already better.
+    """
     led = [_reset(tracked, status)] if agrees(tracked) else []
     if agrees(estimate) and any(
         _are_held_together(each) and _log_evidence(each) > _log_evidence(tracked) for each in led
     ):
         return led
-    # From different starts they may come to rest at different places.
+    # The optimisation may converge to different local minima.
     restarted = [_restarted(estimate, status, start) for start in (estimate.poses, tracked.poses)]
-    # Stations that remember others are known by their numbers: these cannot come in another order.
+    # With a marginal prior the order of the stations is fixed.
     placed = [_placed(estimate, status)] if estimate.marginal_prior.is_empty else []
     return [*led, *placed, *restarted]
 
 
 def _are_held_together(estimate: Estimate) -> bool:
-    """Tell whether pings agree and stations heard walls of each other."""
+    """Return True if the echoes are consistent and stations share walls with each other."""
     return agrees(estimate) and not has_shared_bias(estimate)
 
 
 def _placed(estimate: Estimate, status: PoseStatus) -> Estimate:
-    """Place the stations one after the other, each against what those near to it know."""
+    """Return absolute poses after registering each station to its nearest neighbours."""
     return _reset(place(estimate), status)
 
 
 def _reset(tracked: Estimate, status: PoseStatus) -> Estimate:
-    """Move poses to which steps led to where all way-points say they are, and let each settle about its own.
+    """Return absolute poses that start from an odometry solution, aligned with all recorded poses.
 
-    If somebody set the way-points one by one, errors do not add up, and the first one is no better than the others.
+    Errors of waypoints are independent, so the first pose is no better than the others and must not define the frame.
     """
     moved = replace(tracked, poses=aligned(tracked.poses, tracked.measured_poses), features=tracked.known)
     return _at_rest(refine(moved, waypoint_prior(tracked.measured_poses, tracked.settings.pose_errors)), status)
 
 
 def _restarted(estimate: Estimate, status: PoseStatus, start: FloatArray) -> Estimate:
-    """Move poses a little."""
+    """Return absolute poses by annealing from the given poses, shape (s, 3) [m, m, rad]."""
     priors = waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors)
     return _at_rest(anneal(estimate, priors, start), status)
 
 
 def _at_rest(estimate: Estimate, status: PoseStatus) -> Estimate:
-    """Let way-points come to rest with the errors that stations have in common, and with right angles.
+    """Refine absolute poses with shared errors of stations and with right angles.
 
-    What that is worth is told before, while readings count in full.
+    The log evidence is computed before that, while readings have their full weights.
     """
     estimate = replace(estimate, pose_status=status, pose_model=PoseModel.ABSOLUTE)
     estimate = without_shared_bias(estimate, waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors))
@@ -315,5 +321,5 @@ def _at_rest(estimate: Estimate, status: PoseStatus) -> Estimate:
 
 
 def _is_by_hand(estimate: Estimate) -> bool:
-    """Tell whether somebody may have set the way-points by hand."""
+    """Return True if there are few enough stations for the poses to be waypoints."""
     return len(estimate.measured_poses) <= estimate.settings.by_hand

@@ -1,4 +1,4 @@
-"""What was done about the poses, and why: codes and numbers, of which the viewer makes sentences."""
+"""The decision about the poses and its reason, as codes and numbers; the viewer turns them into sentences."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -7,7 +7,7 @@ __all__ = ["PoseModel", "PoseReason", "PoseStatus"]
 
 
 class PoseModel(StrEnum):
-    """Model of the errors of the poses: none, each pose by itself, or each step of the odometry."""
+    """Model of the pose errors: none, independent poses, or odometry, whose errors accumulate."""
 
     FIXED = "fixed"
     ABSOLUTE = "absolute"
@@ -15,7 +15,7 @@ class PoseModel(StrEnum):
 
 
 class PoseReason(StrEnum):
-    """Why poses are used as recorded (the first five) or corrected."""
+    """Reason why poses are used as recorded (the first five) or corrected."""
 
     REQUESTED = "requested"
     CONSISTENT = "consistent"
@@ -30,22 +30,22 @@ class PoseReason(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PoseStatus:
-    """Why poses were corrected or not.
+    """Why poses are corrected or not.
 
     Parameters
     ----------
     reason : PoseReason
-        The test that decided.
+        Test that decided.
     inlier_ratio : float, optional
-        Share of echoes that the map explains from the poses as recorded, where this decided.
+        Share of echoes that the map explains from the recorded poses, if this was the test.
     is_requested : bool, optional
-        Whether the user asked for a correction.
+        Whether the user requested a correction.
     is_odometry_specified : bool, optional
         Whether the rig specifies the noise of its odometry.
     exceeds_specification : bool, optional
-        Whether errors of the odometry are larger than that.
+        Whether the odometry noise is greater than specified.
     has_slips : bool, optional
-        Whether a step was an outlier: a slip of a wheel.
+        Whether a step was an outlier: wheel slip.
     """
 
     reason: PoseReason = PoseReason.REQUESTED

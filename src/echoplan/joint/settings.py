@@ -24,12 +24,12 @@ from echoplan.preprocessing.stations import StationSettings
 __all__ = ["EstimateSettings", "PoseMode", "WindowSettings"]
 
 
-# Range walks that need no table.
+# Models of the range walk that need no table.
 _WALKS = ("physical", "fitted")
 
 
 class PoseMode(StrEnum):
-    """What to do about the poses of the robot."""
+    """How recorded poses are used."""
 
     TRUST = "trust"
     CORRECT = "correct"
@@ -37,14 +37,14 @@ class PoseMode(StrEnum):
 
 
 class WindowSettings(BaseModel, frozen=True, extra="forbid"):
-    """How many stations are explained together."""
+    """Number of stations that are optimised together."""
 
     stations: int = Field(default=24, ge=3, description="that stay at hand when others are let go")
     step: int = Field(default=12, ge=1, description="that are let go together")
 
 
 def _falls(walk: str | tuple[tuple[float, float], ...]) -> str | tuple[tuple[float, float], ...]:
-    """Refuse what is no walk."""
+    """Return the range walk if it is one of the names or a valid table; raise ValueError otherwise."""
     if isinstance(walk, str):
         if walk not in _WALKS:
             raise ValueError(f"must be {' or '.join(_WALKS)} or a table")
@@ -63,7 +63,7 @@ def _check_table(table: tuple[tuple[float, float], ...]) -> None:
 
 
 class EstimateSettings(BaseModel, frozen=True, extra="forbid"):
-    """Settings of all stages."""
+    """Settings of all stages of the estimator."""
 
     poses: PoseMode = Field(default=PoseMode.AUTO, description="trust, correct, or correct if the pings disagree")
     stations: StationSettings = Field(default_factory=StationSettings)
@@ -89,7 +89,7 @@ class EstimateSettings(BaseModel, frozen=True, extra="forbid"):
     least_noise: float = Field(default=0.0015, gt=0.0, description="of the best sensors [m]")
     greatest_noise: float = Field(default=0.05, gt=0.0, description="of readings that still make a map [m]")
     torn: float = Field(default=0.25, gt=0.0, le=1.0, description="share of walls that are there twice if poses drift")
-    # A pose that is off by a quarter of what readings scatter makes it 1 / (1 + 4^2).
+    # Pose errors of a quarter of the noise give an intraclass correlation of 1 / (1 + 4^2).
     shared_error: float = Field(
         default=0.06, gt=0.0, le=1.0, description="of a station's readings of a wall, that makes poses doubtful"
     )

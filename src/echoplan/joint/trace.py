@@ -1,7 +1,7 @@
-"""Decisions about landmarks: each leaves an event with its numbers on the log, at debug level.
+"""Events: decisions about landmarks with their numbers, logged at debug level.
 
-Events travel through ``logging`` so that no algorithm has to carry them: whoever wants them collects them
-(``collect_events``), and where nobody does, nothing is made.  ``echoplan map --why`` and the report show them.
+Events travel through ``logging``, so that no algorithm has to pass them on. ``collect_events`` gathers them; without a
+handler at debug level none is created. ``echoplan map --why`` and the report show them.
 """
 
 import logging
@@ -22,7 +22,7 @@ _LOGGER = logging.getLogger("echoplan.joint")
 
 
 class Decision(StrEnum):
-    """What became of a landmark."""
+    """Decision about a landmark."""
 
     ADDED = "added"
     REJECTED = "rejected"
@@ -31,7 +31,7 @@ class Decision(StrEnum):
 
 
 class Reason(StrEnum):
-    """Why: the test that decided."""
+    """Test that decided."""
 
     EVIDENCE = "evidence"
     UNDERDETERMINED = "underdetermined"
@@ -53,23 +53,23 @@ class Event:
     decision : Decision
         What was decided.
     reason : Reason
-        The test that decided.
+        Test that decided.
     kind : Kind
         Class of the landmark before the decision.
     parameters : tuple of float
         Normal angle and offset of a wall [rad, m]; x, y, and radius of anything else [m].
     log_likelihood_ratio : float
-        Of all pings, with the landmark over without it [nats].
+        Log-likelihood ratio of all pings with and without the landmark [nats].
     threshold : float
-        Log-likelihood ratio that was needed; NaN where another test decided [nats].
+        Required log-likelihood ratio [nats]; NaN if another test decided.
     detections, missed_detections : float
-        Sums of the log-likelihood ratios of the stations that speak for it, and of those that speak against it [nats].
+        Sums of the positive and of the negative log-likelihood ratios of the stations [nats].
     stations : int
-        Stations that speak for it.
+        Number of supporting stations.
     worst_station : int or None
-        Index of the station that speaks most against it.
+        Index of the station with the most negative log-likelihood ratio.
     becomes : Kind, optional
-        Its class after a change.
+        Class after a change.
     """
 
     decision: Decision
@@ -101,7 +101,7 @@ def record_event(
     threshold: float = math.nan,
     becomes: Kind | None = None,
 ) -> None:
-    """Put a decision on the log, if a handler listens at debug level."""
+    """Log a decision if a handler listens at debug level."""
     if not _LOGGER.isEnabledFor(logging.DEBUG):
         return
     ratios = landmark.llr_by_station
@@ -123,13 +123,13 @@ def record_event(
 
 
 def record_window(first_station: int) -> None:
-    """Say on the log with which station the indices of the next events begin."""
+    """Log the index of the first station of the window, from which the next events count."""
     _LOGGER.debug("window begins at station %d", first_station, extra={"first_station": first_station})
 
 
 @contextmanager
 def collect_events() -> Iterator[list[Event]]:
-    """Collect the events of a block in the order in which they occur, with stations counted from the first of all."""
+    """Collect the events of a block in order, with station indices that count from the start of the recording."""
     collector, level = _Collector(), _LOGGER.level
     _LOGGER.addHandler(collector)
     _LOGGER.setLevel(logging.DEBUG)
@@ -141,7 +141,7 @@ def collect_events() -> Iterator[list[Event]]:
 
 
 class _Collector(logging.Handler):
-    """Keeps the events among the records of a logger."""
+    """Handler that keeps the events among the records of a logger."""
 
     def __init__(self) -> None:
         super().__init__(logging.DEBUG)
@@ -149,7 +149,7 @@ class _Collector(logging.Handler):
         self._first_station = [0]
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Keep an event."""
+        """Keep the event of a record, if it has one."""
         self._first_station[0] = getattr(record, "first_station", self._first_station[0])
         event = getattr(record, "event", None)
         if event is not None:

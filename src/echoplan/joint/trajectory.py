@@ -1,4 +1,4 @@
-"""Trajectory: where the robot was at each sweep, how well that is known, and where nothing but odometry tells it."""
+"""Trajectory: poses of the sweeps, their covariances, and where only odometry determines them."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -29,11 +29,11 @@ class Trajectory(NamedTuple):
     sweeps : ndarray of int, shape (w,)
         Numbers of the sweeps.
     poses : ndarray, shape (w, 3)
-        Where the robot was [m, m, rad].
+        Estimated poses [m, m, rad].
     covariances : ndarray, shape (w, 3, 3)
-        Of the poses; of shape (0, 3, 3) where they are trusted.
+        Covariances of the poses [m, m, rad]; shape (0, 3, 3) if poses are fixed.
     undetermined : tuple of dict
-        LinearFactor of sweeps that odometry alone tells in one direction.
+        Runs of sweeps whose position only odometry determines in one direction.
     """
 
     sweeps: IntArray
@@ -42,18 +42,7 @@ class Trajectory(NamedTuple):
     undetermined: tuple[dict[str, float], ...]
 
     def first(self, count: int) -> "Trajectory":
-        """Keep the first sweeps.
-
-        Parameters
-        ----------
-        count : int
-            How many.
-
-        Returns
-        -------
-        Trajectory
-            Of these.
-        """
+        """Return the trajectory of the first ``count`` sweeps."""
         sweeps = self.sweeps[:count]
         rows = [each for each in self.undetermined if len(sweeps) and each["first"] <= sweeps[-1]]
         return Trajectory(
@@ -65,23 +54,10 @@ class Trajectory(NamedTuple):
 
 
 def posed(estimate: Estimate, stations: Stations, measured_poses: FloatArray, sweeps: IntArray) -> Trajectory:
-    """Carry the poses of stations over to their sweeps.
+    """Return the trajectory of the sweeps of some stations.
 
-    Parameters
-    ----------
-    estimate : Estimate
-        Of the stations.
-    stations : Stations
-        Which sweeps belong to which station.
-    measured_poses : ndarray, shape (w, 3)
-        Poses of the sweeps as recorded [m, m, rad].
-    sweeps : ndarray of int, shape (w,)
-        Their numbers.
-
-    Returns
-    -------
-    Trajectory
-        Of the sweeps.
+    ``measured_poses`` are the recorded poses of the sweeps, shape (w, 3) [m, m, rad], ``sweeps`` their numbers, shape
+    (w,).
     """
     poses = stations.of_sweeps(measured_poses, estimate.poses)
     covariances = np.zeros((0, 3, 3)) if estimate.solution is None else pose_covariances(estimate.solution)
@@ -94,7 +70,7 @@ def posed(estimate: Estimate, stations: Stations, measured_poses: FloatArray, sw
 
 
 def _undetermined(estimate: Estimate, covariances: FloatArray) -> tuple[Undetermined, ...]:
-    """Tell where nothing but odometry fixes a position one way."""
+    """Find the runs of stations whose position only odometry determines in one direction."""
     if estimate.pose_prior is None or not estimate.pose_prior.relative or estimate.solution is None:
         return ()
     between = covariances_between_walls(estimate.solution)
@@ -102,17 +78,9 @@ def _undetermined(estimate: Estimate, covariances: FloatArray) -> tuple[Undeterm
 
 
 def dead_reckoned(estimate: Estimate) -> FloatArray:
-    """Add up what odometry alone leaves open of each position since the first station of all.
+    """Return the covariances of the poses by odometry alone, with known heading, shape (s, 3, 3) [m, m, rad].
 
-    Parameters
-    ----------
-    estimate : Estimate
-        Of s stations whose steps are believed in.
-
-    Returns
-    -------
-    ndarray, shape (s, 3, 3)
-        Covariances in the frame of the map [m, m, rad].
+    They grow from the first station of the recording on, in the frame of the map.
     """
     assert estimate.pose_prior is not None
     sigmas = estimate.pose_prior.sigmas.copy()
@@ -123,17 +91,9 @@ def dead_reckoned(estimate: Estimate) -> FloatArray:
 
 
 def joined(parts: Sequence[Trajectory]) -> Trajectory:
-    """Put parts of a way together.
+    """Concatenate consecutive trajectories, at least one.
 
-    Parameters
-    ----------
-    parts : sequence of Trajectory
-        In order, at least one.
-
-    Returns
-    -------
-    Trajectory
-        Poses that were trusted have no covariance, that is zero, if others were corrected.
+    Fixed poses have zero covariance if poses of another part are estimated.
     """
     return Trajectory(
         sweeps=np.concatenate([part.sweeps for part in parts]),
@@ -150,7 +110,7 @@ def _covariances(parts: Sequence[Trajectory]) -> FloatArray:
 
 
 def _merged(rows: Sequence[dict[str, float]], parts: Sequence[Trajectory]) -> tuple[dict[str, float], ...]:
-    """Make one of rows that a border between parts cut in two: the worst of both tells direction and deviations."""
+    """Join runs that continue across a border between parts; direction and deviations are those of the worse one."""
     ends = {
         int(part.sweeps[-1]): int(after.sweeps[0])
         for part, after in pairwise(parts)
