@@ -316,7 +316,7 @@ def document(outcomes: Sequence[Outcome]) -> dict[str, object]:
     return {
         "rooms": len(outcomes),
         "nees": {name: rounded(each.consistency.nees) for name, each in summary.classes.items()},
-        "beliefs": [rounded(pair, digits=6) for each in outcomes for pair in each.class_probabilities],
+        "class_probabilities": [rounded(pair, digits=6) for each in outcomes for pair in each.class_probabilities],
     }
 
 

@@ -60,10 +60,12 @@ def arcs() -> None:
     figure = new_figure(height=3.3)
     axes = figure.subplots()
     axes.plot(*wall.T, color=TRUTH, linewidth=5, alpha=0.6, label="the wall")
-    for number, heard in enumerate(_soundings([wall], stations)):
-        center, facing = heard.centers[0], np.pi / 2
-        near = np.isfinite(heard.readings) & (np.abs(wrap(heard.bearings - facing)) < np.radians(60))
-        ends = np.column_stack([heard.x, heard.y]) + heard.readings[:, None] * np.column_stack([heard.ux, heard.uy])
+    for number, measurements in enumerate(_simulated_measurements([wall], stations)):
+        center, facing = measurements.centers[0], np.pi / 2
+        near = np.isfinite(measurements.readings) & (np.abs(wrap(measurements.bearings - facing)) < np.radians(60))
+        ends = np.column_stack([measurements.x, measurements.y]) + measurements.readings[:, None] * np.column_stack(
+            [measurements.ux, measurements.uy]
+        )
         axes.plot(
             *ends[near].T, ".", color=CORNER, markersize=2.5, label="readings as if sound were a ray" * (not number)
         )
@@ -87,18 +89,20 @@ def evidence() -> None:
     assert transducer is not None
     hearing = EchoModel.of(transducer).tabulated()
     walls = [np.array([Kind.WALL, -np.pi / 2, 0.0, 0.0]), np.array([Kind.WALL, turn + np.pi / 2, 0.0, 0.0])]
-    heard = _soundings([np.array(corner)], stations)
+    both = _simulated_measurements([np.array(corner)], stations)
     # Sound that goes over both walls comes back as if from the image of the image.
-    ghost = _as_wall(heard[0], hearing, float(np.hypot(*stations[0, :2]) * np.sin(turn)))
+    ghost = _as_wall(both[0], hearing, float(np.hypot(*stations[0, :2]) * np.sin(turn)))
     figure = new_figure(height=3.3)
-    for panel, soundings, name in zip(figure.subplots(1, 2, sharey=True), heard, "ab", strict=True):
-        finite = np.isfinite(soundings.readings)
-        bearings = np.degrees(wrap(soundings.bearings - np.pi - turn / 2))
-        panel.plot(bearings[finite], soundings.readings[finite], ".", color=MUTED, markersize=3, label="measured")
+    for panel, measurements, name in zip(figure.subplots(1, 2, sharey=True), both, "ab", strict=True):
+        finite = np.isfinite(measurements.readings)
+        bearings = np.degrees(wrap(measurements.bearings - np.pi - turn / 2))
+        panel.plot(bearings[finite], measurements.readings[finite], ".", color=MUTED, markersize=3, label="measured")
         for number, wall in enumerate(walls):
-            _draw_expected(panel, soundings, hearing, wall, color=WALL, label="predicted by the walls" * (not number))
+            _draw_expected(
+                panel, measurements, hearing, wall, color=WALL, label="predicted by the walls" * (not number)
+            )
         _draw_expected(
-            panel, soundings, hearing, ghost, color=CORNER, label="predicted by a wall fitted to the multipath"
+            panel, measurements, hearing, ghost, color=CORNER, label="predicted by a wall fitted to the multipath"
         )
         letter(panel, f"({name}) station {'AB'['ab'.index(name)]}")
         dress(panel, x="bearing relative to the bisector (degrees)", y="reading (m)")
@@ -154,21 +158,23 @@ def consistency() -> None:
     _save(figure, "joint-consistency")
 
 
-def beliefs() -> None:
+def class_probabilities() -> None:
     """Draw class probabilities, and the share of features whose class is right."""
     from scipy.stats import binomtest  # noqa: PLC0415 - slow to import
 
-    pairs = np.array(_measured()["beliefs"])
+    pairs = np.array(_measured()["class_probabilities"])
     edges = np.array([0.0, 0.5, 0.9, 0.99, 0.999, 1.0])
     places = np.clip(np.digitize(pairs[:, 0], edges) - 1, 0, len(edges) - 2)
     groups = {place: pairs[places == place] for place in range(len(edges) - 1) if (places == place).any()}
     figure = new_figure(width=4.6, height=2.8)
     axes = figure.subplots()
     for place, group in groups.items():
-        believed, right = group.mean(axis=0)
+        probability, right = group.mean(axis=0)
         interval = binomtest(int(group[:, 1].sum()), len(group)).proportion_ci(method="wilson")
         first = place == min(groups)
-        axes.plot(place - 0.08, believed, "s", color=CORNER, markersize=5, label="mean probability" if first else None)
+        axes.plot(
+            place - 0.08, probability, "s", color=CORNER, markersize=5, label="mean probability" if first else None
+        )
         axes.plot([place + 0.08] * 2, [interval.low, interval.high], color=WALL, linewidth=1.2)
         axes.plot(place + 0.08, right, "o", color=WALL, markersize=5, label="share right, 95 %" if first else None)
     names = [
@@ -178,10 +184,10 @@ def beliefs() -> None:
     axes.set_xticks(range(len(names)), names)
     axes.set_ylim(0.0, 1.05)
     add_legend(axes, columns=2, where="above")
-    _save(figure, "joint-beliefs")
+    _save(figure, "joint-class-probabilities")
 
 
-def _soundings(lines: list[FloatArray], stations: FloatArray) -> list[Measurements]:
+def _simulated_measurements(lines: list[FloatArray], stations: FloatArray) -> list[Measurements]:
     """Simulate the pings of the rotary array in a world of open polylines."""
     world = World(name="lines", polylines=tuple(Polyline(points_xy=line) for line in lines))
     rig = builtin_rig("rotary-array")
@@ -189,23 +195,25 @@ def _soundings(lines: list[FloatArray], stations: FloatArray) -> list[Measuremen
     return [measurements_of(sweep, rig) for sweep in simulation]
 
 
-def _as_wall(heard: Measurements, hearing: Hearing, depth: float) -> FloatArray:
+def _as_wall(measurements: Measurements, hearing: Hearing, depth: float) -> FloatArray:
     """Fit a wall to the echoes of about one depth."""
-    near = np.flatnonzero(np.abs(heard.readings + _ARM - depth) < 0.05)
-    angle = float(np.angle(np.mean(np.exp(1j * heard.bearings[near]))))
-    start = np.array([Kind.WALL, angle, float(heard.centers[0] @ directions(angle)) + depth, 0.0])
-    return refine(heard, hearing, start, near, (0.005, 0.05), 8)
+    near = np.flatnonzero(np.abs(measurements.readings + _ARM - depth) < 0.05)
+    angle = float(np.angle(np.mean(np.exp(1j * measurements.bearings[near]))))
+    start = np.array([Kind.WALL, angle, float(measurements.centers[0] @ directions(angle)) + depth, 0.0])
+    return refine(measurements, hearing, start, near, (0.005, 0.05), 8)
 
 
 def _draw_expected(
-    axes: Axes, soundings: Measurements, hearing: Hearing, reflector: FloatArray, *, color: str, label: str
+    axes: Axes, measurements: Measurements, hearing: Hearing, reflector: FloatArray, *, color: str, label: str
 ) -> None:
     """Draw the readings that a landmark predicts, where it should be detected."""
-    order = np.argsort(soundings.bearings)
+    order = np.argsort(measurements.bearings)
     shape = shape_of(reflector)
-    pings = zip(soundings.x[order], soundings.y[order], soundings.ux[order], soundings.uy[order], strict=True)
+    pings = zip(
+        measurements.x[order], measurements.y[order], measurements.ux[order], measurements.uy[order], strict=True
+    )
     echoes = np.array([expect(hearing, shape, ping) for ping in pings])
-    bearings = np.degrees(wrap(soundings.bearings[order] - np.pi - np.radians(35)))
+    bearings = np.degrees(wrap(measurements.bearings[order] - np.pi - np.radians(35)))
     readings = np.where(echoes[:, 1] > 0.0, echoes[:, 2], np.nan)
     turned = np.argsort(bearings)
     axes.plot(bearings[turned], readings[turned], color=color, linewidth=1.4, label=label or None)
@@ -219,7 +227,7 @@ def _save(figure: Figure, name: str, *, dots: int = 180) -> None:
     figure.savefig(PICTURES / f"{name}.png", dpi=dots, metadata={"Software": None})
 
 
-DRAWINGS: tuple[Callable[[], None], ...] = (arcs, evidence, random_room, drift, consistency, beliefs)
+DRAWINGS: tuple[Callable[[], None], ...] = (arcs, evidence, random_room, drift, consistency, class_probabilities)
 
 if __name__ == "__main__":
     main()
