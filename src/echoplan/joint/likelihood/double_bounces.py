@@ -36,6 +36,7 @@ __all__ = ["add_ghosts_of_cylinder", "add_ghosts_of_walls", "ghosts_of_walls"]
 
 # Ratio of the standard deviation of readings to that of direct echoes, since these paths are known less well.
 _OF_WALLS, _OF_CYLINDER = 1.5, 2.0
+# Coherent sum of both directions of a path [dB].
 _TWOFOLD = 20.0 * math.log10(2.0)
 # Term of the knife-edge formula of ITU-R P.526 at grazing incidence (v = 0).
 _GRAZING = math.sqrt(1.01) - 0.1
@@ -227,6 +228,7 @@ def _is_concave(walls: tuple[Shape, Shape], extents: tuple[Extent, Extent], vert
 
 @compiled
 def _point(wall: Shape, place: float) -> Point:
+    """Return the point at a position along a wall [m]."""
     return wall[3] * wall[1] - place * wall[2], wall[3] * wall[2] + place * wall[1]
 
 

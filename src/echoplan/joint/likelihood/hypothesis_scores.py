@@ -214,6 +214,7 @@ def _excuse(
 
 @compiled
 def _hides(screen: Shape, extent: FloatArray, way: tuple[float, float, float, float]) -> bool:
+    """Return True if a wall or cylinder blocks a segment (x, y, dx, dy) [m]."""
     if screen[0] == _WALL:
         return _crosses(screen, extent, way)
     return screen[0] == _CYLINDER and _touches(screen, way)
@@ -233,6 +234,7 @@ def _view(shape: Shape, x: float, y: float) -> tuple[float, float]:
 
 @compiled
 def _crosses(wall: Shape, extent: FloatArray, way: tuple[float, float, float, float]) -> bool:
+    """Return True if a segment (x, y, dx, dy) crosses a wall within its extent and a margin [m]."""
     x, y, dx, dy = way
     slope = wall[1] * dx + wall[2] * dy
     if abs(slope) < 1e-9:
@@ -244,6 +246,7 @@ def _crosses(wall: Shape, extent: FloatArray, way: tuple[float, float, float, fl
 
 @compiled
 def _touches(cylinder: Shape, way: tuple[float, float, float, float]) -> bool:
+    """Return True if a segment (x, y, dx, dy) passes a cylinder within its radius and a margin [m]."""
     x, y, dx, dy = way
     ax, ay = cylinder[1] - x, cylinder[2] - y
     share = min(max((ax * dx + ay * dy) / max(dx * dx + dy * dy, 1e-9), 0.0), 1.0)

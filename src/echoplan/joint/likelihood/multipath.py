@@ -99,6 +99,7 @@ class Multipath:
                 yield Part((places[one], places[other]), *ghosts[other])
 
     def _try(self, numbered: Mapping[int, Hypothesis], pairs: Sequence[tuple[int, int]]) -> None:
+        """Compute and cache the multipath of pairs, for ray cones or for sound."""
         if pairs:
             learn = self._glide if self._hearing.cone else self._learn
             learn(numbered, pairs)

@@ -99,10 +99,12 @@ class PingLikelihood:
         return ghosts_of_walls(self.measurements, self.hearing, pair, ends, self.noise)
 
     def _parts(self, features: Sequence[Hypothesis]) -> Iterator[Part]:
+        """Yield what each landmark explains, and then what their multipath explains."""
         yield from (self._alone(number, each) for number, each in enumerate(features))
         yield from self.multipath.parts(features)
 
     def _alone(self, number: int, feature: Hypothesis) -> Part:
+        """Return the readings that direct echoes of a landmark explain; of a wall, within its extent and a margin."""
         evidence, (low, high) = feature.ping_scores, feature.extent
         detected = evidence.densities > UNHEARD
         if feature.is_wall:
@@ -110,6 +112,7 @@ class PingLikelihood:
         return Part((number, number), evidence.pings[detected], evidence.densities[detected])
 
     def _best(self, parts: Iterable[Part], least: float) -> FloatArray:
+        """Return the greatest log density of each reading by any of the parts, and at least ``least``."""
         _, pings, densities = _flat(list(parts))
         log_densities = np.full(len(self.measurements.readings), least)
         np.maximum.at(log_densities, pings, densities)

@@ -41,6 +41,7 @@ def class_probabilities(
 def _probabilities(
     likelihood: PingLikelihood, features: Sequence[Hypothesis], number: int, radius_cost: float
 ) -> ClassProbabilities:
+    """Return the class probabilities of one landmark."""
     feature = features[number]
     rescored = alternatives_to(likelihood, feature, [each for each in features if each is not feature])
     log_evidence_without_bias = np.full(3, -np.inf)

@@ -54,6 +54,7 @@ def reclassified(
 
 
 def _alternatives(likelihood: PingLikelihood, feature: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return the landmarks that may replace a landmark, by its class."""
     if feature.is_wall:
         return [*alternatives_to(likelihood, feature, others), *_crossings(likelihood, feature, others)]
     if feature.kind is Kind.CYLINDER:

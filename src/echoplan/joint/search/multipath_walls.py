@@ -49,6 +49,7 @@ def without_multipath_walls(
 
 
 def _is_lone_wall(feature: Hypothesis, acceptance: AcceptanceTest) -> bool:
+    """Return True for a wall of hardly more than one station and without a track history."""
     return feature.is_wall and not feature.is_known and acceptance.has_single_station(feature)
 
 
@@ -66,6 +67,7 @@ def _without_unheard(
 
 
 def _is_weak(feature: Hypothesis, acceptance: AcceptanceTest) -> bool:
+    """Return True for a wall of few supporting stations and without a track history."""
     supporting = feature.supporting(acceptance.settings.second_station)
     return feature.is_wall and not feature.is_known and supporting <= _FEW_STATIONS
 

@@ -24,7 +24,9 @@ _LONGEST = (0.06, 0.05, 0.05)
 _THIN, _THICK = 0.015, 0.45
 # Standard deviation of the prior on each step, for directions that the pings leave open [rad or m, m, m].
 _HOLD = (0.3, 0.3, 0.15)
+# Readings count from this signal excess [dB] and depth [m] on.
 _FAINT, _TINY = -3.0, 0.01
+# Greatest range walk that is allowed for when readings are collected [m].
 _WALK = 0.05
 
 

@@ -214,6 +214,7 @@ class Search:
         )
 
     def _moved(self, reflector: FloatArray, pings: IntArray, schedule: AnnealingSchedule) -> FloatArray:
+        """Refine a reflector on pings by an annealing schedule."""
         return approach(self.likelihood.measurements, self.likelihood.hearing, reflector, pings, schedule)
 
     def _seeded(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
