@@ -1,1 +1,1 @@
-"""Adjustment: features, sonar and poses together by sparse least squares, and how well they are known."""
+"""Nonlinear least-squares optimisation of landmarks, calibration and poses, and the covariance of the result."""

@@ -1,10 +1,11 @@
-"""Shadowing: how much fainter than all of a feature the part is that a station hears.
+"""Partial occlusion: the attenuation of each landmark as seen from each station.
 
-Something may stand before half of it, or the echo would come from beyond its end: at the very end of a wall half of
-the amplitude is left, a Fresnel zone beyond it a tenth (Keller 1962).  A faint echo is read too far, so a wall heard
-past its end comes out askew unless its loudness is asked first: by the angles off the axis up to which it is heard.
-Where something nearer masks what is far off the axis, or is heard there instead, these do not tell: then nobody knows
-how late all that this station says of the wall may be, and it counts for less.
+An unmapped object may cover part of a landmark, or the perpendicular may meet a wall at its end: half of the amplitude
+remains at the end, a tenth one Fresnel zone past it (Keller 1962). A weak echo reads long, so a wall that is detected
+past its end is estimated at a wrong angle unless its attenuation is estimated first, from the angles off the beam axis
+up to which it is detected. Where a nearer landmark masks the wall at large angles, or is detected there instead, these
+angles do not determine the attenuation. Its effect on the range is then an unknown error that all readings of the wall
+from that station share, which lowers their weight.
 """
 
 import math
@@ -22,32 +23,20 @@ from echoplan.preprocessing.measurements import Measurements
 __all__ = ["shadowed"]
 
 _WALL = int(Kind.WALL)
-# Shadows asked about: so many, a decibel apart.
+# Number of candidate attenuations: 0 to 30 dB in steps of 1 dB.
 _SHADOWS = 31
-# What a shadow must explain better than none does [nats]: beams differ by a decibel or two.
+# Gain in log-likelihood from which an attenuation replaces none [nats]: beams differ by 1 to 2 dB.
 _COST = 4.0
-# Two in a hundred walls that a station hears are taken to be in shadow, in any of these as likely as in another [nats]:
-# a guess.  Near or past their ends seven in a thousand are (benchmarks/shadows.py); others have something before them.
+# Negative log prior of each attenuation [nats]: 2 % of the walls that a station detects are attenuated, each value
+# equally likely (a guess). Near or past their ends 0.7 % are (benchmarks/shadows.py); others are partly occluded.
 _RARE = math.log(_SHADOWS / 0.02)
 
 
 def shadowed(measurements: Measurements, hearing: Hearing, features: Features) -> Features:
-    """Find the shadows of all features from who heard what: the greatest likelihood of hits and misses.
+    """Return the landmarks with their most likely attenuation from each station, given detections and non-detections.
 
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    hearing : Hearing
-        The sonar.
-    features : Features
-        What is there, not in shadow.
-
-    Returns
-    -------
-    Features
-        The same with their shadows, 0 wherever none explains much better, ``inf`` where they were; and with what is not
-        known of them.
+    The attenuation is 0 unless another value is likelier by a margin, and ``inf`` for stations that did not detect the
+    landmark or that stand past the end of a wall. Its remaining uncertainty is stored in ``bias_variances``.
     """
     attenuations, bias_variances = _attenuations(measurements, hearing, features)
     return features._replace(attenuations=attenuations, bias_variances=bias_variances)
@@ -73,7 +62,7 @@ def _attenuations(measurements: Measurements, hearing: Hearing, features: Featur
 
 @compiled
 def _bias_variances(hearing: Hearing, llr_by_station: FloatArray, excesses: FloatArray) -> FloatArray:
-    """Variances of walks for all that who heard what leaves open of the shadows of a wall [m^2], by station."""
+    """Return the variance of the range walk of a wall under the posterior of its attenuation [m^2], shape (s,)."""
     bias_variances = np.zeros(len(llr_by_station))
     for station in range(len(llr_by_station)):
         total, mean, square = 0.0, 0.0, 0.0
@@ -89,7 +78,7 @@ def _bias_variances(hearing: Hearing, llr_by_station: FloatArray, excesses: Floa
 
 @compiled
 def _past(measurements: Measurements, features: Features, feature: int) -> BoolArray:
-    """Tell which stations stand past the end of a wall; of one that only such stations heard none is left out."""
+    """Return which stations stand past an end of a wall, shape (s,); none if no other station detected the wall."""
     shape, reach = shape_of(features.reflectors[feature]), extent_of(features, feature)
     history, others = np.zeros(len(measurements.centers), dtype=np.bool_), 0
     for station in range(len(history)):
@@ -100,7 +89,7 @@ def _past(measurements: Measurements, features: Features, feature: int) -> BoolA
 
 @compiled
 def _is_past(shape: Shape, reach: WallExtent, center_xy: FloatArray) -> bool:
-    """Whether a station stands past the end of a wall: what it hears from there may be the edge."""
+    """Return whether a station stands past the end of a wall, so that its echo may be diffraction at the edge."""
     foot = shape[1] * center_xy[1] - shape[2] * center_xy[0]
     return bool(shape[0] == _WALL and not reach[2] <= foot <= reach[3])
 
@@ -109,7 +98,10 @@ def _is_past(shape: Shape, reach: WallExtent, center_xy: FloatArray) -> bool:
 def _likelihoods(
     measurements: Measurements, hearing: Hearing, features: Features, feature: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Logarithms of the likelihood of all hits and misses of each station, by shadow; the mean excess of the hits."""
+    """Return the log-likelihood of the pings by station and attenuation, and the mean signal excess of the detections.
+
+    Shapes are (s, 31) [nats] and (s,) [dB]; pings are detections or non-detections of the landmark.
+    """
     shape, reach = shape_of(features.reflectors[feature]), extent_of(features, feature)
     faintest, llr_by_station = walk_of(hearing, 0.0), np.zeros((len(measurements.centers), _SHADOWS))
     excesses, hits = np.zeros(len(llr_by_station)), np.zeros(len(llr_by_station))
@@ -134,6 +126,6 @@ def _likelihoods(
 
 @compiled
 def _add(llr_by_station: FloatArray, outcome: float, excess: float, weight: float) -> None:
-    """Add what a hit or a miss says of each shadow."""
+    """Add the log-likelihood of a detection (outcome 1) or non-detection (-1) under each attenuation."""
     for attenuation in range(_SHADOWS):
         llr_by_station[attenuation] += weight * log_chance(outcome * (excess - attenuation))

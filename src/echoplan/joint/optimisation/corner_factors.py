@@ -1,4 +1,4 @@
-"""Crossings of lines: how they move with the lines, and the corners that are heard there."""
+"""Corner factors: detected corners at the crossing of two walls, and the derivatives of such crossings."""
 
 import math
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ _WALL = int(Kind.WALL)
 
 
 class CornerFactorSettings(BaseModel, frozen=True, extra="forbid"):
-    """Which corners are those of which walls."""
+    """Settings of the corner factors."""
 
     sigma: float = Field(default=0.001, gt=0.0, description="of a corner from the crossing of its walls [m]")
     gate: float = Field(default=0.05, gt=0.0, description="greatest distance of such a pair [m]")
@@ -28,7 +28,7 @@ class CornerFactorSettings(BaseModel, frozen=True, extra="forbid"):
 
 
 class ConstrainedCorner(NamedTuple):
-    """A corner that was heard, the two walls that make it, and where these cross, shape (2,) [m]."""
+    """Index of a corner, indices of the two walls that form it, and their crossing, shape (2,) [m]."""
 
     corner: int
     walls: tuple[int, int]
@@ -36,19 +36,10 @@ class ConstrainedCorner(NamedTuple):
 
 
 def crossing_slopes(lines: FloatArray, crossing_xy: FloatArray) -> FloatArray:
-    """Differentiate the crossing of two lines by their parameters: ``N dX = d(offset) - (t . X) d(angle)``.
+    """Return the derivatives of the crossing of two lines: ``N dX = d(offset) - (t . X) d(angle)``.
 
-    Parameters
-    ----------
-    lines : ndarray, shape (2, 2)
-        Normal angle and offset of both [rad, m].
-    crossing_xy : ndarray, shape (2,)
-        Where they cross [m].
-
-    Returns
-    -------
-    ndarray, shape (2, 4)
-        Derivatives of x and y by both parameters of the first line, and of the second.
+    Lines have shape (2, 2), normal angle [rad] and offset [m]. The result has shape (2, 4): x and y by both parameters
+    of the first line, then by those of the second.
 
     Examples
     --------
@@ -62,23 +53,9 @@ def crossing_slopes(lines: FloatArray, crossing_xy: FloatArray) -> FloatArray:
 
 
 def corner_factors(reflectors: FloatArray, layout: Layout, settings: CornerFactorSettings) -> Iterator[LinearFactor]:
-    """Tie each corner that was heard to the crossing of the two walls that make it.
+    """Yield a factor of two rows for each corner at a crossing of two walls: its distance from the crossing in x and y.
 
-    Sound that is reflected by both of two walls at a right angle comes back as from their vertex.
-
-    Parameters
-    ----------
-    reflectors : ndarray, shape (f, 4)
-        Kind and parameters of all features.
-    layout : Layout
-        Where their parameters stand.
-    settings : CornerFactorSettings
-        Which belong together.
-
-    Yields
-    ------
-    LinearFactor
-        Two rows a corner.
+    Sound that is reflected by both of two walls at a right angle returns as if from their vertex.
     """
     for number, walls, crossing in tied_corners(reflectors, settings):
         columns = np.concatenate([layout.starts[k] + np.arange(2) for k in (*walls, number)])
@@ -92,7 +69,7 @@ def corner_factors(reflectors: FloatArray, layout: Layout, settings: CornerFacto
 
 
 def tied_corners(reflectors: FloatArray, settings: CornerFactorSettings) -> Iterator[ConstrainedCorner]:
-    """Find the corners that were heard near the crossing of two walls at a right angle, each with the nearest one."""
+    """Yield the corners near a crossing of two walls at a right angle, each with the nearest crossing."""
     pairs = _square_pairs(reflectors, settings.right_angle)
     if not len(pairs):
         return
@@ -106,12 +83,12 @@ def tied_corners(reflectors: FloatArray, settings: CornerFactorSettings) -> Iter
 
 @compiled
 def _square_pairs(reflectors: FloatArray, tolerance: float) -> IntArray:
-    """Find the pairs of walls at a right angle, shape (p, 2)."""
+    """Return the index pairs of walls at a right angle, shape (p, 2)."""
     walls, count = np.flatnonzero(reflectors[:, 0] == _WALL), 0
     pairs = np.empty((len(walls) * len(walls) // 2, 2), np.int64)
     for place, one in enumerate(walls):
         for other in walls[place + 1 :]:
-            # At a right angle, whichever way they face, the cosine of what is between them is nil.
+            # At a right angle the cosine of the angle between the normals is zero, whichever way the walls face.
             if abs(math.cos(reflectors[one, 1] - reflectors[other, 1])) < math.sin(tolerance):
                 pairs[count] = one, other
                 count += 1

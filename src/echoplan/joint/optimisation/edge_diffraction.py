@@ -1,4 +1,4 @@
-"""Edges: where walls end because another one goes on around the corner, and how little is heard of them there."""
+"""Edge diffraction: convex edges at which walls end, and the weaker echo of a wall near such an end."""
 
 import math
 from typing import TypeAlias
@@ -12,40 +12,29 @@ from echoplan.compiled import compiled
 __all__ = ["WallExtent", "diffracted", "diffracted_jacobian", "edges_of", "is_ended"]
 
 _WALL = int(Kind.WALL)
-# Walls that turn less cross too far away (sine).
+# Walls at a smaller angle to each other cross too far away (sine).
 _TURN = math.sin(math.radians(20))
-# What was heard of walls may seem to reach past an edge, or end before it, by so much [m].
+# The detected extent of a wall may exceed an edge, or fall short of it, by this much [m].
 _PAST, _BEFORE = 0.1, 0.5
-# Fresnel's parameter from which on an edge takes nothing away.
+# Fresnel parameter up to which an edge causes no loss (ITU-R P.526).
 _CLEAR = -0.78
-# At 4 m an edge takes something away from 7 cm before it on [m].
+# Distance before an end within which diffraction is computed [m]: at 4 m the loss begins 7 cm before the end.
 _ZONE = 0.1
-# Step of a central difference [m].
+# Step of the central difference [m].
 _STEP = 1e-4
 
-# Between which places a wall was heard, and where it ends [m].
+# Lower and upper bound of the detected extent of a wall, and positions of the edges at which it ends, along it [m].
 WallExtent: TypeAlias = tuple[float, float, float, float]
 
 
 @compiled
 def edges_of(reflectors: FloatArray, extents: FloatArray) -> FloatArray:
-    """Find where walls end.
+    """Return the convex edges at which walls end, shape (f, 2, 6), from their extents, shape (f, 2) [m].
 
-    Two walls make an edge where they cross if each lies behind the other, both were heard up to there, and neither was
-    heard beyond.
-
-    Parameters
-    ----------
-    reflectors : ndarray, shape (f, 4)
-        Kind and parameters of all features.
-    extents : ndarray, shape (f, 2)
-        Between which places each wall was heard [m].
-
-    Returns
-    -------
-    ndarray, shape (f, 2, 6)
-        Of the lower and the upper end of each: where it is [m], infinite where there is no edge; its derivatives by the
-        normal angle and the offset of the wall, and of the other one that makes the edge; the number of that.
+    Two walls form an edge at their crossing if each lies behind the other, both were detected up to it, and neither was
+    detected beyond it. For the lower and the upper end of each wall the columns are: position along the wall [m],
+    infinite without an edge; its derivatives by normal angle and offset of the wall, and by those of the other wall of
+    the edge; index of the other wall, -1 without an edge.
     """
     ends = np.zeros((len(reflectors), 2, 6))
     ends[:, 0, 0], ends[:, 1, 0], ends[:, :, 5] = -np.inf, np.inf, -1.0
@@ -58,43 +47,17 @@ def edges_of(reflectors: FloatArray, extents: FloatArray) -> FloatArray:
 
 @compiled
 def is_ended(shape: Shape, place: Ping, reach: WallExtent) -> bool:
-    """Tell whether a sensor stands so near to the end of a wall, or past it, that this may matter.
-
-    Parameters
-    ----------
-    shape : Shape
-        The feature.
-    place : Ping
-        Where the sensor is.
-    reach : WallExtent
-        How far the wall reaches.
-
-    Returns
-    -------
-    bool
-        False for what is no wall.
-    """
+    """Return whether a sensor is so near an end of a wall, or past it, that diffraction matters; False for others."""
     foot = shape[1] * place[1] - shape[2] * place[0]
     return bool(shape[0] == _WALL and max(reach[2] - foot, foot - reach[3]) > -_ZONE)
 
 
 @compiled
 def diffracted(sight: Sight, below: float, above: float, wavelength: float) -> Sight:
-    """See a wall from before its end, or from past it: what a knife edge leaves (ITU-R P.526).
+    """Return the sight of a wall with the knife-edge loss of ITU-R P.526 and, past its end, along the path to the end.
 
-    Parameters
-    ----------
-    sight : Sight
-        The wall as if it had no end.
-    below, above : float
-        How far the foot of the sensor lies past its lower and its upper end; negative before them [m].
-    wavelength : float
-        Of the carrier [m].
-
-    Returns
-    -------
-    Sight
-        The wall as it is: fainter near the end, and past it by the way over the end, from there.
+    ``below`` and ``above`` are the distances of the foot of the perpendicular past the lower and the upper end [m],
+    negative before them; ``wavelength`` is that of the carrier [m].
     """
     depth, cosine, sine, distance, strength = sight
     over = max(below, above)
@@ -114,25 +77,11 @@ def diffracted(sight: Sight, below: float, above: float, wavelength: float) -> S
 def diffracted_jacobian(
     hearing: Hearing, shape: Shape, place: Ping, end: tuple[FloatArray, float], jacobian: tuple[FloatArray, FloatArray]
 ) -> int:
-    """Differentiate the reading of a wall near its end; past it, as if the end were seen along the normal.
+    """Differentiate the reading of a wall near its end, and return the index of the other wall of that edge.
 
-    Parameters
-    ----------
-    hearing : Hearing
-        The sonar.
-    shape : Shape
-        The wall.
-    place : Ping
-        Where the sensor is and where it looks.
-    end : tuple of ndarray, shape (2, 6), and float
-        Its ends as ``edges_of`` tells, and how much fainter than all of it it is from there [dB].
-    jacobian : tuple of ndarray, shapes (8,) and (2,)
-        Filled with the derivatives as by ``differentiate``, and with those by angle and offset of the wall it meets.
-
-    Returns
-    -------
-    int
-        The number of that wall.
+    ``end`` holds a row of ``edges_of``, shape (2, 6), and the attenuation from this station [dB]. ``jacobian`` is
+    filled: shape (8,) as by ``differentiate``, and shape (2,) by normal angle and offset of the other wall. Past the
+    end, derivatives other than those by the distance past it are taken along the normal.
     """
     (ends, attenuation), (own, neighbours) = end, jacobian
     sight, foot = look(shape, place), shape[1] * place[1] - shape[2] * place[0]
@@ -143,7 +92,7 @@ def diffracted_jacobian(
     far = _read(hearing, diffracted(sight, below + _STEP, above + _STEP, hearing.wavelength), attenuation)
     side, sign = (0, 1.0) if below > above else (1, -1.0)
     slope = sign * (far - near) / (2.0 * _STEP)
-    # The foot of the sensor moves the other way, as the wall turns and as the sensor moves.
+    # ``slope`` is by the position of the end; the foot of the perpendicular enters with the opposite sign.
     own[0] += slope * (ends[side, 1] + shape[3] - sight[0])
     own[1] += slope * ends[side, 2]
     own[3] += slope * shape[2]
@@ -159,15 +108,15 @@ def _read(hearing: Hearing, sight: Sight, attenuation: float) -> float:
 
 @compiled
 def _meet(reflectors: FloatArray, extents: FloatArray, ends: FloatArray, one: int, other: int) -> None:
-    """End two walls where they make an edge, unless they end before."""
+    """Set the ends of two walls to the edge that they form, if any, unless other edges shorten them more."""
     turn = reflectors[other, 1] - reflectors[one, 1]
     across, ahead = math.sin(turn), math.cos(turn)
     if abs(across) < _TURN:
         return
-    # Along each, as far as the other's offset less its own, turned, leaves over.
+    # Position of the crossing along each wall, from both offsets and the angle between the normals.
     place = (reflectors[other, 2] - reflectors[one, 2] * ahead) / across
     beyond = (reflectors[other, 2] * ahead - reflectors[one, 2]) / across
-    # The part of a wall that lies behind the other begins at the crossing where its direction leads behind that.
+    # If the direction of the first wall leads behind the other one, the crossing is its lower end, else its upper end.
     side = 0 if across > 0.0 else 1
     if _reaches(extents[one], side, place) and _reaches(extents[other], 1 - side, beyond):
         _end(ends[one], side, place, reflectors[one, 2], (ahead, across), other)
@@ -176,14 +125,14 @@ def _meet(reflectors: FloatArray, extents: FloatArray, ends: FloatArray, one: in
 
 @compiled
 def _reaches(extent: FloatArray, side: int, place: float) -> bool:
-    """Whether what was heard of a wall ends about a place on its lower (0) or upper (1) side."""
+    """Return whether the extent of a wall ends near a position on its lower (0) or upper (1) side."""
     gap = extent[0] - place if side == 0 else place - extent[1]
     return bool(-_PAST < gap < _BEFORE)
 
 
 @compiled
 def _end(ends: FloatArray, side: int, place: float, offset: float, turn: tuple[float, float], neighbour: int) -> None:
-    """Let a wall end where it meets a neighbour turned by an angle of this cosine and sine, unless it ends before."""
+    """Set an end of a wall to its crossing with a neighbour, turned by this cosine and sine, unless it ends before."""
     if (place > ends[side, 0]) != (side == 0):
         return
     cosine, sine = turn

@@ -1,4 +1,4 @@
-"""Independence: how much neighbouring pings repeat each other's errors, told by what is left of their readings."""
+"""Correlation of range errors: effective sample size, intraclass correlation and shared rounding error."""
 
 import numpy as np
 
@@ -7,42 +7,29 @@ from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["effective_sample_ratio", "gain_of_common_errors", "intraclass_correlation", "shared_rounding_sigma"]
 
-# Residuals beyond so many deviations are no errors of readings.
+# Residuals beyond this many sigmas are outliers.
 _WILD = 4.0
-# No reading is better than this [m].
+# Lower bound of the standard deviation of a reading [m].
 _LEAST = 0.0005
-# Fewer pairs of neighbours tell nothing.
+# Minimum number of pairs for an autocorrelation.
 _FEWEST = 50
-# Harmonics of the error of rounding: enough for all but a hundredth of its square.
+# Harmonics of the rounding error: enough for 99 % of its variance.
 _HARMONICS = np.arange(1, 61)
 
 
 def effective_sample_ratio(
     measurements: Measurements, owners: IntArray, residuals: FloatArray, *, noise: float
 ) -> float:
-    r"""Tell how many times more readings count than their weights say.
+    r"""Return the ratio of the effective sample size to the weight of the readings: 1 to 1 / weight.
 
-    Weights take pings four degrees apart for independent, and nearer ones in proportion.  What is left of the
-    readings after an adjustment tells better: the variance of a mean of correlated errors is that of independent ones
-    times the sum of their autocorrelation (Priestley 1981, Section 5.3.2).
+    Weights treat pings 4 degrees apart as independent and are proportionally less for nearer ones. The residuals of a
+    solution allow a better estimate: the variance of the mean of correlated errors is that of independent ones times
+    the sum of their autocorrelation (Priestley 1981, Section 5.3.2).
 
     .. math:: \tau = 1 + 2 \sum_{k=1}^{1/w - 1} \rho_k, \qquad f = 1 / (w \tau)
 
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    owners : ndarray of int, shape (n,)
-        Which feature explains each; -1 for none.
-    residuals : ndarray, shape (n,)
-        What is left of their readings [m].
-    noise : float
-        Standard deviation of readings [m].
-
-    Returns
-    -------
-    float
-        At least 1, which stands for what the weights say, and at most one full count a ping.
+    ``owners`` are the associated landmarks, -1 for none, ``residuals`` those of the readings [m], both of shape (n,);
+    ``noise`` is the standard deviation of a reading [m].
     """
     weight = float(np.median(measurements.weights)) if len(measurements.weights) else 1.0
     lags = round(1.0 / weight)
@@ -57,29 +44,15 @@ def effective_sample_ratio(
 def intraclass_correlation(
     measurements: Measurements, owners: IntArray, residuals: FloatArray, *, noise: float
 ) -> float:
-    r"""Tell how much of their errors the readings of one feature from one station have in common.
+    r"""Return the share of the variance that residuals of one landmark from one station have in common.
 
-    It is that of a one-way analysis of variance, ICC(1) (Shrout and Fleiss 1979).  A station whose pose is off by
-    centimetres reads all of a wall too near or too far; readings from exact poses err one by one.
+    It is the ICC(1) of a one-way analysis of variance (Shrout and Fleiss 1979). A station whose pose is wrong by
+    centimetres shifts all its readings of a wall; from exact poses the errors of readings are independent.
 
     .. math:: \mathrm{ICC} = \frac{B - W}{B + (k - 1) W}
 
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    owners : ndarray of int, shape (n,)
-        Which feature explains each; -1 for none.
-    residuals : ndarray, shape (n,)
-        What is left of their readings [m].
-    noise : float
-        Standard deviation of readings [m].
-
-    Returns
-    -------
-    float
-        B and W are the mean squares between and within the g groups of readings of one feature from one station, k
-        their mean size; 0 where no group has two.
+    B and W are the mean squares between and within the groups of readings of one landmark from one station, k is the
+    mean size of a group. The result is 0 if no group has two readings.
     """
     inliers, members = _members(measurements, owners, residuals, noise)
     sizes = np.bincount(members)
@@ -93,25 +66,15 @@ def intraclass_correlation(
 
 
 def shared_rounding_sigma(step: float, scatter: float) -> float:
-    r"""Tell by how much readings of one distance err together because they are rounded.
+    r"""Return the standard deviation of the rounding error that readings of one distance share [m].
 
-    The error of rounding is a saw-tooth of what is rounded.  Its mean over readings that scatter, here as Gaussians do,
-    is each of its harmonics times their characteristic function there (Widrow and Kollar 2008): where readings scatter
-    over several steps nothing of it is left.  Over all distances the mean has the variance
+    The rounding error is a sawtooth function of the rounded value. In the mean over readings with Gaussian scatter each
+    of its harmonics is multiplied by the characteristic function of the scatter (Widrow and Kollar 2008), so nothing
+    remains if readings scatter over several steps. Over all distances the mean has the variance
 
     .. math:: \sum_{k \ge 1} \frac{q^2}{2 \pi^2 k^2} \, e^{-4 \pi^2 k^2 \sigma^2 / q^2}
 
-    Parameters
-    ----------
-    step : float
-        Step q of the readings [m].
-    scatter : float
-        Standard deviation of what is rounded [m].
-
-    Returns
-    -------
-    float
-        Standard deviation of the common error [m].
+    with q, the ``step`` of the readings [m], and :math:`\sigma`, their ``scatter`` before rounding [m].
 
     Examples
     --------
@@ -127,35 +90,18 @@ def shared_rounding_sigma(step: float, scatter: float) -> float:
 def gain_of_common_errors(
     measurements: Measurements, owners: IntArray, residuals: FloatArray, *, noise: float, common: float
 ) -> float:
-    r"""Tell how much likelier readings are if those of one feature from one station may err together.
+    r"""Return the log-likelihood ratio of errors with a part shared by landmark and station [nats].
 
-    Errors of a group of readings have a part of their own, of deviation s, and one in common, of deviation t: the model
-    of a one-way analysis of variance with random effects (Searle, Casella and McCulloch 1992, Section 3.8).  With W,
-    the sum of the weights of a group, their weighted mean m, and S and V, the weighted sums of squares about zero and
-    about m, the logarithm of the ratio of its likelihood to that of independent errors of deviation n is
+    The error of a reading is the sum of an independent part of standard deviation s and of one of standard deviation t
+    that its group shares: a one-way analysis of variance with random effects (Searle, Casella and McCulloch 1992,
+    Section 3.8). With W, the sum of the weights of a group, their weighted mean m, and S and V, the weighted sums of
+    squares about zero and about m, the log-likelihood ratio against independent errors of standard deviation n is
 
     .. math:: \sum_g W \ln\frac{n}{s} + \frac{S}{2 n^2} - \frac{V}{2 s^2} - \frac12 \ln(1 + W t^2 / s^2)
               - \frac{m^2}{2 (t^2 + s^2 / W)}
 
-    No reading adds more to V than one that is four deviations off.
-
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    owners : ndarray of int, shape (n,)
-        Which feature explains each; -1 for none.
-    residuals : ndarray, shape (n,)
-        What is left of their readings [m].
-    noise : float
-        Standard deviation n of readings [m].
-    common : float
-        Standard deviation t of what a group errs by together [m].
-
-    Returns
-    -------
-    float
-        The logarithm, with s as the readings have it; 0 where no group has two of them [nats].
+    ``noise`` is n and ``common`` is t [m]; s is estimated from the residuals. A reading contributes to V no more than
+    one that is four sigmas off. The result is 0 if no group has two readings.
     """
     inliers, members = _members(measurements, owners, residuals, noise)
     sizes = np.bincount(members)[members]
@@ -166,7 +112,7 @@ def gain_of_common_errors(
     counts = np.bincount(members, weights)
     means = np.bincount(members, weights * left) / counts
     own = left - means[members]
-    # A mean takes up a part of each error of the few that it is of.
+    # Deviations from the mean of n errors are too small by a factor of sqrt((n - 1) / n).
     spread = np.abs(own[shared]) * np.sqrt(sizes[shared] / (sizes[shared] - 1.0))
     single = max(1.4826 * float(np.median(spread)), _LEAST)
     misfits = np.minimum((own / single) ** 2, _WILD**2)
@@ -178,14 +124,14 @@ def gain_of_common_errors(
 def _members(
     measurements: Measurements, owners: IntArray, residuals: FloatArray, noise: float
 ) -> tuple[BoolArray, IntArray]:
-    """Tell which readings are explained, and of which group of one feature and one station each of these is."""
+    """Return which readings are inliers of a landmark, and the group (landmark and station) of each of these."""
     inliers = (owners >= 0) & (np.abs(residuals) < _WILD * noise)
     groups = owners[inliers] * len(measurements.centers) + measurements.stations[inliers]
     return inliers, np.unique(groups, return_inverse=True)[1]
 
 
 def _groups(measurements: Measurements, owners: IntArray) -> IntArray:
-    """Give a number to all pings that one sensor heard of one feature from one station; -1 for those of none."""
+    """Return a group number of landmark, station and sensor for each ping; -1 for pings without a landmark."""
     stations, sensors = len(measurements.centers), int(measurements.sensors.max(initial=0)) + 1
     numbers = (owners * stations + measurements.stations) * sensors + measurements.sensors
     groups: IntArray = np.where(owners >= 0, numbers, -1)
@@ -195,7 +141,7 @@ def _groups(measurements: Measurements, owners: IntArray) -> IntArray:
 def _correlation(residuals: FloatArray, whose: IntArray, inliers: BoolArray, lag: int) -> float:
     pairs = inliers[:-lag] & inliers[lag:] & (whose[:-lag] == whose[lag:])
     if pairs.sum() < _FEWEST:
-        # Where nothing is known neighbours are taken to say the same.
+        # With too few pairs, neighbours are assumed to be fully correlated.
         return 1.0
     first, second = residuals[:-lag][pairs], residuals[lag:][pairs]
     power = float(np.sqrt((first @ first) * (second @ second)))

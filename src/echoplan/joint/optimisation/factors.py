@@ -1,4 +1,4 @@
-"""Linear factors of measurements, constraints and priors, their normal equations, and marginal priors of past ones."""
+"""Linearised factors of measurements, constraints and priors, their normal equations, and marginal priors."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from echoplan.joint.optimisation.solver import solve
 
 __all__ = ["InformationPrior", "LinearFactor", "normal_equations", "prior"]
 
-# Information that holds what nothing is known of.
+# Information added to eliminated unknowns, of which some may be unobserved.
 _TRACE = 1e-9
 
 
@@ -22,13 +22,13 @@ class LinearFactor(NamedTuple):
     Attributes
     ----------
     columns : ndarray of int, shape (m, k)
-        Which unknowns; -1 fills up.
+        Positions of the unknowns; -1 is padding.
     jacobian : ndarray, shape (m, k)
-        Derivatives of what is predicted by them.
+        Derivatives of the predictions by these unknowns.
     residuals : ndarray, shape (m,)
-        What was observed less what is predicted.
+        Observation minus prediction.
     weights : ndarray, shape (m,)
-        Reciprocals of the variances.
+        Inverse variances.
     """
 
     columns: IntArray
@@ -38,16 +38,16 @@ class LinearFactor(NamedTuple):
 
 
 class InformationPrior(NamedTuple):
-    """What many rows that are gone said of k unknowns, linearised where these were then.
+    """Gaussian prior of k unknowns in information form, left by marginalised factors.
 
     Attributes
     ----------
     columns : ndarray of int, shape (k,)
-        Which unknowns.
+        Positions of the unknowns.
     information : ndarray, shape (k, k)
-        ``J' W J``, with all other unknowns eliminated.
+        ``J' W J`` with all other unknowns eliminated, linearised at their values at that time.
     vector : ndarray, shape (k,)
-        ``J' W J x + J' W r``: what the normal equations of the values themselves have on the right.
+        ``J' W J x + J' W r``: right-hand side of the normal equations of the values, not of a step.
     """
 
     columns: IntArray
@@ -55,22 +55,11 @@ class InformationPrior(NamedTuple):
     vector: FloatArray
 
     def marginalised_onto(self, columns: IntArray) -> "InformationPrior":
-        """Keep some unknowns, and eliminate the others (Schur complement).
-
-        Parameters
-        ----------
-        columns : ndarray of int, shape (m,)
-            Which to keep, by their places here.
-
-        Returns
-        -------
-        InformationPrior
-            What the rows said of these, whatever the others are.
-        """
+        """Return the prior of some unknowns, by their positions here, with the others eliminated (Schur complement)."""
         gone = np.setdiff1d(np.arange(len(self.columns)), columns)
         if not len(gone):
             return self
-        # A little information more: what was never heard would make the matrix singular.
+        # Unobserved unknowns would make the matrix singular.
         inner = self.information[np.ix_(gone, gone)] + _TRACE * np.eye(len(gone))
         cross = self.information[np.ix_(columns, gone)]
         carried = solve(inner, np.column_stack([cross.T, self.vector[gone]]))
@@ -83,22 +72,7 @@ class InformationPrior(NamedTuple):
 
 
 def prior(columns: ArrayLike, *, sigma: ArrayLike, residual: ArrayLike) -> LinearFactor:
-    """Hold unknowns near values.
-
-    Parameters
-    ----------
-    columns : int or ndarray of int, shape (k,)
-        The unknowns.
-    sigma : float or ndarray, shape (k,)
-        Standard deviations about the values.
-    residual : float or ndarray, shape (k,)
-        The values less the present ones.
-
-    Returns
-    -------
-    LinearFactor
-        One an unknown.
-    """
+    """Return a prior factor with one row per unknown; ``residual`` is the prior mean minus the present value."""
     own = np.atleast_1d(np.asarray(columns, dtype=np.int64))
     weights = np.broadcast_to(np.asarray(sigma, dtype=np.float64) ** -2.0, own.shape)
     residuals = np.broadcast_to(np.asarray(residual, dtype=np.float64), own.shape)
@@ -106,21 +80,7 @@ def prior(columns: ArrayLike, *, sigma: ArrayLike, residual: ArrayLike) -> Linea
 
 
 def normal_equations(parts: Sequence[LinearFactor], size: int) -> tuple[FloatArray, FloatArray]:
-    """Sum factors to normal equations.
-
-    Parameters
-    ----------
-    parts : sequence of LinearFactor
-        The factors.
-    size : int
-        How many unknowns there are.
-
-    Returns
-    -------
-    information : ndarray, shape (size, size)
-        ``J' W J``.
-    vector : ndarray, shape (size,)
-        ``J' W r``.
+    """Return the normal equations of factors: ``J' W J``, shape (size, size), and ``J' W r``, shape (size,).
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Loudness and beam of a sonar, from which pings heard what they could have heard."""
+"""Figure of merit and beam width of a sonar, estimated from detections and non-detections."""
 
 import math
 from collections.abc import Sequence
@@ -16,49 +16,37 @@ from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["fit_figure_of_merit"]
 
-# Features that three stations heard clearly [nats] tell most about the sonar; where there are few, those that two did.
+# LLR [nats] of a clear detection, numbers of stations that must have one, in order of preference, and minimum number of
+# such landmarks.
 _CLEARLY, _STATIONS, _FEATURES = 8.0, (3, 2), 3
-# No ping is surer than this: surfaces differ, things stand in the way.
+# Bounds of the detection probability of a ping: surfaces differ, and landmarks may be occluded.
 _LEAST, _MOST = 0.06, 0.94
-# Echoes fade over more decibels than one surface would: all surfaces together.
+# Scale of the logistic detection curve [dB]: wider than that of one surface, since it covers all surfaces.
 _FADING = 1.56
-# What is believed of the figure of merit beside the one to start from [dB], and how many pings that is worth.
+# Standard deviation of the prior of the figure of merit [dB], and the weight of that prior in pings.
 _SIGMA, _WORTH = 6.0, 5.0
-# Readings from just before to a walk behind the depth are hits; those well behind, misses [m].
+# Readings between _EARLY and _LATE past the depth are detections; from _BEHIND on they are non-detections, unless the
+# depth is within _RIM of ``max_range`` [m].
 _EARLY, _LATE, _BEHIND, _RIM = -0.02, 0.06, 0.08, 0.1
-# Short of the first null, at 3.83, the beam is 51 dB down both ways: from there on no echo is expected [ka sin(angle)].
+# Just before the first null at ka sin(angle) = 3.83 the two-way loss is 51 dB. No echo is expected from there on: the
+# gain is set to -_SILENT [dB].
 _NULL, _SILENT = 3.6, 40.0
 _ROWS = 6000
-# Figures of merit [dB] and beams to start from: all that modules are made with.
+# Starting values of figure of merit [dB] and ka: the range of common modules.
 _MERITS, _WIDTHS = (12.0, 18.0, 24.0, 30.0), (3.0, 4.0, 5.5, 7.5)
 _WALL = int(Kind.WALL)
-# Pings that look farther away than this from a feature say nothing of the beam (cosine).
+# Pings farther off the axis than this do not determine the beam (cosine).
 _STEEP = math.cos(1.2)
 
 
 def fit_figure_of_merit(
     measurements: Measurements, model: EchoModel, features: Sequence[Hypothesis], *, prior_mean: float
 ) -> EchoModel:
-    """Fit figure of merit and beam width to who heard what.
+    """Return the model with the figure of merit and ``ka`` that detections and non-detections make most likely.
 
-    Each ping that faces a feature either heard it or not; both together say how loud the sonar is and how wide
-    (maximum of the Bernoulli likelihood).
-
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    model : EchoModel
-        The sonar so far.
-    features : sequence of Hypothesis
-        What is there.
-    prior_mean : float
-        Figure of merit that the rig leads one to expect [dB].
-
-    Returns
-    -------
-    EchoModel
-        With another figure of merit and ``ka``; the given one where fewer than three features are clear enough.
+    Each ping that faces a landmark is a Bernoulli trial; together they determine figure of merit and beam width.
+    ``prior_mean`` is the figure of merit expected of the rig [dB]. The model is returned unchanged if fewer than three
+    landmarks are clear enough.
     """
     from scipy.optimize import minimize  # noqa: PLC0415 - SciPy is slow to import
 
@@ -78,7 +66,7 @@ def fit_figure_of_merit(
         surprise = -np.sum(_log_likelihood(np.clip(chances, _LEAST, _MOST), rows[:, 3] > 0))
         return float(surprise + 0.5 * _WORTH * ((merit - prior_mean) / _SIGMA) ** 2)
 
-    # Louder and narrower looks much like fainter and wider: the likelihood has more than one summit.
+    # A strong sonar with a narrow beam resembles a weak one with a wide beam: the likelihood has several maxima.
     starts = [(model.figure_of_merit, model.ka), *product(_MERITS, _WIDTHS)]
     start = min(starts, key=cost)
     found = minimize(cost, start, method="Nelder-Mead", options={"maxiter": 80, "xatol": 0.05, "fatol": 0.5})
@@ -86,7 +74,7 @@ def fit_figure_of_merit(
 
 
 def _clear(features: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Choose the features that tell about the sonar; none if there are too few."""
+    """Return the walls and cylinders with a clear LLR from three stations, else from two; none if there are too few."""
     plain = [each for each in features if each.kind in (Kind.WALL, Kind.CYLINDER)]
     for stations in _STATIONS:
         clear = [each for each in plain if (each.llr_by_station > _CLEARLY).sum() >= stations]
@@ -100,7 +88,7 @@ def _log_likelihood(chances: FloatArray, detected: BoolArray) -> FloatArray:
 
 
 def _beam_table() -> tuple[FloatArray, FloatArray]:
-    """Two-way gain against ``ka sin(angle)``, dark from just before the first null on."""
+    """Return arguments ``ka sin(angle)`` and the two-way beam gain [dB], cut off just before the first null."""
     arguments = np.linspace(0.0, _NULL, 721)
     llr_by_station = -two_way_loss(np.arcsin(arguments / _NULL), _NULL)
     return np.append(arguments, _NULL + 1e-9), np.append(llr_by_station, -_SILENT)
@@ -108,7 +96,7 @@ def _beam_table() -> tuple[FloatArray, FloatArray]:
 
 @compiled
 def _faced(measurements: Measurements, reflector: FloatArray, extent: tuple[float, float], scale: float) -> FloatArray:
-    """Pings that face a reflector, as rows: depth, sine off axis, strength, and 1 for those that heard it."""
+    """Return the pings that face a reflector as rows: depth [m], sine off axis, strength [dB], 1 if detected or 0."""
     shape, count = shape_of(reflector), 0
     rows = np.empty((len(measurements.readings), 4))
     for ping in range(len(measurements.readings)):
@@ -126,5 +114,5 @@ def _faced(measurements: Measurements, reflector: FloatArray, extent: tuple[floa
 
 @compiled
 def _within(shape: Shape, extent: tuple[float, float], x: float, y: float) -> bool:
-    """Whether a place lies before what was heard of a wall."""
+    """Return whether a position lies in front of the extent of a wall; True for other kinds."""
     return shape[0] != _WALL or extent[0] + _EARLY <= shape[1] * y - shape[2] * x <= extent[1] - _EARLY

@@ -1,8 +1,8 @@
-"""HeadingMeasurements: which way walls lie from a station, as told by the angles between which it heard them.
+"""Heading factors: the directions of walls as seen from stations, by the angles at which they are detected.
 
-Readings hardly change with the angle off the axis, least of all those of whole centimetres, and so they leave it open
-which way a robot faced that somebody set down by hand.  Between which angles it heard a wall, and beyond which it did
-not, tells that to a few degrees.
+Ranges hardly depend on the angle off the beam axis, least of all those rounded to centimetres, so they do not determine
+the yaw of a robot that was placed by hand. The angles at which a wall is detected, and beyond which it is not,
+determine it to a few degrees.
 """
 
 import math
@@ -25,32 +25,32 @@ from echoplan.preprocessing.servo import AS_RECORDED, ServoError
 __all__ = ["NO_HEADINGS", "HeadingMeasurements", "heading_factor", "heading_measurements_of"]
 
 _WALL = int(Kind.WALL)
-# Turns of a station that are asked about [rad]; if nothing speaks for any of them, so much is left of their variance.
+# Candidate turns of a station [rad], and half of their variance: a posterior variance above it is uninformative.
 _TURNS = np.radians(np.arange(-15.0, 15.1, 1.5))
 _OPEN = 0.5 * float(np.var(_TURNS))
-# How far bearings err that many pings tell: beams are not even, and arcs of walls that meet hide each other's sides; a
-# guess [rad].
+# Standard deviation of a heading, however many pings determine it [rad]: beams are irregular, and arcs of walls that
+# meet mask each other's sides (a guess).
 _UNEVEN = math.radians(6.0)
 _SERVO = ("servo_gain", "servo_offset")
-# Nothing is expected from so far off the axis (cosine).
+# No detection is expected farther off the axis (cosine).
 _STEEP = math.cos(1.2)
 
 
 class HeadingMeasurements(NamedTuple):
-    """Which way walls lie from stations.
+    """Measured directions of walls as seen from stations.
 
     Attributes
     ----------
     walls, stations : ndarray of int, shape (b,)
-        Which wall, and from which station.
+        Indices of wall and station.
     headings : ndarray, shape (b,)
-        Of the station less the direction of the wall's normal [rad].
+        Yaw of the station minus the normal angle of the wall [rad].
     angles : ndarray, shape (b,)
-        Where the servo was, in the mean of the pings that detected the wall, as recorded [rad].
+        Mean recorded servo angle of the pings that detected the wall [rad].
     variances : ndarray, shape (b,)
-        Of these [rad^2].
+        Variances of the headings [rad^2].
     servo : ServoError
-        Gain and offset of the servo with which they are so.
+        Gain and offset of the servo for which the headings hold.
     """
 
     walls: IntArray
@@ -72,30 +72,13 @@ def heading_measurements_of(
     *,
     servo: ServoError | None = None,
 ) -> HeadingMeasurements:
-    r"""Find the bearings of all walls from all stations that heard them.
+    r"""Measure the directions of all walls as seen from the stations that detected them.
 
-    Each ping that looks at a wall is a hit or a miss, unless something nearer answered.  Turned by :math:`\tau`, as
-    far as 15 degrees, a station would have heard these with the likelihood :math:`L(\tau)`, which is Bernoulli's with
-    the chance that the echo is heard.  Its mean and its variance, and that of beams which are not even, make a bearing.
-
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings of s stations.
-    hearing : Hearing
-        The sonar.
-    features : Features
-        What is there.
-    headings : ndarray, shape (s,)
-        Of the stations, as heard from there [rad].
-    servo : ServoError, optional
-        Gain and offset with which the pings are as they are, if the servo is calibrated: then each sensor has bearings
-        of its own.
-
-    Returns
-    -------
-    HeadingMeasurements
-        Those that the pings tell.
+    Each unmasked ping that faces a wall is a detection or a non-detection. :math:`L(\tau)` is their Bernoulli
+    likelihood if the station is turned by :math:`\tau`, up to 15 degrees. Its mean is the measurement; its variance,
+    plus that of irregular beams, is the variance of the measurement. ``headings``, shape (s,) [rad], are the present
+    yaws of the stations. If the servo is calibrated, ``servo`` is the gain and offset by which the pings are placed,
+    and each sensor has measurements of its own.
     """
     sensors = 1 if servo is None else int(measurements.sensors.max(initial=0)) + 1
     groups = measurements.stations if servo is None else sensors * measurements.stations + measurements.sensors
@@ -117,20 +100,7 @@ def heading_measurements_of(
 
 
 def heading_factor(bearings: HeadingMeasurements, now: Values) -> LinearFactor:
-    """Hold headings and walls against bearings.
-
-    Parameters
-    ----------
-    bearings : HeadingMeasurements
-        Which way walls lie from stations.
-    now : Values
-        Features and poses.
-
-    Returns
-    -------
-    LinearFactor
-        One a bearing.
-    """
+    """Return the factor of the heading measurements: one row each, by wall, yaw, servo gain and servo offset."""
     walls, stations, layout = bearings.walls, bearings.stations, now.layout
     headings = now.poses[stations, 2] if len(now.poses) else np.zeros(len(walls))
     turned = headings + (now.servo.gain - bearings.servo.gain) * bearings.angles
@@ -149,7 +119,7 @@ def heading_factor(bearings: HeadingMeasurements, now: Values) -> LinearFactor:
 def _likelihoods(
     measurements: Measurements, hearing: Hearing, features: Features, groups: IntArray, count: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Logarithms of the likelihood of hits and misses, by wall, group of pings, and turn; mean servo angle of hits."""
+    """Return log-likelihoods by wall, group of pings and turn, and the mean servo angles of the detections [rad]."""
     likelihoods = np.zeros((len(features.reflectors), count, len(_TURNS)))
     angles, hits = np.zeros((len(features.reflectors), count)), np.full((len(features.reflectors), count), 1e-9)
     faintest = walk_of(hearing, 0.0)
@@ -175,7 +145,7 @@ def _likelihoods(
 
 @compiled
 def _add(log_likelihoods: FloatArray, hearing: Hearing, sight: Sight, asked: tuple[float, float, float]) -> None:
-    """Add what a ping says of each turn: its outcome, what it counts, and how faint the wall is there."""
+    """Add the log-likelihood of a ping for each turn; ``asked`` is its outcome, weight and attenuation [dB]."""
     outcome, weight, attenuation = asked
     for number, turn in enumerate(_TURNS):
         cosine, sine = math.cos(turn), math.sin(turn)
