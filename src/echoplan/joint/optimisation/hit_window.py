@@ -1,4 +1,4 @@
-"""Hits and misses: which pings heard what they could have heard, and how likely that was."""
+"""Detections and non-detections of a landmark: classification of pings, and their log-likelihood."""
 
 import math
 
@@ -7,32 +7,23 @@ from echoplan.joint.likelihood.ping_scores import detection_probability
 
 __all__ = ["RIM", "log_chance", "outcome_of"]
 
-# No reading is expected within this of the reach [m].
+# No detection is expected within this distance of ``max_range`` [m].
 RIM = 0.02
-# No ping is surer than this: things stand in the way, others echo from just there.
+# Bounds of the detection probability of a ping: landmarks may be occluded, and others may echo at the same range.
 _LEAST, _MOST = 0.03, 0.97
 _LOG_LEAST, _LOG_MOST = math.log(_LEAST), math.log(_MOST)
-# Where every echo is as sure as that, or as faint [dB].
+# Beyond this signal excess, positive or negative, the bounds apply [dB].
 _FADED = 5.0
-# Readings this much before the depth, or after that of the faintest echo, may still be hits; later ones are misses [m].
+# A reading is a detection from _EARLY past the depth to _LATE past the range of the weakest echo, and a non-detection
+# from _BEHIND past that range on [m].
 _EARLY, _LATE, _BEHIND = -0.02, 0.02, 0.04
 
 
 @compiled
 def outcome_of(late: float, faintest: float) -> float:
-    """Tell whether a ping heard what it faced.
+    """Return 1 for a detection, -1 for a non-detection, 0 if a nearer echo masks the landmark or if it is unclear.
 
-    Parameters
-    ----------
-    late : float
-        Its reading less the depth [m].
-    faintest : float
-        How much too far the faintest echo is read [m].
-
-    Returns
-    -------
-    float
-        1 for a hit, -1 for a miss, 0 where something nearer answered.
+    ``late`` is the reading minus the depth, ``faintest`` the range walk of the weakest echo [m].
     """
     if _EARLY < late < faintest + _LATE:
         return 1.0
@@ -41,18 +32,7 @@ def outcome_of(late: float, faintest: float) -> float:
 
 @compiled
 def log_chance(excess: float) -> float:
-    """Tell how likely an echo is heard; most are far from the threshold.
-
-    Parameters
-    ----------
-    excess : float
-        Its signal excess [dB]; with the opposite sign, how likely it is missed.
-
-    Returns
-    -------
-    float
-        Logarithm of the chance.
-    """
+    """Return the log probability of detection at this signal excess [dB]; at its negative, of non-detection."""
     if abs(excess) > _FADED:
         return _LOG_MOST if excess > 0.0 else _LOG_LEAST
     return math.log(min(max(detection_probability(excess), _LEAST), _MOST))

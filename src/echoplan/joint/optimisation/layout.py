@@ -1,4 +1,4 @@
-"""The unknowns of a map: features, the sonar, poses; where each stands in one long vector."""
+"""Layout of the state vector: positions of landmarks, calibration and poses."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,8 +10,8 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["SONAR_UNKNOWNS", "Layout"]
 
-# Of the sonar, in this order: range offset [m], walk gain [m], range scale, servo latency [s], servo gain, servo
-# offset [rad], figure of merit [dB], logarithm of the beam's ka, exponent of the range walk.
+# Calibration parameters in this order: range offset [m], walk gain [m], range scale, servo latency [s], servo gain,
+# servo offset [rad], figure of merit [dB], logarithm of ka, exponent of the range walk.
 SONAR_UNKNOWNS = (
     "range_offset",
     "walk_gain",
@@ -27,14 +27,14 @@ SONAR_UNKNOWNS = (
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Layout:
-    """Where each unknown stands.
+    """Positions of the unknowns in the state vector.
 
     Parameters
     ----------
     kinds : ndarray of int, shape (f,)
-        Kind of each feature.
+        Kind of each landmark.
     poses : int, optional
-        How many poses are free.
+        Number of free poses.
     """
 
     kinds: IntArray
@@ -42,60 +42,49 @@ class Layout:
 
     @cached_property
     def counts(self) -> IntArray:
-        """How many parameters each feature has."""
+        """Number of parameters of each landmark, shape (f,)."""
         return np.where(self.kinds == Kind.CYLINDER, 3, 2)
 
     @cached_property
     def free(self) -> BoolArray:
-        """Which of three parameters each feature has, shape (f, 3)."""
+        """Which of three parameters each landmark has, shape (f, 3)."""
         free: BoolArray = np.arange(3) < self.counts[:, None]
         return free
 
     @cached_property
     def starts(self) -> IntArray:
-        """Where the parameters of each feature start."""
+        """First position of each landmark, shape (f,)."""
         starts: IntArray = np.concatenate([[0], np.cumsum(self.counts)])[:-1].astype(np.int64)
         return starts
 
     @cached_property
     def columns(self) -> IntArray:
-        """Where each parameter of each feature stands, and in the last row of none, shape (f + 1, 3); -1 is nowhere."""
+        """Position of each parameter of each landmark, shape (f + 1, 3); -1 for none, as in all of the last row."""
         columns = np.where(self.free, self.starts[:, None] + np.arange(3), -1)
         return np.concatenate([columns, np.full((1, 3), -1)])
 
     @cached_property
     def sonar(self) -> int:
-        """Where those of the sonar start."""
+        """First position of the calibration."""
         return int(self.counts.sum())
 
     @property
     def pose(self) -> int:
-        """Where those of the poses start."""
+        """First position of the poses."""
         return self.sonar + len(SONAR_UNKNOWNS)
 
     @property
     def size(self) -> int:
-        """How many there are."""
+        """Number of unknowns."""
         return self.pose + 3 * self.poses
 
     def feature(self, number: int) -> slice:
-        """Return the place of one feature."""
+        """Return the positions of one landmark."""
         start = int(self.starts[number])
         return slice(start, start + int(self.counts[number]))
 
     def steps(self, step: FloatArray) -> FloatArray:
-        """Take the steps of the features out of a solution.
-
-        Parameters
-        ----------
-        step : ndarray, shape (size,)
-            The solution.
-
-        Returns
-        -------
-        ndarray, shape (f, 3)
-            By feature, with zeros where one has no third parameter.
-        """
+        """Return the steps of the landmarks in a solution, shape (f, 3), zero where one has no third parameter."""
         steps = np.zeros((len(self.kinds), 3))
         steps[self.free] = step[: self.sonar]
         return steps

@@ -1,4 +1,4 @@
-"""The Manhattan-world prior: walls stand at right angles to each other, and perhaps along the axes of the map."""
+"""The Manhattan-world prior: walls at right angles to each other, and possibly along the axes of the map."""
 
 import math
 from collections.abc import Sequence
@@ -26,23 +26,23 @@ __all__ = [
     "roughly_square",
 ]
 
-# Density of the direction of a wall that is not square to others: it may be any [1/rad].
+# Density of the direction of a wall that is not square to others: uniform over a right angle [1/rad].
 _ANY = 2.0 / math.pi
-# Rounds of expectation and maximisation.
+# Iterations of expectation-maximisation.
 _ROUNDS = 30
-# Walls whose chance to be square is less stay as they are.
+# Probability from which a wall counts as square.
 _LIKELY = 0.9
-# So many stations leave it open how a wall lies that they were the only ones to hear.
+# This many stations alone do not determine the direction of a wall.
 _FEW = 2
-# A share below this tells nothing of the direction of others.
+# Lower bound of the probability of a wall to be square, so that weights stay finite.
 _NEVER = 1e-6
 
-# Any wall is known to a radian at least: its arcs say so [1/rad^2].
+# Lower bound of the information on the direction of a wall: arcs determine it to a radian at least [1/rad^2].
 _LEAST_KNOWN = 1.0
 
 
 class ManhattanSettings(BaseModel, frozen=True, extra="forbid"):
-    """When right angles are believed in."""
+    """Settings of the Manhattan prior."""
 
     concentration: float = Field(
         default=0.8, gt=0.0, le=1.0, description="of the directions of walls, folded by right angles, from which on"
@@ -64,16 +64,16 @@ class ManhattanSettings(BaseModel, frozen=True, extra="forbid"):
 
 
 class ManhattanPrior(NamedTuple):
-    """Which walls stand at right angles to each other, and how exactly.
+    """Which walls are at right angles to each other, and with what standard deviation.
 
     Attributes
     ----------
     members : ndarray of bool, shape (f,)
-        Which.
+        Which features are such walls.
     sigma : float
-        Standard deviation of these about the direction that they have in common [rad].
+        Standard deviation of their directions about the common one [rad].
     along_axes : bool
-        Whether that is the direction of the axes of the map; else it may be any.
+        Whether the common direction is that of the axes of the map; else it is free.
     """
 
     members: BoolArray
@@ -82,19 +82,9 @@ class ManhattanPrior(NamedTuple):
 
 
 def main_direction(features: Sequence[Hypothesis], settings: ManhattanSettings) -> float | None:
-    """Find the direction to which, or across which, most walls stand.
+    """Return the direction to which most walls are normal or parallel [rad], modulo a right angle.
 
-    Parameters
-    ----------
-    features : sequence of Hypothesis
-        What is there.
-    settings : ManhattanSettings
-        When right angles are believed in.
-
-    Returns
-    -------
-    float or None
-        Direction of a normal [rad], modulo a right angle; None where the walls do not support one.
+    Walls are weighted by their LLR. The result is None if there are too few walls or their directions differ too much.
     """
     walls = [each for each in features if each.is_wall]
     if len(walls) < settings.least_walls:
@@ -107,21 +97,10 @@ def main_direction(features: Sequence[Hypothesis], settings: ManhattanSettings) 
 def roughly_square(
     features: Sequence[Hypothesis], settings: ManhattanSettings, *, may_lie_along_axes: bool
 ) -> ManhattanPrior | None:
-    """Take walls near the main direction for square, while way-points are too wrong to tell.
+    """Return a Manhattan prior of the walls near the main direction, or None if there is no main direction.
 
-    Parameters
-    ----------
-    features : sequence of Hypothesis
-        What is there.
-    settings : ManhattanSettings
-        How near, and how exactly.
-    may_lie_along_axes : bool
-        Whether they are taken to stand along the axes of the map if these are near and most measure from such walls.
-
-    Returns
-    -------
-    ManhattanPrior or None
-        None where there is no main direction.
+    It serves while poses are too inaccurate for ``estimate_right_angles``. With ``may_lie_along_axes``, a main
+    direction near the axes of the map is taken for theirs, since waypoints are mostly measured from such walls.
     """
     direction = main_direction(features, settings)
     if direction is None:
@@ -134,19 +113,9 @@ def roughly_square(
 
 
 def rest_on_few_stations(features: Sequence[Hypothesis], least: float) -> bool:
-    """Tell whether most walls were heard from one station or two: set elsewhere, these leave it open how walls lie.
+    """Return whether most walls have an LLR above ``least`` [nats] from no more than two stations.
 
-    Parameters
-    ----------
-    features : sequence of Hypothesis
-        What is there.
-    least : float
-        What a station must gain to count [nats].
-
-    Returns
-    -------
-    bool
-        Whether they were.
+    Errors of the poses of these stations leave the directions of such walls undetermined.
     """
     walls = [each for each in features if each.is_wall]
     return 2 * sum(each.supporting(least) <= _FEW for each in walls) > len(walls)
@@ -161,46 +130,29 @@ def estimate_right_angles(
     *,
     by_hand: bool = False,
 ) -> ManhattanPrior | None:
-    r"""Tell which walls stand square to each other, and how exactly, if they do.
+    r"""Return the walls at right angles to each other and their standard deviation, or None without evidence.
 
-    A wall stands either at right angles to the direction d that square walls have in common, but for a deviation of
-    s (``sigma``), or anyhow; any share of the walls may be square.  Walls that a station in error turns together are
-    known far better against each other than each of them is, so each is held against what the others say of its
-    direction, with the covariance of all.  Who is square, s and the share come by expectation and maximisation
-    (Dempster, Laird and Rubin 1977), s with a prior whose logarithm is normal.  With C of what is not known of the m
-    square ones of n walls, P the inverse of :math:`C + s^2 I`, and their deviations :math:`\delta` about d as P
-    weighs them, the evidence that these are square is
+    A wall is either square to a common direction d with standard deviation s (``sigma``), or has any direction; any
+    share of the walls may be square. A pose error turns all walls of a station together, so their directions relative
+    to each other are known much better than each by itself. Each wall is therefore compared with the direction that the
+    others predict for it, with the covariance of all. Membership, s and the share of square walls are estimated by
+    expectation-maximisation (Dempster, Laird and Rubin 1977), s with a log-normal prior. With C, the covariance of the
+    directions of the m square ones of n walls, P, the inverse of :math:`C + s^2 I`, and their deviations :math:`\delta`
+    from the mean d weighted by P, the log evidence for these walls being square is
 
     .. math:: \tfrac12 \ln \frac{|P|}{1^T P 1} - \tfrac12 \delta^T P \delta
               + (m - 1) \ln \frac{\pi / 2}{\sqrt{2 \pi}} - \ln \Bigl((n + 1) \binom{n}{m}\Bigr)
 
-    less the logarithm of how likely it is, now, that just these are.
+    minus the log posterior probability of this membership.
 
-    Who sets way-points by hand mostly measures from the walls: then these stand along the axes of the map.  Else the
-    map may lie anyhow, and d is any.  With the mean direction as P weighs it, off the axes by
-    :math:`\bar\delta`, and :math:`v = 1 / 1^T P 1`, the logarithm of the odds of that is, from odds o on,
+    Waypoints placed by hand (``by_hand``) are mostly measured from the walls, which are then along the axes of the map.
+    Otherwise the map may have any orientation, and d is free. With the mean deviation :math:`\bar\delta` from the axes,
+    weighted by P, and :math:`v = 1 / 1^T P 1`, the log odds of walls along the axes are, with prior odds o,
 
     .. math:: \ln o + \ln \frac{\pi / 2}{\sqrt{2 \pi v}} - \frac{\bar\delta^2}{2 v}
 
-    Parameters
-    ----------
-    reflectors : ndarray, shape (f, 4)
-        Kind and parameters of features.
-    layout : Layout
-        Where these stand among the unknowns.
-    covariance : ndarray, shape (u, u)
-        Of all unknowns.
-    settings : ManhattanSettings
-        What is believed.
-    applied : ManhattanPrior, optional
-        The belief in right angles with which these came about, all of which is taken back first.
-    by_hand : bool, optional
-        Whether the frame of the map is that of way-points which somebody set by hand.
-
-    Returns
-    -------
-    ManhattanPrior or None
-        None where that explains the directions no better than chance.
+    ``covariance``, shape (u, u), is that of all unknowns, and ``applied`` the prior that contributed to it and to
+    ``reflectors``; its effect is removed first.
     """
     walls = np.flatnonzero(layout.kinds == Kind.WALL)
     if len(walls) < settings.least_walls:
@@ -224,13 +176,16 @@ def estimate_right_angles(
 def _are_confirmed(
     off: FloatArray, covariance: FloatArray, shares: FloatArray, settings: ManhattanSettings
 ) -> tuple[FloatArray, float]:
-    """Tell how likely each wall stands square, and how exactly these do, from how likely they seem at first."""
+    """Return the probability of each wall to be square, shape (w,), and the standard deviation of square walls [rad].
+
+    Expectation-maximisation from initial probabilities ``shares``.
+    """
     sigma = settings.tolerance
     for _ in range(_ROUNDS):
         loose = sigma**2 / np.maximum(shares, _NEVER)
         precision = _contrasts(covariance + np.diag(loose))
         pulls = precision @ off
-        # Of each deviation its square, and its variance; then what the other walls say of this one.
+        # Expected squares of the deviations, then the density of each deviation as predicted from the other walls.
         expected = (loose * pulls) ** 2 + loose - loose**2 * np.diag(precision)
         square = _normal(pulls / np.diag(precision), 1.0 / np.diag(precision) - loose + sigma**2)
         sigma = settings.tolerance * float(
@@ -242,7 +197,7 @@ def _are_confirmed(
 
 
 def _are_along_axes(angles: FloatArray, covariance: FloatArray, settings: ManhattanSettings) -> bool:
-    """Tell whether square walls stand along the axes of a map whose frame somebody measured."""
+    """Return whether square walls are along the axes of a map whose frame was measured by hand."""
     weights = np.linalg.solve(covariance, np.ones(len(angles)))
     variance = 1.0 / float(weights.sum())
     off = variance * float(weights @ manhattan_residual(angles, 0.0))
@@ -252,28 +207,28 @@ def _are_along_axes(angles: FloatArray, covariance: FloatArray, settings: Manhat
 
 
 def _released(angles: FloatArray, covariance: FloatArray, applied: ManhattanPrior) -> tuple[FloatArray, FloatArray]:
-    """Tell where walls would turn, and how well that would be known, if nobody believed in right angles.
+    """Return the directions of walls and their covariance without the Manhattan prior that was applied.
 
-    One step of Gauss and Newton without the rows of that belief.  Let go for good, walls of stations that nothing else
-    holds would turn until other features explain what they explained.
+    This is one Gauss-Newton step without the rows of the prior. A complete optimisation without it would turn walls of
+    weakly connected stations until other landmarks explain their readings.
     """
     rows = manhattan_factor(applied, angles, np.arange(len(angles)))
     jacobian = np.zeros((len(rows.residuals), len(angles)))
     np.add.at(jacobian, (np.arange(len(jacobian))[:, None], rows.columns), rows.jacobian)
-    # What the model of the sonar lacks is in the covariance, too: so more may be taken back than it shows to be known.
+    # The covariance includes model errors, so the information of the prior may exceed its inverse: hence the bound.
     known, axes = np.linalg.eigh(np.linalg.inv(covariance) - jacobian.T @ (rows.weights[:, None] * jacobian))
     free: FloatArray = (axes / np.maximum(known, _LEAST_KNOWN)) @ axes.T
     return angles - free @ (jacobian.T @ (rows.weights * rows.residuals)), free
 
 
 def _normal(off: FloatArray, variances: FloatArray) -> FloatArray:
-    """Density of normal deviations."""
+    """Return the normal density of deviations."""
     density: FloatArray = np.exp(-0.5 * off**2 / variances) / np.sqrt(2.0 * np.pi * variances)
     return density
 
 
 def _contrasts(covariance: FloatArray) -> FloatArray:
-    """Precision of directions against each other: what they have in common may be anything."""
+    """Return the information on directions relative to each other: their mean is marginalised with a flat prior."""
     precision = np.linalg.inv(covariance)
     common = precision.sum(axis=1)
     about: FloatArray = precision - np.outer(common, common) / common.sum()
@@ -281,7 +236,7 @@ def _contrasts(covariance: FloatArray) -> FloatArray:
 
 
 def _evidence(off: FloatArray, covariance: FloatArray, shares: FloatArray, sigma: float) -> float:
-    """Logarithm of how much likelier directions are if some walls are square than if none is."""
+    """Return the log-likelihood ratio of square walls against walls of uniform direction [nats]."""
     members = shares > _LIKELY
     m, n = int(members.sum()), len(members)
     if m < 2:
@@ -289,27 +244,16 @@ def _evidence(off: FloatArray, covariance: FloatArray, shares: FloatArray, sigma
     covariance = covariance[np.ix_(members, members)] + sigma**2 * np.eye(m)
     squares = float(off[members] @ _contrasts(covariance) @ off[members])
     volume = float(np.linalg.slogdet(covariance).logabsdet) + math.log(np.linalg.solve(covariance, np.ones(m)).sum())
-    # Just these of all that could be, at first and now.
+    # Negative log prior probability of this membership, and its log posterior probability.
     chosen = math.log((n + 1) * math.comb(n, m)) + float(np.log(np.maximum(shares, 1.0 - shares)).sum())
     return -0.5 * (volume + squares) - (m - 1) * math.log(math.sqrt(2.0 * math.pi) * _ANY) - chosen
 
 
 def manhattan_factor(applied: ManhattanPrior, angles: FloatArray, columns: IntArray) -> LinearFactor:
-    """Draw walls to the direction that they have in common: that of the axes, or whatever it is.
+    """Return the factor of square walls, one row each: deviation from the map axes, or from their common direction.
 
-    Parameters
-    ----------
-    applied : ManhattanPrior
-        Which of them; at least one.
-    angles : ndarray, shape (f,)
-        Directions of their normals [rad]; of features that are no walls anything.
-    columns : ndarray of int, shape (f,)
-        Where these stand among the unknowns.
-
-    Returns
-    -------
-    LinearFactor
-        One a member; unless they stand along the axes they say nothing of the direction.
+    ``columns``, shape (f,), are the positions of the normal angles. Without ``along_axes`` the common direction is
+    unconstrained.
     """
     members = np.flatnonzero(applied.members)
     if applied.along_axes:
@@ -324,19 +268,7 @@ def manhattan_factor(applied: ManhattanPrior, angles: FloatArray, columns: IntAr
 
 
 def manhattan_residual(angles: FloatArray, direction: float) -> FloatArray:
-    """Tell by how much walls are off the nearest square direction.
-
-    Parameters
-    ----------
-    angles : ndarray, shape (w,)
-        Directions of their normals [rad].
-    direction : float
-        The main direction [rad].
-
-    Returns
-    -------
-    ndarray, shape (w,)
-        Within 45 degrees [rad].
+    """Return the deviation of normal angles from the nearest square direction, within 45 degrees [rad].
 
     Examples
     --------

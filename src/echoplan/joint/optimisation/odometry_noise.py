@@ -1,4 +1,4 @@
-"""Drift: whether and how far odometry goes astray, told by poses that were corrected."""
+"""Noise of odometry and waypoints, estimated from corrected poses."""
 
 import math
 
@@ -19,24 +19,24 @@ __all__ = [
     "scatter",
 ]
 
-# From this logarithm of a ratio of likelihoods on evidence is very strong [nats] (Kass and Raftery 1995).
+# Log-likelihood ratio from which evidence is very strong [nats] (Kass and Raftery 1995).
 VERY_STRONG = 5.0
-# Numbers that were written with some digits are as near to the round ones that they were.
+# Greatest deviation of a round number, due to the digits with which it was recorded [cm, degrees].
 _ROUND = 1e-3
-# Of fewer poses nobody can tell.
+# Minimum number of poses to distinguish independent from accumulated errors.
 _FEWEST = 3
-# Of fewer steps a deviation is known to no better than a third (1 / sqrt(2 n)).
+# Minimum number of steps: with fewer, a standard deviation is known to no better than a third (1 / sqrt(2 n)).
 _STEPS = 5
-# What digits leave of any error, squared [m^2, rad^2].
+# Variance due to the digits with which poses are recorded [m^2, rad^2].
 _LEAST = 1e-8
-# What is left of the variance of a step that was believed, however much is heard.
+# Lower bound of the posterior variance of a step, as a share of its prior variance.
 _HEARD = 1e-9
-# Deviations of axes are learned in turn, so often; each on a grid so far to either side [deviations of its logarithm].
+# Sweeps over the axes; half width of the grid of factors [sigmas of the logarithm], and number of its points.
 _TURNS, _REACH, _GRID = 3, 6.0, 241
 
 
 class OdometryNoiseSettings(BaseModel, frozen=True, extra="forbid"):
-    """How fast belief in odometry gives way to what is seen of it."""
+    """Settings of the estimated noise of odometry and waypoints."""
 
     spread: float = Field(
         default=0.5 * math.log(10.0), gt=0.0, description="deviation of a factor's logarithm: a guess good to tenfold"
@@ -53,40 +53,25 @@ def estimate_odometry_noise(
     *,
     information_inflation: float = 1.0,
 ) -> PosePrior:
-    r"""Take the errors of odometry, axis by axis, from poses that were corrected.
+    r"""Return the pose prior with standard deviations of odometry that are estimated from corrected poses, per axis.
 
-    What readings alone tell of the errors of all steps is the information about them after an adjustment without that
-    of what was believed, and what that makes of the errors that came out.  With the errors of the other axes left
-    open, its eigenvalues l and the pulls p along their vectors, all in deviations believed, a factor f of the
-    deviations of one axis has the marginal likelihood
+    The information of the readings alone on the errors of all steps is that of the solution minus that of the pose
+    prior. The errors of the other axes are marginalised. With the eigenvalues l of this information and the components
+    p of the information vector along its eigenvectors, all in units of the prior standard deviations, a factor f of the
+    standard deviations of one axis has the marginal likelihood
 
     .. math:: L(f) = \prod_k (1 + l_k f^2)^{-1/2} \exp \frac{p_k^2 f^2}{2 (1 + l_k f^2)}
 
-    that is the evidence of Bishop (2006, Section 3.5).  Before anything was heard ln f is normal with deviation t and
-    mean -t^2: some robots err tenfold less than others, and what is guessed is the root mean square of all.  Where
-    nothing tells a small error from none the greatest likelihood would be that of none (Chung et al. 2013), and poses
-    would seem surer than they are: taken is the factor that leaves as much of the errors open as all factors do in
-    the mean.
+    which is the evidence of Bishop (2006, Section 3.5). The prior of ln f is normal with standard deviation t and mean
+    -t^2: robots differ by a factor of ten, and the default is their root mean square. If readings cannot distinguish a
+    small error from none, the likelihood is greatest at f = 0 (Chung et al. 2013), and poses would be overconfident. So
+    f is chosen such that the posterior variance of the errors equals its mean over the posterior of f:
 
     .. math:: \sum_k \frac{f^2}{1 + l_k f^2} = E_f \sum_k \frac{f^2}{1 + l_k f^2}
 
-    Parameters
-    ----------
-    priors : PosePrior
-        With what the poses were corrected; relative.
-    poses : ndarray, shape (s, 3)
-        As corrected [m, m, rad].
-    covariance : ndarray, shape (3 s, 3 s)
-        Of the corrected poses.
-    settings : OdometryNoiseSettings
-        How much what was believed counts.
-    information_inflation : float, optional
-        How many times more readings tell than they were let count for.
-
-    Returns
-    -------
-    PosePrior
-        The same with other deviations; what was believed where there are fewer than five steps.
+    ``priors`` is relative and contributed to ``poses`` and their ``covariance``, shape (3 s, 3 s);
+    ``information_inflation`` is the ratio of the information of the readings to that which their weights give them.
+    With fewer than five steps the prior is returned unchanged.
     """
     if len(poses) <= _STEPS:
         return priors
@@ -101,7 +86,7 @@ def estimate_odometry_noise(
 
 
 def _heard_of_steps(priors: PosePrior, poses: FloatArray, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Tell what readings alone say of the errors of steps in deviations believed: information, and how it pulls."""
+    """Return information matrix and vector of the readings alone on the errors of steps, in units of prior sigmas."""
     blocks = np.concatenate(between_jacobians(priors.measured_poses, poses), axis=2)[1:]
     jacobian = np.zeros((*blocks.shape[:2], len(covariance)))
     for step, (block, sigmas) in enumerate(zip(blocks, priors.sigmas[1:], strict=True)):
@@ -115,7 +100,10 @@ def _heard_of_steps(priors: PosePrior, poses: FloatArray, covariance: FloatArray
 def _heard_of_axis(
     information: FloatArray, pull: FloatArray, axis: int, squares: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Tell what readings say of the errors of one axis while those of the others are open, by so much squared."""
+    """Return information matrix and vector on the errors of one axis, with those of the others marginalised.
+
+    ``squares`` are the present ratios of error variance to prior variance, by axis.
+    """
     own = np.arange(len(pull)) % 3 == axis
     known = information + np.diag(np.tile(1.0 / squares, len(pull) // 3))
     left = np.linalg.solve(known[~own][:, ~own], np.column_stack([information[~own][:, own], pull[~own]]))
@@ -124,7 +112,7 @@ def _heard_of_axis(
 
 
 def _square(information: FloatArray, pull: FloatArray, spread: float) -> float:
-    """Tell how many times greater the squares of errors are than was believed."""
+    """Return the ratio of the error variance of one axis to its prior variance."""
     log_densities, axes = np.linalg.eigh(information)
     log_densities, pulls = np.maximum(log_densities, 0.0), axes.T @ pull
     scores = np.linspace(-_REACH, _REACH, _GRID)
@@ -144,29 +132,12 @@ def estimate_waypoint_noise(
     *,
     headings: bool = False,
 ) -> PosePrior:
-    """Take the errors of way-points from the squares that are expected of them where poses were corrected.
+    """Return the pose prior with standard deviations of waypoints estimated from their expected squared errors.
 
-    A guess is good to tenfold either way (``map_scale_factor``).  Errors of headings are learned only if asked for.
-    Stations that hear few walls of others turn about with what they hear: errors of headings learned from such would be
-    what was believed of them.
-
-    Parameters
-    ----------
-    priors : PosePrior
-        What was believed; not relative.
-    poses : ndarray, shape (s, 3)
-        As corrected [m, m, rad].
-    covariance : ndarray, shape (3 s, 3 s)
-        Of the corrected poses.
-    settings : OdometryNoiseSettings
-        How much what was believed counts.
-    headings : bool, optional
-        Whether something else than other stations tells which way each faced.
-
-    Returns
-    -------
-    PosePrior
-        The same with other deviations.
+    Each is the prior value times a factor with a log-normal prior (``map_scale_factor``). Yaw is included only with
+    ``headings``, if something other than other stations determines it: the yaw of a station that shares few walls with
+    others follows its prior, and so would the estimate. ``covariance``, shape (3 s, 3 s), is that of the corrected
+    poses.
     """
     errors = priors.measured_poses - poses
     errors[:, 2] = wrap(errors[:, 2])
@@ -179,27 +150,17 @@ def estimate_waypoint_noise(
 
 
 def scatter(measured_poses: FloatArray, poses: FloatArray) -> float:
-    r"""Tell whether errors of poses scatter about the truth, or add up from one to the next.
+    r"""Return the log-likelihood ratio of independent pose errors against accumulated ones [nats].
 
-    Each error of a step stays in all poses after it; whoever sets way-points by hand errs at each anew.  Either way the
-    errors are taken to be normal, those of positions and those of headings with deviations that nobody tells: then the
-    logarithm of the ratio of their greatest likelihoods is about L, with the unbiased variances V of the errors of all
-    steps along and across them, and of all poses about what comes out (von Neumann 1941 has their ratio for one axis).
+    An error of odometry persists in all later poses; a waypoint placed by hand has an error of its own. Both kinds are
+    taken for normal, positions and headings with unknown standard deviations. The log ratio of the maximum likelihoods
+    is then about L, with the unbiased variances V of the errors of all steps along and across them, and of all poses
+    after alignment (von Neumann 1941 has this ratio for one axis).
 
     .. math:: L = \frac{n - 1}{2} \left( 2 \ln \frac{V_\mathrm{steps}}{V_\mathrm{poses}}
                                      + \ln \frac{V_\mathrm{turns}}{V_\mathrm{headings}} \right)
 
-    Parameters
-    ----------
-    measured_poses : ndarray, shape (s, 3)
-        As recorded [m, m, rad].
-    poses : ndarray, shape (s, 3)
-        As corrected, in whatever frame.
-
-    Returns
-    -------
-    float
-        L [nats], positive where they scatter; 0 for fewer than three poses.
+    Corrected ``poses`` may be in any frame. The result is 0 for fewer than three poses.
     """
     if len(poses) < _FEWEST:
         return 0.0
@@ -209,7 +170,7 @@ def scatter(measured_poses: FloatArray, poses: FloatArray) -> float:
         len(poses) - 1,
     )
     turned = wrap(errors[:, 2])
-    # Where all lie was fitted to them: two places and a turn.
+    # The alignment uses three degrees of freedom: x, y and yaw.
     ratios = (
         (np.sum(steps[:, :2] ** 2) / (2 * free), np.sum(errors[:, :2] ** 2) / (2 * free - 1)),
         (np.mean(steps[:, 2] ** 2), np.sum((turned - turned.mean()) ** 2) / free),
@@ -219,17 +180,9 @@ def scatter(measured_poses: FloatArray, poses: FloatArray) -> float:
 
 
 def are_quantised(measured_poses: FloatArray) -> bool:
-    """Tell whether somebody may have marked poses: people do so at round numbers, where no wheels come to a halt.
+    """Return whether all positions are whole centimetres, or all headings whole degrees.
 
-    Parameters
-    ----------
-    measured_poses : ndarray, shape (s, 3)
-        As recorded [m, m, rad].
-
-    Returns
-    -------
-    bool
-        Whether all positions are whole centimetres, or all headings whole degrees.
+    Such poses may be waypoints that were placed by hand; odometry does not stop at round numbers.
     """
     numbers = 100.0 * measured_poses[:, :2], np.degrees(measured_poses[:, 2])
     return any(bool(np.all(np.abs(each - np.round(each)) < _ROUND)) for each in numbers)

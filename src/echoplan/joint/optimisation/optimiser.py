@@ -1,8 +1,8 @@
-"""The optimiser: all features, the calibration and the poses in one robust least-squares problem.
+"""The optimiser: all landmarks, the calibration and the poses in one robust least-squares problem.
 
-Gauss-Newton on the associated readings, damped where a step would make them fit worse (Levenberg 1944), with analytic
-Jacobians, the robust kernel of Geman and McClure (1985), factors between corners and their walls, and priors from the
-rig for what the readings do not determine.
+Gauss-Newton with analytic Jacobians on the associated readings, damped if a full step raises the cost (Levenberg 1944),
+the robust kernel of Geman and McClure (1985), factors between corners and their walls, and priors of the rig for what
+the readings do not determine.
 """
 
 import math
@@ -50,12 +50,12 @@ __all__ = [
 ]
 
 _CYLINDER = int(Kind.CYLINDER)
-# Information of the prior that holds features in place where no reading does [1 / m^2, 1 / rad^2].
+# Inverse standard deviation of the weak prior of landmarks that no reading determines [1/m, 1/rad].
 _HOLD = 0.1
 # The latency counts as determined by the readings if these leave less than this share of its prior variance.
 _DETERMINED = 0.5
-# Damping that is added to the information until a step does not make readings fit worse (Levenberg 1944): from a prior
-# of 3 m or rad to one of 0.03 mm or mrad, beyond which nothing is left to move.
+# Damping that is added to the information until a step does not raise the cost (Levenberg 1944): from a prior of 3 m or
+# rad to one of 0.1 mm or mrad.
 _DAMPINGS = tuple(10.0 ** np.arange(-1, 9))
 
 
@@ -67,25 +67,10 @@ def optimise(
     *,
     known: InformationPrior | None = None,
 ) -> Solution:
-    """Optimise features, sonar and, if they have a prior, poses, given all readings.
+    """Return the landmarks, calibration and, if they have a prior, poses that fit all readings best.
 
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings, placed by the poses as recorded.
-    start : Values
-        Where to start.
-    priors : Priors
-        Priors of sonar and poses.
-    settings : OptimiserSettings
-        Iterations, robust kernel and sigmas of the priors.
-    known : InformationPrior, optional
-        Marginal prior from readings that are no longer at hand.
-
-    Returns
-    -------
-    Solution
-        Features, sonar and covariance.
+    ``measurements`` are placed by the poses as recorded. ``known`` is the marginal prior of readings that are no longer
+    available.
     """
     layout = start.layout
     now, headings = start, _heading_measurements(measurements, start, priors)
@@ -131,11 +116,11 @@ def optimise(
 
 
 def _rise(measurements: Measurements, now: Values, moved: Values, *, priors: Priors, linear: "_Linearisation") -> float:
-    """Return by how much a move raises the weighted squares of the residuals, twice a robust negative log likelihood.
+    """Return the change of the weighted squares of the residuals by a move, twice a robust negative log-likelihood.
 
-    A wall that turns about the foot of a sensor's axis changes readings by the square of the turn: derivatives say
-    nothing of that, and a full step may lead anywhere.  With the weights and owners of the readings held, a fall of the
-    squares is a fall of the robust cost, too.  All but the readings is as good as linear.
+    A rotation of a wall about the foot of a sensor's perpendicular changes the reading only to second order, which the
+    Jacobian does not contain, so a full step may raise the cost. With the weights and owners of the readings fixed, a
+    decrease of the squares is a decrease of the robust cost. All factors but the readings are nearly linear.
     """
     change = moved.values - now.values
     detected, hearing = _at_present(measurements, moved, priors), moved.model.tabulated()
@@ -147,13 +132,13 @@ def _rise(measurements: Measurements, now: Values, moved: Values, *, priors: Pri
 def _step(
     information: FloatArray, right: FloatArray, now: Values, priors: Priors, settings: OptimiserSettings
 ) -> FloatArray:
-    """Solve, but keep consider parameters of the sonar at their prior means (Schmidt 1966).
+    """Return the solution with the consider parameters of the sonar at their prior means (Schmidt 1966).
 
-    The exponent of the range walk is one: maps are no better with one that is estimated.  Where the poses drift, two
-    more are: all that is left to tell the range scale are the arms of the array, a few centimetres long, and an error
-    of the beam's shape by tenths of a millimetre would pass for a percent; and a servo that lags looks like a robot
-    that turns a little too far one way and back again, sweep by sweep (it never leads).  Their uncertainty stays in the
-    covariance.
+    The walk exponent is always one: estimating it does not improve maps. While poses drift there are two more. Only the
+    arms of the array, a few centimetres long, would determine the range scale, and an error of the beam model of tenths
+    of a millimetre would change it by a percent. A servo latency looks like a robot that turns slightly too far one way
+    and back again, sweep by sweep; it is held at zero if it is determined, but negative or below two sigmas. The
+    uncertainty of all three remains in the covariance.
     """
     considered = ("walk_exponent", "range_scale", "servo_latency")
     exponent, scale, latency = (now.layout.sonar + SONAR_UNKNOWNS.index(each) for each in considered)
@@ -174,46 +159,21 @@ def _step(
 
 
 def range_factors(measurements: Measurements, now: Values, priors: Priors, settings: OptimiserSettings) -> LinearFactor:
-    """Linearise the readings that features explain.
-
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings, placed by the poses as recorded.
-    now : Values
-        Features, sonar and poses.
-    priors : Priors
-        What is believed of the sonar.
-    settings : OptimiserSettings
-        Weights.
-
-    Returns
-    -------
-    LinearFactor
-        One a reading.
-    """
+    """Return the range factors, one row per explained reading; ``measurements`` are placed by the poses as recorded."""
     _, readings = _linearised(_at_present(measurements, now, priors), now, priors, settings)
     return _placed(readings, now.layout)
 
 
 def heading_factors(measurements: Measurements, now: Values, priors: Priors) -> LinearFactor:
-    """Linearise the bearings of walls, where these tell which way stations face.
+    """Return the heading factors, one row per wall and station.
 
-    Parameters
-    ----------
-    soundings, now, beliefs
-        As those of ``range_factors``.
-
-    Returns
-    -------
-    LinearFactor
-        One a wall and station; none unless headings are free and walls stand along the axes.
+    There are none unless headings are free and walls are along the axes of the map, or the servo is calibrated.
     """
     return heading_factor(_heading_measurements(measurements, now, priors), now)
 
 
 def _heading_measurements(measurements: Measurements, now: Values, priors: Priors) -> HeadingMeasurements:
-    """Find the bearings of walls; those of walls that may lie anyhow determine the servo but not the headings."""
+    """Measure the directions of walls as seen from stations, if they can determine yaw or servo."""
     poses, square = priors.poses, priors.squareness
     along_axes = poses is not None and not poses.relative and square is not None and square.along_axes
     if not priors.bearings or not (along_axes or priors.servo is not None):
@@ -226,7 +186,7 @@ def _heading_measurements(measurements: Measurements, now: Values, priors: Prior
 
 
 class _RangeLinearisation(NamedTuple):
-    """Linearised readings: whose they are, from which station, which wall ends theirs, derivatives and so on."""
+    """Linearised readings: landmark, station and neighbouring wall of each, Jacobian, residuals [m] and weights."""
 
     owners: IntArray
     stations: IntArray
@@ -237,7 +197,7 @@ class _RangeLinearisation(NamedTuple):
 
 
 class _Linearisation(NamedTuple):
-    """Everything about one state: readings with their owners, and normal equations of all that holds it besides."""
+    """All factors linearised at one state: associated readings, and the normal equations of everything else."""
 
     association: Association
     readings: _RangeLinearisation
@@ -246,7 +206,7 @@ class _Linearisation(NamedTuple):
 
 
 def _at_present(measurements: Measurements, now: Values, priors: Priors) -> Measurements:
-    """Place the pings by the present latency, servo and poses."""
+    """Return the pings as placed by the present latency, servo and poses."""
     turned = late_by(measurements, now.latency)
     if priors.servo is not None:
         turned = turned_by(turned, error=now.servo, before=priors.servo)
@@ -256,6 +216,7 @@ def _at_present(measurements: Measurements, now: Values, priors: Priors) -> Meas
 def _linearised(
     measurements: Measurements, now: Values, priors: Priors, settings: OptimiserSettings
 ) -> tuple[Association, _RangeLinearisation]:
+    """Associate the readings, and linearise those that landmarks explain."""
     hearing = now.model.tabulated()
     association = associate(measurements, hearing, now.features, max(0.025, 6.0 * priors.noise))
     explained = np.flatnonzero(association.owners >= 0)
@@ -281,7 +242,7 @@ def _linearised(
 
 
 def geman_mcclure_variances(residuals: FloatArray, variances: FloatArray, *, scale: float) -> FloatArray:
-    """Inflate variances so that a weighted square follows the kernel of Geman and McClure (1985), scale in sigmas.
+    """Return variances inflated such that squares follow the kernel of Geman and McClure (1985), ``scale`` in sigmas.
 
     With u = r / (scale sigma), the kernel u^2 / (1 + u^2) gives the weight 1 / (1 + u^2)^2: a quarter at u = 1.
     """
@@ -290,16 +251,16 @@ def geman_mcclure_variances(residuals: FloatArray, variances: FloatArray, *, sca
 
 
 def _shared_variances(now: Values, priors: Priors) -> FloatArray:
-    """Return the variance of the error that all readings of a feature from one station share [m^2], shape (f, s).
+    """Return the variance of the error that all readings of a landmark from one station share [m^2], shape (f, s).
 
-    With an absolute pose model it is estimated from the residuals, whatever its cause.
+    With absolute poses it is estimated from the residuals and includes all causes, also partial occlusion.
     """
     variances, by_hand = now.features.bias_variances, priors.poses is not None and not priors.poses.relative
     return priors.bias_sigma**2 + (np.zeros_like(variances) if by_hand else variances)
 
 
 def _with_shared_bias(weights: FloatArray, owners: IntArray, stations: IntArray, common: FloatArray) -> FloatArray:
-    """Lower the weights of the readings of a feature from one station as the variance of their shared error asks."""
+    """Return weights lowered by the variance of the error that readings of a landmark from one station share."""
     sums = np.zeros(common.shape)
     np.add.at(sums, (owners, stations), weights)
     capped: FloatArray = weights / (1.0 + (sums * common)[owners, stations])
@@ -316,21 +277,21 @@ def _add_lever_arm(jacobian: FloatArray, measurements: Measurements, explained: 
 
 
 def _placed(readings: _RangeLinearisation, layout: Layout) -> LinearFactor:
-    """Give the derivatives of readings their places among the unknowns."""
+    """Return the linearised readings as a factor, with positions in the state vector."""
     columns = _columns(readings, layout.columns, (layout.sonar, layout.pose))
     return LinearFactor(columns, readings.jacobian, readings.residuals, readings.weights)
 
 
 @compiled
 def _columns(readings: _RangeLinearisation, of_features: IntArray, starts: tuple[int, int]) -> IntArray:
-    """Where parameters of its feature, of the neighbour, of the sonar and of its pose stand, for each reading."""
+    """Return the positions of landmark, neighbouring wall, calibration and pose in the state vector, by reading."""
     columns: IntArray = np.empty(readings.jacobian.shape, np.int64)
     owners, neighbours, stations = readings.owners, readings.neighbours, readings.stations
     (sonar, pose), first = starts, 5 + starts[1] - starts[0]
     for row in range(len(columns)):
         for place in range(3):
             columns[row, place] = of_features[owners[row], place]
-        # Of most there is none: that is the last row.
+        # Without a neighbour the index is -1: the last row, which holds no positions.
         for place in range(3, 5):
             columns[row, place] = of_features[neighbours[row], place - 3]
         for place in range(5, first):
@@ -341,7 +302,7 @@ def _columns(readings: _RangeLinearisation, of_features: IntArray, starts: tuple
 
 
 def _prior_factors(now: Values, layout: Layout, priors: Priors, settings: OptimiserSettings) -> Iterator[LinearFactor]:
-    """Collect what holds the unknowns besides the pings: priors, and ties of corners to their walls."""
+    """Yield all factors that do not depend on pings: priors, Manhattan, pose and corner factors."""
     yield sonar_prior(now, layout.sonar, priors, settings)
     if priors.squareness is not None:
         yield manhattan_factor(priors.squareness, now.features.reflectors[:, 1], layout.starts)

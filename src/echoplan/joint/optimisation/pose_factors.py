@@ -1,4 +1,4 @@
-"""Poses as unknowns: how far they may be off, and soundings as heard from where the robot really was."""
+"""Pose factors: priors by odometry or waypoints, their residuals and Jacobians, and pings at corrected poses."""
 
 import math
 from typing import NamedTuple
@@ -27,14 +27,14 @@ __all__ = [
     "waypoint_steps",
 ]
 
-# What the digits of recorded poses, or the ticks of a wheel, leave of any step [m, m, rad].
+# Rounding error of a step, due to the digits of recorded poses or the ticks of an encoder [m, m, rad].
 _ROUNDED = (5e-4, 5e-4, 5e-4)
-# The first pose is the frame of the map: it stays [m, m, rad].
+# Standard deviation of the first pose, which defines the frame of the map and is fixed [m, m, rad].
 _FIXED = (1e-4, 1e-4, 1e-5)
 
 
 class PoseSettings(BaseModel, frozen=True, extra="forbid"):
-    """How far poses may be off."""
+    """Settings of the errors of poses."""
 
     along: float = Field(default=0.025, ge=0.0, description="error of odometry along the way, as a share of it")
     across: float = Field(default=0.02, ge=0.0, description="likewise across it")
@@ -57,18 +57,19 @@ class PoseSettings(BaseModel, frozen=True, extra="forbid"):
 
 
 class PosePrior(NamedTuple):
-    """What is believed of the poses of s stations before the pings are asked.
+    """Prior of the poses of s stations.
 
     Attributes
     ----------
     measured_poses : ndarray, shape (s, 3)
-        As recorded [m, m, rad].
+        Poses as recorded [m, m, rad].
     sigmas : ndarray, shape (s, 3)
-        Of each pose in its own frame if it is absolute, else of the step to it: along and across the way, in heading.
+        Standard deviations [m, m, rad]: of x, y and yaw of absolute poses, else of the step to each pose, along it,
+        across it and in yaw.
     relative : bool
-        Whether errors add up from one pose to the next.
+        Whether errors accumulate from one pose to the next.
     specified : bool
-        Whether the rig specified deviations, be it some; else they are a guess, from which better ones may be learned.
+        Whether the rig specifies some of the standard deviations; else they are defaults that may be estimated anew.
     """
 
     measured_poses: FloatArray
@@ -78,7 +79,7 @@ class PosePrior(NamedTuple):
 
     @property
     def reaches(self) -> FloatArray:
-        """Deviations along the axes of each pose itself, shape (s, 3) [m, m, rad]."""
+        """Standard deviations in the frame of each pose, shape (s, 3) [m, m, rad]."""
         if not self.relative:
             return self.sigmas
         steps = _steps(self.measured_poses)
@@ -91,22 +92,7 @@ class PosePrior(NamedTuple):
 
 
 def odometry_prior(measured_poses: FloatArray, settings: PoseSettings, specified: Odometry | None = None) -> PosePrior:
-    """Believe in the steps from pose to pose.
-
-    Parameters
-    ----------
-    measured_poses : ndarray, shape (s, 3)
-        Poses by dead reckoning [m, m, rad].
-    settings : PoseSettings
-        How far steps may be off where nobody tells.
-    specified : Odometry, optional
-        How far they are off by the rig; what it leaves out is guessed.
-
-    Returns
-    -------
-    PosePrior
-        The first pose fixed, the others relative.
-    """
+    """Return the prior of steps between poses, the first fixed; what the rig does not specify has default sigmas."""
     steps = _steps(measured_poses)
     length, turn = np.hypot(steps[:, 0], steps[:, 1]), np.abs(steps[:, 2])
     sigmas = (
@@ -139,43 +125,20 @@ def _specified_sigmas(length: FloatArray, turn: FloatArray, specified: Odometry,
 
 
 def _variance(specified: float | None, way: FloatArray, guessed: FloatArray) -> FloatArray:
-    """Variance of a random walk, or of a guess of its deviation."""
+    """Return the variance of a random walk over a way, or the square of a default standard deviation."""
     return guessed**2 if specified is None else specified**2 * way
 
 
 def waypoint_prior(measured_poses: FloatArray, settings: PoseSettings) -> PosePrior:
-    """Believe in every pose by itself.
-
-    Parameters
-    ----------
-    measured_poses : ndarray, shape (s, 3)
-        Poses of way-points [m, m, rad].
-    settings : PoseSettings
-        How far they may be off.
-
-    Returns
-    -------
-    PosePrior
-        All poses absolute.
-    """
+    """Return the prior of waypoints: every pose is absolute."""
     sigmas = (settings.waypoint, settings.waypoint, settings.waypoint_turn)
     return PosePrior(measured_poses, np.tile(sigmas, (len(measured_poses), 1)), relative=False)
 
 
 def waypoint_steps(measured_poses: FloatArray, settings: PoseSettings) -> PosePrior:
-    """Believe in the steps from way-point to way-point: both ends err, and where the first faces turns the way.
+    """Return the prior of steps between waypoints, the first fixed.
 
-    Parameters
-    ----------
-    measured_poses : ndarray, shape (s, 3)
-        Poses of way-points [m, m, rad].
-    settings : PoseSettings
-        How far they may be off.
-
-    Returns
-    -------
-    PosePrior
-        The first pose fixed, the others relative.
+    The positions of both ends have errors, and the yaw error of the first end rotates the step.
     """
     steps, place, turn = _steps(measured_poses), math.sqrt(2.0) * settings.waypoint, settings.waypoint_turn
     across = np.hypot(place, turn * np.hypot(steps[:, 0], steps[:, 1]))
@@ -184,20 +147,7 @@ def waypoint_steps(measured_poses: FloatArray, settings: PoseSettings) -> PosePr
 
 
 def continued(measured_poses: FloatArray, known: FloatArray) -> FloatArray:
-    """Go on from poses that are known by the steps that were recorded.
-
-    Parameters
-    ----------
-    measured_poses : ndarray, shape (s, 3)
-        Poses as recorded [m, m, rad].
-    known : ndarray, shape (k, 3)
-        What the first k of them are.
-
-    Returns
-    -------
-    ndarray, shape (s, 3)
-        The known ones, and the others as far from the last of these as they were recorded.
-    """
+    """Return the known poses, shape (k, 3), and the others by the recorded steps from them, shape (s, 3) in total."""
     if not len(known) or (known == measured_poses[: len(known)]).all():
         return measured_poses
     rest = compose(known[-1], compose(invert(measured_poses[len(known) - 1]), measured_poses[len(known) :]))
@@ -205,39 +155,13 @@ def continued(measured_poses: FloatArray, known: FloatArray) -> FloatArray:
 
 
 def dead_reckoned(measured_poses: FloatArray, poses: FloatArray, station: int) -> FloatArray:
-    """Tell where the recorded step from the pose before leads.
-
-    Parameters
-    ----------
-    measured_poses, poses : ndarray, shape (s, 3)
-        As recorded, and where they are now [m, m, rad].
-    station : int
-        Which pose; not the first.
-
-    Returns
-    -------
-    ndarray, shape (3,)
-        The pose [m, m, rad].
-    """
+    """Return the pose of a station by the recorded step from the present pose before it [m, m, rad], shape (3,)."""
     step = compose(invert(measured_poses[station - 1]), measured_poses[station])
     return compose(poses[station - 1], step)
 
 
 def at_poses(measurements: Measurements, measured_poses: FloatArray, poses: FloatArray) -> Measurements:
-    """Move the soundings of each station with its pose.
-
-    Parameters
-    ----------
-    measurements : Measurements
-        As heard from the given poses.
-    measured_poses, poses : ndarray, shape (s, 3)
-        Where the robot was said to be, and where it was [m, m, rad].
-
-    Returns
-    -------
-    Measurements
-        As heard from there.
-    """
+    """Return the pings moved from the recorded poses to other ones, both of shape (s, 3) [m, m, rad]."""
     turn = np.exp(1j * (poses[:, 2] - measured_poses[:, 2]))
     before, behind = measured_poses[:, 0] + 1j * measured_poses[:, 1], poses[:, 0] + 1j * poses[:, 1]
     own = measurements.stations
@@ -257,22 +181,7 @@ def at_poses(measurements: Measurements, measured_poses: FloatArray, poses: Floa
 
 
 def pose_factors(priors: PosePrior, poses: FloatArray, first: int) -> LinearFactor:
-    """Hold poses against what is believed of them.
-
-    Parameters
-    ----------
-    priors : PosePrior
-        What is believed.
-    poses : ndarray, shape (s, 3)
-        Where they are now [m, m, rad].
-    first : int
-        Where the poses start among the unknowns.
-
-    Returns
-    -------
-    LinearFactor
-        Three rows a pose.
-    """
+    """Return the factor of the pose prior, three rows per pose; ``first`` is the position of the first pose."""
     count = len(poses)
     own = first + np.arange(3 * count).reshape(count, 1, 3) + np.zeros((1, 3, 1), dtype=np.int64)
     if not priors.relative:
@@ -290,17 +199,9 @@ def pose_factors(priors: PosePrior, poses: FloatArray, first: int) -> LinearFact
 
 
 def between_residuals(measured_poses: FloatArray, poses: FloatArray) -> FloatArray:
-    """Tell by how much the steps from pose to pose are longer as given than they are now.
+    """Return recorded minus present steps between poses, shape (s - 1, 3) [m, m, rad].
 
-    Parameters
-    ----------
-    measured_poses, poses : ndarray, shape (s, 3)
-        As recorded, and now [m, m, rad].
-
-    Returns
-    -------
-    ndarray, shape (s - 1, 3)
-        Along the way that was given, across it to the left, and in heading [m, m, rad].
+    Columns are along the recorded step, across it to the left, and yaw.
     """
     recorded = _steps(measured_poses)
     residuals = recorded - _steps(poses)
@@ -310,13 +211,13 @@ def between_residuals(measured_poses: FloatArray, poses: FloatArray) -> FloatArr
 
 
 def _ways(steps: FloatArray) -> FloatArray:
-    """Directions of steps in the frame of the pose before, shape (k,) [rad]."""
+    """Return the directions of steps in the frame of the pose before, shape (k,) [rad]."""
     directions: FloatArray = np.arctan2(steps[:, 1], steps[:, 0])
     return directions
 
 
 def _along_ways(steps: FloatArray) -> FloatArray:
-    """Turn what is specified in the frame of the pose before to along and across the way, shape (k, 3, 3)."""
+    """Return the rotations from the frame of the pose before to along and across the step, shape (k, 3, 3)."""
     ways, turns = _ways(steps), np.tile(np.eye(3), (len(steps), 1, 1))
     turns[:, 0, 0] = turns[:, 1, 1] = np.cos(ways)
     turns[:, 0, 1], turns[:, 1, 0] = np.sin(ways), -np.sin(ways)
@@ -330,15 +231,8 @@ def _steps(poses: FloatArray) -> FloatArray:
 def between_jacobians(measured_poses: FloatArray, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Differentiate each step by the pose before and by its own: ``p = R' (t - t0)``, ``dp/dyaw0 = (p_y, -p_x)``.
 
-    Parameters
-    ----------
-    measured_poses, poses : ndarray, shape (s, 3)
-        As recorded, which tells along and across the way, and now [m, m, rad].
-
-    Returns
-    -------
-    before, own : ndarray, shape (s, 3, 3)
-        By pose; the first has none before it and is taken as a step of its own.
+    Both results have shape (s, 3, 3), with rows along and across the recorded step and in yaw. The first pose has none
+    before it and counts as a step of its own.
     """
     count, steps = len(poses), _steps(poses)
     cosine, sine = np.cos(poses[:-1, 2]), np.sin(poses[:-1, 2])

@@ -1,4 +1,4 @@
-"""Priors: what is known of the sonar, the servo and the poses before any ping is asked, and how errors are weighed."""
+"""Priors of sonar, servo and poses before any ping is used, and the settings of the optimiser."""
 
 import math
 from typing import NamedTuple
@@ -20,7 +20,7 @@ __all__ = ["OptimiserSettings", "Priors", "sonar_prior"]
 
 
 class OptimiserSettings(BaseModel, frozen=True, extra="forbid"):
-    """What is believed before anything was heard, and how errors are weighed."""
+    """Settings of the optimiser: iterations, robust kernel and standard deviations of the priors."""
 
     rounds: int = Field(default=6, ge=1, description="Gauss-Newton steps at most")
     rest: float = Field(default=1e-4, gt=0.0, description="square of a step, in deviations, after which none is taken")
@@ -68,7 +68,7 @@ class OptimiserSettings(BaseModel, frozen=True, extra="forbid"):
     ties: CornerFactorSettings = Field(default_factory=CornerFactorSettings)
 
     def servo_strain(self, gain: ArrayLike, offset: ArrayLike) -> FloatArray:
-        """Return how unlikely gains and offsets [rad] of a servo are before any ping is asked [nats]."""
+        """Return the negative log prior density of gains and offsets [rad] of a servo, up to a constant [nats]."""
         turned = (np.asarray(gain, dtype=np.float64) - 1.0) / self.servo_gain_sigma
         askew = np.asarray(offset, dtype=np.float64) / self.servo_offset_sigma
         strain: FloatArray = 0.5 * (turned**2 + askew**2)
@@ -76,41 +76,42 @@ class OptimiserSettings(BaseModel, frozen=True, extra="forbid"):
 
 
 class Priors(NamedTuple):
-    """What the rig tells before anything was heard.
+    """Priors of one optimisation.
 
     Attributes
     ----------
     noise : float
-        Standard deviation of readings [m].
+        Standard deviation of a reading [m].
     offset_sigma : float
-        Of the reading of an aimed plane at 1 m [m]: modules are set right there, within a step of the readings.
+        Standard deviation of the range offset, the error of an aimed plane at 1 m [m]: modules are adjusted to be right
+        there within a step of the readings.
     walk_gain : float
-        Range walk at the threshold [m].
+        Prior mean of the range walk at the threshold [m].
     has_servo : bool
-        Whether there is a servo that may lag.
-    servo : ServoError or None
-        Gain and offset of the servo with which the soundings are as they are; None where it turns as recorded.
+        Whether there is a servo, so that its latency is a variable.
     scale_sigma : float
-        How well it is known how fast sound is.
+        Standard deviation of the range scale.
     range_scale : float
-        As is to be expected of the air.
+        Prior mean of the range scale, by the expected speed of sound.
     drifting : bool
-        Whether errors of the poses add up.
+        Whether errors of the poses accumulate.
     poses : PosePrior or None
-        What is believed of the poses, if they are to be corrected.
+        Prior of the poses; None if they are fixed.
     bias_sigma : float
-        What all pings of one station say of one feature is wrong together by this [m]; 0 if they are independent.
+        Standard deviation of the error that all readings of a landmark from one station share [m]; 0 if there is none.
     effective_sample_ratio : float
-        How many times more readings count than their weights say.
-    understated : float
-        How many times more readings tell than they are let count for.
+        Ratio of the effective sample size of the readings to their weight.
+    information_inflation : float
+        Ratio of the information of the readings to that which their weights give them.
     beam_prior : tuple of float or None
-        Figure of merit [dB] and logarithm of the beam's ka as told by who heard what; None if nothing told them yet,
-        or while poses drift or have not settled: then they stay as they are.
+        Figure of merit [dB] and logarithm of ka as estimated from detections and non-detections; None before that, and
+        while poses drift or have not converged: then both are fixed.
     squareness : ManhattanPrior or None
-        How square the walls stand, where right angles are believed in.
+        Prior of walls at right angles, if there is one.
     bearings : bool
-        Whether way-points ask who heard walls along the axes which way they face.
+        Whether the angles at which walls are detected determine yaw or servo (heading factors).
+    servo : ServoError or None
+        Gain and offset of the servo by which the pings are placed; None if the servo is not calibrated.
     """
 
     noise: float
@@ -131,31 +132,14 @@ class Priors(NamedTuple):
 
 
 def sonar_prior(now: Values, first: int, priors: Priors, settings: OptimiserSettings) -> LinearFactor:
-    """Hold the sonar and the servo near what is believed of them.
-
-    Parameters
-    ----------
-    now : Values
-        The sonar and the servo as they are.
-    first : int
-        Where their unknowns start.
-    priors : Priors
-        What is believed of them.
-    settings : OptimiserSettings
-        And how exactly.
-
-    Returns
-    -------
-    LinearFactor
-        One an unknown.
-    """
+    """Return the prior factor of sonar and servo, one row per unknown; ``first`` is the position of the first."""
     model, gain_sigma = now.model, settings.gain_share * priors.walk_gain
-    # Without a servo nothing lags: the unknown stays where it is.
+    # Without a servo there is no latency: the unknown is fixed.
     latency_sigma = settings.latency_sigma if priors.has_servo else 1e-9
-    # What turns as recorded is not calibrated.
+    # Gain and offset are fixed unless the servo is calibrated.
     open_servo = priors.servo is not None
     servo_sigmas = (settings.servo_gain_sigma, settings.servo_offset_sigma) if open_servo else (1e-9, 1e-9)
-    # There is no range walk in a cone of rays.
+    # Ray cones have no range walk: its exponent is fixed.
     exponent_sigma = 1e-9 if model.cone else settings.exponent_sigma
     merit, log_ka, *beam_prior = (model.figure_of_merit, math.log(model.ka), 1e-9, 1e-9)
     if priors.beam_prior is not None:

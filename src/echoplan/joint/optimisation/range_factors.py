@@ -1,4 +1,4 @@
-"""Readings and the features that explain them: whose echo each is, and how it would change."""
+"""Range factors: association of readings with landmarks, their residuals and their Jacobian."""
 
 import math
 from collections.abc import Sequence
@@ -36,27 +36,27 @@ __all__ = [
 ]
 
 _WALL = int(Kind.WALL)
-# Fainter than this nothing is expected [dB].
+# No detection is expected below this signal excess [dB].
 _FAINT = -2.0
-# A wall may explain readings this far beyond what was heard of it; no walk is longer than this [m].
+# A wall may explain readings this far beyond its detected extent; upper bound of the range walk [m].
 _BORDER, _WALK = 0.1, 0.1
 
 
 class Features(NamedTuple):
-    """Features as plain arrays.
+    """Landmarks as arrays.
 
     Attributes
     ----------
     reflectors : ndarray, shape (f, 4)
         Kind and parameters.
     extents : ndarray, shape (f, 2)
-        Ends of walls along them [m].
+        Lower and upper bound of the detected extent of walls, along them [m].
     attenuations : ndarray, shape (f, s)
-        How much fainter than all of it each station hears it [dB]; ``inf`` for stations that did not hear it.
+        Attenuation of each landmark from each station [dB]; ``inf`` for stations that did not detect it.
     bias_variances : ndarray, shape (f, s)
-        Variance of what each station reads too far because nobody knows how much of it it hears [m^2].
+        Variance of the range error that uncertain attenuation causes, shared by all readings of a station [m^2].
     ends : ndarray, shape (f, 2, 6)
-        Where walls end because another goes on around a corner [m], as ``edges_of`` tells.
+        Edges at which walls end, as ``edges_of`` returns them.
     """
 
     reflectors: FloatArray
@@ -67,16 +67,16 @@ class Features(NamedTuple):
 
 
 class Association(NamedTuple):
-    """Which feature explains each of n pings.
+    """Landmark that explains each of n pings.
 
     Attributes
     ----------
     owners : ndarray of int, shape (n,)
-        Number of the feature; -1 for none.
+        Index of the landmark; -1 for none.
     residuals : ndarray, shape (n,)
-        Reading less expected reading [m].
+        Reading minus predicted reading [m].
     excesses : ndarray, shape (n,)
-        Expected signal excess [dB].
+        Predicted signal excess [dB].
     """
 
     owners: IntArray
@@ -85,20 +85,7 @@ class Association(NamedTuple):
 
 
 def as_arrays(features: Sequence[Hypothesis], stations: int) -> Features:
-    """Turn features into plain arrays.
-
-    Parameters
-    ----------
-    features : sequence of Hypothesis
-        What is there; those without gains were not heard from any station at hand.
-    stations : int
-        How many stations there are.
-
-    Returns
-    -------
-    Features
-        In the same order.
-    """
+    """Return landmarks as arrays; stations that contribute no positive LLR to a landmark did not detect it."""
     detected = np.zeros((len(features), stations), dtype=bool)
     for row, each in zip(detected, features, strict=True):
         row[: len(each.llr_by_station)] = each.llr_by_station > 0.0
@@ -115,24 +102,7 @@ def as_arrays(features: Sequence[Hypothesis], stations: int) -> Features:
 
 @compiled
 def associate(measurements: Measurements, hearing: Hearing, features: Features, band: float) -> Association:
-    """Give each reading to the feature that comes nearest to it, of those that its station heard.
-
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    hearing : Hearing
-        The sonar.
-    features : Features
-        What is there.
-    band : float
-        How far a reading may be off [m].
-
-    Returns
-    -------
-    Association
-        One a ping.
-    """
+    """Associate each reading with the nearest prediction of landmarks that its station detected, within a band [m]."""
     count = len(measurements.readings)
     owners, residuals, excesses = np.full(count, -1), np.zeros(count), np.zeros(count)
     for feature in range(len(features.reflectors)):
@@ -156,9 +126,9 @@ def associate(measurements: Measurements, hearing: Hearing, features: Features, 
 
 @compiled
 def residuals_of(measurements: Measurements, hearing: Hearing, features: Features, owners: IntArray) -> FloatArray:
-    """Return readings less those expected of the features that own them, shape (m,) [m], of all m pings with an owner.
+    """Return the residuals of all m pings with an owner: reading minus predicted reading, shape (m,) [m].
 
-    A sensor that does not face its feature any more makes the whole reading a residual.
+    If the sensor does not face its landmark any more, the whole reading is the residual.
     """
     explained = np.flatnonzero(owners >= 0)
     residuals = np.empty(len(explained))
@@ -178,20 +148,7 @@ def residuals_of(measurements: Measurements, hearing: Hearing, features: Feature
 
 @compiled
 def extent_of(features: Features, number: int) -> WallExtent:
-    """Tell how far a wall reaches.
-
-    Parameters
-    ----------
-    features : Features
-        What is there.
-    number : int
-        Which feature.
-
-    Returns
-    -------
-    WallExtent
-        Between which places it was heard, and where it ends [m].
-    """
+    """Return the bounds of the detected extent of a wall, and the positions of its edges [m]."""
     extent, ends = features.extents[number], features.ends[number]
     return extent[0], extent[1], ends[0, 0], ends[1, 0]
 
@@ -200,27 +157,9 @@ def extent_of(features: Features, number: int) -> WallExtent:
 def predict_and_residual(
     shape: Shape, reach: WallExtent, place: Ping, reading: float, wavelength: float
 ) -> tuple[Sight, float]:
-    """Look at a feature, and tell how much longer than its depth a reading is.
+    """Return the sight of a landmark, including edge diffraction, and reading minus depth [m].
 
-    Parameters
-    ----------
-    shape : Shape
-        The feature.
-    reach : WallExtent
-        How far it reaches, if it is a wall.
-    place : Ping
-        Where the sensor is and where it looks.
-    reading : float
-        What it reads, scaled [m].
-    wavelength : float
-        Of the carrier [m].
-
-    Returns
-    -------
-    sight : Sight
-        The feature as the sensor sees it.
-    late : float
-        Reading less depth [m]; ``-inf`` if the sensor does not face the feature.
+    ``reading`` includes the range scale; the difference is ``-inf`` if the sensor does not face the landmark.
     """
     sight = look(shape, place)
     foot, is_wall = shape[1] * place[1] - shape[2] * place[0], shape[0] == _WALL
@@ -240,31 +179,13 @@ def range_jacobian(
     explained: IntArray,
     walk: tuple[float, float, float, float],
 ) -> tuple[FloatArray, IntArray]:
-    """Differentiate readings by all that they depend on.
+    """Return the derivatives of predicted readings, shape (m, 17), and the wall that forms an edge with each landmark.
 
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    hearing : Hearing
-        The sonar.
-    features : Features
-        What is there.
-    matched : Association
-        Which feature explains each ping.
-    explained : ndarray of int, shape (m,)
-        The pings to differentiate.
-    walk : tuple of float
-        Range offset and walk gain [m], walk of an aimed plane at 1 m as a share of that at the threshold, and exponent.
-
-    Returns
-    -------
-    jacobian : ndarray, shape (m, 17)
-        By the three parameters of the feature; by angle and offset of the wall where it ends; by range offset, walk
-        gain, range scale, servo latency, servo gain, servo offset, figure of merit, the logarithm of ``ka`` and the
-        exponent of the walk; by place and direction of the sensor.
-    neighbours : ndarray of int, shape (m,)
-        Which wall that is; -1 for none.
+    The columns are: three parameters of the landmark; normal angle and offset of the other wall of the edge; range
+    offset, walk gain, range scale, servo latency, servo gain, servo offset, figure of merit, log ``ka``, walk exponent;
+    x, y and yaw of the sensor. The second result, shape (m,), is the index of the other wall, -1 for none. ``walk``
+    holds range offset [m], walk gain [m], the walk of an aimed plane at 1 m as a share of that at the threshold, and
+    the walk exponent.
     """
     jacobian, neighbours, own = np.zeros((len(explained), 17)), np.full(len(explained), -1), np.zeros(8)
     offset, gain, reference, exponent = walk
@@ -288,9 +209,9 @@ def range_jacobian(
         turning = own[4] * measurements.arms_x[ping] - own[3] * measurements.arms_y[ping] + own[5]
         jacobian[row, 8] = -measurements.rates[ping] * turning
         jacobian[row, 9], jacobian[row, 10] = measurements.angles[ping] * turning, turning
-        # However loud a sonar is: where it was set right its readings stay.
+        # The range offset is the error of an aimed plane at 1 m, so the change of the range walk there is subtracted.
         jacobian[row, 11], jacobian[row, 12] = own[6] - hearing.reference, own[7]
-        # The derivative of w^k by k is w^k ln w, which is w^k ln w^k over k.
+        # The derivative of w^k by k is w^k ln w = w^k ln(w^k) / k.
         jacobian[row, 13] = gain * (_bend(jacobian[row, 6] + reference) - bent_reference) / exponent
         jacobian[row, 14:] = own[3:6]
     return jacobian, neighbours

@@ -1,4 +1,4 @@
-"""Cones: how wide the rays fan out, told by walls along which they glide."""
+"""Half angle of a ray cone, estimated from walls that its outermost ray meets obliquely."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,35 +13,21 @@ from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["fit_cone"]
 
-# Only rays that meet a wall so far aslant tell apart how far; and cones are no wider than that [rad].
+# Minimum angle of incidence at which a reading determines the half angle; greatest half angle [rad].
 _ASLANT, _WIDEST = np.radians(15.0), np.radians(60.0)
-# Angles that agree lie in one bin of this width [rad]; so many must, and so many times more than lie in most bins.
+# Bin width of the histogram of half angles [rad]; minimum count of its peak, absolute and relative to the median bin.
 _BIN, _FEWEST, _CLEAR = np.radians(0.5), 20, 4.0
 
 
 def fit_cone(measurements: Measurements, model: EchoModel, features: Sequence[Hypothesis]) -> EchoModel:
-    r"""Tell the angle of the cone from readings of walls that the outermost ray met aslant.
+    r"""Return the model with the half angle on which most oblique readings of walls agree; unchanged if none is clear.
 
-    Where the axis is turned from the normal of a wall by :math:`\theta`, and the wall is at the depth d, the outermost
-    ray of a cone of half angle h reads
+    If the axis is turned from the normal of a wall by :math:`\theta` and the wall is at the depth d, the outermost ray
+    of a cone of half angle h reads
 
     .. math:: z = \frac{d}{\cos(\theta - h)}, \qquad h = \theta - \arccos(d / z)
 
-    Each reading beyond the depth of a wall names an angle; those that met the wall name the same.
-
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    model : EchoModel
-        The cone so far.
-    features : sequence of Hypothesis
-        What is there.
-
-    Returns
-    -------
-    EchoModel
-        With another cone; the given one where the readings do not agree on any.
+    Each reading beyond the depth of a wall implies a half angle; those that belong to the wall imply the same one.
     """
     named = [_named(measurements, each, 1.0 + model.range_scale) for each in features if each.is_wall]
     angles = np.concatenate([np.zeros(0), *named])
@@ -54,7 +40,7 @@ def fit_cone(measurements: Measurements, model: EchoModel, features: Sequence[Hy
 
 
 def _named(measurements: Measurements, wall: Hypothesis, scale: float) -> FloatArray:
-    """List the half angles that readings name if they are of a wall [rad]."""
+    """Return the half angles that readings imply if they belong to the wall, shape (k,) [rad]."""
     places = np.column_stack([measurements.x, measurements.y])
     depths, feet = -signed_distances(wall.line, places), along(wall.line, places)
     cosines = depths / (scale * measurements.readings)

@@ -1,4 +1,4 @@
-"""Solution: features, sonar and poses after an adjustment, and how well they are known."""
+"""The solution of an optimisation: landmarks, calibration, poses and their covariance."""
 
 import math
 from dataclasses import dataclass
@@ -14,48 +14,48 @@ from echoplan.preprocessing.servo import AS_RECORDED, ServoError
 
 __all__ = ["Solution"]
 
-# As long a wall is drawn of which only one point was heard [m].
+# Length assumed for a wall that was detected at a single point [m].
 _SHORTEST = 0.06
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Solution:
-    """Features, sonar and their uncertainty after an adjustment.
+    """Landmarks, calibration and poses after an optimisation, with their information.
 
     Parameters
     ----------
     reflectors : ndarray, shape (f, 4)
-        Kind and parameters.
+        Kind and parameters of the landmarks.
     model : EchoModel
         The sonar.
     latency : float
-        By how much the servo lags behind what was recorded [s].
+        Latency of the servo [s].
     servo : ServoError, optional
         Gain and offset of the servo.
     poses : ndarray, shape (s, 3)
-        Poses of the stations [m, m, rad]; empty where they are not corrected.
+        Poses of the stations [m, m, rad]; empty if they are fixed.
     layout : Layout
-        What stands where.
+        Positions of the unknowns.
     information : ndarray, shape (u, u)
-        Of all unknowns.
+        Information matrix of all unknowns.
     measurement_information : ndarray, shape (u, u)
-        The part of it that readings gave.
+        Its part from pings, present and marginalised.
     information_inflation : float
-        How many times more these tell than they were let count for.
+        Ratio of the information of the readings to that which their weights give them.
     extents : ndarray, shape (f, 2)
-        Ends of walls along them [m].
+        Lower and upper bound of the detected extent of walls, along them [m].
     owners : ndarray of int, shape (n,)
-        Which feature explains each ping; -1 for none.
+        Index of the landmark that explains each ping; -1 for none.
     residuals : ndarray, shape (n,)
-        Reading less expected reading [m]; 0 where nothing explains it.
+        Reading minus predicted reading [m]; 0 for pings without a landmark.
     excesses : ndarray, shape (n,)
-        Expected signal excess [dB].
+        Predicted signal excess [dB].
     newton_decrement : float
-        Square of the last step, in deviations of what it moves: Newton's decrement.
+        Squared last step in sigmas.
     offset_sigma : float, optional
-        How well the range offset is known at best [m].
+        Lower bound of the standard deviation of the range offset [m].
     model_error : float, optional
-        How well each end of a wall, or a point, is known at best beside that [m].
+        Standard deviation of the model error of each end of a wall, and of a point [m].
     """
 
     reflectors: FloatArray
@@ -77,14 +77,14 @@ class Solution:
 
     @cached_property
     def covariance(self) -> FloatArray:
-        """Covariance of all unknowns, shape (u, u).
+        """Covariance of all unknowns, shape (u, u): the inverse of the information, with three corrections.
 
-        What the model of the sonar lacks pulls at its numbers, however many readings there are.  The errors of single
-        readings average out, even if these were let count for 1 / f of what they tell: with H, the part of the
-        information A that readings gave, features scatter about what the sonar has them at by
-        ``A^-1 (A - H + H / f) A^-1``, as any least-squares estimate with other weights than those of the errors does
-        (White 1980).  The range offset is known no better than to ``offset_sigma``, and what moves with it is as
-        uncertain (Schmidt 1966).  What the model lacks about each feature does not average out either.
+        Errors of the sonar model affect the calibration however many readings there are, but errors of single readings
+        average out, even if their weights are too small by a factor f. With A, the information of the landmarks, and H,
+        its part from pings, the covariance of the landmarks given the sonar is ``A^-1 (A - H + H / f) A^-1``, as that
+        of any least-squares estimate whose weights are not the inverse variances (White 1980). The standard deviation
+        of the range offset is at least ``offset_sigma``, and unknowns that depend on it are as uncertain (Schmidt
+        1966). The model error of each landmark is added, since it does not average out.
         """
         covariance = solve(self.information, np.eye(self.layout.size))
         if self.information_inflation > 1.0:
@@ -100,42 +100,37 @@ class Solution:
         return covariance
 
     def _model_covariance(self, number: int) -> FloatArray:
-        """Covariance of what the model lacks about one feature.
+        """Return the covariance of the model error of one landmark.
 
-        Both ends of a wall err by themselves, so that a long wall turns less than a short one.
+        Both ends of a wall have independent errors, so the direction of a long wall is better known than that of a
+        short one.
         """
         variance = self.model_error**2
         if self.layout.kinds[number] != Kind.WALL:
             return variance * np.eye(int(self.layout.counts[number]))
         low, high = self.extents[number].tolist()
         missing = max(_SHORTEST - (high - low), 0.0) / 2
-        # A line that turns by da and moves by dr moves by dr - s da at the place s along it.
+        # A line that rotates by da and shifts by dr moves by dr - s da at the position s along it.
         inverse = np.linalg.inv([[missing - low, 1.0], [-missing - high, 1.0]])
         covariance: FloatArray = variance * inverse @ inverse.T
         return covariance
 
     @property
     def scatter(self) -> float:
-        """Robust standard deviation of the residuals [m]; ``nan`` if nothing is explained."""
+        """Robust standard deviation of the residuals [m]; ``nan`` if no reading is explained."""
         explained = np.abs(self.residuals[self.owners >= 0])
         return 1.4826 * float(np.median(explained)) if len(explained) else math.nan
 
     def sonar_sigmas(self) -> dict[str, float]:
-        """Tell how well each number of the sonar is known.
-
-        Returns
-        -------
-        dict of str to float
-            Standard deviations by the names of ``SONAR_UNKNOWNS``.
-        """
+        """Return the standard deviations of the calibration, by the names in ``SONAR_UNKNOWNS``."""
         variances = np.diag(self.covariance)[self.layout.sonar : self.layout.pose]
         return dict(zip(SONAR_UNKNOWNS, np.sqrt(variances).tolist(), strict=True))
 
     def considered_sigma(self, name: str, consider: str, sigma: float) -> float:
-        """Return how well a number of the sonar is known if the readings do not tell a consider parameter.
+        """Return the standard deviation of a calibration parameter if another one is a consider parameter.
 
-        Of the joint covariance P, ``P_xp / P_pp`` is how far x moves with the parameter p; what p may be off by its
-        prior standard deviation adds to the rest of x (S. F. Schmidt, "Application of state-space methods to navigation
+        ``P_xp / P_pp`` of the joint covariance P is the sensitivity of x to the consider parameter p, whose variance is
+        raised to that of its prior, ``sigma`` squared (S. F. Schmidt, "Application of state-space methods to navigation
         problems", Adv. Control Syst. 3 (1966) 293).
         """
         x, p = (self.layout.sonar + SONAR_UNKNOWNS.index(each) for each in (name, consider))

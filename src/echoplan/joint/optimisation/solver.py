@@ -1,4 +1,4 @@
-"""The solver: normal equations by a dense or a sparse factorisation, and solutions under constraints."""
+"""The solver: normal equations by dense or sparse factorisation, and solutions under constraints."""
 
 from collections.abc import Mapping, Sequence
 
@@ -10,29 +10,14 @@ from echoplan.errors import InvalidValueError
 
 __all__ = ["held", "solve"]
 
-# Systems of more unknowns than this are mostly empty, and a sparse factorisation is faster.
+# With more unknowns than this most of the matrix is zero, and a sparse factorisation is faster.
 _DENSE = 250
 
 
 def solve(information: FloatArray, vectors: ArrayLike) -> FloatArray:
-    """Solve normal equations.
+    """Solve normal equations with a symmetric positive definite matrix for right-hand sides of shape (n,) or (n, k).
 
-    Parameters
-    ----------
-    information : ndarray, shape (n, n)
-        Symmetric and positive definite.
-    vectors : array_like, shape (n,) or (n, k)
-        Right-hand sides.
-
-    Returns
-    -------
-    ndarray
-        Solutions, of the same shape.
-
-    Raises
-    ------
-    InvalidValueError
-        If the factors leave an unknown undetermined.
+    InvalidValueError is raised if an unknown is undetermined.
 
     Examples
     --------
@@ -50,27 +35,16 @@ def solve(information: FloatArray, vectors: ArrayLike) -> FloatArray:
             solution = splu(csc_array(information)).solve(right)
         else:
             solution = cho_solve(cho_factor(information), right)
-    except (LinAlgError, RuntimeError):  # SuperLU says so by a RuntimeError
+    except (LinAlgError, RuntimeError):  # SuperLU raises RuntimeError
         raise InvalidValueError("the observations leave an unknown undetermined") from None
     return solution
 
 
 def held(step: FloatArray, columns: Sequence[FloatArray], changes: Mapping[int, float]) -> FloatArray:
-    """Let some unknowns change by so much and no other way: the others follow.
+    """Return the solution of normal equations under the constraint that some unknowns change by given amounts.
 
-    Parameters
-    ----------
-    step : ndarray, shape (n,)
-        Solution of normal equations.
-    columns : sequence of ndarray, shape (n,)
-        Columns of the covariance, of these unknowns.
-    changes : mapping of int to float
-        How much each of them is to change, by its place, in the same order.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        The solution under these constraints.
+    ``step``, shape (n,), is the solution without constraints, ``columns`` are the columns of the covariance for these
+    unknowns, and ``changes`` maps their positions to the amounts, in the same order.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What sonar a rig has: what to expect, and what is learned from who heard what."""
+"""The sonar model of a rig: as expected before any ping, and as estimated from detections and residuals."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -21,38 +21,21 @@ from echoplan.preprocessing.rays import are_rays
 
 __all__ = ["Walk", "estimated_sonar", "expected_sonar", "half_aperture_of", "walking"]
 
-# That of the burst, one fitted to the recording, or a table of signal excess [dB] and what it is read too far by [m].
+# Range walk: that of the burst ("physical"), one fitted to the recording ("fitted"), or a table of signal excess [dB]
+# and range error [m].
 Walk: TypeAlias = str | Sequence[tuple[float, float]]
 
-# Fewer pings do not tell a piece of a walk, and more pieces tell no more.
+# Minimum number of pings per piece of a fitted range walk, and maximum number of pieces.
 _A_PIECE, _PIECES = 25, 24
 
 
 def expected_sonar(
     rig: Rig, measurements: Measurements, known: EchoModel | None = None, *, walk: Walk = "physical"
 ) -> EchoModel:
-    """Tell what to expect of a sonar.
+    """Return the model of the transducer of a rig, or of a typical one, at the measured temperature; or a ray cone.
 
-    Parameters
-    ----------
-    rig : Rig
-        What heard it; if it does not tell whether readings are those of rays, they tell themselves.
-    measurements : Measurements
-        The pings.
-    known : EchoModel, optional
-        What was learned from earlier pings.
-    walk : str or sequence of tuple of float, optional
-        Range walk: "physical", "fitted" or a table.
-
-    Returns
-    -------
-    EchoModel
-        That of the transducer, or of one that is usual, in the air of the day; or a cone of rays.
-
-    Raises
-    ------
-    InvalidValueError
-        If a table is out of order.
+    ``known`` is the model estimated from earlier pings. If the rig does not state whether its readings are those of
+    rays, this is detected from the pings. InvalidValueError is raised if a table of the range walk is not sorted.
     """
     transducer = rig.transducer or typical_transducer(rig.sensors[0])
     model = EchoModel.of(transducer).scaled(expected_scale(rig, measurements.temperature))
@@ -67,23 +50,9 @@ def expected_sonar(
 def estimated_sonar(
     measurements: Measurements, model: EchoModel, features: Sequence[Hypothesis], *, prior_mean: float
 ) -> EchoModel:
-    """Learn figure of merit and beam of a sonar, or the cone of rays.
+    """Return the model with estimated figure of merit and beam, or ray cone; unchanged if too few landmarks are clear.
 
-    Parameters
-    ----------
-    measurements : Measurements
-        The pings.
-    model : EchoModel
-        The sonar so far.
-    features : sequence of Hypothesis
-        What is there.
-    prior_mean : float
-        Figure of merit that the rig leads one to expect [dB].
-
-    Returns
-    -------
-    EchoModel
-        Another one; the given one where nothing is clear enough.
+    ``prior_mean`` is the figure of merit expected of the rig [dB].
     """
     if model.cone:
         return fit_cone(measurements, model, features)
@@ -91,21 +60,10 @@ def estimated_sonar(
 
 
 def walking(model: EchoModel, solution: Solution | None, noise: float) -> EchoModel:
-    """Fit the range walk to what is left of the readings.
+    """Return the model with a range walk that is fitted to the residuals of a solution.
 
-    Parameters
-    ----------
-    model : EchoModel
-        The sonar so far.
-    solution : Solution
-        Features, and what is left, if any were adjusted.
-    noise : float
-        Standard deviation of readings [m].
-
-    Returns
-    -------
-    EchoModel
-        With another walk; the given one for rays, and where there are too few readings or no walk falls with loudness.
+    It is unchanged for ray cones, if there are too few readings, and if the fitted walk does not decrease with excess.
+    ``noise`` is the standard deviation of a reading [m].
     """
     explained = np.zeros(0, dtype=np.int64) if solution is None else np.flatnonzero(solution.owners >= 0)
     pieces = min(_PIECES, len(explained) // _A_PIECE)
@@ -123,18 +81,7 @@ def walking(model: EchoModel, solution: Solution | None, noise: float) -> EchoMo
 
 
 def half_aperture_of(rig: Rig) -> float:
-    """Tell half of the opening angle of the sensors, where they differ the median [rad].
-
-    Parameters
-    ----------
-    rig : Rig
-        What heard it.
-
-    Returns
-    -------
-    float
-        The angle [rad].
-    """
+    """Return half of the opening angle of the sensors of a rig, the median if they differ [rad]."""
     return float(np.median([sensor.half_aperture for sensor in rig.sensors]))
 
 

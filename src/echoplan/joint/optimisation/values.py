@@ -1,4 +1,4 @@
-"""Values: values of all unknowns, before and after each step of an adjustment."""
+"""Values of all unknowns, before and after each step of the optimiser."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -16,31 +16,31 @@ from echoplan.preprocessing.servo import AS_RECORDED, ServoError
 
 __all__ = ["Values"]
 
-# Features, walls where they were heard, poses and the servo move no farther than this in a step [rad or m], loudness
-# and beam change by no more than these [dB, 1].
+# Greatest change in one step: of landmarks (walls at the middle of their extent), poses and servo [rad or m], of the
+# figure of merit [dB], and of the logarithm of ka.
 _LONGEST, _LOUDER, _WIDER = 0.05, 1.0, 0.05
-# The exponent of the range walk stays between these: bursts that rise as t^4 or faster, and at once.
+# Bounds of the exponent of the range walk, which depends on how steeply the burst rises.
 _SLOWEST, _FASTEST = 0.5, 2.0
-# Radii stay between these [m].
+# Bounds of the radius of a cylinder [m].
 _THIN, _THICK = 0.01, 0.5
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Values:
-    """Where features, sonar and poses are now.
+    """Present landmarks, calibration and poses.
 
     Parameters
     ----------
     features : Features
-        The features.
+        The landmarks.
     model : EchoModel
         The sonar.
     latency : float, optional
-        By how much the servo lags behind what was recorded [s].
+        Latency of the servo [s].
     servo : ServoError, optional
         Gain and offset of the servo.
     poses : ndarray, shape (s, 3), optional
-        Poses of the stations [m, m, rad]; empty if they are trusted.
+        Poses of the stations [m, m, rad]; empty if they are fixed.
     """
 
     features: Features
@@ -51,35 +51,28 @@ class Values:
 
     @cached_property
     def layout(self) -> Layout:
-        """What stands where among the unknowns."""
+        """Positions of the unknowns in the state vector."""
         return Layout(kinds=self.features.reflectors[:, 0].astype(np.int64), poses=len(self.poses))
 
     @property
     def values(self) -> FloatArray:
-        """All of them in one vector, shape (u,)."""
+        """State vector, shape (u,)."""
         model = self.model
         sonar = [model.range_offset, model.walk_gain, model.range_scale, self.latency, *self.servo]
         sonar += [model.figure_of_merit, math.log(model.ka), model.walk_exponent]
         return np.concatenate([self.features.reflectors[:, 1:][self.layout.free], sonar, self.poses.ravel()])
 
     def retracted(self, step: FloatArray) -> "Values":
-        """Take a step.
+        """Return the values after a step of shape (u,), shortened where it is too long.
 
-        Parameters
-        ----------
-        step : ndarray, shape (u,)
-            Of all unknowns.
-
-        Returns
-        -------
-        Values
-            Points, poses and the middles of walls go no farther than 5 cm along any axis at once, and nothing turns
-            more than 0.05 rad: longer steps are shortened as a whole.  Loudness changes by 1 dB at most, the beam by
-            5 %.  Radii stay within what a cylinder may have.
+        Points, poses and the middles of walls move by at most 5 cm along any axis and turn by at most 0.05 rad: a
+        longer move is scaled as a whole. The figure of merit changes by at most 1 dB, ka by 5 %; radii stay within
+        their bounds.
         """
         layout, reflectors = self.layout, self.features.reflectors.copy()
         steps = layout.steps(step)
-        # A wall turns about where it was heard: far from the origin its offset changes by much though it stays there.
+        # Moves of walls are limited at the middle of their extent: far from the origin a small rotation changes the
+        # offset by much.
         moves = np.where(layout.kinds[:, None] == Kind.WALL, _at_middle(steps, self.features.extents), steps)
         reflectors[:, 1:] += _share(moves) * steps
         reflectors[:, 3] = np.where(layout.kinds == Kind.CYLINDER, np.clip(reflectors[:, 3], _THIN, _THICK), 0.0)
@@ -106,14 +99,14 @@ class Values:
 
 
 def _at_middle(steps: FloatArray, extents: FloatArray) -> FloatArray:
-    """How walls turn, and how far the middle of what was heard of them moves, shape (f, 3)."""
+    """Return the steps of landmarks, for walls rotation and shift of the middle of their extent, shape (f, 3)."""
     moves = steps.copy()
     moves[:, 1] -= extents.mean(axis=1) * steps[:, 0]
     return moves
 
 
 def _shifts(features: Features, reflectors: FloatArray) -> FloatArray:
-    """By how much places along walls change that turn about the middle of what was heard of them, shape (f,) [m]."""
+    """Return the change of positions along walls that turn about the middle of their extent, shape (f,) [m]."""
     angles, middles = features.reflectors[:, 1], features.extents.mean(axis=1)
     points = features.reflectors[:, 2:3] * directions(angles) + middles[:, None] * directions(angles + np.pi / 2)
     moved = np.sum(points * directions(reflectors[:, 1] + np.pi / 2), axis=1)
@@ -122,7 +115,7 @@ def _shifts(features: Features, reflectors: FloatArray) -> FloatArray:
 
 
 def _share(moves: FloatArray) -> FloatArray:
-    """Tell which share of each move may be taken at once, the same of all that belongs to it, shape (m, 1)."""
+    """Return the factor that shortens each move to what is allowed in one step, shape (m, 1)."""
     farthest = np.abs(moves).max(axis=1, initial=_LONGEST, keepdims=True)
     share: FloatArray = _LONGEST / farthest
     return share

@@ -1,4 +1,4 @@
-"""Deviations: how great the errors really are whose deviation was guessed."""
+"""Variance components: standard deviations estimated from squared errors and a log-normal prior."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,32 +9,21 @@ __all__ = ["map_scale_factor"]
 
 
 def map_scale_factor(squares: ArrayLike, count: float, spread: float) -> FloatArray:
-    r"""Tell how many times greater a deviation is than was guessed, from errors seen.
+    r"""Return the factors by which standard deviations differ from their prior values (maximum a posteriori).
 
     .. math:: n \ln f + \frac{S}{2 f^2} + \frac{\ln^2 f}{2 t^2} \to \min
 
-    With omega of Wright, the solution of ``omega + ln omega = z`` (Corless and Jeffrey 2002), that is
+    With the Wright omega function, the solution of ``omega + ln omega = z`` (Corless and Jeffrey 2002), that is
 
     .. math:: \ln f = \tfrac12 \omega(2 n t^2 + \ln(2 t^2 S)) - n t^2
 
-    Parameters
-    ----------
-    squares : array_like, shape (k,)
-        Sums S of the expected squares of n errors, in units of the guess.
-    count : float
-        How many they are, n.
-    spread : float
-        Standard deviation t of the logarithm of what is guessed.
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        The factors.
+    ``squares``, shape (k,), are sums S of the expected squares of n errors (``count``) in units of the prior variance;
+    t (``spread``) is the prior standard deviation of ln f.
     """
     from scipy.special import wrightomega  # noqa: PLC0415 - SciPy is slow to import
 
     pull = count * spread**2
-    # Without any error the least is left that a number may be.
+    # A sum of zero would have no logarithm.
     expected = np.maximum(squares, np.finfo(np.float64).tiny)
     omega = wrightomega(2.0 * pull + np.log(2.0 * spread**2 * expected))
     factors: FloatArray = np.exp(0.5 * omega.real - pull)
