@@ -1,1 +1,1 @@
-"""Correction: poses that are wrong, found out and set right by what is heard from them."""
+"""Pose correction: detect poses that are inconsistent with the pings, and estimate better ones."""

@@ -1,4 +1,4 @@
-"""Settling: poses, features and sonar brought to rest together, with right angles where walls stand at such."""
+"""Annealing: joint optimisation of poses, landmarks and calibration from a large to the estimated noise."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,14 +16,9 @@ __all__ = ["anneal", "impose_right_angles", "refine", "refine_right_angles"]
 
 
 def refine(estimate: Estimate, priors: PosePrior) -> Estimate:
-    """Explain everything from poses that are nearly right, learn the sonar, and refine all together.
+    """Return the estimate after search, calibration and joint optimisation from poses that are nearly right.
 
-    Parameters
-    ----------
-    estimate : Estimate
-        What was heard, with poses that are nearly right.
-    priors : PosePrior
-        What is believed of these.
+    Unless the rig specifies the odometry noise, it is estimated on the way.
     """
     first, settings = estimate.first_noise, estimate.settings
     estimate = replace(
@@ -44,7 +39,7 @@ def refine(estimate: Estimate, priors: PosePrior) -> Estimate:
 
 
 def _learned(estimate: Estimate, priors: PosePrior) -> tuple[Estimate, PosePrior]:
-    """Learn how far odometry is off, unless the rig tells, from poses corrected with what is believed of it."""
+    """Return the estimate and its pose prior with estimated odometry noise; both unchanged if the rig specifies it."""
     if estimate.solution is None or not priors.relative or priors.specified:
         return estimate, priors
     estimate = estimate.alternate(estimate.noise, priors, 2)
@@ -58,16 +53,10 @@ def _learned(estimate: Estimate, priors: PosePrior) -> tuple[Estimate, PosePrior
 
 
 def anneal(estimate: Estimate, priors: PosePrior, start: FloatArray) -> Estimate:
-    """Start over, move the poses to where the pings agree, and do so again with the sonar that this has taught.
+    """Return the estimate after annealing from the poses ``start``, shape (s, 3) [m, m, rad].
 
-    Parameters
-    ----------
-    estimate : Estimate
-        What was heard.
-    priors : PosePrior
-        What is believed of the poses.
-    start : ndarray, shape (s, 3)
-        Where they are moved from [m, m, rad].
+    The search starts anew and runs twice over decreasing noise, the second time with the sonar estimated in the first
+    run.
     """
     estimate = estimate.restart_servo()
     estimate = replace(estimate, poses=start, measurements=at_poses(estimate.recorded, estimate.measured_poses, start))
@@ -76,7 +65,7 @@ def anneal(estimate: Estimate, priors: PosePrior, start: FloatArray) -> Estimate
         estimate = replace(estimate, features=estimate.known)
         for noise in noises:
             estimate = _agree_on(estimate, noise, priors).estimate_figure_of_merit()
-        # Who hears a wall tells which way it lies only once it is known how wide the sonar hears.
+        # Detections determine directions of walls only once the beam width is estimated.
         estimate = replace(estimate, has_heading_factors=True)
     estimate = estimate.estimate_noise()
     estimate = _agree_on(estimate, estimate.noise, priors).prune_and_reclassify()
@@ -89,13 +78,7 @@ def _agree_on(estimate: Estimate, noise: float, priors: PosePrior) -> Estimate:
 
 
 def impose_right_angles(estimate: Estimate) -> Estimate:
-    """Join walls that poses pulled apart; drop weak ones that stand askew where almost all are at right angles.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        What was heard, and what is made of it.
-    """
+    """Return the estimate with duplicate walls merged and, if most walls are square, without weak oblique walls."""
     settings = estimate.settings.squareness
     estimate = replace(estimate, features=_merged(estimate.features, estimate.settings.copies))
     pose_prior = roughly_square(estimate.features, settings, may_lie_along_axes=_rests_on_few(estimate))
@@ -107,18 +90,14 @@ def impose_right_angles(estimate: Estimate) -> Estimate:
 
 
 def _rests_on_few(estimate: Estimate) -> bool:
+    """Return whether most walls are supported by no more than two stations."""
     return rest_on_few_stations(estimate.features, estimate.settings.search.second_station)
 
 
 def refine_right_angles(estimate: Estimate, priors: PosePrior | None) -> Estimate:
-    """Adjust with walls drawn to right angles, where they stand so by themselves.
+    """Return the estimate optimised with the Manhattan prior for which its wall directions are evidence, if any.
 
-    Parameters
-    ----------
-    estimate : Estimate
-        What was heard, and what is made of it, at rest.
-    priors : PosePrior or None
-        What is believed of the poses; nothing where these are trusted.
+    A former prior without evidence is removed. ``priors`` is None if the poses are fixed.
     """
     now, pose_prior, settings = estimate.solution, estimate.squareness, estimate.settings.squareness
     by_hand = priors is not None and not priors.relative
@@ -131,7 +110,7 @@ def refine_right_angles(estimate: Estimate, priors: PosePrior | None) -> Estimat
 
 
 def _merged(features: Sequence[Hypothesis], settings: DuplicateSettings) -> list[Hypothesis]:
-    """Keep one of several copies of each wall, and record those that go."""
+    """Return the features with one of several duplicates of each wall, and record the removal of the others."""
     kept = without_duplicates(features, settings)
     for each in features:
         if not any(each is other for other in kept):

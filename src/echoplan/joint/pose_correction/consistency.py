@@ -1,4 +1,4 @@
-"""Agreement: whether all that was heard fits together, as it does from exact poses."""
+"""Consistency of an estimate with its poses, and the log evidence by which pose models are compared."""
 
 import numpy as np
 
@@ -26,142 +26,73 @@ __all__ = [
     "log_evidence",
 ]
 
-# Two walls so near to each other are as rare as so many other features.
+# Cost of an apparent duplicate in addition to its own, in landmarks: two distinct walls are rarely so near to each
+# other.
 _RARE = 3.0
-# Errors may be greater than was believed where their squares are so many times what these should be: to ask in vain
-# costs time only.  From fewer poses no step is left but the one that may be a slip.
+# Ratio of squared pose errors to their expectation above which the noise may be greater than specified (a false alarm
+# only costs time); minimum number of poses, so that steps remain beside the one that may be a slip.
 _PULLED, _FEWEST = 1.5, 3
 
 
 def inlier_ratio(estimate: Estimate) -> float:
-    """Tell how many of the pings of arcs features or their ghosts explain; a wall that is there twice is none.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        What was heard, and what is made of it.
-
-    Returns
-    -------
-    float
-        Their share; 1 without arcs.
-    """
+    """Return the share of pings in arcs that landmarks (without duplicates) or multipath explain; 1 without arcs."""
     detected = np.concatenate([arc.pings for arc in estimate.arcs]) if estimate.arcs else np.zeros(0, dtype=np.int64)
     features = without_duplicates(estimate.features, estimate.settings.copies)
     return float(estimate.inlier_mask(features)[detected].mean()) if len(detected) else 1.0
 
 
 def agrees(estimate: Estimate) -> bool:
-    """Tell whether the pings fit together.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        What was heard, and what is made of it.
-
-    Returns
-    -------
-    bool
-        Whether most are explained, by readings that scatter as usual.
-    """
+    """Return whether most pings in arcs are explained and the estimated noise does not exceed its initial value."""
     return inlier_ratio(estimate) >= estimate.settings.min_inlier_ratio and estimate.noise <= estimate.first_noise
 
 
 def has_duplicated_walls(estimate: Estimate) -> bool:
-    """Tell whether many walls are there twice: poses that drift do that.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        What was heard, and what is made of it.
-
-    Returns
-    -------
-    bool
-        Whether they are.
-    """
+    """Return whether many walls are duplicated, which drifting poses cause."""
     walls = sum(each.is_wall for each in estimate.features)
     return _copies(estimate) > estimate.settings.torn * walls
 
 
 def is_inconsistent(estimate: Estimate) -> bool:
-    """Tell whether poses may be wrong: pings do not fit together, or stations are at odds or have little in common.
+    """Return whether poses may be wrong.
 
-    Parameters
-    ----------
-    estimate : Estimate
-        What was heard, and what is made of it.
-
-    Returns
-    -------
-    bool
-        Whether they may be.
+    Either too few pings are explained, or stations contradict each other, or too few walls are detected by several
+    stations.
     """
-    # What was trusted so far is doubted again only if pings do not agree.
+    # Poses that were accepted for marginalised stations are questioned only if pings are unexplained.
     return not agrees(estimate) or (
         estimate.marginal_prior.is_empty and (are_weakly_connected(estimate) or has_shared_bias(estimate))
     )
 
 
 def are_weakly_connected(estimate: Estimate) -> bool:
-    """Tell whether stations contradict each other: a wall is there twice, or readings of a station err together.
+    """Return whether stations contradict each other: duplicate walls, or errors that readings of a station share.
 
-    Parameters
-    ----------
-    estimate : Estimate
-        What was heard, and what is made of it.
-
-    Returns
-    -------
-    bool
-        Whether they do; also if nothing was heard that could tell.
+    Shared errors are measured by the intraclass correlation of the residuals. The result is True without a solution.
     """
     if estimate.solution is None or (_copies(estimate) and not _are_two(estimate)):
         return True
     owners, left = estimate.solution.owners, estimate.solution.residuals
     common = intraclass_correlation(estimate.measurements, owners, left, noise=estimate.noise)
-    # What the model of the sonar lacks makes readings err together, too, by less than the best of them scatter.
+    # Errors of the sonar model are shared as well, but are smaller than the least noise of a reading.
     usual = max(estimate.shared_rounding(estimate.noise, common), estimate.settings.least_noise)
     return common > estimate.settings.shared_error and common * estimate.noise**2 > usual**2
 
 
 def has_shared_bias(estimate: Estimate) -> bool:
-    """Tell whether most walls were heard from one station each: then nothing holds the poses of stations together.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        What was heard, and what is made of it.
-
-    Returns
-    -------
-    bool
-        Whether they were.
-    """
+    """Return whether most walls are supported by one station each, so that nothing connects the poses."""
     walls = [each for each in estimate.features if each.is_wall]
     lone = sum(each.supporting(estimate.settings.search.second_station) < 2 for each in walls)
     return 2 * lone > len(walls)
 
 
 def log_evidence(estimate: Estimate) -> float:
-    """Tell how much better features explain the pings than nothing does, less what they and free poses cost.
+    """Return the log evidence of an estimate against clutter, minus the cost of landmarks and free poses [nats].
 
-    Each free parameter of a pose costs half of the logarithm of the number of readings that tell it (Schwarz 1978),
-    each feature what a candidate must gain to be accepted, and a wall that seems to be there twice three times that
-    more; gain and offset of a servo that is calibrated cost as much as others.  Poses that are far off cost what makes
-    them unlikely, and so do gain and offset.  Readings of one feature from one station may err
-    together: else features that were heard from one station each would seem to explain more than one that was heard
-    from all of them.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        What was heard, and what is made of it.
-
-    Returns
-    -------
-    float
-        Logarithm of a ratio of likelihoods [nats].
+    A free pose parameter costs half the logarithm of the number of readings that determine it (Schwarz 1978), a
+    landmark the LLR that its acceptance requires, and an apparent duplicate three times that in addition; gain and
+    offset of a calibrated servo cost as much as pose parameters. Errors of poses, and of gain and offset, cost their
+    negative log prior. Readings of one landmark from one station may share an error: otherwise landmarks detected by
+    one station each would explain more than one that all stations detect.
     """
     llr_by_station = estimate.likelihood.log_densities(estimate.features) - estimate.likelihood.floor
     cost = estimate.settings.search.accept * (len(estimate.features) + _RARE * _copies(estimate))
@@ -178,19 +109,10 @@ def log_evidence(estimate: Estimate) -> float:
 
 
 def contradicts_odometry(estimate: Estimate) -> bool:
-    """Tell whether pings pull poses farther from where they were believed to be than chance would.
+    """Return whether pose errors exceed their prior: mean square of all but the greatest above 1.5 times expectation.
 
-    A single step that led astray is a slip, and tells nothing of the others.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        Of corrected poses.
-
-    Returns
-    -------
-    bool
-        Whether the squares of all errors but the greatest, in deviations, are half as great again as these should be.
+    The greatest is left out, since a single large error is a wheel slip and does not show that the other steps are
+    worse than specified.
     """
     if estimate.pose_prior is None or len(estimate.poses) < _FEWEST:
         return False
@@ -199,15 +121,16 @@ def contradicts_odometry(estimate: Estimate) -> bool:
 
 
 def _copies(estimate: Estimate) -> int:
-    """Count walls that seem to be there twice."""
+    """Return the number of walls that appear to be duplicates."""
     return len(estimate.features) - len(without_duplicates(estimate.features, estimate.settings.copies))
 
 
 def _are_two(estimate: Estimate) -> bool:
-    """Tell whether walls that seem to be one twice are two, even if poses are off by what is usual for odometry.
+    """Return whether all apparent duplicates are two distinct walls, even if poses have the usual errors of odometry.
 
-    Where stations that heard either of them have enough else in common, both are known well from free poses, too.
-    Only where pings fit together is all that they have in common what it is taken for, and no two walls cross.
+    Where the stations that detected either wall share enough other landmarks, the distance between both walls is known
+    well even with free poses. This requires that the pings are explained, so that the shared landmarks are associated
+    correctly, and that no two of these walls cross.
     """
     pairs = duplicate_pairs(estimate.features, estimate.settings.copies)
     if not agrees(estimate) or any(cross(estimate.features[one], estimate.features[other]) for one, other in pairs):
@@ -217,7 +140,7 @@ def _are_two(estimate: Estimate) -> bool:
 
 
 def _contradiction(estimate: Estimate, pair: tuple[int, int]) -> float:
-    """Tell how far two walls are from being one, by how well these are known: half of Mahalanobis' distance squared."""
+    """Return half of the squared Mahalanobis distance between two walls, given their joint covariance."""
     solution, copied, numbers = estimate.solution, estimate.features[pair[1]], list(pair)
     assert solution is not None
     lines, middle = solution.reflectors[numbers, 1:3], copied.ends_xy.mean(axis=0)
@@ -230,9 +153,10 @@ def _contradiction(estimate: Estimate, pair: tuple[int, int]) -> float:
 
 
 def _gain_of_common_errors(estimate: Estimate) -> float:
+    """Return the log-likelihood ratio of residuals that share an error by landmark and station [nats]."""
     if estimate.solution is None:
         return 0.0
-    # Faint echoes are believed to scatter more than others, each by itself.
+    # Weak echoes have a greater noise of their own in the model, so they are left out.
     owners = np.where(estimate.solution.excesses < UNCERTAIN, -1, estimate.solution.owners)
     common = estimate.settings.pose_errors.bias_sigma
     return gain_of_common_errors(
@@ -241,12 +165,12 @@ def _gain_of_common_errors(estimate: Estimate) -> float:
 
 
 def _strain(estimate: Estimate, pose_prior: PosePrior) -> float:
-    """Tell how unlikely it is that poses are so far off: as was believed before the pings were asked [nats]."""
+    """Return the negative log prior density of the pose errors, up to a constant [nats]."""
     return 0.5 * float(_pulls(estimate, pose_prior).sum())
 
 
 def _pulls(estimate: Estimate, pose_prior: PosePrior) -> FloatArray:
-    """Squares of the errors of poses, in deviations that were believed before the pings were asked, shape (s, 3)."""
+    """Return the squared errors of poses in units of their prior variances, shape (s, 3)."""
     by_hand = waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors)
     held = pose_factors(estimate.odometry() if pose_prior.relative else by_hand, estimate.poses, 0)
     pulls: FloatArray = (held.weights * held.residuals**2).reshape(-1, 3)

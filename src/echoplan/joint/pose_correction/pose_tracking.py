@@ -1,4 +1,4 @@
-"""Tracking: station after station, each placed against what the ones before it know of the room."""
+"""Pose tracking: each station is registered to the landmarks that the stations before it determined."""
 
 import math
 from collections import defaultdict
@@ -22,36 +22,29 @@ from echoplan.preprocessing.measurements import first_stations
 
 __all__ = ["local_scans_of", "register_in_order", "track_poses", "up_to_station"]
 
-# Where a station should be, by those before it that recognised the room: its pose and the deviations of that.
+# Predicted pose of a station and its standard deviations, from the poses so far and the stations that were registered.
 _Expected: TypeAlias = Callable[[FloatArray, int, Sequence[int]], tuple[FloatArray, FloatArray]]
 
-# Arcs that no feature explains are known less well than features are.
+# Weight of an arc that no landmark explains, relative to a landmark.
 _LOOSE = 0.5
-# A cylinder that an arc may be [m].
+# Radius of the cylinder that an arc may be [m].
 _RADIUS = 0.1
-# A station whose arcs are likely by this share of what they could be hears nothing new (logarithms).
+# A station whose registration exceeds this share of the best possible log-likelihood detects nothing new.
 _UNDERSTOOD = 0.6
-# Part of a deviation of the heading that is searched at once.
+# Width of the yaw intervals that are searched one by one [sigmas].
 _PART = 0.75
-# Fewer stations do not know enough to place the first among them.
+# This many stations or fewer do not determine enough landmarks to register the first one again.
 _FEW = 4
-# Where the first station is, as well as its own arcs tell [m, m, rad]; it is moved only on strong evidence: this
-# logarithm of a ratio of likelihoods [nats] (Kass and Raftery 1995).
+# Standard deviations of the first pose given its own arcs [m, m, rad]; log-likelihood ratio from which it is moved:
+# strong evidence [nats] (Kass and Raftery 1995).
 _HERE, _STRONG = np.array([0.005, 0.005, math.radians(0.5)]), 3.0
-# A station that is off by less has joined the others; more, and its walls are taken for other walls [m, rad].
+# A first station that is displaced by no more than this agrees with the others; by more, and its walls are taken for
+# other walls [m, rad].
 _JOINED = (0.05, math.radians(3.0))
 
 
 def track_poses(estimate: Estimate, priors: PosePrior) -> Estimate:
-    """Correct poses that drift.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        Everything that was heard, as recorded.
-    priors : PosePrior
-        Odometry.
-    """
+    """Return the estimate with drifting poses corrected station by station; ``priors`` are those of odometry."""
     reaches = priors.reaches
 
     def expected(poses: FloatArray, station: int, _: Sequence[int]) -> tuple[FloatArray, FloatArray]:
@@ -64,27 +57,14 @@ def track_poses(estimate: Estimate, priors: PosePrior) -> Estimate:
 
 
 def register_in_order(estimate: Estimate, priors: PosePrior, expected: _Expected) -> Estimate:
-    """Follow the robot from station to station.
+    """Return the estimate with each station registered to the landmarks of those before it, in order.
 
-    Each station is looked for about where it is expected, by its arcs against the features so far and the arcs that
-    belong to none; then features and poses of all stations so far are adjusted together, unless this one hears little
-    that is new.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        Everything that was heard, as recorded.
-    priors : PosePrior
-        Steps from station to station.
-    expected : callable
-        Returns where a station should be [m, m, rad], from the poses so far and the stations that recognised the room.
-
-    Returns
-    -------
-    Estimate
-        With poses of all stations and the features that they detected.
+    A station is registered near its predicted pose by its arcs, to landmarks and to arcs that no landmark explains.
+    Then landmarks and poses of all stations so far are optimised together, unless this station adds little.
+    ``expected`` returns the predicted pose and its standard deviations [m, m, rad], from the poses so far and the
+    stations that were registered with very strong evidence.
     """
-    # What a first look learned of the sonar it learned from poses in error.
+    # The calibration of the initial estimate is discarded, since it is based on wrong poses.
     estimate = replace(
         estimate.with_squareness(None).restart_servo(),
         model=estimate.marginal_prior.model or estimate.prior,
@@ -112,18 +92,7 @@ def register_in_order(estimate: Estimate, priors: PosePrior, expected: _Expected
 
 
 def local_scans_of(estimate: Estimate) -> list[LocalScan]:
-    """See with the arcs of each station.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        What was heard.
-
-    Returns
-    -------
-    list of LocalScan
-        By station.
-    """
+    """Return the arcs of each station in the frame of the robot."""
     hearing, arcs = estimate.model.tabulated(), defaultdict(list)
     for arc in estimate.arcs:
         arcs[arc.station].append(arc)
@@ -134,16 +103,17 @@ def local_scans_of(estimate: Estimate) -> list[LocalScan]:
 
 
 def _reregister_first_station(estimate: Estimate, priors: PosePrior) -> Estimate:
-    """Look for the first station in what the others know, and move these to where it should be.
+    """Register the first station to the landmarks of the others, and move these such that it fits.
 
-    The second was placed against the arcs of a single station, of which any may be a wall, a corner or a cylinder.  If
-    it was misplaced, all others fit together and the first stands alone.
+    The second station was registered to the arcs of a single station, each of which may be a wall, a corner or a
+    cylinder. If that was wrong, all later stations agree with the second one, but not with the first.
     """
     sight = local_scans_of(estimate)[0]
     others = LandmarkMap.of([each for each in estimate.features if each.llr_by_station[1:].max(initial=0.0) > 0.0])
     back = invert(compose(invert(estimate.measured_poses[0]), estimate.measured_poses[1]))
     way, sigmas = float(np.hypot(back[0], back[1])), 1.3 * priors.reaches[1]
-    # An error of the second heading turns the way back: each part of it is searched with what it leaves open.
+    # A yaw error of the second pose rotates the step back to the first: it is searched in intervals, each with the
+    # uncertainty that remains within it.
     rest = np.hypot(sigmas, [0.5 * way * _PART * sigmas[2]] * 2 + [0.0]) * [1.0, 1.0, _PART]
     _, score = locate(sight, others, estimate.poses[0], _HERE, estimate.settings.localisation)
     found, most = estimate.poses[0], score + _STRONG
@@ -160,20 +130,7 @@ def _reregister_first_station(estimate: Estimate, priors: PosePrior) -> Estimate
 
 
 def up_to_station(estimate: Estimate, count: int) -> Estimate:
-    """Return the estimate of the first stations only, with its poses and features.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        The estimate.
-    count : int
-        How many stations.
-
-    Returns
-    -------
-    Estimate
-        Another one.
-    """
+    """Return the estimate of the first ``count`` stations, with their poses and all landmarks."""
     recorded = first_stations(estimate.recorded, count)
     measured_poses, poses = estimate.measured_poses[:count], estimate.poses[:count]
     return replace(
@@ -188,20 +145,20 @@ def up_to_station(estimate: Estimate, count: int) -> Estimate:
 
 
 def _known(estimate: Estimate, count: int) -> LandmarkMap:
-    """List what is known before anything is learned from the first stations."""
+    """Return the map from the first ``count`` stations: landmarks that are known before any search, and arcs."""
     part = up_to_station(estimate, count)
     return _catalogue(replace(part, features=part.refreshed()))
 
 
 def _learn(estimate: Estimate, priors: PosePrior, count: int) -> Estimate:
-    """Find features from the first stations, and adjust their poses with them."""
+    """Return the estimate of the first ``count`` stations after a search and a joint optimisation of their poses."""
     part = replace(up_to_station(estimate, count), noise=estimate.settings.pose_errors.tracking_noise).search(rounds=1)
     first = priors._replace(measured_poses=priors.measured_poses[:count], sigmas=priors.sigmas[:count])
     return part.alternate(part.noise, first, 2)
 
 
 def _catalogue(known: Estimate) -> LandmarkMap:
-    """List features, and arcs that belong to none as walls, corners and cylinders."""
+    """Return the landmarks, and arcs that none of them explains as a wall, a corner and a cylinder each."""
     features, explained = known.features, known.inlier_mask(known.features)
     loose = [arc for arc in known.arcs if arc.share_of(explained) < 0.5]
     sure = LandmarkMap.of(features)

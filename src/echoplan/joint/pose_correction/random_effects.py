@@ -1,4 +1,4 @@
-"""Effects: what all that a station says of a feature is wrong by together, told by what is left of its readings."""
+"""Random effects: the error that all readings of one landmark from one station share, estimated from residuals."""
 
 from dataclasses import replace
 
@@ -15,41 +15,27 @@ from echoplan.preprocessing.servo import AS_RECORDED
 
 __all__ = ["common_squares", "estimate_shared_bias", "without_shared_bias"]
 
-# So often what is learned may change all from which it was learned, and by which share of it this is at rest.
+# Maximum number of iterations, and relative change of the estimate at which they have converged.
 _ROUNDS, _AT_REST = 8, 0.05
-# So often all is adjusted as if there were none.
+# Iterations of the optimisation without shared errors.
 _AS_IF = 6
 
 
 def without_shared_bias(estimate: Estimate, pose_prior: PosePrior) -> Estimate:
-    """Adjust everything as if stations erred together by no more than rounding does.
+    """Return the estimate optimised as if readings of a station shared no error but that of rounding.
 
-    A guess of how much they do holds readings down, and leaves poses where beliefs in these and in the sonar draw them,
-    though echoes would fit better elsewhere.  What is left of readings there would seem to be common errors.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        What was heard, with poses that are nearly right.
-    pose_prior : PosePrior
-        What is believed of these; absolute.
+    The default of the shared error lowers the weights of the readings and leaves poses near their priors, even if
+    echoes fit better elsewhere. Residuals there would then be taken for shared errors. ``pose_prior`` is absolute.
     """
     estimate = replace(estimate, bias_sigma=estimate.offset_sigma)
     return estimate.alternate(estimate.noise, pose_prior, _AS_IF).estimate_noise()
 
 
 def estimate_shared_bias(estimate: Estimate, pose_prior: PosePrior) -> Estimate:
-    """Learn how much stations err together, and adjust everything anew.
+    """Return the estimate with an estimated standard deviation of the shared error, optimised anew with it.
 
-    Nobody knows beforehand how straight walls are, or how far echoes are from what is expected of them: the guess is
-    taken to be good to tenfold.  What is learned is never less than what rounding does.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        What was heard, with poses that are at rest.
-    pose_prior : PosePrior
-        What is believed of these; absolute.
+    How straight walls are and how accurate the sonar model is, is unknown beforehand, so the prior is log-normal over a
+    factor of ten. The estimate is no less than the error of rounding. ``pose_prior`` is absolute.
     """
     for _ in range(_ROUNDS):
         before = estimate.bias_sigma
@@ -62,6 +48,7 @@ def estimate_shared_bias(estimate: Estimate, pose_prior: PosePrior) -> Estimate:
 
 
 def _learned(estimate: Estimate, pose_prior: PosePrior) -> float:
+    """Return the standard deviation of the shared error by maximum a posteriori, from the present residuals [m]."""
     assert estimate.solution is not None
     now = Values(
         features=estimate.with_attenuation(estimate.features),
@@ -78,37 +65,24 @@ def _learned(estimate: Estimate, pose_prior: PosePrior) -> float:
 
 
 def common_squares(rows: LinearFactor, covariance: FloatArray, *, common: float) -> tuple[float, float]:
-    r"""Tell the squares of what readings of one feature from one station have in common of their errors.
+    r"""Return the expected sum of squares S of the shared errors [m^2] and the effective number n of them.
 
-    They are random effects (Searle, Casella and McCulloch 1992).  Their variance is that for which the sum of the
-    squares, as they are expected, is as many times its own as there are effects that the readings tell (MacKay 1992,
-    Section 4).  Of g groups with weights W, means m of what is left and derivatives j of these means,
+    The shared errors are random effects (Searle, Casella and McCulloch 1992). Their variance is that for which the
+    expected sum of their squares is the variance times the number of effects that the readings determine (MacKay 1992,
+    Section 4). With weights W of g groups, means m of their residuals and derivatives j of these means,
 
     .. math:: k = \frac{t^2}{t^2 + 1 / W}, \qquad
               S = \sum k^2 m^2, \qquad n = g - \sum \left(1 - k + \frac{k^2 j C j'}{t^2}\right)
 
-    Parameters
-    ----------
-    rows : LinearFactor
-        Of readings from free poses, each weighed by itself.
-    covariance : ndarray, shape (u, u)
-        Of all unknowns, C, as adjusted with the effects that are believed in.
-    common : float
-        Standard deviation t that is believed of them [m].
-
-    Returns
-    -------
-    squares : float
-        The sum S [m^2].
-    count : float
-        How many effects are told, n; at least 0.
+    ``rows`` are the range factors with independent weights and free poses. C is the ``covariance`` of all unknowns,
+    shape (u, u), from an optimisation with shared errors of standard deviation t (``common``) [m].
     """
     owners, stations = rows.columns[:, 0], rows.columns[:, -1]
     groups = np.unique(owners * len(covariance) + stations, return_inverse=True)[1]
     weights = np.bincount(groups, rows.weights)
     means = np.bincount(groups, rows.weights * rows.residuals) / weights
     jacobian = np.zeros((len(weights), len(covariance) + 1))
-    # What fills rows up has place -1: the last column, that is left out.
+    # Padding has the position -1: the last column, which is dropped.
     np.add.at(jacobian, (groups[:, None], rows.columns), rows.weights[:, None] * rows.jacobian)
     jacobian = jacobian[:, :-1] / weights[:, None]
     variances = np.einsum("gi,ij,gj->g", jacobian, covariance, jacobian)

@@ -1,4 +1,4 @@
-"""Placing: stations that were set down by hand, each placed against what those near to it know of the room."""
+"""Registration order: stations that were placed by hand, each registered to those near it."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,16 +20,11 @@ __all__ = ["place", "seen_from_others", "spanning_tree_order", "with_estimated_w
 
 
 def place(estimate: Estimate) -> Estimate:
-    """Place each station about where its way-point is, in the frame of those that recognised the room before.
+    """Return the estimate with each station registered near its waypoint, in the frame of those registered before.
 
-    Of way-points nobody knows well which way the robot faced, and so the first one tells little of where others are
-    about it.  The more stations find each other in what they hear, the better it is known how their frame is turned.
-    Stations come in such an order that each has heard what one before it heard nearby, whenever that was.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        Everything that was heard, as recorded.
+    Yaw is known poorly at waypoints, so a single station hardly predicts where the others are relative to it. The more
+    stations are registered, the better the rotation of their frame is known. Stations are ordered such that each is
+    near one before it and shares landmarks with it, whenever it was recorded.
     """
     order, settings = spanning_tree_order(estimate.measured_poses[:, :2]), estimate.settings.pose_errors
     part = _rearranged(estimate, order)
@@ -46,20 +41,10 @@ def place(estimate: Estimate) -> Estimate:
 
 
 def with_estimated_waypoint_noise(estimate: Estimate) -> PosePrior:
-    """Tell how far way-points are off, from where they came to rest.
+    """Return the prior of waypoints with standard deviations estimated from the optimised poses.
 
-    Not before: way-points that may lie anywhere would hold nothing in place.  Where walls stand along the axes of the
-    map, they tell which way each station faced.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        Of corrected poses.
-
-    Returns
-    -------
-    PosePrior
-        All poses absolute.
+    They are estimated only after convergence: with unlimited errors waypoints would constrain nothing. If walls are
+    along the axes of the map, these determine yaw, and its standard deviation is estimated as well.
     """
     assert estimate.solution is not None
     pose_prior = waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors)
@@ -69,17 +54,9 @@ def with_estimated_waypoint_noise(estimate: Estimate) -> PosePrior:
 
 
 def spanning_tree_order(places_xy: FloatArray) -> list[int]:
-    """Order places so that each is the nearest to any before it that is left (Prim 1957), from the middle outwards.
+    """Return an order of places in which each is the nearest to any before it (Prim 1957), from the middle outwards.
 
-    Parameters
-    ----------
-    places_xy : ndarray, shape (s, 2)
-        The places [m].
-
-    Returns
-    -------
-    list of int
-        Their numbers.
+    Places have shape (s, 2) [m].
 
     Examples
     --------
@@ -98,30 +75,17 @@ def spanning_tree_order(places_xy: FloatArray) -> list[int]:
 def seen_from_others(
     measured_poses: FloatArray, others_given: FloatArray, others: FloatArray, settings: PoseSettings
 ) -> tuple[FloatArray, FloatArray]:
-    r"""Tell where a way-point is in the frame of others that were found, and how well that is known.
+    r"""Return the predicted pose of a waypoint in the frame of registered ones, and its sigmas [m, m, rad].
 
-    The frame is turned by the angle that is likeliest by their places and their headings together, of which these are
-    taken as von Mises (Mardia and Jupp 2000) and those as normal about their middle.  With complex places, g as given
-    and p as found, and headings a and b,
+    The frame is rotated by the most likely angle given positions and headings, of which positions are normal about
+    their mean and headings von Mises (Mardia and Jupp 2000). With complex positions, g as recorded and p as registered,
+    and headings a and b,
 
     .. math:: z = \sum_k \frac{\bar g_k p_k}{\sigma_p^2} + \sum_k \frac{e^{i (b_k - a_k)}}{\sigma_a^2},
               \qquad \theta = \arg z, \quad \sigma_\theta = |z|^{-1/2}
 
-    Parameters
-    ----------
-    measured_poses : ndarray, shape (3,)
-        The pose of the way-point [m, m, rad].
-    others_given, others : ndarray, shape (k, 3)
-        Poses of the others, as recorded and as found [m, m, rad]; at least one.
-    settings : PoseSettings
-        How far way-points may be off.
-
-    Returns
-    -------
-    pose : ndarray, shape (3,)
-        In the frame of those that were found [m, m, rad].
-    sigmas : ndarray, shape (3,)
-        Deviations of x, y and heading [m, m, rad].
+    ``measured_poses``, shape (3,), is the waypoint; ``others_given`` and ``others``, shape (k, 3), are at least one
+    other pose as recorded and as registered [m, m, rad].
     """
     recorded, found = others_given[:, 0] + 1j * others_given[:, 1], others[:, 0] + 1j * others[:, 1]
     by_places = np.vdot(recorded - recorded.mean(), found - found.mean()) / settings.waypoint**2
@@ -135,6 +99,7 @@ def seen_from_others(
 
 
 def _rearranged(estimate: Estimate, order: Sequence[int]) -> Estimate:
+    """Return the estimate with its stations in another order, at their recorded poses."""
     recorded = rearranged_stations(estimate.recorded, order)
     measured_poses = estimate.measured_poses[list(order)]
     return replace(

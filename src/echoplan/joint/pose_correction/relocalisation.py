@@ -1,4 +1,4 @@
-"""Misplacement: single stations that came to rest where what all others know is missing."""
+"""Relocalisation: another pose for a single station that misses landmarks which other stations detect."""
 
 import math
 
@@ -10,28 +10,18 @@ from echoplan.joint.search.scan_matching import LandmarkMap, LocalScan, local_sc
 
 __all__ = ["relocalised"]
 
-# A feature that so many other stations hear is there; a station from which this speaks against it misses it [nats].
+# Number of other stations that must detect a landmark, and LLR below which a station misses it [nats].
 _MANY, _MISSED = 3, -5.0
-# Nearer places are within reach of an adjustment, which has settled between them [m, rad].
+# Smaller displacements are left to the optimiser, which has converged [m, rad].
 _FAR, _TURNED = 0.02, 0.03
 
 
 def relocalised(estimate: Estimate, priors: PosePrior, station: int) -> FloatArray | None:
-    """Look for a station that should hear something and does not in what the others know.
+    """Return where else a station may be if it misses landmarks that others detect, shape (3,) [m, m, rad], or None.
 
-    Parameters
-    ----------
-    estimate : Estimate
-        What was heard, and what is made of it.
-    priors : PosePrior
-        Odometry.
-    station : int
-        Its number; not the first of all, which is the frame.
-
-    Returns
-    -------
-    ndarray, shape (3,), or None
-        Where else it may be [m, m, rad]; nothing if it misses nothing, or fits best where it is.
+    It is registered to the landmarks of the other stations within the range of a wheel slip. The result is None if it
+    misses no landmark or fits best where it is. The first station of all is not relocalised, since it defines the
+    frame.
     """
     least = estimate.settings.search.second_station
     detected = [each.supporting(least) - int(each.llr_by_station[station] > least) for each in estimate.features]
@@ -49,5 +39,6 @@ def relocalised(estimate: Estimate, priors: PosePrior, station: int) -> FloatArr
 
 
 def _sight(estimate: Estimate, station: int) -> LocalScan:
+    """Return the arcs of one station in the frame of the robot."""
     arcs = [each for each in estimate.arcs if each.station == station]
     return local_scans(arcs, estimate.recorded, estimate.model.tabulated(), estimate.measured_poses[station])

@@ -1,8 +1,8 @@
-"""Servo: gain and offset that make the arcs of all stations and sensors fit together, before anything is explained.
+"""Servo calibration: gain and offset for which the arcs of all stations and sensors agree, before any search.
 
-A hobby servo turns a few percent less or more than commanded, and its horn sits some degrees askew.  Ranges hardly
-change with that; the directions in which arcs lie do.  With the right gain and offset arcs that different
-stations detected lie on the same planes, or about the same points, as often as they can.
+A hobby servo turns a few percent less or more than commanded, and its horn is off by some degrees. Ranges hardly depend
+on that; the directions of arcs do. With the right gain and offset as many arcs as possible of different stations lie on
+common planes or about common points.
 """
 
 import math
@@ -23,39 +23,40 @@ from echoplan.preprocessing.servo import ServoError
 
 __all__ = ["find_servo"]
 
-# How far planes of single arcs err, with the headings of stations set down by hand: on simulated heads of gain 1 arcs
-# scatter by 2 degrees, hands by 3 [rad, m].
+# Standard deviations of the normal of a complete arc, of one that is cut off, and of the depth, including headings of
+# stations placed by hand: on simulated heads of gain 1 arcs scatter by 2 degrees, headings by 3 [rad, rad, m].
 _WHOLE, _CUT, _DEPTH = math.radians(3.0), math.radians(6.0), 0.02
-# So many arcs are of what no other station detected.
+# Share of arcs of landmarks that no other station detected.
 _ALONE = 0.3
-# So far gains and offsets are looked for, in steps of about a standard deviation of what 30 arcs determine.
+# Grid of gains and offsets [rad], in steps of about the standard deviation that 30 arcs achieve.
 _GAINS, _OFFSETS = np.linspace(0.85, 1.15, 13), np.radians(np.linspace(-14.0, 14.0, 15))
-# Arcs farther from each other than this have nothing in common [deviations].
+# Arcs farther from each other than this are not of one landmark [sigmas].
 _FAR = 6.0
-# So many steps without a ping are the end of a sweep.
+# A gap of this many steps without a ping is the end of a sweep.
 _GAP = 3.0
-# PingScores that is positive [nats] (Kass and Raftery 1995): to ask what a calibrated servo explains costs time only.
+# Log-likelihood ratio of positive evidence [nats] (Kass and Raftery 1995): trying a calibrated servo in vain costs only
+# time.
 _POSITIVE = 1.0
-# Fewer arcs do not determine gain and offset.
+# Minimum number of arcs that determine gain and offset.
 _FEWEST = 10
 _SINGLE_ARC = (0.006, 0.03)
 
 
 class _Planes(NamedTuple):
-    """The planes that explain single arcs.
+    """Planes that explain single arcs.
 
     Attributes
     ----------
     stations : ndarray of int, shape (a,)
-        Number of the station.
+        Index of the station.
     hubs, arms : ndarray of complex, shape (a,)
-        Axis of the servo, and from there to the acoustic centre [m].
+        Axis of the servo, and vector from it to the acoustic centre [m].
     normals, depths : ndarray, shape (a,)
-        Direction of the plane and its distance from the acoustic centre [rad, m].
+        Normal angle of the plane and its distance from the acoustic centre [rad, m].
     angles : ndarray, shape (a,)
-        Where the servo was, as recorded [rad].
+        Recorded servo angle [rad].
     weights : ndarray, shape (a,)
-        How much each counts, up to 1.
+        Weight, up to 1.
     sigmas : ndarray, shape (a,)
         Standard deviations of the normals [rad].
     """
@@ -71,18 +72,7 @@ class _Planes(NamedTuple):
 
 
 def find_servo(estimate: Estimate) -> ServoError | None:
-    """Find gain and offset of the servo if arcs speak for it that it does not turn as recorded.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        What was detected, from poses as recorded.
-
-    Returns
-    -------
-    ServoError or None
-        The likeliest with their priors; None where the servo may well turn as recorded.
-    """
+    """Return the most likely gain and offset of the servo, or None without evidence that recorded angles are wrong."""
     if not estimate.has_servo or len(estimate.arcs) < _FEWEST:
         return None
     planes = _planes_of(estimate)
@@ -95,14 +85,14 @@ def find_servo(estimate: Estimate) -> ServoError | None:
 
 
 def posterior(planes: _Planes, reach: float, settings: OptimiserSettings) -> FloatArray:
-    """Logarithm of the posterior density of gains and offsets, but for a constant [nats]."""
+    """Return the log posterior density of gains (rows) and offsets (columns), up to a constant [nats]."""
     scores = np.array([[_log_likelihood(planes, reach, gain, offset) for offset in _OFFSETS] for gain in _GAINS])
     found: FloatArray = scores - settings.servo_strain(_GAINS[:, None], _OFFSETS)
     return found
 
 
 def _planes_of(estimate: Estimate) -> _Planes:
-    """Fit a plane to each arc; one that the end of a sweep cuts off does not show where its middle is."""
+    """Fit a plane to each arc; the normal is less certain for an arc that is cut off by the end of a sweep."""
     measurements, hearing = estimate.recorded, estimate.model.tabulated()
     ends = _ends(measurements)
     rows = []
@@ -129,7 +119,7 @@ def _planes_of(estimate: Estimate) -> _Planes:
 
 
 def _ends(measurements: Measurements) -> BoolArray:
-    """Return which pings are the first or the last of those that look one after the other around a station."""
+    """Return which pings are the first or the last of a sweep, in the order of their bearings around a station."""
     ends = np.zeros(len(measurements.readings), dtype=bool)
     for station in np.unique(measurements.stations):
         own = np.flatnonzero(measurements.stations == station)
@@ -142,9 +132,9 @@ def _ends(measurements: Measurements) -> BoolArray:
 
 @compiled
 def _log_likelihood(planes: _Planes, reach: float, gain: float, offset: float) -> float:
-    """Log likelihood of the arcs: each of them about those of other stations, or anywhere (half of it).
+    """Return the log-likelihood of the arcs: each is near an arc of another station, or anywhere.
 
-    Of two arcs that lie near each other each explains the other, so that both together count once.
+    Each of two arcs of one landmark explains the other, so both are counted half.
     """
     turns = offset + (gain - 1.0) * planes.angles
     places = planes.hubs + planes.arms * np.exp(1j * turns)
@@ -169,11 +159,11 @@ def _log_likelihood(planes: _Planes, reach: float, gain: float, offset: float) -
 def _of_one_wall(
     away: complex, normals: tuple[complex, complex], depths: tuple[float, float], sigmas: tuple[float, float]
 ) -> float:
-    """Density of an arc if it is of the wall of another [1/(rad m)]; neither knows which way the wall runs for sure."""
+    """Return the density of an arc if it is of the same wall as another one of uncertain normal [1/(rad m)]."""
     turned, variance = np.angle(normals[0] / normals[1]), sigmas[0] ** 2 + sigmas[1] ** 2
     if turned**2 > _FAR**2 * variance:
         return 0.0
-    # The normal that is likeliest by both, and what is left open of it.
+    # The most likely common normal, and the distance of the planes along it.
     share = sigmas[0] ** 2 / variance
     middle = normals[0] * np.exp(-1j * share * turned)
     apart = away * middle.conjugate()
@@ -187,17 +177,17 @@ def _of_one_wall(
 def _of_one_point(
     away: complex, normals: tuple[complex, complex], depths: tuple[float, float], sigmas: tuple[float, float]
 ) -> float:
-    """Density of an arc if it is of the point of another [1/(rad m)]."""
+    """Return the density of an arc if it is of the same point as another one [1/(rad m)]."""
     apart = away + depths[0] * normals[0] - depths[1] * normals[1]
     if abs(apart) > _FAR * (_DEPTH + sigmas[0] * depths[0] + sigmas[1] * depths[1]):
         return 0.0
     xx, xy, yy = 0.0, 0.0, 0.0
-    for normal, depth, sigma in zip(normals, depths, sigmas):  # noqa: B905 - numba knows no strict
+    for normal, depth, sigma in zip(normals, depths, sigmas):  # noqa: B905 - numba does not support strict
         along, across = _DEPTH**2, (sigma * depth) ** 2
         xx += along * normal.real**2 + across * normal.imag**2
         yy += along * normal.imag**2 + across * normal.real**2
         xy += (along - across) * normal.real * normal.imag
     determinant = xx * yy - xy**2
     square = (yy * apart.real**2 - 2.0 * xy * apart.real * apart.imag + xx * apart.imag**2) / determinant
-    # An area is depth times the angle across it.
+    # Jacobian of the change from area to depth and angle.
     return depths[0] * math.exp(-0.5 * square) / (2.0 * math.pi * math.sqrt(determinant))

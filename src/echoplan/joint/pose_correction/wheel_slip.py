@@ -1,4 +1,4 @@
-"""Slips: steps that led farther astray than anybody believed, told by what seems there twice: before and after."""
+"""Wheel slip: steps with errors far outside the odometry noise, found by landmarks duplicated before and after them."""
 
 from collections.abc import Sequence
 
@@ -15,34 +15,23 @@ from echoplan.joint.search.scan_matching import LandmarkMap, LocalisationSetting
 
 __all__ = ["without_wheel_slip"]
 
-# Twins are turned against each other by less, and their ends lie no farther apart [rad, m].
+# Greatest angle between duplicates, and greatest gap between their ends [rad, m].
 _TURN, _APART = 0.3, 1.0
-# Radii of one cylinder seen from two sides differ by less [m].
+# Greatest difference of the radii of one cylinder as detected from two sides [m].
 _RADII = 0.06
-# A turn that is off puts what is so far away off to the side [m].
+# Distance at which a yaw error displaces landmarks sideways [m].
 _LEVER = 1.0
-# This share of what is said of a feature is said from one side of the step.
+# Share of the LLR of a landmark that stations on one side of the step contribute.
 _MOSTLY = 0.8
-# Where the stations are now, as well as their own arcs tell [m, m, rad].
+# Standard deviations of the present pose given the arcs of its stations [m, m, rad].
 _HERE = np.array([0.005, 0.005, 0.01])
 
 
 def without_wheel_slip(estimate: Estimate, priors: PosePrior) -> FloatArray | None:
-    """Take back the slip that puts most of what was heard after it where it had been heard before.
+    """Return poses without the wheel slip that explains most duplicates, shape (s, 3) [m, m, rad], or None.
 
-    The stations after a step are one rigid body, looked for in what those before it know.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        What was heard, and what is made of it.
-    priors : PosePrior
-        Odometry.
-
-    Returns
-    -------
-    ndarray, shape (s, 3), or None
-        Other poses [m, m, rad]; nothing if nothing seems there twice, or nothing fits better elsewhere.
+    The stations after a step are registered as one rigid body to the landmarks of those before it. The result is None
+    if nothing is duplicated, or if no other place fits better.
     """
     first = max(1, len(estimate.marginal_prior.poses))
     reaches = _reaches(priors, estimate.settings.localisation)
@@ -57,7 +46,7 @@ def without_wheel_slip(estimate: Estimate, priors: PosePrior) -> FloatArray | No
 def _taken_back(
     estimate: Estimate, priors: PosePrior, sights: Sequence[LocalScan], step: int
 ) -> tuple[float, FloatArray]:
-    """Move all stations after a step to where they fit best, and tell how much better they fit there [nats]."""
+    """Return the gain [nats] and the poses if all stations from a step on move to where they fit best."""
     poses, settings = estimate.poses, estimate.settings.localisation
     known, sight = _known(estimate.features, step), _together(sights[step:], poses[step:])
     guess, sigmas = dead_reckoned(priors.measured_poses, poses, step), settings.astray * priors.reaches[step]
@@ -67,7 +56,7 @@ def _taken_back(
 
 
 def _together(sights: Sequence[LocalScan], poses: FloatArray) -> LocalScan:
-    """See with the arcs of several stations as if all had been heard from the first of them."""
+    """Return the arcs of several stations in the frame of the first of them."""
     origins, normals = [], []
     for sight, pose in zip(sights, compose(invert(poses[0]), poses), strict=True):
         turned = np.exp(1j * pose[2]) * (sight.origins_xy[:, 0] + 1j * sight.origins_xy[:, 1])
@@ -82,33 +71,36 @@ def _together(sights: Sequence[LocalScan], poses: FloatArray) -> LocalScan:
 
 
 def _known(features: Sequence[Hypothesis], step: int) -> LandmarkMap:
-    """List what stations before a step heard, walls as long as they may be if their twins are the same."""
+    """Return the landmarks detected before a step, walls extended by the gap allowed between duplicates."""
     known = LandmarkMap.of([each for each in features if _before(each, step) > 0.0])
     return known._replace(extents=known.extents + np.array([-_APART, _APART]))
 
 
 def _reaches(priors: PosePrior, settings: LocalisationSettings) -> FloatArray:
-    """Tell how far each step may put one twin from the other [m]."""
+    """Return the greatest distance between duplicates due to the error of each step, shape (s,) [m]."""
     astray: FloatArray = priors.sigmas[:, :2].max(axis=1) + _LEVER * priors.sigmas[:, 2]
     return settings.deviations * settings.astray * astray
 
 
 def _has_twins(features: Sequence[Hypothesis], step: int, reach: float) -> bool:
-    """Tell whether one feature was heard before a step, and one much like it after."""
+    """Return whether a landmark detected mostly before a step resembles one detected mostly after it."""
     before = [each for each in features if _before(each, step) > _MOSTLY * _said(each)]
     after = [each for each in features if _before(each, step) < (1.0 - _MOSTLY) * _said(each)]
     return any(_alike(one, other, reach) for one in before for other in after)
 
 
 def _before(feature: Hypothesis, step: int) -> float:
+    """Return the LLR of a landmark from the stations before a step [nats]."""
     return feature.history.total + float(np.maximum(feature.llr_by_station[:step], 0.0).sum())
 
 
 def _said(feature: Hypothesis) -> float:
+    """Return the LLR of a landmark from all stations [nats]."""
     return _before(feature, len(feature.llr_by_station))
 
 
 def _alike(one: Hypothesis, other: Hypothesis, reach: float) -> bool:
+    """Return whether two landmarks may be duplicates at this distance [m]."""
     if one.kind is not other.kind:
         return False
     if one.is_wall:
