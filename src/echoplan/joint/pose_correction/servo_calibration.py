@@ -39,6 +39,7 @@ _GAP = 3.0
 _POSITIVE = 1.0
 # Minimum number of arcs that determine gain and offset.
 _FEWEST = 10
+# Standard deviation of readings and gate on residuals when a plane is fitted to a single arc [m].
 _SINGLE_ARC = (0.006, 0.03)
 
 
