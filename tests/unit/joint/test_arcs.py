@@ -57,7 +57,7 @@ def at_a_corner(step: float) -> list[Arc]:
     return arcs_of(hearing(listening([(0.0, 0.0)], step=step), [wall(0.0, 0.5), wall(np.pi / 2, 0.52)]))
 
 
-def test_walls_that_are_as_near_meet_in_a_ridge_which_parts_their_arcs() -> None:
+def test_arcs_of_two_equally_near_walls_are_split_at_the_range_maximum() -> None:
     arcs = at_a_corner(DEGREE)
     assert len(arcs) == 2
     detected = alone(wall(0.0, 0.5)).bearings
@@ -65,7 +65,7 @@ def test_walls_that_are_as_near_meet_in_a_ridge_which_parts_their_arcs() -> None
     assert (east, north) == pytest.approx((0.0, np.pi / 2), abs=np.radians(5))
 
 
-def test_where_pings_are_few_a_ridge_may_be_chance() -> None:
+def test_arcs_of_sparse_pings_are_not_split_at_range_maxima() -> None:
     assert len(at_a_corner(np.radians(5.0))) == 1
 
 
@@ -104,7 +104,7 @@ def test_coarse_readings_jump_by_their_steps_without_ending_an_arc() -> None:
 
 
 @pytest.mark.parametrize(("degrees", "least"), [(1.0, 3), (5.0, 2), (22.5, 1)])
-def test_the_sparser_the_pings_the_fewer_make_an_arc(degrees: float, least: int) -> None:
+def test_sparser_pings_need_fewer_echoes_for_an_arc(degrees: float, least: int) -> None:
     silent = listening([(0.0, 0.0)], step=np.radians(degrees))
     for count in (1, 2, 3):
         readings = silent.readings.copy()
@@ -112,11 +112,11 @@ def test_the_sparser_the_pings_the_fewer_make_an_arc(degrees: float, least: int)
         assert bool(arcs_of(silent._replace(readings=readings))) == (count >= least)
 
 
-def test_where_nothing_is_heard_there_are_no_arcs() -> None:
+def test_pings_without_echoes_give_no_arcs() -> None:
     assert arcs_of(listening()) == []
 
 
-def test_arcs_of_two_stations_are_never_one() -> None:
+def test_arcs_never_join_pings_of_two_stations() -> None:
     measurements = hearing(listening([(0.0, 0.0), (0.0, 0.001)], step=DEGREE), [wall(0.0, 1.0)])
     assert [arc.station for arc in arcs_of(measurements)] == [0, 1]
 
@@ -138,7 +138,7 @@ def test_planes_keep_the_order_of_their_arcs() -> None:
         assert arc_planes([arc], measurements, sonar)[0] == pytest.approx(plane)
 
 
-def test_the_plane_of_half_an_arc_is_still_near_the_wall() -> None:
+def test_the_plane_of_half_an_arc_is_near_the_wall() -> None:
     measurements = alone(wall(0.0, 1.0))
     half = without(measurements, measurements.bearings < 0.0)
     ((angle, offset),) = arc_planes(arcs_of(half), half, SONAR.tabulated())
@@ -148,7 +148,7 @@ def test_the_plane_of_half_an_arc_is_still_near_the_wall() -> None:
     assert offset == pytest.approx(1.0, abs=0.01)
 
 
-def test_a_few_strays_in_an_arc_do_not_move_its_plane() -> None:
+def test_a_few_outliers_in_an_arc_do_not_move_its_plane() -> None:
     measurements = alone(wall(0.0, 1.0))
     (arc,) = arcs_of(measurements)
     readings = measurements.readings.copy()
@@ -158,7 +158,7 @@ def test_a_few_strays_in_an_arc_do_not_move_its_plane() -> None:
     assert offset == pytest.approx(1.0, abs=0.003)
 
 
-def test_readings_that_are_too_short_are_scaled_before_planes_are_laid() -> None:
+def test_short_readings_are_scaled_before_planes_are_fitted() -> None:
     warm = replace(SONAR, range_scale=0.05)
     silent = listening([(0.0, 0.0)], step=DEGREE)
     measurements = hearing(silent, [wall(0.4, 2.0)], sonar=warm)
@@ -167,6 +167,6 @@ def test_readings_that_are_too_short_are_scaled_before_planes_are_laid() -> None
     assert offset == pytest.approx(2.0, abs=0.002)
 
 
-def test_an_arc_tells_how_many_of_its_echoes_are_among_others() -> None:
+def test_an_arc_returns_the_share_of_its_pings_in_a_mask() -> None:
     chosen = np.array([True, False, True, True, True])
     assert Arc(station=0, pings=np.array([0, 1, 3])).share_of(chosen) == pytest.approx(2 / 3)

@@ -36,7 +36,7 @@ def at_once(sweep: Sweep) -> FloatArray:
     return sweep.servo_angles + rates * ways / 343.0
 
 
-def test_a_servo_may_turn_or_stand_while_sound_is_under_way(turning: list[Sweep]) -> None:
+def test_the_servo_latency_is_right_whether_or_not_the_servo_turns_during_a_ping(turning: list[Sweep]) -> None:
     standing = [replace(sweep, servo_angles=at_once(sweep)) for sweep in turning]
     assert np.unique(turning[0].stamps_ns[:4]).size == 1
     for sweeps in (turning, standing):
@@ -45,7 +45,7 @@ def test_a_servo_may_turn_or_stand_while_sound_is_under_way(turning: list[Sweep]
         assert 0.001 < lag["sigma"] < 0.005
 
 
-def test_each_number_comes_with_what_was_believed_before(turning: list[Sweep]) -> None:
+def test_each_value_is_reported_with_its_sigma_and_that_of_the_prior(turning: list[Sweep]) -> None:
     found = calibrated(turning)
     for name in ("range_offset", "walk_gain", "range_scale", "servo_latency"):
         assert set(found[name]) == {"value", "sigma", "believed"}
@@ -53,7 +53,7 @@ def test_each_number_comes_with_what_was_believed_before(turning: list[Sweep]) -
 
 
 @pytest.mark.parametrize(("gain", "offset"), [(0.93, np.radians(6.0)), (1.05, np.radians(-4.0))])
-def test_a_head_of_another_gain_that_is_mounted_askew_calibrates_itself(gain: float, offset: float) -> None:
+def test_servo_gain_and_offset_are_calibrated(gain: float, offset: float) -> None:
     settings = SimulationSettings(servo_gain=gain, servo_offset=offset)
     rig = find_rig("hc-sr04-servo")
     simulation = Simulation(world=SQUARE, rig=rig, route=find_route("square"), settings=settings, seed=2)
@@ -72,6 +72,6 @@ def test_a_servo_that_turns_as_recorded_is_not_calibrated(turning: list[Sweep]) 
     assert not {"servo_gain", "servo_offset"} & set(calibrated(turning))
 
 
-def test_a_thermometer_is_told(turning: list[Sweep]) -> None:
+def test_the_temperature_is_reported(turning: list[Sweep]) -> None:
     found = calibrated([replace(sweep, temperature=20.0) for sweep in turning])
     assert found["range_scale"]["temperature"] == 20.0

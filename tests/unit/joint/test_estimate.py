@@ -25,7 +25,7 @@ def estimate_of(temperature: float) -> Estimate:
 
 
 @pytest.mark.parametrize(("temperature", "is_repeated"), [(20.0, False), (13.0, True)])
-def test_the_first_search_is_repeated_once_the_range_scale_has_moved(
+def test_the_first_search_is_repeated_if_the_range_scale_changes(
     monkeypatch: pytest.MonkeyPatch, temperature: float, *, is_repeated: bool
 ) -> None:
     scales, search = list[float](), Estimate.search

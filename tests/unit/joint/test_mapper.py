@@ -70,7 +70,7 @@ def assert_square(found: FeatureMap, *, within: float) -> None:
 
 
 @both_rigs
-def test_a_square_room_comes_out_square(rig: str) -> None:
+def test_a_square_room_is_mapped_as_a_square(rig: str) -> None:
     found = mapped(rig, simulated(rig))
     assert_square(found, within=WITHIN[rig])
     assert len(found.corners) == 4
@@ -79,7 +79,7 @@ def test_a_square_room_comes_out_square(rig: str) -> None:
 
 
 @both_rigs
-def test_errors_are_as_large_as_the_covariances_say(rig: str) -> None:
+def test_errors_of_walls_agree_with_their_covariances(rig: str) -> None:
     for wall in mapped(rig, simulated(rig)).walls:
         own = SQUARE[np.argmax(np.cos(SQUARE[:, 0] - wall.normal_angle))]
         error = np.array([np.sin(wall.normal_angle - own[0]), wall.offset - own[1]])
@@ -88,7 +88,7 @@ def test_errors_are_as_large_as_the_covariances_say(rig: str) -> None:
 
 
 @both_rigs
-def test_classes_are_as_sure_as_a_square_room_can_be(rig: str) -> None:
+def test_class_probabilities_depend_on_the_observed_length(rig: str) -> None:
     for wall in mapped(rig, simulated(rig)).walls:
         # Where a wall was not observed, each class is as likely as another.
         unobserved = wall.inferred.sum() / wall.length
@@ -97,18 +97,18 @@ def test_classes_are_as_sure_as_a_square_room_can_be(rig: str) -> None:
 
 
 @both_rigs
-def test_a_fifth_of_the_readings_may_be_missing(rig: str) -> None:
+def test_a_square_is_mapped_with_a_fifth_of_the_readings_missing(rig: str) -> None:
     assert_square(mapped(rig, simulated(rig, dropout=0.2)), within=WITHIN[rig])
 
 
 @both_rigs
-def test_a_tenth_of_the_readings_may_be_stray_echoes(rig: str) -> None:
+def test_a_square_is_mapped_with_a_tenth_of_stray_echoes(rig: str) -> None:
     assert_square(mapped(rig, simulated(rig, stray=0.1)), within=WITHIN[rig])
 
 
 @both_rigs
 @pytest.mark.parametrize("reading", [np.inf, np.nan, -np.inf, 1.0], ids=["deaf", "faulty", "blocked", "stuck"])
-def test_one_sensor_may_be_ill(rig: str, reading: float) -> None:
+def test_a_square_is_mapped_with_one_faulty_sensor(rig: str, reading: float) -> None:
     ill = changed(simulated(rig), lambda sweep: np.where(sweep.sensor_ids == 2, reading, sweep.ranges))
     assert_square(mapped(rig, ill), within=WITHIN[rig])
 
@@ -123,7 +123,7 @@ def walking(sweep: Sweep) -> FloatArray:
     return np.where(toward, np.minimum(legs, sweep.ranges), sweep.ranges)
 
 
-def test_a_person_may_walk_through_the_room() -> None:
+def test_a_square_is_mapped_while_a_person_walks_through() -> None:
     hidden = changed(simulated(ARRAY), walking)
     assert sum(int((a.ranges != b.ranges).sum()) for a, b in zip(hidden, simulated(ARRAY), strict=True)) > 60
     assert_square(mapped(ARRAY, hidden), within=WITHIN[ARRAY])
@@ -131,7 +131,7 @@ def test_a_person_may_walk_through_the_room() -> None:
 
 @both_rigs
 @pytest.mark.parametrize("reading", [np.inf, np.nan])
-def test_a_sweep_may_hear_nothing_at_all(rig: str, reading: float) -> None:
+def test_a_sweep_without_echoes_does_no_harm(rig: str, reading: float) -> None:
     sweeps = list(simulated(rig))
     sweeps[1] = replace(sweeps[1], ranges=np.full(len(sweeps[1]), reading))
     found = mapped(rig, sweeps)
@@ -140,7 +140,7 @@ def test_a_sweep_may_hear_nothing_at_all(rig: str, reading: float) -> None:
     assert found.cylinders == ()
 
 
-def test_a_sweep_without_pings_is_passed_over() -> None:
+def test_a_sweep_without_pings_is_ignored() -> None:
     nothing = np.zeros(0)
     empty = Sweep(
         index=5,
@@ -157,31 +157,31 @@ def test_a_sweep_without_pings_is_passed_over() -> None:
 
 
 @both_rigs
-def test_where_nothing_is_in_reach_the_map_is_empty(rig: str) -> None:
+def test_the_map_is_empty_if_nothing_is_in_range(rig: str) -> None:
     found = mapped(rig, changed(simulated(rig), lambda sweep: np.full(len(sweep), np.inf)))
     assert (found.walls, found.corners, found.cylinders) == ((), (), ())
     assert len(found.poses) == 5
 
 
-def test_without_a_sweep_the_map_is_empty() -> None:
+def test_the_map_is_empty_without_sweeps() -> None:
     found = mapped(ARRAY, [])
     assert (found.walls, found.corners, found.cylinders) == ((), (), ())
     assert found.poses.shape == (0, 3)
 
 
-def test_where_every_sensor_is_ill_the_map_is_empty() -> None:
+def test_the_map_is_empty_if_every_sensor_is_stuck() -> None:
     # Always the same reading, wherever the robot stands: that is no room.
     found = mapped(ARRAY, changed(simulated(ARRAY), lambda sweep: np.full(len(sweep), 1.0)))
     assert (found.walls, found.corners, found.cylinders) == ((), (), ())
 
 
-def test_readings_by_mere_chance_make_no_map() -> None:
+def test_random_readings_make_no_map() -> None:
     rng = np.random.default_rng(1)
     found = mapped(ARRAY, changed(simulated(ARRAY), lambda sweep: rng.uniform(0.1, 2.9, len(sweep))))
     assert (found.walls, found.corners, found.cylinders) == ((), (), ())
 
 
-def test_one_station_gives_the_walls_that_it_faces_and_knows_how_vaguely() -> None:
+def test_one_station_gives_the_walls_that_it_faces_with_honest_sigmas() -> None:
     found = given_one_by_one(ARRAY, simulated(ARRAY)[1:2])
     assert len(found.walls) == 4
     for wall in found.walls:
@@ -200,7 +200,7 @@ def drawn(found: FeatureMap) -> FloatArray:
 
 
 @both_rigs
-def test_asking_twice_gives_the_same_answer(rig: str) -> None:
+def test_calling_result_twice_gives_the_same_map(rig: str) -> None:
     mapper = JointMapper(find_rig(rig))
     first = map_sweeps(mapper, simulated(rig))
     second = mapper.result()
@@ -208,7 +208,7 @@ def test_asking_twice_gives_the_same_answer(rig: str) -> None:
     assert first.parameters == second.parameters
 
 
-def test_asking_in_between_changes_nothing() -> None:
+def test_calling_result_between_sweeps_changes_nothing() -> None:
     mapper = JointMapper(find_rig(RING))
     for sweep in simulated(RING):
         mapper.add(sweep)
@@ -224,7 +224,7 @@ def round_and_round() -> tuple[Sweep, ...]:
     return tuple(Simulation(world=find_world("square"), rig=find_rig(RING), route=Route(map_from_base=way), seed=1))
 
 
-def test_a_thousand_stations_make_one_map_and_a_memory_that_does_not_grow() -> None:
+def test_a_thousand_stations_are_mapped_with_bounded_memory() -> None:
     mapper = JointMapper(find_rig(RING), JointSettings(poses=PoseMode.TRUST, window=WindowSettings(stations=6, step=6)))
     sizes = []
     for number, sweep in enumerate(round_and_round()):
@@ -239,7 +239,7 @@ def test_a_thousand_stations_make_one_map_and_a_memory_that_does_not_grow() -> N
     assert sizes[-1] - sizes[0] < 750 * 100
 
 
-def test_a_map_through_a_small_window_is_as_good_as_the_map_of_all_at_once() -> None:
+def test_a_small_window_gives_as_good_a_map_as_all_stations_together() -> None:
     sweeps = round_and_round()[:40]
     small = JointSettings(poses=PoseMode.TRUST, window=WindowSettings(stations=4, step=3))
     whole = JointSettings(poses=PoseMode.TRUST, window=WindowSettings(stations=99, step=1))
@@ -247,7 +247,7 @@ def test_a_map_through_a_small_window_is_as_good_as_the_map_of_all_at_once() -> 
         assert_square(mapped(RING, sweeps, settings), within=0.006)
 
 
-def test_hearing_a_room_again_and_again_from_one_place_says_no_more_than_hearing_it_once() -> None:
+def test_repeated_sweeps_from_one_pose_add_no_walls_and_no_false_certainty() -> None:
     rig, first = ARRAY, simulated(ARRAY)[0]
     period = int(first.stamps_ns[-1] - first.stamps_ns[0]) + 100_000_000
     room = Simulation(
@@ -266,7 +266,7 @@ def test_hearing_a_room_again_and_again_from_one_place_says_no_more_than_hearing
         assert any(abs(np.exp(1j * wall.normal_angle) - np.exp(1j * angle)) < 0.02 for angle, _ in SQUARE)
 
 
-def test_exact_poses_stay_where_readings_are_coarse() -> None:
+def test_exact_poses_are_kept_with_coarse_readings() -> None:
     fine = find_rig(ARRAY)
     coarse = replace(fine, sensors=tuple(replace(each, resolution=0.1) for each in fine.sensors))
     room = Simulation(world=find_world("square"), rig=coarse, route=find_route("square"), seed=2)
@@ -278,14 +278,16 @@ def test_exact_poses_stay_where_readings_are_coarse() -> None:
     assert found.poses == pytest.approx(room.truth.poses)
 
 
-def test_poses_that_agree_are_left_as_they_are() -> None:
+def test_consistent_poses_are_kept() -> None:
     found = mapped(ARRAY, simulated(ARRAY))
     assert found.poses == pytest.approx(np.array([sweep.station for sweep in simulated(ARRAY)]))
     assert found.sweeps.tolist() == [0, 1, 2, 3, 4]
 
 
 @pytest.mark.parametrize(("length", "width", "beside"), [(5.2, 3.4, 1.3), (3.3, 2.6, 0.8)])
-def test_exact_poses_of_a_straight_drive_with_fixed_sensors_stay(length: float, width: float, beside: float) -> None:
+def test_exact_poses_of_a_straight_drive_with_fixed_sensors_are_kept(
+    length: float, width: float, beside: float
+) -> None:
     way = np.array([[x, beside, 0.0] for x in np.arange(0.6, length - 0.8, 0.05)])
     places = enumerate([(0.1, 0.0), (0.0, 0.06), (-0.1, 0.0), (0.0, -0.06)])
     told = {"half_aperture": np.pi / 6, "max_range": 4.0, "resolution": 0.003}
@@ -300,7 +302,7 @@ def test_exact_poses_of_a_straight_drive_with_fixed_sensors_stay(length: float, 
         assert sum(np.cos(wall.normal_angle - angle) > 0.99 for wall in found.walls) == 1
 
 
-def test_what_was_learned_of_the_sonar_is_told_with_the_settings() -> None:
+def test_the_calibration_is_reported_with_the_settings() -> None:
     found = mapped(ARRAY, simulated(ARRAY))
     told = json.loads(json.dumps(found.parameters))
     assert found.method == "joint"
@@ -312,7 +314,7 @@ def test_what_was_learned_of_the_sonar_is_told_with_the_settings() -> None:
 
 @both_rigs
 @pytest.mark.parametrize(("temperature", "scale"), [(14.0, -0.0103), (26.0, 0.0102)])
-def test_a_cool_room_is_as_large_as_a_warm_one(rig: str, temperature: float, scale: float) -> None:
+def test_the_range_scale_compensates_the_air_temperature(rig: str, temperature: float, scale: float) -> None:
     # The module takes sound to be as fast as at 20 degrees.
     found = mapped(rig, simulated(rig, temperature=temperature))
     told = json.loads(json.dumps(found.parameters))
@@ -325,24 +327,24 @@ def scale_of(rig: Rig, sweeps: Sequence[Sweep]) -> float:
     return float(found["range_scale"]["value"])
 
 
-def test_from_one_station_a_thermometer_tells_what_nothing_else_can() -> None:
+def test_with_one_station_only_a_thermometer_determines_the_range_scale() -> None:
     (warm, *_) = simulated(ARRAY, temperature=31.0)
     assert scale_of(find_rig(ARRAY), [replace(warm, temperature=31.0)]) == pytest.approx(0.0195, abs=0.003)
     assert abs(scale_of(find_rig(ARRAY), [warm]) - 0.0195) > 0.006
 
 
-def test_modules_that_take_sound_to_be_slower_than_it_is_read_too_little() -> None:
+def test_the_speed_of_sound_of_the_rig_sets_the_range_scale() -> None:
     # Read with the right speed, and called slow: the readings are short by that much.
     rig, (first, *_) = replace(find_rig(ARRAY), speed_of_sound=340.0), simulated(ARRAY)
     assert scale_of(rig, [replace(first, temperature=20.0)]) == pytest.approx(0.0094, abs=0.003)
 
 
-def test_a_detector_that_jumps_by_whole_periods_moves_walls_by_less_than_one() -> None:
+def test_a_detector_that_skips_carrier_periods_hardly_moves_walls() -> None:
     assert_square(mapped(ARRAY, simulated(ARRAY, detector="carrier")), within=WITHIN[ARRAY])
 
 
 @pytest.mark.parametrize("quality_factor", [10.0, 40.0])
-def test_a_transducer_that_rings_longer_or_shorter_than_thought_moves_no_wall(quality_factor: float) -> None:
+def test_a_wrong_quality_factor_of_the_transducer_moves_no_wall(quality_factor: float) -> None:
     # The range walk is half or twice of what the rig says.
     assert_square(mapped(ARRAY, simulated(ARRAY, quality_factor=quality_factor)), within=WITHIN[ARRAY])
 
@@ -350,12 +352,12 @@ def test_a_transducer_that_rings_longer_or_shorter_than_thought_moves_no_wall(qu
 @both_rigs
 @pytest.mark.parametrize("walk", ["fitted", ((0.0, 0.03), (6.0, 0.015), (20.0, 0.004), (50.0, 0.0))])
 @pytest.mark.parametrize("detector", ["envelope", "carrier"])
-def test_another_walk_may_stand_in_the_place_of_the_usual_one(rig: str, walk: str, detector: str) -> None:
+def test_fitted_and_tabulated_range_walks_give_the_same_map(rig: str, walk: str, detector: str) -> None:
     settings = JointSettings.model_validate({"walk": walk})
     assert_square(mapped(rig, simulated(rig, detector=detector), settings), within=WITHIN[rig])
 
 
-def test_a_side_of_a_box_that_looked_like_a_corner_is_a_wall_once_all_else_is_in_place() -> None:
+def test_a_side_of_a_box_taken_for_a_corner_becomes_a_wall() -> None:
     simulation = random_simulation(29)
     found = evaluate(mapped(simulation.rig, tuple(simulation)), simulation.truth).matches.walls
     assert found.found == found.wanted
@@ -391,7 +393,7 @@ def around_a_block() -> Simulation:
     )
 
 
-def test_walls_that_are_seen_again_close_the_loop() -> None:
+def test_walls_detected_again_close_the_loop() -> None:
     drive = around_a_block()
     found = mapped(drive.rig, tuple(drive), JointSettings(poses=PoseMode.AUTO))
     lost, off = (np.hypot(*(each - drive.truth.poses)[-1, :2]) for each in (drive.truth.given, found.poses))
@@ -413,7 +415,7 @@ def test_walls_that_are_seen_again_close_the_loop() -> None:
     ids=["part", "a tenth"],
 )
 @pytest.mark.parametrize("stations", [24, 7], ids=["at once", "as they come"])
-def test_a_rig_that_tells_too_little_of_its_odometry_does_not_bend_the_map(
+def test_a_rig_that_understates_its_odometry_noise_does_not_distort_the_map(
     told: Odometry, *, farther: bool, stations: int
 ) -> None:
     drive, window = around_a_block(), WindowSettings(stations=stations, step=2)
@@ -425,14 +427,14 @@ def test_a_rig_that_tells_too_little_of_its_odometry_does_not_bend_the_map(
     assert learned["poses"]["exceeds_specification"] == farther
 
 
-def test_a_table_of_odometry_that_says_nothing_is_none() -> None:
+def test_an_empty_odometry_table_has_no_effect() -> None:
     drive = around_a_block()
     plain, empty = (mapped(replace(drive.rig, odometry=each), tuple(drive)[:4]) for each in (None, Odometry()))
     assert np.array_equal(plain.poses, empty.poses)
     assert plain.parameters == empty.parameters
 
 
-def test_a_room_is_where_all_way_points_say_that_it_is_not_where_the_first_one_does() -> None:
+def test_the_frame_is_that_of_all_waypoints_and_not_of_the_first_one() -> None:
     # Set down by hand: the first is off by 2 cm and 4 degrees, which would turn the far wall away by 20 cm.
     rng = np.random.default_rng(3)
     place = simulated_worlds.world([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0], [0.0, 0.0]])

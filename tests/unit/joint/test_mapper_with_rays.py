@@ -47,11 +47,11 @@ def assert_is_square(found: FeatureMap) -> None:
     assert found.cylinders == ()
 
 
-def test_a_square_room_comes_out_square() -> None:
+def test_a_square_room_is_mapped_as_a_square() -> None:
     assert_is_square(mapped("square"))
 
 
-def test_it_is_said_that_there_was_no_sound() -> None:
+def test_the_cone_is_reported_instead_of_the_beam() -> None:
     found = learned(mapped("square"))
     assert found["cone"] == pytest.approx(HALF_ANGLE, abs=0.002)
     assert not {"walk_gain", "figure_of_merit", "ka"} & set(found)
@@ -62,12 +62,12 @@ def test_walls_are_known_to_a_millimetre() -> None:
     assert scores.classes[FeatureClass.WALL].distance.mean.value < 0.001
 
 
-def test_rings_do_not_turn_and_have_to_be_told_that_they_read_rays() -> None:
+def test_a_ring_that_reads_rays_is_mapped_if_the_rig_says_so() -> None:
     assert_is_square(mapped("square", "ring-16", rays=True))
     assert "cone" not in learned(mapped("square", "ring-16"))
 
 
-def test_one_after_the_other_they_make_the_same_map() -> None:
+def test_adding_sweeps_one_by_one_makes_the_same_map() -> None:
     using, sweeps, _ = cast("square")
     mapper = JointMapper(using, JointSettings())
     for sweep in sweeps:

@@ -45,7 +45,7 @@ def state(features: list[Hypothesis], poses: int = 0) -> Values:
     return Values(features=as_arrays(features, 0), model=SONAR, poses=np.zeros((poses, 3)))
 
 
-def test_at_first_nothing_is_known() -> None:
+def test_an_initial_marginal_prior_is_empty() -> None:
     assert MarginalPrior().is_empty
     assert MarginalPrior().reordered([], state([]).layout) is None
     assert not marginal_prior().is_empty
@@ -55,25 +55,25 @@ def test_at_first_nothing_is_known() -> None:
     ("place", "reach", "numbers"),
     [((0.0, 0.0), 2.5, [1, 3]), ((0.0, 0.0), 0.8, [3]), ((9.0, 0.0), 2.5, [2]), ((2.0, 5.0), 3.0, [])],
 )
-def test_near_is_what_a_station_can_reach(place: tuple[float, float], reach: float, numbers: list[int]) -> None:
+def test_landmarks_within_range_are_kept(place: tuple[float, float], reach: float, numbers: list[int]) -> None:
     part = marginal_prior().near(np.array([place]), reach)
     assert [each.history.number for each in part.features] == numbers
     assert [each.history.number for each in marginal_prior().beyond(part)] == [n for n in (1, 2, 3) if n not in numbers]
 
 
-def test_a_wall_is_near_where_it_was_heard_and_not_all_along_its_line() -> None:
+def test_the_distance_of_a_wall_is_that_of_its_detected_extent() -> None:
     assert len(marginal_prior().near(np.array([[1.9, 1.5]]), 0.6).features) == 1
     assert len(marginal_prior().near(np.array([[1.9, 2.5]]), 0.6).features) == 0
 
 
-def test_what_is_far_away_still_tells_of_the_sonar() -> None:
+def test_removed_landmarks_are_marginalised_and_inform_the_sonar() -> None:
     part = marginal_prior().near(np.array([[0.0, 0.0]]), 2.5)
     kept = [0, 1, *range(5, SIZE)]
     covariance = np.linalg.inv(marginal_prior().summary.information)[np.ix_(kept, kept)]
     assert np.linalg.inv(part.summary.information) == pytest.approx(covariance, rel=1e-6)
 
 
-def test_the_places_are_those_of_the_unknowns_at_hand() -> None:
+def test_the_prior_is_reordered_to_the_layout_of_an_optimisation() -> None:
     new = feature(wall(1.0, 1.0))
     features = [FEATURES[2], new, FEATURES[0]]
     summary = marginal_prior().reordered(features, state(features).layout)
@@ -82,7 +82,7 @@ def test_the_places_are_those_of_the_unknowns_at_hand() -> None:
     assert summary.columns.tolist() == [4, 5, 0, 1, *range(6, 6 + len(SONAR_UNKNOWNS))]
 
 
-def test_what_was_said_of_a_feature_that_fell_is_left_aside() -> None:
+def test_a_landmark_that_was_removed_is_marginalised() -> None:
     features = FEATURES[:2]
     summary = marginal_prior().reordered(features, state(features).layout)
     assert summary is not None
@@ -92,13 +92,13 @@ def test_what_was_said_of_a_feature_that_fell_is_left_aside() -> None:
 
 
 @pytest.mark.parametrize(("poses", "columns"), [(2, SIZE + 3), (0, SIZE)])
-def test_a_first_pose_counts_only_where_poses_are_free(poses: int, columns: int) -> None:
+def test_the_first_pose_has_a_prior_only_if_poses_are_variables(poses: int, columns: int) -> None:
     summary = marginal_prior(rest=7).reordered(FEATURES, state(FEATURES, poses).layout)
     assert summary is not None
     assert len(summary.columns) == columns
 
 
-def test_echoes_go_by_the_places_in_a_list() -> None:
+def test_corner_echoes_are_indexed_by_position_in_a_list() -> None:
     detected = replace(marginal_prior(), echoes={(1, 3): CornerEcho(pings=8), (2, 7): CornerEcho(pings=5)})
     echoes = detected.corner_echoes_of([FEATURES[2], FEATURES[1], FEATURES[0]])
     assert echoes.pairs == {(0, 2): CornerEcho(pings=8)}
@@ -111,7 +111,7 @@ def some_rows(count: int, size: int, seed: int) -> LinearFactor:
     return LinearFactor(columns, rng.normal(size=(count, size)), rng.normal(size=count), rng.uniform(0.5, 2.0, count))
 
 
-def test_rows_that_were_let_go_say_the_same_as_rows_at_hand() -> None:
+def test_marginalised_factors_give_the_same_solution_as_kept_ones() -> None:
     now = state(FEATURES)
     old, new = some_rows(30, SIZE, 1), some_rows(30, SIZE, 2)
     together, right = normal_equations([old, new], SIZE)
@@ -122,7 +122,7 @@ def test_rows_that_were_let_go_say_the_same_as_rows_at_hand() -> None:
     assert np.linalg.solve(later, vector) == pytest.approx(np.linalg.solve(together, right))
 
 
-def test_sums_go_on_from_what_was_known() -> None:
+def test_marginalising_in_two_steps_equals_marginalising_at_once() -> None:
     now = state(FEATURES)
     old, new = some_rows(30, SIZE, 1), some_rows(30, SIZE, 2)
     once = marginalise_poses(now, [old, new], None, 0)
@@ -131,7 +131,7 @@ def test_sums_go_on_from_what_was_known() -> None:
     assert twice.vector == pytest.approx(once.vector)
 
 
-def test_poses_that_go_are_eliminated_and_the_next_one_stays() -> None:
+def test_marginalised_poses_are_eliminated_and_the_next_one_is_kept() -> None:
     now = state(FEATURES, poses=3)
     rows = some_rows(60, SIZE + 9, 4)
     summary = marginalise_poses(now, [rows], None, 2)

@@ -52,7 +52,7 @@ def halfway() -> MarginalPrior:
     return marginalise(estimate(0, 7), 4)
 
 
-def test_what_was_heard_by_those_that_go_is_known_and_numbered() -> None:
+def test_landmarks_of_marginalised_stations_are_numbered() -> None:
     marginal_prior = halfway()
     numbers = [each.history.number for each in marginal_prior.features]
     assert len(numbers) >= 4
@@ -62,7 +62,7 @@ def test_what_was_heard_by_those_that_go_is_known_and_numbered() -> None:
     assert not any(each.is_known for each in marginal_prior.pending)
 
 
-def test_those_that_hear_a_wall_are_not_counted_among_those_that_miss_it() -> None:
+def test_stations_that_detect_a_wall_are_not_counted_as_missing_it() -> None:
     for each in halfway().features:
         if each.is_wall and each.history.total > 100.0:
             assert each.history.supporting > 0
@@ -79,7 +79,7 @@ def test_a_wall_that_most_stations_missed_is_not_drawn() -> None:
     assert first.history.number not in {each.history.number for each in without.features}
 
 
-def test_what_most_stations_heard_through_a_wall_is_not_drawn() -> None:
+def test_a_landmark_that_most_stations_detected_through_a_wall_is_not_drawn() -> None:
     marginal_prior = halfway()
     column = next(each for each in marginal_prior.features if each.kind is Kind.CYLINDER)
     assert column.history.hidden == 0
@@ -92,7 +92,7 @@ def test_what_most_stations_heard_through_a_wall_is_not_drawn() -> None:
     assert drawn == [1, 0]
 
 
-def test_a_wall_through_which_others_were_heard_is_not_drawn() -> None:
+def test_a_wall_through_which_other_landmarks_were_detected_is_not_drawn() -> None:
     marginal_prior = halfway()
     first = next(each for each in marginal_prior.features if each.is_wall)
     assert first.history.passed == 0
@@ -116,7 +116,7 @@ def test_a_wall_is_drawn_if_fewer_than_half_as_many_pings_passed_as_it_reflected
     assert (first.history.number in {each.history.number for each in drawn.features}) == is_drawn
 
 
-def test_what_has_no_ping_of_its_own_is_not_drawn() -> None:
+def test_a_landmark_that_explains_no_ping_best_is_not_drawn() -> None:
     marginal_prior = halfway()
     column = next(each for each in marginal_prior.features if each.kind is Kind.CYLINDER)
     rest = [each for each in marginal_prior.features if each is not column]
@@ -129,11 +129,11 @@ def test_what_has_no_ping_of_its_own_is_not_drawn() -> None:
     assert drawn[0] == drawn[1] + 1
 
 
-def test_no_ping_stays() -> None:
+def test_no_pings_are_kept_after_marginalisation() -> None:
     assert all(len(each.ping_scores.pings) == len(each.llr_by_station) == 0 for each in halfway().features)
 
 
-def test_the_map_of_a_part_and_a_memory_is_nearly_the_map_of_all() -> None:
+def test_a_map_from_a_marginal_prior_is_nearly_the_full_map() -> None:
     whole, parts = survey(estimate(0, 10)), survey(estimate(4, 10, halfway()))
     assert len(parts.walls([])) == len(whole.walls([])) == 8
     for one in parts.walls([]):
@@ -147,7 +147,7 @@ def test_the_map_of_a_part_and_a_memory_is_nearly_the_map_of_all() -> None:
     assert len(parts.corners()) == len(whole.corners())
 
 
-def test_what_is_known_of_walls_that_no_station_hears_any_more_is_not_lost() -> None:
+def test_walls_out_of_range_of_the_window_are_kept() -> None:
     away = estimate(0, 7)
     drawn = survey(away).walls([])
     marginal_prior = marginalise(away, 7)
@@ -158,14 +158,14 @@ def test_what_is_known_of_walls_that_no_station_hears_any_more_is_not_lost() -> 
         assert nearest.offset == pytest.approx(wall.offset, abs=0.006)
 
 
-def test_more_stations_make_walls_surer() -> None:
+def test_more_stations_reduce_the_variance_of_walls() -> None:
     def surest(marginal_prior: MarginalPrior | None) -> float:
         return min(float(each.covariance[1, 1]) for each in survey(estimate(7, 10, marginal_prior)).walls([]))
 
     assert surest(halfway()) < surest(None)
 
 
-def test_memory_grows_with_the_map_and_not_with_the_way() -> None:
+def test_memory_does_not_grow_when_stations_repeat() -> None:
     sizes, marginal_prior = [], MarginalPrior()
     for _ in range(6):
         marginal_prior = marginalise(estimate(0, 6, marginal_prior), 6)
@@ -174,7 +174,7 @@ def test_memory_grows_with_the_map_and_not_with_the_way() -> None:
     assert sizes[-1] < 1.01 * sizes[3]
 
 
-def test_features_are_told_as_surely_as_readings_tell_them_where_poses_are_trusted() -> None:
+def test_with_fixed_poses_the_covariance_corrects_the_weights_of_the_readings() -> None:
     trusted = estimate(0, 4)
     solution = survey(trusted).solution
     assert solution.information_inflation == trusted.information_inflation() > 1.0
@@ -187,7 +187,7 @@ def test_features_are_told_as_surely_as_readings_tell_them_where_poses_are_trust
     assert moved.information_inflation() == 1.0
 
 
-def test_what_the_model_of_the_sonar_lacks_is_in_the_covariances_of_the_map() -> None:
+def test_covariances_of_the_map_include_the_model_error() -> None:
     solution = survey(estimate(0, 4)).solution
     assert solution.sonar_sigmas()["range_offset"] >= min(solution.offset_sigma, 0.002) > 0.0
     for number in range(len(solution.reflectors)):
@@ -196,7 +196,7 @@ def test_what_the_model_of_the_sonar_lacks_is_in_the_covariances_of_the_map() ->
     assert solution.model_error > 0.0
 
 
-def test_which_way_walls_lie_from_way_points_along_the_axes_is_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_heading_factors_are_part_of_the_marginal_prior(monkeypatch: pytest.MonkeyPatch) -> None:
     by_hand = estimate(0, 7)
     walls = np.array([each.is_wall for each in by_hand.features])
     by_hand = replace(
@@ -210,7 +210,7 @@ def test_which_way_walls_lie_from_way_points_along_the_axes_is_remembered(monkey
     assert told[0, 0] > 1.001 * less[0, 0]
 
 
-def test_a_rig_that_is_not_believed_is_not_believed_by_those_who_come_later() -> None:
+def test_distrust_of_the_odometry_specification_is_kept() -> None:
     first = estimate(0, 7)
     assert marginalise(first, 3).trusts_specified_odometry
     first = replace(first, trusts_specified_odometry=False)

@@ -49,7 +49,7 @@ def found_open(covariances: FloatArray, alone: FloatArray) -> tuple[Undetermined
     return undetermined(covariances, covariances, alone, SETTINGS)
 
 
-def test_odometry_alone_adds_up_as_its_factors_do() -> None:
+def test_dead_reckoned_covariances_are_those_of_the_odometry_factors() -> None:
     way = np.array([[0.0, 0, 0], [1.0, 0, 0.5], [1.5, 0.8, 1.6], [1.4, 1.9, 3.0]])
     priors = odometry_prior(way, PoseSettings())
     information, _ = normal_equations([pose_factors(priors, way, 0)], 12)
@@ -59,7 +59,7 @@ def test_odometry_alone_adds_up_as_its_factors_do() -> None:
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.7, -1.2])
-def test_a_corridor_leaves_the_way_along_it_to_odometry(turn: float) -> None:
+def test_a_corridor_leaves_the_direction_along_it_undetermined(turn: float) -> None:
     (found,) = found_open(certain(corridor(turn)), ALONE)
     assert found.direction == pytest.approx(turn, abs=0.05)
     assert found.along > 3 * found.across
@@ -67,7 +67,7 @@ def test_a_corridor_leaves_the_way_along_it_to_odometry(turn: float) -> None:
     assert found.last == 10
 
 
-def test_a_corner_ends_it() -> None:
+def test_a_corner_ends_the_undetermined_run() -> None:
     detected = corridor(0.0)
     detected[6:] += np.diag([1 / 0.003**2, 0.0, 0.0])
     found = found_open(certain(detected), ALONE)
@@ -75,17 +75,17 @@ def test_a_corner_ends_it() -> None:
     assert not found or found[0].last < 6
 
 
-def test_a_room_leaves_nothing_open() -> None:
+def test_a_room_determines_all_poses() -> None:
     detected = corridor(0.0) + np.diag([1 / 0.003**2, 0.0, 0.0])
     assert found_open(certain(detected), ALONE) == ()
 
 
-def test_good_odometry_that_echoes_do_not_improve_is_no_open_way() -> None:
+def test_accurate_odometry_is_not_reported_as_undetermined() -> None:
     sure = BELIEFS._replace(sigmas=1e-3 * BELIEFS.sigmas)
     assert found_open(certain(corridor(0.0), sure), dead_reckoned_covariances(sure, WAY)) == ()
 
 
-def test_sweeps_stand_where_their_station_turns_them() -> None:
+def test_covariances_of_sweeps_include_the_rotation_of_their_station() -> None:
     station = np.diag([1e-6, 4e-6, 1e-4])
     poses = np.array([[1.0, 2.0, 0.3], [1.1, 2.0, 0.3], [5.0, 5.0, 0.0]])
     carried = carried_covariances(np.array([station, station]), SWEEPS, poses)
@@ -95,7 +95,7 @@ def test_sweeps_stand_where_their_station_turns_them() -> None:
     assert carried[1, 0, 0] == pytest.approx(1e-6)
 
 
-def test_sweeps_scatter_as_told() -> None:
+def test_covariances_of_sweeps_agree_with_simulated_errors() -> None:
     rng, station = np.random.default_rng(2), np.diag([1e-4, 4e-4, 9e-4])
     poses = np.array([[1.0, 2.0, 0.3], [1.3, 2.4, 0.5], [0.0, 0.0, 0.0]])
     step = compose(invert(poses[0]), poses[1])
@@ -104,11 +104,11 @@ def test_sweeps_scatter_as_told() -> None:
     assert np.cov(drawn.T) == pytest.approx(told, rel=0.05, abs=1e-5)
 
 
-def test_trusted_poses_have_none() -> None:
+def test_fixed_poses_have_no_covariances() -> None:
     assert carried_covariances(np.zeros((0, 3, 3)), SWEEPS, np.zeros((3, 3))).shape == (0, 3, 3)
 
 
-def test_an_open_way_is_told_by_sweeps() -> None:
+def test_an_undetermined_run_is_reported_by_sweep_numbers() -> None:
     stations = Stations(np.array([0, 0, 1, 2, 2, 3]), np.zeros((4, 3)))
     (found,) = found_open(certain(corridor(0.0)), ALONE)
     told = found.at_sweeps(stations, np.array([3, 4, 5, 7, 8, 9]))
@@ -136,7 +136,7 @@ def solution(kinds: list[Kind], information: FloatArray) -> Solution:
     )
 
 
-def test_between_walls_these_are_no_unknowns() -> None:
+def test_covariances_between_walls_are_conditional_on_the_walls() -> None:
     kinds = [Kind.WALL, Kind.CYLINDER, Kind.WALL]
     size = 2 + 3 + 2 + len(SONAR_UNKNOWNS) + 6
     root = np.random.default_rng(1).normal(size=(size, 2 * size))
@@ -147,12 +147,12 @@ def test_between_walls_these_are_no_unknowns() -> None:
     assert covariances_between_walls(solution(kinds, information)) == pytest.approx(np.array(expected))
 
 
-def test_where_there_are_no_walls_nothing_is_between_them() -> None:
+def test_without_walls_the_covariances_are_unconditional() -> None:
     alone = solution([Kind.CYLINDER], np.diag(np.arange(1.0, 3.0 + len(SONAR_UNKNOWNS) + 7.0)))
     np.testing.assert_array_equal(covariances_between_walls(alone), pose_covariances(alone))
 
 
-def test_a_frame_that_may_be_askew_does_not_hide_which_way_is_open() -> None:
+def test_an_uncertain_rotation_of_the_frame_does_not_hide_undetermined_poses() -> None:
     # All poses turned together about the first one: sideways by the distance, which no odometry tells.
     askew = np.array([np.diag([0.0, (0.01 * pose[0]) ** 2, 0.0]) for pose in WAY])
     between = certain(corridor(0.0))

@@ -173,7 +173,7 @@ def best_of(
     [(STEPS_FIRST, PoseModel.ODOMETRY), (HAND_FIRST, PoseModel.ABSOLUTE), (NEITHER, PoseModel.FIXED)],
 )
 @pytest.mark.parametrize("agree", [{PoseModel.ODOMETRY}, {PoseModel.FIXED, PoseModel.ODOMETRY}, set(PoseModel)])
-def test_the_evidence_tells_steps_from_way_points_set_by_hand(
+def test_the_pose_model_with_the_greatest_log_evidence_is_selected(
     monkeypatch: pytest.MonkeyPatch,
     agree: set[PoseModel],
     log_evidence_without_bias: dict[PoseModel, float],
@@ -182,7 +182,7 @@ def test_the_evidence_tells_steps_from_way_points_set_by_hand(
     assert best_of(monkeypatch, agree=agree, log_evidence_without_bias=log_evidence_without_bias).pose_model is expected
 
 
-def test_way_points_are_worth_what_they_explain_while_readings_count_in_full(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_absolute_poses_are_compared_before_shared_errors_are_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
     # Held down by an error that stations have in common, readings hardly tell of any poses that they are better.
     others = {
         "log_evidence": lambda estimate: HAND_FIRST[estimate.pose_model] - 15.0 * estimate.is_held_down,
@@ -192,7 +192,7 @@ def test_way_points_are_worth_what_they_explain_while_readings_count_in_full(mon
     assert best_of(monkeypatch, agree=set(PoseModel), others=others).pose_model is PoseModel.ABSOLUTE
 
 
-def test_marks_in_whole_centimetres_are_never_exact_where_they_are_doubtful(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_inconsistent_poses_in_whole_centimetres_are_always_corrected(monkeypatch: pytest.MonkeyPatch) -> None:
     others = {"are_quantised": lambda measured_poses: True}
     assert (
         best_of(monkeypatch, agree=set(PoseModel), log_evidence_without_bias=NEITHER, others=others).pose_model
@@ -201,9 +201,7 @@ def test_marks_in_whole_centimetres_are_never_exact_where_they_are_doubtful(monk
 
 
 @pytest.mark.parametrize("torn", [True, False])
-def test_errors_that_scatter_about_the_steps_are_none_of_odometry(
-    monkeypatch: pytest.MonkeyPatch, *, torn: bool
-) -> None:
+def test_independent_pose_errors_exclude_odometry(monkeypatch: pytest.MonkeyPatch, *, torn: bool) -> None:
     others: dict[str, Any] = {
         "scatter": lambda measured_poses, poses: 9.0,
         "has_duplicated_walls": lambda estimate: torn,
@@ -214,7 +212,7 @@ def test_errors_that_scatter_about_the_steps_are_none_of_odometry(
 
 @pytest.mark.parametrize("torn", [True, False])
 @pytest.mark.parametrize(("errors", "expected"), [(-12.0, PoseModel.ODOMETRY), (-8.0, PoseModel.ABSOLUTE)])
-def test_errors_that_add_up_are_none_of_way_points_unless_echoes_say_so_more_clearly(
+def test_accumulating_pose_errors_exclude_waypoints_unless_the_echoes_outweigh_them(
     monkeypatch: pytest.MonkeyPatch, errors: float, expected: PoseModel, *, torn: bool
 ) -> None:
     # Way-points explain 10 nats more than steps do.
@@ -228,7 +226,7 @@ def test_errors_that_add_up_are_none_of_way_points_unless_echoes_say_so_more_cle
 
 @pytest.mark.parametrize("torn", [True, False])
 @pytest.mark.parametrize(("errors", "round_", "expected"), [(-50, False, 0), (-30, False, 1), (-50, True, 1)])
-def test_where_errors_add_up_beyond_doubt_way_points_are_not_even_thought_of(
+def test_absolute_poses_are_not_tried_if_errors_clearly_accumulate(
     monkeypatch: pytest.MonkeyPatch, errors: float, expected: int, *, torn: bool, round_: bool
 ) -> None:
     thought = list[Any]()
@@ -244,7 +242,7 @@ def test_where_errors_add_up_beyond_doubt_way_points_are_not_even_thought_of(
 
 
 @pytest.mark.parametrize(("errors", "expected"), [(-3.0, PoseModel.ABSOLUTE), (-9.0, PoseModel.ODOMETRY)])
-def test_round_numbers_are_way_points_unless_errors_clearly_add_up(
+def test_poses_at_round_numbers_are_waypoints_unless_errors_clearly_accumulate(
     monkeypatch: pytest.MonkeyPatch, errors: float, expected: PoseModel
 ) -> None:
     others: dict[str, Any] = {
@@ -259,7 +257,7 @@ def test_round_numbers_are_way_points_unless_errors_clearly_add_up(
     ("log_evidence_without_bias", "expected"),
     [(STEPS_FIRST, PoseModel.ODOMETRY), (HAND_FIRST, PoseModel.ODOMETRY), (NEITHER, PoseModel.FIXED)],
 )
-def test_a_rig_that_tells_how_steps_go_astray_has_no_way_points(
+def test_a_rig_with_odometry_noise_has_no_waypoints(
     monkeypatch: pytest.MonkeyPatch, log_evidence_without_bias: dict[PoseModel, float], expected: PoseModel
 ) -> None:
     found = best_of(
@@ -280,7 +278,7 @@ def test_a_rig_that_tells_how_steps_go_astray_has_no_way_points(
 )
 # That steps may be off by six times more along the way costs 7 nats with four of them, and 5 must be left.
 @pytest.mark.parametrize(("more", "enough"), [(15.0, True), (10.0, False)])
-def test_steps_may_lead_farther_astray_than_the_rig_tells(
+def test_the_odometry_noise_may_exceed_the_specification(
     monkeypatch: pytest.MonkeyPatch, agree: set[PoseModel], more: float, *, strained: bool, farther: bool, enough: bool
 ) -> None:
     def log_evidence(estimate: Any) -> float:
@@ -297,7 +295,7 @@ def test_steps_may_lead_farther_astray_than_the_rig_tells(
     ("log_evidence_without_bias", "expected"),
     [(STEPS_FIRST, PoseModel.ODOMETRY), (HAND_FIRST, PoseModel.ABSOLUTE), (NEITHER, PoseModel.FIXED)],
 )
-def test_who_asks_for_better_poses_need_not_say_whether_steps_led_astray_or_a_hand(
+def test_a_requested_correction_selects_the_pose_model_itself(
     monkeypatch: pytest.MonkeyPatch, log_evidence_without_bias: dict[PoseModel, float], expected: PoseModel
 ) -> None:
     others: dict[str, Any] = {"is_inconsistent": lambda estimate: False}
@@ -323,7 +321,7 @@ def test_who_asks_for_better_poses_need_not_say_whether_steps_led_astray_or_a_ha
 
 
 @pytest.mark.parametrize("poses", [PoseMode.AUTO, PoseMode.CORRECT])
-def test_way_points_that_were_set_by_hand_stay_so_when_the_first_are_only_remembered(
+def test_the_absolute_pose_model_is_kept_after_marginalisation(
     monkeypatch: pytest.MonkeyPatch, poses: PoseMode
 ) -> None:
     marginal_prior = MarginalPrior(
@@ -344,7 +342,7 @@ def test_way_points_that_were_set_by_hand_stay_so_when_the_first_are_only_rememb
     [({PoseModel.FIXED}, PoseReason.NO_CORRECTION_NEEDED), (set(), PoseReason.NO_BETTER_POSES)],
 )
 @pytest.mark.parametrize("odometry_noise", [None, Odometry(along=0.02)])
-def test_who_asks_in_vain_is_told_why(
+def test_a_correction_without_effect_has_a_reason(
     monkeypatch: pytest.MonkeyPatch, agree: set[PoseModel], reason: PoseReason, odometry_noise: Odometry | None
 ) -> None:
     found = best_of(
@@ -366,7 +364,7 @@ def test_who_asks_in_vain_is_told_why(
         (HAND_FIRST, PoseModel.ABSOLUTE, PoseReason.INCONSISTENT),
     ],
 )
-def test_where_walls_are_torn_apart_way_points_are_thought_of_too(
+def test_absolute_poses_are_tried_if_walls_are_duplicated(
     monkeypatch: pytest.MonkeyPatch,
     log_evidence_without_bias: dict[PoseModel, float],
     expected: PoseModel,
@@ -384,9 +382,7 @@ def test_where_walls_are_torn_apart_way_points_are_thought_of_too(
 
 
 @pytest.mark.parametrize("best", ["led", "placed", "nudged"])
-def test_way_points_start_from_several_places_and_what_explains_most_is_taken(
-    monkeypatch: pytest.MonkeyPatch, best: str
-) -> None:
+def test_the_best_of_several_starts_of_absolute_poses_is_selected(monkeypatch: pytest.MonkeyPatch, best: str) -> None:
     def log_evidence(estimate: Any) -> float:
         if estimate.pose_model is not PoseModel.ABSOLUTE:
             return 0.0
@@ -399,7 +395,7 @@ def test_way_points_start_from_several_places_and_what_explains_most_is_taken(
 
 
 @pytest.mark.parametrize(("scattered", "others"), [(set(), 0), ({PoseModel.ABSOLUTE}, 1)])
-def test_where_pings_agree_from_the_steps_and_as_recorded_others_are_tried_if_nothing_holds_stations_together(
+def test_further_starts_are_tried_if_stations_share_no_walls(
     monkeypatch: pytest.MonkeyPatch, scattered: set[PoseModel], others: int
 ) -> None:
     placed = list[Any]()
@@ -408,11 +404,13 @@ def test_where_pings_agree_from_the_steps_and_as_recorded_others_are_tried_if_no
 
 
 @pytest.mark.parametrize("measured", [True, False])
-def test_walls_along_the_axes_tell_which_way_stations_faced(monkeypatch: pytest.MonkeyPatch, *, measured: bool) -> None:
+def test_absolute_poses_are_refined_again_if_walls_are_along_the_axes(
+    monkeypatch: pytest.MonkeyPatch, *, measured: bool
+) -> None:
     assert (best_of(monkeypatch, agree=set(), measured=measured).solution > 0) == measured
 
 
-def test_where_steps_explain_more_than_what_was_reset_from_them_way_points_are_nudged_too(
+def test_further_starts_are_tried_if_the_first_is_worse_than_odometry(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     # Steps that led astray leave way-points that start there astray, too.
@@ -424,7 +422,7 @@ def test_where_steps_explain_more_than_what_was_reset_from_them_way_points_are_n
 
 
 @pytest.mark.parametrize(("remembers", "expected"), [(True, 0), (False, 1)])
-def test_stations_that_others_are_remembered_with_keep_their_order(
+def test_stations_are_not_reordered_after_marginalisation(
     monkeypatch: pytest.MonkeyPatch, *, remembers: bool, expected: int
 ) -> None:
     placed = list[Any]()
@@ -434,7 +432,7 @@ def test_stations_that_others_are_remembered_with_keep_their_order(
     assert len(placed) == expected
 
 
-def test_no_hand_set_so_many_way_points(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_many_stations_are_no_waypoints(monkeypatch: pytest.MonkeyPatch) -> None:
     many = EstimateSettings().by_hand + 1
     assert (
         best_of(monkeypatch, agree=set(), log_evidence_without_bias=HAND_FIRST, stations=many).pose_model
@@ -447,7 +445,7 @@ def test_no_hand_set_so_many_way_points(monkeypatch: pytest.MonkeyPatch) -> None
     [(STEPS_FIRST, PoseModel.ODOMETRY), (NEITHER, PoseModel.FIXED)],
     ids=["more", "less"],
 )
-def test_many_stations_are_moved_only_where_that_explains_more(
+def test_many_stations_are_corrected_only_with_more_log_evidence(
     monkeypatch: pytest.MonkeyPatch, log_evidence_without_bias: dict[PoseModel, float], expected: PoseModel
 ) -> None:
     many = EstimateSettings().by_hand + 1
@@ -457,11 +455,11 @@ def test_many_stations_are_moved_only_where_that_explains_more(
     )
 
 
-def test_two_stations_have_nothing_to_hold_a_pose_against(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_poses_of_two_stations_are_not_corrected(monkeypatch: pytest.MonkeyPatch) -> None:
     assert best_of(monkeypatch, agree=set(), stations=2).pose_model is PoseModel.FIXED
 
 
-def test_poses_settle_as_long_as_that_explains_more(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_poses_are_refined_while_the_log_evidence_grows(monkeypatch: pytest.MonkeyPatch) -> None:
     log_evidence_without_bias = [0.0, 20.0, 40.0, 42.0, 90.0]
     estimate = doubtful(5, settings=EstimateSettings(poses=PoseMode.CORRECT, by_hand=0))
     told(
@@ -474,7 +472,7 @@ def test_poses_settle_as_long_as_that_explains_more(monkeypatch: pytest.MonkeyPa
     assert best.settled == 2
 
 
-def test_phantoms_are_sought_once_features_are_what_they_are_and_the_sonar_is_polished_last(
+def test_multipath_walls_are_removed_after_class_selection_and_before_calibration(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     told(monkeypatch, has_duplicated_walls=lambda estimate: False)

@@ -43,14 +43,14 @@ def test_detections_and_missed_detections_add_up_to_the_log_likelihood_ratio() -
         assert (each.worst_station is None) == (each.missed_detections == 0.0)
 
 
-def test_what_is_refused_says_which_test_it_failed() -> None:
+def test_rejected_landmarks_have_the_reason_of_the_failed_test() -> None:
     refused = [each for each in mapped()[1] if each.decision in (Decision.REMOVED, Decision.REJECTED)]
     assert refused
     for each in refused:
         assert (each.reason is Reason.EVIDENCE) <= (each.log_likelihood_ratio <= each.threshold)
 
 
-def test_a_map_is_the_same_whether_or_not_somebody_listens() -> None:
+def test_collecting_events_does_not_change_the_map() -> None:
     simulation = random_simulation(501)
     mapper = JointMapper(simulation.rig)
     for sweep in simulation:
@@ -59,7 +59,7 @@ def test_a_map_is_the_same_whether_or_not_somebody_listens() -> None:
     assert [each.offset for each in again.walls] == [each.offset for each in mapped()[0].walls]
 
 
-def test_listening_ends_with_the_block() -> None:
+def test_collecting_events_ends_with_the_block() -> None:
     logger = logging.getLogger("echoplan.joint")
     before = (logger.level, list(logger.handlers))
     with collect_events():

@@ -12,24 +12,24 @@ def part(first: int, count: int, *rows: dict[str, float], corrected: bool = True
     return Trajectory(sweeps, np.column_stack([sweeps, 0.0 * sweeps, 0.0 * sweeps]), covariances, rows)
 
 
-def test_parts_of_a_way_are_joined_in_order() -> None:
+def test_parts_of_a_trajectory_are_joined_in_order() -> None:
     whole = joined([part(0, 3), part(3, 2)])
     assert whole.sweeps.tolist() == [0, 1, 2, 3, 4]
     assert whole.poses[:, 0].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
     assert whole.covariances.shape == (5, 3, 3)
 
 
-def test_where_all_poses_are_trusted_there_are_no_covariances() -> None:
+def test_joined_fixed_poses_have_no_covariances() -> None:
     assert joined([part(0, 3, corrected=False), part(3, 2, corrected=False)]).covariances.shape == (0, 3, 3)
 
 
-def test_poses_that_were_trusted_before_others_were_corrected_have_none() -> None:
+def test_fixed_poses_before_estimated_ones_have_zero_covariance() -> None:
     whole = joined([part(0, 3, corrected=False), part(3, 2)])
     assert not whole.covariances[:3].any()
     assert whole.covariances[3:].any()
 
 
-def test_the_first_sweeps_keep_what_is_said_of_them() -> None:
+def test_the_first_sweeps_keep_their_undetermined_runs() -> None:
     late = {**OPEN, "first": 6, "last": 7}
     kept = part(0, 9, OPEN, late).first(4)
     assert kept.sweeps.tolist() == [0, 1, 2, 3]
@@ -39,7 +39,7 @@ def test_the_first_sweeps_keep_what_is_said_of_them() -> None:
 
 
 @pytest.mark.parametrize(("starts", "count"), [(5, 1), (6, 2)])
-def test_a_row_that_a_border_cut_in_two_is_one(starts: int, count: int) -> None:
+def test_an_undetermined_run_across_a_border_is_joined(starts: int, count: int) -> None:
     worse = {**OPEN, "first": starts, "last": 8, "along": 0.5}
     whole = joined([part(0, 5, OPEN), part(5, 5, worse)])
     assert len(whole.undetermined) == count

@@ -8,7 +8,7 @@ from echoplan.methods import METHODS
 
 TESTS = Path(__file__).parents[2]
 DEFINING = {
-    "joint": ("unit/joint/test_mapper.py", "test_errors_are_as_large_as_the_covariances_say"),
+    "joint": ("unit/joint/test_mapper.py", "test_errors_of_walls_agree_with_their_covariances"),
     "mdp-fuzzy": ("unit/extraction/test_compensation.py", "test_flat_excess_is_what_geometry_says"),
     "rcd": ("unit/extraction/test_rcd.py", "test_the_middle_of_a_region_is_taken_for_the_normal"),
     "point-plot": ("unit/classical/test_point_plot.py", "test_a_wall_is_drawn_as_an_arc_about_the_station"),

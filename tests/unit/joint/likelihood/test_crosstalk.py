@@ -47,7 +47,7 @@ def over_two(origin: tuple[float, float], place: tuple[float, float], *walls: Fl
 
 
 @pytest.mark.parametrize("mate", [(0.05, 0.0), (0.0, -0.4), (-0.6, 0.5)])
-def test_the_burst_of_a_mate_comes_back_from_its_image_in_the_wall(mate: tuple[float, float]) -> None:
+def test_crosstalk_over_one_wall_comes_from_the_image_source(mate: tuple[float, float]) -> None:
     log_densities = detected(measurements := one_ping((0.0, 0.0), 0.2, mate=mate, mate_bearing=0.3), EAST)
     image = np.array([2.0 - mate[0], mate[1]])
     assert likeliest(measurements, log_densities) == pytest.approx(np.hypot(*image) / 2, abs=1e-4)
@@ -55,7 +55,7 @@ def test_the_burst_of_a_mate_comes_back_from_its_image_in_the_wall(mate: tuple[f
 
 @pytest.mark.parametrize("mate", [(0.05, 0.0), (0.3, -0.4), (-0.2, 0.3)])
 @pytest.mark.parametrize("walls", list(itertools.permutations([EAST, OBLIQUE])))
-def test_the_burst_of_a_mate_may_come_by_way_of_two_walls(
+def test_crosstalk_over_two_walls_has_the_shortest_path(
     mate: tuple[float, float], walls: tuple[FloatArray, FloatArray]
 ) -> None:
     measurements = one_ping((0.1, 0.0), 1.0, mate=mate, mate_bearing=0.9)
@@ -63,30 +63,30 @@ def test_the_burst_of_a_mate_may_come_by_way_of_two_walls(
     assert likeliest(measurements, detected(measurements, *walls)) == pytest.approx(shortest / 2, abs=1e-4)
 
 
-def test_the_burst_of_a_mate_that_looks_the_other_way_comes_across_two_parallel_walls() -> None:
+def test_crosstalk_of_an_opposite_sensor_comes_over_two_parallel_walls() -> None:
     measurements = one_ping((0.3, 0.0), 0.0, mate=(0.3, 0.0), mate_bearing=np.pi)
     assert likeliest(measurements, detected(measurements, wall(np.pi, 1.0), EAST)) == pytest.approx(2.0, abs=1e-4)
     assert (detected(measurements, EAST, wall(np.pi, 1.0)) == UNHEARD).all()
 
 
-def test_sound_of_the_firing_before_reads_too_near_by_what_it_travelled_since() -> None:
+def test_crosstalk_of_the_previous_firing_reads_short_by_its_travel_time() -> None:
     measurements = one_ping((0.0, 0.0), 0.0, mate=(0.0, 0.0), lag=FIRING)
     far = wall(0.0, WAIT + 0.7)
     assert likeliest(measurements, detected(measurements, far)) == pytest.approx(0.7, abs=1e-4)
 
 
-def test_in_warm_air_sound_travels_farther_between_two_firings() -> None:
+def test_crosstalk_of_the_previous_firing_depends_on_the_speed_of_sound() -> None:
     measurements, far = one_ping((0.0, 0.0), 0.0, mate=(0.0, 0.0), lag=FIRING), wall(0.0, 1.02 * (WAIT + 0.7))
     warm = over(measurements, PLAIN.scaled(0.02), far)
     assert likeliest(measurements, warm) == pytest.approx(0.7, abs=1e-4)
 
 
-def test_without_mates_there_is_no_crosstalk() -> None:
+def test_without_other_bursts_there_is_no_crosstalk() -> None:
     for walls in ((EAST,), (EAST, OBLIQUE)):
         assert (detected(one_ping((0.0, 0.0), 0.2), *walls) == UNHEARD).all()
 
 
-def test_crosstalk_strikes_the_wall_within_its_extent() -> None:
+def test_crosstalk_is_reflected_within_the_extent_of_the_wall() -> None:
     # The burst strikes the wall halfway between the sensors, which are equally far from it.
     measurements = one_ping((0.0, 0.0), 0.2, mate=(0.0, 0.6), mate_bearing=0.0)
     inside, outside = (detected(measurements, EAST, extents=(extent,)) for extent in ((0.29, 0.31), (0.31, 0.9)))
@@ -95,7 +95,7 @@ def test_crosstalk_strikes_the_wall_within_its_extent() -> None:
 
 
 @pytest.mark.parametrize("hidden", [0, 1])
-def test_a_burst_over_two_walls_needs_both_where_it_strikes_them(hidden: int) -> None:
+def test_crosstalk_over_two_walls_needs_both_reflection_points(hidden: int) -> None:
     measurements = one_ping((0.1, 0.0), 1.0, mate=(0.3, -0.4), mate_bearing=0.9)
     _, strikes = over_two((0.3, -0.4), (0.1, 0.0), EAST, OBLIQUE)
     around = [(each - 0.05, each + 0.05) for each in strikes]
@@ -110,7 +110,7 @@ def test_crosstalk_does_not_pass_through_a_wall(place: tuple[float, float], mate
     assert (detected(measurements, EAST) == UNHEARD).all()
 
 
-def test_a_mate_that_looks_away_is_heard_less() -> None:
+def test_a_sensor_that_points_away_causes_less_crosstalk() -> None:
     toward, away = (
         detected(one_ping((0.0, 0.0), 0.2, mate=(0.0, -0.4), mate_bearing=bearing), wall(0.0, 2.5)).max()
         for bearing in (0.1, 2.0)
@@ -119,7 +119,7 @@ def test_a_mate_that_looks_away_is_heard_less() -> None:
     assert away < toward - 5.0
 
 
-def test_of_several_bursts_the_likeliest_explains_a_reading() -> None:
+def test_the_most_likely_burst_explains_a_reading() -> None:
     measurements = one_ping((0.0, 0.0), 0.2, mate=(0.0, -0.4), mate_bearing=0.1)
     crosstalk_sources = measurements.crosstalk_sources.copy()
     crosstalk_sources[:, 0] = crosstalk_sources[:, 1]
@@ -127,7 +127,7 @@ def test_of_several_bursts_the_likeliest_explains_a_reading() -> None:
     assert detected(twice, EAST).tolist() == detected(measurements, EAST).tolist()
 
 
-def test_no_burst_is_missed_by_looking_only_where_they_can_come_from() -> None:
+def test_restricting_crosstalk_to_possible_sources_loses_nothing() -> None:
     rng, told = np.random.default_rng(4), PLAIN.tabulated()
     scene = listening(step=np.radians(0.5))
     count = len(scene.readings) // len(scene.centers)
@@ -148,13 +148,13 @@ def test_no_burst_is_missed_by_looking_only_where_they_can_come_from() -> None:
         assert here.tolist() == there.tolist()
 
 
-def test_bursts_from_too_far_to_be_heard_are_left_out() -> None:
+def test_bursts_out_of_range_are_left_out() -> None:
     near, far = (one_ping((0.0, 0.0), 0.0, mate=(0.0, 0.0), lag=lag) for lag in (FIRING, 8 * FIRING))
     assert len(emissions_of(near, PLAIN.tabulated()).pings) > 0
     assert len(emissions_of(far, PLAIN.tabulated()).pings) == 0
 
 
-def test_what_explains_readings_better_than_bursts_stays() -> None:
+def test_adding_crosstalk_keeps_better_explanations() -> None:
     measurements, told = one_ping((0.0, 0.0), 0.2, mate=(0.0, -0.4), mate_bearing=0.1), PLAIN.tabulated()
     emissions, ends = emissions_of(measurements, told), (ENDLESS, ENDLESS)
     alone = volleys_over((measurements, told, emissions), (EAST, EAST), ends, NOISE)

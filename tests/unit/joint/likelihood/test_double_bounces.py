@@ -51,7 +51,7 @@ def walls_at(
 
 
 @pytest.mark.parametrize("place", [(0.2, 0.1), (-0.5, 0.4), (0.7, -0.6)])
-def test_in_a_right_angled_corner_a_double_echo_comes_from_the_corner_itself(place: tuple[float, float]) -> None:
+def test_in_a_right_angle_a_double_echo_reads_the_distance_of_the_vertex(place: tuple[float, float]) -> None:
     away = np.array([1.0, 0.8]) - place
     measurements = one_ping(place, float(np.arctan2(away[1], away[0])))
     reading = likeliest(measurements, walls_at(measurements, EAST, NORTH))
@@ -60,20 +60,20 @@ def test_in_a_right_angled_corner_a_double_echo_comes_from_the_corner_itself(pla
 
 @pytest.mark.parametrize("place", [(0.2, 0.1), (-0.3, 0.4), (0.1, -0.6)])
 @pytest.mark.parametrize("second", [OBLIQUE, wall(np.radians(-125.0), 1.2)])
-def test_a_double_echo_takes_the_shortest_way_over_both_walls(place: tuple[float, float], second: FloatArray) -> None:
+def test_a_double_echo_takes_the_shortest_path_over_both_walls(place: tuple[float, float], second: FloatArray) -> None:
     measurements = one_ping(place, float(second[1] / 2))
     shortest, _ = between_walls(place, EAST, second)
     there, back = (likeliest(measurements, walls_at(measurements, *pair)) for pair in ((EAST, second), (second, EAST)))
     assert there == back == pytest.approx(shortest / 2, abs=1e-4)
 
 
-def test_the_way_across_two_parallel_walls_comes_back_from_behind_and_is_not_heard() -> None:
+def test_a_path_over_two_parallel_walls_returns_from_behind_and_is_not_detected() -> None:
     measurements = one_ping((0.3, 0.0), 0.0)
     assert (walls_at(measurements, EAST, wall(np.pi, 1.0)) == UNHEARD).all()
 
 
 @pytest.mark.parametrize("hidden", [0, 1])
-def test_a_double_echo_needs_both_walls_to_reach_where_it_strikes_them(hidden: int) -> None:
+def test_a_double_echo_needs_both_walls_at_its_reflection_points(hidden: int) -> None:
     place, walls = (0.2, 0.1), (EAST, OBLIQUE)
     _, strikes = between_walls(place, *walls)
     measurements = one_ping(place, 0.9)
@@ -84,11 +84,11 @@ def test_a_double_echo_needs_both_walls_to_reach_where_it_strikes_them(hidden: i
 
 
 @pytest.mark.parametrize("place", [(1.2, 0.1), (0.2, 0.9)])
-def test_nothing_is_heard_from_behind_a_wall(place: tuple[float, float]) -> None:
+def test_there_is_no_double_echo_from_behind_a_wall(place: tuple[float, float]) -> None:
     assert (walls_at(one_ping(place, 0.7), EAST, NORTH) == UNHEARD).all()
 
 
-def test_a_ghost_spreads_half_as_much_again_as_an_echo() -> None:
+def test_a_double_echo_has_one_and_a_half_times_the_noise_of_an_echo() -> None:
     measurements = one_ping((0.2, 0.1), 0.7188)
     log_densities = walls_at(measurements, EAST, NORTH)
     detected = log_densities > UNHEARD
@@ -97,11 +97,11 @@ def test_a_ghost_spreads_half_as_much_again_as_an_echo() -> None:
     assert np.abs(late).max() == pytest.approx(6 * 1.5 * NOISE, abs=2e-4)
 
 
-def test_silence_is_no_ghost() -> None:
+def test_multipath_explains_no_missing_echo() -> None:
     assert walls_at(one_ping((0.2, 0.1), 0.7), EAST, NORTH)[-1] == UNHEARD
 
 
-def test_a_double_echo_fades_by_the_beam_at_its_departure_and_at_its_arrival() -> None:
+def test_a_double_echo_is_attenuated_by_the_beam_on_departure_and_arrival() -> None:
     # In an oblique corner sound leaves and comes back at different angles.
     place, bearing = np.array([0.2, 0.1]), 0.8
     measurements = one_ping((0.2, 0.1), bearing)
@@ -117,7 +117,7 @@ def test_a_double_echo_fades_by_the_beam_at_its_departure_and_at_its_arrival() -
 
 
 @pytest.mark.parametrize(("degrees", "louder"), [(90.0, 0.0), (89.0, 4.37), (85.0, 6.02)])
-def test_both_ways_around_merge_in_the_vertex_of_a_right_angle(degrees: float, louder: float) -> None:
+def test_both_paths_merge_in_the_vertex_of_a_right_angle(degrees: float, louder: float) -> None:
     # At 89 degrees the way over a vertex 3 m away is longer by 0.11 wavelengths: 1 + 2 sqrt(0.11) times one of the two.
     angle = np.radians(degrees)
     walls = [wall(side * (np.pi - angle) / 2, 3 * np.sin(angle / 2)) for side in (-1, 1)]
@@ -137,7 +137,9 @@ def corner(degrees: float, distance: float) -> tuple[FloatArray, FloatArray]:
 
 @pytest.mark.parametrize("distance", [1.0, 2.5])
 @pytest.mark.parametrize("degrees", [90.5, 92.0, 95.0])
-def test_the_vertex_of_a_wide_corner_sounds_as_diffraction_theory_says(degrees: float, distance: float) -> None:
+def test_the_vertex_of_a_wide_corner_returns_sound_as_diffraction_theory_predicts(
+    degrees: float, distance: float
+) -> None:
     measurements = one_ping((0.0, 0.0), 0.0)
     wavenumber, opening = 2 * np.pi / PLAIN.tabulated().wavelength, np.radians(degrees)
     echo = abs(edge_echo(distance, angle=opening / 2, opening=opening, wavenumber=wavenumber))
@@ -148,7 +150,7 @@ def test_the_vertex_of_a_wide_corner_sounds_as_diffraction_theory_says(degrees: 
     assert log_densities.max() == pytest.approx(expected, abs=0.2)
 
 
-def test_a_vertex_sounds_only_where_both_walls_reach_it_and_from_within() -> None:
+def test_a_vertex_returns_sound_only_if_both_walls_reach_it_and_from_within() -> None:
     measurements, (first, second) = one_ping((0.0, 0.0), 0.0), corner(92.0, 1.0)
     # Along the first wall the vertex is at +0.69 m, along the second at -0.69 m.
     reaching, short = (-2.0, 0.8), (-2.0, 0.4)
@@ -159,23 +161,21 @@ def test_a_vertex_sounds_only_where_both_walls_reach_it_and_from_within() -> Non
 
 
 @pytest.mark.parametrize(("begin", "is_heard"), [(-0.3, True), (0.3, False)])
-def test_a_vertex_on_a_line_of_two_walls_sounds_if_one_of_them_stands_before_the_other_wall(
-    begin: float, *, is_heard: bool
-) -> None:
+def test_a_vertex_returns_sound_if_a_wall_extends_before_the_other_one(begin: float, *, is_heard: bool) -> None:
     # The line goes on far behind the second wall; before it there is 1 m of it, or no more than a wall is stretched.
     measurements, (first, second) = one_ping((0.0, 0.0), 0.0), corner(92.0, 1.0)
     log_densities = walls_at(measurements, first, second, ((begin, 5.0), (-0.8, 2.0)))
     assert (log_densities.max() > UNHEARD) == is_heard
 
 
-def test_ghosts_are_read_with_the_walk_of_their_loudness() -> None:
+def test_double_echoes_have_the_range_walk_of_their_signal_excess() -> None:
     measurements, depth = one_ping((-1.5, -1.4), 0.7), np.hypot(2.5, 2.2)
     walking = ghosts_of_walls(measurements, SONAR.tabulated(), (EAST, NORTH), (ENDLESS, ENDLESS), NOISE)
     assert likeliest(measurements, walls_at(measurements, EAST, NORTH)) == pytest.approx(depth, abs=1e-4)
     assert depth + 0.001 < likeliest(measurements, walking) < depth + SONAR.walk_gain
 
 
-def test_readings_that_are_too_short_are_scaled_before_they_are_explained() -> None:
+def test_short_readings_are_scaled_before_multipath_explains_them() -> None:
     measurements = one_ping((0.2, 0.1), 0.7188)
     log_densities = ghosts_of_walls(
         measurements, replace(PLAIN, range_scale=0.05).tabulated(), (EAST, NORTH), (ENDLESS, ENDLESS), NOISE
@@ -201,7 +201,9 @@ def over_cylinder(place: tuple[float, float], reflector: FloatArray, disc: tuple
 
 @pytest.mark.parametrize("radius", [0.02, 0.05, 0.12])
 @pytest.mark.parametrize("center", [(0.5, 1.0), (-0.4, 1.4), (0.2, -1.2)])
-def test_the_echo_of_a_cylinder_in_a_wall_takes_the_way_over_both(radius: float, center: tuple[float, float]) -> None:
+def test_the_echo_over_a_wall_and_a_cylinder_takes_the_shortest_path(
+    radius: float, center: tuple[float, float]
+) -> None:
     measurements = one_ping((0.0, 0.0), float(np.arctan2(center[1], center[0] + 0.5)))
     log_densities = ghosts_of_cylinder(
         (measurements, PLAIN.tabulated()), EAST, cylinder(center[0], center[1], radius), NOISE
@@ -210,7 +212,7 @@ def test_the_echo_of_a_cylinder_in_a_wall_takes_the_way_over_both(radius: float,
     assert likeliest(measurements, log_densities) == pytest.approx(shortest / 2, abs=1e-4)
 
 
-def test_the_echo_of_a_cylinder_in_a_wall_is_about_as_loud_as_its_law_says() -> None:
+def test_the_echo_over_a_wall_and_a_cylinder_has_the_predicted_excess() -> None:
     center, radius, bearing = np.array([-0.3, 1.5]), 0.1, 1.3
     measurements = one_ping((0.0, 0.0), bearing)
     log_densities = ghosts_of_cylinder(
@@ -227,14 +229,14 @@ def test_the_echo_of_a_cylinder_in_a_wall_is_about_as_loud_as_its_law_says() -> 
     assert log_densities.max() == pytest.approx(truth, abs=1.0)
 
 
-def test_a_sensor_behind_the_wall_hears_no_cylinder_in_it() -> None:
+def test_a_sensor_behind_the_wall_detects_no_echo_over_a_cylinder() -> None:
     measurements = one_ping((1.5, 0.0), 1.5)
     log_densities = ghosts_of_cylinder((measurements, PLAIN.tabulated()), EAST, cylinder(0.5, 1.0, 0.05), NOISE)
     assert (log_densities == UNHEARD).all()
 
 
 @pytest.mark.parametrize("walls", [(EAST, NORTH), (EAST, OBLIQUE)])
-def test_what_explains_readings_better_stays(walls: tuple[FloatArray, FloatArray]) -> None:
+def test_adding_double_echoes_keeps_better_explanations(walls: tuple[FloatArray, FloatArray]) -> None:
     detected = one_ping((0.2, 0.1), 0.7), PLAIN.tabulated()
     alone = ghosts_of_walls(*detected, walls, (ENDLESS, ENDLESS), NOISE)
     known = np.where(np.arange(len(alone)) % 2, 0.0, UNHEARD)
@@ -243,7 +245,7 @@ def test_what_explains_readings_better_stays(walls: tuple[FloatArray, FloatArray
     assert log_densities.tolist() == np.maximum(alone, known).tolist()
 
 
-def test_what_explains_readings_better_than_the_echo_of_a_cylinder_stays() -> None:
+def test_adding_echoes_over_a_cylinder_keeps_better_explanations() -> None:
     detected, post = (one_ping((0.0, 0.0), 1.1), PLAIN.tabulated()), cylinder(0.5, 1.0, 0.05)
     alone = ghosts_of_cylinder(detected, EAST, post, NOISE)
     known = np.where(np.arange(len(alone)) % 2, 0.0, UNHEARD)

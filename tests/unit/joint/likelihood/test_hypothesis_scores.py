@@ -40,25 +40,25 @@ def sums_of(measurements: Measurements, evidence: PingScores, log_densities: Flo
     return sums
 
 
-def test_nobody_judges_what_nobody_can_hear(room: Measurements) -> None:
+def test_a_landmark_out_of_range_has_no_score(room: Measurements) -> None:
     verdict = verdict_on(room, wall(0.0, 9.0))
     assert (verdict.total, verdict.low, verdict.high) == (0.0, 0.0, 0.0)
     assert not verdict.llr_by_station.any()
 
 
-def test_walls_of_a_room_gain_and_walls_that_are_not_there_do_not(room: Measurements) -> None:
+def test_real_walls_have_a_high_ratio_and_absent_walls_do_not(room: Measurements) -> None:
     assert min(verdict_on(room, each).total for each in ROOM) > 50.0
     for absent in (wall(0.0, 1.5), wall(0.8, 1.2), wall(np.pi / 2, 1.4)):
         assert verdict_on(room, absent).total < 5.0
 
 
-def test_pings_count_by_their_weights() -> None:
+def test_the_ratio_is_proportional_to_the_weights() -> None:
     measurements = hearing(listening(), [EAST])
     halved = measurements._replace(weights=0.5 * measurements.weights)
     assert verdict_on(halved, EAST).llr_by_station == pytest.approx(0.5 * verdict_on(measurements, EAST).llr_by_station)
 
 
-def test_gains_are_the_sums_over_the_pings_of_each_station() -> None:
+def test_the_ratio_of_a_station_is_the_sum_over_its_pings() -> None:
     measurements = hearing(listening(), [EAST])
     evidence, verdict = evidence_for(measurements, EAST), verdict_on(measurements, EAST)
     sums = sums_of(measurements, evidence, np.full(len(measurements.readings), FLOOR))
@@ -66,19 +66,19 @@ def test_gains_are_the_sums_over_the_pings_of_each_station() -> None:
     assert verdict.total == pytest.approx(sums.sum())
 
 
-def test_what_is_explained_already_gains_nothing_again(room: Measurements) -> None:
+def test_readings_that_are_explained_give_no_ratio(room: Measurements) -> None:
     evidence = evidence_for(room, EAST)
     log_densities = np.full(len(room.readings), FLOOR)
     log_densities[evidence.pings] = np.maximum(evidence.densities, FLOOR)
     assert verdict_on(room, EAST, log_densities=log_densities).total <= 0.0
 
 
-def test_one_station_speaks_against_a_reflector_no_louder_than_twelve_nats() -> None:
+def test_one_station_contributes_no_less_than_minus_twelve_nats() -> None:
     silent = listening(step=np.radians(4.0))
     assert verdict_on(silent, cylinder(0.0, 0.5, 0.3)).llr_by_station == pytest.approx(-12.0)
 
 
-def test_no_station_that_misses_a_reflector_counts_for_more_than_twelve_nats() -> None:
+def test_missed_detections_are_bounded_by_twelve_nats_per_station() -> None:
     silent, post = listening(step=np.radians(4.0)), cylinder(0.0, 0.5, 0.3)
     evidence = evidence_for(silent, post)
     alone = np.bincount(silent.stations[evidence.pings], evidence.misses)
@@ -88,7 +88,7 @@ def test_no_station_that_misses_a_reflector_counts_for_more_than_twelve_nats() -
     assert missed(quiet, evidence, (0.0, 0.0)) == pytest.approx(0.01 * alone.sum())
 
 
-def test_walls_are_missed_between_their_ends_only() -> None:
+def test_walls_are_missed_only_between_their_ends() -> None:
     silent = listening(step=np.radians(4.0))
     evidence = evidence_for(silent, EAST)
     quiet = silent._replace(weights=0.01 * silent.weights)
@@ -102,14 +102,14 @@ def test_walls_are_missed_between_their_ends_only() -> None:
     assert missed(quiet, evidence, (high + 0.1, high + 0.2)) == 0.0
 
 
-def test_hardly_anybody_misses_what_answers(room: Measurements) -> None:
+def test_a_detected_wall_is_hardly_missed(room: Measurements) -> None:
     silent = room._replace(readings=np.full(len(room.readings), np.inf))
     everywhere = -9.0, 9.0
     latent = missed(silent, evidence_for(silent, EAST), everywhere)
     assert 0.1 * latent < missed(room, evidence_for(room, EAST), everywhere) <= 0.0
 
 
-def test_a_station_that_misses_more_than_it_hears_does_not_speak_for_a_reflector() -> None:
+def test_a_station_with_mostly_non_detections_does_not_support_a_landmark() -> None:
     post = cylinder(0.2, 1.0, 0.1)
     measurements = hearing(listening(), [post])
     complete = verdict_on(measurements, post).llr_by_station[1]
@@ -120,7 +120,7 @@ def test_a_station_that_misses_more_than_it_hears_does_not_speak_for_a_reflector
     assert complete > 0.0 >= partial
 
 
-def test_the_extent_of_a_wall_is_where_it_was_heard() -> None:
+def test_the_extent_of_a_wall_is_where_it_was_detected() -> None:
     verdict = verdict_on(hearing(listening(arm=0.0), [EAST]), EAST)
     assert (verdict.low, verdict.high) == pytest.approx((-0.5, 0.3))
 
@@ -136,7 +136,7 @@ def places_of(measurements: Measurements) -> IntArray:
     return np.round(measurements.centers[:, 1] / 0.5).astype(np.int64)
 
 
-def test_of_a_wall_the_best_run_of_stations_counts() -> None:
+def test_the_score_of_a_wall_is_that_of_the_best_run_of_stations() -> None:
     measurements = in_a_row(7)
     places = places_of(measurements)
     broken = silenced(measurements, *np.flatnonzero(np.isin(places, [1, 2])))
@@ -147,7 +147,7 @@ def test_of_a_wall_the_best_run_of_stations_counts() -> None:
     assert (verdict.low, verdict.high) == pytest.approx((1.5, 3.0))
 
 
-def test_a_run_spans_a_station_that_says_less_against_it_than_the_others_say_for_it() -> None:
+def test_a_run_spans_a_station_whose_penalty_is_outweighed() -> None:
     measurements = in_a_row(5)
     places = places_of(measurements)
     verdict = verdict_on(silenced(measurements, int(np.flatnonzero(places == 2)[0])), EAST)
@@ -155,7 +155,7 @@ def test_a_run_spans_a_station_that_says_less_against_it_than_the_others_say_for
     assert verdict.llr_by_station[places == 2] < 0.0
 
 
-def test_the_best_run_is_the_greatest_sum_of_all_runs() -> None:
+def test_the_best_run_has_the_greatest_sum_of_all_runs() -> None:
     rng, measurements = np.random.default_rng(8), in_a_row(6)
     for _ in range(20):
         muted = silenced(measurements, *np.flatnonzero(rng.random(6) < 0.5))
@@ -173,9 +173,7 @@ POST = Occluders(np.array([cylinder(1.0, -0.5, 0.1)]), np.zeros((1, 2)))
 
 @pytest.mark.parametrize("frame", [SCREEN, POST])
 @pytest.mark.parametrize("reflector", [EAST, cylinder(2.0, -0.5, 0.1)])
-def test_a_station_whose_view_is_blocked_does_not_speak_against_a_reflector(
-    frame: Occluders, reflector: FloatArray
-) -> None:
+def test_an_occluded_station_does_not_contradict_a_landmark(frame: Occluders, reflector: FloatArray) -> None:
     stations = [(0.0, -0.5), (1.5, -0.45), (1.5, 0.0), (1.4, 0.4)]
     measurements = silenced(hearing(listening(stations), [reflector]), 0)
     assert verdict_on(measurements, cylinder(2.0, -0.5, 0.1)).llr_by_station[0] <= 0.0
@@ -195,7 +193,7 @@ def test_a_station_whose_view_is_blocked_does_not_speak_against_a_reflector(
         Occluders(np.array([corner(1.0, -0.5)]), np.zeros((1, 2))),
     ],
 )
-def test_what_stands_beside_or_behind_a_view_blocks_nothing(frame: Occluders) -> None:
+def test_landmarks_beside_or_behind_the_line_of_sight_do_not_occlude(frame: Occluders) -> None:
     post = cylinder(2.0, -0.5, 0.1)
     measurements = silenced(hearing(listening([(0.0, -0.5), (1.5, -0.45), (1.5, 0.0)]), [post]), 0)
     free = verdict_on(measurements, post).llr_by_station
@@ -203,7 +201,7 @@ def test_what_stands_beside_or_behind_a_view_blocks_nothing(frame: Occluders) ->
     assert verdict_on(measurements, post, frame=frame).llr_by_station == pytest.approx(free)
 
 
-def test_a_wall_behind_a_wall_does_not_block_the_view_of_it() -> None:
+def test_a_wall_behind_a_wall_does_not_occlude_it() -> None:
     measurements = silenced(hearing(listening([(0.0, 0.0), (0.5, 0.2), (0.5, 0.4)]), [EAST]), 1)
     behind = Occluders(np.array([wall(0.0, 2.2)]), np.array([[-2.0, 2.0]]))
     free = verdict_on(measurements, EAST).llr_by_station
@@ -211,7 +209,7 @@ def test_a_wall_behind_a_wall_does_not_block_the_view_of_it() -> None:
     assert verdict_on(measurements, EAST, frame=behind).llr_by_station == pytest.approx(free)
 
 
-def test_a_blocked_station_may_still_speak_for_a_reflector() -> None:
+def test_an_occluded_station_may_support_a_landmark() -> None:
     post = cylinder(2.0, -0.5, 0.1)
     measurements = silenced(hearing(listening([(0.0, -0.5), (1.5, -0.45), (1.5, 0.0)]), [post]), 2)
     assert verdict_on(measurements, post, frame=SCREEN).llr_by_station[0] == pytest.approx(
@@ -219,7 +217,7 @@ def test_a_blocked_station_may_still_speak_for_a_reflector() -> None:
     )
 
 
-def test_readings_that_are_too_short_speak_for_a_reflector_once_they_are_scaled() -> None:
+def test_short_readings_support_a_landmark_after_scaling() -> None:
     warm = replace(SONAR, range_scale=0.02)
     measurements = hearing(listening(), [EAST], sonar=warm)
     log_densities = np.full(len(measurements.readings), FLOOR)

@@ -57,11 +57,11 @@ def bare(room: PingLikelihood) -> FloatArray:
     return np.full(len(room.measurements.readings), room.floor)
 
 
-def test_one_reading_in_25_may_be_anything_within_reach(room: PingLikelihood) -> None:
+def test_clutter_has_a_probability_of_one_in_25(room: PingLikelihood) -> None:
     assert np.exp(room.floor) * REACH == pytest.approx(0.04)
 
 
-def test_a_hypothesis_tells_its_kind_and_parameters() -> None:
+def test_a_hypothesis_has_a_kind_and_parameters() -> None:
     plane, round_, point = (feature(each) for each in (wall(0.5, 1.2), POST, corner(1.0, 2.0)))
     assert (plane.kind, round_.kind, point.kind) == (Kind.WALL, Kind.CYLINDER, Kind.CORNER)
     assert [each.is_wall for each in (plane, round_, point)] == [True, False, False]
@@ -82,14 +82,14 @@ def test_hypotheses_differ_by_kind_place_and_extent() -> None:
     assert stretched.key == feature(wall(1.0, 2.0), extent=(0.0, 1.0), llr_by_station=(3.0,)).key
 
 
-def test_a_proposed_hypothesis_is_not_judged_yet(room: PingLikelihood) -> None:
+def test_a_proposed_hypothesis_has_no_ratio_yet(room: PingLikelihood) -> None:
     proposed = room.score(ROOM[0])
     assert proposed.total == 0.0
     assert not proposed.llr_by_station.any()
     assert len(proposed.ping_scores.pings) > 0
 
 
-def test_a_verdict_is_written_into_the_hypothesis(room: PingLikelihood, walls: list[Hypothesis]) -> None:
+def test_the_score_is_stored_in_the_hypothesis(room: PingLikelihood, walls: list[Hypothesis]) -> None:
     nothing = Occluders(np.zeros((0, 4)), np.zeros((0, 2)))
     verdict = rescore(room.measurements, ROOM[1], walls[1].ping_scores, bare(room), nothing)
     assert walls[1].total == verdict.total > 20.0
@@ -97,14 +97,16 @@ def test_a_verdict_is_written_into_the_hypothesis(room: PingLikelihood, walls: l
     assert walls[1].llr_by_station == pytest.approx(verdict.llr_by_station)
 
 
-def test_judging_one_by_one_is_judging_all(room: PingLikelihood, walls: list[Hypothesis], post: Hypothesis) -> None:
+def test_scoring_one_by_one_equals_scoring_together(
+    room: PingLikelihood, walls: list[Hypothesis], post: Hypothesis
+) -> None:
     log_densities = room.log_densities([walls[0], post])
     together = room.score_all(walls[1:], log_densities, [walls[0], post])
     single = [room.rescored(each, log_densities, [walls[0], post]) for each in walls[1:]]
     assert [each.total for each in together] == [each.total for each in single]
 
 
-def test_others_are_seen_to_block_the_view() -> None:
+def test_other_landmarks_occlude_the_view() -> None:
     stations = [(0.0, 0.0), (1.5, 0.05), (1.5, 0.5)]
     target = cylinder(2.0, 0.0, 0.1)
     measurements = hearing(listening(stations), [target])
@@ -117,16 +119,14 @@ def test_others_are_seen_to_block_the_view() -> None:
     assert hidden.llr_by_station[0] == 0.0
 
 
-def test_features_explain_what_they_were_heard_as(
-    room: PingLikelihood, walls: list[Hypothesis], post: Hypothesis
-) -> None:
+def test_landmarks_explain_their_echoes(room: PingLikelihood, walls: list[Hypothesis], post: Hypothesis) -> None:
     detected = np.isfinite(room.measurements.readings)
     explained = room.log_densities([*walls, post]) > room.floor + 3.0
     assert explained[detected].mean() > 0.9
     assert not explained[~detected].any()
 
 
-def test_the_best_explanation_counts_and_not_the_sum(
+def test_the_log_density_is_the_maximum_over_associations(
     room: PingLikelihood, walls: list[Hypothesis], post: Hypothesis
 ) -> None:
     features = [*walls, post]
@@ -135,7 +135,7 @@ def test_the_best_explanation_counts_and_not_the_sum(
     assert room.log_densities(features).tolist() == best.tolist()
 
 
-def test_a_second_copy_of_a_wall_gains_nothing(room: PingLikelihood, walls: list[Hypothesis]) -> None:
+def test_a_duplicate_wall_has_no_ratio(room: PingLikelihood, walls: list[Hypothesis]) -> None:
     again = room.rescored(room.score(ROOM[0]), room.log_densities([walls[0]]), [walls[0]])
     assert walls[0].total > 20.0
     assert again.total <= 0.0
@@ -148,7 +148,7 @@ def test_without_features_nothing_is_explained(room: PingLikelihood) -> None:
     assert (room.multipath_log_densities([]) == UNHEARD).all()
 
 
-def test_a_wall_explains_pings_no_farther_than_it_was_heard(room: PingLikelihood, walls: list[Hypothesis]) -> None:
+def test_a_wall_explains_pings_only_within_its_extent(room: PingLikelihood, walls: list[Hypothesis]) -> None:
     east = walls[0]
     evidence = east.ping_scores
     middle = float(np.median(evidence.feet))
@@ -165,12 +165,12 @@ def test_a_wall_explains_pings_no_farther_than_it_was_heard(room: PingLikelihood
     assert (evidence.densities[~inside] > UNHEARD).any()
 
 
-def test_a_cylinder_explains_pings_wherever_they_are(room: PingLikelihood, post: Hypothesis) -> None:
+def test_a_cylinder_explains_pings_from_everywhere(room: PingLikelihood, post: Hypothesis) -> None:
     log_densities = room.log_densities_of(post)
     assert log_densities[post.ping_scores.pings].tolist() == post.ping_scores.densities.tolist()
 
 
-def test_ghosts_are_those_of_each_pair_of_walls_and_each_cylinder() -> None:
+def test_multipath_is_that_of_each_pair_of_walls_and_each_cylinder() -> None:
     room = likelihood(hearing(listening(), [*ROOM, corner(2.0, 1.5)]))
     # Between the robot and a wall: a sensor hears nothing that comes from behind it.
     told, walls, post = (room.measurements, room.hearing), rescored(room, ROOM), feature(cylinder(-1.2, -0.6, 0.1))
@@ -181,7 +181,7 @@ def test_ghosts_are_those_of_each_pair_of_walls_and_each_cylinder() -> None:
     assert all(each.max() > UNHEARD for each in (np.array(pairs), np.array(posts)))
 
 
-def test_a_ghost_is_no_other_for_the_pairs_that_came_before_it() -> None:
+def test_multipath_of_a_pair_does_not_depend_on_earlier_pairs() -> None:
     room = likelihood(hearing(listening(), [*ROOM, corner(2.0, 1.5)]))
     features = [*rescored(room, ROOM), feature(cylinder(-1.2, -0.6, 0.1))]
     parts = room.multipath.parts(features)
@@ -195,12 +195,12 @@ def test_a_ghost_is_no_other_for_the_pairs_that_came_before_it() -> None:
         assert part.log_densities.tolist() == alone.log_densities.tolist()
 
 
-def test_corners_cast_no_ghosts(room: PingLikelihood, walls: list[Hypothesis]) -> None:
+def test_corners_cause_no_multipath(room: PingLikelihood, walls: list[Hypothesis]) -> None:
     point = feature(corner(2.0, 1.5))
     assert room.multipath_log_densities([walls[0], point]).tolist() == room.multipath_log_densities([walls[0]]).tolist()
 
 
-def test_leaving_one_out_is_explaining_by_all_others(
+def test_leaving_one_landmark_out_equals_using_all_others(
     room: PingLikelihood, walls: list[Hypothesis], post: Hypothesis
 ) -> None:
     features = [*walls, post]
@@ -213,7 +213,7 @@ def test_leaving_one_out_is_explaining_by_all_others(
 
 
 @pytest.mark.parametrize(("what", "again"), [("moved", 0), ("warmer", 1), ("fainter", 1), ("others", 1)])
-def test_bursts_are_listed_again_only_where_others_may_be_heard(room: PingLikelihood, what: str, again: int) -> None:
+def test_crosstalk_sources_are_computed_again_only_if_they_change(room: PingLikelihood, what: str, again: int) -> None:
     # How far bursts have come no pose tells.
     told, sonar = room.measurements, SONAR
     sonars = {
@@ -231,7 +231,7 @@ def test_bursts_are_listed_again_only_where_others_may_be_heard(room: PingLikeli
     assert listed.call_count == again
 
 
-def test_a_ghost_is_worked_out_once(room: PingLikelihood, walls: list[Hypothesis]) -> None:
+def test_multipath_is_computed_once(room: PingLikelihood, walls: list[Hypothesis]) -> None:
     room.multipath_log_densities(walls)
     with patch.object(multipath, "_cast") as anew:
         room.multipath_log_densities(walls)
@@ -249,7 +249,7 @@ def test_a_ghost_is_worked_out_once(room: PingLikelihood, walls: list[Hypothesis
         ((4.0, 4.2), (3.6, 4.6)),
     ],
 )
-def test_walls_reflect_up_to_where_they_cross_if_that_is_near(
+def test_walls_reflect_multipath_up_to_a_near_crossing(
     room: PingLikelihood, extent: tuple[float, float], reflecting: tuple[float, float]
 ) -> None:
     east, north = feature(ROOM[0], extent=extent), feature(ROOM[1], extent=(-2.5, 0.0))
@@ -259,7 +259,7 @@ def test_walls_reflect_up_to_where_they_cross_if_that_is_near(
     assert room.pair_log_densities(east, north).tolist() == truth.tolist()
 
 
-def test_walls_that_hardly_turn_from_each_other_reflect_a_little_beyond_what_was_heard(room: PingLikelihood) -> None:
+def test_nearly_parallel_walls_reflect_multipath_a_little_beyond_their_extent(room: PingLikelihood) -> None:
     tilted = wall(np.pi - 0.05, 2.0)
     east, west = feature(ROOM[0], extent=(-0.2, 0.2)), feature(tilted, extent=(-0.3, 0.1))
     ends = ((-0.6, 0.6), (-0.7, 0.5))
@@ -267,7 +267,7 @@ def test_walls_that_hardly_turn_from_each_other_reflect_a_little_beyond_what_was
     assert room.pair_log_densities(east, west).tolist() == truth.tolist()
 
 
-def test_a_ghost_gains_little_as_a_corner_once_the_walls_that_cast_it_are_known() -> None:
+def test_a_corner_gains_little_once_multipath_of_its_walls_explains_it() -> None:
     # In a right angle the echo of one wall in the other is that of a point at the crossing.
     measurements = hearing(listening([(0.1, 0.0), (0.4, 0.0)]), [corner(1.2, 0.9)])
     room = likelihood(measurements)

@@ -52,7 +52,7 @@ def twin(measurements: Measurements, reflector: FloatArray, noise: float) -> Pin
 @pytest.mark.parametrize(
     "reflector", [EAST, wall(0.1, 1.6), cylinder(0.4, 1.0, 0.1), corner(2.0, 1.5), edge(0.3, 0.9), wall(2.0, 3.9)]
 )
-def test_evidence_is_what_the_formulas_say(room: Measurements, reflector: FloatArray) -> None:
+def test_ping_scores_agree_with_the_equations(room: Measurements, reflector: FloatArray) -> None:
     noisy = hearing(listening(), [*ROOM, cylinder(0.4, 1.0, 0.1)], noise=0.006, rng=np.random.default_rng(4))
     for measurements in (room, noisy):
         for found, truth in zip(
@@ -61,14 +61,14 @@ def test_evidence_is_what_the_formulas_say(room: Measurements, reflector: FloatA
             assert found == pytest.approx(truth, abs=1e-6)
 
 
-def test_half_of_the_echoes_at_the_threshold_are_heard() -> None:
+def test_half_of_the_echoes_at_the_threshold_are_detected() -> None:
     assert detection_probability(0.0) == 0.5
     assert detection_probability(1.2) == pytest.approx(1 / (1 + np.exp(-1)))
     assert detection_probability(3.0) + detection_probability(-3.0) == pytest.approx(1.0)
     assert detection_probability(-1e6) == pytest.approx(0.0, abs=1e-12)
 
 
-def test_a_hit_is_the_density_of_a_reading_about_the_expected_one() -> None:
+def test_a_detection_has_the_normal_density_about_the_expected_reading() -> None:
     measurements = hearing(listening(), [EAST])
     late = measurements._replace(readings=measurements.readings + NOISE)
     exact, shifted = evidence_for(measurements, EAST), evidence_for(late, EAST)
@@ -80,7 +80,7 @@ def test_a_hit_is_the_density_of_a_reading_about_the_expected_one() -> None:
     assert not exact.misses[exact.densities > 0].any()
 
 
-def test_a_missed_echo_counts_the_more_the_louder_it_should_be_but_never_for_certain() -> None:
+def test_a_non_detection_counts_more_with_a_higher_excess_but_is_bounded() -> None:
     silent = listening()
     log_evidence = evidence_for(silent, EAST)
     excess = expected(silent, EAST)[0][log_evidence.pings]
@@ -98,28 +98,28 @@ def told(shift: float) -> tuple[PingScores, BoolArray]:
 
 
 @pytest.mark.parametrize("shift", [-0.2, -0.05])
-def test_readings_of_something_nearer_say_nothing(shift: float) -> None:
+def test_masked_pings_have_no_score(shift: float) -> None:
     log_evidence, detected = told(shift)
     assert not log_evidence.unmasked[detected].any()
     assert not log_evidence.misses[detected].any()
     assert (log_evidence.densities[detected] == UNHEARD).all()
 
 
-def test_readings_a_little_too_short_neither_hit_nor_mask_a_reflector() -> None:
+def test_slightly_short_readings_are_neither_detections_nor_masked() -> None:
     log_evidence, detected = told(-0.0295)
     assert log_evidence.unmasked[detected].all()
     assert not log_evidence.misses[detected].any()
     assert (log_evidence.densities[detected] == UNHEARD).all()
 
 
-def test_readings_of_something_farther_speak_against_a_reflector() -> None:
+def test_longer_readings_are_non_detections() -> None:
     log_evidence, detected = told(0.2)
     assert log_evidence.unmasked[detected].all()
     assert (log_evidence.misses[detected] < -0.5).all()
     assert (log_evidence.densities[detected] == UNHEARD).all()
 
 
-def test_audible_are_echoes_above_the_threshold(room: Measurements) -> None:
+def test_echoes_above_the_threshold_are_audible(room: Measurements) -> None:
     log_evidence = evidence_for(room, EAST)
     assert (log_evidence.audible == (expected(room, EAST)[0][log_evidence.pings] > 0.0)).all()
     assert log_evidence.audible.any()
@@ -127,12 +127,12 @@ def test_audible_are_echoes_above_the_threshold(room: Measurements) -> None:
 
 
 @pytest.mark.parametrize("reflector", [wall(0.0, -3.0), wall(0.0, 9.0), cylinder(6.0, 0.0, 0.1)])
-def test_nobody_can_hear_what_is_behind_or_beyond_the_reach(room: Measurements, reflector: FloatArray) -> None:
+def test_landmarks_behind_the_sensor_or_out_of_range_have_no_pings(room: Measurements, reflector: FloatArray) -> None:
     assert len(evidence_for(room, reflector).pings) == 0
 
 
 @pytest.mark.parametrize(("margin", "counts"), [(1.0, 0), (30.0, 1)])
-def test_at_the_rim_of_the_reach_silence_does_not_speak_against_a_reflector(margin: float, counts: int) -> None:
+def test_at_the_range_limit_a_missing_echo_is_no_non_detection(margin: float, counts: int) -> None:
     ahead = listening([(0.0, 0.0)], arm=0.0)
     late = expected(ahead, wall(0.0, REACH - 0.1))[1].max() - (REACH - 0.1)
     rim = wall(0.0, REACH - late - margin * NOISE)

@@ -59,86 +59,86 @@ def kinds(candidates: FloatArray) -> set[Kind]:
     ],
 )
 @pytest.mark.parametrize("turn", [0.0, 0.05])
-def test_arcs_of_two_stations_suggest_what_they_heard(reflector: FloatArray, turn: float) -> None:
+def test_arcs_of_two_stations_propose_their_landmark(reflector: FloatArray, turn: float) -> None:
     arc_measurements = sighted([reflector], stations=STATIONS[:2], turn=turn)
     assert distance(suggested(arc_measurements), reflector) < 1e-6
 
 
-def test_arcs_of_several_reflectors_suggest_each_of_them() -> None:
+def test_arcs_of_several_landmarks_propose_each_of_them() -> None:
     reflectors = [wall(0.4, 1.5), wall(2.2, 1.9), corner(-1.5, -1.0), cylinder(0.5, -1.3, 0.08)]
     candidates = suggested(sighted(reflectors))
     assert [distance(candidates, each) < 0.02 for each in reflectors] == [True] * 4
 
 
-def test_a_single_arc_suggests_its_own_plane_and_nothing_else() -> None:
+def test_a_single_arc_proposes_only_its_plane() -> None:
     candidates = suggested(sighted([wall(0.4, 1.5)], stations=STATIONS[:1]))
     assert candidates == pytest.approx(wall(0.4, 1.5)[None])
 
 
-def test_a_tangent_is_nearer_to_a_wall_than_arcs_that_are_turned() -> None:
+def test_a_common_tangent_is_nearer_to_the_wall_than_the_planes_of_arcs() -> None:
     arc_measurements = sighted([wall(0.4, 1.5)], stations=STATIONS[:2], turn=0.08)
     own = np.abs(wrap(arc_measurements.planes[:, 0] - 0.4))
     assert own.min() > 0.07
     assert distance(suggested(arc_measurements), wall(0.4, 1.5)) < 1e-6
 
 
-def test_arcs_that_turn_too_far_from_each_other_suggest_no_tangent() -> None:
+def test_arcs_of_too_different_directions_propose_no_tangent() -> None:
     arc_measurements = sighted([wall(0.4, 1.5)], stations=STATIONS[:2], turn=np.radians(12))
     assert distance(suggested(arc_measurements), wall(0.4, 1.5)) > 0.1
     assert distance(suggested(arc_measurements, wall_turn=np.radians(25)), wall(0.4, 1.5)) < 1e-6
 
 
-def test_arcs_of_one_station_suggest_nothing_together() -> None:
+def test_arcs_of_one_station_propose_nothing_together() -> None:
     arc_measurements = sighted([wall(0.4, 1.5), wall(0.5, 1.5)], stations=STATIONS[:1])
     assert kinds(suggested(arc_measurements)) == {Kind.WALL}
     assert len(suggested(arc_measurements)) == 2
 
 
-def test_stations_side_by_side_tell_nothing_new() -> None:
+def test_stations_close_together_propose_no_points() -> None:
     near, far = (sighted([corner(1.5, 0.0)], stations=np.array([[0.0, 0.0], [0.0, apart]])) for apart in (0.04, 0.06))
     assert Kind.CORNER not in kinds(suggested(near))
     assert Kind.CORNER in kinds(suggested(far))
 
 
-def test_range_circles_that_just_miss_each_other_still_suggest_a_point_between() -> None:
+def test_range_circles_with_a_small_gap_propose_a_point_between() -> None:
     # The point lies on the way from one station to the other; readings 5 mm short leave a gap between the circles.
     stations = np.array([[0.0, 0.0], [2.0, 0.0]])
     arc_measurements = sighted([corner(1.0, 0.0)], stations=stations, late=-0.005)
     assert distance(suggested(arc_measurements), corner(1.0, 0.0)) < 0.01
 
 
-def test_circles_far_apart_suggest_no_point() -> None:
+def test_range_circles_far_apart_propose_no_point() -> None:
     arc_measurements = sighted([corner(1.0, 0.0)], stations=np.array([[0.0, 0.0], [2.0, 0.0]]), late=-0.3)
     assert Kind.CORNER not in kinds(suggested(arc_measurements))
 
 
-def test_points_behind_the_stations_are_not_suggested() -> None:
+def test_points_behind_the_stations_are_not_proposed() -> None:
     # Two range circles meet twice; only the crossing that both stations look at is a candidate.
     candidates = suggested(sighted([corner(1.0, 1.0)], stations=np.array([[0.0, 0.0], [1.0, 0.0]])))
     corners = candidates[candidates[:, 0] == Kind.CORNER]
     assert corners == pytest.approx(corner(1.0, 1.0)[None])
 
 
-def test_only_radii_that_are_asked_for_are_tried() -> None:
+def test_only_the_given_radii_are_tried() -> None:
     arc_measurements = sighted([cylinder(1.0, 0.5, 0.1)])
     candidates = propose_hypotheses(arc_measurements, np.ones(3, dtype=bool), CandidateSettings(radii=(0.1, 0.3)))
     assert set(candidates[candidates[:, 0] == Kind.CYLINDER, 3]) <= {0.1, 0.3}
     assert distance(candidates, cylinder(1.0, 0.5, 0.1)) < 1e-6
 
 
-def test_pairs_without_anything_new_are_not_looked_at_again() -> None:
+def test_pairs_without_a_new_arc_are_skipped() -> None:
     arc_measurements = sighted([corner(1.5, 1.0)])
     assert len(suggested(arc_measurements, fresh=[False] * 3)) == 0
     assert distance(suggested(arc_measurements, fresh=[False, False, True]), corner(1.5, 1.0)) < 1e-6
 
 
-def test_candidates_that_agree_are_one() -> None:
+def test_equal_candidates_are_merged() -> None:
     candidates = suggested(sighted([wall(0.4, 1.5)]))
     # Three planes and three pairs suggest the same wall.
     assert (candidates[:, 0] == Kind.WALL).sum() == 1
 
 
-def test_of_too_many_candidates_those_that_more_pairs_suggest_stay() -> None:
+def test_the_candidates_of_most_pairs_are_kept() -> None:
     arc_measurements = sighted([wall(0.4, 1.5), wall(2.2, 1.9)])
     first = suggested(arc_measurements, fresh=[True, False, True, False, True, False])
     few = suggested(arc_measurements, fresh=[True, True, True, False, True, False], most=1)
@@ -147,7 +147,7 @@ def test_of_too_many_candidates_those_that_more_pairs_suggest_stay() -> None:
     assert distance(few, wall(0.4, 1.5)) < 1e-6
 
 
-def test_a_station_beyond_a_plane_counts_as_just_before_it() -> None:
+def test_the_depth_of_a_station_beyond_a_plane_is_bounded() -> None:
     arc_measurements = ArcMeasurements(
         stations=np.array([0, 0]), centers=np.array([[0.0, 0.0], [2.0, 0.0]]), planes=np.array([[0.0, 1.5], [0.0, 1.5]])
     )

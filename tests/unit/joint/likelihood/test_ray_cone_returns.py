@@ -24,19 +24,19 @@ def flanks(bearing: float, reflector: FloatArray, extent: tuple[float, float] = 
 
 
 @pytest.mark.parametrize("bearing", [25.0, 40.0, 60.0, -50.0])
-def test_the_outermost_ray_reads_a_wall_where_it_meets_it(bearing: float) -> None:
+def test_the_outermost_ray_reads_an_oblique_wall(bearing: float) -> None:
     _, reading = flanks(bearing, EAST)
     assert reading == pytest.approx(0.8 / np.cos(np.radians(abs(bearing)) - CONE), abs=2e-4)
 
 
-def test_it_reads_nothing_past_the_end_of_a_wall() -> None:
+def test_the_outermost_ray_reads_nothing_past_the_end_of_a_wall() -> None:
     # The ray of 40 - 15 degrees meets the wall at 0.1 + 0.8 tan 25 degrees; the other one far beyond.
     met = 0.1 + 0.8 * np.tan(np.radians(25.0))
     assert flanks(40.0, EAST, (-50.0, met + 0.01))[1] < np.inf
     assert flanks(40.0, EAST, (-50.0, met - 0.01))[1] == np.inf
 
 
-def test_it_reads_a_cylinder_where_it_meets_it() -> None:
+def test_the_outermost_ray_reads_a_cylinder() -> None:
     radius, bearing = 0.3, np.radians(27.0)
     _, reading = flanks(27.0, cylinder(1.2, 0.1, radius))
     point = np.array([0.2, 0.1]) + reading * directions(bearing - CONE)
@@ -44,16 +44,16 @@ def test_it_reads_a_cylinder_where_it_meets_it() -> None:
 
 
 @pytest.mark.parametrize("reflector", [EAST, cylinder(1.2, 0.1, 0.1)])
-def test_what_lies_behind_it_does_not_read(reflector: FloatArray) -> None:
+def test_a_landmark_behind_the_sensor_is_not_read(reflector: FloatArray) -> None:
     assert flanks(180.0, reflector)[1] == np.inf
 
 
-def test_levels_are_those_of_a_density() -> None:
+def test_the_density_of_cone_readings_integrates_to_one() -> None:
     measurements = one_ping((0.2, 0.1), float(np.radians(40.0)))
     log_densities = flanks_of(measurements, HEARING, EAST, ENDLESS, NOISE)
     inner = measurements.readings < 1.1
     assert np.exp(log_densities[inner]).sum() * 1e-4 == pytest.approx(1.0, abs=0.01)
 
 
-def test_silence_is_never_a_flank() -> None:
+def test_cone_readings_explain_no_missing_echo() -> None:
     assert flanks(40.0, EAST)[0][-1] == UNHEARD

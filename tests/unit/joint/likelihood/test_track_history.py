@@ -23,12 +23,12 @@ def beside(estimate: PingLikelihood, reflector: np.ndarray, history: TrackHistor
     return estimate.rescored(replace(estimate.score(reflector), history=history), bare, [])
 
 
-def test_without_a_past_nothing_is_known() -> None:
+def test_a_landmark_without_history_is_new() -> None:
     assert not feature(EAST).is_known
     assert NO_HISTORY.probabilities.wall == pytest.approx(1 / 3)
 
 
-def test_the_past_counts_in_the_total(room: PingLikelihood) -> None:
+def test_the_ratio_includes_the_track_history(room: PingLikelihood) -> None:
     alone = beside(room, EAST, NO_HISTORY)
     known = beside(room, EAST, TrackHistory(number=1, total=50.0, best=30.0, supporting=2, extent=(-0.5, 0.5)))
     assert known.is_known
@@ -37,18 +37,18 @@ def test_the_past_counts_in_the_total(room: PingLikelihood) -> None:
     assert known.supporting(5.0) == alone.supporting(5.0) + 2
 
 
-def test_the_extent_takes_in_what_was_heard_before(room: PingLikelihood) -> None:
+def test_the_extent_includes_the_track_history(room: PingLikelihood) -> None:
     alone = beside(room, EAST, NO_HISTORY)
     known = beside(room, EAST, TrackHistory(number=1, extent=(-1.4, -1.0)))
     assert known.extent == (-1.4, alone.extent[1])
 
 
-def test_a_wall_that_nobody_at_hand_hears_is_as_long_as_it_was(room: PingLikelihood) -> None:
+def test_a_wall_out_of_range_keeps_its_extent(room: PingLikelihood) -> None:
     behind = wall(0.0, 40.0)
     assert beside(room, behind, TrackHistory(number=1, extent=(1.0, 2.0))).extent == (1.0, 2.0)
 
 
-def test_whoever_faces_the_known_part_of_a_wall_is_heard_of_it() -> None:
+def test_stations_before_the_known_extent_of_a_wall_count() -> None:
     # A wall is known where two stations look through it; two others, farther on, hear one on the same line.
     stations = [(0.0, -2.0), (0.0, -1.5), (0.0, 1.5), (0.0, 2.0)]
     estimate = likelihood(hearing(listening(stations), [wall(0.0, 2.0)]))

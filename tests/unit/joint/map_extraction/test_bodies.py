@@ -19,7 +19,7 @@ def hidden(bodies: Bodies, x: float, *, to: float | None = None, owner: int = 1,
     return float(bodies.hide(np.array([[x, -3.0]]), owner, line, places)[0])
 
 
-def test_a_body_hides_the_less_the_farther_behind_its_front() -> None:
+def test_the_occlusion_by_a_body_decreases_behind_its_front() -> None:
     bodies = Bodies.behind([FRONT], NOWHERE)
     chances = [hidden(bodies, x) for x in (1.9, 2.001, 2.3, 3.0, 5.0)]
     assert chances[:2] == pytest.approx([0.0, 1.0], abs=0.01)
@@ -27,7 +27,7 @@ def test_a_body_hides_the_less_the_farther_behind_its_front() -> None:
     assert chances[-1] < 0.01
 
 
-def test_a_way_through_the_front_is_hidden_and_one_aside_is_not() -> None:
+def test_a_line_of_sight_through_the_front_is_occluded_and_one_aside_is_not() -> None:
     bodies = Bodies.behind([FRONT], NOWHERE)
     assert hidden(bodies, 1.5, to=3.0) == pytest.approx(1.0)
     # Behind the line of the front only past its end.
@@ -35,19 +35,19 @@ def test_a_way_through_the_front_is_hidden_and_one_aside_is_not() -> None:
     assert hidden(bodies, 0.0, to=1.9) == 0.0
 
 
-def test_no_body_stands_where_the_robot_drove() -> None:
+def test_a_body_ends_before_the_path_of_the_robot() -> None:
     bodies = Bodies.behind([FRONT], np.array([[2.4, 0.0], [9.0, 5.0], [1.0, 0.0]]))
     assert hidden(bodies, 2.3) > 0.5
     assert hidden(bodies, 2.5) == 0.0
 
 
-def test_a_body_goes_as_far_as_its_back_and_no_farther() -> None:
+def test_a_body_ends_at_its_back() -> None:
     bodies = Bodies.behind([FRONT, segment(np.pi, -2.4, (-0.5, 0.5), owner=2)], NOWHERE)
     assert hidden(bodies, 2.3) == pytest.approx(1.0)
     assert hidden(bodies, 2.5) == 0.0
 
 
-def test_a_wall_does_not_hide_itself_nor_what_it_faces() -> None:
+def test_a_wall_occludes_neither_itself_nor_what_it_faces() -> None:
     bodies = Bodies.behind([FRONT], NOWHERE)
     assert hidden(bodies, 2.3, owner=FRONT.owner) == 0.0
     # The line x = 2.6 as detected from behind the wall may be its other face.
@@ -56,5 +56,5 @@ def test_a_wall_does_not_hide_itself_nor_what_it_faces() -> None:
     assert bodies.hide(np.array([[1.0, 0.0]]), 1, np.array([0.0, 2.6]), np.array([0.0])).tolist() == [1.0]
 
 
-def test_nothing_hides_nothing() -> None:
+def test_no_bodies_occlude_nothing() -> None:
     assert hidden(Bodies.behind([], NOWHERE), 2.3) == 0.0

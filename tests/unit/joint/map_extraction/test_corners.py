@@ -39,7 +39,7 @@ def test_a_room_has_as_many_corners_as_walls() -> None:
     assert not any(each.detected for each in vertices)
 
 
-def test_a_vertex_knows_which_ends_of_its_segments_meet() -> None:
+def test_a_vertex_holds_the_ends_of_its_segments() -> None:
     (vertex,) = met(east(), north())
     assert vertex.position_xy == pytest.approx([1.0, 1.0])
     assert vertex.segments == (0, 1)
@@ -54,19 +54,19 @@ def test_segments_of_a_box_meet_in_a_convex_corner() -> None:
     assert vertex.position_xy == pytest.approx([1.0, 1.0])
 
 
-def test_segments_that_turn_their_backs_to_each_other_do_not_meet() -> None:
+def test_segments_that_cannot_be_of_one_body_do_not_meet() -> None:
     # One lies before the other, but the other behind it: no body has both.
     assert met(east((-0.8, 0.8)), north((-1.9, -1.1))) == []
 
 
 @pytest.mark.parametrize(("turn", "count"), [(15.0, 0), (25.0, 1)])
-def test_segments_that_hardly_turn_go_on_rather_than_meet(turn: float, count: int) -> None:
+def test_nearly_parallel_segments_do_not_meet(turn: float, count: int) -> None:
     # Both reach to within 10 cm of their crossing at (1, 0).
     slanted = segment(np.radians(turn), np.cos(np.radians(turn)), (0.1 - np.sin(np.radians(turn)), 0.8))
     assert len(met(east((-0.8, -0.1)), slanted)) == count
 
 
-def test_a_crossing_amid_a_segment_is_no_end_of_it() -> None:
+def test_a_crossing_in_the_middle_of_a_segment_is_no_vertex() -> None:
     assert met(east((-0.8, 1.3)), north()) == []
     assert len(met(east((-0.8, 1.05)), north())) == 1
 
@@ -83,7 +83,9 @@ def test_a_crossing_amid_a_segment_is_no_end_of_it() -> None:
     ],
     ids=["missed, but near", "missed", "hardly missed", "hidden", "too far", "heard, but too far"],
 )
-def test_segments_grow_to_a_square_corner_unless_that_was_missed(high: float, echoes: Echoes, count: int) -> None:
+def test_segments_are_extended_to_a_right_angled_corner_unless_it_was_missed(
+    high: float, echoes: Echoes, count: int
+) -> None:
     assert len(met(east((-2.9, high)), north(), echoes=echoes)) == count
 
 
@@ -99,7 +101,7 @@ def test_segments_grow_to_a_square_corner_unless_that_was_missed(high: float, ec
     ],
     ids=["in pairs", "hardly in pairs", "by all", "hardly by all", "as such", "beside"],
 )
-def test_a_corner_is_heard_in_several_ways(echoes: Echoes, *, detected: bool) -> None:
+def test_a_corner_is_detected_by_multipath_or_as_a_landmark(echoes: Echoes, *, detected: bool) -> None:
     (vertex,) = met(east(), north(), echoes=echoes)
     assert vertex.detected == detected
 
@@ -111,14 +113,12 @@ def slanted(length: float) -> tuple[Segment, Segment]:
 
 
 @pytest.mark.parametrize(("length", "count"), [(0.28, 0), (0.32, 1)])
-def test_no_segment_grows_to_more_than_thrice_its_length_to_an_oblique_corner_nobody_heard(
-    length: float, count: int
-) -> None:
+def test_extension_to_an_undetected_oblique_corner_is_limited_by_the_segment_length(length: float, count: int) -> None:
     assert len(met(*slanted(length))) == count
     assert len(met(*slanted(length), echoes=between(pings=5))) == 1
 
 
-def test_a_segment_ends_at_the_first_corner_that_was_heard_along_it() -> None:
+def test_a_segment_ends_at_the_first_detected_corner_on_its_line() -> None:
     def on_the_way(x: float, y: float) -> Echoes:
         return Echoes(corners_xy=np.array([[x, y]]))
 
@@ -127,59 +127,59 @@ def test_a_segment_ends_at_the_first_corner_that_was_heard_along_it() -> None:
     assert len(met(east((-0.8, 0.1)), north(), echoes=on_the_way(1.0, -0.5))) == 1
 
 
-def test_nobody_hears_convex_corners_and_so_segments_may_grow_to_them() -> None:
+def test_segments_are_extended_to_undetected_convex_corners() -> None:
     assert len(met(east((1.1, 1.9)), north((-1.8, -1.7)))) == 1
 
 
 @pytest.mark.parametrize(("extension", "detected"), [(0.9, True), (1.1, False)])
-def test_walls_that_are_not_square_hear_each_other_from_near_by_only(extension: float, *, detected: bool) -> None:
+def test_oblique_corners_are_detected_only_with_a_short_extension(extension: float, *, detected: bool) -> None:
     slanted = segment(np.radians(70), 1.0, (-0.65, 0.5), owner=1)
     apex = (1.0 - np.cos(np.radians(70))) / np.sin(np.radians(70))
     (vertex,) = met(east((-1.9, apex - extension)), slanted, echoes=between(pings=20))
     assert vertex.detected == detected
 
 
-def test_the_echo_of_a_pair_makes_no_convex_corner_heard() -> None:
+def test_double_echoes_detect_no_convex_corner() -> None:
     echoes = between(pings=20)
     (vertex,) = met(east((1.1, 1.9)), north((-1.9, -1.1)), echoes=echoes)
     assert not vertex.detected
 
 
-def test_segments_do_not_meet_beyond_a_place_where_there_is_surely_no_wall() -> None:
+def test_segments_do_not_meet_beyond_a_free_cell() -> None:
     assert met(east(free=0.9, chance=0.04), north()) == []
     assert len(met(east(free=0.9, chance=0.06), north())) == 1
     assert len(met(east(free=0.0, chance=0.0), north())) == 1
 
 
-def test_a_segment_is_not_drawn_on_over_another_of_its_line() -> None:
+def test_a_segment_is_not_extended_across_another_one_of_its_line() -> None:
     here, there = (east((0.3, 0.8)), north((-0.8, -0.3))), (east((-0.8, -0.1)), north((0.1, 0.8)))
     assert [each.segments for each in met(*there, echoes=between(pings=20))] == [(0, 1)]
     assert [each.segments for each in met(*there, *here, echoes=between(pings=20))] == [(2, 3)]
 
 
-def test_a_segment_of_which_one_point_was_heard_is_drawn_on() -> None:
+def test_a_segment_of_one_point_is_extended_to_a_corner() -> None:
     assert len(met(east((0.8, 0.8)), north((-0.8, -0.8)))) == 1
 
 
-def test_each_end_meets_once_and_the_nearest_wins() -> None:
+def test_each_end_belongs_to_the_nearest_vertex_only() -> None:
     nearer = segment(np.pi / 2, 0.9, (-0.8, 0.8), owner=2)
     vertices = met(east(), north(), nearer)
     assert [each.segments for each in vertices] == [(0, 2)]
 
 
-def test_a_corner_that_was_heard_wins_against_a_nearer_one() -> None:
+def test_a_detected_corner_is_preferred_to_a_nearer_one() -> None:
     nearer = segment(np.pi / 2, 0.9, (-0.8, 0.8), owner=2)
     echoes = Echoes(corners_xy=np.array([[1.0, 1.0]]))
     vertices = met(east(), north(), nearer, echoes=echoes)
     assert [each.segments for each in vertices] == [(0, 1)]
 
 
-def test_both_ends_of_a_segment_may_meet_others() -> None:
+def test_both_ends_of_a_segment_may_be_vertices() -> None:
     west = segment(np.pi, 1.0, (-0.8, 0.8), owner=2)
     vertices = met(east(), north(), west)
     assert {each.segments: each.upper[each.segments.index(1)] for each in vertices} == {(0, 1): False, (1, 2): True}
 
 
-def test_one_segment_meets_nothing() -> None:
+def test_a_single_segment_has_no_vertices() -> None:
     assert met(east()) == []
     assert met() == []

@@ -28,7 +28,7 @@ def by_offset(measurements: Measurements) -> FloatArray:
     return mean
 
 
-def test_a_station_says_something_at_the_foot_of_its_perpendicular() -> None:
+def test_line_evidence_lies_at_the_foot_of_the_perpendicular() -> None:
     evidence, _ = views(hearing(BEFORE, [EAST]))
     assert evidence.feet == pytest.approx([0.3])
     assert evidence.centers_xy.tolist() == [[0.0, 0.3]]
@@ -36,35 +36,35 @@ def test_a_station_says_something_at_the_foot_of_its_perpendicular() -> None:
 
 
 @pytest.mark.parametrize("detected", [True, False])
-def test_a_wall_that_ends_a_decimetre_past_the_foot_is_seen_as_a_whole(*, detected: bool) -> None:
+def test_an_end_a_decimetre_past_the_foot_has_no_effect(*, detected: bool) -> None:
     evidence, whole = views(hearing(BEFORE, [EAST]) if detected else BEFORE)
     assert evidence.log_ratios[0, :, 0] == pytest.approx([whole, whole])
     assert (whole > 20.0) if detected else (whole < -5.0)
 
 
 @pytest.mark.parametrize("detected", [True, False])
-def test_of_a_wall_that_ends_three_decimetres_before_the_foot_nothing_is_detected(*, detected: bool) -> None:
+def test_a_wall_that_ends_three_decimetres_before_the_foot_has_no_ratio(*, detected: bool) -> None:
     evidence, _ = views(hearing(BEFORE, [EAST]) if detected else BEFORE)
     assert evidence.log_ratios[0, :, PAST_END] == pytest.approx([0.0, 0.0], abs=0.01)
 
 
-def test_what_a_station_says_for_a_wall_fades_across_its_end() -> None:
+def test_the_ratio_of_detections_decreases_across_the_end() -> None:
     ratios = by_offset(hearing(BEFORE, [EAST]))
     assert (np.diff(ratios) <= 0.05).all()
     assert 0.0 < ratios[np.argmin(np.abs(OFFSETS))] < 0.9 * ratios[0]
 
 
-def test_what_a_station_says_against_a_wall_fades_across_its_end() -> None:
+def test_the_penalty_of_non_detections_decreases_across_the_end() -> None:
     ratios = by_offset(BEFORE)
     assert (np.diff(ratios) >= -0.05).all()
 
 
-def test_a_reading_of_something_nearer_says_nothing_of_a_wall() -> None:
+def test_masked_pings_give_no_line_evidence() -> None:
     nearer = BEFORE._replace(readings=np.full(len(BEFORE.readings), 0.4))
     assert np.abs(views(nearer)[0].log_ratios).max() < 1e-9
 
 
-def test_a_reading_that_something_else_explains_as_well_says_nothing_for_a_wall() -> None:
+def test_explained_readings_give_no_line_evidence() -> None:
     measurements = hearing(BEFORE, [EAST])
     estimate = likelihood(measurements)
     (east,) = rescored(estimate, [EAST])
@@ -74,7 +74,7 @@ def test_a_reading_that_something_else_explains_as_well_says_nothing_for_a_wall(
     assert line_evidence(estimate, east, 1, log_densities).log_ratios.max() < 0.5
 
 
-def test_only_the_first_stations_are_asked_and_those_out_of_reach_not_at_all() -> None:
+def test_line_evidence_is_that_of_the_first_stations_in_range() -> None:
     measurements = hearing(listening([(0.0, 0.0), (-20.0, 0.0), (0.0, 0.5), (0.0, 0.8)]), [EAST])
     estimate = likelihood(measurements)
     (east,) = rescored(estimate, [EAST])
@@ -82,7 +82,7 @@ def test_only_the_first_stations_are_asked_and_those_out_of_reach_not_at_all() -
     assert line_evidence(estimate, east, 3, log_densities).feet == pytest.approx([0.0, 0.5])
 
 
-def test_evidence_of_several_stations_can_be_joined_and_chosen_from() -> None:
+def test_line_evidence_can_be_joined_and_selected() -> None:
     one, other = (views(hearing(listening([(0.0, y)]), [EAST]))[0] for y in (0.1, 0.7))
     both = one.joined(other)
     assert both.feet == pytest.approx([0.1, 0.7])

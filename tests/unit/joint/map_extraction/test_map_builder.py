@@ -23,25 +23,25 @@ def test_walls_end_at_their_vertices() -> None:
     assert north.endpoints_xy == pytest.approx(np.array([[2.0, 1.5], [-2.0, 1.5]]))
 
 
-def test_walls_drawn_to_right_angles_are_counted_and_other_members_are_not() -> None:
+def test_only_walls_count_as_members_of_the_manhattan_prior() -> None:
     drawn = survey(feature(COLUMN, llr_by_station=[9.0, 6.0, 4.0, -1.0]))
     assert drawn.right_angles() == {}
     square = ManhattanPrior(np.array([True, True, False, True, True]), 0.003)
     assert replace(drawn, squareness=square).right_angles() == {"walls": 3, "sigma": 0.003, "along_axes": False}
 
 
-def test_a_wall_without_vertices_ends_where_it_was_heard_to_end() -> None:
+def test_a_wall_without_vertices_ends_where_it_was_detected() -> None:
     east, *_ = survey(joined=False).walls([])
     assert east.endpoints_xy == pytest.approx(np.array([[2.0, -1.2], [2.0, 1.2]]))
 
 
-def test_a_wall_of_which_one_point_was_heard_is_six_centimetres_long() -> None:
+def test_a_wall_of_one_detected_point_is_six_centimetres_long() -> None:
     east, *_ = survey(joined=False, detected_to=0.0).walls([])
     assert east.length == pytest.approx(0.06)
     assert east.endpoints_xy.mean(axis=0) == pytest.approx([2.0, 0.0])
 
 
-def test_nothing_is_drawn_across_the_path_of_the_robot() -> None:
+def test_no_wall_is_drawn_across_the_path_of_the_robot() -> None:
     path_xy = np.array([[1.0, 0.01], [3.0, 0.01], [3.0, 1.3], [1.0, 1.3]])
     short = replace(survey(joined=False, detected_to=0.0), path_xy=path_xy).walls([])[0]
     assert short.endpoints_xy == pytest.approx(np.array([[2.0, -0.03], [2.0, 0.009]]))
@@ -49,7 +49,7 @@ def test_nothing_is_drawn_across_the_path_of_the_robot() -> None:
     assert met.endpoints_xy == pytest.approx(np.array([[2.0, -1.5], [2.0, 1.299]]))
 
 
-def test_a_wall_is_the_line_of_its_feature_with_what_speaks_for_it() -> None:
+def test_a_wall_has_the_line_pings_and_stations_of_its_landmark() -> None:
     east, north, *_ = survey().walls([])
     assert (north.normal_angle, north.offset) == pytest.approx((np.pi / 2, 1.5))
     assert (east.pings, north.pings) == (40, 41)
@@ -57,14 +57,14 @@ def test_a_wall_is_the_line_of_its_feature_with_what_speaks_for_it() -> None:
     assert east.stations == 2
 
 
-def test_a_wall_that_is_drawn_as_far_as_it_was_detected_is_as_surely_one_as_its_feature() -> None:
+def test_a_wall_without_inferred_length_has_the_class_of_its_landmark() -> None:
     for east in (survey(joined=False).walls([])[0], survey(detected_to=1.5).walls([])[0]):
         assert east.inferred.tolist() == [0.0, 0.0]
         chances = (east.class_probabilities.wall, east.class_probabilities.corner, east.class_probabilities.cylinder)
         assert chances == pytest.approx((0.8, 0.15, 0.05))
 
 
-def test_the_covariance_of_a_wall_is_its_block_of_the_adjustment() -> None:
+def test_the_covariance_of_a_wall_is_its_block_of_the_solution() -> None:
     found = survey()
     place = found.solution.layout.feature(1)
     block = found.solution.covariance[place, place]
@@ -94,14 +94,14 @@ def test_a_room_of_four_walls_has_four_corners() -> None:
     assert [each.class_probabilities.corner for each in corners] == pytest.approx([0.9 + 0.1 / 3] * 4)
 
 
-def test_a_corner_tells_who_heard_one_of_its_walls_in_the_other() -> None:
+def test_a_corner_has_the_pings_and_stations_of_its_double_echoes() -> None:
     detected = Echoes(pairs={(0, 1): CornerEcho(pings=31, stations=3, detections=200.0)})
     by_place = {tuple(np.round(each.position_xy, 6)): each for each in survey(echoes=detected).corners()}
     assert (by_place[2.0, 1.5].pings, by_place[2.0, 1.5].stations) == (31, 3)
     assert {each.pings for place, each in by_place.items() if place != (2.0, 1.5)} == {0}
 
 
-def test_the_covariance_of_a_corner_is_that_of_its_walls_carried_on_by_finite_differences() -> None:
+def test_the_covariance_of_a_corner_is_propagated_from_its_walls() -> None:
     found = survey()
     layout, step = found.solution.layout, 1e-6
     for vertex, drawn in zip(found.vertices, found.corners(), strict=True):
@@ -116,7 +116,7 @@ def test_the_covariance_of_a_corner_is_that_of_its_walls_carried_on_by_finite_di
         assert drawn.covariance == pytest.approx(expected, rel=1e-5)
 
 
-def test_a_corner_that_was_heard_tells_from_where() -> None:
+def test_a_detected_corner_has_the_stations_of_its_landmark() -> None:
     detected = feature(corner(1.99, 1.49), llr_by_station=[9.0, 9.0, 9.0, 0.0])
     (drawn,) = [each for each in survey(detected).corners() if each.stations]
     # It is drawn where its walls meet, and only once.
@@ -125,7 +125,7 @@ def test_a_corner_that_was_heard_tells_from_where() -> None:
     assert drawn.class_probabilities is SURE
 
 
-def test_a_corner_where_no_walls_meet_is_drawn_as_it_was_heard() -> None:
+def test_a_lone_corner_is_drawn_where_it_was_detected() -> None:
     inner, outer = (feature(kind(0.4, -0.9), llr_by_station=[9.0] * 4) for kind in (corner, edge))
     square = ManhattanPrior(np.array([True] * 4 + [False]), 0.003)
     for lone, kind in ((inner, CornerKind.CONCAVE), (outer, CornerKind.CONVEX)):
@@ -141,7 +141,7 @@ def test_a_corner_without_walls_carries_the_model_error_of_a_corner() -> None:
     assert found.corners()[-1].covariance == pytest.approx(expected, rel=1e-9)
 
 
-def test_a_corner_at_the_middle_of_a_wall_is_drawn_where_its_walls_cross_as_surely_as_these_are_known() -> None:
+def test_a_corner_in_the_middle_of_a_wall_is_the_crossing_of_its_walls() -> None:
     # A partition along x = 0.4 ends at the wall y = 1.5; the echo of the corner seems to come from 9 mm beside it.
     heard = feature(corner(0.405, 1.4925), llr_by_station=[9.0] * 4)
     partition = segment(0.0, 0.4, (0.3, 1.4), owner=4)
@@ -156,18 +156,18 @@ def test_a_corner_at_the_middle_of_a_wall_is_drawn_where_its_walls_cross_as_sure
     assert drawn.covariance == pytest.approx(slopes @ lines @ slopes.T, rel=1e-6)
 
 
-def test_a_lone_corner_whose_angle_nobody_knows_is_not_drawn() -> None:
+def test_a_lone_concave_corner_of_unknown_angle_is_not_drawn() -> None:
     # In an angle of 76 degrees sound comes back after 0.97 of the way to the vertex: centimetres short of it.
     lone = feature(corner(0.4, -0.9), llr_by_station=[9.0] * 4)
     assert len(survey(lone).corners()) == 4
 
 
-def test_a_lone_corner_that_two_stations_heard_is_not_drawn() -> None:
+def test_a_lone_corner_of_two_stations_is_not_drawn() -> None:
     lone = feature(corner(0.4, -0.9), llr_by_station=[9.0, 9.0, 4.0, 0.0])
     assert len(survey(lone).corners()) == 4
 
 
-def test_cylinders_are_drawn_and_nothing_else_among_them() -> None:
+def test_only_cylinders_are_drawn_as_cylinders() -> None:
     found = survey(feature(COLUMN, llr_by_station=[9.0, 9.0, 9.0, 0.0]), feature(corner(0.4, -0.9)))
     (drawn,) = found.cylinders()
     assert drawn.center_xy == pytest.approx([0.2, 0.9])
@@ -177,7 +177,7 @@ def test_cylinders_are_drawn_and_nothing_else_among_them() -> None:
     assert drawn.pings > 10
 
 
-def test_where_nothing_was_found_nothing_is_drawn() -> None:
+def test_without_landmarks_the_map_is_empty() -> None:
     empty = survey(walls=np.zeros((0, 4)))
     assert (empty.walls([]), empty.corners(), empty.cylinders()) == ((), (), ())
     assert empty.gaps(np.zeros((0, 2))) == []
@@ -192,7 +192,7 @@ def corner_at(corners: Sequence[Corner], x: float, y: float) -> Corner:
     return min(corners, key=lambda each: float(np.hypot(*(each.position_xy - [x, y]))))
 
 
-def test_what_a_wall_was_extended_by_to_a_corner_nobody_detected_is_inferred_and_makes_it_less_sure() -> None:
+def test_the_extension_to_an_undetected_corner_is_inferred_and_lowers_the_class_probability() -> None:
     east, *_ = survey(pieces={0: [EAST]}).walls([])
     assert east.inferred == pytest.approx([0.3, 0.6])
     # Of three metres 0.9 m are not observed, and there each class is as likely as another.
@@ -200,7 +200,7 @@ def test_what_a_wall_was_extended_by_to_a_corner_nobody_detected_is_inferred_and
     assert east.class_probabilities.corner == pytest.approx(0.7 * 0.15 + 0.3 / 3)
 
 
-def test_a_path_that_cuts_an_extension_leaves_only_what_is_drawn_of_it_inferred() -> None:
+def test_an_extension_clipped_at_the_path_is_inferred_up_to_the_path() -> None:
     # The extension from 0.9 to the corner at 1.5 is crossed at 1.0, the one from -0.9 to -1.5 at -1.25.
     path_xy = np.array([[1.0, 1.0], [3.0, 1.0], [3.0, -1.25], [1.0, -1.25]])
     east = replace(survey(detected_to=0.9), path_xy=path_xy).walls([])[0]
@@ -210,12 +210,12 @@ def test_a_path_that_cuts_an_extension_leaves_only_what_is_drawn_of_it_inferred(
     assert np.isnan(east.endpoint_sigmas).all()
 
 
-def test_nothing_is_inferred_on_the_way_to_a_corner_that_was_detected() -> None:
+def test_the_extension_to_a_detected_corner_is_not_inferred() -> None:
     east, *_ = survey(pieces={0: [EAST]}, echoes=DETECTED).walls([])
     assert east.inferred == pytest.approx([0.3, 0.0])
 
 
-def test_a_corner_nobody_detected_is_as_sure_as_that_both_walls_reach_it() -> None:
+def test_an_undetected_corner_is_as_probable_as_both_walls_reaching_it() -> None:
     silent, detected = (survey(pieces={0: [EAST]}, echoes=each).corners() for each in (Echoes(), DETECTED))
     assert corner_at(detected, 2.0, 1.5).class_probabilities.corner == 1.0
     inferred = corner_at(silent, 2.0, 1.5).class_probabilities
@@ -223,7 +223,7 @@ def test_a_corner_nobody_detected_is_as_sure_as_that_both_walls_reach_it() -> No
     assert inferred.wall == pytest.approx(0.6 / 3)
 
 
-def test_the_end_of_a_wall_is_as_sure_as_what_ends_it() -> None:
+def test_the_sigma_of_a_wall_end_is_that_of_its_distribution() -> None:
     ends = End.normal(-1.2, 0.03), None
     free = segment(0.0, 2.0, (-1.2, 0.9), known=ends)
     vague = segment(0.0, 2.0, (-1.2, 0.9), known=(End.normal(-1.2, 0.3), None))
@@ -232,7 +232,7 @@ def test_the_end_of_a_wall_is_as_sure_as_what_ends_it() -> None:
     assert np.isnan(other.endpoint_sigmas).all()
 
 
-def test_a_wall_ends_at_a_vertex_as_surely_as_that_is_known_along_it() -> None:
+def test_the_sigma_of_a_wall_end_at_a_vertex_is_that_of_the_vertex() -> None:
     found = survey()
     (vertex,) = [each for each in found.vertices if each.segments == (0, 1)]
     covariance = corner_at(found.corners(), 2.0, 1.5).covariance
@@ -262,13 +262,13 @@ def test_walls_end_at_the_jambs_of_an_opening() -> None:
     assert ends_beside(opening(jambs)) == pytest.approx([-0.38, 0.43, 0.02], rel=0.02)
 
 
-def test_a_wall_that_lies_within_an_opening_of_the_other_face_is_not_turned_around() -> None:
+def test_a_wall_within_an_opening_of_the_other_face_keeps_its_ends() -> None:
     # The nearer jamb is at -1.3, beyond the lower end of the lower piece.
     below, *_ = survey(pieces=TWO, joined=False).walls([opening((End.normal(-1.3, 0.02), End.normal(0.43, 0.02)))])
     assert below.endpoints_xy == pytest.approx(np.array([[2.0, -1.2], [2.0, -0.4]]))
 
 
-def test_a_wall_is_not_shortened_to_what_is_inferred_of_it() -> None:
+def test_a_wall_is_not_shortened_to_its_inferred_length() -> None:
     # From -1.2 to 0.9 it was observed, and on to the corners at -1.5 and 1.5 it is inferred.
     east, *_ = survey(pieces={0: [EAST]}).walls([opening((End.normal(-0.9, 0.02), End.normal(4.0, 0.02)), (0,))])
     assert east.endpoints_xy[:, 1] == pytest.approx([-1.5, 1.5])
@@ -282,5 +282,5 @@ def test_a_wall_is_not_shortened_to_what_is_inferred_of_it() -> None:
     ],
     ids=["not open", "not known"],
 )
-def test_walls_end_where_they_were_detected_last_beside_any_other_gap(gap: Gap) -> None:
+def test_walls_beside_other_gaps_end_where_they_were_detected(gap: Gap) -> None:
     assert ends_beside(gap) == pytest.approx([-0.4, 0.4, np.nan], nan_ok=True)

@@ -28,7 +28,7 @@ def enumerated(cells: FloatArray, ends: FloatArray, stay: FloatArray) -> Chain:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_marginals_are_those_of_all_states_enumerated(seed: int) -> None:
+def test_marginals_equal_those_by_enumeration(seed: int) -> None:
     rng = np.random.default_rng(seed)
     cells, ends, stay = rng.normal(0.0, 3.0, COUNT), *rng.normal(-1.0, 2.0, (2, 2, COUNT - 1))
     found, truth = smoothed(cells, ends, stay), enumerated(cells, ends, stay)
@@ -41,7 +41,7 @@ def test_marginals_are_those_of_all_states_enumerated(seed: int) -> None:
     arrays(float, (2, COUNT - 1), elements=POTENTIALS),
     arrays(float, (2, COUNT - 1), elements=POTENTIALS),
 )
-def test_marginals_are_those_of_all_states_whatever_the_potentials(
+def test_marginals_equal_those_by_enumeration_for_any_potentials(
     cells: FloatArray, ends: FloatArray, stay: FloatArray
 ) -> None:
     found, truth = smoothed(cells, ends, stay), enumerated(cells, ends, stay)
@@ -51,7 +51,7 @@ def test_marginals_are_those_of_all_states_whatever_the_potentials(
     assert found.ends[0] - found.ends[1] == pytest.approx(np.diff(found.wall), abs=1e-9)
 
 
-def test_a_line_of_one_cell_is_as_likely_wall_as_its_ratio_says() -> None:
+def test_the_probability_of_a_single_cell_follows_from_its_ratio() -> None:
     found = smoothed(np.array([np.log(3.0)]), np.zeros((2, 0)), np.zeros((2, 0)))
     assert found.wall == pytest.approx([0.75])
     assert found.ends.shape == (2, 0)

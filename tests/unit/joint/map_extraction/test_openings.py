@@ -38,7 +38,7 @@ def other_face(ends: tuple[float, float] = (-0.4, 0.4), offset: float = -2.2, **
     return gap((np.pi, offset), ends, walls=(2, 3), **changed)  # type: ignore[arg-type]
 
 
-def test_both_faces_of_a_wall_make_one_opening_midway_that_is_better_known_than_in_either() -> None:
+def test_both_faces_of_a_wall_give_one_opening_midway_with_a_smaller_sigma() -> None:
     alone = [openings_of(merged_faces([each]))[0] for each in (WEST, other_face((-0.41, 0.39)))]
     (both,) = openings_of(merged_faces([WEST, other_face((-0.41, 0.39))]))
     assert both.endpoints_xy == pytest.approx(np.array([[2.1, -0.395], [2.1, 0.405]]), abs=0.002)
@@ -46,7 +46,7 @@ def test_both_faces_of_a_wall_make_one_opening_midway_that_is_better_known_than_
     assert both.walls == (0, 1, 2, 3)
 
 
-def test_the_standard_deviation_of_a_width_is_that_of_both_jambs_together() -> None:
+def test_the_sigma_of_the_width_combines_both_jambs() -> None:
     (alone,) = openings_of([WEST])
     assert alone.width_sigma == pytest.approx(0.03 * np.sqrt(2.0), rel=0.02)
     assert alone.width == pytest.approx(0.8)
@@ -63,12 +63,12 @@ def test_the_standard_deviation_of_a_width_is_that_of_both_jambs_together() -> N
     ],
     ids=["faces each other", "too thick", "same side", "askew", "hardly opposite"],
 )
-def test_gaps_that_are_not_in_both_faces_of_one_wall_stay_two(other: Gap) -> None:
+def test_gaps_of_different_walls_are_not_merged(other: Gap) -> None:
     assert len(merged_faces([WEST, other])) == 2
 
 
 @pytest.mark.parametrize("turn", [-0.5, 0.25, 0.5])
-def test_faces_that_are_not_quite_parallel_make_one_opening_where_the_door_is(turn: float) -> None:
+def test_faces_that_are_not_quite_parallel_give_one_opening(turn: float) -> None:
     # A door 6 m along the wall, in faces that are estimated askew by a fraction of a degree.
     middle, angle = np.array([2.2, 6.4]), np.pi + np.radians(turn)
     normal, along = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
@@ -77,13 +77,13 @@ def test_faces_that_are_not_quite_parallel_make_one_opening_where_the_door_is(tu
     assert both.endpoints_xy == pytest.approx(np.array([[2.1, 6.0], [2.1, 6.8]]), abs=0.005)
 
 
-def test_a_face_that_nobody_knows_to_be_open_tells_only_where_the_wall_is() -> None:
+def test_a_face_that_is_not_known_to_be_open_gives_only_its_offset() -> None:
     for order in ([WEST, other_face((-0.2, 0.6), is_open=False)], [other_face((-0.2, 0.6), is_open=False), WEST]):
         (both,) = openings_of(merged_faces(order))
         assert both.endpoints_xy == pytest.approx(np.array([[2.1, -0.4], [2.1, 0.4]]), abs=1e-6)
 
 
-def test_who_drove_through_one_face_drove_through_the_wall() -> None:
+def test_an_opening_is_passed_if_either_face_is() -> None:
     assert [each.passed for each in openings_of(merged_faces([WEST, other_face(passed=True)]))] == [True]
     assert [each.passed for each in openings_of(merged_faces([WEST, other_face()]))] == [False]
 
@@ -120,12 +120,12 @@ def test_a_gap_without_evidence_is_an_unobserved_stretch(*, known: bool) -> None
     assert stretch.walls == (0, 1)
 
 
-def test_a_free_gap_whose_end_nobody_knows_is_no_opening() -> None:
+def test_a_free_gap_with_unknown_ends_is_no_opening() -> None:
     assert between(pieces(known=False)) == ((), ())
 
 
 @pytest.mark.parametrize(("chance", "unobserved"), [(0.0, 0), (0.3, 1)], ids=["free", "nobody looked"])
-def test_a_gap_that_a_concave_corner_ends_is_no_opening_even_if_it_is_free(chance: float, unobserved: int) -> None:
+def test_a_gap_at_a_concave_corner_is_no_opening(chance: float, unobserved: int) -> None:
     # The wall y = 0.5 abuts on x = 2 from before: nobody drives or listens around that corner into the gap above it.
     abutting = wall(np.pi / 2, 0.5)
     found = survey(
@@ -151,23 +151,19 @@ def test_a_gap_that_a_concave_corner_ends_is_no_opening_even_if_it_is_free(chanc
     ],
     ids=["through", "back", "not as far", "beside a jamb", "around", "one place"],
 )
-def test_an_opening_was_passed_if_the_path_leads_through_between_its_jambs(
-    path_xy: list[list[float]], *, passed: bool
-) -> None:
+def test_an_opening_is_passed_if_the_path_leads_through_it(path_xy: list[list[float]], *, passed: bool) -> None:
     (door,), _ = between(pieces(), np.array(path_xy))
     assert door.passed == passed
 
 
 @pytest.mark.parametrize(("width", "count"), [(0.45, 0), (0.55, 1), (1.5, 1)])
-def test_what_is_narrower_than_any_passage_is_no_opening(width: float, count: int) -> None:
+def test_a_gap_narrower_than_half_a_metre_is_no_opening(width: float, count: int) -> None:
     openings, unobserved = between(pieces(-0.5 * width, 0.5 * width))
     assert (len(openings), unobserved) == (count, ())
 
 
 @pytest.mark.parametrize(("path_xy", "count"), [(NOWHERE, 0), (np.array([[1.0, 0.0], [3.0, 0.0]]), 1)])
-def test_behind_the_front_of_furniture_only_a_gap_that_was_driven_through_is_an_opening(
-    path_xy: FloatArray, count: int
-) -> None:
+def test_a_gap_behind_an_object_is_an_opening_only_if_the_robot_drove_through(path_xy: FloatArray, count: int) -> None:
     front = segment(0.0, 1.4, (-0.2, 0.2), owner=4)
     found = survey(walls=[*ROOM, wall(0.0, 1.4)], pieces={0: pieces(), 4: [front]})
     assert len(openings_of(found.gaps(path_xy))) == count
@@ -175,7 +171,7 @@ def test_behind_the_front_of_furniture_only_a_gap_that_was_driven_through_is_an_
 
 @pytest.mark.parametrize("chance", [0.0, 0.3], ids=["free", "nobody looked"])
 @pytest.mark.parametrize(("ends", "count"), [((-0.35, 0.35), 0), ((-0.35, -0.1), 1)], ids=["most of it", "a part"])
-def test_where_another_feature_is_the_wall_there_is_no_gap(
+def test_a_gap_filled_by_a_wall_of_another_landmark_is_none(
     chance: float, ends: tuple[float, float], count: int
 ) -> None:
     other = segment(0.0, 2.02, ends, owner=4)

@@ -49,7 +49,7 @@ def missed_by(count: int, spacing: float) -> list[Hypothesis]:
     return remembered(measurements._replace(readings=np.where(silent, np.inf, measurements.readings)), [EAST])
 
 
-def test_a_wall_that_all_stations_detect_is_one_segment_as_far_as_they_did() -> None:
+def test_a_wall_detected_by_all_stations_is_one_segment() -> None:
     (east,) = found(remembered(detecting(listening(row()), [LONG]), [EAST]))
     assert (east.low, east.high) == pytest.approx((-1.5, 1.5), abs=0.04)
     assert east.ends == (None, None)
@@ -60,7 +60,7 @@ def test_a_wall_that_all_stations_detect_is_one_segment_as_far_as_they_did() -> 
     [(-0.4, 0.4, 0.15), (-0.33, 0.47, 0.15), (-0.4, 0.4, 0.1), (-0.25, 0.35, 0.2), (-0.45, 0.45, 0.3)],
 )
 @pytest.mark.parametrize("seed", [0, 1])
-def test_a_gap_that_stations_missed_lies_between_two_segments_whose_intervals_hold_its_ends(
+def test_the_intervals_of_both_ends_contain_the_true_ends_of_a_gap(
     low: float, high: float, spacing: float, seed: int
 ) -> None:
     places = row(spacing)
@@ -79,26 +79,26 @@ def test_a_gap_that_stations_missed_lies_between_two_segments_whose_intervals_ho
     assert after.ends[1] is None
 
 
-def test_a_gap_that_many_stations_missed_is_surely_free() -> None:
+def test_a_gap_that_many_stations_missed_is_free() -> None:
     before, after = found(missed_by(10, 0.1))
     assert before.is_free(before.high, after.low)
 
 
 @pytest.mark.parametrize("spacing", [0.3, 0.5])
-def test_it_takes_two_stations_that_missed_a_wall_to_open_it(spacing: float) -> None:
+def test_two_non_detecting_stations_open_a_wall_and_one_does_not(spacing: float) -> None:
     assert len(found(missed_by(1, spacing))) == 1
     assert len(found(missed_by(2, spacing))) == 2
 
 
 @pytest.mark.parametrize("spacing", [0.2, 0.3, 0.5])
-def test_a_short_wall_that_one_station_detected_is_drawn_though_its_neighbours_missed_it(spacing: float) -> None:
+def test_a_short_wall_of_one_station_is_drawn(spacing: float) -> None:
     (stub,) = found(remembered(detecting(listening(row(spacing)), [(EAST, -0.12, 0.12)]), [EAST]))
     middle = float(min(np.abs(row(spacing))[:, 1]))
     assert stub.low - 0.05 < middle < stub.high + 0.05
     assert stub.high - stub.low < 2 * spacing
 
 
-def test_where_stations_stand_close_together_it_takes_more_of_them() -> None:
+def test_close_stations_open_a_wall_only_in_greater_number() -> None:
     # Their neighbours, 15 cm away, leave hardly any room for an opening.
     assert len(found(missed_by(2, 0.15))) == 1
     assert len(found(missed_by(6, 0.15))) == 2
@@ -111,7 +111,7 @@ def test_the_path_of_the_robot_opens_a_wall() -> None:
     assert before.is_free(before.high, after.low)
 
 
-def test_the_path_of_the_robot_opens_a_wall_however_many_stations_detected_it_there() -> None:
+def test_the_path_of_the_robot_outweighs_any_number_of_detections() -> None:
     many = [*row(), *[(0.0, 0.0)] * 15, *[(0.0, 0.06)] * 15]
     known = remembered(detecting(listening(many), [LONG]), [EAST])
     before, after = found(known, path_xy=across(0.03))
@@ -119,15 +119,13 @@ def test_the_path_of_the_robot_opens_a_wall_however_many_stations_detected_it_th
 
 
 @pytest.mark.parametrize(("crossings", "parts"), [((), 1), ((0.07,), 1), ((0.04, 0.06, 0.07, 0.09), 2)])
-def test_sound_of_other_features_opens_a_wall_where_it_crossed_often_enough(
-    crossings: tuple[float, ...], parts: int
-) -> None:
+def test_repeated_crossings_of_sound_open_a_wall(crossings: tuple[float, ...], parts: int) -> None:
     (east,) = remembered(detecting(listening(row()), [LONG]), [EAST])
     crossed = replace(east, history=replace(east.history, crossings=np.array(crossings)))
     assert len(found([crossed])) == parts
 
 
-def test_a_station_whose_view_is_blocked_by_another_segment_says_nothing() -> None:
+def test_a_station_occluded_by_another_segment_does_not_count() -> None:
     # Farther before the line than furniture against it, so that the wall is not cut behind it.
     far, front = wall(0.0, 2.5), wall(0.0, 1.0)
     stations = [*row(), *((0.5, y) for y in np.linspace(-0.4, 0.4, 7).tolist())]
@@ -139,7 +137,7 @@ def test_a_station_whose_view_is_blocked_by_another_segment_says_nothing() -> No
 
 
 @pytest.mark.parametrize(("front", "parts"), [(False, 2), (True, 1)], ids=["alone", "front"])
-def test_what_stations_miss_that_look_past_the_back_of_a_front_opens_no_wall(*, front: bool, parts: int) -> None:
+def test_non_detections_behind_the_front_of_a_body_open_no_wall(*, front: bool, parts: int) -> None:
     # The front of something that stands between y = -0.25 and wherever.
     south = wall(np.pi / 2, -0.25)
     stations = [*row(0.1), (0.4, -0.9), (0.6, -0.9)]
@@ -151,7 +149,7 @@ def test_what_stations_miss_that_look_past_the_back_of_a_front_opens_no_wall(*, 
 
 
 @pytest.mark.parametrize(("ratio", "parts"), [(1.5, 1), (40.0, 2)])
-def test_a_stretch_that_is_nowhere_surely_wall_is_not_drawn(ratio: float, parts: int) -> None:
+def test_a_stretch_without_a_certain_cell_is_not_drawn(ratio: float, parts: int) -> None:
     (east,) = remembered(detecting(listening(row()), [LONG]), [EAST])
     far = LineEvidence(np.array([3.0, 3.1]), np.array([[0.0, 3.0], [0.0, 3.1]]), np.full((2, 2, len(OFFSETS)), 0.0))
     far.log_ratios[:, :, OFFSETS <= 0.0] = ratio
@@ -161,9 +159,7 @@ def test_a_stretch_that_is_nowhere_surely_wall_is_not_drawn(ratio: float, parts:
 
 
 @pytest.mark.parametrize(("back", "spans_of_the_wall"), [(False, 2), (True, 1)], ids=["front alone", "front and back"])
-def test_behind_the_front_of_a_box_a_wall_goes_on_only_if_its_back_was_detected(
-    *, back: bool, spans_of_the_wall: int
-) -> None:
+def test_behind_an_object_a_wall_continues_only_if_its_back_was_detected(*, back: bool, spans_of_the_wall: int) -> None:
     far, front, behind = wall(0.0, 1.9), wall(0.0, 1.0), wall(np.pi, -1.2)
     stations = [*row(0.1), (1.55, -0.65), (1.55, 0.65)]
     stretches: list[Stretch] = [(far, -3.0, 3.0), (front, -0.3, 0.3)]
@@ -185,7 +181,7 @@ def beside_a_door(*, north: bool) -> list[Hypothesis]:
     return known if north else known[:1]
 
 
-def test_a_corner_of_two_known_walls_supports_a_stub_that_no_station_faced() -> None:
+def test_a_corner_of_two_known_walls_supports_a_short_segment() -> None:
     echoes = Echoes(pairs={(0, 1): CornerEcho(pings=8, stations=2, detections=30.0, gain=5.0)})
     assert len(found(beside_a_door(north=True), path_xy=across(0.7))) == 1
     before, stub = found(beside_a_door(north=True), path_xy=across(0.7), echoes=echoes)
@@ -194,12 +190,12 @@ def test_a_corner_of_two_known_walls_supports_a_stub_that_no_station_faced() -> 
     assert stub.high == pytest.approx(1.5, abs=0.03)
 
 
-def test_a_corner_of_which_stations_say_little_supports_no_stub() -> None:
+def test_a_weakly_detected_corner_supports_no_segment() -> None:
     weak = Echoes(pairs={(0, 1): CornerEcho(pings=8, stations=1, detections=30.0, gain=-29.0)})
     assert len(found(beside_a_door(north=True), path_xy=across(0.7), echoes=weak)) == 1
 
 
-def test_a_lone_corner_ends_a_wall_and_supports_nothing() -> None:
+def test_a_lone_corner_supports_no_segment() -> None:
     echoes = Echoes(corners_xy=np.array([[2.0, 1.5]]))
     assert len(found(beside_a_door(north=False), path_xy=across(0.7), echoes=echoes)) == 1
 
@@ -214,7 +210,7 @@ def drawn_beside(other: Stretch, stations: Sequence[tuple[float, float]] = ((-0.
 @pytest.mark.parametrize(
     "other", [(wall(0.0, 1.02), 0.3, 1.1), (wall(np.radians(2.0), 1.0), 0.3, 1.1)], ids=["behind it", "askew"]
 )
-def test_of_two_walls_between_which_there_is_no_room_the_one_more_was_detected_of_is_drawn(other: Stretch) -> None:
+def test_of_two_overlapping_walls_the_one_with_more_pings_is_drawn(other: Stretch) -> None:
     assert drawn_beside(other) == [1]
 
 
@@ -227,17 +223,17 @@ def test_of_two_walls_between_which_there_is_no_room_the_one_more_was_detected_o
     ],
     ids=["before it", "farther on", "other face"],
 )
-def test_of_two_walls_that_are_apart_both_are_drawn(other: Stretch, stations: Sequence[tuple[float, float]]) -> None:
+def test_two_walls_apart_are_both_drawn(other: Stretch, stations: Sequence[tuple[float, float]]) -> None:
     assert set(drawn_beside(other, stations)) == {0, 1}
 
 
-def test_only_walls_of_which_stations_say_something_have_segments() -> None:
+def test_only_walls_with_line_evidence_have_segments() -> None:
     known = [feature(corner(1.0, 1.0)), feature(cylinder(0.0, 1.0, 0.1)), feature(EAST)]
     assert find_segments(known, SILENT, NOWHERE, SegmentSettings()) == []
     assert find_segments([], SILENT, NOWHERE, SegmentSettings()) == []
 
 
-def test_every_wall_has_its_own_segments_in_the_order_of_the_features() -> None:
+def test_segments_are_in_the_order_of_the_landmarks() -> None:
     measurements = detecting(listening([(0.0, 0.0), (0.2, 0.1), (-0.2, -0.1)]), [LONG, (wall(np.pi, 1.1), -2.0, 2.0)])
     known = [feature(cylinder(5.0, 5.0, 0.1)), *remembered(measurements, [wall(np.pi, 1.1), EAST])]
     segments = find_segments(known, SILENT, NOWHERE, SegmentSettings())
@@ -246,7 +242,7 @@ def test_every_wall_has_its_own_segments_in_the_order_of_the_features() -> None:
     assert (segments[1].low, segments[1].high) == pytest.approx((-0.15, 0.15), abs=0.05)
 
 
-def test_where_the_robot_crosses_a_line_far_away_makes_no_cells() -> None:
+def test_a_distant_crossing_of_the_path_adds_no_cells() -> None:
     known = remembered(detecting(listening(row()), [LONG]), [EAST])
     (here,), (far,) = found(known), found(known, path_xy=across(1000.0))
     assert len(far.chances) == len(here.chances)

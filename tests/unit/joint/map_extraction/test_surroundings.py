@@ -20,13 +20,13 @@ NORTH = segment(np.pi / 2, 1.5, (-1.8, 1.0), owner=1)
 SQUARE = Echoes(pairs={(0, 1): CornerEcho(pings=5, stations=1, detections=30.0, gain=-29.0)})
 
 
-def test_an_obstacle_blocks_the_view_of_what_is_behind_it() -> None:
+def test_an_obstacle_occludes_what_is_behind_it() -> None:
     origins, targets = np.zeros((4, 2)), np.array([[3.0, 0.0], [1.96, 0.0], [2.04, 0.0], [3.0, 2.0]])
     assert Obstacles.of([EAST]).block(origins, targets).tolist() == [True, False, False, False]
     assert Obstacles.of([EAST], margin=0.4).block(origins, targets).tolist() == [True, False, False, True]
 
 
-def test_a_cylinder_blocks_as_far_as_its_margin() -> None:
+def test_a_cylinder_occludes_within_its_margin() -> None:
     discs, aside = np.array([[1.0, 0.0, 0.1]]), np.array([[2.0, 0.0], [2.0, 0.28]])
     for margin, blocked in ((0.0, [True, False]), (0.1, [True, True])):
         assert Obstacles.of([], discs, margin).block(np.zeros((2, 2)), aside).tolist() == blocked
@@ -36,7 +36,7 @@ def test_a_cylinder_blocks_as_far_as_its_margin() -> None:
 FRONT = segment(0.0, 1.4, (-0.3, 0.2), owner=1)
 
 
-def test_a_wall_stands_before_a_line_where_the_front_of_something_is() -> None:
+def test_a_parallel_segment_before_a_line_is_a_front() -> None:
     (front,) = fronts_of(LINE, [FRONT])
     assert front == pytest.approx((-0.3, 0.2))
 
@@ -58,7 +58,7 @@ def test_nothing_else_is_a_front(others: list[Segment]) -> None:
 
 
 @pytest.mark.parametrize("angle", [90.0, 89.9, 70.0, -89.9])
-def test_a_stub_across_the_line_of_a_wall_is_no_copy_of_it(angle: float) -> None:
+def test_a_short_segment_across_a_wall_is_no_duplicate(angle: float) -> None:
     cosine, sine = directions(np.radians(angle))
     stub = segment(np.radians(angle), 2.0 * cosine, (-2.0 * sine - 0.04, -2.0 * sine + 0.04), owner=1)
     assert stub.middle_xy == pytest.approx([2.0, 0.0])
@@ -67,7 +67,7 @@ def test_a_stub_across_the_line_of_a_wall_is_no_copy_of_it(angle: float) -> None
 
 
 @pytest.mark.parametrize(("place", "copy"), [(-1.1, False), (-1.0, True), (0.2, True), (1.1, False)])
-def test_a_point_of_a_wall_is_a_copy_of_another_that_reaches_it(place: float, *, copy: bool) -> None:
+def test_a_segment_of_one_point_on_a_wall_is_a_duplicate(place: float, *, copy: bool) -> None:
     assert is_copy(segment(0.0, 2.01, (place, place), owner=1), EAST) == copy
 
 
@@ -90,16 +90,18 @@ def crossing(angle: float, place: float, half: float) -> Segment:
     ],
     ids=["short", "oblique", "long", "parallel", "far from its end", "in a gap"],
 )
-def test_a_stub_lies_across_a_wall_where_this_may_go_on(other: Segment, stub: Segment, *, across: bool) -> None:
+def test_a_short_segment_lies_across_a_wall_where_that_may_continue(
+    other: Segment, stub: Segment, *, across: bool
+) -> None:
     assert is_across(stub, other) == across
 
 
-def test_the_back_of_something_else_aside_leaves_a_front_as_it_is() -> None:
+def test_the_back_of_another_object_does_not_remove_a_front() -> None:
     aside = segment(np.pi, -1.6, (-0.9, -0.5))
     assert len(fronts_of(LINE, [FRONT, aside])) == 1
 
 
-def test_a_wall_ends_at_the_corner_with_another_that_was_detected_and_is_wall_before_it() -> None:
+def test_a_detected_corner_with_a_known_wall_ends_a_wall_on_one_side() -> None:
     for other, side in ((NORTH, 1), (segment(-np.pi / 2, 1.5, (-1.0, 1.8), owner=1), 0)):
         (corner,) = corners_on(0, EAST.wall, [EAST, other], SQUARE)
         place = 1.5 if side else -1.5
@@ -124,7 +126,7 @@ def test_no_other_pair_of_walls_makes_a_corner(other: Segment, echo: CornerEcho)
     assert corners_on(0, EAST.wall, [EAST, other], Echoes(pairs={(0, 1): echo})) == []
 
 
-def test_a_lone_corner_on_a_line_may_be_either_end_of_a_wall_and_is_counted_once() -> None:
+def test_a_lone_corner_may_be_either_end_of_a_wall_and_counts_once() -> None:
     at_corner, beside, relocalised = [2.01, 1.48], [2.04, 0.2], [2.0, 0.3]
     lone = Echoes(corners_xy=np.array([at_corner, beside, relocalised]))
     assert [each.place for each in corners_on(0, EAST.wall, [EAST], lone)] == pytest.approx([1.48, 0.3])

@@ -43,24 +43,24 @@ def found(pings: Measurements, measured_poses: Features | None = None) -> FloatA
     return attenuations
 
 
-def test_shadows_come_back_from_who_heard_what() -> None:
+def test_attenuations_are_estimated_from_detections() -> None:
     attenuations = found(detected([0.0, 6.0, 9.0, 12.0]))
     assert attenuations[0] == 0.0
     assert attenuations == pytest.approx([0.0, 6.0, 9.0, 12.0], abs=1.5)
 
 
-def test_a_decibel_is_no_shadow() -> None:
+def test_one_decibel_of_attenuation_is_ignored() -> None:
     assert found(detected([0.0, 1.0, -1.0, 1.0])).tolist() == [0.0] * 4
 
 
-def test_what_is_masked_by_something_nearer_has_no_shadow() -> None:
+def test_masked_pings_give_no_attenuation() -> None:
     pings = detected([12.0] * 4)
     masked = pings._replace(readings=np.minimum(pings.readings, 0.5 + 9.0 * np.isfinite(pings.readings)))
     assert found(pings).min() > 9.0
     assert found(masked).tolist() == [0.0] * 4
 
 
-def test_what_nobody_knows_of_shadows_is_how_late_readings_may_be() -> None:
+def test_an_undetermined_attenuation_becomes_a_common_error() -> None:
     pings, sonar = detected([0.0] * 4), SONAR.tabulated()
     # Where all that is farther off the axis than ten degrees hears something nearer, it may as well be half a wall.
     aside = np.abs(np.angle(np.exp(1j * pings.bearings))) > np.radians(10.0)
@@ -71,7 +71,7 @@ def test_what_nobody_knows_of_shadows_is_how_late_readings_may_be() -> None:
     assert 0.0005 < np.sqrt(open_[2]) < 0.01
 
 
-def test_only_walls_have_ends_past_which_they_are_heard() -> None:
+def test_only_walls_have_common_errors_by_attenuation() -> None:
     pings = detected([0.0] * 4)
     column = np.array([[Kind.CYLINDER, 1.7, 0.0, 0.1]])
     readings = np.where(np.isfinite(pings.readings), expected(pings, column[0])[1], np.inf)
@@ -81,7 +81,7 @@ def test_only_walls_have_ends_past_which_they_are_heard() -> None:
     ]
 
 
-def test_only_those_who_heard_it_are_asked() -> None:
+def test_attenuation_is_estimated_only_for_detecting_stations() -> None:
     attenuations = found(detected([12.0] * 4), features(unheard_from=[1, 3]))
     assert attenuations[[1, 3]].tolist() == [np.inf, np.inf]
     assert attenuations[[0, 2]] == pytest.approx([12.0, 12.0], abs=1.5)
@@ -90,7 +90,7 @@ def test_only_those_who_heard_it_are_asked() -> None:
 @pytest.mark.parametrize(
     ("unheard_from", "silent"), [((), [0, 3]), ((1, 2), [1, 2]), ((2,), [0, 2, 3])], ids=["all", "past it only", "both"]
 )
-def test_who_stands_past_the_ends_of_a_wall_is_asked_only_if_nobody_else_heard_it(
+def test_stations_past_the_ends_of_a_wall_are_used_only_without_others(
     unheard_from: tuple[int, ...], silent: list[int]
 ) -> None:
     # The second station and the third stand before it.
@@ -99,7 +99,7 @@ def test_who_stands_past_the_ends_of_a_wall_is_asked_only_if_nobody_else_heard_i
     assert np.flatnonzero(np.isinf(attenuations)).tolist() == silent
 
 
-def test_what_is_read_too_far_because_it_is_faint_is_expected_there() -> None:
+def test_the_range_walk_of_attenuated_echoes_is_predicted() -> None:
     pings, sonar = detected([0.0, 0.0, 7.0, 12.0]), SONAR.tabulated()
     measured_poses = features()
     plain, asked = (
@@ -111,7 +111,7 @@ def test_what_is_read_too_far_because_it_is_faint_is_expected_there() -> None:
         assert abs(np.median(asked.residuals[own])) < 0.002
 
 
-def test_the_sides_of_a_box_are_square_though_heard_past_their_ends() -> None:
+def test_the_sides_of_a_box_are_square_although_detected_past_their_ends() -> None:
     around, box = [[0, 0], [4, 0], [4, 3], [0, 3]], [[1.6, 1.2], [2.3, 1.2], [2.3, 1.7], [1.6, 1.7]]
     place = simulated_worlds.world([*around, around[0]], [*box, box[0]])
     # West of the box twice before it and twice past its ends, and likewise south of it.

@@ -13,7 +13,9 @@ PAIRS = [
 
 
 @pytest.mark.parametrize("pair", PAIRS)
-def test_the_slopes_are_those_of_finite_differences(pair: tuple[tuple[float, float], tuple[float, float]]) -> None:
+def test_the_jacobian_of_a_crossing_equals_finite_differences(
+    pair: tuple[tuple[float, float], tuple[float, float]],
+) -> None:
     lines = np.array(pair)
     found = crossing_slopes(lines, intersections(*lines))
     step = 1e-6
@@ -24,14 +26,14 @@ def test_the_slopes_are_those_of_finite_differences(pair: tuple[tuple[float, flo
         assert found[:, column] == pytest.approx((ahead - behind) / (2 * step), rel=1e-6, abs=1e-6)
 
 
-def test_a_wall_that_moves_out_moves_its_corner_along_the_other_wall() -> None:
+def test_shifting_a_wall_moves_its_corner_along_the_other_wall() -> None:
     lines = np.array([(0.3, 4.0), (1.9, -0.7)])
     by_offset = crossing_slopes(lines, intersections(*lines))[:, 1]
     assert by_offset @ directions(1.9) == pytest.approx(0.0, abs=1e-12)
     assert by_offset @ directions(0.3) == pytest.approx(1.0)
 
 
-def test_the_flatter_walls_cross_the_farther_their_corner_moves() -> None:
+def test_a_corner_moves_farther_for_a_smaller_angle_between_walls() -> None:
     def reach(turn: float) -> float:
         lines = np.array([(0.0, 1.0), (turn, 1.0)])
         return float(np.linalg.norm(crossing_slopes(lines, intersections(*lines))[:, 1]))

@@ -41,7 +41,7 @@ def test_two_sides_of_a_box_end_where_they_meet() -> None:
     ],
     ids=["a corner of a room", "heard past it", "not heard up to it", "hardly turned"],
 )
-def test_other_walls_make_no_edge(rows: list[FloatArray], detected: list[list[float]]) -> None:
+def test_other_pairs_of_walls_have_no_edge(rows: list[FloatArray], detected: list[list[float]]) -> None:
     assert edges_of(np.array(rows), np.array(detected))[:, :, 0].tolist() == [NONE, NONE]
 
 
@@ -51,7 +51,7 @@ def test_a_wall_ends_at_the_nearest_of_its_edges() -> None:
     assert found[0, 0].tolist()[::5] == pytest.approx([1.03, 2.0])
 
 
-def test_ends_move_as_the_derivatives_say() -> None:
+def test_the_jacobian_of_edges_equals_finite_differences() -> None:
     rows, step = np.array([wall(0.1, 1.0), wall(1.4, 1.2)]), 1e-6
     detected = np.array([[1.1, 1.8], [-1.7, -0.9]])
     for place, side in ((0, 0), (1, 1)):
@@ -81,7 +81,7 @@ def expected(pings: Measurements, rows: FloatArray) -> tuple[Association, FloatA
     return matched, 0.55 - matched.residuals
 
 
-def test_readings_change_with_both_walls_and_the_sensor_as_the_derivatives_say() -> None:
+def test_the_jacobian_of_readings_near_an_edge_equals_finite_differences() -> None:
     rows, pings, step = np.array([wall(0.02, 1.0), wall(np.pi / 2 + 0.05, 1.01)]), beside(1.06), 1e-6
     matched, _ = expected(pings, rows)
     told = np.flatnonzero((matched.owners == 0) & (matched.excesses > 1.0))
@@ -112,7 +112,7 @@ def directions_along(pings: Measurements, rows: FloatArray) -> FloatArray:
     return places
 
 
-def test_a_wall_fades_past_its_end_by_six_decibels_and_more() -> None:
+def test_a_wall_is_attenuated_by_six_decibels_at_its_end() -> None:
     # Right before the end half of the amplitude is left (ITU-R P.526: 6.0 dB at 0, 0 dB before -0.78).
     whole = Features(WEST[None], HEARD[:1], np.zeros((1, 1)), np.zeros((1, 1)), edges_of(WEST[None], HEARD[:1]))
     pings = beside(1.0)._replace(readings=np.full(90, 0.55))
@@ -123,14 +123,14 @@ def test_a_wall_fades_past_its_end_by_six_decibels_and_more() -> None:
     assert walk_of(SONAR.tabulated(), ended.excesses[ahead]) > walk_of(SONAR.tabulated(), alone.excesses[ahead])
 
 
-def test_who_stands_past_an_edge_is_not_asked_about_the_wall() -> None:
+def test_a_station_past_an_edge_does_not_constrain_the_wall() -> None:
     features = box(np.array([WEST, SOUTH]), 2)
     pings = listening([(0.45, 1.1), (0.45, 0.95)])
     assert np.isinf(shadowed(pings, SONAR.tabulated(), features).attenuations[0]).tolist() == [False, True]
 
 
 @pytest.mark.parametrize("inside", [0.015, 0.03, 0.045])
-def test_a_wall_heard_once_near_its_end_comes_out_straight(inside: float) -> None:
+def test_a_wall_detected_once_near_its_end_has_the_right_direction(inside: float) -> None:
     # Sound of the simulator, which knows nothing of knife edges, but of the field behind a wedge.
     room = Polyline(points_xy=np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]]), closed=True)
     sides = Polyline(points_xy=np.array([[1.6, 1.2], [2.4, 1.2], [2.4, 1.8], [1.6, 1.8]]), closed=True)

@@ -32,31 +32,31 @@ def drawn_out(marginal_prior: float) -> FloatArray:
     return errors
 
 
-def test_errors_of_their_own_make_every_ping_count() -> None:
+def test_pings_with_independent_errors_count_in_full() -> None:
     assert counted(WHITE) == pytest.approx(4.0, rel=0.1)
 
 
-def test_errors_in_common_count_as_weights_say() -> None:
+def test_pings_with_common_errors_count_by_their_weights() -> None:
     assert counted(np.repeat(WHITE[::8], 8)) == pytest.approx(1.0, abs=0.05)
 
 
-def test_errors_that_fade_count_in_between() -> None:
+def test_pings_with_autocorrelated_errors_count_in_between() -> None:
     # The autocorrelation of such errors is memory^k.
     assert counted(drawn_out(0.5)) == pytest.approx(4.0 / (1 + 2 * (0.5 + 0.25 + 0.125)), rel=0.1)
 
 
-def test_wild_readings_do_not_hide_what_others_share() -> None:
+def test_outliers_do_not_hide_autocorrelation() -> None:
     wild = drawn_out(0.5)
     wild[::50] = 0.5
     assert counted(wild) == pytest.approx(counted(drawn_out(0.5)), rel=0.1)
 
 
-def test_where_little_is_explained_weights_are_believed() -> None:
+def test_with_few_explained_pings_the_weights_are_kept() -> None:
     few = np.where(np.arange(PINGS) < 20, 0, -1)
     assert effective_sample_ratio(HEARD, few, WHITE, noise=NOISE) == 1.0
 
 
-def test_pings_far_apart_count_in_full_already() -> None:
+def test_pings_far_apart_count_in_full() -> None:
     coarse = listening(step=np.radians(5.0))
     nothing = np.zeros(len(coarse.readings))
     assert effective_sample_ratio(coarse, np.zeros(len(nothing), dtype=np.int64), nothing, noise=NOISE) == 1.0
@@ -68,17 +68,17 @@ def common(errors_of_stations: FloatArray) -> float:
     return intraclass_correlation(HEARD, OWNERS, residuals, noise=2 * NOISE)
 
 
-def test_readings_that_err_one_by_one_have_nothing_in_common() -> None:
+def test_independent_errors_have_no_intraclass_correlation() -> None:
     assert common(np.zeros(8)) == pytest.approx(0.0, abs=0.01)
 
 
 @pytest.mark.parametrize("share", [0.25, 1.0])
-def test_a_station_that_errs_by_a_share_of_the_scatter_shows_its_square(share: float) -> None:
+def test_the_intraclass_correlation_is_the_share_of_the_variance(share: float) -> None:
     errors = share * NOISE * np.array([1.0, -1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0])
     assert common(errors) == pytest.approx(share**2 / (1 + share**2), abs=0.02)
 
 
-def test_without_two_readings_of_anything_nothing_is_in_common() -> None:
+def test_groups_of_one_reading_have_no_intraclass_correlation() -> None:
     alone = np.where(np.arange(PINGS) % (PINGS // 8) == 0, 0, -1)
     assert intraclass_correlation(HEARD, alone, WHITE, noise=NOISE) == 0.0
 
@@ -94,7 +94,7 @@ def gained(residuals: FloatArray, noise: float, owners: IntArray = ALL) -> float
     return gain_of_common_errors(FULL, owners, residuals, noise=noise, common=0.012)
 
 
-def test_errors_in_common_are_as_likely_as_their_joint_density_says() -> None:
+def test_the_gain_of_common_errors_equals_that_of_the_joint_density() -> None:
     together = np.linspace(-0.012, 0.012, 8)[OF_STATION] + SINGLE
     noise = float(np.std(together))
     own = together - (np.bincount(OF_STATION, together) / np.bincount(OF_STATION))[OF_STATION]
@@ -121,28 +121,28 @@ def test_two_readings_of_half_a_weight_count_as_one() -> None:
     assert twice == pytest.approx(gained(together, 0.008), rel=0.01)
 
 
-def test_one_wild_reading_costs_no_more_than_four_deviations() -> None:
+def test_one_outlier_costs_at_most_four_sigmas() -> None:
     together = np.linspace(-0.012, 0.012, 8)[OF_STATION] + SINGLE
     wild = together.copy()
     wild[5] += 0.03
     assert -15.0 < gained(wild, 0.01) - gained(together, 0.01) < 10.0
 
 
-def test_where_no_two_readings_are_of_one_station_nothing_is_in_common() -> None:
+def test_groups_of_one_reading_have_no_gain_of_common_errors() -> None:
     alone = np.where(np.append(True, np.diff(OF_STATION) > 0), 0, -1)
     assert gained(SINGLE, 0.002, owners=alone) == 0.0
 
 
-def test_errors_of_their_own_are_none_the_likelier() -> None:
+def test_independent_errors_have_no_gain_of_common_errors() -> None:
     assert -30.0 < gained(SINGLE, 0.002) < 0.0
 
 
-def test_readings_that_nothing_explains_say_nothing_of_their_errors() -> None:
+def test_unexplained_readings_have_no_gain_of_common_errors() -> None:
     assert gained(SINGLE, 0.002, owners=np.full(len(ALL), -1)) == 0.0
 
 
 @pytest.mark.parametrize("scatter", [0.0005, 0.002, 0.003])
-def test_what_rounding_has_in_common_is_less_the_more_readings_scatter(scatter: float) -> None:
+def test_the_common_rounding_error_decreases_with_the_noise(scatter: float) -> None:
     rng, step = np.random.default_rng(5), 0.01
     places = np.linspace(0.0, step, 101)[:-1, None]
     readings = places + scatter * rng.standard_normal((100, 20_000))
@@ -150,7 +150,7 @@ def test_what_rounding_has_in_common_is_less_the_more_readings_scatter(scatter: 
     assert shared_rounding_sigma(step, scatter) == pytest.approx(means.std(), rel=0.03)
 
 
-def test_what_does_not_scatter_is_rounded_alike() -> None:
+def test_readings_without_noise_have_the_full_rounding_error() -> None:
     assert shared_rounding_sigma(0.01, 0.0) == pytest.approx(0.01 / np.sqrt(12.0), rel=0.01)
     assert shared_rounding_sigma(0.01, 0.1) == 0.0
     assert shared_rounding_sigma(0.0, 0.001) == 0.0

@@ -36,7 +36,7 @@ def well_posed(size: int) -> tuple[FloatArray, FloatArray]:
     return normal_equations([prior(0, sigma=0.1, residual=1.0), chain], size)
 
 
-def test_normal_equations_are_those_of_the_whole_matrix() -> None:
+def test_normal_equations_equal_those_of_the_dense_jacobian() -> None:
     parts = [some_rows(20, 3, seed=1), some_rows(5, 6, seed=2)]
     information, right = normal_equations(parts, SIZE)
     jacobian = np.concatenate([dense(each) for each in parts])
@@ -46,26 +46,26 @@ def test_normal_equations_are_those_of_the_whole_matrix() -> None:
     assert right == pytest.approx(jacobian.T @ (weights * residuals))
 
 
-def test_an_unknown_that_a_row_names_twice_counts_with_both_slopes() -> None:
+def test_a_repeated_column_adds_both_derivatives() -> None:
     rows = LinearFactor(np.array([[2, 2]]), np.array([[1.0, 3.0]]), np.array([2.0]), np.array([1.0]))
     information, right = normal_equations([rows], 3)
     assert information[2, 2] == 16.0
     assert right.tolist() == [0.0, 0.0, 8.0]
 
 
-def test_without_rows_nothing_is_known() -> None:
+def test_no_factors_give_zero_information() -> None:
     information, right = normal_equations([], 3)
     assert not information.any()
     assert not right.any()
 
 
-def test_a_prior_alone_moves_its_unknown_all_the_way() -> None:
+def test_a_single_prior_determines_its_variable() -> None:
     information, right = normal_equations([prior(0, sigma=0.3, residual=-2.0)], 1)
     assert solve(information, right) == pytest.approx([-2.0])
     assert solve(information, np.eye(1)) == pytest.approx(np.array([[0.09]]))
 
 
-def test_two_priors_meet_where_their_weights_say() -> None:
+def test_two_priors_give_their_weighted_mean() -> None:
     parts = [prior(0, sigma=1.0, residual=0.0), prior(0, sigma=0.5, residual=1.0)]
     assert solve(*normal_equations(parts, 1)) == pytest.approx([0.8])
 
@@ -85,7 +85,7 @@ def test_many_right_hand_sides_give_the_inverse() -> None:
 
 
 @pytest.mark.parametrize("size", [40, 400])
-def test_an_unknown_that_no_row_determines_is_refused(size: int) -> None:
+def test_an_undetermined_variable_is_an_error(size: int) -> None:
     information, right = well_posed(size)
     information[size // 2], information[:, size // 2] = 0.0, 0.0
     with pytest.raises(InvalidValueError, match="undetermined"):
@@ -98,7 +98,7 @@ def summary() -> InformationPrior:
 
 
 @pytest.mark.parametrize("kept", [[0], [1, 3], [4, 0, 2], [0, 1, 2, 3, 4]])
-def test_what_is_kept_has_the_values_and_the_covariance_that_it_had_among_all(kept: list[int]) -> None:
+def test_marginalisation_keeps_values_and_covariance(kept: list[int]) -> None:
     whole, part = summary(), summary().marginalised_onto(np.array(kept))
     covariance = np.linalg.inv(whole.information)
     assert np.linalg.inv(part.information) == pytest.approx(covariance[np.ix_(kept, kept)], rel=1e-6)
@@ -112,7 +112,7 @@ def test_keeping_all_changes_nothing() -> None:
     assert whole.marginalised_onto(np.arange(5)) is whole
 
 
-def test_what_nothing_is_known_of_can_be_left_aside() -> None:
+def test_variables_without_information_can_be_marginalised() -> None:
     blind = InformationPrior(np.arange(2), np.diag([4.0, 0.0]), np.array([8.0, 0.0]))
     part = blind.marginalised_onto(np.array([0]))
     assert part.information.tolist() == [[4.0]]

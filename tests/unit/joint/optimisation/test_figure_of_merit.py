@@ -33,14 +33,14 @@ def detected(sonar: EchoModel, *, seed: int = 0) -> Measurements:
 
 
 @pytest.mark.parametrize(("merit", "ka"), [(SONAR.figure_of_merit + 2.0, 4.0), (SONAR.figure_of_merit - 2.0, 5.5)])
-def test_loudness_and_beam_come_back_from_who_heard_what(merit: float, ka: float) -> None:
+def test_figure_of_merit_and_beam_are_estimated_from_detections(merit: float, ka: float) -> None:
     true = replace(SONAR, figure_of_merit=merit, ka=ka)
     found = fit_figure_of_merit(detected(true), SONAR, LOUD, prior_mean=SONAR.figure_of_merit)
     assert found.figure_of_merit == pytest.approx(merit, abs=1.0)
     assert found.ka == pytest.approx(ka, abs=0.2)
 
 
-def test_only_loudness_and_beam_are_changed() -> None:
+def test_only_figure_of_merit_and_beam_are_changed() -> None:
     learned = replace(SONAR, range_offset=0.001, walk_gain=0.02, range_scale=0.01)
     found = fit_figure_of_merit(detected(SONAR), learned, LOUD, prior_mean=SONAR.figure_of_merit)
     same = replace(found, figure_of_merit=learned.figure_of_merit, ka=learned.ka)
@@ -49,7 +49,7 @@ def test_only_loudness_and_beam_are_changed() -> None:
     assert found.ka != learned.ka
 
 
-def test_a_temperature_that_stretches_readings_turns_no_hit_into_a_miss() -> None:
+def test_the_range_scale_does_not_change_detections() -> None:
     measurements = detected(SONAR)
     cold = measurements._replace(readings=measurements.readings / 1.05)
     plain = fit_figure_of_merit(measurements, SONAR, LOUD, prior_mean=SONAR.figure_of_merit)
@@ -57,7 +57,7 @@ def test_a_temperature_that_stretches_readings_turns_no_hit_into_a_miss() -> Non
     assert (stretched.figure_of_merit, stretched.ka) == pytest.approx((plain.figure_of_merit, plain.ka), abs=0.05)
 
 
-def test_what_is_masked_by_something_nearer_says_nothing() -> None:
+def test_masked_pings_do_not_change_the_figure_of_merit() -> None:
     measurements = detected(SONAR)
     facing_east = (measurements.ux > 0.9) & (measurements.stations < 2)
     masked = measurements._replace(readings=np.where(facing_east, 0.4, measurements.readings))
@@ -70,7 +70,7 @@ def test_what_is_masked_by_something_nearer_says_nothing() -> None:
     assert missed.figure_of_merit < plain.figure_of_merit - 1.0
 
 
-def test_pings_that_do_not_face_what_was_heard_of_a_wall_say_nothing_about_it() -> None:
+def test_pings_beside_the_extent_of_a_wall_do_not_count() -> None:
     measurements, columns = detected(SONAR), [LOUD[4]] * 3
     beside = [feature(each, extent=(3.0, 3.5), llr_by_station=[20.0] * 4) for each in ROOM]
     alone, more = (
@@ -80,14 +80,14 @@ def test_pings_that_do_not_face_what_was_heard_of_a_wall_say_nothing_about_it() 
     assert (more.figure_of_merit, more.ka) == (alone.figure_of_merit, alone.ka)
 
 
-def test_too_few_clear_features_leave_the_sonar_as_it_is() -> None:
+def test_with_too_few_clear_landmarks_the_sonar_is_unchanged() -> None:
     measurements = detected(replace(SONAR, figure_of_merit=SONAR.figure_of_merit + 3.0))
     faint = [replace(each, llr_by_station=np.array([20.0, 7.0, 7.0, 7.0])) for each in LOUD]
     for known in ([], LOUD[:2], faint, [*LOUD[:2], *faint]):
         assert fit_figure_of_merit(measurements, SONAR, known, prior_mean=SONAR.figure_of_merit) is SONAR
 
 
-def test_what_two_stations_heard_counts_only_where_there_is_nothing_better() -> None:
+def test_landmarks_of_two_stations_are_used_only_without_better_ones() -> None:
     true = replace(SONAR, figure_of_merit=SONAR.figure_of_merit + 3.0)
     measurements, twice = (
         detected(true),
@@ -104,14 +104,14 @@ def test_what_two_stations_heard_counts_only_where_there_is_nothing_better() -> 
     )
 
 
-def test_a_faint_wide_sonar_is_found_from_a_loud_narrow_one() -> None:
+def test_a_weak_wide_beam_is_found_from_a_strong_narrow_start() -> None:
     true = replace(SONAR, figure_of_merit=16.0, ka=3.4)
     found = fit_figure_of_merit(detected(true), replace(SONAR, figure_of_merit=34.0, ka=7.2), LOUD, prior_mean=26.0)
     assert found.figure_of_merit == pytest.approx(16.0, abs=1.5)
     assert found.ka == pytest.approx(3.4, abs=0.3)
 
 
-def test_corners_and_edges_do_not_count_for_their_strengths_differ() -> None:
+def test_corners_and_edges_are_not_used() -> None:
     points = [feature(np.array([kind, 2.0, 1.5, 0.0]), llr_by_station=[20.0] * 4) for kind in (2.0, 3.0)]
     assert fit_figure_of_merit(detected(SONAR), SONAR, [*LOUD[:2], *points], prior_mean=SONAR.figure_of_merit) is SONAR
 
@@ -126,7 +126,7 @@ def in_a_square() -> Estimate:
     return estimate_map(initial_estimate(source.rig, detected, poses, JointSettings(poses=PoseMode.TRUST)))
 
 
-def test_readings_tell_loudness_and_beam_better_than_who_heard_what() -> None:
+def test_readings_determine_figure_of_merit_and_beam_better_than_detections() -> None:
     solution = in_a_square().solution
     assert solution is not None
     sigmas = solution.sonar_sigmas()
@@ -134,7 +134,7 @@ def test_readings_tell_loudness_and_beam_better_than_who_heard_what() -> None:
     assert 1e-3 < sigmas["figure_of_merit"] < 0.5
 
 
-def test_while_poses_drift_who_heard_what_tells_them_alone() -> None:
+def test_with_drifting_poses_only_detections_determine_the_beam() -> None:
     estimate = in_a_square()
     estimate = replace(estimate, is_calibrated=False, pose_prior=estimate.odometry())
     estimate = estimate.refine_calibration()
@@ -144,7 +144,7 @@ def test_while_poses_drift_who_heard_what_tells_them_alone() -> None:
     assert estimate.solution.sonar_sigmas()["log_ka"] < 1e-6
 
 
-def test_what_nothing_told_is_not_taken_for_told() -> None:
+def test_without_landmarks_there_is_no_beam_prior() -> None:
     estimate = in_a_square()
     estimate = replace(estimate, features=[], beam_prior=None)
     estimate = estimate.estimate_figure_of_merit()

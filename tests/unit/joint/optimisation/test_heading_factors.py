@@ -52,28 +52,28 @@ def detected(reflectors: FloatArray, *, believed_heading: float = 0.0) -> Measur
 
 
 @pytest.mark.parametrize("off", [-8.0, -3.0, 0.0, 5.0])
-def test_the_angles_between_which_a_wall_was_heard_tell_which_way_a_station_faces(off: float) -> None:
+def test_detections_of_a_wall_determine_the_heading(off: float) -> None:
     mistaken = detected(EASTWARD, believed_heading=np.radians(off))
     found = heading_measurements_of(mistaken, SONAR.tabulated(), features(EASTWARD), at(np.radians(off))[:, 2])
     assert np.degrees(found.headings) == pytest.approx([0.0, 0.0], abs=1.0)
     assert np.sqrt(found.variances) == pytest.approx([BEAM_SIGMA] * 2, rel=0.1)
 
 
-def test_what_something_nearer_masks_tells_nothing() -> None:
+def test_masked_pings_give_no_heading() -> None:
     pings = detected(EASTWARD)
     masked = pings._replace(readings=np.where(pings.stations == 1, 0.3, pings.readings))
     found = heading_measurements_of(masked, SONAR.tabulated(), features(EASTWARD), np.zeros(2))
     assert found.stations.tolist() == [0]
 
 
-def test_who_did_not_hear_a_wall_is_not_asked() -> None:
+def test_stations_that_do_not_detect_a_wall_give_no_heading() -> None:
     found = heading_measurements_of(
         detected(EASTWARD), SONAR.tabulated(), features(EASTWARD, unheard_from=0), np.zeros(2)
     )
     assert found.stations.tolist() == [1]
 
 
-def test_only_walls_have_bearings() -> None:
+def test_only_walls_determine_headings() -> None:
     post = cylinder(1.0, 0.0, 0.1)[None]
     assert len(heading_measurements_of(detected(post), SONAR.tabulated(), features(post), np.zeros(2)).walls) == 0
 
@@ -82,7 +82,7 @@ def state(measured_poses: Features, poses: FloatArray) -> Values:
     return Values(features=measured_poses, model=SONAR, poses=poses)
 
 
-def test_rows_hold_headings_against_walls() -> None:
+def test_the_jacobian_of_heading_factors_equals_finite_differences() -> None:
     poses, measured_poses = np.column_stack([PLACES, [0.1, -0.2]]), features(EASTWARD)
     now, moved = state(measured_poses, poses), measured_poses.reflectors.copy()
     bearings = heading_measurements_of(detected(EASTWARD), SONAR.tabulated(), measured_poses, poses[:, 2])
@@ -97,7 +97,7 @@ def test_rows_hold_headings_against_walls() -> None:
     )
 
 
-def test_bearings_determine_gain_and_offset_of_a_servo_from_poses_that_are_trusted() -> None:
+def test_with_fixed_poses_heading_factors_determine_servo_gain_and_offset() -> None:
     pings, true = detected(ROOM), ServoError(0.95, np.radians(4.0))
     # The servo turned from -pi to pi, and recorded more.
     recorded = pings._replace(angles=(pings.angles - true.offset) / true.gain)
@@ -129,7 +129,7 @@ def pose_prior(poses: PosePrior, squareness: ManhattanPrior | None) -> Priors:
 
 
 @pytest.mark.parametrize("off", [-6.0, 6.0])
-def test_way_points_find_out_which_way_they_face_where_walls_stand_along_the_axes(off: float) -> None:
+def test_walls_along_the_axes_determine_the_headings_of_waypoints(off: float) -> None:
     # Nobody knows it better than eleven degrees.
     measured_poses = at(np.radians(off))
     pings, start = detected(ROOM, believed_heading=np.radians(off)), state(features(ROOM), measured_poses)
@@ -140,13 +140,13 @@ def test_way_points_find_out_which_way_they_face_where_walls_stand_along_the_axe
 
 
 @pytest.mark.parametrize("squareness", [None, AXES._replace(along_axes=False)])
-def test_walls_that_may_lie_anyhow_tell_nothing_of_headings(squareness: ManhattanPrior | None) -> None:
+def test_walls_of_free_direction_give_no_heading_factors(squareness: ManhattanPrior | None) -> None:
     measured_poses = at(0.0)
     priors = pose_prior(waypoint_prior(measured_poses, PoseSettings()), squareness)
     assert len(heading_factors(detected(ROOM), state(features(ROOM), measured_poses), priors).residuals) == 0
 
 
-def test_neither_wheels_nor_poses_that_are_trusted_nor_a_first_look_ask_for_bearings() -> None:
+def test_odometry_fixed_poses_and_first_estimates_have_no_heading_factors() -> None:
     measured_poses = at(0.0)
     odometry_noise = pose_prior(odometry_prior(measured_poses, PoseSettings()), AXES)
     by_hand = pose_prior(waypoint_prior(measured_poses, PoseSettings()), AXES)
@@ -154,7 +154,7 @@ def test_neither_wheels_nor_poses_that_are_trusted_nor_a_first_look_ask_for_bear
         assert len(heading_factors(detected(ROOM), state(features(ROOM), measured_poses), priors).residuals) == 0
 
 
-def test_corners_and_cylinders_may_be_about() -> None:
+def test_corners_and_cylinders_are_ignored() -> None:
     measured_poses = features(np.concatenate([[[Kind.CORNER, 2.0, 1.5, 0.0]], ROOM]))
     found = heading_measurements_of(detected(ROOM), SONAR.tabulated(), measured_poses, np.zeros(2))
     assert sorted(set(found.walls.tolist())) == [1, 2, 3, 4]

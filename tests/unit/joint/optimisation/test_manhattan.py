@@ -44,13 +44,13 @@ def faces(*degrees: float, total: float = 100.0) -> list[Hypothesis]:
     ]
 
 
-def test_walls_at_right_angles_have_a_direction() -> None:
+def test_walls_at_right_angles_have_a_common_direction() -> None:
     direction = main_direction(faces(10, 100, -80, 190), SETTINGS)
     assert direction is not None
     assert manhattan_residual(np.radians([10.0]), direction) == pytest.approx([0.0], abs=1e-12)
 
 
-def test_it_is_their_mean_and_strong_walls_count_more() -> None:
+def test_the_common_direction_is_weighted_by_the_ratios() -> None:
     even = main_direction(faces(0, 90, 184, -86), SETTINGS)
     strong = main_direction([*faces(0, 90), *faces(184, -86, total=900.0)], SETTINGS)
     assert even is not None
@@ -59,22 +59,22 @@ def test_it_is_their_mean_and_strong_walls_count_more() -> None:
     assert np.degrees(strong) > 3.0
 
 
-def test_oblique_walls_have_none() -> None:
+def test_oblique_walls_have_no_common_direction() -> None:
     assert main_direction(faces(0, 30, 75, 110), SETTINGS) is None
 
 
-def test_too_few_walls_have_none() -> None:
+def test_too_few_walls_have_no_common_direction() -> None:
     assert main_direction(faces(0, 90, 180), SETTINGS) is None
     assert main_direction([], SETTINGS) is None
 
 
-def test_only_walls_are_asked() -> None:
+def test_only_walls_determine_the_common_direction() -> None:
     post = [replace(each, reflector=np.array([Kind.CYLINDER, 1.0, 1.0, 0.1])) for each in faces(0, 0, 0, 0)]
     assert main_direction([*faces(0, 90), *post], SETTINGS) is None
 
 
 @pytest.mark.parametrize(("turn", "along_axes"), [(8.0, True), (-95.0, True), (20.0, False)])
-def test_walls_near_the_axes_are_taken_to_stand_along_them_at_first(turn: float, *, along_axes: bool) -> None:
+def test_walls_near_the_axes_are_initially_aligned_with_them(turn: float, *, along_axes: bool) -> None:
     applied = roughly_square(
         [*faces(turn, turn + 90, turn + 180, turn - 90), *faces(turn + 40, total=1.0)],
         SETTINGS,
@@ -86,9 +86,7 @@ def test_walls_near_the_axes_are_taken_to_stand_along_them_at_first(turn: float,
 
 
 @pytest.mark.parametrize(("measured", "may"), [(0.1, True), (0.9, False)])
-def test_nor_are_they_where_hardly_anybody_measures_or_stations_tell_how_they_lie(
-    measured: float, *, may: bool
-) -> None:
+def test_walls_are_not_aligned_with_the_axes_with_a_low_prior_or_enough_stations(measured: float, *, may: bool) -> None:
     settings = ManhattanSettings(measured=measured)
     applied = roughly_square(faces(8, 98, 188, -82), settings, may_lie_along_axes=may)
     assert applied is not None
@@ -96,7 +94,7 @@ def test_nor_are_they_where_hardly_anybody_measures_or_stations_tell_how_they_li
 
 
 @pytest.mark.parametrize(("detected", "few"), [((1, 2, 2, 5), True), ((1, 3, 3, 5), False), ((2, 2, 3, 3), False)])
-def test_walls_rest_on_few_stations_if_most_were_heard_from_one_or_two(detected: tuple[int, ...], *, few: bool) -> None:
+def test_walls_rest_on_few_stations_if_most_have_one_or_two(detected: tuple[int, ...], *, few: bool) -> None:
     walls = [
         replace(each, llr_by_station=np.repeat([5.0, 0.5], [n, 5 - n]))
         for each, n in zip(faces(*detected), detected, strict=True)
@@ -106,7 +104,7 @@ def test_walls_rest_on_few_stations_if_most_were_heard_from_one_or_two(detected:
 
 
 @given(angle=st.floats(-10, 10), direction=st.floats(-10, 10), turns=st.integers(-3, 3))
-def test_right_angles_do_not_matter(angle: float, direction: float, turns: int) -> None:
+def test_the_residual_is_periodic_in_right_angles(angle: float, direction: float, turns: int) -> None:
     off = manhattan_residual(np.array([angle]), direction)
     assert np.abs(off) <= np.pi / 4 + 1e-9
     again = manhattan_residual(np.array([angle + turns * np.pi / 2]), direction)
@@ -138,20 +136,20 @@ def learned(
 
 
 @pytest.mark.parametrize("together", [0.0, 3.0])
-def test_a_wall_that_is_hardly_known_is_square_where_the_others_are(together: float) -> None:
+def test_an_uncertain_wall_joins_the_right_angles_of_the_others(together: float) -> None:
     found = learned([10.0, 100.01, -80.02, 190.0, 101.2], [0.02, 0.02, 0.02, 0.02, 1.0], together=together)
     assert found is not None
     assert found.members.tolist() == [False, True, True, True, True, True]
     assert np.degrees(found.sigma) < 0.1
 
 
-def test_a_wall_that_is_known_to_stand_askew_stays_so() -> None:
+def test_a_wall_known_to_be_oblique_is_no_member() -> None:
     found = learned([10.0, 100.01, -80.02, 190.0, 104.0], [0.02, 0.02, 0.02, 0.02, 0.9])
     assert found is not None
     assert found.members.tolist() == [False, True, True, True, True, False]
 
 
-def test_walls_that_a_station_turns_together_tell_of_each_other() -> None:
+def test_walls_with_correlated_directions_are_used_jointly() -> None:
     degrees, sigmas = [3.0, 93.1, -84.0, 6.2, 178.1, 88.0], [0.5] * 6
     found = learned(degrees, sigmas, stations=[0, 0, 1, 1, 2, 2])
     assert found is not None
@@ -160,7 +158,7 @@ def test_walls_that_a_station_turns_together_tell_of_each_other() -> None:
     assert learned(degrees[:4], sigmas[:4], stations=[0, 1, 2, 3]) is None
 
 
-def test_a_wall_that_stands_askew_beside_others_of_its_station_stays_so() -> None:
+def test_an_oblique_wall_among_others_of_its_station_is_no_member() -> None:
     found = learned([3.0, 93.1, 189.5, -84.0, 6.2, 178.1, 88.0], [0.5] * 7, stations=[0, 0, 0, 1, 1, 2, 2])
     assert found is not None
     assert found.members.tolist() == [False, True, True, False, True, True, True, True]
@@ -172,7 +170,7 @@ def test_a_wall_that_stands_askew_beside_others_of_its_station_stays_so() -> Non
     ids=["about the axes", "too far off", "known to be off", "known to nothing", "askew"],
 )
 @pytest.mark.parametrize("quarter", [0.0, 90.0, -180.0])
-def test_square_walls_stand_along_the_axes_that_somebody_measured_from_them(
+def test_walls_are_aligned_with_the_axes_of_waypoints_if_likely(
     turn: float, together: float, quarter: float, *, expected: bool
 ) -> None:
     degrees = [turn + quarter + each for each in (0.0, 90.02, -90.01, 180.0, 89.98)]
@@ -186,7 +184,9 @@ def test_square_walls_stand_along_the_axes_that_somebody_measured_from_them(
 @pytest.mark.parametrize("along_axes", [True, False])
 @pytest.mark.parametrize("sigma", [0.2, 1.0])
 @pytest.mark.parametrize("askew", [0.0, 3.0])
-def test_what_was_believed_of_right_angles_is_taken_back_first(sigma: float, askew: float, *, along_axes: bool) -> None:
+def test_an_applied_manhattan_prior_is_removed_before_it_is_estimated_again(
+    sigma: float, askew: float, *, along_axes: bool
+) -> None:
     # Five walls of three stations, of which a belief in right angles made others; the last stands anyhow.
     angles = np.radians([3.0, 93.1 + askew, -84.0, 6.2, 178.1, 40.0])
     layout = Layout(kinds=np.array([Kind.WALL] * 6))
@@ -215,7 +215,7 @@ def test_what_was_believed_of_right_angles_is_taken_back_first(sigma: float, ask
     assert (free is not None) == (askew == 0.0)
 
 
-def test_a_belief_that_holds_more_than_is_known_is_not_taken_back() -> None:
+def test_a_manhattan_prior_that_exceeds_the_information_gives_no_estimate() -> None:
     angles = np.radians([0.0, 91.0, 180.0, 271.0])
     layout = Layout(kinds=np.array([Kind.WALL] * 4))
     covariance = np.radians(1.0) ** 2 * np.eye(layout.size)
@@ -226,14 +226,14 @@ def test_a_belief_that_holds_more_than_is_known_is_not_taken_back() -> None:
     assert square is None
 
 
-def test_how_square_walls_are_is_learned_from_those_that_are_known_well() -> None:
+def test_the_manhattan_sigma_is_estimated_from_well_known_walls() -> None:
     off = np.random.default_rng(4).normal(0.0, 0.6, 12)
     found = learned([*(90.0 * np.arange(12) + off)], [0.02] * 12)
     assert found is not None
     assert np.degrees(found.sigma) == pytest.approx(off.std(ddof=1), rel=0.15)
 
 
-def test_one_good_wall_does_not_make_the_others_better_than_they_are() -> None:
+def test_one_well_known_wall_does_not_bias_the_manhattan_sigma() -> None:
     # The wall that gives the direction seems to be off by nothing.
     rng, sigmas = np.random.default_rng(7), [0.02, 0.6, 0.6, 0.6, 0.6]
     off = rng.normal(0.0, np.hypot(0.2, sigmas), (60, 5))
@@ -250,7 +250,7 @@ def test_without_evidence_nothing_is_square(degrees: list[float], sigma: float) 
     assert learned(degrees, [sigma] * len(degrees)) is None
 
 
-def test_square_walls_are_drawn_together_and_not_turned() -> None:
+def test_manhattan_factors_do_not_rotate_the_common_direction() -> None:
     angles, members = np.radians([10.0, 5.0, 100.4, -80.6]), np.array([True, False, True, True])
     rows = manhattan_factor(ManhattanPrior(members, np.radians(0.2)), angles, np.array([0, 2, 4, 6]))
     assert rows.jacobian.sum(axis=1) == pytest.approx(0.0, abs=1e-12)
@@ -260,7 +260,7 @@ def test_square_walls_are_drawn_together_and_not_turned() -> None:
     assert rows.jacobian @ step == pytest.approx(rows.residuals)
 
 
-def test_walls_along_the_axes_are_turned_to_these() -> None:
+def test_manhattan_factors_along_the_axes_are_absolute() -> None:
     angles, members = np.radians([1.0, 5.0, 90.4, -80.6]), np.array([True, False, True, True])
     rows = manhattan_factor(ManhattanPrior(members, np.radians(0.2), along_axes=True), angles, np.array([0, 2, 4, 6]))
     assert rows.columns.tolist() == [[0], [4], [6]]
@@ -288,11 +288,11 @@ def side_of_a_box(turn: float, settings: ManhattanSettings) -> float:
     return next(float(np.degrees(each.angle)) for each in right if each.truth == 7)
 
 
-def test_what_is_hardly_known_comes_out_square_to_the_room() -> None:
+def test_an_uncertain_side_of_a_box_is_square_to_the_room() -> None:
     never = ManhattanSettings(evidence=1e9)
     assert side_of_a_box(0.0, never) > 0.2
     assert side_of_a_box(0.0, SETTINGS) < 0.02
 
 
-def test_what_stands_askew_in_a_square_room_stays_so() -> None:
+def test_an_oblique_box_in_a_square_room_stays_oblique() -> None:
     assert side_of_a_box(3.0, SETTINGS) < 0.1

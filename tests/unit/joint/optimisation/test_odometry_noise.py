@@ -50,14 +50,14 @@ def factors(before: PosePrior, after: PosePrior) -> FloatArray:
     return ratios
 
 
-def test_each_axis_is_learned_by_itself() -> None:
+def test_the_odometry_noise_is_estimated_per_axis() -> None:
     priors, poses = walked(np.array([3.0, 0.3, 1.0]))
     assert factors(priors, estimate_odometry_noise(priors, poses, KNOWN, SETTINGS)) == pytest.approx(
         [3.0, 0.3, 1.0], rel=0.15
     )
 
 
-def test_poses_that_nothing_tells_teach_nothing() -> None:
+def test_poses_without_readings_do_not_change_the_odometry_noise() -> None:
     # The covariance of a way that odometry alone adds up: what is expected of each step is what was believed.
     priors, _ = walked(np.ones(3))
     information, _ = normal_equations([pose_factors(priors, priors.measured_poses, 0)], 3 * STEPS + 3)
@@ -84,14 +84,14 @@ def solution(priors: PosePrior, truth: FloatArray, *, pose_prior: float = 1.0) -
 
 
 @pytest.mark.parametrize("off", [0.3, 1.0, 3.0])
-def test_errors_of_steps_are_told_from_those_of_what_is_heard(off: float) -> None:
+def test_the_odometry_noise_is_separated_from_the_noise_of_the_readings(off: float) -> None:
     # What is heard errs by more than the least of these steps.
     priors, truth = walked(np.full(3, off))
     poses, covariance = solution(priors, truth)
     assert factors(priors, estimate_odometry_noise(priors, poses, covariance, SETTINGS)) == pytest.approx(off, rel=0.2)
 
 
-def test_readings_that_tell_more_than_they_counted_for_teach_more() -> None:
+def test_the_information_inflation_corrects_the_odometry_noise() -> None:
     # Poses that came to rest as if what is heard erred twice as much as it does.
     priors, truth = walked(np.full(3, 0.3))
     poses, covariance = solution(priors, truth, pose_prior=2.0)
@@ -103,7 +103,7 @@ def test_readings_that_tell_more_than_they_counted_for_teach_more() -> None:
     assert learned[1] == pytest.approx(0.3, rel=0.2)
 
 
-def test_steps_without_any_error_are_not_taken_for_that() -> None:
+def test_steps_without_error_give_a_small_but_positive_noise() -> None:
     # Nothing tells a small error from none: one is left open that is well below what is heard.
     priors, truth = walked(np.zeros(3))
     poses, covariance = solution(priors, truth)
@@ -113,7 +113,7 @@ def test_steps_without_any_error_are_not_taken_for_that() -> None:
 
 @pytest.mark.parametrize("steps", [5, 9, 200])
 @pytest.mark.parametrize("off", [0.2, 1.0, 6.0])
-def test_a_guess_is_good_to_tenfold(steps: int, off: float) -> None:
+def test_the_prior_of_the_odometry_noise_is_log_normal(steps: int, off: float) -> None:
     # The same by another way: of steps that are known the mean of the information that each factor stands for.
     priors = odometry_prior(added_up(np.tile([0.5, 0.0, 0.0], (steps, 1))), PoseSettings())
     poses = added_up(np.tile([0.5, 0.0, 0.0], (steps, 1)) + off * priors.sigmas[1:] * [1.0, 0.0, 0.0])
@@ -129,19 +129,19 @@ def test_a_guess_is_good_to_tenfold(steps: int, off: float) -> None:
     assert factors(priors, learned)[0] == pytest.approx(expected, rel=1e-3)
 
 
-def test_the_first_pose_stays_the_frame() -> None:
+def test_the_sigmas_of_the_first_pose_are_unchanged() -> None:
     priors, poses = walked(np.full(3, 5.0))
     assert (estimate_odometry_noise(priors, poses, KNOWN, SETTINGS).sigmas[0] == priors.sigmas[0]).all()
 
 
 @pytest.mark.parametrize("steps", [0, 1, 4])
-def test_few_steps_teach_nothing(steps: int) -> None:
+def test_few_steps_do_not_change_the_odometry_noise(steps: int) -> None:
     priors = odometry_prior(added_up(np.tile([0.5, 0.0, 0.3], (steps, 1))), PoseSettings())
     assert estimate_odometry_noise(priors, priors.measured_poses, np.zeros((3 * steps + 3,) * 2), SETTINGS) is priors
 
 
 @pytest.mark.parametrize(("off", "bound"), [(1e-5, SETTINGS.least), (1e3, SETTINGS.greatest)])
-def test_nothing_is_learned_of_way_points_beyond_bounds(off: float, bound: float) -> None:
+def test_the_waypoint_noise_is_bounded(off: float, bound: float) -> None:
     priors = waypoint_prior(added_up(np.tile([0.5, 0.0, 0.3], (STEPS, 1))), PoseSettings())
     poses = priors.measured_poses + np.array([off, off, 0.0])
     learned = estimate_waypoint_noise(priors, poses, KNOWN, SETTINGS)
@@ -154,7 +154,7 @@ ERRORS = (0.01, 0.01, 0.02)
 
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize(("count", "doubt"), [(8, VERY_STRONG), (20, 0.0)], ids=["few", "many"])
-def test_errors_of_odometry_add_up_and_those_of_way_points_scatter(seed: int, count: int, doubt: float) -> None:
+def test_odometry_errors_accumulate_and_waypoint_errors_are_independent(seed: int, count: int, doubt: float) -> None:
     rng, steps = np.random.default_rng(seed), np.tile([0.5, 0.0, 0.4], (count - 1, 1))
     # In a frame of their own, as found by the steps of the robot.
     found = compose([1.0, -2.0, 0.7], added_up(steps))
@@ -163,14 +163,14 @@ def test_errors_of_odometry_add_up_and_those_of_way_points_scatter(seed: int, co
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_errors_of_many_steps_clearly_add_up(seed: int) -> None:
+def test_errors_of_many_steps_clearly_accumulate(seed: int) -> None:
     steps = np.tile([0.5, 0.0, 0.4], (19, 1))
     found = added_up(steps + np.random.default_rng(seed).normal(0.0, ERRORS, steps.shape))
     assert scatter(added_up(steps), found) < -VERY_STRONG
 
 
 @pytest.mark.parametrize("count", [1, 2, 5])
-def test_nothing_speaks_for_or_against_steps_that_were_right(count: int) -> None:
+def test_steps_without_error_are_no_evidence(count: int) -> None:
     poses = added_up(np.tile([0.5, 0.0, 0.5], (count - 1, 1)))
     assert abs(scatter(poses, poses)) < 1.0
 
@@ -186,12 +186,12 @@ def test_nothing_speaks_for_or_against_steps_that_were_right(count: int) -> None
     ],
     ids=["centimetres", "millimetres", "one heading", "degrees", "neither"],
 )
-def test_people_mark_way_points_at_round_numbers(measured_poses: list[list[float]], *, expected: bool) -> None:
+def test_poses_at_round_numbers_are_quantised(measured_poses: list[list[float]], *, expected: bool) -> None:
     assert are_quantised(np.array(measured_poses)) is expected
 
 
 @pytest.mark.parametrize("off", [0.01, 0.05])
-def test_how_far_way_points_are_off_is_learned_from_where_they_come_to_rest(off: float) -> None:
+def test_the_waypoint_noise_is_estimated_from_pose_residuals(off: float) -> None:
     priors = waypoint_prior(added_up(np.tile([0.5, 0.0, 0.3], (STEPS, 1))), PoseSettings())
     errors = np.random.default_rng(6).normal(0.0, [off, off, 0.5], priors.measured_poses.shape)
     learned = estimate_waypoint_noise(priors, priors.measured_poses + errors, KNOWN, SETTINGS)
@@ -201,7 +201,7 @@ def test_how_far_way_points_are_off_is_learned_from_where_they_come_to_rest(off:
 
 
 @pytest.mark.parametrize("turns", [0, 1])
-def test_where_something_tells_headings_it_is_learned_how_far_these_are_off(turns: int) -> None:
+def test_the_heading_noise_of_waypoints_is_estimated_if_headings_are_determined(turns: int) -> None:
     priors = waypoint_prior(np.zeros((STEPS + 1, 3)), PoseSettings())
     errors = 0.07 * np.random.default_rng(6).standard_normal(priors.measured_poses.shape) * [0.0, 0.0, 1.0]
     poses = priors.measured_poses + errors + [0.0, 0.0, 2 * np.pi * turns]
@@ -212,7 +212,7 @@ def test_where_something_tells_headings_it_is_learned_how_far_these_are_off(turn
     )
 
 
-def test_way_points_that_nothing_tells_teach_nothing() -> None:
+def test_waypoints_without_readings_do_not_change_their_noise() -> None:
     priors = waypoint_prior(np.zeros((4, 3)), PoseSettings())
     covariance = np.diag(priors.sigmas.ravel() ** 2)
     assert estimate_waypoint_noise(priors, priors.measured_poses, covariance, SETTINGS).sigmas == pytest.approx(

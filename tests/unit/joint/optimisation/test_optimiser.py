@@ -63,13 +63,13 @@ def sigmas(found: Solution) -> FloatArray:
     return deviations
 
 
-def test_walls_and_cylinders_move_to_where_they_are() -> None:
+def test_walls_and_cylinders_converge_to_their_true_places() -> None:
     truth = [*ROOM, COLUMN]
     found = solution(hearing(listening(), truth), shaken(truth))
     assert found.reflectors == pytest.approx(np.array(truth), abs=0.0005)
 
 
-def test_readings_with_noise_are_explained_up_to_the_noise() -> None:
+def test_the_residuals_of_noisy_readings_have_the_scatter_of_the_noise() -> None:
     truth = [*ROOM, COLUMN]
     measurements = hearing(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
     found = solution(measurements, shaken(truth))
@@ -89,7 +89,7 @@ def test_a_step_never_makes_readings_fit_worse(seed: int) -> None:
     assert found.model.range_scale == pytest.approx(0.0, abs=0.01)
 
 
-def test_what_differs_between_this_sonar_and_the_usual_one_is_learned() -> None:
+def test_range_offset_scale_and_walk_are_estimated() -> None:
     truth = [*ROOM, COLUMN, *CORNERS]
     true = replace(SONAR, range_offset=0.003, walk_gain=1.1 * SONAR.walk_gain, range_scale=0.02)
     measurements = hearing(listening(), truth, sonar=true, noise=0.001, rng=np.random.default_rng(2))
@@ -104,7 +104,7 @@ def test_what_differs_between_this_sonar_and_the_usual_one_is_learned() -> None:
 
 
 @pytest.mark.parametrize("exponent", [0.85, 1.0, 1.25])
-def test_the_speed_of_sound_is_as_uncertain_as_the_shape_of_the_burst(exponent: float) -> None:
+def test_the_sigma_of_the_range_scale_includes_the_walk_exponent(exponent: float) -> None:
     # The walk of loud echoes differs by millimetres between near and far walls, as air of another temperature does.
     truth, errors = [*ROOM, COLUMN, *CORNERS], []
     true = replace(SONAR, walk_exponent=exponent)
@@ -120,14 +120,14 @@ def test_the_speed_of_sound_is_as_uncertain_as_the_shape_of_the_burst(exponent: 
     assert abs(np.mean(errors)) < 1.5
 
 
-def test_of_the_sonar_only_what_the_readings_tell_is_changed() -> None:
+def test_figure_of_merit_beam_and_walk_shape_are_held() -> None:
     measurements = hearing(listening(), [*ROOM, COLUMN])
     found = solution(measurements, [*ROOM, COLUMN])
     assert (found.model.figure_of_merit, found.model.ka) == (SONAR.figure_of_merit, SONAR.ka)
     assert found.model.walk is SONAR.walk
 
 
-def test_the_stated_covariance_holds() -> None:
+def test_the_covariance_agrees_with_simulated_errors() -> None:
     truth = [*ROOM, COLUMN]
     silent, squares = listening(step=np.radians(4.0)), []
     clean = hearing(silent, truth)
@@ -150,14 +150,14 @@ def test_the_covariance_is_the_inverse_of_the_information() -> None:
     assert np.linalg.eigvalsh(found.covariance).min() > 0.0
 
 
-def test_twice_the_pings_make_it_surer_by_the_root_of_two() -> None:
+def test_twice_the_pings_reduce_sigmas_by_the_square_root_of_two() -> None:
     coarse, fine = (solution(hearing(listening(step=np.radians(step)), ROOM), ROOM) for step in (8.0, 4.0))
     ratio = sigmas(coarse)[coarse.layout.feature(1)] / sigmas(fine)[fine.layout.feature(1)]
     assert ratio[0] == pytest.approx(np.sqrt(2.0), rel=0.1)
     assert ratio[1] > 1.0
 
 
-def test_what_faint_echoes_scatter_more_is_no_part_of_the_noise_twice() -> None:
+def test_the_spread_of_the_range_walk_is_not_counted_twice() -> None:
     # The noise is what all readings scatter on the whole: a spread of loudness shifts weight from faint echoes to
     # loud ones, and adds nothing to what the usual one scatters.
     measurements = hearing(listening(), ROOM)
@@ -178,7 +178,7 @@ def test_common_errors_of_a_station_do_not_average_out() -> None:
     assert sigmas(together)[1] > 0.012
 
 
-def test_what_is_not_known_of_shadows_counts_unless_the_errors_of_way_points_are_learned() -> None:
+def test_the_error_of_attenuation_counts_unless_poses_are_absolute() -> None:
     measurements, measured_poses = hearing(listening([(0.5, 0.3)]), ROOM[:1]), np.array([[0.5, 0.3, 0.0]])
     doubtful = features(ROOM[:1], 1)._replace(bias_variances=np.array([[0.012**2]]))
     priors = BELIEFS._replace(scale_sigma=1e-6)
@@ -204,7 +204,7 @@ REFLECTORS = [wall(0.4, 1.4), cylinder(0.9, 0.6, 0.1), corner(1.2, 0.3), edge(0.
 
 
 @pytest.mark.parametrize("reflector", REFLECTORS)
-def test_one_ping_tells_of_each_unknown_as_its_reading_changes_with_it(reflector: FloatArray) -> None:
+def test_the_jacobian_of_a_range_factor_equals_finite_differences(reflector: FloatArray) -> None:
     measurements = one_ping(reflector, angle=np.radians(8.0))
     beam_prior = (SONAR.figure_of_merit, math.log(SONAR.ka))
     priors = BELIEFS._replace(has_servo=True, beam_prior=beam_prior, servo=ServoError())
@@ -253,7 +253,7 @@ def with_latency(latency: float, rates: Sequence[float]) -> Measurements:
     return recorded._replace(readings=detected.readings)
 
 
-def test_sweeps_to_and_fro_tell_by_how_much_the_servo_lags() -> None:
+def test_sweeps_in_both_directions_determine_the_servo_latency() -> None:
     measurements = with_latency(0.015, [0.7, -0.7, 0.7, -0.7])
     found = solution(measurements, ROOM, priors=BELIEFS._replace(noise=0.001, has_servo=True), rounds=12)
     sigma = found.sonar_sigmas()["servo_latency"]
@@ -267,7 +267,7 @@ def test_sweeps_to_and_fro_tell_by_how_much_the_servo_lags() -> None:
     [(0.015, 0.001, 0.015), (0.015, 0.01, 0.0), (-0.015, 0.001, 0.0)],
     ids=["clear", "hidden in noise", "a servo never leads"],
 )
-def test_while_poses_drift_a_servo_lags_only_if_that_is_clear(latency: float, noise: float, expected: float) -> None:
+def test_with_drifting_poses_only_a_significant_latency_is_used(latency: float, noise: float, expected: float) -> None:
     measurements = with_latency(latency, [0.7, -0.7, 0.7, -0.7])
     known = BELIEFS._replace(noise=noise, has_servo=True)
     free = solution(measurements, ROOM, priors=known, rounds=12)
@@ -279,21 +279,21 @@ def test_while_poses_drift_a_servo_lags_only_if_that_is_clear(latency: float, no
     assert sigmas[1] == pytest.approx(sigmas[0], rel=0.2)
 
 
-def test_without_a_servo_nothing_lags() -> None:
+def test_without_a_servo_there_is_no_latency() -> None:
     measurements = with_latency(0.015, [0.7, -0.7, 0.7, -0.7])
     found = solution(measurements, ROOM, priors=BELIEFS._replace(noise=0.001))
     assert abs(found.latency) < 1e-6
     assert found.sonar_sigmas()["servo_latency"] == pytest.approx(0.0, abs=2e-9)
 
 
-def test_a_corner_that_was_heard_is_drawn_to_the_crossing_of_its_walls() -> None:
+def test_a_corner_converges_to_the_crossing_of_its_walls() -> None:
     measurements = hearing(listening(), ROOM)
     found = solution(measurements, [*ROOM, corner(1.98, 1.47)])
     crossing = intersections(found.reflectors[0, 1:3], found.reflectors[1, 1:3])
     assert found.reflectors[4, 1:3] == pytest.approx(crossing, abs=0.0005)
 
 
-def test_a_corner_that_is_heard_draws_its_walls() -> None:
+def test_a_detected_corner_constrains_its_walls() -> None:
     # The east wall itself is silent: only the echoes of the corner tell where it is.
     truth = [*ROOM[1:], *CORNERS[:2]]
     measurements = hearing(listening(), truth)
@@ -303,12 +303,12 @@ def test_a_corner_that_is_heard_draws_its_walls() -> None:
 
 
 @pytest.mark.parametrize("other", [corner(1.9, 1.45), edge(1.98, 1.47), cylinder(1.98, 1.47, 0.12)])
-def test_what_is_no_corner_of_these_walls_stays(other: FloatArray) -> None:
+def test_other_landmarks_near_a_crossing_are_not_moved(other: FloatArray) -> None:
     found = solution(hearing(listening(), ROOM), [*ROOM, other])
     assert found.reflectors[4] == pytest.approx(other, abs=1e-6)
 
 
-def test_walls_that_are_not_square_draw_no_corner() -> None:
+def test_walls_at_oblique_angles_do_not_constrain_a_corner() -> None:
     slanted = [wall(0.0, 2.0), wall(np.radians(80), 1.5)]
     apex = intersections(slanted[0][1:3], slanted[1][1:3])
     start = corner(*(apex + 0.02))
@@ -316,7 +316,7 @@ def test_walls_that_are_not_square_draw_no_corner() -> None:
     assert found.reflectors[2] == pytest.approx(start, abs=1e-6)
 
 
-def test_an_outlier_hardly_moves_anything() -> None:
+def test_an_outlier_hardly_changes_the_solution() -> None:
     measurements = hearing(listening(), ROOM)
     clean = solution(measurements, ROOM)
     readings = measurements.readings.copy()
@@ -328,7 +328,7 @@ def test_an_outlier_hardly_moves_anything() -> None:
     assert np.abs(spoilt.reflectors - clean.reflectors).max() < 0.0001
 
 
-def test_what_nothing_comes_near_to_belongs_to_nobody() -> None:
+def test_a_reading_far_from_all_landmarks_has_no_owner() -> None:
     measurements = hearing(listening(), ROOM)
     strange = int(np.flatnonzero(np.isfinite(measurements.readings))[0])
     readings = measurements.readings.copy()
@@ -338,13 +338,13 @@ def test_what_nothing_comes_near_to_belongs_to_nobody() -> None:
     assert found.residuals[strange] == 0.0
 
 
-def test_a_reading_belongs_to_the_feature_that_comes_nearest_to_it() -> None:
+def test_a_reading_is_associated_with_the_nearest_landmark() -> None:
     measurements = hearing(listening(), ROOM[:1])
     found = solution(measurements, [wall(0.0, 2.015), ROOM[0]], rounds=1)
     assert set(found.owners[np.isfinite(measurements.readings)]) == {1}
 
 
-def test_only_stations_that_heard_a_feature_say_where_it_is() -> None:
+def test_only_detecting_stations_constrain_a_landmark() -> None:
     measurements = hearing(listening(), ROOM[:1])
     known = features(ROOM[:1])
     known = known._replace(attenuations=np.array([[np.inf, np.inf, 0.0, 0.0]]))
@@ -352,7 +352,7 @@ def test_only_stations_that_heard_a_feature_say_where_it_is() -> None:
     assert set(measurements.stations[found.owners == 0]) == {2, 3}
 
 
-def test_a_wall_explains_nothing_beside_it() -> None:
+def test_a_wall_explains_no_reading_beside_its_extent() -> None:
     measurements = hearing(listening(), ROOM[:1])
     known = features(ROOM[:1])
     known.extents[0] = (0.0, 1.0)
@@ -361,7 +361,7 @@ def test_a_wall_explains_nothing_beside_it() -> None:
     assert measurements.y[np.isfinite(measurements.readings)].min() < -0.3
 
 
-def test_where_nothing_is_explained_there_is_only_belief() -> None:
+def test_without_associations_the_solution_is_the_prior() -> None:
     strange = replace(SONAR, walk_gain=1.2 * SONAR.walk_gain, range_offset=0.004)
     found = solution(listening(), [wall(0.0, 2.0), cylinder(0.0, 1.0, 0.2)], sonar=strange)
     assert np.isnan(found.scatter)
@@ -384,21 +384,21 @@ def test_where_nothing_is_explained_there_is_only_belief() -> None:
     )
 
 
-def test_a_recording_without_features_has_a_sonar_all_the_same() -> None:
+def test_without_landmarks_the_sonar_is_still_estimated() -> None:
     found = solution(hearing(listening(), ROOM), np.zeros((0, 4)))
     assert found.reflectors.shape == (0, 4)
     assert found.covariance.shape == (len(SONAR_UNKNOWNS), len(SONAR_UNKNOWNS))
     assert (found.owners == -1).all()
 
 
-def test_nothing_that_was_given_is_changed() -> None:
+def test_the_optimiser_does_not_change_its_arguments() -> None:
     known = features(shaken(ROOM))
     before = known.reflectors.copy()
     optimise(hearing(listening(), ROOM), Values(features=known, model=SONAR), BELIEFS, OptimiserSettings())
     assert (known.reflectors == before).all()
 
 
-def test_a_pose_that_is_off_moves_to_where_the_walls_agree() -> None:
+def test_a_wrong_pose_is_corrected_by_the_walls() -> None:
     measured_poses = np.array([[-0.9, 0.1, 0.0], [-0.2, -0.5, 0.4], [0.5, 0.3, 1.0], [1.1, -0.3, -2.0]])
     truth = measured_poses + np.array([[0.0] * 3, [0.0] * 3, [0.0] * 3, [0.012, -0.008, 0.02]])
     recorded = listening()
@@ -411,7 +411,7 @@ def test_a_pose_that_is_off_moves_to_where_the_walls_agree() -> None:
     assert found.reflectors == pytest.approx(ROOM, abs=0.001)
 
 
-def test_what_has_come_to_rest_is_left_alone() -> None:
+def test_a_converged_solution_is_not_iterated_further() -> None:
     measurements = hearing(listening(), [*ROOM, COLUMN])
     once, often = (solution(measurements, shaken([*ROOM, COLUMN]), rounds=rounds) for rounds in (6, 60))
     assert once.newton_decrement < 1e-4

@@ -35,21 +35,21 @@ def dense(rows: LinearFactor, layout: int) -> FloatArray:
     return matrix[:, :layout]
 
 
-def test_a_longer_step_is_less_sure() -> None:
+def test_a_longer_step_has_greater_sigmas() -> None:
     given_poses = np.array([[0.0, 0, 0], [0.5, 0, 0], [2.5, 0, 0]])
     sigmas = odometry_prior(given_poses, SETTINGS).sigmas
     assert sigmas[1] == pytest.approx([0.0155, 0.013, np.hypot(np.radians(1.25), np.radians(0.3))])
     assert (sigmas[2] > sigmas[1]).all()
 
 
-def test_a_greater_turn_leaves_the_heading_less_sure() -> None:
+def test_a_greater_turn_has_a_greater_heading_sigma() -> None:
     straight = odometry_prior(np.array([[0.0, 0, 0], [1.0, 0, 0.0]]), SETTINGS).sigmas[1]
     turned = odometry_prior(np.array([[0.0, 0, 0], [1.0, 0, 2.0]]), SETTINGS).sigmas[1]
     assert turned[2] > straight[2]
     assert turned[:2] == pytest.approx(straight[:2])
 
 
-def test_what_the_rig_tells_is_a_random_walk() -> None:
+def test_specified_odometry_noise_is_a_random_walk() -> None:
     told = Odometry(along=0.02, lateral=0.01, yaw_per_metre=0.03, yaw_per_radian=0.04)
     one = odometry_prior(np.array([[0.0, 0, 0], [4.0, 0, 1.0]]), SETTINGS, told)
     assert one.sigmas[1] == pytest.approx([0.04, 0.02, np.sqrt(0.03**2 * 4 + 0.04**2)], rel=0.01)
@@ -60,7 +60,7 @@ def test_what_the_rig_tells_is_a_random_walk() -> None:
 
 @pytest.mark.parametrize("way", [0.0, 0.7, np.pi / 2, np.pi, -2.0])
 @pytest.mark.parametrize("turn", [0.0, 1.2])
-def test_errors_lie_along_and_across_the_way_whichever_way_the_robot_faces(way: float, turn: float) -> None:
+def test_odometry_errors_are_along_and_across_the_direction_of_travel(way: float, turn: float) -> None:
     direction = np.array([np.cos(way), np.sin(way)])
     given_poses = np.array([[0.0, 0.0, 0.0], [*direction, turn]])
     priors = odometry_prior(given_poses, SETTINGS, Odometry(along=0.1, lateral=0.001))
@@ -72,11 +72,11 @@ def test_errors_lie_along_and_across_the_way_whichever_way_the_robot_faces(way: 
     assert priors.reaches[1, :2] == pytest.approx(0.1 * np.abs(own), abs=0.002)
 
 
-def test_what_nobody_tells_is_a_guess() -> None:
+def test_without_specification_the_noise_is_a_default() -> None:
     assert not odometry_prior(WAY, SETTINGS).specified
 
 
-def test_what_a_rig_leaves_out_is_a_guess_and_what_it_tells_to_be_none_is_none() -> None:
+def test_missing_odometry_values_are_defaults_and_zeros_are_kept() -> None:
     guessed = odometry_prior(WAY, SETTINGS).sigmas[1:]
     told = odometry_prior(WAY, SETTINGS, Odometry(along=0.3, lateral=0.0)).sigmas[1:]
     length = np.hypot(*np.diff(WAY[:, :2], axis=0).T)
@@ -93,20 +93,22 @@ def test_the_first_pose_is_the_frame_of_the_map() -> None:
     assert odometry_prior(WAY, SETTINGS).sigmas[0].max() < 1e-3
 
 
-def test_way_points_are_all_alike() -> None:
+def test_all_waypoints_have_the_same_sigmas() -> None:
     priors = waypoint_prior(WAY, SETTINGS)
     assert not priors.relative
     assert (priors.sigmas == [SETTINGS.waypoint, SETTINGS.waypoint, SETTINGS.waypoint_turn]).all()
 
 
 @pytest.mark.parametrize("priors", [odometry_prior(WAY, SETTINGS), waypoint_prior(WAY, SETTINGS)])
-def test_poses_as_given_contradict_nothing(priors: PosePrior) -> None:
+def test_recorded_poses_have_zero_residuals(priors: PosePrior) -> None:
     assert residuals_at(priors, WAY) == pytest.approx(np.zeros(12), abs=1e-12)
 
 
 @given(poses=POSES, seed=st.integers(0, 99))
 @settings(max_examples=30, deadline=None)
-def test_derivatives_are_those_of_the_residuals(poses: list[tuple[float, float, float]], seed: int) -> None:
+def test_the_jacobian_of_pose_factors_equals_finite_differences(
+    poses: list[tuple[float, float, float]], seed: int
+) -> None:
     given_poses = np.array(poses)
     now = given_poses + np.random.default_rng(seed).normal(0.0, 0.05, given_poses.shape)
     for priors in (odometry_prior(given_poses, SETTINGS), waypoint_prior(given_poses, SETTINGS)):
@@ -121,32 +123,32 @@ def test_derivatives_are_those_of_the_residuals(poses: list[tuple[float, float, 
             assert change / (2 * step) == pytest.approx(matrix[:, column], abs=1e-5)
 
 
-def test_steps_matter_and_not_where_the_robot_started() -> None:
+def test_odometry_factors_do_not_depend_on_the_frame() -> None:
     moved = compose(np.broadcast_to([0.3, -0.2, 0.7], WAY.shape), WAY)
     assert residuals_at(odometry_prior(WAY, SETTINGS), moved)[3:] == pytest.approx(np.zeros(9), abs=1e-12)
     assert np.abs(residuals_at(waypoint_prior(WAY, SETTINGS), moved)).max() > 0.1
 
 
-def test_a_heading_just_beyond_half_a_turn_is_near() -> None:
+def test_heading_residuals_are_wrapped() -> None:
     given_poses = np.array([[0.0, 0, np.pi - 0.01], [1.0, 0, -np.pi + 0.01]])
     now = given_poses + np.array([[0, 0, 0.02], [0, 0, -0.02]])
     assert np.abs(residuals_at(waypoint_prior(given_poses, SETTINGS), now)).max() == pytest.approx(0.02)
 
 
-def test_a_chain_of_steps_is_solved_by_the_way_itself() -> None:
+def test_odometry_factors_alone_give_the_recorded_poses() -> None:
     priors, now = odometry_prior(WAY, SETTINGS), WAY + 0.03
     for _ in range(5):
         now = now + solve(*normal_equations([pose_factors(priors, now, 0)], now.size)).reshape(-1, 3)
     assert now == pytest.approx(WAY, abs=1e-9)
 
 
-def test_rows_stand_where_the_poses_start() -> None:
+def test_pose_factors_start_at_the_given_column() -> None:
     columns = pose_factors(odometry_prior(WAY, SETTINGS), WAY, 7).columns
     assert columns.max() == 7 + 12 - 1
     assert columns[columns >= 0].min() == 7
 
 
-def test_soundings_move_with_the_robot() -> None:
+def test_pings_move_with_the_robot() -> None:
     measurements = listening()
     given_poses = np.column_stack([measurements.centers, np.zeros(len(measurements.centers))])
     poses = compose(np.broadcast_to([0.2, 0.1, 0.4], given_poses.shape), given_poses)

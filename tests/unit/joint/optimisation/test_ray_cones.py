@@ -27,29 +27,29 @@ def fan(half_angle: float, *, noise: float = 0.002) -> Measurements:
 
 
 @pytest.mark.parametrize("degrees", [5.0, 12.0, 20.0])
-def test_the_cone_comes_back_whatever_was_believed(degrees: float) -> None:
+def test_the_cone_angle_is_estimated_for_any_start(degrees: float) -> None:
     found = fit_cone(fan(np.radians(degrees)), SEEING, WALLS)
     assert np.degrees(found.cone) == pytest.approx(degrees, abs=0.2)
     assert (found.range_scale, found.ka) == (SEEING.range_scale, SEEING.ka)
 
 
-def test_a_warm_room_does_not_change_it() -> None:
+def test_the_range_scale_does_not_change_the_cone_angle() -> None:
     detected = fan(np.radians(12.0))
     found = fit_cone(detected._replace(readings=detected.readings / 1.02), replace(SEEING, range_scale=0.02), WALLS)
     assert np.degrees(found.cone) == pytest.approx(12.0, abs=0.2)
 
 
-def test_readings_that_agree_on_none_leave_it() -> None:
+def test_random_readings_do_not_change_the_cone_angle() -> None:
     chance = np.random.default_rng(0).uniform(0.5, 4.0, len(SILENT.readings))
     assert fit_cone(SILENT._replace(readings=chance), SEEING, WALLS) is SEEING
 
 
-def test_without_walls_or_readings_it_stays() -> None:
+def test_without_walls_or_readings_the_cone_angle_is_unchanged() -> None:
     assert fit_cone(fan(0.2), SEEING, []) is SEEING
     assert fit_cone(SILENT, SEEING, WALLS) is SEEING
 
 
-def test_of_rays_the_cone_is_learned_and_of_sound_the_beam() -> None:
+def test_the_cone_is_estimated_for_rays_and_the_beam_for_sound() -> None:
     detected = fan(np.radians(12.0))
     assert estimated_sonar(detected, SEEING, WALLS, prior_mean=30.0).cone == fit_cone(detected, SEEING, WALLS).cone
     assert estimated_sonar(detected, SONAR, WALLS, prior_mean=30.0).cone == 0.0

@@ -49,11 +49,11 @@ def scattered(share: float, draws: int) -> FloatArray:
     return np.linalg.solve(information, share * jacobian.T @ readings.T).T - truths
 
 
-def test_what_counts_in_full_has_the_inverse_of_the_information() -> None:
+def test_at_full_weight_the_covariance_is_the_inverse_information() -> None:
     assert solution(1.0).covariance == pytest.approx(np.linalg.inv(HEARD + HELD))
 
 
-def test_features_scatter_about_a_known_sonar_as_is_told() -> None:
+def test_the_sandwich_covariance_agrees_with_simulated_errors() -> None:
     found = solution(0.25)
     known = np.diag(np.where(np.arange(UNKNOWNS.size) < UNKNOWNS.sonar, 0.0, 1e12))
     held = replace(found, information=found.information + known)
@@ -61,14 +61,14 @@ def test_features_scatter_about_a_known_sonar_as_is_told() -> None:
     assert held.covariance[FEATURES, FEATURES] == pytest.approx(np.cov(errors.T), rel=0.05, abs=3e-4)
 
 
-def test_what_is_known_of_the_sonar_does_not_grow_with_readings_that_err_together() -> None:
+def test_sigmas_of_the_sonar_are_not_reduced_by_the_inflation() -> None:
     found = solution(0.25)
     sigmas = np.sqrt(np.diag(np.linalg.inv(found.information))[UNKNOWNS.sonar :])
     assert list(found.sonar_sigmas().values()) == pytest.approx(sigmas)
     assert len(sigmas) == len(SONAR_UNKNOWNS)
 
 
-def test_it_is_a_covariance() -> None:
+def test_the_sandwich_covariance_is_positive_definite_and_between_its_limits() -> None:
     full, quarter = solution(1.0).covariance, solution(0.25).covariance
     assert np.linalg.eigvalsh(quarter).min() > 0.0
     lone = replace(solution(0.25), information_inflation=1.0).covariance
@@ -76,7 +76,7 @@ def test_it_is_a_covariance() -> None:
     assert (np.diag(quarter)[FEATURES] > np.diag(full)[FEATURES]).all()
 
 
-def test_however_much_was_heard_features_are_known_no_better_than_the_range_offset() -> None:
+def test_the_covariance_of_landmarks_includes_the_floor_of_the_range_offset() -> None:
     free = solution(1.0)
     known = replace(free, offset_sigma=0.9)
     offset = UNKNOWNS.sonar
@@ -88,7 +88,7 @@ def test_however_much_was_heard_features_are_known_no_better_than_the_range_offs
     assert replace(free, offset_sigma=1e-9).covariance == pytest.approx(free.covariance)
 
 
-def test_however_much_was_heard_the_ends_of_a_wall_are_known_no_better_than_the_model() -> None:
+def test_the_covariance_of_landmarks_includes_the_model_error() -> None:
     free = replace(solution(1.0), extents=np.array([[-1.0, 3.0], [0.0, 0.0]]))
     added = replace(free, model_error=0.5).covariance - free.covariance
     wall, cylinder = UNKNOWNS.feature(0), UNKNOWNS.feature(1)

@@ -29,29 +29,29 @@ def gliding() -> FloatArray:
     return np.where(np.abs(SILENT.bearings) < 1.2, 1.0 / np.cos(SILENT.bearings), np.inf)
 
 
-def test_what_tells_nothing_is_taken_for_sound() -> None:
+def test_recordings_without_echoes_are_taken_for_sound() -> None:
     sonar = expected_sonar(RIG, SILENT)
     assert (sonar.cone, sonar.ka, sonar.figure_of_merit) == (0.0, SOUND.ka, SOUND.figure_of_merit)
 
 
-def test_readings_tell_that_they_are_those_of_rays() -> None:
+def test_ray_cones_are_recognised_by_their_readings() -> None:
     seeing = expected_sonar(RIG, SILENT._replace(readings=gliding()))
     assert seeing.cone == half_aperture_of(RIG) == pytest.approx(RIG.sensors[0].half_aperture)
 
 
 @pytest.mark.parametrize("rays", [False, True])
-def test_the_rig_knows_better(*, rays: bool) -> None:
+def test_the_rig_overrides_the_recognition_of_rays(*, rays: bool) -> None:
     readings = np.full(len(SILENT.readings), np.inf) if rays else gliding()
     assert (expected_sonar(replace(RIG, rays=rays), SILENT._replace(readings=readings)).cone > 0) == rays
 
 
-def test_what_was_learned_before_stays() -> None:
+def test_the_previous_sonar_model_is_kept() -> None:
     learned = expected_sonar(replace(RIG, rays=True), SILENT)
     assert expected_sonar(RIG, SILENT, learned).cone == learned.cone
     assert expected_sonar(RIG, SILENT._replace(readings=gliding()), SOUND).cone == 0.0
 
 
-def test_the_thermometer_tells_the_range_scale() -> None:
+def test_the_temperature_sets_the_range_scale() -> None:
     warm = expected_sonar(RIG, SILENT._replace(temperature=30.0))
     assert warm.range_scale == pytest.approx(float(speed_of_sound(30.0) / speed_of_sound(20.0)) - 1.0, abs=1e-4)
 
@@ -60,12 +60,12 @@ def test_the_thermometer_tells_the_range_scale() -> None:
 LATE = ((0.0, 0.03), (20.0, 0.0))
 
 
-def test_a_table_tells_a_walk_in_metres() -> None:
+def test_a_table_gives_the_range_walk_in_metres() -> None:
     sonar = expected_sonar(RIG, SILENT, walk=LATE)
     assert sonar.walk_gain * sonar.walk([0.0, 10.0, 30.0]) == pytest.approx([0.03, 0.015, 0.0])
 
 
-def test_a_walk_that_was_fitted_stays() -> None:
+def test_a_fitted_range_walk_is_kept() -> None:
     learned = expected_sonar(RIG, SILENT, walk=LATE)
     kept, usual = (expected_sonar(RIG, SILENT, learned, walk=walk) for walk in ("fitted", "physical"))
     assert (kept.walk, kept.walk_gain) == (learned.walk, learned.walk_gain)
@@ -81,7 +81,7 @@ def test_a_walk_that_was_fitted_stays() -> None:
         ("strange", "physical or fitted or a table"),
     ],
 )
-def test_what_is_no_walk_is_refused(table: object, message: str) -> None:
+def test_an_invalid_range_walk_is_an_error(table: object, message: str) -> None:
     with pytest.raises(ValidationError, match=message):
         EstimateSettings.model_validate({"walk": table})
 
@@ -100,7 +100,7 @@ def room_heard_by(sonar: EchoModel, *, stations: int = 9) -> Solution:
     return optimise(measurements, start, priors, OptimiserSettings())
 
 
-def test_a_walk_is_fitted_to_what_a_recording_tells_of_it() -> None:
+def test_the_range_walk_is_fitted_to_a_recording() -> None:
     strange = replace(SONAR, walk=WalkCurve.from_table(*zip(*LATE, strict=True)), walk_gain=0.03)
     found = room_heard_by(strange)
     fitted = walking(found.model, found, NOISE)
@@ -114,14 +114,14 @@ def test_a_walk_is_fitted_to_what_a_recording_tells_of_it() -> None:
     assert wrong > 2.0 * right
 
 
-def test_a_usual_walk_that_is_fitted_stays_what_it_is() -> None:
+def test_fitting_the_physical_range_walk_does_not_change_it() -> None:
     found = room_heard_by(SONAR)
     fitted, excess = walking(found.model, found, NOISE), np.linspace(3.0, 20.0, 18)
     changed = fitted.walk_gain * fitted.walk(excess) - SONAR.walk_gain * SONAR.walk(excess)
     assert np.std(changed) < 0.0006
 
 
-def test_rays_and_silence_tell_no_walk() -> None:
+def test_without_echoes_or_with_rays_no_range_walk_is_fitted() -> None:
     found = room_heard_by(SONAR, stations=1)
     rays = SONAR.seeing(0.3)
     assert walking(rays, found, NOISE) is rays

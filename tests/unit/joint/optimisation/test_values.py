@@ -23,7 +23,7 @@ def state() -> Values:
     return Values(features=features, model=SONAR, latency=0.003, servo=SERVO, poses=poses)
 
 
-def test_values_stand_where_the_unknowns_say() -> None:
+def test_values_follow_the_layout() -> None:
     now = state()
     layout, values = now.layout, now.values
     assert len(values) == layout.size == 2 + 3 + 2 + 9 + 6
@@ -34,19 +34,19 @@ def test_values_stand_where_the_unknowns_say() -> None:
     assert values[layout.pose :].reshape(-1, 3).tolist() == now.poses.tolist()
 
 
-def test_a_small_step_moves_every_value_by_itself() -> None:
+def test_a_small_step_is_added_to_every_value() -> None:
     now, step = state(), np.linspace(0.0, 0.002, 22)
     assert now.retracted(step).values == pytest.approx(now.values + step)
 
 
-def test_nothing_goes_farther_than_five_centimetres_at_once() -> None:
+def test_a_step_is_limited_to_five_centimetres() -> None:
     moved = state().retracted(np.ones(22))
     assert moved.features.reflectors[0, 1:3] == pytest.approx([0.25, 1.55])
     assert moved.poses == pytest.approx(state().poses + 0.05)
     assert moved.servo == pytest.approx(np.array(SERVO) + 0.05)
 
 
-def test_what_is_too_far_at_once_is_shortened_as_a_whole() -> None:
+def test_a_long_step_is_shortened_in_its_direction() -> None:
     step = np.zeros(22)
     step[:2], step[-3:] = [0.02, 0.2], [0.1, -0.02, 0.01]
     moved = state().retracted(step)
@@ -54,7 +54,7 @@ def test_what_is_too_far_at_once_is_shortened_as_a_whole() -> None:
     assert moved.poses[1] == pytest.approx(state().poses[1] + [0.05, -0.01, 0.005])
 
 
-def test_a_wall_may_turn_about_where_it_was_heard_far_from_the_origin() -> None:
+def test_the_step_of_a_wall_is_limited_at_its_middle_and_not_at_the_origin() -> None:
     # Three metres along it 0.02 rad are 6 cm of its offset: the middle of what was heard stays where it is.
     now = state()
     extents = np.array([[2.5, 3.5], [0.0, 0.0], [0.0, 0.0]])
@@ -65,12 +65,12 @@ def test_a_wall_may_turn_about_where_it_was_heard_far_from_the_origin() -> None:
 
 
 @pytest.mark.parametrize(("step", "radius"), [(-1.0, 0.05), (1.0, 0.15)])
-def test_radii_change_by_no_more_either(step: float, radius: float) -> None:
+def test_steps_of_radii_are_limited(step: float, radius: float) -> None:
     moved = state().retracted(np.full(22, step))
     assert moved.features.reflectors[1, 3] == pytest.approx(radius)
 
 
-def test_no_radius_becomes_less_than_one_centimetre() -> None:
+def test_radii_are_at_least_one_centimetre() -> None:
     now = state()
     for _ in range(5):
         now = now.retracted(np.full(22, -1.0))

@@ -30,7 +30,7 @@ def square() -> Estimate:
 
 
 @pytest.mark.parametrize(("heard_from", "along_axes"), [(1, True), (2, True), (3, False), (5, False)])
-def test_walls_that_many_stations_heard_are_square_to_each_other_but_not_to_the_axes(
+def test_walls_of_many_stations_are_not_aligned_with_the_axes(
     square: Estimate, heard_from: int, *, along_axes: bool
 ) -> None:
     estimate, llr_by_station = square, np.where(np.arange(len(square.measured_poses)) < heard_from, 50.0, 0.0)
@@ -41,7 +41,7 @@ def test_walls_that_many_stations_heard_are_square_to_each_other_but_not_to_the_
 
 
 @pytest.mark.parametrize("few", [True, False])
-def test_way_points_settle_along_the_axes_where_few_stations_heard_each_wall(
+def test_waypoints_are_refined_along_the_axes_if_walls_rest_on_few_stations(
     square: Estimate, monkeypatch: pytest.MonkeyPatch, *, few: bool
 ) -> None:
     estimate, pose_prior = square, list[ManhattanPrior | None]()
@@ -84,7 +84,7 @@ def test_the_effective_sample_size_is_estimated_from_the_readings(square: Estima
     assert estimate.effective_sample_ratio > 10.0 * start
 
 
-def test_walls_are_asked_which_way_they_lie_once_it_is_known_how_wide_the_sonar_hears(
+def test_annealing_adds_heading_factors_after_the_beam_is_calibrated(
     square: Estimate, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     estimate, asked = square, list[tuple[bool, float]]()

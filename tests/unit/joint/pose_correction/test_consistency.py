@@ -78,7 +78,7 @@ def corrected() -> Estimate:
     return track_poses(estimate, estimate.odometry())
 
 
-def test_from_exact_poses_all_agrees_and_nothing_is_doubtful() -> None:
+def test_exact_poses_are_consistent() -> None:
     estimate = trusted(odometry=None)
     assert inlier_ratio(estimate) > 0.97
     assert agrees(estimate)
@@ -86,7 +86,7 @@ def test_from_exact_poses_all_agrees_and_nothing_is_doubtful() -> None:
     assert not is_inconsistent(estimate)
 
 
-def test_walls_of_one_station_each_hold_nothing_together_however_well_all_agrees() -> None:
+def test_stations_that_share_no_walls_are_inconsistent() -> None:
     estimate = trusted(odometry=None)
     assert not has_shared_bias(estimate)
     alone = np.where(np.arange(len(WAY)) == 2, 1.0, 0.0)
@@ -98,20 +98,20 @@ def test_walls_of_one_station_each_hold_nothing_together_however_well_all_agrees
     assert is_inconsistent(estimate)
 
 
-def test_drifting_poses_are_doubtful_even_where_most_echoes_find_some_wall() -> None:
+def test_drifting_poses_are_inconsistent() -> None:
     estimate = trusted(odometry=LOST)
     assert is_inconsistent(estimate)
     assert inlier_ratio(estimate) < inlier_ratio(trusted(odometry=None))
 
 
-def test_without_features_nothing_agrees_and_without_echoes_all_does() -> None:
+def test_the_inlier_ratio_is_zero_without_landmarks_and_one_without_echoes() -> None:
     estimate = estimate_of(None)
     assert inlier_ratio(estimate) == 0.0
     silent = estimate.recorded._replace(readings=np.full(len(estimate.recorded.readings), np.inf))
     assert inlier_ratio(initial_estimate(RIG, silent, estimate.measured_poses, EstimateSettings())) == 1.0
 
 
-def test_what_scatters_more_than_usual_does_not_agree() -> None:
+def test_unusual_noise_is_inconsistent() -> None:
     estimate = estimate_of(None)
     estimate = replace(estimate, features=trusted(odometry=None).features)
     estimate = replace(estimate, noise=0.02)
@@ -119,7 +119,7 @@ def test_what_scatters_more_than_usual_does_not_agree() -> None:
     assert not agrees(estimate)
 
 
-def test_stations_contradict_each_other_where_poses_drift_and_not_where_echoes_are_of_something_else() -> None:
+def test_drifting_poses_are_detected_and_unexplained_echoes_are_not_drift() -> None:
     assert are_weakly_connected(trusted(odometry=LOST))
     estimate = trusted(odometry=None)
     estimate = replace(estimate, settings=EstimateSettings(min_inlier_ratio=1.0))
@@ -132,7 +132,7 @@ def test_stations_contradict_each_other_where_poses_drift_and_not_where_echoes_a
 @pytest.mark.parametrize(
     ("common", "own", "odds"), [(0.0025, 0.0005, False), (0.0025, 0.004, True), (0.0013, 0.004, False)]
 )
-def test_readings_that_are_rounded_err_together_unless_they_scatter(common: float, own: float, *, odds: bool) -> None:
+def test_common_rounding_errors_are_no_pose_errors(common: float, own: float, *, odds: bool) -> None:
     # In steps of a centimetre all readings of a wall from one station may be 2.5 mm off, but not if they scatter by 4.
     # A little more than a millimetre may be what the model of the sonar lacks.
     estimate = trusted(odometry=None)
@@ -145,7 +145,7 @@ def test_readings_that_are_rounded_err_together_unless_they_scatter(common: floa
     assert are_weakly_connected(estimate) is odds
 
 
-def test_a_wall_there_twice_tears_the_map() -> None:
+def test_many_duplicated_walls_are_detected() -> None:
     estimate = estimate_of(None)
     walls = [each for each in trusted(odometry=None).features if each.is_wall]
     moved = [replace(each, reflector=each.reflector + np.array([0.0, 0.05, 0.03, 0.0])) for each in walls]
@@ -162,7 +162,7 @@ def unquestioned(estimate: Estimate) -> Estimate:
     return replace(estimate, settings=EstimateSettings(min_inlier_ratio=0.5), solution=solution)
 
 
-def test_a_wall_that_a_drive_tore_in_two_makes_poses_doubtful_and_a_bend_does_not() -> None:
+def test_a_wall_duplicated_by_drift_is_inconsistent_and_a_bent_wall_is_not() -> None:
     torn, bent = trusted(odometry=LOST), trusted(odometry=None, bent=True)
     assert is_inconsistent(torn)
     assert not is_inconsistent(bent)
@@ -177,7 +177,7 @@ def test_a_wall_that_a_drive_tore_in_two_makes_poses_doubtful_and_a_bend_does_no
     assert not are_weakly_connected(torn)
 
 
-def test_no_two_walls_cross_however_well_both_are_known() -> None:
+def test_crossing_walls_are_inconsistent() -> None:
     estimate = trusted(odometry=None, bent=True)
     (pair,) = duplicate_pairs(estimate.features, estimate.settings.copies)
     assert not are_weakly_connected(estimate)
@@ -186,11 +186,11 @@ def test_no_two_walls_cross_however_well_both_are_known() -> None:
     assert are_weakly_connected(replace(estimate, features=features))
 
 
-def test_corrected_poses_have_more_evidence_than_drifting_ones() -> None:
+def test_corrected_poses_have_more_log_evidence_than_drifting_ones() -> None:
     assert log_evidence(corrected()) > log_evidence(trusted(odometry=LOST)) + 100.0
 
 
-def test_free_poses_cost_half_the_logarithm_of_their_readings_for_each_parameter() -> None:
+def test_the_log_evidence_includes_the_bayesian_information_criterion_of_poses() -> None:
     estimate = corrected()
     free = log_evidence(replace(estimate, pose_prior=None))
     # The first pose is the frame; each of the others is told by a hundred readings or more.
@@ -198,7 +198,7 @@ def test_free_poses_cost_half_the_logarithm_of_their_readings_for_each_parameter
     assert cost == pytest.approx(5 * 1.5 * np.log(250), rel=0.2)
 
 
-def test_a_wall_there_twice_speaks_against_the_poses() -> None:
+def test_a_duplicated_wall_reduces_the_log_evidence() -> None:
     estimate = estimate_of(None)
     estimate = replace(estimate, features=trusted(odometry=None).features)
     once = log_evidence(estimate), inlier_ratio(estimate)
@@ -211,7 +211,7 @@ def test_a_wall_there_twice_speaks_against_the_poses() -> None:
     assert log_evidence(estimate) < once[0] - 12.0
 
 
-def test_a_wall_that_pings_look_through_speaks_against_the_poses() -> None:
+def test_a_wall_that_pings_pass_reduces_the_log_evidence() -> None:
     estimate = estimate_of(None)
     estimate = replace(estimate, features=trusted(odometry=None).features)
     without = log_evidence(estimate)
@@ -227,14 +227,14 @@ def test_a_wall_that_pings_look_through_speaks_against_the_poses() -> None:
     assert log_evidence(estimate) == pytest.approx(without - cost, abs=6.0)
 
 
-def test_poses_that_nobody_would_believe_cost_what_makes_them_unlikely() -> None:
+def test_the_log_evidence_includes_the_pose_prior() -> None:
     estimate = corrected()
     likely = log_evidence(estimate)
     estimate = replace(estimate, poses=estimate.poses + np.outer(np.arange(len(estimate.poses)) >= 3, [0.5, 0.0, 0.0]))
     assert log_evidence(estimate) < likely - 50.0
 
 
-def test_steps_that_lead_ten_times_farther_astray_than_was_told_are_strained() -> None:
+def test_errors_of_ten_times_the_specified_odometry_noise_contradict_it() -> None:
     estimate = corrected()
     assert not contradicts_odometry(estimate)
     detected, measured_poses = drive(odometry=LOST, bent=False)
@@ -245,14 +245,14 @@ def test_steps_that_lead_ten_times_farther_astray_than_was_told_are_strained() -
     assert not contradicts_odometry(trusted(odometry=None))
 
 
-def test_a_single_slip_strains_no_other_step() -> None:
+def test_a_single_slip_does_not_contradict_the_odometry_noise() -> None:
     estimate = corrected()
     estimate = replace(estimate, poses=estimate.poses + np.outer(np.arange(len(estimate.poses)) >= 3, [0.5, 0.0, 0.0]))
     assert log_evidence(estimate) < log_evidence(corrected()) - 50.0
     assert not contradicts_odometry(estimate)
 
 
-def test_drift_is_corrected_without_being_asked_and_exact_poses_are_trusted() -> None:
+def test_drift_is_corrected_automatically_and_exact_poses_are_kept() -> None:
     lost = estimate_map(estimate_of(LOST))
     assert lost.pose_model is PoseModel.ODOMETRY
     assert lost.pose_status.reason in (PoseReason.DUPLICATED_WALLS, PoseReason.INCONSISTENT)
@@ -262,7 +262,7 @@ def test_drift_is_corrected_without_being_asked_and_exact_poses_are_trusted() ->
     assert right.poses == pytest.approx(WAY)
 
 
-def test_asked_to_correct_exact_poses_it_does_no_harm() -> None:
+def test_a_requested_correction_keeps_exact_poses() -> None:
     asked = estimate_map(estimate_of(None, poses=PoseMode.CORRECT))
     assert asked.pose_model is PoseModel.FIXED
     assert asked.poses == pytest.approx(WAY)
@@ -271,7 +271,7 @@ def test_asked_to_correct_exact_poses_it_does_no_harm() -> None:
     assert [each.key for each in asked.features] == [each.key for each in right.features]
 
 
-def test_asked_to_correct_drift_it_does() -> None:
+def test_a_requested_correction_corrects_drift() -> None:
     asked = estimate_map(estimate_of(LOST, poses=PoseMode.CORRECT))
     assert asked.pose_model is PoseModel.ODOMETRY
     assert asked.pose_status.is_requested

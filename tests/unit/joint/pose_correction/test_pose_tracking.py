@@ -68,23 +68,23 @@ def errors(poses: FloatArray) -> tuple[float, float]:
     return float(away.max()), float(turned.max())
 
 
-def test_the_robot_was_lost() -> None:
+def test_dead_reckoning_drifts() -> None:
     away, turned = errors(estimate_of(drive()).measured_poses)
     assert away > 0.03
     assert np.degrees(turned) > 2.0
 
 
-def test_it_is_found_again_by_what_it_hears() -> None:
+def test_tracking_corrects_the_poses() -> None:
     away, turned = errors(tracked().poses)
     assert away < 0.012
     assert np.degrees(turned) < 1.0
 
 
-def test_the_first_pose_stays() -> None:
+def test_the_first_pose_is_fixed() -> None:
     assert tracked().poses[0] == pytest.approx(tracked().measured_poses[0], abs=1e-4)
 
 
-def test_what_was_tracked_is_searched_from_where_the_robot_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_final_search_uses_the_tracked_poses(monkeypatch: pytest.MonkeyPatch) -> None:
     centers, original = list[FloatArray](), Estimate.search
 
     def searched(estimate: Estimate, *, rounds: int | None = None) -> Estimate:
@@ -98,7 +98,7 @@ def test_what_was_tracked_is_searched_from_where_the_robot_was_found(monkeypatch
     assert np.hypot(*(centers[0] - WAY[:, :2]).T).max() < 0.03
 
 
-def test_from_stations_that_hear_nothing_new_nothing_is_learned(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_search_is_not_repeated_at_stations_without_new_echoes(monkeypatch: pytest.MonkeyPatch) -> None:
     learned, original = list[int](), Estimate.search
 
     def searched(estimate: Estimate, *, rounds: int | None = None) -> Estimate:
@@ -115,7 +115,7 @@ def test_from_stations_that_hear_nothing_new_nothing_is_learned(monkeypatch: pyt
 
 
 @pytest.mark.parametrize(("gain", "moves"), [(2.0, False), (4.0, True)])
-def test_the_first_station_is_only_moved_on_strong_evidence(
+def test_a_new_station_is_moved_only_with_strong_evidence(
     gain: float, monkeypatch: pytest.MonkeyPatch, *, moves: bool
 ) -> None:
     stays, original = list[float](), locate
@@ -143,14 +143,14 @@ def test_the_first_station_is_only_moved_on_strong_evidence(
     assert ((away > 0.2) == moves).all()
 
 
-def test_the_walls_are_there_once_and_in_their_places() -> None:
+def test_walls_are_mapped_once_at_their_true_places() -> None:
     walls = survey(tracked(), WAY[:, :2]).walls([])
     assert len(walls) == 4
     distances = sorted(abs(wall.offset) for wall in walls)
     assert distances == pytest.approx([0.5, 1.0, 2.0, 2.5], abs=0.01)
 
 
-def test_errors_of_poses_are_about_as_great_as_it_says() -> None:
+def test_errors_of_poses_agree_with_their_sigmas() -> None:
     estimate = tracked()
     assert estimate.solution is not None
     start = estimate.solution.layout.pose
@@ -161,7 +161,7 @@ def test_errors_of_poses_are_about_as_great_as_it_says() -> None:
     assert (sigmas[1:, :2] < 0.02).all()
 
 
-def test_with_poses_that_are_right_nothing_is_torn_and_with_drift_it_shows() -> None:
+def test_exact_poses_duplicate_no_walls() -> None:
     straight = estimate_of(
         tuple(
             Simulation(
@@ -178,7 +178,7 @@ def test_with_poses_that_are_right_nothing_is_torn_and_with_drift_it_shows() -> 
     assert straight.inlier_mask(straight.features).mean() > 0.5
 
 
-def test_an_account_of_the_first_stations_knows_nothing_of_the_others() -> None:
+def test_the_estimate_of_the_first_stations_has_no_pings_of_others() -> None:
     estimate = estimate_of(drive())
     part = up_to_station(estimate, 3)
     assert len(part.measurements.centers) == 3
@@ -187,14 +187,14 @@ def test_an_account_of_the_first_stations_knows_nothing_of_the_others() -> None:
     assert len(estimate.measurements.centers) == 7
 
 
-def test_what_the_data_sheet_says_is_believed_at_first() -> None:
+def test_the_initial_sonar_is_that_of_the_data_sheet() -> None:
     estimate = estimate_of(drive())
     assert estimate.model.range_scale == 0.0
     assert estimate.offset_sigma == pytest.approx(0.005 / np.sqrt(12))
     assert estimate.has_servo
 
 
-def test_what_was_learned_comes_with_its_uncertainty() -> None:
+def test_the_calibration_has_sigmas() -> None:
     learned = calibration(tracked(), survey(tracked(), WAY[:, :2]).solution)
     scale = learned["range_scale"]
     assert isinstance(scale, dict)

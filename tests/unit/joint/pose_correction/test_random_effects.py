@@ -49,15 +49,15 @@ def learned(common: float, seed: int = 1) -> float:
 
 
 @pytest.mark.parametrize("common", [0.003, 0.012, 0.03])
-def test_the_errors_that_stations_make_are_found_though_poses_take_up_a_part_of_them(common: float) -> None:
+def test_shared_errors_are_estimated_although_poses_absorb_part_of_them(common: float) -> None:
     assert np.mean([learned(common, seed) for seed in range(4)]) == pytest.approx(common, rel=0.1)
 
 
-def test_errors_that_readings_make_by_themselves_are_not_taken_for_common_ones() -> None:
+def test_independent_errors_are_not_taken_for_shared_ones() -> None:
     assert learned(0.0) < 0.3 * NOISE
 
 
-def test_an_effect_is_told_where_nothing_else_takes_it_up() -> None:
+def test_an_effect_that_nothing_absorbs_is_shrunk_by_its_share_of_the_variance() -> None:
     rows = detected(0.01, 2)
     squares, count = common_squares(rows, np.zeros((FEATURES + 2 * STATIONS,) * 2), common=0.01)
     effects = FEATURES * STATIONS
@@ -68,7 +68,7 @@ def test_an_effect_is_told_where_nothing_else_takes_it_up() -> None:
     assert squares == pytest.approx(share**2 * float(means @ means))
 
 
-def test_what_poses_take_up_entirely_is_told_of_no_effect() -> None:
+def test_an_effect_that_poses_absorb_does_not_count() -> None:
     # One feature from each station, and two coordinates to move it by.
     rows = detected(0.01, 3)
     own = rows.columns[:, 0] == 0
@@ -93,6 +93,6 @@ class Waiting:
         return replace(self, done=(*self.done, ("noise", self.bias_sigma)))
 
 
-def test_readings_count_in_full_before_it_is_asked_what_they_have_in_common() -> None:
+def test_shared_errors_are_estimated_from_readings_at_full_weight() -> None:
     estimate: Any = without_shared_bias(Waiting(), None)  # type: ignore[arg-type]
     assert estimate.done == (("solution", estimate.offset_sigma), ("noise", estimate.offset_sigma))

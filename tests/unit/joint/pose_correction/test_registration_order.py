@@ -52,7 +52,7 @@ def errors(poses: FloatArray) -> tuple[float, float]:
     return float(away.max()), float(turned.max())
 
 
-def test_stations_find_each_other_by_what_they_hear() -> None:
+def test_stations_are_registered_to_their_neighbours() -> None:
     found = 0
     for seed in range(8, 14):
         estimate = set_down(seed)
@@ -66,14 +66,14 @@ def test_stations_find_each_other_by_what_they_hear() -> None:
     assert found >= 4
 
 
-def test_step_by_step_they_get_lost() -> None:
+def test_tracking_in_recorded_order_fails() -> None:
     estimate = set_down(10)
     estimate = track_poses(estimate, waypoint_steps(estimate.measured_poses, SETTINGS))
     assert errors(estimate.poses)[0] > 0.05
 
 
 @given(places=st.lists(st.tuples(st.floats(-9, 9), st.floats(-9, 9)), min_size=1, max_size=9))
-def test_each_is_the_nearest_that_is_left(places: list[tuple[float, float]]) -> None:
+def test_each_place_is_the_nearest_remaining_one(places: list[tuple[float, float]]) -> None:
     xy = np.array(places)
     order = spanning_tree_order(xy)
     assert sorted(order) == list(range(len(xy)))
@@ -83,7 +83,7 @@ def test_each_is_the_nearest_that_is_left(places: list[tuple[float, float]]) -> 
         assert apart[before, left[0]].min() == apart[np.ix_(before, left)].min()
 
 
-def test_seen_from_one_other_only_its_heading_tells_where() -> None:
+def test_one_neighbour_predicts_a_station_with_the_error_of_its_heading() -> None:
     told, frame = np.array([[1.0, 0.0, 0.3]]), np.array([2.0, -1.0, 0.7])
     pose, sigmas = seen_from_others(np.array([4.0, 4.0, 1.0]), told, compose(frame, told), SETTINGS)
     assert pose == pytest.approx(compose(frame, np.array([4.0, 4.0, 1.0])))
@@ -91,7 +91,7 @@ def test_seen_from_one_other_only_its_heading_tells_where() -> None:
     assert sigmas[2] == pytest.approx(SETTINGS.waypoint_turn * np.sqrt(2.0))
 
 
-def test_the_more_others_were_found_the_less_room_is_left() -> None:
+def test_more_neighbours_reduce_the_sigmas_of_the_prediction() -> None:
     told, frame = np.column_stack([np.arange(6.0), np.zeros(6), np.zeros(6)]), np.array([2.0, -1.0, 0.7])
     found, sought = compose(frame, told), np.array([6.0, 0.0, 0.0])
     sigmas = [seen_from_others(sought, told[:count], found[:count], SETTINGS)[1] for count in range(1, 7)]
@@ -100,7 +100,7 @@ def test_the_more_others_were_found_the_less_room_is_left() -> None:
     assert sigmas[-1][0] < 2.0 * SETTINGS.waypoint
 
 
-def test_how_well_it_is_known_is_how_far_it_is_off() -> None:
+def test_the_sigmas_of_the_prediction_agree_with_simulated_errors() -> None:
     rng, sought, off = np.random.default_rng(5), np.array([3.0, 1.0, 0.4]), []
     told = np.column_stack([rng.uniform(0.0, 3.0, (4, 2)), rng.uniform(-3.0, 3.0, 4)])
     spread = (SETTINGS.waypoint, SETTINGS.waypoint, SETTINGS.waypoint_turn)

@@ -48,16 +48,16 @@ def misplaced() -> Estimate:
     return estimate.rescore(estimate.noise).optimise(estimate.noise)
 
 
-def test_a_station_that_misses_what_all_others_hear_is_found_where_it_stands() -> None:
+def test_a_misplaced_station_is_relocalised() -> None:
     estimate = misplaced()
     assert relocalised(estimate, estimate.odometry(), STATION) == pytest.approx(WAY[STATION], abs=0.01)
 
 
-def test_stations_that_miss_nothing_stay_where_they_are() -> None:
+def test_consistent_stations_are_not_relocalised() -> None:
     assert all(relocalised(settled(), settled().odometry(), station) is None for station in range(1, len(WAY)))
 
 
-def test_a_misplaced_station_is_put_back_and_no_wheel_is_blamed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_misplaced_station_is_corrected_without_a_wheel_slip(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pose_model_selection, "track_poses", lambda estimate, _: estimate)
     monkeypatch.setattr(pose_model_selection, "agrees", lambda _: False)
     found = estimate_map(misplaced())

@@ -39,19 +39,19 @@ def estimate(error: ServoError) -> Estimate:
 @pytest.mark.parametrize(
     "error", [ServoError(0.92, np.radians(5.0)), ServoError(1.08, np.radians(-4.0)), ServoError(1.0, np.radians(8.0))]
 )
-def test_gain_and_offset_are_found_from_arcs_alone(error: ServoError) -> None:
+def test_servo_gain_and_offset_are_found_from_arcs_alone(error: ServoError) -> None:
     found = find_servo(estimate(error))
     assert found is not None
     assert found.gain == pytest.approx(error.gain, abs=0.06)
     assert found.offset == pytest.approx(error.offset, abs=np.radians(3.0))
 
 
-def test_a_servo_that_turns_as_recorded_is_left_alone() -> None:
+def test_a_servo_that_turns_as_recorded_has_no_error() -> None:
     assert find_servo(estimate(AS_RECORDED)) is None
 
 
 @pytest.mark.parametrize("known", [None, ServoError(0.95, 0.05)])
-def test_bearings_count_from_the_start_where_a_servo_was_calibrated_before(known: ServoError | None) -> None:
+def test_heading_factors_are_used_if_the_servo_was_calibrated_before(known: ServoError | None) -> None:
     later = initial_estimate(rig(), detected(), GIVEN, EstimateSettings(), MarginalPrior(servo=known))
     assert later.servo == known
     assert later.has_heading_factors == (known is not None)
@@ -63,7 +63,7 @@ def test_fixed_sensors_have_no_servo() -> None:
     assert find_servo(fixed) is None
 
 
-def test_too_few_arcs_tell_nothing() -> None:
+def test_too_few_arcs_give_no_servo_error() -> None:
     few = estimate(ServoError(0.92, 0.1))
     few = replace(few, arcs=few.arcs[:9])
     assert find_servo(few) is None

@@ -111,7 +111,7 @@ def parted(feature: Hypothesis) -> list[Hypothesis]:
     ]
 
 
-def test_a_slip_that_makes_two_pillars_of_one_is_taken_back() -> None:
+def test_a_slip_that_duplicates_a_pillar_is_corrected() -> None:
     slipped = estimate(slips=True)
     poses = without_wheel_slip(slipped, slipped.odometry())
     assert poses is not None
@@ -119,7 +119,7 @@ def test_a_slip_that_makes_two_pillars_of_one_is_taken_back() -> None:
     assert np.hypot(*(poses - WAY)[:, :2].T).max() < 0.02
 
 
-def test_a_turn_goes_back_to_where_walls_on_either_side_of_it_are_in_line() -> None:
+def test_a_wrong_turn_is_corrected() -> None:
     drive = Simulation(
         world=CHAMBER,
         rig=builtin_rig("hc-sr04-servo"),
@@ -134,11 +134,11 @@ def test_a_turn_goes_back_to_where_walls_on_either_side_of_it_are_in_line() -> N
     assert found.parameters["found"]["poses"]["has_slips"]  # type: ignore[index]
 
 
-def test_where_nothing_seems_there_twice_no_step_is_doubted() -> None:
+def test_without_duplicates_no_slip_is_found() -> None:
     assert without_wheel_slip(right(), right().odometry()) is None
 
 
-def test_what_a_slip_tore_apart_is_one_again_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_landmarks_duplicated_by_a_slip_are_merged(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pose_model_selection, "track_poses", refine)
     monkeypatch.setattr(pose_model_selection, "agrees", lambda _: False)
     found = estimate_map(estimate(slips=True))

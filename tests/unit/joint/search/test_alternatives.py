@@ -43,7 +43,7 @@ def probabilities(
     return class_probabilities(estimate, rescored(estimate, known), radius_cost=radius_cost)
 
 
-def test_everything_heard_from_many_stations_is_surely_what_it_is() -> None:
+def test_landmarks_of_many_stations_have_certain_classes() -> None:
     truth = [*ROOM, COLUMN, VERTEX]
     found = probabilities(detected(*truth), *truth)
     assert [each.wall for each in found[:4]] == pytest.approx([1.0] * 4, abs=5e-3)
@@ -58,7 +58,7 @@ def test_the_classes_of_each_feature_sum_to_one() -> None:
     assert [each.wall + each.corner + each.cylinder for each in found] == pytest.approx([1.0, 1.0])
 
 
-def test_what_two_stations_hear_is_never_surer_than_echoes_of_other_kinds_are_rare() -> None:
+def test_class_probabilities_are_bounded_by_the_number_of_stations() -> None:
     chances = [probabilities(detected(ROOM[1], stations=count), ROOM[1])[0].wall for count in (1, 2, 3, 4)]
     assert chances[0] <= chances[1] < 0.961
     assert 0.99 < chances[2] < 0.9961
@@ -70,7 +70,7 @@ def test_no_class_is_ruled_out_altogether() -> None:
     assert min(found.wall, found.corner, found.cylinder) > 1e-5
 
 
-def test_a_few_pings_from_one_station_may_be_anything() -> None:
+def test_a_few_pings_of_one_station_leave_the_class_open() -> None:
     many = probabilities(detected(ROOM[1]), ROOM[1])[0]
     few = probabilities(detected(ROOM[1], stations=1, pings=4), ROOM[1])[0]
     assert many.wall > 0.999
@@ -78,12 +78,12 @@ def test_a_few_pings_from_one_station_may_be_anything() -> None:
     assert few.corner > 0.05
 
 
-def test_the_more_stations_hear_a_wall_the_less_it_may_be_a_column() -> None:
+def test_more_stations_reduce_the_probability_of_a_cylinder() -> None:
     chances = [probabilities(detected(ROOM[1], stations=count), ROOM[1])[0].cylinder for count in (2, 3, 4)]
     assert chances[0] > chances[1] > chances[2]
 
 
-def test_a_column_pays_for_its_radius() -> None:
+def test_a_cylinder_has_a_cost_for_its_radius() -> None:
     measurements = detected(COLUMN, stations=2, pings=4)
     cheap, dear = (probabilities(measurements, COLUMN, radius_cost=cost)[0].cylinder for cost in (0.0, 3.0))
     assert 0.0 < dear < cheap < 1.0
@@ -93,13 +93,13 @@ def test_a_column_pays_for_its_radius() -> None:
     assert odds == pytest.approx(np.exp(3.0))
 
 
-def test_what_was_taken_for_the_wrong_class_is_found_out() -> None:
+def test_a_wrong_class_has_a_low_probability() -> None:
     # Known as a corner where a wall is nearest to the stations.
     found = probabilities(detected(ROOM[1]), corner(0.1, 1.5))[0]
     assert found.wall > 0.95
 
 
-def test_the_copy_of_a_wall_is_hardly_surer_a_wall_than_anything_else() -> None:
+def test_a_duplicate_of_a_wall_has_no_certain_class() -> None:
     measurements = detected(*ROOM)
     estimate = likelihood(measurements)
     known = rescored(estimate, [*ROOM, wall(0.0, 2.0005)])
@@ -111,12 +111,12 @@ def test_the_copy_of_a_wall_is_hardly_surer_a_wall_than_anything_else() -> None:
     assert doubled[4].wall < 0.999
 
 
-def test_a_feature_that_no_station_speaks_for_still_gets_an_answer() -> None:
+def test_a_landmark_without_support_has_class_probabilities() -> None:
     estimate = likelihood(listening())
     lonely: Hypothesis = replace(rescored(estimate, [COLUMN])[0], llr_by_station=np.zeros(4))
     (found,) = class_probabilities(estimate, [lonely], radius_cost=COST)
     assert found.wall + found.corner + found.cylinder == pytest.approx(1.0)
 
 
-def test_without_features_there_is_nothing_to_doubt() -> None:
+def test_without_landmarks_there_are_no_class_probabilities() -> None:
     assert class_probabilities(likelihood(detected(ROOM[0])), [], radius_cost=COST) == []

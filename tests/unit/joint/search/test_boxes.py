@@ -33,18 +33,18 @@ def points(features: Sequence[Hypothesis]) -> FloatArray:
     return np.array([each.reflector[1:3] for each in features if each.kind is Kind.EDGE]).reshape(-1, 2)
 
 
-def test_edges_of_a_box_take_the_place_of_a_cylinder() -> None:
+def test_edges_of_a_box_replace_a_cylinder() -> None:
     _, found = after(*EDGES)
     assert not [each for each in found if each.kind is Kind.CYLINDER]
     assert len(points(found)) >= 3
     assert np.abs(np.abs(points(found)) - 0.15).max() < 0.01
 
 
-def test_what_is_round_stays_a_cylinder() -> None:
+def test_a_cylinder_is_not_replaced_by_edges() -> None:
     before, found = after(COLUMN)
     assert [each.key for each in found] == [each.key for each in before]
 
 
-def test_sound_says_nothing_of_edges() -> None:
+def test_boxes_are_not_searched_with_sound() -> None:
     before, found = after(*EDGES, sonar=SONAR)
     assert found == before

@@ -33,7 +33,7 @@ def feature(row: list[float], *, ends: tuple[float, float] = (0.0, 0.0), total: 
     )
 
 
-def test_a_wall_a_little_beside_and_turned_is_a_copy() -> None:
+def test_a_slightly_shifted_or_rotated_wall_is_a_duplicate() -> None:
     assert are_duplicates(face(0, 1.0), face(3, 1.0), SETTINGS)
     assert are_duplicates(face(0, 1.0), face(0, 1.05), SETTINGS)
 
@@ -43,11 +43,11 @@ def test_a_wall_a_little_beside_and_turned_is_a_copy() -> None:
     [face(0, 1.2), face(20, 1.0), face(180, -1.0), face(0, 1.0, ends=(2.5, 4.0))],
     ids=["beside", "turned", "seen from behind", "farther along"],
 )
-def test_another_wall_is_none(other: Hypothesis) -> None:
+def test_a_different_wall_is_no_duplicate(other: Hypothesis) -> None:
     assert not are_duplicates(face(0, 1.0), other, SETTINGS)
 
 
-def test_being_a_copy_is_mutual() -> None:
+def test_being_a_duplicate_is_symmetric() -> None:
     rng = np.random.default_rng(0)
     faces = [face(rng.uniform(-20, 20), rng.uniform(0.9, 1.1), ends=(0.0, rng.uniform(0.1, 2))) for _ in range(30)]
     for one in faces:
@@ -55,11 +55,11 @@ def test_being_a_copy_is_mutual() -> None:
             assert are_duplicates(one, other, SETTINGS) == are_duplicates(other, one, SETTINGS)
 
 
-def test_walls_about_the_half_turn_are_compared_the_short_way() -> None:
+def test_angles_of_duplicates_are_wrapped() -> None:
     assert are_duplicates(face(179, 1.0, ends=(0.0, 0.2)), face(-179, 1.0, ends=(0.0, 0.2)), SETTINGS)
 
 
-def test_only_walls_have_copies() -> None:
+def test_only_walls_have_duplicates() -> None:
     post = feature([Kind.CYLINDER, 1.0, 0.0, 0.1])
     assert not are_duplicates(post, post, SETTINGS)
     assert without_duplicates([post, post], SETTINGS) == [post, post]
@@ -74,22 +74,22 @@ def test_walls_cross_where_a_point_is_inside_both() -> None:
     assert not cross(wall, face(0, 1.0, ends=(-1.0, 1.0)))
 
 
-def test_the_copy_that_explains_most_stays() -> None:
+def test_the_duplicate_with_the_greatest_ratio_is_kept() -> None:
     weak, strong, other = face(0, 1.0, total=50), face(2, 1.02, total=300), face(90, 1.0, total=80)
     assert without_duplicates([weak, strong, other], SETTINGS) == [strong, other]
 
 
-def test_any_two_that_may_be_one_are_a_pair_whichever_explains_more() -> None:
+def test_duplicate_pairs_are_all_pairs_that_may_be_one_wall() -> None:
     wall, near, beyond, far = face(0, 1.0, total=200), face(0, 1.05), face(0, 1.09, total=20), face(90, 1.0)
     assert duplicate_pairs([wall, near, beyond, far], SETTINGS) == [(0, 1), (1, 2)]
     assert near not in without_duplicates([wall, near, beyond, far], SETTINGS)
 
 
-def test_nothing_has_no_copies() -> None:
+def test_no_landmarks_have_no_duplicates() -> None:
     assert without_duplicates([], SETTINGS) == []
 
 
-def test_walls_that_were_told_apart_before_are_two() -> None:
+def test_walls_known_as_different_are_no_duplicates() -> None:
     one, other = (replace(each, history=TrackHistory(number=0, supporting=2)) for each in (face(0, 1.0), face(0, 1.04)))
     assert without_duplicates([one, other], SETTINGS) == [one, other]
     assert without_duplicates([one, face(0, 1.04, total=50)], SETTINGS) == [one]

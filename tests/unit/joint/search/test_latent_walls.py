@@ -32,21 +32,21 @@ def detected(opening: float, beside: Hypothesis) -> tuple[float, FloatArray]:
 
 
 @pytest.mark.parametrize("opening", [65.0, 78.0, 86.0, 90.0, 93.0])
-def test_what_looks_like_a_wall_may_come_over_a_known_one_and_another_that_stands_on_it(opening: float) -> None:
+def test_multipath_over_a_latent_wall_explains_a_false_wall(opening: float) -> None:
     gain, log_densities = detected(opening, known())
     assert gain > 12.0
     assert (log_densities > 2.0).mean() > 0.9
 
 
-def test_none_stands_where_the_known_wall_was_heard_to_go_on() -> None:
+def test_there_is_no_latent_wall_where_the_known_wall_continues() -> None:
     assert detected(78.0, known(to=EAST_END - 1.0))[1].max() < 0.0
 
 
-def test_none_stands_on_a_wall_that_less_speaks_for() -> None:
+def test_there_is_no_latent_wall_on_a_weaker_wall() -> None:
     assert detected(78.0, known(gain=1.0))[1].max() == UNHEARD
 
 
-def test_without_a_gain_there_is_nothing_to_explain() -> None:
+def test_without_detections_there_is_no_latent_wall() -> None:
     measurements = listening(STATIONS)
     estimate = likelihood(measurements, sonar=PLAIN)
     log_densities = estimate.log_densities([])

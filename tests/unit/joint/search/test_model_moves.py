@@ -26,7 +26,7 @@ def taken(estimate: PingLikelihood, *known: FloatArray) -> list[Hypothesis]:
     return reclassified(estimate, rescored(estimate, known), acceptance)
 
 
-def test_a_wall_that_touches_a_cylinder_becomes_it() -> None:
+def test_a_wall_that_touches_a_cylinder_becomes_the_cylinder() -> None:
     # From poses in error readings scatter by centimetres, so that the wall bears all stations.
     estimate = detected(*ROOM, COLUMN, noise=0.03)
     assert rescored(estimate, [*ROOM, TOUCHING])[4].total > 12.0
@@ -37,13 +37,13 @@ def test_a_wall_that_touches_a_cylinder_becomes_it() -> None:
     assert (x, y - radius) == pytest.approx((0.2, 0.65), abs=0.01)
 
 
-def test_what_is_there_stays_what_it_is() -> None:
+def test_correct_classes_are_kept() -> None:
     truth = [*ROOM, COLUMN, corner(2.0, 1.5)]
     estimate = detected(*truth, noise=NOISE)
     assert [each.reflector.tolist() for each in taken(estimate, *truth)] == [row.tolist() for row in truth]
 
 
-def test_a_corner_that_a_wall_explains_better_becomes_one() -> None:
+def test_a_corner_that_a_wall_explains_better_becomes_a_wall() -> None:
     # From two stations half a metre apart the feet of the wall are as far apart: no point explains both.
     stations = listening([(0.0, 0.0), (0.0, 0.5)])
     estimate = likelihood(hearing(stations, [wall(0.0, 2.0)], noise=NOISE, rng=np.random.default_rng(1)))
@@ -52,7 +52,7 @@ def test_a_corner_that_a_wall_explains_better_becomes_one() -> None:
     assert feature.line == pytest.approx([0.0, 2.0], abs=0.02)
 
 
-def test_a_corner_stays_one_even_if_a_cylinder_would_explain_more() -> None:
+def test_a_corner_does_not_become_a_cylinder() -> None:
     estimate = detected(*ROOM, COLUMN, noise=0.03)
     vertex = corner(0.2, 0.66)
     features = taken(estimate, *ROOM, vertex)
@@ -60,7 +60,7 @@ def test_a_corner_stays_one_even_if_a_cylinder_would_explain_more() -> None:
 
 
 @pytest.mark.parametrize(("across", "kind"), [(0.0, Kind.CORNER), (0.4, Kind.CYLINDER)])
-def test_what_two_stations_hear_of_a_corner_on_a_wall_is_no_cylinder_behind_it(across: float, kind: Kind) -> None:
+def test_a_cylinder_of_two_stations_on_a_wall_becomes_a_corner(across: float, kind: Kind) -> None:
     stations, vertex = listening([(0.0, 0.0), (0.0, 0.5)]), np.array([2.0 - across, 1.4])
     truth = [wall(0.0, 2.0), corner(*vertex)]
     estimate = likelihood(hearing(stations, truth, noise=NOISE, rng=np.random.default_rng(1)))
@@ -73,7 +73,7 @@ def test_what_two_stations_hear_of_a_corner_on_a_wall_is_no_cylinder_behind_it(a
         assert found.reflector[1:3] == pytest.approx(vertex, abs=0.02)
 
 
-def test_a_point_heard_from_both_sides_of_a_thin_wall_is_two_walls() -> None:
+def test_a_corner_detected_from_both_sides_of_a_thin_wall_becomes_two_walls() -> None:
     left, right = wall(0.0, 0.6), wall(np.pi, -0.6)
     stations = listening([(0.0, 0.0), (-0.4, 0.05), (1.4, 0.02)])
     estimate = likelihood(hearing(stations, [left, right], noise=NOISE, rng=np.random.default_rng(1)))
@@ -92,7 +92,7 @@ def across(x: float, y: float, degrees: float) -> FloatArray:
 
 
 @pytest.mark.parametrize(("known", "kind"), [(2, Kind.CORNER), (0, Kind.WALL)], ids=["known walls", "by itself"])
-def test_a_short_wall_across_the_ends_of_others_is_their_corner(known: int, kind: Kind) -> None:
+def test_a_short_wall_across_the_ends_of_known_walls_becomes_their_corner(known: int, kind: Kind) -> None:
     # Two stations hear the corner from about one direction, and so a wall there as well; the third does not hear it.
     stations = listening([(-0.6, -0.7), (-0.4, -0.5), (-1.5, 1.0)])
     walls = [wall(0.0, 2.0), wall(np.pi / 2, 1.5)]
@@ -106,7 +106,7 @@ def test_a_short_wall_across_the_ends_of_others_is_their_corner(known: int, kind
 
 
 @pytest.mark.parametrize(("known", "kind"), [(2, Kind.CORNER), (0, Kind.WALL)], ids=["known walls", "by itself"])
-def test_what_sounds_like_both_is_a_corner_only_where_walls_are_known_that_end_in_it(known: int, kind: Kind) -> None:
+def test_an_ambiguous_echo_is_a_corner_only_if_known_walls_end_there(known: int, kind: Kind) -> None:
     # All stations stand in line before it: the feet of a wall would be where the corner is.
     stations = listening([(0.4, 0.03), (0.0, -0.03), (-0.5, 0.0)])
     walls = [across(2.0, 0.0, 45.0), across(2.0, 0.0, -45.0)]

@@ -34,24 +34,24 @@ def left(*, span: float, volleys: bool = True, end: float = 2.0) -> list[float]:
 BESIDES = [round(np.pi / 2, 3), -round(np.pi / 2, 3)]
 
 
-def test_a_far_wall_that_one_station_does_not_hear_all_over_may_be_a_phantom() -> None:
+def test_a_far_wall_detected_in_part_by_one_station_is_removed_as_crosstalk() -> None:
     assert left(span=48.0) == BESIDES
 
 
-def test_one_that_is_heard_all_over_stays() -> None:
+def test_a_far_wall_detected_over_the_whole_beam_is_kept() -> None:
     assert left(span=180.0) == [*BESIDES, 0.0]
 
 
-def test_a_wall_no_farther_than_others_is_none() -> None:
+def test_a_wall_too_near_for_crosstalk_is_kept() -> None:
     # Sound would not have had the time to meet two walls.
     assert left(span=66.0, end=0.8) == [*BESIDES, 0.0]
 
 
-def test_where_sensors_fire_one_by_one_none_hears_what_another_sent() -> None:
+def test_without_simultaneous_firing_a_far_wall_is_kept() -> None:
     assert left(span=48.0, volleys=False) == [*BESIDES, 0.0]
 
 
-def test_without_walls_about_it_nothing_is_a_phantom() -> None:
+def test_without_other_walls_a_wall_is_kept() -> None:
     measurements = listening(STATIONS)
     estimate = likelihood(
         measurements._replace(crosstalk_sources=np.zeros((len(measurements.readings), 1), dtype=np.int64))
@@ -63,7 +63,7 @@ def test_without_walls_about_it_nothing_is_a_phantom() -> None:
 
 
 @pytest.mark.parametrize(("known", "stays"), [(wall(np.pi / 2, 1.5), 0), (wall(np.pi / 2, 4.5), 1)])
-def test_a_wall_stands_only_if_no_corner_of_a_known_one_explains_it_as_well(known: FloatArray, stays: int) -> None:
+def test_a_wall_is_removed_if_a_latent_wall_explains_it_as_well(known: FloatArray, stays: int) -> None:
     measurements = returning(listening(((-0.4, -0.3), (0.3, -0.1), (3.0, -9.0))), (1.2, 1.5), 78.0)
     estimate = likelihood(measurements, sonar=PLAIN)
     ahead, pose_model = np.flatnonzero(np.isfinite(measurements.readings)), [(0.02, 0.2, 20), (0.003, 0.03, 20)]
@@ -77,7 +77,7 @@ def test_a_wall_stands_only_if_no_corner_of_a_known_one_explains_it_as_well(know
     assert without_multipath_walls(estimate, [seeming, strong], acceptance) == [seeming, strong][1 - stays :]
 
 
-def test_rays_read_an_edge_from_one_station_as_a_wall() -> None:
+def test_with_rays_a_wall_of_one_station_is_removed() -> None:
     measurements, seeing = listening(STATIONS), SONAR.seeing(0.26)
     acceptance = AcceptanceTest(measurements, half_aperture=0.26, settings=AcceptanceSettings())
     lone, plain = feature(END, llr_by_station=(0.0, 40.0, 0.0)), feature(SIDES[0], llr_by_station=(20.0, 30.0, 20.0))

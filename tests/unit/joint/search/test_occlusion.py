@@ -48,7 +48,7 @@ def share_hidden(
 
 
 @pytest.mark.parametrize("beyond", [cylinder(0.0, 1.5, 0.15), corner(0.2, 1.4)], ids=["cylinder", "corner"])
-def test_nothing_is_heard_through_a_wall(beyond: FloatArray) -> None:
+def test_a_landmark_behind_a_wall_is_hidden(beyond: FloatArray) -> None:
     assert share_hidden(beyond) > 0.9
 
 
@@ -57,21 +57,21 @@ def test_nothing_is_heard_through_a_wall(beyond: FloatArray) -> None:
     [(cylinder(0.0, 0.6, 0.1), 20.0), (corner(0.0, 1.03), 40.0), (cylinder(2.2, 1.5, 0.15), 40.0)],
     ids=["before it", "all but touching it", "past its end"],
 )
-def test_what_is_not_behind_a_wall_is_not_hidden(detected: FloatArray, least: float) -> None:
+def test_a_landmark_not_behind_a_wall_is_not_hidden(detected: FloatArray, least: float) -> None:
     assert share_hidden(detected, least=least) == 0.0
 
 
-def test_sound_goes_through_a_door() -> None:
+def test_a_landmark_behind_a_door_is_not_hidden() -> None:
     assert share_hidden(cylinder(0.0, 1.5, 0.15), door=(-0.8, 0.8)) < 0.5
 
 
-def test_through_a_wall_that_explains_less_sound_has_passed() -> None:
+def test_sound_passes_a_wall_of_a_smaller_ratio() -> None:
     found, own = hidden_by(cylinder(0.0, 1.5, 0.15), total=40.0)
     assert not found.hidden.any()
     assert found.passed[0, own].mean() > 0.9
 
 
-def test_images_of_pillars_are_not_on_the_map_however_often_they_were_heard() -> None:
+def test_images_of_pillars_are_not_on_the_map() -> None:
     outline = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]])
     pillars = (Pillar(center_xy=np.array([2.0, 1.7]), radius=0.2), Pillar(center_xy=np.array([3.0, 1.0]), radius=0.15))
     rng, stations = np.random.default_rng(3), list[FloatArray]()

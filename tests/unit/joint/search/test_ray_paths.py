@@ -44,7 +44,7 @@ def ways(
     )
 
 
-def test_sound_turns_back_at_right_angles_to_a_wall() -> None:
+def test_paths_to_a_wall_are_perpendicular_to_it() -> None:
     paths = traced()
     own = paths.owners == 1
     assert own.sum() > 20
@@ -52,7 +52,7 @@ def test_sound_turns_back_at_right_angles_to_a_wall() -> None:
     assert paths.ends_xy[own, 0] == pytest.approx(paths.starts_xy[own, 0])
 
 
-def test_sound_turns_back_at_the_near_side_of_a_column() -> None:
+def test_paths_to_a_cylinder_end_at_its_near_side() -> None:
     paths = traced()
     own = paths.owners == 4
     assert own.sum() > 10
@@ -62,14 +62,14 @@ def test_sound_turns_back_at_the_near_side_of_a_column() -> None:
     assert longer == pytest.approx(np.full(own.sum(), 0.1))
 
 
-def test_sound_goes_to_a_corner_itself() -> None:
+def test_paths_to_a_corner_end_at_the_corner() -> None:
     vertex = corner(2.0, 1.5)
     estimate = likelihood(hearing(listening(step=STEP), [vertex]))
     paths = trace_paths(estimate, rescored(estimate, [vertex]), step=STEP)
     assert paths.ends_xy[paths.owners == 0] == pytest.approx(np.tile([2.0, 1.5], ((paths.owners == 0).sum(), 1)))
 
 
-def test_every_ping_belongs_to_what_it_heard() -> None:
+def test_every_echo_is_associated_with_its_landmark() -> None:
     measurements = hearing(listening(step=STEP), [*ROOM, COLUMN])
     estimate = likelihood(measurements)
     paths = trace_paths(estimate, rescored(estimate, [*ROOM, COLUMN]), step=STEP)
@@ -81,7 +81,7 @@ def test_every_ping_belongs_to_what_it_heard() -> None:
     assert walk.max() < 0.04
 
 
-def test_pings_that_nothing_explains_have_no_owner_and_no_end() -> None:
+def test_unexplained_pings_have_no_owner_and_no_end() -> None:
     measurements = hearing(listening(step=STEP), ROOM)
     readings = measurements.readings.copy()
     strange = int(np.flatnonzero(np.isfinite(readings))[3])
@@ -100,7 +100,7 @@ def test_without_features_nothing_is_explained() -> None:
     assert not paths.sure.any()
 
 
-def test_an_echo_that_two_walls_explain_better_together_belongs_to_no_feature() -> None:
+def test_a_multipath_echo_belongs_to_no_landmark() -> None:
     off = corner(2.004, 1.504)
     measurements = hearing(listening(step=STEP), [*ROOM[:2], corner(2.0, 1.5)])
     estimate = likelihood(measurements)
@@ -113,7 +113,7 @@ def test_an_echo_that_two_walls_explain_better_together_belongs_to_no_feature() 
 
 
 @pytest.mark.parametrize(("count", "sure"), [(3, False), (4, True)])
-def test_pings_of_a_station_that_span_less_than_twelve_degrees_may_be_chance(count: int, *, sure: bool) -> None:
+def test_pings_that_span_less_than_twelve_degrees_are_not_certain(count: int, *, sure: bool) -> None:
     measurements = hearing(listening([STATIONS[0]], step=STEP), ROOM[1:2])
     detected = np.flatnonzero(np.isfinite(measurements.readings))
     others = np.setdiff1d(np.arange(len(measurements.readings)), detected[:count])
@@ -128,18 +128,18 @@ def test_pings_of_a_station_that_span_less_than_twelve_degrees_may_be_chance(cou
 LINE = np.array([0.0, 1.0])
 
 
-def test_the_feet_of_a_wall_are_where_its_sensors_stood_along_it() -> None:
+def test_the_feet_of_a_wall_are_the_projections_of_the_sensors() -> None:
     paths = ways(((0.0, 0.7), (1.0, 0.7)), ((0.0, -0.2), (1.0, -0.2)), ((0.3, 0.1), (1.0, 0.1)), owner=0)
     assert paths.feet(0, LINE) == pytest.approx([-0.2, 0.1, 0.7])
     assert len(paths.feet(1, LINE)) == 0
 
 
-def test_sound_of_others_goes_through_a_doorway() -> None:
+def test_paths_to_other_landmarks_cross_the_line_of_a_wall() -> None:
     through = ways(((0.0, 0.0), (2.0, 1.0)), ((0.5, -0.2), (1.5, -0.4)))
     assert sorted(through.crossings(0, LINE)) == pytest.approx([-0.3, 0.5])
 
 
-def test_the_pings_of_one_station_that_reached_one_feature_are_one_crossing_at_their_mean() -> None:
+def test_crossings_of_one_station_to_one_landmark_are_averaged() -> None:
     pairs = ((0.0, 0.0), (2.0, 0.4)), ((0.0, 0.0), (2.0, 0.8)), ((0.0, 0.0), (2.0, -0.4))
     assert ways(*pairs, stations=(4, 4, 7)).crossings(0, LINE) == pytest.approx([0.3, -0.2])
     two = ways(*pairs, stations=(4, 4, 4))
@@ -153,7 +153,7 @@ def test_the_pings_of_one_station_that_reached_one_feature_are_one_crossing_at_t
     assert apart.crossings(0, LINE) == pytest.approx([0.2, 0.1])
 
 
-def test_a_way_back_through_a_doorway_counts_as_well() -> None:
+def test_a_crossing_in_the_opposite_direction_counts() -> None:
     assert ways(((2.0, 1.0), (0.0, 0.0))).crossings(0, LINE) == pytest.approx([0.5])
 
 
@@ -169,11 +169,11 @@ def test_a_way_back_through_a_doorway_counts_as_well() -> None:
     ],
     ids=["ends before", "just touches", "just starts", "its own", "of nobody", "unsure"],
 )
-def test_what_did_not_surely_go_through_leaves_the_wall_closed(paths: Paths) -> None:
+def test_uncertain_paths_do_not_cross_a_wall(paths: Paths) -> None:
     assert len(paths.crossings(0, LINE)) == 0
 
 
-def test_crossings_of_a_slanted_line_lie_on_the_way_of_the_sound() -> None:
+def test_crossings_of_an_oblique_line_lie_on_the_path() -> None:
     line = np.array([0.7, 1.2])
     start, end = np.array([0.1, -0.2]), np.array([2.0, 1.4])
     place = float(ways(((0.1, -0.2), (2.0, 1.4))).crossings(0, line)[0])
@@ -190,7 +190,7 @@ def seen(reflector: FloatArray, measurements: Measurements, extent: tuple[float,
     return free
 
 
-def test_a_view_is_free_where_nothing_nearer_was_heard() -> None:
+def test_a_view_is_free_without_nearer_echoes() -> None:
     post = cylinder(0.2, 0.9, 0.1)
     measurements = hearing(listening(step=STEP), [post])
     nothing = measurements._replace(readings=np.full(len(measurements.readings), np.inf))
@@ -199,14 +199,14 @@ def test_a_view_is_free_where_nothing_nearer_was_heard() -> None:
     assert seen(post, measurements._replace(readings=nearer)) == [True, True, False, True]
 
 
-def test_a_wall_is_seen_only_by_those_it_reaches() -> None:
+def test_a_wall_is_visible_only_from_stations_before_its_extent() -> None:
     measurements = hearing(listening(step=STEP), ROOM)
     between = STATIONS[0][1], STATIONS[2][1]
     assert seen(ROOM[0], measurements) == [True] * 4
     assert seen(ROOM[0], measurements, extent=(between[0] - 0.1, between[1] + 0.1)) == [True, False, True, False]
 
 
-def test_who_stands_before_a_gap_in_a_wall_does_not_miss_it() -> None:
+def test_a_station_before_a_gap_in_a_wall_has_no_view_of_it() -> None:
     # Two stations hear the wall, one at each end of it; the others stand before the middle of it, and hear nothing.
     measurements = hearing(listening([(0.5, y) for y in (-1.0, -0.15, 0.15, 1.0)], step=STEP), ROOM)
     inner = np.isin(measurements.stations, (1, 2))
@@ -219,5 +219,5 @@ def test_who_stands_before_a_gap_in_a_wall_does_not_miss_it() -> None:
     assert unoccluded_stations(narrow, near, step=STEP).tolist() == [True] * 4
 
 
-def test_what_is_out_of_reach_is_not_seen() -> None:
+def test_a_landmark_out_of_range_is_not_visible() -> None:
     assert seen(cylinder(9.0, 0.0, 0.1), listening(step=STEP)) == [False] * 4

@@ -27,14 +27,14 @@ def refined(
         (corner(1.4, 1.0), [-0.03, 0.03, 0.0]),
     ],
 )
-def test_what_is_a_little_off_moves_to_where_it_is(truth: FloatArray, error: list[float]) -> None:
+def test_a_slightly_wrong_landmark_converges_to_its_true_place(truth: FloatArray, error: list[float]) -> None:
     measurements = hearing(listening(), [truth])
     found = refined(measurements, truth + np.array([0.0, *error]))
     assert found[0] == truth[0]
     assert found[1:] == pytest.approx(truth[1:], abs=0.0005)
 
 
-def test_an_edge_is_found_from_near_by_where_alone_it_is_heard() -> None:
+def test_an_edge_is_found_from_near_stations() -> None:
     truth = edge(0.2, -0.1)
     measurements = hearing(listening([(0.0, 0.0), (0.4, 0.05), (0.25, -0.35)]), [truth])
     found = refined(measurements, edge(0.21, -0.11), scales=NARROW)
@@ -49,14 +49,14 @@ def test_one_arc_alone_gives_the_normal_of_its_wall() -> None:
     assert found[1:3] == pytest.approx(truth[1:3], abs=0.002)
 
 
-def test_readings_with_noise_give_what_they_are_worth() -> None:
+def test_noisy_readings_give_an_error_below_the_noise() -> None:
     truth = wall(0.4, 1.8)
     measurements = hearing(listening(), [truth], noise=NOISE, rng=np.random.default_rng(1))
     error = refined(measurements, wall(0.42, 1.81), scales=NARROW) - truth
     assert 0.0 < np.abs(error).max() < NOISE
 
 
-def test_stray_echoes_hardly_move_anything() -> None:
+def test_stray_echoes_hardly_change_the_result() -> None:
     truth = wall(0.4, 1.8)
     measurements = hearing(listening(), [truth])
     detected = np.flatnonzero(np.isfinite(measurements.readings))
@@ -67,7 +67,7 @@ def test_stray_echoes_hardly_move_anything() -> None:
     assert np.abs(found - clean).max() < 0.0005
 
 
-def test_readings_outside_the_band_do_not_count_at_all() -> None:
+def test_readings_outside_the_gate_do_not_count() -> None:
     truth = wall(0.4, 1.8)
     measurements = hearing(listening(), [truth])
     readings = measurements.readings.copy()
@@ -77,14 +77,14 @@ def test_readings_outside_the_band_do_not_count_at_all() -> None:
 
 
 @pytest.mark.parametrize("kept", [0, 1])
-def test_fewer_than_two_pings_move_nothing(kept: int) -> None:
+def test_fewer_than_two_pings_change_nothing(kept: int) -> None:
     measurements = hearing(listening(), [wall(0.4, 1.8)])
     start = wall(0.42, 1.81)
     detected = np.flatnonzero(np.isfinite(measurements.readings))[:kept]
     assert refine(measurements, SONAR.tabulated(), start, detected, STRETCHED, 5).tolist() == start.tolist()
 
 
-def test_only_the_named_pings_count() -> None:
+def test_only_the_given_pings_count() -> None:
     near, far = wall(0.4, 1.5), wall(0.4, 1.54)
     measurements = hearing(listening(), [near])
     other = hearing(listening(), [far])
@@ -94,7 +94,7 @@ def test_only_the_named_pings_count() -> None:
     assert found == pytest.approx(far, abs=0.002)
 
 
-def test_the_reflector_that_was_given_stays_as_it_was() -> None:
+def test_refinement_does_not_change_its_argument() -> None:
     start = wall(0.44, 1.83)
     refined(hearing(listening(), [wall(0.4, 1.8)]), start)
     assert start.tolist() == [Kind.WALL, 0.44, 1.83, 0.0]
@@ -107,7 +107,7 @@ def test_no_step_is_longer_than_five_centimetres() -> None:
 
 
 @pytest.mark.parametrize(("radius", "limit"), [(0.004, 0.015), (0.7, 0.45)])
-def test_radii_stay_between_a_broomstick_and_a_barrel(radius: float, limit: float) -> None:
+def test_radii_stay_within_their_limits(radius: float, limit: float) -> None:
     # A thick cylinder is heard from all sides here, so that its radius is known well.
     around = [(0.0, -1.5), (1.3, 0.75), (-1.3, 0.75)]
     measurements = hearing(listening(around), [cylinder(0.0, 0.0, radius)])

@@ -46,7 +46,7 @@ def detected() -> LocalScan:
 
 
 @pytest.mark.parametrize("error", [(0.05, 0.0, 0.0), (0.0, -0.06, 0.0), (0.0, 0.0, 0.12), (-0.04, 0.05, -0.1)])
-def test_a_pose_is_found_again(error: tuple[float, float, float]) -> None:
+def test_a_pose_is_recovered(error: tuple[float, float, float]) -> None:
     guess = compose(HERE, np.array(error))
     pose, score = locate(sight_from(HERE), room(COLUMN), guess, SIGMAS, SETTINGS)
     assert pose[:2] == pytest.approx(HERE[:2], abs=0.01)
@@ -55,7 +55,7 @@ def test_a_pose_is_found_again(error: tuple[float, float, float]) -> None:
 
 
 @pytest.mark.parametrize("turn", [-0.5, -0.3, -0.13, 0.08, 0.22, 0.41])
-def test_a_far_turn_is_found_again_though_much_was_heard_from_places_away(turn: float) -> None:
+def test_a_large_turn_is_recovered_with_arcs_of_distant_origins(turn: float) -> None:
     away = [(0.0, 0.0), (1.6, 0.3), (-1.4, 1.0)]
     sights = [sight_from(compose(HERE, np.array([*place, 0.0]))) for place in away]
     together = LocalScan(
@@ -70,14 +70,14 @@ def test_a_far_turn_is_found_again_though_much_was_heard_from_places_away(turn: 
     assert np.degrees(abs(wrap(pose[2] - HERE[2]))) < 0.7
 
 
-def test_where_nothing_is_known_odometry_is_believed() -> None:
+def test_without_landmarks_the_predicted_pose_is_kept() -> None:
     empty = LandmarkMap(np.zeros((0, 4)), np.zeros(0), np.zeros((0, 2)))
     pose, score = locate(sight_from(HERE), empty, HERE, SIGMAS, SETTINGS)
     assert pose == pytest.approx(HERE)
     assert score == 0.0
 
 
-def test_a_robot_that_hears_nothing_is_where_odometry_says() -> None:
+def test_without_arcs_the_predicted_pose_is_kept() -> None:
     deaf = LocalScan(np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
     pose, score = locate(deaf, room(), HERE, SIGMAS, SETTINGS)
     assert pose == pytest.approx(HERE)
@@ -93,7 +93,7 @@ def test_a_single_wall_fixes_distance_and_heading_but_not_the_place_along_it() -
     assert abs(pose[1] - guess[1]) < 0.01
 
 
-def test_strays_do_not_pull() -> None:
+def test_outlying_arcs_do_not_move_the_pose() -> None:
     sight = sight_from(HERE)
     strays = LocalScan(
         np.zeros((8, 2)),
@@ -105,7 +105,7 @@ def test_strays_do_not_pull() -> None:
     assert pose[:2] == pytest.approx(HERE[:2], abs=0.012)
 
 
-def test_a_wall_is_not_seen_far_beyond_its_ends() -> None:
+def test_arcs_do_not_match_a_wall_far_beyond_its_ends() -> None:
     short = room()._replace(extents=np.tile([5.0, 6.0], (4, 1)))
     guess = compose(HERE, np.array([0.04, 0.0, 0.0]))
     pose, _ = locate(sight_from(HERE), short, guess, SIGMAS, SETTINGS)
@@ -122,20 +122,20 @@ def test_arcs_become_planes_about_the_robot() -> None:
         assert away == pytest.approx(depth, abs=0.004)
 
 
-def test_what_was_heard_finds_the_robot_too() -> None:
+def test_simulated_arcs_recover_the_pose() -> None:
     here = np.array([0.4, -0.3, 0.0])
     pose, _ = locate(detected(), room(COLUMN), compose(here, np.array([0.05, -0.04, 0.06])), SIGMAS, SETTINGS)
     assert pose[:2] == pytest.approx(here[:2], abs=0.012)
     assert np.degrees(abs(wrap(pose[2]))) < 1.0
 
 
-def test_a_sweep_without_arcs_has_no_sightlines() -> None:
+def test_a_sweep_without_arcs_gives_an_empty_scan() -> None:
     measurements = listening([(0.0, 0.0)])
     assert len(local_scans([], measurements, SONAR.tabulated(), np.zeros(3)).depths) == 0
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_no_reflector_is_passed_over_that_an_arc_may_be_of(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_restricting_matches_to_likely_landmarks_loses_nothing(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     rng, sight = np.random.default_rng(seed), sight_from(HERE)
     # Walls heard far from the robot, as by other stations, and a robot as far off as is searched.
     origins = np.concatenate([rng.uniform(-1.5, 1.5, (4, 2)), np.zeros((1, 2))])

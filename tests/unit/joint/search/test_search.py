@@ -73,7 +73,7 @@ def test_the_walls_of_a_simulated_square_are_found() -> None:
         assert (own.llr_by_station > 5.0).sum() >= 3
 
 
-def test_nothing_else_is_found_but_its_corners() -> None:
+def test_only_corners_are_found_besides_the_walls() -> None:
     others = [each for each in found() if not each.is_wall]
     vertices = np.array([[x, y] for x in (-1.0, 2.0) for y in (-0.5, 2.5)])
     assert {each.kind for each in others} <= {Kind.CORNER}
@@ -81,43 +81,43 @@ def test_nothing_else_is_found_but_its_corners() -> None:
         assert np.hypot(*(vertices - each.reflector[1:3]).T).min() < 0.02
 
 
-def test_what_is_found_explains_nearly_all_that_was_heard() -> None:
+def test_the_landmarks_explain_nearly_all_echoes() -> None:
     estimate = square().likelihood
     detected = np.isfinite(estimate.measurements.readings)
     log_densities = estimate.log_densities(found())
     assert (log_densities[detected] > estimate.floor + np.log(20.0)).mean() > 0.95
 
 
-def test_a_search_that_starts_from_the_answer_stays_there() -> None:
+def test_a_search_that_starts_from_its_result_keeps_it() -> None:
     again = square().run(found())
     assert rows(again) == pytest.approx(rows(found()))
     assert len(again) == len(found())
 
 
-def test_a_search_starts_from_the_same_pings_with_the_same_end() -> None:
+def test_a_search_is_reproducible() -> None:
     assert [each.key for each in square().run()] == [each.key for each in found()]
 
 
-def test_walls_that_are_known_but_not_there_are_dropped() -> None:
+def test_false_initial_landmarks_are_removed() -> None:
     wrong = proposed(square(), wall(0.4, 1.2), cylinder(0.5, 0.9, 0.1))
     assert square().tested(wrong) == []
     assert rows(square().run(wrong)) == pytest.approx(rows(found()), abs=0.002)
 
 
-def test_a_second_copy_of_a_wall_is_refused() -> None:
+def test_a_duplicate_of_a_wall_is_rejected() -> None:
     walls = [each for each in found() if each.is_wall]
     doubled = [*walls, *proposed(square(), walls[0].reflector + np.array([0.0, 0.002, 0.004, 0.0]))]
     assert rows(square().tested(doubled)) == pytest.approx(rows(walls))
 
 
-def test_of_two_copies_only_the_better_one_settles() -> None:
+def test_of_two_duplicates_one_is_kept() -> None:
     walls = [each for each in found() if each.is_wall]
     for doubled in ([*walls, walls[1]], [walls[1], *walls]):
         settled = square().settled([replace(each) for each in doubled])
         assert rows(settled) == pytest.approx(rows(walls))
 
 
-def test_judging_keeps_all_features_even_those_that_do_not_stand() -> None:
+def test_rescoring_keeps_all_landmarks() -> None:
     walls = [each for each in found() if each.is_wall]
     rescored = square().rescored([*walls, *proposed(square(), wall(0.4, 1.2))])
     assert len(rescored) == 5
@@ -126,7 +126,7 @@ def test_judging_keeps_all_features_even_those_that_do_not_stand() -> None:
 
 
 @pytest.mark.parametrize("apart", [0.0, 0.002])
-def test_of_two_walls_that_came_to_lie_on_each_other_one_goes_on_explaining_all(apart: float) -> None:
+def test_of_two_coinciding_walls_one_has_nearly_the_whole_ratio(apart: float) -> None:
     walls = list(found())
     twice = proposed(square(), walls[0].reflector + np.array([0.0, 0.0, apart, 0.0]))
     rescored = square().rescored([*walls, *twice])
@@ -135,7 +135,7 @@ def test_of_two_walls_that_came_to_lie_on_each_other_one_goes_on_explaining_all(
     assert llr_by_station[0] < 0.1 * walls[0].total
 
 
-def test_a_cylinder_is_found_as_one() -> None:
+def test_a_cylinder_is_found() -> None:
     truth = [*ROOM, cylinder(0.2, 0.9, 0.1)]
     measurements = hearing(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
     features = search_in(measurements).run()
@@ -144,7 +144,7 @@ def test_a_cylinder_is_found_as_one() -> None:
 
 
 @pytest.mark.parametrize(("reading", "count"), [(np.inf, 0), (0.3, 1)], ids=["a free view", "hidden"])
-def test_a_cylinder_that_most_stations_miss_is_none_unless_it_was_hidden(reading: float, count: int) -> None:
+def test_a_cylinder_that_most_stations_miss_is_rejected_unless_it_was_hidden(reading: float, count: int) -> None:
     post = cylinder(0.2, 0.9, 0.1)
     around = [*STATIONS, (-0.5, 0.6), (0.0, 0.0), (0.8, 0.8)]
     measurements = hearing(listening(around), [post])
@@ -155,7 +155,7 @@ def test_a_cylinder_that_most_stations_miss_is_none_unless_it_was_hidden(reading
     assert len(rows(search.tested([rescored]), Kind.CYLINDER)) == count
 
 
-def test_a_corner_is_found_as_one() -> None:
+def test_a_corner_is_found() -> None:
     # Only the vertex echoes: both its walls are of foam, say.
     measurements = hearing(listening(), [corner(1.6, 1.2)], noise=NOISE, rng=np.random.default_rng(1))
     features = search_in(measurements).run()
@@ -173,7 +173,7 @@ def heard_apart(measurements: Measurements, *truth: FloatArray) -> Measurements:
     return measurements._replace(readings=readings)
 
 
-def test_a_cylinder_that_joins_two_walls_gives_way_to_them() -> None:
+def test_a_cylinder_that_touches_two_walls_is_replaced_by_them() -> None:
     # Each station hears a whole wall of its own; a thick cylinder touches both.
     ball = cylinder(0.0, 1.8, 0.4)
     stations = np.array([[-0.8, 0.1], [0.8, 0.1]])
@@ -190,7 +190,7 @@ def test_a_cylinder_that_joins_two_walls_gives_way_to_them() -> None:
 
 
 @pytest.mark.parametrize(("askew", "count"), [(0.0, 1), (3.0, 2)])
-def test_a_wall_that_joins_the_sides_of_two_boxes_gives_way_to_them(askew: float, count: int) -> None:
+def test_a_wall_through_the_sides_of_two_boxes_is_replaced_by_them(askew: float, count: int) -> None:
     # Each station hears a side of its own; both sides touch the same line, one of them askew.
     foot = np.array([-0.6, 1.2])
     angle = np.pi / 2 + np.radians(askew)
@@ -210,7 +210,7 @@ def posts(*, radius: float) -> list[FloatArray]:
 APART = ((-0.6, 0.0), (0.6, 0.0))
 
 
-def test_two_stations_that_hear_little_of_a_wall_do_not_make_one() -> None:
+def test_a_wall_detected_in_part_by_two_stations_is_rejected() -> None:
     # Thin posts are heard over a narrow angle only, where a wall would be heard far and wide.
     search = search_in(heard_apart(listening(APART, step=np.radians(2.0)), *posts(radius=0.003)))
     false = proposed(search, wall(np.pi / 2, 1.2))
@@ -218,14 +218,14 @@ def test_two_stations_that_hear_little_of_a_wall_do_not_make_one() -> None:
     assert not rows(search.run()).size
 
 
-def test_two_stations_that_hear_all_of_a_wall_make_one() -> None:
+def test_a_wall_detected_by_two_stations_is_accepted() -> None:
     truth = wall(np.pi / 2, 1.2)
     search = search_in(hearing(listening(APART, step=np.radians(2.0)), [truth]))
     assert rows(search.run()) == pytest.approx(truth[None], abs=0.002)
 
 
 @pytest.mark.parametrize(("share", "count"), [(0.4, 0), (0.05, 1)])
-def test_of_what_only_two_stations_know_each_must_hear_a_good_part(share: float, count: int) -> None:
+def test_a_wall_of_two_stations_needs_a_share_of_detections(share: float, count: int) -> None:
     # All but the middle of each arc is hidden behind something nearer, which speaks neither for nor against a wall.
     truth = wall(np.pi / 2, 1.2)
     measurements = hearing(listening(APART, step=np.radians(2.0)), [truth])
@@ -234,7 +234,7 @@ def test_of_what_only_two_stations_know_each_must_hear_a_good_part(share: float,
     assert len(search.tested(proposed(search, truth))) == count
 
 
-def test_half_of_what_a_feature_must_gain_remains_without_its_best_station() -> None:
+def test_half_of_the_required_ratio_must_remain_without_the_best_station() -> None:
     acceptance = square().acceptance
     assert 2.0 * acceptance.settings.without_best == acceptance.settings.accept
     less, more = (
@@ -244,7 +244,7 @@ def test_half_of_what_a_feature_must_gain_remains_without_its_best_station() -> 
     assert not acceptance.has_single_station(more)
 
 
-def test_what_known_things_hide_of_a_wall_does_not_count_against_it() -> None:
+def test_pings_that_known_landmarks_mask_do_not_count_against_a_wall() -> None:
     truth = wall(np.pi / 2, 1.2)
     measurements = hearing(listening(APART, step=np.radians(2.0)), [truth])
     middle = measurements.uy > np.cos(np.radians(9.0))
@@ -260,7 +260,7 @@ def half_of_a_wall() -> Measurements:
     return measurements._replace(readings=np.where(measurements.ux < 0.0, measurements.readings, np.inf))
 
 
-def test_a_wall_known_from_one_station_must_be_heard_all_over_the_beam() -> None:
+def test_a_wall_of_one_station_must_be_detected_over_the_whole_beam() -> None:
     truth = wall(np.pi / 2, 1.2)
     whole = search_in(hearing(listening(APART[:1], step=np.radians(2.0)), [truth]))
     half = search_in(half_of_a_wall())
@@ -268,14 +268,14 @@ def test_a_wall_known_from_one_station_must_be_heard_all_over_the_beam() -> None
     assert half.tested(proposed(half, truth)) == []
 
 
-def test_a_single_station_never_makes_a_cylinder_or_a_corner() -> None:
+def test_a_cylinder_or_a_corner_of_a_single_station_is_rejected() -> None:
     truth = [cylinder(-0.6, 1.0, 0.1), corner(0.8, -0.9)]
     search = search_in(hearing(listening(APART[:1], step=np.radians(2.0)), truth))
     assert search.tested(proposed(search, *truth)) == []
 
 
 @pytest.mark.parametrize(("silent", "count"), [([], 1), ([0], 0), ([1], 0)])
-def test_a_ring_knows_a_wall_from_one_station_that_three_of_its_sensors_hear(silent: list[int], count: int) -> None:
+def test_a_wall_of_one_station_of_a_ring_needs_three_sensors(silent: list[int], count: int) -> None:
     # Through two readings some wall can always be laid.
     truth = wall(np.pi / 2, 1.2)
     measurements = hearing(listening(APART[:1], step=np.radians(22.5)), [truth])
@@ -287,9 +287,7 @@ def test_a_ring_knows_a_wall_from_one_station_that_three_of_its_sensors_hear(sil
 
 @pytest.mark.parametrize("towards", [0.5 * np.pi, np.pi])
 @pytest.mark.parametrize(("sensors", "count"), [(2, 0), (3, 1)])
-def test_what_two_sensors_of_a_ring_say_twice_is_no_more_than_said_once(
-    sensors: int, count: int, towards: float
-) -> None:
+def test_repeated_readings_of_two_sensors_of_a_ring_count_once(sensors: int, count: int, towards: float) -> None:
     truth, ring = wall(towards, 1.2), listening(APART[:1], step=np.radians(22.5))
     sweeps = [heard_by(sensors, turned(ring, np.radians(degrees)), truth) for degrees in (-1.5, 0.5)]
     twice = join_measurements(sweeps)
@@ -315,14 +313,14 @@ def kept_of(measurements: Measurements, pings: Sequence[int]) -> BoolArray:
     return np.isin(np.arange(len(measurements.readings)), pings)
 
 
-def test_a_ring_finds_a_wall_from_all_around() -> None:
+def test_a_ring_finds_a_wall_from_several_stations() -> None:
     truth = wall(np.pi / 2, 1.2)
     around = [(-0.9, 0.0), (-0.3, 0.2), (0.3, 0.1), (0.9, 0.3)]
     search = search_in(hearing(listening(around, step=np.radians(22.5)), [truth]))
     assert rows(search.run()) == pytest.approx(truth[None], abs=0.01)
 
 
-def test_three_readings_through_which_a_circle_can_always_be_laid_make_no_cylinder() -> None:
+def test_three_readings_do_not_support_a_cylinder() -> None:
     stations, post = [(-0.9, 0.0), (0.0, 0.1), (0.9, 0.0)], cylinder(0.0, 1.0, 0.1)
     measurements = hearing(listening(stations, step=np.radians(22.5)), [post])
     detected = np.flatnonzero(np.isfinite(measurements.readings))
@@ -337,11 +335,11 @@ def test_the_step_is_that_of_the_pings() -> None:
     assert search_in(listening(step=np.radians(2.0))).acceptance.step == pytest.approx(np.radians(2.0))
 
 
-def test_where_nothing_was_heard_nothing_is_found() -> None:
+def test_without_echoes_nothing_is_found() -> None:
     assert search_in(listening()).run() == []
 
 
-def test_without_a_single_ping_nothing_is_found() -> None:
+def test_without_pings_nothing_is_found() -> None:
     measurements = listening()
     nothing = select_measurements(measurements, np.zeros(len(measurements.readings), dtype=bool))
     assert search_in(nothing).run() == []
@@ -349,12 +347,12 @@ def test_without_a_single_ping_nothing_is_found() -> None:
 
 
 @pytest.mark.parametrize(("accept", "count"), [(12.0, 4), (1e6, 0)])
-def test_what_is_believed_is_a_matter_of_settings(accept: float, count: int) -> None:
+def test_the_settings_determine_the_acceptance(accept: float, count: int) -> None:
     measurements = hearing(listening(), ROOM)
     assert len(search_in(measurements, accept=accept).run()) == count
 
 
-def test_rivals_that_make_each_other_fall_do_not_go_on_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_search_ends_if_landmarks_displace_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
     search, walls, asked = square(), [each for each in found() if each.is_wall], list[int]()
 
     def always_the_same(contenders: Sequence[Hypothesis], *_: object) -> Hypothesis:
@@ -368,7 +366,7 @@ def test_rivals_that_make_each_other_fall_do_not_go_on_for_ever(monkeypatch: pyt
     assert len(asked) > 1
 
 
-def test_more_may_be_found_of_some_kinds_only() -> None:
+def test_the_search_can_be_restricted_to_some_classes() -> None:
     search = square()
     walls = [each for each in found() if each.is_wall]
     assert rows(search.more([], (Kind.WALL,))) == pytest.approx(rows(walls), abs=0.01)

@@ -9,13 +9,13 @@ ALL = 4
 HEARD = [*ROOM, corner(2.0, 1.5)]
 
 
-def test_pairs_of_walls_may_be_named_in_either_order() -> None:
+def test_the_order_of_a_pair_of_walls_does_not_matter() -> None:
     echoes = Echoes(pairs={(1, 3): CornerEcho(pings=7)})
     assert echoes.between(1, 3) == echoes.between(3, 1) == CornerEcho(pings=7)
     assert echoes.between(1, 2) == CornerEcho()
 
 
-def test_a_corner_is_heard_only_near_itself() -> None:
+def test_a_corner_is_detected_only_near_its_position() -> None:
     echoes = Echoes(corners_xy=np.array([[1.0, 1.0], [2.0, 0.0]]))
     assert echoes.is_detected_at(np.array([1.0, 1.02]), within=0.03)
     assert not echoes.is_detected_at(np.array([1.0, 1.04]), within=0.03)
@@ -23,7 +23,7 @@ def test_a_corner_is_heard_only_near_itself() -> None:
 
 
 @pytest.mark.parametrize(("turn", "square"), [(90.0, True), (-90.9, True), (91.1, False), (88.9, False), (0.0, False)])
-def test_only_a_square_corner_sends_sound_back_to_wherever_it_comes_from(turn: float, *, square: bool) -> None:
+def test_only_a_right_angled_corner_returns_sound_to_its_source(turn: float, *, square: bool) -> None:
     assert returns_sound(np.array([0.3, 1.0]), np.array([0.3 + np.radians(turn), 2.0])) == square
 
 
@@ -37,7 +37,7 @@ def test_corner_echoes_are_counted_for_the_walls_that_make_the_corner() -> None:
     assert Echoes.of(known, detected).corners_xy.tolist() == [[2.0, 1.5]]
 
 
-def test_a_corner_is_missed_where_nobody_heard_it_and_nowhere_else() -> None:
+def test_an_undetected_corner_is_missed() -> None:
     estimate = likelihood(hearing(listening(step=STEP), HEARD))
     detected = corner_echoes(estimate, rescored(estimate, ROOM), ALL)
     assert detected[0, 1].gain > 0.0
@@ -46,7 +46,7 @@ def test_a_corner_is_missed_where_nobody_heard_it_and_nowhere_else() -> None:
     assert detected[0, 2].gain == detected[1, 3].gain == 0.0
 
 
-def test_a_corner_out_of_reach_is_not_missed() -> None:
+def test_a_corner_out_of_range_is_not_missed() -> None:
     far = listening([(-1.4, -0.8)], step=STEP)
     estimate = likelihood(hearing(far, ROOM))
     detected = corner_echoes(estimate, rescored(estimate, ROOM), 1)
@@ -54,7 +54,7 @@ def test_a_corner_out_of_reach_is_not_missed() -> None:
     assert detected[2, 3].gain < -3.0
 
 
-def test_only_the_stations_that_are_asked_count() -> None:
+def test_only_the_first_stations_count() -> None:
     estimate = likelihood(hearing(listening(step=STEP), HEARD))
     known = rescored(estimate, HEARD)
     none, some, all_of_them = (corner_echoes(estimate, known, count) for count in (0, 2, ALL))
@@ -64,12 +64,12 @@ def test_only_the_stations_that_are_asked_count() -> None:
     assert all_of_them[2, 3].gain < some[2, 3].gain < 0.0
 
 
-def test_what_was_heard_adds_up() -> None:
+def test_corner_echoes_add_up() -> None:
     some, more = CornerEcho(pings=3, stations=1, gain=-1.0), CornerEcho(pings=4, stations=2, detections=8.0, gain=5.0)
     assert some.joined(more) == CornerEcho(pings=7, stations=3, detections=8.0, gain=4.0)
 
 
-def test_an_echo_that_a_column_explains_is_none_of_a_corner() -> None:
+def test_an_echo_that_a_cylinder_explains_is_not_of_a_corner() -> None:
     # From one station a column, whose echo is fainter and so read as from a little farther, sounds like the corner.
     away = np.array([1.5, 1.2]) / np.hypot(1.5, 1.2)
     x, y = np.array([2.0, 1.5]) + 0.39 * away
@@ -79,7 +79,7 @@ def test_an_echo_that_a_column_explains_is_none_of_a_corner() -> None:
     assert hidden[0, 1].pings == 0
 
 
-def test_an_echo_is_one_of_the_corner_that_explains_it_best() -> None:
+def test_an_echo_is_associated_with_the_best_corner() -> None:
     estimate = likelihood(hearing(listening(step=STEP), HEARD))
     beside = [*ROOM, ROOM[0] + np.array([0.0, 0.0, 0.004, 0.0])]
     detected = corner_echoes(estimate, rescored(estimate, beside), ALL)
