@@ -12,7 +12,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 
-from echoplan.acoustics.predicted_echo import look, shape_of
+from echoplan.acoustics.predicted_echo import echo_geometry, shape_of
 from echoplan.arrays import FloatArray
 from echoplan.cli.terminal import show, tracked
 from echoplan.geometry import along, lines_through, signed_distances
@@ -67,7 +67,7 @@ def lost_of(wall: Hypothesis, walls: FloatArray, stations: FloatArray, wavelengt
     low, high = np.sort(along(wall.line, ends))
     for x, y, _ in stations[wall.llr_by_station > 0.0]:
         normal = np.cos(wall.line[0]), np.sin(wall.line[0])
-        sight, foot = look(shape_of(wall.reflector), (x, y, *normal)), along(wall.line, [x, y])
+        sight, foot = echo_geometry(shape_of(wall.reflector), (x, y, *normal)), along(wall.line, [x, y])
         yield sight[4] - diffracted(sight, low - foot, foot - high, wavelength)[4]
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from echoplan.acoustics.predicted_echo import EchoModel, Hearing, Kind, expect, shape_of
+from echoplan.acoustics.predicted_echo import EchoModel, Kind, SonarTables, predict_echo, shape_of
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, wrap
 from echoplan.io import builtin_rig
@@ -195,7 +195,7 @@ def _simulated_measurements(lines: list[FloatArray], stations: FloatArray) -> li
     return [measurements_of(sweep, rig) for sweep in simulation]
 
 
-def _as_wall(measurements: Measurements, hearing: Hearing, depth: float) -> FloatArray:
+def _as_wall(measurements: Measurements, hearing: SonarTables, depth: float) -> FloatArray:
     """Fit a wall to the echoes of about one depth."""
     near = np.flatnonzero(np.abs(measurements.readings + _ARM - depth) < 0.05)
     angle = float(np.angle(np.mean(np.exp(1j * measurements.bearings[near]))))
@@ -204,7 +204,7 @@ def _as_wall(measurements: Measurements, hearing: Hearing, depth: float) -> Floa
 
 
 def _draw_expected(
-    axes: Axes, measurements: Measurements, hearing: Hearing, reflector: FloatArray, *, color: str, label: str
+    axes: Axes, measurements: Measurements, hearing: SonarTables, reflector: FloatArray, *, color: str, label: str
 ) -> None:
     """Draw the readings that a landmark predicts, where it should be detected."""
     order = np.argsort(measurements.bearings)
@@ -212,7 +212,7 @@ def _draw_expected(
     pings = zip(
         measurements.x[order], measurements.y[order], measurements.ux[order], measurements.uy[order], strict=True
     )
-    echoes = np.array([expect(hearing, shape, ping) for ping in pings])
+    echoes = np.array([predict_echo(hearing, shape, ping) for ping in pings])
     bearings = np.degrees(wrap(measurements.bearings[order] - np.pi - np.radians(35)))
     readings = np.where(echoes[:, 1] > 0.0, echoes[:, 2], np.nan)
     turned = np.argsort(bearings)

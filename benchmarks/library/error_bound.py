@@ -121,7 +121,7 @@ def _true_model(simulation: Simulation) -> EchoModel:
         absorption=air.absorption(transducer.frequency),
         range_scale=true_scale(simulation),
         range_offset=simulation.settings.zero_error,
-        spread=0.0,
+        excess_scale=0.0,
     )
 
 

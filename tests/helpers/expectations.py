@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from echoplan.acoustics.predicted_echo import EchoModel, Kind, expect, shape_of
+from echoplan.acoustics.predicted_echo import EchoModel, Kind, predict_echo, shape_of
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
 from echoplan.joint.likelihood.hypothesis import Hypothesis
@@ -87,7 +87,7 @@ def expected(
     """Signal excess [dB] and reading [m] of a reflector that each ping would give, were it detected."""
     hearing, shape = sonar.tabulated(), shape_of(reflector)
     rays = zip(measurements.x, measurements.y, measurements.ux, measurements.uy, strict=True)
-    depths, excesses, readings = np.array([expect(hearing, shape, ray) for ray in rays]).T
+    depths, excesses, readings = np.array([predict_echo(hearing, shape, ray) for ray in rays]).T
     return np.where(depths > measurements.min_range, excesses, -np.inf), readings / hearing.scale
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from echoplan.acoustics.predicted_echo import Hearing
+from echoplan.acoustics.predicted_echo import SonarTables
 from echoplan.arrays import FloatArray
 from echoplan.joint.likelihood.crosstalk import Emissions, add_crosstalk
 from echoplan.joint.likelihood.double_bounces import add_ghosts_of_cylinder
@@ -12,7 +12,7 @@ from echoplan.preprocessing.measurements import Measurements
 
 
 def volleys_over(
-    detected: tuple[Measurements, Hearing, Emissions],
+    detected: tuple[Measurements, SonarTables, Emissions],
     walls: tuple[FloatArray, FloatArray],
     extents: tuple[Extent, Extent],
     noise: float,
@@ -23,7 +23,7 @@ def volleys_over(
 
 
 def ghosts_of_cylinder(
-    detected: tuple[Measurements, Hearing], wall: FloatArray, cylinder: FloatArray, noise: float
+    detected: tuple[Measurements, SonarTables], wall: FloatArray, cylinder: FloatArray, noise: float
 ) -> FloatArray:
     """What echoes of a cylinder in a wall explain."""
     add_ghosts_of_cylinder(log_densities := levels_of_no_echo(detected[0]), detected, wall, cylinder, noise)

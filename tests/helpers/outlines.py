@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from echoplan.acoustics.predicted_echo import Kind, excess_of, look, shape_of, walk_of
+from echoplan.acoustics.predicted_echo import Kind, echo_geometry, excess_of, shape_of, walk_of
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, is_blocked
 from echoplan.joint.likelihood.hypothesis import Hypothesis
@@ -77,7 +77,7 @@ def detecting(
         shape, readings = shape_of(reflector), np.full(len(nearest), np.inf)
         for ping in np.flatnonzero(~blocked):
             place = measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping]
-            sight = look(shape, place)
+            sight = echo_geometry(shape, place)
             if sight[0] <= measurements.min_range:
                 continue
             sight = diffracted(sight, low - feet[ping], feet[ping] - high, sonar.wavelength)

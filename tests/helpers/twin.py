@@ -238,7 +238,7 @@ def over_edge(edge: Any, k: float, source: FloatArray, receiver_after: ReceiverA
             observed,
             opening=edge["opening"],
             wavenumber=k,
-            spread=there * back / (there + back),
+            distance_parameter=there * back / (there + back),
             reflection=(edge["first_gain"], edge["second_gain"]),
         )
         law = complex(coefficient * np.sqrt(there / (back * (there + back))) / there)

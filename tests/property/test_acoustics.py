@@ -83,8 +83,8 @@ def test_an_echo_of_a_cylinder_is_the_same_both_ways(there: float, back: float, 
 @given(st.floats(0.02, 0.98), st.floats(0.02, 0.98), st.floats(np.pi * 0.6, 2 * np.pi), wavenumbers)
 def test_an_edge_diffracts_the_same_both_ways(first: float, second: float, opening: float, k: float) -> None:
     angles = first * opening, second * opening
-    forth = wedge_coefficient(*angles, opening=opening, wavenumber=k, spread=0.4)
-    back = wedge_coefficient(*angles[::-1], opening=opening, wavenumber=k, spread=0.4)
+    forth = wedge_coefficient(*angles, opening=opening, wavenumber=k, distance_parameter=0.4)
+    back = wedge_coefficient(*angles[::-1], opening=opening, wavenumber=k, distance_parameter=0.4)
     assert forth == pytest.approx(back, abs=1e-12)
 
 

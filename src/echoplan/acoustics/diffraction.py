@@ -50,7 +50,7 @@ def wedge_coefficient(
     *,
     opening: ArrayLike,
     wavenumber: ArrayLike,
-    spread: ArrayLike,
+    distance_parameter: ArrayLike,
     reflection: tuple[ArrayLike, ArrayLike] = (1.0, 1.0),
 ) -> ComplexArray:
     """Diffraction coefficient of a wedge, Eq. 25 of Kouyoumjian and Pathak.
@@ -65,7 +65,7 @@ def wedge_coefficient(
         Angle of the air between the faces [rad]: 3 pi / 2 for the outside of a box, 2 pi for a thin wall's end.
     wavenumber : array_like
         Wavenumber [rad/m].
-    spread : array_like
+    distance_parameter : array_like
         Distance parameter s s' / (s + s') of the ways to and from the edge [m].
     reflection : tuple of array_like, optional
         Amplitude reflection coefficients of the first and the second face.
@@ -78,14 +78,16 @@ def wedge_coefficient(
     Examples
     --------
     >>> bisector = 0.75 * np.pi
-    >>> coefficient = wedge_coefficient(bisector, bisector, opening=1.5 * np.pi, wavenumber=732.3, spread=0.5)
+    >>> coefficient = wedge_coefficient(
+    ...     bisector, bisector, opening=1.5 * np.pi, wavenumber=732.3, distance_parameter=0.5
+    ... )
     >>> float(abs(coefficient).round(4))
     0.0113
     """
     phi, phi0 = np.asarray(observed, dtype=np.float64), np.asarray(incident, dtype=np.float64)
     width = np.asarray(opening, dtype=np.float64)
     k = np.asarray(wavenumber, dtype=np.float64)
-    kl = k * np.asarray(spread, dtype=np.float64)
+    kl = k * np.asarray(distance_parameter, dtype=np.float64)
     first, second = (np.asarray(face, dtype=np.float64) for face in reflection)
     # Inside a corner the rays beyond this boundary have met both faces; outside they are the direct ones.
     through = np.where(width < np.pi, first * second, 1.0)
@@ -121,7 +123,7 @@ def edge_echo(distance: ArrayLike, *, angle: ArrayLike, opening: ArrayLike, wave
     -36
     """
     r = np.asarray(distance, dtype=np.float64)
-    coefficient = wedge_coefficient(angle, angle, opening=opening, wavenumber=wavenumber, spread=r / 2)
+    coefficient = wedge_coefficient(angle, angle, opening=opening, wavenumber=wavenumber, distance_parameter=r / 2)
     echo: ComplexArray = coefficient / (r * np.sqrt(2 * r))
     return echo
 

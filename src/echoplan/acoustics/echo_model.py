@@ -16,7 +16,7 @@ from echoplan.acoustics.sonar import piston_ka
 from echoplan.arrays import FloatArray
 from echoplan.model import Transducer
 
-__all__ = ["COSINE_LIMIT", "PER_SQUARED_SINE", "SQUARED_SINES", "EchoModel", "Hearing"]
+__all__ = ["COSINE_LIMIT", "PER_SQUARED_SINE", "SQUARED_SINES", "EchoModel", "SonarTables"]
 
 # The beam is tabulated over the squared sine of the angle off its axis, up to 75 degrees; beyond that nothing is
 # expected.  No sonar has a lobe there that anyone has measured.
@@ -26,11 +26,11 @@ _SQUARED_LIMIT = 1.0 - COSINE_LIMIT**2
 PER_SQUARED_SINE = SQUARED_SINES / _SQUARED_LIMIT
 _BEAM_FLOOR = -80.0
 # The slope of the walk is taken between points this far below and above [dB].
-_ABOUT = 0.25
+_SLOPE_STEP = 0.25
 # Patterns of pistons are tabulated up to this ``ka sin(angle)``; hardly any module has a wider piston.
 _WIDEST = 16.0
 # Signal excess of whatever a ray meets [dB].
-_CLEAR = 300.0
+_RAY_EXCESS = 300.0
 # In which sonars work [degrees Celsius].
 _TEMPERATURES = np.arange(-30.0, 61.0)
 _SPEEDS = speed_of_sound(_TEMPERATURES)
@@ -66,7 +66,7 @@ class EchoModel:
         Share by which readings are too short.
     frequency : float
         Of the burst [Hz].
-    spread : float
+    excess_scale : float
         Uncertainty of the excess of an echo: scale of a logistic distribution [dB].  By default its deviation is half
         a decibel, what echoes that add up and steps of the readings leave of a loudness at best.
     cone : float
@@ -82,7 +82,7 @@ class EchoModel:
     range_offset: float = 0.0
     range_scale: float = 0.0
     frequency: float = 40_000.0
-    spread: float = 0.3
+    excess_scale: float = 0.3
     cone: float = 0.0
 
     @classmethod
@@ -143,9 +143,9 @@ class EchoModel:
     @property
     def reference_walk(self) -> float:
         """Walk of an aimed plane at 1 m, as a share of that at the threshold."""
-        return float(self.walk.blurred(self.spread)(self.reference_excess) ** self.walk_exponent)
+        return float(self.walk.blurred(self.excess_scale)(self.reference_excess) ** self.walk_exponent)
 
-    def scatter(self, excess: ArrayLike) -> FloatArray:
+    def sigma_from_excess(self, excess: ArrayLike) -> FloatArray:
         """Return the standard deviation of readings that follows from the uncertain excess of their echoes.
 
         Parameters
@@ -160,10 +160,10 @@ class EchoModel:
 
         Examples
         --------
-        >>> 1000 * EchoModel.of(Transducer()).scatter([0.0, 6.0]).round(4)
+        >>> 1000 * EchoModel.of(Transducer()).sigma_from_excess([0.0, 6.0]).round(4)
         array([2.9, 1. ])
         """
-        return self.walk_gain * self.walk.scatter(excess, self.spread)
+        return self.walk_gain * self.walk.sigma_from_excess(excess, self.excess_scale)
 
     def variances(self, excess: ArrayLike, *, noise: float) -> FloatArray:
         """Return the variances of readings, which scatter by the noise on average and more the fainter their echoes.
@@ -189,11 +189,11 @@ class EchoModel:
         >>> 1000 * np.sqrt(model.variances([1.0, 6.0, 20.0], noise=0.002)).round(5)
         array([2.98, 2.  , 1.76])
         """
-        squares = self.scatter(excess) ** 2
+        squares = self.sigma_from_excess(excess) ** 2
         usual = min(float(np.median(squares)), 0.5 * noise**2) if len(squares) else 0.0
         return noise**2 - usual + squares
 
-    def seeing(self, half_angle: float) -> "EchoModel":
+    def as_ray_cone(self, half_angle: float) -> "EchoModel":
         """Return a model of what robot simulators call a sonar: the nearest point in a cone of rays.
 
         Parameters
@@ -208,26 +208,26 @@ class EchoModel:
 
         Examples
         --------
-        >>> EchoModel.of(Transducer()).seeing(0.25).cone
+        >>> EchoModel.of(Transducer()).as_ray_cone(0.25).cone
         0.25
         """
         return replace(self, cone=half_angle)
 
-    def tabulated(self) -> "Hearing":
+    def tabulated(self) -> "SonarTables":
         """Turn the model into numbers and tables.
 
         Returns
         -------
-        Hearing
+        SonarTables
             What compiled functions read.
         """
         if self.cone:
-            return self._seen()
-        walk = self.walk.blurred(self.spread)
+            return self._ray_cone_tables()
+        walk = self.walk.blurred(self.excess_scale)
         shape = walk.values**self.walk_exponent - self.reference_walk
-        below, above = walk(self.reference_excess + np.array([-_ABOUT, _ABOUT])) ** self.walk_exponent
+        below, above = walk(self.reference_excess + np.array([-_SLOPE_STEP, _SLOPE_STEP])) ** self.walk_exponent
         late = self.range_offset + self.walk_gain * shape
-        return Hearing(
+        return SonarTables(
             figure_of_merit=self.figure_of_merit,
             absorption=self.absorption,
             scale=1.0 + self.range_scale,
@@ -235,20 +235,20 @@ class EchoModel:
             lobes=_lobes(self.ka),
             walk=late,
             walks=(float(late.min()), float(late.max())),
-            reference=self.walk_gain * float(above - below) / (2 * _ABOUT),
+            reference=self.walk_gain * float(above - below) / (2 * _SLOPE_STEP),
             wavelength=(1.0 + self.range_scale) * Air().speed_of_sound / self.frequency,
             cone=self.cone,
         )
 
-    def _seen(self) -> "Hearing":
-        """See whatever is in the cone, however small, at its depth, and nothing else: there is no sound to be faint."""
+    def _ray_cone_tables(self) -> "SonarTables":
+        """Tables of a ray cone: it returns whatever is in the cone, however small, at its depth, and nothing else."""
         within = np.linspace(0.0, _SQUARED_LIMIT, SQUARED_SINES + 1) <= math.sin(self.cone) ** 2
-        return Hearing(
-            figure_of_merit=_CLEAR,
+        return SonarTables(
+            figure_of_merit=_RAY_EXCESS,
             absorption=0.0,
             scale=1.0 + self.range_scale,
-            beam=np.where(within, 0.0, -2.0 * _CLEAR),
-            lobes=np.full(SQUARED_SINES + 1, -2.0 * _CLEAR),
+            beam=np.where(within, 0.0, -2.0 * _RAY_EXCESS),
+            lobes=np.full(SQUARED_SINES + 1, -2.0 * _RAY_EXCESS),
             walk=np.full(len(self.walk.values), self.range_offset),
             walks=(self.range_offset, self.range_offset),
             reference=0.0,
@@ -257,7 +257,7 @@ class EchoModel:
         )
 
 
-class Hearing(NamedTuple):
+class SonarTables(NamedTuple):
     """An echo model as numbers and tables.
 
     Attributes

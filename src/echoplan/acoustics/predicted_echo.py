@@ -8,25 +8,25 @@ import math
 from enum import IntEnum
 from typing import TypeAlias
 
-from echoplan.acoustics.echo_model import COSINE_LIMIT, PER_SQUARED_SINE, SQUARED_SINES, EchoModel, Hearing
+from echoplan.acoustics.echo_model import COSINE_LIMIT, PER_SQUARED_SINE, SQUARED_SINES, EchoModel, SonarTables
 from echoplan.acoustics.range_walk_model import EXCESS_STEP
 from echoplan.arrays import FloatArray
 from echoplan.compiled import compiled
 
 __all__ = [
     "SILENCE",
+    "EchoGeometry",
     "EchoModel",
-    "Hearing",
     "Kind",
     "OffAxis",
     "Ping",
     "Shape",
-    "Sight",
+    "SonarTables",
     "bistatic_excess_of",
     "differentiate",
+    "echo_geometry",
     "excess_of",
-    "expect",
-    "look",
+    "predict_echo",
     "shape_of",
     "walk_of",
 ]
@@ -66,7 +66,7 @@ Ping: TypeAlias = tuple[float, float, float, float]
 
 # Depth [m]; cosine and sine of the angle from the reflector's direction to the beam axis; distance of the point that
 # defines the reflector [m]; strength of the echo against that of a plane at the same depth [dB].
-Sight: TypeAlias = tuple[float, float, float, float, float]
+EchoGeometry: TypeAlias = tuple[float, float, float, float, float]
 
 # Cosine and sine of an angle off the axis of a beam.
 OffAxis: TypeAlias = tuple[float, float]
@@ -93,7 +93,7 @@ def shape_of(reflector: FloatArray) -> Shape:
 
 
 @compiled
-def look(shape: Shape, ping: Ping) -> Sight:
+def echo_geometry(shape: Shape, ping: Ping) -> EchoGeometry:
     """Geometry of the echo of a reflector, as a sensor sees it.
 
     Parameters
@@ -105,7 +105,7 @@ def look(shape: Shape, ping: Ping) -> Sight:
 
     Returns
     -------
-    Sight
+    EchoGeometry
         Depth, angle, distance and strength.
     """
     kind, a, b, radius = shape
@@ -124,14 +124,14 @@ def look(shape: Shape, ping: Ping) -> Sight:
 
 
 @compiled
-def excess_of(hearing: Hearing, sight: Sight) -> float:
+def excess_of(tables: SonarTables, geometry: EchoGeometry) -> float:
     """Signal excess of an echo by the sonar equation.
 
     Parameters
     ----------
-    hearing : Hearing
+    tables : SonarTables
         The sonar.
-    sight : Sight
+    geometry : EchoGeometry
         The reflector as the sensor sees it.
 
     Returns
@@ -139,24 +139,24 @@ def excess_of(hearing: Hearing, sight: Sight) -> float:
     float
         ``S - 20 lg(2 e) - 2 alpha e + B + X`` [dB]; silence beyond 75 degrees off the axis.
     """
-    depth, cosine, sine, _, strength = sight
+    depth, cosine, sine, _, strength = geometry
     if cosine <= COSINE_LIMIT:
         return SILENCE
     place = sine * sine * PER_SQUARED_SINE
     node = min(int(place), SQUARED_SINES - 1)
-    beam = hearing.beam[node] + (place - node) * (hearing.beam[node + 1] - hearing.beam[node])
+    beam = tables.beam[node] + (place - node) * (tables.beam[node + 1] - tables.beam[node])
     depth = max(depth, _NEAREST)
-    spreading = 20.0 * math.log10(2.0 * depth) + 2.0 * hearing.absorption * depth
-    return float(hearing.figure_of_merit - spreading + beam + strength)
+    spreading = 20.0 * math.log10(2.0 * depth) + 2.0 * tables.absorption * depth
+    return float(tables.figure_of_merit - spreading + beam + strength)
 
 
 @compiled
-def bistatic_excess_of(hearing: Hearing, depth: float, leaving: OffAxis, coming: OffAxis, strength: float) -> float:
+def bistatic_excess_of(tables: SonarTables, depth: float, leaving: OffAxis, coming: OffAxis, strength: float) -> float:
     """Greatest signal excess of sound that left and came back at different angles: side lobes count with their peaks.
 
     Parameters
     ----------
-    hearing : Hearing
+    tables : SonarTables
         The sonar.
     depth : float
         Half of the way of the sound [m].
@@ -172,20 +172,20 @@ def bistatic_excess_of(hearing: Hearing, depth: float, leaving: OffAxis, coming:
     """
     if leaving[0] <= 0.0 or coming[0] <= 0.0:
         return SILENCE
-    out = hearing.lobes[min(int(leaving[1] * leaving[1] * SQUARED_SINES), SQUARED_SINES)]
-    back = hearing.lobes[min(int(coming[1] * coming[1] * SQUARED_SINES), SQUARED_SINES)]
+    out = tables.lobes[min(int(leaving[1] * leaving[1] * SQUARED_SINES), SQUARED_SINES)]
+    back = tables.lobes[min(int(coming[1] * coming[1] * SQUARED_SINES), SQUARED_SINES)]
     depth = max(depth, _NEAREST)
-    spreading = 20.0 * math.log10(2.0 * depth) + 2.0 * hearing.absorption * depth
-    return float(hearing.figure_of_merit - spreading + 0.5 * (out + back) + strength)
+    spreading = 20.0 * math.log10(2.0 * depth) + 2.0 * tables.absorption * depth
+    return float(tables.figure_of_merit - spreading + 0.5 * (out + back) + strength)
 
 
 @compiled
-def walk_of(hearing: Hearing, excess: float) -> float:
+def walk_of(tables: SonarTables, excess: float) -> float:
     """Range walk of an echo.
 
     Parameters
     ----------
-    hearing : Hearing
+    tables : SonarTables
         The sonar.
     excess : float
         Signal excess [dB]; below the threshold the walk stays what it is there.
@@ -195,18 +195,18 @@ def walk_of(hearing: Hearing, excess: float) -> float:
     float
         Reading less depth [m].
     """
-    place = min(max(excess, 0.0) / EXCESS_STEP, len(hearing.walk) - 1 - 1e-9)
+    place = min(max(excess, 0.0) / EXCESS_STEP, len(tables.walk) - 1 - 1e-9)
     node = int(place)
-    return float(hearing.walk[node] + (place - node) * (hearing.walk[node + 1] - hearing.walk[node]))
+    return float(tables.walk[node] + (place - node) * (tables.walk[node + 1] - tables.walk[node]))
 
 
 @compiled
-def expect(hearing: Hearing, shape: Shape, ping: Ping) -> tuple[float, float, float]:
+def predict_echo(tables: SonarTables, shape: Shape, ping: Ping) -> tuple[float, float, float]:
     """Predict the echo of a reflector.
 
     Parameters
     ----------
-    hearing : Hearing
+    tables : SonarTables
         The sonar.
     shape : Shape
         The reflector.
@@ -218,29 +218,29 @@ def expect(hearing: Hearing, shape: Shape, ping: Ping) -> tuple[float, float, fl
     depth, excess, reading : float
         Depth [m], signal excess [dB] and the range as it would be read, scaled [m].
     """
-    sight = look(shape, ping)
-    excess = excess_of(hearing, sight)
-    return sight[0], excess, sight[0] + walk_of(hearing, excess)
+    geometry = echo_geometry(shape, ping)
+    excess = excess_of(tables, geometry)
+    return geometry[0], excess, geometry[0] + walk_of(tables, excess)
 
 
 @compiled
 def differentiate(
-    hearing: Hearing, shape: Shape, ping: Ping, slopes: FloatArray, shadow: float = 0.0
+    tables: SonarTables, shape: Shape, ping: Ping, jacobian: FloatArray, attenuation: float = 0.0
 ) -> tuple[float, float]:
     """Predict the echo of a reflector, and how its reading changes with the reflector and the sensor.
 
     Parameters
     ----------
-    hearing : Hearing
+    tables : SonarTables
         The sonar.
     shape : Shape
         The reflector.
     ping : Ping
         Where the sensor is and where it looks.
-    slopes : ndarray, shape (8,)
+    jacobian : ndarray, shape (8,)
         Filled with the derivatives of the reading by the three parameters, by the sensor's x and y, by the direction
         of its beam, by the level of the echo in decibels and by the logarithm of ``ka``.
-    shadow : float, optional
+    attenuation : float, optional
         How much fainter than all of the reflector it is from there [dB].
 
     Returns
@@ -248,37 +248,37 @@ def differentiate(
     depth, excess : float
         Depth [m] and signal excess [dB].
     """
-    sight, kind = look(shape, ping), shape[0]
-    depth, cosine, sine, distance, _ = sight
-    excess = excess_of(hearing, sight) - shadow
-    by_depth, by_strength, by_angle = _slopes(hearing, sight, excess)
+    geometry, kind = echo_geometry(shape, ping), shape[0]
+    depth, cosine, sine, distance, _ = geometry
+    excess = excess_of(tables, geometry) - attenuation
+    by_depth, by_strength, by_angle = _derivatives(tables, geometry, excess)
     # Unit vector from the sensor to the reflector.
     ex, ey = cosine * ping[2] + sine * ping[3], cosine * ping[3] - sine * ping[2]
-    slopes[2], slopes[5], slopes[6] = 0.0, by_angle, by_strength
+    jacobian[2], jacobian[5], jacobian[6] = 0.0, by_angle, by_strength
     # The beam depends on ka sin(angle).
-    slopes[7] = by_angle * sine / max(cosine, COSINE_LIMIT)
+    jacobian[7] = by_angle * sine / max(cosine, COSINE_LIMIT)
     if kind == _WALL:
-        slopes[0], slopes[1] = -by_depth * (ex * ping[1] - ey * ping[0]) - by_angle, by_depth
-        slopes[3], slopes[4] = -by_depth * ex, -by_depth * ey
+        jacobian[0], jacobian[1] = -by_depth * (ex * ping[1] - ey * ping[0]) - by_angle, by_depth
+        jacobian[3], jacobian[4] = -by_depth * ex, -by_depth * ey
         return depth, excess
     radial = by_depth - (by_strength * 0.5 * _PER_NEPER / distance if kind in (_CYLINDER, _EDGE) else 0.0)
     turning = by_angle / distance
-    slopes[0], slopes[1] = radial * ex + turning * ey, radial * ey - turning * ex
-    slopes[3], slopes[4] = -slopes[0], -slopes[1]
+    jacobian[0], jacobian[1] = radial * ex + turning * ey, radial * ey - turning * ex
+    jacobian[3], jacobian[4] = -jacobian[0], -jacobian[1]
     if kind == _CYLINDER:
-        slopes[2] = by_strength * 0.5 * _PER_NEPER / max(shape[3], _THINNEST) - by_depth
+        jacobian[2] = by_strength * 0.5 * _PER_NEPER / max(shape[3], _THINNEST) - by_depth
     return depth, excess
 
 
 @compiled
-def _slopes(hearing: Hearing, sight: Sight, excess: float) -> tuple[float, float, float]:
+def _derivatives(tables: SonarTables, geometry: EchoGeometry, excess: float) -> tuple[float, float, float]:
     """Differentiate the reading by the depth, by the strength of the echo and by the angle off the axis."""
-    depth, cosine, sine, _, _ = sight
-    if not 0.0 < excess < EXCESS_STEP * (len(hearing.walk) - 1):
+    depth, cosine, sine, _, _ = geometry
+    if not 0.0 < excess < EXCESS_STEP * (len(tables.walk) - 1):
         return 1.0, 0.0, 0.0
     node = int(excess / EXCESS_STEP)
-    steepness = (hearing.walk[node + 1] - hearing.walk[node]) / EXCESS_STEP
-    fading = -_PER_NEPER / depth - 2.0 * hearing.absorption if depth > _NEAREST else 0.0
+    steepness = (tables.walk[node + 1] - tables.walk[node]) / EXCESS_STEP
+    fading = -_PER_NEPER / depth - 2.0 * tables.absorption if depth > _NEAREST else 0.0
     node = min(int(sine * sine * PER_SQUARED_SINE), SQUARED_SINES - 1)
-    narrowing = (hearing.beam[node + 1] - hearing.beam[node]) * PER_SQUARED_SINE * 2.0 * sine * cosine
+    narrowing = (tables.beam[node + 1] - tables.beam[node]) * PER_SQUARED_SINE * 2.0 * sine * cosine
     return 1.0 + steepness * fading, steepness, steepness * narrowing

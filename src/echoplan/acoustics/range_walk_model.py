@@ -62,7 +62,7 @@ class WalkCurve:
         """
         return np.interp(np.asarray(excess, dtype=np.float64), _grid(), self.values)
 
-    def blurred(self, spread: float) -> "WalkCurve":
+    def blurred(self, excess_scale: float) -> "WalkCurve":
         r"""Return the expected walk of detected echoes whose excess is not known exactly.
 
         A detected echo was above the threshold, however faint it should have been.
@@ -71,7 +71,7 @@ class WalkCurve:
 
         Parameters
         ----------
-        spread : float
+        excess_scale : float
             Scale s of the logistic distribution of the excess about what it should be [dB].
 
         Returns
@@ -85,16 +85,16 @@ class WalkCurve:
         >>> walk.blurred(0.3)([0.0, 0.5, 2.0]).round(2)
         array([0.61, 0.41, 0.01])
         """
-        return _blurred(self, spread)[0]
+        return _blurred(self, excess_scale)[0]
 
-    def scatter(self, excess: ArrayLike, spread: float) -> FloatArray:
+    def sigma_from_excess(self, excess: ArrayLike, excess_scale: float) -> FloatArray:
         """Return the standard deviation of the walk of such echoes.
 
         Parameters
         ----------
         excess : array_like
             What the signal excess should be [dB].
-        spread : float
+        excess_scale : float
             As for ``blurred`` [dB].
 
         Returns
@@ -102,12 +102,12 @@ class WalkCurve:
         ndarray
             Standard deviation, as a share of the delay at the threshold.
         """
-        deviations = _blurred(self, spread)[1]
+        deviations = _blurred(self, excess_scale)[1]
         # On an even grid without a search: adjustments ask for thousands of readings in no order.
         place = np.clip(np.asarray(excess, dtype=np.float64) / EXCESS_STEP, 0.0, _NODES - 1)
         node = np.minimum(place.astype(np.int64), _NODES - 2)
-        scatter: FloatArray = deviations[node] + (place - node) * (deviations[node + 1] - deviations[node])
-        return scatter
+        sigmas: FloatArray = deviations[node] + (place - node) * (deviations[node + 1] - deviations[node])
+        return sigmas
 
     @classmethod
     def from_table(cls, excess: ArrayLike, values: ArrayLike) -> "WalkCurve":
@@ -210,14 +210,14 @@ def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
 
 # A recording is explained by one curve again and again.
 @lru_cache(maxsize=8)
-def _blurred(curve: WalkCurve, spread: float) -> tuple[WalkCurve, FloatArray]:
-    if spread == 0.0:
+def _blurred(curve: WalkCurve, excess_scale: float) -> tuple[WalkCurve, FloatArray]:
+    if excess_scale == 0.0:
         return curve, np.zeros(_NODES)
     shares = (np.arange(_QUANTILES) + 0.5) / _QUANTILES
-    unheard = 1.0 / (1.0 + np.exp(np.minimum(_grid() / spread, _LARGEST)))[:, None]
+    below = 1.0 / (1.0 + np.exp(np.minimum(_grid() / excess_scale, _LARGEST)))[:, None]
     # Quantiles of the excess, of the part of its distribution that is above the threshold.
-    chances = unheard + (1.0 - unheard) * shares
-    values = curve(_grid()[:, None] + spread * np.log(chances / (1.0 - chances)))
+    chances = below + (1.0 - below) * shares
+    values = curve(_grid()[:, None] + excess_scale * np.log(chances / (1.0 - chances)))
     return WalkCurve(values=np.minimum.accumulate(values.mean(axis=1))), values.std(axis=1)
 
 

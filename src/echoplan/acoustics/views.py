@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from echoplan.acoustics.echo_model import PER_SQUARED_SINE, SQUARED_SINES
-from echoplan.acoustics.predicted_echo import Hearing, Kind, Ping, Shape, excess_of, look
+from echoplan.acoustics.predicted_echo import Kind, Ping, Shape, SonarTables, echo_geometry, excess_of
 from echoplan.arrays import FloatArray
 from echoplan.compiled import compiled
 
@@ -38,12 +38,12 @@ class Views(NamedTuple):
 
 
 @compiled
-def views_of(hearing: Hearing, shape: Shape, least: float, reach: float) -> Views:
+def views_of(tables: SonarTables, shape: Shape, least: float, reach: float) -> Views:
     """Find how far off its axis a sonar could detect a reflector.
 
     Parameters
     ----------
-    hearing : Hearing
+    tables : SonarTables
         The sonar; its main lobe only falls off to the sides.
     shape : Shape
         The reflector.
@@ -60,8 +60,8 @@ def views_of(hearing: Hearing, shape: Shape, least: float, reach: float) -> View
     cosines, node = np.empty(_DEPTHS + 1), SQUARED_SINES
     for step in range(_DEPTHS + 1):
         # Of all the depths in a step the nearest is the loudest; and the deeper, the nearer to the axis.
-        aimed = excess_of(hearing, look(shape, _before(shape, max(step * reach / _DEPTHS, _NEAREST))))
-        while node >= 0 and aimed + hearing.beam[node] - hearing.beam[0] <= least:
+        aimed = excess_of(tables, echo_geometry(shape, _before(shape, max(step * reach / _DEPTHS, _NEAREST))))
+        while node >= 0 and aimed + tables.beam[node] - tables.beam[0] <= least:
             node -= 1
         cosines[step] = math.sqrt(1.0 - min(node + 1, SQUARED_SINES) / PER_SQUARED_SINE)
     return Views(cosines, reach, cosines.min())

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import BaseModel, Field
 
-from echoplan.acoustics.predicted_echo import Hearing, Kind, excess_of, look, walk_of
+from echoplan.acoustics.predicted_echo import Kind, SonarTables, echo_geometry, excess_of, walk_of
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.extraction.runs import connected_runs
@@ -97,7 +97,7 @@ def _apart(run: IntArray, bearings: FloatArray, readings: FloatArray, height: fl
     return np.split(along, ridges) if len(ridges) else [run]
 
 
-def arc_planes(arcs: Sequence[Arc], measurements: Measurements, hearing: Hearing) -> FloatArray:
+def arc_planes(arcs: Sequence[Arc], measurements: Measurements, hearing: SonarTables) -> FloatArray:
     """Return the plane that fits each arc best, as ``(normal_angle, offset)`` [rad, m], shape (a, 2).
 
     The normal is searched within 24 degrees of the mean bearing of the arc. There must be at least one arc.
@@ -111,7 +111,7 @@ def arc_planes(arcs: Sequence[Arc], measurements: Measurements, hearing: Hearing
 
 @compiled
 def _planes(
-    measurements: Measurements, hearing: Hearing, members: IntArray, bounds: IntArray, middles: FloatArray
+    measurements: Measurements, hearing: SonarTables, members: IntArray, bounds: IntArray, middles: FloatArray
 ) -> FloatArray:
     planes = np.empty((len(middles), 2))
     for arc in range(len(middles)):
@@ -127,7 +127,7 @@ def _planes(
 
 
 @compiled
-def _offset(measurements: Measurements, hearing: Hearing, pings: IntArray, normal: float) -> tuple[float, float]:
+def _offset(measurements: Measurements, hearing: SonarTables, pings: IntArray, normal: float) -> tuple[float, float]:
     """Return the median offset of planes with one normal that fit single pings, and the misfit to all pings [m].
 
     The misfit is the mean of the absolute deviations, each capped at 3 cm, plus 1 cm times the share of pings whose
@@ -139,7 +139,7 @@ def _offset(measurements: Measurements, hearing: Hearing, pings: IntArray, norma
     offsets, plane = np.empty(len(pings)), (_WALL, math.cos(normal), math.sin(normal), 0.0)
     for number, ping in enumerate(pings):
         place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
-        toward, cosine, sine, _, _ = look(plane, place)
+        toward, cosine, sine, _, _ = echo_geometry(plane, place)
         excess = excess_of(hearing, (depth, cosine, sine, depth, 0.0))
         silent += excess < _FAINT
         offsets[number] = ranges[number] - walk_of(hearing, excess) - toward

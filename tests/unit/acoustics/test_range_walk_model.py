@@ -80,21 +80,21 @@ def test_the_physical_walk_is_steepest_at_the_threshold() -> None:
 
 @pytest.mark.parametrize("excess", [0.0, 0.2, 1.0, 6.0, 40.0])
 def test_the_walk_of_detected_echoes_is_a_mean_above_the_threshold(excess: float) -> None:
-    curve, spread = physical_walk(PAPER), 0.3
-    excesses = excess + np.random.default_rng(3).logistic(0.0, spread, 200_000)
+    curve, excess_scale = physical_walk(PAPER), 0.3
+    excesses = excess + np.random.default_rng(3).logistic(0.0, excess_scale, 200_000)
     walks = curve(excesses[excesses > 0.0])
-    assert curve.blurred(spread)(excess) == pytest.approx(walks.mean(), abs=2e-3)
-    assert curve.scatter(excess, spread) == pytest.approx(walks.std(), abs=3e-3)
+    assert curve.blurred(excess_scale)(excess) == pytest.approx(walks.mean(), abs=2e-3)
+    assert curve.sigma_from_excess(excess, excess_scale) == pytest.approx(walks.std(), abs=3e-3)
 
 
 def test_what_is_known_exactly_scatters_no_more() -> None:
     curve = physical_walk(PAPER)
     assert curve.blurred(0.0)(GRID).tolist() == curve(GRID).tolist()
-    assert not curve.scatter(GRID, 0.0).any()
+    assert not curve.sigma_from_excess(GRID, 0.0).any()
 
 
 def test_the_fainter_an_echo_the_more_its_walk_scatters() -> None:
-    assert np.all(np.diff(physical_walk(PAPER).scatter([0.0, 1.0, 2.0, 4.0, 8.0, 16.0], 0.3)) < 0.0)
+    assert np.all(np.diff(physical_walk(PAPER).sigma_from_excess([0.0, 1.0, 2.0, 4.0, 8.0, 16.0], 0.3)) < 0.0)
 
 
 def test_a_fit_follows_the_walk_behind_a_recording() -> None:

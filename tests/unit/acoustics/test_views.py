@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from echoplan.acoustics.predicted_echo import expect, shape_of
+from echoplan.acoustics.predicted_echo import predict_echo, shape_of
 from echoplan.acoustics.views import in_view, views_of
 from echoplan.arrays import FloatArray
 from helpers.expectations import REACH, SONAR, corner, cylinder, edge, wall
@@ -21,25 +21,27 @@ def pings(count: int) -> FloatArray:
 
 @pytest.mark.parametrize("reflector", REFLECTORS)
 def test_no_ping_that_could_detect_a_reflector_is_left_out(reflector: FloatArray) -> None:
-    hearing, shape = SONAR.tabulated(), shape_of(reflector)
-    views = views_of(hearing, shape, LEAST, REACH)
-    heard = 0
+    tables, shape = SONAR.tabulated(), shape_of(reflector)
+    views = views_of(tables, shape, LEAST, REACH)
+    detected = 0
     for ping in pings(3000):
         place = (float(ping[0]), float(ping[1]), float(ping[2]), float(ping[3]))
-        depth, excess, _ = expect(hearing, shape, place)
+        depth, excess, _ = predict_echo(tables, shape, place)
         if excess > LEAST and 0.0 < depth <= REACH:
-            heard += 1
+            detected += 1
             assert in_view(views, shape, place)
-    assert heard > 5
+    assert detected > 5
 
 
 @pytest.mark.parametrize("reflector", REFLECTORS)
 def test_most_pings_that_cannot_detect_it_are_left_out(reflector: FloatArray) -> None:
-    hearing, shape = SONAR.tabulated(), shape_of(reflector)
-    views = views_of(hearing, shape, LEAST, REACH)
+    tables, shape = SONAR.tabulated(), shape_of(reflector)
+    views = views_of(tables, shape, LEAST, REACH)
     inside = [in_view(views, shape, (float(x), float(y), float(u), float(v))) for x, y, u, v in pings(2000)]
-    told = [expect(hearing, shape, (float(x), float(y), float(u), float(v)))[1] > LEAST for x, y, u, v in pings(2000)]
-    assert sum(inside) < sum(told) + 0.05 * len(told)
+    audible = [
+        predict_echo(tables, shape, (float(x), float(y), float(u), float(v)))[1] > LEAST for x, y, u, v in pings(2000)
+    ]
+    assert sum(inside) < sum(audible) + 0.05 * len(audible)
 
 
 def test_views_narrow_with_depth() -> None:

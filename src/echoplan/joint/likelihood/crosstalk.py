@@ -10,7 +10,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from echoplan.acoustics import Air
-from echoplan.acoustics.predicted_echo import Hearing, Shape, shape_of
+from echoplan.acoustics.predicted_echo import Shape, SonarTables, shape_of
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.joint.likelihood.image_sources import (
@@ -68,7 +68,7 @@ class Emissions(NamedTuple):
 
 
 @compiled
-def emissions_of(measurements: Measurements, hearing: Hearing) -> Emissions:
+def emissions_of(measurements: Measurements, hearing: SonarTables) -> Emissions:
     """List the pairs of a ping and a crosstalk source whose path is short enough for a detectable echo."""
     size, count, stations = measurements.crosstalk_sources.size, 0, len(measurements.centers)
     pings, crosstalk_sources, travelled = np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size)
@@ -99,7 +99,7 @@ def emissions_of(measurements: Measurements, hearing: Hearing) -> Emissions:
 @compiled
 def add_crosstalk(
     log_densities: FloatArray,
-    detected: tuple[Measurements, Hearing, Emissions],
+    detected: tuple[Measurements, SonarTables, Emissions],
     walls: tuple[FloatArray, FloatArray],
     extents: tuple[Extent, Extent],
     noise: float,

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from echoplan.acoustics.predicted_echo import Hearing, Shape, shape_of
+from echoplan.acoustics.predicted_echo import Shape, SonarTables, shape_of
 from echoplan.arrays import FloatArray
 from echoplan.compiled import compiled
 from echoplan.joint.likelihood.image_sources import (
@@ -49,7 +49,7 @@ _GLANCES = 4
 @compiled
 def ghosts_of_walls(
     measurements: Measurements,
-    hearing: Hearing,
+    hearing: SonarTables,
     walls: tuple[FloatArray, FloatArray],
     extents: tuple[Extent, Extent],
     noise: float,
@@ -63,7 +63,7 @@ def ghosts_of_walls(
 @compiled
 def add_ghosts_of_walls(
     log_densities: FloatArray,
-    detected: tuple[Measurements, Hearing],
+    detected: tuple[Measurements, SonarTables],
     walls: tuple[FloatArray, FloatArray],
     extents: tuple[Extent, Extent],
     noise: float,
@@ -84,7 +84,7 @@ def add_ghosts_of_walls(
 @compiled
 def add_ghosts_of_cylinder(
     log_densities: FloatArray,
-    detected: tuple[Measurements, Hearing],
+    detected: tuple[Measurements, SonarTables],
     wall: FloatArray,
     cylinder: FloatArray,
     noise: float,
@@ -123,7 +123,7 @@ def add_ghosts_of_cylinder(
 def _add_images(
     log_densities: FloatArray,
     measurements: Measurements,
-    hearing: Hearing,
+    hearing: SonarTables,
     walls: tuple[Shape, Shape],
     extents: tuple[Extent, Extent],
     scatter: float,
@@ -149,7 +149,7 @@ def _add_images(
 def _add_vertex(
     log_densities: FloatArray,
     measurements: Measurements,
-    hearing: Hearing,
+    hearing: SonarTables,
     walls: tuple[Shape, Shape],
     extents: tuple[Extent, Extent],
     scatter: float,

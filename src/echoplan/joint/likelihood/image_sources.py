@@ -3,7 +3,7 @@
 import math
 from typing import TypeAlias
 
-from echoplan.acoustics.predicted_echo import SILENCE, Hearing, Shape, bistatic_excess_of, walk_of
+from echoplan.acoustics.predicted_echo import SILENCE, Shape, SonarTables, bistatic_excess_of, walk_of
 from echoplan.compiled import compiled
 from echoplan.joint.likelihood.ping_scores import UNHEARD
 
@@ -51,7 +51,7 @@ Lateness: TypeAlias = tuple[float, float]
 
 
 @compiled
-def echo_level(hearing: Hearing, path: Path, reading: float, strength: float, scatter: float) -> float:
+def echo_level(hearing: SonarTables, path: Path, reading: float, strength: float, scatter: float) -> float:
     """Return the log density of a scaled reading [m] by an echo along a path [log 1/m].
 
     ``strength`` is that of the echo relative to a plane [dB], ``scatter`` the standard deviation of its readings [m].
@@ -68,13 +68,13 @@ def echo_level(hearing: Hearing, path: Path, reading: float, strength: float, sc
 
 
 @compiled
-def lateness(hearing: Hearing, scatter: float) -> Lateness:
+def lateness(hearing: SonarTables, scatter: float) -> Lateness:
     """Return the least and greatest difference of reading and depth for any signal excess: range walk and gate [m]."""
     return hearing.walks[0] - _CUT * scatter, hearing.walks[1] + _CUT * scatter
 
 
 @compiled
-def farthest_audible(hearing: Hearing) -> float:
+def farthest_audible(hearing: SonarTables) -> float:
     """Return the greatest depth (half of the path length) at which a plane on the axis may be detected [m]."""
     low, high = 0.0, _HORIZON
     for _ in range(_HALVINGS):

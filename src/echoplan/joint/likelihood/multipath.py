@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from echoplan.acoustics.predicted_echo import Hearing, Kind
+from echoplan.acoustics.predicted_echo import Kind, SonarTables
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.joint.likelihood.crosstalk import Emissions, add_crosstalk, emissions_of
@@ -56,7 +56,7 @@ class Multipath:
     """
 
     def __init__(
-        self, measurements: Measurements, hearing: Hearing, noise: float, *, before: "Multipath | None" = None
+        self, measurements: Measurements, hearing: SonarTables, noise: float, *, before: "Multipath | None" = None
     ) -> None:
         self._measurements = measurements
         self._hearing = hearing
@@ -69,7 +69,7 @@ class Multipath:
         self._tried: defaultdict[int, set[int]] = defaultdict(set)
         self._ghosts: defaultdict[int, dict[int, Ghost]] = defaultdict(dict)
 
-    def emissions_if(self, measurements: Measurements, hearing: Hearing) -> Emissions | None:
+    def emissions_if(self, measurements: Measurements, hearing: SonarTables) -> Emissions | None:
         """Return the listed emissions if they hold for other poses and another sonar model, None otherwise.
 
         They depend on readings, range scale and detectable depth only.
@@ -135,7 +135,7 @@ class Multipath:
             self._ghosts[one][other] = ghost
 
 
-def _range_of(hearing: Hearing) -> tuple[float, float]:
+def _range_of(hearing: SonarTables) -> tuple[float, float]:
     """Return the range scale and the greatest detectable depth [m], on which the list of emissions depends."""
     return hearing.scale, farthest_audible(hearing)
 
@@ -161,7 +161,7 @@ def _met(numbered: Mapping[int, Hypothesis]) -> Iterator[tuple[int, set[int]]]:
 @compiled
 def _cast(
     measurements: Measurements,
-    hearing: Hearing,
+    hearing: SonarTables,
     emissions: Emissions,
     features: tuple[FloatArray, FloatArray],
     pairs: IntArray,
@@ -188,7 +188,7 @@ def _cast(
 @compiled
 def _cast_by(
     log_densities: FloatArray,
-    detected: tuple[Measurements, Hearing, Emissions],
+    detected: tuple[Measurements, SonarTables, Emissions],
     pair: tuple[FloatArray, FloatArray],
     ends: tuple[Extent, Extent],
     noise: float,

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from echoplan.acoustics.predicted_echo import Hearing
+from echoplan.acoustics.predicted_echo import SonarTables
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.joint.likelihood.double_bounces import ghosts_of_walls
@@ -31,7 +31,7 @@ class PingLikelihood:
     """
 
     def __init__(
-        self, measurements: Measurements, hearing: Hearing, noise: float, *, before: "PingLikelihood | None" = None
+        self, measurements: Measurements, hearing: SonarTables, noise: float, *, before: "PingLikelihood | None" = None
     ) -> None:
         self.measurements = measurements
         self.hearing = hearing

@@ -6,7 +6,15 @@ from typing import NamedTuple
 import numpy as np
 
 from echoplan.acoustics.echo_model import COSINE_LIMIT
-from echoplan.acoustics.predicted_echo import Hearing, Kind, Sight, excess_of, look, shape_of, walk_of
+from echoplan.acoustics.predicted_echo import (
+    EchoGeometry,
+    Kind,
+    SonarTables,
+    echo_geometry,
+    excess_of,
+    shape_of,
+    walk_of,
+)
 from echoplan.acoustics.views import in_view, views_of
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.compiled import compiled
@@ -92,7 +100,7 @@ def detection_probability(excess: float) -> float:
 
 
 @compiled
-def score_pings(measurements: Measurements, hearing: Hearing, reflector: FloatArray, noise: float) -> PingScores:
+def score_pings(measurements: Measurements, hearing: SonarTables, reflector: FloatArray, noise: float) -> PingScores:
     """Score all pings for a landmark; ``noise`` is the standard deviation of readings [m].
 
     A reading near the expected one is scored by its density as a detection. A ping that should detect the landmark and
@@ -110,7 +118,7 @@ def score_pings(measurements: Measurements, hearing: Hearing, reflector: FloatAr
         if not in_view(views, shape, view):
             continue
         detected, audible[kept], unmasked[kept], densities[kept], misses[kept] = _ask(
-            hearing, look(shape, view), measurements.readings[ping] * hearing.scale, limits, noise
+            hearing, echo_geometry(shape, view), measurements.readings[ping] * hearing.scale, limits, noise
         )
         if not detected:
             continue
@@ -130,7 +138,7 @@ def score_pings(measurements: Measurements, hearing: Hearing, reflector: FloatAr
 
 @compiled
 def _ask(
-    hearing: Hearing, sight: Sight, detected: float, limits: tuple[float, float], noise: float
+    hearing: SonarTables, sight: EchoGeometry, detected: float, limits: tuple[float, float], noise: float
 ) -> tuple[bool, bool, bool, float, float]:
     """Score one ping: whether it can detect, should detect and is unmasked; log density; log non-detection."""
     if sight[1] < COSINE_LIMIT or sight[0] <= 0.0 or sight[0] > limits[1]:

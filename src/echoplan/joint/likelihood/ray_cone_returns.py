@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from echoplan.acoustics.predicted_echo import Hearing, Kind, Shape, shape_of
+from echoplan.acoustics.predicted_echo import Kind, Shape, SonarTables, shape_of
 from echoplan.arrays import FloatArray
 from echoplan.compiled import compiled
 from echoplan.joint.likelihood.image_sources import Extent, Point, depth_of
@@ -30,7 +30,7 @@ _ROOT_TAU = math.sqrt(2.0 * math.pi)
 
 @compiled
 def flanks_of(
-    measurements: Measurements, hearing: Hearing, reflector: FloatArray, extent: Extent, noise: float
+    measurements: Measurements, hearing: SonarTables, reflector: FloatArray, extent: Extent, noise: float
 ) -> FloatArray:
     """Return the log density of each reading by an outermost ray on a wall or cylinder [log 1/m], shape (n,).
 

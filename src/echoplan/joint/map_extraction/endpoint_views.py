@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from echoplan.acoustics.predicted_echo import Hearing, Ping, Shape, excess_of, look, shape_of, walk_of
+from echoplan.acoustics.predicted_echo import Ping, Shape, SonarTables, echo_geometry, excess_of, shape_of, walk_of
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.geometry import directions
@@ -40,7 +40,7 @@ def line_evidence(likelihood: PingLikelihood, wall: Hypothesis, count: int, log_
 @compiled
 def _log_ratios(
     measurements: Measurements,
-    hearing: Hearing,
+    hearing: SonarTables,
     reflector: FloatArray,
     pings: IntArray,
     log_densities: FloatArray,
@@ -67,7 +67,7 @@ def _log_ratios(
 
 @compiled
 def _log_ratio(
-    hearing: Hearing,
+    hearing: SonarTables,
     shape: Shape,
     place: Ping,
     end: tuple[int, float],
@@ -84,7 +84,7 @@ def _log_ratio(
     side, over = end
     beyond = -math.inf
     sight = diffracted(
-        look(shape, place), over if side == 0 else beyond, over if side == 1 else beyond, hearing.wavelength
+        echo_geometry(shape, place), over if side == 0 else beyond, over if side == 1 else beyond, hearing.wavelength
     )
     excess = excess_of(hearing, sight)
     expected = sight[0] + walk_of(hearing, excess)

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from echoplan.acoustics.predicted_echo import Hearing, Kind, Shape, excess_of, shape_of, walk_of
+from echoplan.acoustics.predicted_echo import Kind, Shape, SonarTables, excess_of, shape_of, walk_of
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.compiled import compiled
 from echoplan.joint.optimisation.edge_diffraction import WallExtent
@@ -32,7 +32,7 @@ _COST = 4.0
 _RARE = math.log(_SHADOWS / 0.02)
 
 
-def shadowed(measurements: Measurements, hearing: Hearing, features: Features) -> Features:
+def shadowed(measurements: Measurements, hearing: SonarTables, features: Features) -> Features:
     """Return the landmarks with their most likely attenuation from each station, given detections and non-detections.
 
     The attenuation is 0 unless another value is likelier by a margin, and ``inf`` for stations that did not detect the
@@ -43,7 +43,9 @@ def shadowed(measurements: Measurements, hearing: Hearing, features: Features) -
 
 
 @compiled
-def _attenuations(measurements: Measurements, hearing: Hearing, features: Features) -> tuple[FloatArray, FloatArray]:
+def _attenuations(
+    measurements: Measurements, hearing: SonarTables, features: Features
+) -> tuple[FloatArray, FloatArray]:
     attenuations, bias_variances = features.attenuations.copy(), features.bias_variances.copy()
     for feature in range(len(attenuations)):
         llr_by_station, excesses = _likelihoods(measurements, hearing, features, feature)
@@ -61,7 +63,7 @@ def _attenuations(measurements: Measurements, hearing: Hearing, features: Featur
 
 
 @compiled
-def _bias_variances(hearing: Hearing, llr_by_station: FloatArray, excesses: FloatArray) -> FloatArray:
+def _bias_variances(hearing: SonarTables, llr_by_station: FloatArray, excesses: FloatArray) -> FloatArray:
     """Return the variance of the range walk of a wall under the posterior of its attenuation [m^2], shape (s,)."""
     bias_variances = np.zeros(len(llr_by_station))
     for station in range(len(llr_by_station)):
@@ -96,7 +98,7 @@ def _is_past(shape: Shape, reach: WallExtent, center_xy: FloatArray) -> bool:
 
 @compiled
 def _likelihoods(
-    measurements: Measurements, hearing: Hearing, features: Features, feature: int
+    measurements: Measurements, hearing: SonarTables, features: Features, feature: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return the log-likelihood of the pings by station and attenuation, and the mean signal excess of the detections.
 

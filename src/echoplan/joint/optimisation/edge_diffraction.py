@@ -5,7 +5,17 @@ from typing import TypeAlias
 
 import numpy as np
 
-from echoplan.acoustics.predicted_echo import Hearing, Kind, Ping, Shape, Sight, differentiate, excess_of, look, walk_of
+from echoplan.acoustics.predicted_echo import (
+    EchoGeometry,
+    Kind,
+    Ping,
+    Shape,
+    SonarTables,
+    differentiate,
+    echo_geometry,
+    excess_of,
+    walk_of,
+)
 from echoplan.arrays import FloatArray
 from echoplan.compiled import compiled
 
@@ -53,7 +63,7 @@ def is_ended(shape: Shape, place: Ping, reach: WallExtent) -> bool:
 
 
 @compiled
-def diffracted(sight: Sight, below: float, above: float, wavelength: float) -> Sight:
+def diffracted(sight: EchoGeometry, below: float, above: float, wavelength: float) -> EchoGeometry:
     """Return the sight of a wall with the knife-edge loss of ITU-R P.526 and, past its end, along the path to the end.
 
     ``below`` and ``above`` are the distances of the foot of the perpendicular past the lower and the upper end [m],
@@ -75,7 +85,11 @@ def diffracted(sight: Sight, below: float, above: float, wavelength: float) -> S
 
 @compiled
 def diffracted_jacobian(
-    hearing: Hearing, shape: Shape, place: Ping, end: tuple[FloatArray, float], jacobian: tuple[FloatArray, FloatArray]
+    hearing: SonarTables,
+    shape: Shape,
+    place: Ping,
+    end: tuple[FloatArray, float],
+    jacobian: tuple[FloatArray, FloatArray],
 ) -> int:
     """Differentiate the reading of a wall near its end, and return the index of the other wall of that edge.
 
@@ -84,7 +98,7 @@ def diffracted_jacobian(
     end, derivatives other than those by the distance past it are taken along the normal.
     """
     (ends, attenuation), (own, neighbours) = end, jacobian
-    sight, foot = look(shape, place), shape[1] * place[1] - shape[2] * place[0]
+    sight, foot = echo_geometry(shape, place), shape[1] * place[1] - shape[2] * place[0]
     below, above = ends[0, 0] - foot, foot - ends[1, 0]
     lost = sight[4] - diffracted(sight, below, above, hearing.wavelength)[4]
     differentiate(hearing, shape, place, own, attenuation + lost)
@@ -102,7 +116,7 @@ def diffracted_jacobian(
 
 
 @compiled
-def _read(hearing: Hearing, sight: Sight, attenuation: float) -> float:
+def _read(hearing: SonarTables, sight: EchoGeometry, attenuation: float) -> float:
     return sight[0] + walk_of(hearing, excess_of(hearing, sight) - attenuation)
 
 

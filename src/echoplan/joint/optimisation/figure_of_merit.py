@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 
 from echoplan.acoustics.beam import two_way_loss
-from echoplan.acoustics.predicted_echo import EchoModel, Kind, Shape, look, shape_of
+from echoplan.acoustics.predicted_echo import EchoModel, Kind, Shape, echo_geometry, shape_of
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.compiled import compiled
 from echoplan.joint.likelihood.hypothesis import Hypothesis
@@ -101,7 +101,7 @@ def _faced(measurements: Measurements, reflector: FloatArray, extent: tuple[floa
     rows = np.empty((len(measurements.readings), 4))
     for ping in range(len(measurements.readings)):
         x, y = measurements.x[ping], measurements.y[ping]
-        depth, cosine, sine, _, strength = look(shape, (x, y, measurements.ux[ping], measurements.uy[ping]))
+        depth, cosine, sine, _, strength = echo_geometry(shape, (x, y, measurements.ux[ping], measurements.uy[ping]))
         if not (_within(shape, extent, x, y) and depth > 0.02 and cosine > _STEEP):
             continue
         late = measurements.readings[ping] * scale - depth

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from echoplan.acoustics.predicted_echo import Hearing, Kind, Sight, excess_of, shape_of, walk_of
+from echoplan.acoustics.predicted_echo import EchoGeometry, Kind, SonarTables, excess_of, shape_of, walk_of
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.geometry import wrap
@@ -66,7 +66,7 @@ NO_HEADINGS = HeadingMeasurements(np.zeros(0, np.int64), np.zeros(0, np.int64), 
 
 def heading_measurements_of(
     measurements: Measurements,
-    hearing: Hearing,
+    hearing: SonarTables,
     features: Features,
     headings: FloatArray,
     *,
@@ -117,7 +117,7 @@ def heading_factor(bearings: HeadingMeasurements, now: Values) -> LinearFactor:
 
 @compiled
 def _likelihoods(
-    measurements: Measurements, hearing: Hearing, features: Features, groups: IntArray, count: int
+    measurements: Measurements, hearing: SonarTables, features: Features, groups: IntArray, count: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return log-likelihoods by wall, group of pings and turn, and the mean servo angles of the detections [rad]."""
     likelihoods = np.zeros((len(features.reflectors), count, len(_TURNS)))
@@ -144,7 +144,9 @@ def _likelihoods(
 
 
 @compiled
-def _add(log_likelihoods: FloatArray, hearing: Hearing, sight: Sight, asked: tuple[float, float, float]) -> None:
+def _add(
+    log_likelihoods: FloatArray, hearing: SonarTables, sight: EchoGeometry, asked: tuple[float, float, float]
+) -> None:
     """Add the log-likelihood of a ping for each turn; ``asked`` is its outcome, weight and attenuation [dB]."""
     outcome, weight, attenuation = asked
     for number, turn in enumerate(_TURNS):

@@ -7,14 +7,14 @@ from typing import NamedTuple
 import numpy as np
 
 from echoplan.acoustics.predicted_echo import (
-    Hearing,
+    EchoGeometry,
     Kind,
     Ping,
     Shape,
-    Sight,
+    SonarTables,
     differentiate,
+    echo_geometry,
     excess_of,
-    look,
     shape_of,
     walk_of,
 )
@@ -101,7 +101,7 @@ def as_arrays(features: Sequence[Hypothesis], stations: int) -> Features:
 
 
 @compiled
-def associate(measurements: Measurements, hearing: Hearing, features: Features, band: float) -> Association:
+def associate(measurements: Measurements, hearing: SonarTables, features: Features, band: float) -> Association:
     """Associate each reading with the nearest prediction of landmarks that its station detected, within a band [m]."""
     count = len(measurements.readings)
     owners, residuals, excesses = np.full(count, -1), np.zeros(count), np.zeros(count)
@@ -125,7 +125,7 @@ def associate(measurements: Measurements, hearing: Hearing, features: Features, 
 
 
 @compiled
-def residuals_of(measurements: Measurements, hearing: Hearing, features: Features, owners: IntArray) -> FloatArray:
+def residuals_of(measurements: Measurements, hearing: SonarTables, features: Features, owners: IntArray) -> FloatArray:
     """Return the residuals of all m pings with an owner: reading minus predicted reading, shape (m,) [m].
 
     If the sensor does not face its landmark any more, the whole reading is the residual.
@@ -156,12 +156,12 @@ def extent_of(features: Features, number: int) -> WallExtent:
 @compiled
 def predict_and_residual(
     shape: Shape, reach: WallExtent, place: Ping, reading: float, wavelength: float
-) -> tuple[Sight, float]:
+) -> tuple[EchoGeometry, float]:
     """Return the sight of a landmark, including edge diffraction, and reading minus depth [m].
 
     ``reading`` includes the range scale; the difference is ``-inf`` if the sensor does not face the landmark.
     """
-    sight = look(shape, place)
+    sight = echo_geometry(shape, place)
     foot, is_wall = shape[1] * place[1] - shape[2] * place[0], shape[0] == _WALL
     if sight[0] <= 0.0 or (is_wall and not reach[0] - _BORDER < foot < reach[1] + _BORDER):
         return sight, -math.inf
@@ -173,7 +173,7 @@ def predict_and_residual(
 @compiled
 def range_jacobian(
     measurements: Measurements,
-    hearing: Hearing,
+    hearing: SonarTables,
     features: Features,
     matched: Association,
     explained: IntArray,

@@ -44,7 +44,7 @@ def expected_sonar(
     elif not isinstance(walk, str):
         excess, late = np.array(walk, dtype=np.float64).reshape(-1, 2).T
         model = replace(model, walk=WalkCurve.from_table(excess, late), walk_gain=float(late[0] - late[-1]))
-    return model.seeing(half_aperture_of(rig)) if _reads_rays(rig, measurements, known) else model
+    return model.as_ray_cone(half_aperture_of(rig)) if _reads_rays(rig, measurements, known) else model
 
 
 def estimated_sonar(
@@ -70,7 +70,7 @@ def walking(model: EchoModel, solution: Solution | None, noise: float) -> EchoMo
     if solution is None or model.cone or pieces < 2:
         return model
     excess = np.maximum(solution.excesses[explained], 0.0)
-    shape = model.walk.blurred(model.spread)(excess) ** model.walk_exponent
+    shape = model.walk.blurred(model.excess_scale)(excess) ** model.walk_exponent
     late = solution.residuals[explained] + model.walk_gain * shape
     weights = 1.0 / model.variances(excess, noise=noise)
     try:

@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from echoplan.acoustics.predicted_echo import Hearing, Kind
+from echoplan.acoustics.predicted_echo import Kind, SonarTables
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.joint.likelihood.double_bounces import ghosts_of_walls
@@ -104,7 +104,7 @@ def _loudest(likelihood: PingLikelihood, pings: IntArray) -> _Heard:
 
 @compiled
 def _best_echoes(
-    few: Measurements, hearing: Hearing, known: _Known, loudest: _Heard, bare: FloatArray, noise: float
+    few: Measurements, hearing: SonarTables, known: _Known, loudest: _Heard, bare: FloatArray, noise: float
 ) -> tuple[float, FloatArray]:
     """Return the gain of the best latent wall at a known wall [nats], and its log densities."""
     corners, llr_by_station = _corners(few, hearing, known, loudest, bare, _COARSE * noise)
@@ -120,7 +120,7 @@ def _best_echoes(
 
 @compiled
 def _corners(
-    few: Measurements, hearing: Hearing, known: _Known, loudest: _Heard, bare: FloatArray, noise: float
+    few: Measurements, hearing: SonarTables, known: _Known, loudest: _Heard, bare: FloatArray, noise: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return the corners whose echo is as long as the measured one, and the gain of each [nats].
 
@@ -145,7 +145,7 @@ def _corners(
 
 @compiled
 def _refined(
-    few: Measurements, hearing: Hearing, wall: FloatArray, corner: Corner, bare: FloatArray, noise: float
+    few: Measurements, hearing: SonarTables, wall: FloatArray, corner: Corner, bare: FloatArray, noise: float
 ) -> tuple[float, FloatArray]:
     """Refine a corner by a pattern search with halved steps; return its gain [nats] and log densities."""
     log_densities = _echoes(few, hearing, wall, corner, noise)
@@ -173,7 +173,7 @@ def _gain(few: Measurements, log_densities: FloatArray, bare: FloatArray) -> flo
 
 
 @compiled
-def _echoes(few: Measurements, hearing: Hearing, wall: FloatArray, corner: Corner, noise: float) -> FloatArray:
+def _echoes(few: Measurements, hearing: SonarTables, wall: FloatArray, corner: Corner, noise: float) -> FloatArray:
     """Return the log density of each reading by double bounces over both walls of a corner [log 1/m]."""
     x, y, side = math.cos(wall[1]), math.sin(wall[1]), corner.side
     vertex_x, vertex_y = wall[2] * x - corner.place * y, wall[2] * y + corner.place * x

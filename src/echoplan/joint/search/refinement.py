@@ -6,7 +6,16 @@ from typing import TypeAlias
 import numpy as np
 
 from echoplan.acoustics.echo_model import COSINE_LIMIT
-from echoplan.acoustics.predicted_echo import SILENCE, Hearing, Kind, Shape, differentiate, look, shape_of, walk_of
+from echoplan.acoustics.predicted_echo import (
+    SILENCE,
+    Kind,
+    Shape,
+    SonarTables,
+    differentiate,
+    echo_geometry,
+    shape_of,
+    walk_of,
+)
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.preprocessing.measurements import Measurements
@@ -31,7 +40,11 @@ _WALK = 0.05
 
 
 def approach(
-    measurements: Measurements, hearing: Hearing, reflector: FloatArray, pings: IntArray, schedule: AnnealingSchedule
+    measurements: Measurements,
+    hearing: SonarTables,
+    reflector: FloatArray,
+    pings: IntArray,
+    schedule: AnnealingSchedule,
 ) -> FloatArray:
     """Refine a landmark, shape (4,), on pings that may be its echoes, by an annealing schedule from coarse to fine."""
     moved = reflector
@@ -43,7 +56,7 @@ def approach(
 @compiled
 def refine(
     measurements: Measurements,
-    hearing: Hearing,
+    hearing: SonarTables,
     reflector: FloatArray,
     pings: IntArray,
     scales: tuple[float, float],
@@ -70,11 +83,13 @@ def refine(
 
 
 @compiled
-def _gathered(measurements: Measurements, hearing: Hearing, shape: Shape, pings: IntArray, band: float) -> IntArray:
+def _gathered(measurements: Measurements, hearing: SonarTables, shape: Shape, pings: IntArray, band: float) -> IntArray:
     """Return the pings whose readings are near a landmark, with a margin for steps and range walk."""
     near, count = np.empty(len(pings), np.int64), 0
     for ping in pings:
-        sight = look(shape, (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping]))
+        sight = echo_geometry(
+            shape, (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
+        )
         late = measurements.readings[ping] * hearing.scale - sight[0]
         if sight[1] > COSINE_LIMIT and -band - _WALK < late < band + 2.0 * _WALK:
             near[count] = ping
@@ -84,7 +99,11 @@ def _gathered(measurements: Measurements, hearing: Hearing, shape: Shape, pings:
 
 @compiled
 def _step(
-    measurements: Measurements, hearing: Hearing, reflector: FloatArray, pings: IntArray, scales: tuple[float, float]
+    measurements: Measurements,
+    hearing: SonarTables,
+    reflector: FloatArray,
+    pings: IntArray,
+    scales: tuple[float, float],
 ) -> FloatArray:
     """Return one Gauss-Newton step on the pings within the gate, with Geman-McClure weights."""
     noise, band = scales

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import BaseModel, Field
 
-from echoplan.acoustics.predicted_echo import Hearing, Kind, Shape, shape_of
+from echoplan.acoustics.predicted_echo import Kind, Shape, SonarTables, shape_of
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.geometry import compose, directions, wrap
@@ -89,7 +89,7 @@ class LandmarkMap(NamedTuple):
         )
 
 
-def local_scans(arcs: list[Arc], measurements: Measurements, hearing: Hearing, pose: FloatArray) -> LocalScan:
+def local_scans(arcs: list[Arc], measurements: Measurements, hearing: SonarTables, pose: FloatArray) -> LocalScan:
     """Return the arcs of one sweep as planes in the frame of the robot.
 
     ``pose`` is the one from which ``measurements`` were computed: (x, y, yaw) [m, m, rad].

@@ -11,7 +11,7 @@ from helpers.expectations import NOISE, SONAR, cylinder, wall
 from helpers.single_ping import likeliest, one_ping
 
 CONE = np.radians(15.0)
-HEARING = replace(SONAR, walk_gain=0.0).seeing(float(CONE)).tabulated()
+HEARING = replace(SONAR, walk_gain=0.0).as_ray_cone(float(CONE)).tabulated()
 ENDLESS = (-50.0, 50.0)
 EAST = wall(0.0, 1.0)
 

@@ -158,11 +158,11 @@ def test_twice_the_pings_reduce_sigmas_by_the_square_root_of_two() -> None:
 
 
 def test_the_spread_of_the_range_walk_is_not_counted_twice() -> None:
-    # The noise is what all readings scatter on the whole: a spread of loudness shifts weight from faint echoes to
+    # The noise is what all readings scatter on the whole: uncertain loudness shifts weight from faint echoes to
     # loud ones, and adds nothing to what the usual one scatters.
     measurements = hearing(listening(), ROOM)
     start = Values(features=features(ROOM, len(measurements.centers)), model=SONAR)
-    models = [replace(SONAR, spread=spread) for spread in (0.0, 0.3)]
+    models = [replace(SONAR, excess_scale=scale) for scale in (0.0, 0.3)]
     rows = [range_factors(measurements, replace(start, model=each), BELIEFS, OptimiserSettings()) for each in models]
     assert np.median(rows[1].weights / rows[0].weights) == pytest.approx(1.0, abs=0.03)
     assert rows[1].weights.min() < 0.8 * rows[0].weights.min()

@@ -9,7 +9,7 @@ from echoplan.joint.optimisation.sonar_model import estimated_sonar
 from echoplan.preprocessing.measurements import Measurements
 from helpers.expectations import ROOM, SONAR, feature, listening
 
-SEEING = SONAR.seeing(0.26)
+SEEING = SONAR.as_ray_cone(0.26)
 SILENT = listening(step=np.radians(2.0))
 WALLS = [feature(each, extent=(-5.0, 5.0), llr_by_station=[20.0] * 4) for each in ROOM]
 

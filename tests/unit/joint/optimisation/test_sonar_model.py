@@ -123,7 +123,7 @@ def test_fitting_the_physical_range_walk_does_not_change_it() -> None:
 
 def test_without_echoes_or_with_rays_no_range_walk_is_fitted() -> None:
     found = room_heard_by(SONAR, stations=1)
-    rays = SONAR.seeing(0.3)
+    rays = SONAR.as_ray_cone(0.3)
     assert walking(rays, found, NOISE) is rays
     assert walking(SONAR, None, NOISE) is SONAR
     mute = replace(found, owners=np.full_like(found.owners, -1))

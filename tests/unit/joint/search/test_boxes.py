@@ -11,7 +11,7 @@ from echoplan.joint.search.search import Search, SearchSettings
 from helpers.expectations import NOISE, ROOM, SONAR, cylinder, edge, hearing, likelihood, listening, rescored
 
 CONE = 0.26
-SEEING = SONAR.seeing(CONE)
+SEEING = SONAR.as_ray_cone(CONE)
 # All around a box of 0.3 m.
 STATIONS = ((-0.6, -0.6), (-0.7, 0.5), (0.9, -0.5), (0.8, 0.8), (-0.1, -0.8), (0.1, 0.9))
 EDGES = [edge(x, y) for x in (-0.15, 0.15) for y in (-0.15, 0.15)]

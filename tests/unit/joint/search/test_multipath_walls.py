@@ -78,7 +78,7 @@ def test_a_wall_is_removed_if_a_latent_wall_explains_it_as_well(known: FloatArra
 
 
 def test_with_rays_a_wall_of_one_station_is_removed() -> None:
-    measurements, seeing = listening(STATIONS), SONAR.seeing(0.26)
+    measurements, seeing = listening(STATIONS), SONAR.as_ray_cone(0.26)
     acceptance = AcceptanceTest(measurements, half_aperture=0.26, settings=AcceptanceSettings())
     lone, plain = feature(END, llr_by_station=(0.0, 40.0, 0.0)), feature(SIDES[0], llr_by_station=(20.0, 30.0, 20.0))
     assert without_multipath_walls(likelihood(measurements, sonar=seeing), [lone, plain], acceptance) == [plain]
