@@ -73,7 +73,7 @@ def listening(
         stations=np.repeat(np.arange(count), len(bearings)),
         sensors=np.zeros(len(hubs), dtype=np.int64),
         crosstalk_sources=np.full((len(hubs), 1), -1),
-        lags=np.zeros((len(hubs), 1)),
+        crosstalk_delays=np.zeros((len(hubs), 1)),
         weights=np.full(len(hubs), min(1.0, step / np.radians(4.0))),
         centers=np.array(stations_xy, dtype=np.float64),
         min_range=0.03,

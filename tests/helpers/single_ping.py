@@ -49,7 +49,7 @@ def one_ping(
         stations=np.zeros(count, dtype=np.int64),
         sensors=np.zeros(count, dtype=np.int64),
         crosstalk_sources=crosstalk_sources,
-        lags=np.full((count, 2), lag),
+        crosstalk_delays=np.full((count, 2), lag),
         weights=nothing + 1.0,
         centers=np.array([place]),
         min_range=0.03,

@@ -16,7 +16,7 @@ from echoplan.joint.likelihood.hypothesis_scores import Occluders, rescore
 from echoplan.joint.likelihood.image_sources import Extent
 from echoplan.joint.likelihood.ping_scores import UNHEARD, score_pings
 from echoplan.preprocessing.measurements import Measurements, select_measurements
-from echoplan.preprocessing.servo import late_by
+from echoplan.preprocessing.servo import apply_servo_latency
 from helpers.expectations import NOISE, ROOM, SONAR, cylinder, edge, expected, hearing, listening, wall
 from helpers.multipath_log_densities import ghosts_of_cylinder, volleys_over
 
@@ -220,7 +220,8 @@ def test_arcs_and_their_planes_move_with_the_scene(pose: tuple[float, float, flo
 def test_a_servo_late_twice_is_late_by_the_sum(first: float, second: float, seed: int) -> None:
     rates = np.random.default_rng(seed).uniform(-2.0, 2.0, len(SCENE.readings))
     turning = SCENE._replace(rates=rates)
-    twice, once = late_by(late_by(turning, first), second), late_by(turning, first + second)
+    twice = apply_servo_latency(apply_servo_latency(turning, first), second)
+    once = apply_servo_latency(turning, first + second)
     for name in ("x", "y", "ux", "uy", "arms_x", "arms_y"):
         assert getattr(twice, name) == pytest.approx(getattr(once, name), abs=1e-12)
     assert np.hypot(twice.ux, twice.uy) == pytest.approx(1.0)

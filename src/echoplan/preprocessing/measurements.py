@@ -35,7 +35,7 @@ _SPEED = Air().speed_of_sound
 # What there is one of for each ping.
 _BY_PING = (
     "x", "y", "ux", "uy", "arms_x", "arms_y", "angles", "rates", "readings", "stations", "sensors",
-    "crosstalk_sources", "lags", "weights",
+    "crosstalk_sources", "crosstalk_delays", "weights",
 )  # fmt: skip
 
 
@@ -63,7 +63,7 @@ class Measurements(NamedTuple):
     crosstalk_sources : ndarray of int, shape (n, m)
         Pings whose bursts this one may have received, too: those that other sensors fired at the same time, and those
         of the firing before; -1 fills up.
-    lags : ndarray, shape (n, m)
+    crosstalk_delays : ndarray, shape (n, m)
         How long before this ping each of them was fired [s].
     weights : ndarray, shape (n,)
         How much a ping counts beside its neighbours.
@@ -87,7 +87,7 @@ class Measurements(NamedTuple):
     stations: IntArray
     sensors: IntArray
     crosstalk_sources: IntArray
-    lags: FloatArray
+    crosstalk_delays: FloatArray
     weights: FloatArray
     centers: FloatArray
     min_range: float
@@ -120,7 +120,7 @@ def measurements_of(sweep: Sweep, rig: Rig) -> Measurements:
     valid = ~np.isnan(readings)
     kept = pings[valid]
     axes = directions(kept.bearings)
-    crosstalk_sources, lags = _crosstalk_sources(sweep.stamps_ns[valid])
+    crosstalk_sources, crosstalk_delays = _crosstalk_sources(sweep.stamps_ns[valid])
     center = kept.origins_xy.mean(axis=0) if len(kept) else sweep.station[:2]
     measurements = Measurements(
         x=kept.origins_xy[:, 0].copy(),
@@ -135,7 +135,7 @@ def measurements_of(sweep: Sweep, rig: Rig) -> Measurements:
         stations=np.zeros(len(kept), dtype=np.int64),
         sensors=kept.sensors.copy(),
         crosstalk_sources=crosstalk_sources,
-        lags=lags,
+        crosstalk_delays=crosstalk_delays,
         weights=np.full(len(kept), _weight(kept.bearings)),
         centers=center[None],
         min_range=float(rig.min_ranges.max()),
@@ -159,13 +159,13 @@ def join_measurements(parts: Sequence[Measurements]) -> Measurements:
         The stations are numbered in the given order.
     """
     counts = [len(part.readings) for part in parts]
-    names = set(_BY_PING) - {"crosstalk_sources", "lags"}
+    names = set(_BY_PING) - {"crosstalk_sources", "crosstalk_delays"}
     joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
     joined["stations"] = np.repeat(np.arange(len(parts)), counts)
     return Measurements(
         **joined,
         crosstalk_sources=_stacked(_renumbered(parts, np.cumsum([0, *counts[:-1]])), fill=-1),
-        lags=_stacked([part.lags for part in parts], fill=0),
+        crosstalk_delays=_stacked([part.crosstalk_delays for part in parts], fill=0),
         centers=np.concatenate([part.centers for part in parts]),
         min_range=max(part.min_range for part in parts),
         max_range=max(part.max_range for part in parts),
@@ -353,8 +353,8 @@ def _crosstalk_sources(stamps_ns: IntArray) -> tuple[IntArray, FloatArray]:
     places = np.arange(most)
     is_recent = (places < sizes[volleys - 1][:, None]) & (waits < _MEMORY)[:, None]
     before = np.where(is_recent, starts[volleys - 1][:, None] + places, -1)
-    lags = np.concatenate([np.zeros(own.shape), np.where(is_recent, waits[:, None], 0.0)], axis=1)
-    return np.concatenate([own, before], axis=1), lags
+    crosstalk_delays = np.concatenate([np.zeros(own.shape), np.where(is_recent, waits[:, None], 0.0)], axis=1)
+    return np.concatenate([own, before], axis=1), crosstalk_delays
 
 
 def _renumbered(parts: Sequence[Measurements], starts: IntArray) -> list[IntArray]:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from echoplan.preprocessing.measurements import Measurements, turned
 
-__all__ = ["AS_RECORDED", "ServoError", "late_by", "turned_by"]
+__all__ = ["AS_RECORDED", "ServoError", "apply_servo_latency", "turned_by"]
 
 
 class ServoError(NamedTuple):
@@ -47,7 +47,7 @@ def turned_by(measurements: Measurements, *, error: ServoError, before: ServoErr
     return turned(measurements, error.offset - before.offset + (error.gain - before.gain) * measurements.angles)
 
 
-def late_by(measurements: Measurements, latency: float) -> Measurements:
+def apply_servo_latency(measurements: Measurements, latency: float) -> Measurements:
     """Turn pings back to where the servo was, if it lags behind what was recorded.
 
     Parameters

@@ -16,12 +16,14 @@ from echoplan.preprocessing.measurements import (
     select_measurements,
     step_of,
 )
-from echoplan.preprocessing.servo import ServoError, late_by, turned_by
+from echoplan.preprocessing.servo import ServoError, apply_servo_latency, turned_by
 from helpers.expectations import listening
 from helpers.scenes import ARM, rig, sweep_of
 
 POSE = (0.7, -0.4, 0.3)
-BY_PING = ("x", "y", "ux", "uy", "arms_x", "arms_y", "rates", "readings", "stations", "sensors", "lags", "weights")
+BY_PING = (
+    "x", "y", "ux", "uy", "arms_x", "arms_y", "rates", "readings", "stations", "sensors", "crosstalk_delays", "weights",
+)  # fmt: skip
 
 
 def recorded_sweep(*, pose: tuple[float, float, float] = POSE, index: int = 0, **changed: float) -> Sweep:
@@ -124,7 +126,7 @@ def test_mates_are_the_other_pings_of_the_same_time() -> None:
     for ping in (0, 5, 359):
         others = np.flatnonzero(volleys == volleys[ping])
         assert sorted([ping, *measurements.crosstalk_sources[ping, :3]]) == others.tolist()
-    assert (measurements.lags[:, :3] == 0.0).all()
+    assert (measurements.crosstalk_delays[:, :3] == 0.0).all()
 
 
 def test_mates_are_the_pings_of_the_firing_before_too() -> None:
@@ -133,7 +135,7 @@ def test_mates_are_the_pings_of_the_firing_before_too() -> None:
     for ping in (4, 7, 358):
         before = 4 * (ping // 4) - 4
         assert measurements.crosstalk_sources[ping, 3:].tolist() == [before, before + 1, before + 2, before + 3]
-    assert measurements.lags[4:, 3:] == pytest.approx(0.025)
+    assert measurements.crosstalk_delays[4:, 3:] == pytest.approx(0.025)
 
 
 def test_a_firing_that_is_too_long_ago_is_forgotten() -> None:
@@ -182,7 +184,7 @@ def test_pings_turned_back_are_those_of_a_servo_without_latency(latency: float) 
     recorded = recorded_sweep()
     rate = np.radians(1.0) / 0.025
     truth = measurements_of(replace(recorded, servo_angles=recorded.servo_angles - latency * rate), rig())
-    turned = late_by(measurements_of(recorded, rig()), latency)
+    turned = apply_servo_latency(measurements_of(recorded, rig()), latency)
     assert same(turned, truth)
     assert not same(measurements_of(recorded, rig()), truth)
 
@@ -201,12 +203,12 @@ def test_pings_turned_by_gain_and_offset_are_those_of_a_servo_that_was_there() -
 
 def test_without_latency_pings_stay_as_they_are() -> None:
     measurements = measurements_of(recorded_sweep(), rig())
-    assert late_by(measurements, 0.0) is measurements
+    assert apply_servo_latency(measurements, 0.0) is measurements
 
 
 def test_a_servo_that_stands_is_never_late() -> None:
     measurements = listening([(0.0, 0.0)])
-    assert same(late_by(measurements, 0.3), measurements)
+    assert same(apply_servo_latency(measurements, 0.3), measurements)
 
 
 def test_pings_closer_than_four_degrees_share_one_vote() -> None:

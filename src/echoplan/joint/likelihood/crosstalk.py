@@ -79,7 +79,7 @@ def emissions_of(measurements: Measurements, hearing: SonarTables) -> Emissions:
         spread[station] = max(spread[station], math.hypot(measurements.x[ping] - x, measurements.y[ping] - y))
         for beside in range(measurements.crosstalk_sources.shape[1] if math.isfinite(reading) else 0):
             mate = measurements.crosstalk_sources[ping, beside]
-            depth = reading + _HALF_SPEED * hearing.scale * measurements.lags[ping, beside]
+            depth = reading + _HALF_SPEED * hearing.scale * measurements.crosstalk_delays[ping, beside]
             if mate >= 0 and depth < farthest:
                 pings[count], crosstalk_sources[count], travelled[count] = ping, mate, depth
                 count += 1

@@ -37,7 +37,7 @@ from echoplan.joint.optimisation.solution import Solution
 from echoplan.joint.optimisation.solver import held, solve
 from echoplan.joint.optimisation.values import Values
 from echoplan.preprocessing.measurements import Measurements
-from echoplan.preprocessing.servo import late_by, turned_by
+from echoplan.preprocessing.servo import apply_servo_latency, turned_by
 
 __all__ = [
     "Features",
@@ -207,7 +207,7 @@ class _Linearisation(NamedTuple):
 
 def _at_present(measurements: Measurements, now: Values, priors: Priors) -> Measurements:
     """Return the pings as placed by the present latency, servo and poses."""
-    turned = late_by(measurements, now.latency)
+    turned = apply_servo_latency(measurements, now.latency)
     if priors.servo is not None:
         turned = turned_by(turned, error=now.servo, before=priors.servo)
     return turned if priors.poses is None else at_poses(turned, priors.poses.measured_poses, now.poses)

@@ -112,7 +112,7 @@ def _usual(features: Sequence[Hypothesis], shares: Sequence[float]) -> float:
 
 def _has_volleys(measurements: Measurements) -> bool:
     """Return True if sensors fire at the same time."""
-    return bool(((measurements.crosstalk_sources >= 0) & (measurements.lags == 0.0)).any())
+    return bool(((measurements.crosstalk_sources >= 0) & (measurements.crosstalk_delays == 0.0)).any())
 
 
 def _may_be_cast(

@@ -136,7 +136,7 @@ def test_restricting_crosstalk_to_possible_sources_loses_nothing() -> None:
     heard_ = scene._replace(
         readings=rng.uniform(0.3, 3.9, len(crosstalk_sources)),
         crosstalk_sources=crosstalk_sources[:, None],
-        lags=np.zeros((len(crosstalk_sources), 1)),
+        crosstalk_delays=np.zeros((len(crosstalk_sources), 1)),
     )
     emissions = emissions_of(heard_, told)
     everywhere = emissions._replace(spread=np.full(len(emissions.spread), np.inf))

@@ -21,7 +21,7 @@ from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses
 from echoplan.joint.optimisation.solution import Solution
 from echoplan.joint.optimisation.values import Values
 from echoplan.preprocessing.measurements import Measurements, select_measurements
-from echoplan.preprocessing.servo import ServoError, late_by, turned_by
+from echoplan.preprocessing.servo import ServoError, apply_servo_latency, turned_by
 from helpers.expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, edge, expected, hearing, listening, wall
 
 COLUMN = cylinder(0.2, 0.9, 0.1)
@@ -193,10 +193,10 @@ def test_the_error_of_attenuation_counts_unless_poses_are_absolute() -> None:
 def one_ping(reflector: FloatArray, *, angle: float, latency: float = 0.0) -> Measurements:
     """The one ping that looks at a reflector under this angle, with a servo that turns."""
     measurements = listening([(0.3, -0.2)], step=np.radians(1.0), rates=[0.7])
-    excesses, _ = expected(late_by(measurements, latency), reflector)
+    excesses, _ = expected(apply_servo_latency(measurements, latency), reflector)
     loud = int(np.argmax(excesses)) + round(angle / np.radians(1.0))
     kept = select_measurements(measurements, np.arange(len(measurements.readings)) == loud)
-    _, readings = expected(late_by(kept, latency), reflector)
+    _, readings = expected(apply_servo_latency(kept, latency), reflector)
     return kept._replace(readings=readings + 0.002)
 
 
@@ -234,7 +234,7 @@ def differences(measurements: Measurements, reflector: FloatArray, count: int) -
         )
         moved = reflector + np.pad(change[:count], (1, 3 - count))
         turned_pings = turned_by(measurements, error=ServoError(1.0 + turned, askew), before=ServoError())
-        _, reading = expected(late_by(turned_pings, latency), moved, sonar)
+        _, reading = expected(apply_servo_latency(turned_pings, latency), moved, sonar)
         return float(reading[0] - (1.0 + scale) * measurements.readings[0])
 
     jacobian = []
@@ -249,7 +249,7 @@ def differences(measurements: Measurements, reflector: FloatArray, count: int) -
 def with_latency(latency: float, rates: Sequence[float]) -> Measurements:
     """A room heard by a servo that lags behind what was recorded."""
     recorded = listening(rates=rates)
-    detected = hearing(late_by(recorded, latency), ROOM, noise=0.001, rng=np.random.default_rng(4))
+    detected = hearing(apply_servo_latency(recorded, latency), ROOM, noise=0.001, rng=np.random.default_rng(4))
     return recorded._replace(readings=detected.readings)
 
 
