@@ -3,7 +3,7 @@
 Maps random rooms with a pier or a niche (40 by default, from 30 stations each), and lists the corners of the maps that
 lie where no two walls cross: how far they are from the nearest true vertex, and whether their covariances are right.
 Prints the standard deviation that their errors need besides the covariance of the estimate, by maximum likelihood; that
-is what ``MapSettings.lone_sigma`` stands for.  It was chosen on seeds 620 to 659; other seeds check it.
+is what ``MapSettings.lone_corner_sigma`` stands for.  It was chosen on seeds 620 to 659; other seeds check it.
 """
 
 import argparse
@@ -55,7 +55,7 @@ def main() -> None:
 def lone_corners(seed: int) -> list[tuple[FloatArray, FloatArray]]:
     """Map a room; return error [m] and covariance, without the model error, of each corner without two walls."""
     simulation = random_simulation(seed, recess=True, stations=STATIONS)
-    settings = JointSettings(survey=MapSettings(lone_sigma=0.0))
+    settings = JointSettings(map=MapSettings(lone_corner_sigma=0.0))
     found = map_sweeps(JointMapper(simulation.rig, settings), tuple(simulation))
     vertices = simulation.truth.walls_xy.reshape(-1, 2)
     errors = []

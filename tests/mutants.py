@@ -72,8 +72,8 @@ MUTANTS = {
     ),
     "two stations suffice": Mutant(
         file="search/acceptance.py",
-        old="hypothesis.supporting(self.settings.second_station) > 2",
-        new="hypothesis.supporting(self.settings.second_station) > 1",
+        old="hypothesis.supporting(self.settings.min_second_station_llr) > 2",
+        new="hypothesis.supporting(self.settings.min_second_station_llr) > 1",
         tests=("search/test_search.py",),
     ),
     "the scan matcher searches 1.0 sigma instead of 1.3": Mutant(

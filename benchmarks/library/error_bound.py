@@ -22,7 +22,7 @@ from echoplan.simulation import Simulation
 __all__ = ["against_bound", "true_scale"]
 
 # One step at the true room, in which no reading is an outlier.
-_AT_THE_TRUTH = OptimiserSettings(rounds=1, robust=1e6)
+_AT_THE_TRUTH = OptimiserSettings(max_iterations=1, geman_mcclure_scale=1e6)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

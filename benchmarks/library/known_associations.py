@@ -49,7 +49,7 @@ def map_with_known_associations(
     moved = replace(moved, measured_poses=_stations(elsewhere))
     moved = replace(moved, recorded=at_poses(moved.recorded, measured_poses, moved.measured_poses))
     # A step in some direction has half of its square along either axis.
-    sigmas = {"waypoint": max(off, 1e-3) / math.sqrt(2.0), "waypoint_turn": math.pi}
+    sigmas = {"absolute_xy_sigma": max(off, 1e-3) / math.sqrt(2.0), "absolute_yaw_sigma": math.pi}
     poses = waypoint_prior(moved.measured_poses, moved.settings.pose_errors.model_copy(update=sigmas))
     for _ in range(_ROUNDS):
         moved = moved.optimise(moved.noise, poses)

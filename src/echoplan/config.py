@@ -1,5 +1,6 @@
 """Configurations: the settings of all stages in one file, and the record of a run that can be run again."""
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -46,7 +47,7 @@ def read_config(path: Path, sections: Sections) -> dict[str, Any]:
     ----------
     path : Path
         TOML with a table for each section; a table or key that is missing has its default.  The record of a
-        run is such a file.
+        run is such a file.  A key under its former name is read with a ``FutureWarning``.
     sections : mapping of str to type of BaseModel
         Settings of the stages by the name of their table.
 
@@ -71,7 +72,10 @@ def read_config(path: Path, sections: Sections) -> dict[str, Any]:
     tables: dict[str, Any] = {name: (settings, Field(default_factory=settings)) for name, settings in sections.items()}
     strict = {"extra": "forbid"}
     form = create_model("Config", __base__=Form, __cls_kwargs__=strict, run=(dict[str, Any], {}), **tables)
-    config = read_toml(path, form)
+    with warnings.catch_warnings(record=True, action="always", category=FutureWarning) as renamed:
+        config = read_toml(path, form)
+    for each in renamed:
+        warnings.warn(f"{path}: {each.message}", FutureWarning, stacklevel=2)
     return {name: getattr(config, name) for name in sections}
 
 

@@ -28,7 +28,7 @@ from helpers import cells
 
 RULES: dict[str, Callable[[], GridRule]] = {
     "bayes": lambda: BayesRule(BayesSettings(thickness=0.2, clear_without_echo=True), cells.COARSE),
-    "elfes": lambda: ElfesRule(ElfesSettings(error=0.15), cells.COARSE),
+    "elfes": lambda: ElfesRule(ElfesSettings(range_error=0.15), cells.COARSE),
     "muriel": lambda: MurielRule(MurielSettings(place=0.2), cells.COARSE),
     "cemal": lambda: CemalRule(CemalSettings(thickness=0.2), cells.COARSE),
     "range layer": lambda: RangeLayerRule(RangeLayerSettings(clear_on_max_reading=True), cells.COARSE),

@@ -177,4 +177,4 @@ def test_a_wall_is_read_no_nearer_than_it_is(distance: float, angle: float) -> N
 def test_settings_are_plain_values() -> None:
     assert SimulationSettings(jitter=0.002) == SimulationSettings(jitter=0.002)
     with pytest.raises(ValueError, match="frozen"):
-        SimulationSettings().jitter = 0.1  # type: ignore[misc]
+        SimulationSettings().jitter = 0.1

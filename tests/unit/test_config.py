@@ -56,7 +56,7 @@ def test_each_stage_gets_its_own_table_and_no_other(tmp_path: Path) -> None:
         ("[stage.filter]\nlimt = 1\n", r"line 2, stage\.filter\.limt: the key 'limt' is unknown; did you mean 'limit'"),
         (
             "[other]\nlimit = 0\n",
-            r"line 2, other\.limit: must be greater than 0, not 0; limit is the greatest distance",
+            r"line 2, other\.limit: must be greater than 0, not 0; limit: the greatest distance",
         ),
         ("[other]\nlimit = 'far'\n", r"line 2, other\.limit: must be a valid number, not 'far'"),
         ("stage = 3\n", r"line 1, stage: must be a table, not 3"),

@@ -2,9 +2,10 @@
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
+from echoplan.settings import Settings
 
 __all__ = ["Air", "absorption", "speed_of_sound"]
 
@@ -15,12 +16,14 @@ _TRIPLE_POINT_KELVIN = 273.16
 _CELSIUS_ZERO = 273.15
 
 
-class Air(BaseModel, frozen=True, extra="forbid"):
+class Air(Settings):
     """The air in which a sonar works."""
 
-    temperature: float = Field(default=20.0, ge=-30.0, le=60.0, description="temperature [degrees Celsius]")
-    relative_humidity: float = Field(default=0.5, ge=0.0, le=1.0, description="share of saturation, 0 to 1")
-    pressure: float = Field(default=_STANDARD_PRESSURE, gt=10_000.0, lt=200_000.0, description="pressure [Pa]")
+    temperature: float = Field(default=20.0, ge=-30.0, le=60.0, description="Temperature of the air [degrees Celsius].")
+    relative_humidity: float = Field(
+        default=0.5, ge=0.0, le=1.0, description="Relative humidity of the air, from 0 to 1."
+    )
+    pressure: float = Field(default=_STANDARD_PRESSURE, gt=10_000.0, lt=200_000.0, description="Air pressure [Pa].")
 
     @property
     def speed_of_sound(self) -> float:

@@ -1,7 +1,7 @@
 """Arc carving (Silver et al. 2004; as recalled): newer echoes cut what they show to be free out of older arcs."""
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.classical.features import PointFeatureSettings, features_of_points
@@ -9,6 +9,7 @@ from echoplan.classical.loci import Loci
 from echoplan.classical.loci.carving import CarvingSettings, carve, longest_runs, sample_turns
 from echoplan.classical.points import SegmentSettings, map_of_features
 from echoplan.model import FeatureMap, Rig, Sweep
+from echoplan.settings import Settings
 
 __all__ = ["ArcCarvingMapper", "ArcCarvingSettings"]
 
@@ -18,10 +19,10 @@ _IN_FRONT = 0.05
 
 
 def _in_front_of_walls() -> PointFeatureSettings:
-    return PointFeatureSettings(segments=SegmentSettings(common=_IN_FRONT))
+    return PointFeatureSettings(segments=SegmentSettings(common_sigma=_IN_FRONT))
 
 
-class ArcCarvingSettings(BaseModel, frozen=True, extra="forbid"):
+class ArcCarvingSettings(Settings):
     """Settings of all stages of arc carving."""
 
     carving: CarvingSettings = Field(default_factory=CarvingSettings)

@@ -1,6 +1,6 @@
 """Arc features fused with Hough lines of triangulated points (Ismail and Balachandran 2015; as recalled)."""
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.classical.features import PointFeatures
@@ -9,11 +9,12 @@ from echoplan.classical.points import join_segments, map_of_features
 from echoplan.classical.rcd import RcdMapper, RcdMapperSettings
 from echoplan.classical.tbf import TbfMapper, TbfSettings
 from echoplan.model import FeatureMap, Rig, Sweep
+from echoplan.settings import Settings
 
 __all__ = ["ArcHoughTbfMapper", "ArcHoughTbfSettings"]
 
 
-class ArcHoughTbfSettings(BaseModel, frozen=True, extra="forbid"):
+class ArcHoughTbfSettings(Settings):
     """Settings of both parts and of their fusion."""
 
     arcs: RcdMapperSettings = Field(default_factory=RcdMapperSettings)

@@ -1,13 +1,14 @@
 """Arc-transversal median (Choset, Nagatani and Lazar 2003; as recalled): where arcs cross, there is something."""
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.classical.features import PointFeatureSettings, features_of_points
 from echoplan.classical.loci import Loci, MedianSettings, transversal_medians
 from echoplan.classical.points import SegmentSettings, map_of_features
 from echoplan.model import FeatureMap, Rig, Sweep
+from echoplan.settings import Settings
 
 __all__ = ["AtmMapper", "AtmSettings"]
 
@@ -17,10 +18,10 @@ _IN_FRONT = 0.05
 
 
 def _in_front_of_walls() -> PointFeatureSettings:
-    return PointFeatureSettings(segments=SegmentSettings(common=_IN_FRONT))
+    return PointFeatureSettings(segments=SegmentSettings(common_sigma=_IN_FRONT))
 
 
-class AtmSettings(BaseModel, frozen=True, extra="forbid"):
+class AtmSettings(Settings):
     """Settings of all stages of the arc-transversal median."""
 
     medians: MedianSettings = Field(default_factory=MedianSettings)

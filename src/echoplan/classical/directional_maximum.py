@@ -1,23 +1,28 @@
 """Directional maximum (Barshan 2007; as recalled): arcs thinned to their densest cells along many directions."""
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.classical.features import PointFeatureSettings, features_of_points
 from echoplan.classical.loci import ArcMap, Loci, arc_map, directional_maxima
 from echoplan.classical.points import map_of_features
 from echoplan.model import FeatureMap, Rig, Sweep
+from echoplan.settings import Settings
 
 __all__ = ["DirectionalMaximumMapper", "DirectionalMaximumSettings"]
 
 
-class DirectionalMaximumSettings(BaseModel, frozen=True, extra="forbid"):
+class DirectionalMaximumSettings(Settings):
     """Settings of all stages of the directional maximum."""
 
-    resolution: float = Field(default=0.02, gt=0.0, description="side of a cell of the arc map [m]")
-    directions: int = Field(default=18, ge=1, description="directions in half a turn: every 10 degrees")
-    min_arcs: int = Field(default=3, ge=1, description="a cell with fewer arcs is no maximum: any two arcs may cross")
+    resolution: float = Field(default=0.02, gt=0.0, description="Side of a cell of the arc map [m].")
+    directions: int = Field(
+        default=18, ge=1, description="Number of directions in half a turn: 18 are every 10 degrees."
+    )
+    min_arcs: int = Field(
+        default=3, ge=1, description="Smallest number of arcs through a cell that is a maximum: any two arcs may cross."
+    )
     features: PointFeatureSettings = Field(default_factory=PointFeatureSettings)
 
 

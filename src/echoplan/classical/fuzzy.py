@@ -9,11 +9,12 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.classical.covering import Covering
 from echoplan.model import FeatureClass
+from echoplan.settings import Settings
 
 __all__ = [
     "BIG",
@@ -62,17 +63,18 @@ _GRID = np.linspace(0.0, 1.0, 2001)
 _CLASSES = (FeatureClass.CORNER, FeatureClass.CYLINDER, FeatureClass.WALL)
 
 
-class FuzzySettings(BaseModel, frozen=True, extra="forbid"):
+class FuzzySettings(Settings):
     """Settings of the fuzzy classifier."""
 
     rules: Literal["paper", "monotone"] = Field(
         default="paper",
-        description="Table 4 as printed, or corrected so that a wider cluster never gets a lower class",
+        description="Table 4 as printed (paper), or corrected so that a wider cluster never has a lower class "
+        "(monotone).",
     )
     max_width: float | None = Field(
         default=None,
         gt=0.0,
-        description="L_max of Eq. 12 [rad]; measured from the recording where it is not given",
+        description="L_max of Eq. 12 [rad]; measured from the recording if it is missing.",
     )
 
 

@@ -1,6 +1,6 @@
 """Incremental Gaussian mixture map (Heinen and Engel 2011; as recalled): each component is a patch of a surface."""
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.classical.features import PointFeatureSettings, features_of_points
@@ -8,6 +8,7 @@ from echoplan.classical.features.mixture import Mixture, MixtureSettings, learn
 from echoplan.classical.points import SegmentSettings, map_of_features
 from echoplan.model import FeatureMap, Pings, Rig, Sweep
 from echoplan.preprocessing import echo_points, valid_pings
+from echoplan.settings import Settings
 
 __all__ = ["GmmMapper", "GmmSettings"]
 
@@ -17,14 +18,16 @@ _BOW = 0.05
 
 
 def _of_bows() -> PointFeatureSettings:
-    return PointFeatureSettings(segments=SegmentSettings(common=_BOW))
+    return PointFeatureSettings(segments=SegmentSettings(common_sigma=_BOW))
 
 
-class GmmSettings(BaseModel, frozen=True, extra="forbid"):
+class GmmSettings(Settings):
     """Settings of all stages of the mixture map."""
 
     mixture: MixtureSettings = Field(default_factory=MixtureSettings)
-    spacing: float = Field(default=0.05, gt=0.0, description="distance of the points that stand for a component [m]")
+    spacing: float = Field(
+        default=0.05, gt=0.0, description="Distance between the points that represent a component [m]."
+    )
     features: PointFeatureSettings = Field(default_factory=_of_bows)
 
 

@@ -9,7 +9,7 @@ from echoplan.model import Rig
 __all__ = ["GridBayesSettings", "grid_bayes_mapper"]
 
 
-class GridBayesSettings(GridSettings, frozen=True, extra="forbid"):
+class GridBayesSettings(GridSettings):
     """Settings of all stages."""
 
     rule: BayesSettings = Field(default_factory=BayesSettings)

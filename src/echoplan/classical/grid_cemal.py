@@ -9,7 +9,7 @@ from echoplan.model import Rig
 __all__ = ["GridCemalSettings", "grid_cemal_mapper"]
 
 
-class GridCemalSettings(GridSettings, frozen=True, extra="forbid"):
+class GridCemalSettings(GridSettings):
     """Settings of all stages."""
 
     rule: CemalSettings = Field(default_factory=CemalSettings)

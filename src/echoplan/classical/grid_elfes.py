@@ -9,7 +9,7 @@ from echoplan.model import Rig
 __all__ = ["GridElfesSettings", "grid_elfes_mapper"]
 
 
-class GridElfesSettings(GridSettings, frozen=True, extra="forbid"):
+class GridElfesSettings(GridSettings):
     """Settings of all stages."""
 
     rule: ElfesSettings = Field(default_factory=ElfesSettings)

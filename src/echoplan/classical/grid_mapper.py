@@ -1,15 +1,16 @@
 """What the methods of occupancy grids have in common: cones of sweeps into a grid, features out of it."""
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.classical.grids import CanvasSettings, GridFeatureSettings, GridRule, cones_of, features_of_grid
 from echoplan.classical.points import map_of_features
 from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep
+from echoplan.settings import Settings
 
 __all__ = ["GridMapper", "GridSettings"]
 
 
-class GridSettings(BaseModel, frozen=True, extra="forbid"):
+class GridSettings(Settings):
     """Settings of the stages that all grids share."""
 
     canvas: CanvasSettings = Field(default_factory=CanvasSettings)

@@ -9,7 +9,7 @@ from echoplan.model import Rig
 __all__ = ["GridMurielSettings", "grid_muriel_mapper"]
 
 
-class GridMurielSettings(GridSettings, frozen=True, extra="forbid"):
+class GridMurielSettings(GridSettings):
     """Settings of all stages."""
 
     rule: MurielSettings = Field(default_factory=MurielSettings)

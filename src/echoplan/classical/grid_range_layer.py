@@ -9,7 +9,7 @@ from echoplan.model import Rig
 __all__ = ["GridRangeLayerSettings", "grid_range_layer_mapper"]
 
 
-class GridRangeLayerSettings(GridSettings, frozen=True, extra="forbid"):
+class GridRangeLayerSettings(GridSettings):
     """Settings of all stages."""
 
     rule: RangeLayerSettings = Field(default_factory=RangeLayerSettings)

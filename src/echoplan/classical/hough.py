@@ -1,9 +1,10 @@
 """Hough votes of echoes for lines and points (Tardos, Neira, Newman and Leonard 2002)."""
 
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.classical.features import (
@@ -26,6 +27,7 @@ from echoplan.classical.loci import (
     observations_of_reflector,
 )
 from echoplan.model import FeatureMap, Rig, Sweep
+from echoplan.settings import Settings
 
 __all__ = ["HoughMapper", "HoughSettings"]
 
@@ -33,15 +35,20 @@ __all__ = ["HoughMapper", "HoughSettings"]
 _DEGREES = {ReflectorKind.LINE: np.array([0.0, 0.0, 1.0]), ReflectorKind.POINT: np.array([0.5, 0.5, 0.0])}
 
 
-class HoughSettings(BaseModel, frozen=True, extra="forbid"):
+class HoughSettings(Settings):
     """Settings of all stages of the Hough votes."""
+
+    former_keys: ClassVar = {"common": "common_sigma"}
 
     votes: VoteSettings = Field(default_factory=VoteSettings)
     assembly: AssemblySettings = Field(default_factory=AssemblySettings)
-    common: float = Field(
-        default=0.005, ge=0.0, description="what all echoes of a wall have in common [m]: range walk of a module's step"
+    common_sigma: float = Field(
+        default=0.005,
+        ge=0.0,
+        description="Standard deviation of the range error that all echoes of a wall share [m]: range walk of a "
+        "step of a module.",
     )
-    point_radius: float = Field(default=0.03, gt=0.0, description="a circle smaller than this is a corner [m]")
+    point_radius: float = Field(default=0.03, gt=0.0, description="Radius below which a circle is a corner [m].")
 
 
 class HoughMapper:
@@ -125,8 +132,8 @@ class HoughMapper:
 
     def _wall(self, members: list[Observation]) -> Group:
         gates = self.settings.assembly.association
-        fit = fit_line(Stack.of(members, floor=(gates.bearing_floor, gates.distance_floor)))
-        shared = np.diag([0.0, self.settings.common**2])
+        fit = fit_line(Stack.of(members, floor=(gates.common_bearing_sigma, gates.common_distance_sigma)))
+        shared = np.diag([0.0, self.settings.common_sigma**2])
         return Group(members=tuple(members), fit=replace(fit, covariance=fit.covariance + shared))
 
     def _radius(self, members: tuple[Observation, ...]) -> float:

@@ -7,7 +7,7 @@ a turning array sees arcs, of which the fit makes chords whose covariances know 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classical.features.endpoints import split_at_farthest, split_at_steps
@@ -23,22 +23,29 @@ from echoplan.classical.points import (
 from echoplan.geometry import signed_distances
 from echoplan.model import FeatureMap, Pings, Rig, Sweep
 from echoplan.preprocessing import echo_points, valid_pings
+from echoplan.settings import Settings
 
 __all__ = ["IepfKalmanMapper", "IepfKalmanSettings"]
 
 
-class IepfKalmanSettings(BaseModel, frozen=True, extra="forbid"):
+class IepfKalmanSettings(Settings):
     """Settings of the end-point fit, of the filter and of the map."""
 
-    max_step: float = Field(default=0.3, gt=0.0, description="consecutive points farther apart part a chain [m]")
-    tolerance: float = Field(default=0.03, gt=0.0, description="a point farther from the chord splits a chain [m]")
-    min_points: int = Field(default=4, ge=2, description="a piece of fewer points is no segment")
-    min_length: float = Field(default=0.2, gt=0.0, description="a shorter piece is no segment [m]")
-    min_sweeps: int = Field(default=2, ge=1, description="a line measured in fewer sweeps is none")
+    max_step: float = Field(
+        default=0.3, gt=0.0, description="Largest distance between consecutive points of a chain [m]."
+    )
+    tolerance: float = Field(
+        default=0.03,
+        gt=0.0,
+        description="Largest distance of a point from the chord; beyond it the chain is split [m].",
+    )
+    min_points: int = Field(default=4, ge=2, description="Smallest number of points of a segment.")
+    min_length: float = Field(default=0.2, gt=0.0, description="Smallest length of a segment [m].")
+    min_sweeps: int = Field(default=2, ge=1, description="Smallest number of sweeps that must measure a line.")
     segments: SegmentSettings = Field(default_factory=SegmentSettings)
     filter: KalmanSettings = Field(default_factory=KalmanSettings)
     max_extension: float = Field(
-        default=0.5, ge=0.0, description="greatest length by which a wall is extended to meet its neighbour [m]"
+        default=0.5, ge=0.0, description="Largest length by which a wall is extended to meet its neighbour [m]."
     )
 
 

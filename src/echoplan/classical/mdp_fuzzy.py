@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.classical.covering import covering_state
 from echoplan.classical.features import (
@@ -33,11 +33,12 @@ from echoplan.extraction import (
 from echoplan.model import Cylinder, FeatureClass, FeatureMap, Pings, Rig, Sweep
 from echoplan.preprocessing import KmeansSettings, kmeans_filter, valid_pings
 from echoplan.preprocessing.stations import StationSettings, group_sweeps
+from echoplan.settings import Settings
 
 __all__ = ["MdpFuzzyMapper", "MdpFuzzySettings"]
 
 # Two sweeps are repeated scans of one station if the array neither moved nor turned by more than a step of the servo.
-_REPEATED = StationSettings(way=0.01, turn=math.radians(1.0), most_pings=2**31)
+_REPEATED = StationSettings(max_distance=0.01, max_turn=math.radians(1.0), max_pings=2**31)
 
 # The radii in Eq. 5 are settled when none changes by more [m]: a hundredth of what they are uncertain by.
 _SETTLED = 1e-4
@@ -46,25 +47,28 @@ _SETTLED = 1e-4
 _UNINFORMATIVE = 100.0
 
 
-class MdpFuzzySettings(BaseModel, frozen=True, extra="forbid"):
+class MdpFuzzySettings(Settings):
     """Settings of all stages of the paper's system."""
 
     filter: KmeansSettings = Field(default_factory=KmeansSettings)
     clustering: ClusteringSettings = Field(default_factory=ClusteringSettings)
     order: Literal["paper", "cluster once"] = Field(
         default="paper",
-        description="cluster again after the compensation as in Section 5.2, or classify the first clusters",
+        description="Cluster again after the compensation as in Section 5.2 (paper), or classify the first "
+        "clusters (cluster once).",
     )
     mdp: MdpSettings = Field(default_factory=MdpSettings)
     radius_rounds: int = Field(
         default=10,
         ge=0,
-        description="rounds in which the radius of the fitted circle goes back into Eq. 5; 0: the expected radius",
+        description="Number of rounds in which the radius of the fitted circle goes back into Eq. 5; 0 takes the "
+        "expected radius.",
     )
     fuzzy: FuzzySettings = Field(default_factory=FuzzySettings)
     circle: Literal["least squares", "prior"] = Field(
         default="least squares",
-        description="fit cylinders by least squares alone, or with the expected radius and its deviation as a prior",
+        description="Fit cylinders by least squares alone, or with the expected radius and its standard "
+        "deviation as a prior.",
     )
     assembly: AssemblySettings = Field(default_factory=AssemblySettings)
 

@@ -5,18 +5,19 @@ side of its normal at one and the same range, so that it is drawn as an arc abou
 """
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.classical.features import PointFeatureSettings, features_of_points
 from echoplan.classical.points import map_of_features
 from echoplan.model import FeatureMap, Pings, Rig, Sweep
 from echoplan.preprocessing import echo_points, valid_pings
+from echoplan.settings import Settings
 
 __all__ = ["PointPlotMapper", "PointPlotSettings"]
 
 
-class PointPlotSettings(BaseModel, frozen=True, extra="forbid"):
+class PointPlotSettings(Settings):
     """What makes features of the points."""
 
     features: PointFeatureSettings = Field(default_factory=PointFeatureSettings)

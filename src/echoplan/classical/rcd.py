@@ -6,7 +6,7 @@ corner cross in a point, those of a cylinder touch a circle.
 """
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.classical.features import (
     AssemblySettings,
@@ -26,19 +26,20 @@ from echoplan.extraction import (
 )
 from echoplan.model import FeatureMap, Pings, Rig, Sweep
 from echoplan.preprocessing import valid_pings
+from echoplan.settings import Settings
 
 __all__ = ["RcdMapper", "RcdMapperSettings"]
 
 _UNDECIDED = np.ones(3)
 
 
-class RcdMapperSettings(BaseModel, frozen=True, extra="forbid"):
+class RcdMapperSettings(Settings):
     """Settings of all stages of the conventional approach."""
 
     clustering: ClusteringSettings = Field(default_factory=ClusteringSettings)
     rcd: RcdSettings = Field(default_factory=RcdSettings)
     assembly: AssemblySettings = Field(default_factory=AssemblySettings)
-    point_radius: float = Field(default=0.03, gt=0.0, description="a circle smaller than this is a corner [m]")
+    point_radius: float = Field(default=0.03, gt=0.0, description="Radius below which a circle is a corner [m].")
 
 
 class RcdMapper:

@@ -8,9 +8,10 @@ sightings of several sweeps are the landmarks of an EKF over the last poses and 
 """
 
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.classical.features import AssemblySettings, Fit, Group, Grouped, Observation, assemble
@@ -27,6 +28,7 @@ from echoplan.extraction import (
 from echoplan.geometry import invert, signed_distances, transform_points, wrap
 from echoplan.model import Cylinder, FeatureMap, Pings, Rig, Sweep
 from echoplan.preprocessing import valid_pings
+from echoplan.settings import Settings
 
 __all__ = ["SalientEkfMapper", "SalientEkfSettings"]
 
@@ -34,17 +36,19 @@ _DEGREES = {LINE.name: np.array([0.0, 0.0, 1.0]), CIRCLE.name: np.array([0.0, 1.
 _CORNER, _UNDECIDED = np.array([1.0, 0.0, 0.0]), np.ones(3)
 
 
-class SalientEkfSettings(BaseModel, frozen=True, extra="forbid"):
+class SalientEkfSettings(Settings):
     """Settings of all stages."""
+
+    former_keys: ClassVar = {"certainty": "min_radius_z"}
 
     clustering: ClusteringSettings = Field(default_factory=ClusteringSettings)
     rcd: RcdSettings = Field(default_factory=RcdSettings)
     slam: SlamSettings = Field(default_factory=SlamSettings)
     assembly: AssemblySettings = Field(default_factory=AssemblySettings)
-    certainty: float = Field(
+    min_radius_z: float = Field(
         default=2.0,
         ge=0.0,
-        description="standard deviations by which the radius of a cylinder is above that of a corner",
+        description="Number of standard deviations by which the radius of a cylinder exceeds that of a corner.",
     )
 
 
@@ -156,7 +160,7 @@ class SalientEkfMapper:
 
     def _is_round(self, landmark: Landmark) -> bool:
         sigma = float(np.sqrt(self._covariance(landmark)[2, 2]))
-        return bool(self._value(landmark)[2] > self.settings.certainty * sigma)
+        return bool(self._value(landmark)[2] > self.settings.min_radius_z * sigma)
 
     def _is_confirmed(self, landmark: Landmark) -> bool:
         return _stations(landmark) >= self.settings.assembly.min_stations

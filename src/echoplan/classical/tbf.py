@@ -1,13 +1,14 @@
 """Triangulation-based fusion (Wijk and Christensen 2000; as recalled): points that several sweeps agree on."""
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.classical.features import PointFeatureSettings, features_of_points
 from echoplan.classical.loci import Loci, Triangulated, TriangulationSettings, triangulate
 from echoplan.classical.points import SegmentSettings, map_of_features
 from echoplan.model import FeatureMap, Rig, Sweep
+from echoplan.settings import Settings
 
 __all__ = ["TbfMapper", "TbfSettings"]
 
@@ -18,10 +19,10 @@ _IN_FRONT = 0.02
 
 def _of_agreed_points() -> PointFeatureSettings:
     # Each point has its witnesses already; which sweep was the newest of them says nothing.
-    return PointFeatureSettings(segments=SegmentSettings(common=_IN_FRONT), min_stations=1)
+    return PointFeatureSettings(segments=SegmentSettings(common_sigma=_IN_FRONT), min_stations=1)
 
 
-class TbfSettings(BaseModel, frozen=True, extra="forbid"):
+class TbfSettings(Settings):
     """Settings of all stages of triangulation-based fusion."""
 
     triangulation: TriangulationSettings = Field(default_factory=TriangulationSettings)

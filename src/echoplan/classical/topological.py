@@ -7,7 +7,7 @@ two places meet, a passage.  Walls, corners and cylinders are those of the paper
 
 from dataclasses import replace
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.classical.features import Observation
 from echoplan.classical.mdp_fuzzy import MdpFuzzyMapper, MdpFuzzySettings
@@ -21,11 +21,12 @@ from echoplan.classical.topology import (
 )
 from echoplan.model import FeatureMap, Pings, Rig, Sweep
 from echoplan.preprocessing import valid_pings
+from echoplan.settings import Settings
 
 __all__ = ["TopologicalMapper", "TopologicalSettings"]
 
 
-class TopologicalSettings(BaseModel, frozen=True, extra="forbid"):
+class TopologicalSettings(Settings):
     """Settings of all stages."""
 
     features: MdpFuzzySettings = Field(default_factory=MdpFuzzySettings)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from echoplan.cli.configuration import settings_of
 from echoplan.cli.results import RESULTS, Results, mapped, say_what_was_found, write_results
 from echoplan.cli.terminal import Progressing, busy, put
 
@@ -39,7 +40,7 @@ def run(
 
     Example: echoplan map rec/ --out map/
     """
-    from echoplan.config import Run, method_of, read_config  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.config import Run, method_of  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.io import check_folder  # noqa: PLC0415
     from echoplan.joint.trace import collect_events  # noqa: PLC0415
     from echoplan.methods import find_method, grid_of, observations_of  # noqa: PLC0415
@@ -48,8 +49,7 @@ def run(
 
     method = method or (method_of(config) if config else None) or "joint"
     chosen = find_method(method)
-    sections = {"method": chosen.settings_type}
-    settings = read_config(config, sections)["method"] if config else chosen.settings_type()
+    settings = settings_of(config, "method", chosen.settings_type)
     settings = settings if poses is None else _with_poses(settings, poses, method)
     check_folder(out, RESULTS)
     opened = open_source(source)

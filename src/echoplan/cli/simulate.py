@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from echoplan.cli.configuration import settings_of
 from echoplan.cli.terminal import Progressing, report_files
 
 if TYPE_CHECKING:
@@ -31,13 +32,12 @@ def run(
 
     Example: echoplan simulate paper-room --out rec/ --seed 1
     """
-    from echoplan.config import Run, read_config, write_run  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.config import Run, write_run  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.io import write_recording, write_truth, written_whole  # noqa: PLC0415
     from echoplan.simulation import Simulation, SimulationSettings, with_odometry  # noqa: PLC0415
     from echoplan.sources import find_rig, find_route, find_world  # noqa: PLC0415
 
-    sections = {"simulation": SimulationSettings}
-    settings = read_config(config, sections)["simulation"] if config else SimulationSettings()
+    settings = settings_of(config, "simulation", SimulationSettings)
     place, using, way = find_world(world), with_odometry(find_rig(rig), settings.odometry), find_route(route or world)
     with _attributed_to(world):
         simulation = Simulation(world=place, rig=using, route=way, settings=settings, seed=seed)

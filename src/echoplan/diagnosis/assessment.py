@@ -207,7 +207,7 @@ def _share(agreement: float | None, rig: Rig, placed: Sequence[Sweep], faults: F
     """
     window = EstimateSettings().window
     # For a longer recording, `joint` reports the share of the last window only.
-    if agreement is not None and len(stations_of(placed).poses) <= window.stations + window.step:
+    if agreement is not None and len(stations_of(placed).poses) <= window.stations + window.stride:
         return agreement
     # The sonar model does not apply to lidar readings.
     if any(fault.kind is RecordingFaultKind.NARROW_BEAM for fault in faults.recording):

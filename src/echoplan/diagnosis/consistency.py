@@ -132,7 +132,7 @@ def consistency(sweeps: Sequence[Sweep], rig: Rig) -> Consistency:
         none = np.zeros(count, dtype=np.int64)
         return Consistency(none, none, 0.0, 0.0)
     pings = np.concatenate([arc.pings for arc in estimate.arcs])
-    features = without_duplicates(estimate.features, estimate.settings.copies)
+    features = without_duplicates(estimate.features, estimate.settings.duplicates)
     sensors, hits = estimate.measurements.sensors[pings], estimate.inlier_mask(features)[pings]
     return Consistency(
         explained=np.bincount(sensors[hits], minlength=count),

@@ -109,7 +109,7 @@ def _trials(estimate: Estimate) -> Iterator[tuple[int, FloatArray, float]]:
 
 def _elsewhere(estimate: Estimate, station: int) -> tuple[FloatArray, float]:
     """Return the pose at which a station fits the landmarks of the others best, and the gain in score [nats]."""
-    least, settings = estimate.settings.search.second_station, estimate.settings.localisation
+    least, settings = estimate.settings.search.min_second_station_llr, estimate.settings.localisation
     known = [
         each
         for each in estimate.features

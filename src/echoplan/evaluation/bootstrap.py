@@ -12,9 +12,10 @@ from math import nan
 from typing import TypeAlias
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray, IntArray
+from echoplan.settings import Settings
 
 __all__ = ["BootstrapSettings", "Distribution", "Interval", "describe", "describe_share"]
 
@@ -22,11 +23,13 @@ __all__ = ["BootstrapSettings", "Distribution", "Interval", "describe", "describ
 _Statistics: TypeAlias = Callable[[FloatArray, IntArray], FloatArray]
 
 
-class BootstrapSettings(BaseModel, frozen=True, extra="forbid"):
+class BootstrapSettings(Settings):
     """How confidence intervals are estimated."""
 
-    resamples: int = Field(default=1000, ge=1, description="number of bootstrap resamples")
-    confidence: float = Field(default=0.95, gt=0, lt=1, description="share of the draws inside the interval")
+    resamples: int = Field(default=1000, ge=1, description="Number of bootstrap samples.")
+    confidence: float = Field(
+        default=0.95, gt=0, lt=1, description="Share of the bootstrap samples inside the interval."
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import IntArray, checked_integers, store
 from echoplan.evaluation.confusion import confusion_matrix
@@ -14,15 +14,18 @@ from echoplan.evaluation.matching import MatchingSettings, match_map
 from echoplan.evaluation.outlines import MapError, OutlineSettings, compare_outlines
 from echoplan.evaluation.trajectory import Trajectory, compare_poses
 from echoplan.model import FeatureClass, FeatureMap, Truth
+from echoplan.settings import Settings
 
 __all__ = ["Evaluation", "EvaluationSettings", "evaluate"]
 
 
-class EvaluationSettings(BaseModel, frozen=True, extra="forbid"):
+class EvaluationSettings(Settings):
     """How a map is compared with the truth."""
 
-    matching: MatchingSettings = Field(default=MatchingSettings(), description="which estimate is of which true object")
-    outlines: OutlineSettings = Field(default=OutlineSettings(), description="how outlines are compared")
+    matching: MatchingSettings = Field(
+        default=MatchingSettings(), description="Gates of the matching of estimates with true objects."
+    )
+    outlines: OutlineSettings = Field(default=OutlineSettings(), description="Comparison of outlines.")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -5,16 +5,17 @@ enough stations can detect it.  An estimate of an object that few stations can d
 """
 
 from collections.abc import Callable, Sequence
-from typing import TypeVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.evaluation.matches import CylinderMatch, Match, Matches, Matching, WallMatch
 from echoplan.evaluation.vertices import true_vertices
 from echoplan.geometry import along, lines_through, signed_distances, wrap
 from echoplan.model import Corner, Cylinder, FeatureMap, Truth, Wall
+from echoplan.settings import Settings
 
 __all__ = [
     "MatchingSettings",
@@ -32,33 +33,39 @@ Kind = TypeVar("Kind", bound=Match)
 _SHORTEST = 1e-6
 
 
-class MatchingSettings(BaseModel, frozen=True, extra="forbid"):
+class MatchingSettings(Settings):
     """When an estimate is taken to be of a true object."""
 
+    former_keys: ClassVar = {"min_heard": "min_stations"}
+
     wall_angle: float = Field(
-        default=float(np.radians(10)), gt=0, description="greatest angle between an estimated and a true wall [rad]"
+        default=float(np.radians(10)), gt=0, description="Largest angle between an estimated and a true wall [rad]."
     )
     wall_distance: float = Field(
-        default=0.10, gt=0, description="greatest distance of an estimated wall's midpoint from the true line [m]"
+        default=0.10, gt=0, description="Largest distance of the midpoint of an estimated wall from the true line [m]."
     )
     wall_slack: float = Field(
-        default=0.10, ge=0, description="how far beyond the ends of the true wall that midpoint's foot may lie [m]"
+        default=0.10, ge=0, description="Largest distance of a midpoint beyond the ends of the true wall [m]."
     )
-    cylinder_distance: float = Field(default=0.15, gt=0, description="greatest distance between two centres [m]")
-    corner_distance: float = Field(default=0.15, gt=0, description="greatest distance of a corner from a vertex [m]")
+    cylinder_distance: float = Field(
+        default=0.15, gt=0, description="Largest distance between an estimated and a true centre [m]."
+    )
+    corner_distance: float = Field(
+        default=0.15, gt=0, description="Largest distance of an estimated corner from a true vertex [m]."
+    )
     opening_distance: float = Field(
-        default=0.30, gt=0, description="greatest distance between the midpoints of two openings [m]"
+        default=0.30, gt=0, description="Largest distance between the midpoints of an estimated and a true opening [m]."
     )
     opening_angle: float = Field(
-        default=float(np.radians(15)), gt=0, description="greatest angle between an estimated and a true opening [rad]"
+        default=float(np.radians(15)), gt=0, description="Largest angle between an estimated and a true opening [rad]."
     )
     opening_reach: float = Field(
-        default=4.0, gt=0, description="greatest distance of a station that faces an opening [m]: an HC-SR04's reach"
+        default=4.0, gt=0, description="Largest distance of a station that faces an opening [m]: that of an HC-SR04."
     )
     min_stations: int = Field(
         default=2,
         ge=1,
-        description="Least number of stations that must be able to detect a true object for it to count for recall.",
+        description="Smallest number of stations that can detect an object that counts for recall.",
     )
 
 

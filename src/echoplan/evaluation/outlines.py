@@ -4,11 +4,12 @@ from dataclasses import dataclass
 from math import ceil, nan, pi
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray, checked_floats, store
 from echoplan.geometry import directions, distances_to_segments
 from echoplan.model import FeatureMap, Truth
+from echoplan.settings import Settings
 
 __all__ = ["DirectedError", "MapError", "Outline", "OutlineSettings", "compare_outlines"]
 
@@ -18,16 +19,16 @@ _BLOCK = 4096
 _SAMPLES_AT_MOST = 100_000
 
 
-class OutlineSettings(BaseModel, frozen=True, extra="forbid"):
+class OutlineSettings(Settings):
     """How outlines are compared."""
 
     spacing: float = Field(
         default=0.01,
         gt=0,
-        description="greatest distance between two samples of an outline [m]: an HC-SR04's centimetre",
+        description="Largest distance between two samples of an outline [m]: the centimetre of an HC-SR04.",
     )
     tolerance: float = Field(
-        default=0.05, gt=0, description="greatest distance between a drawn and a true stretch of wall that agree [m]"
+        default=0.05, gt=0, description="Largest distance between an estimated and a true piece of wall that agree [m]."
     )
 
 

@@ -3,25 +3,31 @@
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray, IntArray, checked_floats, store
 from echoplan.extraction.runs import connected_runs
 from echoplan.geometry import circular_mean, directions, rotation_step, wrap
 from echoplan.model import Pings
+from echoplan.settings import Settings
 
 __all__ = ["Cluster", "ClusteringSettings", "differential_clusters", "hub_distances", "indexed_clusters"]
 
 
-class ClusteringSettings(BaseModel, frozen=True, extra="forbid"):
+class ClusteringSettings(Settings):
     """Settings of the clustering; the paper names the method and none of its numbers."""
 
     jump: float = Field(
-        default=0.02, gt=0.0, description="greatest difference of neighbouring distances of one reflector [m]"
+        default=0.02, gt=0.0, description="Largest difference between neighbouring distances from one reflector [m]."
     )
-    max_gap: float = Field(default=4.5, ge=1.0, description="greatest gap within a run (dropouts) [steps of rotation]")
-    reach: int = Field(default=4, ge=1, le=1000, description="number of neighbours with which a ping is compared")
-    min_pings: int = Field(default=3, ge=1, description="least number of pings of a run")
+    max_gap: float = Field(default=4.5, ge=1.0, description="Largest gap in a run, in steps of rotation, for dropouts.")
+    reach: int = Field(
+        default=4,
+        ge=1,
+        le=1000,
+        description="Number of neighbours with which a ping may be linked, across stray echoes.",
+    )
+    min_pings: int = Field(default=3, ge=1, description="Smallest number of pings of a feature.")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

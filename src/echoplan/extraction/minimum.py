@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray, checked_covariance, checked_floats, store
 from echoplan.extraction.clusters import (
@@ -16,6 +16,7 @@ from echoplan.extraction.clusters import (
 from echoplan.extraction.compensation import arm_excess
 from echoplan.geometry import directions, wrap
 from echoplan.model import Pings
+from echoplan.settings import Settings
 
 __all__ = [
     "LocatedPoint",
@@ -29,13 +30,13 @@ __all__ = [
 ]
 
 
-class MdpSettings(BaseModel, frozen=True, extra="forbid"):
+class MdpSettings(Settings):
     """Settings of the minimum-distance point."""
 
     iterations: int = Field(
         default=5,
         ge=1,
-        description="rounds of compensation: the normal is unknown until the polynomial is fitted",
+        description="Number of rounds of compensation: the normal is unknown until the polynomial is fitted.",
     )
 
 

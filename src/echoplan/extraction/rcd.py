@@ -3,24 +3,25 @@
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray, checked_floats, store
 from echoplan.extraction.clusters import Cluster
 from echoplan.extraction.minimum import LocatedPoint
+from echoplan.settings import Settings
 
 __all__ = ["Rcd", "RcdSettings", "region_of_constant_depth"]
 
 
-class RcdSettings(BaseModel, frozen=True, extra="forbid"):
+class RcdSettings(Settings):
     """Settings of the extraction of regions of constant depth."""
 
     tolerance: float = Field(
         default=0.01,
         gt=0.0,
-        description="greatest difference of depth within a region [m]: two steps of a 5 mm module",
+        description="Largest difference of depth within a region [m]: two steps of a 5 mm module.",
     )
-    min_pings: int = Field(default=5, ge=1, description="least number of pings of a region")
+    min_pings: int = Field(default=5, ge=1, description="Smallest number of pings of a region.")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -38,30 +38,30 @@ _Length = Annotated[Radius, Field(ge=0.0)]
 
 
 class _ProbabilitiesForm(Form):
-    wall: float = Field(default=0.0, description="the probability that it is a wall")
-    corner: float = Field(default=0.0, description="the probability that it is a corner")
-    cylinder: float = Field(default=0.0, description="the probability that it is a cylinder")
+    wall: float = Field(default=0.0, description="Probability that the feature is a wall.")
+    corner: float = Field(default=0.0, description="Probability that the feature is a corner.")
+    cylinder: float = Field(default=0.0, description="Probability that the feature is a cylinder.")
 
     def value(self) -> ClassProbabilities:
         """Make the probabilities."""
         return ClassProbabilities(**self.model_dump())
 
 
-_Likelihood = Annotated[_ProbabilitiesForm | None, Field(description="how likely it is of each class")]
-_Pings = Annotated[Count, Field(description="the number of pings that support it")]
-_Stations = Annotated[Count, Field(description="the number of stations that detected it")]
+_Likelihood = Annotated[_ProbabilitiesForm | None, Field(description="Class probabilities of the feature.")]
+_Pings = Annotated[Count, Field(description="Number of pings that support the feature.")]
+_Stations = Annotated[Count, Field(description="Number of stations that detected the feature.")]
 _Neighbours = Annotated[
     list[Count],
-    Field(description="a list of the walls on both sides, by their places in the list of walls, counted from 0"),
+    Field(description="List of the walls on both sides, by their places in the list of walls, counted from 0."),
 ]
 
 
 class _WallForm(Form):
-    start: Pair = Field(description="its one end [x, y] in metres")
-    end: Pair = Field(description="its other end [x, y] in metres")
-    normal_angle: Radians = Field(description="the direction of its normal [rad]")
-    offset: Coordinate = Field(description="its distance from the origin along the normal [m]")
-    covariance: _Matrix2 = Field(description="the 2 x 2 covariance of normal_angle and offset")
+    start: Pair = Field(description="First end [x, y] in metres.")
+    end: Pair = Field(description="Second end [x, y] in metres.")
+    normal_angle: Radians = Field(description="Direction of the normal of the wall [rad].")
+    offset: Coordinate = Field(description="Distance of the wall from the origin along its normal [m].")
+    covariance: _Matrix2 = Field(description="Covariance of normal_angle and offset (2 x 2).")
     class_probabilities: _Likelihood = None
     pings: _Pings = 0
     stations: _Stations = 0
@@ -69,13 +69,13 @@ class _WallForm(Form):
         default=[None, None],
         min_length=2,
         max_length=2,
-        description="the standard deviations of start and end along the wall [m], null where not estimated",
+        description="Standard deviations of start and end along the wall [m], null where not estimated.",
     )
     inferred: list[_Length] = Field(
         default=[0.0, 0.0],
         min_length=2,
         max_length=2,
-        description="the lengths at start and end over which the wall was extrapolated [m]",
+        description="Lengths at start and end over which the wall is extrapolated [m].",
     )
 
     def value(self) -> Wall:
@@ -92,9 +92,11 @@ class _WallForm(Form):
 
 
 class _CornerForm(Form):
-    position: Pair = Field(description="its vertex [x, y] in metres")
-    kind: Literal["concave", "convex"] = Field(description="its shape as seen from the stations that detected it")
-    covariance: _Matrix2 = Field(description="the 2 x 2 covariance of x and y")
+    position: Pair = Field(description="Vertex of the corner [x, y] in metres.")
+    kind: Literal["concave", "convex"] = Field(
+        description="Shape of the corner as seen from the stations that detected it."
+    )
+    covariance: _Matrix2 = Field(description="Covariance of x and y (2 x 2).")
     class_probabilities: _Likelihood = None
     pings: _Pings = 0
     stations: _Stations = 0
@@ -110,9 +112,9 @@ class _CornerForm(Form):
 
 
 class _CylinderForm(Form):
-    center: Pair = Field(description="its axis [x, y] in metres")
-    radius: Radius = Field(description="its radius [m]")
-    covariance: _Matrix3 = Field(description="the 3 x 3 covariance of x, y and radius")
+    center: Pair = Field(description="Axis of the cylinder [x, y] in metres.")
+    radius: Radius = Field(description="Radius of the cylinder [m].")
+    covariance: _Matrix3 = Field(description="Covariance of x, y and radius (3 x 3).")
     class_probabilities: _Likelihood = None
     pings: _Pings = 0
     stations: _Stations = 0
@@ -137,11 +139,11 @@ def _evidence_in(form: _WallForm | _CornerForm | _CylinderForm, kind: FeatureCla
 
 
 class _OpeningForm(Form):
-    start: Pair = Field(description="its one jamb [x, y] in metres")
-    end: Pair = Field(description="its other jamb [x, y] in metres")
-    width_sigma: _Length = Field(description="the standard deviation of its width [m]")
+    start: Pair = Field(description="First jamb of the opening [x, y] in metres.")
+    end: Pair = Field(description="Second jamb of the opening [x, y] in metres.")
+    width_sigma: _Length = Field(description="Standard deviation of the width of the opening [m].")
     walls: _Neighbours = Field(default=[])
-    passed: bool = Field(default=False, description="true if the robot drove through it")
+    passed: bool = Field(default=False, description="Whether the robot drove through the opening.")
 
     def value(self) -> Opening:
         """Make the opening."""
@@ -154,8 +156,8 @@ class _OpeningForm(Form):
 
 
 class _UnobservedForm(Form):
-    start: Pair = Field(description="its one end [x, y] in metres")
-    end: Pair = Field(description="its other end [x, y] in metres")
+    start: Pair = Field(description="First end [x, y] in metres.")
+    end: Pair = Field(description="Second end [x, y] in metres.")
     walls: _Neighbours = Field(default=[])
 
     def value(self) -> UnobservedStretch:
@@ -164,17 +166,17 @@ class _UnobservedForm(Form):
 
 
 class _PoseForm(Form):
-    sweep: Count = Field(description="the number of the sweep")
-    x: Coordinate = Field(description="where the robot was [m]")
-    y: Coordinate = Field(description="where the robot was [m]")
-    yaw: Radians = Field(description="where the robot looked [rad]")
-    covariance: _Matrix3 | None = Field(default=None, description="the 3 x 3 covariance of x, y and yaw")
+    sweep: Count = Field(description="Number of the sweep.")
+    x: Coordinate = Field(description="Position of the robot [m].")
+    y: Coordinate = Field(description="Position of the robot [m].")
+    yaw: Radians = Field(description="Heading of the robot [rad].")
+    covariance: _Matrix3 | None = Field(default=None, description="Covariance of x, y and yaw (3 x 3).")
 
 
 class _QualityForm(Form):
-    verdict: Literal["good", "doubtful", "failed"] = Field(description="whether the map can be trusted")
-    reasons: list[str] = Field(default=[], description="a list of sentences that say why not")
-    next_step: str = Field(default="", description="what to do about it")
+    verdict: Literal["good", "doubtful", "failed"] = Field(description="Whether the map can be trusted.")
+    reasons: list[str] = Field(default=[], description="List of sentences with the reasons of the verdict.")
+    next_step: str = Field(default="", description="Next step to improve the map.")
 
     def value(self) -> Quality:
         """Make the quality."""
@@ -182,17 +184,19 @@ class _QualityForm(Form):
 
 
 class _MapForm(Form):
-    format: Literal["echoplan-map/1"] = Field(description="the version that this echoplan reads, echoplan-map/1")
-    frame: str = Field(default="map", description="the frame of all coordinates")
-    method: str = Field(default="", description="the name of the method that made the map")
-    parameters: dict[str, Any] = Field(default={}, description="the settings of the run")
-    walls: list[_WallForm] = Field(default=[], description="a list of walls")
-    corners: list[_CornerForm] = Field(default=[], description="a list of corners")
-    cylinders: list[_CylinderForm] = Field(default=[], description="a list of cylinders")
-    poses: list[_PoseForm] = Field(default=[], description="a list of poses, one a sweep")
-    openings: list[_OpeningForm] = Field(default=[], description="a list of openings between walls")
-    unobserved: list[_UnobservedForm] = Field(default=[], description="a list of stretches that no station observed")
-    quality: _QualityForm | None = Field(default=None, description="whether the map can be trusted")
+    format: Literal["echoplan-map/1"] = Field(description="Version of the format, echoplan-map/1.")
+    frame: str = Field(default="map", description="Frame of all coordinates.")
+    method: str = Field(default="", description="Name of the method that made the map.")
+    parameters: dict[str, Any] = Field(default={}, description="Settings of the run.")
+    walls: list[_WallForm] = Field(default=[], description="List of walls.")
+    corners: list[_CornerForm] = Field(default=[], description="List of corners.")
+    cylinders: list[_CylinderForm] = Field(default=[], description="List of cylinders.")
+    poses: list[_PoseForm] = Field(default=[], description="List of poses, one for each sweep.")
+    openings: list[_OpeningForm] = Field(default=[], description="List of openings between walls.")
+    unobserved: list[_UnobservedForm] = Field(
+        default=[], description="List of pieces of wall that no station observed."
+    )
+    quality: _QualityForm | None = Field(default=None, description="Whether the map can be trusted.")
 
     @field_validator("openings", "unobserved", mode="after")
     @classmethod

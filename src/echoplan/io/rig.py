@@ -28,14 +28,14 @@ __all__ = ["format_rig", "read_conventions", "read_rig", "write_rig"]
 
 
 class _SensorForm(Form, extra="forbid"):
-    id: Whole = Field(description="the number of the sensor in the recording")
-    x: Lever = Field(default=0.0, description="the place of the acoustic centre in the turret's frame [m]")
-    y: Lever = Field(default=0.0, description="the place of the acoustic centre in the turret's frame [m]")
-    yaw: Radians = Field(default=0.0, description="the direction of the beam axis in the turret's frame [rad]")
-    half_aperture: HalfAperture = Field(description="half of the opening angle of the beam [rad]")
-    min_range: Metres = Field(description="the nearest distance that is read [m]")
-    max_range: Metres = Field(description="the farthest distance that is read [m]")
-    resolution: Metres = Field(description="the step of the readings [m]")
+    id: Whole = Field(description="Number of the sensor in the recording.")
+    x: Lever = Field(default=0.0, description="Place of the acoustic centre in the turret's frame [m].")
+    y: Lever = Field(default=0.0, description="Place of the acoustic centre in the turret's frame [m].")
+    yaw: Radians = Field(default=0.0, description="Direction of the beam axis in the turret's frame [rad].")
+    half_aperture: HalfAperture = Field(description="Half of the opening angle of the beam [rad].")
+    min_range: Metres = Field(description="Smallest range that the sensor reads [m].")
+    max_range: Metres = Field(description="Largest range that the sensor reads [m].")
+    resolution: Metres = Field(description="Step of the readings [m].")
 
     def value(self) -> Sensor:
         """Make the sensor."""
@@ -43,15 +43,15 @@ class _SensorForm(Form, extra="forbid"):
 
 
 class _TurretForm(Form, extra="forbid"):
-    x: Lever = Field(default=0.0, description="the place of the servo's axis in base_link [m]")
-    y: Lever = Field(default=0.0, description="the place of the servo's axis in base_link [m]")
-    yaw: Radians = Field(default=0.0, description="the direction of servo angle 0 in base_link [rad]")
+    x: Lever = Field(default=0.0, description="Place of the servo's axis in base_link [m].")
+    y: Lever = Field(default=0.0, description="Place of the servo's axis in base_link [m].")
+    yaw: Radians = Field(default=0.0, description="Direction of servo angle 0 in base_link [rad].")
 
 
 class _ServoForm(Form, extra="forbid"):
-    start: Radians = Field(description="the first angle of a sweep [rad]")
-    stop: Radians = Field(description="the last angle of a sweep [rad]")
-    step: Step = Field(description="the turn between two firing rounds [rad]")
+    start: Radians = Field(description="First angle of a sweep [rad].")
+    stop: Radians = Field(description="Last angle of a sweep [rad].")
+    step: Step = Field(description="Turn between two firing rounds [rad].")
 
     def value(self) -> Servo:
         """Make the servo."""
@@ -59,8 +59,8 @@ class _ServoForm(Form, extra="forbid"):
 
 
 class _FiringForm(Form, extra="forbid"):
-    period: Period = Field(description="the time from one group's firing to the next [s]")
-    groups: list[list[Whole]] = Field(description="lists of the sensor ids that fire together")
+    period: Period = Field(description="Time from one group's firing to the next [s].")
+    groups: list[list[Whole]] = Field(description="Lists of the sensor ids that fire together.")
 
     def value(self) -> Firing:
         """Make the order of firing."""
@@ -68,13 +68,15 @@ class _FiringForm(Form, extra="forbid"):
 
 
 class _TransducerForm(Form, extra="forbid"):
-    frequency: Hertz | None = Field(default=None, description="the frequency of the carrier [Hz]")
+    frequency: Hertz | None = Field(default=None, description="Frequency of the carrier [Hz].")
     piston_radius: Metres | None = Field(
-        default=None, description="the radius of the piston that transmits and receives [m]"
+        default=None, description="Radius of the piston that transmits and receives [m]."
     )
-    figure_of_merit: Decibels | None = Field(default=None, description="source level less detection threshold [dB]")
-    quality_factor: Cycles | None = Field(default=None, description="the Q of the sending and receiving resonators")
-    burst_cycles: Cycles | None = Field(default=None, description="the number of carrier cycles in the burst")
+    figure_of_merit: Decibels | None = Field(default=None, description="Source level less detection threshold [dB].")
+    quality_factor: Cycles | None = Field(
+        default=None, description="Quality factor Q of the sending and receiving resonators."
+    )
+    burst_cycles: Cycles | None = Field(default=None, description="Number of carrier cycles in the burst.")
 
     def value(self) -> Transducer:
         """Make the transducer."""
@@ -82,11 +84,17 @@ class _TransducerForm(Form, extra="forbid"):
 
 
 class _OdometryForm(Form, extra="forbid"):
-    along: Deviation | None = Field(default=None, description="the deviation along the way after 1 m [m]")
-    lateral: Deviation | None = Field(default=None, description="the deviation across the way after 1 m [m]")
-    yaw_per_metre: Radians | None = Field(default=None, description="the deviation of the heading after 1 m [rad]")
+    along: Deviation | None = Field(
+        default=None, description="Standard deviation of odometry along the path after 1 m [m]."
+    )
+    lateral: Deviation | None = Field(
+        default=None, description="Standard deviation of odometry across the path after 1 m [m]."
+    )
+    yaw_per_metre: Radians | None = Field(
+        default=None, description="Standard deviation of the heading after 1 m [rad]."
+    )
     yaw_per_radian: Radians | None = Field(
-        default=None, description="the deviation of the heading after a turn of 1 rad [rad]"
+        default=None, description="Standard deviation of the heading after a turn of 1 rad [rad]."
     )
 
     def value(self) -> Odometry:
@@ -100,19 +108,20 @@ _Unit = Annotated[
 
 
 class _ConventionsForm(Form, extra="forbid"):
-    servo_sign: Literal[1, -1] = Field(default=1, description="-1 if recorded servo angles grow clockwise")
-    servo_offset: Radians = Field(default=0.0, description="the servo angle where 0 is recorded [rad]")
-    servo_gain: float = Field(default=1.0, description="how far the servo turns where a radian is recorded")
-    range_unit: _Unit = Field(
-        default="m", description='the unit of ranges: "m", "cm", "mm", "in", "ft" or metres in it'
+    servo_sign: Literal[1, -1] = Field(
+        default=1, description="Sign of recorded servo angles: 1, or -1 if they grow clockwise."
     )
-    position_unit: _Unit = Field(default="m", description="the unit of x and y, written as that of ranges")
+    servo_offset: Radians = Field(default=0.0, description="Angle of the servo at which it records 0 [rad].")
+    servo_gain: float = Field(default=1.0, description="Angle by which the servo turns for each recorded radian [rad].")
+    range_unit: _Unit = Field(default="m", description='Unit of ranges: "m", "cm", "mm", "in", "ft" or metres in it.')
+    position_unit: _Unit = Field(default="m", description="Unit of x and y, written as that of ranges.")
     heading: Literal["counter-clockwise", "clockwise", "compass"] = Field(
         default="counter-clockwise",
-        description='how headings grow: "counter-clockwise" or "clockwise" from +x, "compass" (clockwise from +y)',
+        description='How headings grow: "counter-clockwise" or "clockwise" from +x, "compass" (clockwise from +y).',
     )
     axes: Literal["xy", "yx", "x-y"] = Field(
-        default="xy", description='how x and y lie: "xy"; "yx" if swapped; "x-y" if y points right, or down on a screen'
+        default="xy",
+        description='How x and y lie: "xy"; "yx" if swapped; "x-y" if y points right, or down on a screen.',
     )
 
     def value(self) -> Conventions:
@@ -133,18 +142,20 @@ def _metres(unit: str | float) -> float:
 
 
 class _RigForm(Form, extra="forbid"):
-    name: str = Field(default="rig", description="the name of the rig")
-    turret: _TurretForm = Field(default=_TurretForm(), description="the pose of the servo's axis in base_link")
-    sensor: list[_SensorForm] = Field(description="a list of tables [[sensor]], one for each")
-    servo: _ServoForm | None = Field(default=None, description="the turn of the turret in one sweep")
-    firing: _FiringForm | None = Field(default=None, description="the order in which the sensors fire")
-    transducer: _TransducerForm | None = Field(default=None, description="the transducer, for the simulator")
-    odometry: _OdometryForm | None = Field(default=None, description="how far dead reckoning may be off")
-    conventions: _ConventionsForm = Field(
-        default=_ConventionsForm(), description="how the recording beside it is written"
+    name: str = Field(default="rig", description="Name of the rig.")
+    turret: _TurretForm = Field(default=_TurretForm(), description="Pose of the servo's axis in base_link.")
+    sensor: list[_SensorForm] = Field(description="List of tables [[sensor]], one for each.")
+    servo: _ServoForm | None = Field(default=None, description="Turn of the turret in one sweep.")
+    firing: _FiringForm | None = Field(default=None, description="Order in which the sensors fire.")
+    transducer: _TransducerForm | None = Field(
+        default=None, description="Properties of the transducer for the simulator."
     )
-    speed_of_sound: float | None = Field(default=None, description="the speed of sound that the modules assume [m/s]")
-    rays: bool | None = Field(default=None, description="whether a reading is the nearest point in a cone of rays")
+    odometry: _OdometryForm | None = Field(default=None, description="Standard deviations of odometry.")
+    conventions: _ConventionsForm = Field(
+        default=_ConventionsForm(), description="Conventions of the recording in the same folder."
+    )
+    speed_of_sound: float | None = Field(default=None, description="Speed of sound that the modules assume [m/s].")
+    rays: bool | None = Field(default=None, description="Whether a reading is the nearest point in a cone of rays.")
 
     def value(self) -> Rig:
         """Make the rig."""

@@ -17,16 +17,7 @@ from echoplan.errors import InputError
 from echoplan.io.files import check_file, read_text, readable
 from echoplan.io.units import Coordinate
 
-__all__ = [
-    "Count",
-    "Form",
-    "Pair",
-    "Quadruple",
-    "Triple",
-    "Whole",
-    "read_json",
-    "read_toml",
-]
+__all__ = ["Count", "Form", "Pair", "Quadruple", "Triple", "Whole", "read_json", "read_toml"]
 
 FormT = TypeVar("FormT", bound=BaseModel)
 Location = tuple[int | str, ...]
@@ -200,11 +191,7 @@ def _key_at(location: Location, form: type[BaseModel]) -> tuple[str, str]:
         return "", ""
     key = str(location[names[-1]])
     field = _form_at(location[: names[-1]], form).model_fields.get(key)
-    if not field:
-        return key, ""
-    meaning = str(field.description)
-    # Some forms describe their fields by a phrase, and settings by a sentence.
-    return key, f"{key}: {meaning}" if meaning[:1].isupper() else f"{key} is {meaning}"
+    return key, f"{key}: {field.description}" if field else ""
 
 
 def _nearest(key: str, form: type[BaseModel]) -> str:

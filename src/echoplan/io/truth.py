@@ -17,17 +17,15 @@ __all__ = ["read_truth", "write_truth"]
 
 
 class _TruthForm(Form):
-    walls: list[Quadruple] = Field(description="a list of faces [x1, y1, x2, y2] in metres")
-    walls_heard: list[Count] | None = Field(
-        default=None, description="the number of stations that can detect each wall"
-    )
-    cylinders: list[Triple] = Field(default=[], description="a list of cylinders [x, y, radius] in metres")
+    walls: list[Quadruple] = Field(description="List of faces [x1, y1, x2, y2] in metres.")
+    walls_heard: list[Count] | None = Field(default=None, description="Number of stations that can detect each wall.")
+    cylinders: list[Triple] = Field(default=[], description="List of cylinders [x, y, radius] in metres.")
     cylinders_heard: list[Count] | None = Field(
-        default=None, description="the number of stations that can detect each cylinder"
+        default=None, description="Number of stations that can detect each cylinder."
     )
-    poses: list[Triple] = Field(default=[], description="the true pose [x, y, yaw] of each sweep")
-    given: list[Triple] = Field(default=[], description="the recorded pose [x, y, yaw] of each sweep")
-    temperature: float | None = Field(default=None, description="the temperature of the air in degrees Celsius")
+    poses: list[Triple] = Field(default=[], description="True pose [x, y, yaw] of each sweep.")
+    given: list[Triple] = Field(default=[], description="Recorded pose [x, y, yaw] of each sweep.")
+    temperature: float | None = Field(default=None, description="Temperature of the air in degrees Celsius.")
 
     def value(self) -> Truth:
         """Make the truth."""

@@ -16,9 +16,9 @@ __all__ = ["read_world", "write_world"]
 
 
 class _WallForm(Form, extra="forbid"):
-    points: list[Pair] = Field(description="a list of vertices [x, y] in metres, joined in their order")
-    closed: bool = Field(default=False, description="true if the last vertex joins the first, else false")
-    material: str = Field(default="hard", description="what the wall is made of")
+    points: list[Pair] = Field(description="List of vertices [x, y] in metres, joined in their order.")
+    closed: bool = Field(default=False, description="Whether the last vertex joins the first.")
+    material: str = Field(default="hard", description="Material of the wall.")
 
     def value(self) -> Polyline:
         """Make the walls."""
@@ -26,9 +26,9 @@ class _WallForm(Form, extra="forbid"):
 
 
 class _CylinderForm(Form, extra="forbid"):
-    center: Pair = Field(description="the axis [x, y] in metres")
-    radius: Radius = Field(description="the radius [m]")
-    material: str = Field(default="hard", description="what the cylinder is made of")
+    center: Pair = Field(description="Axis of the cylinder [x, y] in metres.")
+    radius: Radius = Field(description="Radius of the cylinder [m].")
+    material: str = Field(default="hard", description="Material of the cylinder.")
 
     def value(self) -> Pillar:
         """Make the cylinder."""
@@ -36,9 +36,9 @@ class _CylinderForm(Form, extra="forbid"):
 
 
 class _WorldForm(Form, extra="forbid"):
-    name: str = Field(default="", description="the name of the world")
-    wall: list[_WallForm] = Field(default=[], description="a list of tables [[wall]], one for each run")
-    cylinder: list[_CylinderForm] = Field(default=[], description="a list of tables [[cylinder]], one for each")
+    name: str = Field(default="", description="Name of the world.")
+    wall: list[_WallForm] = Field(default=[], description="List of tables [[wall]], one for each run.")
+    cylinder: list[_CylinderForm] = Field(default=[], description="List of tables [[cylinder]], one for each.")
 
     def value(self) -> World:
         """Make the world."""

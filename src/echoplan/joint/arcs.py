@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.acoustics.predicted_echo import Kind, SonarTables, echo_geometry, excess_of, walk_of
 from echoplan.arrays import BoolArray, FloatArray, IntArray
@@ -13,6 +13,7 @@ from echoplan.compiled import compiled
 from echoplan.extraction.runs import connected_runs
 from echoplan.geometry import circular_mean, rotation_step, wrap
 from echoplan.preprocessing.measurements import Measurements
+from echoplan.settings import Settings
 
 __all__ = ["Arc", "ArcSettings", "arc_planes", "find_arcs"]
 
@@ -25,14 +26,23 @@ _FAINT, _FAR = -2.0, 0.03
 _WALL = int(Kind.WALL)
 
 
-class ArcSettings(BaseModel, frozen=True, extra="forbid"):
+class ArcSettings(Settings):
     """Thresholds that link neighbouring readings to arcs; arcs propose landmarks, the pings score them."""
 
-    jump: float = Field(default=0.018, gt=0.0, description="greatest step between neighbouring readings [m]")
-    coarse_jump: float = Field(default=0.03, gt=0.0, description="likewise where pings are 3 degrees apart or more [m]")
-    resolutions: float = Field(default=2.2, gt=0.0, description="least such step in steps of the readings")
-    max_gap: float = Field(default=4.5, gt=0.0, description="missing steps of rotation that an arc survives")
-    reach: int = Field(default=5, ge=1, le=1000, description="neighbours to which a ping may be linked")
+    jump: float = Field(
+        default=0.018,
+        gt=0.0,
+        description="Largest difference between neighbouring readings of an arc where pings are dense [m].",
+    )
+    coarse_jump: float = Field(
+        default=0.03,
+        gt=0.0,
+        description="Largest difference between neighbouring readings of an arc where pings are 3 degrees apart "
+        "or more [m].",
+    )
+    resolutions: float = Field(default=2.2, gt=0.0, description="Smallest value of both, in steps of the readings.")
+    max_gap: float = Field(default=4.5, gt=0.0, description="Largest gap in an arc, in steps of rotation.")
+    reach: int = Field(default=5, ge=1, le=1000, description="Number of neighbours with which a ping may be linked.")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

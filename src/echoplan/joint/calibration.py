@@ -24,7 +24,7 @@ def calibration(estimate: Estimate, solution: Solution) -> dict[str, object]:
     """
     sigmas, model, settings = solution.sonar_sigmas(), solution.model, estimate.settings.optimiser
     priors = estimate.priors(estimate.noise, estimate.pose_prior)
-    sigmas["range_scale"] = solution.considered_sigma("range_scale", "walk_exponent", settings.exponent_sigma)
+    sigmas["range_scale"] = solution.considered_sigma("range_scale", "walk_exponent", settings.walk_exponent_sigma)
     if estimate.has_odometry_model:
         # With an odometry model, the range scale is a consider parameter: it keeps its prior.
         sigmas["range_scale"] = priors.scale_sigma
@@ -32,7 +32,7 @@ def calibration(estimate: Estimate, solution: Solution) -> dict[str, object]:
     sigmas["servo_latency"] = math.hypot(sigmas["servo_latency"], open_lag)
     numbers = {
         "range_offset": (model.range_offset, priors.offset_sigma),
-        "walk_gain": (model.walk_gain, settings.gain_share * priors.walk_gain),
+        "walk_gain": (model.walk_gain, settings.walk_gain_sigma * priors.walk_gain),
         "range_scale": (model.range_scale, priors.scale_sigma),
         "servo_latency": (solution.latency - open_lag, settings.latency_sigma),
         "servo_gain": (solution.servo.gain, settings.servo_gain_sigma),

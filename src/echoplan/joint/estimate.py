@@ -335,8 +335,8 @@ class Estimate:
         scatter = self.solution.scatter if self.solution else math.nan
         if math.isnan(scatter):
             return self
-        most = min(scatter, self.settings.greatest_noise)
-        return replace(self, noise=max(most, self.settings.least_noise, self.rounding))
+        most = min(scatter, self.settings.max_sigma)
+        return replace(self, noise=max(most, self.settings.min_sigma, self.rounding))
 
     def inlier_mask(self, features: Sequence[Hypothesis]) -> BoolArray:
         """Return which pings the landmarks or their multipath explain, shape (n,)."""
@@ -367,13 +367,13 @@ class Estimate:
     def _search(self, *, rounds: int | None = None) -> Search:
         settings = self.settings.search
         if rounds is not None:
-            settings = settings.model_copy(update={"rounds": rounds})
+            settings = settings.model_copy(update={"max_rounds": rounds})
         return Search(self.likelihood, self.arcs, half_aperture=self.half_aperture, settings=settings)
 
 
 def initial_noise(settings: EstimateSettings, resolution: float) -> float:
     """Return the initial standard deviation of a reading [m]: the setting, or more if readings are coarse."""
-    return max(settings.first_noise, 0.9 * resolution)
+    return max(settings.initial_sigma, 0.9 * resolution)
 
 
 def _detections(estimate: Estimate) -> BoolArray:

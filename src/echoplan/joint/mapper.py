@@ -26,7 +26,7 @@ from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps,
 __all__ = ["JointMapper", "JointSettings"]
 
 
-class JointSettings(EstimateSettings, frozen=True, extra="forbid"):
+class JointSettings(EstimateSettings):
     """Settings of all stages of method `joint`."""
 
 
@@ -69,9 +69,9 @@ class JointMapper:
         self._measurements.append(measurements_of(sweep, self.rig))
         window, stations = self.settings.window, self._stations()
         # Sweeps may still be added to the newest station.
-        if len(stations.poses) > window.stations + window.step:
+        if len(stations.poses) > window.stations + window.stride:
             with _one_thread():
-                self._let_go(stations, window.step)
+                self._let_go(stations, window.stride)
 
     def result(self) -> FeatureMap:
         """Estimate the map from all sweeps so far.

@@ -65,7 +65,7 @@ def survey(estimate: Estimate, path_xy: FloatArray) -> MapBuilder:
     )
     known = marginal_prior.reordered(found, state.layout)
     solution = optimise(nothing, state, priors, settings.optimiser, known=known)
-    square = estimate_right_angles(solution.reflectors, solution.layout, solution.covariance, settings.squareness)
+    square = estimate_right_angles(solution.reflectors, solution.layout, solution.covariance, settings.manhattan)
     if square is not None:
         # Alignment with the axes was decided with the absolute poses, which are eliminated by now.
         square = square._replace(along_axes=estimate.is_along_axes)
@@ -75,15 +75,15 @@ def survey(estimate: Estimate, path_xy: FloatArray) -> MapBuilder:
     segments = find_segments(features, echoes, path_xy, settings.segments)
     # Errors of the sonar model do not average out over many stations: they bound the covariances from below.
     lacking = settings.optimiser
-    best = min(priors.offset_sigma, lacking.offset_floor)
+    best = min(priors.offset_sigma, lacking.min_offset_sigma)
     return MapBuilder(
         features=features,
         solution=replace(solution, offset_sigma=best, model_error=lacking.model_error),
         segments=segments,
-        vertices=find_vertices(segments, echoes, settings.vertices),
+        vertices=find_vertices(segments, echoes, settings.corners),
         squareness=square,
-        settings=settings.survey,
-        ties=settings.optimiser.ties,
+        settings=settings.map,
+        ties=settings.optimiser.corner_factors,
         path_xy=path_xy,
     )
 
@@ -252,7 +252,7 @@ def _counted(history: TrackHistory, number: int, estimate: Estimate, going: _Mar
         each.llr_by_station[:count],
         unoccluded_stations(each, estimate.measurements, step=estimate.step)[:count],
     )
-    clear = llr_by_station > estimate.settings.survey.clear_station
+    clear = llr_by_station > estimate.settings.map.min_station_llr
     through = _mostly(going.hidden, going.paths.owners == number, going.stations, count)
     return replace(
         history,

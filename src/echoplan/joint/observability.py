@@ -1,9 +1,10 @@
 """Observability: covariances of estimated poses, and directions in which only odometry determines them."""
 
 from dataclasses import asdict, dataclass
+from typing import ClassVar
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray
@@ -11,6 +12,7 @@ from echoplan.geometry import wrap
 from echoplan.joint.optimisation.pose_factors import PosePrior, between_jacobians
 from echoplan.joint.optimisation.solution import Solution
 from echoplan.preprocessing.stations import Stations
+from echoplan.settings import Settings
 
 __all__ = [
     "ObservabilitySettings",
@@ -23,12 +25,26 @@ __all__ = [
 ]
 
 
-class ObservabilitySettings(BaseModel, frozen=True, extra="forbid"):
+class ObservabilitySettings(Settings):
     """Criteria for poses that are determined by odometry only."""
 
-    unfixed: float = Field(default=1 / 3, gt=0.0, le=1.0, description="share of odometry's deviation that may be left")
-    elongated: float = Field(default=2.0, ge=1.0, description="long axis of an ellipse over its short one")
-    least: float = Field(default=0.01, ge=0.0, description="deviation from which on it is worth telling [m]")
+    former_keys: ClassVar = {"unfixed": "max_sigma_ratio", "elongated": "min_axis_ratio", "least": "min_sigma"}
+
+    max_sigma_ratio: float = Field(
+        default=1 / 3,
+        gt=0.0,
+        le=1.0,
+        description="Largest ratio of a standard deviation to that of odometry alone at which echoes determine a pose.",
+    )
+    min_axis_ratio: float = Field(
+        default=2.0,
+        ge=1.0,
+        description="Smallest ratio of the axes of an error ellipse of a pose that is undetermined along one "
+        "direction.",
+    )
+    min_sigma: float = Field(
+        default=0.01, ge=0.0, description="Smallest standard deviation of an undetermined pose that is reported [m]."
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -138,7 +154,11 @@ def undetermined(
     across, along_walls = np.sqrt(np.maximum(variances, 0.0)).T
     longest = vectors[:, :, 1]
     along, alone = (_deviations(each, longest) for each in (covariances, dead_reckoned))
-    open_ = (along_walls > settings.elongated * across) & (along > settings.unfixed * alone) & (along > settings.least)
+    open_ = (
+        (along_walls > settings.min_axis_ratio * across)
+        & (along > settings.max_sigma_ratio * alone)
+        & (along > settings.min_sigma)
+    )
     # The first pose defines the frame.
     open_[:1] = False
     edges = np.flatnonzero(np.diff(np.concatenate([[False], open_, [False]]).astype(np.int64)))

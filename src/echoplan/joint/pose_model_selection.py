@@ -322,4 +322,4 @@ def _at_rest(estimate: Estimate, status: PoseStatus) -> Estimate:
 
 def _is_by_hand(estimate: Estimate) -> bool:
     """Return True if there are few enough stations for the poses to be waypoints."""
-    return len(estimate.measured_poses) <= estimate.settings.by_hand
+    return len(estimate.measured_poses) <= estimate.settings.max_waypoints

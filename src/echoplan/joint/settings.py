@@ -1,9 +1,9 @@
 """Settings of all stages of the estimator."""
 
 from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, ClassVar
 
-from pydantic import AfterValidator, BaseModel, Field
+from pydantic import AfterValidator, Field
 
 from echoplan.acoustics.range_walk_model import WalkCurve
 from echoplan.errors import EchoplanError
@@ -20,6 +20,7 @@ from echoplan.joint.search.duplicates import DuplicateSettings
 from echoplan.joint.search.scan_matching import LocalisationSettings
 from echoplan.joint.search.search import SearchSettings
 from echoplan.preprocessing.stations import StationSettings
+from echoplan.settings import Settings
 
 __all__ = ["EstimateSettings", "PoseMode", "WindowSettings"]
 
@@ -36,11 +37,15 @@ class PoseMode(StrEnum):
     AUTO = "auto"
 
 
-class WindowSettings(BaseModel, frozen=True, extra="forbid"):
+class WindowSettings(Settings):
     """Number of stations that are optimised together."""
 
-    stations: int = Field(default=24, ge=3, description="that stay at hand when others are let go")
-    step: int = Field(default=12, ge=1, description="that are let go together")
+    former_keys: ClassVar = {"step": "stride"}
+
+    stations: int = Field(
+        default=24, ge=3, description="Number of stations that stay in the window when others are marginalised."
+    )
+    stride: int = Field(default=12, ge=1, description="Number of stations that are marginalised together.")
 
 
 def _falls(walk: str | tuple[tuple[float, float], ...]) -> str | tuple[tuple[float, float], ...]:
@@ -62,39 +67,81 @@ def _check_table(table: tuple[tuple[float, float], ...]) -> None:
         raise ValueError(str(error)) from None
 
 
-class EstimateSettings(BaseModel, frozen=True, extra="forbid"):
+class EstimateSettings(Settings):
     """Settings of all stages of the estimator."""
 
-    poses: PoseMode = Field(default=PoseMode.AUTO, description="trust, correct, or correct if the pings disagree")
+    former_keys: ClassVar = {
+        "agreement": "min_inlier_ratio",
+        "adjustment": "optimiser",
+        "drift": "odometry_noise",
+        "certainty": "observability",
+        "squareness": "manhattan",
+        "copies": "duplicates",
+        "vertices": "corners",
+        "survey": "map",
+        "first_noise": "initial_sigma",
+        "least_noise": "min_sigma",
+        "greatest_noise": "max_sigma",
+        "torn": "max_duplicate_fraction",
+        "shared_error": "max_icc",
+        "by_hand": "max_waypoints",
+    }
+
+    poses: PoseMode = Field(
+        default=PoseMode.AUTO,
+        description="How recorded poses are used: trust, correct, or auto, which corrects them if the pings disagree.",
+    )
     stations: StationSettings = Field(default_factory=StationSettings)
     window: WindowSettings = Field(default_factory=WindowSettings)
     arcs: ArcSettings = Field(default_factory=ArcSettings)
     search: SearchSettings = Field(default_factory=SearchSettings)
     optimiser: OptimiserSettings = Field(default_factory=OptimiserSettings)
     pose_errors: PoseSettings = Field(default_factory=PoseSettings)
-    drift: OdometryNoiseSettings = Field(default_factory=OdometryNoiseSettings)
-    certainty: ObservabilitySettings = Field(default_factory=ObservabilitySettings)
-    squareness: ManhattanSettings = Field(default_factory=ManhattanSettings)
-    copies: DuplicateSettings = Field(default_factory=DuplicateSettings)
+    odometry_noise: OdometryNoiseSettings = Field(default_factory=OdometryNoiseSettings)
+    observability: ObservabilitySettings = Field(default_factory=ObservabilitySettings)
+    manhattan: ManhattanSettings = Field(default_factory=ManhattanSettings)
+    duplicates: DuplicateSettings = Field(default_factory=DuplicateSettings)
     localisation: LocalisationSettings = Field(default_factory=LocalisationSettings)
     segments: SegmentSettings = Field(default_factory=SegmentSettings)
-    vertices: CornerSettings = Field(default_factory=CornerSettings)
-    survey: MapSettings = Field(default_factory=MapSettings)
+    corners: CornerSettings = Field(default_factory=CornerSettings)
+    map: MapSettings = Field(default_factory=MapSettings)
     walk: Annotated[str | tuple[tuple[float, float], ...], AfterValidator(_falls)] = Field(
         default="physical",
-        description="range walk: that of the burst, one fitted to the recording where poses do not drift, or a table "
-        "of how far [m] readings of a signal excess [dB] are too far",
+        description="Range walk (time walk): physical for that of the burst, fitted for one fitted to the "
+        "recording where poses do not drift, or a table of the errors [m] of readings over their "
+        "signal excess [dB].",
     )
-    first_noise: float = Field(default=0.008, gt=0.0, description="of readings before anything is known [m]")
-    least_noise: float = Field(default=0.0015, gt=0.0, description="of the best sensors [m]")
-    greatest_noise: float = Field(default=0.05, gt=0.0, description="of readings that still make a map [m]")
-    torn: float = Field(default=0.25, gt=0.0, le=1.0, description="share of walls that are there twice if poses drift")
+    initial_sigma: float = Field(
+        default=0.008, gt=0.0, description="Standard deviation of readings before the first optimisation [m]."
+    )
+    min_sigma: float = Field(
+        default=0.0015, gt=0.0, description="Smallest standard deviation of readings, that of the best sensors [m]."
+    )
+    max_sigma: float = Field(
+        default=0.05, gt=0.0, description="Largest standard deviation of readings that can still be mapped [m]."
+    )
+    max_duplicate_fraction: float = Field(
+        default=0.25,
+        gt=0.0,
+        le=1.0,
+        description="Largest share of walls that are drawn twice before poses count as drifting.",
+    )
     # Pose errors of a quarter of the noise give an intraclass correlation of 1 / (1 + 4^2).
-    shared_error: float = Field(
-        default=0.06, gt=0.0, le=1.0, description="of a station's readings of a wall, that makes poses doubtful"
+    max_icc: float = Field(
+        default=0.06,
+        gt=0.0,
+        le=1.0,
+        description="Largest intraclass correlation of the readings of a wall from one station before poses "
+        "count as doubtful.",
     )
-    by_hand: int = Field(default=24, ge=0, description="way-points that somebody sets by hand, at most; 0: nobody does")
-    scale_step: float = Field(default=0.004, gt=0.0, description="of the range scale that calls for another look")
+    max_waypoints: int = Field(
+        default=24,
+        ge=0,
+        description="Largest number of stations whose poses may be waypoints set by hand; 0 for never.",
+    )
+    scale_step: float = Field(
+        default=0.004, gt=0.0, description="Change of the range scale above which landmarks are searched again."
+    )
     min_inlier_ratio: float = Field(
-        default=0.88, gt=0.0, le=1.0, description="share of echoes that exact poses explain"
+        default=0.88, gt=0.0, le=1.0, description="Smallest share of echoes that the map explains if poses are exact."
     )

@@ -74,7 +74,7 @@ def _undetermined(estimate: Estimate, covariances: FloatArray) -> tuple[Undeterm
     if estimate.pose_prior is None or not estimate.pose_prior.relative or estimate.solution is None:
         return ()
     between = covariances_between_walls(estimate.solution)
-    return undetermined(covariances, between, dead_reckoned(estimate), estimate.settings.certainty)
+    return undetermined(covariances, between, dead_reckoned(estimate), estimate.settings.observability)
 
 
 def dead_reckoned(estimate: Estimate) -> FloatArray:

@@ -1,28 +1,35 @@
 """The K-means filter of Section 5.1 of the paper: noise and stray points off."""
 
+from typing import ClassVar
+
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.geometry import directions
 from echoplan.model import Pings
+from echoplan.settings import Settings
 
 __all__ = ["KmeansSettings", "echo_points", "kmeans_filter"]
 
 
-class KmeansSettings(BaseModel, frozen=True, extra="forbid"):
+class KmeansSettings(Settings):
     """Settings of the K-means filter; the paper names the filter and none of its numbers."""
+
+    former_keys: ClassVar = {"spread": "gate_ratio"}
 
     pings_per_cluster: int = Field(
         default=5,
         ge=2,
-        description="mean size of a cluster: so many clusters that every stray echo can have one of its own",
+        description="Mean size of a cluster, so small that every stray echo can have a cluster of its own.",
     )
-    min_members: int = Field(default=3, ge=1, description="a cluster of fewer pings is stray")
-    spread: float = Field(
-        default=3.0, gt=1.0, description="a ping this many times farther from its centroid than the median is noise"
+    min_members: int = Field(default=3, ge=1, description="Smallest number of pings of a cluster that is kept.")
+    gate_ratio: float = Field(
+        default=3.0,
+        gt=1.0,
+        description="Largest distance of a ping from its centroid, as a multiple of the median distance.",
     )
-    seed: int = Field(default=0, ge=0, description="seed of the initial centroids")
+    seed: int = Field(default=0, ge=0, description="Seed of the initial centroids.")
 
 
 def echo_points(pings: Pings) -> FloatArray:
@@ -81,5 +88,5 @@ def _is_member(labels: IntArray, distances: FloatArray, settings: KmeansSettings
     for label in np.unique(labels):
         own = labels == label
         if own.sum() >= settings.min_members:
-            members[own] = distances[own] <= settings.spread * np.median(distances[own])
+            members[own] = distances[own] <= settings.gate_ratio * np.median(distances[own])
     return members

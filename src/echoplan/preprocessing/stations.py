@@ -1,14 +1,15 @@
 """Stations: sweeps from nearly the same place count as one."""
 
 import math
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.geometry import compose, invert, wrap
 from echoplan.preprocessing.measurements import Measurements, as_sent, halfway, select_measurements
+from echoplan.settings import Settings
 
 __all__ = ["StationSettings", "Stations", "at_stations", "group_sweeps", "without_repeats"]
 
@@ -16,16 +17,40 @@ __all__ = ["StationSettings", "Stations", "at_stations", "group_sweeps", "withou
 _SAME_PLACE, _SAME_DIRECTION = 0.01, math.radians(0.1)
 
 
-class StationSettings(BaseModel, frozen=True, extra="forbid"):
+class StationSettings(Settings):
     """What is one station."""
 
-    way: float = Field(default=0.15, ge=0.0, description="within which fixed sensors detect the same [m]")
-    turn: float = Field(default=math.radians(15), ge=0.0, description="likewise [rad]")
-    most_pings: int = Field(default=100, ge=1, description="more are a station by themselves, unless they repeat it")
-    same_way: float = Field(
-        default=0.01, ge=0.0, description="within which sweeps repeat each other [m]: a wavelength at 40 kHz"
+    former_keys: ClassVar = {
+        "way": "max_distance",
+        "turn": "max_turn",
+        "most_pings": "max_pings",
+        "same_way": "repeat_distance",
+        "same_turn": "repeat_turn",
+    }
+
+    max_distance: float = Field(
+        default=0.15, ge=0.0, description="Largest distance between sweeps of one station for fixed sensors [m]."
     )
-    same_turn: float = Field(default=math.radians(1.0), ge=0.0, description="likewise [rad]: a step of a servo")
+    max_turn: float = Field(
+        default=math.radians(15),
+        ge=0.0,
+        description="Largest turn between sweeps of one station for fixed sensors [rad].",
+    )
+    max_pings: int = Field(
+        default=100,
+        ge=1,
+        description="Largest number of pings of sweeps that are joined to a station, unless they repeat each other.",
+    )
+    repeat_distance: float = Field(
+        default=0.01,
+        ge=0.0,
+        description="Largest distance between sweeps that repeat each other [m]: a wavelength at 40 kHz.",
+    )
+    repeat_turn: float = Field(
+        default=math.radians(1.0),
+        ge=0.0,
+        description="Largest turn between sweeps that repeat each other [rad]: a step of a servo.",
+    )
 
 
 class Stations(NamedTuple):
@@ -91,11 +116,13 @@ def group_sweeps(recorded: FloatArray, pings: IntArray, settings: StationSetting
     for sweep in range(1, len(recorded)):
         step = recorded[sweep] - recorded[firsts[-1]]
         way, turn = math.hypot(step[0], step[1]), abs(float(wrap(step[2])))
-        near = way <= settings.way and turn <= settings.turn
+        near = way <= settings.max_distance and turn <= settings.max_turn
         # Two sweeps of so many pings never make a station, unless one repeats the other.
-        is_repeat = way <= settings.same_way and turn <= settings.same_turn and 2 * pings[sweep] > settings.most_pings
+        is_repeat = (
+            way <= settings.repeat_distance and turn <= settings.repeat_turn and 2 * pings[sweep] > settings.max_pings
+        )
         together += 0 if is_repeat else int(pings[sweep])
-        if not (is_repeat or (near and together <= settings.most_pings)):
+        if not (is_repeat or (near and together <= settings.max_pings)):
             firsts.append(sweep)
             together = int(pings[sweep])
         numbers.append(len(firsts) - 1)

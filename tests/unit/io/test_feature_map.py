@@ -121,7 +121,7 @@ def test_a_wall_at_fault_is_reported_before_the_openings_beside_it(tmp_path: Pat
         ({"format": "echoplan-map/2"}, r"map\.json, format: must be 'echoplan-map/1', not 'echoplan-map/2'"),
         (
             {"walls": [WALL | {"end": [1.0]}]},
-            r"walls\[0\]\.end: must have at least 2 items, not 1; end is its",
+            r"walls\[0\]\.end: must have at least 2 items, not 1; end: Second end",
         ),
         ({"walls": [WALL | {"end": [0.0, 0.0]}]}, r"walls\[0\]: the ends of a wall must differ"),
         ({"walls": [WALL | {"covariance": [[1, 2], [2, 1]]}]}, r"walls\[0\]: covariance must have no negative eigenv"),
@@ -130,7 +130,7 @@ def test_a_wall_at_fault_is_reported_before_the_openings_beside_it(tmp_path: Pat
         ({"corners": [{"position": [0.0, 0.0]}]}, r"corners\[0\]\.kind: the key 'kind' is missing"),
         (
             {"walls": [WALL | {"endpoint_sigmas": [0.01]}]},
-            r"walls\[0\]\.endpoint_sigmas: must have at least 2 items, not 1; endpoint_sigmas is the standard dev",
+            r"walls\[0\]\.endpoint_sigmas: must have at least 2 items, not 1; endpoint_sigmas: Standard dev",
         ),
         (
             {"walls": [WALL | {"inferred": [0.0, -0.5]}]},
@@ -144,11 +144,14 @@ def test_a_wall_at_fault_is_reported_before_the_openings_beside_it(tmp_path: Pat
         ({"openings": [OPENING | {"walls": [-1]}]}, r"openings\[0\]\.walls\[0\]: must be greater than or equal to 0"),
         (
             {"openings": [OPENING | {"width_sigma": -0.01}]},
-            r"openings\[0\]\.width_sigma: must be greater than or equal to 0, not -0\.01; width_sigma is the standard",
+            r"openings\[0\]\.width_sigma: must be greater than or equal to 0, not -0\.01; width_sigma: Standard",
         ),
         ({"openings": [OPENING | {"end": [1.0, 0.0]}]}, r"openings\[0\]: the ends of an opening must differ"),
         ({"openings": [OPENING | {"passed": "yes"}]}, r"openings\[0\]\.passed: must be a valid boolean, not 'yes'"),
-        ({"poses": [{"sweep": 0, "x": 0.0, "y": 0.0}]}, r"poses\[0\]\.yaw: the key 'yaw' is missing; add it: yaw is"),
+        (
+            {"poses": [{"sweep": 0, "x": 0.0, "y": 0.0}]},
+            r"poses\[0\]\.yaw: the key 'yaw' is missing; add it: yaw: Heading",
+        ),
     ],
 )
 def test_an_invalid_map_is_refused(tmp_path: Path, changes: dict[str, Any], message: str) -> None:

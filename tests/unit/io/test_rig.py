@@ -92,7 +92,7 @@ def test_numbers_of_numpy_are_written_as_numbers(tmp_path: Path) -> None:
         ("id = 4", "id = 4\nx = -150.0", r"line 4, sensor\[0\]\.x: -150 m is larger than a robot; write metres"),
         ("max_range = 4.0", "max_range = 0.01", r"line 2, sensor\[0\]: min_range must be less than max_range"),
         ("half_aperture", "half_apperture", r"the key 'half_apperture' is unknown; did you mean 'half_aperture'\?"),
-        ("resolution = 0.003", "", r"the key 'resolution' is missing; add it: resolution is the step of the readings"),
+        ("resolution = 0.003", "", r"the key 'resolution' is missing; add it: resolution: Step of the readings"),
         ("id = 4", "id = 4.5", r"line 3, sensor\[0\]\.id: must be a valid integer, not 4\.5"),
         ("4.0", "4,0", r"rig\.toml, line 6, column 14: the file is broken"),
     ],

@@ -72,13 +72,13 @@ def test_a_temperature_that_is_not_known_is_not_written(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"walls": [[0.0, 0.0, 1.0]]}, r"truth\.json, walls\[0\]: must have at least 4 items, not 3; walls is a list"),
+        ({"walls": [[0.0, 0.0, 1.0]]}, r"truth\.json, walls\[0\]: must have at least 4 items, not 3; walls: List"),
         ({"walls_heard": [1]}, r"walls_heard must have shape \(2\), not \(1,\)"),
         ({"walls_heard": [1, -1]}, r"walls_heard\[1\]: must be greater than or equal to 0, not -1"),
         ({"walls_heard": [1, 10**30]}, r"walls_heard\[1\]: must be less than or equal to"),
         ({"poses": [[0.0, 0.0, float("nan")]]}, r"poses\[0\]\[2\]: must be a finite number, not nan"),
         ({"given": [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]}, r"given must have shape \(1, 3\), not \(2, 3\)"),
-        ({"walls": None}, r"the key 'walls' is missing; add it: walls is a list of faces"),
+        ({"walls": None}, r"the key 'walls' is missing; add it: walls: List of faces"),
     ],
 )
 def test_an_invalid_truth_is_refused(tmp_path: Path, changes: dict[str, Any], message: str) -> None:

@@ -57,13 +57,17 @@ def test_an_empty_world_is_a_world(tmp_path: Path) -> None:
         ("center", "centre", r"line 10, cylinder\[0\]\.centre: the key 'centre' is unknown; did you mean 'center'\?"),
         ("[[cylinder]]", "[[cylindre]]", r"line 9, cylindre: the key 'cylindre' is unknown; did you mean 'cylinder'"),
         ("radius = 0.1", "radius = 0.0", r"line 9, cylinder\[0\]: radius must be greater than 0, not 0"),
-        ("[4, 0.5]", "[4, 0.5, 1]", r"line 2, wall\[0\]\.points\[1\]: must have at most 2 items, not 3; points is a"),
+        (
+            "[4, 0.5]",
+            "[4, 0.5, 1]",
+            r"line 2, wall\[0\]\.points\[1\]: must have at most 2 items, not 3; points: List of",
+        ),
         ("[4, 0.5]", "[0, 0]", r"line 1, wall\[0\]: points must differ from their neighbours"),
         (", [0, 3]", "", r"line 1, wall\[0\]: points must be at least 3, not 2"),
         (
             "closed = true",
             "closed = 1",
-            r"line 3, wall\[0\]\.closed: must be a valid boolean, not 1; closed is true if",
+            r"line 3, wall\[0\]\.closed: must be a valid boolean, not 1; closed: Whether the last",
         ),
     ],
 )

@@ -225,7 +225,9 @@ def round_and_round() -> tuple[Sweep, ...]:
 
 
 def test_a_thousand_stations_are_mapped_with_bounded_memory() -> None:
-    mapper = JointMapper(find_rig(RING), JointSettings(poses=PoseMode.TRUST, window=WindowSettings(stations=6, step=6)))
+    mapper = JointMapper(
+        find_rig(RING), JointSettings(poses=PoseMode.TRUST, window=WindowSettings(stations=6, stride=6))
+    )
     sizes = []
     for number, sweep in enumerate(round_and_round()):
         mapper.add(sweep)
@@ -241,8 +243,8 @@ def test_a_thousand_stations_are_mapped_with_bounded_memory() -> None:
 
 def test_a_small_window_gives_as_good_a_map_as_all_stations_together() -> None:
     sweeps = round_and_round()[:40]
-    small = JointSettings(poses=PoseMode.TRUST, window=WindowSettings(stations=4, step=3))
-    whole = JointSettings(poses=PoseMode.TRUST, window=WindowSettings(stations=99, step=1))
+    small = JointSettings(poses=PoseMode.TRUST, window=WindowSettings(stations=4, stride=3))
+    whole = JointSettings(poses=PoseMode.TRUST, window=WindowSettings(stations=99, stride=1))
     for settings in (small, whole):
         assert_square(mapped(RING, sweeps, settings), within=0.006)
 
@@ -306,7 +308,7 @@ def test_the_calibration_is_reported_with_the_settings() -> None:
     found = mapped(ARRAY, simulated(ARRAY))
     told = json.loads(json.dumps(found.parameters))
     assert found.method == "joint"
-    assert told["search"]["accept"] == JointSettings().search.accept
+    assert told["search"]["min_log_likelihood_ratio"] == JointSettings().search.min_log_likelihood_ratio
     assert told["found"]["range_scale"]["value"] == pytest.approx(0.0, abs=4 * told["found"]["range_scale"]["sigma"])
     assert told["found"]["agreement"] > 0.95
     assert 0.001 < told["found"]["noise"] < 0.005
@@ -418,7 +420,7 @@ def test_walls_detected_again_close_the_loop() -> None:
 def test_a_rig_that_understates_its_odometry_noise_does_not_distort_the_map(
     told: Odometry, *, farther: bool, stations: int
 ) -> None:
-    drive, window = around_a_block(), WindowSettings(stations=stations, step=2)
+    drive, window = around_a_block(), WindowSettings(stations=stations, stride=2)
     mapper = JointMapper(replace(drive.rig, odometry=told), JointSettings(window=window))
     found = map_sweeps(mapper, tuple(drive))
     assert np.hypot(*(found.poses - drive.truth.poses)[:, :2].T).max() < 0.01

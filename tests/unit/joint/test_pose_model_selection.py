@@ -308,7 +308,7 @@ def test_a_requested_correction_selects_the_pose_model_itself(
         others=others,
     )
     assert found.pose_model is expected
-    many = EstimateSettings().by_hand + 1
+    many = EstimateSettings().max_waypoints + 1
     found = best_of(
         monkeypatch,
         agree=agree,
@@ -433,7 +433,7 @@ def test_stations_are_not_reordered_after_marginalisation(
 
 
 def test_many_stations_are_no_waypoints(monkeypatch: pytest.MonkeyPatch) -> None:
-    many = EstimateSettings().by_hand + 1
+    many = EstimateSettings().max_waypoints + 1
     assert (
         best_of(monkeypatch, agree=set(), log_evidence_without_bias=HAND_FIRST, stations=many).pose_model
         is PoseModel.ODOMETRY
@@ -448,7 +448,7 @@ def test_many_stations_are_no_waypoints(monkeypatch: pytest.MonkeyPatch) -> None
 def test_many_stations_are_corrected_only_with_more_log_evidence(
     monkeypatch: pytest.MonkeyPatch, log_evidence_without_bias: dict[PoseModel, float], expected: PoseModel
 ) -> None:
-    many = EstimateSettings().by_hand + 1
+    many = EstimateSettings().max_waypoints + 1
     assert (
         best_of(monkeypatch, agree=set(), log_evidence_without_bias=log_evidence_without_bias, stations=many).pose_model
         is expected
@@ -461,7 +461,7 @@ def test_poses_of_two_stations_are_not_corrected(monkeypatch: pytest.MonkeyPatch
 
 def test_poses_are_refined_while_the_log_evidence_grows(monkeypatch: pytest.MonkeyPatch) -> None:
     log_evidence_without_bias = [0.0, 20.0, 40.0, 42.0, 90.0]
-    estimate = doubtful(5, settings=EstimateSettings(poses=PoseMode.CORRECT, by_hand=0))
+    estimate = doubtful(5, settings=EstimateSettings(poses=PoseMode.CORRECT, max_waypoints=0))
     told(
         monkeypatch,
         agrees=lambda estimate: False,

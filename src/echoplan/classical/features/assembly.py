@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.classical.features.association import AssociationSettings, Group
 from echoplan.classical.features.corners import CornerObservations, associate_corners, corner_of
@@ -14,17 +14,18 @@ from echoplan.classical.features.junctions import Junction, Span, junctions, set
 from echoplan.classical.features.observations import Observation, stations_of
 from echoplan.classical.features.walls import WallSettings, detected_span, walls_of
 from echoplan.model import FeatureMap, Sweep
+from echoplan.settings import Settings
 
 __all__ = ["AssemblySettings", "Grouped", "assemble"]
 
 _NONE: Mapping[str, object] = MappingProxyType({})
 
 
-class AssemblySettings(BaseModel, frozen=True, extra="forbid"):
+class AssemblySettings(Settings):
     """How observations of many sweeps become one map."""
 
     association: AssociationSettings = Field(default_factory=AssociationSettings)
-    min_stations: int = Field(default=2, ge=1, description="number of stations that must detect an object")
+    min_stations: int = Field(default=2, ge=1, description="Smallest number of stations that must detect an object.")
     walls: WallSettings = Field(default_factory=WallSettings)
     cylinders: CylinderSettings = Field(default_factory=CylinderSettings)
 
@@ -117,7 +118,7 @@ def _corners(
     spans: list[Span], observations: list[Observation], settings: AssemblySettings
 ) -> list[tuple[Junction, CornerObservations]]:
     """Decide which walls meet: first where the corner was detected, then in order of the extension needed."""
-    possible = junctions(spans, max_extension=settings.walls.heard_extension)
+    possible = junctions(spans, max_extension=settings.walls.max_detected_extension)
     associated = dict(zip(possible, associate_corners(possible, observations, settings.association), strict=True))
     trusted = [each for each in possible if associated[each] or each.longest <= settings.walls.max_extension]
     return [(each, associated[each]) for each in settle(sorted(trusted, key=lambda each: not associated[each]))]

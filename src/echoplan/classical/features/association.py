@@ -1,32 +1,42 @@
 """Association over stations: which observations are one object."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.classical.features.fits import Fit, fit_line
 from echoplan.classical.features.observations import Observation, Stack, stations_of
 from echoplan.geometry import directions, signed_distances, wrap
+from echoplan.settings import Settings
 
 __all__ = ["AssociationSettings", "Group", "absorb", "group_lines", "group_points"]
 
 
-class AssociationSettings(BaseModel, frozen=True, extra="forbid"):
+class AssociationSettings(Settings):
     """What may be put together; the paper names no numbers for it."""
 
-    bearing_gate: float = Field(default=0.14, gt=0.0, description="greatest residual of a normal's direction [rad]")
-    distance_gate: float = Field(default=0.03, gt=0.0, description="greatest residual of a distance from a line [m]")
-    point_gate: float = Field(default=0.15, gt=0.0, description="greatest distance between points of one object [m]")
-    bearing_floor: float = Field(
+    former_keys: ClassVar = {"bearing_floor": "common_bearing_sigma", "distance_floor": "common_distance_sigma"}
+
+    bearing_gate: float = Field(
+        default=0.14, gt=0.0, description="Largest residual of the direction of a normal [rad]."
+    )
+    distance_gate: float = Field(default=0.03, gt=0.0, description="Largest residual of the distance from a line [m].")
+    point_gate: float = Field(default=0.15, gt=0.0, description="Largest distance between points of one object [m].")
+    common_bearing_sigma: float = Field(
         default=0.0175,
         gt=0.0,
-        description="what all echoes of one sweep have in common in bearing [rad]: a step of 1 degree",
+        description="Standard deviation of the bearing error that all echoes of a sweep share [rad]: a step of 1 "
+        "degree.",
     )
-    distance_floor: float = Field(
-        default=0.003, gt=0.0, description="likewise in distance [m]: range walk that no compensation removes"
+    common_distance_sigma: float = Field(
+        default=0.003,
+        gt=0.0,
+        description="Standard deviation of the range error that all echoes of a sweep share [m]: range walk that "
+        "no compensation removes.",
     )
 
 
@@ -168,7 +178,7 @@ def _is_near(group: Group, observation: Observation, settings: AssociationSettin
 
 
 def _line_group(members: tuple[Observation, ...], settings: AssociationSettings) -> Group:
-    floor = (settings.bearing_floor, settings.distance_floor)
+    floor = (settings.common_bearing_sigma, settings.common_distance_sigma)
     return Group(members=members, fit=fit_line(Stack.of(list(members), floor=floor)))
 
 

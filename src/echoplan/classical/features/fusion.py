@@ -6,24 +6,26 @@ As recalled: features of circular arcs and Hough lines of triangulated points, e
 from collections.abc import Sequence
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.classical.features.kalman import KalmanSettings, misfits, update
 from echoplan.classical.points import Segment
 from echoplan.geometry import along
 from echoplan.model import Wall
+from echoplan.settings import Settings
 
 __all__ = ["FusionSettings", "fuse_walls", "segment_of_wall"]
 
 
-class FusionSettings(BaseModel, frozen=True, extra="forbid"):
+class FusionSettings(Settings):
     """When two walls are one, and what needs no witness."""
 
     same: KalmanSettings = Field(default_factory=KalmanSettings)
     min_stations: int = Field(
         default=3,
         ge=1,
-        description="a tangent of fewer stations needs a line of points as witness: any two arcs share one",
+        description="Smallest number of stations of a tangent that needs no line of points beside it: any two "
+        "arcs share a tangent.",
     )
 
 

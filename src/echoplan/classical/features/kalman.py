@@ -8,22 +8,25 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.classical.points import Segment
 from echoplan.geometry import along, wrap
+from echoplan.settings import Settings
 
 __all__ = ["KalmanSettings", "Track", "merged", "misfits", "tracked", "update"]
 
 
-class KalmanSettings(BaseModel, frozen=True, extra="forbid"):
+class KalmanSettings(Settings):
     """When two segments are of one line."""
 
     gate: float = Field(
-        default=9.21, gt=0.0, description="greatest squared Mahalanobis distance: 99 % of a chi-square of two"
+        default=9.21,
+        gt=0.0,
+        description="Largest squared Mahalanobis distance between segments of one line: 99 % of a chi-square of two.",
     )
-    max_gap: float = Field(default=0.7, ge=0.0, description="greatest gap between segments of one wall [m]")
+    max_gap: float = Field(default=0.7, ge=0.0, description="Largest gap between segments of one wall [m].")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

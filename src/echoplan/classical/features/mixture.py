@@ -3,28 +3,34 @@
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import BoolArray, FloatArray, chosen_items
+from echoplan.settings import Settings
 
 __all__ = ["Mixture", "MixtureSettings", "learn"]
 
 
-class MixtureSettings(BaseModel, frozen=True, extra="forbid"):
+class MixtureSettings(Settings):
     """When a point is new, and how a component starts."""
 
     novelty: float = Field(
         default=0.01,
         gt=0.0,
         lt=1.0,
-        description="a point less likely than such a part of every component's peak is new, as recalled",
+        description="Share of every component's peak below which the likelihood of a point starts a component, "
+        "as recalled.",
     )
-    sigma: float = Field(default=0.1, gt=0.0, description="standard deviation of a new component [m]")
+    sigma: float = Field(default=0.1, gt=0.0, description="Standard deviation of a new component [m].")
     min_sigma: float = Field(
-        default=0.005, gt=0.0, description="what a component cannot be narrower than [m]: a step of a module"
+        default=0.005, gt=0.0, description="Smallest standard deviation of a component [m]: a step of a module."
     )
-    min_age: int = Field(default=30, ge=1, description="points after which a component must have proved itself")
-    min_mass: float = Field(default=3.0, gt=0.0, description="one that explains fewer by then is spurious [points]")
+    min_age: int = Field(
+        default=30, ge=1, description="Number of points after which a component must reach the mass min_mass."
+    )
+    min_mass: float = Field(
+        default=3.0, gt=0.0, description="Smallest number of points that a component explains after min_age points."
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

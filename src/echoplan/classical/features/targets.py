@@ -107,7 +107,7 @@ def _fitted(
     kind: TargetKind, members: tuple[Observation, ...], gates: AssociationSettings, cylinders: CylinderSettings
 ) -> Target:
     """Fit a target of a kind to observations."""
-    stack = Stack.of(list(members), floor=(gates.bearing_floor, gates.distance_floor))
+    stack = Stack.of(list(members), floor=(gates.common_bearing_sigma, gates.common_distance_sigma))
     prior = 0.0
     if kind is TargetKind.LINE:
         fit = fit_line(stack)

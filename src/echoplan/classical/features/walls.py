@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.classical.features.association import Group
@@ -12,6 +13,7 @@ from echoplan.classical.features.junctions import Junction, Span
 from echoplan.classical.features.observations import shares
 from echoplan.geometry import along, lines_through, path_crossings
 from echoplan.model import Wall
+from echoplan.settings import Settings
 
 __all__ = ["WallSettings", "detected_span", "opened_by", "walls_of"]
 
@@ -19,23 +21,25 @@ __all__ = ["WallSettings", "detected_span", "opened_by", "walls_of"]
 _HALF_WIDTH = 0.1
 
 
-class WallSettings(BaseModel, frozen=True, extra="forbid"):
+class WallSettings(Settings):
     """How far walls extend beyond what was detected of them."""
+
+    former_keys: ClassVar = {"heard_extension": "max_detected_extension"}
 
     max_extension: float = Field(
         default=1.0,
         ge=0.0,
-        description="greatest extension of a wall to an undetected corner with its neighbour [m]",
+        description="Largest length by which a wall is extended to a corner that is not detected [m].",
     )
-    heard_extension: float = Field(
+    max_detected_extension: float = Field(
         default=3.0,
         ge=0.0,
-        description="greatest extension of a wall to a detected corner [m]: the range of a module",
+        description="Largest length by which a wall is extended to a detected corner [m]: the range of a module.",
     )
     wavelength: float = Field(
         default=0.0086,
         gt=0.0,
-        description="wavelength of the carrier [m]: a wall detected once is as long as its Fresnel zone",
+        description="Wavelength of the carrier [m]: a wall detected once is as long as its Fresnel zone.",
     )
 
 

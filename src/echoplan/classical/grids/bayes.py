@@ -11,7 +11,7 @@ costs what it has rows, not what it has cells.
 import math
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.classical.grids.canvas import Canvas, CanvasSettings
@@ -19,21 +19,25 @@ from echoplan.classical.grids.cones import Cones
 from echoplan.classical.grids.sectors import Raster, box_about, chord_of, columns_of, rows_of, sector_of
 from echoplan.compiled import compiled
 from echoplan.model import OccupancyGrid
+from echoplan.settings import Settings
 
 __all__ = ["BayesRule", "BayesSettings"]
 
 
-class BayesSettings(BaseModel, frozen=True, extra="forbid"):
+class BayesSettings(Settings):
     """The inverse sensor model of Table 9.2 of Thrun, Burgard and Fox (2005)."""
 
     occupied: float = Field(
-        default=0.7, gt=0.5, lt=1.0, description="how likely a cell at the distance of the echo is to be occupied"
+        default=0.7, gt=0.5, lt=1.0, description="Probability that a cell at the distance of the echo is occupied."
     )
-    free: float = Field(default=0.3, gt=0.0, lt=0.5, description="how likely a nearer cell is to be occupied")
-    thickness: float = Field(default=0.1, gt=0.0, description="thickness of obstacles [m]: two cells of 5 cm")
+    free: float = Field(
+        default=0.3, gt=0.0, lt=0.5, description="Probability that a cell nearer than the echo is occupied."
+    )
+    thickness: float = Field(default=0.1, gt=0.0, description="Thickness of obstacles [m]: two cells of 5 cm.")
     clear_without_echo: bool = Field(
         default=False,
-        description="whether the cone of a ping without an echo is free, as in the book; smooth walls are silent too",
+        description="Whether the cone of a ping without an echo is free, as in the book; smooth walls may give "
+        "no echo either.",
     )
 
 

@@ -1,12 +1,13 @@
 """A canvas that grows: layers of cells on one lattice, wide enough for all cones so far."""
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classical.grids.sectors import Raster
 from echoplan.errors import InvalidValueError
 from echoplan.model import OccupancyGrid
+from echoplan.settings import Settings
 
 __all__ = ["Canvas", "CanvasSettings"]
 
@@ -17,12 +18,12 @@ _FARTHEST = 2**40
 _EMPTY = np.zeros((2, 2), dtype=np.int64)
 
 
-class CanvasSettings(BaseModel, frozen=True, extra="forbid"):
+class CanvasSettings(Settings):
     """How a map is cut into cells."""
 
-    resolution: float = Field(default=0.05, gt=0.0, description="side of a cell [m]: what navigation commonly uses")
+    resolution: float = Field(default=0.05, gt=0.0, description="Side of a cell [m], as is common for navigation.")
     max_cells: int = Field(
-        default=16_000_000, gt=0, description="a map of more cells is refused: 200 m by 200 m at 5 cm"
+        default=16_000_000, gt=0, description="Largest number of cells of a map: 200 m by 200 m at 5 cm."
     )
 
 

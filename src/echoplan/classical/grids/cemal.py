@@ -7,8 +7,10 @@ each is explained by those cells of its arc, not called free with more pressure,
 The probabilities of the cells, by counting, are this module's own.
 """
 
+from typing import ClassVar
+
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import BoolArray, IntArray
 from echoplan.classical.grids.canvas import Canvas, CanvasSettings
@@ -16,16 +18,22 @@ from echoplan.classical.grids.cones import Cones, chosen_cones, join_cones
 from echoplan.classical.grids.conflicts import Claims, claims_of, explanations, settle_conflicts
 from echoplan.classical.grids.sectors import box_about, trace_for
 from echoplan.model import OccupancyGrid
+from echoplan.settings import Settings
 
 __all__ = ["CemalRule", "CemalSettings"]
 
 
-class CemalSettings(BaseModel, frozen=True, extra="forbid"):
+class CemalSettings(Settings):
     """How thick arcs are, and how many of their cells count."""
 
-    thickness: float = Field(default=0.1, gt=0.0, description="thickness of arcs [m]: two cells of 5 cm")
-    share: float = Field(
-        default=0.5, gt=0.0, le=1.0, description="cells that fit so great a share of the best explain a reading too"
+    former_keys: ClassVar = {"share": "min_relative_fit"}
+
+    thickness: float = Field(default=0.1, gt=0.0, description="Thickness of arcs [m]: two cells of 5 cm.")
+    min_relative_fit: float = Field(
+        default=0.5,
+        gt=0.0,
+        le=1.0,
+        description="Smallest fit of a cell that explains a reading, as a share of the best fit.",
     )
 
 
@@ -76,7 +84,7 @@ class CemalRule:
             If the map would be too large.
         """
         claims, _, canvas = self._settled()
-        echoes = explanations(claims, share=self.settings.share)
+        echoes = explanations(claims, share=self.settings.min_relative_fit)
         values = np.where(echoes > 0, (echoes + 1.0) / (echoes + 2.0), 1.0 / (claims.passes + 2.0))
         return canvas.grid(values.reshape(canvas.layers.shape[1:]))
 

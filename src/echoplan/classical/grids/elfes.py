@@ -5,9 +5,10 @@ cancelled where the cell is known to be empty, then made to sum to one over the 
 """
 
 import math
+from typing import ClassVar
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.classical.grids.canvas import Canvas, CanvasSettings
@@ -15,18 +16,23 @@ from echoplan.classical.grids.cones import Cones, chosen_cones
 from echoplan.classical.grids.sectors import Raster, Trace, box_about, trace_for, trace_sector
 from echoplan.compiled import compiled
 from echoplan.model import OccupancyGrid
+from echoplan.settings import Settings
 
 __all__ = ["ElfesRule", "ElfesSettings"]
 
 
-class ElfesSettings(BaseModel, frozen=True, extra="forbid"):
+class ElfesSettings(Settings):
     """The profiles of Moravec and Elfes."""
 
-    error: float = Field(
-        default=0.05, gt=0.0, description="error of a range [m]: what is so near to an echo may have caused it"
+    former_keys: ClassVar = {"error": "range_error"}
+
+    range_error: float = Field(
+        default=0.05, gt=0.0, description="Largest error of a range [m]: any obstacle so near to an echo may cause it."
     )
     max_range: float | None = Field(
-        default=None, gt=0.0, description="longer readings are discarded [m]; None for the reach of the sensor"
+        default=None,
+        gt=0.0,
+        description="Range beyond which readings are discarded [m]; the maximum range of the sensor if it is missing.",
     )
 
 
@@ -60,11 +66,11 @@ class ElfesRule:
         """
         farthest = math.inf if self.settings.max_range is None else self.settings.max_range
         detected = chosen_cones(cones, np.isfinite(cones.readings) & (cones.readings <= farthest))
-        radii = detected.readings + self.settings.error
+        radii = detected.readings + self.settings.range_error
         self._canvas.cover(box_about(detected, radii))
         trace = trace_for(detected, radii, self._canvas.settings.resolution)
         for superpose in (superpose_empty, superpose_occupied):
-            superpose(self._canvas.layers, self._canvas.raster, detected, trace, self.settings.error)
+            superpose(self._canvas.layers, self._canvas.raster, detected, trace, self.settings.range_error)
 
     @property
     def grid(self) -> OccupancyGrid:

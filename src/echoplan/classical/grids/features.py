@@ -1,11 +1,12 @@
 """Features of a grid: walls, corners and cylinders among its occupied cells."""
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classical.points import PointFeatures, PointFeatureSettings, SegmentSettings, features_of_points
 from echoplan.model import OccupancyGrid
+from echoplan.settings import Settings
 
 __all__ = ["GridFeatureSettings", "features_of_grid", "free_sides", "occupied_cells"]
 
@@ -15,16 +16,22 @@ _AROUND = 3
 
 def _cell_features() -> PointFeatureSettings:
     """Cells of 5 cm lie up to a cell beside their wall, and all of one row err alike."""
-    return PointFeatureSettings(segments=SegmentSettings(band=0.05, common=0.05 / np.sqrt(12.0)))
+    return PointFeatureSettings(segments=SegmentSettings(band=0.05, common_sigma=0.05 / np.sqrt(12.0)))
 
 
-class GridFeatureSettings(BaseModel, frozen=True, extra="forbid"):
+class GridFeatureSettings(Settings):
     """Which cells are occupied, and what makes features of them."""
 
     occupied: float = Field(
-        default=0.65, gt=0.5, lt=1.0, description="likelier cells are occupied: the threshold of ROS's map_server"
+        default=0.65,
+        gt=0.5,
+        lt=1.0,
+        description="Probability above which a cell is occupied: the threshold of map_server of ROS.",
     )
-    points: PointFeatureSettings = Field(default_factory=_cell_features, description="bands are those of cells of 5 cm")
+    points: PointFeatureSettings = Field(
+        default_factory=_cell_features,
+        description="Extraction of features from the centres of cells; the bands are those of cells of 5 cm.",
+    )
 
 
 def features_of_grid(grid: OccupancyGrid, settings: GridFeatureSettings) -> PointFeatures:

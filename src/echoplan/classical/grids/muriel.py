@@ -17,10 +17,10 @@ Pose buckets and a forward model with specular terms are Konolige's; the forms o
 """
 
 import math
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classical.grids.canvas import Canvas, CanvasSettings
@@ -28,6 +28,7 @@ from echoplan.classical.grids.cones import Cones, chosen_cones, join_cones
 from echoplan.classical.grids.sectors import Raster, Trace, box_about, trace_for, trace_sector
 from echoplan.compiled import compiled
 from echoplan.model import OccupancyGrid
+from echoplan.settings import Settings
 
 __all__ = ["MurielRule", "MurielSettings"]
 
@@ -38,20 +39,28 @@ _FAR = 8.0
 _ROOT_TWO, _ROOT_TAU = math.sqrt(2.0), math.sqrt(2.0 * math.pi)
 
 
-class MurielSettings(BaseModel, frozen=True, extra="forbid"):
+class MurielSettings(Settings):
     """The forward model, and the distance within which pings are of one place."""
 
-    detection: float = Field(
+    former_keys: ClassVar = {
+        "detection": "detection_probability",
+        "deviation": "sigma",
+        "background": "clutter_density",
+    }
+
+    detection_probability: float = Field(
         default=0.95,
         gt=0.0,
         lt=1.0,
-        description="probability of detecting a near surface on the axis that faces the sensor",
+        description="Detection probability of a near surface on the axis that faces the sensor.",
     )
-    deviation: float = Field(default=0.03, gt=0.0, description="standard deviation of a range and of a cell [m]")
-    background: float = Field(
-        default=1.0, gt=0.0, description="density of readings that a cell does not cause [1/m]: a room's width"
+    sigma: float = Field(default=0.03, gt=0.0, description="Standard deviation of a range and of a cell [m].")
+    clutter_density: float = Field(
+        default=1.0,
+        gt=0.0,
+        description="Density of readings that a cell does not cause [1/m]: one in the width of a room.",
     )
-    place: float = Field(default=0.1, gt=0.0, description="side of a place: pings in it are not independent [m]")
+    place: float = Field(default=0.1, gt=0.0, description="Side of a place within which pings are not independent [m].")
 
 
 class Model(NamedTuple):
@@ -98,7 +107,7 @@ class MurielRule:
             If the map would be too large.
         """
         cones = join_cones(self._parts)
-        radii = np.minimum(cones.readings + _TAIL * self.settings.deviation, cones.reaches)
+        radii = np.minimum(cones.readings + _TAIL * self.settings.sigma, cones.reaches)
         canvas = Canvas(self._lattice)
         canvas.cover(box_about(cones, radii))
         trace = trace_for(cones, radii, self._lattice.resolution)
@@ -110,7 +119,7 @@ class MurielRule:
 
     def _gather(self, place: Canvas, cones: Cones, radii: FloatArray, trace: Trace) -> None:
         place.cover(box_about(cones, radii))
-        model = Model(self.settings.detection, self.settings.deviation, self.settings.background)
+        model = Model(self.settings.detection_probability, self.settings.sigma, self.settings.clutter_density)
         keep_strongest(place.layers, place.raster, cones, radii, trace, model)
 
 

@@ -10,7 +10,7 @@ obstacle raises them; a cell that fell to 0 stays there.
 import math
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.classical.grids.canvas import Canvas, CanvasSettings
@@ -18,6 +18,7 @@ from echoplan.classical.grids.cones import Cones, chosen_cones
 from echoplan.classical.grids.sectors import Raster
 from echoplan.compiled import compiled
 from echoplan.model import OccupancyGrid
+from echoplan.settings import Settings
 
 __all__ = ["RangeLayerRule", "RangeLayerSettings"]
 
@@ -27,12 +28,12 @@ _LETHAL, _TARGET, _UNKNOWN = 254.0, 233.0, 127.0
 _STRETCH = 1.2
 
 
-class RangeLayerSettings(BaseModel, frozen=True, extra="forbid"):
+class RangeLayerSettings(Settings):
     """The parameters of the layer, with its own defaults."""
 
-    phi: float = Field(default=1.2, gt=0.0, description="at this distance a cell counts half [m]")
+    phi: float = Field(default=1.2, gt=0.0, description="Distance at which a cell has half its weight [m].")
     clear_on_max_reading: bool = Field(
-        default=False, description="whether a ping without an echo makes its whole rectangle free"
+        default=False, description="Whether a ping without an echo clears its whole rectangle."
     )
 
 

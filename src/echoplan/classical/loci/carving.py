@@ -3,28 +3,36 @@
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.classical.loci.loci import Loci
 from echoplan.compiled import compiled
 from echoplan.geometry import directions
+from echoplan.settings import Settings
 
 __all__ = ["Carved", "CarvingSettings", "carve", "longest_runs", "sample_turns"]
 
 
-class CarvingSettings(BaseModel, frozen=True, extra="forbid"):
+class CarvingSettings(Settings):
     """How finely arcs are cut, and what is left of them."""
 
-    samples: int = Field(default=25, ge=3, description="points in which an arc is kept")
+    samples: int = Field(default=25, ge=3, description="Number of points that represent an arc.")
     margin: float = Field(
-        default=0.05, gt=0.0, description="how much nearer than an echo it is free for certain [m]: noise and poses"
+        default=0.05,
+        gt=0.0,
+        description="Distance before an echo from which on space is not surely free, for noise and pose errors [m].",
     )
     core: float = Field(
-        default=0.5, gt=0.0, le=1.0, description="part of the beam that is shown to be free: its rim may miss things"
+        default=0.5,
+        gt=0.0,
+        le=1.0,
+        description="Share of the beam that is certain to be free before an echo: its rim may miss objects.",
     )
     max_width: float = Field(
-        default=0.5236, gt=0.0, description="an arc of which more is left says nothing yet [rad]: 30 degrees"
+        default=0.5236,
+        gt=0.0,
+        description="Largest width of what is left of an arc that gives a point [rad]: 30 degrees.",
     )
 
 

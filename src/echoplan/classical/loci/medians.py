@@ -7,26 +7,29 @@ of these crossings along the arc is not moved by a few stray ones.
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classical.loci.crossings import find_crossings
 from echoplan.classical.loci.loci import Loci
+from echoplan.settings import Settings
 
 __all__ = ["MedianSettings", "Medians", "transversal_medians"]
 
 
-class MedianSettings(BaseModel, frozen=True, extra="forbid"):
+class MedianSettings(Settings):
     """What counts as a crossing, and how many have a median."""
 
     min_angle: float = Field(
         default=0.5236,
         gt=0.0,
         lt=1.5708,
-        description="least angle between arcs that cross [rad]: 30 degrees, as recalled",
+        description="Smallest angle between arcs that cross [rad]: 30 degrees, as recalled.",
     )
     min_crossings: int = Field(
-        default=3, ge=1, description="an arc crossed more seldom has no point: of two, a stray one is half"
+        default=3,
+        ge=1,
+        description="Smallest number of crossings of an arc that gives a point: of two, one outlier is half.",
     )
 
 

@@ -8,22 +8,29 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classical.loci.crossings import Crossings, find_crossings
 from echoplan.classical.loci.loci import Loci
+from echoplan.settings import Settings
 
 __all__ = ["Triangulated", "TriangulationSettings", "triangulate"]
 
 
-class TriangulationSettings(BaseModel, frozen=True, extra="forbid"):
+class TriangulationSettings(Settings):
     """How many sweeps are remembered, and what agrees."""
 
-    window: int = Field(default=10, ge=1, description="sweeps against which the newest is held, as recalled")
-    gate: float = Field(default=0.05, gt=0.0, description="crossings within such a stretch of an arc agree [m]")
-    min_angle: float = Field(default=0.1745, gt=0.0, lt=1.5708, description="least angle between arcs that cross [rad]")
-    min_sweeps: int = Field(default=2, ge=1, description="earlier sweeps that must agree, as recalled")
+    window: int = Field(
+        default=10, ge=1, description="Number of earlier sweeps with which the newest is compared, as recalled."
+    )
+    gate: float = Field(default=0.05, gt=0.0, description="Length of an arc within which crossings agree [m].")
+    min_angle: float = Field(
+        default=0.1745, gt=0.0, lt=1.5708, description="Smallest angle between arcs that cross [rad]."
+    )
+    min_sweeps: int = Field(
+        default=2, ge=1, description="Smallest number of earlier sweeps that must agree, as recalled."
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

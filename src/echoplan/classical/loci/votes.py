@@ -7,29 +7,37 @@ y sin(alpha))`` or from a corner ``(x + r cos(alpha), y + r sin(alpha))``, for s
 from collections.abc import Sequence
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.classical.features.ballots import Ballot
 from echoplan.classical.loci.loci import Loci
 from echoplan.geometry import directions
+from echoplan.settings import Settings
 
 __all__ = ["VoteSettings", "chance_votes", "line_ballot", "point_ballot"]
 
 
-class VoteSettings(BaseModel, frozen=True, extra="forbid"):
+class VoteSettings(Settings):
     """Cells of the accumulators, and what wins."""
 
-    angle_step: float = Field(default=0.0175, gt=0.0, le=0.2, description="step of alpha, and of a line's normal [rad]")
-    offset_step: float = Field(default=0.03, gt=0.0, description="width of a line's cell in offset [m]")
-    cell: float = Field(default=0.05, gt=0.0, description="side of a point's cell [m]")
-    gate: float = Field(default=0.03, gt=0.0, description="greatest distance of an arc from what it comes from [m]")
-    min_votes: int = Field(default=4, ge=1, description="least votes of a winner")
+    angle_step: float = Field(
+        default=0.0175, gt=0.0, le=0.2, description="Step of alpha and of the normal of a line [rad]."
+    )
+    offset_step: float = Field(default=0.03, gt=0.0, description="Width of the cell of a line in offset [m].")
+    cell: float = Field(default=0.05, gt=0.0, description="Side of the cell of a point [m].")
+    gate: float = Field(
+        default=0.03, gt=0.0, description="Largest distance of an arc from the line or point that causes it [m]."
+    )
+    min_votes: int = Field(default=4, ge=1, description="Smallest number of votes of a detection.")
     false_alarms: float = Field(
-        default=0.1, gt=0.0, description="winners of a map that random ranges may be expected to make"
+        default=0.1, gt=0.0, description="Expected number of detections that random ranges make in a map."
     )
     min_sweeps: int = Field(
-        default=3, ge=1, description="sweeps that must vote for a winner: any two arcs share tangents and crossings"
+        default=3,
+        ge=1,
+        description="Smallest number of sweeps that must vote for a detection: any two arcs share tangents and "
+        "crossings.",
     )
 
 

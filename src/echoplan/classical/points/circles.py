@@ -1,12 +1,14 @@
 """Circles among weighted points: one around each knot of points that lie on a rim."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classical.points.clouds import Cloud
+from echoplan.settings import Settings
 
 __all__ = ["Circle", "CircleSettings", "circle_covariance", "find_circles", "fit_taubin"]
 
@@ -15,16 +17,26 @@ _ROUNDS = 20
 _FARTHER = 2.0
 
 
-class CircleSettings(BaseModel, frozen=True, extra="forbid"):
+class CircleSettings(Settings):
     """What makes a circle."""
 
-    link: float = Field(default=0.1, gt=0.0, description="points nearer to each other are of one object [m]")
-    band: float = Field(default=0.03, gt=0.0, description="greatest distance of a point from its circle [m]")
-    min_radius: float = Field(default=0.03, gt=0.0, description="a smaller circle is an edge [m]")
-    max_radius: float = Field(default=0.5, gt=0.0, description="a larger one is no column [m]")
-    min_weight: float = Field(default=6.0, gt=0.0, description="a circle of less weight is none [points]")
-    min_arc: float = Field(default=1.05, gt=0.0, description="least part of the rim that must be seen [rad]")
-    common: float = Field(default=0.005, gt=0.0, description="what all points have in common [m]: a step of a module")
+    former_keys: ClassVar = {"common": "common_sigma"}
+
+    link: float = Field(
+        default=0.1, gt=0.0, description="Largest distance between neighbouring points of one object [m]."
+    )
+    band: float = Field(default=0.03, gt=0.0, description="Largest distance of a point from its circle [m].")
+    min_radius: float = Field(
+        default=0.03, gt=0.0, description="Smallest radius of a circle; a smaller one is an edge [m]."
+    )
+    max_radius: float = Field(default=0.5, gt=0.0, description="Largest radius of a cylinder [m].")
+    min_weight: float = Field(default=6.0, gt=0.0, description="Smallest weight of a circle [points].")
+    min_arc: float = Field(default=1.05, gt=0.0, description="Smallest part of the rim that must be observed [rad].")
+    common_sigma: float = Field(
+        default=0.005,
+        gt=0.0,
+        description="Standard deviation of the error that all points share [m]: a step of a module.",
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -132,8 +144,8 @@ def circle_covariance(cloud: Cloud, circle: FloatArray, settings: CircleSettings
     information = (slopes * weights[:, None]).T @ slopes
     if np.linalg.cond(information) > 1e8:
         return None
-    scatter = float(weights @ (depths - circle[2]) ** 2 / weights.sum()) + settings.common**2
-    covariance: FloatArray = scatter * np.linalg.inv(information) + settings.common**2 * np.eye(3)
+    scatter = float(weights @ (depths - circle[2]) ** 2 / weights.sum()) + settings.common_sigma**2
+    covariance: FloatArray = scatter * np.linalg.inv(information) + settings.common_sigma**2 * np.eye(3)
     return (covariance + covariance.T) / 2
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray, IntArray, checked_floats, checked_integers
 from echoplan.classical.features.corners import crossing_covariance
@@ -16,22 +16,25 @@ from echoplan.classical.points.peaks import find_segments
 from echoplan.classical.points.segments import Segment, SegmentSettings
 from echoplan.geometry import signed_distances
 from echoplan.model import Corner, Cylinder, Wall
+from echoplan.settings import Settings
 
 __all__ = ["PointFeatureSettings", "PointFeatures", "features_of_points", "join_segments"]
 
 Found = TypeVar("Found", Segment, Circle)
 
 
-class PointFeatureSettings(BaseModel, frozen=True, extra="forbid"):
+class PointFeatureSettings(Settings):
     """What makes walls, corners and cylinders of points."""
 
     segments: SegmentSettings = Field(default_factory=SegmentSettings)
     circles: CircleSettings = Field(default_factory=CircleSettings)
     min_stations: int = Field(
-        default=2, ge=1, description="number of stations that must detect a feature, where the stations are known"
+        default=2,
+        ge=1,
+        description="Smallest number of stations that must detect a feature, where the stations are known.",
     )
     max_extension: float = Field(
-        default=0.5, ge=0.0, description="greatest length by which a wall is extended to meet its neighbour [m]"
+        default=0.5, ge=0.0, description="Largest length by which a wall is extended to meet its neighbour [m]."
     )
 
 

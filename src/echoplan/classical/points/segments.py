@@ -1,32 +1,42 @@
 """Straight segments: stretches of lines through weighted points, by orthogonal regression."""
 
 from dataclasses import dataclass, field, replace
+from typing import ClassVar
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classical.points.clouds import Cloud
 from echoplan.geometry import along, directions, signed_distances, wrap
+from echoplan.settings import Settings
 
 __all__ = ["Segment", "SegmentSettings", "fit_orthogonal", "line_covariance", "segment_of"]
 
 
-class SegmentSettings(BaseModel, frozen=True, extra="forbid"):
+class SegmentSettings(Settings):
     """What makes a segment."""
 
-    band: float = Field(default=0.03, gt=0.0, description="greatest distance of a point from its line [m]")
-    angle_step: float = Field(default=0.0175, gt=0.0, le=0.5, description="step of the votes' directions [rad]")
+    former_keys: ClassVar = {"common": "common_sigma"}
+
+    band: float = Field(default=0.03, gt=0.0, description="Largest distance of a point from its line [m].")
+    angle_step: float = Field(
+        default=0.0175, gt=0.0, le=0.5, description="Step of the directions that are voted for [rad]."
+    )
     max_gap: float = Field(
         default=0.7,
         gt=0.0,
-        description="greatest gap between points of one segment [m]: a beam of 20 degrees to either side at 1 m",
+        description="Largest gap between points of one segment [m]: a beam of 20 degrees to either side at 1 m.",
     )
-    min_length: float = Field(default=0.3, gt=0.0, description="a segment of which points cover less is none [m]")
-    reach: float = Field(default=0.1, gt=0.0, description="a gap between two points is covered up to so much of it [m]")
-    min_weight: float = Field(default=6.0, gt=0.0, description="a segment of less weight is none [points]")
-    common: float = Field(
-        default=0.005, gt=0.0, description="what the points at each end have in common [m]: a step of a module"
+    min_length: float = Field(
+        default=0.3, gt=0.0, description="Smallest length of a segment that its points cover [m]."
+    )
+    reach: float = Field(default=0.1, gt=0.0, description="Length of a gap between two points that they cover [m].")
+    min_weight: float = Field(default=6.0, gt=0.0, description="Smallest weight of a segment [points].")
+    common_sigma: float = Field(
+        default=0.005,
+        gt=0.0,
+        description="Standard deviation of the error that the points at each end share [m]: a step of a module.",
     )
 
 
@@ -126,8 +136,8 @@ def line_covariance(cloud: Cloud, line: FloatArray, settings: SegmentSettings) -
     middle = float(weights @ coordinates / weights.sum())
     scatter = float(weights @ signed_distances(line, cloud.points_xy) ** 2 / weights.sum())
     lever = float(weights @ (coordinates - middle) ** 2)
-    turn = scatter / lever + 2 * (settings.common / np.ptp(coordinates)) ** 2
-    shift = scatter / float(weights.sum()) + settings.common**2 / 2
+    turn = scatter / lever + 2 * (settings.common_sigma / np.ptp(coordinates)) ** 2
+    shift = scatter / float(weights.sum()) + settings.common_sigma**2 / 2
     # The offset is that of the middle, moved along the turned line to the foot of the origin.
     return np.array([[turn, middle * turn], [middle * turn, shift + middle**2 * turn]])
 

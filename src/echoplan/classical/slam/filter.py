@@ -9,9 +9,10 @@ initialised from both.  That needs the poses of both sweeps in the state (delaye
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import log
+from typing import ClassVar
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.classical.features.observations import Observation
@@ -19,29 +20,41 @@ from echoplan.classical.slam.gaussian_state import GaussianState, Innovation
 from echoplan.classical.slam.landmarks import CIRCLE, LINE, Shape
 from echoplan.classical.slam.motion import MotionSettings, moved
 from echoplan.geometry import compose, invert, wrap
+from echoplan.settings import Settings
 
 __all__ = ["Landmark", "Slam", "SlamSettings"]
 
 
-class SlamSettings(BaseModel, frozen=True, extra="forbid"):
+class SlamSettings(Settings):
     """Settings of the filter."""
+
+    former_keys: ClassVar = {
+        "odds": "min_likelihood_ratio",
+        "bearing_floor": "common_bearing_sigma",
+        "distance_floor": "common_distance_sigma",
+    }
 
     motion: MotionSettings = Field(default_factory=MotionSettings)
     gate: float = Field(
-        default=0.99, gt=0.0, lt=1.0, description="share of the observations of a landmark that fall within its gate"
+        default=0.99, gt=0.0, lt=1.0, description="Share of the measurements of a landmark that are associated with it."
     )
-    odds: float = Field(
-        default=20.0, ge=1.0, description="likelihood ratio of the two shapes above which a landmark is initialised"
+    min_likelihood_ratio: float = Field(
+        default=20.0, ge=1.0, description="Smallest likelihood ratio of two shapes with which a landmark is added."
     )
-    window: int = Field(default=12, ge=2, description="number of the latest sweeps whose poses are corrected")
-    bearing_floor: float = Field(
-        default=0.0175, gt=0.0, description="error of the bearing that all echoes of one sweep share [rad]: 1 degree"
+    window: int = Field(default=12, ge=2, description="Number of latest sweeps whose poses are corrected.")
+    common_bearing_sigma: float = Field(
+        default=0.0175,
+        gt=0.0,
+        description="Standard deviation of the bearing error that all echoes of a sweep share [rad]: 1 degree.",
     )
-    distance_floor: float = Field(
-        default=0.003, gt=0.0, description="error of the distance that a sweep's echoes share [m]: range walk"
+    common_distance_sigma: float = Field(
+        default=0.003,
+        gt=0.0,
+        description="Standard deviation of the range error that all echoes of a sweep share [m]: range walk of "
+        "the modules.",
     )
-    radius: float = Field(default=0.05, gt=0.0, description="radius of a new circle before it is estimated [m]")
-    radius_sigma: float = Field(default=0.05, gt=0.0, description="standard deviation of that radius [m]")
+    radius: float = Field(default=0.05, gt=0.0, description="Expected radius of a circle before it is measured [m].")
+    radius_sigma: float = Field(default=0.05, gt=0.0, description="Standard deviation of the expected radius [m].")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -185,7 +198,7 @@ class Slam:
                 (self._deviance(both, shape, earlier, sighting), shape.name, shape) for shape in (LINE, CIRCLE)
             )
             (least, _, shape), (other, _, _) = ranked
-            if other - least >= 2 * log(self.settings.odds):
+            if other - least >= 2 * log(self.settings.min_likelihood_ratio):
                 yield least, earlier, shape
 
     def _deviance(self, state: GaussianState, shape: Shape, earlier: Observation, sighting: Observation) -> float:
@@ -226,7 +239,7 @@ class Slam:
         )
 
     def _noise(self, sighting: Observation) -> FloatArray:
-        floor = np.square([self.settings.bearing_floor, self.settings.distance_floor])
+        floor = np.square([self.settings.common_bearing_sigma, self.settings.common_distance_sigma])
         noise: FloatArray = sighting.point.covariance + np.diag(floor)
         return noise
 

@@ -1,25 +1,30 @@
 """Motion between sweeps by odometry, and its covariance."""
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.classical.slam.gaussian_state import GaussianState
 from echoplan.geometry import compose, directions
+from echoplan.settings import Settings
 
 __all__ = ["MotionSettings", "moved"]
 
 
-class MotionSettings(BaseModel, frozen=True, extra="forbid"):
+class MotionSettings(Settings):
     """Odometry noise: a random walk, as of a small robot with wheel encoders on a hard floor."""
 
-    along: float = Field(default=0.02, ge=0.0, description="standard deviation along the path after 1 m [m]")
-    lateral: float = Field(default=0.02, ge=0.0, description="standard deviation across the path after 1 m [m]")
+    along: float = Field(
+        default=0.02, ge=0.0, description="Standard deviation of odometry along the path after 1 m [m]."
+    )
+    lateral: float = Field(
+        default=0.02, ge=0.0, description="Standard deviation of odometry across the path after 1 m [m]."
+    )
     yaw_per_metre: float = Field(
-        default=0.035, ge=0.0, description="standard deviation of yaw after 1 m [rad]: 2 degrees"
+        default=0.035, ge=0.0, description="Standard deviation of the heading after 1 m [rad]: 2 degrees."
     )
     yaw_per_radian: float = Field(
-        default=0.035, ge=0.0, description="standard deviation of yaw after a turn of 1 rad [rad]"
+        default=0.035, ge=0.0, description="Standard deviation of the heading after a turn of 1 rad [rad]."
     )
 
     def covariance(self, motion: FloatArray) -> FloatArray:

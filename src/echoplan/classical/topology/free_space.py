@@ -3,15 +3,17 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import ceil
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import BoolArray, FloatArray, IntArray, checked_floats, checked_number, store
 from echoplan.errors import InvalidValueError
 from echoplan.geometry import directions
 from echoplan.model import Pings
+from echoplan.settings import Settings
 
 __all__ = ["FreeSpace", "FreeSpaceSettings", "find_free_space"]
 
@@ -19,23 +21,29 @@ __all__ = ["FreeSpace", "FreeSpaceSettings", "find_free_space"]
 _BLOCK = 500
 
 
-class FreeSpaceSettings(BaseModel, frozen=True, extra="forbid"):
+class FreeSpaceSettings(Settings):
     """What counts as free."""
 
-    resolution: float = Field(default=0.05, gt=0.0, description="side of a cell [m]")
+    former_keys: ClassVar = {"share": "free_fraction", "body": "robot_radius"}
+
+    resolution: float = Field(default=0.05, gt=0.0, description="Side of a cell [m].")
     max_cells: int = Field(
-        default=16_000_000, gt=0, description="a map of more cells is refused: 200 m by 200 m at 5 cm"
+        default=16_000_000, gt=0, description="Largest number of cells of a map: 200 m by 200 m at 5 cm."
     )
-    share: float = Field(
+    free_fraction: float = Field(
         default=0.7,
         gt=0.0,
         le=1.0,
-        description="part of a range that is surely free: behind a wall at 45 degrees, which is silent, "
-        "a corner is detected 1.4 times as far",
+        description="Share of a range that is surely free: a corner behind a wall at 45 degrees that gives no "
+        "echo is detected 1.4 times as far.",
     )
-    half_width: float = Field(default=0.05, gt=0.0, description="half the angle of the free sector [rad]: 3 degrees")
-    min_votes: int = Field(default=3, ge=1, description="rays that must cross a cell: a single one may be an outlier")
-    body: float = Field(default=0.15, ge=0.0, description="radius of the robot: where it was, nothing else is [m]")
+    half_width: float = Field(default=0.05, gt=0.0, description="Half the angle of the free sector [rad]: 3 degrees.")
+    min_votes: int = Field(
+        default=3, ge=1, description="Smallest number of rays that must cross a free cell: one may be an outlier."
+    )
+    robot_radius: float = Field(
+        default=0.15, ge=0.0, description="Radius of the robot, which clears the cells where it was [m]."
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -160,14 +168,14 @@ def find_free_space(pings_by_sweep: Sequence[Pings], settings: FreeSpaceSettings
         cells = np.ravel_multi_index(tuple(empty.cells(points).T), empty.data.shape)
         votes += np.bincount(cells, minlength=len(votes))
     swept = replace(empty, data=(votes >= settings.min_votes).reshape(empty.data.shape))
-    return _smooth(_with_bodies(swept, np.concatenate([pings.hubs_xy for pings in blocks]), settings.body))
+    return _smooth(_with_bodies(swept, np.concatenate([pings.hubs_xy for pings in blocks]), settings.robot_radius))
 
 
 def _empty(pings_by_sweep: Sequence[Pings], settings: FreeSpaceSettings) -> FreeSpace:
     """Allocate a grid that holds all pings."""
-    reaches = np.concatenate([pings.ranges for pings in pings_by_sweep])[:, None] * settings.share
+    reaches = np.concatenate([pings.ranges for pings in pings_by_sweep])[:, None] * settings.free_fraction
     places = np.concatenate([np.concatenate([pings.origins_xy, pings.hubs_xy], axis=1) for pings in pings_by_sweep])
-    border = np.maximum(reaches, settings.body) + 2 * settings.resolution
+    border = np.maximum(reaches, settings.robot_radius) + 2 * settings.resolution
     low = (places - border).min(axis=0).reshape(2, 2).min(axis=0)
     high = (places + border).max(axis=0).reshape(2, 2).max(axis=0)
     width, height = map(int, np.ceil((high - low) / settings.resolution))
@@ -182,7 +190,7 @@ def _empty(pings_by_sweep: Sequence[Pings], settings: FreeSpaceSettings) -> Free
 def _rays(pings_by_sweep: Sequence[Pings], settings: FreeSpaceSettings) -> Iterator[FloatArray]:
     """Lay points along the rays of pings, a cell apart at most, block by block."""
     for pings in pings_by_sweep:
-        reaches = settings.share * pings.ranges
+        reaches = settings.free_fraction * pings.ranges
         beside = ceil(settings.half_width * float(reaches.max()) / settings.resolution)
         angles = pings.bearings[:, None] + np.linspace(-settings.half_width, settings.half_width, 2 * beside + 1)
         depths = np.arange(settings.resolution / 2, max(float(reaches.max()), settings.resolution), settings.resolution)

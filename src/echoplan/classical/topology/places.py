@@ -6,27 +6,32 @@ one gets from hill to hill.  Flooding from the summits down finds both (watershe
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import BoolArray, FloatArray, IntArray, checked_floats, store
 from echoplan.classical.topology.free_space import FreeSpace
+from echoplan.settings import Settings
 
 __all__ = ["Passage", "Place", "PlaceSettings", "TopologicalGraph", "find_places"]
 
 
-class PlaceSettings(BaseModel, frozen=True, extra="forbid"):
+class PlaceSettings(Settings):
     """What makes a place and what a passage."""
 
-    narrowing: float = Field(
+    former_keys: ClassVar = {"narrowing": "max_narrowing"}
+
+    max_narrowing: float = Field(
         default=0.6,
         gt=0.0,
         le=1.0,
-        description="clearance in a passage over that in the smaller of its places; where it is more, they are one",
+        description="Largest clearance of a passage over that of the smaller of its places; beyond it the places "
+        "are one.",
     )
     min_clearance: float = Field(
-        default=0.4, ge=0.0, description="a place has at least this much room about its middle [m]: to turn round"
+        default=0.4, ge=0.0, description="Smallest clearance at the centre of a place, to turn round [m]."
     )
 
 
@@ -197,7 +202,7 @@ class _Flood:
 
     def _meet(self, hill: int, lower: int, cell: tuple[int, int]) -> None:
         height = self._height(lower)
-        if height < self.settings.min_clearance or self.clearances[cell] >= self.settings.narrowing * height:
+        if height < self.settings.min_clearance or self.clearances[cell] >= self.settings.max_narrowing * height:
             self._parents[lower] = hill
         else:
             self._saddles.setdefault((hill, lower), cell)

@@ -6,28 +6,54 @@ decide.
 """
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.geometry import directions, wrap
+from echoplan.settings import Settings
 
 __all__ = ["ArcMeasurements", "CandidateSettings", "propose_hypotheses"]
 
 
-class CandidateSettings(BaseModel, frozen=True, extra="forbid"):
+class CandidateSettings(Settings):
     """Tolerances within which arcs suggest a landmark."""
 
-    wall_turn: float = Field(
-        default=np.radians(10), gt=0.0, description="of an arc's own normal from a tangent's [rad]"
+    former_keys: ClassVar = {
+        "wall_turn": "wall_angle_gate",
+        "point_turn": "point_angle_gate",
+        "nearest": "min_baseline",
+        "farthest": "max_baseline",
+        "most": "max_candidates",
+    }
+
+    wall_angle_gate: float = Field(
+        default=np.radians(10),
+        gt=0.0,
+        description="Largest angle between the normal of an arc and that of a tangent [rad].",
     )
-    point_turn: float = Field(default=np.radians(9), gt=0.0, description="of an arc's own normal from a point [rad]")
-    radii: tuple[float, ...] = Field(default=(0.04, 0.08, 0.12, 0.18, 0.26), description="of cylinders to try [m]")
-    nearest: float = Field(default=0.05, gt=0.0, description="stations nearer to each other tell nothing new [m]")
-    farthest: float = Field(default=6.0, gt=0.0, description="stations farther apart hear little in common [m]")
-    most: int = Field(default=1500, ge=1, description="candidates of one kind; those that more pairs suggest stay")
+    point_angle_gate: float = Field(
+        default=np.radians(9),
+        gt=0.0,
+        description="Largest angle between the normal of an arc and the direction of a point [rad].",
+    )
+    radii: tuple[float, ...] = Field(
+        default=(0.04, 0.08, 0.12, 0.18, 0.26), description="Radii of proposed cylinders [m]."
+    )
+    min_baseline: float = Field(
+        default=0.05, gt=0.0, description="Smallest distance between two stations whose arcs are combined [m]."
+    )
+    max_baseline: float = Field(
+        default=6.0, gt=0.0, description="Largest distance between two stations whose arcs are combined [m]."
+    )
+    max_candidates: int = Field(
+        default=1500,
+        ge=1,
+        description="Largest number of proposals of one class; those that more pairs suggest are kept.",
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -81,7 +107,10 @@ def propose_hypotheses(arc_measurements: ArcMeasurements, fresh: BoolArray, sett
     """
     pairs = _pairs(arc_measurements, fresh, settings)
     alone = arc_measurements.planes[fresh]
-    walls, turn = np.concatenate([alone, _tangents(arc_measurements, pairs, settings.wall_turn)]), settings.point_turn
+    walls, turn = (
+        np.concatenate([alone, _tangents(arc_measurements, pairs, settings.wall_angle_gate)]),
+        settings.point_angle_gate,
+    )
     points = _circles(arc_measurements, pairs, radius=0.0, turn=turn)
     rounds = np.concatenate([_circles(arc_measurements, pairs, radius=radius, turn=turn) for radius in settings.radii])
     return np.concatenate(
@@ -102,7 +131,7 @@ def _pairs(arc_measurements: ArcMeasurements, fresh: BoolArray, settings: Candid
     length = np.hypot(*base.T)
     new = (fresh[first] | fresh[second]) & (arc_measurements.stations[first] != arc_measurements.stations[second])
     pairs = _Pairs(first=first, second=second, length=length, bearing=np.arctan2(base[:, 1], base[:, 0]))
-    return pairs[new & (length > settings.nearest) & (length < settings.farthest)]
+    return pairs[new & (length > settings.min_baseline) & (length < settings.max_baseline)]
 
 
 def _tangents(arc_measurements: ArcMeasurements, pairs: _Pairs, turn: float) -> FloatArray:
@@ -143,7 +172,7 @@ def _distinct(candidates: FloatArray, grid: tuple[float, float, float], settings
         return candidates
     cells = np.round(candidates / grid).astype(np.int64)
     _, index, counts = np.unique(cells, axis=0, return_index=True, return_counts=True)
-    return candidates[index[np.argsort(-counts, kind="stable")[: settings.most]]]
+    return candidates[index[np.argsort(-counts, kind="stable")[: settings.max_candidates]]]
 
 
 def _rows(kind: Kind, parameters: FloatArray) -> FloatArray:

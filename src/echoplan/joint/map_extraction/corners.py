@@ -3,33 +3,67 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, intersections
 from echoplan.joint.map_extraction.segment import Segment
 from echoplan.joint.search.specular_points import CornerEcho, Echoes, returns_sound
 from echoplan.model import CornerKind
+from echoplan.settings import Settings
 
 __all__ = ["CornerSettings", "Vertex", "find_vertices"]
 
 
-class CornerSettings(BaseModel, frozen=True, extra="forbid"):
+class CornerSettings(Settings):
     """Criteria for two segments to meet."""
 
-    least_turn: float = Field(default=math.radians(20), gt=0.0, description="between two segments that meet [rad]")
-    overlap: float = Field(default=0.08, ge=0.0, description="that a segment may reach past its end [m]")
-    extension: float = Field(default=3.0, gt=0.0, description="of a segment beyond what was heard of it [m]")
-    silent_extension: float = Field(default=2.0, gt=0.0, description="likewise, to a corner that returns no sound [m]")
-    oblique_extension: float = Field(default=1.0, gt=0.0, description="to the echo of a corner of no right angle [m]")
-    unheard_extension: float = Field(default=0.5, gt=0.0, description="to a concave corner that nobody heard [m]")
-    unheard_stretch: float = Field(default=2.0, gt=0.0, description="or as far as so many times what was heard of it")
-    right_angle: float = Field(default=math.radians(5), gt=0.0, description="what counts as one [rad]")
-    reach: float = Field(default=0.03, gt=0.0, description="of a heard corner from the crossing of its walls [m]")
-    echoes: int = Field(default=5, ge=1, description="pings that hear one wall in the other")
-    certain: float = Field(default=5.0, gt=0.0, description="evidence that a corner is there, or is not [nats]")
+    former_keys: ClassVar = {
+        "least_turn": "min_angle",
+        "overlap": "max_overlap",
+        "extension": "max_extension",
+        "silent_extension": "max_silent_extension",
+        "oblique_extension": "max_oblique_extension",
+        "unheard_extension": "max_undetected_extension",
+        "unheard_stretch": "max_undetected_ratio",
+        "right_angle": "right_angle_tolerance",
+        "reach": "max_distance",
+        "echoes": "min_echoes",
+        "certain": "min_log_odds",
+    }
+
+    min_angle: float = Field(
+        default=math.radians(20), gt=0.0, description="Smallest angle between two segments that meet [rad]."
+    )
+    max_overlap: float = Field(
+        default=0.08, ge=0.0, description="Largest length by which a segment may reach beyond a corner [m]."
+    )
+    max_extension: float = Field(default=3.0, gt=0.0, description="Largest extension of a segment to a corner [m].")
+    max_silent_extension: float = Field(
+        default=2.0, gt=0.0, description="Largest extension of a segment to a corner that returns no sound [m]."
+    )
+    max_oblique_extension: float = Field(
+        default=1.0, gt=0.0, description="Largest extension of a segment to the echo of an oblique corner [m]."
+    )
+    max_undetected_extension: float = Field(
+        default=0.5, gt=0.0, description="Largest extension of a segment to a concave corner without echo [m]."
+    )
+    max_undetected_ratio: float = Field(
+        default=2.0, gt=0.0, description="Largest extension to a concave corner without echo over the observed length."
+    )
+    right_angle_tolerance: float = Field(
+        default=math.radians(5), gt=0.0, description="Largest deviation of a right angle from 90 degrees [rad]."
+    )
+    max_distance: float = Field(
+        default=0.03, gt=0.0, description="Largest distance of a detected corner from the crossing of its walls [m]."
+    )
+    min_echoes: int = Field(default=5, ge=1, description="Smallest number of pings that detect one wall in the other.")
+    min_log_odds: float = Field(
+        default=5.0, gt=0.0, description="Smallest log odds that a corner exists, or does not exist [nats]."
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -82,13 +116,13 @@ def _vertex(
     segments: Sequence[Segment], pair: tuple[int, int], echoes: Echoes, settings: CornerSettings
 ) -> Vertex | None:
     one, other = (segments[each] for each in pair)
-    if abs(math.sin(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.least_turn):
+    if abs(math.sin(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.min_angle):
         return None
     point, kind = intersections(one.wall.line, other.wall.line), _kind(one, other)
     extensions = (one.extension(point), other.extension(point))
     if kind is None or not _reachable((one, other), point, extensions, echoes, settings=settings):
         return None
-    echo, detected = echoes.between(one.owner, other.owner), echoes.is_detected_at(point, within=settings.reach)
+    echo, detected = echoes.between(one.owner, other.owner), echoes.is_detected_at(point, within=settings.max_distance)
     if kind is CornerKind.CONCAVE:
         detected |= _is_detected(one, other, max(extensions), echo, settings)
     if not detected and _is_far_fetched((one, other), extensions, kind, echo, settings):
@@ -127,7 +161,7 @@ def _reachable(
     settings: CornerSettings,
 ) -> bool:
     """Return True if a crossing is near an end of both segments and the stretches between may be wall."""
-    if min(extensions) < -settings.overlap or max(extensions) > settings.extension:
+    if min(extensions) < -settings.max_overlap or max(extensions) > settings.max_extension:
         return False
     return not any(
         segment.is_open_toward(point_xy) or _ends_before(segment, point_xy, echoes.corners_xy, settings)
@@ -151,22 +185,25 @@ def _is_far_fetched(
     that were themselves detected over some length. A convex corner returns hardly any sound.
     """
     if kind is CornerKind.CONCAVE and returns_sound(segments[0].wall.line, segments[1].wall.line):
-        return max(extensions) > settings.unheard_extension and echo.gain < -settings.certain
-    if max(extensions) > settings.silent_extension:
+        return max(extensions) > settings.max_undetected_extension and echo.gain < -settings.min_log_odds
+    if max(extensions) > settings.max_silent_extension:
         return True
     if kind is CornerKind.CONVEX:
         return False
-    most = [max(settings.unheard_extension, settings.unheard_stretch * (each.high - each.low)) for each in segments]
+    most = [
+        max(settings.max_undetected_extension, settings.max_undetected_ratio * (each.high - each.low))
+        for each in segments
+    ]
     return any(extension > limit for extension, limit in zip(extensions, most, strict=True))
 
 
 def _ends_before(segment: Segment, point_xy: FloatArray, corners_xy: FloatArray, settings: CornerSettings) -> bool:
     """Return True if a corner was detected on the line of a segment on the way to a point, where the segment ends."""
-    on_line = np.abs(corners_xy @ directions(segment.wall.line[0]) - segment.wall.line[1]) < settings.reach
+    on_line = np.abs(corners_xy @ directions(segment.wall.line[0]) - segment.wall.line[1]) < settings.max_distance
     sign = 1.0 if segment.is_upper(point_xy) else -1.0
     start, stop = max(sign * segment.low, sign * segment.high), sign * float(point_xy @ segment.along)
     places = sign * (corners_xy[on_line] @ segment.along)
-    return bool(((places > start - settings.overlap) & (places < stop - settings.reach)).any())
+    return bool(((places > start - settings.max_overlap) & (places < stop - settings.max_distance)).any())
 
 
 def _kind(one: Segment, other: Segment) -> CornerKind | None:
@@ -181,6 +218,6 @@ def _kind(one: Segment, other: Segment) -> CornerKind | None:
 
 
 def _is_detected(one: Segment, other: Segment, extension: float, echo: CornerEcho, settings: CornerSettings) -> bool:
-    square = abs(math.cos(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.right_angle)
-    near = square or extension < settings.oblique_extension
-    return near and (echo.pings >= settings.echoes or echo.gain > settings.certain)
+    square = abs(math.cos(one.wall.line[0] - other.wall.line[0])) < math.sin(settings.right_angle_tolerance)
+    near = square or extension < settings.max_oblique_extension
+    return near and (echo.pings >= settings.min_echoes or echo.gain > settings.min_log_odds)

@@ -4,10 +4,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray
@@ -21,6 +21,7 @@ from echoplan.joint.optimisation.corner_factors import CornerFactorSettings, cro
 from echoplan.joint.optimisation.manhattan import ManhattanPrior
 from echoplan.joint.optimisation.solution import Solution
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Wall
+from echoplan.settings import Settings
 
 __all__ = ["MapBuilder", "MapSettings"]
 
@@ -34,19 +35,33 @@ _FARTHEST = 0.4
 _WIDTHS = (0.5, 3.0)
 
 
-class MapSettings(BaseModel, frozen=True, extra="forbid"):
+class MapSettings(Settings):
     """Criteria for what is drawn."""
 
-    clear_station: float = Field(default=5.0, description="least gain of a station that counts [nats]")
-    lone_stations: int = Field(default=3, ge=1, description="that must have heard a corner without walls")
-    lone_sigma: float = Field(
+    former_keys: ClassVar = {
+        "clear_station": "min_station_llr",
+        "lone_stations": "lone_corner_min_stations",
+        "lone_sigma": "lone_corner_sigma",
+        "lone_distance": "lone_corner_min_distance",
+        "least_length": "min_wall_length",
+    }
+
+    min_station_llr: float = Field(
+        default=5.0, description="Smallest log-likelihood ratio of a supporting station [nats]."
+    )
+    lone_corner_min_stations: int = Field(
+        default=3, ge=1, description="Smallest number of stations that must detect a corner without walls."
+    )
+    lone_corner_sigma: float = Field(
         default=0.004,
         ge=0.0,
-        description="of such a corner from where its echo seems to come from [m]: maximum likelihood of 15 of them "
-        "in 28 random rooms",
+        description="Standard deviation of a corner without walls from the apparent origin of its echo [m]: that "
+        "of 15 in 28 rooms.",
     )
-    lone_distance: float = Field(default=0.06, gt=0.0, description="of such a corner from any other [m]")
-    least_length: float = Field(default=0.06, gt=0.0, description="of a wall of which only one point was heard [m]")
+    lone_corner_min_distance: float = Field(
+        default=0.06, gt=0.0, description="Smallest distance of a corner without walls from any other corner [m]."
+    )
+    min_wall_length: float = Field(default=0.06, gt=0.0, description="Length of a wall with one detected point [m].")
 
 
 class _Drawn(NamedTuple):
@@ -187,7 +202,7 @@ class MapBuilder:
                     variance = segment.along @ self._covariance_of_vertex(vertex) @ segment.along
                     ends[int(upper)] = End.normal(place, math.sqrt(max(float(variance), 0.0)))
                     places[int(upper)], is_inferred[int(upper)] = place, not vertex.detected
-        missing = max(self.settings.least_length - (places[1] - places[0]), 0.0) / 2
+        missing = max(self.settings.min_wall_length - (places[1] - places[0]), 0.0) / 2
         wanted = (places[0] - missing, places[1] + missing)
         low, high = self._beside_path(segment, *wanted)
         # An end that was clipped at the path of the robot is not known.
@@ -305,7 +320,7 @@ class MapBuilder:
         """
         feature = self.features[number]
         position = feature.reflector[1:3]
-        covariance = self._covariance([number]) + self.settings.lone_sigma**2 * np.eye(2)
+        covariance = self._covariance([number]) + self.settings.lone_corner_sigma**2 * np.eye(2)
         for corner, walls, crossing in tied_corners(np.array([each.reflector for each in self.features]), self.ties):
             if corner == number:
                 position, covariance = crossing, self._covariance_of_crossing(walls, crossing)
@@ -328,8 +343,8 @@ class MapBuilder:
         if feature.kind is Kind.CORNER and self.squareness is None:
             return False
         distances = [math.dist(each.position_xy, feature.reflector[1:3]) for each in self.vertices]
-        far = min(distances, default=math.inf) > self.settings.lone_distance
-        return far and self._stations(feature) >= self.settings.lone_stations
+        far = min(distances, default=math.inf) > self.settings.lone_corner_min_distance
+        return far and self._stations(feature) >= self.settings.lone_corner_min_stations
 
     def _detected_corner(self, point_xy: FloatArray) -> int | None:
         near = {
@@ -337,7 +352,7 @@ class MapBuilder:
             for number, each in enumerate(self.features)
             if each.kind in (Kind.CORNER, Kind.EDGE)
         }
-        return near[min(near)] if near and min(near) < self.settings.lone_distance else None
+        return near[min(near)] if near and min(near) < self.settings.lone_corner_min_distance else None
 
     def _covariance(self, owners: Sequence[int]) -> FloatArray:
         layout = self.solution.layout

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray, IntArray
@@ -33,6 +33,7 @@ from echoplan.joint.map_extraction.surroundings import (
     points_on,
 )
 from echoplan.joint.search.specular_points import Echoes
+from echoplan.settings import Settings
 
 __all__ = ["SegmentSettings", "find_segments"]
 
@@ -50,7 +51,7 @@ _ARM = 0.1
 _APART = 30.0
 
 
-class SegmentSettings(BaseModel, frozen=True, extra="forbid"):
+class SegmentSettings(Settings):
     """Prior probabilities of the chain along a wall line."""
 
     ends_per_metre: float = Field(default=1 / 3, gt=0.0, description="Prior rate of ends along a wall line [1/m].")

@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray, IntArray
@@ -13,18 +13,29 @@ from echoplan.compiled import compiled
 from echoplan.geometry import directions, intersections
 from echoplan.joint.optimisation.factors import LinearFactor
 from echoplan.joint.optimisation.layout import Layout
+from echoplan.settings import Settings
 
 __all__ = ["ConstrainedCorner", "CornerFactorSettings", "corner_factors", "crossing_slopes", "tied_corners"]
 
 _WALL = int(Kind.WALL)
 
 
-class CornerFactorSettings(BaseModel, frozen=True, extra="forbid"):
+class CornerFactorSettings(Settings):
     """Settings of the corner factors."""
 
-    sigma: float = Field(default=0.001, gt=0.0, description="of a corner from the crossing of its walls [m]")
-    gate: float = Field(default=0.05, gt=0.0, description="greatest distance of such a pair [m]")
-    right_angle: float = Field(default=math.radians(3), gt=0.0, description="of walls that echo at their vertex [rad]")
+    former_keys: ClassVar = {"right_angle": "right_angle_tolerance"}
+
+    sigma: float = Field(
+        default=0.001, gt=0.0, description="Standard deviation of a corner from the intersection of its walls [m]."
+    )
+    gate: float = Field(
+        default=0.05, gt=0.0, description="Largest distance of a corner from the intersection of its walls [m]."
+    )
+    right_angle_tolerance: float = Field(
+        default=math.radians(3),
+        gt=0.0,
+        description="Largest deviation from 90 degrees of walls whose corner returns an echo from their vertex [rad].",
+    )
 
 
 class ConstrainedCorner(NamedTuple):
@@ -70,7 +81,7 @@ def corner_factors(reflectors: FloatArray, layout: Layout, settings: CornerFacto
 
 def tied_corners(reflectors: FloatArray, settings: CornerFactorSettings) -> Iterator[ConstrainedCorner]:
     """Yield the corners near a crossing of two walls at a right angle, each with the nearest crossing."""
-    pairs = _square_pairs(reflectors, settings.right_angle)
+    pairs = _square_pairs(reflectors, settings.right_angle_tolerance)
     if not len(pairs):
         return
     crossings = intersections(reflectors[pairs[:, 0], 1:3], reflectors[pairs[:, 1], 1:3])

@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
@@ -14,6 +14,7 @@ from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.optimisation.factors import LinearFactor, prior
 from echoplan.joint.optimisation.layout import Layout
 from echoplan.joint.optimisation.variance_components import map_scale_factor
+from echoplan.settings import Settings
 
 __all__ = [
     "ManhattanPrior",
@@ -41,25 +42,60 @@ _NEVER = 1e-6
 _LEAST_KNOWN = 1.0
 
 
-class ManhattanSettings(BaseModel, frozen=True, extra="forbid"):
+class ManhattanSettings(Settings):
     """Settings of the Manhattan prior."""
 
-    concentration: float = Field(
-        default=0.8, gt=0.0, le=1.0, description="of the directions of walls, folded by right angles, from which on"
+    former_keys: ClassVar = {
+        "concentration": "min_circular_concentration",
+        "least_walls": "min_walls",
+        "within": "inlier_angle",
+        "cost": "min_llr_if_oblique",
+        "spread": "log_sigma",
+        "evidence": "min_log_odds",
+        "measured": "prior_axis_aligned",
+    }
+
+    min_circular_concentration: float = Field(
+        default=0.8,
+        gt=0.0,
+        le=1.0,
+        description="Smallest resultant length of the directions of walls, modulo 90 degrees, at which a room is "
+        "rectangular.",
     )
-    least_walls: int = Field(default=4, ge=2, description="from which anything follows")
-    within: float = Field(default=math.radians(12), gt=0.0, description="of the main direction counts as square [rad]")
-    sigma: float = Field(default=math.radians(1), gt=0.0, description="of such walls about it [rad]")
-    cost: float = Field(default=100.0, ge=0.0, description="of a wall that is not square [nats]")
+    min_walls: int = Field(default=4, ge=2, description="Smallest number of walls of a rectangular room.")
+    inlier_angle: float = Field(
+        default=math.radians(12),
+        gt=0.0,
+        description="Largest angle from the main direction, modulo 90 degrees, of a wall that is rectangular [rad].",
+    )
+    sigma: float = Field(
+        default=math.radians(1),
+        gt=0.0,
+        description="Standard deviation of such walls about the main direction while poses are wrong [rad].",
+    )
+    min_llr_if_oblique: float = Field(
+        default=100.0, ge=0.0, description="Smallest log-likelihood ratio of a wall that is not rectangular [nats]."
+    )
     tolerance: float = Field(
-        default=math.radians(0.2), gt=0.0, description="of walls that were built square: 8 mm in 2 m (DIN 18202) [rad]"
+        default=math.radians(0.2),
+        gt=0.0,
+        description="Expected standard deviation of walls that are built rectangular [rad]: 8 mm in 2 m (DIN 18202).",
     )
-    spread: float = Field(
-        default=0.5 * math.log(10.0), gt=0.0, description="deviation of its logarithm: a guess good to tenfold"
+    log_sigma: float = Field(
+        default=0.5 * math.log(10.0),
+        gt=0.0,
+        description="Standard deviation of the logarithm of the tolerance: a factor of ten.",
     )
-    evidence: float = Field(default=3.0, ge=0.0, description="that walls are square, from which on it counts [nats]")
-    measured: float = Field(
-        default=0.9, gt=0.0, lt=1.0, description="chance that who set way-points by hand measured along square walls"
+    min_log_odds: float = Field(
+        default=3.0,
+        ge=0.0,
+        description="Smallest log odds of a rectangular room with which right angles are used [nats].",
+    )
+    prior_axis_aligned: float = Field(
+        default=0.9,
+        gt=0.0,
+        lt=1.0,
+        description="Prior probability that waypoints set by hand were measured along rectangular walls.",
     )
 
 
@@ -87,11 +123,11 @@ def main_direction(features: Sequence[Hypothesis], settings: ManhattanSettings) 
     Walls are weighted by their LLR. The result is None if there are too few walls or their directions differ too much.
     """
     walls = [each for each in features if each.is_wall]
-    if len(walls) < settings.least_walls:
+    if len(walls) < settings.min_walls:
         return None
     llr_by_station = np.array([each.total for each in walls])
     mean = np.sum(llr_by_station * np.exp(4j * np.array([each.line[0] for each in walls]))) / llr_by_station.sum()
-    return float(np.angle(mean)) / 4 if abs(mean) > settings.concentration else None
+    return float(np.angle(mean)) / 4 if abs(mean) > settings.min_circular_concentration else None
 
 
 def roughly_square(
@@ -107,9 +143,9 @@ def roughly_square(
         return None
     off = manhattan_residual(np.array([each.reflector[1] for each in features]), direction)
     walls = np.array([each.is_wall for each in features])
-    is_near = abs(float(manhattan_residual(np.array([direction]), 0.0)[0])) < settings.within
-    along_axes = may_lie_along_axes and is_near and settings.measured > 0.5
-    return ManhattanPrior(walls & (np.abs(off) < settings.within), settings.sigma, along_axes)
+    is_near = abs(float(manhattan_residual(np.array([direction]), 0.0)[0])) < settings.inlier_angle
+    along_axes = may_lie_along_axes and is_near and settings.prior_axis_aligned > 0.5
+    return ManhattanPrior(walls & (np.abs(off) < settings.inlier_angle), settings.sigma, along_axes)
 
 
 def rest_on_few_stations(features: Sequence[Hypothesis], least: float) -> bool:
@@ -155,7 +191,7 @@ def estimate_right_angles(
     ``reflectors``; its effect is removed first.
     """
     walls = np.flatnonzero(layout.kinds == Kind.WALL)
-    if len(walls) < settings.least_walls:
+    if len(walls) < settings.min_walls:
         return None
     angles, places = reflectors[walls, 1], layout.starts[walls]
     covariance = covariance[np.ix_(places, places)]
@@ -165,7 +201,7 @@ def estimate_right_angles(
     square = _normal(folded, np.diag(covariance) + settings.tolerance**2)
     first = int(np.argmax(np.log(square + _ANY).sum(axis=1)))
     shares, sigma = _are_confirmed(folded[first], covariance, square[first] / (square[first] + _ANY), settings)
-    if _evidence(folded[first], covariance, shares, sigma) <= settings.evidence:
+    if _evidence(folded[first], covariance, shares, sigma) <= settings.min_log_odds:
         return None
     members, square_ones = np.zeros(len(reflectors), dtype=bool), np.flatnonzero(shares > _LIKELY)
     members[walls[square_ones]] = True
@@ -189,7 +225,7 @@ def _are_confirmed(
         expected = (loose * pulls) ** 2 + loose - loose**2 * np.diag(precision)
         square = _normal(pulls / np.diag(precision), 1.0 / np.diag(precision) - loose + sigma**2)
         sigma = settings.tolerance * float(
-            map_scale_factor(float(shares @ expected) / settings.tolerance**2, float(shares.sum()), settings.spread)
+            map_scale_factor(float(shares @ expected) / settings.tolerance**2, float(shares.sum()), settings.log_sigma)
         )
         odds = (shares.sum() + 1.0) / (len(shares) - shares.sum() + 1.0) * square / _ANY
         shares = odds / (1.0 + odds)
@@ -201,9 +237,9 @@ def _are_along_axes(angles: FloatArray, covariance: FloatArray, settings: Manhat
     weights = np.linalg.solve(covariance, np.ones(len(angles)))
     variance = 1.0 / float(weights.sum())
     off = variance * float(weights @ manhattan_residual(angles, 0.0))
-    odds = math.log(settings.measured / (1.0 - settings.measured))
+    odds = math.log(settings.prior_axis_aligned / (1.0 - settings.prior_axis_aligned))
     gain = -0.5 * (math.log(2.0 * math.pi * variance * _ANY**2) + off**2 / variance)
-    return odds + gain > settings.evidence
+    return odds + gain > settings.min_log_odds
 
 
 def _released(angles: FloatArray, covariance: FloatArray, applied: ManhattanPrior) -> tuple[FloatArray, FloatArray]:

@@ -1,14 +1,16 @@
 """Noise of odometry and waypoints, estimated from corrected poses."""
 
 import math
+from typing import ClassVar
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import aligned, wrap
 from echoplan.joint.optimisation.pose_factors import PosePrior, between_jacobians, between_residuals
 from echoplan.joint.optimisation.variance_components import map_scale_factor
+from echoplan.settings import Settings
 
 __all__ = [
     "VERY_STRONG",
@@ -35,14 +37,22 @@ _HEARD = 1e-9
 _TURNS, _REACH, _GRID = 3, 6.0, 241
 
 
-class OdometryNoiseSettings(BaseModel, frozen=True, extra="forbid"):
+class OdometryNoiseSettings(Settings):
     """Settings of the estimated noise of odometry and waypoints."""
 
-    spread: float = Field(
-        default=0.5 * math.log(10.0), gt=0.0, description="deviation of a factor's logarithm: a guess good to tenfold"
+    former_keys: ClassVar = {"spread": "log_sigma", "least": "min_factor", "greatest": "max_factor"}
+
+    log_sigma: float = Field(
+        default=0.5 * math.log(10.0),
+        gt=0.0,
+        description="Standard deviation of the logarithm of the factor of the odometry noise: a factor of ten.",
     )
-    least: float = Field(default=0.1, gt=0.0, description="share of what was believed of way-points that is learned")
-    greatest: float = Field(default=10.0, gt=0.0, description="likewise")
+    min_factor: float = Field(
+        default=0.1, gt=0.0, description="Smallest factor by which the noise of waypoints is scaled."
+    )
+    max_factor: float = Field(
+        default=10.0, gt=0.0, description="Largest factor by which the noise of waypoints is scaled."
+    )
 
 
 def estimate_odometry_noise(
@@ -79,7 +89,7 @@ def estimate_odometry_noise(
     squares = np.ones(3)
     for _ in range(_TURNS):
         for axis in range(3):
-            squares[axis] = _square(*_heard_of_axis(information, pull, axis, squares), settings.spread)
+            squares[axis] = _square(*_heard_of_axis(information, pull, axis, squares), settings.log_sigma)
     sigmas = priors.sigmas.copy()
     sigmas[1:] *= np.sqrt(squares)
     return priors._replace(sigmas=sigmas)
@@ -144,8 +154,8 @@ def estimate_waypoint_noise(
     squares = (errors**2 + np.diag(covariance).reshape(-1, 3)) / priors.sigmas**2
     sigmas = priors.sigmas.copy()
     for axes in (slice(0, 2), slice(2, 3)) if headings else (slice(0, 2),):
-        factor = map_scale_factor(squares[:, axes].sum(), float(squares[:, axes].size), settings.spread)
-        sigmas[:, axes] *= np.clip(factor, settings.least, settings.greatest)
+        factor = map_scale_factor(squares[:, axes].sum(), float(squares[:, axes].size), settings.log_sigma)
+        sigmas[:, axes] *= np.clip(factor, settings.min_factor, settings.max_factor)
     return priors._replace(sigmas=sigmas)
 
 

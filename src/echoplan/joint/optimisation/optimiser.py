@@ -74,7 +74,7 @@ def optimise(
     """
     layout = start.layout
     now, headings = start, _heading_measurements(measurements, start, priors)
-    for _ in range(settings.rounds):
+    for _ in range(settings.max_iterations):
         association, readings = _linearised(_at_present(measurements, now, priors), now, priors, settings)
         range_information, range_vector = normal_equations([_placed(readings, layout)], layout.size)
         rest, vector = normal_equations([heading_factor(headings, now)], layout.size)
@@ -95,7 +95,7 @@ def optimise(
             if _rise(measurements, now, moved, priors=priors, linear=linear) <= 0.0:
                 break
         now, newton_decrement = moved, float(step @ information @ step)
-        if newton_decrement < settings.rest:
+        if newton_decrement < settings.tolerance:
             break
     return Solution(
         reflectors=now.features.reflectors,
@@ -153,7 +153,7 @@ def _step(
     by_latency = held(by_latency, columns, dict.fromkeys(changes, 0.0))
     change, variance = step[latency], by_latency[latency]
     is_determined = variance < _DETERMINED * settings.latency_sigma**2
-    if is_determined and now.latency + change < settings.determined * math.sqrt(variance):
+    if is_determined and now.latency + change < settings.min_latency_z * math.sqrt(variance):
         return held(step, [by_latency], {latency: -now.latency})
     return step
 
@@ -225,7 +225,7 @@ def _linearised(
     jacobian, neighbours = range_jacobian(measurements, hearing, now.features, association, explained, walk)
     residuals, excesses = association.residuals[explained], association.excesses[explained]
     variances = now.model.variances(excesses, noise=priors.noise)
-    robust_variances = geman_mcclure_variances(residuals, variances, scale=settings.robust)
+    robust_variances = geman_mcclure_variances(residuals, variances, scale=settings.geman_mcclure_scale)
     counts = priors.effective_sample_ratio * measurements.weights[explained]
     owners, stations = association.owners[explained], measurements.stations[explained]
     readings = _RangeLinearisation(
@@ -312,4 +312,4 @@ def _prior_factors(now: Values, layout: Layout, priors: Priors, settings: Optimi
     columns = np.flatnonzero(layout.kinds == _CYLINDER)
     residuals = settings.radius - now.features.reflectors[columns, 3]
     yield prior(layout.starts[columns] + 2, sigma=settings.radius_sigma, residual=residuals)
-    yield from corner_factors(now.features.reflectors, layout, settings.ties)
+    yield from corner_factors(now.features.reflectors, layout, settings.corner_factors)

@@ -1,10 +1,10 @@
 """Pose factors: priors by odometry or waypoints, their residuals and Jacobians, and pings at corrected poses."""
 
 import math
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.geometry import compose, invert, wrap
@@ -12,6 +12,7 @@ from echoplan.joint.optimisation.factors import LinearFactor
 from echoplan.joint.search.duplicates import DuplicateSettings
 from echoplan.model import Odometry
 from echoplan.preprocessing.measurements import Measurements
+from echoplan.settings import Settings
 
 __all__ = [
     "PosePrior",
@@ -33,27 +34,58 @@ _ROUNDED = (5e-4, 5e-4, 5e-4)
 _FIXED = (1e-4, 1e-4, 1e-5)
 
 
-class PoseSettings(BaseModel, frozen=True, extra="forbid"):
+class PoseSettings(Settings):
     """Settings of the errors of poses."""
 
-    along: float = Field(default=0.025, ge=0.0, description="error of odometry along the way, as a share of it")
-    across: float = Field(default=0.02, ge=0.0, description="likewise across it")
-    floor: float = Field(default=0.003, gt=0.0, description="of any step, however short [m]")
-    turn_per_metre: float = Field(default=math.radians(2.5), ge=0.0, description="of the heading by the way [rad/m]")
-    turn_share: float = Field(default=0.05, ge=0.0, description="likewise, as a share of the turn")
-    turn_floor: float = Field(default=math.radians(0.3), gt=0.0, description="of any turn, however small [rad]")
-    noises: tuple[float, ...] = Field(default=(0.020, 0.015, 0.012), description="of readings, from coarse to fine [m]")
-    tracking_noise: float = Field(default=0.012, gt=0.0, description="of readings while the robot is tracked [m]")
-    copies: DuplicateSettings = Field(
-        default_factory=lambda: DuplicateSettings(turn=math.radians(4), beside=0.05),
-        description="made by poses in error",
+    former_keys: ClassVar = {
+        "pair_sigma": "bias_sigma",
+        "floor": "min_xy_sigma",
+        "turn_per_metre": "yaw_per_metre",
+        "turn_share": "yaw_per_radian",
+        "turn_floor": "min_yaw_sigma",
+        "noises": "annealing_sigmas",
+        "tracking_noise": "tracking_sigma",
+        "copies": "duplicates",
+        "pair_spread": "bias_log_sigma",
+        "waypoint": "absolute_xy_sigma",
+        "waypoint_turn": "absolute_yaw_sigma",
+    }
+
+    along: float = Field(default=0.025, ge=0.0, description="Odometry noise along the path, as a share of its length.")
+    across: float = Field(default=0.02, ge=0.0, description="Odometry noise across the path, as a share of its length.")
+    min_xy_sigma: float = Field(
+        default=0.003, gt=0.0, description="Smallest odometry noise of the position in a step [m]."
     )
-    bias_sigma: float = Field(default=0.012, gt=0.0, description="common to all a station says of a feature [m]")
-    pair_spread: float = Field(
-        default=0.5 * math.log(10.0), gt=0.0, description="of the logarithm of that guess: good to tenfold"
+    yaw_per_metre: float = Field(default=math.radians(2.5), ge=0.0, description="Heading noise of odometry [rad/m].")
+    yaw_per_radian: float = Field(
+        default=0.05, ge=0.0, description="Heading noise of odometry, as a share of the turn."
     )
-    waypoint: float = Field(default=0.02, gt=0.0, description="of a way-point placed by hand [m]")
-    waypoint_turn: float = Field(default=0.2, gt=0.0, description="of the heading there [rad]")
+    min_yaw_sigma: float = Field(
+        default=math.radians(0.3), gt=0.0, description="Smallest heading noise of odometry in a step [rad]."
+    )
+    annealing_sigmas: tuple[float, ...] = Field(
+        default=(0.020, 0.015, 0.012),
+        description="Standard deviations of readings in the annealing, from coarse to fine [m].",
+    )
+    tracking_sigma: float = Field(
+        default=0.012, gt=0.0, description="Standard deviation of readings in the pose tracking [m]."
+    )
+    duplicates: DuplicateSettings = Field(
+        default_factory=lambda: DuplicateSettings(angle_gate=math.radians(4), normal_distance_gate=0.05),
+        description="Gates of duplicate landmarks that pose errors cause.",
+    )
+    bias_sigma: float = Field(
+        default=0.012, gt=0.0, description="Standard deviation of the bias of a station's readings of a landmark [m]."
+    )
+    bias_log_sigma: float = Field(
+        default=0.5 * math.log(10.0), gt=0.0, description="Standard deviation of the logarithm of bias_sigma."
+    )
+    absolute_xy_sigma: float = Field(
+        default=0.02, gt=0.0, description="Standard deviation of a waypoint set by hand [m]."
+    )
+    absolute_yaw_sigma: float = Field(
+        default=0.2, gt=0.0, description="Standard deviation of a heading set by hand [rad]."
+    )
 
 
 class PosePrior(NamedTuple):
@@ -102,20 +134,20 @@ def odometry_prior(measured_poses: FloatArray, settings: PoseSettings, specified
 
 
 def _guessed(length: FloatArray, turn: FloatArray, settings: PoseSettings) -> FloatArray:
-    floor = np.full(len(turn), settings.turn_floor)
-    turning = np.stack([settings.turn_per_metre * length, settings.turn_share * turn, floor])
+    floor = np.full(len(turn), settings.min_yaw_sigma)
+    turning = np.stack([settings.yaw_per_metre * length, settings.yaw_per_radian * turn, floor])
     return np.column_stack(
         [
-            settings.along * length + settings.floor,
-            settings.across * length + settings.floor,
+            settings.along * length + settings.min_xy_sigma,
+            settings.across * length + settings.min_xy_sigma,
             np.sqrt((turning**2).sum(axis=0)),
         ]
     )
 
 
 def _specified_sigmas(length: FloatArray, turn: FloatArray, specified: Odometry, settings: PoseSettings) -> FloatArray:
-    along, across = settings.along * length + settings.floor, settings.across * length + settings.floor
-    by_way, by_turn = settings.turn_per_metre * length, np.hypot(settings.turn_share * turn, settings.turn_floor)
+    along, across = settings.along * length + settings.min_xy_sigma, settings.across * length + settings.min_xy_sigma
+    by_way, by_turn = settings.yaw_per_metre * length, np.hypot(settings.yaw_per_radian * turn, settings.min_yaw_sigma)
     variances = [
         _variance(specified.along, length, along),
         _variance(specified.lateral, length, across),
@@ -131,7 +163,7 @@ def _variance(specified: float | None, way: FloatArray, guessed: FloatArray) -> 
 
 def waypoint_prior(measured_poses: FloatArray, settings: PoseSettings) -> PosePrior:
     """Return the prior of waypoints: every pose is absolute."""
-    sigmas = (settings.waypoint, settings.waypoint, settings.waypoint_turn)
+    sigmas = (settings.absolute_xy_sigma, settings.absolute_xy_sigma, settings.absolute_yaw_sigma)
     return PosePrior(measured_poses, np.tile(sigmas, (len(measured_poses), 1)), relative=False)
 
 
@@ -140,7 +172,11 @@ def waypoint_steps(measured_poses: FloatArray, settings: PoseSettings) -> PosePr
 
     The positions of both ends have errors, and the yaw error of the first end rotates the step.
     """
-    steps, place, turn = _steps(measured_poses), math.sqrt(2.0) * settings.waypoint, settings.waypoint_turn
+    steps, place, turn = (
+        _steps(measured_poses),
+        math.sqrt(2.0) * settings.absolute_xy_sigma,
+        settings.absolute_yaw_sigma,
+    )
     across = np.hypot(place, turn * np.hypot(steps[:, 0], steps[:, 1]))
     sigmas = np.column_stack([np.full(len(steps), place), across, np.full(len(steps), math.sqrt(2.0) * turn)])
     return PosePrior(measured_poses, np.concatenate([[_FIXED], sigmas]), relative=True)

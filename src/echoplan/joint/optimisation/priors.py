@@ -1,11 +1,11 @@
 """Priors of sonar, servo and poses before any ping is used, and the settings of the optimiser."""
 
 import math
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.joint.optimisation.corner_factors import CornerFactorSettings
@@ -15,57 +15,96 @@ from echoplan.joint.optimisation.manhattan import ManhattanPrior
 from echoplan.joint.optimisation.pose_factors import PosePrior
 from echoplan.joint.optimisation.values import Values
 from echoplan.preprocessing.servo import ServoError
+from echoplan.settings import Settings
 
 __all__ = ["OptimiserSettings", "Priors", "sonar_prior"]
 
 
-class OptimiserSettings(BaseModel, frozen=True, extra="forbid"):
+class OptimiserSettings(Settings):
     """Settings of the optimiser: iterations, robust kernel and standard deviations of the priors."""
 
-    rounds: int = Field(default=6, ge=1, description="Gauss-Newton steps at most")
-    rest: float = Field(default=1e-4, gt=0.0, description="square of a step, in deviations, after which none is taken")
-    robust: float = Field(default=2.5, gt=0.0, description="deviations at which a reading counts a quarter")
-    gain_share: float = Field(default=0.24, gt=0.0, description="uncertainty of the range walk, as a share of it")
-    scale_sigma: float = Field(default=0.03, gt=0.0, description="of the range scale: 50 degrees of temperature")
-    scale_sigma_with_thermometer: float = Field(
-        default=0.002, gt=0.0, description="likewise, by a thermometer or on a drive"
+    former_keys: ClassVar = {
+        "told_scale_sigma": "scale_sigma_with_thermometer",
+        "rounds": "max_iterations",
+        "rest": "tolerance",
+        "robust": "geman_mcclure_scale",
+        "gain_share": "walk_gain_sigma",
+        "offset_floor": "min_offset_sigma",
+        "exponent_sigma": "walk_exponent_sigma",
+        "determined": "min_latency_z",
+        "ties": "corner_factors",
+    }
+
+    max_iterations: int = Field(default=6, ge=1, description="Largest number of Gauss-Newton steps.")
+    tolerance: float = Field(
+        default=1e-4,
+        gt=0.0,
+        description="Squared length of a step, in standard deviations, below which the optimisation stops.",
     )
-    offset_floor: float = Field(
+    geman_mcclure_scale: float = Field(
+        default=2.5,
+        gt=0.0,
+        description="Scale of the Geman-McClure kernel: the residual, in standard deviations, at which a reading "
+        "has a quarter of its weight.",
+    )
+    walk_gain_sigma: float = Field(
+        default=0.24, gt=0.0, description="Standard deviation of the gain of the range walk, as a share of it."
+    )
+    scale_sigma: float = Field(
+        default=0.03, gt=0.0, description="Standard deviation of the range scale: 50 degrees of temperature."
+    )
+    scale_sigma_with_thermometer: float = Field(
+        default=0.002, gt=0.0, description="Standard deviation of the range scale with a thermometer or on a drive."
+    )
+    min_offset_sigma: float = Field(
         default=0.002,
         gt=0.0,
-        description="of the range offset as corners determine it, at least [m]: 1.8 mm in rooms of 100 stations",
+        description="Smallest standard deviation of the range offset as corners determine it [m]: 1.8 mm in "
+        "rooms of 100 stations.",
     )
-    latency_sigma: float = Field(default=0.02, gt=0.0, description="of the servo's latency [s]")
+    latency_sigma: float = Field(
+        default=0.02, gt=0.0, description="Standard deviation of the latency of the servo [s]."
+    )
     servo_gain_sigma: float = Field(
         default=0.05,
         gt=0.0,
-        description="of the gain of a servo that is calibrated: how far hobby servos of one kind turn differs by 5 %",
+        description="Standard deviation of the gain of a servo that is calibrated: hobby servos of one kind "
+        "differ by 5 %.",
     )
     servo_offset_sigma: float = Field(
         default=math.radians(5.0),
         gt=0.0,
-        description="of its offset: a horn fits on every 17 degrees (21 teeth), so it is up to 8.5 degrees askew [rad]",
+        description="Standard deviation of the offset of a servo that is calibrated [rad]: a horn fits on every "
+        "17 degrees (21 teeth), so it is up to 8.5 degrees off.",
     )
-    merit_sigma: float = Field(default=0.6, gt=0.0, description="of the figure of merit as told by who heard what [dB]")
-    ka_sigma: float = Field(default=0.015, gt=0.0, description="likewise of the logarithm of the beam's ka")
-    exponent_sigma: float = Field(
+    merit_sigma: float = Field(
+        default=0.6, gt=0.0, description="Standard deviation of the figure of merit as detections determine it [dB]."
+    )
+    ka_sigma: float = Field(
+        default=0.015,
+        gt=0.0,
+        description="Standard deviation of the logarithm of ka of the beam as detections determine it.",
+    )
+    walk_exponent_sigma: float = Field(
         default=0.2,
         gt=0.0,
-        description="uncertainty of the exponent of the range walk: 0.17 is the root mean square over bursts of 4 to "
-        "16 cycles and resonators of a quality of 5 to 30",
+        description="Standard deviation of the exponent of the range walk: 0.17 is the root mean square over "
+        "bursts of 4 to 16 cycles and resonators of a quality of 5 to 30.",
     )
     model_error: float = Field(
         default=0.0002,
         ge=0.0,
-        description="of each end of a wall, and of a point, however many readings determine it [m]: 0.16 mm in rooms "
-        "of 60 to 150 stations",
+        description="Standard deviation of each end of a wall, and of a point, however many readings determine "
+        "it [m]: 0.16 mm in rooms of 60 to 150 stations.",
     )
-    determined: float = Field(
-        default=2.0, gt=0.0, description="deviations of a latency that drifting poses leave clear"
+    min_latency_z: float = Field(
+        default=2.0,
+        gt=0.0,
+        description="Smallest latency of the servo that is used while poses drift, in standard deviations.",
     )
-    radius: float = Field(default=0.12, gt=0.0, description="of a cylinder of which little was heard [m]")
-    radius_sigma: float = Field(default=0.1, gt=0.0, description="of that guess [m]")
-    ties: CornerFactorSettings = Field(default_factory=CornerFactorSettings)
+    radius: float = Field(default=0.12, gt=0.0, description="Expected radius of a cylinder with few readings [m].")
+    radius_sigma: float = Field(default=0.1, gt=0.0, description="Standard deviation of the expected radius [m].")
+    corner_factors: CornerFactorSettings = Field(default_factory=CornerFactorSettings)
 
     def servo_strain(self, gain: ArrayLike, offset: ArrayLike) -> FloatArray:
         """Return the negative log prior density of gains and offsets [rad] of a servo, up to a constant [nats]."""
@@ -133,14 +172,14 @@ class Priors(NamedTuple):
 
 def sonar_prior(now: Values, first: int, priors: Priors, settings: OptimiserSettings) -> LinearFactor:
     """Return the prior factor of sonar and servo, one row per unknown; ``first`` is the position of the first."""
-    model, gain_sigma = now.model, settings.gain_share * priors.walk_gain
+    model, gain_sigma = now.model, settings.walk_gain_sigma * priors.walk_gain
     # Without a servo there is no latency: the unknown is fixed.
     latency_sigma = settings.latency_sigma if priors.has_servo else 1e-9
     # Gain and offset are fixed unless the servo is calibrated.
     open_servo = priors.servo is not None
     servo_sigmas = (settings.servo_gain_sigma, settings.servo_offset_sigma) if open_servo else (1e-9, 1e-9)
     # Ray cones have no range walk: its exponent is fixed.
-    exponent_sigma = 1e-9 if model.cone else settings.exponent_sigma
+    exponent_sigma = 1e-9 if model.cone else settings.walk_exponent_sigma
     merit, log_ka, *beam_prior = (model.figure_of_merit, math.log(model.ka), 1e-9, 1e-9)
     if priors.beam_prior is not None:
         merit, log_ka, *beam_prior = *priors.beam_prior, settings.merit_sigma, settings.ka_sigma

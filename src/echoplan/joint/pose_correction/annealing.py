@@ -25,9 +25,9 @@ def refine(estimate: Estimate, priors: PosePrior) -> Estimate:
         estimate, noise=first, measurements=at_poses(estimate.recorded, estimate.measured_poses, estimate.poses)
     )
     estimate = estimate.with_squareness(None).search()
-    estimate = replace(estimate, features=_merged(estimate.features, settings.pose_errors.copies))
+    estimate = replace(estimate, features=_merged(estimate.features, settings.pose_errors.duplicates))
     if not priors.relative and _rests_on_few(estimate):
-        square = roughly_square(estimate.features, settings.squareness, may_lie_along_axes=True)
+        square = roughly_square(estimate.features, settings.manhattan, may_lie_along_axes=True)
         estimate = estimate.with_squareness(square)
     estimate = estimate.alternate(first, priors, 3).estimate_figure_of_merit()
     estimate = estimate.alternate(0.75 * first, priors, 2).estimate_noise()
@@ -48,7 +48,11 @@ def _learned(estimate: Estimate, priors: PosePrior) -> tuple[Estimate, PosePrior
     information_inflation = estimate.estimate_effective_sample_ratio() / estimate.effective_sample_ratio
     covariance = estimate.solution.covariance[poses, poses]
     return estimate, estimate_odometry_noise(
-        priors, estimate.poses, covariance, estimate.settings.drift, information_inflation=information_inflation
+        priors,
+        estimate.poses,
+        covariance,
+        estimate.settings.odometry_noise,
+        information_inflation=information_inflation,
     )
 
 
@@ -60,7 +64,7 @@ def anneal(estimate: Estimate, priors: PosePrior, start: FloatArray) -> Estimate
     """
     estimate = estimate.restart_servo()
     estimate = replace(estimate, poses=start, measurements=at_poses(estimate.recorded, estimate.measured_poses, start))
-    coarse_to_fine = [max(each, estimate.rounding) for each in estimate.settings.pose_errors.noises]
+    coarse_to_fine = [max(each, estimate.rounding) for each in estimate.settings.pose_errors.annealing_sigmas]
     for noises in (coarse_to_fine, coarse_to_fine[1:]):
         estimate = replace(estimate, features=estimate.known)
         for noise in noises:
@@ -79,19 +83,23 @@ def _agree_on(estimate: Estimate, noise: float, priors: PosePrior) -> Estimate:
 
 def impose_right_angles(estimate: Estimate) -> Estimate:
     """Return the estimate with duplicate walls merged and, if most walls are square, without weak oblique walls."""
-    settings = estimate.settings.squareness
-    estimate = replace(estimate, features=_merged(estimate.features, estimate.settings.copies))
+    settings = estimate.settings.manhattan
+    estimate = replace(estimate, features=_merged(estimate.features, estimate.settings.duplicates))
     pose_prior = roughly_square(estimate.features, settings, may_lie_along_axes=_rests_on_few(estimate))
     estimate = estimate.with_squareness(pose_prior)
     if pose_prior is None:
         return estimate
-    kept = [each for each in estimate.features if not each.is_wall or each.is_square or each.total > settings.cost]
+    kept = [
+        each
+        for each in estimate.features
+        if not each.is_wall or each.is_square or each.total > settings.min_llr_if_oblique
+    ]
     return replace(estimate, features=kept)
 
 
 def _rests_on_few(estimate: Estimate) -> bool:
     """Return whether most walls are supported by no more than two stations."""
-    return rest_on_few_stations(estimate.features, estimate.settings.search.second_station)
+    return rest_on_few_stations(estimate.features, estimate.settings.search.min_second_station_llr)
 
 
 def refine_right_angles(estimate: Estimate, priors: PosePrior | None) -> Estimate:
@@ -99,7 +107,7 @@ def refine_right_angles(estimate: Estimate, priors: PosePrior | None) -> Estimat
 
     A former prior without evidence is removed. ``priors`` is None if the poses are fixed.
     """
-    now, pose_prior, settings = estimate.solution, estimate.squareness, estimate.settings.squareness
+    now, pose_prior, settings = estimate.solution, estimate.squareness, estimate.settings.manhattan
     by_hand = priors is not None and not priors.relative
     assert now is not None
     found = estimate_right_angles(now.reflectors, now.layout, now.covariance, settings, pose_prior, by_hand=by_hand)

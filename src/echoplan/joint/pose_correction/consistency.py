@@ -37,7 +37,7 @@ _PULLED, _FEWEST = 1.5, 3
 def inlier_ratio(estimate: Estimate) -> float:
     """Return the share of pings in arcs that landmarks (without duplicates) or multipath explain; 1 without arcs."""
     detected = np.concatenate([arc.pings for arc in estimate.arcs]) if estimate.arcs else np.zeros(0, dtype=np.int64)
-    features = without_duplicates(estimate.features, estimate.settings.copies)
+    features = without_duplicates(estimate.features, estimate.settings.duplicates)
     return float(estimate.inlier_mask(features)[detected].mean()) if len(detected) else 1.0
 
 
@@ -49,7 +49,7 @@ def agrees(estimate: Estimate) -> bool:
 def has_duplicated_walls(estimate: Estimate) -> bool:
     """Return whether many walls are duplicated, which drifting poses cause."""
     walls = sum(each.is_wall for each in estimate.features)
-    return _copies(estimate) > estimate.settings.torn * walls
+    return _copies(estimate) > estimate.settings.max_duplicate_fraction * walls
 
 
 def is_inconsistent(estimate: Estimate) -> bool:
@@ -74,14 +74,14 @@ def are_weakly_connected(estimate: Estimate) -> bool:
     owners, left = estimate.solution.owners, estimate.solution.residuals
     common = intraclass_correlation(estimate.measurements, owners, left, noise=estimate.noise)
     # Errors of the sonar model are shared as well, but are smaller than the least noise of a reading.
-    usual = max(estimate.shared_rounding(estimate.noise, common), estimate.settings.least_noise)
-    return common > estimate.settings.shared_error and common * estimate.noise**2 > usual**2
+    usual = max(estimate.shared_rounding(estimate.noise, common), estimate.settings.min_sigma)
+    return common > estimate.settings.max_icc and common * estimate.noise**2 > usual**2
 
 
 def has_shared_bias(estimate: Estimate) -> bool:
     """Return whether most walls are supported by one station each, so that nothing connects the poses."""
     walls = [each for each in estimate.features if each.is_wall]
-    lone = sum(each.supporting(estimate.settings.search.second_station) < 2 for each in walls)
+    lone = sum(each.supporting(estimate.settings.search.min_second_station_llr) < 2 for each in walls)
     return 2 * lone > len(walls)
 
 
@@ -95,7 +95,7 @@ def log_evidence(estimate: Estimate) -> float:
     one station each would explain more than one that all stations detect.
     """
     llr_by_station = estimate.likelihood.log_densities(estimate.features) - estimate.likelihood.floor
-    cost = estimate.settings.search.accept * (len(estimate.features) + _RARE * _copies(estimate))
+    cost = estimate.settings.search.min_log_likelihood_ratio * (len(estimate.features) + _RARE * _copies(estimate))
     if estimate.pose_prior is not None:
         detected = np.bincount(
             estimate.measurements.stations[llr_by_station > 0.0], minlength=len(estimate.measured_poses)
@@ -122,7 +122,7 @@ def contradicts_odometry(estimate: Estimate) -> bool:
 
 def _copies(estimate: Estimate) -> int:
     """Return the number of walls that appear to be duplicates."""
-    return len(estimate.features) - len(without_duplicates(estimate.features, estimate.settings.copies))
+    return len(estimate.features) - len(without_duplicates(estimate.features, estimate.settings.duplicates))
 
 
 def _are_two(estimate: Estimate) -> bool:
@@ -132,7 +132,7 @@ def _are_two(estimate: Estimate) -> bool:
     well even with free poses. This requires that the pings are explained, so that the shared landmarks are associated
     correctly, and that no two of these walls cross.
     """
-    pairs = duplicate_pairs(estimate.features, estimate.settings.copies)
+    pairs = duplicate_pairs(estimate.features, estimate.settings.duplicates)
     if not agrees(estimate) or any(cross(estimate.features[one], estimate.features[other]) for one, other in pairs):
         return False
     free = estimate.optimise(estimate.noise, estimate.odometry())

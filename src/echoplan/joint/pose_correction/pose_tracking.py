@@ -152,7 +152,7 @@ def _known(estimate: Estimate, count: int) -> LandmarkMap:
 
 def _learn(estimate: Estimate, priors: PosePrior, count: int) -> Estimate:
     """Return the estimate of the first ``count`` stations after a search and a joint optimisation of their poses."""
-    part = replace(up_to_station(estimate, count), noise=estimate.settings.pose_errors.tracking_noise).search(rounds=1)
+    part = replace(up_to_station(estimate, count), noise=estimate.settings.pose_errors.tracking_sigma).search(rounds=1)
     first = priors._replace(measured_poses=priors.measured_poses[:count], sigmas=priors.sigmas[:count])
     return part.alternate(part.noise, first, 2)
 

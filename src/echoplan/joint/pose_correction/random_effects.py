@@ -61,7 +61,7 @@ def _learned(estimate: Estimate, pose_prior: PosePrior) -> float:
     rows = range_factors(estimate.recorded, now, single, settings.optimiser)
     squares, count = common_squares(rows, estimate.solution.covariance, common=estimate.bias_sigma)
     guess = settings.pose_errors.bias_sigma
-    return guess * float(map_scale_factor(squares / guess**2, count, settings.pose_errors.pair_spread))
+    return guess * float(map_scale_factor(squares / guess**2, count, settings.pose_errors.bias_log_sigma))
 
 
 def common_squares(rows: LinearFactor, covariance: FloatArray, *, common: float) -> tuple[float, float]:

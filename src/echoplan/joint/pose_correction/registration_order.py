@@ -49,7 +49,7 @@ def with_estimated_waypoint_noise(estimate: Estimate) -> PosePrior:
     assert estimate.solution is not None
     pose_prior = waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors)
     poses = slice(estimate.solution.layout.pose, None)
-    covariance, settings = estimate.solution.covariance[poses, poses], estimate.settings.drift
+    covariance, settings = estimate.solution.covariance[poses, poses], estimate.settings.odometry_noise
     return estimate_waypoint_noise(pose_prior, estimate.poses, covariance, settings, headings=estimate.is_along_axes)
 
 
@@ -88,14 +88,14 @@ def seen_from_others(
     other pose as recorded and as registered [m, m, rad].
     """
     recorded, found = others_given[:, 0] + 1j * others_given[:, 1], others[:, 0] + 1j * others[:, 1]
-    by_places = np.vdot(recorded - recorded.mean(), found - found.mean()) / settings.waypoint**2
-    by_headings = np.exp(1j * (others[:, 2] - others_given[:, 2])).sum() / settings.waypoint_turn**2
+    by_places = np.vdot(recorded - recorded.mean(), found - found.mean()) / settings.absolute_xy_sigma**2
+    by_headings = np.exp(1j * (others[:, 2] - others_given[:, 2])).sum() / settings.absolute_yaw_sigma**2
     turn, turn_sigma = float(np.angle(by_places + by_headings)), float(np.abs(by_places + by_headings)) ** -0.5
     arm = complex(measured_poses[0], measured_poses[1]) - recorded.mean()
     place = found.mean() + arm * np.exp(1j * turn)
-    away = np.hypot(settings.waypoint * np.sqrt(1.0 + 1.0 / len(others)), abs(arm) * turn_sigma)
+    away = np.hypot(settings.absolute_xy_sigma * np.sqrt(1.0 + 1.0 / len(others)), abs(arm) * turn_sigma)
     pose = np.array([place.real, place.imag, wrap(measured_poses[2] + turn)])
-    return pose, np.array([away, away, np.hypot(settings.waypoint_turn, turn_sigma)])
+    return pose, np.array([away, away, np.hypot(settings.absolute_yaw_sigma, turn_sigma)])
 
 
 def _rearranged(estimate: Estimate, order: Sequence[int]) -> Estimate:

@@ -23,7 +23,7 @@ def relocalised(estimate: Estimate, priors: PosePrior, station: int) -> FloatArr
     misses no landmark or fits best where it is. The first station of all is not relocalised, since it defines the
     frame.
     """
-    least = estimate.settings.search.second_station
+    least = estimate.settings.search.min_second_station_llr
     detected = [each.supporting(least) - int(each.llr_by_station[station] > least) for each in estimate.features]
     counted = list(zip(estimate.features, detected, strict=True))
     if not any(each.llr_by_station[station] < _MISSED and others >= _MANY for each, others in counted):
@@ -31,7 +31,7 @@ def relocalised(estimate: Estimate, priors: PosePrior, station: int) -> FloatArr
     known, settings = LandmarkMap.of([each for each, others in counted if others]), estimate.settings.localisation
     guess, sigmas = (
         dead_reckoned(priors.measured_poses, estimate.poses, station),
-        settings.astray * priors.reaches[station],
+        settings.slip_inflation * priors.reaches[station],
     )
     pose, _ = locate(_sight(estimate, station), known, guess, sigmas, settings)
     off = compose(invert(estimate.poses[station]), pose)

@@ -49,7 +49,7 @@ def _taken_back(
     """Return the gain [nats] and the poses if all stations from a step on move to where they fit best."""
     poses, settings = estimate.poses, estimate.settings.localisation
     known, sight = _known(estimate.features, step), _together(sights[step:], poses[step:])
-    guess, sigmas = dead_reckoned(priors.measured_poses, poses, step), settings.astray * priors.reaches[step]
+    guess, sigmas = dead_reckoned(priors.measured_poses, poses, step), settings.slip_inflation * priors.reaches[step]
     _, here = locate(sight, known, poses[step], _HERE, settings)
     found, there = locate(sight, known, guess, sigmas, settings)
     return there - here, np.concatenate([poses[:step], compose(compose(found, invert(poses[step])), poses[step:])])
@@ -79,7 +79,7 @@ def _known(features: Sequence[Hypothesis], step: int) -> LandmarkMap:
 def _reaches(priors: PosePrior, settings: LocalisationSettings) -> FloatArray:
     """Return the greatest distance between duplicates due to the error of each step, shape (s,) [m]."""
     astray: FloatArray = priors.sigmas[:, :2].max(axis=1) + _LEVER * priors.sigmas[:, 2]
-    return settings.deviations * settings.astray * astray
+    return settings.search_sigmas * settings.slip_inflation * astray
 
 
 def _has_twins(features: Sequence[Hypothesis], step: int, reach: float) -> bool:
@@ -104,6 +104,8 @@ def _alike(one: Hypothesis, other: Hypothesis, reach: float) -> bool:
     if one.kind is not other.kind:
         return False
     if one.is_wall:
-        return are_duplicates(one, other, DuplicateSettings(turn=_TURN, beside=reach, apart=_APART))
+        return are_duplicates(
+            one, other, DuplicateSettings(angle_gate=_TURN, normal_distance_gate=reach, gap_gate=_APART)
+        )
     apart = one.reflector[1:] - other.reflector[1:]
     return bool(np.hypot(apart[0], apart[1]) < reach and abs(apart[2]) < _RADII)

@@ -1,7 +1,9 @@
 """Acceptance test: when the log-likelihood ratio of a landmark is enough."""
 
+from typing import ClassVar
+
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray
@@ -10,26 +12,53 @@ from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.search.ray_paths import unoccluded_stations
 from echoplan.joint.trace import Reason
 from echoplan.preprocessing.measurements import Measurements, step_of
+from echoplan.settings import Settings
 
 __all__ = ["AcceptanceSettings", "AcceptanceTest"]
 
 
-class AcceptanceSettings(BaseModel, frozen=True, extra="forbid"):
+class AcceptanceSettings(Settings):
     """Thresholds of the acceptance test."""
 
-    accept: float = Field(default=12.0, gt=0.0, description="least gain in log likelihood [nats]")
-    second_station: float = Field(default=5.0, description="least gain of the second best station [nats]")
-    without_best: float = Field(default=6.0, description="least gain without the best station [nats]")
-    radius_cost: float = Field(default=2.0, ge=0.0, description="cost of the third parameter of a cylinder [nats]")
-    hit_share: float = Field(
-        default=0.75, gt=0.0, description="of the unmasked pings that must hear a wall known from one station"
+    former_keys: ClassVar = {
+        "accept": "min_log_likelihood_ratio",
+        "second_station": "min_second_station_llr",
+        "without_best": "min_llr_without_best_station",
+        "hit_share": "min_unmasked_detection_rate",
+        "heard_share": "min_two_station_detection_rate",
+        "seen_share": "min_one_station_detection_rate",
+        "usual_share": "min_relative_detection_rate",
+    }
+
+    min_log_likelihood_ratio: float = Field(
+        default=12.0, gt=0.0, description="Smallest log-likelihood ratio of a landmark that is accepted [nats]."
     )
-    heard_share: float = Field(
-        default=0.4, gt=0.0, description="of the pings of the best station that must hear what only two stations know"
+    min_second_station_llr: float = Field(
+        default=5.0, description="Smallest log-likelihood ratio of the second best station of a landmark [nats]."
     )
-    seen_share: float = Field(default=0.6, gt=0.0, description="of all such pings")
-    usual_share: float = Field(
-        default=0.9, gt=0.0, description="of what is usual, that must hear such a wall where it may be a phantom"
+    min_llr_without_best_station: float = Field(
+        default=6.0, description="Smallest log-likelihood ratio of a landmark without its best station [nats]."
+    )
+    radius_cost: float = Field(default=2.0, ge=0.0, description="Penalty of the third parameter of a cylinder [nats].")
+    min_unmasked_detection_rate: float = Field(
+        default=0.75,
+        gt=0.0,
+        description="Smallest detection rate, among unmasked pings, of a wall that only one station supports.",
+    )
+    min_two_station_detection_rate: float = Field(
+        default=0.4,
+        gt=0.0,
+        description="Smallest detection rate, at its best station, of a landmark that only two stations support.",
+    )
+    min_one_station_detection_rate: float = Field(
+        default=0.6,
+        gt=0.0,
+        description="Smallest detection rate, among all pings in its beam, of a wall that only one station supports.",
+    )
+    min_relative_detection_rate: float = Field(
+        default=0.9,
+        gt=0.0,
+        description="Smallest detection rate, over the median of all walls, of a wall that may be crosstalk.",
     )
 
 
@@ -59,7 +88,7 @@ class AcceptanceTest:
     def refusal(self, hypothesis: Hypothesis, log_densities: FloatArray) -> Reason | None:
         """Return the test that a hypothesis fails, given the log densities without it; None if it is accepted."""
         settings = self.settings
-        if self.log_evidence_without_bias(hypothesis) <= settings.accept:
+        if self.log_evidence_without_bias(hypothesis) <= settings.min_log_likelihood_ratio:
             return Reason.EVIDENCE
         if hypothesis.is_known:
             return None
@@ -74,13 +103,13 @@ class AcceptanceTest:
         if self.has_single_station(hypothesis):
             is_whole = hypothesis.is_wall and self._is_whole(hypothesis, log_densities)
             return None if is_whole else Reason.SINGLE_STATION
-        many = hypothesis.supporting(self.settings.second_station) > 2
+        many = hypothesis.supporting(self.settings.min_second_station_llr) > 2
         return None if many or self._is_detected(hypothesis, log_densities) else Reason.WEAKLY_DETECTED
 
     def has_single_station(self, hypothesis: Hypothesis) -> bool:
         """Return True if hardly more than one station supports a hypothesis."""
-        supporting = hypothesis.supporting(self.settings.second_station)
-        return supporting < 2 or hypothesis.total - hypothesis.best <= self.settings.without_best
+        supporting = hypothesis.supporting(self.settings.min_second_station_llr)
+        return supporting < 2 or hypothesis.total - hypothesis.best <= self.settings.min_llr_without_best_station
 
     def detection_rate(self, hypothesis: Hypothesis, log_densities: FloatArray) -> float:
         """Return the share of pings that detect a landmark, of those of the best station that should."""
@@ -94,7 +123,9 @@ class AcceptanceTest:
         evidence = hypothesis.ping_scores
         hidden = hypothesis.is_wall & ~evidence.unmasked & (log_densities[evidence.pings] > 0.0)
         asked = (self._at_best_station(hypothesis) & ~hidden).sum()
-        return bool(self._hits(hypothesis, log_densities).sum() >= self.settings.heard_share * max(asked, 1))
+        return bool(
+            self._hits(hypothesis, log_densities).sum() >= self.settings.min_two_station_detection_rate * max(asked, 1)
+        )
 
     def _hits(self, hypothesis: Hypothesis, log_densities: FloatArray) -> BoolArray:
         """Return which pings of the best station the hypothesis explains better than anything else, shape (m,)."""
@@ -109,7 +140,7 @@ class AcceptanceTest:
         """Return True if most stations that should detect a cylinder do not; pose errors may cause that for walls."""
         if hypothesis.kind is not Kind.CYLINDER:
             return False
-        clear = hypothesis.llr_by_station > self.settings.second_station
+        clear = hypothesis.llr_by_station > self.settings.min_second_station_llr
         missing = unoccluded_stations(hypothesis, self._measurements, step=self.step) & ~clear
         return bool(missing.sum() > clear.sum())
 
@@ -122,8 +153,8 @@ class AcceptanceTest:
         return bool(
             here.sum() >= self._half_aperture / self.step
             and self._ways(wall, detected) > len(wall.parameters)
-            and hits >= self.settings.hit_share * max(unmasked, 1)
-            and hits >= self.settings.seen_share * here.sum()
+            and hits >= self.settings.min_unmasked_detection_rate * max(unmasked, 1)
+            and hits >= self.settings.min_one_station_detection_rate * here.sum()
         )
 
     def _ways(self, wall: Hypothesis, detected: BoolArray) -> int:

@@ -3,21 +3,31 @@
 import math
 from collections.abc import Sequence
 from itertools import combinations
+from typing import ClassVar
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.geometry import crosses_segments, signed_distances
 from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.settings import Settings
 
 __all__ = ["DuplicateSettings", "are_duplicates", "cross", "duplicate_pairs", "without_duplicates"]
 
 
-class DuplicateSettings(BaseModel, frozen=True, extra="forbid"):
+class DuplicateSettings(Settings):
     """Greatest distance between two duplicates of a wall."""
 
-    turn: float = Field(default=math.radians(12), gt=0.0, description="between them [rad]")
-    beside: float = Field(default=0.08, gt=0.0, description="between their lines, at the middle of either [m]")
-    apart: float = Field(default=0.3, ge=0.0, description="between their ends [m]")
+    former_keys: ClassVar = {"turn": "angle_gate", "beside": "normal_distance_gate", "apart": "gap_gate"}
+
+    angle_gate: float = Field(
+        default=math.radians(12), gt=0.0, description="Largest angle between two duplicates of a wall [rad]."
+    )
+    normal_distance_gate: float = Field(
+        default=0.08,
+        gt=0.0,
+        description="Largest distance between the lines of two duplicates, at the middle of either [m].",
+    )
+    gap_gate: float = Field(default=0.3, ge=0.0, description="Largest gap between the ends of two duplicates [m].")
 
 
 def without_duplicates(features: Sequence[Hypothesis], settings: DuplicateSettings) -> list[Hypothesis]:
@@ -42,11 +52,11 @@ def are_duplicates(one: Hypothesis, other: Hypothesis, settings: DuplicateSettin
     """Return True if two walls may be the same one; False if either landmark is no wall."""
     if not (one.is_wall and other.is_wall):
         return False
-    if abs(math.remainder(one.line[0] - other.line[0], math.tau)) > settings.turn:
+    if abs(math.remainder(one.line[0] - other.line[0], math.tau)) > settings.angle_gate:
         return False
     beside = min(_beside(one, other), _beside(other, one))
     apart = max(one.extent[0] - other.extent[1], other.extent[0] - one.extent[1])
-    return beside < settings.beside and apart < settings.apart
+    return beside < settings.normal_distance_gate and apart < settings.gap_gate
 
 
 def cross(one: Hypothesis, other: Hypothesis) -> bool:

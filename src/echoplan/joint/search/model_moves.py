@@ -92,9 +92,9 @@ def _better(
     """Return the alternative with the greatest log evidence, or None if the landmark itself has more."""
 
     def log_evidence_without_bias(each: Hypothesis) -> float:
-        return acceptance.log_evidence_without_bias(each) + acceptance.settings.accept * _spared_walls(
-            each, feature, others
-        )
+        return acceptance.log_evidence_without_bias(
+            each
+        ) + acceptance.settings.min_log_likelihood_ratio * _spared_walls(each, feature, others)
 
     best = max(alternatives, key=log_evidence_without_bias, default=feature)
     return best if log_evidence_without_bias(best) > log_evidence_without_bias(feature) else None
@@ -145,7 +145,7 @@ def split_joined_walls(
         place = next(number for number, each in enumerate(features) if each is feature)
         others = [*features[:place], *features[place + 1 :]]
         walls = _walls_instead(likelihood, feature, others, without[place], acceptance=acceptance)
-        if _explain_more(walls, feature, acceptance.settings.accept):
+        if _explain_more(walls, feature, acceptance.settings.min_log_likelihood_ratio):
             record_event(Decision.CHANGED, feature, reason=Reason.BETTER_CLASS, becomes=Kind.WALL)
             features = [*others, *walls]
             without = likelihood.log_densities_without(features)
@@ -155,7 +155,7 @@ def split_joined_walls(
 def _may_join(feature: Hypothesis, acceptance: AcceptanceTest) -> bool:
     """Return True if few stations support a landmark that has no track history."""
     least = 1 if feature.kind is Kind.CYLINDER else 2
-    stations = (feature.llr_by_station > acceptance.settings.second_station).sum()
+    stations = (feature.llr_by_station > acceptance.settings.min_second_station_llr).sum()
     return bool(least <= stations <= _FEW_STATIONS and not feature.is_known)
 
 
@@ -188,7 +188,7 @@ def _walls_instead(
     """Fit a wall to the pings of each supporting station, and return the accepted ones."""
     walls, measurements = list[Hypothesis](), likelihood.measurements
     pose_model = ((4 * likelihood.noise, 0.06, 4), (likelihood.noise, 0.03, 4))
-    for station in np.flatnonzero(joining.llr_by_station > acceptance.settings.second_station):
+    for station in np.flatnonzero(joining.llr_by_station > acceptance.settings.min_second_station_llr):
         pings = joining.ping_scores.pings[joining.ping_scores.densities > log_densities[joining.ping_scores.pings]]
         own = pings[measurements.stations[pings] == station]
         start = joining.reflector if joining.is_wall else _touching(joining, measurements.centers[station])

@@ -68,7 +68,7 @@ def _without_unheard(
 
 def _is_weak(feature: Hypothesis, acceptance: AcceptanceTest) -> bool:
     """Return True for a wall of few supporting stations and without a track history."""
-    supporting = feature.supporting(acceptance.settings.second_station)
+    supporting = feature.supporting(acceptance.settings.min_second_station_llr)
     return feature.is_wall and not feature.is_known and supporting <= _FEW_STATIONS
 
 
@@ -82,7 +82,7 @@ def _stands_beside_unheard(
     if echoes.max() == UNHEARD:
         return True
     beside = likelihood.rescored(wall, np.maximum(log_densities, echoes), others)
-    return beside.total > acceptance.settings.second_station
+    return beside.total > acceptance.settings.min_second_station_llr
 
 
 def _without_cast(
@@ -94,7 +94,7 @@ def _without_cast(
         acceptance.detection_rate(*each)
         for each in zip(features, likelihood.log_densities_without(features), strict=True)
     ]
-    least = acceptance.settings.usual_share * _usual(features, shares)
+    least = acceptance.settings.min_relative_detection_rate * _usual(features, shares)
     kept = []
     for each, share in zip(features, shares, strict=True):
         if share >= least or not _may_be_cast(each, walls, likelihood.measurements, acceptance):

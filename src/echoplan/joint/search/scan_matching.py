@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from echoplan.acoustics.predicted_echo import Kind, Shape, SonarTables, shape_of
 from echoplan.arrays import BoolArray, FloatArray, IntArray
@@ -15,6 +15,7 @@ from echoplan.joint.arcs import Arc, arc_planes
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.search.refinement import refine
 from echoplan.preprocessing.measurements import Measurements
+from echoplan.settings import Settings
 
 __all__ = ["LandmarkMap", "LocalScan", "LocalisationSettings", "best_score", "local_scans", "locate"]
 
@@ -29,16 +30,37 @@ _LEAST_TURN = math.radians(0.7)
 _MOST_TURNS = 256
 
 
-class LocalisationSettings(BaseModel, frozen=True, extra="forbid"):
+class LocalisationSettings(Settings):
     """Search for a pose by scan matching."""
 
-    deviations: float = Field(default=3.0, gt=0.0, description="of odometry, within which a pose is searched")
-    astray: float = Field(default=2.0, ge=1.0, description="times as far, where a step may have slipped")
-    steps: int = Field(default=7, ge=1, description="to either side in each direction, and more of far turns")
-    depth_sigma: float = Field(default=0.025, gt=0.0, description="of the depth of an arc, at first [m]")
-    normal_sigma: float = Field(default=np.radians(2.0), gt=0.0, description="of its normal, at first [rad]")
-    refinements: int = Field(default=3, ge=0, description="rounds in which all of this is halved")
-    stray: float = Field(default=0.05, gt=0.0, description="likelihood of an arc that nothing explains")
+    former_keys: ClassVar = {
+        "deviations": "search_sigmas",
+        "astray": "slip_inflation",
+        "refinements": "levels",
+        "stray": "outlier_likelihood",
+    }
+
+    search_sigmas: float = Field(
+        default=3.0, gt=0.0, description="Half width of the search for a pose, in standard deviations of odometry."
+    )
+    slip_inflation: float = Field(
+        default=2.0, ge=1.0, description="Factor by which the search is wider where the wheels may have slipped."
+    )
+    steps: int = Field(
+        default=7, ge=1, description="Number of grid steps to either side in each direction; far turns take more."
+    )
+    depth_sigma: float = Field(
+        default=0.025, gt=0.0, description="Standard deviation of the depth of an arc at the coarsest level [m]."
+    )
+    normal_sigma: float = Field(
+        default=np.radians(2.0),
+        gt=0.0,
+        description="Standard deviation of the normal of an arc at the coarsest level [rad].",
+    )
+    levels: int = Field(default=3, ge=0, description="Number of finer levels of the grid, each of half the step.")
+    outlier_likelihood: float = Field(
+        default=0.05, gt=0.0, description="Likelihood of an arc that no landmark explains, relative to a perfect match."
+    )
 
 
 class LocalScan(NamedTuple):
@@ -120,17 +142,17 @@ def locate(
     best, score = guess, 0.0
     if not len(sight.depths) or not len(landmark_map.reflectors):
         return best, score
-    span, steps = settings.deviations * sigmas, np.full(3, settings.steps)
+    span, steps = settings.search_sigmas * sigmas, np.full(3, settings.steps)
     turns = math.ceil(span[2] / (2.0 * _are_confirmed(sight, settings)))
     steps[2] = max(settings.steps, min(turns, _MOST_TURNS))
     scale, narrowing = np.ones(3), 1.0
-    for turn in range(settings.refinements + 1):
+    for turn in range(settings.levels + 1):
         offsets = _grid(span * scale, steps if turn == 0 else np.full(3, 3))
         poses = compose(np.broadcast_to(best, offsets.shape), offsets)
         tolerances = max(settings.depth_sigma * narrowing, 0.008), max(settings.normal_sigma * narrowing, _LEAST_TURN)
         reach = span * scale
         likely = _likely(sight, landmark_map, best, (math.hypot(reach[0], reach[1]), reach[2]), tolerances)
-        scores = _scores(sight, landmark_map, poses, likely, tolerances, settings.stray)
+        scores = _scores(sight, landmark_map, poses, likely, tolerances, settings.outlier_likelihood)
         scores -= 0.5 * _misfit(poses, guess, sigmas)
         place = int(np.argmax(scores))
         best, score = poses[place], float(scores[place])
@@ -141,7 +163,7 @@ def locate(
 
 def best_score(sight: LocalScan, settings: LocalisationSettings) -> float:
     """Return the log-likelihood of a perfect match of all arcs in the predicted pose [nats]."""
-    return float(sight.weights.sum()) * math.log1p(1.0 / settings.stray)
+    return float(sight.weights.sum()) * math.log1p(1.0 / settings.outlier_likelihood)
 
 
 def _are_confirmed(sight: LocalScan, settings: LocalisationSettings) -> float:

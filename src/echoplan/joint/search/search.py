@@ -8,6 +8,7 @@ import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -32,7 +33,7 @@ _OPEN, _UNEXPLAINED = math.log(30.0), math.log(20.0)
 # A landmark of so many supporting stations needs no coarse refinement.
 _SURE_STATIONS = 3
 # Walls nearer to each other than this are the same.
-_SAME_WALL = DuplicateSettings(turn=0.035, beside=0.012, apart=0.05)
+_SAME_WALL = DuplicateSettings(angle_gate=0.035, normal_distance_gate=0.012, gap_gate=0.05)
 # Hypotheses of one class in one cell of this grid are the same [rad and m; m; m and radius in m].
 _CELLS = {
     Kind.WALL: (0.01, 0.006, 1.0),
@@ -41,13 +42,21 @@ _CELLS = {
 }
 
 
-class SearchSettings(AcceptanceSettings, frozen=True, extra="forbid"):
+class SearchSettings(AcceptanceSettings):
     """Extent of the search, and the acceptance test."""
 
+    former_keys: ClassVar = {**AcceptanceSettings.former_keys, "rounds": "max_rounds", "most": "max_candidates"}
+
     candidates: CandidateSettings = Field(default_factory=CandidateSettings)
-    rounds: int = Field(default=3, ge=1, description="how often what is unexplained may suggest anew")
-    most: int = Field(default=200, ge=1, description="candidates of one kind that are refined")
-    contenders: int = Field(default=6, ge=1, description="candidates that are refined again before one is accepted")
+    max_rounds: int = Field(
+        default=3, ge=1, description="Largest number of rounds in which unexplained pings propose landmarks."
+    )
+    max_candidates: int = Field(
+        default=200, ge=1, description="Largest number of proposals of one class that are refined."
+    )
+    contenders: int = Field(
+        default=6, ge=1, description="Number of best proposals that are refined again before one is accepted."
+    )
 
 
 class Search:
@@ -82,7 +91,7 @@ class Search:
         The search starts from those of ``known`` that are still accepted.
         """
         features = self.tested(self._renewed(known))
-        for _ in range(self.settings.rounds):
+        for _ in range(self.settings.max_rounds):
             pool = self._seeded(features)
             grown = split_joined_walls(self.likelihood, self._grown(features, pool), self.acceptance)
             if [each.key for each in grown] == [each.key for each in features]:
@@ -105,7 +114,9 @@ class Search:
             refusal = self.acceptance.refusal(rescored, without[place])
             is_accepted = refusal is None
             if refusal:
-                record_event(Decision.REMOVED, rescored, reason=refusal, threshold=self.settings.accept)
+                record_event(
+                    Decision.REMOVED, rescored, reason=refusal, threshold=self.settings.min_log_likelihood_ratio
+                )
             kept = [*kept[:place], rescored, *kept[place + 1 :]] if is_accepted else others
             place += is_accepted
             if not is_accepted or rescored.has_other_multipath_than(feature):
@@ -125,7 +136,7 @@ class Search:
             if not fallen:
                 return rescored
             weakest, refusal = min(fallen, key=lambda each: each[0].total)
-            record_event(Decision.REMOVED, weakest, reason=refusal, threshold=self.settings.accept)
+            record_event(Decision.REMOVED, weakest, reason=refusal, threshold=self.settings.min_log_likelihood_ratio)
             kept = [each for each in rescored if each is not weakest]
 
     def _beside_others(self, features: Sequence[Hypothesis]) -> tuple[list[Hypothesis], list[Reason | None]]:
@@ -160,7 +171,7 @@ class Search:
             pool = [each for each in scored if self.acceptance.log_evidence_without_bias(each) > 0.0]
             contenders = scored[: self.settings.contenders]
             best = self._best(contenders, log_densities, features)
-            if self.acceptance.log_evidence_without_bias(best) <= self.settings.accept:
+            if self.acceptance.log_evidence_without_bias(best) <= self.settings.min_log_likelihood_ratio:
                 return features
             # A landmark that was accepted and removed is not accepted again: two rivals could replace each other for
             # ever.
@@ -168,7 +179,7 @@ class Search:
                 pool = self._without_fallen(pool, contenders, log_densities)
                 continue
             accepted.append(best)
-            record_event(Decision.ADDED, best, reason=Reason.EVIDENCE, threshold=self.settings.accept)
+            record_event(Decision.ADDED, best, reason=Reason.EVIDENCE, threshold=self.settings.min_log_likelihood_ratio)
             pool = [each for each in pool if not _same(each, best)]
             features = self.tested([*features, best])
             log_densities = likelihood.log_densities(features)
@@ -178,7 +189,9 @@ class Search:
         """Return True if a hypothesis fails the acceptance test, and record that."""
         refusal = self.acceptance.refusal(hypothesis, log_densities)
         if refusal:
-            record_event(Decision.REJECTED, hypothesis, reason=refusal, threshold=self.settings.accept)
+            record_event(
+                Decision.REJECTED, hypothesis, reason=refusal, threshold=self.settings.min_log_likelihood_ratio
+            )
         return refusal is not None
 
     def _without_fallen(
@@ -205,7 +218,7 @@ class Search:
         supporting = (hypothesis.llr_by_station > 0.0)[likelihood.measurements.stations]
         free = np.flatnonzero((log_densities < likelihood.floor + _OPEN) & supporting)
         courses = [[(noise, max(0.02, 4 * noise), 3)]]
-        if (hypothesis.llr_by_station > self.settings.second_station).sum() < _SURE_STATIONS:
+        if (hypothesis.llr_by_station > self.settings.min_second_station_llr).sum() < _SURE_STATIONS:
             # With few supporting stations, the start may be farther off than the noise.
             courses.append([(4 * noise, max(0.03, 16 * noise), 3), *courses[0]])
         proposed = [likelihood.score(self._moved(hypothesis.reflector, free, schedule)) for schedule in courses]
@@ -243,7 +256,11 @@ class Search:
         rescored = self._screened(rows[rows[:, 0] == kind], log_densities)
         rough, fine = ((max(0.008, 1.5 * noise), 0.03, 4),), ((noise, 0.02, 3),)
         few = free[self._few[free]]
-        moved = [self._moved(each.reflector, few, rough) for each in rescored[: self.settings.most] if each.total > 2.0]
+        moved = [
+            self._moved(each.reflector, few, rough)
+            for each in rescored[: self.settings.max_candidates]
+            if each.total > 2.0
+        ]
         moved = [self._moved(row, free, fine) for row in _apart(np.array(moved).reshape(-1, 4), _CELLS[kind])]
         apart = _apart(np.array(moved).reshape(-1, 4), _CELLS[kind])
         if kind is Kind.CORNER:

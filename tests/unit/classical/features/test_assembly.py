@@ -51,7 +51,7 @@ def test_walls_far_apart_meet_only_where_their_corner_was_detected() -> None:
     corners = [scenes.observed_circle((3.0, 0.0, 0.0), (1.4, 0.7), degrees=(0.9, 0.1, 0.0))]
     (corner,) = mapped(corners=corners, max_extension=0.1).corners
     assert corner.position_xy == pytest.approx([3.0, 0.0], abs=1e-6)
-    assert mapped(corners=corners, max_extension=0.1, heard_extension=0.5).corners == ()
+    assert mapped(corners=corners, max_extension=0.1, max_detected_extension=0.5).corners == ()
 
 
 def test_a_detected_corner_is_preferred_to_a_nearer_one_that_was_not_detected() -> None:

@@ -50,7 +50,7 @@ def test_more_views_determine_the_radius_better() -> None:
 
 def test_what_the_echoes_of_a_sweep_have_in_common_makes_it_less_sure() -> None:
     members = observations_of((1.5, 1.6, 0.12), HUBS)
-    vague = AssociationSettings(distance_floor=0.02)
+    vague = AssociationSettings(common_distance_sigma=0.02)
     sure, unsure = (cylinder_of(members, CylinderSettings(), association=gates) for gates in (GATES, vague))
     assert sure is not None
     assert unsure is not None

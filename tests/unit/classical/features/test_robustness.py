@@ -40,7 +40,7 @@ def corrected(*, wrong: float = 0.0, scale: float = 0.0) -> Solution:
         reflectors=ROOM, extents=extents, attenuations=np.zeros((4, 4)), bias_variances=np.zeros((4, 4)), ends=ends
     )
     start = Values(features=features, model=SONAR, poses=GIVEN)
-    return optimise(recorded._replace(readings=readings), start, BELIEFS, OptimiserSettings(rounds=20))
+    return optimise(recorded._replace(readings=readings), start, BELIEFS, OptimiserSettings(max_iterations=20))
 
 
 def farthest(poses: FloatArray) -> float:

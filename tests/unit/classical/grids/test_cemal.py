@@ -8,7 +8,7 @@ THICKNESS = 0.2
 
 
 def rule(*parts: Cones, share: float = 1.0) -> CemalRule:
-    made = CemalRule(CemalSettings(thickness=THICKNESS, share=share), cells.COARSE)
+    made = CemalRule(CemalSettings(thickness=THICKNESS, min_relative_fit=share), cells.COARSE)
     for part in parts:
         made.add(part)
     return made

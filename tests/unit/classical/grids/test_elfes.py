@@ -9,7 +9,7 @@ ERROR = 0.15
 
 
 def rule(**changed: float) -> ElfesRule:
-    return ElfesRule(ElfesSettings(error=ERROR, **changed), cells.COARSE)
+    return ElfesRule(ElfesSettings(range_error=ERROR, **changed), cells.COARSE)
 
 
 def certainties(cones: Cones, found: ElfesRule) -> FloatArray:

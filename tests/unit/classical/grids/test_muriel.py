@@ -7,7 +7,7 @@ from echoplan.arrays import FloatArray
 from echoplan.classical.grids import Cones, MurielRule, MurielSettings
 from helpers import cells
 
-SETTINGS = MurielSettings(detection=0.9, deviation=0.05, background=2.0, place=0.2)
+SETTINGS = MurielSettings(detection_probability=0.9, sigma=0.05, clutter_density=2.0, place=0.2)
 
 
 def rule() -> MurielRule:

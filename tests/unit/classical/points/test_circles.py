@@ -64,7 +64,7 @@ def test_the_fit_is_hardly_biased_where_the_arc_is_short() -> None:
 
 def test_the_stated_covariance_holds_for_points_that_err_by_themselves() -> None:
     rng = np.random.default_rng(7)
-    settings, squares = CircleSettings(common=1e-9, band=0.005), []
+    settings, squares = CircleSettings(common_sigma=1e-9, band=0.005), []
     for _ in range(300):
         cloud = cloud_of(rim(0.0, 4.0, count=60) + rng.normal(0, 0.003, size=(60, 2)))
         fitted = fit_taubin(cloud)

@@ -83,7 +83,7 @@ def test_heavier_points_draw_the_line() -> None:
 @pytest.mark.parametrize("line", [(0.4, 3.0), (-2.0, 1.0)])
 def test_the_stated_covariance_holds_for_points_that_err_by_themselves(line: tuple[float, float]) -> None:
     rng = np.random.default_rng(4)
-    settings = SegmentSettings(common=1e-6)
+    settings = SegmentSettings(common_sigma=1e-6)
     squares = []
     for _ in range(300):
         across = rng.normal(0, 0.01, size=40)[:, None] * directions(line[0])

@@ -35,7 +35,11 @@ def sightings(
     found = []
     for shape, values in world:
         bearing, distance = shape.expect(pose, values, np.zeros(2)).values
-        errors = np.zeros(2) if rng is None else rng.normal(size=2) * [settings.bearing_floor, settings.distance_floor]
+        errors = (
+            np.zeros(2)
+            if rng is None
+            else rng.normal(size=2) * [settings.common_bearing_sigma, settings.common_distance_sigma]
+        )
         found.append(
             observed(
                 (0.0, 0.0),

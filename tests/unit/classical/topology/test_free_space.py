@@ -25,7 +25,7 @@ def test_the_way_to_a_wall_is_free_and_what_is_behind_it_is_not() -> None:
 
 def test_free_is_a_share_of_the_range_to_a_cell() -> None:
     for share in (0.5, 0.9):
-        free = find_free_space([one_ping(2.0)], LENIENT.model_copy(update={"share": share}))
+        free = find_free_space([one_ping(2.0)], LENIENT.model_copy(update={"free_fraction": share}))
         column = free.data[:, int(-free.origin_xy[0] / free.resolution)]
         high = free.origin_xy[1] + free.resolution * (np.flatnonzero(column)[-1] + 1)
         assert high == pytest.approx(2.0 * share, abs=0.1)

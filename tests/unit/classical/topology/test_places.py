@@ -90,7 +90,7 @@ def test_a_niche_is_no_place() -> None:
 
 
 def test_a_narrowing_that_is_wide_enough_parts_nothing() -> None:
-    assert len(find_places(TWO_ROOMS, PlaceSettings(narrowing=0.1)).places) == 1
+    assert len(find_places(TWO_ROOMS, PlaceSettings(max_narrowing=0.1)).places) == 1
 
 
 def test_the_same_rooms_turned_about_give_the_same_graph() -> None:

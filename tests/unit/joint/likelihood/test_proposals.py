@@ -85,7 +85,7 @@ def test_a_common_tangent_is_nearer_to_the_wall_than_the_planes_of_arcs() -> Non
 def test_arcs_of_too_different_directions_propose_no_tangent() -> None:
     arc_measurements = sighted([wall(0.4, 1.5)], stations=STATIONS[:2], turn=np.radians(12))
     assert distance(suggested(arc_measurements), wall(0.4, 1.5)) > 0.1
-    assert distance(suggested(arc_measurements, wall_turn=np.radians(25)), wall(0.4, 1.5)) < 1e-6
+    assert distance(suggested(arc_measurements, wall_angle_gate=np.radians(25)), wall(0.4, 1.5)) < 1e-6
 
 
 def test_arcs_of_one_station_propose_nothing_together() -> None:
@@ -141,7 +141,7 @@ def test_equal_candidates_are_merged() -> None:
 def test_the_candidates_of_most_pairs_are_kept() -> None:
     arc_measurements = sighted([wall(0.4, 1.5), wall(2.2, 1.9)])
     first = suggested(arc_measurements, fresh=[True, False, True, False, True, False])
-    few = suggested(arc_measurements, fresh=[True, True, True, False, True, False], most=1)
+    few = suggested(arc_measurements, fresh=[True, True, True, False, True, False], max_candidates=1)
     assert distance(first, wall(0.4, 1.5)) < 1e-6
     assert max((few[:, 0] == kind).sum() for kind in Kind) == 1
     assert distance(few, wall(0.4, 1.5)) < 1e-6

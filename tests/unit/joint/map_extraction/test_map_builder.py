@@ -137,7 +137,7 @@ def test_a_lone_corner_is_drawn_where_it_was_detected() -> None:
 def test_a_corner_without_walls_carries_the_model_error_of_a_corner() -> None:
     found = survey(feature(edge(0.4, -0.9), llr_by_station=[9.0] * 4))
     place = found.solution.layout.feature(4)
-    expected = found.solution.covariance[place, place] + found.settings.lone_sigma**2 * np.eye(2)
+    expected = found.solution.covariance[place, place] + found.settings.lone_corner_sigma**2 * np.eye(2)
     assert found.corners()[-1].covariance == pytest.approx(expected, rel=1e-9)
 
 

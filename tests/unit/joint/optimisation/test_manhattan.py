@@ -87,7 +87,7 @@ def test_walls_near_the_axes_are_initially_aligned_with_them(turn: float, *, alo
 
 @pytest.mark.parametrize(("measured", "may"), [(0.1, True), (0.9, False)])
 def test_walls_are_not_aligned_with_the_axes_with_a_low_prior_or_enough_stations(measured: float, *, may: bool) -> None:
-    settings = ManhattanSettings(measured=measured)
+    settings = ManhattanSettings(prior_axis_aligned=measured)
     applied = roughly_square(faces(8, 98, 188, -82), settings, may_lie_along_axes=may)
     assert applied is not None
     assert not applied.along_axes
@@ -281,7 +281,7 @@ def side_of_a_box(turn: float, settings: ManhattanSettings) -> float:
         route=Route(map_from_base=np.array(stations)),
         seed=3,
     )
-    mapper = JointMapper(simulation.rig, JointSettings(poses=PoseMode.TRUST, squareness=settings))
+    mapper = JointMapper(simulation.rig, JointSettings(poses=PoseMode.TRUST, manhattan=settings))
     truth = simulation.truth
     assert truth.walls_detected_by[7] == 1
     right = evaluate(map_sweeps(mapper, simulation), truth).matches.walls.right
@@ -289,7 +289,7 @@ def side_of_a_box(turn: float, settings: ManhattanSettings) -> float:
 
 
 def test_an_uncertain_side_of_a_box_is_square_to_the_room() -> None:
-    never = ManhattanSettings(evidence=1e9)
+    never = ManhattanSettings(min_log_odds=1e9)
     assert side_of_a_box(0.0, never) > 0.2
     assert side_of_a_box(0.0, SETTINGS) < 0.02
 

@@ -120,7 +120,7 @@ def test_the_prior_of_the_odometry_noise_is_log_normal(steps: int, off: float) -
     learned = estimate_odometry_noise(priors, poses, np.zeros((3 * steps + 3,) * 2), SETTINGS)
 
     def gain(logarithm: float) -> float:
-        score = logarithm / SETTINGS.spread + SETTINGS.spread
+        score = logarithm / SETTINGS.log_sigma + SETTINGS.log_sigma
         return -steps * logarithm - 0.5 * steps * off**2 * math.exp(-2.0 * logarithm) - 0.5 * score**2
 
     logarithms = np.linspace(-4.0, 4.0, 4001)
@@ -140,7 +140,7 @@ def test_few_steps_do_not_change_the_odometry_noise(steps: int) -> None:
     assert estimate_odometry_noise(priors, priors.measured_poses, np.zeros((3 * steps + 3,) * 2), SETTINGS) is priors
 
 
-@pytest.mark.parametrize(("off", "bound"), [(1e-5, SETTINGS.least), (1e3, SETTINGS.greatest)])
+@pytest.mark.parametrize(("off", "bound"), [(1e-5, SETTINGS.min_factor), (1e3, SETTINGS.max_factor)])
 def test_the_waypoint_noise_is_bounded(off: float, bound: float) -> None:
     priors = waypoint_prior(added_up(np.tile([0.5, 0.0, 0.3], (STEPS, 1))), PoseSettings())
     poses = priors.measured_poses + np.array([off, off, 0.0])

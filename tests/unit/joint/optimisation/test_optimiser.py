@@ -95,7 +95,10 @@ def test_range_offset_scale_and_walk_are_estimated() -> None:
     measurements = hearing(listening(), truth, sonar=true, noise=0.001, rng=np.random.default_rng(2))
     # Nobody said that the modules are set right: the corners tell.
     found = solution(
-        measurements, shaken(truth, size=0.004), priors=BELIEFS._replace(noise=0.001, offset_sigma=0.01), rounds=20
+        measurements,
+        shaken(truth, size=0.004),
+        priors=BELIEFS._replace(noise=0.001, offset_sigma=0.01),
+        max_iterations=20,
     )
     known = found.sonar_sigmas()
     for name, least in (("range_offset", 0.002), ("walk_gain", 0.001), ("range_scale", 0.001)):
@@ -111,7 +114,9 @@ def test_the_sigma_of_the_range_scale_includes_the_walk_exponent(exponent: float
     clean, rng = hearing(listening(), truth, sonar=true), np.random.default_rng(5)
     for _ in range(12):
         readings = clean.readings + rng.normal(0.0, 0.001, len(clean.readings))
-        found = solution(clean._replace(readings=readings), truth, priors=BELIEFS._replace(noise=0.001), rounds=12)
+        found = solution(
+            clean._replace(readings=readings), truth, priors=BELIEFS._replace(noise=0.001), max_iterations=12
+        )
         sigma = found.considered_sigma("range_scale", "walk_exponent", 0.2)
         errors.append(found.model.range_scale / sigma)
         assert found.model.walk_exponent == 1.0
@@ -208,7 +213,7 @@ def test_the_jacobian_of_a_range_factor_equals_finite_differences(reflector: Flo
     measurements = one_ping(reflector, angle=np.radians(8.0))
     beam_prior = (SONAR.figure_of_merit, math.log(SONAR.ka))
     priors = BELIEFS._replace(has_servo=True, beam_prior=beam_prior, servo=ServoError())
-    found = solution(measurements, [reflector], priors=priors, rounds=1)
+    found = solution(measurements, [reflector], priors=priors, max_iterations=1)
     assert found.owners.tolist() == [0]
     information = np.linalg.inv(found.covariance)
     # Readings change one to one with the offset, so that its row has the derivatives by all others.
@@ -255,7 +260,7 @@ def with_latency(latency: float, rates: Sequence[float]) -> Measurements:
 
 def test_sweeps_in_both_directions_determine_the_servo_latency() -> None:
     measurements = with_latency(0.015, [0.7, -0.7, 0.7, -0.7])
-    found = solution(measurements, ROOM, priors=BELIEFS._replace(noise=0.001, has_servo=True), rounds=12)
+    found = solution(measurements, ROOM, priors=BELIEFS._replace(noise=0.001, has_servo=True), max_iterations=12)
     sigma = found.sonar_sigmas()["servo_latency"]
     assert sigma < 0.002
     assert found.latency == pytest.approx(0.015, abs=4 * sigma)
@@ -270,8 +275,8 @@ def test_sweeps_in_both_directions_determine_the_servo_latency() -> None:
 def test_with_drifting_poses_only_a_significant_latency_is_used(latency: float, noise: float, expected: float) -> None:
     measurements = with_latency(latency, [0.7, -0.7, 0.7, -0.7])
     known = BELIEFS._replace(noise=noise, has_servo=True)
-    free = solution(measurements, ROOM, priors=known, rounds=12)
-    drifting = solution(measurements, ROOM, priors=known._replace(drifting=True), rounds=12)
+    free = solution(measurements, ROOM, priors=known, max_iterations=12)
+    drifting = solution(measurements, ROOM, priors=known._replace(drifting=True), max_iterations=12)
     assert abs(free.latency) > 0.003
     assert drifting.latency == pytest.approx(expected, abs=0.003)
     # What is held is as uncertain as what is not.
@@ -340,7 +345,7 @@ def test_a_reading_far_from_all_landmarks_has_no_owner() -> None:
 
 def test_a_reading_is_associated_with_the_nearest_landmark() -> None:
     measurements = hearing(listening(), ROOM[:1])
-    found = solution(measurements, [wall(0.0, 2.015), ROOM[0]], rounds=1)
+    found = solution(measurements, [wall(0.0, 2.015), ROOM[0]], max_iterations=1)
     assert set(found.owners[np.isfinite(measurements.readings)]) == {1}
 
 
@@ -372,14 +377,14 @@ def test_without_associations_the_solution_is_the_prior() -> None:
     assert found.sonar_sigmas() == pytest.approx(
         {
             "range_offset": BELIEFS.offset_sigma,
-            "walk_gain": priors.gain_share * SONAR.walk_gain,
+            "walk_gain": priors.walk_gain_sigma * SONAR.walk_gain,
             "range_scale": priors.scale_sigma,
             "servo_latency": 1e-9,
             "servo_gain": 1e-9,
             "servo_offset": 1e-9,
             "figure_of_merit": 1e-9,
             "log_ka": 1e-9,
-            "walk_exponent": priors.exponent_sigma,
+            "walk_exponent": priors.walk_exponent_sigma,
         }
     )
 
@@ -406,13 +411,13 @@ def test_a_wrong_pose_is_corrected_by_the_walls() -> None:
     sigmas = np.array([[1e-6] * 3, [1e-6] * 3, [1e-6] * 3, [0.05] * 3])
     priors = BELIEFS._replace(poses=PosePrior(measured_poses, sigmas, relative=False))
     start = Values(features=features(ROOM), model=SONAR, poses=measured_poses)
-    found = optimise(recorded._replace(readings=detected.readings), start, priors, OptimiserSettings(rounds=12))
+    found = optimise(recorded._replace(readings=detected.readings), start, priors, OptimiserSettings(max_iterations=12))
     assert found.poses == pytest.approx(truth, abs=0.001)
     assert found.reflectors == pytest.approx(ROOM, abs=0.001)
 
 
 def test_a_converged_solution_is_not_iterated_further() -> None:
     measurements = hearing(listening(), [*ROOM, COLUMN])
-    once, often = (solution(measurements, shaken([*ROOM, COLUMN]), rounds=rounds) for rounds in (6, 60))
+    once, often = (solution(measurements, shaken([*ROOM, COLUMN]), max_iterations=rounds) for rounds in (6, 60))
     assert once.newton_decrement < 1e-4
     assert np.array_equal(once.reflectors, often.reflectors)

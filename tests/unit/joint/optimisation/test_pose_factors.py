@@ -85,7 +85,7 @@ def test_missing_odometry_values_are_defaults_and_zeros_are_kept() -> None:
     assert told[:, 2] == pytest.approx(guessed[:, 2], rel=0.01)
     turning = odometry_prior(WAY, SETTINGS, Odometry(yaw_per_metre=0.0)).sigmas[1:]
     assert turning[:, :2] == pytest.approx(guessed[:, :2], rel=0.02)
-    floor = np.hypot(SETTINGS.turn_share * np.abs(wrap(np.diff(WAY[:, 2]))), SETTINGS.turn_floor)
+    floor = np.hypot(SETTINGS.yaw_per_radian * np.abs(wrap(np.diff(WAY[:, 2]))), SETTINGS.min_yaw_sigma)
     assert turning[:, 2] == pytest.approx(floor, rel=0.01)
 
 
@@ -96,7 +96,9 @@ def test_the_first_pose_is_the_frame_of_the_map() -> None:
 def test_all_waypoints_have_the_same_sigmas() -> None:
     priors = waypoint_prior(WAY, SETTINGS)
     assert not priors.relative
-    assert (priors.sigmas == [SETTINGS.waypoint, SETTINGS.waypoint, SETTINGS.waypoint_turn]).all()
+    assert (
+        priors.sigmas == [SETTINGS.absolute_xy_sigma, SETTINGS.absolute_xy_sigma, SETTINGS.absolute_yaw_sigma]
+    ).all()
 
 
 @pytest.mark.parametrize("priors", [odometry_prior(WAY, SETTINGS), waypoint_prior(WAY, SETTINGS)])

@@ -170,16 +170,16 @@ def test_a_wall_duplicated_by_drift_is_inconsistent_and_a_bent_wall_is_not() -> 
     torn, bent = unquestioned(torn), unquestioned(bent)
     for estimate in (torn, bent):
         assert agrees(estimate)
-        assert duplicate_pairs(estimate.features, estimate.settings.copies)
+        assert duplicate_pairs(estimate.features, estimate.settings.duplicates)
     assert are_weakly_connected(torn)
     assert not are_weakly_connected(bent)
-    torn = replace(torn, features=without_duplicates(torn.features, torn.settings.copies))
+    torn = replace(torn, features=without_duplicates(torn.features, torn.settings.duplicates))
     assert not are_weakly_connected(torn)
 
 
 def test_crossing_walls_are_inconsistent() -> None:
     estimate = trusted(odometry=None, bent=True)
-    (pair,) = duplicate_pairs(estimate.features, estimate.settings.copies)
+    (pair,) = duplicate_pairs(estimate.features, estimate.settings.duplicates)
     assert not are_weakly_connected(estimate)
     longer = {number: tuple(np.add(estimate.features[number].extent, (-0.5, 0.5))) for number in pair}
     features = [replace(each, extent=longer.get(number, each.extent)) for number, each in enumerate(estimate.features)]
@@ -220,8 +220,8 @@ def test_a_wall_that_pings_pass_reduces_the_log_evidence() -> None:
     nearer = wall.reflector - np.array([0.0, 0.0, 0.4, 0.0])
     there = replace(estimate.likelihood.score(nearer), extent=wall.extent)
     estimate = replace(estimate, features=[*estimate.features, there])
-    cost = estimate.settings.search.accept
-    assert not duplicate_pairs(estimate.features, estimate.settings.copies)
+    cost = estimate.settings.search.min_log_likelihood_ratio
+    assert not duplicate_pairs(estimate.features, estimate.settings.duplicates)
     assert log_evidence(estimate) < without - cost - 12.0
     estimate = replace(estimate, features=[*estimate.features[:-1], replace(there, extent=(0.0, 0.0))])
     assert log_evidence(estimate) == pytest.approx(without - cost, abs=6.0)

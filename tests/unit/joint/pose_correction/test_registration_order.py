@@ -87,8 +87,10 @@ def test_one_neighbour_predicts_a_station_with_the_error_of_its_heading() -> Non
     told, frame = np.array([[1.0, 0.0, 0.3]]), np.array([2.0, -1.0, 0.7])
     pose, sigmas = seen_from_others(np.array([4.0, 4.0, 1.0]), told, compose(frame, told), SETTINGS)
     assert pose == pytest.approx(compose(frame, np.array([4.0, 4.0, 1.0])))
-    assert sigmas[:2] == pytest.approx(np.hypot(SETTINGS.waypoint * np.sqrt(2.0), 5.0 * SETTINGS.waypoint_turn))
-    assert sigmas[2] == pytest.approx(SETTINGS.waypoint_turn * np.sqrt(2.0))
+    assert sigmas[:2] == pytest.approx(
+        np.hypot(SETTINGS.absolute_xy_sigma * np.sqrt(2.0), 5.0 * SETTINGS.absolute_yaw_sigma)
+    )
+    assert sigmas[2] == pytest.approx(SETTINGS.absolute_yaw_sigma * np.sqrt(2.0))
 
 
 def test_more_neighbours_reduce_the_sigmas_of_the_prediction() -> None:
@@ -97,13 +99,13 @@ def test_more_neighbours_reduce_the_sigmas_of_the_prediction() -> None:
     sigmas = [seen_from_others(sought, told[:count], found[:count], SETTINGS)[1] for count in range(1, 7)]
     assert (np.diff(sigmas, axis=0) < 0.0).all()
     # Of the last nothing is left but how far it is off itself, and how its frame is turned about it.
-    assert sigmas[-1][0] < 2.0 * SETTINGS.waypoint
+    assert sigmas[-1][0] < 2.0 * SETTINGS.absolute_xy_sigma
 
 
 def test_the_sigmas_of_the_prediction_agree_with_simulated_errors() -> None:
     rng, sought, off = np.random.default_rng(5), np.array([3.0, 1.0, 0.4]), []
     told = np.column_stack([rng.uniform(0.0, 3.0, (4, 2)), rng.uniform(-3.0, 3.0, 4)])
-    spread = (SETTINGS.waypoint, SETTINGS.waypoint, SETTINGS.waypoint_turn)
+    spread = (SETTINGS.absolute_xy_sigma, SETTINGS.absolute_xy_sigma, SETTINGS.absolute_yaw_sigma)
     for _ in range(2000):
         measured_poses = np.vstack([told, sought]) + rng.normal(0.0, spread, (5, 3))
         pose, sigmas = seen_from_others(measured_poses[-1], measured_poses[:-1], told, SETTINGS)

@@ -35,7 +35,9 @@ def settled() -> Estimate:
         seed=3,
     )
     detected = join_measurements([measurements_of(sweep, simulation.rig) for sweep in simulation])
-    estimate = initial_estimate(simulation.rig, detected, WAY, EstimateSettings(poses=PoseMode.CORRECT, by_hand=0))
+    estimate = initial_estimate(
+        simulation.rig, detected, WAY, EstimateSettings(poses=PoseMode.CORRECT, max_waypoints=0)
+    )
     return refine(estimate, estimate.odometry())
 
 

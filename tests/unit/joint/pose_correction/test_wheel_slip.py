@@ -85,7 +85,7 @@ def detected() -> Measurements:
 def estimate(*, slips: bool) -> Estimate:
     """What was made of it, from the way as it was, or as if from one step on all were farther along the hall."""
     measured_poses = np.concatenate([WAY[:STEP], compose(SLIP, WAY[STEP:])]) if slips else WAY
-    settings = EstimateSettings(poses=PoseMode.CORRECT, by_hand=0)
+    settings = EstimateSettings(poses=PoseMode.CORRECT, max_waypoints=0)
     estimate = initial_estimate(
         builtin_rig("rotary-array"), at_poses(detected(), WAY, measured_poses), measured_poses, settings
     )

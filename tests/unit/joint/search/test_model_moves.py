@@ -114,6 +114,6 @@ def test_an_ambiguous_echo_is_a_corner_only_if_known_walls_end_there(known: int,
     estimate = likelihood(hearing(stations, [corner(2.0, 0.0)], noise=NOISE, rng=rng))
     alone = rescored(estimate, [corner(2.0, 0.0)])[0].total
     alternative = rescored(estimate, [wall(0.0, 2.0)])[0].total
-    assert alternative < alone < alternative + AcceptanceSettings().accept
+    assert alternative < alone < alternative + AcceptanceSettings().min_log_likelihood_ratio
     features = taken(estimate, *walls[:known], corner(2.0, 0.0))
     assert features[-1].kind is kind

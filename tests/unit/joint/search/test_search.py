@@ -230,13 +230,16 @@ def test_a_wall_of_two_stations_needs_a_share_of_detections(share: float, count:
     truth = wall(np.pi / 2, 1.2)
     measurements = hearing(listening(APART, step=np.radians(2.0)), [truth])
     middle = measurements.uy > np.cos(np.radians(9.0))
-    search = search_in(measurements._replace(readings=np.where(middle, measurements.readings, 0.3)), heard_share=share)
+    search = search_in(
+        measurements._replace(readings=np.where(middle, measurements.readings, 0.3)),
+        min_two_station_detection_rate=share,
+    )
     assert len(search.tested(proposed(search, truth))) == count
 
 
 def test_half_of_the_required_ratio_must_remain_without_the_best_station() -> None:
     acceptance = square().acceptance
-    assert 2.0 * acceptance.settings.without_best == acceptance.settings.accept
+    assert 2.0 * acceptance.settings.min_llr_without_best_station == acceptance.settings.min_log_likelihood_ratio
     less, more = (
         replace(found()[0], llr_by_station=np.array([30.0, 5.5, rest]), total=35.5 + rest) for rest in (0.4, 0.6)
     )
@@ -248,7 +251,9 @@ def test_pings_that_known_landmarks_mask_do_not_count_against_a_wall() -> None:
     truth = wall(np.pi / 2, 1.2)
     measurements = hearing(listening(APART, step=np.radians(2.0)), [truth])
     middle = measurements.uy > np.cos(np.radians(9.0))
-    search = search_in(measurements._replace(readings=np.where(middle, measurements.readings, 0.3)), heard_share=0.4)
+    search = search_in(
+        measurements._replace(readings=np.where(middle, measurements.readings, 0.3)), min_two_station_detection_rate=0.4
+    )
     (seeming,), bare = search.rescored(proposed(search, truth)), np.full(len(middle), search.likelihood.floor)
     assert not search.acceptance.is_accepted(seeming, bare)
     assert search.acceptance.is_accepted(seeming, np.where(middle, bare, 5.0))
@@ -349,7 +354,7 @@ def test_without_pings_nothing_is_found() -> None:
 @pytest.mark.parametrize(("accept", "count"), [(12.0, 4), (1e6, 0)])
 def test_the_settings_determine_the_acceptance(accept: float, count: int) -> None:
     measurements = hearing(listening(), ROOM)
-    assert len(search_in(measurements, accept=accept).run()) == count
+    assert len(search_in(measurements, min_log_likelihood_ratio=accept).run()) == count
 
 
 def test_the_search_ends_if_landmarks_displace_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
