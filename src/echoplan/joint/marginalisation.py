@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.likelihood.hypothesis import Hypothesis
@@ -29,7 +28,7 @@ from echoplan.joint.search.ray_paths import Paths, trace_paths, unoccluded_stati
 from echoplan.joint.search.specular_points import CornerEcho, corner_echoes
 from echoplan.joint.trace import Decision, Reason, record_event
 from echoplan.joint.trajectory import dead_reckoned
-from echoplan.model import ClassProbabilities, FeatureClass
+from echoplan.model import ClassProbabilities
 from echoplan.preprocessing.measurements import select_measurements
 from echoplan.preprocessing.servo import AS_RECORDED
 
@@ -103,13 +102,12 @@ def _is_there(feature: Hypothesis) -> bool:
         return False
     if history.supporting - history.hidden < history.hidden or 2 * history.passed >= history.pings:
         return False
-    return feature.kind not in (Kind.WALL, Kind.CYLINDER) or history.supporting >= history.missing
+    return not feature.type.is_surface or history.supporting >= history.missing
 
 
 def _own_probability(feature: Hypothesis) -> float:
     """Return the probability of the class of the hypothesis."""
-    own = {Kind.WALL: FeatureClass.WALL, Kind.CYLINDER: FeatureClass.CYLINDER}.get(feature.kind, FeatureClass.CORNER)
-    probability: float = getattr(feature.history.probabilities, own)
+    probability: float = getattr(feature.history.probabilities, feature.type.feature_class)
     return probability
 
 

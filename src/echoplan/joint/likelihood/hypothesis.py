@@ -8,6 +8,7 @@ import numpy as np
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.geometry import directions
+from echoplan.joint.landmarks import LANDMARKS, LandmarkType
 from echoplan.joint.likelihood.ping_scores import PingScores
 from echoplan.joint.likelihood.track_history import NO_HISTORY, TrackHistory
 
@@ -66,6 +67,11 @@ class Hypothesis:
         return Kind(int(self.reflector[0]))
 
     @property
+    def type(self) -> LandmarkType:
+        """What the estimator needs to know of landmarks of this kind."""
+        return LANDMARKS[self.kind]
+
+    @property
     def is_wall(self) -> bool:
         """Whether it is a wall."""
         return bool(self.reflector[0] == _WALL)
@@ -73,7 +79,7 @@ class Hypothesis:
     @property
     def parameters(self) -> FloatArray:
         """Free parameters: two, or three for a cylinder."""
-        return self.reflector[1 : 4 if self.kind is Kind.CYLINDER else 3]
+        return self.reflector[1 : 1 + self.type.parameters]
 
     @property
     def line(self) -> FloatArray:

@@ -155,7 +155,7 @@ def _casting(numbered: Mapping[int, Hypothesis]) -> Iterator[tuple[int, set[int]
 
 def _met(numbered: Mapping[int, Hypothesis]) -> Iterator[tuple[int, set[int]]]:
     """Yield each wall and cylinder as its own partner, for the oblique returns of rays."""
-    yield from ((number, {number}) for number, each in numbered.items() if each.reflector[0] in (_WALL, _CYLINDER))
+    yield from ((number, {number}) for number, each in numbered.items() if each.type.is_surface)
 
 
 @compiled

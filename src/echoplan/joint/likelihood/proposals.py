@@ -14,6 +14,7 @@ from pydantic import Field
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.geometry import directions, wrap
+from echoplan.joint.landmarks import LANDMARKS
 from echoplan.settings import Settings
 
 __all__ = ["ArcMeasurements", "CandidateSettings", "propose_hypotheses"]
@@ -115,11 +116,9 @@ def propose_hypotheses(arc_measurements: ArcMeasurements, fresh: BoolArray, sett
     rounds = np.concatenate([_circles(arc_measurements, pairs, radius=radius, turn=turn) for radius in settings.radii])
     return np.concatenate(
         [
-            _rows(
-                Kind.WALL, _distinct(np.column_stack([walls, 0 * walls[:, 0]]), (np.radians(2), 0.015, 1.0), settings)
-            ),
-            _rows(Kind.CORNER, _distinct(points, (0.03, 0.03, 1.0), settings)),
-            _rows(Kind.CYLINDER, _distinct(rounds, (0.04, 0.04, 0.05), settings)),
+            _distinct(Kind.WALL, np.column_stack([walls, 0 * walls[:, 0]]), settings),
+            _distinct(Kind.CORNER, points, settings),
+            _distinct(Kind.CYLINDER, rounds, settings),
         ]
     )
 
@@ -166,14 +165,10 @@ def _circles(arc_measurements: ArcMeasurements, pairs: _Pairs, *, radius: float,
     return np.column_stack([centers, np.full(len(centers), radius)])[fits]
 
 
-def _distinct(candidates: FloatArray, grid: tuple[float, float, float], settings: CandidateSettings) -> FloatArray:
-    """Keep one proposal in each cell of a grid; of too many, those of the fullest cells."""
-    if not len(candidates):
-        return candidates
-    cells = np.round(candidates / grid).astype(np.int64)
-    _, index, counts = np.unique(cells, axis=0, return_index=True, return_counts=True)
-    return candidates[index[np.argsort(-counts, kind="stable")[: settings.max_candidates]]]
-
-
-def _rows(kind: Kind, parameters: FloatArray) -> FloatArray:
-    return np.column_stack([np.full(len(parameters), float(kind)), parameters])
+def _distinct(kind: Kind, candidates: FloatArray, settings: CandidateSettings) -> FloatArray:
+    """Keep one proposal in each cell of a grid, shape (c, 4); of too many, those of the fullest cells."""
+    if len(candidates):
+        cells = np.round(candidates / LANDMARKS[kind].proposal_cell).astype(np.int64)
+        _, index, counts = np.unique(cells, axis=0, return_index=True, return_counts=True)
+        candidates = candidates[index[np.argsort(-counts, kind="stable")[: settings.max_candidates]]]
+    return np.column_stack([np.full(len(candidates), float(kind)), candidates])

@@ -75,7 +75,7 @@ def fit_figure_of_merit(
 
 def _clear(features: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Return the walls and cylinders with a clear LLR from three stations, else from two; none if there are too few."""
-    plain = [each for each in features if each.kind in (Kind.WALL, Kind.CYLINDER)]
+    plain = [each for each in features if each.type.is_surface]
     for stations in _STATIONS:
         clear = [each for each in plain if (each.llr_by_station > _CLEARLY).sum() >= stations]
         if len(clear) >= _FEATURES:

@@ -5,10 +5,18 @@ from functools import cached_property
 
 import numpy as np
 
-from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.joint.landmarks import PARAMETERS
 
-__all__ = ["SONAR_UNKNOWNS", "Layout"]
+__all__ = [
+    "LANDMARK_COLUMNS",
+    "NEIGHBOUR_COLUMNS",
+    "POSE_COLUMNS",
+    "READING_COLUMNS",
+    "SONAR_COLUMNS",
+    "SONAR_UNKNOWNS",
+    "Layout",
+]
 
 # Calibration parameters in this order: range offset [m], walk gain [m], range scale, servo latency [s], servo gain,
 # servo offset [rad], figure of merit [dB], logarithm of ka, exponent of the range walk.
@@ -23,6 +31,14 @@ SONAR_UNKNOWNS = (
     "log_ka",
     "walk_exponent",
 )
+
+
+# Columns of the Jacobian of a reading: its landmark, the wall at the end of that, the sonar as above, its pose.
+LANDMARK_COLUMNS = 0
+NEIGHBOUR_COLUMNS = 3
+SONAR_COLUMNS = 5
+POSE_COLUMNS = SONAR_COLUMNS + len(SONAR_UNKNOWNS)
+READING_COLUMNS = POSE_COLUMNS + 3
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -43,7 +59,8 @@ class Layout:
     @cached_property
     def counts(self) -> IntArray:
         """Number of parameters of each landmark, shape (f,)."""
-        return np.where(self.kinds == Kind.CYLINDER, 3, 2)
+        counts: IntArray = PARAMETERS[self.kinds]
+        return counts
 
     @cached_property
     def free(self) -> BoolArray:

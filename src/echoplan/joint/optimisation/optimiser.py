@@ -22,7 +22,14 @@ from echoplan.joint.optimisation.heading_factors import (
     heading_factor,
     heading_measurements_of,
 )
-from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS, Layout
+from echoplan.joint.optimisation.layout import (
+    LANDMARK_COLUMNS,
+    NEIGHBOUR_COLUMNS,
+    POSE_COLUMNS,
+    SONAR_COLUMNS,
+    SONAR_UNKNOWNS,
+    Layout,
+)
 from echoplan.joint.optimisation.manhattan import manhattan_factor
 from echoplan.joint.optimisation.pose_factors import at_poses, pose_factors
 from echoplan.joint.optimisation.priors import OptimiserSettings, Priors, sonar_prior
@@ -232,7 +239,7 @@ def _linearised(
         owners=owners,
         stations=stations,
         neighbours=neighbours,
-        jacobian=jacobian if len(now.poses) else jacobian[:, : 5 + len(SONAR_UNKNOWNS)],
+        jacobian=jacobian if len(now.poses) else jacobian[:, :POSE_COLUMNS],
         residuals=residuals,
         weights=_with_shared_bias(counts / robust_variances, owners, stations, _shared_variances(now, priors)),
     )
@@ -287,17 +294,17 @@ def _columns(readings: _RangeLinearisation, of_features: IntArray, starts: tuple
     """Return the positions of landmark, neighbouring wall, calibration and pose in the state vector, by reading."""
     columns: IntArray = np.empty(readings.jacobian.shape, np.int64)
     owners, neighbours, stations = readings.owners, readings.neighbours, readings.stations
-    (sonar, pose), first = starts, 5 + starts[1] - starts[0]
+    sonar, pose = starts
     for row in range(len(columns)):
-        for place in range(3):
+        for place in range(LANDMARK_COLUMNS, NEIGHBOUR_COLUMNS):
             columns[row, place] = of_features[owners[row], place]
         # Without a neighbour the index is -1: the last row, which holds no positions.
-        for place in range(3, 5):
-            columns[row, place] = of_features[neighbours[row], place - 3]
-        for place in range(5, first):
-            columns[row, place] = sonar + place - 5
-        for place in range(first, columns.shape[1]):
-            columns[row, place] = pose + 3 * stations[row] + place - first
+        for place in range(NEIGHBOUR_COLUMNS, SONAR_COLUMNS):
+            columns[row, place] = of_features[neighbours[row], place - NEIGHBOUR_COLUMNS]
+        for place in range(SONAR_COLUMNS, POSE_COLUMNS):
+            columns[row, place] = sonar + place - SONAR_COLUMNS
+        for place in range(POSE_COLUMNS, columns.shape[1]):
+            columns[row, place] = pose + 3 * stations[row] + place - POSE_COLUMNS
     return columns
 
 

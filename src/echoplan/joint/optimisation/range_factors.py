@@ -22,6 +22,13 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.optimisation.edge_diffraction import WallExtent, diffracted, diffracted_jacobian, edges_of, is_ended
+from echoplan.joint.optimisation.layout import (
+    LANDMARK_COLUMNS,
+    NEIGHBOUR_COLUMNS,
+    POSE_COLUMNS,
+    READING_COLUMNS,
+    SONAR_COLUMNS,
+)
 from echoplan.preprocessing.measurements import Measurements
 
 __all__ = [
@@ -36,6 +43,18 @@ __all__ = [
 ]
 
 _WALL = int(Kind.WALL)
+# Columns of the parameters of the sonar in the Jacobian of a reading.
+(
+    _RANGE_OFFSET,
+    _WALK_GAIN,
+    _RANGE_SCALE,
+    _SERVO_LATENCY,
+    _SERVO_GAIN,
+    _SERVO_OFFSET,
+    _FIGURE_OF_MERIT,
+    _LOG_KA,
+    _WALK_EXPONENT,
+) = range(SONAR_COLUMNS, POSE_COLUMNS)
 # No detection is expected below this signal excess [dB].
 _FAINT = -2.0
 # A wall may explain readings this far beyond its detected extent; upper bound of the range walk [m].
@@ -187,7 +206,7 @@ def range_jacobian(
     holds range offset [m], walk gain [m], the walk of an aimed plane at 1 m as a share of that at the threshold, and
     the walk exponent.
     """
-    jacobian, neighbours, own = np.zeros((len(explained), 17)), np.full(len(explained), -1), np.zeros(8)
+    jacobian, neighbours, own = np.zeros((len(explained), READING_COLUMNS)), np.full(len(explained), -1), np.zeros(8)
     offset, gain, reference, exponent = walk
     bent_reference = _bend(reference)
     for row, ping in enumerate(explained):
@@ -198,22 +217,23 @@ def range_jacobian(
             features.attenuations[owner, measurements.stations[ping]],
         )
         if is_ended(shape, place, extent_of(features, owner)):
-            end, filled = (features.ends[owner], attenuation), (own, jacobian[row, 3:5])
+            end, filled = (features.ends[owner], attenuation), (own, jacobian[row, NEIGHBOUR_COLUMNS:SONAR_COLUMNS])
             neighbours[row] = diffracted_jacobian(hearing, shape, place, end, filled)
         else:
             differentiate(hearing, shape, place, own, attenuation)
-        jacobian[row, :3] = own[:3]
-        jacobian[row, 5] = 1.0
-        jacobian[row, 6] = (walk_of(hearing, matched.excesses[ping]) - offset) / gain
-        jacobian[row, 7] = -measurements.readings[ping]
+        jacobian[row, LANDMARK_COLUMNS:NEIGHBOUR_COLUMNS] = own[:3]
+        walk_per_gain = (walk_of(hearing, matched.excesses[ping]) - offset) / gain
+        jacobian[row, _RANGE_OFFSET] = 1.0
+        jacobian[row, _WALK_GAIN] = walk_per_gain
+        jacobian[row, _RANGE_SCALE] = -measurements.readings[ping]
         turning = own[4] * measurements.arms_x[ping] - own[3] * measurements.arms_y[ping] + own[5]
-        jacobian[row, 8] = -measurements.rates[ping] * turning
-        jacobian[row, 9], jacobian[row, 10] = measurements.angles[ping] * turning, turning
+        jacobian[row, _SERVO_LATENCY] = -measurements.rates[ping] * turning
+        jacobian[row, _SERVO_GAIN], jacobian[row, _SERVO_OFFSET] = measurements.angles[ping] * turning, turning
         # The range offset is the error of an aimed plane at 1 m, so the change of the range walk there is subtracted.
-        jacobian[row, 11], jacobian[row, 12] = own[6] - hearing.reference, own[7]
+        jacobian[row, _FIGURE_OF_MERIT], jacobian[row, _LOG_KA] = own[6] - hearing.reference, own[7]
         # The derivative of w^k by k is w^k ln w = w^k ln(w^k) / k.
-        jacobian[row, 13] = gain * (_bend(jacobian[row, 6] + reference) - bent_reference) / exponent
-        jacobian[row, 14:] = own[3:6]
+        jacobian[row, _WALK_EXPONENT] = gain * (_bend(walk_per_gain + reference) - bent_reference) / exponent
+        jacobian[row, POSE_COLUMNS:] = own[3:6]
     return jacobian, neighbours
 
 

@@ -71,7 +71,7 @@ class AcceptanceTest:
         self._measurements = measurements
         self._half_aperture = half_aperture
 
-    def log_evidence_without_bias(self, hypothesis: Hypothesis) -> float:
+    def penalised_llr(self, hypothesis: Hypothesis) -> float:
         """Return the log-likelihood ratio less the cost of the third parameter of a cylinder [nats]."""
         return hypothesis.total - (self.settings.radius_cost if hypothesis.kind is Kind.CYLINDER else 0.0)
 
@@ -88,7 +88,7 @@ class AcceptanceTest:
     def refusal(self, hypothesis: Hypothesis, log_densities: FloatArray) -> Reason | None:
         """Return the test that a hypothesis fails, given the log densities without it; None if it is accepted."""
         settings = self.settings
-        if self.log_evidence_without_bias(hypothesis) <= settings.min_log_likelihood_ratio:
+        if self.penalised_llr(hypothesis) <= settings.min_log_likelihood_ratio:
             return Reason.EVIDENCE
         if hypothesis.is_known:
             return None

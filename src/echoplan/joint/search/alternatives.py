@@ -11,7 +11,7 @@ from echoplan.geometry import directions
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.search.refinement import approach
-from echoplan.model import ClassProbabilities
+from echoplan.model import ClassProbabilities, FeatureClass
 
 __all__ = ["alternatives_to", "class_probabilities"]
 
@@ -44,13 +44,13 @@ def _probabilities(
     """Return the class probabilities of one landmark."""
     feature = features[number]
     rescored = alternatives_to(likelihood, feature, [each for each in features if each is not feature])
-    log_evidence_without_bias = np.full(3, -np.inf)
+    llrs = dict.fromkeys(FeatureClass, -np.inf)
     # Alternatives have no track history, so that of the landmark does not count either.
     for each in [replace(feature, total=feature.total - feature.history.total), *rescored]:
         cost = radius_cost if each.kind is Kind.CYLINDER else 0.0
-        place = {Kind.WALL: 0, Kind.CYLINDER: 2}.get(each.kind, 1)
-        log_evidence_without_bias[place] = max(log_evidence_without_bias[place], each.total - cost)
-    chances = np.exp(log_evidence_without_bias - log_evidence_without_bias.max())
+        llrs[each.type.feature_class] = max(llrs[each.type.feature_class], each.total - cost)
+    scores = np.array([llrs[FeatureClass.WALL], llrs[FeatureClass.CORNER], llrs[FeatureClass.CYLINDER]])
+    chances = np.exp(scores - scores.max())
     unmodelled = _unmodelled(feature.supporting(_CLEARLY))
     wall, corner, cylinder = ((1.0 - unmodelled) * chances / chances.sum() + unmodelled / 3.0).tolist()
     return ClassProbabilities(wall=wall, corner=corner, cylinder=cylinder)

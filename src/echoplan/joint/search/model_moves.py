@@ -91,13 +91,11 @@ def _better(
 ) -> Hypothesis | None:
     """Return the alternative with the greatest log evidence, or None if the landmark itself has more."""
 
-    def log_evidence_without_bias(each: Hypothesis) -> float:
-        return acceptance.log_evidence_without_bias(
-            each
-        ) + acceptance.settings.min_log_likelihood_ratio * _spared_walls(each, feature, others)
+    def penalised_llr(each: Hypothesis) -> float:
+        return acceptance.penalised_llr(each) + acceptance.settings.min_log_likelihood_ratio * _spared_walls(each, feature, others)
 
-    best = max(alternatives, key=log_evidence_without_bias, default=feature)
-    return best if log_evidence_without_bias(best) > log_evidence_without_bias(feature) else None
+    best = max(alternatives, key=penalised_llr, default=feature)
+    return best if penalised_llr(best) > penalised_llr(feature) else None
 
 
 def _spared_walls(alternative: Hypothesis, feature: Hypothesis, others: Sequence[Hypothesis]) -> int:

@@ -18,6 +18,7 @@ from echoplan.acoustics.predicted_echo import (
 )
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
+from echoplan.joint.landmarks import PARAMETERS
 from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["AnnealingSchedule", "approach", "refine"]
@@ -68,7 +69,7 @@ def refine(
     gate the landmark does not change.
     """
     moved, noise, band = reflector.copy(), scales[0], scales[1]
-    free = 3 if int(reflector[0]) == _CYLINDER else 2
+    free = PARAMETERS[int(reflector[0])]
     near = _gathered(measurements, hearing, shape_of(moved), pings, band)
     for turn in range(rounds):
         width = band if turn < rounds - 2 else max(0.6 * band, 4.0 * noise)

@@ -16,6 +16,7 @@ from pydantic import Field
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.joint.arcs import Arc, arc_planes
+from echoplan.joint.landmarks import LANDMARKS
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.likelihood.proposals import ArcMeasurements, CandidateSettings, propose_hypotheses
@@ -34,12 +35,8 @@ _OPEN, _UNEXPLAINED = math.log(30.0), math.log(20.0)
 _SURE_STATIONS = 3
 # Walls nearer to each other than this are the same.
 _SAME_WALL = DuplicateSettings(angle_gate=0.035, normal_distance_gate=0.012, gap_gate=0.05)
-# Hypotheses of one class in one cell of this grid are the same [rad and m; m; m and radius in m].
-_CELLS = {
-    Kind.WALL: (0.01, 0.006, 1.0),
-    Kind.CORNER: (0.012, 0.012, 1.0),
-    Kind.CYLINDER: (0.015, 0.015, 0.02),
-}
+# Kinds that are proposed, in this order; an edge is tried wherever a corner is.
+_PROPOSED = (Kind.WALL, Kind.CORNER, Kind.CYLINDER)
 
 
 class SearchSettings(AcceptanceSettings):
@@ -165,13 +162,13 @@ class Search:
         while pool:
             scored = sorted(
                 likelihood.score_all(pool, log_densities, features),
-                key=self.acceptance.log_evidence_without_bias,
+                key=self.acceptance.penalised_llr,
                 reverse=True,
             )
-            pool = [each for each in scored if self.acceptance.log_evidence_without_bias(each) > 0.0]
+            pool = [each for each in scored if self.acceptance.penalised_llr(each) > 0.0]
             contenders = scored[: self.settings.contenders]
             best = self._best(contenders, log_densities, features)
-            if self.acceptance.log_evidence_without_bias(best) <= self.settings.min_log_likelihood_ratio:
+            if self.acceptance.penalised_llr(best) <= self.settings.min_log_likelihood_ratio:
                 return features
             # A landmark that was accepted and removed is not accepted again: two rivals could replace each other for
             # ever.
@@ -204,11 +201,10 @@ class Search:
     def _best(
         self, contenders: Sequence[Hypothesis], log_densities: FloatArray, features: Sequence[Hypothesis]
     ) -> Hypothesis:
-        """Refine the best contenders on the open readings, and return the best of all."""
+        """Refine the best few once more on the pings that are still open, and return the best of them."""
         best = self.acceptance.log_evidence_without_bias(contenders[0])
-        near = [each for each in contenders if self.acceptance.log_evidence_without_bias(each) >= min(best, 0.8 * best)]
         refined = [self._polished(each, log_densities, features) for each in near]
-        return max([*near, *refined], key=self.acceptance.log_evidence_without_bias)
+        return max([*near, *refined], key=self.acceptance.penalised_llr)
 
     def _polished(
         self, hypothesis: Hypothesis, log_densities: FloatArray, features: Sequence[Hypothesis]
@@ -222,9 +218,7 @@ class Search:
             # With few supporting stations, the start may be farther off than the noise.
             courses.append([(4 * noise, max(0.03, 16 * noise), 3), *courses[0]])
         proposed = [likelihood.score(self._moved(hypothesis.reflector, free, schedule)) for schedule in courses]
-        return max(
-            likelihood.score_all(proposed, log_densities, features), key=self.acceptance.log_evidence_without_bias
-        )
+        return max(likelihood.score_all(proposed, log_densities, features), key=self.acceptance.penalised_llr)
 
     def _moved(self, reflector: FloatArray, pings: IntArray, schedule: AnnealingSchedule) -> FloatArray:
         """Refine a reflector on pings by an annealing schedule."""
@@ -247,7 +241,7 @@ class Search:
         fresh: BoolArray = np.ones(len(arcs), dtype=bool)
         rows = propose_hypotheses(arc_measurements, fresh, self.settings.candidates)
         free = np.flatnonzero(log_densities < likelihood.floor + _OPEN)
-        pool = [each for kind in _CELLS for each in self._promising(kind, rows, log_densities, free)]
+        pool = [each for kind in _PROPOSED for each in self._promising(kind, rows, log_densities, free)]
         return [each for each in pool if not any(_same(each, feature) for feature in features)]
 
     def _promising(self, kind: Kind, rows: FloatArray, log_densities: FloatArray, free: IntArray) -> list[Hypothesis]:
@@ -256,13 +250,11 @@ class Search:
         rescored = self._screened(rows[rows[:, 0] == kind], log_densities)
         rough, fine = ((max(0.008, 1.5 * noise), 0.03, 4),), ((noise, 0.02, 3),)
         few = free[self._few[free]]
+        moved = [self._moved(each.reflector, few, rough) for each in rescored[: self.settings.max_candidates] if each.total > 2.0]
         moved = [
-            self._moved(each.reflector, few, rough)
-            for each in rescored[: self.settings.max_candidates]
-            if each.total > 2.0
+            self._moved(row, free, fine) for row in _apart(np.array(moved).reshape(-1, 4), LANDMARKS[kind].refined_cell)
         ]
-        moved = [self._moved(row, free, fine) for row in _apart(np.array(moved).reshape(-1, 4), _CELLS[kind])]
-        apart = _apart(np.array(moved).reshape(-1, 4), _CELLS[kind])
+        apart = _apart(np.array(moved).reshape(-1, 4), LANDMARKS[kind].refined_cell)
         if kind is Kind.CORNER:
             edges = [self._moved(np.array([Kind.EDGE, *row[1:]]), free, fine) for row in apart]
             # Only sound returns from a concave corner; rays read its walls.

@@ -116,7 +116,7 @@ def _detected(
     """Return the double bounces between each pair of walls, among pings that nothing explains better."""
     direct = np.full(len(likelihood.measurements.readings), likelihood.floor)
     for each in features:
-        if each.kind in (Kind.WALL, Kind.CYLINDER):
+        if each.type.is_surface:
             np.maximum(direct, likelihood.log_densities_of(each), out=direct)
     least = np.maximum(np.maximum(direct + math.log(5.0), likelihood.floor + math.log(20.0)), UNHEARD)
     log_densities_of = {pair: likelihood.pair_log_densities(*(features[each] for each in pair)) for pair in pairs}

@@ -1,0 +1,66 @@
+"""The types of landmarks: how many parameters each has, how it returns sound, and how fine proposals are told apart."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from echoplan.acoustics.predicted_echo import Kind
+from echoplan.arrays import IntArray
+from echoplan.model import FeatureClass
+
+__all__ = ["LANDMARKS", "PARAMETERS", "LandmarkType"]
+
+
+class LandmarkType(NamedTuple):
+    """What the estimator needs to know of a type of landmark, besides its echo (``acoustics.predicted_echo``).
+
+    Attributes
+    ----------
+    parameters : int
+        Free parameters: normal angle and offset, or x, y and perhaps a radius.
+    feature_class : FeatureClass
+        What it is in a map.
+    is_surface : bool
+        Whether it reflects specularly.  Points return little sound: missed detections say little of them.
+    proposal_cell : tuple of float
+        Proposals within such a cell of the parameters are one [rad, m; m, m, m].
+    refined_cell : tuple of float
+        The same once they are refined.
+    """
+
+    parameters: int
+    feature_class: FeatureClass
+    is_surface: bool
+    proposal_cell: tuple[float, float, float]
+    refined_cell: tuple[float, float, float]
+
+
+# An edge is proposed wherever a corner is.
+_CORNER = LandmarkType(
+    parameters=2,
+    feature_class=FeatureClass.CORNER,
+    is_surface=False,
+    proposal_cell=(0.03, 0.03, 1.0),
+    refined_cell=(0.012, 0.012, 1.0),
+)
+LANDMARKS: dict[Kind, LandmarkType] = {
+    Kind.WALL: LandmarkType(
+        parameters=2,
+        feature_class=FeatureClass.WALL,
+        is_surface=True,
+        # 2 degrees.
+        proposal_cell=(0.03490658503988659, 0.015, 1.0),
+        refined_cell=(0.01, 0.006, 1.0),
+    ),
+    Kind.CORNER: _CORNER,
+    Kind.EDGE: _CORNER,
+    Kind.CYLINDER: LandmarkType(
+        parameters=3,
+        feature_class=FeatureClass.CYLINDER,
+        is_surface=True,
+        proposal_cell=(0.04, 0.04, 0.05),
+        refined_cell=(0.015, 0.015, 0.02),
+    ),
+}
+# Their free parameters by the value of ``Kind``, for compiled functions.
+PARAMETERS: IntArray = np.array([LANDMARKS[kind].parameters for kind in Kind], dtype=np.int64)
