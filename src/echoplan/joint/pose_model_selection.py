@@ -12,9 +12,9 @@ from echoplan.joint.optimisation.pose_factors import PosePrior, waypoint_prior
 from echoplan.joint.pose_correction.annealing import anneal, refine, refine_right_angles
 from echoplan.joint.pose_correction.consistency import (
     agrees,
+    are_weakly_connected,
     contradicts_odometry,
     has_duplicated_walls,
-    has_shared_bias,
     inlier_ratio,
     is_inconsistent,
     log_evidence,
@@ -282,7 +282,7 @@ def _set_by_hand(estimate: Estimate, status: PoseStatus, tracked: Estimate) -> l
 
 def _are_held_together(estimate: Estimate) -> bool:
     """Return True if the echoes are consistent and stations share walls with each other."""
-    return agrees(estimate) and not has_shared_bias(estimate)
+    return agrees(estimate) and not are_weakly_connected(estimate)
 
 
 def _placed(estimate: Estimate, status: PoseStatus) -> Estimate:

@@ -152,7 +152,7 @@ def best_of(
         "agrees": lambda estimate: estimate.pose_model in agree,
         "log_evidence": lambda estimate: values[estimate.pose_model],
         "is_inconsistent": lambda estimate: True,
-        "has_shared_bias": lambda estimate: estimate.pose_model in (scattered or set()),
+        "are_weakly_connected": lambda estimate: estimate.pose_model in (scattered or set()),
         "has_duplicated_walls": lambda estimate: False,
         "estimate_shared_bias": lambda estimate, priors: estimate,
         "without_shared_bias": lambda estimate, priors: estimate,

@@ -60,11 +60,11 @@ def is_inconsistent(estimate: Estimate) -> bool:
     """
     # Poses that were accepted for marginalised stations are questioned only if pings are unexplained.
     return not agrees(estimate) or (
-        estimate.marginal_prior.is_empty and (are_weakly_connected(estimate) or has_shared_bias(estimate))
+        estimate.marginal_prior.is_empty and (has_shared_bias(estimate) or are_weakly_connected(estimate))
     )
 
 
-def are_weakly_connected(estimate: Estimate) -> bool:
+def has_shared_bias(estimate: Estimate) -> bool:
     """Return whether stations contradict each other: duplicate walls, or errors that readings of a station share.
 
     Shared errors are measured by the intraclass correlation of the residuals. The result is True without a solution.
@@ -78,7 +78,7 @@ def are_weakly_connected(estimate: Estimate) -> bool:
     return common > estimate.settings.max_icc and common * estimate.noise**2 > usual**2
 
 
-def has_shared_bias(estimate: Estimate) -> bool:
+def are_weakly_connected(estimate: Estimate) -> bool:
     """Return whether most walls are supported by one station each, so that nothing connects the poses."""
     walls = [each for each in estimate.features if each.is_wall]
     lone = sum(each.supporting(estimate.settings.search.min_second_station_llr) < 2 for each in walls)

@@ -202,7 +202,8 @@ class Search:
         self, contenders: Sequence[Hypothesis], log_densities: FloatArray, features: Sequence[Hypothesis]
     ) -> Hypothesis:
         """Refine the best few once more on the pings that are still open, and return the best of them."""
-        best = self.acceptance.log_evidence_without_bias(contenders[0])
+        best = self.acceptance.penalised_llr(contenders[0])
+        near = [each for each in contenders if self.acceptance.penalised_llr(each) >= min(best, 0.8 * best)]
         refined = [self._polished(each, log_densities, features) for each in near]
         return max([*near, *refined], key=self.acceptance.penalised_llr)
 

@@ -88,12 +88,12 @@ def test_exact_poses_are_consistent() -> None:
 
 def test_stations_that_share_no_walls_are_inconsistent() -> None:
     estimate = trusted(odometry=None)
-    assert not has_shared_bias(estimate)
+    assert not are_weakly_connected(estimate)
     alone = np.where(np.arange(len(WAY)) == 2, 1.0, 0.0)
     estimate = replace(
         estimate, features=[replace(each, llr_by_station=alone * each.llr_by_station) for each in estimate.features]
     )
-    assert has_shared_bias(estimate)
+    assert are_weakly_connected(estimate)
     assert agrees(estimate)
     assert is_inconsistent(estimate)
 
@@ -120,13 +120,13 @@ def test_unusual_noise_is_inconsistent() -> None:
 
 
 def test_drifting_poses_are_detected_and_unexplained_echoes_are_not_drift() -> None:
-    assert are_weakly_connected(trusted(odometry=LOST))
+    assert has_shared_bias(trusted(odometry=LOST))
     estimate = trusted(odometry=None)
     estimate = replace(estimate, settings=EstimateSettings(min_inlier_ratio=1.0))
     assert not agrees(estimate)
-    assert not are_weakly_connected(estimate)
+    assert not has_shared_bias(estimate)
     estimate = replace(estimate, solution=None)
-    assert are_weakly_connected(estimate)
+    assert has_shared_bias(estimate)
 
 
 @pytest.mark.parametrize(
@@ -142,7 +142,7 @@ def test_common_rounding_errors_are_no_pose_errors(common: float, own: float, *,
     errors = common * together + own * rng.standard_normal(len(owners))
     estimate = replace(estimate, solution=replace(estimate.solution, residuals=np.where(owners >= 0, errors, 0.0)))
     estimate = replace(estimate, resolution=0.01, noise=float(np.hypot(common, own)))
-    assert are_weakly_connected(estimate) is odds
+    assert has_shared_bias(estimate) is odds
 
 
 def test_many_duplicated_walls_are_detected() -> None:
@@ -170,20 +170,20 @@ def test_a_wall_duplicated_by_drift_is_inconsistent_and_a_bent_wall_is_not() -> 
     torn, bent = unquestioned(torn), unquestioned(bent)
     for estimate in (torn, bent):
         assert agrees(estimate)
-        assert duplicate_pairs(estimate.features, estimate.settings.duplicates)
-    assert are_weakly_connected(torn)
-    assert not are_weakly_connected(bent)
-    torn = replace(torn, features=without_duplicates(torn.features, torn.settings.duplicates))
-    assert not are_weakly_connected(torn)
+        assert duplicate_pairs(estimate.features, estimate.settings.copies)
+    assert has_shared_bias(torn)
+    assert not has_shared_bias(bent)
+    torn = replace(torn, features=without_duplicates(torn.features, torn.settings.copies))
+    assert not has_shared_bias(torn)
 
 
 def test_crossing_walls_are_inconsistent() -> None:
     estimate = trusted(odometry=None, bent=True)
-    (pair,) = duplicate_pairs(estimate.features, estimate.settings.duplicates)
-    assert not are_weakly_connected(estimate)
+    (pair,) = duplicate_pairs(estimate.features, estimate.settings.copies)
+    assert not has_shared_bias(estimate)
     longer = {number: tuple(np.add(estimate.features[number].extent, (-0.5, 0.5))) for number in pair}
     features = [replace(each, extent=longer.get(number, each.extent)) for number, each in enumerate(estimate.features)]
-    assert are_weakly_connected(replace(estimate, features=features))
+    assert has_shared_bias(replace(estimate, features=features))
 
 
 def test_corrected_poses_have_more_log_evidence_than_drifting_ones() -> None:
