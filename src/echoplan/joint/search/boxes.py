@@ -33,5 +33,7 @@ def _instead(search: Search, cylinder: Hypothesis, others: Sequence[Hypothesis])
     """Return the edges and walls that explain more than a cylinder; an empty list if there are none."""
     known = {each.key for each in others}
     found = [each for each in search.more(others, (Kind.EDGE, Kind.WALL)) if each.key not in known]
-    penalised_llr = sum(each.total for each in found) - search.acceptance.settings.min_log_likelihood_ratio * (len(found) - 1)
+    penalised_llr = sum(each.total for each in found) - search.acceptance.settings.min_log_likelihood_ratio * (
+        len(found) - 1
+    )
     return found if found and penalised_llr > search.acceptance.penalised_llr(cylinder) else []

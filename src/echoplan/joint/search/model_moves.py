@@ -92,7 +92,9 @@ def _better(
     """Return the alternative with the greatest log evidence, or None if the landmark itself has more."""
 
     def penalised_llr(each: Hypothesis) -> float:
-        return acceptance.penalised_llr(each) + acceptance.settings.min_log_likelihood_ratio * _spared_walls(each, feature, others)
+        return acceptance.penalised_llr(each) + acceptance.settings.min_log_likelihood_ratio * _spared_walls(
+            each, feature, others
+        )
 
     best = max(alternatives, key=penalised_llr, default=feature)
     return best if penalised_llr(best) > penalised_llr(feature) else None

@@ -251,7 +251,11 @@ class Search:
         rescored = self._screened(rows[rows[:, 0] == kind], log_densities)
         rough, fine = ((max(0.008, 1.5 * noise), 0.03, 4),), ((noise, 0.02, 3),)
         few = free[self._few[free]]
-        moved = [self._moved(each.reflector, few, rough) for each in rescored[: self.settings.max_candidates] if each.total > 2.0]
+        moved = [
+            self._moved(each.reflector, few, rough)
+            for each in rescored[: self.settings.max_candidates]
+            if each.total > 2.0
+        ]
         moved = [
             self._moved(row, free, fine) for row in _apart(np.array(moved).reshape(-1, 4), LANDMARKS[kind].refined_cell)
         ]

@@ -170,16 +170,16 @@ def test_a_wall_duplicated_by_drift_is_inconsistent_and_a_bent_wall_is_not() -> 
     torn, bent = unquestioned(torn), unquestioned(bent)
     for estimate in (torn, bent):
         assert agrees(estimate)
-        assert duplicate_pairs(estimate.features, estimate.settings.copies)
+        assert duplicate_pairs(estimate.features, estimate.settings.duplicates)
     assert has_shared_bias(torn)
     assert not has_shared_bias(bent)
-    torn = replace(torn, features=without_duplicates(torn.features, torn.settings.copies))
+    torn = replace(torn, features=without_duplicates(torn.features, torn.settings.duplicates))
     assert not has_shared_bias(torn)
 
 
 def test_crossing_walls_are_inconsistent() -> None:
     estimate = trusted(odometry=None, bent=True)
-    (pair,) = duplicate_pairs(estimate.features, estimate.settings.copies)
+    (pair,) = duplicate_pairs(estimate.features, estimate.settings.duplicates)
     assert not has_shared_bias(estimate)
     longer = {number: tuple(np.add(estimate.features[number].extent, (-0.5, 0.5))) for number in pair}
     features = [replace(each, extent=longer.get(number, each.extent)) for number, each in enumerate(estimate.features)]
