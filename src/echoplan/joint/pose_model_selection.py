@@ -84,7 +84,7 @@ def _is_asked(estimate: Estimate) -> bool:
 
 
 def _initialised(estimate: Estimate) -> tuple[Estimate, Estimate | None]:
-    """Make a first map from the recorded poses, and an odometry solution if most of its walls are duplicated."""
+    """Make a first map from the recorded poses, and an odometry solution if many of its walls are duplicated."""
     if not estimate.marginal_prior.is_empty:
         return estimate, None
     looked = estimate.initialise()

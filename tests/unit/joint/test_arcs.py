@@ -14,17 +14,17 @@ DEGREE = np.radians(1.0)
 
 
 def arcs_of(measurements: Measurements, *, resolution: float = 0.001, **settings: float) -> list[Arc]:
-    """Arcs with a resolution fine enough not to matter."""
+    """Return the arcs at a resolution that is fine enough not to matter."""
     return find_arcs(measurements, resolution=resolution, settings=ArcSettings.model_validate(settings))
 
 
 def alone(reflector: FloatArray, *, step: float = DEGREE) -> Measurements:
-    """What one station at the origin hears of one reflector."""
+    """Return the pings of one station at the origin, which detect one landmark."""
     return hearing(listening([(0.0, 0.0)], step=step), [reflector])
 
 
 def without(measurements: Measurements, pings: slice | BoolArray) -> Measurements:
-    """Measurements in which some pings heard nothing."""
+    """Return the measurements without echoes in some pings."""
     readings = measurements.readings.copy()
     readings[pings] = np.inf
     return measurements._replace(readings=readings)
@@ -53,7 +53,7 @@ def test_an_arc_wraps_around_the_seam_of_the_circle() -> None:
 
 
 def at_a_corner(step: float) -> list[Arc]:
-    """Two walls that are about as near, and the beam so wide that no ping hears neither."""
+    """Return the arcs of two equally near walls, with a beam so wide that every ping detects one of them."""
     return arcs_of(hearing(listening([(0.0, 0.0)], step=step), [wall(0.0, 0.5), wall(np.pi / 2, 0.52)]))
 
 
@@ -143,7 +143,7 @@ def test_the_plane_of_half_an_arc_is_near_the_wall() -> None:
     half = without(measurements, measurements.bearings < 0.0)
     ((angle, offset),) = arc_planes(arcs_of(half), half, SONAR.tabulated())
     middle = float(np.mean(half.bearings[np.isfinite(half.readings)]))
-    # The range walk tells on which side of an arc the wall stands: the faint side is the far one.
+    # The range walk shows on which side of an arc the perpendicular is: weak echoes are far from it.
     assert abs(angle) < 0.5 * middle
     assert offset == pytest.approx(1.0, abs=0.01)
 

@@ -25,12 +25,12 @@ def calibrated(sweeps: list[Sweep]) -> Mapping[str, Any]:
 
 @pytest.fixture(scope="module")
 def turning() -> list[Sweep]:
-    """A servo that goes on while sound is under way."""
+    """Return sweeps of a servo that turns during the flight of the sound."""
     return list(Simulation(world=SQUARE, rig=RIG, route=find_route("square"), seed=1))
 
 
 def at_once(sweep: Sweep) -> FloatArray:
-    """What a servo tells that stands: where it looked when sound was halfway."""
+    """Return the angles that a servo records that stands during each ping: those of half the travel time."""
     rates = np.gradient(sweep.servo_angles[::4], 1e-9 * sweep.stamps_ns[::4]).repeat(4)
     ways: FloatArray = np.where(np.isfinite(sweep.ranges), sweep.ranges, 1.5)
     return sweep.servo_angles + rates * ways / 343.0

@@ -13,7 +13,7 @@ from echoplan.sources import find_rig, find_route, find_world
 
 
 def estimate_of(temperature: float) -> Estimate:
-    """Return the first estimate of a square room in air of this temperature [degC], of which the rig knows nothing."""
+    """Return the initial estimate of a square room at an air temperature [degC] that the rig does not state."""
     settings = SimulationSettings.model_validate({"air": {"temperature": temperature}})
     rig = find_rig("rotary-array")
     sweeps = list(

@@ -33,7 +33,7 @@ both_rigs = pytest.mark.parametrize("rig", [ARRAY, RING])
 def simulated(
     rig: str, *, quality_factor: float = 20.0, temperature: float = 20.0, **settings: float | str
 ) -> tuple[Sweep, ...]:
-    """Sweeps from five stations in a square of 3 x 3 m."""
+    """Return sweeps from five stations in a square of 3 x 3 m."""
     using = find_rig(rig)
     assert using.transducer
     using = replace(using, transducer=replace(using.transducer, quality_factor=quality_factor))
@@ -46,7 +46,7 @@ def mapped(rig: str | Rig, sweeps: Sequence[Sweep], settings: JointSettings | No
 
 
 def given_one_by_one(rig: str | Rig, sweeps: Sequence[Sweep]) -> FeatureMap:
-    """The map of sweeps of which nobody asks whether they are from enough places."""
+    """Return the map without the check that sweeps are from enough places."""
     mapper = JointMapper(find_rig(rig) if isinstance(rig, str) else rig)
     for sweep in sweeps:
         mapper.add(sweep)
@@ -54,12 +54,12 @@ def given_one_by_one(rig: str | Rig, sweeps: Sequence[Sweep]) -> FeatureMap:
 
 
 def changed(sweeps: Sequence[Sweep], change: Callable[[Sweep], FloatArray]) -> list[Sweep]:
-    """The same sweeps with other readings."""
+    """Return the sweeps with other readings."""
     return [replace(sweep, ranges=change(sweep)) for sweep in sweeps]
 
 
 def assert_square(found: FeatureMap, *, within: float) -> None:
-    """Exactly the four walls, each from end to end to within a length, and nothing that is not there."""
+    """Check that the map has exactly the four walls, with ends within a distance [m], and nothing false."""
     assert len(found.walls) == 4
     for angle, offset in SQUARE:
         (own,) = [each for each in found.walls if np.cos(each.normal_angle - angle) > 0.99]
@@ -90,7 +90,7 @@ def test_errors_of_walls_agree_with_their_covariances(rig: str) -> None:
 @both_rigs
 def test_class_probabilities_depend_on_the_observed_length(rig: str) -> None:
     for wall in mapped(rig, simulated(rig)).walls:
-        # Where a wall was not observed, each class is as likely as another.
+        # On unobserved length all classes are equally probable.
         unobserved = wall.inferred.sum() / wall.length
         assert wall.class_probabilities.wall > 0.99 - 2 / 3 * unobserved
         assert unobserved < (0.45 if rig == RING else 0.01)
@@ -114,7 +114,7 @@ def test_a_square_is_mapped_with_one_faulty_sensor(rig: str, reading: float) -> 
 
 
 def walking(sweep: Sweep) -> FloatArray:
-    """Hide part of the view behind a person, who stands elsewhere in each of three sweeps."""
+    """Return readings in which a person hides part of the view, elsewhere in each of three sweeps."""
     if sweep.index > 2:
         return sweep.ranges
     bearings = sweep.servo_angles + find_rig(ARRAY).turret_from_sensors[sweep.sensor_ids, 2]
@@ -170,7 +170,7 @@ def test_the_map_is_empty_without_sweeps() -> None:
 
 
 def test_the_map_is_empty_if_every_sensor_is_stuck() -> None:
-    # Always the same reading, wherever the robot stands: that is no room.
+    # A constant reading everywhere is no room.
     found = mapped(ARRAY, changed(simulated(ARRAY), lambda sweep: np.full(len(sweep), 1.0)))
     assert (found.walls, found.corners, found.cylinders) == ((), (), ())
 
@@ -188,12 +188,12 @@ def test_one_station_gives_the_walls_that_it_faces_with_honest_sigmas() -> None:
         own = SQUARE[np.argmax(np.cos(SQUARE[:, 0] - wall.normal_angle))]
         sigma = np.sqrt(wall.covariance[1, 1])
         assert abs(wall.offset - own[1]) < 3 * sigma
-        # How warm it was one station cannot tell: no wall of a room of 3 m is vaguer than the air makes it.
+        # One station cannot determine the range scale, whose prior bounds the sigma of walls within 3 m.
         assert sigma < JointSettings().optimiser.scale_sigma * 3.0
 
 
 def drawn(found: FeatureMap) -> FloatArray:
-    """All numbers of a map."""
+    """Return all numbers of a map."""
     walls = [[each.normal_angle, each.offset, *each.endpoints_xy.flat, *each.covariance.flat] for each in found.walls]
     corners = [[*each.position_xy, *each.covariance.flat] for each in found.corners]
     return np.array([number for row in walls + corners for number in row])
@@ -218,7 +218,7 @@ def test_calling_result_between_sweeps_changes_nothing() -> None:
 
 @cache
 def round_and_round() -> tuple[Sweep, ...]:
-    """A thousand sweeps of a ring on twenty rounds through the square, each by the same fifty places."""
+    """Return a thousand sweeps of a ring on twenty rounds through the square, each past the same fifty places."""
     turns = np.linspace(0.0, 40 * np.pi, 1000, endpoint=False)
     way = np.column_stack([0.5 + 0.8 * np.cos(turns), 1.0 + 0.8 * np.sin(turns), turns + np.pi / 2])
     return tuple(Simulation(world=find_world("square"), rig=find_rig(RING), route=Route(map_from_base=way), seed=1))
@@ -237,7 +237,7 @@ def test_a_thousand_stations_are_mapped_with_bounded_memory() -> None:
     assert_square(found, within=0.003)
     assert len(found.poses) == len(found.sweeps) == 1000
     assert all(wall.stations > 100 for wall in found.walls)
-    # What is left of the way are indices and poses: of each place some stations are remembered, and no later ones.
+    # Only indices and poses are kept per sweep: a few stations are kept per place, and no later ones.
     assert sizes[-1] - sizes[0] < 750 * 100
 
 
@@ -317,7 +317,7 @@ def test_the_calibration_is_reported_with_the_settings() -> None:
 @both_rigs
 @pytest.mark.parametrize(("temperature", "scale"), [(14.0, -0.0103), (26.0, 0.0102)])
 def test_the_range_scale_compensates_the_air_temperature(rig: str, temperature: float, scale: float) -> None:
-    # The module takes sound to be as fast as at 20 degrees.
+    # The module assumes the speed of sound at 20 degrees.
     found = mapped(rig, simulated(rig, temperature=temperature))
     told = json.loads(json.dumps(found.parameters))
     assert told["found"]["range_scale"]["value"] == pytest.approx(scale, abs=0.003)
@@ -336,7 +336,7 @@ def test_with_one_station_only_a_thermometer_determines_the_range_scale() -> Non
 
 
 def test_the_speed_of_sound_of_the_rig_sets_the_range_scale() -> None:
-    # Read with the right speed, and called slow: the readings are short by that much.
+    # The readings are right for 343 m/s, so a stated 340 m/s makes them short.
     rig, (first, *_) = replace(find_rig(ARRAY), speed_of_sound=340.0), simulated(ARRAY)
     assert scale_of(rig, [replace(first, temperature=20.0)]) == pytest.approx(0.0094, abs=0.003)
 
@@ -347,7 +347,7 @@ def test_a_detector_that_skips_carrier_periods_hardly_moves_walls() -> None:
 
 @pytest.mark.parametrize("quality_factor", [10.0, 40.0])
 def test_a_wrong_quality_factor_of_the_transducer_moves_no_wall(quality_factor: float) -> None:
-    # The range walk is half or twice of what the rig says.
+    # The range walk is half or twice that of the rig.
     assert_square(mapped(ARRAY, simulated(ARRAY, quality_factor=quality_factor)), within=WITHIN[ARRAY])
 
 
@@ -368,7 +368,7 @@ def test_a_side_of_a_box_taken_for_a_corner_becomes_a_wall() -> None:
 
 @cache
 def around_a_block() -> Simulation:
-    """A drive around a block in a room, by dead reckoning that nobody told anything about."""
+    """Return a drive around a block in a room, with odometry noise that the rig does not specify."""
     place = simulated_worlds.world(
         [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0], [0.0, 0.0]],
         [[1.6, 1.1], [2.5, 1.1], [2.5, 1.9], [1.6, 1.9], [1.6, 1.1]],
@@ -401,9 +401,9 @@ def test_walls_detected_again_close_the_loop() -> None:
     lost, off = (np.hypot(*(each - drive.truth.poses)[-1, :2]) for each in (drive.truth.given, found.poses))
     assert lost > 0.1
     assert off < 0.005
-    # Four walls around, four sides of the block, none of them twice.
+    # Four walls of the room and four sides of the block, without duplicates.
     assert len(found.walls) == 8
-    # Nor can such steps tell how warm the air was: that is left to the maker, and said to be.
+    # Drifting poses do not determine the range scale, which keeps its prior.
     told: Any = found.parameters["found"]
     assert told["range_scale"] == {"value": pytest.approx(0.0, abs=1e-6), "sigma": 0.002, "believed": 0.002}
 
@@ -437,7 +437,7 @@ def test_an_empty_odometry_table_has_no_effect() -> None:
 
 
 def test_the_frame_is_that_of_all_waypoints_and_not_of_the_first_one() -> None:
-    # Set down by hand: the first is off by 2 cm and 4 degrees, which would turn the far wall away by 20 cm.
+    # The error of the first pose, 2 cm and 4 degrees, would move the far wall by 20 cm if that pose were the frame.
     rng = np.random.default_rng(3)
     place = simulated_worlds.world([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0], [0.0, 0.0]])
     poses = np.array([[x, y, rng.uniform(-3.0, 3.0)] for y in (0.7, 1.5, 2.3) for x in (0.7, 1.5, 2.4, 3.3)])
@@ -454,7 +454,7 @@ def test_the_frame_is_that_of_all_waypoints_and_not_of_the_first_one() -> None:
         axis = int(abs(np.cos(wall.normal_angle)) < 0.5)
         away = np.abs(wall.endpoints_xy[:, axis, None] - np.array([0.0, (4.0, 3.0)[axis]])).min(axis=1)
         assert away.max() < 0.02
-    # Marks fix where the room is, and how large, only as well as all of them together do; echoes fix its shape.
+    # All waypoints together determine the place and the scale of the room; echoes determine its shape.
     shape = aligned(found.poses, exact.truth.poses) - exact.truth.poses
     assert np.hypot(*shape[:, :2].T).max() < 0.007
     off = np.hypot(*(found.poses - exact.truth.poses)[:, :2].T)

@@ -1,4 +1,4 @@
-"""The method joint on what robot simulators call sonar."""
+"""The method joint on ray cones, as robot simulators return them."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -21,7 +21,7 @@ HALF_ANGLE = np.radians(15.0)
 
 @cache
 def cast(world: str, rig: str = "rotary-array") -> tuple[Rig, tuple[Sweep, ...], Truth]:
-    """Rays, sweep by sweep, and what a map of them should say."""
+    """Return a rig with ray cones, its sweeps, and the ground truth."""
     simulation = Simulation(world=find_world(world), rig=find_rig(rig), route=find_route(world))
     using, rng = ray_cones.with_cones(simulation.rig, HALF_ANGLE), np.random.default_rng(0)
     sweeps = ray_cones.cast(list(simulation), simulation.world, using, rays=31, noise=0.002, rng=rng)

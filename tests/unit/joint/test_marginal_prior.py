@@ -22,12 +22,12 @@ def known(reflector: FloatArray, number: int, extent: tuple[float, float] = (0.0
 
 
 FEATURES = [known(EAST, 1, (-1.0, 1.0)), known(COLUMN, 2), known(POINT, 3)]
-# Seven parameters of the features, six of the sonar.
+# Seven parameters of the landmarks, and those of the sonar.
 SIZE = 2 + 3 + 2 + len(SONAR_UNKNOWNS)
 
 
 def information(size: int, seed: int = 3) -> FloatArray:
-    """A matrix in which everything depends on everything."""
+    """Return an information matrix in which all variables are correlated."""
     root = np.random.default_rng(seed).normal(size=(size, size + 3))
     whole: FloatArray = root @ root.T
     return whole
@@ -78,7 +78,7 @@ def test_the_prior_is_reordered_to_the_layout_of_an_optimisation() -> None:
     features = [FEATURES[2], new, FEATURES[0]]
     summary = marginal_prior().reordered(features, state(features).layout)
     assert summary is not None
-    # In the order of the memory: the wall, the point, then the sonar.
+    # In the order of the prior: the wall, the point, then the sonar.
     assert summary.columns.tolist() == [4, 5, 0, 1, *range(6, 6 + len(SONAR_UNKNOWNS))]
 
 

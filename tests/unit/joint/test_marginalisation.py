@@ -1,4 +1,4 @@
-"""A robot that goes round and round in a room, and forgets all but the last stations."""
+"""A robot drives many rounds in a room; all but the last stations are marginalised."""
 
 import pickle
 from dataclasses import replace
@@ -42,13 +42,13 @@ def estimate(first: int, last: int, marginal_prior: MarginalPrior | None = None)
 
 
 def survey(known: Estimate) -> MapBuilder:
-    """What is drawn after the whole way of the robot."""
+    """Return the map builder after the whole path of the robot."""
     return survey_along(known, np.array([each.station[:2] for each in sweeps()]))
 
 
 @cache
 def halfway() -> MarginalPrior:
-    """What the first four of seven stations left."""
+    """Return the marginal prior of the first four of seven stations."""
     return marginalise(estimate(0, 7), 4)
 
 
@@ -109,7 +109,7 @@ def test_a_wall_is_drawn_if_fewer_than_half_as_many_pings_passed_as_it_reflected
     marginal_prior = halfway()
     first = next(each for each in marginal_prior.features if each.is_wall)
     rest = [each for each in marginal_prior.features if each is not first]
-    # Far away, where no station at hand changes the counts.
+    # Far away, where no station of the window changes the counts.
     away = replace(first, reflector=np.add(first.reflector, [0.0, 50.0, 0.0, 0.0]))
     away = replace(away, history=replace(first.history, passed=passed, pings=10))
     drawn = survey(estimate(4, 10, replace(marginal_prior, features=[*rest, away])))
@@ -122,7 +122,7 @@ def test_a_landmark_that_explains_no_ping_best_is_not_drawn() -> None:
     rest = [each for each in marginal_prior.features if each is not column]
     drawn = []
     for pings in (1, 0):
-        # Far away, where no station at hand hears it.
+        # Far away, out of range of the window.
         away = replace(column, reflector=np.add(column.reflector, [0.0, 50.0, 0.0, 0.0]))
         away = replace(away, history=replace(column.history, pings=pings))
         drawn.append(len(survey(estimate(4, 10, replace(marginal_prior, features=[*rest, away]))).features))
@@ -138,7 +138,7 @@ def test_a_map_from_a_marginal_prior_is_nearly_the_full_map() -> None:
     assert len(parts.walls([])) == len(whole.walls([])) == 8
     for one in parts.walls([]):
         other = min(whole.walls([]), key=lambda wall: float(np.abs(wall.endpoints_xy - one.endpoints_xy).max()))
-        # Two millimetres: a reading at hand is weighed anew whenever something moves, and one let go is not.
+        # Within 2 mm, since the weights of marginalised readings are not updated.
         assert one.offset == pytest.approx(other.offset, abs=0.002)
         assert abs(wrap(one.normal_angle - other.normal_angle)) < 0.004
         assert one.stations >= other.stations - 1
@@ -170,7 +170,7 @@ def test_memory_does_not_grow_when_stations_repeat() -> None:
     for _ in range(6):
         marginal_prior = marginalise(estimate(0, 6, marginal_prior), 6)
         sizes.append(len(pickle.dumps(marginal_prior)))
-    # Of four rounds all stations are kept, and of later ones none on top of them.
+    # Four stations are kept per cell, so that later rounds add none.
     assert sizes[-1] < 1.01 * sizes[3]
 
 
@@ -206,7 +206,7 @@ def test_heading_factors_are_part_of_the_marginal_prior(monkeypatch: pytest.Monk
     told = marginalise(by_hand, 7).summary.information
     monkeypatch.setattr("echoplan.joint.marginalisation.heading_factors", lambda *_: prior([], sigma=[], residual=[]))
     less = marginalise(by_hand, 7).summary.information
-    # The angle of the first wall is the first unknown.
+    # The angle of the first wall is the first variable.
     assert told[0, 0] > 1.001 * less[0, 0]
 
 

@@ -1,4 +1,4 @@
-"""What echoes fix, and what only odometry tells: two walls of a corridor fix no position along it."""
+"""Directions in which only odometry determines poses, such as along a corridor between two walls."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ SWEEPS = Stations(np.array([0, 0, 1]), np.zeros((2, 3)))
 
 
 def corridor(turn: float) -> FloatArray:
-    """Information about each pose from walls on both sides of a corridor, heard to 3 mm."""
+    """Return the information on each pose from walls on both sides of a corridor, with a sigma of 3 mm."""
     across = np.array([-np.sin(turn), np.cos(turn), 0.0])
     return np.tile(np.outer(across, across) / 0.003**2 + np.diag([0.0, 0.0, 1 / 0.005**2]), (11, 1, 1))
 
@@ -45,7 +45,7 @@ def certain(detected: FloatArray, priors: PosePrior = BELIEFS) -> FloatArray:
 
 
 def found_open(covariances: FloatArray, alone: FloatArray) -> tuple[Undetermined, ...]:
-    """Ask where walls, known from elsewhere, leave a way open."""
+    """Return the undetermined runs, given the walls."""
     return undetermined(covariances, covariances, alone, SETTINGS)
 
 
@@ -71,7 +71,7 @@ def test_a_corner_ends_the_undetermined_run() -> None:
     detected = corridor(0.0)
     detected[6:] += np.diag([1 / 0.003**2, 0.0, 0.0])
     found = found_open(certain(detected), ALONE)
-    # Odometry tells the last stations before the corner from the other side.
+    # From the corner, odometry determines the last stations before it.
     assert not found or found[0].last < 6
 
 
@@ -153,7 +153,7 @@ def test_without_walls_the_covariances_are_unconditional() -> None:
 
 
 def test_an_uncertain_rotation_of_the_frame_does_not_hide_undetermined_poses() -> None:
-    # All poses turned together about the first one: sideways by the distance, which no odometry tells.
+    # A common rotation about the first pose moves poses sideways in proportion to their distance.
     askew = np.array([np.diag([0.0, (0.01 * pose[0]) ** 2, 0.0]) for pose in WAY])
     between = certain(corridor(0.0))
     (found,) = undetermined(between + askew, between, ALONE, SETTINGS)

@@ -1,4 +1,4 @@
-"""Which poses are tried, as the echoes agree from those recorded and from those of odometry."""
+"""Selection of the pose model, with fake estimates whose consistency and log evidence are given."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -18,7 +18,7 @@ from echoplan.model import Odometry
 
 @dataclass(frozen=True, eq=False)
 class Doubtful:
-    """An estimate that is explained by saying so, doubtful from the poses as recorded."""
+    """Estimate that records the steps applied to it and is inconsistent from the recorded poses."""
 
     measured_poses: np.ndarray
     poses: np.ndarray
@@ -72,38 +72,38 @@ class Doubtful:
 
 
 def doubtful(stations: int, **changes: Any) -> Doubtful:
-    """An estimate of so many stations."""
+    """Return an estimate with a number of stations."""
     measured_poses = np.full((stations, 3), 0.1234)
     return Doubtful(measured_poses, measured_poses, **changes)
 
 
 def refine(estimate: Doubtful, priors: PosePrior) -> Doubtful:
-    """Count how often an estimate was settled."""
+    """Count the refinements of an estimate."""
     return replace(estimate, settled=estimate.settled + 1)
 
 
 def anneal(estimate: Doubtful, priors: PosePrior, start: np.ndarray) -> Doubtful:
-    """Come to rest a little beside the start."""
+    """Return poses that converged a little beside the start."""
     assert not priors.relative
     return replace(estimate, poses=start + 0.01, settled=NUDGED)
 
 
 def refine_right_angles(estimate: Doubtful, priors: PosePrior) -> Doubtful:
-    """Find walls along the axes where way-points were measured from such."""
+    """Find walls along the axes if waypoints were measured from such walls."""
     assert not priors.relative
     return replace(estimate, is_along_axes=estimate.is_measured)
 
 
-# Settled more often than anything is, to tell poses that were nudged from those that were reset.
+# Number of refinements that marks annealed poses.
 NUDGED = 100
-# What explains how much, in this order.
+# Log evidence by pose model [nats].
 STEPS_FIRST = {PoseModel.FIXED: 0.0, PoseModel.ABSOLUTE: 10.0, PoseModel.ODOMETRY: 20.0}
 HAND_FIRST = {PoseModel.FIXED: 0.0, PoseModel.ODOMETRY: 10.0, PoseModel.ABSOLUTE: 20.0}
 NEITHER = {PoseModel.FIXED: 30.0, PoseModel.ODOMETRY: 10.0, PoseModel.ABSOLUTE: 20.0}
 
 
 def noted(estimates: list[Any]) -> Callable[[Any], Any]:
-    """Stand in for a step that keeps what it was given and changes nothing."""
+    """Return a step that records its argument and changes nothing."""
 
     def step(estimate: Any) -> Any:
         estimates.append(estimate)
@@ -113,7 +113,7 @@ def noted(estimates: list[Any]) -> Callable[[Any], Any]:
 
 
 def told(monkeypatch: pytest.MonkeyPatch, **answers: Any) -> None:
-    """Let tracking find nothing better, and questions about accounts be answered so."""
+    """Replace the steps of the selection by ones that change nothing, or by the given ones."""
     tracking: dict[str, Any] = {
         "track_poses": lambda estimate, priors: estimate,
         "with_estimated_waypoint_noise": lambda estimate: waypoint_prior(
@@ -145,7 +145,7 @@ def best_of(
     poses: PoseMode = PoseMode.AUTO,
     measured: bool = False,
 ) -> Any:
-    """Explain an estimate where others agree or scatter, and are worth more or less, by how their poses came about."""
+    """Select the pose model, given which models are consistent or share no walls, and their log evidence."""
     values = log_evidence_without_bias or HAND_FIRST
     answers: dict[str, Any] = {
         "inlier_ratio": lambda estimate: 0.5,
@@ -183,7 +183,7 @@ def test_the_pose_model_with_the_greatest_log_evidence_is_selected(
 
 
 def test_absolute_poses_are_compared_before_shared_errors_are_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
-    # Held down by an error that stations have in common, readings hardly tell of any poses that they are better.
+    # With shared errors, readings have low weights and hardly distinguish pose models.
     others = {
         "log_evidence": lambda estimate: HAND_FIRST[estimate.pose_model] - 15.0 * estimate.is_held_down,
         "without_shared_bias": lambda estimate, priors: replace(estimate, is_held_down=False),
@@ -215,7 +215,7 @@ def test_independent_pose_errors_exclude_odometry(monkeypatch: pytest.MonkeyPatc
 def test_accumulating_pose_errors_exclude_waypoints_unless_the_echoes_outweigh_them(
     monkeypatch: pytest.MonkeyPatch, errors: float, expected: PoseModel, *, torn: bool
 ) -> None:
-    # Way-points explain 10 nats more than steps do.
+    # The log evidence of absolute poses is 10 nats greater than that of odometry.
     others: dict[str, Any] = {
         "scatter": lambda measured_poses, poses: errors,
         "has_duplicated_walls": lambda estimate: torn,
@@ -276,7 +276,7 @@ def test_a_rig_with_odometry_noise_has_no_waypoints(
     ("agree", "strained", "farther"),
     [({PoseModel.ODOMETRY}, False, False), ({PoseModel.ODOMETRY}, True, True), (set(), False, True)],
 )
-# That steps may be off by six times more along the way costs 7 nats with four of them, and 5 must be left.
+# Six times the noise along the path costs 7 nats for four steps, and 5 must remain.
 @pytest.mark.parametrize(("more", "enough"), [(15.0, True), (10.0, False)])
 def test_the_odometry_noise_may_exceed_the_specification(
     monkeypatch: pytest.MonkeyPatch, agree: set[PoseModel], more: float, *, strained: bool, farther: bool, enough: bool
@@ -413,7 +413,7 @@ def test_absolute_poses_are_refined_again_if_walls_are_along_the_axes(
 def test_further_starts_are_tried_if_the_first_is_worse_than_odometry(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    # Steps that led astray leave way-points that start there astray, too.
+    # Absolute poses that start from a wrong odometry solution may be wrong, too.
     def log_evidence(estimate: Any) -> float:
         return 30.0 if estimate.settled == NUDGED else {**STEPS_FIRST, PoseModel.ABSOLUTE: 10.0}[estimate.pose_model]
 

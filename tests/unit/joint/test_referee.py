@@ -1,4 +1,4 @@
-"""gtsam as a referee of the adjustment: the same factors in another program have the same minimum and covariances."""
+"""GTSAM as reference: the same factors in another program have the same minimum and covariances."""
 
 from typing import Any
 
@@ -19,7 +19,7 @@ _KEYS = range(100, 100 + POSES)
 
 
 def measured_poses() -> FloatArray:
-    """Dead reckoning that is off."""
+    """Return poses by noisy dead reckoning."""
     rng, poses = np.random.default_rng(5), [TRUE[0]]
     for step in compose(invert(TRUE[:-1]), TRUE[1:]):
         poses.append(compose(poses[-1], step + rng.normal(0.0, [0.02, 0.01, 0.05])))
@@ -30,7 +30,7 @@ BELIEFS = odometry_prior(measured_poses(), PoseSettings())
 
 
 def arc_measurements() -> FloatArray:
-    """Depth and direction of each wall from each pose, shape (poses, walls, 2)."""
+    """Return depth [m] and direction [rad] of each wall from each pose, shape (poses, walls, 2)."""
     rng = np.random.default_rng(6)
     exact = np.array([[expected(pose, wall) for wall in WALLS] for pose in TRUE])
     seen: FloatArray = exact + rng.normal(0.0, [DEPTH, NORMAL], exact.shape)
@@ -42,14 +42,14 @@ def expected(pose: FloatArray, wall: FloatArray) -> FloatArray:
 
 
 def jacobian(pose: FloatArray, wall: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Derivatives of what is seen by the wall and by the pose."""
+    """Return the derivatives of depth and direction by the wall and by the pose."""
     normal, along = directions(wall[0]), directions(wall[0] + np.pi / 2)
     by_wall = np.array([[-pose[:2] @ along, 1.0], [1.0, 0.0]])
     return by_wall, np.array([[-normal[0], -normal[1], 0.0], [0.0, 0.0, -1.0]])
 
 
 def ours() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Walls, poses and covariance by our rows and solver."""
+    """Return walls, poses and covariance by the factors and the solver of the project."""
     walls, poses, seen = WALLS.copy(), BELIEFS.measured_poses.copy(), arc_measurements()
     for _ in range(20):
         rows = [pose_factors(BELIEFS, poses, FIRST)]
@@ -70,7 +70,7 @@ def ours() -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def theirs(gtsam: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The same by gtsam, with a factor of its own kind for what is seen; poses and walls as vectors."""
+    """Return the same by GTSAM, with custom factors; poses and walls are vectors."""
     graph, start = gtsam.NonlinearFactorGraph(), gtsam.Values()
     for j, wall in enumerate(WALLS):
         start.insert(j, wall)
@@ -98,7 +98,7 @@ def moved(k: int) -> Any:
         if k == 0:
             return numbered(lambda own: own[0] - BELIEFS.measured_poses[0], poses, jacobians)
         told = compose(invert(BELIEFS.measured_poses[k - 1]), BELIEFS.measured_poses[k])
-        # Along and across the way, whichever way the robot faces.
+        # Along and across the direction of travel, whatever the heading.
         x, y = told[:2] / np.hypot(told[0], told[1])
         axes = np.array([[x, y, 0.0], [-y, x, 0.0], [0.0, 0.0, 1.0]])
         return numbered(lambda both: axes @ turned(compose(invert(both[0]), both[1]) - told), poses, jacobians)
@@ -119,7 +119,7 @@ def sighted(seen: FloatArray) -> Any:
 
 
 def numbered(function: Any, poses: FloatArray, jacobians: list[FloatArray] | None) -> FloatArray:
-    """An error with numeric derivatives: nothing of ours is used to judge ours."""
+    """Return a residual, with a numeric Jacobian that does not depend on the code under test."""
     if jacobians is not None:
         for which in range(len(poses)):
             columns = []

@@ -1,4 +1,4 @@
-"""Decisions about landmarks leave events with their numbers."""
+"""Events of decisions about landmarks."""
 
 import logging
 from functools import cache

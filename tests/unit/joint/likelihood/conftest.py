@@ -6,5 +6,5 @@ from helpers.expectations import ROOM, hearing, listening
 
 @pytest.fixture(scope="module")
 def room() -> Measurements:
-    """A room without noise."""
+    """Return noiseless measurements in a room."""
     return hearing(listening(), ROOM)

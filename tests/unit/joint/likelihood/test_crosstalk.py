@@ -17,26 +17,26 @@ from helpers.single_ping import PLAIN, length, likeliest, one_ping, point_on
 
 ENDLESS = (-50.0, 50.0)
 EAST, OBLIQUE = wall(0.0, 1.0), wall(np.radians(110.0), 1.1)
-# What sound travels between two firings 25 ms apart, there and back [m].
+# Range that corresponds to the travel of sound between two firings 25 ms apart [m].
 FIRING, WAIT = 0.025, 0.025 * Air().speed_of_sound / 2
 
 
 def over(
     measurements: Measurements, model: EchoModel, *walls: FloatArray, extents: tuple[Extent, ...] = ()
 ) -> FloatArray:
-    """What bursts by way of walls explain that were not meant for these pings."""
+    """Return the log densities of the pings by crosstalk over walls."""
     hearing, reaches = model.tabulated(), extents or (ENDLESS, ENDLESS)
     pair, ends = (walls[0], walls[-1]), (reaches[0], reaches[-1])
     return volleys_over((measurements, hearing, emissions_of(measurements, hearing)), pair, ends, NOISE)
 
 
 def detected(measurements: Measurements, *walls: FloatArray, extents: tuple[Extent, ...] = ()) -> FloatArray:
-    """The same without a walk."""
+    """Return the same without range walk."""
     return over(measurements, PLAIN, *walls, extents=extents)
 
 
 def over_two(origin: tuple[float, float], place: tuple[float, float], *walls: FloatArray) -> tuple[float, FloatArray]:
-    """Shortest way from one place over two walls to another, and where it strikes them: Fermat's principle."""
+    """Return the shortest path over two walls and its reflection points, by Fermat's principle."""
 
     def way(alongs: FloatArray) -> float:
         spots = [point_on(each, along) for each, along in zip(walls, alongs, strict=True)]
@@ -87,7 +87,7 @@ def test_without_other_bursts_there_is_no_crosstalk() -> None:
 
 
 def test_crosstalk_is_reflected_within_the_extent_of_the_wall() -> None:
-    # The burst strikes the wall halfway between the sensors, which are equally far from it.
+    # The reflection point is halfway between the sensors, which are equally far from the wall.
     measurements = one_ping((0.0, 0.0), 0.2, mate=(0.0, 0.6), mate_bearing=0.0)
     inside, outside = (detected(measurements, EAST, extents=(extent,)) for extent in ((0.29, 0.31), (0.31, 0.9)))
     assert inside.max() > 0.0
@@ -131,7 +131,7 @@ def test_restricting_crosstalk_to_possible_sources_loses_nothing() -> None:
     rng, told = np.random.default_rng(4), PLAIN.tabulated()
     scene = listening(step=np.radians(0.5))
     count = len(scene.readings) // len(scene.centers)
-    # The mate of each ping looks 5 degrees aside at the same station.
+    # The other sensor of each ping is at the same station and points 5 degrees aside.
     crosstalk_sources = scene.stations * count + (np.arange(len(scene.readings)) + 10) % count
     heard_ = scene._replace(
         readings=rng.uniform(0.3, 3.9, len(crosstalk_sources)),

@@ -20,17 +20,17 @@ from helpers.single_ping import PLAIN, length, likeliest, one_ping, point_on
 
 ENDLESS = (-50.0, 50.0)
 EAST, NORTH = wall(0.0, 1.0), wall(np.pi / 2, 0.8)
-# Only walls that meet at no more than a right angle send sound back over both.
+# Only walls that meet at 90 degrees or less return sound over both.
 OBLIQUE = wall(np.radians(110.0), 1.1)
 
 
 def chance(excess: float) -> float:
-    """How likely an echo of second order is heard: its loudness is known to some decibels only."""
+    """Return the detection probability of a double echo, whose excess is known to some decibels only."""
     return float(1 / (1 + np.exp(-excess / 3.0)))
 
 
 def between_walls(place: tuple[float, float], first: FloatArray, second: FloatArray) -> tuple[float, FloatArray]:
-    """Shortest way from a place to one wall, the other, and back, and where it strikes them: Fermat's principle."""
+    """Return the shortest path over both walls and back, and its reflection points (Fermat's principle)."""
     start = np.array(place)
 
     def way(alongs: FloatArray) -> float:
@@ -46,7 +46,7 @@ def walls_at(
     second: FloatArray,
     extents: tuple[Extent, Extent] = (ENDLESS, ENDLESS),
 ) -> FloatArray:
-    """Ghosts of two walls without a walk."""
+    """Return the log densities of double echoes over two walls, without range walk."""
     return ghosts_of_walls(measurements, PLAIN.tabulated(), (first, second), extents, NOISE)
 
 
@@ -102,14 +102,14 @@ def test_multipath_explains_no_missing_echo() -> None:
 
 
 def test_a_double_echo_is_attenuated_by_the_beam_on_departure_and_arrival() -> None:
-    # In an oblique corner sound leaves and comes back at different angles.
+    # In an oblique corner the directions of departure and arrival differ.
     place, bearing = np.array([0.2, 0.1]), 0.8
     measurements = one_ping((0.2, 0.1), bearing)
     shortest, strikes = between_walls((0.2, 0.1), EAST, OBLIQUE)
     ends = [point_on(each, strike) - place for each, strike in zip((EAST, OBLIQUE), strikes, strict=True)]
     offs = [float(np.arctan2(way[1], way[0])) - bearing for way in ends]
     beams = np.prod([directivity(off, PLAIN.ka) for off in offs])
-    # Both ways around come back together.
+    # The path in both directions adds coherently.
     excess = float(signal_excess(2 / shortest, shortest, transducer=PAPER, air=Air(), beams=beams))
     peak = np.log(chance(excess) / (np.sqrt(2 * np.pi) * 1.5 * NOISE))
     assert abs(offs[0] - offs[1]) > 0.5
@@ -118,7 +118,7 @@ def test_a_double_echo_is_attenuated_by_the_beam_on_departure_and_arrival() -> N
 
 @pytest.mark.parametrize(("degrees", "louder"), [(90.0, 0.0), (89.0, 4.37), (85.0, 6.02)])
 def test_both_paths_merge_in_the_vertex_of_a_right_angle(degrees: float, louder: float) -> None:
-    # At 89 degrees the way over a vertex 3 m away is longer by 0.11 wavelengths: 1 + 2 sqrt(0.11) times one of the two.
+    # At 89 degrees the path over a vertex 3 m away is 0.11 wavelengths longer: 1 + 2 sqrt(0.11) times one of the two.
     angle = np.radians(degrees)
     walls = [wall(side * (np.pi - angle) / 2, 3 * np.sin(angle / 2)) for side in (-1, 1)]
     measurements = one_ping((0.0, 0.0), 0.0)
@@ -129,7 +129,7 @@ def test_both_paths_merge_in_the_vertex_of_a_right_angle(degrees: float, louder:
 
 
 def corner(degrees: float, distance: float) -> tuple[FloatArray, FloatArray]:
-    """Two walls that meet so far ahead of the origin."""
+    """Return two walls that meet at a distance ahead of the origin."""
     angle = np.radians(degrees)
     first, second = (wall(side * (np.pi - angle) / 2, distance * np.sin(angle / 2)) for side in (-1, 1))
     return first, second
@@ -162,7 +162,7 @@ def test_a_vertex_returns_sound_only_if_both_walls_reach_it_and_from_within() ->
 
 @pytest.mark.parametrize(("begin", "is_heard"), [(-0.3, True), (0.3, False)])
 def test_a_vertex_returns_sound_if_a_wall_extends_before_the_other_one(begin: float, *, is_heard: bool) -> None:
-    # The line goes on far behind the second wall; before it there is 1 m of it, or no more than a wall is stretched.
+    # The line continues far behind the second wall; before it, it has 1 m, or no more than the extrapolation of a wall.
     measurements, (first, second) = one_ping((0.0, 0.0), 0.0), corner(92.0, 1.0)
     log_densities = walls_at(measurements, first, second, ((begin, 5.0), (-0.8, 2.0)))
     assert (log_densities.max() > UNHEARD) == is_heard
@@ -184,7 +184,7 @@ def test_short_readings_are_scaled_before_multipath_explains_them() -> None:
 
 
 def over_cylinder(place: tuple[float, float], reflector: FloatArray, disc: tuple[float, float, float]) -> float:
-    """Shortest way from a place over a cylinder and a wall back, by trying places on both."""
+    """Return the length of the shortest path over a cylinder and a wall and back, by minimisation over the cylinder."""
     start, center = np.array(place), np.array(disc[:2])
     depth = reflector[2] - start @ directions(reflector[1])
     image = start + 2 * depth * directions(reflector[1])

@@ -21,19 +21,19 @@ def verdict_on(
     log_densities: float | FloatArray = FLOOR,
     frame: Occluders = OPEN,
 ) -> HypothesisScore:
-    """HypothesisScore when nothing is explained yet, unless told otherwise."""
+    """Return the score of a landmark, by default when no reading is explained."""
     known = np.broadcast_to(log_densities, measurements.readings.shape).astype(float)
     return rescore(measurements, reflector, evidence_for(measurements, reflector), known, frame)
 
 
 def silenced(measurements: Measurements, *stations: int) -> Measurements:
-    """Measurements in which some stations heard nothing."""
+    """Return the measurements without echoes at some stations."""
     gone = np.isin(measurements.stations, stations)
     return measurements._replace(readings=np.where(gone, np.inf, measurements.readings))
 
 
 def sums_of(measurements: Measurements, evidence: PingScores, log_densities: FloatArray) -> FloatArray:
-    """What the pings of each station say together."""
+    """Return the sum of the log-likelihood ratios of the pings of each station [nats]."""
     gained = np.maximum(evidence.densities - log_densities[evidence.pings], 0.0) + evidence.misses
     own, weights = measurements.stations[evidence.pings], measurements.weights[evidence.pings]
     sums: FloatArray = np.bincount(own, weights * gained, minlength=len(measurements.centers)).astype(np.float64)
@@ -126,13 +126,13 @@ def test_the_extent_of_a_wall_is_where_it_was_detected() -> None:
 
 
 def in_a_row(count: int) -> Measurements:
-    """Stations in front of the east wall, half a metre from one to the next, not in the order of their numbers."""
+    """Return stations before the east wall, half a metre apart, in random order."""
     places = np.random.default_rng(count).permutation(count)
     return hearing(listening([(0.5, 0.5 * place) for place in places], arm=0.0), [EAST])
 
 
 def places_of(measurements: Measurements) -> IntArray:
-    """Which station of a row each is, from the south."""
+    """Return the position of each station in the row, from the south."""
     return np.round(measurements.centers[:, 1] / 0.5).astype(np.int64)
 
 
@@ -140,7 +140,7 @@ def test_the_score_of_a_wall_is_that_of_the_best_run_of_stations() -> None:
     measurements = in_a_row(7)
     places = places_of(measurements)
     broken = silenced(measurements, *np.flatnonzero(np.isin(places, [1, 2])))
-    # What the southernmost station hears is nearly explained: it does not make up for the two that are silent.
+    # The readings of the southernmost station are nearly explained: they do not outweigh two non-detecting stations.
     log_densities = np.where(places[broken.stations] == 0, FLOOR + 8.0, FLOOR)
     verdict = verdict_on(broken, EAST, log_densities=log_densities)
     assert sorted(places[verdict.llr_by_station != 0.0]) == [3, 4, 5, 6]

@@ -35,25 +35,25 @@ POST = cylinder(0.3, 0.9, 0.1)
 
 @pytest.fixture(scope="module")
 def room() -> PingLikelihood:
-    """A room with a post in it, as heard with a little noise."""
+    """Return the likelihood of a room with a post, with a little noise."""
     measurements = hearing(listening(), [*ROOM, POST], noise=0.001, rng=np.random.default_rng(6))
     return likelihood(measurements)
 
 
 @pytest.fixture(scope="module")
 def walls(room: PingLikelihood) -> list[Hypothesis]:
-    """The walls of the room, each judged alone."""
+    """Return the walls of the room, each scored alone."""
     return rescored(room, ROOM)
 
 
 @pytest.fixture(scope="module")
 def post(room: PingLikelihood) -> Hypothesis:
-    """The post, judged alone."""
+    """Return the post, scored alone."""
     return rescored(room, [POST])[0]
 
 
 def bare(room: PingLikelihood) -> FloatArray:
-    """What explains the pings before anything is known."""
+    """Return the log densities without any landmark."""
     return np.full(len(room.measurements.readings), room.floor)
 
 
@@ -172,7 +172,7 @@ def test_a_cylinder_explains_pings_from_everywhere(room: PingLikelihood, post: H
 
 def test_multipath_is_that_of_each_pair_of_walls_and_each_cylinder() -> None:
     room = likelihood(hearing(listening(), [*ROOM, corner(2.0, 1.5)]))
-    # Between the robot and a wall: a sensor hears nothing that comes from behind it.
+    # The post is between the robot and a wall, as a sensor detects nothing behind it.
     told, walls, post = (room.measurements, room.hearing), rescored(room, ROOM), feature(cylinder(-1.2, -0.6, 0.1))
     pairs = [room.pair_log_densities(one, other) for one, other in itertools.combinations(walls, 2)]
     posts = [ghosts_of_cylinder(told, each.reflector, post.reflector, NOISE) for each in walls]
@@ -214,7 +214,7 @@ def test_leaving_one_landmark_out_equals_using_all_others(
 
 @pytest.mark.parametrize(("what", "again"), [("moved", 0), ("warmer", 1), ("fainter", 1), ("others", 1)])
 def test_crosstalk_sources_are_computed_again_only_if_they_change(room: PingLikelihood, what: str, again: int) -> None:
-    # How far bursts have come no pose tells.
+    # The travel of bursts does not depend on the poses.
     told, sonar = room.measurements, SONAR
     sonars = {
         "warmer": replace(sonar, range_scale=sonar.range_scale + 0.01),
@@ -268,7 +268,7 @@ def test_nearly_parallel_walls_reflect_multipath_a_little_beyond_their_extent(ro
 
 
 def test_a_corner_gains_little_once_multipath_of_its_walls_explains_it() -> None:
-    # In a right angle the echo of one wall in the other is that of a point at the crossing.
+    # In a right angle, the double echo equals that of a point at the crossing.
     measurements = hearing(listening([(0.1, 0.0), (0.4, 0.0)]), [corner(1.2, 0.9)])
     room = likelihood(measurements)
     east, north = (

@@ -25,7 +25,7 @@ EAST = ROOM[0]
 
 
 def twin(measurements: Measurements, reflector: FloatArray, noise: float) -> PingScores:
-    """The evidence of all pings at once, by the formulas."""
+    """Return the scores of all pings by vectorised equations."""
     excess, reading = expected(measurements, reflector)
     if reflector[0] == Kind.WALL:
         normal = np.array([np.cos(reflector[1]), np.sin(reflector[1])])
@@ -91,7 +91,7 @@ def test_a_non_detection_counts_more_with_a_higher_excess_but_is_bounded() -> No
 
 
 def told(shift: float) -> tuple[PingScores, BoolArray]:
-    """What pings say that heard a wall, when all their readings are shifted, and which of them they are."""
+    """Return the scores of pings that detect a wall, with shifted readings, and which pings these are."""
     measurements = hearing(listening(), [EAST])
     log_evidence = evidence_for(measurements._replace(readings=measurements.readings + shift), EAST)
     return log_evidence, np.isfinite(measurements.readings)[log_evidence.pings]

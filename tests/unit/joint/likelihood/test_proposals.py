@@ -14,7 +14,7 @@ STATIONS = np.array([[0.0, 0.0], [0.6, -0.3], [0.2, 0.7]])
 def sighted(
     reflectors: list[FloatArray], *, stations: FloatArray = STATIONS, turn: float = 0.0, late: float = 0.0
 ) -> ArcMeasurements:
-    """Arcs of reflectors from each station, whose planes are turned and moved away."""
+    """Return arcs of landmarks from each station, with planes that are rotated and shifted."""
     rows = []
     for number, center in enumerate(stations):
         for kind, a, b, radius in reflectors:
@@ -28,13 +28,13 @@ def sighted(
 
 
 def suggested(arc_measurements: ArcMeasurements, *, fresh: list[bool] | None = None, **settings: float) -> FloatArray:
-    """Candidates with all sightings new unless told otherwise."""
+    """Return the proposals, by default with all arcs new."""
     new = np.ones(len(arc_measurements.stations), dtype=bool) if fresh is None else np.array(fresh)
     return propose_hypotheses(arc_measurements, new, CandidateSettings.model_validate(settings))
 
 
 def distance(candidates: FloatArray, reflector: FloatArray) -> float:
-    """How far the nearest candidate of a kind is from a reflector [rad and m together]."""
+    """Return the distance of the nearest proposal of the same class from a landmark [rad and m together]."""
     alike = candidates[candidates[:, 0] == reflector[0]]
     difference = alike[:, 1:] - reflector[1:]
     if reflector[0] == Kind.WALL:
@@ -43,7 +43,7 @@ def distance(candidates: FloatArray, reflector: FloatArray) -> float:
 
 
 def kinds(candidates: FloatArray) -> set[Kind]:
-    """What was suggested."""
+    """Return the classes of the proposals."""
     return {Kind(int(kind)) for kind in candidates[:, 0]}
 
 
@@ -101,7 +101,7 @@ def test_stations_close_together_propose_no_points() -> None:
 
 
 def test_range_circles_with_a_small_gap_propose_a_point_between() -> None:
-    # The point lies on the way from one station to the other; readings 5 mm short leave a gap between the circles.
+    # The point lies between the stations; readings 5 mm short leave a gap between the circles.
     stations = np.array([[0.0, 0.0], [2.0, 0.0]])
     arc_measurements = sighted([corner(1.0, 0.0)], stations=stations, late=-0.005)
     assert distance(suggested(arc_measurements), corner(1.0, 0.0)) < 0.01
@@ -113,7 +113,7 @@ def test_range_circles_far_apart_propose_no_point() -> None:
 
 
 def test_points_behind_the_stations_are_not_proposed() -> None:
-    # Two range circles meet twice; only the crossing that both stations look at is a candidate.
+    # Two range circles meet twice; only the crossing in front of both stations is a candidate.
     candidates = suggested(sighted([corner(1.0, 1.0)], stations=np.array([[0.0, 0.0], [1.0, 0.0]])))
     corners = candidates[candidates[:, 0] == Kind.CORNER]
     assert corners == pytest.approx(corner(1.0, 1.0)[None])

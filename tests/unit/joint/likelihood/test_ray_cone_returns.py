@@ -17,7 +17,7 @@ EAST = wall(0.0, 1.0)
 
 
 def flanks(bearing: float, reflector: FloatArray, extent: tuple[float, float] = ENDLESS) -> tuple[FloatArray, float]:
-    """Levels of all readings of one ping from (0.2, 0.1), and the likeliest of them."""
+    """Return the log densities of all readings of one ping from (0.2, 0.1), and the most likely reading."""
     measurements = one_ping((0.2, 0.1), float(np.radians(bearing)))
     log_densities = flanks_of(measurements, HEARING, reflector, extent, NOISE)
     return log_densities, likeliest(measurements, log_densities) if log_densities.max() > UNHEARD else np.inf

@@ -1,4 +1,4 @@
-"""Features that are known from stations whose pings are no longer at hand."""
+"""Landmarks with a track history of marginalised stations."""
 
 from dataclasses import replace
 
@@ -49,7 +49,7 @@ def test_a_wall_out_of_range_keeps_its_extent(room: PingLikelihood) -> None:
 
 
 def test_stations_before_the_known_extent_of_a_wall_count() -> None:
-    # A wall is known where two stations look through it; two others, farther on, hear one on the same line.
+    # Two stations do not detect the known part of a wall; two others detect a wall on the same line.
     stations = [(0.0, -2.0), (0.0, -1.5), (0.0, 1.5), (0.0, 2.0)]
     estimate = likelihood(hearing(listening(stations), [wall(0.0, 2.0)]))
     readings = np.where(estimate.measurements.stations < 2, np.inf, estimate.measurements.readings)

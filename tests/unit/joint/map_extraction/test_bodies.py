@@ -1,4 +1,4 @@
-"""What a body behind the wall x = 2 hides, between y = -1 and y = 1."""
+"""Occlusion by a body behind the wall x = 2 between y = -1 and y = 1."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ NOWHERE = np.zeros((0, 2))
 
 
 def hidden(bodies: Bodies, x: float, *, to: float | None = None, owner: int = 1, line: FloatArray = NORTH) -> float:
-    """The probability that the way from (x, -3) up to the line y = 3, straight or to another x, is blocked."""
+    """Return the probability that the line of sight from (x, -3) to the line y = 3, at x or ``to``, is occluded."""
     places = np.array([-(x if to is None else to)])
     return float(bodies.hide(np.array([[x, -3.0]]), owner, line, places)[0])
 
@@ -50,7 +50,7 @@ def test_a_body_ends_at_its_back() -> None:
 def test_a_wall_occludes_neither_itself_nor_what_it_faces() -> None:
     bodies = Bodies.behind([FRONT], NOWHERE)
     assert hidden(bodies, 2.3, owner=FRONT.owner) == 0.0
-    # The line x = 2.6 as detected from behind the wall may be its other face.
+    # The line x = 2.6, detected from behind, may be the other face of the wall.
     back = np.array([np.pi, -2.6])
     assert bodies.hide(np.array([[3.0, 0.0]]), 1, back, np.array([0.0])).tolist() == [0.0]
     assert bodies.hide(np.array([[1.0, 0.0]]), 1, np.array([0.0, 2.6]), np.array([0.0])).tolist() == [1.0]

@@ -8,12 +8,12 @@ from echoplan.model import CornerKind
 from helpers.outlines import segment
 
 SILENT = Echoes()
-# A corner that should have been heard and was not.
+# A corner that should have been detected and was not.
 MISSED = Echoes(pairs={(0, 1): CornerEcho(gain=-6.0)})
 
 
 def between(**detected: float) -> Echoes:
-    """What was heard of the corner of segments 0 and 1."""
+    """Return the echoes of the corner of segments 0 and 1."""
     return Echoes(pairs={(0, 1): CornerEcho(**detected)})  # type: ignore[arg-type]
 
 
@@ -22,12 +22,12 @@ def met(*segments: Segment, echoes: Echoes = SILENT, **settings: float) -> list[
 
 
 def east(ends: tuple[float, float] = (-0.8, 0.8), **changed: object) -> Segment:
-    """The wall x = 1; places along it are y."""
+    """Return the wall x = 1; places along it are y."""
     return segment(0.0, 1.0, ends, **changed)  # type: ignore[arg-type]
 
 
 def north(ends: tuple[float, float] = (-0.8, 0.8), **changed: object) -> Segment:
-    """The wall y = 1; places along it are -x."""
+    """Return the wall y = 1; places along it are -x."""
     return segment(np.pi / 2, 1.0, ends, **({"owner": 1} | changed))  # type: ignore[arg-type]
 
 
@@ -55,7 +55,7 @@ def test_segments_of_a_box_meet_in_a_convex_corner() -> None:
 
 
 def test_segments_that_cannot_be_of_one_body_do_not_meet() -> None:
-    # One lies before the other, but the other behind it: no body has both.
+    # One lies before the other, but the other behind it: no body has both faces.
     assert met(east((-0.8, 0.8)), north((-1.9, -1.1))) == []
 
 
@@ -107,7 +107,7 @@ def test_a_corner_is_detected_by_multipath_or_as_a_landmark(echoes: Echoes, *, d
 
 
 def slanted(length: float) -> tuple[Segment, Segment]:
-    """Two segments 70 degrees apart, one of which would have to grow by 60 cm to meet the other."""
+    """Return two segments 70 degrees apart, one of which must grow by 60 cm to meet the other."""
     apex = (1.0 - np.cos(np.radians(70))) / np.sin(np.radians(70))
     return east((apex - 0.6 - length, apex - 0.6)), segment(np.radians(70), 1.0, (-0.65, 0.5), owner=1)
 

@@ -13,7 +13,7 @@ PAST_END = int(np.argmin(np.abs(OFFSETS - 0.3)))
 
 
 def views(measurements: Measurements) -> tuple[LineEvidence, float]:
-    """What stations say of the line x = 1, and the log-likelihood ratio of a wall without ends."""
+    """Return the line evidence of x = 1, and the log-likelihood ratio of a wall without ends [nats]."""
     estimate = likelihood(measurements)
     (east,) = rescored(estimate, [EAST])
     log_densities, evidence = np.full(len(measurements.readings), estimate.floor), east.ping_scores
@@ -23,7 +23,7 @@ def views(measurements: Measurements) -> tuple[LineEvidence, float]:
 
 
 def by_offset(measurements: Measurements) -> FloatArray:
-    """Log-likelihood ratios of the first station, by the offset of the end: the mean of both ends."""
+    """Return the log-likelihood ratios of the first station by the offset of the end, averaged over both ends."""
     mean: FloatArray = views(measurements)[0].log_ratios[0].mean(axis=0)
     return mean
 
@@ -70,7 +70,7 @@ def test_explained_readings_give_no_line_evidence() -> None:
     (east,) = rescored(estimate, [EAST])
     log_densities = np.full(len(measurements.readings), estimate.floor)
     log_densities[east.ping_scores.pings] = np.maximum(east.ping_scores.densities, estimate.floor)
-    # A miss is left of the pings at the rim of the beam alone.
+    # Only pings at the edge of the beam remain as non-detections.
     assert line_evidence(estimate, east, 1, log_densities).log_ratios.max() < 0.5
 
 

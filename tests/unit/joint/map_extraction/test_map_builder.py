@@ -53,7 +53,7 @@ def test_a_wall_has_the_line_pings_and_stations_of_its_landmark() -> None:
     east, north, *_ = survey().walls([])
     assert (north.normal_angle, north.offset) == pytest.approx((np.pi / 2, 1.5))
     assert (east.pings, north.pings) == (40, 41)
-    # Stations whose gain is above five.
+    # Stations with a log-likelihood ratio above five.
     assert east.stations == 2
 
 
@@ -90,7 +90,7 @@ def test_a_room_of_four_walls_has_four_corners() -> None:
     ]
     assert all(each.kind is CornerKind.CONCAVE for each in corners)
     assert all((each.pings, each.stations) == (0, 0) for each in corners)
-    # Nobody detected them, and each wall goes on up to them with a probability of 0.9.
+    # They are undetected, and each wall extends to them with a probability of 0.9.
     assert [each.class_probabilities.corner for each in corners] == pytest.approx([0.9 + 0.1 / 3] * 4)
 
 
@@ -142,7 +142,7 @@ def test_a_corner_without_walls_carries_the_model_error_of_a_corner() -> None:
 
 
 def test_a_corner_in_the_middle_of_a_wall_is_the_crossing_of_its_walls() -> None:
-    # A partition along x = 0.4 ends at the wall y = 1.5; the echo of the corner seems to come from 9 mm beside it.
+    # A partition along x = 0.4 ends at the wall y = 1.5; the echo seems to come from 9 mm beside the corner.
     heard = feature(corner(0.405, 1.4925), llr_by_station=[9.0] * 4)
     partition = segment(0.0, 0.4, (0.3, 1.4), owner=4)
     found = survey(heard, walls=[*ROOM, wall(0.0, 0.4)], pieces={4: [partition]})
@@ -157,7 +157,7 @@ def test_a_corner_in_the_middle_of_a_wall_is_the_crossing_of_its_walls() -> None
 
 
 def test_a_lone_concave_corner_of_unknown_angle_is_not_drawn() -> None:
-    # In an angle of 76 degrees sound comes back after 0.97 of the way to the vertex: centimetres short of it.
+    # In an angle of 76 degrees the reading is 0.97 of the distance of the vertex: centimetres short.
     lone = feature(corner(0.4, -0.9), llr_by_station=[9.0] * 4)
     assert len(survey(lone).corners()) == 4
 
@@ -195,7 +195,7 @@ def corner_at(corners: Sequence[Corner], x: float, y: float) -> Corner:
 def test_the_extension_to_an_undetected_corner_is_inferred_and_lowers_the_class_probability() -> None:
     east, *_ = survey(pieces={0: [EAST]}).walls([])
     assert east.inferred == pytest.approx([0.3, 0.6])
-    # Of three metres 0.9 m are not observed, and there each class is as likely as another.
+    # Of three metres 0.9 m are unobserved, where all classes are equally probable.
     assert east.class_probabilities.wall == pytest.approx(0.7 * 0.8 + 0.3 / 3)
     assert east.class_probabilities.corner == pytest.approx(0.7 * 0.15 + 0.3 / 3)
 
@@ -206,7 +206,7 @@ def test_an_extension_clipped_at_the_path_is_inferred_up_to_the_path() -> None:
     east = replace(survey(detected_to=0.9), path_xy=path_xy).walls([])[0]
     assert east.endpoints_xy == pytest.approx(np.array([[2.0, -1.249], [2.0, 0.999]]))
     assert east.inferred == pytest.approx([0.349, 0.099])
-    # Where the corner would be the robot has driven past: it is not where the wall ends.
+    # The robot drove between the wall and the corner, so the wall does not end there.
     assert np.isnan(east.endpoint_sigmas).all()
 
 
@@ -243,7 +243,7 @@ def test_the_sigma_of_a_wall_end_at_a_vertex_is_that_of_the_vertex() -> None:
 
 
 def opening(jambs: tuple[End, End], walls: tuple[int, ...] = (0, 1), **changed: bool) -> Gap:
-    """An opening in the line x = 2."""
+    """Return an opening in the line x = 2."""
     flags = {"is_free": True, "is_open": True, "passed": False} | changed
     return Gap(walls=walls, line=np.array([0.0, 2.0]), jambs=jambs, **flags)
 
@@ -252,7 +252,7 @@ TWO = {0: [segment(0.0, 2.0, (-1.2, -0.4)), segment(0.0, 2.0, (0.4, 1.2))]}
 
 
 def ends_beside(gap: Gap) -> FloatArray:
-    """Where both pieces of the wall x = 2 end beside a gap, and how surely."""
+    """Return the ends of both pieces of the wall x = 2 at a gap [m], and the sigma of the lower one [m]."""
     below, above, *_ = survey(pieces=TWO).walls([gap])
     return np.array([below.endpoints_xy[1, 1], above.endpoints_xy[0, 1], below.endpoint_sigmas[1]])
 
@@ -269,7 +269,7 @@ def test_a_wall_within_an_opening_of_the_other_face_keeps_its_ends() -> None:
 
 
 def test_a_wall_is_not_shortened_to_its_inferred_length() -> None:
-    # From -1.2 to 0.9 it was observed, and on to the corners at -1.5 and 1.5 it is inferred.
+    # The wall is observed from -1.2 to 0.9, and inferred up to the corners at -1.5 and 1.5.
     east, *_ = survey(pieces={0: [EAST]}).walls([opening((End.normal(-0.9, 0.02), End.normal(4.0, 0.02)), (0,))])
     assert east.endpoints_xy[:, 1] == pytest.approx([-1.5, 1.5])
 

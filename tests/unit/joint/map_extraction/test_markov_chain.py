@@ -14,11 +14,11 @@ POTENTIALS = st.floats(-30.0, 30.0)
 
 
 def enumerated(cells: FloatArray, ends: FloatArray, stay: FloatArray) -> Chain:
-    """The marginals by summing over all 2^n ways to choose which cells are wall."""
+    """Return the marginals by summing over all 2^n states."""
     count = len(cells)
     states = np.array(list(product((0, 1), repeat=count)))
     before, after = states[:, :-1], states[:, 1:]
-    # At each border: outside, inside, a wall begins, a wall stops.
+    # At each border: outside, inside, lower end, upper end.
     kinds = [(before + after == 0, stay[0]), (before * after == 1, stay[1]), (after > before, ends[0])]
     kinds.append((before > after, ends[1]))
     logs = states @ cells + sum((which * level).sum(axis=1) for which, level in kinds)
@@ -47,7 +47,7 @@ def test_marginals_equal_those_by_enumeration_for_any_potentials(
     found, truth = smoothed(cells, ends, stay), enumerated(cells, ends, stay)
     assert found.wall == pytest.approx(truth.wall, abs=1e-9)
     assert found.ends == pytest.approx(truth.ends, abs=1e-9)
-    # What begins and does not stop is still there: the flow into each cell is the change of its probability.
+    # Lower minus upper ends equal the change of the wall probability between two cells.
     assert found.ends[0] - found.ends[1] == pytest.approx(np.diff(found.wall), abs=1e-9)
 
 

@@ -24,7 +24,7 @@ def gap(
     is_open: bool = True,
     passed: bool = False,
 ) -> Gap:
-    """A gap by hand."""
+    """Return a gap with normally distributed ends."""
     jambs = End.normal(ends[0], sigma), End.normal(ends[1], sigma)
     return Gap(walls=walls, line=np.array(line), jambs=jambs, is_free=is_open, is_open=is_open, passed=passed)
 
@@ -34,7 +34,7 @@ WEST = gap((0.0, 2.0), (-0.4, 0.4))
 
 
 def other_face(ends: tuple[float, float] = (-0.4, 0.4), offset: float = -2.2, **changed: float | bool) -> Gap:
-    """The gap in the other face."""
+    """Return the gap in the other face of the wall."""
     return gap((np.pi, offset), ends, walls=(2, 3), **changed)  # type: ignore[arg-type]
 
 
@@ -69,7 +69,7 @@ def test_gaps_of_different_walls_are_not_merged(other: Gap) -> None:
 
 @pytest.mark.parametrize("turn", [-0.5, 0.25, 0.5])
 def test_faces_that_are_not_quite_parallel_give_one_opening(turn: float) -> None:
-    # A door 6 m along the wall, in faces that are estimated askew by a fraction of a degree.
+    # A door 6 m along the wall, in faces whose directions differ by a fraction of a degree.
     middle, angle = np.array([2.2, 6.4]), np.pi + np.radians(turn)
     normal, along = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
     east = gap((angle, float(middle @ normal)), (float(middle @ along) - 0.4, float(middle @ along) + 0.4))
@@ -89,7 +89,7 @@ def test_an_opening_is_passed_if_either_face_is() -> None:
 
 
 def pieces(low: float = -0.4, high: float = 0.4, *, chance: float = 0.0, known: bool = True) -> list[Segment]:
-    """The wall x = 2 in two pieces, with jambs known to 2 cm; between them there is wall with some chance."""
+    """Return the wall x = 2 in two pieces, with jambs known to 2 cm and a wall probability between them."""
     ends = (End.normal(low, 0.02), End.normal(high, 0.02)) if known else (None, None)
     return [
         segment(0.0, 2.0, (-1.2, low), free=0.5 * (low + high), chance=chance, known=(None, ends[0])),
@@ -100,7 +100,7 @@ def pieces(low: float = -0.4, high: float = 0.4, *, chance: float = 0.0, known: 
 def between(
     east: Sequence[Segment], path_xy: FloatArray = NOWHERE
 ) -> tuple[tuple[Opening, ...], tuple[UnobservedStretch, ...]]:
-    """Openings and unobserved stretches of a room whose wall x = 2 is in pieces."""
+    """Return openings and unobserved stretches of a room whose wall x = 2 is in pieces."""
     gaps = survey(pieces={0: east}).gaps(path_xy)
     return openings_of(gaps), unobserved_of(gaps)
 
@@ -126,7 +126,7 @@ def test_a_free_gap_with_unknown_ends_is_no_opening() -> None:
 
 @pytest.mark.parametrize(("chance", "unobserved"), [(0.0, 0), (0.3, 1)], ids=["free", "nobody looked"])
 def test_a_gap_at_a_concave_corner_is_no_opening(chance: float, unobserved: int) -> None:
-    # The wall y = 0.5 abuts on x = 2 from before: nobody drives or listens around that corner into the gap above it.
+    # The wall y = 0.5 abuts on x = 2 from inside, so nothing passes around that corner into the gap above it.
     abutting = wall(np.pi / 2, 0.5)
     found = survey(
         walls=[*ROOM, abutting],

@@ -39,7 +39,7 @@ def test_a_reversed_end_has_the_negated_interval() -> None:
 def test_two_consistent_ends_have_a_smaller_sigma_together() -> None:
     one, other = End.normal(1.0, 0.03), End.normal(1.02, 0.04)
     joined = one.joined(other)
-    # Precisions add, and the mean lies nearer to the better known.
+    # Precisions add, and the mean is nearer to the narrower distribution.
     assert joined.sigma == pytest.approx(0.024, rel=0.03)
     assert joined.place == pytest.approx(1.0 + 0.02 * 9 / 25, abs=0.001)
     assert other.joined(one).interval == pytest.approx(joined.interval)
@@ -74,7 +74,7 @@ def test_a_stretch_is_free_if_one_of_its_cells_is_certainly_no_wall() -> None:
     assert free.is_open_toward(np.array([1.0, 0.8]))
     for each, low, high in ((doubtful, 0.4, 0.8), (free, 0.4, 0.58), (free, 0.64, 0.8), (free, 0.61, 0.61)):
         assert not each.is_free(low, high)
-    # What is free at the very corner is the corner.
+    # A free cell next to the corner does not count.
     assert not free.is_open_toward(np.array([1.0, 0.62]))
 
 

@@ -1,4 +1,4 @@
-"""Which parts of a line are wall: stations at x = 0 before the line x = 1, and what else stands about."""
+"""Segments of wall lines: stations at x = 0 before the line x = 1, with other walls beside."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -23,25 +23,25 @@ NOWHERE = np.zeros((0, 2))
 
 
 def row(spacing: float = 0.15, x: float = 0.0) -> list[tuple[float, float]]:
-    """Stations beside a line."""
+    """Return stations beside a line."""
     return [(x, float(y)) for y in np.arange(-1.5, 1.501, spacing)]
 
 
 def found(
     known: Sequence[Hypothesis], *, owner: int = 0, path_xy: FloatArray = NOWHERE, echoes: Echoes = SILENT
 ) -> list[Segment]:
-    """Segments of one of the walls."""
+    """Return the segments of one of the walls."""
     segments = find_segments(known, echoes, path_xy, SegmentSettings())
     return [each for each in segments if each.owner == owner]
 
 
 def across(place: float) -> FloatArray:
-    """A path through all walls along y."""
+    """Return a path that crosses all walls parallel to y."""
     return np.array([[0.0, place], [3.0, place]])
 
 
 def missed_by(count: int, spacing: float) -> list[Hypothesis]:
-    """The line x = 1, which so many stations about y = 0 should have detected."""
+    """Return the landmark x = 1, which a number of stations near y = 0 do not detect."""
     places = row(spacing)
     measurements = detecting(listening(places), [LONG])
     missing = np.argsort(np.abs(np.array(places)[:, 1]))[:count]
@@ -99,7 +99,7 @@ def test_a_short_wall_of_one_station_is_drawn(spacing: float) -> None:
 
 
 def test_close_stations_open_a_wall_only_in_greater_number() -> None:
-    # Their neighbours, 15 cm away, leave hardly any room for an opening.
+    # With neighbours 15 cm away, an opening would be very narrow.
     assert len(found(missed_by(2, 0.15))) == 1
     assert len(found(missed_by(6, 0.15))) == 2
 
@@ -126,7 +126,7 @@ def test_repeated_crossings_of_sound_open_a_wall(crossings: tuple[float, ...], p
 
 
 def test_a_station_occluded_by_another_segment_does_not_count() -> None:
-    # Farther before the line than furniture against it, so that the wall is not cut behind it.
+    # Too far before the line to be an object against it, so the wall is not split behind it.
     far, front = wall(0.0, 2.5), wall(0.0, 1.0)
     stations = [*row(), *((0.5, y) for y in np.linspace(-0.4, 0.4, 7).tolist())]
     measurements = detecting(listening(stations), [(far, -3.0, 3.0), (front, -0.4, 0.4)])
@@ -138,7 +138,7 @@ def test_a_station_occluded_by_another_segment_does_not_count() -> None:
 
 @pytest.mark.parametrize(("front", "parts"), [(False, 2), (True, 1)], ids=["alone", "front"])
 def test_non_detections_behind_the_front_of_a_body_open_no_wall(*, front: bool, parts: int) -> None:
-    # The front of something that stands between y = -0.25 and wherever.
+    # The front of a body from y = -0.25 on, of unknown depth.
     south = wall(np.pi / 2, -0.25)
     stations = [*row(0.1), (0.4, -0.9), (0.6, -0.9)]
     measurements = detecting(listening(stations), [LONG, (south, -0.8, -0.3)])
@@ -172,7 +172,7 @@ def test_behind_an_object_a_wall_continues_only_if_its_back_was_detected(*, back
 
 
 def beside_a_door(*, north: bool) -> list[Hypothesis]:
-    """The wall x = 2 up to a door, beyond which nobody stands, and the wall y = 1.5, which ends it."""
+    """Return the wall x = 2 up to a door, beyond which there is no station, and the wall y = 1.5, which ends it."""
     far, other = wall(0.0, 2.0), wall(np.pi / 2, 1.5)
     stations = [(0.9, float(y)) for y in np.arange(-1.5, -0.01, 0.15)]
     stations += [(float(x), 0.7) for x in np.arange(-1.0, 1.6, 0.15)]
@@ -201,7 +201,7 @@ def test_a_lone_corner_supports_no_segment() -> None:
 
 
 def drawn_beside(other: Stretch, stations: Sequence[tuple[float, float]] = ((-0.3, 0.6), (-0.3, 0.8))) -> list[int]:
-    """Owners of the segments of the wall x = 1 and of another that a few other stations detected."""
+    """Return the owners of the segments of the wall x = 1 and of another wall that a few other stations detect."""
     (east,) = remembered(detecting(listening(row()), [LONG]), [EAST])
     (copy,) = remembered(detecting(listening(stations), [other]), [other[0]])
     return [each.owner for each in find_segments([copy, east], SILENT, NOWHERE, SegmentSettings())]

@@ -72,7 +72,7 @@ def test_a_segment_of_one_point_on_a_wall_is_a_duplicate(place: float, *, copy: 
 
 
 def crossing(angle: float, place: float, half: float) -> Segment:
-    """A segment whose middle lies on the line of EAST."""
+    """Return a segment whose middle lies on the line of EAST."""
     normal, along = directions(np.radians([angle, angle + 90.0]))
     middle = np.array([2.0, place])
     return segment(np.radians(angle), float(middle @ normal), (middle @ along - half, middle @ along + half), owner=1)

@@ -1,4 +1,4 @@
-"""Half a wall is heard faintly, and so read too far: unless its loudness is asked first, it comes out askew."""
+"""Partially occluded walls return weak echoes, which read long: without attenuation their direction is biased."""
 
 from collections.abc import Sequence
 
@@ -20,7 +20,7 @@ STATIONS = ((-0.2, -0.6), (0.1, -0.2), (-0.1, 0.2), (0.2, 0.6))
 
 
 def detected(attenuations: Sequence[float]) -> Measurements:
-    """A wall that each station hears so many decibels fainter than all of it would be."""
+    """Return pings of a wall with an attenuation per station [dB]."""
     pings, sonar = listening(STATIONS, step=np.radians(2.0)), SONAR.tabulated()
     readings = np.full(len(pings.readings), np.inf)
     for station, attenuation in enumerate(attenuations):
@@ -62,7 +62,7 @@ def test_masked_pings_give_no_attenuation() -> None:
 
 def test_an_undetermined_attenuation_becomes_a_common_error() -> None:
     pings, sonar = detected([0.0] * 4), SONAR.tabulated()
-    # Where all that is farther off the axis than ten degrees hears something nearer, it may as well be half a wall.
+    # If all pings more than ten degrees aside are masked, half a wall is possible, too.
     aside = np.abs(np.angle(np.exp(1j * pings.bearings))) > np.radians(10.0)
     masked = pings._replace(readings=np.where(aside & (pings.stations == 2), 0.5, pings.readings))
     clear, open_ = (shadowed(each, sonar, features()).bias_variances[0] for each in (pings, masked))
@@ -93,7 +93,7 @@ def test_attenuation_is_estimated_only_for_detecting_stations() -> None:
 def test_stations_past_the_ends_of_a_wall_are_used_only_without_others(
     unheard_from: tuple[int, ...], silent: list[int]
 ) -> None:
-    # The second station and the third stand before it.
+    # Only the second and the third station are before the wall.
     ends = np.array([[[-0.3, 0.0, 0.0, 0.0, 0.0, -1.0], [0.3, 0.0, 0.0, 0.0, 0.0, -1.0]]])
     attenuations = found(detected([0.0] * 4), features(unheard_from=unheard_from)._replace(ends=ends))
     assert np.flatnonzero(np.isinf(attenuations)).tolist() == silent
@@ -114,7 +114,7 @@ def test_the_range_walk_of_attenuated_echoes_is_predicted() -> None:
 def test_the_sides_of_a_box_are_square_although_detected_past_their_ends() -> None:
     around, box = [[0, 0], [4, 0], [4, 3], [0, 3]], [[1.6, 1.2], [2.3, 1.2], [2.3, 1.7], [1.6, 1.7]]
     place = simulated_worlds.world([*around, around[0]], [*box, box[0]])
-    # West of the box twice before it and twice past its ends, and likewise south of it.
+    # West of the box two stations before it and two past its ends, and likewise south of it.
     west, south = (
         [(0.9, 1.15), (0.7, 1.4), (0.8, 1.55), (0.9, 1.75)],
         [(1.55, 0.6), (1.8, 0.4), (2.1, 0.5), (2.36, 0.6)],

@@ -1,4 +1,4 @@
-"""A wall that ends at an edge is heard faintly from there, and sensors past the edge hear it around it."""
+"""A wall that ends at an edge returns weak echoes there, and sensors past the edge detect it by diffraction."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ from echoplan.simulation import Simulation
 from echoplan.sources import find_rig
 from helpers.expectations import SONAR, cylinder, listening, wall
 
-# Two sides of a box that stands north-east of (1, 1), as heard from the south-west: the west and the south side.
+# The west and the south side of a box north-east of (1, 1), as detected from the south-west.
 WEST, SOUTH = wall(0.0, 1.0), wall(np.pi / 2, 1.0)
 HEARD = np.array([[1.05, 1.8], [-1.7, -1.1]])
 NONE = [-np.inf, np.inf]
@@ -70,12 +70,12 @@ def box(rows: FloatArray, stations: int) -> Features:
 
 
 def beside(place: float) -> Measurements:
-    """Pings half a metre before the west side, of a hub so far along it, that read what nobody knows yet."""
+    """Return pings of a hub half a metre before the west side, at a place along it, without readings."""
     return listening([(0.45, place)], step=np.radians(4.0))
 
 
 def expected(pings: Measurements, rows: FloatArray) -> tuple[Association, FloatArray]:
-    """Who hears the west side, and what they read of it."""
+    """Return the associations with the west side, and the predicted readings."""
     guess = pings._replace(readings=np.full(len(pings.readings), 0.55))
     matched = associate(guess, SONAR.tabulated(), box(rows, 1), 0.09)
     return matched, 0.55 - matched.residuals
@@ -89,7 +89,7 @@ def test_the_jacobian_of_readings_near_an_edge_equals_finite_differences() -> No
     jacobian, neighbours = range_jacobian(pings, SONAR.tabulated(), box(rows, 1), matched, told, walk)
     ended = neighbours == 1
     assert ended.sum() > 10
-    # What is seen around the edge comes from a little beside the normal: there these are not exact.
+    # Echoes around the edge do not come from the perpendicular exactly, so the derivatives are not exact there.
     seen = told[ended & (directions_along(pings, rows)[told] > 1.0)]
     kept = np.isin(told, seen)
     assert kept.sum() > 5
@@ -105,7 +105,7 @@ def test_the_jacobian_of_readings_near_an_edge_equals_finite_differences() -> No
 
 
 def directions_along(pings: Measurements, rows: FloatArray) -> FloatArray:
-    """Where along the west side the feet of the sensors are, less its end, so that 1 is the end [m]."""
+    """Return the places of the feet along the west side, shifted so that its end is at 1 [m]."""
     along = directions(rows[0, 1] + np.pi / 2)
     end = edges_of(rows, HEARD)[0, 0, 0]
     places: FloatArray = pings.x * along[0] + pings.y * along[1] - end + 1.0
@@ -113,7 +113,7 @@ def directions_along(pings: Measurements, rows: FloatArray) -> FloatArray:
 
 
 def test_a_wall_is_attenuated_by_six_decibels_at_its_end() -> None:
-    # Right before the end half of the amplitude is left (ITU-R P.526: 6.0 dB at 0, 0 dB before -0.78).
+    # At the end half of the amplitude remains (ITU-R P.526: 6.0 dB at 0, 0 dB below -0.78).
     whole = Features(WEST[None], HEARD[:1], np.zeros((1, 1)), np.zeros((1, 1)), edges_of(WEST[None], HEARD[:1]))
     pings = beside(1.0)._replace(readings=np.full(90, 0.55))
     alone = associate(pings, SONAR.tabulated(), whole, 0.09)
@@ -131,7 +131,7 @@ def test_a_station_past_an_edge_does_not_constrain_the_wall() -> None:
 
 @pytest.mark.parametrize("inside", [0.015, 0.03, 0.045])
 def test_a_wall_detected_once_near_its_end_has_the_right_direction(inside: float) -> None:
-    # Sound of the simulator, which knows nothing of knife edges, but of the field behind a wedge.
+    # The simulator uses the field behind a wedge, not the knife-edge model.
     room = Polyline(points_xy=np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]]), closed=True)
     sides = Polyline(points_xy=np.array([[1.6, 1.2], [2.4, 1.2], [2.4, 1.8], [1.6, 1.8]]), closed=True)
     near = [1.6 + inside, 0.62, 0.3]

@@ -1,4 +1,4 @@
-"""Neighbouring pings count by how much of their errors they share."""
+"""The weights of neighbouring pings depend on how much of their errors they share."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from echoplan.joint.optimisation.effective_sample_size import (
 )
 from helpers.expectations import listening
 
-# Eight stations all of whose pings, a degree apart, hear one wall; a full count is four times what weights say.
+# Eight stations whose pings, a degree apart, detect one wall; a full count is four times the weight.
 HEARD = listening([(0.1 * k, 0.0) for k in range(8)], step=np.radians(1.0))
 PINGS = len(HEARD.readings)
 OWNERS = np.zeros(PINGS, dtype=np.int64)
@@ -27,7 +27,7 @@ def counted(residuals: FloatArray) -> float:
 
 
 def drawn_out(marginal_prior: float) -> FloatArray:
-    """Errors of which each keeps so much of the one before, with the same power."""
+    """Return errors of first-order autocorrelation, with the same power."""
     errors: FloatArray = lfilter([np.sqrt(1 - marginal_prior**2)], [1.0, -marginal_prior], WHITE)
     return errors
 
@@ -41,7 +41,7 @@ def test_pings_with_common_errors_count_by_their_weights() -> None:
 
 
 def test_pings_with_autocorrelated_errors_count_in_between() -> None:
-    # The autocorrelation of such errors is memory^k.
+    # The autocorrelation of such errors at lag k is 0.5^k.
     assert counted(drawn_out(0.5)) == pytest.approx(4.0 / (1 + 2 * (0.5 + 0.25 + 0.125)), rel=0.1)
 
 
@@ -63,7 +63,7 @@ def test_pings_far_apart_count_in_full() -> None:
 
 
 def common(errors_of_stations: FloatArray) -> float:
-    """How much is in common to readings that err by themselves and with their station."""
+    """Return the intraclass correlation of readings with independent errors and errors per station."""
     residuals = WHITE + errors_of_stations[HEARD.stations]
     return intraclass_correlation(HEARD, OWNERS, residuals, noise=2 * NOISE)
 
@@ -83,7 +83,7 @@ def test_groups_of_one_reading_have_no_intraclass_correlation() -> None:
     assert intraclass_correlation(HEARD, alone, WHITE, noise=NOISE) == 0.0
 
 
-# Pings far enough apart to count in full: eight stations hear one wall.
+# Pings far enough apart to count in full: eight stations detect one wall.
 FULL = listening([(0.1 * k, 0.0) for k in range(8)], step=np.radians(5.0))
 OF_STATION = FULL.stations
 ALL = np.zeros(len(OF_STATION), dtype=np.int64)
@@ -98,7 +98,7 @@ def test_the_gain_of_common_errors_equals_that_of_the_joint_density() -> None:
     together = np.linspace(-0.012, 0.012, 8)[OF_STATION] + SINGLE
     noise = float(np.std(together))
     own = together - (np.bincount(OF_STATION, together) / np.bincount(OF_STATION))[OF_STATION]
-    # Of 72 readings each a mean takes up a part.
+    # The mean of each 72 readings takes one degree of freedom.
     single = 1.4826 * float(np.median(np.abs(own))) * np.sqrt(72 / 71)
     expected = 0.0
     for station in range(8):

@@ -10,7 +10,7 @@ SIZE = 7
 
 
 def some_rows(count: int, width: int, *, seed: int) -> LinearFactor:
-    """LinearFactor with a place left empty here and there."""
+    """Return random factors with some unused columns."""
     rng = np.random.default_rng(seed)
     columns = np.array([rng.permutation(SIZE)[:width] for _ in range(count)])
     columns[rng.random(columns.shape) < 0.3] = -1
@@ -19,7 +19,7 @@ def some_rows(count: int, width: int, *, seed: int) -> LinearFactor:
 
 
 def dense(rows: LinearFactor) -> FloatArray:
-    """The whole matrix of derivatives."""
+    """Return the dense Jacobian."""
     jacobian = np.zeros((len(rows.residuals), SIZE))
     for row, (columns, derivatives) in enumerate(zip(rows.columns, rows.jacobian, strict=True)):
         for column, derivative in zip(columns, derivatives, strict=True):
@@ -29,7 +29,7 @@ def dense(rows: LinearFactor) -> FloatArray:
 
 
 def well_posed(size: int) -> tuple[FloatArray, FloatArray]:
-    """A chain of unknowns, each tied to the next, the first to a value."""
+    """Return the normal equations of a chain of variables, the first of which has a prior."""
     count = np.arange(size - 1)
     steps = np.column_stack([np.full(size - 1, -1.0), np.ones(size - 1)])
     chain = LinearFactor(np.column_stack([count, count + 1]), steps, np.full(size - 1, 0.5), np.ones(size - 1))

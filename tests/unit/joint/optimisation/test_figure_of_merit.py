@@ -17,12 +17,12 @@ from helpers.expectations import REACH, ROOM, SONAR, cylinder, expected, feature
 
 COLUMN = cylinder(0.2, 0.9, 0.1)
 LOUD = [feature(each, extent=(-REACH, REACH), llr_by_station=[20.0] * 4) for each in (*ROOM, COLUMN)]
-# Echoes of all surfaces together fade into noise over so many decibels [dB].
+# Scale of the logistic detection probability of all surfaces together [dB].
 FADING = 1.56
 
 
 def detected(sonar: EchoModel, *, seed: int = 0) -> Measurements:
-    """Each ping hears the nearest reflector of which chance lets it hear an echo."""
+    """Return pings that read the nearest landmark among those that are randomly detected."""
     measurements, rng = listening(step=np.radians(2.0)), np.random.default_rng(seed)
     nearest = measurements.readings
     for each in LOUD:
@@ -118,7 +118,7 @@ def test_corners_and_edges_are_not_used() -> None:
 
 @cache
 def in_a_square() -> Estimate:
-    """A square room from poses that are trusted, explained."""
+    """Return the estimate of a square room from fixed poses."""
     source = open_source("sim:square")
     sweeps = list(source)
     detected = join_measurements([measurements_of(sweep, source.rig) for sweep in sweeps])

@@ -1,4 +1,4 @@
-"""Readings hardly say which way a robot faced; the angles between which it heard a wall do."""
+"""Detections of a wall as a function of the bearing determine headings much better than ranges do."""
 
 from dataclasses import replace
 
@@ -40,12 +40,12 @@ def features(reflectors: FloatArray, *, unheard_from: int | None = None) -> Feat
 
 
 def at(heading: float) -> FloatArray:
-    """Both poses, with the same heading."""
+    """Return both poses with the same heading."""
     return np.column_stack([PLACES, np.full(len(PLACES), heading)])
 
 
 def detected(reflectors: FloatArray, *, believed_heading: float = 0.0) -> Measurements:
-    """What two stations that face east hear, in whole centimetres, as heard if they faced elsewhere."""
+    """Return readings of two stations that face east, rounded to centimetres, from poses with another heading."""
     pings = hearing(listening(PLACES, step=np.radians(2.0)), reflectors)
     rounded = pings._replace(readings=0.01 * np.round(pings.readings / 0.01))
     return at_poses(rounded, at(0.0), at(believed_heading))
@@ -99,7 +99,7 @@ def test_the_jacobian_of_heading_factors_equals_finite_differences() -> None:
 
 def test_with_fixed_poses_heading_factors_determine_servo_gain_and_offset() -> None:
     pings, true = detected(ROOM), ServoError(0.95, np.radians(4.0))
-    # The servo turned from -pi to pi, and recorded more.
+    # The servo turned from -pi to pi and recorded more.
     recorded = pings._replace(angles=(pings.angles - true.offset) / true.gain)
     as_recorded = turned_by(recorded, error=ServoError(), before=true)
     priors = pose_prior(waypoint_prior(at(0.0), PoseSettings()), None)._replace(poses=None, servo=ServoError())
@@ -130,7 +130,7 @@ def pose_prior(poses: PosePrior, squareness: ManhattanPrior | None) -> Priors:
 
 @pytest.mark.parametrize("off", [-6.0, 6.0])
 def test_walls_along_the_axes_determine_the_headings_of_waypoints(off: float) -> None:
-    # Nobody knows it better than eleven degrees.
+    # The prior sigma of headings is eleven degrees.
     measured_poses = at(np.radians(off))
     pings, start = detected(ROOM, believed_heading=np.radians(off)), state(features(ROOM), measured_poses)
     priors = pose_prior(waypoint_prior(measured_poses, PoseSettings()), AXES)

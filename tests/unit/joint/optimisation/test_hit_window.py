@@ -1,4 +1,4 @@
-"""A ping heard what it faced, missed it, or heard something nearer, which tells nothing."""
+"""Outcome of a ping: detection, non-detection, or masked, which carries no information."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from echoplan.joint.optimisation.hit_window import log_chance, outcome_of
     [(-0.5, 0.0), (-0.01, 1.0), (0.0, 1.0), (0.02, 1.0), (0.035, 0.0), (0.2, -1.0), (np.inf, -1.0), (-np.inf, 0.0)],
 )
 def test_readings_near_the_depth_are_detections_and_longer_ones_are_not(late: float, outcome: float) -> None:
-    # The faintest echo is read a centimetre too far.
+    # The weakest echo reads one centimetre long.
     assert outcome_of(late, 0.01) == outcome
 
 

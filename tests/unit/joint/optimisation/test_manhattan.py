@@ -119,9 +119,9 @@ def learned(
     stations: list[int] | None = None,
     by_hand: bool = False,
 ) -> ManhattanPrior | None:
-    """What walls at so many degrees teach, known to so many each and to so many all together; and a cylinder.
+    """Return the Manhattan prior of walls of given directions and sigmas [deg], and a cylinder.
 
-    Walls of the same station are turned by 10 degrees, each station by another turn.
+    ``together`` is a common sigma [deg]; walls of one station have another common sigma of 10 degrees.
     """
     rows = [[Kind.WALL, np.radians(each), 1.0, 0.0] for each in degrees]
     layout = Layout(kinds=np.array([Kind.CYLINDER, *[Kind.WALL] * len(degrees)]))
@@ -187,7 +187,7 @@ def test_walls_are_aligned_with_the_axes_of_waypoints_if_likely(
 def test_an_applied_manhattan_prior_is_removed_before_it_is_estimated_again(
     sigma: float, askew: float, *, along_axes: bool
 ) -> None:
-    # Five walls of three stations, of which a belief in right angles made others; the last stands anyhow.
+    # Five walls of three stations, to which a Manhattan prior was applied; the last is oblique.
     angles = np.radians([3.0, 93.1 + askew, -84.0, 6.2, 178.1, 40.0])
     layout = Layout(kinds=np.array([Kind.WALL] * 6))
     stations = np.array([0, 0, 1, 1, 2, 2])
@@ -220,7 +220,7 @@ def test_a_manhattan_prior_that_exceeds_the_information_gives_no_estimate() -> N
     layout = Layout(kinds=np.array([Kind.WALL] * 4))
     covariance = np.radians(1.0) ** 2 * np.eye(layout.size)
     walls = np.column_stack([np.full(4, Kind.WALL), angles, np.ones(4), np.zeros(4)])
-    # Without the belief the variances would be negative: nothing is learned from them.
+    # Without the prior the variances would be negative, so there is no estimate.
     applied = ManhattanPrior(np.ones(4, dtype=bool), np.radians(0.2))
     square = estimate_right_angles(walls, layout, covariance, SETTINGS, applied, by_hand=True)
     assert square is None
@@ -234,7 +234,7 @@ def test_the_manhattan_sigma_is_estimated_from_well_known_walls() -> None:
 
 
 def test_one_well_known_wall_does_not_bias_the_manhattan_sigma() -> None:
-    # The wall that gives the direction seems to be off by nothing.
+    # The residual of the wall that determines the common direction is nearly zero.
     rng, sigmas = np.random.default_rng(7), [0.02, 0.6, 0.6, 0.6, 0.6]
     off = rng.normal(0.0, np.hypot(0.2, sigmas), (60, 5))
     found = [learned([*(90.0 * np.arange(5) + row)], sigmas) for row in off]
@@ -270,7 +270,7 @@ def test_manhattan_factors_along_the_axes_are_absolute() -> None:
 
 
 def side_of_a_box(turn: float, settings: ManhattanSettings) -> float:
-    """How far off the side of a box is that one station heard; the box is turned by so much in its room [deg]."""
+    """Return the angular error of a side of a box that one station detected; the box is turned in its room [deg]."""
     room = Polyline(points_xy=np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]]), closed=True)
     cosine, sine = np.cos(np.radians(turn)), np.sin(np.radians(turn))
     corners = np.array([[-0.3, -0.3], [0.3, -0.3], [0.3, 0.3], [-0.3, 0.3]]) @ [[cosine, sine], [-sine, cosine]]

@@ -1,4 +1,4 @@
-"""Odometry that is better or worse than believed is found out."""
+"""Estimation of odometry noise that is smaller or larger than its prior."""
 
 import math
 
@@ -30,7 +30,7 @@ KNOWN = np.zeros((3 * STEPS + 3, 3 * STEPS + 3))
 
 
 def walked(spread: FloatArray) -> tuple[PosePrior, FloatArray]:
-    """A long way of half metres, as believed and as it was: off by so many of the deviations believed in."""
+    """Return the prior of a long path of half metres, and simulated poses with errors in units of its sigmas."""
     steps = np.tile([0.5, 0.0, 0.3], (STEPS, 1))
     measured_poses = added_up(steps)
     priors = odometry_prior(measured_poses, PoseSettings())
@@ -58,7 +58,7 @@ def test_the_odometry_noise_is_estimated_per_axis() -> None:
 
 
 def test_poses_without_readings_do_not_change_the_odometry_noise() -> None:
-    # The covariance of a way that odometry alone adds up: what is expected of each step is what was believed.
+    # With the covariance of odometry alone, the expected squares of the steps are those of the prior.
     priors, _ = walked(np.ones(3))
     information, _ = normal_equations([pose_factors(priors, priors.measured_poses, 0)], 3 * STEPS + 3)
     covariance: FloatArray = np.linalg.inv(information).astype(np.float64)
@@ -66,12 +66,12 @@ def test_poses_without_readings_do_not_change_the_odometry_noise() -> None:
     assert factors(priors, learned) == pytest.approx(np.ones(3), rel=1e-3)
 
 
-# What is heard errs by so many deviations of steps as they are guessed.
+# Standard deviation of the readings in units of the prior sigmas of steps.
 HEARD = 0.3
 
 
 def solution(priors: PosePrior, truth: FloatArray, *, pose_prior: float = 1.0) -> tuple[FloatArray, FloatArray]:
-    """Where poses come to rest, and their covariance, if what is heard is believed to err so many times as much."""
+    """Return estimated poses and their covariance, with a factor on the sigma of the readings."""
     sigmas = np.tile(HEARD * priors.sigmas[-1], len(truth))
     found = truth
     told = truth.ravel() + sigmas * np.random.default_rng(1).standard_normal(truth.size)
@@ -85,14 +85,14 @@ def solution(priors: PosePrior, truth: FloatArray, *, pose_prior: float = 1.0) -
 
 @pytest.mark.parametrize("off", [0.3, 1.0, 3.0])
 def test_the_odometry_noise_is_separated_from_the_noise_of_the_readings(off: float) -> None:
-    # What is heard errs by more than the least of these steps.
+    # The noise of the readings exceeds the smallest of these step errors.
     priors, truth = walked(np.full(3, off))
     poses, covariance = solution(priors, truth)
     assert factors(priors, estimate_odometry_noise(priors, poses, covariance, SETTINGS)) == pytest.approx(off, rel=0.2)
 
 
 def test_the_information_inflation_corrects_the_odometry_noise() -> None:
-    # Poses that came to rest as if what is heard erred twice as much as it does.
+    # Poses estimated with twice the true sigma of the readings.
     priors, truth = walked(np.full(3, 0.3))
     poses, covariance = solution(priors, truth, pose_prior=2.0)
     learned = [
@@ -104,7 +104,7 @@ def test_the_information_inflation_corrects_the_odometry_noise() -> None:
 
 
 def test_steps_without_error_give_a_small_but_positive_noise() -> None:
-    # Nothing tells a small error from none: one is left open that is well below what is heard.
+    # A small error cannot be distinguished from none: one well below the noise of the readings remains.
     priors, truth = walked(np.zeros(3))
     poses, covariance = solution(priors, truth)
     learned = factors(priors, estimate_odometry_noise(priors, poses, covariance, SETTINGS))
@@ -114,7 +114,7 @@ def test_steps_without_error_give_a_small_but_positive_noise() -> None:
 @pytest.mark.parametrize("steps", [5, 9, 200])
 @pytest.mark.parametrize("off", [0.2, 1.0, 6.0])
 def test_the_prior_of_the_odometry_noise_is_log_normal(steps: int, off: float) -> None:
-    # The same by another way: of steps that are known the mean of the information that each factor stands for.
+    # Numerical posterior mean of the information of the factor, for known steps.
     priors = odometry_prior(added_up(np.tile([0.5, 0.0, 0.0], (steps, 1))), PoseSettings())
     poses = added_up(np.tile([0.5, 0.0, 0.0], (steps, 1)) + off * priors.sigmas[1:] * [1.0, 0.0, 0.0])
     learned = estimate_odometry_noise(priors, poses, np.zeros((3 * steps + 3,) * 2), SETTINGS)
@@ -148,7 +148,7 @@ def test_the_waypoint_noise_is_bounded(off: float, bound: float) -> None:
     assert factors(priors, learned)[:2].tolist() == pytest.approx([bound, bound])
 
 
-# Deviations of errors along, across and in heading.
+# Standard deviations along, across and in heading [m, m, rad].
 ERRORS = (0.01, 0.01, 0.02)
 
 
@@ -156,7 +156,7 @@ ERRORS = (0.01, 0.01, 0.02)
 @pytest.mark.parametrize(("count", "doubt"), [(8, VERY_STRONG), (20, 0.0)], ids=["few", "many"])
 def test_odometry_errors_accumulate_and_waypoint_errors_are_independent(seed: int, count: int, doubt: float) -> None:
     rng, steps = np.random.default_rng(seed), np.tile([0.5, 0.0, 0.4], (count - 1, 1))
-    # In a frame of their own, as found by the steps of the robot.
+    # In another frame, as an odometry solution is.
     found = compose([1.0, -2.0, 0.7], added_up(steps))
     assert scatter(added_up(steps + rng.normal(0.0, ERRORS, steps.shape)), found) < doubt
     assert scatter(added_up(steps) + rng.normal(0.0, ERRORS, found.shape), found) > -doubt
@@ -196,7 +196,7 @@ def test_the_waypoint_noise_is_estimated_from_pose_residuals(off: float) -> None
     errors = np.random.default_rng(6).normal(0.0, [off, off, 0.5], priors.measured_poses.shape)
     learned = estimate_waypoint_noise(priors, priors.measured_poses + errors, KNOWN, SETTINGS)
     assert learned.sigmas[:, :2] == pytest.approx(off, rel=0.1)
-    # Of headings nothing is learned.
+    # The sigmas of headings are unchanged.
     assert learned.sigmas[:, 2].tolist() == priors.sigmas[:, 2].tolist()
 
 

@@ -30,7 +30,7 @@ BELIEFS = Priors(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, ha
 
 
 def features(reflectors: Sequence[FloatArray] | FloatArray, stations: int = 4) -> Features:
-    """Features that were heard from everywhere, walls from end to end."""
+    """Return landmarks that all stations detect, walls over their whole length."""
     rows, count = np.array(reflectors).reshape(-1, 4), len(reflectors)
     extents, none = np.tile([-REACH, REACH], (count, 1)), np.zeros((count, stations))
     return Features(
@@ -51,7 +51,7 @@ def solution(
 
 
 def shaken(reflectors: Sequence[FloatArray] | FloatArray, *, seed: int = 0, size: float = 0.01) -> FloatArray:
-    """The same features a centimetre or so from where they are."""
+    """Return the landmarks displaced by about a centimetre."""
     rng = np.random.default_rng(seed)
     moved = np.array(reflectors) + size * np.pad(rng.uniform(-1, 1, (len(reflectors), 3)), ((0, 0), (1, 0)))
     moved[:, 3] *= moved[:, 0] == Kind.CYLINDER
@@ -79,7 +79,7 @@ def test_the_residuals_of_noisy_readings_have_the_scatter_of_the_noise() -> None
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_step_never_makes_readings_fit_worse(seed: int) -> None:
-    # Four fixed sensors on a straight drive: how walls ahead and behind are turned changes readings by its square only.
+    # Four fixed sensors on a straight drive: readings depend on the direction of walls ahead and behind quadratically.
     drive, rng = [(x, -0.5) for x in np.arange(-1.5, 1.46, 0.05)], np.random.default_rng(seed)
     clean = hearing(listening(drive, step=np.pi / 2, arm=0.1), ROOM)
     readings = 0.003 * np.round((clean.readings + rng.normal(0.0, 0.001, len(clean.readings))) / 0.003)
@@ -93,7 +93,7 @@ def test_range_offset_scale_and_walk_are_estimated() -> None:
     truth = [*ROOM, COLUMN, *CORNERS]
     true = replace(SONAR, range_offset=0.003, walk_gain=1.1 * SONAR.walk_gain, range_scale=0.02)
     measurements = hearing(listening(), truth, sonar=true, noise=0.001, rng=np.random.default_rng(2))
-    # Nobody said that the modules are set right: the corners tell.
+    # With a wide prior, the corners determine the range offset.
     found = solution(
         measurements,
         shaken(truth, size=0.004),
@@ -108,7 +108,7 @@ def test_range_offset_scale_and_walk_are_estimated() -> None:
 
 @pytest.mark.parametrize("exponent", [0.85, 1.0, 1.25])
 def test_the_sigma_of_the_range_scale_includes_the_walk_exponent(exponent: float) -> None:
-    # The walk of loud echoes differs by millimetres between near and far walls, as air of another temperature does.
+    # The range walk differs by millimetres between near and far walls, as with another speed of sound.
     truth, errors = [*ROOM, COLUMN, *CORNERS], []
     true = replace(SONAR, walk_exponent=exponent)
     clean, rng = hearing(listening(), truth, sonar=true), np.random.default_rng(5)
@@ -121,7 +121,7 @@ def test_the_sigma_of_the_range_scale_includes_the_walk_exponent(exponent: float
         errors.append(found.model.range_scale / sigma)
         assert found.model.walk_exponent == 1.0
         assert sigma > found.sonar_sigmas()["range_scale"]
-    # The exponent is off by as much as its prior allows for, and so may the scale be.
+    # The error of the exponent is within its prior, and so is the resulting error of the scale.
     assert abs(np.mean(errors)) < 1.5
 
 
@@ -163,8 +163,8 @@ def test_twice_the_pings_reduce_sigmas_by_the_square_root_of_two() -> None:
 
 
 def test_the_spread_of_the_range_walk_is_not_counted_twice() -> None:
-    # The noise is what all readings scatter on the whole: uncertain loudness shifts weight from faint echoes to
-    # loud ones, and adds nothing to what the usual one scatters.
+    # The noise describes the scatter of all readings: a spread of the excess shifts weight from weak echoes to strong
+    # ones, and does not increase the variance of a typical one.
     measurements = hearing(listening(), ROOM)
     start = Values(features=features(ROOM, len(measurements.centers)), model=SONAR)
     models = [replace(SONAR, excess_scale=scale) for scale in (0.0, 0.3)]
@@ -196,7 +196,7 @@ def test_the_error_of_attenuation_counts_unless_poses_are_absolute() -> None:
 
 
 def one_ping(reflector: FloatArray, *, angle: float, latency: float = 0.0) -> Measurements:
-    """The one ping that looks at a reflector under this angle, with a servo that turns."""
+    """Return the one ping at an angle to a landmark, with a turning servo."""
     measurements = listening([(0.3, -0.2)], step=np.radians(1.0), rates=[0.7])
     excesses, _ = expected(apply_servo_latency(measurements, latency), reflector)
     loud = int(np.argmax(excesses)) + round(angle / np.radians(1.0))
@@ -216,7 +216,7 @@ def test_the_jacobian_of_a_range_factor_equals_finite_differences(reflector: Flo
     found = solution(measurements, [reflector], priors=priors, max_iterations=1)
     assert found.owners.tolist() == [0]
     information = np.linalg.inv(found.covariance)
-    # Readings change one to one with the offset, so that its row has the derivatives by all others.
+    # The derivative by the offset is one, so its row holds the derivatives by all other variables.
     offset = found.layout.sonar
     row = information[offset].copy()
     row[offset] -= priors.offset_sigma**-2
@@ -225,7 +225,7 @@ def test_the_jacobian_of_a_range_factor_equals_finite_differences(reflector: Flo
 
 
 def differences(measurements: Measurements, reflector: FloatArray, count: int) -> FloatArray:
-    """Derivatives of what one reading should be, less what it is, by finite differences."""
+    """Return the derivatives of the predicted minus the measured range by finite differences."""
 
     def too_short(change: FloatArray) -> float:
         offset, gain, scale, latency, turned, askew, merit, log_ka, exponent = change[count:]
@@ -243,7 +243,7 @@ def differences(measurements: Measurements, reflector: FloatArray, count: int) -
         return float(reading[0] - (1.0 + scale) * measurements.readings[0])
 
     jacobian = []
-    # What follows from decibels follows tables, which are straight between their points.
+    # Steps of the excess are larger, as tables are piecewise linear.
     for column, step in enumerate([*[1e-6] * (count + 6), 0.02, 0.002, 1e-5]):
         nudge = np.zeros(count + 9)
         nudge[column] = step
@@ -252,7 +252,7 @@ def differences(measurements: Measurements, reflector: FloatArray, count: int) -
 
 
 def with_latency(latency: float, rates: Sequence[float]) -> Measurements:
-    """A room heard by a servo that lags behind what was recorded."""
+    """Return pings in a room with a servo that lags behind its recorded angles."""
     recorded = listening(rates=rates)
     detected = hearing(apply_servo_latency(recorded, latency), ROOM, noise=0.001, rng=np.random.default_rng(4))
     return recorded._replace(readings=detected.readings)
@@ -279,7 +279,7 @@ def test_with_drifting_poses_only_a_significant_latency_is_used(latency: float, 
     drifting = solution(measurements, ROOM, priors=known._replace(drifting=True), max_iterations=12)
     assert abs(free.latency) > 0.003
     assert drifting.latency == pytest.approx(expected, abs=0.003)
-    # What is held is as uncertain as what is not.
+    # A latency that is held has the same sigma as a free one.
     sigmas = [each.sonar_sigmas()["servo_latency"] for each in (free, drifting)]
     assert sigmas[1] == pytest.approx(sigmas[0], rel=0.2)
 
@@ -299,7 +299,7 @@ def test_a_corner_converges_to_the_crossing_of_its_walls() -> None:
 
 
 def test_a_detected_corner_constrains_its_walls() -> None:
-    # The east wall itself is silent: only the echoes of the corner tell where it is.
+    # The east wall has no echoes: only those of the corner determine it.
     truth = [*ROOM[1:], *CORNERS[:2]]
     measurements = hearing(listening(), truth)
     found = solution(measurements, [wall(0.0, 2.01), *ROOM[1:], *CORNERS[:2]])

@@ -28,7 +28,7 @@ def residuals_at(priors: PosePrior, poses: FloatArray) -> FloatArray:
 
 
 def dense(rows: LinearFactor, layout: int) -> FloatArray:
-    """The rows as one matrix."""
+    """Return the dense Jacobian."""
     matrix = np.zeros((len(rows.residuals), layout + 1))
     for row, (columns, jacobian) in enumerate(zip(rows.columns, rows.jacobian, strict=True)):
         np.add.at(matrix[row], columns, jacobian)

@@ -15,7 +15,7 @@ WALLS = [feature(each, extent=(-5.0, 5.0), llr_by_station=[20.0] * 4) for each i
 
 
 def fan(half_angle: float, *, noise: float = 0.002) -> Measurements:
-    """What a fan of rays reads in the room."""
+    """Return the readings of ray cones in the room."""
     rays = SILENT.bearings[:, None] + np.linspace(-half_angle, half_angle, 61)
     nearest = np.full(rays.shape, np.inf)
     for _, normal_angle, offset, _ in ROOM:

@@ -1,4 +1,4 @@
-"""How well adjusted features are known: by the law of large numbers."""
+"""Covariances of estimated landmarks, compared with simulated errors."""
 
 from dataclasses import replace
 
@@ -15,13 +15,13 @@ from helpers import scenes
 UNKNOWNS = Layout(kinds=np.array([Kind.WALL, Kind.CYLINDER], dtype=np.int64), poses=0)
 FEATURES = slice(0, UNKNOWNS.sonar)
 RNG = np.random.default_rng(3)
-# So many readings of deviation 1, and what is believed before any of them.
+# Jacobian of 40 readings of sigma 1, their information, and that of the priors.
 SLOPES = RNG.normal(size=(40, UNKNOWNS.size))
 HEARD, HELD = SLOPES.T @ SLOPES, np.diag(RNG.uniform(2.0, 20.0, UNKNOWNS.size))
 
 
 def solution(share: float) -> Solution:
-    """What comes of readings that are let count for a share of what they tell."""
+    """Return a solution whose readings have a share of their full weight."""
     nothing = np.zeros(0)
     return Solution(
         reflectors=np.zeros((2, 4)),
@@ -41,7 +41,7 @@ def solution(share: float) -> Solution:
 
 
 def scattered(share: float, draws: int) -> FloatArray:
-    """Estimates of features less the truth, over and over again, with a sonar that is known."""
+    """Return simulated errors of landmarks with a known sonar, shape (draws, u)."""
     truths = RNG.normal(size=(draws, UNKNOWNS.sonar)) / np.sqrt(np.diag(HELD)[FEATURES])
     jacobian = SLOPES[:, FEATURES]
     readings = truths @ jacobian.T + RNG.normal(size=(draws, len(jacobian)))
@@ -81,7 +81,7 @@ def test_the_covariance_of_landmarks_includes_the_floor_of_the_range_offset() ->
     known = replace(free, offset_sigma=0.9)
     offset = UNKNOWNS.sonar
     assert known.sonar_sigmas()["range_offset"] == pytest.approx(0.9)
-    # What moves with the offset is as uncertain; what is left once the offset is known stays.
+    # The part that is proportional to the offset grows; the covariance given the offset is unchanged.
     jacobian = free.covariance[:, offset] / free.covariance[offset, offset]
     rest = free.covariance - free.covariance[offset, offset] * np.outer(jacobian, jacobian)
     assert known.covariance == pytest.approx(rest + 0.81 * np.outer(jacobian, jacobian))

@@ -25,7 +25,7 @@ SILENT = listening()
 
 
 def gliding() -> FloatArray:
-    """What a ray reads of a wall at 1 m, along which it glides."""
+    """Return the readings of a ray cone that sees a wall at 1 m obliquely."""
     return np.where(np.abs(SILENT.bearings) < 1.2, 1.0 / np.cos(SILENT.bearings), np.inf)
 
 
@@ -56,7 +56,7 @@ def test_the_temperature_sets_the_range_scale() -> None:
     assert warm.range_scale == pytest.approx(float(speed_of_sound(30.0) / speed_of_sound(20.0)) - 1.0, abs=1e-4)
 
 
-# A detector that is late by a millimetre and a half for each decibel below 20: no resonator does that.
+# A detector that reads 1.5 mm long per decibel below 20, unlike any resonator.
 LATE = ((0.0, 0.03), (20.0, 0.0))
 
 
@@ -87,7 +87,7 @@ def test_an_invalid_range_walk_is_an_error(table: object, message: str) -> None:
 
 
 def room_heard_by(sonar: EchoModel, *, stations: int = 9) -> Solution:
-    """A room that a sonar heard which is taken for the usual one."""
+    """Return the solution of a room that a sonar recorded, starting from the default model."""
     places = [(x, y) for x in (-1.2, 0.0, 1.3) for y in (-0.9, 0.1, 0.8)]
     measurements = hearing(listening(places[:stations]), ROOM, sonar=sonar, noise=0.001, rng=np.random.default_rng(8))
     extents = np.tile([-REACH, REACH], (len(ROOM), 1))
@@ -105,7 +105,7 @@ def test_the_range_walk_is_fitted_to_a_recording() -> None:
     found = room_heard_by(strange)
     fitted = walking(found.model, found, NOISE)
     excess = np.linspace(3.0, 20.0, 18)
-    # However late all readings are together, the offset tells.
+    # A common delay of all readings is part of the range offset.
     wrong, right = (
         np.std(each.walk_gain * each.walk(excess) - strange.walk_gain * strange.walk(excess))
         for each in (found.model, fitted)

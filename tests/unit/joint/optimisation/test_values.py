@@ -55,7 +55,7 @@ def test_a_long_step_is_shortened_in_its_direction() -> None:
 
 
 def test_the_step_of_a_wall_is_limited_at_its_middle_and_not_at_the_origin() -> None:
-    # Three metres along it 0.02 rad are 6 cm of its offset: the middle of what was heard stays where it is.
+    # At 3 m along the wall 0.02 rad are 6 cm of offset: the middle of its extent does not move.
     now = state()
     extents = np.array([[2.5, 3.5], [0.0, 0.0], [0.0, 0.0]])
     now = Values(features=now.features._replace(extents=extents), model=SONAR, poses=now.poses)

@@ -1,4 +1,4 @@
-"""What is believed of walls while way-points are still wrong depends on how many stations heard them."""
+"""Right angles and heading factors while waypoints are refined."""
 
 from dataclasses import replace
 
@@ -21,7 +21,7 @@ from echoplan.sources import open_source
 
 @pytest.fixture(scope="module")
 def square() -> Estimate:
-    """A square room along the axes, every wall of which several stations heard."""
+    """Return the estimate of a square room along the axes, every wall of which several stations detect."""
     source = open_source("sim:square")
     sweeps = list(source)
     detected = join_measurements([measurements_of(sweep, source.rig) for sweep in sweeps])
@@ -100,7 +100,7 @@ def test_annealing_adds_heading_factors_after_the_beam_is_calibrated(
         estimate, waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors), estimate.measured_poses
     )
     bearings, noises = np.array([each for each, _ in asked]), np.array([each for _, each in asked])
-    # They are asked from the second pass from coarse to fine on.
+    # Heading factors are used from the second coarse-to-fine pass on.
     first = int(np.flatnonzero(np.diff(noises) > 0.0)[0]) + 1
     assert not bearings[:first].any()
     assert bearings[first:].all()

@@ -1,4 +1,4 @@
-"""Poses that are right and poses that drift, told apart by whether what is heard from them fits together."""
+"""Consistency tests that distinguish exact from drifting poses."""
 
 from dataclasses import replace
 from functools import cache
@@ -34,7 +34,7 @@ WAY = np.array([[0.0, 0.0, 0.0], [0.6, 0.0, 0.4], [1.0, 0.4, 1.2], [1.1, 1.0, 1.
 LOST = OdometryNoise(along=0.03, yaw_per_metre=np.radians(3.0))
 
 
-# A room with a wall that bends by five degrees: such a one could as well be torn by drifting poses.
+# A room with a wall that bends by five degrees, which could be mistaken for a wall duplicated by drift.
 BENT = World(
     name="bent",
     polylines=(
@@ -45,7 +45,7 @@ BENT = World(
 
 @cache
 def drive(*, odometry: OdometryNoise | None, bent: bool) -> tuple[Measurements, FloatArray]:
-    """What is heard of the square on a way round, and the poses as recorded."""
+    """Return the pings of a round through the square, and the recorded poses."""
     settings = SimulationSettings() if odometry is None else SimulationSettings(odometry=odometry)
     simulation = Simulation(
         world=BENT if bent else builtin_world("square"),
@@ -67,13 +67,13 @@ def estimate_of(odometry: OdometryNoise | None, *, bent: bool = False, **setting
 
 @cache
 def trusted(*, odometry: OdometryNoise | None, bent: bool = False) -> Estimate:
-    """An estimate that takes poses as they are."""
+    """Return the estimate with fixed poses."""
     return estimate_map(estimate_of(odometry, bent=bent, poses=PoseMode.TRUST))
 
 
 @cache
 def corrected() -> Estimate:
-    """An estimate of the drifting drive with corrected poses."""
+    """Return the estimate of the drifting drive with corrected poses."""
     estimate = estimate_of(LOST)
     return track_poses(estimate, estimate.odometry())
 
@@ -133,8 +133,8 @@ def test_drifting_poses_are_detected_and_unexplained_echoes_are_not_drift() -> N
     ("common", "own", "odds"), [(0.0025, 0.0005, False), (0.0025, 0.004, True), (0.0013, 0.004, False)]
 )
 def test_common_rounding_errors_are_no_pose_errors(common: float, own: float, *, odds: bool) -> None:
-    # In steps of a centimetre all readings of a wall from one station may be 2.5 mm off, but not if they scatter by 4.
-    # A little more than a millimetre may be what the model of the sonar lacks.
+    # With a resolution of 1 cm, readings of a wall from one station may share an error of 2.5 mm, but not if they
+    # scatter by 4 mm. A little more than a millimetre may be an error of the sonar model.
     estimate = trusted(odometry=None)
     assert estimate.solution is not None
     rng, owners = np.random.default_rng(4), estimate.solution.owners
@@ -166,7 +166,7 @@ def test_a_wall_duplicated_by_drift_is_inconsistent_and_a_bent_wall_is_not() -> 
     torn, bent = trusted(odometry=LOST), trusted(odometry=None, bent=True)
     assert is_inconsistent(torn)
     assert not is_inconsistent(bent)
-    # That pings do not agree from the poses of the drive would be enough.
+    # The low inlier ratio of the drive would be enough to make it inconsistent.
     torn, bent = unquestioned(torn), unquestioned(bent)
     for estimate in (torn, bent):
         assert agrees(estimate)
@@ -193,7 +193,7 @@ def test_corrected_poses_have_more_log_evidence_than_drifting_ones() -> None:
 def test_the_log_evidence_includes_the_bayesian_information_criterion_of_poses() -> None:
     estimate = corrected()
     free = log_evidence(replace(estimate, pose_prior=None))
-    # The first pose is the frame; each of the others is told by a hundred readings or more.
+    # The first pose is the frame; each of the others has a hundred readings or more.
     cost = free - log_evidence(estimate)
     assert cost == pytest.approx(5 * 1.5 * np.log(250), rel=0.2)
 
@@ -216,7 +216,7 @@ def test_a_wall_that_pings_pass_reduces_the_log_evidence() -> None:
     estimate = replace(estimate, features=trusted(odometry=None).features)
     without = log_evidence(estimate)
     wall = next(each for each in estimate.features if each.is_wall)
-    # Too far off to be the same wall twice, and nearer, so that whoever hears the one looks through the other.
+    # Too far off to be a duplicate, and nearer, so that pings that detect the real wall pass the false one.
     nearer = wall.reflector - np.array([0.0, 0.0, 0.4, 0.0])
     there = replace(estimate.likelihood.score(nearer), extent=wall.extent)
     estimate = replace(estimate, features=[*estimate.features, there])

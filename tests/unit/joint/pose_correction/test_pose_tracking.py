@@ -1,4 +1,4 @@
-"""A robot whose odometry drifts in a simulated room, tracked by what it hears."""
+"""Pose tracking of a robot with drifting odometry in a simulated room."""
 
 from functools import cache
 
@@ -37,7 +37,7 @@ DRIFT = OdometryNoise(along=0.04, yaw_per_metre=np.radians(4.0))
 
 @cache
 def drive() -> tuple[Sweep, ...]:
-    """Seven stations in the square, by a robot that thinks it is elsewhere."""
+    """Return seven sweeps in the square with drifting odometry."""
     return tuple(
         Simulation(
             world=builtin_world("square"),
@@ -63,7 +63,7 @@ def tracked() -> Estimate:
 
 
 def errors(poses: FloatArray) -> tuple[float, float]:
-    """Greatest error of position [m] and of heading [rad]."""
+    """Return the greatest errors of position [m] and of heading [rad]."""
     away, turned = np.hypot(*(poses - WAY)[:, :2].T), np.abs(wrap(poses[:, 2] - WAY[:, 2]))
     return float(away.max()), float(turned.max())
 
@@ -109,7 +109,7 @@ def test_the_search_is_not_repeated_at_stations_without_new_echoes(monkeypatch: 
     estimate = estimate_of(drive())
     monkeypatch.setattr(Estimate, "search", searched)
     estimate = track_poses(estimate, odometry_prior(estimate.measured_poses, estimate.settings.pose_errors))
-    # The first two stations of a room tell most of it.
+    # The first two stations detect most of the room.
     assert learned[0] == 2
     assert len(learned) < len(WAY) / 2
 
@@ -130,7 +130,7 @@ def test_a_new_station_is_moved_only_with_strong_evidence(
         if stays:
             return np.array([*(WAY[0, :2] + 0.2), WAY[0, 2]]), stays[0] + gain
         pose, score = original(sight, landmark_map, guess, sigmas, settings)
-        # Nobody asks how well a station fits within millimetres of where it is but for this.
+        # Only the score of the present pose is computed with sigmas of millimetres.
         stays.extend([score] * bool(sigmas[0] < 0.006))
         return pose, score
 

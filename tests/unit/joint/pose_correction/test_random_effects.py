@@ -1,4 +1,4 @@
-"""What the readings of one feature from one station have in common of their errors is learned from them."""
+"""Shared errors of the readings of one landmark from one station are estimated from residuals."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -17,7 +17,7 @@ FEATURES, STATIONS, READINGS = 6, 30, 10
 
 
 def detected(common: float, seed: int) -> LinearFactor:
-    """Readings of offsets of walls from stations that move along each of two axes: errors of their own, and shared."""
+    """Return range factors of walls and stations with two coordinates, with independent and shared errors."""
     rng = np.random.default_rng(seed)
     feature, station = (each.repeat(READINGS) for each in np.indices((FEATURES, STATIONS)).reshape(2, -1))
     shared = common * rng.standard_normal(FEATURES * STATIONS).repeat(READINGS)
@@ -30,7 +30,7 @@ def detected(common: float, seed: int) -> LinearFactor:
 
 
 def solution(rows: LinearFactor, common: float) -> tuple[LinearFactor, FloatArray]:
-    """Take out what features and poses take up, all of them known to a metre before."""
+    """Return the residuals after the solution of landmarks and poses, which have priors of 1 m, and the covariance."""
     capped = rows._replace(weights=rows.weights / (1.0 + READINGS * NOISE**-2.0 * common**2))
     size = FEATURES + 2 * STATIONS
     information, right = normal_equations([capped], size)
@@ -61,7 +61,7 @@ def test_an_effect_that_nothing_absorbs_is_shrunk_by_its_share_of_the_variance()
     rows = detected(0.01, 2)
     squares, count = common_squares(rows, np.zeros((FEATURES + 2 * STATIONS,) * 2), common=0.01)
     effects = FEATURES * STATIONS
-    # Ten readings tell all but a hundredth and a bit of an effect five times as great as their noise.
+    # Ten readings determine all but about one hundredth of an effect that is five times their noise.
     share = 0.01**2 / (0.01**2 + NOISE**2 / READINGS)
     assert count == pytest.approx(effects * share)
     means = rows.residuals.reshape(effects, READINGS).mean(axis=1)
@@ -69,7 +69,7 @@ def test_an_effect_that_nothing_absorbs_is_shrunk_by_its_share_of_the_variance()
 
 
 def test_an_effect_that_poses_absorb_does_not_count() -> None:
-    # One feature from each station, and two coordinates to move it by.
+    # One landmark per station, and two coordinates of the station that absorb its residual.
     rows = detected(0.01, 3)
     own = rows.columns[:, 0] == 0
     single = LinearFactor(rows.columns[own], rows.jacobian[own], rows.residuals[own], rows.weights[own])
@@ -79,7 +79,7 @@ def test_an_effect_that_poses_absorb_does_not_count() -> None:
 
 @dataclass(frozen=True)
 class Waiting:
-    """An estimate that keeps what stations were taken to err by together whenever something was done."""
+    """Estimate that records the shared error at each step."""
 
     bias_sigma: float = GUESS
     done: tuple[tuple[str, float], ...] = ()

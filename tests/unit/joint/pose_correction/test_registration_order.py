@@ -1,4 +1,4 @@
-"""Stations set down by hand in a simulated room, each placed by what others hear."""
+"""Waypoints in a simulated room, each registered to its neighbours."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ from echoplan.model import Route
 from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.simulation import Simulation
 
-# There and back again, so that neighbours are not those heard one after the other.
+# An order in which neighbouring places are not consecutive.
 WAY = np.array(
     [
         [0.0, 0.0, 0.0],
@@ -36,7 +36,7 @@ SETTINGS = PoseSettings()
 
 
 def set_down(seed: int) -> Estimate:
-    """Seven stations in the square, where marks are off by 3 cm and headings by 14 degrees."""
+    """Return the initial estimate of seven stations, with errors of 3 cm and 14 degrees."""
     rig = builtin_rig("rotary-array")
     sweeps = Simulation(world=builtin_world("square"), rig=rig, route=Route(map_from_base=WAY), seed=3)
     off = np.random.default_rng(seed).normal(0.0, (0.03, 0.03, 0.25), WAY.shape)
@@ -46,7 +46,7 @@ def set_down(seed: int) -> Estimate:
 
 
 def errors(poses: FloatArray) -> tuple[float, float]:
-    """Greatest error of position [m] and of heading [rad], in whatever frame."""
+    """Return the greatest errors of position [m] and of heading [rad] after alignment."""
     moved = aligned(poses, WAY)
     away, turned = np.hypot(*(moved - WAY)[:, :2].T), np.abs(wrap(moved[:, 2] - WAY[:, 2]))
     return float(away.max()), float(turned.max())
@@ -62,7 +62,7 @@ def test_stations_are_registered_to_their_neighbours() -> None:
         estimate = place(estimate)
         away, turned = errors(estimate.poses)
         found += away < 0.002 and np.degrees(turned) < 1.0
-    # A square looks the same from every side: now and then a station is taken for turned or elsewhere.
+    # A square is symmetric, so that a station is sometimes registered to the wrong walls.
     assert found >= 4
 
 
@@ -98,7 +98,7 @@ def test_more_neighbours_reduce_the_sigmas_of_the_prediction() -> None:
     found, sought = compose(frame, told), np.array([6.0, 0.0, 0.0])
     sigmas = [seen_from_others(sought, told[:count], found[:count], SETTINGS)[1] for count in range(1, 7)]
     assert (np.diff(sigmas, axis=0) < 0.0).all()
-    # Of the last nothing is left but how far it is off itself, and how its frame is turned about it.
+    # The sigma that remains is that of the station itself and of the rotation of the frame.
     assert sigmas[-1][0] < 2.0 * SETTINGS.absolute_xy_sigma
 
 

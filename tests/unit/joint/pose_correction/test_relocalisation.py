@@ -1,4 +1,4 @@
-"""A station in a room that came to rest beside where it stands: what stands before the robot is missing."""
+"""A station that converged beside its true place: it misses the walls before it."""
 
 from dataclasses import replace
 from functools import cache
@@ -26,7 +26,7 @@ STATION, ASIDE = 3, np.array([0.07, 0.0, 0.0])
 
 @cache
 def settled() -> Estimate:
-    """What is made of a square from the way as it was."""
+    """Return the refined estimate of a square from the true poses."""
     simulation = Simulation(
         world=builtin_world("square"),
         rig=builtin_rig("rotary-array"),
@@ -42,7 +42,7 @@ def settled() -> Estimate:
 
 
 def misplaced() -> Estimate:
-    """The same, but one station is taken to be elsewhere."""
+    """Return the same with one station displaced."""
     estimate = settled()
     poses = estimate.poses.copy()
     poses[STATION] += ASIDE

@@ -1,4 +1,4 @@
-"""Arcs of all stations lie on the same planes only with the gain and the offset that the servo has."""
+"""Arcs of all stations lie on the same planes only with the right servo gain and offset."""
 
 from dataclasses import replace
 
@@ -21,7 +21,7 @@ POST = cylinder(1.3, -0.3, 0.1)[None]
 
 
 def detected() -> Measurements:
-    """What a sensor detects that turns from -90 to 90 degrees and faces another way at each station."""
+    """Return pings of a sensor that turns from -90 to 90 degrees, with another heading at each station."""
     silent = listening(STATIONS, step=np.radians(2.0), rates=[0.5] * len(STATIONS))
     pings = hearing(silent, np.concatenate([ROOM, POST]))
     headings = np.radians([0.0, 60.0, 150.0, -110.0, -30.0])[pings.stations]
@@ -30,7 +30,7 @@ def detected() -> Measurements:
 
 
 def estimate(error: ServoError) -> Estimate:
-    """Take what was detected for detected where the servo recorded to be."""
+    """Return the initial estimate with servo angles that have an error."""
     true = detected()
     recorded = true._replace(angles=(true.angles - error.offset) / error.gain)
     return initial_estimate(rig(), turned_by(recorded, error=AS_RECORDED, before=error), GIVEN, EstimateSettings())

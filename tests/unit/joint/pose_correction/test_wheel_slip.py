@@ -1,4 +1,4 @@
-"""A robot whose wheels slipped once in a hall in which nothing tells how far along it is but a pillar."""
+"""A wheel slip in a hall in which only a pillar determines the position along it."""
 
 from dataclasses import replace
 from functools import cache
@@ -40,7 +40,7 @@ WAY = np.array(
         [3.1, 0.7, 2.6],
     ]
 )
-# A single sensor turns about in a far corner of this room, away from all walls that it knows but one, before it leaves.
+# In a far corner of this room a single sensor detects only one known wall while the robot turns.
 CHAMBER = World(
     name="chamber",
     polylines=(
@@ -83,7 +83,7 @@ def detected() -> Measurements:
 
 @cache
 def estimate(*, slips: bool) -> Estimate:
-    """What was made of it, from the way as it was, or as if from one step on all were farther along the hall."""
+    """Return the estimate of the true path, or of one that is shifted along the hall from one step on."""
     measured_poses = np.concatenate([WAY[:STEP], compose(SLIP, WAY[STEP:])]) if slips else WAY
     settings = EstimateSettings(poses=PoseMode.CORRECT, max_waypoints=0)
     estimate = initial_estimate(
@@ -100,7 +100,7 @@ def right() -> Estimate:
 
 
 def parted(feature: Hypothesis) -> list[Hypothesis]:
-    """Two pillars instead of one; walls along the hall are the same from everywhere."""
+    """Return two pillars instead of one, before and after the slip; walls along the hall are unchanged."""
     if feature.is_wall:
         return [feature]
     before, after = np.arange(len(WAY)) < STEP, np.arange(len(WAY)) >= STEP

@@ -27,7 +27,7 @@ COST = 2.0
 
 
 def detected(*truth: FloatArray, stations: int = 4, pings: int = 10_000) -> Measurements:
-    """What is heard of some reflectors, up to a number of echoes a station."""
+    """Return pings of landmarks, with at most a number of echoes per station."""
     measurements = hearing(listening(STATIONS[:stations]), truth, noise=NOISE, rng=np.random.default_rng(1))
     echo = np.isfinite(measurements.readings)
     order = (
@@ -87,14 +87,14 @@ def test_a_cylinder_has_a_cost_for_its_radius() -> None:
     measurements = detected(COLUMN, stations=2, pings=4)
     cheap, dear = (probabilities(measurements, COLUMN, radius_cost=cost)[0].cylinder for cost in (0.0, 3.0))
     assert 0.0 < dear < cheap < 1.0
-    # Apart from the share of what the model lacks, which a thin column heard from two stations may be.
+    # Without the share of unmodelled echoes, as for a thin cylinder of two stations.
     cheap, dear = ((each - 0.06 / 3.0) / 0.94 for each in (cheap, dear))
     odds = (cheap / (1 - cheap)) / (dear / (1 - dear))
     assert odds == pytest.approx(np.exp(3.0))
 
 
 def test_a_wrong_class_has_a_low_probability() -> None:
-    # Known as a corner where a wall is nearest to the stations.
+    # Classified as a corner at the point of a wall nearest to the stations.
     found = probabilities(detected(ROOM[1]), corner(0.1, 1.5))[0]
     assert found.wall > 0.95
 

@@ -19,7 +19,7 @@ COLUMN = cylinder(0.0, 0.0, 0.15)
 
 
 def after(*standing: FloatArray, sonar: EchoModel = SEEING) -> tuple[list[Hypothesis], list[Hypothesis]]:
-    """Features before and after, where a cylinder was taken to stand in the room, whatever does."""
+    """Return the landmarks before and after, starting from a cylinder in the room."""
     silent, rng = listening(STATIONS), np.random.default_rng(1)
     measurements = hearing(silent, [*ROOM, *standing], sonar=sonar, noise=NOISE, rng=rng)
     estimate = likelihood(measurements, sonar=sonar)

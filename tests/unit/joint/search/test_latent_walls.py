@@ -9,19 +9,19 @@ from echoplan.joint.search.refinement import approach
 from helpers.expectations import feature, likelihood, listening, returning, wall
 from helpers.single_ping import PLAIN
 
-# A wall to the north, and where another one stands on it, which nobody hears; the known one was heard west of it.
+# A wall to the north, and the place where a latent wall abuts on it; the known wall was detected west of it.
 NORTH, VERTEX = wall(np.pi / 2, 1.5), (1.2, 1.5)
 EAST_END = -VERTEX[0]
 STATIONS = ((-0.4, -0.3), (0.3, -0.1))
 
 
 def known(*, to: float = EAST_END + 0.4, gain: float = 200.0) -> Hypothesis:
-    """The wall to the north, heard up to a place along it, which is counted to the west."""
+    """Return the wall to the north, detected up to a place along it, counted to the west."""
     return feature(NORTH, extent=(to, 0.9), llr_by_station=(gain, gain))
 
 
 def detected(opening: float, beside: Hypothesis) -> tuple[float, FloatArray]:
-    """What the best wall across the corner gains, and by what else its readings are explained."""
+    """Return the ratio of the best wall across the corner, and the log densities by latent walls."""
     measurements = returning(listening(STATIONS), VERTEX, opening)
     estimate, pose_model = likelihood(measurements, sonar=PLAIN), [(0.02, 0.2, 20), (0.003, 0.03, 20)]
     ahead = np.flatnonzero(np.isfinite(measurements.readings))

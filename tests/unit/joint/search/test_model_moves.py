@@ -10,29 +10,29 @@ from echoplan.joint.search.model_moves import reclassified
 from helpers.expectations import NOISE, ROOM, corner, cylinder, hearing, likelihood, listening, rescored, wall
 
 COLUMN = cylinder(0.2, 0.9, 0.25)
-# What a greedy search may take first for the column: a wall that touches it where most stations hear it.
+# A wall that touches the cylinder where most stations detect it, which a greedy search may find first.
 TOUCHING = wall(np.pi / 2, 0.66)
 
 
 def detected(*truth: FloatArray, noise: float) -> PingLikelihood:
-    """An explanation of what is heard of some reflectors."""
+    """Return the likelihood of pings of some landmarks."""
     readings = hearing(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
     return likelihood(readings, noise=noise)
 
 
 def taken(estimate: PingLikelihood, *known: FloatArray) -> list[Hypothesis]:
-    """What features become that are believed as they are."""
+    """Return the landmarks after class selection."""
     acceptance = AcceptanceTest(estimate.measurements, half_aperture=0.61, settings=AcceptanceSettings())
     return reclassified(estimate, rescored(estimate, known), acceptance)
 
 
 def test_a_wall_that_touches_a_cylinder_becomes_the_cylinder() -> None:
-    # From poses in error readings scatter by centimetres, so that the wall bears all stations.
+    # With pose errors readings scatter by centimetres, so that the wall agrees with all stations.
     estimate = detected(*ROOM, COLUMN, noise=0.03)
     assert rescored(estimate, [*ROOM, TOUCHING])[4].total > 12.0
     features = taken(estimate, *ROOM, TOUCHING)
     assert [each.kind for each in features] == [Kind.WALL] * 4 + [Kind.CYLINDER]
-    # All stations stand before it, so they tell where its face is better than how thick it is.
+    # All stations are on one side, so they determine its front better than its radius.
     _, x, y, radius = features[4].reflector
     assert (x, y - radius) == pytest.approx((0.2, 0.65), abs=0.01)
 
@@ -44,7 +44,7 @@ def test_correct_classes_are_kept() -> None:
 
 
 def test_a_corner_that_a_wall_explains_better_becomes_a_wall() -> None:
-    # From two stations half a metre apart the feet of the wall are as far apart: no point explains both.
+    # From two stations half a metre apart the specular points of the wall differ as much: no corner explains both.
     stations = listening([(0.0, 0.0), (0.0, 0.5)])
     estimate = likelihood(hearing(stations, [wall(0.0, 2.0)], noise=NOISE, rng=np.random.default_rng(1)))
     (feature,) = taken(estimate, corner(2.0, 0.1))
@@ -86,14 +86,14 @@ def test_a_corner_detected_from_both_sides_of_a_thin_wall_becomes_two_walls() ->
 
 
 def across(x: float, y: float, degrees: float) -> FloatArray:
-    """A wall through a point."""
+    """Return a wall through a point."""
     angle = np.radians(degrees)
     return wall(angle, x * np.cos(angle) + y * np.sin(angle))
 
 
 @pytest.mark.parametrize(("known", "kind"), [(2, Kind.CORNER), (0, Kind.WALL)], ids=["known walls", "by itself"])
 def test_a_short_wall_across_the_ends_of_known_walls_becomes_their_corner(known: int, kind: Kind) -> None:
-    # Two stations hear the corner from about one direction, and so a wall there as well; the third does not hear it.
+    # Two stations detect the corner from about one direction, like a wall; the third does not detect it.
     stations = listening([(-0.6, -0.7), (-0.4, -0.5), (-1.5, 1.0)])
     walls = [wall(0.0, 2.0), wall(np.pi / 2, 1.5)]
     rng = np.random.default_rng(3)
@@ -107,7 +107,7 @@ def test_a_short_wall_across_the_ends_of_known_walls_becomes_their_corner(known:
 
 @pytest.mark.parametrize(("known", "kind"), [(2, Kind.CORNER), (0, Kind.WALL)], ids=["known walls", "by itself"])
 def test_an_ambiguous_echo_is_a_corner_only_if_known_walls_end_there(known: int, kind: Kind) -> None:
-    # All stations stand in line before it: the feet of a wall would be where the corner is.
+    # All stations are on one line before it: the specular points of a wall would be at the corner.
     stations = listening([(0.4, 0.03), (0.0, -0.03), (-0.5, 0.0)])
     walls = [across(2.0, 0.0, 45.0), across(2.0, 0.0, -45.0)]
     rng = np.random.default_rng(2)

@@ -9,14 +9,14 @@ from echoplan.joint.search.refinement import approach
 from helpers.expectations import NOISE, SONAR, feature, hearing, likelihood, listening, rescored, returning, wall
 from helpers.single_ping import PLAIN
 
-# A passage, and a wall across its end far beyond, of which all but one station are too far to hear anything.
+# A passage with a wall across its far end, which only one station detects.
 SIDES = (wall(np.pi / 2, 0.6), wall(-np.pi / 2, 0.6))
 END = wall(0.0, 2.0)
 STATIONS = ((-0.4, 0.1), (0.0, -0.1), (0.5, 0.0))
 
 
 def left(*, span: float, volleys: bool = True, end: float = 2.0) -> list[float]:
-    """Normal angles of the walls that stay if one station hears the end over so many degrees."""
+    """Return the normal angles of the walls that are kept if one station detects the end over an angle [deg]."""
     silent, rng, beyond = listening(STATIONS), np.random.default_rng(2), wall(0.0, end)
     sides, far = (hearing(silent, each, noise=NOISE, rng=rng).readings for each in (SIDES, [beyond]))
     detected = (silent.stations == 1) & (np.abs(silent.bearings) < np.radians(span / 2))
@@ -43,7 +43,7 @@ def test_a_far_wall_detected_over_the_whole_beam_is_kept() -> None:
 
 
 def test_a_wall_too_near_for_crosstalk_is_kept() -> None:
-    # Sound would not have had the time to meet two walls.
+    # A path over two walls would be longer.
     assert left(span=66.0, end=0.8) == [*BESIDES, 0.0]
 
 

@@ -15,14 +15,14 @@ from helpers.expectations import corner, cylinder, hearing, likelihood, listenin
 
 STEP = np.radians(3.0)
 NORTH = wall(np.pi / 2, 1.0)
-# A row of stations along the wall, and what seems to stand beyond it, heard where the wall sends nothing back.
+# A row of stations along the wall; they detect landmarks beyond it where the wall returns no echo.
 STATIONS = tuple((0.3 * number - 0.9, 0.1) for number in range(7))
 
 
 def hidden_by(
     beyond: FloatArray, *, door: tuple[float, float] = (0.0, 0.0), total: float = 1000.0, least: float = 40.0
 ) -> tuple[Hiding, BoolArray]:
-    """What a wall hides that is not heard in a door, while something else is only heard this far aside; whose it is."""
+    """Return what a wall hides, with a door in it and another landmark beyond, and which pings detect the latter."""
     silent = listening(STATIONS, step=STEP)
     to_wall = hearing(silent, [NORTH]).readings
     to_wall = np.where((silent.x > door[0]) & (silent.x < door[1]), np.inf, to_wall)
@@ -42,7 +42,7 @@ def hidden_by(
 def share_hidden(
     beyond: FloatArray, *, door: tuple[float, float] = (0.0, 0.0), total: float = 1000.0, least: float = 40.0
 ) -> float:
-    """How much of it."""
+    """Return the share of the pings of the other landmark that are hidden."""
     found, own = hidden_by(beyond, door=door, total=total, least=least)
     return float(found.hidden[own].mean())
 

@@ -23,7 +23,7 @@ COLUMN = cylinder(0.2, 0.9, 0.1)
 
 
 def traced() -> Paths:
-    """Paths in a room with a column."""
+    """Return the paths in a room with a column."""
     estimate = likelihood(hearing(listening(step=STEP), [*ROOM, COLUMN]))
     return trace_paths(estimate, rescored(estimate, [*ROOM, COLUMN]), step=STEP)
 
@@ -34,7 +34,7 @@ def ways(
     sure: bool = True,
     stations: tuple[int, ...] | None = None,
 ) -> Paths:
-    """Paths by hand, all of one feature, each from a station of its own by default."""
+    """Return paths of one landmark, by default each from a station of its own."""
     return Paths(
         starts_xy=np.array([start for start, _ in pairs]),
         ends_xy=np.array([end for _, end in pairs]),
@@ -184,7 +184,7 @@ def test_crossings_of_an_oblique_line_lie_on_the_path() -> None:
 
 
 def seen(reflector: FloatArray, measurements: Measurements, extent: tuple[float, float] = (-9.0, 9.0)) -> list[bool]:
-    """Which stations have a free view of a reflector that reaches so far."""
+    """Return which stations have a free view of a landmark of an extent."""
     (feature,) = rescored(likelihood(measurements), [reflector])
     free: list[bool] = unoccluded_stations(replace(feature, extent=extent), measurements, step=STEP).tolist()
     return free
@@ -207,7 +207,7 @@ def test_a_wall_is_visible_only_from_stations_before_its_extent() -> None:
 
 
 def test_a_station_before_a_gap_in_a_wall_has_no_view_of_it() -> None:
-    # Two stations hear the wall, one at each end of it; the others stand before the middle of it, and hear nothing.
+    # Two stations detect the wall at its ends; the others are before its middle and detect nothing.
     measurements = hearing(listening([(0.5, y) for y in (-1.0, -0.15, 0.15, 1.0)], step=STEP), ROOM)
     inner = np.isin(measurements.stations, (1, 2))
     (wide,) = rescored(

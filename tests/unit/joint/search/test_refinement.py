@@ -42,7 +42,7 @@ def test_an_edge_is_found_from_near_stations() -> None:
 
 
 def test_one_arc_alone_gives_the_normal_of_its_wall() -> None:
-    # The range walk grows to both sides of the normal alike.
+    # The range walk is symmetric about the normal.
     truth = wall(0.4, 1.8)
     measurements = hearing(listening(STATIONS[:1]), [truth])
     found = refined(measurements, wall(0.44, 1.8))
@@ -108,7 +108,7 @@ def test_no_step_is_longer_than_five_centimetres() -> None:
 
 @pytest.mark.parametrize(("radius", "limit"), [(0.004, 0.015), (0.7, 0.45)])
 def test_radii_stay_within_their_limits(radius: float, limit: float) -> None:
-    # A thick cylinder is heard from all sides here, so that its radius is known well.
+    # The cylinder is detected from all sides, so that its radius is well determined.
     around = [(0.0, -1.5), (1.3, 0.75), (-1.3, 0.75)]
     measurements = hearing(listening(around), [cylinder(0.0, 0.0, radius)])
     found = refined(measurements, cylinder(0.0, 0.0, limit), scales=(0.1, 0.4))

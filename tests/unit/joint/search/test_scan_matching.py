@@ -24,7 +24,7 @@ def room(*more: FloatArray) -> LandmarkMap:
 
 
 def sight_from(pose: FloatArray) -> LocalScan:
-    """What a robot there would see of the four walls and the column."""
+    """Return the arcs of the four walls and the column from a pose."""
     depths, normals = [], []
     for row in [*ROOM, COLUMN]:
         if row[0] == Kind.WALL:
@@ -39,7 +39,7 @@ def sight_from(pose: FloatArray) -> LocalScan:
 
 @cache
 def detected() -> LocalScan:
-    """The arcs of one simulated station at the origin of its own frame."""
+    """Return the arcs of one simulated station at the origin of its own frame."""
     measurements = hearing(listening([(0.4, -0.3)], step=np.radians(1.0)), [*ROOM, COLUMN])
     arcs = find_arcs(measurements, resolution=0.001, settings=ArcSettings())
     return local_scans(arcs, measurements, SONAR.tabulated(), np.array([0.4, -0.3, 0.0]))
@@ -137,7 +137,7 @@ def test_a_sweep_without_arcs_gives_an_empty_scan() -> None:
 @pytest.mark.parametrize("seed", range(8))
 def test_restricting_matches_to_likely_landmarks_loses_nothing(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     rng, sight = np.random.default_rng(seed), sight_from(HERE)
-    # Walls heard far from the robot, as by other stations, and a robot as far off as is searched.
+    # Arcs of distant origins, as of other stations, and a pose error at the limit of the search.
     origins = np.concatenate([rng.uniform(-1.5, 1.5, (4, 2)), np.zeros((1, 2))])
     depths = sight.depths - (origins * directions(sight.normals)).sum(axis=1)
     sight, sigmas = sight._replace(origins_xy=origins, depths=depths), 3.0 * SIGMAS

@@ -41,7 +41,7 @@ def search_in(
 
 @cache
 def square() -> Search:
-    """The search in a simulated square, by the sonar that the rig promises."""
+    """Return the search in a simulated square, with the sonar model of the rig."""
     source = open_source("sim:square")
     assert source.rig.transducer
     measurements = join_measurements([measurements_of(sweep, source.rig) for sweep in source])
@@ -50,12 +50,12 @@ def square() -> Search:
 
 @cache
 def found() -> tuple[Hypothesis, ...]:
-    """What it finds."""
+    """Return the result of the search."""
     return tuple(square().run())
 
 
 def rows(features: Sequence[Hypothesis], kind: Kind = Kind.WALL) -> FloatArray:
-    """Parameters of the features of one kind, in order."""
+    """Return the parameters of the landmarks of one class, in order."""
     return np.array(sorted(each.reflector.tolist() for each in features if each.kind is kind)).reshape(-1, 4)
 
 
@@ -156,7 +156,7 @@ def test_a_cylinder_that_most_stations_miss_is_rejected_unless_it_was_hidden(rea
 
 
 def test_a_corner_is_found() -> None:
-    # Only the vertex echoes: both its walls are of foam, say.
+    # Only the vertex returns echoes, as if both walls were of foam.
     measurements = hearing(listening(), [corner(1.6, 1.2)], noise=NOISE, rng=np.random.default_rng(1))
     features = search_in(measurements).run()
     assert [each.kind for each in features] == [Kind.CORNER]
@@ -164,7 +164,7 @@ def test_a_corner_is_found() -> None:
 
 
 def heard_apart(measurements: Measurements, *truth: FloatArray) -> Measurements:
-    """Each station hears a reflector of its own and no other."""
+    """Return measurements in which each station detects a landmark of its own only."""
     readings = np.full(len(measurements.readings), np.inf)
     for station, reflector in enumerate(truth):
         excesses, expectations = expected(measurements, reflector)
@@ -174,7 +174,7 @@ def heard_apart(measurements: Measurements, *truth: FloatArray) -> Measurements:
 
 
 def test_a_cylinder_that_touches_two_walls_is_replaced_by_them() -> None:
-    # Each station hears a whole wall of its own; a thick cylinder touches both.
+    # Each station detects a wall of its own; a thick cylinder touches both.
     ball = cylinder(0.0, 1.8, 0.4)
     stations = np.array([[-0.8, 0.1], [0.8, 0.1]])
     walls = []
@@ -191,7 +191,7 @@ def test_a_cylinder_that_touches_two_walls_is_replaced_by_them() -> None:
 
 @pytest.mark.parametrize(("askew", "count"), [(0.0, 1), (3.0, 2)])
 def test_a_wall_through_the_sides_of_two_boxes_is_replaced_by_them(askew: float, count: int) -> None:
-    # Each station hears a side of its own; both sides touch the same line, one of them askew.
+    # Each station detects a side of its own; both touch the same line, one of them obliquely.
     foot = np.array([-0.6, 1.2])
     angle = np.pi / 2 + np.radians(askew)
     sides = [wall(angle, float(foot @ [np.cos(angle), np.sin(angle)])), wall(np.pi / 2, 1.2)]
@@ -203,7 +203,7 @@ def test_a_wall_through_the_sides_of_two_boxes_is_replaced_by_them(askew: float,
 
 
 def posts(*, radius: float) -> list[FloatArray]:
-    """Two posts that touch the wall y = 1.2, each straight before a station."""
+    """Return two posts that touch the wall y = 1.2, each straight before a station."""
     return [cylinder(x, 1.2 + radius, radius) for x in (-0.6, 0.6)]
 
 
@@ -211,7 +211,7 @@ APART = ((-0.6, 0.0), (0.6, 0.0))
 
 
 def test_a_wall_detected_in_part_by_two_stations_is_rejected() -> None:
-    # Thin posts are heard over a narrow angle only, where a wall would be heard far and wide.
+    # Thin posts are detected over a narrow angle, a wall over a wide one.
     search = search_in(heard_apart(listening(APART, step=np.radians(2.0)), *posts(radius=0.003)))
     false = proposed(search, wall(np.pi / 2, 1.2))
     assert search.tested(false) == []
@@ -226,7 +226,7 @@ def test_a_wall_detected_by_two_stations_is_accepted() -> None:
 
 @pytest.mark.parametrize(("share", "count"), [(0.4, 0), (0.05, 1)])
 def test_a_wall_of_two_stations_needs_a_share_of_detections(share: float, count: int) -> None:
-    # All but the middle of each arc is hidden behind something nearer, which speaks neither for nor against a wall.
+    # All but the middle of each arc is masked, so that it neither supports nor contradicts a wall.
     truth = wall(np.pi / 2, 1.2)
     measurements = hearing(listening(APART, step=np.radians(2.0)), [truth])
     middle = measurements.uy > np.cos(np.radians(9.0))
@@ -260,7 +260,7 @@ def test_pings_that_known_landmarks_mask_do_not_count_against_a_wall() -> None:
 
 
 def half_of_a_wall() -> Measurements:
-    """One station hears a wall to the left of its normal and nothing to the right."""
+    """Return the pings of one station that detects a wall to the left of its normal only."""
     measurements = hearing(listening(APART[:1], step=np.radians(2.0)), [wall(np.pi / 2, 1.2)])
     return measurements._replace(readings=np.where(measurements.ux < 0.0, measurements.readings, np.inf))
 
@@ -281,7 +281,7 @@ def test_a_cylinder_or_a_corner_of_a_single_station_is_rejected() -> None:
 
 @pytest.mark.parametrize(("silent", "count"), [([], 1), ([0], 0), ([1], 0)])
 def test_a_wall_of_one_station_of_a_ring_needs_three_sensors(silent: list[int], count: int) -> None:
-    # Through two readings some wall can always be laid.
+    # Two readings always have a common tangent.
     truth = wall(np.pi / 2, 1.2)
     measurements = hearing(listening(APART[:1], step=np.radians(22.5)), [truth])
     detected = np.flatnonzero(np.isfinite(measurements.readings))
@@ -301,20 +301,20 @@ def test_repeated_readings_of_two_sensors_of_a_ring_count_once(sensors: int, cou
 
 
 def turned(measurements: Measurements, angle: float) -> Measurements:
-    """The same sensors, looking a little elsewhere."""
+    """Return the pings of the same sensors with rotated axes."""
     axes = np.exp(1j * angle) * (measurements.ux + 1j * measurements.uy)
     return measurements._replace(ux=axes.real.copy(), uy=axes.imag.copy())
 
 
 def heard_by(sensors: int, ring: Measurements, truth: FloatArray) -> Measurements:
-    """A wall as the first few sensors that hear it tell, and those that hear nothing."""
+    """Return pings of a ring in which only the first few sensors detect a wall."""
     measurements = hearing(ring, [truth])
     far = np.flatnonzero(np.isfinite(measurements.readings))[sensors:]
     return select_measurements(measurements, ~kept_of(measurements, far.tolist()))
 
 
 def kept_of(measurements: Measurements, pings: Sequence[int]) -> BoolArray:
-    """Mark some pings."""
+    """Return a mask of some pings."""
     return np.isin(np.arange(len(measurements.readings)), pings)
 
 

@@ -70,7 +70,7 @@ def test_corner_echoes_add_up() -> None:
 
 
 def test_an_echo_that_a_cylinder_explains_is_not_of_a_corner() -> None:
-    # From one station a column, whose echo is fainter and so read as from a little farther, sounds like the corner.
+    # From one station a column, whose weaker echo reads a little long, is like the corner.
     away = np.array([1.5, 1.2]) / np.hypot(1.5, 1.2)
     x, y = np.array([2.0, 1.5]) + 0.39 * away
     estimate = likelihood(hearing(listening([(0.5, 0.3)], step=STEP), [*ROOM, cylinder(x, y, 0.4)]))
