@@ -18,12 +18,12 @@ def arcs_of(measurements: Measurements, *, resolution: float = 0.001, **settings
     return find_arcs(measurements, resolution=resolution, settings=ArcSettings.model_validate(settings))
 
 
-def alone(reflector: FloatArray, *, step: float = DEGREE) -> Measurements:
+def single_landmark(reflector: FloatArray, *, step: float = DEGREE) -> Measurements:
     """Return the pings of one station at the origin, which detect one landmark."""
     return hearing(listening([(0.0, 0.0)], step=step), [reflector])
 
 
-def without(measurements: Measurements, pings: slice | BoolArray) -> Measurements:
+def without_echoes(measurements: Measurements, pings: slice | BoolArray) -> Measurements:
     """Return the measurements without echoes in some pings."""
     readings = measurements.readings.copy()
     readings[pings] = np.inf
@@ -41,49 +41,49 @@ def test_two_walls_are_two_arcs_from_each_station() -> None:
 
 
 def test_an_arc_holds_all_echoes_of_its_reflector() -> None:
-    measurements = alone(cylinder(1.0, 0.5, 0.1))
+    measurements = single_landmark(cylinder(1.0, 0.5, 0.1))
     (arc,) = arcs_of(measurements)
     assert sorted(arc.pings) == np.flatnonzero(np.isfinite(measurements.readings)).tolist()
 
 
 def test_an_arc_wraps_around_the_seam_of_the_circle() -> None:
-    measurements = alone(wall(np.pi, 1.0))
+    measurements = single_landmark(wall(np.pi, 1.0))
     (arc,) = arcs_of(measurements)
     assert {0, len(measurements.readings) - 1} <= set(arc.pings.tolist())
 
 
-def at_a_corner(step: float) -> list[Arc]:
+def arcs_at_a_corner(step: float) -> list[Arc]:
     """Return the arcs of two equally near walls, with a beam so wide that every ping detects one of them."""
     return arcs_of(hearing(listening([(0.0, 0.0)], step=step), [wall(0.0, 0.5), wall(np.pi / 2, 0.52)]))
 
 
 def test_arcs_of_two_equally_near_walls_are_split_at_the_range_maximum() -> None:
-    arcs = at_a_corner(DEGREE)
+    arcs = arcs_at_a_corner(DEGREE)
     assert len(arcs) == 2
-    detected = alone(wall(0.0, 0.5)).bearings
+    detected = single_landmark(wall(0.0, 0.5)).bearings
     east, north = sorted(float(np.median(detected[each.pings])) for each in arcs)
     assert (east, north) == pytest.approx((0.0, np.pi / 2), abs=np.radians(5))
 
 
 def test_arcs_of_sparse_pings_are_not_split_at_range_maxima() -> None:
-    assert len(at_a_corner(np.radians(5.0))) == 1
+    assert len(arcs_at_a_corner(np.radians(5.0))) == 1
 
 
 @pytest.mark.parametrize("missing", [1, 2, 3])
 def test_an_arc_survives_dropouts(missing: int) -> None:
-    measurements = alone(wall(0.0, 1.0))
+    measurements = single_landmark(wall(0.0, 1.0))
     middle = int(np.argmin(np.abs(measurements.bearings)))
-    assert len(arcs_of(without(measurements, slice(middle, middle + missing)))) == 1
+    assert len(arcs_of(without_echoes(measurements, slice(middle, middle + missing)))) == 1
 
 
 def test_a_wider_gap_ends_an_arc() -> None:
-    measurements = alone(wall(0.0, 1.0))
+    measurements = single_landmark(wall(0.0, 1.0))
     middle = int(np.argmin(np.abs(measurements.bearings)))
-    assert len(arcs_of(without(measurements, slice(middle, middle + 6)))) == 2
+    assert len(arcs_of(without_echoes(measurements, slice(middle, middle + 6)))) == 2
 
 
 def test_a_stray_echo_does_not_break_an_arc() -> None:
-    measurements = alone(wall(0.0, 1.0))
+    measurements = single_landmark(wall(0.0, 1.0))
     detected = np.isfinite(measurements.readings).sum()
     readings = measurements.readings.copy()
     readings[np.argmin(np.abs(measurements.bearings))] = 0.4
@@ -92,13 +92,13 @@ def test_a_stray_echo_does_not_break_an_arc() -> None:
 
 
 def test_a_jump_in_range_ends_an_arc() -> None:
-    measurements = alone(wall(0.0, 1.0))
+    measurements = single_landmark(wall(0.0, 1.0))
     readings = np.where(measurements.bearings > 0.0, measurements.readings + 0.03, measurements.readings)
     assert len(arcs_of(measurements._replace(readings=readings))) == 2
 
 
 def test_coarse_readings_jump_by_their_steps_without_ending_an_arc() -> None:
-    measurements = alone(wall(0.0, 1.0))
+    measurements = single_landmark(wall(0.0, 1.0))
     readings = np.where(measurements.bearings > 0.0, measurements.readings + 0.03, measurements.readings)
     assert len(arcs_of(measurements._replace(readings=readings), resolution=0.03)) == 1
 
@@ -124,7 +124,7 @@ def test_arcs_never_join_pings_of_two_stations() -> None:
 @pytest.mark.parametrize("normal", [-3.1, -1.0, 0.2, 2.5])
 @pytest.mark.parametrize("offset", [0.4, 1.2, 2.6])
 def test_the_plane_of_an_arc_is_the_wall_within_a_degree(normal: float, offset: float) -> None:
-    measurements = alone(wall(normal, offset))
+    measurements = single_landmark(wall(normal, offset))
     ((angle, found),) = arc_planes(arcs_of(measurements), measurements, SONAR.tabulated())
     assert abs(np.degrees(wrap(angle - normal))) < 1.0
     assert found == pytest.approx(offset, abs=0.001)
@@ -139,8 +139,8 @@ def test_planes_keep_the_order_of_their_arcs() -> None:
 
 
 def test_the_plane_of_half_an_arc_is_near_the_wall() -> None:
-    measurements = alone(wall(0.0, 1.0))
-    half = without(measurements, measurements.bearings < 0.0)
+    measurements = single_landmark(wall(0.0, 1.0))
+    half = without_echoes(measurements, measurements.bearings < 0.0)
     ((angle, offset),) = arc_planes(arcs_of(half), half, SONAR.tabulated())
     middle = float(np.mean(half.bearings[np.isfinite(half.readings)]))
     # The range walk shows on which side of an arc the perpendicular is: weak echoes are far from it.
@@ -149,7 +149,7 @@ def test_the_plane_of_half_an_arc_is_near_the_wall() -> None:
 
 
 def test_a_few_outliers_in_an_arc_do_not_move_its_plane() -> None:
-    measurements = alone(wall(0.0, 1.0))
+    measurements = single_landmark(wall(0.0, 1.0))
     (arc,) = arcs_of(measurements)
     readings = measurements.readings.copy()
     readings[arc.pings[::9]] += 0.3

@@ -29,7 +29,7 @@ def turning() -> list[Sweep]:
     return list(Simulation(world=SQUARE, rig=RIG, route=find_route("square"), seed=1))
 
 
-def at_once(sweep: Sweep) -> FloatArray:
+def angles_of_standing_servo(sweep: Sweep) -> FloatArray:
     """Return the angles that a servo records that stands during each ping: those of half the travel time."""
     rates = np.gradient(sweep.servo_angles[::4], 1e-9 * sweep.stamps_ns[::4]).repeat(4)
     ways: FloatArray = np.where(np.isfinite(sweep.ranges), sweep.ranges, 1.5)
@@ -37,7 +37,7 @@ def at_once(sweep: Sweep) -> FloatArray:
 
 
 def test_the_servo_latency_is_right_whether_or_not_the_servo_turns_during_a_ping(turning: list[Sweep]) -> None:
-    standing = [replace(sweep, servo_angles=at_once(sweep)) for sweep in turning]
+    standing = [replace(sweep, servo_angles=angles_of_standing_servo(sweep)) for sweep in turning]
     assert np.unique(turning[0].stamps_ns[:4]).size == 1
     for sweeps in (turning, standing):
         lag = calibrated(sweeps)["servo_latency"]

@@ -45,7 +45,7 @@ def mapped(rig: str | Rig, sweeps: Sequence[Sweep], settings: JointSettings | No
     return map_sweeps(JointMapper(find_rig(rig) if isinstance(rig, str) else rig, settings), sweeps)
 
 
-def given_one_by_one(rig: str | Rig, sweeps: Sequence[Sweep]) -> FeatureMap:
+def mapped_without_check(rig: str | Rig, sweeps: Sequence[Sweep]) -> FeatureMap:
     """Return the map without the check that sweeps are from enough places."""
     mapper = JointMapper(find_rig(rig) if isinstance(rig, str) else rig)
     for sweep in sweeps:
@@ -113,7 +113,7 @@ def test_a_square_is_mapped_with_one_faulty_sensor(rig: str, reading: float) -> 
     assert_square(mapped(rig, ill), within=WITHIN[rig])
 
 
-def walking(sweep: Sweep) -> FloatArray:
+def with_person(sweep: Sweep) -> FloatArray:
     """Return readings in which a person hides part of the view, elsewhere in each of three sweeps."""
     if sweep.index > 2:
         return sweep.ranges
@@ -124,7 +124,7 @@ def walking(sweep: Sweep) -> FloatArray:
 
 
 def test_a_square_is_mapped_while_a_person_walks_through() -> None:
-    hidden = changed(simulated(ARRAY), walking)
+    hidden = changed(simulated(ARRAY), with_person)
     assert sum(int((a.ranges != b.ranges).sum()) for a, b in zip(hidden, simulated(ARRAY), strict=True)) > 60
     assert_square(mapped(ARRAY, hidden), within=WITHIN[ARRAY])
 
@@ -182,7 +182,7 @@ def test_random_readings_make_no_map() -> None:
 
 
 def test_one_station_gives_the_walls_that_it_faces_with_honest_sigmas() -> None:
-    found = given_one_by_one(ARRAY, simulated(ARRAY)[1:2])
+    found = mapped_without_check(ARRAY, simulated(ARRAY)[1:2])
     assert len(found.walls) == 4
     for wall in found.walls:
         own = SQUARE[np.argmax(np.cos(SQUARE[:, 0] - wall.normal_angle))]
@@ -192,7 +192,7 @@ def test_one_station_gives_the_walls_that_it_faces_with_honest_sigmas() -> None:
         assert sigma < JointSettings().optimiser.scale_sigma * 3.0
 
 
-def drawn(found: FeatureMap) -> FloatArray:
+def numbers_of(found: FeatureMap) -> FloatArray:
     """Return all numbers of a map."""
     walls = [[each.normal_angle, each.offset, *each.endpoints_xy.flat, *each.covariance.flat] for each in found.walls]
     corners = [[*each.position_xy, *each.covariance.flat] for each in found.corners]
@@ -204,7 +204,7 @@ def test_calling_result_twice_gives_the_same_map(rig: str) -> None:
     mapper = JointMapper(find_rig(rig))
     first = map_sweeps(mapper, simulated(rig))
     second = mapper.result()
-    assert (drawn(first) == drawn(second)).all()
+    assert (numbers_of(first) == numbers_of(second)).all()
     assert first.parameters == second.parameters
 
 
@@ -213,11 +213,11 @@ def test_calling_result_between_sweeps_changes_nothing() -> None:
     for sweep in simulated(RING):
         mapper.add(sweep)
         between = mapper.result()
-    assert (drawn(between) == drawn(mapped(RING, simulated(RING)))).all()
+    assert (numbers_of(between) == numbers_of(mapped(RING, simulated(RING)))).all()
 
 
 @cache
-def round_and_round() -> tuple[Sweep, ...]:
+def twenty_rounds() -> tuple[Sweep, ...]:
     """Return a thousand sweeps of a ring on twenty rounds through the square, each past the same fifty places."""
     turns = np.linspace(0.0, 40 * np.pi, 1000, endpoint=False)
     way = np.column_stack([0.5 + 0.8 * np.cos(turns), 1.0 + 0.8 * np.sin(turns), turns + np.pi / 2])
@@ -229,7 +229,7 @@ def test_a_thousand_stations_are_mapped_with_bounded_memory() -> None:
         find_rig(RING), JointSettings(poses=PoseMode.TRUST, window=WindowSettings(stations=6, stride=6))
     )
     sizes = []
-    for number, sweep in enumerate(round_and_round()):
+    for number, sweep in enumerate(twenty_rounds()):
         mapper.add(sweep)
         if number % 250 == 249:
             sizes.append(len(pickle.dumps(mapper)))
@@ -242,7 +242,7 @@ def test_a_thousand_stations_are_mapped_with_bounded_memory() -> None:
 
 
 def test_a_small_window_gives_as_good_a_map_as_all_stations_together() -> None:
-    sweeps = round_and_round()[:40]
+    sweeps = twenty_rounds()[:40]
     small = JointSettings(poses=PoseMode.TRUST, window=WindowSettings(stations=4, stride=3))
     whole = JointSettings(poses=PoseMode.TRUST, window=WindowSettings(stations=99, stride=1))
     for settings in (small, whole):
@@ -260,7 +260,7 @@ def test_repeated_sweeps_from_one_pose_add_no_walls_and_no_false_certainty() -> 
         seed=2,
     )
     again = [replace(each, index=k, stamps_ns=first.stamps_ns + k * period) for k, each in enumerate(room)]
-    once, found = given_one_by_one(rig, again[:1]), given_one_by_one(rig, again)
+    once, found = mapped_without_check(rig, again[:1]), mapped_without_check(rig, again)
     assert len(found.walls) == len(once.walls)
     assert found.poses == pytest.approx(np.tile(first.station, (12, 1)))
     for wall in found.walls:
@@ -325,7 +325,7 @@ def test_the_range_scale_compensates_the_air_temperature(rig: str, temperature: 
 
 
 def scale_of(rig: Rig, sweeps: Sequence[Sweep]) -> float:
-    found: Any = given_one_by_one(rig, sweeps).parameters["found"]
+    found: Any = mapped_without_check(rig, sweeps).parameters["found"]
     return float(found["range_scale"]["value"])
 
 

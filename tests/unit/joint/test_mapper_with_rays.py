@@ -20,7 +20,7 @@ HALF_ANGLE = np.radians(15.0)
 
 
 @cache
-def cast(world: str, rig: str = "rotary-array") -> tuple[Rig, tuple[Sweep, ...], Truth]:
+def simulated_cones(world: str, rig: str = "rotary-array") -> tuple[Rig, tuple[Sweep, ...], Truth]:
     """Return a rig with ray cones, its sweeps, and the ground truth."""
     simulation = Simulation(world=find_world(world), rig=find_rig(rig), route=find_route(world))
     using, rng = ray_cones.with_cones(simulation.rig, HALF_ANGLE), np.random.default_rng(0)
@@ -28,7 +28,7 @@ def cast(world: str, rig: str = "rotary-array") -> tuple[Rig, tuple[Sweep, ...],
     return using, tuple(sweeps), simulation.truth
 
 
-def learned(found: FeatureMap) -> Mapping[str, Any]:
+def calibration_of(found: FeatureMap) -> Mapping[str, Any]:
     numbers = found.parameters["found"]
     assert isinstance(numbers, Mapping)
     return numbers
@@ -36,7 +36,7 @@ def learned(found: FeatureMap) -> Mapping[str, Any]:
 
 @cache
 def mapped(world: str, rig: str = "rotary-array", *, rays: bool | None = None) -> FeatureMap:
-    using, sweeps, _ = cast(world, rig)
+    using, sweeps, _ = simulated_cones(world, rig)
     return map_sweeps(JointMapper(replace(using, rays=rays)), sweeps)
 
 
@@ -52,23 +52,23 @@ def test_a_square_room_is_mapped_as_a_square() -> None:
 
 
 def test_the_cone_is_reported_instead_of_the_beam() -> None:
-    found = learned(mapped("square"))
+    found = calibration_of(mapped("square"))
     assert found["cone"] == pytest.approx(HALF_ANGLE, abs=0.002)
     assert not {"walk_gain", "figure_of_merit", "ka"} & set(found)
 
 
 def test_walls_are_known_to_a_millimetre() -> None:
-    scores = pool([evaluate(mapped("square"), cast("square")[2])], rng=np.random.default_rng(0))
+    scores = pool([evaluate(mapped("square"), simulated_cones("square")[2])], rng=np.random.default_rng(0))
     assert scores.classes[FeatureClass.WALL].distance.mean.value < 0.001
 
 
 def test_a_ring_that_reads_rays_is_mapped_if_the_rig_says_so() -> None:
     assert_is_square(mapped("square", "ring-16", rays=True))
-    assert "cone" not in learned(mapped("square", "ring-16"))
+    assert "cone" not in calibration_of(mapped("square", "ring-16"))
 
 
 def test_adding_sweeps_one_by_one_makes_the_same_map() -> None:
-    using, sweeps, _ = cast("square")
+    using, sweeps, _ = simulated_cones("square")
     mapper = JointMapper(using, JointSettings())
     for sweep in sweeps:
         mapper.add(sweep)

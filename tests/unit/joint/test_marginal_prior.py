@@ -17,11 +17,11 @@ from helpers.expectations import SONAR, corner, cylinder, feature, wall
 EAST, COLUMN, POINT = wall(0.0, 2.0), cylinder(10.0, 1.0, 0.1), corner(0.5, 0.5)
 
 
-def known(reflector: FloatArray, number: int, extent: tuple[float, float] = (0.0, 0.0)) -> Hypothesis:
+def tracked_landmark(reflector: FloatArray, number: int, extent: tuple[float, float] = (0.0, 0.0)) -> Hypothesis:
     return replace(feature(reflector, extent=extent, llr_by_station=()), history=TrackHistory(number=number))
 
 
-FEATURES = [known(EAST, 1, (-1.0, 1.0)), known(COLUMN, 2), known(POINT, 3)]
+FEATURES = [tracked_landmark(EAST, 1, (-1.0, 1.0)), tracked_landmark(COLUMN, 2), tracked_landmark(POINT, 3)]
 # Seven parameters of the landmarks, and those of the sonar.
 SIZE = 2 + 3 + 2 + len(SONAR_UNKNOWNS)
 
@@ -105,7 +105,7 @@ def test_corner_echoes_are_indexed_by_position_in_a_list() -> None:
     assert echoes.corners_xy.tolist() == [[0.5, 0.5]]
 
 
-def some_rows(count: int, size: int, seed: int) -> LinearFactor:
+def random_factors(count: int, size: int, seed: int) -> LinearFactor:
     rng = np.random.default_rng(seed)
     columns = np.tile(np.arange(size), (count, 1))
     return LinearFactor(columns, rng.normal(size=(count, size)), rng.normal(size=count), rng.uniform(0.5, 2.0, count))
@@ -113,7 +113,7 @@ def some_rows(count: int, size: int, seed: int) -> LinearFactor:
 
 def test_marginalised_factors_give_the_same_solution_as_kept_ones() -> None:
     now = state(FEATURES)
-    old, new = some_rows(30, SIZE, 1), some_rows(30, SIZE, 2)
+    old, new = random_factors(30, SIZE, 1), random_factors(30, SIZE, 2)
     together, right = normal_equations([old, new], SIZE)
     summary = marginalise_poses(now, [old], None, 0)
     later, vector = normal_equations([new], SIZE)
@@ -124,7 +124,7 @@ def test_marginalised_factors_give_the_same_solution_as_kept_ones() -> None:
 
 def test_marginalising_in_two_steps_equals_marginalising_at_once() -> None:
     now = state(FEATURES)
-    old, new = some_rows(30, SIZE, 1), some_rows(30, SIZE, 2)
+    old, new = random_factors(30, SIZE, 1), random_factors(30, SIZE, 2)
     once = marginalise_poses(now, [old, new], None, 0)
     twice = marginalise_poses(now, [new], marginalise_poses(now, [old], None, 0), 0)
     assert twice.information == pytest.approx(once.information)
@@ -133,7 +133,7 @@ def test_marginalising_in_two_steps_equals_marginalising_at_once() -> None:
 
 def test_marginalised_poses_are_eliminated_and_the_next_one_is_kept() -> None:
     now = state(FEATURES, poses=3)
-    rows = some_rows(60, SIZE + 9, 4)
+    rows = random_factors(60, SIZE + 9, 4)
     summary = marginalise_poses(now, [rows], None, 2)
     whole, _ = normal_equations([rows], SIZE + 9)
     kept = [*range(SIZE), SIZE + 6, SIZE + 7, SIZE + 8]

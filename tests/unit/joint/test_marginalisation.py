@@ -47,13 +47,13 @@ def survey(known: Estimate) -> MapBuilder:
 
 
 @cache
-def halfway() -> MarginalPrior:
+def prior_of_four_stations() -> MarginalPrior:
     """Return the marginal prior of the first four of seven stations."""
     return marginalise(estimate(0, 7), 4)
 
 
 def test_landmarks_of_marginalised_stations_are_numbered() -> None:
-    marginal_prior = halfway()
+    marginal_prior = prior_of_four_stations()
     numbers = [each.history.number for each in marginal_prior.features]
     assert len(numbers) >= 4
     assert len(set(numbers)) == len(numbers)
@@ -63,14 +63,17 @@ def test_landmarks_of_marginalised_stations_are_numbered() -> None:
 
 
 def test_stations_that_detect_a_wall_are_not_counted_as_missing_it() -> None:
-    for each in halfway().features:
+    for each in prior_of_four_stations().features:
         if each.is_wall and each.history.total > 100.0:
             assert each.history.supporting > 0
             assert each.history.missing == 0
 
 
 def test_a_wall_that_most_stations_missed_is_not_drawn() -> None:
-    marginal_prior, drawn = halfway(), {each.owner for each in survey(estimate(4, 10, halfway())).segments}
+    marginal_prior, drawn = (
+        prior_of_four_stations(),
+        {each.owner for each in survey(estimate(4, 10, prior_of_four_stations())).segments},
+    )
     first = next(each for each in marginal_prior.features if each.is_wall)
     missed = replace(first, history=replace(first.history, missing=99))
     rest = [each for each in marginal_prior.features if each is not first]
@@ -80,7 +83,7 @@ def test_a_wall_that_most_stations_missed_is_not_drawn() -> None:
 
 
 def test_a_landmark_that_most_stations_detected_through_a_wall_is_not_drawn() -> None:
-    marginal_prior = halfway()
+    marginal_prior = prior_of_four_stations()
     column = next(each for each in marginal_prior.features if each.kind is Kind.CYLINDER)
     assert column.history.hidden == 0
     rest = [each for each in marginal_prior.features if each is not column]
@@ -93,7 +96,7 @@ def test_a_landmark_that_most_stations_detected_through_a_wall_is_not_drawn() ->
 
 
 def test_a_wall_through_which_other_landmarks_were_detected_is_not_drawn() -> None:
-    marginal_prior = halfway()
+    marginal_prior = prior_of_four_stations()
     first = next(each for each in marginal_prior.features if each.is_wall)
     assert first.history.passed == 0
     passed = replace(first, history=replace(first.history, passed=9999))
@@ -106,7 +109,7 @@ def test_a_wall_through_which_other_landmarks_were_detected_is_not_drawn() -> No
 def test_a_wall_is_drawn_if_fewer_than_half_as_many_pings_passed_as_it_reflected(
     passed: int, *, is_drawn: bool
 ) -> None:
-    marginal_prior = halfway()
+    marginal_prior = prior_of_four_stations()
     first = next(each for each in marginal_prior.features if each.is_wall)
     rest = [each for each in marginal_prior.features if each is not first]
     # Far away, where no station of the window changes the counts.
@@ -117,7 +120,7 @@ def test_a_wall_is_drawn_if_fewer_than_half_as_many_pings_passed_as_it_reflected
 
 
 def test_a_landmark_that_explains_no_ping_best_is_not_drawn() -> None:
-    marginal_prior = halfway()
+    marginal_prior = prior_of_four_stations()
     column = next(each for each in marginal_prior.features if each.kind is Kind.CYLINDER)
     rest = [each for each in marginal_prior.features if each is not column]
     drawn = []
@@ -130,11 +133,13 @@ def test_a_landmark_that_explains_no_ping_best_is_not_drawn() -> None:
 
 
 def test_no_pings_are_kept_after_marginalisation() -> None:
-    assert all(len(each.ping_scores.pings) == len(each.llr_by_station) == 0 for each in halfway().features)
+    assert all(
+        len(each.ping_scores.pings) == len(each.llr_by_station) == 0 for each in prior_of_four_stations().features
+    )
 
 
 def test_a_map_from_a_marginal_prior_is_nearly_the_full_map() -> None:
-    whole, parts = survey(estimate(0, 10)), survey(estimate(4, 10, halfway()))
+    whole, parts = survey(estimate(0, 10)), survey(estimate(4, 10, prior_of_four_stations()))
     assert len(parts.walls([])) == len(whole.walls([])) == 8
     for one in parts.walls([]):
         other = min(whole.walls([]), key=lambda wall: float(np.abs(wall.endpoints_xy - one.endpoints_xy).max()))
@@ -162,7 +167,7 @@ def test_more_stations_reduce_the_variance_of_walls() -> None:
     def surest(marginal_prior: MarginalPrior | None) -> float:
         return min(float(each.covariance[1, 1]) for each in survey(estimate(7, 10, marginal_prior)).walls([]))
 
-    assert surest(halfway()) < surest(None)
+    assert surest(prior_of_four_stations()) < surest(None)
 
 
 def test_memory_does_not_grow_when_stations_repeat() -> None:

@@ -24,8 +24,8 @@ from echoplan.preprocessing.stations import Stations
 from helpers import scenes
 
 WAY = np.column_stack([np.linspace(0.0, 5.0, 11), np.zeros(11), np.full(11, 0.2)])
-BELIEFS = odometry_prior(WAY, PoseSettings())
-ALONE = dead_reckoned_covariances(BELIEFS._replace(sigmas=BELIEFS.sigmas * [1.0, 1.0, 0.0]), WAY)
+PRIORS = odometry_prior(WAY, PoseSettings())
+ALONE = dead_reckoned_covariances(PRIORS._replace(sigmas=PRIORS.sigmas * [1.0, 1.0, 0.0]), WAY)
 SETTINGS = ObservabilitySettings()
 SWEEPS = Stations(np.array([0, 0, 1]), np.zeros((2, 3)))
 
@@ -36,7 +36,7 @@ def corridor(turn: float) -> FloatArray:
     return np.tile(np.outer(across, across) / 0.003**2 + np.diag([0.0, 0.0, 1 / 0.005**2]), (11, 1, 1))
 
 
-def certain(detected: FloatArray, priors: PosePrior = BELIEFS) -> FloatArray:
+def covariances_of(detected: FloatArray, priors: PosePrior = PRIORS) -> FloatArray:
     information, _ = normal_equations([pose_factors(priors, WAY, 0)], 33)
     for station, block in enumerate(detected):
         information[3 * station : 3 * station + 3, 3 * station : 3 * station + 3] += block
@@ -44,7 +44,7 @@ def certain(detected: FloatArray, priors: PosePrior = BELIEFS) -> FloatArray:
     return np.array([covariance[k : k + 3, k : k + 3] for k in range(0, 33, 3)])
 
 
-def found_open(covariances: FloatArray, alone: FloatArray) -> tuple[Undetermined, ...]:
+def undetermined_runs(covariances: FloatArray, alone: FloatArray) -> tuple[Undetermined, ...]:
     """Return the undetermined runs, given the walls."""
     return undetermined(covariances, covariances, alone, SETTINGS)
 
@@ -60,7 +60,7 @@ def test_dead_reckoned_covariances_are_those_of_the_odometry_factors() -> None:
 
 @pytest.mark.parametrize("turn", [0.0, 0.7, -1.2])
 def test_a_corridor_leaves_the_direction_along_it_undetermined(turn: float) -> None:
-    (found,) = found_open(certain(corridor(turn)), ALONE)
+    (found,) = undetermined_runs(covariances_of(corridor(turn)), ALONE)
     assert found.direction == pytest.approx(turn, abs=0.05)
     assert found.along > 3 * found.across
     assert found.across < 0.004
@@ -70,19 +70,19 @@ def test_a_corridor_leaves_the_direction_along_it_undetermined(turn: float) -> N
 def test_a_corner_ends_the_undetermined_run() -> None:
     detected = corridor(0.0)
     detected[6:] += np.diag([1 / 0.003**2, 0.0, 0.0])
-    found = found_open(certain(detected), ALONE)
+    found = undetermined_runs(covariances_of(detected), ALONE)
     # From the corner, odometry determines the last stations before it.
     assert not found or found[0].last < 6
 
 
 def test_a_room_determines_all_poses() -> None:
     detected = corridor(0.0) + np.diag([1 / 0.003**2, 0.0, 0.0])
-    assert found_open(certain(detected), ALONE) == ()
+    assert undetermined_runs(covariances_of(detected), ALONE) == ()
 
 
 def test_accurate_odometry_is_not_reported_as_undetermined() -> None:
-    sure = BELIEFS._replace(sigmas=1e-3 * BELIEFS.sigmas)
-    assert found_open(certain(corridor(0.0), sure), dead_reckoned_covariances(sure, WAY)) == ()
+    sure = PRIORS._replace(sigmas=1e-3 * PRIORS.sigmas)
+    assert undetermined_runs(covariances_of(corridor(0.0), sure), dead_reckoned_covariances(sure, WAY)) == ()
 
 
 def test_covariances_of_sweeps_include_the_rotation_of_their_station() -> None:
@@ -110,7 +110,7 @@ def test_fixed_poses_have_no_covariances() -> None:
 
 def test_an_undetermined_run_is_reported_by_sweep_numbers() -> None:
     stations = Stations(np.array([0, 0, 1, 2, 2, 3]), np.zeros((4, 3)))
-    (found,) = found_open(certain(corridor(0.0)), ALONE)
+    (found,) = undetermined_runs(covariances_of(corridor(0.0)), ALONE)
     told = found.at_sweeps(stations, np.array([3, 4, 5, 7, 8, 9]))
     assert (told["first"], told["last"]) == (5, 9)
     assert told["along"] == found.along
@@ -155,7 +155,7 @@ def test_without_walls_the_covariances_are_unconditional() -> None:
 def test_an_uncertain_rotation_of_the_frame_does_not_hide_undetermined_poses() -> None:
     # A common rotation about the first pose moves poses sideways in proportion to their distance.
     askew = np.array([np.diag([0.0, (0.01 * pose[0]) ** 2, 0.0]) for pose in WAY])
-    between = certain(corridor(0.0))
+    between = covariances_of(corridor(0.0))
     (found,) = undetermined(between + askew, between, ALONE, SETTINGS)
     assert found.direction == pytest.approx(0.0, abs=0.05)
     assert found.along > 3 * found.across

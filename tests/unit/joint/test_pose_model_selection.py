@@ -17,7 +17,7 @@ from echoplan.model import Odometry
 
 
 @dataclass(frozen=True, eq=False)
-class Doubtful:
+class FakeEstimate:
     """Estimate that records the steps applied to it and is inconsistent from the recorded poses."""
 
     measured_poses: np.ndarray
@@ -41,22 +41,22 @@ class Doubtful:
     arcs: tuple[None] = (None,)
     asked: tuple[str, ...] = ()
 
-    def _asked(self, name: str) -> "Doubtful":
+    def _asked(self, name: str) -> "FakeEstimate":
         return replace(self, asked=(*self.asked, name))
 
-    def initialise(self) -> "Doubtful":
+    def initialise(self) -> "FakeEstimate":
         return self._asked("glance")
 
-    def explain(self) -> "Doubtful":
+    def explain(self) -> "FakeEstimate":
         return self._asked("explain")
 
-    def reselect_classes(self) -> "Doubtful":
+    def reselect_classes(self) -> "FakeEstimate":
         return self._asked("reconsider")
 
-    def clear(self) -> "Doubtful":
+    def clear(self) -> "FakeEstimate":
         return self._asked("clear")
 
-    def refine_calibration(self) -> "Doubtful":
+    def refine_calibration(self) -> "FakeEstimate":
         return self._asked("polish")
 
     def odometry(self) -> PosePrior:
@@ -66,43 +66,43 @@ class Doubtful:
             self.odometry_noise if self.trusts_specified_odometry else None,
         )
 
-    def alternate(self, noise: float, priors: PosePrior, rounds: int) -> "Doubtful":
+    def alternate(self, noise: float, priors: PosePrior, rounds: int) -> "FakeEstimate":
         assert not priors.relative
         return replace(self, solution=self.solution + rounds)
 
 
-def doubtful(stations: int, **changes: Any) -> Doubtful:
+def fake_estimate(stations: int, **changes: Any) -> FakeEstimate:
     """Return an estimate with a number of stations."""
     measured_poses = np.full((stations, 3), 0.1234)
-    return Doubtful(measured_poses, measured_poses, **changes)
+    return FakeEstimate(measured_poses, measured_poses, **changes)
 
 
-def refine(estimate: Doubtful, priors: PosePrior) -> Doubtful:
+def refine(estimate: FakeEstimate, priors: PosePrior) -> FakeEstimate:
     """Count the refinements of an estimate."""
     return replace(estimate, settled=estimate.settled + 1)
 
 
-def anneal(estimate: Doubtful, priors: PosePrior, start: np.ndarray) -> Doubtful:
+def anneal(estimate: FakeEstimate, priors: PosePrior, start: np.ndarray) -> FakeEstimate:
     """Return poses that converged a little beside the start."""
     assert not priors.relative
-    return replace(estimate, poses=start + 0.01, settled=NUDGED)
+    return replace(estimate, poses=start + 0.01, settled=ANNEALED)
 
 
-def refine_right_angles(estimate: Doubtful, priors: PosePrior) -> Doubtful:
+def refine_right_angles(estimate: FakeEstimate, priors: PosePrior) -> FakeEstimate:
     """Find walls along the axes if waypoints were measured from such walls."""
     assert not priors.relative
     return replace(estimate, is_along_axes=estimate.is_measured)
 
 
 # Number of refinements that marks annealed poses.
-NUDGED = 100
+ANNEALED = 100
 # Log evidence by pose model [nats].
 STEPS_FIRST = {PoseModel.FIXED: 0.0, PoseModel.ABSOLUTE: 10.0, PoseModel.ODOMETRY: 20.0}
 HAND_FIRST = {PoseModel.FIXED: 0.0, PoseModel.ODOMETRY: 10.0, PoseModel.ABSOLUTE: 20.0}
 NEITHER = {PoseModel.FIXED: 30.0, PoseModel.ODOMETRY: 10.0, PoseModel.ABSOLUTE: 20.0}
 
 
-def noted(estimates: list[Any]) -> Callable[[Any], Any]:
+def recording_step(estimates: list[Any]) -> Callable[[Any], Any]:
     """Return a step that records its argument and changes nothing."""
 
     def step(estimate: Any) -> Any:
@@ -112,7 +112,7 @@ def noted(estimates: list[Any]) -> Callable[[Any], Any]:
     return step
 
 
-def told(monkeypatch: pytest.MonkeyPatch, **answers: Any) -> None:
+def replace_steps(monkeypatch: pytest.MonkeyPatch, **answers: Any) -> None:
     """Replace the steps of the selection by ones that change nothing, or by the given ones."""
     tracking: dict[str, Any] = {
         "track_poses": lambda estimate, priors: estimate,
@@ -132,7 +132,7 @@ def told(monkeypatch: pytest.MonkeyPatch, **answers: Any) -> None:
         monkeypatch.setattr(pose_model_selection, name, answer)
 
 
-def best_of(
+def selected(
     monkeypatch: pytest.MonkeyPatch,
     *,
     agree: set[PoseModel],
@@ -157,8 +157,8 @@ def best_of(
         "estimate_shared_bias": lambda estimate, priors: estimate,
         "without_shared_bias": lambda estimate, priors: estimate,
     }
-    told(monkeypatch, **(answers | (others or {})))
-    estimate = doubtful(
+    replace_steps(monkeypatch, **(answers | (others or {})))
+    estimate = fake_estimate(
         stations,
         odometry_noise=odometry_noise,
         marginal_prior=marginal_prior or MarginalPrior(),
@@ -179,7 +179,9 @@ def test_the_pose_model_with_the_greatest_log_evidence_is_selected(
     log_evidence_without_bias: dict[PoseModel, float],
     expected: PoseModel,
 ) -> None:
-    assert best_of(monkeypatch, agree=agree, log_evidence_without_bias=log_evidence_without_bias).pose_model is expected
+    assert (
+        selected(monkeypatch, agree=agree, log_evidence_without_bias=log_evidence_without_bias).pose_model is expected
+    )
 
 
 def test_absolute_poses_are_compared_before_shared_errors_are_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -189,13 +191,13 @@ def test_absolute_poses_are_compared_before_shared_errors_are_estimated(monkeypa
         "without_shared_bias": lambda estimate, priors: replace(estimate, is_held_down=False),
         "estimate_shared_bias": lambda estimate, priors: replace(estimate, is_held_down=True),
     }
-    assert best_of(monkeypatch, agree=set(PoseModel), others=others).pose_model is PoseModel.ABSOLUTE
+    assert selected(monkeypatch, agree=set(PoseModel), others=others).pose_model is PoseModel.ABSOLUTE
 
 
 def test_inconsistent_poses_in_whole_centimetres_are_always_corrected(monkeypatch: pytest.MonkeyPatch) -> None:
     others = {"are_quantised": lambda measured_poses: True}
     assert (
-        best_of(monkeypatch, agree=set(PoseModel), log_evidence_without_bias=NEITHER, others=others).pose_model
+        selected(monkeypatch, agree=set(PoseModel), log_evidence_without_bias=NEITHER, others=others).pose_model
         is PoseModel.ABSOLUTE
     )
 
@@ -206,7 +208,7 @@ def test_independent_pose_errors_exclude_odometry(monkeypatch: pytest.MonkeyPatc
         "scatter": lambda measured_poses, poses: 9.0,
         "has_duplicated_walls": lambda estimate: torn,
     }
-    found = best_of(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=STEPS_FIRST, others=others)
+    found = selected(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=STEPS_FIRST, others=others)
     assert found.pose_model is PoseModel.ABSOLUTE
 
 
@@ -220,7 +222,7 @@ def test_accumulating_pose_errors_exclude_waypoints_unless_the_echoes_outweigh_t
         "scatter": lambda measured_poses, poses: errors,
         "has_duplicated_walls": lambda estimate: torn,
     }
-    found = best_of(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=HAND_FIRST, others=others)
+    found = selected(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=HAND_FIRST, others=others)
     assert found.pose_model is expected
 
 
@@ -234,9 +236,9 @@ def test_absolute_poses_are_not_tried_if_errors_clearly_accumulate(
         "scatter": lambda measured_poses, poses: errors,
         "are_quantised": lambda measured_poses: round_,
         "has_duplicated_walls": lambda estimate: torn,
-        "place": noted(thought),
+        "place": recording_step(thought),
     }
-    found = best_of(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=STEPS_FIRST, others=others)
+    found = selected(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=STEPS_FIRST, others=others)
     assert found.pose_model is PoseModel.ODOMETRY
     assert len(thought) == expected
 
@@ -249,7 +251,7 @@ def test_poses_at_round_numbers_are_waypoints_unless_errors_clearly_accumulate(
         "scatter": lambda measured_poses, poses: errors,
         "are_quantised": lambda measured_poses: True,
     }
-    found = best_of(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=STEPS_FIRST, others=others)
+    found = selected(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=STEPS_FIRST, others=others)
     assert found.pose_model is expected
 
 
@@ -260,7 +262,7 @@ def test_poses_at_round_numbers_are_waypoints_unless_errors_clearly_accumulate(
 def test_a_rig_with_odometry_noise_has_no_waypoints(
     monkeypatch: pytest.MonkeyPatch, log_evidence_without_bias: dict[PoseModel, float], expected: PoseModel
 ) -> None:
-    found = best_of(
+    found = selected(
         monkeypatch,
         agree={PoseModel.FIXED},
         log_evidence_without_bias=log_evidence_without_bias,
@@ -285,7 +287,7 @@ def test_the_odometry_noise_may_exceed_the_specification(
         return STEPS_FIRST[estimate.pose_model] + more * (not estimate.trusts_specified_odometry)
 
     others = {"contradicts_odometry": lambda estimate: strained, "log_evidence": log_evidence}
-    found = best_of(monkeypatch, agree=agree, odometry_noise=Odometry(along=0.02), others=others)
+    found = selected(monkeypatch, agree=agree, odometry_noise=Odometry(along=0.02), others=others)
     assert found.pose_model is PoseModel.ODOMETRY
     assert found.trusts_specified_odometry != (farther and enough)
     assert found.pose_status.exceeds_specification == (farther and enough)
@@ -300,7 +302,7 @@ def test_a_requested_correction_selects_the_pose_model_itself(
 ) -> None:
     others: dict[str, Any] = {"is_inconsistent": lambda estimate: False}
     agree = {PoseModel.FIXED, PoseModel.ODOMETRY}
-    found = best_of(
+    found = selected(
         monkeypatch,
         agree=agree,
         log_evidence_without_bias=log_evidence_without_bias,
@@ -309,7 +311,7 @@ def test_a_requested_correction_selects_the_pose_model_itself(
     )
     assert found.pose_model is expected
     many = EstimateSettings().max_waypoints + 1
-    found = best_of(
+    found = selected(
         monkeypatch,
         agree=agree,
         log_evidence_without_bias=HAND_FIRST,
@@ -327,7 +329,7 @@ def test_the_absolute_pose_model_is_kept_after_marginalisation(
     marginal_prior = MarginalPrior(
         summary=MarginalPrior().summary._replace(columns=np.arange(4)), pose_model=PoseModel.ABSOLUTE
     )
-    found = best_of(
+    found = selected(
         monkeypatch,
         agree={PoseModel.ODOMETRY},
         log_evidence_without_bias=HAND_FIRST,
@@ -345,7 +347,7 @@ def test_the_absolute_pose_model_is_kept_after_marginalisation(
 def test_a_correction_without_effect_has_a_reason(
     monkeypatch: pytest.MonkeyPatch, agree: set[PoseModel], reason: PoseReason, odometry_noise: Odometry | None
 ) -> None:
-    found = best_of(
+    found = selected(
         monkeypatch,
         agree=agree,
         log_evidence_without_bias=NEITHER,
@@ -370,7 +372,7 @@ def test_absolute_poses_are_tried_if_walls_are_duplicated(
     expected: PoseModel,
     why: PoseReason,
 ) -> None:
-    found = best_of(
+    found = selected(
         monkeypatch,
         agree={PoseModel.ODOMETRY},
         log_evidence_without_bias=log_evidence_without_bias,
@@ -386,12 +388,12 @@ def test_the_best_of_several_starts_of_absolute_poses_is_selected(monkeypatch: p
     def log_evidence(estimate: Any) -> float:
         if estimate.pose_model is not PoseModel.ABSOLUTE:
             return 0.0
-        start = "nudged" if estimate.settled == NUDGED else "placed" if estimate.is_placed else "led"
+        start = "nudged" if estimate.settled == ANNEALED else "placed" if estimate.is_placed else "led"
         return 20.0 if start == best else 10.0
 
     others = {"log_evidence": log_evidence, "place": lambda estimate: replace(estimate, is_placed=True)}
-    found = best_of(monkeypatch, agree={PoseModel.ODOMETRY}, others=others)
-    assert (found.settled == NUDGED, found.is_placed) == (best == "nudged", best == "placed")
+    found = selected(monkeypatch, agree={PoseModel.ODOMETRY}, others=others)
+    assert (found.settled == ANNEALED, found.is_placed) == (best == "nudged", best == "placed")
 
 
 @pytest.mark.parametrize(("scattered", "others"), [(set(), 0), ({PoseModel.ABSOLUTE}, 1)])
@@ -399,7 +401,7 @@ def test_further_starts_are_tried_if_stations_share_no_walls(
     monkeypatch: pytest.MonkeyPatch, scattered: set[PoseModel], others: int
 ) -> None:
     placed = list[Any]()
-    best_of(monkeypatch, agree=set(PoseModel), scattered=scattered, others={"place": noted(placed)})
+    selected(monkeypatch, agree=set(PoseModel), scattered=scattered, others={"place": recording_step(placed)})
     assert len(placed) == others
 
 
@@ -407,7 +409,7 @@ def test_further_starts_are_tried_if_stations_share_no_walls(
 def test_absolute_poses_are_refined_again_if_walls_are_along_the_axes(
     monkeypatch: pytest.MonkeyPatch, *, measured: bool
 ) -> None:
-    assert (best_of(monkeypatch, agree=set(), measured=measured).solution > 0) == measured
+    assert (selected(monkeypatch, agree=set(), measured=measured).solution > 0) == measured
 
 
 def test_further_starts_are_tried_if_the_first_is_worse_than_odometry(
@@ -415,10 +417,10 @@ def test_further_starts_are_tried_if_the_first_is_worse_than_odometry(
 ) -> None:
     # Absolute poses that start from a wrong odometry solution may be wrong, too.
     def log_evidence(estimate: Any) -> float:
-        return 30.0 if estimate.settled == NUDGED else {**STEPS_FIRST, PoseModel.ABSOLUTE: 10.0}[estimate.pose_model]
+        return 30.0 if estimate.settled == ANNEALED else {**STEPS_FIRST, PoseModel.ABSOLUTE: 10.0}[estimate.pose_model]
 
-    found = best_of(monkeypatch, agree=set(PoseModel), others={"log_evidence": log_evidence})
-    assert found.settled == NUDGED
+    found = selected(monkeypatch, agree=set(PoseModel), others={"log_evidence": log_evidence})
+    assert found.settled == ANNEALED
 
 
 @pytest.mark.parametrize(("remembers", "expected"), [(True, 0), (False, 1)])
@@ -428,14 +430,16 @@ def test_stations_are_not_reordered_after_marginalisation(
     placed = list[Any]()
     nothing = MarginalPrior().summary
     marginal_prior = MarginalPrior(summary=nothing._replace(columns=np.arange(4))) if remembers else MarginalPrior()
-    best_of(monkeypatch, agree={PoseModel.ABSOLUTE}, others={"place": noted(placed)}, marginal_prior=marginal_prior)
+    selected(
+        monkeypatch, agree={PoseModel.ABSOLUTE}, others={"place": recording_step(placed)}, marginal_prior=marginal_prior
+    )
     assert len(placed) == expected
 
 
 def test_many_stations_are_no_waypoints(monkeypatch: pytest.MonkeyPatch) -> None:
     many = EstimateSettings().max_waypoints + 1
     assert (
-        best_of(monkeypatch, agree=set(), log_evidence_without_bias=HAND_FIRST, stations=many).pose_model
+        selected(monkeypatch, agree=set(), log_evidence_without_bias=HAND_FIRST, stations=many).pose_model
         is PoseModel.ODOMETRY
     )
 
@@ -450,19 +454,21 @@ def test_many_stations_are_corrected_only_with_more_log_evidence(
 ) -> None:
     many = EstimateSettings().max_waypoints + 1
     assert (
-        best_of(monkeypatch, agree=set(), log_evidence_without_bias=log_evidence_without_bias, stations=many).pose_model
+        selected(
+            monkeypatch, agree=set(), log_evidence_without_bias=log_evidence_without_bias, stations=many
+        ).pose_model
         is expected
     )
 
 
 def test_poses_of_two_stations_are_not_corrected(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert best_of(monkeypatch, agree=set(), stations=2).pose_model is PoseModel.FIXED
+    assert selected(monkeypatch, agree=set(), stations=2).pose_model is PoseModel.FIXED
 
 
 def test_poses_are_refined_while_the_log_evidence_grows(monkeypatch: pytest.MonkeyPatch) -> None:
     log_evidence_without_bias = [0.0, 20.0, 40.0, 42.0, 90.0]
-    estimate = doubtful(5, settings=EstimateSettings(poses=PoseMode.CORRECT, max_waypoints=0))
-    told(
+    estimate = fake_estimate(5, settings=EstimateSettings(poses=PoseMode.CORRECT, max_waypoints=0))
+    replace_steps(
         monkeypatch,
         agrees=lambda estimate: False,
         log_evidence=lambda estimate: log_evidence_without_bias[estimate.settled],
@@ -475,6 +481,6 @@ def test_poses_are_refined_while_the_log_evidence_grows(monkeypatch: pytest.Monk
 def test_multipath_walls_are_removed_after_class_selection_and_before_calibration(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    told(monkeypatch, has_duplicated_walls=lambda estimate: False)
-    estimate: Any = doubtful(5, settings=EstimateSettings(poses=PoseMode.TRUST))
+    replace_steps(monkeypatch, has_duplicated_walls=lambda estimate: False)
+    estimate: Any = fake_estimate(5, settings=EstimateSettings(poses=PoseMode.TRUST))
     assert estimate_map(estimate).asked == ("glance", "explain", "reconsider", "clear", "polish")  # type: ignore[attr-defined]

@@ -26,7 +26,7 @@ def measured_poses() -> FloatArray:
     return np.array(poses)
 
 
-BELIEFS = odometry_prior(measured_poses(), PoseSettings())
+PRIORS = odometry_prior(measured_poses(), PoseSettings())
 
 
 def arc_measurements() -> FloatArray:
@@ -48,11 +48,11 @@ def jacobian(pose: FloatArray, wall: FloatArray) -> tuple[FloatArray, FloatArray
     return by_wall, np.array([[-normal[0], -normal[1], 0.0], [0.0, 0.0, -1.0]])
 
 
-def ours() -> tuple[FloatArray, FloatArray, FloatArray]:
+def own_solution() -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return walls, poses and covariance by the factors and the solver of the project."""
-    walls, poses, seen = WALLS.copy(), BELIEFS.measured_poses.copy(), arc_measurements()
+    walls, poses, seen = WALLS.copy(), PRIORS.measured_poses.copy(), arc_measurements()
     for _ in range(20):
-        rows = [pose_factors(BELIEFS, poses, FIRST)]
+        rows = [pose_factors(PRIORS, poses, FIRST)]
         for k, pose in enumerate(poses):
             for j, wall in enumerate(walls):
                 residuals = seen[k, j] - expected(pose, wall)
@@ -69,18 +69,18 @@ def ours() -> tuple[FloatArray, FloatArray, FloatArray]:
     return walls, poses, covariance
 
 
-def theirs(gtsam: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
+def gtsam_solution(gtsam: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the same by GTSAM, with custom factors; poses and walls are vectors."""
     graph, start = gtsam.NonlinearFactorGraph(), gtsam.Values()
     for j, wall in enumerate(WALLS):
         start.insert(j, wall)
-    for k, pose in enumerate(BELIEFS.measured_poses):
+    for k, pose in enumerate(PRIORS.measured_poses):
         start.insert(100 + k, pose)
-        noise = gtsam.noiseModel.Diagonal.Sigmas(BELIEFS.sigmas[k])
-        graph.add(gtsam.CustomFactor(noise, [100] if k == 0 else [99 + k, 100 + k], moved(k)))
+        noise = gtsam.noiseModel.Diagonal.Sigmas(PRIORS.sigmas[k])
+        graph.add(gtsam.CustomFactor(noise, [100] if k == 0 else [99 + k, 100 + k], pose_factor_error(k)))
         for j in range(len(WALLS)):
             noise = gtsam.noiseModel.Diagonal.Sigmas(np.array([DEPTH, NORMAL]))
-            graph.add(gtsam.CustomFactor(noise, [j, 100 + k], sighted(arc_measurements()[k, j])))
+            graph.add(gtsam.CustomFactor(noise, [j, 100 + k], arc_factor_error(arc_measurements()[k, j])))
     parameters = gtsam.LevenbergMarquardtParams()
     parameters.setRelativeErrorTol(1e-14)
     parameters.setAbsoluteErrorTol(1e-14)
@@ -92,21 +92,23 @@ def theirs(gtsam: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
     return np.array(walls), np.array(poses), np.array([marginals.marginalCovariance(100 + k) for k in range(POSES)])
 
 
-def moved(k: int) -> Any:
+def pose_factor_error(k: int) -> Any:
     def error(_: Any, values: Any, jacobians: list[FloatArray] | None) -> FloatArray:
         poses = np.array([values.atVector(100 + each) for each in ([0] if k == 0 else [k - 1, k])])
         if k == 0:
-            return numbered(lambda own: own[0] - BELIEFS.measured_poses[0], poses, jacobians)
-        told = compose(invert(BELIEFS.measured_poses[k - 1]), BELIEFS.measured_poses[k])
+            return with_numeric_jacobian(lambda own: own[0] - PRIORS.measured_poses[0], poses, jacobians)
+        told = compose(invert(PRIORS.measured_poses[k - 1]), PRIORS.measured_poses[k])
         # Along and across the direction of travel, whatever the heading.
         x, y = told[:2] / np.hypot(told[0], told[1])
         axes = np.array([[x, y, 0.0], [-y, x, 0.0], [0.0, 0.0, 1.0]])
-        return numbered(lambda both: axes @ turned(compose(invert(both[0]), both[1]) - told), poses, jacobians)
+        return with_numeric_jacobian(
+            lambda both: axes @ wrapped(compose(invert(both[0]), both[1]) - told), poses, jacobians
+        )
 
     return error
 
 
-def sighted(seen: FloatArray) -> Any:
+def arc_factor_error(seen: FloatArray) -> Any:
     def error(factor: Any, values: Any, jacobians: list[FloatArray] | None) -> FloatArray:
         wall, pose = (values.atVector(key) for key in [*factor.keys()])
         if jacobians is not None:
@@ -118,7 +120,7 @@ def sighted(seen: FloatArray) -> Any:
     return error
 
 
-def numbered(function: Any, poses: FloatArray, jacobians: list[FloatArray] | None) -> FloatArray:
+def with_numeric_jacobian(function: Any, poses: FloatArray, jacobians: list[FloatArray] | None) -> FloatArray:
     """Return a residual, with a numeric Jacobian that does not depend on the code under test."""
     if jacobians is not None:
         for which in range(len(poses)):
@@ -132,14 +134,14 @@ def numbered(function: Any, poses: FloatArray, jacobians: list[FloatArray] | Non
     return error
 
 
-def turned(step: FloatArray) -> FloatArray:
+def wrapped(step: FloatArray) -> FloatArray:
     return np.array([step[0], step[1], float(wrap(step[2]))])
 
 
 def test_the_same_factors_have_the_same_minimum_and_covariances() -> None:
     gtsam = pytest.importorskip("gtsam", reason="gtsam is not installed")
-    walls, poses, covariance = ours()
-    their_walls, their_poses, their_covariances = theirs(gtsam)
+    walls, poses, covariance = own_solution()
+    their_walls, their_poses, their_covariances = gtsam_solution(gtsam)
     assert walls == pytest.approx(their_walls, abs=1e-6)
     assert np.abs(poses[:, :2] - their_poses[:, :2]).max() < 1e-6
     assert np.abs(wrap(poses[:, 2] - their_poses[:, 2])).max() < 1e-6

@@ -21,7 +21,7 @@ EAST, OBLIQUE = wall(0.0, 1.0), wall(np.radians(110.0), 1.1)
 FIRING, WAIT = 0.025, 0.025 * Air().speed_of_sound / 2
 
 
-def over(
+def crosstalk_over(
     measurements: Measurements, model: EchoModel, *walls: FloatArray, extents: tuple[Extent, ...] = ()
 ) -> FloatArray:
     """Return the log densities of the pings by crosstalk over walls."""
@@ -32,10 +32,12 @@ def over(
 
 def detected(measurements: Measurements, *walls: FloatArray, extents: tuple[Extent, ...] = ()) -> FloatArray:
     """Return the same without range walk."""
-    return over(measurements, PLAIN, *walls, extents=extents)
+    return crosstalk_over(measurements, PLAIN, *walls, extents=extents)
 
 
-def over_two(origin: tuple[float, float], place: tuple[float, float], *walls: FloatArray) -> tuple[float, FloatArray]:
+def shortest_path(
+    origin: tuple[float, float], place: tuple[float, float], *walls: FloatArray
+) -> tuple[float, FloatArray]:
     """Return the shortest path over two walls and its reflection points, by Fermat's principle."""
 
     def way(alongs: FloatArray) -> float:
@@ -59,7 +61,7 @@ def test_crosstalk_over_two_walls_has_the_shortest_path(
     mate: tuple[float, float], walls: tuple[FloatArray, FloatArray]
 ) -> None:
     measurements = one_ping((0.1, 0.0), 1.0, mate=mate, mate_bearing=0.9)
-    shortest, _ = over_two(mate, (0.1, 0.0), *walls)
+    shortest, _ = shortest_path(mate, (0.1, 0.0), *walls)
     assert likeliest(measurements, detected(measurements, *walls)) == pytest.approx(shortest / 2, abs=1e-4)
 
 
@@ -77,7 +79,7 @@ def test_crosstalk_of_the_previous_firing_reads_short_by_its_travel_time() -> No
 
 def test_crosstalk_of_the_previous_firing_depends_on_the_speed_of_sound() -> None:
     measurements, far = one_ping((0.0, 0.0), 0.0, mate=(0.0, 0.0), lag=FIRING), wall(0.0, 1.02 * (WAIT + 0.7))
-    warm = over(measurements, PLAIN.scaled(0.02), far)
+    warm = crosstalk_over(measurements, PLAIN.scaled(0.02), far)
     assert likeliest(measurements, warm) == pytest.approx(0.7, abs=1e-4)
 
 
@@ -97,7 +99,7 @@ def test_crosstalk_is_reflected_within_the_extent_of_the_wall() -> None:
 @pytest.mark.parametrize("hidden", [0, 1])
 def test_crosstalk_over_two_walls_needs_both_reflection_points(hidden: int) -> None:
     measurements = one_ping((0.1, 0.0), 1.0, mate=(0.3, -0.4), mate_bearing=0.9)
-    _, strikes = over_two((0.3, -0.4), (0.1, 0.0), EAST, OBLIQUE)
+    _, strikes = shortest_path((0.3, -0.4), (0.1, 0.0), EAST, OBLIQUE)
     around = [(each - 0.05, each + 0.05) for each in strikes]
     assert detected(measurements, EAST, OBLIQUE, extents=tuple(around)).max() > 0.0
     around[hidden] = (strikes[hidden] + 0.1, strikes[hidden] + 0.2)

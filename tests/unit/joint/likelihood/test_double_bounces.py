@@ -29,7 +29,7 @@ def chance(excess: float) -> float:
     return float(1 / (1 + np.exp(-excess / 3.0)))
 
 
-def between_walls(place: tuple[float, float], first: FloatArray, second: FloatArray) -> tuple[float, FloatArray]:
+def shortest_path(place: tuple[float, float], first: FloatArray, second: FloatArray) -> tuple[float, FloatArray]:
     """Return the shortest path over both walls and back, and its reflection points (Fermat's principle)."""
     start = np.array(place)
 
@@ -40,7 +40,7 @@ def between_walls(place: tuple[float, float], first: FloatArray, second: FloatAr
     return float(found.fun), found.x
 
 
-def walls_at(
+def double_echoes(
     measurements: Measurements,
     first: FloatArray,
     second: FloatArray,
@@ -54,7 +54,7 @@ def walls_at(
 def test_in_a_right_angle_a_double_echo_reads_the_distance_of_the_vertex(place: tuple[float, float]) -> None:
     away = np.array([1.0, 0.8]) - place
     measurements = one_ping(place, float(np.arctan2(away[1], away[0])))
-    reading = likeliest(measurements, walls_at(measurements, EAST, NORTH))
+    reading = likeliest(measurements, double_echoes(measurements, EAST, NORTH))
     assert reading == pytest.approx(np.hypot(*away), abs=1e-4)
 
 
@@ -62,35 +62,37 @@ def test_in_a_right_angle_a_double_echo_reads_the_distance_of_the_vertex(place: 
 @pytest.mark.parametrize("second", [OBLIQUE, wall(np.radians(-125.0), 1.2)])
 def test_a_double_echo_takes_the_shortest_path_over_both_walls(place: tuple[float, float], second: FloatArray) -> None:
     measurements = one_ping(place, float(second[1] / 2))
-    shortest, _ = between_walls(place, EAST, second)
-    there, back = (likeliest(measurements, walls_at(measurements, *pair)) for pair in ((EAST, second), (second, EAST)))
+    shortest, _ = shortest_path(place, EAST, second)
+    there, back = (
+        likeliest(measurements, double_echoes(measurements, *pair)) for pair in ((EAST, second), (second, EAST))
+    )
     assert there == back == pytest.approx(shortest / 2, abs=1e-4)
 
 
 def test_a_path_over_two_parallel_walls_returns_from_behind_and_is_not_detected() -> None:
     measurements = one_ping((0.3, 0.0), 0.0)
-    assert (walls_at(measurements, EAST, wall(np.pi, 1.0)) == UNHEARD).all()
+    assert (double_echoes(measurements, EAST, wall(np.pi, 1.0)) == UNHEARD).all()
 
 
 @pytest.mark.parametrize("hidden", [0, 1])
 def test_a_double_echo_needs_both_walls_at_its_reflection_points(hidden: int) -> None:
     place, walls = (0.2, 0.1), (EAST, OBLIQUE)
-    _, strikes = between_walls(place, *walls)
+    _, strikes = shortest_path(place, *walls)
     measurements = one_ping(place, 0.9)
     around = [strike + np.array([-0.05, 0.05]) for strike in strikes]
-    assert walls_at(measurements, *walls, (around[0], around[1])).max() > 0.0
+    assert double_echoes(measurements, *walls, (around[0], around[1])).max() > 0.0
     beside = [each + (0.2 if number == hidden else 0.0) for number, each in enumerate(around)]
-    assert (walls_at(measurements, *walls, (beside[0], beside[1])) == UNHEARD).all()
+    assert (double_echoes(measurements, *walls, (beside[0], beside[1])) == UNHEARD).all()
 
 
 @pytest.mark.parametrize("place", [(1.2, 0.1), (0.2, 0.9)])
 def test_there_is_no_double_echo_from_behind_a_wall(place: tuple[float, float]) -> None:
-    assert (walls_at(one_ping(place, 0.7), EAST, NORTH) == UNHEARD).all()
+    assert (double_echoes(one_ping(place, 0.7), EAST, NORTH) == UNHEARD).all()
 
 
 def test_a_double_echo_has_one_and_a_half_times_the_noise_of_an_echo() -> None:
     measurements = one_ping((0.2, 0.1), 0.7188)
-    log_densities = walls_at(measurements, EAST, NORTH)
+    log_densities = double_echoes(measurements, EAST, NORTH)
     detected = log_densities > UNHEARD
     late = measurements.readings[detected] - np.hypot(0.8, 0.7)
     assert log_densities[detected] - log_densities.max() == pytest.approx(-0.5 * (late / (1.5 * NOISE)) ** 2, abs=1e-3)
@@ -98,14 +100,14 @@ def test_a_double_echo_has_one_and_a_half_times_the_noise_of_an_echo() -> None:
 
 
 def test_multipath_explains_no_missing_echo() -> None:
-    assert walls_at(one_ping((0.2, 0.1), 0.7), EAST, NORTH)[-1] == UNHEARD
+    assert double_echoes(one_ping((0.2, 0.1), 0.7), EAST, NORTH)[-1] == UNHEARD
 
 
 def test_a_double_echo_is_attenuated_by_the_beam_on_departure_and_arrival() -> None:
     # In an oblique corner the directions of departure and arrival differ.
     place, bearing = np.array([0.2, 0.1]), 0.8
     measurements = one_ping((0.2, 0.1), bearing)
-    shortest, strikes = between_walls((0.2, 0.1), EAST, OBLIQUE)
+    shortest, strikes = shortest_path((0.2, 0.1), EAST, OBLIQUE)
     ends = [point_on(each, strike) - place for each, strike in zip((EAST, OBLIQUE), strikes, strict=True)]
     offs = [float(np.arctan2(way[1], way[0])) - bearing for way in ends]
     beams = np.prod([directivity(off, PLAIN.ka) for off in offs])
@@ -113,7 +115,7 @@ def test_a_double_echo_is_attenuated_by_the_beam_on_departure_and_arrival() -> N
     excess = float(signal_excess(2 / shortest, shortest, transducer=PAPER, air=Air(), beams=beams))
     peak = np.log(chance(excess) / (np.sqrt(2 * np.pi) * 1.5 * NOISE))
     assert abs(offs[0] - offs[1]) > 0.5
-    assert walls_at(measurements, EAST, OBLIQUE).max() == pytest.approx(peak, abs=1e-2)
+    assert double_echoes(measurements, EAST, OBLIQUE).max() == pytest.approx(peak, abs=1e-2)
 
 
 @pytest.mark.parametrize(("degrees", "louder"), [(90.0, 0.0), (89.0, 4.37), (85.0, 6.02)])
@@ -125,7 +127,7 @@ def test_both_paths_merge_in_the_vertex_of_a_right_angle(degrees: float, louder:
     depth, beams = 3 * np.sin(angle), directivity(np.pi / 2 - angle, PLAIN.ka) ** 2
     one_way = float(signal_excess(1 / (2 * depth), 2 * depth, transducer=PAPER, air=Air(), beams=beams))
     expected = np.log(chance(one_way + louder) / (np.sqrt(2 * np.pi) * 1.5 * NOISE))
-    assert walls_at(measurements, walls[0], walls[1]).max() == pytest.approx(expected, abs=0.01)
+    assert double_echoes(measurements, walls[0], walls[1]).max() == pytest.approx(expected, abs=0.01)
 
 
 def corner(degrees: float, distance: float) -> tuple[FloatArray, FloatArray]:
@@ -145,7 +147,7 @@ def test_the_vertex_of_a_wide_corner_returns_sound_as_diffraction_theory_predict
     echo = abs(edge_echo(distance, angle=opening / 2, opening=opening, wavenumber=wavenumber))
     excess = float(signal_excess(echo, 2 * distance, transducer=PAPER, air=Air()))
     expected = np.log(chance(excess) / (np.sqrt(2 * np.pi) * 1.5 * NOISE))
-    log_densities = walls_at(measurements, *corner(degrees, distance))
+    log_densities = double_echoes(measurements, *corner(degrees, distance))
     assert likeliest(measurements, log_densities) == pytest.approx(distance, abs=1e-4)
     assert log_densities.max() == pytest.approx(expected, abs=0.2)
 
@@ -154,24 +156,24 @@ def test_a_vertex_returns_sound_only_if_both_walls_reach_it_and_from_within() ->
     measurements, (first, second) = one_ping((0.0, 0.0), 0.0), corner(92.0, 1.0)
     # Along the first wall the vertex is at +0.69 m, along the second at -0.69 m.
     reaching, short = (-2.0, 0.8), (-2.0, 0.4)
-    assert walls_at(measurements, first, second, (reaching, (-0.8, 2.0))).max() > UNHEARD
-    assert walls_at(measurements, first, second, (short, (-0.8, 2.0))).max() == UNHEARD
+    assert double_echoes(measurements, first, second, (reaching, (-0.8, 2.0))).max() > UNHEARD
+    assert double_echoes(measurements, first, second, (short, (-0.8, 2.0))).max() == UNHEARD
     # A convex edge: both walls lead away from the sensor.
-    assert walls_at(measurements, first, second, ((0.6, 2.0), (-2.0, -0.6))).max() == UNHEARD
+    assert double_echoes(measurements, first, second, ((0.6, 2.0), (-2.0, -0.6))).max() == UNHEARD
 
 
 @pytest.mark.parametrize(("begin", "is_heard"), [(-0.3, True), (0.3, False)])
 def test_a_vertex_returns_sound_if_a_wall_extends_before_the_other_one(begin: float, *, is_heard: bool) -> None:
     # The line continues far behind the second wall; before it, it has 1 m, or no more than the extrapolation of a wall.
     measurements, (first, second) = one_ping((0.0, 0.0), 0.0), corner(92.0, 1.0)
-    log_densities = walls_at(measurements, first, second, ((begin, 5.0), (-0.8, 2.0)))
+    log_densities = double_echoes(measurements, first, second, ((begin, 5.0), (-0.8, 2.0)))
     assert (log_densities.max() > UNHEARD) == is_heard
 
 
 def test_double_echoes_have_the_range_walk_of_their_signal_excess() -> None:
     measurements, depth = one_ping((-1.5, -1.4), 0.7), np.hypot(2.5, 2.2)
     walking = ghosts_of_walls(measurements, SONAR.tabulated(), (EAST, NORTH), (ENDLESS, ENDLESS), NOISE)
-    assert likeliest(measurements, walls_at(measurements, EAST, NORTH)) == pytest.approx(depth, abs=1e-4)
+    assert likeliest(measurements, double_echoes(measurements, EAST, NORTH)) == pytest.approx(depth, abs=1e-4)
     assert depth + 0.001 < likeliest(measurements, walking) < depth + SONAR.walk_gain
 
 

@@ -14,7 +14,7 @@ OPEN = Occluders(np.zeros((0, 4)), np.zeros((0, 2)))
 EAST = ROOM[0]
 
 
-def verdict_on(
+def score_of(
     measurements: Measurements,
     reflector: FloatArray,
     *,
@@ -26,7 +26,7 @@ def verdict_on(
     return rescore(measurements, reflector, evidence_for(measurements, reflector), known, frame)
 
 
-def silenced(measurements: Measurements, *stations: int) -> Measurements:
+def without_echoes_at(measurements: Measurements, *stations: int) -> Measurements:
     """Return the measurements without echoes at some stations."""
     gone = np.isin(measurements.stations, stations)
     return measurements._replace(readings=np.where(gone, np.inf, measurements.readings))
@@ -41,26 +41,26 @@ def sums_of(measurements: Measurements, evidence: PingScores, log_densities: Flo
 
 
 def test_a_landmark_out_of_range_has_no_score(room: Measurements) -> None:
-    verdict = verdict_on(room, wall(0.0, 9.0))
+    verdict = score_of(room, wall(0.0, 9.0))
     assert (verdict.total, verdict.low, verdict.high) == (0.0, 0.0, 0.0)
     assert not verdict.llr_by_station.any()
 
 
 def test_real_walls_have_a_high_ratio_and_absent_walls_do_not(room: Measurements) -> None:
-    assert min(verdict_on(room, each).total for each in ROOM) > 50.0
+    assert min(score_of(room, each).total for each in ROOM) > 50.0
     for absent in (wall(0.0, 1.5), wall(0.8, 1.2), wall(np.pi / 2, 1.4)):
-        assert verdict_on(room, absent).total < 5.0
+        assert score_of(room, absent).total < 5.0
 
 
 def test_the_ratio_is_proportional_to_the_weights() -> None:
     measurements = hearing(listening(), [EAST])
     halved = measurements._replace(weights=0.5 * measurements.weights)
-    assert verdict_on(halved, EAST).llr_by_station == pytest.approx(0.5 * verdict_on(measurements, EAST).llr_by_station)
+    assert score_of(halved, EAST).llr_by_station == pytest.approx(0.5 * score_of(measurements, EAST).llr_by_station)
 
 
 def test_the_ratio_of_a_station_is_the_sum_over_its_pings() -> None:
     measurements = hearing(listening(), [EAST])
-    evidence, verdict = evidence_for(measurements, EAST), verdict_on(measurements, EAST)
+    evidence, verdict = evidence_for(measurements, EAST), score_of(measurements, EAST)
     sums = sums_of(measurements, evidence, np.full(len(measurements.readings), FLOOR))
     assert verdict.llr_by_station == pytest.approx(sums)
     assert verdict.total == pytest.approx(sums.sum())
@@ -70,12 +70,12 @@ def test_readings_that_are_explained_give_no_ratio(room: Measurements) -> None:
     evidence = evidence_for(room, EAST)
     log_densities = np.full(len(room.readings), FLOOR)
     log_densities[evidence.pings] = np.maximum(evidence.densities, FLOOR)
-    assert verdict_on(room, EAST, log_densities=log_densities).total <= 0.0
+    assert score_of(room, EAST, log_densities=log_densities).total <= 0.0
 
 
 def test_one_station_contributes_no_less_than_minus_twelve_nats() -> None:
     silent = listening(step=np.radians(4.0))
-    assert verdict_on(silent, cylinder(0.0, 0.5, 0.3)).llr_by_station == pytest.approx(-12.0)
+    assert score_of(silent, cylinder(0.0, 0.5, 0.3)).llr_by_station == pytest.approx(-12.0)
 
 
 def test_missed_detections_are_bounded_by_twelve_nats_per_station() -> None:
@@ -112,16 +112,16 @@ def test_a_detected_wall_is_hardly_missed(room: Measurements) -> None:
 def test_a_station_with_mostly_non_detections_does_not_support_a_landmark() -> None:
     post = cylinder(0.2, 1.0, 0.1)
     measurements = hearing(listening(), [post])
-    complete = verdict_on(measurements, post).llr_by_station[1]
+    complete = score_of(measurements, post).llr_by_station[1]
     own = np.flatnonzero((measurements.stations == 1) & np.isfinite(measurements.readings))
     readings = measurements.readings.copy()
     readings[own[: round(0.7 * len(own))]] = np.inf
-    partial = verdict_on(measurements._replace(readings=readings), post).llr_by_station[1]
+    partial = score_of(measurements._replace(readings=readings), post).llr_by_station[1]
     assert complete > 0.0 >= partial
 
 
 def test_the_extent_of_a_wall_is_where_it_was_detected() -> None:
-    verdict = verdict_on(hearing(listening(arm=0.0), [EAST]), EAST)
+    verdict = score_of(hearing(listening(arm=0.0), [EAST]), EAST)
     assert (verdict.low, verdict.high) == pytest.approx((-0.5, 0.3))
 
 
@@ -139,10 +139,10 @@ def places_of(measurements: Measurements) -> IntArray:
 def test_the_score_of_a_wall_is_that_of_the_best_run_of_stations() -> None:
     measurements = in_a_row(7)
     places = places_of(measurements)
-    broken = silenced(measurements, *np.flatnonzero(np.isin(places, [1, 2])))
+    broken = without_echoes_at(measurements, *np.flatnonzero(np.isin(places, [1, 2])))
     # The readings of the southernmost station are nearly explained: they do not outweigh two non-detecting stations.
     log_densities = np.where(places[broken.stations] == 0, FLOOR + 8.0, FLOOR)
-    verdict = verdict_on(broken, EAST, log_densities=log_densities)
+    verdict = score_of(broken, EAST, log_densities=log_densities)
     assert sorted(places[verdict.llr_by_station != 0.0]) == [3, 4, 5, 6]
     assert (verdict.low, verdict.high) == pytest.approx((1.5, 3.0))
 
@@ -150,7 +150,7 @@ def test_the_score_of_a_wall_is_that_of_the_best_run_of_stations() -> None:
 def test_a_run_spans_a_station_whose_penalty_is_outweighed() -> None:
     measurements = in_a_row(5)
     places = places_of(measurements)
-    verdict = verdict_on(silenced(measurements, int(np.flatnonzero(places == 2)[0])), EAST)
+    verdict = score_of(without_echoes_at(measurements, int(np.flatnonzero(places == 2)[0])), EAST)
     assert (verdict.low, verdict.high) == pytest.approx((0.0, 2.0))
     assert verdict.llr_by_station[places == 2] < 0.0
 
@@ -158,13 +158,13 @@ def test_a_run_spans_a_station_whose_penalty_is_outweighed() -> None:
 def test_the_best_run_has_the_greatest_sum_of_all_runs() -> None:
     rng, measurements = np.random.default_rng(8), in_a_row(6)
     for _ in range(20):
-        muted = silenced(measurements, *np.flatnonzero(rng.random(6) < 0.5))
+        muted = without_echoes_at(measurements, *np.flatnonzero(rng.random(6) < 0.5))
         log_densities = FLOOR + rng.uniform(0.0, 6.0, 6)[measurements.stations]
         llr_by_station = np.maximum(sums_of(muted, evidence_for(muted, EAST), log_densities), -12.0)[
             np.argsort(places_of(muted))
         ]
         runs = [llr_by_station[first:last].sum() for first in range(7) for last in range(first, 7)]
-        assert verdict_on(muted, EAST, log_densities=log_densities).total == pytest.approx(max(runs))
+        assert score_of(muted, EAST, log_densities=log_densities).total == pytest.approx(max(runs))
 
 
 SCREEN = Occluders(np.array([wall(0.0, 1.0)]), np.array([[-0.8, -0.2]]))
@@ -175,9 +175,9 @@ POST = Occluders(np.array([cylinder(1.0, -0.5, 0.1)]), np.zeros((1, 2)))
 @pytest.mark.parametrize("reflector", [EAST, cylinder(2.0, -0.5, 0.1)])
 def test_an_occluded_station_does_not_contradict_a_landmark(frame: Occluders, reflector: FloatArray) -> None:
     stations = [(0.0, -0.5), (1.5, -0.45), (1.5, 0.0), (1.4, 0.4)]
-    measurements = silenced(hearing(listening(stations), [reflector]), 0)
-    assert verdict_on(measurements, cylinder(2.0, -0.5, 0.1)).llr_by_station[0] <= 0.0
-    free, blocked = verdict_on(measurements, reflector), verdict_on(measurements, reflector, frame=frame)
+    measurements = without_echoes_at(hearing(listening(stations), [reflector]), 0)
+    assert score_of(measurements, cylinder(2.0, -0.5, 0.1)).llr_by_station[0] <= 0.0
+    free, blocked = score_of(measurements, reflector), score_of(measurements, reflector, frame=frame)
     assert blocked.llr_by_station[0] == 0.0
     assert blocked.llr_by_station[1:] == pytest.approx(free.llr_by_station[1:])
     assert blocked.total >= free.total
@@ -195,25 +195,25 @@ def test_an_occluded_station_does_not_contradict_a_landmark(frame: Occluders, re
 )
 def test_landmarks_beside_or_behind_the_line_of_sight_do_not_occlude(frame: Occluders) -> None:
     post = cylinder(2.0, -0.5, 0.1)
-    measurements = silenced(hearing(listening([(0.0, -0.5), (1.5, -0.45), (1.5, 0.0)]), [post]), 0)
-    free = verdict_on(measurements, post).llr_by_station
+    measurements = without_echoes_at(hearing(listening([(0.0, -0.5), (1.5, -0.45), (1.5, 0.0)]), [post]), 0)
+    free = score_of(measurements, post).llr_by_station
     assert free[0] < -1.0
-    assert verdict_on(measurements, post, frame=frame).llr_by_station == pytest.approx(free)
+    assert score_of(measurements, post, frame=frame).llr_by_station == pytest.approx(free)
 
 
 def test_a_wall_behind_a_wall_does_not_occlude_it() -> None:
-    measurements = silenced(hearing(listening([(0.0, 0.0), (0.5, 0.2), (0.5, 0.4)]), [EAST]), 1)
+    measurements = without_echoes_at(hearing(listening([(0.0, 0.0), (0.5, 0.2), (0.5, 0.4)]), [EAST]), 1)
     behind = Occluders(np.array([wall(0.0, 2.2)]), np.array([[-2.0, 2.0]]))
-    free = verdict_on(measurements, EAST).llr_by_station
+    free = score_of(measurements, EAST).llr_by_station
     assert free[1] < -1.0
-    assert verdict_on(measurements, EAST, frame=behind).llr_by_station == pytest.approx(free)
+    assert score_of(measurements, EAST, frame=behind).llr_by_station == pytest.approx(free)
 
 
 def test_an_occluded_station_may_support_a_landmark() -> None:
     post = cylinder(2.0, -0.5, 0.1)
-    measurements = silenced(hearing(listening([(0.0, -0.5), (1.5, -0.45), (1.5, 0.0)]), [post]), 2)
-    assert verdict_on(measurements, post, frame=SCREEN).llr_by_station[0] == pytest.approx(
-        verdict_on(measurements, post).llr_by_station[0]
+    measurements = without_echoes_at(hearing(listening([(0.0, -0.5), (1.5, -0.45), (1.5, 0.0)]), [post]), 2)
+    assert score_of(measurements, post, frame=SCREEN).llr_by_station[0] == pytest.approx(
+        score_of(measurements, post).llr_by_station[0]
     )
 
 

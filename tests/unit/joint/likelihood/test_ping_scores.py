@@ -24,7 +24,7 @@ HEARING = SONAR.tabulated()
 EAST = ROOM[0]
 
 
-def twin(measurements: Measurements, reflector: FloatArray, noise: float) -> PingScores:
+def reference_scores(measurements: Measurements, reflector: FloatArray, noise: float) -> PingScores:
     """Return the scores of all pings by vectorised equations."""
     excess, reading = expected(measurements, reflector)
     if reflector[0] == Kind.WALL:
@@ -56,7 +56,7 @@ def test_ping_scores_agree_with_the_equations(room: Measurements, reflector: Flo
     noisy = hearing(listening(), [*ROOM, cylinder(0.4, 1.0, 0.1)], noise=0.006, rng=np.random.default_rng(4))
     for measurements in (room, noisy):
         for found, truth in zip(
-            evidence_for(measurements, reflector), twin(measurements, reflector, NOISE), strict=True
+            evidence_for(measurements, reflector), reference_scores(measurements, reflector, NOISE), strict=True
         ):
             assert found == pytest.approx(truth, abs=1e-6)
 
@@ -90,7 +90,7 @@ def test_a_non_detection_counts_more_with_a_higher_excess_but_is_bounded() -> No
     assert (log_evidence.densities == UNHEARD).all()
 
 
-def told(shift: float) -> tuple[PingScores, BoolArray]:
+def scores_of_shifted_readings(shift: float) -> tuple[PingScores, BoolArray]:
     """Return the scores of pings that detect a wall, with shifted readings, and which pings these are."""
     measurements = hearing(listening(), [EAST])
     log_evidence = evidence_for(measurements._replace(readings=measurements.readings + shift), EAST)
@@ -99,21 +99,21 @@ def told(shift: float) -> tuple[PingScores, BoolArray]:
 
 @pytest.mark.parametrize("shift", [-0.2, -0.05])
 def test_masked_pings_have_no_score(shift: float) -> None:
-    log_evidence, detected = told(shift)
+    log_evidence, detected = scores_of_shifted_readings(shift)
     assert not log_evidence.unmasked[detected].any()
     assert not log_evidence.misses[detected].any()
     assert (log_evidence.densities[detected] == UNHEARD).all()
 
 
 def test_slightly_short_readings_are_neither_detections_nor_masked() -> None:
-    log_evidence, detected = told(-0.0295)
+    log_evidence, detected = scores_of_shifted_readings(-0.0295)
     assert log_evidence.unmasked[detected].all()
     assert not log_evidence.misses[detected].any()
     assert (log_evidence.densities[detected] == UNHEARD).all()
 
 
 def test_longer_readings_are_non_detections() -> None:
-    log_evidence, detected = told(0.2)
+    log_evidence, detected = scores_of_shifted_readings(0.2)
     assert log_evidence.unmasked[detected].all()
     assert (log_evidence.misses[detected] < -0.5).all()
     assert (log_evidence.densities[detected] == UNHEARD).all()

@@ -11,7 +11,7 @@ SETTINGS = CandidateSettings()
 STATIONS = np.array([[0.0, 0.0], [0.6, -0.3], [0.2, 0.7]])
 
 
-def sighted(
+def simulated_arcs(
     reflectors: list[FloatArray], *, stations: FloatArray = STATIONS, turn: float = 0.0, late: float = 0.0
 ) -> ArcMeasurements:
     """Return arcs of landmarks from each station, with planes that are rotated and shifted."""
@@ -27,7 +27,7 @@ def sighted(
     return ArcMeasurements(stations=table[:, 0].astype(int), centers=table[:, 1:3], planes=table[:, 3:])
 
 
-def suggested(arc_measurements: ArcMeasurements, *, fresh: list[bool] | None = None, **settings: float) -> FloatArray:
+def proposals(arc_measurements: ArcMeasurements, *, fresh: list[bool] | None = None, **settings: float) -> FloatArray:
     """Return the proposals, by default with all arcs new."""
     new = np.ones(len(arc_measurements.stations), dtype=bool) if fresh is None else np.array(fresh)
     return propose_hypotheses(arc_measurements, new, CandidateSettings.model_validate(settings))
@@ -60,88 +60,90 @@ def kinds(candidates: FloatArray) -> set[Kind]:
 )
 @pytest.mark.parametrize("turn", [0.0, 0.05])
 def test_arcs_of_two_stations_propose_their_landmark(reflector: FloatArray, turn: float) -> None:
-    arc_measurements = sighted([reflector], stations=STATIONS[:2], turn=turn)
-    assert distance(suggested(arc_measurements), reflector) < 1e-6
+    arc_measurements = simulated_arcs([reflector], stations=STATIONS[:2], turn=turn)
+    assert distance(proposals(arc_measurements), reflector) < 1e-6
 
 
 def test_arcs_of_several_landmarks_propose_each_of_them() -> None:
     reflectors = [wall(0.4, 1.5), wall(2.2, 1.9), corner(-1.5, -1.0), cylinder(0.5, -1.3, 0.08)]
-    candidates = suggested(sighted(reflectors))
+    candidates = proposals(simulated_arcs(reflectors))
     assert [distance(candidates, each) < 0.02 for each in reflectors] == [True] * 4
 
 
 def test_a_single_arc_proposes_only_its_plane() -> None:
-    candidates = suggested(sighted([wall(0.4, 1.5)], stations=STATIONS[:1]))
+    candidates = proposals(simulated_arcs([wall(0.4, 1.5)], stations=STATIONS[:1]))
     assert candidates == pytest.approx(wall(0.4, 1.5)[None])
 
 
 def test_a_common_tangent_is_nearer_to_the_wall_than_the_planes_of_arcs() -> None:
-    arc_measurements = sighted([wall(0.4, 1.5)], stations=STATIONS[:2], turn=0.08)
+    arc_measurements = simulated_arcs([wall(0.4, 1.5)], stations=STATIONS[:2], turn=0.08)
     own = np.abs(wrap(arc_measurements.planes[:, 0] - 0.4))
     assert own.min() > 0.07
-    assert distance(suggested(arc_measurements), wall(0.4, 1.5)) < 1e-6
+    assert distance(proposals(arc_measurements), wall(0.4, 1.5)) < 1e-6
 
 
 def test_arcs_of_too_different_directions_propose_no_tangent() -> None:
-    arc_measurements = sighted([wall(0.4, 1.5)], stations=STATIONS[:2], turn=np.radians(12))
-    assert distance(suggested(arc_measurements), wall(0.4, 1.5)) > 0.1
-    assert distance(suggested(arc_measurements, wall_angle_gate=np.radians(25)), wall(0.4, 1.5)) < 1e-6
+    arc_measurements = simulated_arcs([wall(0.4, 1.5)], stations=STATIONS[:2], turn=np.radians(12))
+    assert distance(proposals(arc_measurements), wall(0.4, 1.5)) > 0.1
+    assert distance(proposals(arc_measurements, wall_angle_gate=np.radians(25)), wall(0.4, 1.5)) < 1e-6
 
 
 def test_arcs_of_one_station_propose_nothing_together() -> None:
-    arc_measurements = sighted([wall(0.4, 1.5), wall(0.5, 1.5)], stations=STATIONS[:1])
-    assert kinds(suggested(arc_measurements)) == {Kind.WALL}
-    assert len(suggested(arc_measurements)) == 2
+    arc_measurements = simulated_arcs([wall(0.4, 1.5), wall(0.5, 1.5)], stations=STATIONS[:1])
+    assert kinds(proposals(arc_measurements)) == {Kind.WALL}
+    assert len(proposals(arc_measurements)) == 2
 
 
 def test_stations_close_together_propose_no_points() -> None:
-    near, far = (sighted([corner(1.5, 0.0)], stations=np.array([[0.0, 0.0], [0.0, apart]])) for apart in (0.04, 0.06))
-    assert Kind.CORNER not in kinds(suggested(near))
-    assert Kind.CORNER in kinds(suggested(far))
+    near, far = (
+        simulated_arcs([corner(1.5, 0.0)], stations=np.array([[0.0, 0.0], [0.0, apart]])) for apart in (0.04, 0.06)
+    )
+    assert Kind.CORNER not in kinds(proposals(near))
+    assert Kind.CORNER in kinds(proposals(far))
 
 
 def test_range_circles_with_a_small_gap_propose_a_point_between() -> None:
     # The point lies between the stations; readings 5 mm short leave a gap between the circles.
     stations = np.array([[0.0, 0.0], [2.0, 0.0]])
-    arc_measurements = sighted([corner(1.0, 0.0)], stations=stations, late=-0.005)
-    assert distance(suggested(arc_measurements), corner(1.0, 0.0)) < 0.01
+    arc_measurements = simulated_arcs([corner(1.0, 0.0)], stations=stations, late=-0.005)
+    assert distance(proposals(arc_measurements), corner(1.0, 0.0)) < 0.01
 
 
 def test_range_circles_far_apart_propose_no_point() -> None:
-    arc_measurements = sighted([corner(1.0, 0.0)], stations=np.array([[0.0, 0.0], [2.0, 0.0]]), late=-0.3)
-    assert Kind.CORNER not in kinds(suggested(arc_measurements))
+    arc_measurements = simulated_arcs([corner(1.0, 0.0)], stations=np.array([[0.0, 0.0], [2.0, 0.0]]), late=-0.3)
+    assert Kind.CORNER not in kinds(proposals(arc_measurements))
 
 
 def test_points_behind_the_stations_are_not_proposed() -> None:
     # Two range circles meet twice; only the crossing in front of both stations is a candidate.
-    candidates = suggested(sighted([corner(1.0, 1.0)], stations=np.array([[0.0, 0.0], [1.0, 0.0]])))
+    candidates = proposals(simulated_arcs([corner(1.0, 1.0)], stations=np.array([[0.0, 0.0], [1.0, 0.0]])))
     corners = candidates[candidates[:, 0] == Kind.CORNER]
     assert corners == pytest.approx(corner(1.0, 1.0)[None])
 
 
 def test_only_the_given_radii_are_tried() -> None:
-    arc_measurements = sighted([cylinder(1.0, 0.5, 0.1)])
+    arc_measurements = simulated_arcs([cylinder(1.0, 0.5, 0.1)])
     candidates = propose_hypotheses(arc_measurements, np.ones(3, dtype=bool), CandidateSettings(radii=(0.1, 0.3)))
     assert set(candidates[candidates[:, 0] == Kind.CYLINDER, 3]) <= {0.1, 0.3}
     assert distance(candidates, cylinder(1.0, 0.5, 0.1)) < 1e-6
 
 
 def test_pairs_without_a_new_arc_are_skipped() -> None:
-    arc_measurements = sighted([corner(1.5, 1.0)])
-    assert len(suggested(arc_measurements, fresh=[False] * 3)) == 0
-    assert distance(suggested(arc_measurements, fresh=[False, False, True]), corner(1.5, 1.0)) < 1e-6
+    arc_measurements = simulated_arcs([corner(1.5, 1.0)])
+    assert len(proposals(arc_measurements, fresh=[False] * 3)) == 0
+    assert distance(proposals(arc_measurements, fresh=[False, False, True]), corner(1.5, 1.0)) < 1e-6
 
 
 def test_equal_candidates_are_merged() -> None:
-    candidates = suggested(sighted([wall(0.4, 1.5)]))
+    candidates = proposals(simulated_arcs([wall(0.4, 1.5)]))
     # Three planes and three pairs suggest the same wall.
     assert (candidates[:, 0] == Kind.WALL).sum() == 1
 
 
 def test_the_candidates_of_most_pairs_are_kept() -> None:
-    arc_measurements = sighted([wall(0.4, 1.5), wall(2.2, 1.9)])
-    first = suggested(arc_measurements, fresh=[True, False, True, False, True, False])
-    few = suggested(arc_measurements, fresh=[True, True, True, False, True, False], max_candidates=1)
+    arc_measurements = simulated_arcs([wall(0.4, 1.5), wall(2.2, 1.9)])
+    first = proposals(arc_measurements, fresh=[True, False, True, False, True, False])
+    few = proposals(arc_measurements, fresh=[True, True, True, False, True, False], max_candidates=1)
     assert distance(first, wall(0.4, 1.5)) < 1e-6
     assert max((few[:, 0] == kind).sum() for kind in Kind) == 1
     assert distance(few, wall(0.4, 1.5)) < 1e-6

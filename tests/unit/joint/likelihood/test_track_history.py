@@ -18,7 +18,7 @@ def room() -> PingLikelihood:
     return likelihood(hearing(listening(), ROOM))
 
 
-def beside(estimate: PingLikelihood, reflector: np.ndarray, history: TrackHistory) -> Hypothesis:
+def scored_with_history(estimate: PingLikelihood, reflector: np.ndarray, history: TrackHistory) -> Hypothesis:
     bare = np.full(len(estimate.measurements.readings), estimate.floor)
     return estimate.rescored(replace(estimate.score(reflector), history=history), bare, [])
 
@@ -29,8 +29,10 @@ def test_a_landmark_without_history_is_new() -> None:
 
 
 def test_the_ratio_includes_the_track_history(room: PingLikelihood) -> None:
-    alone = beside(room, EAST, NO_HISTORY)
-    known = beside(room, EAST, TrackHistory(number=1, total=50.0, best=30.0, supporting=2, extent=(-0.5, 0.5)))
+    alone = scored_with_history(room, EAST, NO_HISTORY)
+    known = scored_with_history(
+        room, EAST, TrackHistory(number=1, total=50.0, best=30.0, supporting=2, extent=(-0.5, 0.5))
+    )
     assert known.is_known
     assert known.total == pytest.approx(alone.total + 50.0)
     assert known.best == max(alone.best, 30.0)
@@ -38,14 +40,14 @@ def test_the_ratio_includes_the_track_history(room: PingLikelihood) -> None:
 
 
 def test_the_extent_includes_the_track_history(room: PingLikelihood) -> None:
-    alone = beside(room, EAST, NO_HISTORY)
-    known = beside(room, EAST, TrackHistory(number=1, extent=(-1.4, -1.0)))
+    alone = scored_with_history(room, EAST, NO_HISTORY)
+    known = scored_with_history(room, EAST, TrackHistory(number=1, extent=(-1.4, -1.0)))
     assert known.extent == (-1.4, alone.extent[1])
 
 
 def test_a_wall_out_of_range_keeps_its_extent(room: PingLikelihood) -> None:
     behind = wall(0.0, 40.0)
-    assert beside(room, behind, TrackHistory(number=1, extent=(1.0, 2.0))).extent == (1.0, 2.0)
+    assert scored_with_history(room, behind, TrackHistory(number=1, extent=(1.0, 2.0))).extent == (1.0, 2.0)
 
 
 def test_stations_before_the_known_extent_of_a_wall_count() -> None:
@@ -54,8 +56,8 @@ def test_stations_before_the_known_extent_of_a_wall_count() -> None:
     estimate = likelihood(hearing(listening(stations), [wall(0.0, 2.0)]))
     readings = np.where(estimate.measurements.stations < 2, np.inf, estimate.measurements.readings)
     half = likelihood(estimate.measurements._replace(readings=readings))
-    fresh = beside(half, EAST, NO_HISTORY)
-    known = beside(half, EAST, TrackHistory(number=1, extent=(-2.1, -1.4)))
+    fresh = scored_with_history(half, EAST, NO_HISTORY)
+    known = scored_with_history(half, EAST, TrackHistory(number=1, extent=(-2.1, -1.4)))
     assert (fresh.llr_by_station[:2] == 0.0).all()
     assert (known.llr_by_station[:2] < -5.0).all()
     assert known.total < fresh.total

@@ -12,7 +12,7 @@ BEFORE = listening([(0.0, 0.3)])
 PAST_END = int(np.argmin(np.abs(OFFSETS - 0.3)))
 
 
-def views(measurements: Measurements) -> tuple[LineEvidence, float]:
+def evidence_and_ratio(measurements: Measurements) -> tuple[LineEvidence, float]:
     """Return the line evidence of x = 1, and the log-likelihood ratio of a wall without ends [nats]."""
     estimate = likelihood(measurements)
     (east,) = rescored(estimate, [EAST])
@@ -24,12 +24,12 @@ def views(measurements: Measurements) -> tuple[LineEvidence, float]:
 
 def by_offset(measurements: Measurements) -> FloatArray:
     """Return the log-likelihood ratios of the first station by the offset of the end, averaged over both ends."""
-    mean: FloatArray = views(measurements)[0].log_ratios[0].mean(axis=0)
+    mean: FloatArray = evidence_and_ratio(measurements)[0].log_ratios[0].mean(axis=0)
     return mean
 
 
 def test_line_evidence_lies_at_the_foot_of_the_perpendicular() -> None:
-    evidence, _ = views(hearing(BEFORE, [EAST]))
+    evidence, _ = evidence_and_ratio(hearing(BEFORE, [EAST]))
     assert evidence.feet == pytest.approx([0.3])
     assert evidence.centers_xy.tolist() == [[0.0, 0.3]]
     assert evidence.log_ratios.shape == (1, 2, len(OFFSETS))
@@ -37,14 +37,14 @@ def test_line_evidence_lies_at_the_foot_of_the_perpendicular() -> None:
 
 @pytest.mark.parametrize("detected", [True, False])
 def test_an_end_a_decimetre_past_the_foot_has_no_effect(*, detected: bool) -> None:
-    evidence, whole = views(hearing(BEFORE, [EAST]) if detected else BEFORE)
+    evidence, whole = evidence_and_ratio(hearing(BEFORE, [EAST]) if detected else BEFORE)
     assert evidence.log_ratios[0, :, 0] == pytest.approx([whole, whole])
     assert (whole > 20.0) if detected else (whole < -5.0)
 
 
 @pytest.mark.parametrize("detected", [True, False])
 def test_a_wall_that_ends_three_decimetres_before_the_foot_has_no_ratio(*, detected: bool) -> None:
-    evidence, _ = views(hearing(BEFORE, [EAST]) if detected else BEFORE)
+    evidence, _ = evidence_and_ratio(hearing(BEFORE, [EAST]) if detected else BEFORE)
     assert evidence.log_ratios[0, :, PAST_END] == pytest.approx([0.0, 0.0], abs=0.01)
 
 
@@ -61,7 +61,7 @@ def test_the_penalty_of_non_detections_decreases_across_the_end() -> None:
 
 def test_masked_pings_give_no_line_evidence() -> None:
     nearer = BEFORE._replace(readings=np.full(len(BEFORE.readings), 0.4))
-    assert np.abs(views(nearer)[0].log_ratios).max() < 1e-9
+    assert np.abs(evidence_and_ratio(nearer)[0].log_ratios).max() < 1e-9
 
 
 def test_explained_readings_give_no_line_evidence() -> None:
@@ -83,7 +83,7 @@ def test_line_evidence_is_that_of_the_first_stations_in_range() -> None:
 
 
 def test_line_evidence_can_be_joined_and_selected() -> None:
-    one, other = (views(hearing(listening([(0.0, y)]), [EAST]))[0] for y in (0.1, 0.7))
+    one, other = (evidence_and_ratio(hearing(listening([(0.0, y)]), [EAST]))[0] for y in (0.1, 0.7))
     both = one.joined(other)
     assert both.feet == pytest.approx([0.1, 0.7])
     assert both.chosen(np.array([False, True])).log_ratios == pytest.approx(other.log_ratios)

@@ -27,7 +27,7 @@ def row(spacing: float = 0.15, x: float = 0.0) -> list[tuple[float, float]]:
     return [(x, float(y)) for y in np.arange(-1.5, 1.501, spacing)]
 
 
-def found(
+def segments_of(
     known: Sequence[Hypothesis], *, owner: int = 0, path_xy: FloatArray = NOWHERE, echoes: Echoes = SILENT
 ) -> list[Segment]:
     """Return the segments of one of the walls."""
@@ -50,7 +50,7 @@ def missed_by(count: int, spacing: float) -> list[Hypothesis]:
 
 
 def test_a_wall_detected_by_all_stations_is_one_segment() -> None:
-    (east,) = found(remembered(detecting(listening(row()), [LONG]), [EAST]))
+    (east,) = segments_of(remembered(detecting(listening(row()), [LONG]), [EAST]))
     assert (east.low, east.high) == pytest.approx((-1.5, 1.5), abs=0.04)
     assert east.ends == (None, None)
 
@@ -66,7 +66,7 @@ def test_the_intervals_of_both_ends_contain_the_true_ends_of_a_gap(
     places = row(spacing)
     stretches: list[Stretch] = [(EAST, -3.0, low), (EAST, high, 3.0)]
     measurements = detecting(listening(places), stretches, noise=NOISE, rng=np.random.default_rng(seed))
-    before, after = found(remembered(measurements, [EAST]))
+    before, after = segments_of(remembered(measurements, [EAST]))
     feet = np.array(places)[:, 1]
     for end, place, drawn in ((before.ends[1], low, before.high), (after.ends[0], high, after.low)):
         assert end is not None
@@ -80,19 +80,19 @@ def test_the_intervals_of_both_ends_contain_the_true_ends_of_a_gap(
 
 
 def test_a_gap_that_many_stations_missed_is_free() -> None:
-    before, after = found(missed_by(10, 0.1))
+    before, after = segments_of(missed_by(10, 0.1))
     assert before.is_free(before.high, after.low)
 
 
 @pytest.mark.parametrize("spacing", [0.3, 0.5])
 def test_two_non_detecting_stations_open_a_wall_and_one_does_not(spacing: float) -> None:
-    assert len(found(missed_by(1, spacing))) == 1
-    assert len(found(missed_by(2, spacing))) == 2
+    assert len(segments_of(missed_by(1, spacing))) == 1
+    assert len(segments_of(missed_by(2, spacing))) == 2
 
 
 @pytest.mark.parametrize("spacing", [0.2, 0.3, 0.5])
 def test_a_short_wall_of_one_station_is_drawn(spacing: float) -> None:
-    (stub,) = found(remembered(detecting(listening(row(spacing)), [(EAST, -0.12, 0.12)]), [EAST]))
+    (stub,) = segments_of(remembered(detecting(listening(row(spacing)), [(EAST, -0.12, 0.12)]), [EAST]))
     middle = float(min(np.abs(row(spacing))[:, 1]))
     assert stub.low - 0.05 < middle < stub.high + 0.05
     assert stub.high - stub.low < 2 * spacing
@@ -100,13 +100,13 @@ def test_a_short_wall_of_one_station_is_drawn(spacing: float) -> None:
 
 def test_close_stations_open_a_wall_only_in_greater_number() -> None:
     # With neighbours 15 cm away, an opening would be very narrow.
-    assert len(found(missed_by(2, 0.15))) == 1
-    assert len(found(missed_by(6, 0.15))) == 2
+    assert len(segments_of(missed_by(2, 0.15))) == 1
+    assert len(segments_of(missed_by(6, 0.15))) == 2
 
 
 def test_the_path_of_the_robot_opens_a_wall() -> None:
     known = remembered(detecting(listening(row()), [LONG]), [EAST])
-    before, after = found(known, path_xy=across(0.04))
+    before, after = segments_of(known, path_xy=across(0.04))
     assert -0.15 < before.high < 0.04 < after.low < 0.2
     assert before.is_free(before.high, after.low)
 
@@ -114,7 +114,7 @@ def test_the_path_of_the_robot_opens_a_wall() -> None:
 def test_the_path_of_the_robot_outweighs_any_number_of_detections() -> None:
     many = [*row(), *[(0.0, 0.0)] * 15, *[(0.0, 0.06)] * 15]
     known = remembered(detecting(listening(many), [LONG]), [EAST])
-    before, after = found(known, path_xy=across(0.03))
+    before, after = segments_of(known, path_xy=across(0.03))
     assert -0.15 < before.high < 0.03 < after.low < 0.2
 
 
@@ -122,7 +122,7 @@ def test_the_path_of_the_robot_outweighs_any_number_of_detections() -> None:
 def test_repeated_crossings_of_sound_open_a_wall(crossings: tuple[float, ...], parts: int) -> None:
     (east,) = remembered(detecting(listening(row()), [LONG]), [EAST])
     crossed = replace(east, history=replace(east.history, crossings=np.array(crossings)))
-    assert len(found([crossed])) == parts
+    assert len(segments_of([crossed])) == parts
 
 
 def test_a_station_occluded_by_another_segment_does_not_count() -> None:
@@ -132,8 +132,8 @@ def test_a_station_occluded_by_another_segment_does_not_count() -> None:
     measurements = detecting(listening(stations), [(far, -3.0, 3.0), (front, -0.4, 0.4)])
     behind = np.isin(measurements.stations, [8, 9, 10, 11, 12])
     known = remembered(measurements._replace(readings=np.where(behind, np.inf, measurements.readings)), [far, front])
-    assert len(found(known[:1])) == 2
-    assert len(found(known)) == 1
+    assert len(segments_of(known[:1])) == 2
+    assert len(segments_of(known)) == 1
 
 
 @pytest.mark.parametrize(("front", "parts"), [(False, 2), (True, 1)], ids=["alone", "front"])
@@ -145,7 +145,7 @@ def test_non_detections_behind_the_front_of_a_body_open_no_wall(*, front: bool, 
     missing = [number for number, (x, y) in enumerate(stations) if x == 0.0 and abs(y) < 0.24]
     silent = np.isin(measurements.stations, missing)
     known = remembered(measurements._replace(readings=np.where(silent, np.inf, measurements.readings)), [EAST, south])
-    assert len(found(known if front else known[:1])) == parts
+    assert len(segments_of(known if front else known[:1])) == parts
 
 
 @pytest.mark.parametrize(("ratio", "parts"), [(1.5, 1), (40.0, 2)])
@@ -155,7 +155,7 @@ def test_a_stretch_without_a_certain_cell_is_not_drawn(ratio: float, parts: int)
     far.log_ratios[:, :, OFFSETS <= 0.0] = ratio
     crossings = np.full(2, 2.2)
     history = replace(east.history, line=east.history.line.joined(far), crossings=crossings)
-    assert len(found([replace(east, history=history)])) == parts
+    assert len(segments_of([replace(east, history=history)])) == parts
 
 
 @pytest.mark.parametrize(("back", "spans_of_the_wall"), [(False, 2), (True, 1)], ids=["front alone", "front and back"])
@@ -168,7 +168,7 @@ def test_behind_an_object_a_wall_continues_only_if_its_back_was_detected(*, back
         stations += [(1.55, -0.2), (1.55, 0.2)]
         stretches, reflectors = [*stretches, (behind, -0.3, 0.3)], [*reflectors, behind]
     known = remembered(detecting(listening(stations), stretches), reflectors)
-    assert len(found(known)) == spans_of_the_wall
+    assert len(segments_of(known)) == spans_of_the_wall
 
 
 def beside_a_door(*, north: bool) -> list[Hypothesis]:
@@ -183,8 +183,8 @@ def beside_a_door(*, north: bool) -> list[Hypothesis]:
 
 def test_a_corner_of_two_known_walls_supports_a_short_segment() -> None:
     echoes = Echoes(pairs={(0, 1): CornerEcho(pings=8, stations=2, detections=30.0, gain=5.0)})
-    assert len(found(beside_a_door(north=True), path_xy=across(0.7))) == 1
-    before, stub = found(beside_a_door(north=True), path_xy=across(0.7), echoes=echoes)
+    assert len(segments_of(beside_a_door(north=True), path_xy=across(0.7))) == 1
+    before, stub = segments_of(beside_a_door(north=True), path_xy=across(0.7), echoes=echoes)
     assert before.high == pytest.approx(0.2, abs=0.1)
     assert stub.low > 0.7
     assert stub.high == pytest.approx(1.5, abs=0.03)
@@ -192,12 +192,12 @@ def test_a_corner_of_two_known_walls_supports_a_short_segment() -> None:
 
 def test_a_weakly_detected_corner_supports_no_segment() -> None:
     weak = Echoes(pairs={(0, 1): CornerEcho(pings=8, stations=1, detections=30.0, gain=-29.0)})
-    assert len(found(beside_a_door(north=True), path_xy=across(0.7), echoes=weak)) == 1
+    assert len(segments_of(beside_a_door(north=True), path_xy=across(0.7), echoes=weak)) == 1
 
 
 def test_a_lone_corner_supports_no_segment() -> None:
     echoes = Echoes(corners_xy=np.array([[2.0, 1.5]]))
-    assert len(found(beside_a_door(north=False), path_xy=across(0.7), echoes=echoes)) == 1
+    assert len(segments_of(beside_a_door(north=False), path_xy=across(0.7), echoes=echoes)) == 1
 
 
 def drawn_beside(other: Stretch, stations: Sequence[tuple[float, float]] = ((-0.3, 0.6), (-0.3, 0.8))) -> list[int]:
@@ -244,5 +244,5 @@ def test_segments_are_in_the_order_of_the_landmarks() -> None:
 
 def test_a_distant_crossing_of_the_path_adds_no_cells() -> None:
     known = remembered(detecting(listening(row()), [LONG]), [EAST])
-    (here,), (far,) = found(known), found(known, path_xy=across(1000.0))
+    (here,), (far,) = segments_of(known), segments_of(known, path_xy=across(1000.0))
     assert len(far.chances) == len(here.chances)

@@ -21,12 +21,12 @@ from helpers.expectations import SONAR, cylinder, listening, wall
 
 # The west and the south side of a box north-east of (1, 1), as detected from the south-west.
 WEST, SOUTH = wall(0.0, 1.0), wall(np.pi / 2, 1.0)
-HEARD = np.array([[1.05, 1.8], [-1.7, -1.1]])
+DETECTED = np.array([[1.05, 1.8], [-1.7, -1.1]])
 NONE = [-np.inf, np.inf]
 
 
 def test_two_sides_of_a_box_end_where_they_meet() -> None:
-    found = edges_of(np.array([WEST, SOUTH, cylinder(1.0, 1.0, 0.1)]), np.vstack([HEARD, [0.0, 0.0]]))
+    found = edges_of(np.array([WEST, SOUTH, cylinder(1.0, 1.0, 0.1)]), np.vstack([DETECTED, [0.0, 0.0]]))
     assert found[:, :, 0] == pytest.approx(np.array([[1.0, np.inf], [-np.inf, -1.0], NONE]))
     assert found[:2, :, 5].tolist() == [[1.0, -1.0], [-1.0, 0.0]]
 
@@ -47,7 +47,7 @@ def test_other_pairs_of_walls_have_no_edge(rows: list[FloatArray], detected: lis
 
 def test_a_wall_ends_at_the_nearest_of_its_edges() -> None:
     nearer = wall(np.pi / 2, 1.03)
-    found = edges_of(np.array([WEST, SOUTH, nearer]), np.vstack([HEARD, HEARD[1]]))
+    found = edges_of(np.array([WEST, SOUTH, nearer]), np.vstack([DETECTED, DETECTED[1]]))
     assert found[0, 0].tolist()[::5] == pytest.approx([1.03, 2.0])
 
 
@@ -66,7 +66,7 @@ def test_the_jacobian_of_edges_equals_finite_differences() -> None:
 
 
 def box(rows: FloatArray, stations: int) -> Features:
-    return Features(rows, HEARD, np.zeros((2, stations)), np.zeros((2, stations)), edges_of(rows, HEARD))
+    return Features(rows, DETECTED, np.zeros((2, stations)), np.zeros((2, stations)), edges_of(rows, DETECTED))
 
 
 def beside(place: float) -> Measurements:
@@ -107,14 +107,14 @@ def test_the_jacobian_of_readings_near_an_edge_equals_finite_differences() -> No
 def directions_along(pings: Measurements, rows: FloatArray) -> FloatArray:
     """Return the places of the feet along the west side, shifted so that its end is at 1 [m]."""
     along = directions(rows[0, 1] + np.pi / 2)
-    end = edges_of(rows, HEARD)[0, 0, 0]
+    end = edges_of(rows, DETECTED)[0, 0, 0]
     places: FloatArray = pings.x * along[0] + pings.y * along[1] - end + 1.0
     return places
 
 
 def test_a_wall_is_attenuated_by_six_decibels_at_its_end() -> None:
     # At the end half of the amplitude remains (ITU-R P.526: 6.0 dB at 0, 0 dB below -0.78).
-    whole = Features(WEST[None], HEARD[:1], np.zeros((1, 1)), np.zeros((1, 1)), edges_of(WEST[None], HEARD[:1]))
+    whole = Features(WEST[None], DETECTED[:1], np.zeros((1, 1)), np.zeros((1, 1)), edges_of(WEST[None], DETECTED[:1]))
     pings = beside(1.0)._replace(readings=np.full(90, 0.55))
     alone = associate(pings, SONAR.tabulated(), whole, 0.09)
     ended = associate(pings, SONAR.tabulated(), box(np.array([WEST, SOUTH]), 1), 0.09)

@@ -15,45 +15,45 @@ from echoplan.joint.optimisation.effective_sample_size import (
 from helpers.expectations import listening
 
 # Eight stations whose pings, a degree apart, detect one wall; a full count is four times the weight.
-HEARD = listening([(0.1 * k, 0.0) for k in range(8)], step=np.radians(1.0))
-PINGS = len(HEARD.readings)
+MEASUREMENTS = listening([(0.1 * k, 0.0) for k in range(8)], step=np.radians(1.0))
+PINGS = len(MEASUREMENTS.readings)
 OWNERS = np.zeros(PINGS, dtype=np.int64)
 NOISE = 0.003
 WHITE = NOISE * np.random.default_rng(3).standard_normal(PINGS)
 
 
-def counted(residuals: FloatArray) -> float:
-    return effective_sample_ratio(HEARD, OWNERS, residuals, noise=NOISE)
+def ratio_of(residuals: FloatArray) -> float:
+    return effective_sample_ratio(MEASUREMENTS, OWNERS, residuals, noise=NOISE)
 
 
-def drawn_out(marginal_prior: float) -> FloatArray:
+def autocorrelated(marginal_prior: float) -> FloatArray:
     """Return errors of first-order autocorrelation, with the same power."""
     errors: FloatArray = lfilter([np.sqrt(1 - marginal_prior**2)], [1.0, -marginal_prior], WHITE)
     return errors
 
 
 def test_pings_with_independent_errors_count_in_full() -> None:
-    assert counted(WHITE) == pytest.approx(4.0, rel=0.1)
+    assert ratio_of(WHITE) == pytest.approx(4.0, rel=0.1)
 
 
 def test_pings_with_common_errors_count_by_their_weights() -> None:
-    assert counted(np.repeat(WHITE[::8], 8)) == pytest.approx(1.0, abs=0.05)
+    assert ratio_of(np.repeat(WHITE[::8], 8)) == pytest.approx(1.0, abs=0.05)
 
 
 def test_pings_with_autocorrelated_errors_count_in_between() -> None:
     # The autocorrelation of such errors at lag k is 0.5^k.
-    assert counted(drawn_out(0.5)) == pytest.approx(4.0 / (1 + 2 * (0.5 + 0.25 + 0.125)), rel=0.1)
+    assert ratio_of(autocorrelated(0.5)) == pytest.approx(4.0 / (1 + 2 * (0.5 + 0.25 + 0.125)), rel=0.1)
 
 
 def test_outliers_do_not_hide_autocorrelation() -> None:
-    wild = drawn_out(0.5)
+    wild = autocorrelated(0.5)
     wild[::50] = 0.5
-    assert counted(wild) == pytest.approx(counted(drawn_out(0.5)), rel=0.1)
+    assert ratio_of(wild) == pytest.approx(ratio_of(autocorrelated(0.5)), rel=0.1)
 
 
 def test_with_few_explained_pings_the_weights_are_kept() -> None:
     few = np.where(np.arange(PINGS) < 20, 0, -1)
-    assert effective_sample_ratio(HEARD, few, WHITE, noise=NOISE) == 1.0
+    assert effective_sample_ratio(MEASUREMENTS, few, WHITE, noise=NOISE) == 1.0
 
 
 def test_pings_far_apart_count_in_full() -> None:
@@ -62,25 +62,25 @@ def test_pings_far_apart_count_in_full() -> None:
     assert effective_sample_ratio(coarse, np.zeros(len(nothing), dtype=np.int64), nothing, noise=NOISE) == 1.0
 
 
-def common(errors_of_stations: FloatArray) -> float:
+def correlation_of(errors_of_stations: FloatArray) -> float:
     """Return the intraclass correlation of readings with independent errors and errors per station."""
-    residuals = WHITE + errors_of_stations[HEARD.stations]
-    return intraclass_correlation(HEARD, OWNERS, residuals, noise=2 * NOISE)
+    residuals = WHITE + errors_of_stations[MEASUREMENTS.stations]
+    return intraclass_correlation(MEASUREMENTS, OWNERS, residuals, noise=2 * NOISE)
 
 
 def test_independent_errors_have_no_intraclass_correlation() -> None:
-    assert common(np.zeros(8)) == pytest.approx(0.0, abs=0.01)
+    assert correlation_of(np.zeros(8)) == pytest.approx(0.0, abs=0.01)
 
 
 @pytest.mark.parametrize("share", [0.25, 1.0])
 def test_the_intraclass_correlation_is_the_share_of_the_variance(share: float) -> None:
     errors = share * NOISE * np.array([1.0, -1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0])
-    assert common(errors) == pytest.approx(share**2 / (1 + share**2), abs=0.02)
+    assert correlation_of(errors) == pytest.approx(share**2 / (1 + share**2), abs=0.02)
 
 
 def test_groups_of_one_reading_have_no_intraclass_correlation() -> None:
     alone = np.where(np.arange(PINGS) % (PINGS // 8) == 0, 0, -1)
-    assert intraclass_correlation(HEARD, alone, WHITE, noise=NOISE) == 0.0
+    assert intraclass_correlation(MEASUREMENTS, alone, WHITE, noise=NOISE) == 0.0
 
 
 # Pings far enough apart to count in full: eight stations detect one wall.
@@ -90,7 +90,7 @@ ALL = np.zeros(len(OF_STATION), dtype=np.int64)
 SINGLE = 0.002 * np.random.default_rng(5).standard_normal(len(OF_STATION))
 
 
-def gained(residuals: FloatArray, noise: float, owners: IntArray = ALL) -> float:
+def gain_of(residuals: FloatArray, noise: float, owners: IntArray = ALL) -> float:
     return gain_of_common_errors(FULL, owners, residuals, noise=noise, common=0.012)
 
 
@@ -107,7 +107,7 @@ def test_the_gain_of_common_errors_equals_that_of_the_joint_density() -> None:
         zero = np.zeros(len(group))
         expected += multivariate_normal.logpdf(group, zero, shared)
         expected -= multivariate_normal.logpdf(group, zero, noise**2 * np.eye(len(group)))
-    assert gained(together, noise) == pytest.approx(expected)
+    assert gain_of(together, noise) == pytest.approx(expected)
     assert expected > 500.0
 
 
@@ -118,27 +118,27 @@ def test_two_readings_of_half_a_weight_count_as_one() -> None:
     twice = gain_of_common_errors(
         halved, np.zeros(len(many.readings), dtype=np.int64), np.repeat(together, 2), noise=0.008, common=0.012
     )
-    assert twice == pytest.approx(gained(together, 0.008), rel=0.01)
+    assert twice == pytest.approx(gain_of(together, 0.008), rel=0.01)
 
 
 def test_one_outlier_costs_at_most_four_sigmas() -> None:
     together = np.linspace(-0.012, 0.012, 8)[OF_STATION] + SINGLE
     wild = together.copy()
     wild[5] += 0.03
-    assert -15.0 < gained(wild, 0.01) - gained(together, 0.01) < 10.0
+    assert -15.0 < gain_of(wild, 0.01) - gain_of(together, 0.01) < 10.0
 
 
 def test_groups_of_one_reading_have_no_gain_of_common_errors() -> None:
     alone = np.where(np.append(True, np.diff(OF_STATION) > 0), 0, -1)
-    assert gained(SINGLE, 0.002, owners=alone) == 0.0
+    assert gain_of(SINGLE, 0.002, owners=alone) == 0.0
 
 
 def test_independent_errors_have_no_gain_of_common_errors() -> None:
-    assert -30.0 < gained(SINGLE, 0.002) < 0.0
+    assert -30.0 < gain_of(SINGLE, 0.002) < 0.0
 
 
 def test_unexplained_readings_have_no_gain_of_common_errors() -> None:
-    assert gained(SINGLE, 0.002, owners=np.full(len(ALL), -1)) == 0.0
+    assert gain_of(SINGLE, 0.002, owners=np.full(len(ALL), -1)) == 0.0
 
 
 @pytest.mark.parametrize("scatter", [0.0005, 0.002, 0.003])

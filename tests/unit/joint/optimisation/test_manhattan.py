@@ -111,7 +111,7 @@ def test_the_residual_is_periodic_in_right_angles(angle: float, direction: float
     assert np.abs(np.sin(2 * (off - again))) < 1e-6
 
 
-def learned(
+def estimated_prior(
     degrees: list[float],
     sigmas: list[float],
     *,
@@ -137,29 +137,29 @@ def learned(
 
 @pytest.mark.parametrize("together", [0.0, 3.0])
 def test_an_uncertain_wall_joins_the_right_angles_of_the_others(together: float) -> None:
-    found = learned([10.0, 100.01, -80.02, 190.0, 101.2], [0.02, 0.02, 0.02, 0.02, 1.0], together=together)
+    found = estimated_prior([10.0, 100.01, -80.02, 190.0, 101.2], [0.02, 0.02, 0.02, 0.02, 1.0], together=together)
     assert found is not None
     assert found.members.tolist() == [False, True, True, True, True, True]
     assert np.degrees(found.sigma) < 0.1
 
 
 def test_a_wall_known_to_be_oblique_is_no_member() -> None:
-    found = learned([10.0, 100.01, -80.02, 190.0, 104.0], [0.02, 0.02, 0.02, 0.02, 0.9])
+    found = estimated_prior([10.0, 100.01, -80.02, 190.0, 104.0], [0.02, 0.02, 0.02, 0.02, 0.9])
     assert found is not None
     assert found.members.tolist() == [False, True, True, True, True, False]
 
 
 def test_walls_with_correlated_directions_are_used_jointly() -> None:
     degrees, sigmas = [3.0, 93.1, -84.0, 6.2, 178.1, 88.0], [0.5] * 6
-    found = learned(degrees, sigmas, stations=[0, 0, 1, 1, 2, 2])
+    found = estimated_prior(degrees, sigmas, stations=[0, 0, 1, 1, 2, 2])
     assert found is not None
     assert found.members.sum() == 6
-    assert learned(degrees[:4], sigmas[:4], stations=[0, 0, 1, 1]) is not None
-    assert learned(degrees[:4], sigmas[:4], stations=[0, 1, 2, 3]) is None
+    assert estimated_prior(degrees[:4], sigmas[:4], stations=[0, 0, 1, 1]) is not None
+    assert estimated_prior(degrees[:4], sigmas[:4], stations=[0, 1, 2, 3]) is None
 
 
 def test_an_oblique_wall_among_others_of_its_station_is_no_member() -> None:
-    found = learned([3.0, 93.1, 189.5, -84.0, 6.2, 178.1, 88.0], [0.5] * 7, stations=[0, 0, 0, 1, 1, 2, 2])
+    found = estimated_prior([3.0, 93.1, 189.5, -84.0, 6.2, 178.1, 88.0], [0.5] * 7, stations=[0, 0, 0, 1, 1, 2, 2])
     assert found is not None
     assert found.members.tolist() == [False, True, True, False, True, True, True, True]
 
@@ -174,7 +174,7 @@ def test_walls_are_aligned_with_the_axes_of_waypoints_if_likely(
     turn: float, together: float, quarter: float, *, expected: bool
 ) -> None:
     degrees = [turn + quarter + each for each in (0.0, 90.02, -90.01, 180.0, 89.98)]
-    found, by_wheels = (learned(degrees, [0.05] * 5, together=together, by_hand=each) for each in (True, False))
+    found, by_wheels = (estimated_prior(degrees, [0.05] * 5, together=together, by_hand=each) for each in (True, False))
     assert found is not None
     assert by_wheels is not None
     assert found.along_axes == expected
@@ -228,7 +228,7 @@ def test_a_manhattan_prior_that_exceeds_the_information_gives_no_estimate() -> N
 
 def test_the_manhattan_sigma_is_estimated_from_well_known_walls() -> None:
     off = np.random.default_rng(4).normal(0.0, 0.6, 12)
-    found = learned([*(90.0 * np.arange(12) + off)], [0.02] * 12)
+    found = estimated_prior([*(90.0 * np.arange(12) + off)], [0.02] * 12)
     assert found is not None
     assert np.degrees(found.sigma) == pytest.approx(off.std(ddof=1), rel=0.15)
 
@@ -237,7 +237,7 @@ def test_one_well_known_wall_does_not_bias_the_manhattan_sigma() -> None:
     # The residual of the wall that determines the common direction is nearly zero.
     rng, sigmas = np.random.default_rng(7), [0.02, 0.6, 0.6, 0.6, 0.6]
     off = rng.normal(0.0, np.hypot(0.2, sigmas), (60, 5))
-    found = [learned([*(90.0 * np.arange(5) + row)], sigmas) for row in off]
+    found = [estimated_prior([*(90.0 * np.arange(5) + row)], sigmas) for row in off]
     assert np.median([np.degrees(each.sigma) for each in found if each]) == pytest.approx(0.2, abs=0.05)
 
 
@@ -247,7 +247,7 @@ def test_one_well_known_wall_does_not_bias_the_manhattan_sigma() -> None:
     ids=["oblique", "any two", "hardly known", "one"],
 )
 def test_without_evidence_nothing_is_square(degrees: list[float], sigma: float) -> None:
-    assert learned(degrees, [sigma] * len(degrees)) is None
+    assert estimated_prior(degrees, [sigma] * len(degrees)) is None
 
 
 def test_manhattan_factors_do_not_rotate_the_common_direction() -> None:

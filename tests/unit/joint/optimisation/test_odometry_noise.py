@@ -29,16 +29,16 @@ STEPS = 200
 KNOWN = np.zeros((3 * STEPS + 3, 3 * STEPS + 3))
 
 
-def walked(spread: FloatArray) -> tuple[PosePrior, FloatArray]:
+def simulated_path(spread: FloatArray) -> tuple[PosePrior, FloatArray]:
     """Return the prior of a long path of half metres, and simulated poses with errors in units of its sigmas."""
     steps = np.tile([0.5, 0.0, 0.3], (STEPS, 1))
-    measured_poses = added_up(steps)
+    measured_poses = accumulated(steps)
     priors = odometry_prior(measured_poses, PoseSettings())
     errors = spread * priors.sigmas[1:] * np.random.default_rng(4).standard_normal(steps.shape)
-    return priors, added_up(steps + errors)
+    return priors, accumulated(steps + errors)
 
 
-def added_up(steps: FloatArray) -> FloatArray:
+def accumulated(steps: FloatArray) -> FloatArray:
     poses = [np.zeros(3)]
     for step in steps:
         poses.append(compose(poses[-1], step))
@@ -51,7 +51,7 @@ def factors(before: PosePrior, after: PosePrior) -> FloatArray:
 
 
 def test_the_odometry_noise_is_estimated_per_axis() -> None:
-    priors, poses = walked(np.array([3.0, 0.3, 1.0]))
+    priors, poses = simulated_path(np.array([3.0, 0.3, 1.0]))
     assert factors(priors, estimate_odometry_noise(priors, poses, KNOWN, SETTINGS)) == pytest.approx(
         [3.0, 0.3, 1.0], rel=0.15
     )
@@ -59,7 +59,7 @@ def test_the_odometry_noise_is_estimated_per_axis() -> None:
 
 def test_poses_without_readings_do_not_change_the_odometry_noise() -> None:
     # With the covariance of odometry alone, the expected squares of the steps are those of the prior.
-    priors, _ = walked(np.ones(3))
+    priors, _ = simulated_path(np.ones(3))
     information, _ = normal_equations([pose_factors(priors, priors.measured_poses, 0)], 3 * STEPS + 3)
     covariance: FloatArray = np.linalg.inv(information).astype(np.float64)
     learned = estimate_odometry_noise(priors, priors.measured_poses, covariance, SETTINGS)
@@ -67,12 +67,12 @@ def test_poses_without_readings_do_not_change_the_odometry_noise() -> None:
 
 
 # Standard deviation of the readings in units of the prior sigmas of steps.
-HEARD = 0.3
+READING_NOISE = 0.3
 
 
 def solution(priors: PosePrior, truth: FloatArray, *, pose_prior: float = 1.0) -> tuple[FloatArray, FloatArray]:
     """Return estimated poses and their covariance, with a factor on the sigma of the readings."""
-    sigmas = np.tile(HEARD * priors.sigmas[-1], len(truth))
+    sigmas = np.tile(READING_NOISE * priors.sigmas[-1], len(truth))
     found = truth
     told = truth.ravel() + sigmas * np.random.default_rng(1).standard_normal(truth.size)
     for _ in range(5):
@@ -86,14 +86,14 @@ def solution(priors: PosePrior, truth: FloatArray, *, pose_prior: float = 1.0) -
 @pytest.mark.parametrize("off", [0.3, 1.0, 3.0])
 def test_the_odometry_noise_is_separated_from_the_noise_of_the_readings(off: float) -> None:
     # The noise of the readings exceeds the smallest of these step errors.
-    priors, truth = walked(np.full(3, off))
+    priors, truth = simulated_path(np.full(3, off))
     poses, covariance = solution(priors, truth)
     assert factors(priors, estimate_odometry_noise(priors, poses, covariance, SETTINGS)) == pytest.approx(off, rel=0.2)
 
 
 def test_the_information_inflation_corrects_the_odometry_noise() -> None:
     # Poses estimated with twice the true sigma of the readings.
-    priors, truth = walked(np.full(3, 0.3))
+    priors, truth = simulated_path(np.full(3, 0.3))
     poses, covariance = solution(priors, truth, pose_prior=2.0)
     learned = [
         factors(priors, estimate_odometry_noise(priors, poses, covariance, SETTINGS, information_inflation=u))
@@ -105,7 +105,7 @@ def test_the_information_inflation_corrects_the_odometry_noise() -> None:
 
 def test_steps_without_error_give_a_small_but_positive_noise() -> None:
     # A small error cannot be distinguished from none: one well below the noise of the readings remains.
-    priors, truth = walked(np.zeros(3))
+    priors, truth = simulated_path(np.zeros(3))
     poses, covariance = solution(priors, truth)
     learned = factors(priors, estimate_odometry_noise(priors, poses, covariance, SETTINGS))
     assert ((learned > 0.002) & (learned < 0.1)).all()
@@ -115,8 +115,8 @@ def test_steps_without_error_give_a_small_but_positive_noise() -> None:
 @pytest.mark.parametrize("off", [0.2, 1.0, 6.0])
 def test_the_prior_of_the_odometry_noise_is_log_normal(steps: int, off: float) -> None:
     # Numerical posterior mean of the information of the factor, for known steps.
-    priors = odometry_prior(added_up(np.tile([0.5, 0.0, 0.0], (steps, 1))), PoseSettings())
-    poses = added_up(np.tile([0.5, 0.0, 0.0], (steps, 1)) + off * priors.sigmas[1:] * [1.0, 0.0, 0.0])
+    priors = odometry_prior(accumulated(np.tile([0.5, 0.0, 0.0], (steps, 1))), PoseSettings())
+    poses = accumulated(np.tile([0.5, 0.0, 0.0], (steps, 1)) + off * priors.sigmas[1:] * [1.0, 0.0, 0.0])
     learned = estimate_odometry_noise(priors, poses, np.zeros((3 * steps + 3,) * 2), SETTINGS)
 
     def gain(logarithm: float) -> float:
@@ -130,19 +130,19 @@ def test_the_prior_of_the_odometry_noise_is_log_normal(steps: int, off: float) -
 
 
 def test_the_sigmas_of_the_first_pose_are_unchanged() -> None:
-    priors, poses = walked(np.full(3, 5.0))
+    priors, poses = simulated_path(np.full(3, 5.0))
     assert (estimate_odometry_noise(priors, poses, KNOWN, SETTINGS).sigmas[0] == priors.sigmas[0]).all()
 
 
 @pytest.mark.parametrize("steps", [0, 1, 4])
 def test_few_steps_do_not_change_the_odometry_noise(steps: int) -> None:
-    priors = odometry_prior(added_up(np.tile([0.5, 0.0, 0.3], (steps, 1))), PoseSettings())
+    priors = odometry_prior(accumulated(np.tile([0.5, 0.0, 0.3], (steps, 1))), PoseSettings())
     assert estimate_odometry_noise(priors, priors.measured_poses, np.zeros((3 * steps + 3,) * 2), SETTINGS) is priors
 
 
 @pytest.mark.parametrize(("off", "bound"), [(1e-5, SETTINGS.min_factor), (1e3, SETTINGS.max_factor)])
 def test_the_waypoint_noise_is_bounded(off: float, bound: float) -> None:
-    priors = waypoint_prior(added_up(np.tile([0.5, 0.0, 0.3], (STEPS, 1))), PoseSettings())
+    priors = waypoint_prior(accumulated(np.tile([0.5, 0.0, 0.3], (STEPS, 1))), PoseSettings())
     poses = priors.measured_poses + np.array([off, off, 0.0])
     learned = estimate_waypoint_noise(priors, poses, KNOWN, SETTINGS)
     assert factors(priors, learned)[:2].tolist() == pytest.approx([bound, bound])
@@ -157,21 +157,21 @@ ERRORS = (0.01, 0.01, 0.02)
 def test_odometry_errors_accumulate_and_waypoint_errors_are_independent(seed: int, count: int, doubt: float) -> None:
     rng, steps = np.random.default_rng(seed), np.tile([0.5, 0.0, 0.4], (count - 1, 1))
     # In another frame, as an odometry solution is.
-    found = compose([1.0, -2.0, 0.7], added_up(steps))
-    assert scatter(added_up(steps + rng.normal(0.0, ERRORS, steps.shape)), found) < doubt
-    assert scatter(added_up(steps) + rng.normal(0.0, ERRORS, found.shape), found) > -doubt
+    found = compose([1.0, -2.0, 0.7], accumulated(steps))
+    assert scatter(accumulated(steps + rng.normal(0.0, ERRORS, steps.shape)), found) < doubt
+    assert scatter(accumulated(steps) + rng.normal(0.0, ERRORS, found.shape), found) > -doubt
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_errors_of_many_steps_clearly_accumulate(seed: int) -> None:
     steps = np.tile([0.5, 0.0, 0.4], (19, 1))
-    found = added_up(steps + np.random.default_rng(seed).normal(0.0, ERRORS, steps.shape))
-    assert scatter(added_up(steps), found) < -VERY_STRONG
+    found = accumulated(steps + np.random.default_rng(seed).normal(0.0, ERRORS, steps.shape))
+    assert scatter(accumulated(steps), found) < -VERY_STRONG
 
 
 @pytest.mark.parametrize("count", [1, 2, 5])
 def test_steps_without_error_are_no_evidence(count: int) -> None:
-    poses = added_up(np.tile([0.5, 0.0, 0.5], (count - 1, 1)))
+    poses = accumulated(np.tile([0.5, 0.0, 0.5], (count - 1, 1)))
     assert abs(scatter(poses, poses)) < 1.0
 
 
@@ -192,7 +192,7 @@ def test_poses_at_round_numbers_are_quantised(measured_poses: list[list[float]],
 
 @pytest.mark.parametrize("off", [0.01, 0.05])
 def test_the_waypoint_noise_is_estimated_from_pose_residuals(off: float) -> None:
-    priors = waypoint_prior(added_up(np.tile([0.5, 0.0, 0.3], (STEPS, 1))), PoseSettings())
+    priors = waypoint_prior(accumulated(np.tile([0.5, 0.0, 0.3], (STEPS, 1))), PoseSettings())
     errors = np.random.default_rng(6).normal(0.0, [off, off, 0.5], priors.measured_poses.shape)
     learned = estimate_waypoint_noise(priors, priors.measured_poses + errors, KNOWN, SETTINGS)
     assert learned.sigmas[:, :2] == pytest.approx(off, rel=0.1)

@@ -26,7 +26,7 @@ from helpers.expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, ed
 
 COLUMN = cylinder(0.2, 0.9, 0.1)
 CORNERS = [corner(x, y) for x in (2.0, -2.0) for y in (1.5, -1.5)]
-BELIEFS = Priors(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False, scale_sigma=0.03)
+PRIORS = Priors(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False, scale_sigma=0.03)
 
 
 def features(reflectors: Sequence[FloatArray] | FloatArray, stations: int = 4) -> Features:
@@ -43,14 +43,14 @@ def solution(
     reflectors: Sequence[FloatArray] | FloatArray,
     *,
     sonar: EchoModel = SONAR,
-    priors: Priors = BELIEFS,
+    priors: Priors = PRIORS,
     **settings: float,
 ) -> Solution:
     start = Values(features=features(reflectors, len(measurements.centers)), model=sonar)
     return optimise(measurements, start, priors, OptimiserSettings.model_validate(settings))
 
 
-def shaken(reflectors: Sequence[FloatArray] | FloatArray, *, seed: int = 0, size: float = 0.01) -> FloatArray:
+def displaced(reflectors: Sequence[FloatArray] | FloatArray, *, seed: int = 0, size: float = 0.01) -> FloatArray:
     """Return the landmarks displaced by about a centimetre."""
     rng = np.random.default_rng(seed)
     moved = np.array(reflectors) + size * np.pad(rng.uniform(-1, 1, (len(reflectors), 3)), ((0, 0), (1, 0)))
@@ -65,14 +65,14 @@ def sigmas(found: Solution) -> FloatArray:
 
 def test_walls_and_cylinders_converge_to_their_true_places() -> None:
     truth = [*ROOM, COLUMN]
-    found = solution(hearing(listening(), truth), shaken(truth))
+    found = solution(hearing(listening(), truth), displaced(truth))
     assert found.reflectors == pytest.approx(np.array(truth), abs=0.0005)
 
 
 def test_the_residuals_of_noisy_readings_have_the_scatter_of_the_noise() -> None:
     truth = [*ROOM, COLUMN]
     measurements = hearing(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
-    found = solution(measurements, shaken(truth))
+    found = solution(measurements, displaced(truth))
     assert found.scatter == pytest.approx(NOISE, rel=0.2)
     assert ((found.owners >= 0) == np.isfinite(measurements.readings)).mean() > 0.99
 
@@ -84,7 +84,7 @@ def test_a_step_never_makes_readings_fit_worse(seed: int) -> None:
     clean = hearing(listening(drive, step=np.pi / 2, arm=0.1), ROOM)
     readings = 0.003 * np.round((clean.readings + rng.normal(0.0, 0.001, len(clean.readings))) / 0.003)
     start = [wall(0.005, 2.0), ROOM[1], wall(np.pi - 0.005, 2.0), ROOM[3]]
-    found = solution(clean._replace(readings=readings), start, priors=BELIEFS._replace(noise=0.0015))
+    found = solution(clean._replace(readings=readings), start, priors=PRIORS._replace(noise=0.0015))
     assert (found.owners >= 0).all()
     assert found.model.range_scale == pytest.approx(0.0, abs=0.01)
 
@@ -96,8 +96,8 @@ def test_range_offset_scale_and_walk_are_estimated() -> None:
     # With a wide prior, the corners determine the range offset.
     found = solution(
         measurements,
-        shaken(truth, size=0.004),
-        priors=BELIEFS._replace(noise=0.001, offset_sigma=0.01),
+        displaced(truth, size=0.004),
+        priors=PRIORS._replace(noise=0.001, offset_sigma=0.01),
         max_iterations=20,
     )
     known = found.sonar_sigmas()
@@ -115,7 +115,7 @@ def test_the_sigma_of_the_range_scale_includes_the_walk_exponent(exponent: float
     for _ in range(12):
         readings = clean.readings + rng.normal(0.0, 0.001, len(clean.readings))
         found = solution(
-            clean._replace(readings=readings), truth, priors=BELIEFS._replace(noise=0.001), max_iterations=12
+            clean._replace(readings=readings), truth, priors=PRIORS._replace(noise=0.001), max_iterations=12
         )
         sigma = found.considered_sigma("range_scale", "walk_exponent", 0.2)
         errors.append(found.model.range_scale / sigma)
@@ -140,7 +140,7 @@ def test_the_covariance_agrees_with_simulated_errors() -> None:
     for _ in range(60):
         readings = clean.readings + rng.normal(0.0, NOISE, len(clean.readings))
         # The prior of the offset is part of the covariance, so that the offset is drawn as well.
-        offset = rng.normal(0.0, BELIEFS.offset_sigma)
+        offset = rng.normal(0.0, PRIORS.offset_sigma)
         found = solution(clean._replace(readings=readings + offset), truth)
         number = found.layout.feature(0)
         errors = found.reflectors[0, 1:3] - ROOM[0, 1:3]
@@ -168,7 +168,7 @@ def test_the_spread_of_the_range_walk_is_not_counted_twice() -> None:
     measurements = hearing(listening(), ROOM)
     start = Values(features=features(ROOM, len(measurements.centers)), model=SONAR)
     models = [replace(SONAR, excess_scale=scale) for scale in (0.0, 0.3)]
-    rows = [range_factors(measurements, replace(start, model=each), BELIEFS, OptimiserSettings()) for each in models]
+    rows = [range_factors(measurements, replace(start, model=each), PRIORS, OptimiserSettings()) for each in models]
     assert np.median(rows[1].weights / rows[0].weights) == pytest.approx(1.0, abs=0.03)
     assert rows[1].weights.min() < 0.8 * rows[0].weights.min()
     assert rows[1].weights.max() > rows[0].weights.max()
@@ -176,7 +176,7 @@ def test_the_spread_of_the_range_walk_is_not_counted_twice() -> None:
 
 def test_common_errors_of_a_station_do_not_average_out() -> None:
     measurements = hearing(listening([(0.5, 0.3)]), ROOM[:1])
-    priors = BELIEFS._replace(scale_sigma=1e-6)
+    priors = PRIORS._replace(scale_sigma=1e-6)
     alone = solution(measurements, ROOM[:1], priors=priors)
     together = solution(measurements, ROOM[:1], priors=priors._replace(bias_sigma=0.012))
     assert sigmas(alone)[1] < 0.004
@@ -186,7 +186,7 @@ def test_common_errors_of_a_station_do_not_average_out() -> None:
 def test_the_error_of_attenuation_counts_unless_poses_are_absolute() -> None:
     measurements, measured_poses = hearing(listening([(0.5, 0.3)]), ROOM[:1]), np.array([[0.5, 0.3, 0.0]])
     doubtful = features(ROOM[:1], 1)._replace(bias_variances=np.array([[0.012**2]]))
-    priors = BELIEFS._replace(scale_sigma=1e-6)
+    priors = PRIORS._replace(scale_sigma=1e-6)
     absolute = PosePrior(measured_poses, np.full((1, 3), 1e-6), relative=False)
     trusted = optimise(measurements, Values(features=doubtful, model=SONAR), priors, OptimiserSettings())
     start = Values(features=doubtful, model=SONAR, poses=measured_poses)
@@ -212,7 +212,7 @@ REFLECTORS = [wall(0.4, 1.4), cylinder(0.9, 0.6, 0.1), corner(1.2, 0.3), edge(0.
 def test_the_jacobian_of_a_range_factor_equals_finite_differences(reflector: FloatArray) -> None:
     measurements = one_ping(reflector, angle=np.radians(8.0))
     beam_prior = (SONAR.figure_of_merit, math.log(SONAR.ka))
-    priors = BELIEFS._replace(has_servo=True, beam_prior=beam_prior, servo=ServoError())
+    priors = PRIORS._replace(has_servo=True, beam_prior=beam_prior, servo=ServoError())
     found = solution(measurements, [reflector], priors=priors, max_iterations=1)
     assert found.owners.tolist() == [0]
     information = np.linalg.inv(found.covariance)
@@ -260,7 +260,7 @@ def with_latency(latency: float, rates: Sequence[float]) -> Measurements:
 
 def test_sweeps_in_both_directions_determine_the_servo_latency() -> None:
     measurements = with_latency(0.015, [0.7, -0.7, 0.7, -0.7])
-    found = solution(measurements, ROOM, priors=BELIEFS._replace(noise=0.001, has_servo=True), max_iterations=12)
+    found = solution(measurements, ROOM, priors=PRIORS._replace(noise=0.001, has_servo=True), max_iterations=12)
     sigma = found.sonar_sigmas()["servo_latency"]
     assert sigma < 0.002
     assert found.latency == pytest.approx(0.015, abs=4 * sigma)
@@ -274,7 +274,7 @@ def test_sweeps_in_both_directions_determine_the_servo_latency() -> None:
 )
 def test_with_drifting_poses_only_a_significant_latency_is_used(latency: float, noise: float, expected: float) -> None:
     measurements = with_latency(latency, [0.7, -0.7, 0.7, -0.7])
-    known = BELIEFS._replace(noise=noise, has_servo=True)
+    known = PRIORS._replace(noise=noise, has_servo=True)
     free = solution(measurements, ROOM, priors=known, max_iterations=12)
     drifting = solution(measurements, ROOM, priors=known._replace(drifting=True), max_iterations=12)
     assert abs(free.latency) > 0.003
@@ -286,7 +286,7 @@ def test_with_drifting_poses_only_a_significant_latency_is_used(latency: float, 
 
 def test_without_a_servo_there_is_no_latency() -> None:
     measurements = with_latency(0.015, [0.7, -0.7, 0.7, -0.7])
-    found = solution(measurements, ROOM, priors=BELIEFS._replace(noise=0.001))
+    found = solution(measurements, ROOM, priors=PRIORS._replace(noise=0.001))
     assert abs(found.latency) < 1e-6
     assert found.sonar_sigmas()["servo_latency"] == pytest.approx(0.0, abs=2e-9)
 
@@ -353,7 +353,7 @@ def test_only_detecting_stations_constrain_a_landmark() -> None:
     measurements = hearing(listening(), ROOM[:1])
     known = features(ROOM[:1])
     known = known._replace(attenuations=np.array([[np.inf, np.inf, 0.0, 0.0]]))
-    found = optimise(measurements, Values(features=known, model=SONAR), BELIEFS, OptimiserSettings())
+    found = optimise(measurements, Values(features=known, model=SONAR), PRIORS, OptimiserSettings())
     assert set(measurements.stations[found.owners == 0]) == {2, 3}
 
 
@@ -361,7 +361,7 @@ def test_a_wall_explains_no_reading_beside_its_extent() -> None:
     measurements = hearing(listening(), ROOM[:1])
     known = features(ROOM[:1])
     known.extents[0] = (0.0, 1.0)
-    found = optimise(measurements, Values(features=known, model=SONAR), BELIEFS, OptimiserSettings())
+    found = optimise(measurements, Values(features=known, model=SONAR), PRIORS, OptimiserSettings())
     assert measurements.y[found.owners == 0].min() > -0.1
     assert measurements.y[np.isfinite(measurements.readings)].min() < -0.3
 
@@ -376,7 +376,7 @@ def test_without_associations_the_solution_is_the_prior() -> None:
     priors = OptimiserSettings()
     assert found.sonar_sigmas() == pytest.approx(
         {
-            "range_offset": BELIEFS.offset_sigma,
+            "range_offset": PRIORS.offset_sigma,
             "walk_gain": priors.walk_gain_sigma * SONAR.walk_gain,
             "range_scale": priors.scale_sigma,
             "servo_latency": 1e-9,
@@ -397,9 +397,9 @@ def test_without_landmarks_the_sonar_is_still_estimated() -> None:
 
 
 def test_the_optimiser_does_not_change_its_arguments() -> None:
-    known = features(shaken(ROOM))
+    known = features(displaced(ROOM))
     before = known.reflectors.copy()
-    optimise(hearing(listening(), ROOM), Values(features=known, model=SONAR), BELIEFS, OptimiserSettings())
+    optimise(hearing(listening(), ROOM), Values(features=known, model=SONAR), PRIORS, OptimiserSettings())
     assert (known.reflectors == before).all()
 
 
@@ -409,7 +409,7 @@ def test_a_wrong_pose_is_corrected_by_the_walls() -> None:
     recorded = listening()
     detected = hearing(at_poses(recorded, measured_poses, truth), ROOM)
     sigmas = np.array([[1e-6] * 3, [1e-6] * 3, [1e-6] * 3, [0.05] * 3])
-    priors = BELIEFS._replace(poses=PosePrior(measured_poses, sigmas, relative=False))
+    priors = PRIORS._replace(poses=PosePrior(measured_poses, sigmas, relative=False))
     start = Values(features=features(ROOM), model=SONAR, poses=measured_poses)
     found = optimise(recorded._replace(readings=detected.readings), start, priors, OptimiserSettings(max_iterations=12))
     assert found.poses == pytest.approx(truth, abs=0.001)
@@ -418,6 +418,6 @@ def test_a_wrong_pose_is_corrected_by_the_walls() -> None:
 
 def test_a_converged_solution_is_not_iterated_further() -> None:
     measurements = hearing(listening(), [*ROOM, COLUMN])
-    once, often = (solution(measurements, shaken([*ROOM, COLUMN]), max_iterations=rounds) for rounds in (6, 60))
+    once, often = (solution(measurements, displaced([*ROOM, COLUMN]), max_iterations=rounds) for rounds in (6, 60))
     assert once.newton_decrement < 1e-4
     assert np.array_equal(once.reflectors, often.reflectors)

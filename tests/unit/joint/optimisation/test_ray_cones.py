@@ -14,7 +14,7 @@ SILENT = listening(step=np.radians(2.0))
 WALLS = [feature(each, extent=(-5.0, 5.0), llr_by_station=[20.0] * 4) for each in ROOM]
 
 
-def fan(half_angle: float, *, noise: float = 0.002) -> Measurements:
+def cone_readings(half_angle: float, *, noise: float = 0.002) -> Measurements:
     """Return the readings of ray cones in the room."""
     rays = SILENT.bearings[:, None] + np.linspace(-half_angle, half_angle, 61)
     nearest = np.full(rays.shape, np.inf)
@@ -28,13 +28,13 @@ def fan(half_angle: float, *, noise: float = 0.002) -> Measurements:
 
 @pytest.mark.parametrize("degrees", [5.0, 12.0, 20.0])
 def test_the_cone_angle_is_estimated_for_any_start(degrees: float) -> None:
-    found = fit_cone(fan(np.radians(degrees)), SEEING, WALLS)
+    found = fit_cone(cone_readings(np.radians(degrees)), SEEING, WALLS)
     assert np.degrees(found.cone) == pytest.approx(degrees, abs=0.2)
     assert (found.range_scale, found.ka) == (SEEING.range_scale, SEEING.ka)
 
 
 def test_the_range_scale_does_not_change_the_cone_angle() -> None:
-    detected = fan(np.radians(12.0))
+    detected = cone_readings(np.radians(12.0))
     found = fit_cone(detected._replace(readings=detected.readings / 1.02), replace(SEEING, range_scale=0.02), WALLS)
     assert np.degrees(found.cone) == pytest.approx(12.0, abs=0.2)
 
@@ -45,11 +45,11 @@ def test_random_readings_do_not_change_the_cone_angle() -> None:
 
 
 def test_without_walls_or_readings_the_cone_angle_is_unchanged() -> None:
-    assert fit_cone(fan(0.2), SEEING, []) is SEEING
+    assert fit_cone(cone_readings(0.2), SEEING, []) is SEEING
     assert fit_cone(SILENT, SEEING, WALLS) is SEEING
 
 
 def test_the_cone_is_estimated_for_rays_and_the_beam_for_sound() -> None:
-    detected = fan(np.radians(12.0))
+    detected = cone_readings(np.radians(12.0))
     assert estimated_sonar(detected, SEEING, WALLS, prior_mean=30.0).cone == fit_cone(detected, SEEING, WALLS).cone
     assert estimated_sonar(detected, SONAR, WALLS, prior_mean=30.0).cone == 0.0

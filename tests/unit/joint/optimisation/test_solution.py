@@ -17,7 +17,7 @@ FEATURES = slice(0, UNKNOWNS.sonar)
 RNG = np.random.default_rng(3)
 # Jacobian of 40 readings of sigma 1, their information, and that of the priors.
 SLOPES = RNG.normal(size=(40, UNKNOWNS.size))
-HEARD, HELD = SLOPES.T @ SLOPES, np.diag(RNG.uniform(2.0, 20.0, UNKNOWNS.size))
+MEASURED, HELD = SLOPES.T @ SLOPES, np.diag(RNG.uniform(2.0, 20.0, UNKNOWNS.size))
 
 
 def solution(share: float) -> Solution:
@@ -29,8 +29,8 @@ def solution(share: float) -> Solution:
         latency=0.0,
         poses=np.zeros((0, 3)),
         layout=UNKNOWNS,
-        information=share * HEARD + HELD,
-        measurement_information=share * HEARD,
+        information=share * MEASURED + HELD,
+        measurement_information=share * MEASURED,
         information_inflation=1.0 / share,
         extents=np.zeros((2, 2)),
         owners=nothing.astype(np.int64),
@@ -40,7 +40,7 @@ def solution(share: float) -> Solution:
     )
 
 
-def scattered(share: float, draws: int) -> FloatArray:
+def simulated_errors(share: float, draws: int) -> FloatArray:
     """Return simulated errors of landmarks with a known sonar, shape (draws, u)."""
     truths = RNG.normal(size=(draws, UNKNOWNS.sonar)) / np.sqrt(np.diag(HELD)[FEATURES])
     jacobian = SLOPES[:, FEATURES]
@@ -50,14 +50,14 @@ def scattered(share: float, draws: int) -> FloatArray:
 
 
 def test_at_full_weight_the_covariance_is_the_inverse_information() -> None:
-    assert solution(1.0).covariance == pytest.approx(np.linalg.inv(HEARD + HELD))
+    assert solution(1.0).covariance == pytest.approx(np.linalg.inv(MEASURED + HELD))
 
 
 def test_the_sandwich_covariance_agrees_with_simulated_errors() -> None:
     found = solution(0.25)
     known = np.diag(np.where(np.arange(UNKNOWNS.size) < UNKNOWNS.sonar, 0.0, 1e12))
     held = replace(found, information=found.information + known)
-    errors = scattered(0.25, 160_000)
+    errors = simulated_errors(0.25, 160_000)
     assert held.covariance[FEATURES, FEATURES] == pytest.approx(np.cov(errors.T), rel=0.05, abs=3e-4)
 
 

@@ -24,7 +24,7 @@ SOUND = EchoModel.of(RIG.transducer)
 SILENT = listening()
 
 
-def gliding() -> FloatArray:
+def oblique_readings() -> FloatArray:
     """Return the readings of a ray cone that sees a wall at 1 m obliquely."""
     return np.where(np.abs(SILENT.bearings) < 1.2, 1.0 / np.cos(SILENT.bearings), np.inf)
 
@@ -35,20 +35,20 @@ def test_recordings_without_echoes_are_taken_for_sound() -> None:
 
 
 def test_ray_cones_are_recognised_by_their_readings() -> None:
-    seeing = expected_sonar(RIG, SILENT._replace(readings=gliding()))
+    seeing = expected_sonar(RIG, SILENT._replace(readings=oblique_readings()))
     assert seeing.cone == half_aperture_of(RIG) == pytest.approx(RIG.sensors[0].half_aperture)
 
 
 @pytest.mark.parametrize("rays", [False, True])
 def test_the_rig_overrides_the_recognition_of_rays(*, rays: bool) -> None:
-    readings = np.full(len(SILENT.readings), np.inf) if rays else gliding()
+    readings = np.full(len(SILENT.readings), np.inf) if rays else oblique_readings()
     assert (expected_sonar(replace(RIG, rays=rays), SILENT._replace(readings=readings)).cone > 0) == rays
 
 
 def test_the_previous_sonar_model_is_kept() -> None:
     learned = expected_sonar(replace(RIG, rays=True), SILENT)
     assert expected_sonar(RIG, SILENT, learned).cone == learned.cone
-    assert expected_sonar(RIG, SILENT._replace(readings=gliding()), SOUND).cone == 0.0
+    assert expected_sonar(RIG, SILENT._replace(readings=oblique_readings()), SOUND).cone == 0.0
 
 
 def test_the_temperature_sets_the_range_scale() -> None:
@@ -86,7 +86,7 @@ def test_an_invalid_range_walk_is_an_error(table: object, message: str) -> None:
         EstimateSettings.model_validate({"walk": table})
 
 
-def room_heard_by(sonar: EchoModel, *, stations: int = 9) -> Solution:
+def solution_of_room(sonar: EchoModel, *, stations: int = 9) -> Solution:
     """Return the solution of a room that a sonar recorded, starting from the default model."""
     places = [(x, y) for x in (-1.2, 0.0, 1.3) for y in (-0.9, 0.1, 0.8)]
     measurements = hearing(listening(places[:stations]), ROOM, sonar=sonar, noise=0.001, rng=np.random.default_rng(8))
@@ -102,7 +102,7 @@ def room_heard_by(sonar: EchoModel, *, stations: int = 9) -> Solution:
 
 def test_the_range_walk_is_fitted_to_a_recording() -> None:
     strange = replace(SONAR, walk=WalkCurve.from_table(*zip(*LATE, strict=True)), walk_gain=0.03)
-    found = room_heard_by(strange)
+    found = solution_of_room(strange)
     fitted = walking(found.model, found, NOISE)
     excess = np.linspace(3.0, 20.0, 18)
     # A common delay of all readings is part of the range offset.
@@ -115,14 +115,14 @@ def test_the_range_walk_is_fitted_to_a_recording() -> None:
 
 
 def test_fitting_the_physical_range_walk_does_not_change_it() -> None:
-    found = room_heard_by(SONAR)
+    found = solution_of_room(SONAR)
     fitted, excess = walking(found.model, found, NOISE), np.linspace(3.0, 20.0, 18)
     changed = fitted.walk_gain * fitted.walk(excess) - SONAR.walk_gain * SONAR.walk(excess)
     assert np.std(changed) < 0.0006
 
 
 def test_without_echoes_or_with_rays_no_range_walk_is_fitted() -> None:
-    found = room_heard_by(SONAR, stations=1)
+    found = solution_of_room(SONAR, stations=1)
     rays = SONAR.as_ray_cone(0.3)
     assert walking(rays, found, NOISE) is rays
     assert walking(SONAR, None, NOISE) is SONAR

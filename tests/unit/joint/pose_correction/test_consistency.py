@@ -155,7 +155,7 @@ def test_many_duplicated_walls_are_detected() -> None:
     assert has_duplicated_walls(estimate)
 
 
-def unquestioned(estimate: Estimate) -> Estimate:
+def with_consistent_echoes(estimate: Estimate) -> Estimate:
     """Return an estimate whose pings agree and leave no residuals."""
     assert estimate.solution is not None
     solution = replace(estimate.solution, residuals=np.zeros(len(estimate.solution.residuals)))
@@ -167,7 +167,7 @@ def test_a_wall_duplicated_by_drift_is_inconsistent_and_a_bent_wall_is_not() -> 
     assert is_inconsistent(torn)
     assert not is_inconsistent(bent)
     # The low inlier ratio of the drive would be enough to make it inconsistent.
-    torn, bent = unquestioned(torn), unquestioned(bent)
+    torn, bent = with_consistent_echoes(torn), with_consistent_echoes(bent)
     for estimate in (torn, bent):
         assert agrees(estimate)
         assert duplicate_pairs(estimate.features, estimate.settings.duplicates)

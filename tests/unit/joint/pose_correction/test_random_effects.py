@@ -40,7 +40,7 @@ def solution(rows: LinearFactor, common: float) -> tuple[LinearFactor, FloatArra
     return rows._replace(residuals=left), covariance
 
 
-def learned(common: float, seed: int = 1) -> float:
+def estimated_sigma(common: float, seed: int = 1) -> float:
     rows, pose_prior = detected(common, seed), GUESS
     for _ in range(30):
         squares, count = common_squares(*solution(rows, pose_prior), common=pose_prior)
@@ -50,11 +50,11 @@ def learned(common: float, seed: int = 1) -> float:
 
 @pytest.mark.parametrize("common", [0.003, 0.012, 0.03])
 def test_shared_errors_are_estimated_although_poses_absorb_part_of_them(common: float) -> None:
-    assert np.mean([learned(common, seed) for seed in range(4)]) == pytest.approx(common, rel=0.1)
+    assert np.mean([estimated_sigma(common, seed) for seed in range(4)]) == pytest.approx(common, rel=0.1)
 
 
 def test_independent_errors_are_not_taken_for_shared_ones() -> None:
-    assert learned(0.0) < 0.3 * NOISE
+    assert estimated_sigma(0.0) < 0.3 * NOISE
 
 
 def test_an_effect_that_nothing_absorbs_is_shrunk_by_its_share_of_the_variance() -> None:
@@ -78,7 +78,7 @@ def test_an_effect_that_poses_absorb_does_not_count() -> None:
 
 
 @dataclass(frozen=True)
-class Waiting:
+class FakeEstimate:
     """Estimate that records the shared error at each step."""
 
     bias_sigma: float = GUESS
@@ -86,13 +86,13 @@ class Waiting:
     offset_sigma: float = 0.003
     noise: float = 0.006
 
-    def alternate(self, noise: float, priors: Any, rounds: int) -> "Waiting":
+    def alternate(self, noise: float, priors: Any, rounds: int) -> "FakeEstimate":
         return replace(self, done=(*self.done, ("solution", self.bias_sigma)))
 
-    def estimate_noise(self) -> "Waiting":
+    def estimate_noise(self) -> "FakeEstimate":
         return replace(self, done=(*self.done, ("noise", self.bias_sigma)))
 
 
 def test_shared_errors_are_estimated_from_readings_at_full_weight() -> None:
-    estimate: Any = without_shared_bias(Waiting(), None)  # type: ignore[arg-type]
+    estimate: Any = without_shared_bias(FakeEstimate(), None)  # type: ignore[arg-type]
     assert estimate.done == (("solution", estimate.offset_sigma), ("noise", estimate.offset_sigma))

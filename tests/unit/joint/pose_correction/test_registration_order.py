@@ -35,7 +35,7 @@ WAY = np.array(
 SETTINGS = PoseSettings()
 
 
-def set_down(seed: int) -> Estimate:
+def misplaced_estimate(seed: int) -> Estimate:
     """Return the initial estimate of seven stations, with errors of 3 cm and 14 degrees."""
     rig = builtin_rig("rotary-array")
     sweeps = Simulation(world=builtin_world("square"), rig=rig, route=Route(map_from_base=WAY), seed=3)
@@ -55,7 +55,7 @@ def errors(poses: FloatArray) -> tuple[float, float]:
 def test_stations_are_registered_to_their_neighbours() -> None:
     found = 0
     for seed in range(8, 14):
-        estimate = set_down(seed)
+        estimate = misplaced_estimate(seed)
         away, turned = errors(estimate.poses)
         assert away > 0.03
         assert np.degrees(turned) > 10.0
@@ -67,7 +67,7 @@ def test_stations_are_registered_to_their_neighbours() -> None:
 
 
 def test_tracking_in_recorded_order_fails() -> None:
-    estimate = set_down(10)
+    estimate = misplaced_estimate(10)
     estimate = track_poses(estimate, waypoint_steps(estimate.measured_poses, SETTINGS))
     assert errors(estimate.poses)[0] > 0.05
 

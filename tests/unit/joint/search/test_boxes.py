@@ -18,7 +18,7 @@ EDGES = [edge(x, y) for x in (-0.15, 0.15) for y in (-0.15, 0.15)]
 COLUMN = cylinder(0.0, 0.0, 0.15)
 
 
-def after(*standing: FloatArray, sonar: EchoModel = SEEING) -> tuple[list[Hypothesis], list[Hypothesis]]:
+def before_and_after(*standing: FloatArray, sonar: EchoModel = SEEING) -> tuple[list[Hypothesis], list[Hypothesis]]:
     """Return the landmarks before and after, starting from a cylinder in the room."""
     silent, rng = listening(STATIONS), np.random.default_rng(1)
     measurements = hearing(silent, [*ROOM, *standing], sonar=sonar, noise=NOISE, rng=rng)
@@ -34,17 +34,17 @@ def points(features: Sequence[Hypothesis]) -> FloatArray:
 
 
 def test_edges_of_a_box_replace_a_cylinder() -> None:
-    _, found = after(*EDGES)
+    _, found = before_and_after(*EDGES)
     assert not [each for each in found if each.kind is Kind.CYLINDER]
     assert len(points(found)) >= 3
     assert np.abs(np.abs(points(found)) - 0.15).max() < 0.01
 
 
 def test_a_cylinder_is_not_replaced_by_edges() -> None:
-    before, found = after(COLUMN)
+    before, found = before_and_after(COLUMN)
     assert [each.key for each in found] == [each.key for each in before]
 
 
 def test_boxes_are_not_searched_with_sound() -> None:
-    before, found = after(*EDGES, sonar=SONAR)
+    before, found = before_and_after(*EDGES, sonar=SONAR)
     assert found == before

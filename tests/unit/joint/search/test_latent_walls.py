@@ -15,7 +15,7 @@ EAST_END = -VERTEX[0]
 STATIONS = ((-0.4, -0.3), (0.3, -0.1))
 
 
-def known(*, to: float = EAST_END + 0.4, gain: float = 200.0) -> Hypothesis:
+def north_wall(*, to: float = EAST_END + 0.4, gain: float = 200.0) -> Hypothesis:
     """Return the wall to the north, detected up to a place along it, counted to the west."""
     return feature(NORTH, extent=(to, 0.9), llr_by_station=(gain, gain))
 
@@ -33,17 +33,17 @@ def detected(opening: float, beside: Hypothesis) -> tuple[float, FloatArray]:
 
 @pytest.mark.parametrize("opening", [65.0, 78.0, 86.0, 90.0, 93.0])
 def test_multipath_over_a_latent_wall_explains_a_false_wall(opening: float) -> None:
-    gain, log_densities = detected(opening, known())
+    gain, log_densities = detected(opening, north_wall())
     assert gain > 12.0
     assert (log_densities > 2.0).mean() > 0.9
 
 
 def test_there_is_no_latent_wall_where_the_known_wall_continues() -> None:
-    assert detected(78.0, known(to=EAST_END - 1.0))[1].max() < 0.0
+    assert detected(78.0, north_wall(to=EAST_END - 1.0))[1].max() < 0.0
 
 
 def test_there_is_no_latent_wall_on_a_weaker_wall() -> None:
-    assert detected(78.0, known(gain=1.0))[1].max() == UNHEARD
+    assert detected(78.0, north_wall(gain=1.0))[1].max() == UNHEARD
 
 
 def test_without_detections_there_is_no_latent_wall() -> None:
@@ -51,4 +51,4 @@ def test_without_detections_there_is_no_latent_wall() -> None:
     estimate = likelihood(measurements, sonar=PLAIN)
     log_densities = estimate.log_densities([])
     silent = estimate.rescored(estimate.score(wall(0.8, 1.7)), log_densities, [])
-    assert log_densities_over_latent_walls(estimate, silent, [known()], log_densities).max() == UNHEARD
+    assert log_densities_over_latent_walls(estimate, silent, [north_wall()], log_densities).max() == UNHEARD

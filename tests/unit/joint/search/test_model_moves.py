@@ -20,7 +20,7 @@ def detected(*truth: FloatArray, noise: float) -> PingLikelihood:
     return likelihood(readings, noise=noise)
 
 
-def taken(estimate: PingLikelihood, *known: FloatArray) -> list[Hypothesis]:
+def after_selection(estimate: PingLikelihood, *known: FloatArray) -> list[Hypothesis]:
     """Return the landmarks after class selection."""
     acceptance = AcceptanceTest(estimate.measurements, half_aperture=0.61, settings=AcceptanceSettings())
     return reclassified(estimate, rescored(estimate, known), acceptance)
@@ -30,7 +30,7 @@ def test_a_wall_that_touches_a_cylinder_becomes_the_cylinder() -> None:
     # With pose errors readings scatter by centimetres, so that the wall agrees with all stations.
     estimate = detected(*ROOM, COLUMN, noise=0.03)
     assert rescored(estimate, [*ROOM, TOUCHING])[4].total > 12.0
-    features = taken(estimate, *ROOM, TOUCHING)
+    features = after_selection(estimate, *ROOM, TOUCHING)
     assert [each.kind for each in features] == [Kind.WALL] * 4 + [Kind.CYLINDER]
     # All stations are on one side, so they determine its front better than its radius.
     _, x, y, radius = features[4].reflector
@@ -40,14 +40,14 @@ def test_a_wall_that_touches_a_cylinder_becomes_the_cylinder() -> None:
 def test_correct_classes_are_kept() -> None:
     truth = [*ROOM, COLUMN, corner(2.0, 1.5)]
     estimate = detected(*truth, noise=NOISE)
-    assert [each.reflector.tolist() for each in taken(estimate, *truth)] == [row.tolist() for row in truth]
+    assert [each.reflector.tolist() for each in after_selection(estimate, *truth)] == [row.tolist() for row in truth]
 
 
 def test_a_corner_that_a_wall_explains_better_becomes_a_wall() -> None:
     # From two stations half a metre apart the specular points of the wall differ as much: no corner explains both.
     stations = listening([(0.0, 0.0), (0.0, 0.5)])
     estimate = likelihood(hearing(stations, [wall(0.0, 2.0)], noise=NOISE, rng=np.random.default_rng(1)))
-    (feature,) = taken(estimate, corner(2.0, 0.1))
+    (feature,) = after_selection(estimate, corner(2.0, 0.1))
     assert feature.is_wall
     assert feature.line == pytest.approx([0.0, 2.0], abs=0.02)
 
@@ -55,7 +55,7 @@ def test_a_corner_that_a_wall_explains_better_becomes_a_wall() -> None:
 def test_a_corner_does_not_become_a_cylinder() -> None:
     estimate = detected(*ROOM, COLUMN, noise=0.03)
     vertex = corner(0.2, 0.66)
-    features = taken(estimate, *ROOM, vertex)
+    features = after_selection(estimate, *ROOM, vertex)
     assert features[4].reflector.tolist() == vertex.tolist()
 
 
@@ -67,7 +67,7 @@ def test_a_cylinder_of_two_stations_on_a_wall_becomes_a_corner(across: float, ki
     # As near to both stations as the corner is.
     away = vertex - [0.0, 0.25]
     center = vertex + 0.1 * away / np.hypot(*away)
-    found = taken(estimate, wall(0.0, 2.0), cylinder(center[0], center[1], 0.1))[1]
+    found = after_selection(estimate, wall(0.0, 2.0), cylinder(center[0], center[1], 0.1))[1]
     assert found.kind is kind
     if kind is Kind.CORNER:
         assert found.reflector[1:3] == pytest.approx(vertex, abs=0.02)
@@ -78,7 +78,7 @@ def test_a_corner_detected_from_both_sides_of_a_thin_wall_becomes_two_walls() ->
     stations = listening([(0.0, 0.0), (-0.4, 0.05), (1.4, 0.02)])
     estimate = likelihood(hearing(stations, [left, right], noise=NOISE, rng=np.random.default_rng(1)))
     assert rescored(estimate, [corner(0.6, 0.02)])[0].total > 12.0
-    features = taken(estimate, corner(0.6, 0.02))
+    features = after_selection(estimate, corner(0.6, 0.02))
     assert sorted(each.line.tolist() for each in features) == [
         pytest.approx([0.0, 0.6], abs=0.02),
         pytest.approx([np.pi, -0.6], abs=0.02),
@@ -101,7 +101,7 @@ def test_a_short_wall_across_the_ends_of_known_walls_becomes_their_corner(known:
     estimate = likelihood(
         detected._replace(readings=np.where(stations.stations < 2, detected.readings, silent.readings))
     )
-    features = taken(estimate, *walls[:known], across(2.0, 1.5, 40.0))
+    features = after_selection(estimate, *walls[:known], across(2.0, 1.5, 40.0))
     assert features[-1].kind is kind
 
 
@@ -115,5 +115,5 @@ def test_an_ambiguous_echo_is_a_corner_only_if_known_walls_end_there(known: int,
     alone = rescored(estimate, [corner(2.0, 0.0)])[0].total
     alternative = rescored(estimate, [wall(0.0, 2.0)])[0].total
     assert alternative < alone < alternative + AcceptanceSettings().min_log_likelihood_ratio
-    features = taken(estimate, *walls[:known], corner(2.0, 0.0))
+    features = after_selection(estimate, *walls[:known], corner(2.0, 0.0))
     assert features[-1].kind is kind

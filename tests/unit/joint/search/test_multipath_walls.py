@@ -15,7 +15,7 @@ END = wall(0.0, 2.0)
 STATIONS = ((-0.4, 0.1), (0.0, -0.1), (0.5, 0.0))
 
 
-def left(*, span: float, volleys: bool = True, end: float = 2.0) -> list[float]:
+def kept_walls(*, span: float, volleys: bool = True, end: float = 2.0) -> list[float]:
     """Return the normal angles of the walls that are kept if one station detects the end over an angle [deg]."""
     silent, rng, beyond = listening(STATIONS), np.random.default_rng(2), wall(0.0, end)
     sides, far = (hearing(silent, each, noise=NOISE, rng=rng).readings for each in (SIDES, [beyond]))
@@ -35,20 +35,20 @@ BESIDES = [round(np.pi / 2, 3), -round(np.pi / 2, 3)]
 
 
 def test_a_far_wall_detected_in_part_by_one_station_is_removed_as_crosstalk() -> None:
-    assert left(span=48.0) == BESIDES
+    assert kept_walls(span=48.0) == BESIDES
 
 
 def test_a_far_wall_detected_over_the_whole_beam_is_kept() -> None:
-    assert left(span=180.0) == [*BESIDES, 0.0]
+    assert kept_walls(span=180.0) == [*BESIDES, 0.0]
 
 
 def test_a_wall_too_near_for_crosstalk_is_kept() -> None:
     # A path over two walls would be longer.
-    assert left(span=66.0, end=0.8) == [*BESIDES, 0.0]
+    assert kept_walls(span=66.0, end=0.8) == [*BESIDES, 0.0]
 
 
 def test_without_simultaneous_firing_a_far_wall_is_kept() -> None:
-    assert left(span=48.0, volleys=False) == [*BESIDES, 0.0]
+    assert kept_walls(span=48.0, volleys=False) == [*BESIDES, 0.0]
 
 
 def test_without_other_walls_a_wall_is_kept() -> None:

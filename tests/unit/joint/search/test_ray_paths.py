@@ -28,7 +28,7 @@ def traced() -> Paths:
     return trace_paths(estimate, rescored(estimate, [*ROOM, COLUMN]), step=STEP)
 
 
-def ways(
+def paths_between(
     *pairs: tuple[tuple[float, float], tuple[float, float]],
     owner: int = 1,
     sure: bool = True,
@@ -129,20 +129,20 @@ LINE = np.array([0.0, 1.0])
 
 
 def test_the_feet_of_a_wall_are_the_projections_of_the_sensors() -> None:
-    paths = ways(((0.0, 0.7), (1.0, 0.7)), ((0.0, -0.2), (1.0, -0.2)), ((0.3, 0.1), (1.0, 0.1)), owner=0)
+    paths = paths_between(((0.0, 0.7), (1.0, 0.7)), ((0.0, -0.2), (1.0, -0.2)), ((0.3, 0.1), (1.0, 0.1)), owner=0)
     assert paths.feet(0, LINE) == pytest.approx([-0.2, 0.1, 0.7])
     assert len(paths.feet(1, LINE)) == 0
 
 
 def test_paths_to_other_landmarks_cross_the_line_of_a_wall() -> None:
-    through = ways(((0.0, 0.0), (2.0, 1.0)), ((0.5, -0.2), (1.5, -0.4)))
+    through = paths_between(((0.0, 0.0), (2.0, 1.0)), ((0.5, -0.2), (1.5, -0.4)))
     assert sorted(through.crossings(0, LINE)) == pytest.approx([-0.3, 0.5])
 
 
 def test_crossings_of_one_station_to_one_landmark_are_averaged() -> None:
     pairs = ((0.0, 0.0), (2.0, 0.4)), ((0.0, 0.0), (2.0, 0.8)), ((0.0, 0.0), (2.0, -0.4))
-    assert ways(*pairs, stations=(4, 4, 7)).crossings(0, LINE) == pytest.approx([0.3, -0.2])
-    two = ways(*pairs, stations=(4, 4, 4))
+    assert paths_between(*pairs, stations=(4, 4, 7)).crossings(0, LINE) == pytest.approx([0.3, -0.2])
+    two = paths_between(*pairs, stations=(4, 4, 4))
     apart = Paths(
         starts_xy=two.starts_xy,
         ends_xy=two.ends_xy,
@@ -154,18 +154,18 @@ def test_crossings_of_one_station_to_one_landmark_are_averaged() -> None:
 
 
 def test_a_crossing_in_the_opposite_direction_counts() -> None:
-    assert ways(((2.0, 1.0), (0.0, 0.0))).crossings(0, LINE) == pytest.approx([0.5])
+    assert paths_between(((2.0, 1.0), (0.0, 0.0))).crossings(0, LINE) == pytest.approx([0.5])
 
 
 @pytest.mark.parametrize(
     "paths",
     [
-        ways(((0.0, 0.0), (0.9, 1.0))),
-        ways(((0.0, 0.0), (1.04, 0.0))),
-        ways(((0.99, 0.0), (2.0, 0.0))),
-        ways(((0.0, 0.0), (2.0, 1.0)), owner=0),
-        ways(((0.0, 0.0), (2.0, 1.0)), owner=-1),
-        ways(((0.0, 0.0), (2.0, 1.0)), sure=False),
+        paths_between(((0.0, 0.0), (0.9, 1.0))),
+        paths_between(((0.0, 0.0), (1.04, 0.0))),
+        paths_between(((0.99, 0.0), (2.0, 0.0))),
+        paths_between(((0.0, 0.0), (2.0, 1.0)), owner=0),
+        paths_between(((0.0, 0.0), (2.0, 1.0)), owner=-1),
+        paths_between(((0.0, 0.0), (2.0, 1.0)), sure=False),
     ],
     ids=["ends before", "just touches", "just starts", "its own", "of nobody", "unsure"],
 )
@@ -176,14 +176,16 @@ def test_uncertain_paths_do_not_cross_a_wall(paths: Paths) -> None:
 def test_crossings_of_an_oblique_line_lie_on_the_path() -> None:
     line = np.array([0.7, 1.2])
     start, end = np.array([0.1, -0.2]), np.array([2.0, 1.4])
-    place = float(ways(((0.1, -0.2), (2.0, 1.4))).crossings(0, line)[0])
+    place = float(paths_between(((0.1, -0.2), (2.0, 1.4))).crossings(0, line)[0])
     point = 1.2 * directions(0.7) + place * directions(0.7 + np.pi / 2)
     share = (point - start) / (end - start)
     assert share[0] == pytest.approx(share[1])
     assert 0.0 < share[0] < 1.0
 
 
-def seen(reflector: FloatArray, measurements: Measurements, extent: tuple[float, float] = (-9.0, 9.0)) -> list[bool]:
+def visible_from(
+    reflector: FloatArray, measurements: Measurements, extent: tuple[float, float] = (-9.0, 9.0)
+) -> list[bool]:
     """Return which stations have a free view of a landmark of an extent."""
     (feature,) = rescored(likelihood(measurements), [reflector])
     free: list[bool] = unoccluded_stations(replace(feature, extent=extent), measurements, step=STEP).tolist()
@@ -194,16 +196,21 @@ def test_a_view_is_free_without_nearer_echoes() -> None:
     post = cylinder(0.2, 0.9, 0.1)
     measurements = hearing(listening(step=STEP), [post])
     nothing = measurements._replace(readings=np.full(len(measurements.readings), np.inf))
-    assert seen(post, measurements) == seen(post, nothing) == [True] * 4
+    assert visible_from(post, measurements) == visible_from(post, nothing) == [True] * 4
     nearer = np.where(measurements.stations == 2, 0.2, np.inf)
-    assert seen(post, measurements._replace(readings=nearer)) == [True, True, False, True]
+    assert visible_from(post, measurements._replace(readings=nearer)) == [True, True, False, True]
 
 
 def test_a_wall_is_visible_only_from_stations_before_its_extent() -> None:
     measurements = hearing(listening(step=STEP), ROOM)
     between = STATIONS[0][1], STATIONS[2][1]
-    assert seen(ROOM[0], measurements) == [True] * 4
-    assert seen(ROOM[0], measurements, extent=(between[0] - 0.1, between[1] + 0.1)) == [True, False, True, False]
+    assert visible_from(ROOM[0], measurements) == [True] * 4
+    assert visible_from(ROOM[0], measurements, extent=(between[0] - 0.1, between[1] + 0.1)) == [
+        True,
+        False,
+        True,
+        False,
+    ]
 
 
 def test_a_station_before_a_gap_in_a_wall_has_no_view_of_it() -> None:
@@ -220,4 +227,4 @@ def test_a_station_before_a_gap_in_a_wall_has_no_view_of_it() -> None:
 
 
 def test_a_landmark_out_of_range_is_not_visible() -> None:
-    assert seen(cylinder(9.0, 0.0, 0.1), listening(step=STEP)) == [False] * 4
+    assert visible_from(cylinder(9.0, 0.0, 0.1), listening(step=STEP)) == [False] * 4

@@ -163,7 +163,7 @@ def test_a_corner_is_found() -> None:
     assert features[0].reflector[1:3] == pytest.approx([1.6, 1.2], abs=0.003)
 
 
-def heard_apart(measurements: Measurements, *truth: FloatArray) -> Measurements:
+def detected_separately(measurements: Measurements, *truth: FloatArray) -> Measurements:
     """Return measurements in which each station detects a landmark of its own only."""
     readings = np.full(len(measurements.readings), np.inf)
     for station, reflector in enumerate(truth):
@@ -183,7 +183,7 @@ def test_a_cylinder_that_touches_two_walls_is_replaced_by_them() -> None:
         angle = float(np.arctan2(away[1], away[0]))
         walls.append(wall(angle, float((ball[1:3] - 0.4 * away) @ away)))
     listened = listening([(-0.8, 0.1), (0.8, 0.1)], step=np.radians(2.0))
-    search = search_in(heard_apart(listened, *walls))
+    search = search_in(detected_separately(listened, *walls))
     features = search.run(proposed(search, ball))
     assert rows(features, Kind.CYLINDER).size == 0
     assert rows(features) == pytest.approx(np.array(sorted(walls, key=list)), abs=0.01)
@@ -195,7 +195,7 @@ def test_a_wall_through_the_sides_of_two_boxes_is_replaced_by_them(askew: float,
     foot = np.array([-0.6, 1.2])
     angle = np.pi / 2 + np.radians(askew)
     sides = [wall(angle, float(foot @ [np.cos(angle), np.sin(angle)])), wall(np.pi / 2, 1.2)]
-    search = search_in(heard_apart(listening(APART, step=np.radians(2.0)), *sides))
+    search = search_in(detected_separately(listening(APART, step=np.radians(2.0)), *sides))
     found = rows(search.run(proposed(search, sides[1])))
     assert len(found) == count
     for side in sides:
@@ -212,7 +212,7 @@ APART = ((-0.6, 0.0), (0.6, 0.0))
 
 def test_a_wall_detected_in_part_by_two_stations_is_rejected() -> None:
     # Thin posts are detected over a narrow angle, a wall over a wide one.
-    search = search_in(heard_apart(listening(APART, step=np.radians(2.0)), *posts(radius=0.003)))
+    search = search_in(detected_separately(listening(APART, step=np.radians(2.0)), *posts(radius=0.003)))
     false = proposed(search, wall(np.pi / 2, 1.2))
     assert search.tested(false) == []
     assert not rows(search.run()).size
@@ -294,7 +294,7 @@ def test_a_wall_of_one_station_of_a_ring_needs_three_sensors(silent: list[int], 
 @pytest.mark.parametrize(("sensors", "count"), [(2, 0), (3, 1)])
 def test_repeated_readings_of_two_sensors_of_a_ring_count_once(sensors: int, count: int, towards: float) -> None:
     truth, ring = wall(towards, 1.2), listening(APART[:1], step=np.radians(22.5))
-    sweeps = [heard_by(sensors, turned(ring, np.radians(degrees)), truth) for degrees in (-1.5, 0.5)]
+    sweeps = [detected_by_first(sensors, turned(ring, np.radians(degrees)), truth) for degrees in (-1.5, 0.5)]
     twice = join_measurements(sweeps)
     search = search_in(twice._replace(stations=0 * twice.stations, centers=ring.centers))
     assert len(search.tested(proposed(search, truth))) == count
@@ -306,7 +306,7 @@ def turned(measurements: Measurements, angle: float) -> Measurements:
     return measurements._replace(ux=axes.real.copy(), uy=axes.imag.copy())
 
 
-def heard_by(sensors: int, ring: Measurements, truth: FloatArray) -> Measurements:
+def detected_by_first(sensors: int, ring: Measurements, truth: FloatArray) -> Measurements:
     """Return pings of a ring in which only the first few sensors detect a wall."""
     measurements = hearing(ring, [truth])
     far = np.flatnonzero(np.isfinite(measurements.readings))[sensors:]

@@ -6,7 +6,7 @@ from helpers.expectations import ROOM, corner, cylinder, hearing, likelihood, li
 
 STEP = np.radians(3.0)
 ALL = 4
-HEARD = [*ROOM, corner(2.0, 1.5)]
+LANDMARKS = [*ROOM, corner(2.0, 1.5)]
 
 
 def test_the_order_of_a_pair_of_walls_does_not_matter() -> None:
@@ -28,8 +28,8 @@ def test_only_a_right_angled_corner_returns_sound_to_its_source(turn: float, *, 
 
 
 def test_corner_echoes_are_counted_for_the_walls_that_make_the_corner() -> None:
-    estimate = likelihood(hearing(listening(step=STEP), HEARD))
-    known = rescored(estimate, HEARD)
+    estimate = likelihood(hearing(listening(step=STEP), LANDMARKS))
+    known = rescored(estimate, LANDMARKS)
     detected = corner_echoes(estimate, known, ALL)
     assert detected[0, 1].pings > 10
     assert detected[0, 1].stations == ALL
@@ -38,7 +38,7 @@ def test_corner_echoes_are_counted_for_the_walls_that_make_the_corner() -> None:
 
 
 def test_an_undetected_corner_is_missed() -> None:
-    estimate = likelihood(hearing(listening(step=STEP), HEARD))
+    estimate = likelihood(hearing(listening(step=STEP), LANDMARKS))
     detected = corner_echoes(estimate, rescored(estimate, ROOM), ALL)
     assert detected[0, 1].gain > 0.0
     assert max(detected[pair].gain for pair in ((0, 3), (1, 2), (2, 3))) < -20.0
@@ -55,8 +55,8 @@ def test_a_corner_out_of_range_is_not_missed() -> None:
 
 
 def test_only_the_first_stations_count() -> None:
-    estimate = likelihood(hearing(listening(step=STEP), HEARD))
-    known = rescored(estimate, HEARD)
+    estimate = likelihood(hearing(listening(step=STEP), LANDMARKS))
+    known = rescored(estimate, LANDMARKS)
     none, some, all_of_them = (corner_echoes(estimate, known, count) for count in (0, 2, ALL))
     assert set(none.values()) == {CornerEcho()}
     assert 0 < some[0, 1].pings < all_of_them[0, 1].pings
@@ -80,7 +80,7 @@ def test_an_echo_that_a_cylinder_explains_is_not_of_a_corner() -> None:
 
 
 def test_an_echo_is_associated_with_the_best_corner() -> None:
-    estimate = likelihood(hearing(listening(step=STEP), HEARD))
+    estimate = likelihood(hearing(listening(step=STEP), LANDMARKS))
     beside = [*ROOM, ROOM[0] + np.array([0.0, 0.0, 0.004, 0.0])]
     detected = corner_echoes(estimate, rescored(estimate, beside), ALL)
     assert detected[0, 1].pings > 10
