@@ -136,7 +136,7 @@ def test_a_new_station_is_moved_only_with_strong_evidence(
 
     estimate = estimate_of(drive())
     monkeypatch.setattr("echoplan.joint.pose_correction.pose_tracking.locate", located)
-    monkeypatch.setattr("echoplan.joint.pose_correction.pose_tracking.settle", lambda estimate, *_: estimate)
+    monkeypatch.setattr("echoplan.joint.pose_correction.pose_tracking.refine", lambda estimate, *_: estimate)
     estimate = track_poses(estimate, odometry_prior(estimate.measured_poses, estimate.settings.pose_errors))
     away = np.hypot(*(estimate.poses[1:] - WAY[1:])[:, :2].T)
     assert stays
