@@ -67,8 +67,8 @@ def lost_of(wall: Hypothesis, walls: FloatArray, stations: FloatArray, wavelengt
     low, high = np.sort(along(wall.line, ends))
     for x, y, _ in stations[wall.llr_by_station > 0.0]:
         normal = np.cos(wall.line[0]), np.sin(wall.line[0])
-        sight, foot = echo_geometry(shape_of(wall.reflector), (x, y, *normal)), along(wall.line, [x, y])
-        yield sight[4] - diffracted(sight, low - foot, foot - high, wavelength)[4]
+        geometry, foot = echo_geometry(shape_of(wall.reflector), (x, y, *normal)), along(wall.line, [x, y])
+        yield geometry[4] - diffracted(geometry, low - foot, foot - high, wavelength)[4]
 
 
 def true_ends(wall: Hypothesis, walls: FloatArray) -> FloatArray | None:

@@ -87,22 +87,20 @@ def evidence() -> None:
     stations = np.column_stack([np.array([1.5, 2.0])[:, None] * directions(np.array([0.65, 0.35])), [0.0, 0.0]])
     transducer = builtin_rig("rotary-array").transducer
     assert transducer is not None
-    hearing = EchoModel.of(transducer).tabulated()
+    tables = EchoModel.of(transducer).tabulated()
     walls = [np.array([Kind.WALL, -np.pi / 2, 0.0, 0.0]), np.array([Kind.WALL, turn + np.pi / 2, 0.0, 0.0])]
     both = _simulated_measurements([np.array(corner)], stations)
     # Sound that goes over both walls comes back as if from the image of the image.
-    ghost = _as_wall(both[0], hearing, float(np.hypot(*stations[0, :2]) * np.sin(turn)))
+    ghost = _as_wall(both[0], tables, float(np.hypot(*stations[0, :2]) * np.sin(turn)))
     figure = new_figure(height=3.3)
     for panel, measurements, name in zip(figure.subplots(1, 2, sharey=True), both, "ab", strict=True):
         finite = np.isfinite(measurements.readings)
         bearings = np.degrees(wrap(measurements.bearings - np.pi - turn / 2))
         panel.plot(bearings[finite], measurements.readings[finite], ".", color=MUTED, markersize=3, label="measured")
         for number, wall in enumerate(walls):
-            _draw_expected(
-                panel, measurements, hearing, wall, color=WALL, label="predicted by the walls" * (not number)
-            )
+            _draw_expected(panel, measurements, tables, wall, color=WALL, label="predicted by the walls" * (not number))
         _draw_expected(
-            panel, measurements, hearing, ghost, color=CORNER, label="predicted by a wall fitted to the multipath"
+            panel, measurements, tables, ghost, color=CORNER, label="predicted by a wall fitted to the multipath"
         )
         letter(panel, f"({name}) station {'AB'['ab'.index(name)]}")
         dress(panel, x="bearing relative to the bisector (degrees)", y="reading (m)")
@@ -195,16 +193,16 @@ def _simulated_measurements(lines: list[FloatArray], stations: FloatArray) -> li
     return [measurements_of(sweep, rig) for sweep in simulation]
 
 
-def _as_wall(measurements: Measurements, hearing: SonarTables, depth: float) -> FloatArray:
+def _as_wall(measurements: Measurements, tables: SonarTables, depth: float) -> FloatArray:
     """Fit a wall to the echoes of about one depth."""
     near = np.flatnonzero(np.abs(measurements.readings + _ARM - depth) < 0.05)
     angle = float(np.angle(np.mean(np.exp(1j * measurements.bearings[near]))))
     start = np.array([Kind.WALL, angle, float(measurements.centers[0] @ directions(angle)) + depth, 0.0])
-    return refine(measurements, hearing, start, near, (0.005, 0.05), 8)
+    return refine(measurements, tables, start, near, (0.005, 0.05), 8)
 
 
 def _draw_expected(
-    axes: Axes, measurements: Measurements, hearing: SonarTables, reflector: FloatArray, *, color: str, label: str
+    axes: Axes, measurements: Measurements, tables: SonarTables, reflector: FloatArray, *, color: str, label: str
 ) -> None:
     """Draw the readings that a landmark predicts, where it should be detected."""
     order = np.argsort(measurements.bearings)
@@ -212,7 +210,7 @@ def _draw_expected(
     pings = zip(
         measurements.x[order], measurements.y[order], measurements.ux[order], measurements.uy[order], strict=True
     )
-    echoes = np.array([predict_echo(hearing, shape, ping) for ping in pings])
+    echoes = np.array([predict_echo(tables, shape, ping) for ping in pings])
     bearings = np.degrees(wrap(measurements.bearings[order] - np.pi - np.radians(35)))
     readings = np.where(echoes[:, 1] > 0.0, echoes[:, 2], np.nan)
     turned = np.argsort(bearings)

@@ -85,13 +85,13 @@ def expected(
     measurements: Measurements, reflector: FloatArray, sonar: EchoModel = SONAR
 ) -> tuple[FloatArray, FloatArray]:
     """Signal excess [dB] and reading [m] of a reflector that each ping would give, were it detected."""
-    hearing, shape = sonar.tabulated(), shape_of(reflector)
+    tables, shape = sonar.tabulated(), shape_of(reflector)
     rays = zip(measurements.x, measurements.y, measurements.ux, measurements.uy, strict=True)
-    depths, excesses, readings = np.array([predict_echo(hearing, shape, ray) for ray in rays]).T
-    return np.where(depths > measurements.min_range, excesses, -np.inf), readings / hearing.scale
+    depths, excesses, readings = np.array([predict_echo(tables, shape, ray) for ray in rays]).T
+    return np.where(depths > measurements.min_range, excesses, -np.inf), readings / tables.scale
 
 
-def hearing(
+def pings_of(
     measurements: Measurements,
     reflectors: Sequence[FloatArray] | FloatArray,
     *,
@@ -140,6 +140,6 @@ def feature(
         reflector=reflector,
         ping_scores=NO_PING_SCORES,
         llr_by_station=np.array(llr_by_station),
-        total=float(sum(llr_by_station)),
+        llr=float(sum(llr_by_station)),
         extent=extent,
     )

@@ -7,7 +7,7 @@ from echoplan.arrays import FloatArray
 from echoplan.joint.likelihood.crosstalk import Emissions, add_crosstalk
 from echoplan.joint.likelihood.double_bounces import add_ghosts_of_cylinder
 from echoplan.joint.likelihood.image_sources import Extent
-from echoplan.joint.likelihood.ping_scores import UNHEARD
+from echoplan.joint.likelihood.ping_scores import NO_ECHO
 from echoplan.preprocessing.measurements import Measurements
 
 
@@ -32,4 +32,4 @@ def ghosts_of_cylinder(
 
 def levels_of_no_echo(measurements: Measurements) -> FloatArray:
     """Levels of pings that nothing explains."""
-    return np.full(len(measurements.readings), UNHEARD)
+    return np.full(len(measurements.readings), NO_ECHO)

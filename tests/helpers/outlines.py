@@ -23,7 +23,7 @@ from echoplan.joint.search.ray_paths import trace_paths
 from echoplan.joint.search.specular_points import Echoes
 from echoplan.model import ClassProbabilities
 from echoplan.preprocessing.measurements import Measurements
-from helpers.expectations import NOISE, REACH, ROOM, SONAR, feature, hearing, likelihood, listening, rescored, wall
+from helpers.expectations import NOISE, REACH, ROOM, SONAR, feature, likelihood, listening, pings_of, rescored, wall
 
 SILENT = Echoes()
 SURE = ClassProbabilities(wall=0.8, corner=0.15, cylinder=0.05)
@@ -77,13 +77,13 @@ def detecting(
         shape, readings = shape_of(reflector), np.full(len(nearest), np.inf)
         for ping in np.flatnonzero(~blocked):
             place = measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping]
-            sight = echo_geometry(shape, place)
-            if sight[0] <= measurements.min_range:
+            geometry = echo_geometry(shape, place)
+            if geometry[0] <= measurements.min_range:
                 continue
-            sight = diffracted(sight, low - feet[ping], feet[ping] - high, sonar.wavelength)
-            excess = excess_of(sonar, sight)
+            geometry = diffracted(geometry, low - feet[ping], feet[ping] - high, sonar.wavelength)
+            excess = excess_of(sonar, geometry)
             if excess > 0.0:
-                readings[ping] = (sight[0] + walk_of(sonar, excess)) / sonar.scale
+                readings[ping] = (geometry[0] + walk_of(sonar, excess)) / sonar.scale
         nearest = np.minimum(nearest, readings)
     jitter = rng.normal(0.0, noise, len(nearest)) if rng is not None else 0.0
     return measurements._replace(readings=np.where(nearest < measurements.max_range, nearest + jitter, np.inf))
@@ -138,7 +138,7 @@ def survey(
     truth = [*ROOM, *(each for each in reflectors if each[0] == Kind.CYLINDER)]
     priors = Priors(noise=NOISE, offset_sigma=0.0015, walk_gain=SONAR.walk_gain, has_servo=False, scale_sigma=0.03)
     start = Values(features=features, model=SONAR)
-    solution = optimise(hearing(listening(), truth), start, priors, OptimiserSettings())
+    solution = optimise(pings_of(listening(), truth), start, priors, OptimiserSettings())
     known = [
         replace(each, history=past_of(each, number, int((solution.owners == number).sum())))
         for number, each in enumerate(known)

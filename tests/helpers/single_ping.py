@@ -7,7 +7,7 @@ import numpy as np
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
-from echoplan.joint.likelihood.ping_scores import UNHEARD
+from echoplan.joint.likelihood.ping_scores import NO_ECHO
 from echoplan.preprocessing.measurements import Measurements
 from helpers.expectations import REACH, SONAR
 
@@ -59,7 +59,7 @@ def one_ping(
 
 def likeliest(measurements: Measurements, log_densities: FloatArray) -> float:
     """The reading that a ghost explains best [m]."""
-    assert log_densities.max() > UNHEARD
+    assert log_densities.max() > NO_ECHO
     return float(measurements.readings[np.argmax(log_densities)])
 
 

@@ -14,10 +14,10 @@ from echoplan.joint.likelihood.crosstalk import emissions_of
 from echoplan.joint.likelihood.double_bounces import ghosts_of_walls
 from echoplan.joint.likelihood.hypothesis_scores import Occluders, rescore
 from echoplan.joint.likelihood.image_sources import Extent
-from echoplan.joint.likelihood.ping_scores import UNHEARD, score_pings
+from echoplan.joint.likelihood.ping_scores import NO_ECHO, score_pings
 from echoplan.preprocessing.measurements import Measurements, select_measurements
 from echoplan.preprocessing.servo import apply_servo_latency
-from helpers.expectations import NOISE, ROOM, SONAR, cylinder, edge, expected, hearing, listening, wall
+from helpers.expectations import NOISE, ROOM, SONAR, cylinder, edge, expected, listening, pings_of, wall
 from helpers.multipath_log_densities import ghosts_of_cylinder, volleys_over
 
 POSES = st.tuples(st.floats(-10, 10), st.floats(-10, 10), st.floats(-3, 3))
@@ -28,7 +28,7 @@ POST = cylinder(0.3, 0.9, 0.1)
 # Readings anywhere are near some ghost, if they scatter so much [m].
 ROUGH = 0.02
 ENDS = (-3.0, 3.0)
-SCENE = hearing(listening(step=np.radians(5.0)), [*ROOM, POST], noise=0.002, rng=np.random.default_rng(0))
+SCENE = pings_of(listening(step=np.radians(5.0)), [*ROOM, POST], noise=0.002, rng=np.random.default_rng(0))
 
 
 def some_reflector(kind: Kind, seed: int) -> FloatArray:
@@ -138,7 +138,7 @@ def test_no_place_or_direction_changes_a_verdict(reflector: FloatArray, pose: tu
     place = moved(reflector, pose)
     there = rescore(relocalised, place, score_pings(relocalised, HEARING, place, NOISE), log_densities, nothing)
     assert there.llr_by_station == pytest.approx(here.llr_by_station, abs=1e-3)
-    if reflector[0] == Kind.WALL and here.total > 0.0:
+    if reflector[0] == Kind.WALL and here.llr > 0.0:
         shift = moved_along(reflector, pose)
         assert (there.low - shift, there.high - shift) == pytest.approx((here.low, here.high), abs=1e-6)
 
@@ -190,7 +190,7 @@ def test_no_place_or_direction_changes_a_ghost(pose: tuple[float, float, float])
         ),
     )
     for here, there in pairs:
-        assert (here > UNHEARD).sum() > 5
+        assert (here > NO_ECHO).sum() > 5
         assert there == pytest.approx(here, abs=1e-4)
 
 

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from echoplan.arrays import FloatArray
-from echoplan.classical.features import features_of_points
 from echoplan.classical.features.endpoints import split_at_farthest, split_at_steps
 from echoplan.classical.features.kalman import KalmanSettings, Track, merged, misfits, tracked, update
 from echoplan.classical.features.mixture import Mixture, MixtureSettings, learn
@@ -16,6 +15,7 @@ from echoplan.classical.points import (
     Cloud,
     Segment,
     SegmentSettings,
+    features_of_points,
     find_segments,
     fit_orthogonal,
     fit_taubin,

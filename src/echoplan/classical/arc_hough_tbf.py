@@ -3,9 +3,8 @@
 from pydantic import Field
 
 from echoplan.arrays import FloatArray
-from echoplan.classical.features import PointFeatures
 from echoplan.classical.features.fusion import FusionSettings, fuse_walls
-from echoplan.classical.points import join_segments, map_of_features
+from echoplan.classical.points import PointFeatures, join_segments, map_of_features
 from echoplan.classical.rcd import RcdMapper, RcdMapperSettings
 from echoplan.classical.tbf import TbfMapper, TbfSettings
 from echoplan.model import FeatureMap, Rig, Sweep

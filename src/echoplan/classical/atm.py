@@ -4,9 +4,8 @@ import numpy as np
 from pydantic import Field
 
 from echoplan.arrays import FloatArray
-from echoplan.classical.features import PointFeatureSettings, features_of_points
 from echoplan.classical.loci import Loci, MedianSettings, transversal_medians
-from echoplan.classical.points import SegmentSettings, map_of_features
+from echoplan.classical.points import PointFeatureSettings, SegmentSettings, features_of_points, map_of_features
 from echoplan.model import FeatureMap, Rig, Sweep
 from echoplan.settings import Settings
 

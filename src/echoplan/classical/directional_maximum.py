@@ -4,9 +4,8 @@ import numpy as np
 from pydantic import Field
 
 from echoplan.arrays import FloatArray
-from echoplan.classical.features import PointFeatureSettings, features_of_points
 from echoplan.classical.loci import ArcMap, Loci, arc_map, directional_maxima
-from echoplan.classical.points import map_of_features
+from echoplan.classical.points import PointFeatureSettings, features_of_points, map_of_features
 from echoplan.model import FeatureMap, Rig, Sweep
 from echoplan.settings import Settings
 

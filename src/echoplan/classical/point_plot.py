@@ -8,8 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from echoplan.arrays import FloatArray
-from echoplan.classical.features import PointFeatureSettings, features_of_points
-from echoplan.classical.points import map_of_features
+from echoplan.classical.points import PointFeatureSettings, features_of_points, map_of_features
 from echoplan.model import FeatureMap, Pings, Rig, Sweep
 from echoplan.preprocessing import echo_points, valid_pings
 from echoplan.settings import Settings

@@ -116,8 +116,8 @@ def _elsewhere(estimate: Estimate, station: int) -> tuple[FloatArray, float]:
         if each.supporting(least) - int(each.llr_by_station[station] > least) >= _OTHERS
     ]
     arcs = [arc for arc in estimate.arcs if arc.station == station]
-    sight = local_scans(arcs, estimate.recorded, estimate.model.tabulated(), estimate.measured_poses[station])
+    scan = local_scans(arcs, estimate.recorded, estimate.model.tabulated(), estimate.measured_poses[station])
     landmark_map, here = LandmarkMap.of(known), estimate.measured_poses[station]
-    _, now = locate(sight, landmark_map, here, _HELD * _SLIP, settings)
-    moved, then = locate(sight, landmark_map, here, _SLIP, settings)
+    _, now = locate(scan, landmark_map, here, _HELD * _SLIP, settings)
+    moved, then = locate(scan, landmark_map, here, _SLIP, settings)
     return moved, then - now

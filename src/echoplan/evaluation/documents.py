@@ -6,7 +6,7 @@ Of one map (``evaluation_document``)::
     walls, corners, cylinders
                       wanted, found, right, duplicate, spurious: counts; recall, precision;
                       consistency; deviations: a list with an entry for each true object, with
-                      index (from 1), heard, estimate (its id in map.json), distance_mm
+                      index (from 1), detected_by, estimate (its id in map.json), distance_mm
                       and of a wall angle_deg, of a cylinder radius_mm (estimated less true);
                       walls and cylinders as in truth.json, corners by x, then y
     confusion         {class in truth: {class in map: count}}
@@ -166,7 +166,7 @@ def _deviation(name: FeatureClass, deviation: Deviation[Match]) -> Document:
     match = deviation.match
     entry: Document = {
         "index": deviation.index,
-        "heard": deviation.detected_by,
+        "detected_by": deviation.detected_by,
         "estimate": match.estimate if match else None,
         "distance_mm": match.distance * _MILLIMETRES if match else None,
     }

@@ -107,7 +107,7 @@ def _apart(run: IntArray, bearings: FloatArray, readings: FloatArray, height: fl
     return np.split(along, ridges) if len(ridges) else [run]
 
 
-def arc_planes(arcs: Sequence[Arc], measurements: Measurements, hearing: SonarTables) -> FloatArray:
+def arc_planes(arcs: Sequence[Arc], measurements: Measurements, tables: SonarTables) -> FloatArray:
     """Return the plane that fits each arc best, as ``(normal_angle, offset)`` [rad, m], shape (a, 2).
 
     The normal is searched within 24 degrees of the mean bearing of the arc. There must be at least one arc.
@@ -116,19 +116,19 @@ def arc_planes(arcs: Sequence[Arc], measurements: Measurements, hearing: SonarTa
     members = np.concatenate([arc.pings for arc in arcs])
     bearings = measurements.bearings
     middles = np.array([circular_mean(bearings[arc.pings]) for arc in arcs])
-    return _planes(measurements, hearing, members, bounds, middles)
+    return _planes(measurements, tables, members, bounds, middles)
 
 
 @compiled
 def _planes(
-    measurements: Measurements, hearing: SonarTables, members: IntArray, bounds: IntArray, middles: FloatArray
+    measurements: Measurements, tables: SonarTables, members: IntArray, bounds: IntArray, middles: FloatArray
 ) -> FloatArray:
     planes = np.empty((len(middles), 2))
     for arc in range(len(middles)):
         pings, best = members[bounds[arc] : bounds[arc + 1]], math.inf
         for turn in _TURNS:
             normal = middles[arc] + turn
-            offset, misfit = _offset(measurements, hearing, pings, normal)
+            offset, misfit = _offset(measurements, tables, pings, normal)
             # Among planes that fit equally well, prefer the normal nearest to the mean bearing.
             misfit += 0.002 * abs(turn)
             if misfit < best:
@@ -137,22 +137,22 @@ def _planes(
 
 
 @compiled
-def _offset(measurements: Measurements, hearing: SonarTables, pings: IntArray, normal: float) -> tuple[float, float]:
+def _offset(measurements: Measurements, tables: SonarTables, pings: IntArray, normal: float) -> tuple[float, float]:
     """Return the median offset of planes with one normal that fit single pings, and the misfit to all pings [m].
 
     The misfit is the mean of the absolute deviations, each capped at 3 cm, plus 1 cm times the share of pings whose
     echo is
     expected below the threshold.
     """
-    ranges = hearing.scale * measurements.readings[pings]
+    ranges = tables.scale * measurements.readings[pings]
     depth, silent = np.median(ranges), 0
     offsets, plane = np.empty(len(pings)), (_WALL, math.cos(normal), math.sin(normal), 0.0)
     for number, ping in enumerate(pings):
         place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
         toward, cosine, sine, _, _ = echo_geometry(plane, place)
-        excess = excess_of(hearing, (depth, cosine, sine, depth, 0.0))
+        excess = excess_of(tables, (depth, cosine, sine, depth, 0.0))
         silent += excess < _FAINT
-        offsets[number] = ranges[number] - walk_of(hearing, excess) - toward
+        offsets[number] = ranges[number] - walk_of(tables, excess) - toward
     offset = np.median(offsets)
     scatter = np.mean(np.minimum(np.abs(offsets - offset), _FAR))
     return float(offset), float(scatter + 0.01 * silent / len(pings))

@@ -16,7 +16,7 @@ __all__ = ["calibration"]
 def calibration(estimate: Estimate, solution: Solution) -> dict[str, object]:
     """Return the calibration with standard deviations, those of the priors, and the status of the poses.
 
-    Values are in SI units and keyed by parameter; ``believed`` is the standard deviation of the prior. The figure of
+    Values are in SI units and keyed by parameter; ``prior_sigma`` is the standard deviation of the prior. The figure of
     merit
     [dB] and ka of the beam (or the half angle of the ray cone [rad]), the noise [m], the inlier ratio and the pose
     status
@@ -44,7 +44,7 @@ def calibration(estimate: Estimate, solution: Solution) -> dict[str, object]:
     if model.cone:
         silent.append("walk_gain")
     learned = {
-        name: {"value": value, "sigma": sigmas[name], "believed": prior_sigma}
+        name: {"value": value, "sigma": sigmas[name], "prior_sigma": prior_sigma}
         for name, (value, prior_sigma) in numbers.items()
         if name not in silent
     }

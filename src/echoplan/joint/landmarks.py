@@ -1,4 +1,4 @@
-"""The types of landmarks: how many parameters each has, how it returns sound, and how fine proposals are told apart."""
+"""The types of landmarks: number of parameters, reflection, class in the map, and resolution of proposals."""
 
 from typing import NamedTuple
 

@@ -254,8 +254,8 @@ def _counted(history: TrackHistory, number: int, estimate: Estimate, going: _Mar
     through = _mostly(going.hidden, going.paths.owners == number, going.stations, count)
     return replace(
         history,
-        total=history.total + float(llr_by_station.sum()),
-        best=max(history.best, float(llr_by_station.max(initial=0.0))),
+        llr=history.llr + float(llr_by_station.sum()),
+        best_llr=max(history.best_llr, float(llr_by_station.max(initial=0.0))),
         supporting=history.supporting + int(clear.sum()),
         missing=history.missing + int((free & ~clear).sum()),
         hidden=history.hidden + int((through & clear).sum()),
@@ -288,7 +288,7 @@ def _with_specular_points(history: TrackHistory, number: int, estimate: Estimate
 
 def _certain(history: TrackHistory, feature: Hypothesis, probabilities: ClassProbabilities) -> TrackHistory:
     """Keep the class probabilities from the window in which the landmark has the greatest log-likelihood ratio."""
-    certainty = feature.total - feature.history.total
+    certainty = feature.llr - feature.history.llr
     return (
         replace(history, probabilities=probabilities, certainty=certainty) if certainty > history.certainty else history
     )
@@ -318,5 +318,5 @@ def _first_of_cells(places: FloatArray, size: float) -> BoolArray:
 def _bare(feature: Hypothesis) -> Hypothesis:
     """Remove all that refers to pings of the window."""
     return replace(
-        feature, ping_scores=NO_PING_SCORES, llr_by_station=np.zeros(0), total=feature.history.total, is_square=False
+        feature, ping_scores=NO_PING_SCORES, llr_by_station=np.zeros(0), llr=feature.history.llr, is_square=False
     )

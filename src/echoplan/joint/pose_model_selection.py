@@ -60,11 +60,11 @@ def _explained(estimate: Estimate) -> Estimate:
 
 def _as_found(estimate: Estimate) -> Estimate:
     """Use the recorded poses, or correct them if the echoes contradict them, where no odometry noise is specified."""
-    looked, torn = _initialised(estimate)
-    if torn and (not _is_by_hand(torn) or _is_led_for_sure(looked, torn)):
-        return torn
+    looked, drifting = _initialised(estimate)
+    if drifting and (not _is_by_hand(drifting) or _is_led_for_sure(looked, drifting)):
+        return drifting
     explained = looked.explain()
-    return explained if estimate.settings.poses is PoseMode.TRUST else _reconsidered(explained, torn)
+    return explained if estimate.settings.poses is PoseMode.TRUST else _reconsidered(explained, drifting)
 
 
 def _follows_wheels(estimate: Estimate) -> bool:

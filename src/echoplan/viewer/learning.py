@@ -82,7 +82,7 @@ def _servo(found: Mapping[str, Any], conventions: Conventions | None) -> list[tu
     for name, words, factor, unit in _SERVO:
         if name not in found:
             continue
-        value, sigma, prior_sigma = (float(found[name][key]) for key in ("value", "sigma", "believed"))
+        value, sigma, prior_sigma = (float(found[name][key]) for key in ("value", "sigma", "prior_sigma"))
         if sigma > _DETERMINED * prior_sigma:
             items.append((words, _OPEN))
             continue
@@ -137,7 +137,7 @@ def _open_way(stretches: Sequence[Mapping[str, Any]]) -> str:
 
 def _item(number: Mapping[str, Any], words: tuple[str, str, str], factor: float, unit: str) -> tuple[str, str]:
     value, sigma = factor * float(number["value"]), factor * float(number["sigma"])
-    is_determined, air = sigma <= _DETERMINED * factor * float(number["believed"]), number.get("temperature")
+    is_determined, air = sigma <= _DETERMINED * factor * float(number["prior_sigma"]), number.get("temperature")
     if not is_determined and air is None:
         return words[2], _OPEN
     digits = _digits(sigma)

@@ -41,7 +41,7 @@ def test_a_map_is_reported_in_millimetres_and_degrees() -> None:
     assert (walls["recall"], walls["precision"]) == (0.2, 1.0)
     assert walls["deviations"][0] == {
         "index": 1,
-        "heard": 9,
+        "detected_by": 9,
         "estimate": 0,
         "distance_mm": pytest.approx(20.0),
         "angle_deg": pytest.approx(np.degrees(np.arctan(0.01))),
@@ -83,7 +83,7 @@ def test_what_the_map_lacks_is_null_under_the_same_keys() -> None:
         assert all(other.keys() == first.keys() for other in others)
     assert written["walls"]["deviations"][5] == {
         "index": 6,
-        "heard": 1,
+        "detected_by": 1,
         "estimate": None,
         "distance_mm": None,
         "angle_deg": None,

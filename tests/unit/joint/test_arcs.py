@@ -7,7 +7,7 @@ from echoplan.arrays import BoolArray, FloatArray
 from echoplan.geometry import wrap
 from echoplan.joint.arcs import Arc, ArcSettings, arc_planes, find_arcs
 from echoplan.preprocessing.measurements import Measurements
-from helpers.expectations import ROOM, SONAR, cylinder, expected, hearing, listening, wall
+from helpers.expectations import ROOM, SONAR, cylinder, expected, listening, pings_of, wall
 
 SETTINGS = ArcSettings()
 DEGREE = np.radians(1.0)
@@ -20,7 +20,7 @@ def arcs_of(measurements: Measurements, *, resolution: float = 0.001, **settings
 
 def single_landmark(reflector: FloatArray, *, step: float = DEGREE) -> Measurements:
     """Return the pings of one station at the origin, which detect one landmark."""
-    return hearing(listening([(0.0, 0.0)], step=step), [reflector])
+    return pings_of(listening([(0.0, 0.0)], step=step), [reflector])
 
 
 def without_echoes(measurements: Measurements, pings: slice | BoolArray) -> Measurements:
@@ -31,7 +31,7 @@ def without_echoes(measurements: Measurements, pings: slice | BoolArray) -> Meas
 
 
 def test_two_walls_are_two_arcs_from_each_station() -> None:
-    measurements, sonar = hearing(listening(step=DEGREE), ROOM[[0, 2]]), SONAR.tabulated()
+    measurements, sonar = pings_of(listening(step=DEGREE), ROOM[[0, 2]]), SONAR.tabulated()
     arcs = arcs_of(measurements)
     assert [arc.station for arc in arcs] == [0, 0, 1, 1, 2, 2, 3, 3]
     assert all((measurements.stations[arc.pings] == arc.station).all() for arc in arcs)
@@ -54,7 +54,7 @@ def test_an_arc_wraps_around_the_seam_of_the_circle() -> None:
 
 def arcs_at_a_corner(step: float) -> list[Arc]:
     """Return the arcs of two equally near walls, with a beam so wide that every ping detects one of them."""
-    return arcs_of(hearing(listening([(0.0, 0.0)], step=step), [wall(0.0, 0.5), wall(np.pi / 2, 0.52)]))
+    return arcs_of(pings_of(listening([(0.0, 0.0)], step=step), [wall(0.0, 0.5), wall(np.pi / 2, 0.52)]))
 
 
 def test_arcs_of_two_equally_near_walls_are_split_at_the_range_maximum() -> None:
@@ -117,7 +117,7 @@ def test_pings_without_echoes_give_no_arcs() -> None:
 
 
 def test_arcs_never_join_pings_of_two_stations() -> None:
-    measurements = hearing(listening([(0.0, 0.0), (0.0, 0.001)], step=DEGREE), [wall(0.0, 1.0)])
+    measurements = pings_of(listening([(0.0, 0.0), (0.0, 0.001)], step=DEGREE), [wall(0.0, 1.0)])
     assert [arc.station for arc in arcs_of(measurements)] == [0, 1]
 
 
@@ -131,7 +131,7 @@ def test_the_plane_of_an_arc_is_the_wall_within_a_degree(normal: float, offset: 
 
 
 def test_planes_keep_the_order_of_their_arcs() -> None:
-    measurements = hearing(listening([(0.3, 0.1)], step=DEGREE), ROOM)
+    measurements = pings_of(listening([(0.3, 0.1)], step=DEGREE), ROOM)
     arcs, sonar = arcs_of(measurements), SONAR.tabulated()
     together = arc_planes(arcs, measurements, sonar)
     for arc, plane in zip(arcs, together, strict=True):
@@ -161,7 +161,7 @@ def test_a_few_outliers_in_an_arc_do_not_move_its_plane() -> None:
 def test_short_readings_are_scaled_before_planes_are_fitted() -> None:
     warm = replace(SONAR, range_scale=0.05)
     silent = listening([(0.0, 0.0)], step=DEGREE)
-    measurements = hearing(silent, [wall(0.4, 2.0)], sonar=warm)
+    measurements = pings_of(silent, [wall(0.4, 2.0)], sonar=warm)
     assert expected(silent, wall(0.4, 2.0), warm)[1].min() < 1.95
     ((_, offset),) = arc_planes(arcs_of(measurements), measurements, warm.tabulated())
     assert offset == pytest.approx(2.0, abs=0.002)

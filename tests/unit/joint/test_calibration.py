@@ -48,8 +48,8 @@ def test_the_servo_latency_is_right_whether_or_not_the_servo_turns_during_a_ping
 def test_each_value_is_reported_with_its_sigma_and_that_of_the_prior(turning: list[Sweep]) -> None:
     found = calibrated(turning)
     for name in ("range_offset", "walk_gain", "range_scale", "servo_latency"):
-        assert set(found[name]) == {"value", "sigma", "believed"}
-        assert 0.0 < found[name]["sigma"] <= 1.05 * found[name]["believed"]
+        assert set(found[name]) == {"value", "sigma", "prior_sigma"}
+        assert 0.0 < found[name]["sigma"] <= 1.05 * found[name]["prior_sigma"]
 
 
 @pytest.mark.parametrize(("gain", "offset"), [(0.93, np.radians(6.0)), (1.05, np.radians(-4.0))])
@@ -62,7 +62,7 @@ def test_servo_gain_and_offset_are_calibrated(gain: float, offset: float) -> Non
     assert isinstance(found, Mapping)
     for name, true in (("servo_gain", gain), ("servo_offset", offset)):
         assert abs(found[name]["value"] - true) < 3.0 * found[name]["sigma"]
-        assert found[name]["sigma"] < 0.2 * found[name]["believed"]
+        assert found[name]["sigma"] < 0.2 * found[name]["prior_sigma"]
     walls = match_map(feature_map, simulation.truth).walls
     assert len(walls.found) == len(walls.wanted)
     assert max(match.distance for match in walls.right) < 0.005

@@ -276,7 +276,7 @@ def test_exact_poses_are_kept_with_coarse_readings() -> None:
     learned = found.parameters["found"]
     assert isinstance(learned, dict)
     assert learned["noise"] >= 0.1 / np.sqrt(12.0)
-    assert learned["poses"].startswith("used as recorded")
+    assert learned["poses"]["model"] == "fixed"
     assert found.poses == pytest.approx(room.truth.poses)
 
 
@@ -405,7 +405,7 @@ def test_walls_detected_again_close_the_loop() -> None:
     assert len(found.walls) == 8
     # Drifting poses do not determine the range scale, which keeps its prior.
     told: Any = found.parameters["found"]
-    assert told["range_scale"] == {"value": pytest.approx(0.0, abs=1e-6), "sigma": 0.002, "believed": 0.002}
+    assert told["range_scale"] == {"value": pytest.approx(0.0, abs=1e-6), "sigma": 0.002, "prior_sigma": 0.002}
 
 
 @pytest.mark.parametrize(

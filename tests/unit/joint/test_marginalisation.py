@@ -58,13 +58,13 @@ def test_landmarks_of_marginalised_stations_are_numbered() -> None:
     assert len(numbers) >= 4
     assert len(set(numbers)) == len(numbers)
     assert marginal_prior.issued >= max(numbers)
-    assert all(each.history.total > 0 and each.history.pings > 0 for each in marginal_prior.features if each.is_wall)
+    assert all(each.history.llr > 0 and each.history.pings > 0 for each in marginal_prior.features if each.is_wall)
     assert not any(each.is_known for each in marginal_prior.pending)
 
 
 def test_stations_that_detect_a_wall_are_not_counted_as_missing_it() -> None:
     for each in prior_of_four_stations().features:
-        if each.is_wall and each.history.total > 100.0:
+        if each.is_wall and each.history.llr > 100.0:
             assert each.history.supporting > 0
             assert each.history.missing == 0
 

@@ -12,7 +12,7 @@ from helpers.maps import wall
 def items(conventions: Conventions | None = None, **changed: object) -> tuple[tuple[str, str], ...]:
     """A map of a recording of which one number is known."""
     found: dict[str, object] = {
-        "range_scale": {"value": 0.0199, "sigma": 0.0003, "believed": 0.03},
+        "range_scale": {"value": 0.0199, "sigma": 0.0003, "prior_sigma": 0.03},
         "noise": 0.0031,
         "poses": "used as recorded: 99 % of the echoes fit together",
     }
@@ -31,26 +31,26 @@ def test_a_number_comes_with_its_uncertainty_and_unit() -> None:
 
 
 def test_a_number_below_zero_is_worded_the_other_way_round() -> None:
-    scale = {"value": -0.00086, "sigma": 0.0003, "believed": 0.03}
+    scale = {"value": -0.00086, "sigma": 0.0003, "prior_sigma": 0.03}
     assert described(range_scale=scale)["Ranges are too long by"] == "0.086 \N{PLUS-MINUS SIGN} 0.030 %"
 
 
 @pytest.mark.parametrize("value", [0.0002, -0.0002])
 def test_of_what_the_pings_do_not_narrow_down_not_even_the_sign_is_reported(value: float) -> None:
-    scale = {"value": value, "sigma": 0.028, "believed": 0.03}
+    scale = {"value": value, "sigma": 0.028, "prior_sigma": 0.03}
     assert described(range_scale=scale)["Ranges are off by"] == "not determined by this recording"
 
 
 def test_what_the_thermometer_measured_is_said_to_come_from_it() -> None:
-    scale = {"value": 0.0167, "sigma": 0.002, "believed": 0.002, "temperature": 29.04}
+    scale = {"value": 0.0167, "sigma": 0.002, "prior_sigma": 0.002, "temperature": 29.04}
     assert described(range_scale=scale)["Ranges are too short by"] == (
         "1.67 \N{PLUS-MINUS SIGN} 0.20 %, in air of 29.0 \N{DEGREE SIGN}C by the thermometer"
     )
 
 
 def test_gain_and_offset_of_a_servo_come_with_the_keys_that_make_them_permanent() -> None:
-    gain = {"value": 0.9347, "sigma": 0.0021, "believed": 0.05}
-    offset = {"value": np.radians(6.04), "sigma": np.radians(0.12), "believed": np.radians(5.0)}
+    gain = {"value": 0.9347, "sigma": 0.0021, "prior_sigma": 0.05}
+    offset = {"value": np.radians(6.04), "sigma": np.radians(0.12), "prior_sigma": np.radians(5.0)}
     words = described(servo_gain=gain, servo_offset=offset)
     assert words["The servo turns"] == "0.935 \N{PLUS-MINUS SIGN} 0.002 of the recorded angle"
     assert words["Where it records 0 the servo stands at"] == "6.04 \N{PLUS-MINUS SIGN} 0.12\N{DEGREE SIGN}"
@@ -60,8 +60,8 @@ def test_gain_and_offset_of_a_servo_come_with_the_keys_that_make_them_permanent(
 
 
 def test_only_what_is_determined_of_a_servo_is_to_be_made_permanent() -> None:
-    gain = {"value": 0.9347, "sigma": 0.0021, "believed": 0.05}
-    offset = {"value": 0.05, "sigma": np.radians(3.0), "believed": np.radians(5.0)}
+    gain = {"value": 0.9347, "sigma": 0.0021, "prior_sigma": 0.05}
+    offset = {"value": 0.05, "sigma": np.radians(3.0), "prior_sigma": np.radians(5.0)}
     words = described(servo_gain=gain, servo_offset=offset)
     assert words["Where it records 0 the servo stands at"] == "not determined by this recording"
     assert words["To make that permanent"] == "servo_gain = 0.93470 in [conventions] of rig.toml"
@@ -80,8 +80,8 @@ def test_what_makes_a_servo_permanent_comes_on_top_of_the_conventions_that_are_s
     gain, offset, recorded = 0.9347, 0.1054, np.array([0.0, 1.0, 3.0])
     words = described(
         now,
-        servo_gain={"value": gain, "sigma": 0.0021, "believed": 0.05},
-        servo_offset={"value": offset, "sigma": 0.002, "believed": 0.09},
+        servo_gain={"value": gain, "sigma": 0.0021, "prior_sigma": 0.05},
+        servo_offset={"value": offset, "sigma": 0.002, "prior_sigma": 0.09},
     )
     keys = tomllib.loads(words["To make that permanent"].split(" in ")[0].replace(", ", "\n"))
     then = replace(now, **keys)
@@ -89,7 +89,7 @@ def test_what_makes_a_servo_permanent_comes_on_top_of_the_conventions_that_are_s
 
 
 def test_a_gain_alone_turns_the_offset_that_is_set() -> None:
-    words = described(Conventions(servo_offset=-1.0), servo_gain={"value": 0.95, "sigma": 0.0021, "believed": 0.05})
+    words = described(Conventions(servo_offset=-1.0), servo_gain={"value": 0.95, "sigma": 0.0021, "prior_sigma": 0.05})
     assert words["To make that permanent"].startswith("servo_gain = 0.95000, servo_offset = -0.95000 in")
 
 
@@ -146,7 +146,7 @@ def test_stretches_of_one_corridor_are_reported_as_one_and_those_around_the_corn
 
 @pytest.mark.parametrize("sigma", [1e-9, 1.0])
 def test_any_uncertainty_can_be_written(sigma: float) -> None:
-    number = {"value": 0.5, "sigma": sigma, "believed": 1e9}
+    number = {"value": 0.5, "sigma": sigma, "prior_sigma": 1e9}
     assert "%" in described(range_scale=number)["Ranges are too short by"]
 
 

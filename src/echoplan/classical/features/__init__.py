@@ -9,7 +9,6 @@ from echoplan.classical.features.junctions import Junction, Span, junctions, set
 from echoplan.classical.features.observations import Observation, Stack, shares, stations_of
 from echoplan.classical.features.targets import Target, TargetKind, find_targets
 from echoplan.classical.features.walls import WallSettings, detected_span, walls_of
-from echoplan.classical.points import PointFeatures, PointFeatureSettings, features_of_points
 
 __all__ = [
     "AssemblySettings",
@@ -21,8 +20,6 @@ __all__ = [
     "Grouped",
     "Junction",
     "Observation",
-    "PointFeatureSettings",
-    "PointFeatures",
     "Span",
     "Stack",
     "Target",
@@ -35,7 +32,6 @@ __all__ = [
     "crossing_covariance",
     "cylinder_of",
     "detected_span",
-    "features_of_points",
     "find_targets",
     "fit_circle",
     "fit_line",

@@ -68,18 +68,18 @@ class Emissions(NamedTuple):
 
 
 @compiled
-def emissions_of(measurements: Measurements, hearing: SonarTables) -> Emissions:
+def emissions_of(measurements: Measurements, tables: SonarTables) -> Emissions:
     """List the pairs of a ping and a crosstalk source whose path is short enough for a detectable echo."""
     size, count, stations = measurements.crosstalk_sources.size, 0, len(measurements.centers)
     pings, crosstalk_sources, travelled = np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size)
-    bounds, spread, farthest = np.zeros(stations + 1, np.int64), np.zeros(stations), farthest_audible(hearing)
+    bounds, spread, farthest = np.zeros(stations + 1, np.int64), np.zeros(stations), farthest_audible(tables)
     for ping in range(len(measurements.readings)):
-        station, reading = measurements.stations[ping], measurements.readings[ping] * hearing.scale
+        station, reading = measurements.stations[ping], measurements.readings[ping] * tables.scale
         x, y = measurements.centers[station]
         spread[station] = max(spread[station], math.hypot(measurements.x[ping] - x, measurements.y[ping] - y))
         for beside in range(measurements.crosstalk_sources.shape[1] if math.isfinite(reading) else 0):
             mate = measurements.crosstalk_sources[ping, beside]
-            depth = reading + _HALF_SPEED * hearing.scale * measurements.crosstalk_delays[ping, beside]
+            depth = reading + _HALF_SPEED * tables.scale * measurements.crosstalk_delays[ping, beside]
             if mate >= 0 and depth < farthest:
                 pings[count], crosstalk_sources[count], travelled[count] = ping, mate, depth
                 count += 1
@@ -109,18 +109,18 @@ def add_crosstalk(
     ``walls`` are in the order of reflection; the same wall twice stands for a single reflection. ``extents`` are the
     parts of the walls that may reflect [m].
     """
-    measurements, hearing, emissions = detected
+    measurements, tables, emissions = detected
     first, last = shape_of(walls[0]), shape_of(walls[1])
     double = first != last
     motion = after(mirroring(first), last) if double else mirroring(first)
     route, scatter = (first, last, double, motion), _SCATTER * noise
-    for emission in _nearby(measurements, emissions, motion, lateness(hearing, scatter)):
+    for emission in _nearby(measurements, emissions, motion, lateness(tables, scatter)):
         ping, mate = emissions.pings[emission], emissions.crosstalk_sources[emission]
         ends = (measurements.x[mate], measurements.y[mate]), (measurements.x[ping], measurements.y[ping])
         axes = (measurements.ux[mate], measurements.uy[mate]), (measurements.ux[ping], measurements.uy[ping])
         found, path = _over_walls(ends, axes, route, extents)
         if found:
-            level = echo_level(hearing, path, emissions.travelled[emission], 0.0, scatter)
+            level = echo_level(tables, path, emissions.travelled[emission], 0.0, scatter)
             log_densities[ping] = max(log_densities[ping], level)
 
 

@@ -29,7 +29,7 @@ from echoplan.joint.likelihood.image_sources import (
     strike,
     turned,
 )
-from echoplan.joint.likelihood.ping_scores import UNHEARD
+from echoplan.joint.likelihood.ping_scores import NO_ECHO
 from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["add_ghosts_of_cylinder", "add_ghosts_of_walls", "ghosts_of_walls"]
@@ -49,14 +49,14 @@ _GLANCES = 4
 @compiled
 def ghosts_of_walls(
     measurements: Measurements,
-    hearing: SonarTables,
+    tables: SonarTables,
     walls: tuple[FloatArray, FloatArray],
     extents: tuple[Extent, Extent],
     noise: float,
 ) -> FloatArray:
-    """Return the log density of each reading by double bounces between two walls [log 1/m]; ``UNHEARD`` elsewhere."""
-    log_densities = np.full(len(measurements.readings), UNHEARD)
-    add_ghosts_of_walls(log_densities, (measurements, hearing), walls, extents, noise)
+    """Return the log density of each reading by double bounces between two walls [log 1/m]; ``NO_ECHO`` elsewhere."""
+    log_densities = np.full(len(measurements.readings), NO_ECHO)
+    add_ghosts_of_walls(log_densities, (measurements, tables), walls, extents, noise)
     return log_densities
 
 
@@ -72,13 +72,13 @@ def add_ghosts_of_walls(
 
     ``extents`` are the parts of the walls that may reflect, along their lines [m].
     """
-    measurements, hearing = detected
+    measurements, tables = detected
     shapes, scatter = (shape_of(walls[0]), shape_of(walls[1])), _OF_WALLS * noise
     # In a corner wider than a right angle no path over both walls returns to its origin.
     if shapes[0][1] * shapes[1][1] + shapes[0][2] * shapes[1][2] > 0.0:
-        _add_vertex(log_densities, measurements, hearing, shapes, extents, scatter)
+        _add_vertex(log_densities, measurements, tables, shapes, extents, scatter)
     else:
-        _add_images(log_densities, measurements, hearing, shapes, extents, scatter)
+        _add_images(log_densities, measurements, tables, shapes, extents, scatter)
 
 
 @compiled
@@ -90,11 +90,11 @@ def add_ghosts_of_cylinder(
     noise: float,
 ) -> None:
     """Raise ``log_densities`` [log 1/m] in place where a path over a wall and a cylinder explains a reading better."""
-    measurements, hearing = detected
-    mirror, screen, late = shape_of(wall), shape_of(cylinder), lateness(hearing, _OF_CYLINDER * noise)
+    measurements, tables = detected
+    mirror, screen, late = shape_of(wall), shape_of(cylinder), lateness(tables, _OF_CYLINDER * noise)
     center = (screen[1], screen[2])
     for ping in range(len(log_densities)):
-        reading = measurements.readings[ping] * hearing.scale
+        reading = measurements.readings[ping] * tables.scale
         place = (measurements.x[ping], measurements.y[ping])
         if not math.isfinite(reading) or depth_of(mirror, place) <= 0.0:
             continue
@@ -115,7 +115,7 @@ def add_ghosts_of_cylinder(
         far = length_of((center[0] - unfolded[0], center[1] - unfolded[1]))
         strength = _TWOFOLD + 10.0 * math.log10(max(screen[3], 0.001) / far)
         log_densities[ping] = max(
-            log_densities[ping], echo_level(hearing, path, reading, strength, _OF_CYLINDER * noise)
+            log_densities[ping], echo_level(tables, path, reading, strength, _OF_CYLINDER * noise)
         )
 
 
@@ -123,16 +123,16 @@ def add_ghosts_of_cylinder(
 def _add_images(
     log_densities: FloatArray,
     measurements: Measurements,
-    hearing: SonarTables,
+    tables: SonarTables,
     walls: tuple[Shape, Shape],
     extents: tuple[Extent, Extent],
     scatter: float,
 ) -> None:
     """Raise log densities in place by double bounces that come from the image of the image."""
     motion, (crossing, vertex) = after(mirroring(walls[0]), walls[1]), _crossing(walls)
-    late = lateness(hearing, scatter)
+    late = lateness(tables, scatter)
     for ping in range(len(log_densities)):
-        reading = measurements.readings[ping] * hearing.scale
+        reading = measurements.readings[ping] * tables.scale
         place = (measurements.x[ping], measurements.y[ping])
         image = image_of(motion, place)
         if not is_near(image, place, reading, late) or not _faces(walls, place):
@@ -140,8 +140,8 @@ def _add_images(
         axis = (measurements.ux[ping], measurements.uy[ping])
         found, path = _by_two_walls((place, image), axis, walls, extents)
         if found:
-            passing = _passing(vertex, place, image, hearing.wavelength) if crossing else math.inf
-            level = echo_level(hearing, path, reading, 20.0 * math.log10(1.0 + min(passing, 1.0)), scatter)
+            passing = _passing(vertex, place, image, tables.wavelength) if crossing else math.inf
+            level = echo_level(tables, path, reading, 20.0 * math.log10(1.0 + min(passing, 1.0)), scatter)
             log_densities[ping] = max(log_densities[ping], level)
 
 
@@ -149,7 +149,7 @@ def _add_images(
 def _add_vertex(
     log_densities: FloatArray,
     measurements: Measurements,
-    hearing: SonarTables,
+    tables: SonarTables,
     walls: tuple[Shape, Shape],
     extents: tuple[Extent, Extent],
     scatter: float,
@@ -158,17 +158,15 @@ def _add_vertex(
     motion, (crossing, vertex) = after(mirroring(walls[0]), walls[1]), _crossing(walls)
     if not crossing or not _is_concave(walls, extents, vertex):
         return
-    late = lateness(hearing, scatter)
+    late = lateness(tables, scatter)
     for ping in range(len(log_densities)):
-        reading = measurements.readings[ping] * hearing.scale
+        reading = measurements.readings[ping] * tables.scale
         place = (measurements.x[ping], measurements.y[ping])
         beyond = (2.0 * vertex[0] - place[0], 2.0 * vertex[1] - place[1])
         if is_near(beyond, place, reading, late) and _faces(walls, place):
             path = _straight((measurements.ux[ping], measurements.uy[ping]), place, vertex)
-            passing = _passing(vertex, place, image_of(motion, place), hearing.wavelength)
-            log_densities[ping] = max(
-                log_densities[ping], echo_level(hearing, path, reading, -_faded(passing), scatter)
-            )
+            passing = _passing(vertex, place, image_of(motion, place), tables.wavelength)
+            log_densities[ping] = max(log_densities[ping], echo_level(tables, path, reading, -_faded(passing), scatter))
 
 
 @compiled

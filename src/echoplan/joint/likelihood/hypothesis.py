@@ -33,7 +33,7 @@ class Hypothesis:
         Log-likelihoods of single pings.
     llr_by_station : ndarray, shape (s,)
         Contribution of each station to the log-likelihood ratio [nats].
-    total : float, optional
+    llr : float, optional
         Log-likelihood ratio, including the track history [nats].
     extent : tuple of float, optional
         Ends of a wall along its line [m].
@@ -46,15 +46,15 @@ class Hypothesis:
     reflector: FloatArray
     ping_scores: PingScores
     llr_by_station: FloatArray
-    total: float = 0.0
+    llr: float = 0.0
     extent: tuple[float, float] = (0.0, 0.0)
     history: TrackHistory = NO_HISTORY
     is_square: bool = False
 
     @property
-    def best(self) -> float:
+    def best_llr(self) -> float:
         """Greatest contribution of a single station [nats]."""
-        return max(float(self.llr_by_station.max(initial=0.0)), self.history.best)
+        return max(float(self.llr_by_station.max(initial=0.0)), self.history.best_llr)
 
     @property
     def is_known(self) -> bool:
@@ -110,14 +110,14 @@ class Hypothesis:
         """Identity of the hypothesis: reflector and extent."""
         return (*self.reflector.tolist(), *self.extent)
 
-    def rescored(self, llr_by_station: FloatArray, total: float, extent: tuple[float, float]) -> "Hypothesis":
+    def rescored(self, llr_by_station: FloatArray, llr: float, extent: tuple[float, float]) -> "Hypothesis":
         """Return the hypothesis with other log-likelihood ratios [nats] and another extent [m]."""
         # A search calls this about 100,000 times: dataclasses.replace takes three times as long.
         return Hypothesis(
             reflector=self.reflector,
             ping_scores=self.ping_scores,
             llr_by_station=llr_by_station,
-            total=total,
+            llr=llr,
             extent=extent,
             history=self.history,
             is_square=self.is_square,

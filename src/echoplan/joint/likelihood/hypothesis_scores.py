@@ -51,7 +51,7 @@ class HypothesisScore(NamedTuple):
 
     Attributes
     ----------
-    total : float
+    llr : float
         Log-likelihood ratio over the best associations without the landmark [nats].
     low, high : float
         Ends of a wall along its line [m]; 0 for other landmarks.
@@ -59,7 +59,7 @@ class HypothesisScore(NamedTuple):
         Contribution of each station [nats]; 0 for stations outside the best run along a wall.
     """
 
-    total: float
+    llr: float
     low: float
     high: float
     llr_by_station: FloatArray

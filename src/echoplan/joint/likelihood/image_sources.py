@@ -5,7 +5,7 @@ from typing import TypeAlias
 
 from echoplan.acoustics.predicted_echo import SILENCE, Shape, SonarTables, bistatic_excess_of, walk_of
 from echoplan.compiled import compiled
-from echoplan.joint.likelihood.ping_scores import UNHEARD
+from echoplan.joint.likelihood.ping_scores import NO_ECHO
 
 __all__ = [
     "Extent",
@@ -51,35 +51,35 @@ Lateness: TypeAlias = tuple[float, float]
 
 
 @compiled
-def echo_level(hearing: SonarTables, path: Path, reading: float, strength: float, scatter: float) -> float:
+def echo_level(tables: SonarTables, path: Path, reading: float, strength: float, scatter: float) -> float:
     """Return the log density of a scaled reading [m] by an echo along a path [log 1/m].
 
     ``strength`` is that of the echo relative to a plane [dB], ``scatter`` the standard deviation of its readings [m].
     """
     depth = path[0]
-    excess = bistatic_excess_of(hearing, depth, (path[1], path[2]), (path[3], path[4]), strength)
+    excess = bistatic_excess_of(tables, depth, (path[1], path[2]), (path[3], path[4]), strength)
     if excess == SILENCE:
-        return UNHEARD
-    late = reading - depth - walk_of(hearing, excess)
+        return NO_ECHO
+    late = reading - depth - walk_of(tables, excess)
     if abs(late) > _CUT * scatter:
-        return UNHEARD
+        return NO_ECHO
     detected = 1.0 / (1.0 + math.exp(-min(max(excess / _FADING, -30.0), 30.0)))
     return math.log(detected / (_ROOT_TAU * scatter)) - 0.5 * (late / scatter) ** 2
 
 
 @compiled
-def lateness(hearing: SonarTables, scatter: float) -> Lateness:
+def lateness(tables: SonarTables, scatter: float) -> Lateness:
     """Return the least and greatest difference of reading and depth for any signal excess: range walk and gate [m]."""
-    return hearing.walks[0] - _CUT * scatter, hearing.walks[1] + _CUT * scatter
+    return tables.walks[0] - _CUT * scatter, tables.walks[1] + _CUT * scatter
 
 
 @compiled
-def farthest_audible(hearing: SonarTables) -> float:
+def farthest_audible(tables: SonarTables) -> float:
     """Return the greatest depth (half of the path length) at which a plane on the axis may be detected [m]."""
     low, high = 0.0, _HORIZON
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        audible = bistatic_excess_of(hearing, middle, _AHEAD, _AHEAD, 0.0) > _INAUDIBLE
+        audible = bistatic_excess_of(tables, middle, _AHEAD, _AHEAD, 0.0) > _INAUDIBLE
         low, high = (middle, high) if audible else (low, middle)
     return high
 

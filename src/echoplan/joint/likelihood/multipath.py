@@ -14,7 +14,7 @@ from echoplan.joint.likelihood.crosstalk import Emissions, add_crosstalk, emissi
 from echoplan.joint.likelihood.double_bounces import add_ghosts_of_cylinder, add_ghosts_of_walls
 from echoplan.joint.likelihood.hypothesis import Hypothesis, Key
 from echoplan.joint.likelihood.image_sources import Extent, farthest_audible
-from echoplan.joint.likelihood.ping_scores import UNHEARD
+from echoplan.joint.likelihood.ping_scores import NO_ECHO
 from echoplan.joint.likelihood.ray_cone_returns import flanks_of
 from echoplan.preprocessing.measurements import Measurements
 
@@ -56,12 +56,12 @@ class Multipath:
     """
 
     def __init__(
-        self, measurements: Measurements, hearing: SonarTables, noise: float, *, before: "Multipath | None" = None
+        self, measurements: Measurements, tables: SonarTables, noise: float, *, before: "Multipath | None" = None
     ) -> None:
         self._measurements = measurements
-        self._hearing = hearing
+        self._hearing = tables
         self._noise = noise
-        self._emissions: Emissions | None = before.emissions_if(measurements, hearing) if before else None
+        self._emissions: Emissions | None = before.emissions_if(measurements, tables) if before else None
         self._parts: dict[tuple[Key, ...], list[Part]] = {}
         self._numbers: dict[Key, int] = {}
         # By number of the first landmark, in order of appearance: the partners that were computed, and those that
@@ -69,7 +69,7 @@ class Multipath:
         self._tried: defaultdict[int, set[int]] = defaultdict(set)
         self._ghosts: defaultdict[int, dict[int, Ghost]] = defaultdict(dict)
 
-    def emissions_if(self, measurements: Measurements, hearing: SonarTables) -> Emissions | None:
+    def emissions_if(self, measurements: Measurements, tables: SonarTables) -> Emissions | None:
         """Return the listed emissions if they hold for other poses and another sonar model, None otherwise.
 
         They depend on readings, range scale and detectable depth only.
@@ -78,7 +78,7 @@ class Multipath:
             measurements.readings is self._measurements.readings
             and measurements.crosstalk_sources is self._measurements.crosstalk_sources
         )
-        return self._emissions if same and _range_of(hearing) == _range_of(self._hearing) else None
+        return self._emissions if same and _range_of(tables) == _range_of(self._hearing) else None
 
     def parts(self, features: Sequence[Hypothesis]) -> Sequence[Part]:
         """Return the multipath of distinct landmarks, as far as it explains readings."""
@@ -110,7 +110,7 @@ class Multipath:
             extent = numbered[one].extent
             ends = extent[0] - _TO_CROSSING, extent[1] + _TO_CROSSING
             log_densities = flanks_of(self._measurements, self._hearing, numbered[one].reflector, ends, self._noise)
-            pings = np.flatnonzero(log_densities > UNHEARD)
+            pings = np.flatnonzero(log_densities > NO_ECHO)
             self._remember((one, one), (pings, log_densities[pings]))
 
     def _learn(self, numbered: Mapping[int, Hypothesis], pairs: Sequence[tuple[int, int]]) -> None:
@@ -135,9 +135,9 @@ class Multipath:
             self._ghosts[one][other] = ghost
 
 
-def _range_of(hearing: SonarTables) -> tuple[float, float]:
+def _range_of(tables: SonarTables) -> tuple[float, float]:
     """Return the range scale and the greatest detectable depth [m], on which the list of emissions depends."""
-    return hearing.scale, farthest_audible(hearing)
+    return tables.scale, farthest_audible(tables)
 
 
 def _casting(numbered: Mapping[int, Hypothesis]) -> Iterator[tuple[int, set[int]]]:
@@ -161,7 +161,7 @@ def _met(numbered: Mapping[int, Hypothesis]) -> Iterator[tuple[int, set[int]]]:
 @compiled
 def _cast(
     measurements: Measurements,
-    hearing: SonarTables,
+    tables: SonarTables,
     emissions: Emissions,
     features: tuple[FloatArray, FloatArray],
     pairs: IntArray,
@@ -169,17 +169,21 @@ def _cast(
 ) -> tuple[IntArray, IntArray, FloatArray]:
     """Compute the multipath of pairs: bounds of each pair in the other arrays, pings, and log densities [log 1/m]."""
     reflectors, extents = features
-    count, bounds, log_densities = 0, np.zeros(len(pairs) + 1, np.int64), np.full(len(measurements.readings), UNHEARD)
+    count, bounds, log_densities = (
+        0,
+        np.zeros(len(pairs) + 1, np.int64),
+        np.full(len(measurements.readings), NO_ECHO),
+    )
     pings, densities = np.empty(len(log_densities), np.int64), np.empty(len(log_densities))
     for number in range(len(pairs)):
         one, other = pairs[number]
         pair = reflectors[one], reflectors[other]
         ends = reflecting(pair, ((extents[one, 0], extents[one, 1]), (extents[other, 0], extents[other, 1])))
-        _cast_by(log_densities, (measurements, hearing, emissions), pair, ends, noise)
+        _cast_by(log_densities, (measurements, tables, emissions), pair, ends, noise)
         if count + len(log_densities) > len(pings):
             pings, densities = np.append(pings, np.empty_like(pings)), np.append(densities, np.empty_like(densities))
-        for ping in np.flatnonzero(log_densities > UNHEARD):
-            pings[count], densities[count], log_densities[ping] = ping, log_densities[ping], UNHEARD
+        for ping in np.flatnonzero(log_densities > NO_ECHO):
+            pings[count], densities[count], log_densities[ping] = ping, log_densities[ping], NO_ECHO
             count += 1
         bounds[number + 1] = count
     return bounds, pings[:count].copy(), densities[:count].copy()

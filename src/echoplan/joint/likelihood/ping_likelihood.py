@@ -11,7 +11,7 @@ from echoplan.joint.likelihood.double_bounces import ghosts_of_walls
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.hypothesis_scores import HypothesisScore, Occluders, rescore
 from echoplan.joint.likelihood.multipath import Multipath, Part, reflecting
-from echoplan.joint.likelihood.ping_scores import UNHEARD, score_pings
+from echoplan.joint.likelihood.ping_scores import NO_ECHO, score_pings
 from echoplan.joint.likelihood.track_history import TrackHistory
 from echoplan.preprocessing.measurements import Measurements
 
@@ -31,12 +31,12 @@ class PingLikelihood:
     """
 
     def __init__(
-        self, measurements: Measurements, hearing: SonarTables, noise: float, *, before: "PingLikelihood | None" = None
+        self, measurements: Measurements, tables: SonarTables, noise: float, *, before: "PingLikelihood | None" = None
     ) -> None:
         self.measurements = measurements
-        self.hearing = hearing
+        self.tables = tables
         self.noise = noise
-        self.multipath: Multipath = Multipath(measurements, hearing, noise, before=before.multipath if before else None)
+        self.multipath: Multipath = Multipath(measurements, tables, noise, before=before.multipath if before else None)
 
     @property
     def floor(self) -> float:
@@ -45,7 +45,7 @@ class PingLikelihood:
 
     def score(self, reflector: FloatArray) -> Hypothesis:
         """Return a hypothesis with the ping scores of a landmark, shape (4,); its log-likelihood ratios are zero."""
-        scores = score_pings(self.measurements, self.hearing, reflector, self.noise)
+        scores = score_pings(self.measurements, self.tables, reflector, self.noise)
         return Hypothesis(
             reflector=reflector, ping_scores=scores, llr_by_station=np.zeros(len(self.measurements.centers))
         )
@@ -67,7 +67,7 @@ class PingLikelihood:
             verdict = rescore(
                 self.measurements, each.reflector, each.ping_scores, log_densities, frame, each.history.extent
             )
-            total = verdict.total + each.history.total
+            total = verdict.llr + each.history.llr
             rescored.append(each.rescored(verdict.llr_by_station, total, _joined(verdict, each.history)))
         return rescored
 
@@ -85,18 +85,18 @@ class PingLikelihood:
         return list(left_out)
 
     def multipath_log_densities(self, features: Sequence[Hypothesis]) -> FloatArray:
-        """Return the log density of each reading by multipath alone [log 1/m], shape (n,); ``UNHEARD`` elsewhere."""
-        return self._best(self.multipath.parts(features), UNHEARD)
+        """Return the log density of each reading by multipath alone [log 1/m], shape (n,); ``NO_ECHO`` elsewhere."""
+        return self._best(self.multipath.parts(features), NO_ECHO)
 
     def log_densities_of(self, feature: Hypothesis) -> FloatArray:
-        """Return the log density of each reading by one landmark alone [log 1/m], shape (n,); ``UNHEARD`` elsewhere."""
-        return self._best([self._alone(0, feature)], UNHEARD)
+        """Return the log density of each reading by one landmark alone [log 1/m], shape (n,); ``NO_ECHO`` elsewhere."""
+        return self._best([self._alone(0, feature)], NO_ECHO)
 
     def pair_log_densities(self, wall: Hypothesis, other: Hypothesis) -> FloatArray:
-        """Return the log density of each reading by double bounces of two walls [log 1/m]; ``UNHEARD`` elsewhere."""
+        """Return the log density of each reading by double bounces of two walls [log 1/m]; ``NO_ECHO`` elsewhere."""
         pair = wall.reflector, other.reflector
         ends = reflecting(pair, (wall.extent, other.extent))
-        return ghosts_of_walls(self.measurements, self.hearing, pair, ends, self.noise)
+        return ghosts_of_walls(self.measurements, self.tables, pair, ends, self.noise)
 
     def _parts(self, features: Sequence[Hypothesis]) -> Iterator[Part]:
         """Yield what each landmark explains, and then what their multipath explains."""
@@ -106,7 +106,7 @@ class PingLikelihood:
     def _alone(self, number: int, feature: Hypothesis) -> Part:
         """Return the readings that direct echoes of a landmark explain; of a wall, within its extent and a margin."""
         evidence, (low, high) = feature.ping_scores, feature.extent
-        detected = evidence.densities > UNHEARD
+        detected = evidence.densities > NO_ECHO
         if feature.is_wall:
             detected &= (evidence.feet > low - _BORDER) & (evidence.feet < high + _BORDER)
         return Part((number, number), evidence.pings[detected], evidence.densities[detected])

@@ -23,9 +23,9 @@ from echoplan.preprocessing.measurements import Measurements
 __all__ = [
     "BEYOND",
     "MASKING",
+    "NO_ECHO",
     "NO_PING_SCORES",
     "UNCERTAIN",
-    "UNHEARD",
     "PingScores",
     "detection_probability",
     "log_density",
@@ -37,7 +37,7 @@ __all__ = [
 _WALL = int(Kind.WALL)
 
 # Log density of a reading that an association does not explain.
-UNHEARD = -99.0
+NO_ECHO = -99.0
 
 # Scale of the logistic detection probability [dB].
 _FADING = 1.2
@@ -65,7 +65,7 @@ class PingScores(NamedTuple):
     pings : ndarray of int, shape (m,)
         Indices of the pings.
     densities : ndarray, shape (m,)
-        Log density of the reading as an echo of the landmark [log 1/m]; ``UNHEARD`` outside the gate.
+        Log density of the reading as an echo of the landmark [log 1/m]; ``NO_ECHO`` outside the gate.
     misses : ndarray, shape (m,)
         Log probability of a non-detection [nats]; 0 for pings that are none.
     audible : ndarray of bool, shape (m,)
@@ -100,7 +100,7 @@ def detection_probability(excess: float) -> float:
 
 
 @compiled
-def score_pings(measurements: Measurements, hearing: SonarTables, reflector: FloatArray, noise: float) -> PingScores:
+def score_pings(measurements: Measurements, tables: SonarTables, reflector: FloatArray, noise: float) -> PingScores:
     """Score all pings for a landmark; ``noise`` is the standard deviation of readings [m].
 
     A reading near the expected one is scored by its density as a detection. A ping that should detect the landmark and
@@ -111,14 +111,14 @@ def score_pings(measurements: Measurements, hearing: SonarTables, reflector: Flo
     pings = np.empty(count, np.int64)
     densities, misses, feet = np.empty(count), np.empty(count), np.zeros(count)
     audible, unmasked = np.empty(count, np.bool_), np.empty(count, np.bool_)
-    limits = measurements.min_range * hearing.scale, measurements.max_range * hearing.scale
-    kept, views = 0, views_of(hearing, shape, _INAUDIBLE, limits[1])
+    limits = measurements.min_range * tables.scale, measurements.max_range * tables.scale
+    kept, views = 0, views_of(tables, shape, _INAUDIBLE, limits[1])
     for ping in range(count):
         view = measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping]
         if not in_view(views, shape, view):
             continue
         detected, audible[kept], unmasked[kept], densities[kept], misses[kept] = _ask(
-            hearing, echo_geometry(shape, view), measurements.readings[ping] * hearing.scale, limits, noise
+            tables, echo_geometry(shape, view), measurements.readings[ping] * tables.scale, limits, noise
         )
         if not detected:
             continue
@@ -138,13 +138,13 @@ def score_pings(measurements: Measurements, hearing: SonarTables, reflector: Flo
 
 @compiled
 def _ask(
-    hearing: SonarTables, sight: EchoGeometry, detected: float, limits: tuple[float, float], noise: float
+    tables: SonarTables, geometry: EchoGeometry, detected: float, limits: tuple[float, float], noise: float
 ) -> tuple[bool, bool, bool, float, float]:
     """Score one ping: whether it can detect, should detect and is unmasked; log density; log non-detection."""
-    if sight[1] < COSINE_LIMIT or sight[0] <= 0.0 or sight[0] > limits[1]:
+    if geometry[1] < COSINE_LIMIT or geometry[0] <= 0.0 or geometry[0] > limits[1]:
         return False, False, False, 0.0, 0.0
-    excess = excess_of(hearing, sight)
-    reading = sight[0] + walk_of(hearing, excess)
+    excess = excess_of(tables, geometry)
+    reading = geometry[0] + walk_of(tables, excess)
     if excess <= _INAUDIBLE or not limits[0] <= reading <= limits[1]:
         return False, False, False, 0.0, 0.0
     late = detected - reading
@@ -164,7 +164,7 @@ def noise_of(excess: float, noise: float) -> float:
 def log_density(late: float, scatter: float, excess: float) -> float:
     """Return the log density of a reading later than expected by ``late`` [m], including its detection [log 1/m]."""
     if abs(late) >= _NEAR * scatter:
-        return UNHEARD
+        return NO_ECHO
     return math.log(detection_probability(excess) / (_ROOT_TAU * scatter)) - 0.5 * (late / scatter) ** 2
 
 

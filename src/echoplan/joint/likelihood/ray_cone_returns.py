@@ -13,7 +13,7 @@ from echoplan.acoustics.predicted_echo import Kind, Shape, SonarTables, shape_of
 from echoplan.arrays import FloatArray
 from echoplan.compiled import compiled
 from echoplan.joint.likelihood.image_sources import Extent, Point, depth_of
-from echoplan.joint.likelihood.ping_scores import UNHEARD
+from echoplan.joint.likelihood.ping_scores import NO_ECHO
 from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["flanks_of"]
@@ -30,16 +30,16 @@ _ROOT_TAU = math.sqrt(2.0 * math.pi)
 
 @compiled
 def flanks_of(
-    measurements: Measurements, hearing: SonarTables, reflector: FloatArray, extent: Extent, noise: float
+    measurements: Measurements, tables: SonarTables, reflector: FloatArray, extent: Extent, noise: float
 ) -> FloatArray:
     """Return the log density of each reading by an outermost ray on a wall or cylinder [log 1/m], shape (n,).
 
     ``extent`` is that of a wall along its line [m].
     """
-    log_densities, shape = np.full(len(measurements.readings), UNHEARD), shape_of(reflector)
-    cosine, sine = math.cos(hearing.cone), math.sin(hearing.cone)
+    log_densities, shape = np.full(len(measurements.readings), NO_ECHO), shape_of(reflector)
+    cosine, sine = math.cos(tables.cone), math.sin(tables.cone)
     for ping in range(len(log_densities)):
-        reading = measurements.readings[ping] * hearing.scale
+        reading = measurements.readings[ping] * tables.scale
         if not math.isfinite(reading):
             continue
         place, axis = (measurements.x[ping], measurements.y[ping]), (measurements.ux[ping], measurements.uy[ping])

@@ -58,9 +58,9 @@ class TrackHistory:
     ----------
     number : int
         Identifier of the landmark; -1 without a history.
-    total : float
+    llr : float
         Log-likelihood ratio from these stations [nats].
-    best : float
+    best_llr : float
         Greatest contribution of one of them [nats].
     supporting : int
         Number of stations that clearly support it.
@@ -88,8 +88,8 @@ class TrackHistory:
     """
 
     number: int = -1
-    total: float = 0.0
-    best: float = 0.0
+    llr: float = 0.0
+    best_llr: float = 0.0
     supporting: int = 0
     missing: int = 0
     hidden: int = 0

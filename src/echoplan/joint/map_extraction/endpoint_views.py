@@ -32,7 +32,7 @@ def line_evidence(likelihood: PingLikelihood, wall: Hypothesis, count: int, log_
     measurements = likelihood.measurements
     pings = wall.ping_scores.pings[measurements.stations[wall.ping_scores.pings] < count]
     feet = measurements.centers[:count] @ directions(wall.line[0] + math.pi / 2)
-    ratios = _log_ratios(measurements, likelihood.hearing, wall.reflector, pings, log_densities, feet, likelihood.noise)
+    ratios = _log_ratios(measurements, likelihood.tables, wall.reflector, pings, log_densities, feet, likelihood.noise)
     asked = np.unique(measurements.stations[pings])
     return LineEvidence(feet[asked], measurements.centers[asked], ratios[asked])
 
@@ -40,7 +40,7 @@ def line_evidence(likelihood: PingLikelihood, wall: Hypothesis, count: int, log_
 @compiled
 def _log_ratios(
     measurements: Measurements,
-    hearing: SonarTables,
+    tables: SonarTables,
     reflector: FloatArray,
     pings: IntArray,
     log_densities: FloatArray,
@@ -49,25 +49,25 @@ def _log_ratios(
 ) -> FloatArray:
     """Return log-likelihood ratios of a wall with an end at each offset against no wall, shape (s, 2, m) [nats]."""
     shape, ratios = shape_of(reflector), np.zeros((len(feet), 2, len(OFFSETS)))
-    limits = measurements.min_range * hearing.scale, measurements.max_range * hearing.scale
+    limits = measurements.min_range * tables.scale, measurements.max_range * tables.scale
     for ping in pings:
         station, weight = measurements.stations[ping], measurements.weights[ping]
         place = measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping]
-        reading = measurements.readings[ping] * hearing.scale
+        reading = measurements.readings[ping] * tables.scale
         foot = shape[1] * place[1] - shape[2] * place[0]
         for side in range(2):
             # Distance of the foot of this ping past that of its station, as sensors are off the center of the robot.
             further = feet[station] - foot if side == 0 else foot - feet[station]
             for index in range(len(OFFSETS)):
                 over = OFFSETS[index] + further
-                ratio = _log_ratio(hearing, shape, place, (side, over), reading, limits, noise, log_densities[ping])
+                ratio = _log_ratio(tables, shape, place, (side, over), reading, limits, noise, log_densities[ping])
                 ratios[station, side, index] += weight * ratio
     return ratios
 
 
 @compiled
 def _log_ratio(
-    hearing: SonarTables,
+    tables: SonarTables,
     shape: Shape,
     place: Ping,
     end: tuple[int, float],
@@ -83,11 +83,11 @@ def _log_ratio(
     """
     side, over = end
     beyond = -math.inf
-    sight = diffracted(
-        echo_geometry(shape, place), over if side == 0 else beyond, over if side == 1 else beyond, hearing.wavelength
+    geometry = diffracted(
+        echo_geometry(shape, place), over if side == 0 else beyond, over if side == 1 else beyond, tables.wavelength
     )
-    excess = excess_of(hearing, sight)
-    expected = sight[0] + walk_of(hearing, excess)
+    excess = excess_of(tables, geometry)
+    expected = geometry[0] + walk_of(tables, excess)
     if not limits[0] <= expected <= limits[1]:
         return 0.0
     late, sigma = measured - expected, noise_of(excess, noise)

@@ -32,26 +32,24 @@ _COST = 4.0
 _RARE = math.log(_SHADOWS / 0.02)
 
 
-def shadowed(measurements: Measurements, hearing: SonarTables, features: Features) -> Features:
+def shadowed(measurements: Measurements, tables: SonarTables, features: Features) -> Features:
     """Return the landmarks with their most likely attenuation from each station, given detections and non-detections.
 
     The attenuation is 0 unless another value is likelier by a margin, and ``inf`` for stations that did not detect the
     landmark or that stand past the end of a wall. Its remaining uncertainty is stored in ``bias_variances``.
     """
-    attenuations, bias_variances = _attenuations(measurements, hearing, features)
+    attenuations, bias_variances = _attenuations(measurements, tables, features)
     return features._replace(attenuations=attenuations, bias_variances=bias_variances)
 
 
 @compiled
-def _attenuations(
-    measurements: Measurements, hearing: SonarTables, features: Features
-) -> tuple[FloatArray, FloatArray]:
+def _attenuations(measurements: Measurements, tables: SonarTables, features: Features) -> tuple[FloatArray, FloatArray]:
     attenuations, bias_variances = features.attenuations.copy(), features.bias_variances.copy()
     for feature in range(len(attenuations)):
-        llr_by_station, excesses = _likelihoods(measurements, hearing, features, feature)
+        llr_by_station, excesses = _likelihoods(measurements, tables, features, feature)
         history = _past(measurements, features, feature)
         if features.reflectors[feature, 0] == _WALL:
-            bias_variances[feature] = _bias_variances(hearing, llr_by_station, excesses)
+            bias_variances[feature] = _bias_variances(tables, llr_by_station, excesses)
         for station in range(len(llr_by_station)):
             if history[station]:
                 attenuations[feature, station] = np.inf
@@ -63,7 +61,7 @@ def _attenuations(
 
 
 @compiled
-def _bias_variances(hearing: SonarTables, llr_by_station: FloatArray, excesses: FloatArray) -> FloatArray:
+def _bias_variances(tables: SonarTables, llr_by_station: FloatArray, excesses: FloatArray) -> FloatArray:
     """Return the variance of the range walk of a wall under the posterior of its attenuation [m^2], shape (s,)."""
     bias_variances = np.zeros(len(llr_by_station))
     for station in range(len(llr_by_station)):
@@ -72,7 +70,7 @@ def _bias_variances(hearing: SonarTables, llr_by_station: FloatArray, excesses: 
             chance = math.exp(
                 llr_by_station[station, attenuation] - llr_by_station[station].max() - (_RARE if attenuation else 0.0)
             )
-            walk = walk_of(hearing, excesses[station] - attenuation)
+            walk = walk_of(tables, excesses[station] - attenuation)
             total, mean, square = total + chance, mean + chance * walk, square + chance * walk * walk
         bias_variances[station] = max(square / total - (mean / total) ** 2, 0.0)
     return bias_variances
@@ -98,25 +96,25 @@ def _is_past(shape: Shape, reach: WallExtent, center_xy: FloatArray) -> bool:
 
 @compiled
 def _likelihoods(
-    measurements: Measurements, hearing: SonarTables, features: Features, feature: int
+    measurements: Measurements, tables: SonarTables, features: Features, feature: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return the log-likelihood of the pings by station and attenuation, and the mean signal excess of the detections.
 
     Shapes are (s, 31) [nats] and (s,) [dB]; pings are detections or non-detections of the landmark.
     """
     shape, reach = shape_of(features.reflectors[feature]), extent_of(features, feature)
-    faintest, llr_by_station = walk_of(hearing, 0.0), np.zeros((len(measurements.centers), _SHADOWS))
+    faintest, llr_by_station = walk_of(tables, 0.0), np.zeros((len(measurements.centers), _SHADOWS))
     excesses, hits = np.zeros(len(llr_by_station)), np.zeros(len(llr_by_station))
     for ping in range(len(measurements.readings)):
         station = measurements.stations[ping]
         if math.isinf(features.attenuations[feature, station]):
             continue
         place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
-        sight, late = predict_and_residual(
-            shape, reach, place, measurements.readings[ping] * hearing.scale, hearing.wavelength
+        geometry, late = predict_and_residual(
+            shape, reach, place, measurements.readings[ping] * tables.scale, tables.wavelength
         )
-        excess = excess_of(hearing, sight)
-        if excess <= 0.0 or sight[0] > measurements.max_range - RIM:
+        excess = excess_of(tables, geometry)
+        if excess <= 0.0 or geometry[0] > measurements.max_range - RIM:
             continue
         outcome = outcome_of(late, faintest)
         if outcome != 0.0:

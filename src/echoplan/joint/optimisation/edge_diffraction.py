@@ -63,17 +63,17 @@ def is_ended(shape: Shape, place: Ping, reach: WallExtent) -> bool:
 
 
 @compiled
-def diffracted(sight: EchoGeometry, below: float, above: float, wavelength: float) -> EchoGeometry:
+def diffracted(geometry: EchoGeometry, below: float, above: float, wavelength: float) -> EchoGeometry:
     """Return the sight of a wall with the knife-edge loss of ITU-R P.526 and, past its end, along the path to the end.
 
     ``below`` and ``above`` are the distances of the foot of the perpendicular past the lower and the upper end [m],
     negative before them; ``wavelength`` is that of the carrier [m].
     """
-    depth, cosine, sine, distance, strength = sight
+    depth, cosine, sine, distance, strength = geometry
     over = max(below, above)
     passing = 2.0 * over / math.sqrt(depth * wavelength)
     if passing <= _CLEAR:
-        return sight
+        return geometry
     grazing = passing - 0.1
     strength -= 6.9 + 20.0 * math.log10(math.sqrt(grazing * grazing + 1.0) + grazing)
     if over <= 0.0:
@@ -85,7 +85,7 @@ def diffracted(sight: EchoGeometry, below: float, above: float, wavelength: floa
 
 @compiled
 def diffracted_jacobian(
-    hearing: SonarTables,
+    tables: SonarTables,
     shape: Shape,
     place: Ping,
     end: tuple[FloatArray, float],
@@ -98,16 +98,16 @@ def diffracted_jacobian(
     end, derivatives other than those by the distance past it are taken along the normal.
     """
     (ends, attenuation), (own, neighbours) = end, jacobian
-    sight, foot = echo_geometry(shape, place), shape[1] * place[1] - shape[2] * place[0]
+    geometry, foot = echo_geometry(shape, place), shape[1] * place[1] - shape[2] * place[0]
     below, above = ends[0, 0] - foot, foot - ends[1, 0]
-    lost = sight[4] - diffracted(sight, below, above, hearing.wavelength)[4]
-    differentiate(hearing, shape, place, own, attenuation + lost)
-    near = _read(hearing, diffracted(sight, below - _STEP, above - _STEP, hearing.wavelength), attenuation)
-    far = _read(hearing, diffracted(sight, below + _STEP, above + _STEP, hearing.wavelength), attenuation)
+    lost = geometry[4] - diffracted(geometry, below, above, tables.wavelength)[4]
+    differentiate(tables, shape, place, own, attenuation + lost)
+    near = _read(tables, diffracted(geometry, below - _STEP, above - _STEP, tables.wavelength), attenuation)
+    far = _read(tables, diffracted(geometry, below + _STEP, above + _STEP, tables.wavelength), attenuation)
     side, sign = (0, 1.0) if below > above else (1, -1.0)
     slope = sign * (far - near) / (2.0 * _STEP)
     # ``slope`` is by the position of the end; the foot of the perpendicular enters with the opposite sign.
-    own[0] += slope * (ends[side, 1] + shape[3] - sight[0])
+    own[0] += slope * (ends[side, 1] + shape[3] - geometry[0])
     own[1] += slope * ends[side, 2]
     own[3] += slope * shape[2]
     own[4] -= slope * shape[1]
@@ -116,8 +116,8 @@ def diffracted_jacobian(
 
 
 @compiled
-def _read(hearing: SonarTables, sight: EchoGeometry, attenuation: float) -> float:
-    return sight[0] + walk_of(hearing, excess_of(hearing, sight) - attenuation)
+def _read(tables: SonarTables, geometry: EchoGeometry, attenuation: float) -> float:
+    return geometry[0] + walk_of(tables, excess_of(tables, geometry) - attenuation)
 
 
 @compiled

@@ -66,7 +66,7 @@ NO_HEADINGS = HeadingMeasurements(np.zeros(0, np.int64), np.zeros(0, np.int64), 
 
 def heading_measurements_of(
     measurements: Measurements,
-    hearing: SonarTables,
+    tables: SonarTables,
     features: Features,
     headings: FloatArray,
     *,
@@ -82,7 +82,7 @@ def heading_measurements_of(
     """
     sensors = 1 if servo is None else int(measurements.sensors.max(initial=0)) + 1
     groups = measurements.stations if servo is None else sensors * measurements.stations + measurements.sensors
-    likelihoods, angles = _likelihoods(measurements, hearing, features, groups, sensors * len(measurements.centers))
+    likelihoods, angles = _likelihoods(measurements, tables, features, groups, sensors * len(measurements.centers))
     chances = np.exp(likelihoods - likelihoods.max(axis=2, keepdims=True))
     chances /= chances.sum(axis=2, keepdims=True)
     turns = chances @ _TURNS
@@ -117,12 +117,12 @@ def heading_factor(bearings: HeadingMeasurements, now: Values) -> LinearFactor:
 
 @compiled
 def _likelihoods(
-    measurements: Measurements, hearing: SonarTables, features: Features, groups: IntArray, count: int
+    measurements: Measurements, tables: SonarTables, features: Features, groups: IntArray, count: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return log-likelihoods by wall, group of pings and turn, and the mean servo angles of the detections [rad]."""
     likelihoods = np.zeros((len(features.reflectors), count, len(_TURNS)))
     angles, hits = np.zeros((len(features.reflectors), count)), np.full((len(features.reflectors), count), 1e-9)
-    faintest = walk_of(hearing, 0.0)
+    faintest = walk_of(tables, 0.0)
     for feature in range(len(likelihoods)):
         shape, reach = shape_of(features.reflectors[feature]), extent_of(features, feature)
         for ping in range(len(measurements.readings) if shape[0] == _WALL else 0):
@@ -130,27 +130,27 @@ def _likelihoods(
             if math.isinf(attenuation):
                 continue
             place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
-            sight, late = predict_and_residual(
-                shape, reach, place, measurements.readings[ping] * hearing.scale, hearing.wavelength
+            geometry, late = predict_and_residual(
+                shape, reach, place, measurements.readings[ping] * tables.scale, tables.wavelength
             )
             outcome = outcome_of(late, faintest)
-            if outcome != 0.0 and sight[1] > _STEEP and sight[0] < measurements.max_range - RIM:
+            if outcome != 0.0 and geometry[1] > _STEEP and geometry[0] < measurements.max_range - RIM:
                 log_likelihoods = likelihoods[feature, groups[ping]]
                 if outcome > 0.0:
                     angles[feature, groups[ping]] += measurements.angles[ping]
                     hits[feature, groups[ping]] += 1.0
-                _add(log_likelihoods, hearing, sight, (outcome, measurements.weights[ping], attenuation))
+                _add(log_likelihoods, tables, geometry, (outcome, measurements.weights[ping], attenuation))
     return likelihoods, angles / hits
 
 
 @compiled
 def _add(
-    log_likelihoods: FloatArray, hearing: SonarTables, sight: EchoGeometry, asked: tuple[float, float, float]
+    log_likelihoods: FloatArray, tables: SonarTables, geometry: EchoGeometry, asked: tuple[float, float, float]
 ) -> None:
     """Add the log-likelihood of a ping for each turn; ``asked`` is its outcome, weight and attenuation [dB]."""
     outcome, weight, attenuation = asked
     for number, turn in enumerate(_TURNS):
         cosine, sine = math.cos(turn), math.sin(turn)
-        turned = (cosine * sight[1] - sine * sight[2], sine * sight[1] + cosine * sight[2])
-        excess = excess_of(hearing, (sight[0], turned[0], turned[1], sight[3], sight[4])) - attenuation
+        turned = (cosine * geometry[1] - sine * geometry[2], sine * geometry[1] + cosine * geometry[2])
+        excess = excess_of(tables, (geometry[0], turned[0], turned[1], geometry[3], geometry[4])) - attenuation
         log_likelihoods[number] += weight * log_chance(outcome * excess)

@@ -125,7 +125,7 @@ def main_direction(features: Sequence[Hypothesis], settings: ManhattanSettings) 
     walls = [each for each in features if each.is_wall]
     if len(walls) < settings.min_walls:
         return None
-    llr_by_station = np.array([each.total for each in walls])
+    llr_by_station = np.array([each.llr for each in walls])
     mean = np.sum(llr_by_station * np.exp(4j * np.array([each.line[0] for each in walls]))) / llr_by_station.sum()
     return float(np.angle(mean)) / 4 if abs(mean) > settings.min_circular_concentration else None
 

@@ -130,8 +130,8 @@ def _rise(measurements: Measurements, now: Values, moved: Values, *, priors: Pri
     decrease of the squares is a decrease of the robust cost. All factors but the readings are nearly linear.
     """
     change = moved.values - now.values
-    detected, hearing = _at_present(measurements, moved, priors), moved.model.tabulated()
-    residuals = residuals_of(detected, hearing, moved.features, linear.association.owners)
+    detected, tables = _at_present(measurements, moved, priors), moved.model.tabulated()
+    residuals = residuals_of(detected, tables, moved.features, linear.association.owners)
     of_readings = linear.readings.weights @ (residuals**2 - linear.readings.residuals**2)
     return float(of_readings + change @ (linear.information @ change - 2.0 * linear.vector))
 
@@ -224,12 +224,12 @@ def _linearised(
     measurements: Measurements, now: Values, priors: Priors, settings: OptimiserSettings
 ) -> tuple[Association, _RangeLinearisation]:
     """Associate the readings, and linearise those that landmarks explain."""
-    hearing = now.model.tabulated()
-    association = associate(measurements, hearing, now.features, max(0.025, 6.0 * priors.noise))
+    tables = now.model.tabulated()
+    association = associate(measurements, tables, now.features, max(0.025, 6.0 * priors.noise))
     explained = np.flatnonzero(association.owners >= 0)
     model = now.model
     walk = (model.range_offset, model.walk_gain, model.reference_walk, model.walk_exponent)
-    jacobian, neighbours = range_jacobian(measurements, hearing, now.features, association, explained, walk)
+    jacobian, neighbours = range_jacobian(measurements, tables, now.features, association, explained, walk)
     residuals, excesses = association.residuals[explained], association.excesses[explained]
     variances = now.model.variances(excesses, noise=priors.noise)
     robust_variances = geman_mcclure_variances(residuals, variances, scale=settings.geman_mcclure_scale)

@@ -120,7 +120,7 @@ def as_arrays(features: Sequence[Hypothesis], stations: int) -> Features:
 
 
 @compiled
-def associate(measurements: Measurements, hearing: SonarTables, features: Features, band: float) -> Association:
+def associate(measurements: Measurements, tables: SonarTables, features: Features, band: float) -> Association:
     """Associate each reading with the nearest prediction of landmarks that its station detected, within a band [m]."""
     count = len(measurements.readings)
     owners, residuals, excesses = np.full(count, -1), np.zeros(count), np.zeros(count)
@@ -131,20 +131,20 @@ def associate(measurements: Measurements, hearing: SonarTables, features: Featur
             if math.isinf(attenuation):
                 continue
             place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
-            sight, late = predict_and_residual(
-                shape, reach, place, measurements.readings[ping] * hearing.scale, hearing.wavelength
+            geometry, late = predict_and_residual(
+                shape, reach, place, measurements.readings[ping] * tables.scale, tables.wavelength
             )
             if not abs(late) < band + _WALK:
                 continue
-            excess = excess_of(hearing, sight) - attenuation
-            late -= walk_of(hearing, excess)
+            excess = excess_of(tables, geometry) - attenuation
+            late -= walk_of(tables, excess)
             if excess > _FAINT and abs(late) < min(band, abs(residuals[ping]) if owners[ping] >= 0 else band):
                 owners[ping], residuals[ping], excesses[ping] = feature, late, excess
     return Association(owners, residuals, excesses)
 
 
 @compiled
-def residuals_of(measurements: Measurements, hearing: SonarTables, features: Features, owners: IntArray) -> FloatArray:
+def residuals_of(measurements: Measurements, tables: SonarTables, features: Features, owners: IntArray) -> FloatArray:
     """Return the residuals of all m pings with an owner: reading minus predicted reading, shape (m,) [m].
 
     If the sensor does not face its landmark any more, the whole reading is the residual.
@@ -152,15 +152,15 @@ def residuals_of(measurements: Measurements, hearing: SonarTables, features: Fea
     explained = np.flatnonzero(owners >= 0)
     residuals = np.empty(len(explained))
     for row, ping in enumerate(explained):
-        owner, reading = owners[ping], measurements.readings[ping] * hearing.scale
+        owner, reading = owners[ping], measurements.readings[ping] * tables.scale
         shape, attenuation = (
             shape_of(features.reflectors[owner]),
             features.attenuations[owner, measurements.stations[ping]],
         )
         place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
-        sight, late = predict_and_residual(shape, extent_of(features, owner), place, reading, hearing.wavelength)
+        geometry, late = predict_and_residual(shape, extent_of(features, owner), place, reading, tables.wavelength)
         residuals[row] = (
-            reading if math.isinf(late) else late - walk_of(hearing, excess_of(hearing, sight) - attenuation)
+            reading if math.isinf(late) else late - walk_of(tables, excess_of(tables, geometry) - attenuation)
         )
     return residuals
 
@@ -180,19 +180,19 @@ def predict_and_residual(
 
     ``reading`` includes the range scale; the difference is ``-inf`` if the sensor does not face the landmark.
     """
-    sight = echo_geometry(shape, place)
+    geometry = echo_geometry(shape, place)
     foot, is_wall = shape[1] * place[1] - shape[2] * place[0], shape[0] == _WALL
-    if sight[0] <= 0.0 or (is_wall and not reach[0] - _BORDER < foot < reach[1] + _BORDER):
-        return sight, -math.inf
+    if geometry[0] <= 0.0 or (is_wall and not reach[0] - _BORDER < foot < reach[1] + _BORDER):
+        return geometry, -math.inf
     if is_ended(shape, place, reach):
-        sight = diffracted(sight, reach[2] - foot, foot - reach[3], wavelength)
-    return sight, reading - sight[0]
+        geometry = diffracted(geometry, reach[2] - foot, foot - reach[3], wavelength)
+    return geometry, reading - geometry[0]
 
 
 @compiled
 def range_jacobian(
     measurements: Measurements,
-    hearing: SonarTables,
+    tables: SonarTables,
     features: Features,
     matched: Association,
     explained: IntArray,
@@ -218,11 +218,11 @@ def range_jacobian(
         )
         if is_ended(shape, place, extent_of(features, owner)):
             end, filled = (features.ends[owner], attenuation), (own, jacobian[row, NEIGHBOUR_COLUMNS:SONAR_COLUMNS])
-            neighbours[row] = diffracted_jacobian(hearing, shape, place, end, filled)
+            neighbours[row] = diffracted_jacobian(tables, shape, place, end, filled)
         else:
-            differentiate(hearing, shape, place, own, attenuation)
+            differentiate(tables, shape, place, own, attenuation)
         jacobian[row, LANDMARK_COLUMNS:NEIGHBOUR_COLUMNS] = own[:3]
-        walk_per_gain = (walk_of(hearing, matched.excesses[ping]) - offset) / gain
+        walk_per_gain = (walk_of(tables, matched.excesses[ping]) - offset) / gain
         jacobian[row, _RANGE_OFFSET] = 1.0
         jacobian[row, _WALK_GAIN] = walk_per_gain
         jacobian[row, _RANGE_SCALE] = -measurements.readings[ping]
@@ -230,7 +230,7 @@ def range_jacobian(
         jacobian[row, _SERVO_LATENCY] = -measurements.rates[ping] * turning
         jacobian[row, _SERVO_GAIN], jacobian[row, _SERVO_OFFSET] = measurements.angles[ping] * turning, turning
         # The range offset is the error of an aimed plane at 1 m, so the change of the range walk there is subtracted.
-        jacobian[row, _FIGURE_OF_MERIT], jacobian[row, _LOG_KA] = own[6] - hearing.reference, own[7]
+        jacobian[row, _FIGURE_OF_MERIT], jacobian[row, _LOG_KA] = own[6] - tables.reference, own[7]
         # The derivative of w^k by k is w^k ln w = w^k ln(w^k) / k.
         jacobian[row, _WALK_EXPONENT] = gain * (_bend(walk_per_gain + reference) - bent_reference) / exponent
         jacobian[row, POSE_COLUMNS:] = own[3:6]

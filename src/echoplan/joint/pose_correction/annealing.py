@@ -92,7 +92,7 @@ def impose_right_angles(estimate: Estimate) -> Estimate:
     kept = [
         each
         for each in estimate.features
-        if not each.is_wall or each.is_square or each.total > settings.min_llr_if_oblique
+        if not each.is_wall or each.is_square or each.llr > settings.min_llr_if_oblique
     ]
     return replace(estimate, features=kept)
 

@@ -93,11 +93,11 @@ def register_in_order(estimate: Estimate, priors: PosePrior, expected: _Expected
 
 def local_scans_of(estimate: Estimate) -> list[LocalScan]:
     """Return the arcs of each station in the frame of the robot."""
-    hearing, arcs = estimate.model.tabulated(), defaultdict(list)
+    tables, arcs = estimate.model.tabulated(), defaultdict(list)
     for arc in estimate.arcs:
         arcs[arc.station].append(arc)
     return [
-        local_scans(arcs[station], estimate.recorded, hearing, pose)
+        local_scans(arcs[station], estimate.recorded, tables, pose)
         for station, pose in enumerate(estimate.measured_poses)
     ]
 
@@ -108,18 +108,18 @@ def _reregister_first_station(estimate: Estimate, priors: PosePrior) -> Estimate
     The second station was registered to the arcs of a single station, each of which may be a wall, a corner or a
     cylinder. If that was wrong, all later stations agree with the second one, but not with the first.
     """
-    sight = local_scans_of(estimate)[0]
+    scan = local_scans_of(estimate)[0]
     others = LandmarkMap.of([each for each in estimate.features if each.llr_by_station[1:].max(initial=0.0) > 0.0])
     back = invert(compose(invert(estimate.measured_poses[0]), estimate.measured_poses[1]))
     way, sigmas = float(np.hypot(back[0], back[1])), 1.3 * priors.reaches[1]
     # A yaw error of the second pose rotates the step back to the first: it is searched in intervals, each with the
     # uncertainty that remains within it.
     rest = np.hypot(sigmas, [0.5 * way * _PART * sigmas[2]] * 2 + [0.0]) * [1.0, 1.0, _PART]
-    _, score = locate(sight, others, estimate.poses[0], _HERE, estimate.settings.localisation)
+    _, score = locate(scan, others, estimate.poses[0], _HERE, estimate.settings.localisation)
     found, most = estimate.poses[0], score + _STRONG
     for turn in np.arange(-3.0, 3.0 + _PART, _PART):
         guess = compose(compose(estimate.poses[1], [0.0, 0.0, turn * sigmas[2]]), back)
-        pose, score = locate(sight, others, guess, rest, estimate.settings.localisation)
+        pose, score = locate(scan, others, guess, rest, estimate.settings.localisation)
         if score - 0.5 * turn**2 > most:
             found, most = pose, score - 0.5 * turn**2
     off = compose(invert(estimate.poses[0]), found)

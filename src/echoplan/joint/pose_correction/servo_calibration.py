@@ -94,12 +94,12 @@ def posterior(planes: _Planes, reach: float, settings: OptimiserSettings) -> Flo
 
 def _planes_of(estimate: Estimate) -> _Planes:
     """Fit a plane to each arc; the normal is less certain for an arc that is cut off by the end of a sweep."""
-    measurements, hearing = estimate.recorded, estimate.model.tabulated()
+    measurements, tables = estimate.recorded, estimate.model.tabulated()
     ends = _ends(measurements)
     rows = []
-    for arc, plane in zip(estimate.arcs, arc_planes(estimate.arcs, measurements, hearing), strict=True):
+    for arc, plane in zip(estimate.arcs, arc_planes(estimate.arcs, measurements, tables), strict=True):
         wall = np.array([Kind.WALL, *plane, 0.0])
-        wall = refine(measurements, hearing, wall, arc.pings, _SINGLE_ARC, 4)
+        wall = refine(measurements, tables, wall, arc.pings, _SINGLE_ARC, 4)
         center = np.array([measurements.x[arc.pings].mean(), measurements.y[arc.pings].mean()])
         arm = np.array([measurements.arms_x[arc.pings].mean(), measurements.arms_y[arc.pings].mean()])
         depth = wall[2] - center @ directions(wall[1])

@@ -48,20 +48,20 @@ def _taken_back(
 ) -> tuple[float, FloatArray]:
     """Return the gain [nats] and the poses if all stations from a step on move to where they fit best."""
     poses, settings = estimate.poses, estimate.settings.localisation
-    known, sight = _known(estimate.features, step), _together(sights[step:], poses[step:])
+    known, scan = _known(estimate.features, step), _together(sights[step:], poses[step:])
     guess, sigmas = dead_reckoned(priors.measured_poses, poses, step), settings.slip_inflation * priors.reaches[step]
-    _, here = locate(sight, known, poses[step], _HERE, settings)
-    found, there = locate(sight, known, guess, sigmas, settings)
+    _, here = locate(scan, known, poses[step], _HERE, settings)
+    found, there = locate(scan, known, guess, sigmas, settings)
     return there - here, np.concatenate([poses[:step], compose(compose(found, invert(poses[step])), poses[step:])])
 
 
 def _together(sights: Sequence[LocalScan], poses: FloatArray) -> LocalScan:
     """Return the arcs of several stations in the frame of the first of them."""
     origins, normals = [], []
-    for sight, pose in zip(sights, compose(invert(poses[0]), poses), strict=True):
-        turned = np.exp(1j * pose[2]) * (sight.origins_xy[:, 0] + 1j * sight.origins_xy[:, 1])
+    for scan, pose in zip(sights, compose(invert(poses[0]), poses), strict=True):
+        turned = np.exp(1j * pose[2]) * (scan.origins_xy[:, 0] + 1j * scan.origins_xy[:, 1])
         origins.append(np.column_stack([pose[0] + turned.real, pose[1] + turned.imag]))
-        normals.append(sight.normals + pose[2])
+        normals.append(scan.normals + pose[2])
     return LocalScan(
         np.concatenate(origins),
         np.concatenate(normals),
@@ -78,23 +78,23 @@ def _known(features: Sequence[Hypothesis], step: int) -> LandmarkMap:
 
 def _reaches(priors: PosePrior, settings: LocalisationSettings) -> FloatArray:
     """Return the greatest distance between duplicates due to the error of each step, shape (s,) [m]."""
-    astray: FloatArray = priors.sigmas[:, :2].max(axis=1) + _LEVER * priors.sigmas[:, 2]
-    return settings.search_sigmas * settings.slip_inflation * astray
+    pose_sigma: FloatArray = priors.sigmas[:, :2].max(axis=1) + _LEVER * priors.sigmas[:, 2]
+    return settings.search_sigmas * settings.slip_inflation * pose_sigma
 
 
 def _has_twins(features: Sequence[Hypothesis], step: int, reach: float) -> bool:
     """Return whether a landmark detected mostly before a step resembles one detected mostly after it."""
-    before = [each for each in features if _before(each, step) > _MOSTLY * _said(each)]
-    after = [each for each in features if _before(each, step) < (1.0 - _MOSTLY) * _said(each)]
+    before = [each for each in features if _before(each, step) > _MOSTLY * _landmark_statement(each)]
+    after = [each for each in features if _before(each, step) < (1.0 - _MOSTLY) * _landmark_statement(each)]
     return any(_alike(one, other, reach) for one in before for other in after)
 
 
 def _before(feature: Hypothesis, step: int) -> float:
     """Return the LLR of a landmark from the stations before a step [nats]."""
-    return feature.history.total + float(np.maximum(feature.llr_by_station[:step], 0.0).sum())
+    return feature.history.llr + float(np.maximum(feature.llr_by_station[:step], 0.0).sum())
 
 
-def _said(feature: Hypothesis) -> float:
+def _landmark_statement(feature: Hypothesis) -> float:
     """Return the LLR of a landmark from all stations [nats]."""
     return _before(feature, len(feature.llr_by_station))
 

@@ -73,7 +73,7 @@ class AcceptanceTest:
 
     def penalised_llr(self, hypothesis: Hypothesis) -> float:
         """Return the log-likelihood ratio less the cost of the third parameter of a cylinder [nats]."""
-        return hypothesis.total - (self.settings.radius_cost if hypothesis.kind is Kind.CYLINDER else 0.0)
+        return hypothesis.llr - (self.settings.radius_cost if hypothesis.kind is Kind.CYLINDER else 0.0)
 
     def is_accepted(self, hypothesis: Hypothesis, log_densities: FloatArray) -> bool:
         """Return True if a hypothesis passes all tests, given the log densities of all readings without it.
@@ -109,7 +109,7 @@ class AcceptanceTest:
     def has_single_station(self, hypothesis: Hypothesis) -> bool:
         """Return True if hardly more than one station supports a hypothesis."""
         supporting = hypothesis.supporting(self.settings.min_second_station_llr)
-        return supporting < 2 or hypothesis.total - hypothesis.best <= self.settings.min_llr_without_best_station
+        return supporting < 2 or hypothesis.llr - hypothesis.best_llr <= self.settings.min_llr_without_best_station
 
     def detection_rate(self, hypothesis: Hypothesis, log_densities: FloatArray) -> float:
         """Return the share of pings that detect a landmark, of those of the best station that should."""

@@ -46,9 +46,9 @@ def _probabilities(
     rescored = alternatives_to(likelihood, feature, [each for each in features if each is not feature])
     llrs = dict.fromkeys(FeatureClass, -np.inf)
     # Alternatives have no track history, so that of the landmark does not count either.
-    for each in [replace(feature, total=feature.total - feature.history.total), *rescored]:
+    for each in [replace(feature, llr=feature.llr - feature.history.llr), *rescored]:
         cost = radius_cost if each.kind is Kind.CYLINDER else 0.0
-        llrs[each.type.feature_class] = max(llrs[each.type.feature_class], each.total - cost)
+        llrs[each.type.feature_class] = max(llrs[each.type.feature_class], each.llr - cost)
     scores = np.array([llrs[FeatureClass.WALL], llrs[FeatureClass.CORNER], llrs[FeatureClass.CYLINDER]])
     chances = np.exp(scores - scores.max())
     unmodelled = _unmodelled(feature.supporting(_CLEARLY))
@@ -104,4 +104,4 @@ def _moved(likelihood: PingLikelihood, reflector: FloatArray, pings: IntArray) -
     """Refine a reflector on pings by the annealing schedule."""
     noise = likelihood.noise
     pose_model = [(deviations * noise, max(band, 4 * noise), rounds) for deviations, band, rounds in _COURSE]
-    return approach(likelihood.measurements, likelihood.hearing, reflector, pings, pose_model)
+    return approach(likelihood.measurements, likelihood.tables, reflector, pings, pose_model)

@@ -18,7 +18,7 @@ __all__ = ["with_boxes"]
 def with_boxes(search: Search, features: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Replace cylinders by edges and walls where these explain ray cones better; without ray cones, change nothing."""
     kept = list(features)
-    if search.likelihood.hearing.cone:
+    if search.likelihood.tables.cone:
         for feature in features:
             if feature.kind is Kind.CYLINDER and not feature.is_known:
                 others = [each for each in kept if each is not feature]
@@ -33,7 +33,7 @@ def _instead(search: Search, cylinder: Hypothesis, others: Sequence[Hypothesis])
     """Return the edges and walls that explain more than a cylinder; an empty list if there are none."""
     known = {each.key for each in others}
     found = [each for each in search.more(others, (Kind.EDGE, Kind.WALL)) if each.key not in known]
-    penalised_llr = sum(each.total for each in found) - search.acceptance.settings.min_log_likelihood_ratio * (
+    penalised_llr = sum(each.llr for each in found) - search.acceptance.settings.min_log_likelihood_ratio * (
         len(found) - 1
     )
     return found if found and penalised_llr > search.acceptance.penalised_llr(cylinder) else []

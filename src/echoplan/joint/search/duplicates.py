@@ -36,7 +36,7 @@ def without_duplicates(features: Sequence[Hypothesis], settings: DuplicateSettin
     Two walls are distinct if marginalised stations clearly support both, since the poses of these stations are final.
     """
     kept: list[Hypothesis] = []
-    for feature in sorted(features, key=lambda each: each.total, reverse=True):
+    for feature in sorted(features, key=lambda each: each.llr, reverse=True):
         if not any(_may_be_one(feature, each, settings) for each in kept):
             kept.append(feature)
     return kept

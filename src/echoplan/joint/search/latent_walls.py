@@ -19,7 +19,7 @@ from echoplan.joint.likelihood.double_bounces import ghosts_of_walls
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.image_sources import Extent, Point
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
-from echoplan.joint.likelihood.ping_scores import UNHEARD
+from echoplan.joint.likelihood.ping_scores import NO_ECHO
 from echoplan.preprocessing.measurements import Measurements, select_measurements
 
 __all__ = ["log_densities_over_latent_walls"]
@@ -67,29 +67,29 @@ def log_densities_over_latent_walls(
     """Return the log density of each reading by the latent wall that explains most [log 1/m], shape (n,).
 
     Only readings that ``wall`` newly explains count, and only walls among ``others`` with a greater log-likelihood
-    ratio may form the corner. ``log_densities`` are those of the readings by the others. The result is ``UNHEARD``
+    ratio may form the corner. ``log_densities`` are those of the readings by the others. The result is ``NO_ECHO``
     elsewhere.
     """
     echo_densities, own = (
-        np.full(len(log_densities), UNHEARD),
+        np.full(len(log_densities), NO_ECHO),
         wall.ping_scores.pings[wall.newly_explained(log_densities)],
     )
     if not len(own):
         return echo_densities
     chosen = np.zeros(len(log_densities), dtype=bool)
     chosen[own] = True
-    few, loudest = select_measurements(likelihood.measurements, chosen), _loudest(likelihood, own)
+    few, loudest = select_measurements(likelihood.measurements, chosen), _strongest(likelihood, own)
     most = 0.0
     for known in others:
-        if known.is_wall and known.total > wall.total:
+        if known.is_wall and known.llr > wall.llr:
             pair = known.reflector, known.extent
-            gain, echoes = _best_echoes(few, likelihood.hearing, pair, loudest, log_densities[chosen], likelihood.noise)
+            gain, echoes = _best_echoes(few, likelihood.tables, pair, loudest, log_densities[chosen], likelihood.noise)
             if gain > most:
                 most, echo_densities[chosen] = gain, echoes
     return echo_densities
 
 
-def _loudest(likelihood: PingLikelihood, pings: IntArray) -> _Heard:
+def _strongest(likelihood: PingLikelihood, pings: IntArray) -> _Heard:
     """Return the shortest reading of the station with most of these pings, and its sensor [m].
 
     The strongest echo reads shortest, because of the range walk.
@@ -98,21 +98,21 @@ def _loudest(likelihood: PingLikelihood, pings: IntArray) -> _Heard:
     best = np.argmax(np.bincount(measurements.stations[pings]))
     here = pings[measurements.stations[pings] == best]
     first = here[np.argmin(measurements.readings[here])]
-    reading = float(measurements.readings[first]) * likelihood.hearing.scale
+    reading = float(measurements.readings[first]) * likelihood.tables.scale
     return (float(measurements.x[first]), float(measurements.y[first])), reading
 
 
 @compiled
 def _best_echoes(
-    few: Measurements, hearing: SonarTables, known: _Known, loudest: _Heard, bare: FloatArray, noise: float
+    few: Measurements, tables: SonarTables, known: _Known, loudest: _Heard, bare: FloatArray, noise: float
 ) -> tuple[float, FloatArray]:
     """Return the gain of the best latent wall at a known wall [nats], and its log densities."""
-    corners, llr_by_station = _corners(few, hearing, known, loudest, bare, _COARSE * noise)
-    most, echoes = 0.0, np.full(len(bare), UNHEARD)
+    corners, llr_by_station = _corners(few, tables, known, loudest, bare, _COARSE * noise)
+    most, echoes = 0.0, np.full(len(bare), NO_ECHO)
     for number in np.argsort(-llr_by_station)[:_BEST]:
         if llr_by_station[number] > 0.0:
             corner = Corner(corners[number, 0], corners[number, 1], corners[number, 2])
-            gain, log_densities = _refined(few, hearing, known[0], corner, bare, noise)
+            gain, log_densities = _refined(few, tables, known[0], corner, bare, noise)
             if gain > most:
                 most, echoes = gain, log_densities
     return most, echoes
@@ -120,7 +120,7 @@ def _best_echoes(
 
 @compiled
 def _corners(
-    few: Measurements, hearing: SonarTables, known: _Known, loudest: _Heard, bare: FloatArray, noise: float
+    few: Measurements, tables: SonarTables, known: _Known, loudest: _Heard, bare: FloatArray, noise: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return the corners whose echo is as long as the measured one, and the gain of each [nats].
 
@@ -138,24 +138,24 @@ def _corners(
         beyond = side * (vertex - extent[number % 2])
         if away > depth and -_BEFORE < beyond < _BEYOND:
             corners[number] = vertex, opening, side
-            log_densities = _echoes(few, hearing, wall, Corner(vertex, opening, side), noise)
+            log_densities = _echoes(few, tables, wall, Corner(vertex, opening, side), noise)
             llr_by_station[number] = _gain(few, log_densities, bare)
     return corners, llr_by_station
 
 
 @compiled
 def _refined(
-    few: Measurements, hearing: SonarTables, wall: FloatArray, corner: Corner, bare: FloatArray, noise: float
+    few: Measurements, tables: SonarTables, wall: FloatArray, corner: Corner, bare: FloatArray, noise: float
 ) -> tuple[float, FloatArray]:
     """Refine a corner by a pattern search with halved steps; return its gain [nats] and log densities."""
-    log_densities = _echoes(few, hearing, wall, corner, noise)
+    log_densities = _echoes(few, tables, wall, corner, noise)
     gain, along, turn = _gain(few, log_densities, bare), _ALONG, _TURN
     for _ in range(_HALVINGS):
         middle = corner
         for cell in range(9):
             place, opening = middle.place + (cell // 3 - 1) * along, middle.opening + (cell % 3 - 1) * turn
             tried = Corner(place, opening, middle.side)
-            echo_densities = _echoes(few, hearing, wall, tried, noise)
+            echo_densities = _echoes(few, tables, wall, tried, noise)
             more = _gain(few, echo_densities, bare)
             if more > gain:
                 corner, gain, log_densities = tried, more, echo_densities
@@ -173,7 +173,7 @@ def _gain(few: Measurements, log_densities: FloatArray, bare: FloatArray) -> flo
 
 
 @compiled
-def _echoes(few: Measurements, hearing: SonarTables, wall: FloatArray, corner: Corner, noise: float) -> FloatArray:
+def _echoes(few: Measurements, tables: SonarTables, wall: FloatArray, corner: Corner, noise: float) -> FloatArray:
     """Return the log density of each reading by double bounces over both walls of a corner [log 1/m]."""
     x, y, side = math.cos(wall[1]), math.sin(wall[1]), corner.side
     vertex_x, vertex_y = wall[2] * x - corner.place * y, wall[2] * y + corner.place * x
@@ -181,7 +181,7 @@ def _echoes(few: Measurements, hearing: SonarTables, wall: FloatArray, corner: C
     x, y = math.cos(angle), math.sin(angle)
     other = np.array([float(_WALL), angle, vertex_x * x + vertex_y * y, 0.0])
     place = vertex_y * x - vertex_x * y
-    return ghosts_of_walls(few, hearing, (wall, other), (_ending(corner.place, side), _ending(place, -side)), noise)
+    return ghosts_of_walls(few, tables, (wall, other), (_ending(corner.place, side), _ending(place, -side)), noise)
 
 
 @compiled

@@ -67,7 +67,7 @@ def _on_walls(likelihood: PingLikelihood, cylinder: Hypothesis, others: Sequence
 
     Rays read corners and cylinders alike.
     """
-    if likelihood.hearing.cone:
+    if likelihood.tables.cone:
         return []
     (corner,) = alternatives_to(likelihood, cylinder, others, (Kind.CORNER,))
     point = corner.reflector[1:3]
@@ -116,7 +116,7 @@ def _spared_walls(alternative: Hypothesis, feature: Hypothesis, others: Sequence
 
 def _stronger(wall: Hypothesis, others: Sequence[Hypothesis]) -> list[FloatArray]:
     """Return the lines of the walls with a greater log-likelihood ratio."""
-    return [each.line for each in others if each.is_wall and each.total > wall.total]
+    return [each.line for each in others if each.is_wall and each.llr > wall.llr]
 
 
 def _is_at(wall: Hypothesis, point_xy: FloatArray) -> bool:
@@ -164,7 +164,7 @@ def _explain_more(walls: Sequence[Hypothesis], joining: Hypothesis, accept: floa
 
     A cylinder has three parameters, so two walls in its place cost nothing.
     """
-    gain = sum(each.total for each in walls) - joining.total
+    gain = sum(each.llr for each in walls) - joining.llr
     if joining.kind is Kind.CYLINDER:
         return gain > 0.0
     possible = len(walls) > 1 if joining.is_wall else _are_back_to_back(walls)
@@ -192,7 +192,7 @@ def _walls_instead(
         pings = joining.ping_scores.pings[joining.ping_scores.densities > log_densities[joining.ping_scores.pings]]
         own = pings[measurements.stations[pings] == station]
         start = joining.reflector if joining.is_wall else _touching(joining, measurements.centers[station])
-        wall = likelihood.score(approach(measurements, likelihood.hearing, start, own, pose_model))
+        wall = likelihood.score(approach(measurements, likelihood.tables, start, own, pose_model))
         wall = likelihood.rescored(wall, log_densities, [*others, *walls])
         if acceptance.is_accepted(wall, log_densities):
             walls.append(wall)

@@ -18,7 +18,7 @@ from echoplan.geometry import along, signed_distances
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.multipath import STRETCH
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
-from echoplan.joint.likelihood.ping_scores import UNHEARD
+from echoplan.joint.likelihood.ping_scores import NO_ECHO
 from echoplan.joint.search.acceptance import AcceptanceTest
 from echoplan.joint.search.latent_walls import log_densities_over_latent_walls
 from echoplan.joint.trace import Decision, Reason, record_event
@@ -39,7 +39,7 @@ def without_multipath_walls(
     measurements = likelihood.measurements
     if len(measurements.centers) < _FEWEST:
         return list(features)
-    if likelihood.hearing.cone:
+    if likelihood.tables.cone:
         for each in features:
             if _is_lone_wall(each, acceptance):
                 record_event(Decision.REMOVED, each, reason=Reason.SINGLE_STATION)
@@ -58,7 +58,7 @@ def _without_unheard(
 ) -> list[Hypothesis]:
     """Remove walls, the weakest first, that gain too little beside multipath over a latent wall."""
     kept = list(features)
-    for feature in sorted(features, key=lambda each: each.total):
+    for feature in sorted(features, key=lambda each: each.llr):
         others = [each for each in kept if each is not feature]
         if _is_weak(feature, acceptance) and not _stands_beside_unheard(likelihood, feature, others, acceptance):
             record_event(Decision.REMOVED, feature, reason=Reason.MULTIPATH)
@@ -79,10 +79,10 @@ def _stands_beside_unheard(
     log_densities = likelihood.log_densities(others)
     rescored = likelihood.rescored(wall, log_densities, others)
     echoes = log_densities_over_latent_walls(likelihood, rescored, others, log_densities)
-    if echoes.max() == UNHEARD:
+    if echoes.max() == NO_ECHO:
         return True
     beside = likelihood.rescored(wall, np.maximum(log_densities, echoes), others)
-    return beside.total > acceptance.settings.min_second_station_llr
+    return beside.llr > acceptance.settings.min_second_station_llr
 
 
 def _without_cast(
@@ -106,7 +106,7 @@ def _without_cast(
 
 def _usual(features: Sequence[Hypothesis], shares: Sequence[float]) -> float:
     """Return the median detection rate of walls; 0 without walls."""
-    detected = [share for each, share in zip(features, shares, strict=True) if each.is_wall and each.best > 0.0]
+    detected = [share for each, share in zip(features, shares, strict=True) if each.is_wall and each.best_llr > 0.0]
     return float(np.median(detected)) if detected else 0.0
 
 

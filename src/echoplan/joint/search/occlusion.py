@@ -14,13 +14,13 @@ from echoplan.arrays import BoolArray, FloatArray
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.search.ray_paths import Paths
 
-__all__ = ["Hiding", "hiding"]
+__all__ = ["Occlusion", "hiding"]
 
 # Objects less than this behind a wall may be before it, given the errors of walls and poses [m].
 _BEHIND = 0.05
 
 
-class Hiding(NamedTuple):
+class Occlusion(NamedTuple):
     """Paths through walls: of wall and landmark, the one of the greater log-likelihood ratio exists.
 
     Attributes
@@ -35,12 +35,12 @@ class Hiding(NamedTuple):
     passed: BoolArray
 
 
-def hiding(paths: Paths, features: Sequence[Hypothesis], *, gap: float) -> Hiding:
+def hiding(paths: Paths, features: Sequence[Hypothesis], *, gap: float) -> Occlusion:
     """Return which paths pass through which walls.
 
     A path passes only between two neighbouring detections of the wall that are less than ``gap`` apart [m].
     """
-    totals = np.array([each.total for each in features])
+    totals = np.array([each.llr for each in features])
     hidden = np.zeros(len(paths.owners), dtype=bool)
     passed = np.zeros((len(features), len(paths.owners)), dtype=bool)
     for number, wall in enumerate(features):
@@ -48,10 +48,10 @@ def hiding(paths: Paths, features: Sequence[Hypothesis], *, gap: float) -> Hidin
             pings, places = paths.through(wall.line, behind=_BEHIND)
             feet = np.concatenate([wall.history.feet, paths.feet(number, wall.line)])
             pings = pings[_is_between(feet, places, gap)]
-            is_less = totals[paths.owners[pings]] < wall.total
+            is_less = totals[paths.owners[pings]] < wall.llr
             hidden[pings[is_less]] = True
             passed[number, pings[~is_less]] = True
-    return Hiding(hidden, passed)
+    return Occlusion(hidden, passed)
 
 
 def _is_between(feet: FloatArray, places: FloatArray, gap: float) -> BoolArray:

@@ -11,7 +11,7 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.geometry import directions
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
-from echoplan.joint.likelihood.ping_scores import UNHEARD
+from echoplan.joint.likelihood.ping_scores import NO_ECHO
 from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["Paths", "trace_paths", "unoccluded_stations"]
@@ -144,7 +144,7 @@ def _owners(likelihood: PingLikelihood, features: Sequence[Hypothesis]) -> IntAr
     log_densities = np.stack([likelihood.log_densities_of(each) for each in features])
     best = log_densities.max(axis=0)
     explained = (best > likelihood.floor + _EXPLAINED) & (best > likelihood.multipath_log_densities(features))
-    return np.where(explained & (best > UNHEARD), log_densities.argmax(axis=0), -1)
+    return np.where(explained & (best > NO_ECHO), log_densities.argmax(axis=0), -1)
 
 
 def _turning_points(feature: Hypothesis, starts_xy: FloatArray) -> FloatArray:

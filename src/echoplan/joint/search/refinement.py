@@ -42,7 +42,7 @@ _WALK = 0.05
 
 def approach(
     measurements: Measurements,
-    hearing: SonarTables,
+    tables: SonarTables,
     reflector: FloatArray,
     pings: IntArray,
     schedule: AnnealingSchedule,
@@ -50,14 +50,14 @@ def approach(
     """Refine a landmark, shape (4,), on pings that may be its echoes, by an annealing schedule from coarse to fine."""
     moved = reflector
     for noise, band, rounds in schedule:
-        moved = refine(measurements, hearing, moved, pings, (noise, band), rounds)
+        moved = refine(measurements, tables, moved, pings, (noise, band), rounds)
     return moved
 
 
 @compiled
 def refine(
     measurements: Measurements,
-    hearing: SonarTables,
+    tables: SonarTables,
     reflector: FloatArray,
     pings: IntArray,
     scales: tuple[float, float],
@@ -70,10 +70,10 @@ def refine(
     """
     moved, noise, band = reflector.copy(), scales[0], scales[1]
     free = PARAMETERS[int(reflector[0])]
-    near = _gathered(measurements, hearing, shape_of(moved), pings, band)
+    near = _gathered(measurements, tables, shape_of(moved), pings, band)
     for turn in range(rounds):
         width = band if turn < rounds - 2 else max(0.6 * band, 4.0 * noise)
-        step = _step(measurements, hearing, moved, near, (noise, width))
+        step = _step(measurements, tables, moved, near, (noise, width))
         for axis in range(free):
             moved[1 + axis] += min(max(step[axis], -_LONGEST[axis]), _LONGEST[axis])
         if free == 3:
@@ -84,15 +84,15 @@ def refine(
 
 
 @compiled
-def _gathered(measurements: Measurements, hearing: SonarTables, shape: Shape, pings: IntArray, band: float) -> IntArray:
+def _gathered(measurements: Measurements, tables: SonarTables, shape: Shape, pings: IntArray, band: float) -> IntArray:
     """Return the pings whose readings are near a landmark, with a margin for steps and range walk."""
     near, count = np.empty(len(pings), np.int64), 0
     for ping in pings:
-        sight = echo_geometry(
+        geometry = echo_geometry(
             shape, (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
         )
-        late = measurements.readings[ping] * hearing.scale - sight[0]
-        if sight[1] > COSINE_LIMIT and -band - _WALK < late < band + 2.0 * _WALK:
+        late = measurements.readings[ping] * tables.scale - geometry[0]
+        if geometry[1] > COSINE_LIMIT and -band - _WALK < late < band + 2.0 * _WALK:
             near[count] = ping
             count += 1
     return near[:count].copy()
@@ -101,7 +101,7 @@ def _gathered(measurements: Measurements, hearing: SonarTables, shape: Shape, pi
 @compiled
 def _step(
     measurements: Measurements,
-    hearing: SonarTables,
+    tables: SonarTables,
     reflector: FloatArray,
     pings: IntArray,
     scales: tuple[float, float],
@@ -112,8 +112,8 @@ def _step(
     normal, right = np.zeros((3, 3)), np.zeros(3)
     for ping in pings:
         place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
-        depth, excess = differentiate(hearing, shape, place, jacobian)
-        late = measurements.readings[ping] * hearing.scale - depth - walk_of(hearing, excess)
+        depth, excess = differentiate(tables, shape, place, jacobian)
+        late = measurements.readings[ping] * tables.scale - depth - walk_of(tables, excess)
         if excess < _FAINT or excess == SILENCE or depth < _TINY or abs(late) >= band:
             continue
         weight = measurements.weights[ping] / (1.0 + (0.5 * late / noise) ** 2) ** 2

@@ -111,18 +111,18 @@ class LandmarkMap(NamedTuple):
         )
 
 
-def local_scans(arcs: list[Arc], measurements: Measurements, hearing: SonarTables, pose: FloatArray) -> LocalScan:
+def local_scans(arcs: list[Arc], measurements: Measurements, tables: SonarTables, pose: FloatArray) -> LocalScan:
     """Return the arcs of one sweep as planes in the frame of the robot.
 
     ``pose`` is the one from which ``measurements`` were computed: (x, y, yaw) [m, m, rad].
     """
     if not arcs:
         return LocalScan(np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
-    planes = arc_planes(arcs, measurements, hearing)
+    planes = arc_planes(arcs, measurements, tables)
     normals, depths, origins = np.zeros(len(arcs)), np.zeros(len(arcs)), np.zeros((len(arcs), 2))
     for number, (arc, plane) in enumerate(zip(arcs, planes, strict=True)):
         wall = np.array([Kind.WALL, plane[0], plane[1], 0.0])
-        wall = refine(measurements, hearing, wall, arc.pings, (0.006, 0.03), 4)
+        wall = refine(measurements, tables, wall, arc.pings, (0.006, 0.03), 4)
         origins[number] = measurements.x[arc.pings].mean(), measurements.y[arc.pings].mean()
         normals[number] = wall[1]
         depths[number] = wall[2] - origins[number] @ directions(wall[1])
@@ -132,7 +132,11 @@ def local_scans(arcs: list[Arc], measurements: Measurements, hearing: SonarTable
 
 
 def locate(
-    sight: LocalScan, landmark_map: LandmarkMap, guess: FloatArray, sigmas: FloatArray, settings: LocalisationSettings
+    scan: LocalScan,
+    landmark_map: LandmarkMap,
+    guess: FloatArray,
+    sigmas: FloatArray,
+    settings: LocalisationSettings,
 ) -> tuple[FloatArray, float]:
     """Return the pose (x, y, yaw) [m, m, rad] that matches the arcs best to landmarks, and its log-likelihood [nats].
 
@@ -140,10 +144,10 @@ def locate(
     rad]. Without arcs or landmarks the guess is returned with 0 nats.
     """
     best, score = guess, 0.0
-    if not len(sight.depths) or not len(landmark_map.reflectors):
+    if not len(scan.depths) or not len(landmark_map.reflectors):
         return best, score
     span, steps = settings.search_sigmas * sigmas, np.full(3, settings.steps)
-    turns = math.ceil(span[2] / (2.0 * _are_confirmed(sight, settings)))
+    turns = math.ceil(span[2] / (2.0 * _are_confirmed(scan, settings)))
     steps[2] = max(settings.steps, min(turns, _MOST_TURNS))
     scale, narrowing = np.ones(3), 1.0
     for turn in range(settings.levels + 1):
@@ -151,8 +155,8 @@ def locate(
         poses = compose(np.broadcast_to(best, offsets.shape), offsets)
         tolerances = max(settings.depth_sigma * narrowing, 0.008), max(settings.normal_sigma * narrowing, _LEAST_TURN)
         reach = span * scale
-        likely = _likely(sight, landmark_map, best, (math.hypot(reach[0], reach[1]), reach[2]), tolerances)
-        scores = _scores(sight, landmark_map, poses, likely, tolerances, settings.outlier_likelihood)
+        likely = _likely(scan, landmark_map, best, (math.hypot(reach[0], reach[1]), reach[2]), tolerances)
+        scores = _scores(scan, landmark_map, poses, likely, tolerances, settings.outlier_likelihood)
         scores -= 0.5 * _misfit(poses, guess, sigmas)
         place = int(np.argmax(scores))
         best, score = poses[place], float(scores[place])
@@ -161,14 +165,14 @@ def locate(
     return best, score
 
 
-def best_score(sight: LocalScan, settings: LocalisationSettings) -> float:
+def best_score(scan: LocalScan, settings: LocalisationSettings) -> float:
     """Return the log-likelihood of a perfect match of all arcs in the predicted pose [nats]."""
-    return float(sight.weights.sum()) * math.log1p(1.0 / settings.outlier_likelihood)
+    return float(scan.weights.sum()) * math.log1p(1.0 / settings.outlier_likelihood)
 
 
-def _are_confirmed(sight: LocalScan, settings: LocalisationSettings) -> float:
+def _are_confirmed(scan: LocalScan, settings: LocalisationSettings) -> float:
     """Return the least change of heading that the arcs resolve, by their normals or their positions [rad]."""
-    lever = math.sqrt(float(np.mean(np.sum(sight.origins_xy**2, axis=1))))
+    lever = math.sqrt(float(np.mean(np.sum(scan.origins_xy**2, axis=1))))
     return min(settings.normal_sigma, settings.depth_sigma / max(lever, 1e-6))
 
 
@@ -188,22 +192,22 @@ def _misfit(poses: FloatArray, guess: FloatArray, sigmas: FloatArray) -> FloatAr
 
 @compiled
 def _likely(
-    sight: LocalScan,
+    scan: LocalScan,
     landmark_map: LandmarkMap,
     pose: FloatArray,
     span: tuple[float, float],
     tolerances: tuple[float, float],
 ) -> BoolArray:
     """Return which arcs may belong to which landmarks anywhere within ``span`` of a pose, shape (a, f)."""
-    likely = np.zeros((len(sight.depths), len(landmark_map.reflectors)), np.bool_)
+    likely = np.zeros((len(scan.depths), len(landmark_map.reflectors)), np.bool_)
     for arc in range(len(likely)):
-        x, y = _is_detected_at(sight, arc, (pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2])))
-        astray = span[0] + span[1] * math.hypot(sight.origins_xy[arc, 0], sight.origins_xy[arc, 1])
-        bearing = pose[2] + sight.normals[arc]
+        x, y = _is_detected_at(scan, arc, (pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2])))
+        pose_sigma = span[0] + span[1] * math.hypot(scan.origins_xy[arc, 0], scan.origins_xy[arc, 1])
+        bearing = pose[2] + scan.normals[arc]
         for feature in range(len(landmark_map.reflectors)):
             shape = shape_of(landmark_map.reflectors[feature])
-            extent = landmark_map.extents[feature, 0] - astray, landmark_map.extents[feature, 1] + astray
-            if abs(sight.depths[arc] - _depth(shape, extent, x, y)) < _FAR * tolerances[0] + astray:
+            extent = landmark_map.extents[feature, 0] - pose_sigma, landmark_map.extents[feature, 1] + pose_sigma
+            if abs(scan.depths[arc] - _depth(shape, extent, x, y)) < _FAR * tolerances[0] + pose_sigma:
                 turned = abs(_wrapped(bearing - _direction(shape, x, y)))
                 likely[arc, feature] = shape[0] != _WALL or turned < _FAR * tolerances[1] + span[1]
     return likely
@@ -211,7 +215,7 @@ def _likely(
 
 @compiled
 def _scores(
-    sight: LocalScan,
+    scan: LocalScan,
     landmark_map: LandmarkMap,
     poses: FloatArray,
     likely: BoolArray,
@@ -221,26 +225,26 @@ def _scores(
     """Return the log-likelihood of poses [nats]: each arc belongs to the best of its likely landmarks, or to none."""
     scores, shapes = np.zeros(len(poses)), [shape_of(each) for each in landmark_map.reflectors]
     cosines, sines = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-    for arc in range(len(sight.depths)):
+    for arc in range(len(scan.depths)):
         features = np.flatnonzero(likely[arc])
         for number in range(len(poses) if len(features) else 0):
-            x, y = _is_detected_at(sight, arc, (poses[number, 0], poses[number, 1], cosines[number], sines[number]))
-            bearing, best = poses[number, 2] + sight.normals[arc], 0.0
+            x, y = _is_detected_at(scan, arc, (poses[number, 0], poses[number, 1], cosines[number], sines[number]))
+            bearing, best = poses[number, 2] + scan.normals[arc], 0.0
             for feature in features:
                 extent = landmark_map.extents[feature, 0], landmark_map.extents[feature, 1]
-                deep = (sight.depths[arc] - _depth(shapes[feature], extent, x, y)) / tolerances[0]
+                deep = (scan.depths[arc] - _depth(shapes[feature], extent, x, y)) / tolerances[0]
                 if abs(deep) < _FAR:
                     aside = _wrapped(bearing - _direction(shapes[feature], x, y)) / tolerances[1]
                     best = max(best, landmark_map.weights[feature] * math.exp(-0.5 * (deep * deep + aside * aside)))
-            scores[number] += sight.weights[arc] * math.log1p(best / stray)
+            scores[number] += scan.weights[arc] * math.log1p(best / stray)
     return scores
 
 
 @compiled
-def _is_detected_at(sight: LocalScan, arc: int, pose: tuple[float, float, float, float]) -> tuple[float, float]:
+def _is_detected_at(scan: LocalScan, arc: int, pose: tuple[float, float, float, float]) -> tuple[float, float]:
     """Return the sensor position of an arc [m] if the robot is at a pose (x, y, cosine and sine of yaw)."""
     x, y, cosine, sine = pose
-    ahead, left = sight.origins_xy[arc, 0], sight.origins_xy[arc, 1]
+    ahead, left = scan.origins_xy[arc, 0], scan.origins_xy[arc, 1]
     return x + cosine * ahead - sine * left, y + sine * ahead + cosine * left
 
 

@@ -80,7 +80,7 @@ class Search:
         """Likelihood of the independent pings, with greater weights and noise; computed only to screen proposals."""
         few = select_measurements(self.likelihood.measurements, self._few)
         few = few._replace(weights=few.weights * (len(self._few) / max(len(few.weights), 1)))
-        return PingLikelihood(few, self.likelihood.hearing, max(0.012, 2 * self.likelihood.noise))
+        return PingLikelihood(few, self.likelihood.tables, max(0.012, 2 * self.likelihood.noise))
 
     def run(self, known: Sequence[Hypothesis] = ()) -> list[Hypothesis]:
         """Return the landmarks in the order of acceptance.
@@ -132,7 +132,7 @@ class Search:
             fallen = [(each, refusal) for each, refusal in zip(rescored, refusals, strict=True) if refusal]
             if not fallen:
                 return rescored
-            weakest, refusal = min(fallen, key=lambda each: each[0].total)
+            weakest, refusal = min(fallen, key=lambda each: each[0].llr)
             record_event(Decision.REMOVED, weakest, reason=refusal, threshold=self.settings.min_log_likelihood_ratio)
             kept = [each for each in rescored if each is not weakest]
 
@@ -223,7 +223,7 @@ class Search:
 
     def _moved(self, reflector: FloatArray, pings: IntArray, schedule: AnnealingSchedule) -> FloatArray:
         """Refine a reflector on pings by an annealing schedule."""
-        return approach(self.likelihood.measurements, self.likelihood.hearing, reflector, pings, schedule)
+        return approach(self.likelihood.measurements, self.likelihood.tables, reflector, pings, schedule)
 
     def _seeded(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Propose hypotheses from arcs that are mostly unexplained."""
@@ -237,7 +237,7 @@ class Search:
         arc_measurements = ArcMeasurements(
             stations=stations,
             centers=likelihood.measurements.centers[stations],
-            planes=arc_planes(arcs, likelihood.measurements, likelihood.hearing),
+            planes=arc_planes(arcs, likelihood.measurements, likelihood.tables),
         )
         fresh: BoolArray = np.ones(len(arcs), dtype=bool)
         rows = propose_hypotheses(arc_measurements, fresh, self.settings.candidates)
@@ -254,7 +254,7 @@ class Search:
         moved = [
             self._moved(each.reflector, few, rough)
             for each in rescored[: self.settings.max_candidates]
-            if each.total > 2.0
+            if each.llr > 2.0
         ]
         moved = [
             self._moved(row, free, fine) for row in _apart(np.array(moved).reshape(-1, 4), LANDMARKS[kind].refined_cell)
@@ -263,14 +263,14 @@ class Search:
         if kind is Kind.CORNER:
             edges = [self._moved(np.array([Kind.EDGE, *row[1:]]), free, fine) for row in apart]
             # Only sound returns from a concave corner; rays read its walls.
-            corners = apart[:0] if likelihood.hearing.cone else apart
+            corners = apart[:0] if likelihood.tables.cone else apart
             apart = np.concatenate([corners, np.array(edges).reshape(-1, 4)])
         return [likelihood.score(row) for row in apart]
 
     def _screened(self, rows: FloatArray, log_densities: FloatArray) -> list[Hypothesis]:
         """Score proposals on the independent pings, and sort them from best to worst."""
         rescored = self._rough.score_all([self._rough.score(row) for row in rows], log_densities[self._few], [])
-        return sorted(rescored, key=lambda each: each.total, reverse=True)
+        return sorted(rescored, key=lambda each: each.llr, reverse=True)
 
 
 def _others(features: Sequence[Hypothesis], place: int) -> list[Hypothesis]:
@@ -283,7 +283,7 @@ def _others(features: Sequence[Hypothesis], place: int) -> list[Hypothesis]:
     return [
         each
         for number, each in enumerate(features)
-        if number != place and ((each.total, place) > (feature.total, number) or not _same(each, feature))
+        if number != place and ((each.llr, place) > (feature.llr, number) or not _same(each, feature))
     ]
 
 

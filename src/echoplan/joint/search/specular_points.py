@@ -11,7 +11,7 @@ from echoplan.arrays import BoolArray, FloatArray
 from echoplan.geometry import intersections
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
-from echoplan.joint.likelihood.ping_scores import UNHEARD
+from echoplan.joint.likelihood.ping_scores import NO_ECHO
 
 __all__ = ["CornerEcho", "Echoes", "corner_echoes", "returns_sound"]
 
@@ -118,7 +118,7 @@ def _detected(
     for each in features:
         if each.type.is_surface:
             np.maximum(direct, likelihood.log_densities_of(each), out=direct)
-    least = np.maximum(np.maximum(direct + math.log(5.0), likelihood.floor + math.log(20.0)), UNHEARD)
+    least = np.maximum(np.maximum(direct + math.log(5.0), likelihood.floor + math.log(20.0)), NO_ECHO)
     log_densities_of = {pair: likelihood.pair_log_densities(*(features[each] for each in pair)) for pair in pairs}
     for log_densities in log_densities_of.values():
         np.maximum(least, log_densities, out=least)

@@ -10,7 +10,7 @@ from echoplan.joint.optimisation.optimiser import Features, OptimiserSettings, P
 from echoplan.joint.optimisation.pose_factors import PoseSettings, at_poses, odometry_prior
 from echoplan.joint.optimisation.solution import Solution
 from echoplan.joint.optimisation.values import Values
-from helpers.expectations import NOISE, REACH, ROOM, SONAR, hearing, listening
+from helpers.expectations import NOISE, REACH, ROOM, SONAR, listening, pings_of
 
 # Where the stations of ``listening`` are said to be, and where they are.
 GIVEN = np.array([[-0.9, 0.1, 0.0], [-0.2, -0.5, 0.4], [0.5, 0.3, 1.0], [1.1, -0.3, -2.0]])
@@ -29,7 +29,7 @@ BELIEFS = Priors(
 def corrected(*, wrong: float = 0.0, scale: float = 0.0) -> Solution:
     """Poses and walls from readings of a room, of which some of the last station's are of something else."""
     recorded = listening()
-    readings_of_room = hearing(
+    readings_of_room = pings_of(
         at_poses(recorded, GIVEN, TRUE), ROOM, noise=NOISE, rng=np.random.default_rng(1)
     ).readings
     east = (recorded.stations == 3) & (np.abs(recorded.bearings - 2.0) < np.radians(20)) & np.isfinite(readings_of_room)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from echoplan.arrays import FloatArray
-from echoplan.classical.features import PointFeatures, PointFeatureSettings, features_of_points
+from echoplan.classical.points import PointFeatures, PointFeatureSettings, features_of_points
 from echoplan.errors import InvalidValueError
 from echoplan.geometry import directions
 from echoplan.model import CornerKind

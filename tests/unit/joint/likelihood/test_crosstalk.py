@@ -9,7 +9,7 @@ from echoplan.acoustics.echo_model import EchoModel
 from echoplan.arrays import FloatArray
 from echoplan.joint.likelihood.crosstalk import add_crosstalk, emissions_of
 from echoplan.joint.likelihood.image_sources import Extent
-from echoplan.joint.likelihood.ping_scores import UNHEARD
+from echoplan.joint.likelihood.ping_scores import NO_ECHO
 from echoplan.preprocessing.measurements import Measurements
 from helpers.expectations import NOISE, listening, wall
 from helpers.multipath_log_densities import volleys_over
@@ -25,9 +25,9 @@ def crosstalk_over(
     measurements: Measurements, model: EchoModel, *walls: FloatArray, extents: tuple[Extent, ...] = ()
 ) -> FloatArray:
     """Return the log densities of the pings by crosstalk over walls."""
-    hearing, reaches = model.tabulated(), extents or (ENDLESS, ENDLESS)
+    pings_of, reaches = model.tabulated(), extents or (ENDLESS, ENDLESS)
     pair, ends = (walls[0], walls[-1]), (reaches[0], reaches[-1])
-    return volleys_over((measurements, hearing, emissions_of(measurements, hearing)), pair, ends, NOISE)
+    return volleys_over((measurements, pings_of, emissions_of(measurements, pings_of)), pair, ends, NOISE)
 
 
 def detected(measurements: Measurements, *walls: FloatArray, extents: tuple[Extent, ...] = ()) -> FloatArray:
@@ -68,7 +68,7 @@ def test_crosstalk_over_two_walls_has_the_shortest_path(
 def test_crosstalk_of_an_opposite_sensor_comes_over_two_parallel_walls() -> None:
     measurements = one_ping((0.3, 0.0), 0.0, mate=(0.3, 0.0), mate_bearing=np.pi)
     assert likeliest(measurements, detected(measurements, wall(np.pi, 1.0), EAST)) == pytest.approx(2.0, abs=1e-4)
-    assert (detected(measurements, EAST, wall(np.pi, 1.0)) == UNHEARD).all()
+    assert (detected(measurements, EAST, wall(np.pi, 1.0)) == NO_ECHO).all()
 
 
 def test_crosstalk_of_the_previous_firing_reads_short_by_its_travel_time() -> None:
@@ -85,7 +85,7 @@ def test_crosstalk_of_the_previous_firing_depends_on_the_speed_of_sound() -> Non
 
 def test_without_other_bursts_there_is_no_crosstalk() -> None:
     for walls in ((EAST,), (EAST, OBLIQUE)):
-        assert (detected(one_ping((0.0, 0.0), 0.2), *walls) == UNHEARD).all()
+        assert (detected(one_ping((0.0, 0.0), 0.2), *walls) == NO_ECHO).all()
 
 
 def test_crosstalk_is_reflected_within_the_extent_of_the_wall() -> None:
@@ -93,7 +93,7 @@ def test_crosstalk_is_reflected_within_the_extent_of_the_wall() -> None:
     measurements = one_ping((0.0, 0.0), 0.2, mate=(0.0, 0.6), mate_bearing=0.0)
     inside, outside = (detected(measurements, EAST, extents=(extent,)) for extent in ((0.29, 0.31), (0.31, 0.9)))
     assert inside.max() > 0.0
-    assert (outside == UNHEARD).all()
+    assert (outside == NO_ECHO).all()
 
 
 @pytest.mark.parametrize("hidden", [0, 1])
@@ -103,13 +103,13 @@ def test_crosstalk_over_two_walls_needs_both_reflection_points(hidden: int) -> N
     around = [(each - 0.05, each + 0.05) for each in strikes]
     assert detected(measurements, EAST, OBLIQUE, extents=tuple(around)).max() > 0.0
     around[hidden] = (strikes[hidden] + 0.1, strikes[hidden] + 0.2)
-    assert (detected(measurements, EAST, OBLIQUE, extents=tuple(around)) == UNHEARD).all()
+    assert (detected(measurements, EAST, OBLIQUE, extents=tuple(around)) == NO_ECHO).all()
 
 
 @pytest.mark.parametrize(("place", "mate"), [((0.0, 0.0), (1.5, 0.0)), ((1.5, 0.0), (0.0, 0.0))])
 def test_crosstalk_does_not_pass_through_a_wall(place: tuple[float, float], mate: tuple[float, float]) -> None:
     measurements = one_ping(place, 0.0, mate=mate)
-    assert (detected(measurements, EAST) == UNHEARD).all()
+    assert (detected(measurements, EAST) == NO_ECHO).all()
 
 
 def test_a_sensor_that_points_away_causes_less_crosstalk() -> None:
@@ -146,7 +146,7 @@ def test_restricting_crosstalk_to_possible_sources_loses_nothing() -> None:
         here, there = (
             volleys_over((heard_, told, each), walls, (ENDLESS, ENDLESS), 0.02) for each in (emissions, everywhere)
         )
-        assert (here > UNHEARD).sum() > 5
+        assert (here > NO_ECHO).sum() > 5
         assert here.tolist() == there.tolist()
 
 
@@ -160,7 +160,7 @@ def test_adding_crosstalk_keeps_better_explanations() -> None:
     measurements, told = one_ping((0.0, 0.0), 0.2, mate=(0.0, -0.4), mate_bearing=0.1), PLAIN.tabulated()
     emissions, ends = emissions_of(measurements, told), (ENDLESS, ENDLESS)
     alone = volleys_over((measurements, told, emissions), (EAST, EAST), ends, NOISE)
-    known = np.where(np.arange(len(alone)) % 2, 0.0, UNHEARD)
+    known = np.where(np.arange(len(alone)) % 2, 0.0, NO_ECHO)
     add_crosstalk(log_densities := known.copy(), (measurements, told, emissions), (EAST, EAST), ends, NOISE)
     assert alone.max() > 0.0
     assert log_densities.tolist() == np.maximum(alone, known).tolist()

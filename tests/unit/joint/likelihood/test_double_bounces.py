@@ -10,7 +10,7 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
 from echoplan.joint.likelihood.double_bounces import add_ghosts_of_cylinder, add_ghosts_of_walls, ghosts_of_walls
 from echoplan.joint.likelihood.image_sources import Extent
-from echoplan.joint.likelihood.ping_scores import UNHEARD
+from echoplan.joint.likelihood.ping_scores import NO_ECHO
 from echoplan.preprocessing.measurements import Measurements
 from helpers.expectations import NOISE, SONAR, cylinder, wall
 from helpers.multipath_log_densities import ghosts_of_cylinder
@@ -71,7 +71,7 @@ def test_a_double_echo_takes_the_shortest_path_over_both_walls(place: tuple[floa
 
 def test_a_path_over_two_parallel_walls_returns_from_behind_and_is_not_detected() -> None:
     measurements = one_ping((0.3, 0.0), 0.0)
-    assert (double_echoes(measurements, EAST, wall(np.pi, 1.0)) == UNHEARD).all()
+    assert (double_echoes(measurements, EAST, wall(np.pi, 1.0)) == NO_ECHO).all()
 
 
 @pytest.mark.parametrize("hidden", [0, 1])
@@ -82,25 +82,25 @@ def test_a_double_echo_needs_both_walls_at_its_reflection_points(hidden: int) ->
     around = [strike + np.array([-0.05, 0.05]) for strike in strikes]
     assert double_echoes(measurements, *walls, (around[0], around[1])).max() > 0.0
     beside = [each + (0.2 if number == hidden else 0.0) for number, each in enumerate(around)]
-    assert (double_echoes(measurements, *walls, (beside[0], beside[1])) == UNHEARD).all()
+    assert (double_echoes(measurements, *walls, (beside[0], beside[1])) == NO_ECHO).all()
 
 
 @pytest.mark.parametrize("place", [(1.2, 0.1), (0.2, 0.9)])
 def test_there_is_no_double_echo_from_behind_a_wall(place: tuple[float, float]) -> None:
-    assert (double_echoes(one_ping(place, 0.7), EAST, NORTH) == UNHEARD).all()
+    assert (double_echoes(one_ping(place, 0.7), EAST, NORTH) == NO_ECHO).all()
 
 
 def test_a_double_echo_has_one_and_a_half_times_the_noise_of_an_echo() -> None:
     measurements = one_ping((0.2, 0.1), 0.7188)
     log_densities = double_echoes(measurements, EAST, NORTH)
-    detected = log_densities > UNHEARD
+    detected = log_densities > NO_ECHO
     late = measurements.readings[detected] - np.hypot(0.8, 0.7)
     assert log_densities[detected] - log_densities.max() == pytest.approx(-0.5 * (late / (1.5 * NOISE)) ** 2, abs=1e-3)
     assert np.abs(late).max() == pytest.approx(6 * 1.5 * NOISE, abs=2e-4)
 
 
 def test_multipath_explains_no_missing_echo() -> None:
-    assert double_echoes(one_ping((0.2, 0.1), 0.7), EAST, NORTH)[-1] == UNHEARD
+    assert double_echoes(one_ping((0.2, 0.1), 0.7), EAST, NORTH)[-1] == NO_ECHO
 
 
 def test_a_double_echo_is_attenuated_by_the_beam_on_departure_and_arrival() -> None:
@@ -156,10 +156,10 @@ def test_a_vertex_returns_sound_only_if_both_walls_reach_it_and_from_within() ->
     measurements, (first, second) = one_ping((0.0, 0.0), 0.0), corner(92.0, 1.0)
     # Along the first wall the vertex is at +0.69 m, along the second at -0.69 m.
     reaching, short = (-2.0, 0.8), (-2.0, 0.4)
-    assert double_echoes(measurements, first, second, (reaching, (-0.8, 2.0))).max() > UNHEARD
-    assert double_echoes(measurements, first, second, (short, (-0.8, 2.0))).max() == UNHEARD
+    assert double_echoes(measurements, first, second, (reaching, (-0.8, 2.0))).max() > NO_ECHO
+    assert double_echoes(measurements, first, second, (short, (-0.8, 2.0))).max() == NO_ECHO
     # A convex edge: both walls lead away from the sensor.
-    assert double_echoes(measurements, first, second, ((0.6, 2.0), (-2.0, -0.6))).max() == UNHEARD
+    assert double_echoes(measurements, first, second, ((0.6, 2.0), (-2.0, -0.6))).max() == NO_ECHO
 
 
 @pytest.mark.parametrize(("begin", "is_heard"), [(-0.3, True), (0.3, False)])
@@ -167,7 +167,7 @@ def test_a_vertex_returns_sound_if_a_wall_extends_before_the_other_one(begin: fl
     # The line continues far behind the second wall; before it, it has 1 m, or no more than the extrapolation of a wall.
     measurements, (first, second) = one_ping((0.0, 0.0), 0.0), corner(92.0, 1.0)
     log_densities = double_echoes(measurements, first, second, ((begin, 5.0), (-0.8, 2.0)))
-    assert (log_densities.max() > UNHEARD) == is_heard
+    assert (log_densities.max() > NO_ECHO) == is_heard
 
 
 def test_double_echoes_have_the_range_walk_of_their_signal_excess() -> None:
@@ -234,14 +234,14 @@ def test_the_echo_over_a_wall_and_a_cylinder_has_the_predicted_excess() -> None:
 def test_a_sensor_behind_the_wall_detects_no_echo_over_a_cylinder() -> None:
     measurements = one_ping((1.5, 0.0), 1.5)
     log_densities = ghosts_of_cylinder((measurements, PLAIN.tabulated()), EAST, cylinder(0.5, 1.0, 0.05), NOISE)
-    assert (log_densities == UNHEARD).all()
+    assert (log_densities == NO_ECHO).all()
 
 
 @pytest.mark.parametrize("walls", [(EAST, NORTH), (EAST, OBLIQUE)])
 def test_adding_double_echoes_keeps_better_explanations(walls: tuple[FloatArray, FloatArray]) -> None:
     detected = one_ping((0.2, 0.1), 0.7), PLAIN.tabulated()
     alone = ghosts_of_walls(*detected, walls, (ENDLESS, ENDLESS), NOISE)
-    known = np.where(np.arange(len(alone)) % 2, 0.0, UNHEARD)
+    known = np.where(np.arange(len(alone)) % 2, 0.0, NO_ECHO)
     add_ghosts_of_walls(log_densities := known.copy(), detected, walls, (ENDLESS, ENDLESS), NOISE)
     assert alone.max() > 0.0
     assert log_densities.tolist() == np.maximum(alone, known).tolist()
@@ -250,7 +250,7 @@ def test_adding_double_echoes_keeps_better_explanations(walls: tuple[FloatArray,
 def test_adding_echoes_over_a_cylinder_keeps_better_explanations() -> None:
     detected, post = (one_ping((0.0, 0.0), 1.1), PLAIN.tabulated()), cylinder(0.5, 1.0, 0.05)
     alone = ghosts_of_cylinder(detected, EAST, post, NOISE)
-    known = np.where(np.arange(len(alone)) % 2, 0.0, UNHEARD)
+    known = np.where(np.arange(len(alone)) % 2, 0.0, NO_ECHO)
     add_ghosts_of_cylinder(log_densities := known.copy(), detected, EAST, post, NOISE)
     assert alone.max() > 0.0
     assert log_densities.tolist() == np.maximum(alone, known).tolist()

@@ -7,7 +7,7 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.joint.likelihood.hypothesis_scores import HypothesisScore, Occluders, missed, rescore
 from echoplan.joint.likelihood.ping_scores import PingScores, score_pings
 from echoplan.preprocessing.measurements import Measurements
-from helpers.expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, evidence_for, hearing, listening, wall
+from helpers.expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, evidence_for, listening, pings_of, wall
 
 FLOOR = float(np.log(0.04 / REACH))
 OPEN = Occluders(np.zeros((0, 4)), np.zeros((0, 2)))
@@ -42,35 +42,35 @@ def sums_of(measurements: Measurements, evidence: PingScores, log_densities: Flo
 
 def test_a_landmark_out_of_range_has_no_score(room: Measurements) -> None:
     verdict = score_of(room, wall(0.0, 9.0))
-    assert (verdict.total, verdict.low, verdict.high) == (0.0, 0.0, 0.0)
+    assert (verdict.llr, verdict.low, verdict.high) == (0.0, 0.0, 0.0)
     assert not verdict.llr_by_station.any()
 
 
 def test_real_walls_have_a_high_ratio_and_absent_walls_do_not(room: Measurements) -> None:
-    assert min(score_of(room, each).total for each in ROOM) > 50.0
+    assert min(score_of(room, each).llr for each in ROOM) > 50.0
     for absent in (wall(0.0, 1.5), wall(0.8, 1.2), wall(np.pi / 2, 1.4)):
-        assert score_of(room, absent).total < 5.0
+        assert score_of(room, absent).llr < 5.0
 
 
 def test_the_ratio_is_proportional_to_the_weights() -> None:
-    measurements = hearing(listening(), [EAST])
+    measurements = pings_of(listening(), [EAST])
     halved = measurements._replace(weights=0.5 * measurements.weights)
     assert score_of(halved, EAST).llr_by_station == pytest.approx(0.5 * score_of(measurements, EAST).llr_by_station)
 
 
 def test_the_ratio_of_a_station_is_the_sum_over_its_pings() -> None:
-    measurements = hearing(listening(), [EAST])
+    measurements = pings_of(listening(), [EAST])
     evidence, verdict = evidence_for(measurements, EAST), score_of(measurements, EAST)
     sums = sums_of(measurements, evidence, np.full(len(measurements.readings), FLOOR))
     assert verdict.llr_by_station == pytest.approx(sums)
-    assert verdict.total == pytest.approx(sums.sum())
+    assert verdict.llr == pytest.approx(sums.sum())
 
 
 def test_readings_that_are_explained_give_no_ratio(room: Measurements) -> None:
     evidence = evidence_for(room, EAST)
     log_densities = np.full(len(room.readings), FLOOR)
     log_densities[evidence.pings] = np.maximum(evidence.densities, FLOOR)
-    assert score_of(room, EAST, log_densities=log_densities).total <= 0.0
+    assert score_of(room, EAST, log_densities=log_densities).llr <= 0.0
 
 
 def test_one_station_contributes_no_less_than_minus_twelve_nats() -> None:
@@ -111,7 +111,7 @@ def test_a_detected_wall_is_hardly_missed(room: Measurements) -> None:
 
 def test_a_station_with_mostly_non_detections_does_not_support_a_landmark() -> None:
     post = cylinder(0.2, 1.0, 0.1)
-    measurements = hearing(listening(), [post])
+    measurements = pings_of(listening(), [post])
     complete = score_of(measurements, post).llr_by_station[1]
     own = np.flatnonzero((measurements.stations == 1) & np.isfinite(measurements.readings))
     readings = measurements.readings.copy()
@@ -121,14 +121,14 @@ def test_a_station_with_mostly_non_detections_does_not_support_a_landmark() -> N
 
 
 def test_the_extent_of_a_wall_is_where_it_was_detected() -> None:
-    verdict = score_of(hearing(listening(arm=0.0), [EAST]), EAST)
+    verdict = score_of(pings_of(listening(arm=0.0), [EAST]), EAST)
     assert (verdict.low, verdict.high) == pytest.approx((-0.5, 0.3))
 
 
 def in_a_row(count: int) -> Measurements:
     """Return stations before the east wall, half a metre apart, in random order."""
     places = np.random.default_rng(count).permutation(count)
-    return hearing(listening([(0.5, 0.5 * place) for place in places], arm=0.0), [EAST])
+    return pings_of(listening([(0.5, 0.5 * place) for place in places], arm=0.0), [EAST])
 
 
 def places_of(measurements: Measurements) -> IntArray:
@@ -164,7 +164,7 @@ def test_the_best_run_has_the_greatest_sum_of_all_runs() -> None:
             np.argsort(places_of(muted))
         ]
         runs = [llr_by_station[first:last].sum() for first in range(7) for last in range(first, 7)]
-        assert score_of(muted, EAST, log_densities=log_densities).total == pytest.approx(max(runs))
+        assert score_of(muted, EAST, log_densities=log_densities).llr == pytest.approx(max(runs))
 
 
 SCREEN = Occluders(np.array([wall(0.0, 1.0)]), np.array([[-0.8, -0.2]]))
@@ -175,12 +175,12 @@ POST = Occluders(np.array([cylinder(1.0, -0.5, 0.1)]), np.zeros((1, 2)))
 @pytest.mark.parametrize("reflector", [EAST, cylinder(2.0, -0.5, 0.1)])
 def test_an_occluded_station_does_not_contradict_a_landmark(frame: Occluders, reflector: FloatArray) -> None:
     stations = [(0.0, -0.5), (1.5, -0.45), (1.5, 0.0), (1.4, 0.4)]
-    measurements = without_echoes_at(hearing(listening(stations), [reflector]), 0)
+    measurements = without_echoes_at(pings_of(listening(stations), [reflector]), 0)
     assert score_of(measurements, cylinder(2.0, -0.5, 0.1)).llr_by_station[0] <= 0.0
     free, blocked = score_of(measurements, reflector), score_of(measurements, reflector, frame=frame)
     assert blocked.llr_by_station[0] == 0.0
     assert blocked.llr_by_station[1:] == pytest.approx(free.llr_by_station[1:])
-    assert blocked.total >= free.total
+    assert blocked.llr >= free.llr
 
 
 @pytest.mark.parametrize(
@@ -195,14 +195,14 @@ def test_an_occluded_station_does_not_contradict_a_landmark(frame: Occluders, re
 )
 def test_landmarks_beside_or_behind_the_line_of_sight_do_not_occlude(frame: Occluders) -> None:
     post = cylinder(2.0, -0.5, 0.1)
-    measurements = without_echoes_at(hearing(listening([(0.0, -0.5), (1.5, -0.45), (1.5, 0.0)]), [post]), 0)
+    measurements = without_echoes_at(pings_of(listening([(0.0, -0.5), (1.5, -0.45), (1.5, 0.0)]), [post]), 0)
     free = score_of(measurements, post).llr_by_station
     assert free[0] < -1.0
     assert score_of(measurements, post, frame=frame).llr_by_station == pytest.approx(free)
 
 
 def test_a_wall_behind_a_wall_does_not_occlude_it() -> None:
-    measurements = without_echoes_at(hearing(listening([(0.0, 0.0), (0.5, 0.2), (0.5, 0.4)]), [EAST]), 1)
+    measurements = without_echoes_at(pings_of(listening([(0.0, 0.0), (0.5, 0.2), (0.5, 0.4)]), [EAST]), 1)
     behind = Occluders(np.array([wall(0.0, 2.2)]), np.array([[-2.0, 2.0]]))
     free = score_of(measurements, EAST).llr_by_station
     assert free[1] < -1.0
@@ -211,7 +211,7 @@ def test_a_wall_behind_a_wall_does_not_occlude_it() -> None:
 
 def test_an_occluded_station_may_support_a_landmark() -> None:
     post = cylinder(2.0, -0.5, 0.1)
-    measurements = without_echoes_at(hearing(listening([(0.0, -0.5), (1.5, -0.45), (1.5, 0.0)]), [post]), 2)
+    measurements = without_echoes_at(pings_of(listening([(0.0, -0.5), (1.5, -0.45), (1.5, 0.0)]), [post]), 2)
     assert score_of(measurements, post, frame=SCREEN).llr_by_station[0] == pytest.approx(
         score_of(measurements, post).llr_by_station[0]
     )
@@ -219,10 +219,10 @@ def test_an_occluded_station_may_support_a_landmark() -> None:
 
 def test_short_readings_support_a_landmark_after_scaling() -> None:
     warm = replace(SONAR, range_scale=0.02)
-    measurements = hearing(listening(), [EAST], sonar=warm)
+    measurements = pings_of(listening(), [EAST], sonar=warm)
     log_densities = np.full(len(measurements.readings), FLOOR)
     right, wrong = (
         rescore(measurements, EAST, score_pings(measurements, each.tabulated(), EAST, NOISE), log_densities, OPEN)
         for each in (warm, SONAR)
     )
-    assert right.total > 50.0 > wrong.total
+    assert right.llr > 50.0 > wrong.llr

@@ -13,7 +13,7 @@ from echoplan.joint.likelihood.double_bounces import ghosts_of_walls
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.hypothesis_scores import Occluders, rescore
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
-from echoplan.joint.likelihood.ping_scores import UNHEARD
+from echoplan.joint.likelihood.ping_scores import NO_ECHO
 from helpers.expectations import (
     NOISE,
     REACH,
@@ -22,9 +22,9 @@ from helpers.expectations import (
     corner,
     cylinder,
     feature,
-    hearing,
     likelihood,
     listening,
+    pings_of,
     rescored,
     wall,
 )
@@ -36,7 +36,7 @@ POST = cylinder(0.3, 0.9, 0.1)
 @pytest.fixture(scope="module")
 def room() -> PingLikelihood:
     """Return the likelihood of a room with a post, with a little noise."""
-    measurements = hearing(listening(), [*ROOM, POST], noise=0.001, rng=np.random.default_rng(6))
+    measurements = pings_of(listening(), [*ROOM, POST], noise=0.001, rng=np.random.default_rng(6))
     return likelihood(measurements)
 
 
@@ -84,7 +84,7 @@ def test_hypotheses_differ_by_kind_place_and_extent() -> None:
 
 def test_a_proposed_hypothesis_has_no_ratio_yet(room: PingLikelihood) -> None:
     proposed = room.score(ROOM[0])
-    assert proposed.total == 0.0
+    assert proposed.llr == 0.0
     assert not proposed.llr_by_station.any()
     assert len(proposed.ping_scores.pings) > 0
 
@@ -92,7 +92,7 @@ def test_a_proposed_hypothesis_has_no_ratio_yet(room: PingLikelihood) -> None:
 def test_the_score_is_stored_in_the_hypothesis(room: PingLikelihood, walls: list[Hypothesis]) -> None:
     nothing = Occluders(np.zeros((0, 4)), np.zeros((0, 2)))
     verdict = rescore(room.measurements, ROOM[1], walls[1].ping_scores, bare(room), nothing)
-    assert walls[1].total == verdict.total > 20.0
+    assert walls[1].llr == verdict.llr > 20.0
     assert walls[1].extent == (verdict.low, verdict.high)
     assert walls[1].llr_by_station == pytest.approx(verdict.llr_by_station)
 
@@ -103,13 +103,13 @@ def test_scoring_one_by_one_equals_scoring_together(
     log_densities = room.log_densities([walls[0], post])
     together = room.score_all(walls[1:], log_densities, [walls[0], post])
     single = [room.rescored(each, log_densities, [walls[0], post]) for each in walls[1:]]
-    assert [each.total for each in together] == [each.total for each in single]
+    assert [each.llr for each in together] == [each.llr for each in single]
 
 
 def test_other_landmarks_occlude_the_view() -> None:
     stations = [(0.0, 0.0), (1.5, 0.05), (1.5, 0.5)]
     target = cylinder(2.0, 0.0, 0.1)
-    measurements = hearing(listening(stations), [target])
+    measurements = pings_of(listening(stations), [target])
     deaf = measurements._replace(readings=np.where(measurements.stations == 0, np.inf, measurements.readings))
     room = likelihood(deaf)
     screen = feature(wall(0.0, 1.0), extent=(-0.3, 0.3))
@@ -137,15 +137,15 @@ def test_the_log_density_is_the_maximum_over_associations(
 
 def test_a_duplicate_wall_has_no_ratio(room: PingLikelihood, walls: list[Hypothesis]) -> None:
     again = room.rescored(room.score(ROOM[0]), room.log_densities([walls[0]]), [walls[0]])
-    assert walls[0].total > 20.0
-    assert again.total <= 0.0
+    assert walls[0].llr > 20.0
+    assert again.llr <= 0.0
     near = room.score(ROOM[0] + np.array([0.0, 0.002, 0.001, 0.0]))
-    assert room.rescored(near, room.log_densities([walls[0]]), [walls[0]]).total < 0.1 * walls[0].total
+    assert room.rescored(near, room.log_densities([walls[0]]), [walls[0]]).llr < 0.1 * walls[0].llr
 
 
 def test_without_features_nothing_is_explained(room: PingLikelihood) -> None:
     assert (room.log_densities([]) == room.floor).all()
-    assert (room.multipath_log_densities([]) == UNHEARD).all()
+    assert (room.multipath_log_densities([]) == NO_ECHO).all()
 
 
 def test_a_wall_explains_pings_only_within_its_extent(room: PingLikelihood, walls: list[Hypothesis]) -> None:
@@ -161,8 +161,8 @@ def test_a_wall_explains_pings_only_within_its_extent(room: PingLikelihood, wall
     inside = np.abs(evidence.feet - middle) < 0.2
     log_densities = room.log_densities_of(short)
     assert log_densities[evidence.pings[inside]].tolist() == evidence.densities[inside].tolist()
-    assert (log_densities[evidence.pings[~inside]] == UNHEARD).all()
-    assert (evidence.densities[~inside] > UNHEARD).any()
+    assert (log_densities[evidence.pings[~inside]] == NO_ECHO).all()
+    assert (evidence.densities[~inside] > NO_ECHO).any()
 
 
 def test_a_cylinder_explains_pings_from_everywhere(room: PingLikelihood, post: Hypothesis) -> None:
@@ -171,18 +171,18 @@ def test_a_cylinder_explains_pings_from_everywhere(room: PingLikelihood, post: H
 
 
 def test_multipath_is_that_of_each_pair_of_walls_and_each_cylinder() -> None:
-    room = likelihood(hearing(listening(), [*ROOM, corner(2.0, 1.5)]))
+    room = likelihood(pings_of(listening(), [*ROOM, corner(2.0, 1.5)]))
     # The post is between the robot and a wall, as a sensor detects nothing behind it.
-    told, walls, post = (room.measurements, room.hearing), rescored(room, ROOM), feature(cylinder(-1.2, -0.6, 0.1))
+    told, walls, post = (room.measurements, room.tables), rescored(room, ROOM), feature(cylinder(-1.2, -0.6, 0.1))
     pairs = [room.pair_log_densities(one, other) for one, other in itertools.combinations(walls, 2)]
     posts = [ghosts_of_cylinder(told, each.reflector, post.reflector, NOISE) for each in walls]
     expected = np.max([*pairs, *posts], axis=0)
     assert room.multipath_log_densities([post, *walls]) == pytest.approx(expected)
-    assert all(each.max() > UNHEARD for each in (np.array(pairs), np.array(posts)))
+    assert all(each.max() > NO_ECHO for each in (np.array(pairs), np.array(posts)))
 
 
 def test_multipath_of_a_pair_does_not_depend_on_earlier_pairs() -> None:
-    room = likelihood(hearing(listening(), [*ROOM, corner(2.0, 1.5)]))
+    room = likelihood(pings_of(listening(), [*ROOM, corner(2.0, 1.5)]))
     features = [*rescored(room, ROOM), feature(cylinder(-1.2, -0.6, 0.1))]
     parts = room.multipath.parts(features)
     assert len({part.owners for part in parts}) > 2
@@ -225,7 +225,7 @@ def test_crosstalk_sources_are_computed_again_only_if_they_change(room: PingLike
     walls = rescored(first, ROOM)
     first.multipath_log_densities(walls)
     later = PingLikelihood(heard_.get(what, told), sonars.get(what, sonar).tabulated(), NOISE, before=first)
-    afresh = PingLikelihood(later.measurements, later.hearing, NOISE).multipath_log_densities(walls)
+    afresh = PingLikelihood(later.measurements, later.tables, NOISE).multipath_log_densities(walls)
     with patch.object(multipath, "emissions_of", wraps=emissions_of) as listed:
         assert later.multipath_log_densities(walls).tolist() == afresh.tolist()
     assert listed.call_count == again
@@ -255,7 +255,7 @@ def test_walls_reflect_multipath_up_to_a_near_crossing(
     east, north = feature(ROOM[0], extent=extent), feature(ROOM[1], extent=(-2.5, 0.0))
     # Along the north wall the east wall is crossed at -2 m.
     ends = (reflecting, (-2.9, 0.4))
-    truth = ghosts_of_walls(room.measurements, room.hearing, (ROOM[0], ROOM[1]), ends, NOISE)
+    truth = ghosts_of_walls(room.measurements, room.tables, (ROOM[0], ROOM[1]), ends, NOISE)
     assert room.pair_log_densities(east, north).tolist() == truth.tolist()
 
 
@@ -263,13 +263,13 @@ def test_nearly_parallel_walls_reflect_multipath_a_little_beyond_their_extent(ro
     tilted = wall(np.pi - 0.05, 2.0)
     east, west = feature(ROOM[0], extent=(-0.2, 0.2)), feature(tilted, extent=(-0.3, 0.1))
     ends = ((-0.6, 0.6), (-0.7, 0.5))
-    truth = ghosts_of_walls(room.measurements, room.hearing, (ROOM[0], tilted), ends, NOISE)
+    truth = ghosts_of_walls(room.measurements, room.tables, (ROOM[0], tilted), ends, NOISE)
     assert room.pair_log_densities(east, west).tolist() == truth.tolist()
 
 
 def test_a_corner_gains_little_once_multipath_of_its_walls_explains_it() -> None:
     # In a right angle, the double echo equals that of a point at the crossing.
-    measurements = hearing(listening([(0.1, 0.0), (0.4, 0.0)]), [corner(1.2, 0.9)])
+    measurements = pings_of(listening([(0.1, 0.0), (0.4, 0.0)]), [corner(1.2, 0.9)])
     room = likelihood(measurements)
     east, north = (
         feature(wall(0.0, 1.2), extent=(-0.5, 0.5)),
@@ -277,5 +277,5 @@ def test_a_corner_gains_little_once_multipath_of_its_walls_explains_it() -> None
     )
     alone = room.rescored(room.score(corner(1.2, 0.9)), bare(room), [])
     known = room.rescored(room.score(corner(1.2, 0.9)), room.log_densities([east, north]), [east, north])
-    assert alone.total > 50.0
-    assert known.total < 0.25 * alone.total
+    assert alone.llr > 50.0
+    assert known.llr < 0.25 * alone.llr

@@ -3,7 +3,7 @@ import pytest
 
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray
-from echoplan.joint.likelihood.ping_scores import UNHEARD, PingScores, detection_probability
+from echoplan.joint.likelihood.ping_scores import NO_ECHO, PingScores, detection_probability
 from echoplan.preprocessing.measurements import Measurements
 from helpers.expectations import (
     NOISE,
@@ -15,8 +15,8 @@ from helpers.expectations import (
     edge,
     evidence_for,
     expected,
-    hearing,
     listening,
+    pings_of,
     wall,
 )
 
@@ -43,7 +43,7 @@ def reference_scores(measurements: Measurements, reflector: FloatArray, noise: f
     late, within = measurements.readings - reading, reading < REACH - 4 * scatter
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         normal_log = np.log(chance) - np.log(np.sqrt(2 * np.pi) * scatter) - 0.5 * (late / scatter) ** 2
-        densities = np.where(np.abs(late) < 6 * scatter, normal_log, UNHEARD)
+        densities = np.where(np.abs(late) < 6 * scatter, normal_log, NO_ECHO)
         misses = np.where(within & (late > 4 * scatter), np.log(np.maximum(1 - 0.97 * chance, 0.06)), 0.0)
     columns = (densities, misses, within & (excess > 0), late > -0.03, feet)
     return PingScores(np.flatnonzero(able), *(each[able] for each in columns))
@@ -53,7 +53,7 @@ def reference_scores(measurements: Measurements, reflector: FloatArray, noise: f
     "reflector", [EAST, wall(0.1, 1.6), cylinder(0.4, 1.0, 0.1), corner(2.0, 1.5), edge(0.3, 0.9), wall(2.0, 3.9)]
 )
 def test_ping_scores_agree_with_the_equations(room: Measurements, reflector: FloatArray) -> None:
-    noisy = hearing(listening(), [*ROOM, cylinder(0.4, 1.0, 0.1)], noise=0.006, rng=np.random.default_rng(4))
+    noisy = pings_of(listening(), [*ROOM, cylinder(0.4, 1.0, 0.1)], noise=0.006, rng=np.random.default_rng(4))
     for measurements in (room, noisy):
         for found, truth in zip(
             evidence_for(measurements, reflector), reference_scores(measurements, reflector, NOISE), strict=True
@@ -69,7 +69,7 @@ def test_half_of_the_echoes_at_the_threshold_are_detected() -> None:
 
 
 def test_a_detection_has_the_normal_density_about_the_expected_reading() -> None:
-    measurements = hearing(listening(), [EAST])
+    measurements = pings_of(listening(), [EAST])
     late = measurements._replace(readings=measurements.readings + NOISE)
     exact, shifted = evidence_for(measurements, EAST), evidence_for(late, EAST)
     excess = expected(measurements, EAST)[0][exact.pings]
@@ -87,12 +87,12 @@ def test_a_non_detection_counts_more_with_a_higher_excess_but_is_bounded() -> No
     order = np.argsort(excess)
     assert (np.diff(log_evidence.misses[order]) <= 1e-12).all()
     assert log_evidence.misses.min() == pytest.approx(np.log(0.06))
-    assert (log_evidence.densities == UNHEARD).all()
+    assert (log_evidence.densities == NO_ECHO).all()
 
 
 def scores_of_shifted_readings(shift: float) -> tuple[PingScores, BoolArray]:
     """Return the scores of pings that detect a wall, with shifted readings, and which pings these are."""
-    measurements = hearing(listening(), [EAST])
+    measurements = pings_of(listening(), [EAST])
     log_evidence = evidence_for(measurements._replace(readings=measurements.readings + shift), EAST)
     return log_evidence, np.isfinite(measurements.readings)[log_evidence.pings]
 
@@ -102,21 +102,21 @@ def test_masked_pings_have_no_score(shift: float) -> None:
     log_evidence, detected = scores_of_shifted_readings(shift)
     assert not log_evidence.unmasked[detected].any()
     assert not log_evidence.misses[detected].any()
-    assert (log_evidence.densities[detected] == UNHEARD).all()
+    assert (log_evidence.densities[detected] == NO_ECHO).all()
 
 
 def test_slightly_short_readings_are_neither_detections_nor_masked() -> None:
     log_evidence, detected = scores_of_shifted_readings(-0.0295)
     assert log_evidence.unmasked[detected].all()
     assert not log_evidence.misses[detected].any()
-    assert (log_evidence.densities[detected] == UNHEARD).all()
+    assert (log_evidence.densities[detected] == NO_ECHO).all()
 
 
 def test_longer_readings_are_non_detections() -> None:
     log_evidence, detected = scores_of_shifted_readings(0.2)
     assert log_evidence.unmasked[detected].all()
     assert (log_evidence.misses[detected] < -0.5).all()
-    assert (log_evidence.densities[detected] == UNHEARD).all()
+    assert (log_evidence.densities[detected] == NO_ECHO).all()
 
 
 def test_echoes_above_the_threshold_are_audible(room: Measurements) -> None:
@@ -136,7 +136,7 @@ def test_at_the_range_limit_a_missing_echo_is_no_non_detection(margin: float, co
     ahead = listening([(0.0, 0.0)], arm=0.0)
     late = expected(ahead, wall(0.0, REACH - 0.1))[1].max() - (REACH - 0.1)
     rim = wall(0.0, REACH - late - margin * NOISE)
-    echoes, silence = evidence_for(hearing(ahead, [rim]), rim), evidence_for(ahead, rim)
+    echoes, silence = evidence_for(pings_of(ahead, [rim]), rim), evidence_for(ahead, rim)
     assert echoes.densities.max() > 0.0
     assert bool(silence.misses.any()) == bool(silence.audible.any()) == counts
 

@@ -5,7 +5,7 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
-from echoplan.joint.likelihood.ping_scores import UNHEARD
+from echoplan.joint.likelihood.ping_scores import NO_ECHO
 from echoplan.joint.likelihood.ray_cone_returns import flanks_of
 from helpers.expectations import NOISE, SONAR, cylinder, wall
 from helpers.single_ping import likeliest, one_ping
@@ -22,7 +22,7 @@ def cone_readings(
     """Return the log densities of all readings of one ping from (0.2, 0.1), and the most likely reading."""
     measurements = one_ping((0.2, 0.1), float(np.radians(bearing)))
     log_densities = flanks_of(measurements, HEARING, reflector, extent, NOISE)
-    return log_densities, likeliest(measurements, log_densities) if log_densities.max() > UNHEARD else np.inf
+    return log_densities, likeliest(measurements, log_densities) if log_densities.max() > NO_ECHO else np.inf
 
 
 @pytest.mark.parametrize("bearing", [25.0, 40.0, 60.0, -50.0])
@@ -58,4 +58,4 @@ def test_the_density_of_cone_readings_integrates_to_one() -> None:
 
 
 def test_cone_readings_explain_no_missing_echo() -> None:
-    assert cone_readings(40.0, EAST)[0][-1] == UNHEARD
+    assert cone_readings(40.0, EAST)[0][-1] == NO_ECHO

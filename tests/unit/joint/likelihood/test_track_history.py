@@ -8,14 +8,14 @@ import pytest
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.likelihood.track_history import NO_HISTORY, TrackHistory
-from helpers.expectations import ROOM, feature, hearing, likelihood, listening, wall
+from helpers.expectations import ROOM, feature, likelihood, listening, pings_of, wall
 
 EAST = wall(0.0, 2.0)
 
 
 @pytest.fixture(scope="module")
 def room() -> PingLikelihood:
-    return likelihood(hearing(listening(), ROOM))
+    return likelihood(pings_of(listening(), ROOM))
 
 
 def scored_with_history(estimate: PingLikelihood, reflector: np.ndarray, history: TrackHistory) -> Hypothesis:
@@ -31,11 +31,11 @@ def test_a_landmark_without_history_is_new() -> None:
 def test_the_ratio_includes_the_track_history(room: PingLikelihood) -> None:
     alone = scored_with_history(room, EAST, NO_HISTORY)
     known = scored_with_history(
-        room, EAST, TrackHistory(number=1, total=50.0, best=30.0, supporting=2, extent=(-0.5, 0.5))
+        room, EAST, TrackHistory(number=1, llr=50.0, best_llr=30.0, supporting=2, extent=(-0.5, 0.5))
     )
     assert known.is_known
-    assert known.total == pytest.approx(alone.total + 50.0)
-    assert known.best == max(alone.best, 30.0)
+    assert known.llr == pytest.approx(alone.llr + 50.0)
+    assert known.best_llr == max(alone.best_llr, 30.0)
     assert known.supporting(5.0) == alone.supporting(5.0) + 2
 
 
@@ -53,11 +53,11 @@ def test_a_wall_out_of_range_keeps_its_extent(room: PingLikelihood) -> None:
 def test_stations_before_the_known_extent_of_a_wall_count() -> None:
     # Two stations do not detect the known part of a wall; two others detect a wall on the same line.
     stations = [(0.0, -2.0), (0.0, -1.5), (0.0, 1.5), (0.0, 2.0)]
-    estimate = likelihood(hearing(listening(stations), [wall(0.0, 2.0)]))
+    estimate = likelihood(pings_of(listening(stations), [wall(0.0, 2.0)]))
     readings = np.where(estimate.measurements.stations < 2, np.inf, estimate.measurements.readings)
     half = likelihood(estimate.measurements._replace(readings=readings))
     fresh = scored_with_history(half, EAST, NO_HISTORY)
     known = scored_with_history(half, EAST, TrackHistory(number=1, extent=(-2.1, -1.4)))
     assert (fresh.llr_by_station[:2] == 0.0).all()
     assert (known.llr_by_station[:2] < -5.0).all()
-    assert known.total < fresh.total
+    assert known.llr < fresh.llr

@@ -23,7 +23,7 @@ from echoplan.joint.optimisation.range_factors import Features
 from echoplan.joint.optimisation.values import Values
 from echoplan.preprocessing.measurements import Measurements
 from echoplan.preprocessing.servo import ServoError, turned_by
-from helpers.expectations import REACH, ROOM, SONAR, cylinder, hearing, listening
+from helpers.expectations import REACH, ROOM, SONAR, cylinder, listening, pings_of
 
 PLACES = ((-0.3, 0.1), (0.2, -0.2))
 EASTWARD = ROOM[:1]
@@ -46,7 +46,7 @@ def at(heading: float) -> FloatArray:
 
 def detected(reflectors: FloatArray, *, believed_heading: float = 0.0) -> Measurements:
     """Return readings of two stations that face east, rounded to centimetres, from poses with another heading."""
-    pings = hearing(listening(PLACES, step=np.radians(2.0)), reflectors)
+    pings = pings_of(listening(PLACES, step=np.radians(2.0)), reflectors)
     rounded = pings._replace(readings=0.01 * np.round(pings.readings / 0.01))
     return at_poses(rounded, at(0.0), at(believed_heading))
 

@@ -31,14 +31,14 @@ from echoplan.sources import find_rig
 SETTINGS = ManhattanSettings()
 
 
-def faces(*degrees: float, total: float = 100.0) -> list[Hypothesis]:
+def faces(*degrees: float, llr: float = 100.0) -> list[Hypothesis]:
     nothing = PingScores(*(np.zeros(0, dtype=kind) for kind in (np.int64, float, float, bool, bool, float)))
     return [
         Hypothesis(
             reflector=np.array([Kind.WALL, np.radians(each), 1.0, 0.0]),
             ping_scores=nothing,
             llr_by_station=np.zeros(1),
-            total=total,
+            llr=llr,
         )
         for each in degrees
     ]
@@ -52,7 +52,7 @@ def test_walls_at_right_angles_have_a_common_direction() -> None:
 
 def test_the_common_direction_is_weighted_by_the_ratios() -> None:
     even = main_direction(faces(0, 90, 184, -86), SETTINGS)
-    strong = main_direction([*faces(0, 90), *faces(184, -86, total=900.0)], SETTINGS)
+    strong = main_direction([*faces(0, 90), *faces(184, -86, llr=900.0)], SETTINGS)
     assert even is not None
     assert strong is not None
     assert np.degrees(even) == pytest.approx(2.0, abs=0.1)
@@ -76,7 +76,7 @@ def test_only_walls_determine_the_common_direction() -> None:
 @pytest.mark.parametrize(("turn", "along_axes"), [(8.0, True), (-95.0, True), (20.0, False)])
 def test_walls_near_the_axes_are_initially_aligned_with_them(turn: float, *, along_axes: bool) -> None:
     applied = roughly_square(
-        [*faces(turn, turn + 90, turn + 180, turn - 90), *faces(turn + 40, total=1.0)],
+        [*faces(turn, turn + 90, turn + 180, turn - 90), *faces(turn + 40, llr=1.0)],
         SETTINGS,
         may_lie_along_axes=True,
     )

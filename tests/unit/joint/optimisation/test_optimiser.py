@@ -22,7 +22,7 @@ from echoplan.joint.optimisation.solution import Solution
 from echoplan.joint.optimisation.values import Values
 from echoplan.preprocessing.measurements import Measurements, select_measurements
 from echoplan.preprocessing.servo import ServoError, apply_servo_latency, turned_by
-from helpers.expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, edge, expected, hearing, listening, wall
+from helpers.expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, edge, expected, listening, pings_of, wall
 
 COLUMN = cylinder(0.2, 0.9, 0.1)
 CORNERS = [corner(x, y) for x in (2.0, -2.0) for y in (1.5, -1.5)]
@@ -65,13 +65,13 @@ def sigmas(found: Solution) -> FloatArray:
 
 def test_walls_and_cylinders_converge_to_their_true_places() -> None:
     truth = [*ROOM, COLUMN]
-    found = solution(hearing(listening(), truth), displaced(truth))
+    found = solution(pings_of(listening(), truth), displaced(truth))
     assert found.reflectors == pytest.approx(np.array(truth), abs=0.0005)
 
 
 def test_the_residuals_of_noisy_readings_have_the_scatter_of_the_noise() -> None:
     truth = [*ROOM, COLUMN]
-    measurements = hearing(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
+    measurements = pings_of(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
     found = solution(measurements, displaced(truth))
     assert found.scatter == pytest.approx(NOISE, rel=0.2)
     assert ((found.owners >= 0) == np.isfinite(measurements.readings)).mean() > 0.99
@@ -81,7 +81,7 @@ def test_the_residuals_of_noisy_readings_have_the_scatter_of_the_noise() -> None
 def test_a_step_never_makes_readings_fit_worse(seed: int) -> None:
     # Four fixed sensors on a straight drive: readings depend on the direction of walls ahead and behind quadratically.
     drive, rng = [(x, -0.5) for x in np.arange(-1.5, 1.46, 0.05)], np.random.default_rng(seed)
-    clean = hearing(listening(drive, step=np.pi / 2, arm=0.1), ROOM)
+    clean = pings_of(listening(drive, step=np.pi / 2, arm=0.1), ROOM)
     readings = 0.003 * np.round((clean.readings + rng.normal(0.0, 0.001, len(clean.readings))) / 0.003)
     start = [wall(0.005, 2.0), ROOM[1], wall(np.pi - 0.005, 2.0), ROOM[3]]
     found = solution(clean._replace(readings=readings), start, priors=PRIORS._replace(noise=0.0015))
@@ -92,7 +92,7 @@ def test_a_step_never_makes_readings_fit_worse(seed: int) -> None:
 def test_range_offset_scale_and_walk_are_estimated() -> None:
     truth = [*ROOM, COLUMN, *CORNERS]
     true = replace(SONAR, range_offset=0.003, walk_gain=1.1 * SONAR.walk_gain, range_scale=0.02)
-    measurements = hearing(listening(), truth, sonar=true, noise=0.001, rng=np.random.default_rng(2))
+    measurements = pings_of(listening(), truth, sonar=true, noise=0.001, rng=np.random.default_rng(2))
     # With a wide prior, the corners determine the range offset.
     found = solution(
         measurements,
@@ -111,7 +111,7 @@ def test_the_sigma_of_the_range_scale_includes_the_walk_exponent(exponent: float
     # The range walk differs by millimetres between near and far walls, as with another speed of sound.
     truth, errors = [*ROOM, COLUMN, *CORNERS], []
     true = replace(SONAR, walk_exponent=exponent)
-    clean, rng = hearing(listening(), truth, sonar=true), np.random.default_rng(5)
+    clean, rng = pings_of(listening(), truth, sonar=true), np.random.default_rng(5)
     for _ in range(12):
         readings = clean.readings + rng.normal(0.0, 0.001, len(clean.readings))
         found = solution(
@@ -126,7 +126,7 @@ def test_the_sigma_of_the_range_scale_includes_the_walk_exponent(exponent: float
 
 
 def test_figure_of_merit_beam_and_walk_shape_are_held() -> None:
-    measurements = hearing(listening(), [*ROOM, COLUMN])
+    measurements = pings_of(listening(), [*ROOM, COLUMN])
     found = solution(measurements, [*ROOM, COLUMN])
     assert (found.model.figure_of_merit, found.model.ka) == (SONAR.figure_of_merit, SONAR.ka)
     assert found.model.walk is SONAR.walk
@@ -135,7 +135,7 @@ def test_figure_of_merit_beam_and_walk_shape_are_held() -> None:
 def test_the_covariance_agrees_with_simulated_errors() -> None:
     truth = [*ROOM, COLUMN]
     silent, squares = listening(step=np.radians(4.0)), []
-    clean = hearing(silent, truth)
+    clean = pings_of(silent, truth)
     rng = np.random.default_rng(3)
     for _ in range(60):
         readings = clean.readings + rng.normal(0.0, NOISE, len(clean.readings))
@@ -149,14 +149,14 @@ def test_the_covariance_agrees_with_simulated_errors() -> None:
 
 
 def test_the_covariance_is_the_inverse_of_the_information() -> None:
-    found = solution(hearing(listening(), ROOM), ROOM)
+    found = solution(pings_of(listening(), ROOM), ROOM)
     assert found.covariance.shape == (found.layout.size,) * 2
     assert found.covariance == pytest.approx(found.covariance.T)
     assert np.linalg.eigvalsh(found.covariance).min() > 0.0
 
 
 def test_twice_the_pings_reduce_sigmas_by_the_square_root_of_two() -> None:
-    coarse, fine = (solution(hearing(listening(step=np.radians(step)), ROOM), ROOM) for step in (8.0, 4.0))
+    coarse, fine = (solution(pings_of(listening(step=np.radians(step)), ROOM), ROOM) for step in (8.0, 4.0))
     ratio = sigmas(coarse)[coarse.layout.feature(1)] / sigmas(fine)[fine.layout.feature(1)]
     assert ratio[0] == pytest.approx(np.sqrt(2.0), rel=0.1)
     assert ratio[1] > 1.0
@@ -165,7 +165,7 @@ def test_twice_the_pings_reduce_sigmas_by_the_square_root_of_two() -> None:
 def test_the_spread_of_the_range_walk_is_not_counted_twice() -> None:
     # The noise describes the scatter of all readings: a spread of the excess shifts weight from weak echoes to strong
     # ones, and does not increase the variance of a typical one.
-    measurements = hearing(listening(), ROOM)
+    measurements = pings_of(listening(), ROOM)
     start = Values(features=features(ROOM, len(measurements.centers)), model=SONAR)
     models = [replace(SONAR, excess_scale=scale) for scale in (0.0, 0.3)]
     rows = [range_factors(measurements, replace(start, model=each), PRIORS, OptimiserSettings()) for each in models]
@@ -175,7 +175,7 @@ def test_the_spread_of_the_range_walk_is_not_counted_twice() -> None:
 
 
 def test_common_errors_of_a_station_do_not_average_out() -> None:
-    measurements = hearing(listening([(0.5, 0.3)]), ROOM[:1])
+    measurements = pings_of(listening([(0.5, 0.3)]), ROOM[:1])
     priors = PRIORS._replace(scale_sigma=1e-6)
     alone = solution(measurements, ROOM[:1], priors=priors)
     together = solution(measurements, ROOM[:1], priors=priors._replace(bias_sigma=0.012))
@@ -184,7 +184,7 @@ def test_common_errors_of_a_station_do_not_average_out() -> None:
 
 
 def test_the_error_of_attenuation_counts_unless_poses_are_absolute() -> None:
-    measurements, measured_poses = hearing(listening([(0.5, 0.3)]), ROOM[:1]), np.array([[0.5, 0.3, 0.0]])
+    measurements, measured_poses = pings_of(listening([(0.5, 0.3)]), ROOM[:1]), np.array([[0.5, 0.3, 0.0]])
     doubtful = features(ROOM[:1], 1)._replace(bias_variances=np.array([[0.012**2]]))
     priors = PRIORS._replace(scale_sigma=1e-6)
     absolute = PosePrior(measured_poses, np.full((1, 3), 1e-6), relative=False)
@@ -254,7 +254,7 @@ def differences(measurements: Measurements, reflector: FloatArray, count: int) -
 def with_latency(latency: float, rates: Sequence[float]) -> Measurements:
     """Return pings in a room with a servo that lags behind its recorded angles."""
     recorded = listening(rates=rates)
-    detected = hearing(apply_servo_latency(recorded, latency), ROOM, noise=0.001, rng=np.random.default_rng(4))
+    detected = pings_of(apply_servo_latency(recorded, latency), ROOM, noise=0.001, rng=np.random.default_rng(4))
     return recorded._replace(readings=detected.readings)
 
 
@@ -292,7 +292,7 @@ def test_without_a_servo_there_is_no_latency() -> None:
 
 
 def test_a_corner_converges_to_the_crossing_of_its_walls() -> None:
-    measurements = hearing(listening(), ROOM)
+    measurements = pings_of(listening(), ROOM)
     found = solution(measurements, [*ROOM, corner(1.98, 1.47)])
     crossing = intersections(found.reflectors[0, 1:3], found.reflectors[1, 1:3])
     assert found.reflectors[4, 1:3] == pytest.approx(crossing, abs=0.0005)
@@ -301,7 +301,7 @@ def test_a_corner_converges_to_the_crossing_of_its_walls() -> None:
 def test_a_detected_corner_constrains_its_walls() -> None:
     # The east wall has no echoes: only those of the corner determine it.
     truth = [*ROOM[1:], *CORNERS[:2]]
-    measurements = hearing(listening(), truth)
+    measurements = pings_of(listening(), truth)
     found = solution(measurements, [wall(0.0, 2.01), *ROOM[1:], *CORNERS[:2]])
     assert found.reflectors[0, 1:3] == pytest.approx([0.0, 2.0], abs=0.002)
     assert not (found.owners == 0).any()
@@ -309,7 +309,7 @@ def test_a_detected_corner_constrains_its_walls() -> None:
 
 @pytest.mark.parametrize("other", [corner(1.9, 1.45), edge(1.98, 1.47), cylinder(1.98, 1.47, 0.12)])
 def test_other_landmarks_near_a_crossing_are_not_moved(other: FloatArray) -> None:
-    found = solution(hearing(listening(), ROOM), [*ROOM, other])
+    found = solution(pings_of(listening(), ROOM), [*ROOM, other])
     assert found.reflectors[4] == pytest.approx(other, abs=1e-6)
 
 
@@ -317,12 +317,12 @@ def test_walls_at_oblique_angles_do_not_constrain_a_corner() -> None:
     slanted = [wall(0.0, 2.0), wall(np.radians(80), 1.5)]
     apex = intersections(slanted[0][1:3], slanted[1][1:3])
     start = corner(*(apex + 0.02))
-    found = solution(hearing(listening(), slanted), [*slanted, start])
+    found = solution(pings_of(listening(), slanted), [*slanted, start])
     assert found.reflectors[2] == pytest.approx(start, abs=1e-6)
 
 
 def test_an_outlier_hardly_changes_the_solution() -> None:
-    measurements = hearing(listening(), ROOM)
+    measurements = pings_of(listening(), ROOM)
     clean = solution(measurements, ROOM)
     readings = measurements.readings.copy()
     outlier = int(np.flatnonzero(clean.owners == 0)[5])
@@ -334,7 +334,7 @@ def test_an_outlier_hardly_changes_the_solution() -> None:
 
 
 def test_a_reading_far_from_all_landmarks_has_no_owner() -> None:
-    measurements = hearing(listening(), ROOM)
+    measurements = pings_of(listening(), ROOM)
     strange = int(np.flatnonzero(np.isfinite(measurements.readings))[0])
     readings = measurements.readings.copy()
     readings[strange] -= 0.2
@@ -344,13 +344,13 @@ def test_a_reading_far_from_all_landmarks_has_no_owner() -> None:
 
 
 def test_a_reading_is_associated_with_the_nearest_landmark() -> None:
-    measurements = hearing(listening(), ROOM[:1])
+    measurements = pings_of(listening(), ROOM[:1])
     found = solution(measurements, [wall(0.0, 2.015), ROOM[0]], max_iterations=1)
     assert set(found.owners[np.isfinite(measurements.readings)]) == {1}
 
 
 def test_only_detecting_stations_constrain_a_landmark() -> None:
-    measurements = hearing(listening(), ROOM[:1])
+    measurements = pings_of(listening(), ROOM[:1])
     known = features(ROOM[:1])
     known = known._replace(attenuations=np.array([[np.inf, np.inf, 0.0, 0.0]]))
     found = optimise(measurements, Values(features=known, model=SONAR), PRIORS, OptimiserSettings())
@@ -358,7 +358,7 @@ def test_only_detecting_stations_constrain_a_landmark() -> None:
 
 
 def test_a_wall_explains_no_reading_beside_its_extent() -> None:
-    measurements = hearing(listening(), ROOM[:1])
+    measurements = pings_of(listening(), ROOM[:1])
     known = features(ROOM[:1])
     known.extents[0] = (0.0, 1.0)
     found = optimise(measurements, Values(features=known, model=SONAR), PRIORS, OptimiserSettings())
@@ -390,7 +390,7 @@ def test_without_associations_the_solution_is_the_prior() -> None:
 
 
 def test_without_landmarks_the_sonar_is_still_estimated() -> None:
-    found = solution(hearing(listening(), ROOM), np.zeros((0, 4)))
+    found = solution(pings_of(listening(), ROOM), np.zeros((0, 4)))
     assert found.reflectors.shape == (0, 4)
     assert found.covariance.shape == (len(SONAR_UNKNOWNS), len(SONAR_UNKNOWNS))
     assert (found.owners == -1).all()
@@ -399,7 +399,7 @@ def test_without_landmarks_the_sonar_is_still_estimated() -> None:
 def test_the_optimiser_does_not_change_its_arguments() -> None:
     known = features(displaced(ROOM))
     before = known.reflectors.copy()
-    optimise(hearing(listening(), ROOM), Values(features=known, model=SONAR), PRIORS, OptimiserSettings())
+    optimise(pings_of(listening(), ROOM), Values(features=known, model=SONAR), PRIORS, OptimiserSettings())
     assert (known.reflectors == before).all()
 
 
@@ -407,7 +407,7 @@ def test_a_wrong_pose_is_corrected_by_the_walls() -> None:
     measured_poses = np.array([[-0.9, 0.1, 0.0], [-0.2, -0.5, 0.4], [0.5, 0.3, 1.0], [1.1, -0.3, -2.0]])
     truth = measured_poses + np.array([[0.0] * 3, [0.0] * 3, [0.0] * 3, [0.012, -0.008, 0.02]])
     recorded = listening()
-    detected = hearing(at_poses(recorded, measured_poses, truth), ROOM)
+    detected = pings_of(at_poses(recorded, measured_poses, truth), ROOM)
     sigmas = np.array([[1e-6] * 3, [1e-6] * 3, [1e-6] * 3, [0.05] * 3])
     priors = PRIORS._replace(poses=PosePrior(measured_poses, sigmas, relative=False))
     start = Values(features=features(ROOM), model=SONAR, poses=measured_poses)
@@ -417,7 +417,7 @@ def test_a_wrong_pose_is_corrected_by_the_walls() -> None:
 
 
 def test_a_converged_solution_is_not_iterated_further() -> None:
-    measurements = hearing(listening(), [*ROOM, COLUMN])
+    measurements = pings_of(listening(), [*ROOM, COLUMN])
     once, often = (solution(measurements, displaced([*ROOM, COLUMN]), max_iterations=rounds) for rounds in (6, 60))
     assert once.newton_decrement < 1e-4
     assert np.array_equal(once.reflectors, often.reflectors)

@@ -16,7 +16,7 @@ from echoplan.joint.optimisation.pose_factors import (
 )
 from echoplan.joint.optimisation.solver import solve
 from echoplan.model import Odometry
-from helpers.expectations import hearing, listening, wall
+from helpers.expectations import listening, pings_of, wall
 
 WAY = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.5], [1.5, 0.8, 1.6], [1.4, 1.9, 3.0]])
 SETTINGS = PoseSettings()
@@ -165,7 +165,7 @@ def test_pings_move_with_the_robot() -> None:
 
 
 def test_moving_there_and_back_changes_nothing() -> None:
-    measurements = hearing(listening(), [wall(0.0, 2.0)])
+    measurements = pings_of(listening(), [wall(0.0, 2.0)])
     given_poses = np.column_stack([measurements.centers, np.zeros(len(measurements.centers))])
     poses = given_poses + np.array([0.1, -0.2, 0.3])
     back = at_poses(at_poses(measurements, given_poses, poses), poses, given_poses)

@@ -16,7 +16,7 @@ from echoplan.joint.optimisation.sonar_model import expected_sonar, half_apertur
 from echoplan.joint.optimisation.values import Values
 from echoplan.joint.settings import EstimateSettings
 from echoplan.sources import find_rig
-from helpers.expectations import NOISE, REACH, ROOM, SONAR, hearing, listening
+from helpers.expectations import NOISE, REACH, ROOM, SONAR, listening, pings_of
 
 RIG = find_rig("rotary-array")
 assert RIG.transducer
@@ -89,7 +89,7 @@ def test_an_invalid_range_walk_is_an_error(table: object, message: str) -> None:
 def solution_of_room(sonar: EchoModel, *, stations: int = 9) -> Solution:
     """Return the solution of a room that a sonar recorded, starting from the default model."""
     places = [(x, y) for x in (-1.2, 0.0, 1.3) for y in (-0.9, 0.1, 0.8)]
-    measurements = hearing(listening(places[:stations]), ROOM, sonar=sonar, noise=0.001, rng=np.random.default_rng(8))
+    measurements = pings_of(listening(places[:stations]), ROOM, sonar=sonar, noise=0.001, rng=np.random.default_rng(8))
     extents = np.tile([-REACH, REACH], (len(ROOM), 1))
     none = np.zeros((len(ROOM), stations))
     features = Features(

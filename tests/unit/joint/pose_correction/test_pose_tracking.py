@@ -121,7 +121,7 @@ def test_a_new_station_is_moved_only_with_strong_evidence(
     stays, original = list[float](), locate
 
     def located(
-        sight: LocalScan,
+        scan: LocalScan,
         landmark_map: LandmarkMap,
         guess: FloatArray,
         sigmas: FloatArray,
@@ -129,7 +129,7 @@ def test_a_new_station_is_moved_only_with_strong_evidence(
     ) -> tuple[FloatArray, float]:
         if stays:
             return np.array([*(WAY[0, :2] + 0.2), WAY[0, 2]]), stays[0] + gain
-        pose, score = original(sight, landmark_map, guess, sigmas, settings)
+        pose, score = original(scan, landmark_map, guess, sigmas, settings)
         # Only the score of the present pose is computed with sigmas of millimetres.
         stays.extend([score] * bool(sigmas[0] < 0.006))
         return pose, score

@@ -12,7 +12,7 @@ from echoplan.joint.pose_correction.servo_calibration import find_servo
 from echoplan.joint.settings import EstimateSettings
 from echoplan.preprocessing.measurements import Measurements, select_measurements
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError, turned_by
-from helpers.expectations import ROOM, cylinder, hearing, listening
+from helpers.expectations import ROOM, cylinder, listening, pings_of
 from helpers.scenes import rig
 
 STATIONS = [(-0.9, -0.6), (0.7, -0.9), (1.0, 0.8), (-0.6, 1.1), (0.2, 0.1)]
@@ -23,7 +23,7 @@ POST = cylinder(1.3, -0.3, 0.1)[None]
 def detected() -> Measurements:
     """Return pings of a sensor that turns from -90 to 90 degrees, with another heading at each station."""
     silent = listening(STATIONS, step=np.radians(2.0), rates=[0.5] * len(STATIONS))
-    pings = hearing(silent, np.concatenate([ROOM, POST]))
+    pings = pings_of(silent, np.concatenate([ROOM, POST]))
     headings = np.radians([0.0, 60.0, 150.0, -110.0, -30.0])[pings.stations]
     angles = np.angle(np.exp(1j * (pings.bearings - headings)))
     return select_measurements(pings._replace(angles=angles), np.abs(angles) < np.pi / 2)

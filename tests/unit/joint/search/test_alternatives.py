@@ -14,9 +14,9 @@ from helpers.expectations import (
     STATIONS,
     corner,
     cylinder,
-    hearing,
     likelihood,
     listening,
+    pings_of,
     rescored,
     wall,
 )
@@ -28,7 +28,7 @@ COST = 2.0
 
 def detected(*truth: FloatArray, stations: int = 4, pings: int = 10_000) -> Measurements:
     """Return pings of landmarks, with at most a number of echoes per station."""
-    measurements = hearing(listening(STATIONS[:stations]), truth, noise=NOISE, rng=np.random.default_rng(1))
+    measurements = pings_of(listening(STATIONS[:stations]), truth, noise=NOISE, rng=np.random.default_rng(1))
     echo = np.isfinite(measurements.readings)
     order = (
         np.cumsum(echo) - np.append(0, np.cumsum(echo))[np.searchsorted(measurements.stations, measurements.stations)]
@@ -107,7 +107,7 @@ def test_a_duplicate_of_a_wall_has_no_certain_class() -> None:
     copy = estimate.rescored(known[4], log_densities, known[:4])
     doubled = class_probabilities(estimate, [*known[:4], copy], radius_cost=COST)
     assert doubled[1].wall > 0.999
-    assert copy.total < 5.0
+    assert copy.llr < 5.0
     assert doubled[4].wall < 0.999
 
 

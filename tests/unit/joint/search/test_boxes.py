@@ -8,7 +8,7 @@ from echoplan.joint.arcs import ArcSettings, find_arcs
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.search.boxes import with_boxes
 from echoplan.joint.search.search import Search, SearchSettings
-from helpers.expectations import NOISE, ROOM, SONAR, cylinder, edge, hearing, likelihood, listening, rescored
+from helpers.expectations import NOISE, ROOM, SONAR, cylinder, edge, likelihood, listening, pings_of, rescored
 
 CONE = 0.26
 SEEING = SONAR.as_ray_cone(CONE)
@@ -21,7 +21,7 @@ COLUMN = cylinder(0.0, 0.0, 0.15)
 def before_and_after(*standing: FloatArray, sonar: EchoModel = SEEING) -> tuple[list[Hypothesis], list[Hypothesis]]:
     """Return the landmarks before and after, starting from a cylinder in the room."""
     silent, rng = listening(STATIONS), np.random.default_rng(1)
-    measurements = hearing(silent, [*ROOM, *standing], sonar=sonar, noise=NOISE, rng=rng)
+    measurements = pings_of(silent, [*ROOM, *standing], sonar=sonar, noise=NOISE, rng=rng)
     estimate = likelihood(measurements, sonar=sonar)
     arcs = find_arcs(measurements, resolution=0.005, settings=ArcSettings())
     search = Search(estimate, arcs, half_aperture=CONE, settings=SearchSettings())

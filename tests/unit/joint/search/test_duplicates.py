@@ -18,17 +18,17 @@ from echoplan.joint.search.duplicates import (
 SETTINGS = DuplicateSettings()
 
 
-def face(degrees: float, offset: float, *, ends: tuple[float, float] = (0.0, 2.0), total: float = 100.0) -> Hypothesis:
-    return feature([Kind.WALL, np.radians(degrees), offset, 0.0], ends=ends, total=total)
+def face(degrees: float, offset: float, *, ends: tuple[float, float] = (0.0, 2.0), llr: float = 100.0) -> Hypothesis:
+    return feature([Kind.WALL, np.radians(degrees), offset, 0.0], ends=ends, llr=llr)
 
 
-def feature(row: list[float], *, ends: tuple[float, float] = (0.0, 0.0), total: float = 100.0) -> Hypothesis:
+def feature(row: list[float], *, ends: tuple[float, float] = (0.0, 0.0), llr: float = 100.0) -> Hypothesis:
     nothing = PingScores(*(np.zeros(0, dtype=kind) for kind in (np.int64, float, float, bool, bool, float)))
     return Hypothesis(
         reflector=np.array(row, dtype=np.float64),
         ping_scores=nothing,
         llr_by_station=np.zeros(1),
-        total=total,
+        llr=llr,
         extent=ends,
     )
 
@@ -75,12 +75,12 @@ def test_walls_cross_where_a_point_is_inside_both() -> None:
 
 
 def test_the_duplicate_with_the_greatest_ratio_is_kept() -> None:
-    weak, strong, other = face(0, 1.0, total=50), face(2, 1.02, total=300), face(90, 1.0, total=80)
+    weak, strong, other = face(0, 1.0, llr=50), face(2, 1.02, llr=300), face(90, 1.0, llr=80)
     assert without_duplicates([weak, strong, other], SETTINGS) == [strong, other]
 
 
 def test_duplicate_pairs_are_all_pairs_that_may_be_one_wall() -> None:
-    wall, near, beyond, far = face(0, 1.0, total=200), face(0, 1.05), face(0, 1.09, total=20), face(90, 1.0)
+    wall, near, beyond, far = face(0, 1.0, llr=200), face(0, 1.05), face(0, 1.09, llr=20), face(90, 1.0)
     assert duplicate_pairs([wall, near, beyond, far], SETTINGS) == [(0, 1), (1, 2)]
     assert near not in without_duplicates([wall, near, beyond, far], SETTINGS)
 
@@ -92,4 +92,4 @@ def test_no_landmarks_have_no_duplicates() -> None:
 def test_walls_known_as_different_are_no_duplicates() -> None:
     one, other = (replace(each, history=TrackHistory(number=0, supporting=2)) for each in (face(0, 1.0), face(0, 1.04)))
     assert without_duplicates([one, other], SETTINGS) == [one, other]
-    assert without_duplicates([one, face(0, 1.04, total=50)], SETTINGS) == [one]
+    assert without_duplicates([one, face(0, 1.04, llr=50)], SETTINGS) == [one]

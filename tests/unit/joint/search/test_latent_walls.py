@@ -3,7 +3,7 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.likelihood.ping_scores import UNHEARD
+from echoplan.joint.likelihood.ping_scores import NO_ECHO
 from echoplan.joint.search.latent_walls import log_densities_over_latent_walls
 from echoplan.joint.search.refinement import approach
 from helpers.expectations import feature, likelihood, listening, returning, wall
@@ -28,7 +28,7 @@ def detected(opening: float, beside: Hypothesis) -> tuple[float, FloatArray]:
     across = approach(measurements, PLAIN.tabulated(), wall(0.9, 1.85), ahead, pose_model)
     log_densities = estimate.log_densities([beside])
     alternative = estimate.rescored(estimate.score(across), log_densities, [beside])
-    return alternative.total, log_densities_over_latent_walls(estimate, alternative, [beside], log_densities)[ahead]
+    return alternative.llr, log_densities_over_latent_walls(estimate, alternative, [beside], log_densities)[ahead]
 
 
 @pytest.mark.parametrize("opening", [65.0, 78.0, 86.0, 90.0, 93.0])
@@ -43,7 +43,7 @@ def test_there_is_no_latent_wall_where_the_known_wall_continues() -> None:
 
 
 def test_there_is_no_latent_wall_on_a_weaker_wall() -> None:
-    assert detected(78.0, north_wall(gain=1.0))[1].max() == UNHEARD
+    assert detected(78.0, north_wall(gain=1.0))[1].max() == NO_ECHO
 
 
 def test_without_detections_there_is_no_latent_wall() -> None:
@@ -51,4 +51,4 @@ def test_without_detections_there_is_no_latent_wall() -> None:
     estimate = likelihood(measurements, sonar=PLAIN)
     log_densities = estimate.log_densities([])
     silent = estimate.rescored(estimate.score(wall(0.8, 1.7)), log_densities, [])
-    assert log_densities_over_latent_walls(estimate, silent, [north_wall()], log_densities).max() == UNHEARD
+    assert log_densities_over_latent_walls(estimate, silent, [north_wall()], log_densities).max() == NO_ECHO

@@ -7,7 +7,7 @@ from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.search.acceptance import AcceptanceSettings, AcceptanceTest
 from echoplan.joint.search.model_moves import reclassified
-from helpers.expectations import NOISE, ROOM, corner, cylinder, hearing, likelihood, listening, rescored, wall
+from helpers.expectations import NOISE, ROOM, corner, cylinder, likelihood, listening, pings_of, rescored, wall
 
 COLUMN = cylinder(0.2, 0.9, 0.25)
 # A wall that touches the cylinder where most stations detect it, which a greedy search may find first.
@@ -16,7 +16,7 @@ TOUCHING = wall(np.pi / 2, 0.66)
 
 def detected(*truth: FloatArray, noise: float) -> PingLikelihood:
     """Return the likelihood of pings of some landmarks."""
-    readings = hearing(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
+    readings = pings_of(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
     return likelihood(readings, noise=noise)
 
 
@@ -29,7 +29,7 @@ def after_selection(estimate: PingLikelihood, *known: FloatArray) -> list[Hypoth
 def test_a_wall_that_touches_a_cylinder_becomes_the_cylinder() -> None:
     # With pose errors readings scatter by centimetres, so that the wall agrees with all stations.
     estimate = detected(*ROOM, COLUMN, noise=0.03)
-    assert rescored(estimate, [*ROOM, TOUCHING])[4].total > 12.0
+    assert rescored(estimate, [*ROOM, TOUCHING])[4].llr > 12.0
     features = after_selection(estimate, *ROOM, TOUCHING)
     assert [each.kind for each in features] == [Kind.WALL] * 4 + [Kind.CYLINDER]
     # All stations are on one side, so they determine its front better than its radius.
@@ -46,7 +46,7 @@ def test_correct_classes_are_kept() -> None:
 def test_a_corner_that_a_wall_explains_better_becomes_a_wall() -> None:
     # From two stations half a metre apart the specular points of the wall differ as much: no corner explains both.
     stations = listening([(0.0, 0.0), (0.0, 0.5)])
-    estimate = likelihood(hearing(stations, [wall(0.0, 2.0)], noise=NOISE, rng=np.random.default_rng(1)))
+    estimate = likelihood(pings_of(stations, [wall(0.0, 2.0)], noise=NOISE, rng=np.random.default_rng(1)))
     (feature,) = after_selection(estimate, corner(2.0, 0.1))
     assert feature.is_wall
     assert feature.line == pytest.approx([0.0, 2.0], abs=0.02)
@@ -63,7 +63,7 @@ def test_a_corner_does_not_become_a_cylinder() -> None:
 def test_a_cylinder_of_two_stations_on_a_wall_becomes_a_corner(across: float, kind: Kind) -> None:
     stations, vertex = listening([(0.0, 0.0), (0.0, 0.5)]), np.array([2.0 - across, 1.4])
     truth = [wall(0.0, 2.0), corner(*vertex)]
-    estimate = likelihood(hearing(stations, truth, noise=NOISE, rng=np.random.default_rng(1)))
+    estimate = likelihood(pings_of(stations, truth, noise=NOISE, rng=np.random.default_rng(1)))
     # As near to both stations as the corner is.
     away = vertex - [0.0, 0.25]
     center = vertex + 0.1 * away / np.hypot(*away)
@@ -76,8 +76,8 @@ def test_a_cylinder_of_two_stations_on_a_wall_becomes_a_corner(across: float, ki
 def test_a_corner_detected_from_both_sides_of_a_thin_wall_becomes_two_walls() -> None:
     left, right = wall(0.0, 0.6), wall(np.pi, -0.6)
     stations = listening([(0.0, 0.0), (-0.4, 0.05), (1.4, 0.02)])
-    estimate = likelihood(hearing(stations, [left, right], noise=NOISE, rng=np.random.default_rng(1)))
-    assert rescored(estimate, [corner(0.6, 0.02)])[0].total > 12.0
+    estimate = likelihood(pings_of(stations, [left, right], noise=NOISE, rng=np.random.default_rng(1)))
+    assert rescored(estimate, [corner(0.6, 0.02)])[0].llr > 12.0
     features = after_selection(estimate, corner(0.6, 0.02))
     assert sorted(each.line.tolist() for each in features) == [
         pytest.approx([0.0, 0.6], abs=0.02),
@@ -97,7 +97,9 @@ def test_a_short_wall_across_the_ends_of_known_walls_becomes_their_corner(known:
     stations = listening([(-0.6, -0.7), (-0.4, -0.5), (-1.5, 1.0)])
     walls = [wall(0.0, 2.0), wall(np.pi / 2, 1.5)]
     rng = np.random.default_rng(3)
-    detected, silent = (hearing(stations, truth, noise=NOISE, rng=rng) for truth in ([*walls, corner(2.0, 1.5)], walls))
+    detected, silent = (
+        pings_of(stations, truth, noise=NOISE, rng=rng) for truth in ([*walls, corner(2.0, 1.5)], walls)
+    )
     estimate = likelihood(
         detected._replace(readings=np.where(stations.stations < 2, detected.readings, silent.readings))
     )
@@ -111,9 +113,9 @@ def test_an_ambiguous_echo_is_a_corner_only_if_known_walls_end_there(known: int,
     stations = listening([(0.4, 0.03), (0.0, -0.03), (-0.5, 0.0)])
     walls = [across(2.0, 0.0, 45.0), across(2.0, 0.0, -45.0)]
     rng = np.random.default_rng(2)
-    estimate = likelihood(hearing(stations, [corner(2.0, 0.0)], noise=NOISE, rng=rng))
-    alone = rescored(estimate, [corner(2.0, 0.0)])[0].total
-    alternative = rescored(estimate, [wall(0.0, 2.0)])[0].total
+    estimate = likelihood(pings_of(stations, [corner(2.0, 0.0)], noise=NOISE, rng=rng))
+    alone = rescored(estimate, [corner(2.0, 0.0)])[0].llr
+    alternative = rescored(estimate, [wall(0.0, 2.0)])[0].llr
     assert alternative < alone < alternative + AcceptanceSettings().min_log_likelihood_ratio
     features = after_selection(estimate, *walls[:known], corner(2.0, 0.0))
     assert features[-1].kind is kind

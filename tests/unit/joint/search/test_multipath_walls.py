@@ -6,7 +6,7 @@ from echoplan.arrays import FloatArray
 from echoplan.joint.search.acceptance import AcceptanceSettings, AcceptanceTest
 from echoplan.joint.search.multipath_walls import without_multipath_walls
 from echoplan.joint.search.refinement import approach
-from helpers.expectations import NOISE, SONAR, feature, hearing, likelihood, listening, rescored, returning, wall
+from helpers.expectations import NOISE, SONAR, feature, likelihood, listening, pings_of, rescored, returning, wall
 from helpers.single_ping import PLAIN
 
 # A passage with a wall across its far end, which only one station detects.
@@ -18,7 +18,7 @@ STATIONS = ((-0.4, 0.1), (0.0, -0.1), (0.5, 0.0))
 def kept_walls(*, span: float, volleys: bool = True, end: float = 2.0) -> list[float]:
     """Return the normal angles of the walls that are kept if one station detects the end over an angle [deg]."""
     silent, rng, beyond = listening(STATIONS), np.random.default_rng(2), wall(0.0, end)
-    sides, far = (hearing(silent, each, noise=NOISE, rng=rng).readings for each in (SIDES, [beyond]))
+    sides, far = (pings_of(silent, each, noise=NOISE, rng=rng).readings for each in (SIDES, [beyond]))
     detected = (silent.stations == 1) & (np.abs(silent.bearings) < np.radians(span / 2))
     measurements = silent._replace(readings=np.minimum(sides, np.where(detected, far, np.inf)))
     if volleys:

@@ -6,12 +6,12 @@ import pytest
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.evaluation import evaluate
 from echoplan.joint.mapper import JointMapper, JointSettings
-from echoplan.joint.search.occlusion import Hiding, hiding
+from echoplan.joint.search.occlusion import Occlusion, hiding
 from echoplan.joint.search.ray_paths import trace_paths
 from echoplan.model import Pillar, Polyline, Route, World
 from echoplan.simulation import Simulation
 from echoplan.sources import find_rig
-from helpers.expectations import corner, cylinder, hearing, likelihood, listening, rescored, wall
+from helpers.expectations import corner, cylinder, likelihood, listening, pings_of, rescored, wall
 
 STEP = np.radians(3.0)
 NORTH = wall(np.pi / 2, 1.0)
@@ -20,17 +20,17 @@ STATIONS = tuple((0.3 * number - 0.9, 0.1) for number in range(7))
 
 
 def hidden_by(
-    beyond: FloatArray, *, door: tuple[float, float] = (0.0, 0.0), total: float = 1000.0, least: float = 40.0
-) -> tuple[Hiding, BoolArray]:
+    beyond: FloatArray, *, door: tuple[float, float] = (0.0, 0.0), llr: float = 1000.0, least: float = 40.0
+) -> tuple[Occlusion, BoolArray]:
     """Return what a wall hides, with a door in it and another landmark beyond, and which pings detect the latter."""
     silent = listening(STATIONS, step=STEP)
-    to_wall = hearing(silent, [NORTH]).readings
+    to_wall = pings_of(silent, [NORTH]).readings
     to_wall = np.where((silent.x > door[0]) & (silent.x < door[1]), np.inf, to_wall)
     aside = np.abs(np.degrees(np.arctan2(silent.uy, silent.ux)) - 90.0) > least
-    to_other = np.where(aside, hearing(silent, [beyond]).readings, np.inf)
+    to_other = np.where(aside, pings_of(silent, [beyond]).readings, np.inf)
     estimate = likelihood(silent._replace(readings=np.where(aside, to_other, to_wall)))
     north, other = rescored(estimate, [NORTH, beyond])
-    features = [replace(north, total=total), replace(other, total=50.0)]
+    features = [replace(north, llr=llr), replace(other, llr=50.0)]
     paths = trace_paths(estimate, features, step=STEP)
     found, own = hiding(paths, features, gap=0.4), paths.owners == 1
     assert own.sum() > 5
@@ -40,10 +40,10 @@ def hidden_by(
 
 
 def share_hidden(
-    beyond: FloatArray, *, door: tuple[float, float] = (0.0, 0.0), total: float = 1000.0, least: float = 40.0
+    beyond: FloatArray, *, door: tuple[float, float] = (0.0, 0.0), llr: float = 1000.0, least: float = 40.0
 ) -> float:
     """Return the share of the pings of the other landmark that are hidden."""
-    found, own = hidden_by(beyond, door=door, total=total, least=least)
+    found, own = hidden_by(beyond, door=door, llr=llr, least=least)
     return float(found.hidden[own].mean())
 
 
@@ -66,7 +66,7 @@ def test_a_landmark_behind_a_door_is_not_hidden() -> None:
 
 
 def test_sound_passes_a_wall_of_a_smaller_ratio() -> None:
-    found, own = hidden_by(cylinder(0.0, 1.5, 0.15), total=40.0)
+    found, own = hidden_by(cylinder(0.0, 1.5, 0.15), llr=40.0)
     assert not found.hidden.any()
     assert found.passed[0, own].mean() > 0.9
 

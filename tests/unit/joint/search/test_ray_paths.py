@@ -12,9 +12,9 @@ from helpers.expectations import (
     STATIONS,
     corner,
     cylinder,
-    hearing,
     likelihood,
     listening,
+    pings_of,
     rescored,
 )
 
@@ -24,7 +24,7 @@ COLUMN = cylinder(0.2, 0.9, 0.1)
 
 def traced() -> Paths:
     """Return the paths in a room with a column."""
-    estimate = likelihood(hearing(listening(step=STEP), [*ROOM, COLUMN]))
+    estimate = likelihood(pings_of(listening(step=STEP), [*ROOM, COLUMN]))
     return trace_paths(estimate, rescored(estimate, [*ROOM, COLUMN]), step=STEP)
 
 
@@ -64,13 +64,13 @@ def test_paths_to_a_cylinder_end_at_its_near_side() -> None:
 
 def test_paths_to_a_corner_end_at_the_corner() -> None:
     vertex = corner(2.0, 1.5)
-    estimate = likelihood(hearing(listening(step=STEP), [vertex]))
+    estimate = likelihood(pings_of(listening(step=STEP), [vertex]))
     paths = trace_paths(estimate, rescored(estimate, [vertex]), step=STEP)
     assert paths.ends_xy[paths.owners == 0] == pytest.approx(np.tile([2.0, 1.5], ((paths.owners == 0).sum(), 1)))
 
 
 def test_every_echo_is_associated_with_its_landmark() -> None:
-    measurements = hearing(listening(step=STEP), [*ROOM, COLUMN])
+    measurements = pings_of(listening(step=STEP), [*ROOM, COLUMN])
     estimate = likelihood(measurements)
     paths = trace_paths(estimate, rescored(estimate, [*ROOM, COLUMN]), step=STEP)
     depths = np.hypot(*(paths.ends_xy - paths.starts_xy).T)
@@ -82,7 +82,7 @@ def test_every_echo_is_associated_with_its_landmark() -> None:
 
 
 def test_unexplained_pings_have_no_owner_and_no_end() -> None:
-    measurements = hearing(listening(step=STEP), ROOM)
+    measurements = pings_of(listening(step=STEP), ROOM)
     readings = measurements.readings.copy()
     strange = int(np.flatnonzero(np.isfinite(readings))[3])
     readings[strange] -= 0.3
@@ -94,7 +94,7 @@ def test_unexplained_pings_have_no_owner_and_no_end() -> None:
 
 
 def test_without_features_nothing_is_explained() -> None:
-    estimate = likelihood(hearing(listening(step=STEP), ROOM))
+    estimate = likelihood(pings_of(listening(step=STEP), ROOM))
     paths = trace_paths(estimate, [], step=STEP)
     assert (paths.owners == -1).all()
     assert not paths.sure.any()
@@ -102,7 +102,7 @@ def test_without_features_nothing_is_explained() -> None:
 
 def test_a_multipath_echo_belongs_to_no_landmark() -> None:
     off = corner(2.004, 1.504)
-    measurements = hearing(listening(step=STEP), [*ROOM[:2], corner(2.0, 1.5)])
+    measurements = pings_of(listening(step=STEP), [*ROOM[:2], corner(2.0, 1.5)])
     estimate = likelihood(measurements)
     alone = trace_paths(estimate, rescored(estimate, [off]), step=STEP)
     beside_walls = trace_paths(estimate, rescored(estimate, [*ROOM[:2], off]), step=STEP)
@@ -114,7 +114,7 @@ def test_a_multipath_echo_belongs_to_no_landmark() -> None:
 
 @pytest.mark.parametrize(("count", "sure"), [(3, False), (4, True)])
 def test_pings_that_span_less_than_twelve_degrees_are_not_certain(count: int, *, sure: bool) -> None:
-    measurements = hearing(listening([STATIONS[0]], step=STEP), ROOM[1:2])
+    measurements = pings_of(listening([STATIONS[0]], step=STEP), ROOM[1:2])
     detected = np.flatnonzero(np.isfinite(measurements.readings))
     others = np.setdiff1d(np.arange(len(measurements.readings)), detected[:count])
     measurements.readings[others] = np.inf
@@ -194,7 +194,7 @@ def visible_from(
 
 def test_a_view_is_free_without_nearer_echoes() -> None:
     post = cylinder(0.2, 0.9, 0.1)
-    measurements = hearing(listening(step=STEP), [post])
+    measurements = pings_of(listening(step=STEP), [post])
     nothing = measurements._replace(readings=np.full(len(measurements.readings), np.inf))
     assert visible_from(post, measurements) == visible_from(post, nothing) == [True] * 4
     nearer = np.where(measurements.stations == 2, 0.2, np.inf)
@@ -202,7 +202,7 @@ def test_a_view_is_free_without_nearer_echoes() -> None:
 
 
 def test_a_wall_is_visible_only_from_stations_before_its_extent() -> None:
-    measurements = hearing(listening(step=STEP), ROOM)
+    measurements = pings_of(listening(step=STEP), ROOM)
     between = STATIONS[0][1], STATIONS[2][1]
     assert visible_from(ROOM[0], measurements) == [True] * 4
     assert visible_from(ROOM[0], measurements, extent=(between[0] - 0.1, between[1] + 0.1)) == [
@@ -215,13 +215,13 @@ def test_a_wall_is_visible_only_from_stations_before_its_extent() -> None:
 
 def test_a_station_before_a_gap_in_a_wall_has_no_view_of_it() -> None:
     # Two stations detect the wall at its ends; the others are before its middle and detect nothing.
-    measurements = hearing(listening([(0.5, y) for y in (-1.0, -0.15, 0.15, 1.0)], step=STEP), ROOM)
+    measurements = pings_of(listening([(0.5, y) for y in (-1.0, -0.15, 0.15, 1.0)], step=STEP), ROOM)
     inner = np.isin(measurements.stations, (1, 2))
     (wide,) = rescored(
         likelihood(measurements._replace(readings=np.where(inner, np.inf, measurements.readings))), ROOM[:1]
     )
     assert unoccluded_stations(wide, measurements, step=STEP).tolist() == [True, False, False, True]
-    near = hearing(listening([(0.5, y) for y in (-0.3, -0.1, 0.1, 0.3)], step=STEP), ROOM)
+    near = pings_of(listening([(0.5, y) for y in (-0.3, -0.1, 0.1, 0.3)], step=STEP), ROOM)
     (narrow,) = rescored(likelihood(near._replace(readings=np.where(inner, np.inf, near.readings))), ROOM[:1])
     assert unoccluded_stations(narrow, near, step=STEP).tolist() == [True] * 4
 

@@ -10,7 +10,7 @@ from echoplan.geometry import compose, directions, wrap
 from echoplan.joint.arcs import ArcSettings, find_arcs
 from echoplan.joint.search import scan_matching
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalisationSettings, LocalScan, local_scans, locate
-from helpers.expectations import REACH, ROOM, SONAR, cylinder, hearing, listening
+from helpers.expectations import REACH, ROOM, SONAR, cylinder, listening, pings_of
 
 COLUMN = cylinder(0.2, 0.9, 0.1)
 SETTINGS = LocalisationSettings()
@@ -40,7 +40,7 @@ def sight_from(pose: FloatArray) -> LocalScan:
 @cache
 def detected() -> LocalScan:
     """Return the arcs of one simulated station at the origin of its own frame."""
-    measurements = hearing(listening([(0.4, -0.3)], step=np.radians(1.0)), [*ROOM, COLUMN])
+    measurements = pings_of(listening([(0.4, -0.3)], step=np.radians(1.0)), [*ROOM, COLUMN])
     arcs = find_arcs(measurements, resolution=0.001, settings=ArcSettings())
     return local_scans(arcs, measurements, SONAR.tabulated(), np.array([0.4, -0.3, 0.0]))
 
@@ -85,8 +85,8 @@ def test_without_arcs_the_predicted_pose_is_kept() -> None:
 
 
 def test_a_single_wall_fixes_distance_and_heading_but_not_the_place_along_it() -> None:
-    sight = sight_from(HERE)
-    only = LocalScan(sight.origins_xy[:1], sight.normals[:1], sight.depths[:1], sight.weights[:1])
+    scan = sight_from(HERE)
+    only = LocalScan(scan.origins_xy[:1], scan.normals[:1], scan.depths[:1], scan.weights[:1])
     guess = compose(HERE, np.array([0.04, 0.04, 0.05]))
     pose, _ = locate(only, LandmarkMap(ROOM[:1], np.ones(1), np.array([[-REACH, REACH]])), guess, SIGMAS, SETTINGS)
     assert pose[0] == pytest.approx(HERE[0], abs=0.01)
@@ -94,11 +94,11 @@ def test_a_single_wall_fixes_distance_and_heading_but_not_the_place_along_it() -
 
 
 def test_outlying_arcs_do_not_move_the_pose() -> None:
-    sight = sight_from(HERE)
+    scan = sight_from(HERE)
     strays = LocalScan(
         np.zeros((8, 2)),
-        np.append(sight.normals, [0.3, -1.2, 2.0]),
-        np.append(sight.depths, [0.7, 0.9, 1.1]),
+        np.append(scan.normals, [0.3, -1.2, 2.0]),
+        np.append(scan.depths, [0.7, 0.9, 1.1]),
         np.ones(8),
     )
     pose, _ = locate(strays, room(COLUMN), compose(HERE, np.array([0.04, -0.04, 0.08])), SIGMAS, SETTINGS)
@@ -113,12 +113,12 @@ def test_arcs_do_not_match_a_wall_far_beyond_its_ends() -> None:
 
 
 def test_arcs_become_planes_about_the_robot() -> None:
-    sight = detected()
-    assert len(sight.depths) == 5
+    scan = detected()
+    assert len(scan.depths) == 5
     for normal, depth in ((0.0, 1.6), (np.pi / 2, 1.8), (np.pi, 2.4), (-np.pi / 2, 1.2)):
-        nearest = int(np.argmin(np.abs(wrap(sight.normals - normal))))
-        assert np.degrees(abs(wrap(sight.normals[nearest] - normal))) < 0.5
-        away = sight.depths[nearest] + float(sight.origins_xy[nearest] @ directions(normal))
+        nearest = int(np.argmin(np.abs(wrap(scan.normals - normal))))
+        assert np.degrees(abs(wrap(scan.normals[nearest] - normal))) < 0.5
+        away = scan.depths[nearest] + float(scan.origins_xy[nearest] @ directions(normal))
         assert away == pytest.approx(depth, abs=0.004)
 
 
@@ -136,22 +136,22 @@ def test_a_sweep_without_arcs_gives_an_empty_scan() -> None:
 
 @pytest.mark.parametrize("seed", range(8))
 def test_restricting_matches_to_likely_landmarks_loses_nothing(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    rng, sight = np.random.default_rng(seed), sight_from(HERE)
+    rng, scan = np.random.default_rng(seed), sight_from(HERE)
     # Arcs of distant origins, as of other stations, and a pose error at the limit of the search.
     origins = np.concatenate([rng.uniform(-1.5, 1.5, (4, 2)), np.zeros((1, 2))])
-    depths = sight.depths - (origins * directions(sight.normals)).sum(axis=1)
-    sight, sigmas = sight._replace(origins_xy=origins, depths=depths), 3.0 * SIGMAS
+    depths = scan.depths - (origins * directions(scan.normals)).sum(axis=1)
+    scan, sigmas = scan._replace(origins_xy=origins, depths=depths), 3.0 * SIGMAS
     guess = compose(HERE, 2.8 * sigmas * rng.choice([-1.0, 1.0], 3))
-    pose, score = locate(sight, room(COLUMN), guess, sigmas, SETTINGS)
+    pose, score = locate(scan, room(COLUMN), guess, sigmas, SETTINGS)
     monkeypatch.setattr(scan_matching, "_likely", lambda *_: np.ones((5, 5), dtype=bool))
-    everywhere, best = locate(sight, room(COLUMN), guess, sigmas, SETTINGS)
+    everywhere, best = locate(scan, room(COLUMN), guess, sigmas, SETTINGS)
     assert pose == pytest.approx(everywhere, abs=1e-12)
     assert score == pytest.approx(best, abs=1e-9)
 
 
 def test_a_sensor_far_from_its_robot_costs_no_more_memory() -> None:
-    sight = sight_from(HERE)
-    far = sight._replace(origins_xy=sight.origins_xy + 1e5)
+    scan = sight_from(HERE)
+    far = scan._replace(origins_xy=scan.origins_xy + 1e5)
     tracemalloc.start()
     try:
         locate(far, room(COLUMN), HERE, SIGMAS, SETTINGS)

@@ -20,9 +20,9 @@ from helpers.expectations import (
     corner,
     cylinder,
     expected,
-    hearing,
     likelihood,
     listening,
+    pings_of,
     wall,
 )
 
@@ -121,8 +121,8 @@ def test_rescoring_keeps_all_landmarks() -> None:
     walls = [each for each in found() if each.is_wall]
     rescored = square().rescored([*walls, *proposed(square(), wall(0.4, 1.2))])
     assert len(rescored) == 5
-    assert min(each.total for each in rescored[:4]) > 100.0
-    assert rescored[4].total <= 0.0
+    assert min(each.llr for each in rescored[:4]) > 100.0
+    assert rescored[4].llr <= 0.0
 
 
 @pytest.mark.parametrize("apart", [0.0, 0.002])
@@ -130,14 +130,14 @@ def test_of_two_coinciding_walls_one_has_nearly_the_whole_ratio(apart: float) ->
     walls = list(found())
     twice = proposed(square(), walls[0].reflector + np.array([0.0, 0.0, apart, 0.0]))
     rescored = square().rescored([*walls, *twice])
-    llr_by_station = sorted(each.total for each in (rescored[0], rescored[-1]))
-    assert llr_by_station[1] > 0.9 * walls[0].total > 90.0
-    assert llr_by_station[0] < 0.1 * walls[0].total
+    llr_by_station = sorted(each.llr for each in (rescored[0], rescored[-1]))
+    assert llr_by_station[1] > 0.9 * walls[0].llr > 90.0
+    assert llr_by_station[0] < 0.1 * walls[0].llr
 
 
 def test_a_cylinder_is_found() -> None:
     truth = [*ROOM, cylinder(0.2, 0.9, 0.1)]
-    measurements = hearing(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
+    measurements = pings_of(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
     features = search_in(measurements).run()
     assert rows(features, Kind.CYLINDER) == pytest.approx(np.array([truth[4]]), abs=0.005)
     assert len(rows(features)) == 4
@@ -147,17 +147,17 @@ def test_a_cylinder_is_found() -> None:
 def test_a_cylinder_that_most_stations_miss_is_rejected_unless_it_was_hidden(reading: float, count: int) -> None:
     post = cylinder(0.2, 0.9, 0.1)
     around = [*STATIONS, (-0.5, 0.6), (0.0, 0.0), (0.8, 0.8)]
-    measurements = hearing(listening(around), [post])
+    measurements = pings_of(listening(around), [post])
     deaf = measurements.stations >= 3
     search = search_in(measurements._replace(readings=np.where(deaf, reading, measurements.readings)))
     (rescored,) = search.rescored(proposed(search, post))
-    assert rescored.total > 100.0
+    assert rescored.llr > 100.0
     assert len(rows(search.tested([rescored]), Kind.CYLINDER)) == count
 
 
 def test_a_corner_is_found() -> None:
     # Only the vertex returns echoes, as if both walls were of foam.
-    measurements = hearing(listening(), [corner(1.6, 1.2)], noise=NOISE, rng=np.random.default_rng(1))
+    measurements = pings_of(listening(), [corner(1.6, 1.2)], noise=NOISE, rng=np.random.default_rng(1))
     features = search_in(measurements).run()
     assert [each.kind for each in features] == [Kind.CORNER]
     assert features[0].reflector[1:3] == pytest.approx([1.6, 1.2], abs=0.003)
@@ -220,7 +220,7 @@ def test_a_wall_detected_in_part_by_two_stations_is_rejected() -> None:
 
 def test_a_wall_detected_by_two_stations_is_accepted() -> None:
     truth = wall(np.pi / 2, 1.2)
-    search = search_in(hearing(listening(APART, step=np.radians(2.0)), [truth]))
+    search = search_in(pings_of(listening(APART, step=np.radians(2.0)), [truth]))
     assert rows(search.run()) == pytest.approx(truth[None], abs=0.002)
 
 
@@ -228,7 +228,7 @@ def test_a_wall_detected_by_two_stations_is_accepted() -> None:
 def test_a_wall_of_two_stations_needs_a_share_of_detections(share: float, count: int) -> None:
     # All but the middle of each arc is masked, so that it neither supports nor contradicts a wall.
     truth = wall(np.pi / 2, 1.2)
-    measurements = hearing(listening(APART, step=np.radians(2.0)), [truth])
+    measurements = pings_of(listening(APART, step=np.radians(2.0)), [truth])
     middle = measurements.uy > np.cos(np.radians(9.0))
     search = search_in(
         measurements._replace(readings=np.where(middle, measurements.readings, 0.3)),
@@ -241,7 +241,7 @@ def test_half_of_the_required_ratio_must_remain_without_the_best_station() -> No
     acceptance = square().acceptance
     assert 2.0 * acceptance.settings.min_llr_without_best_station == acceptance.settings.min_log_likelihood_ratio
     less, more = (
-        replace(found()[0], llr_by_station=np.array([30.0, 5.5, rest]), total=35.5 + rest) for rest in (0.4, 0.6)
+        replace(found()[0], llr_by_station=np.array([30.0, 5.5, rest]), llr=35.5 + rest) for rest in (0.4, 0.6)
     )
     assert acceptance.has_single_station(less)
     assert not acceptance.has_single_station(more)
@@ -249,7 +249,7 @@ def test_half_of_the_required_ratio_must_remain_without_the_best_station() -> No
 
 def test_pings_that_known_landmarks_mask_do_not_count_against_a_wall() -> None:
     truth = wall(np.pi / 2, 1.2)
-    measurements = hearing(listening(APART, step=np.radians(2.0)), [truth])
+    measurements = pings_of(listening(APART, step=np.radians(2.0)), [truth])
     middle = measurements.uy > np.cos(np.radians(9.0))
     search = search_in(
         measurements._replace(readings=np.where(middle, measurements.readings, 0.3)), min_two_station_detection_rate=0.4
@@ -261,13 +261,13 @@ def test_pings_that_known_landmarks_mask_do_not_count_against_a_wall() -> None:
 
 def half_of_a_wall() -> Measurements:
     """Return the pings of one station that detects a wall to the left of its normal only."""
-    measurements = hearing(listening(APART[:1], step=np.radians(2.0)), [wall(np.pi / 2, 1.2)])
+    measurements = pings_of(listening(APART[:1], step=np.radians(2.0)), [wall(np.pi / 2, 1.2)])
     return measurements._replace(readings=np.where(measurements.ux < 0.0, measurements.readings, np.inf))
 
 
 def test_a_wall_of_one_station_must_be_detected_over_the_whole_beam() -> None:
     truth = wall(np.pi / 2, 1.2)
-    whole = search_in(hearing(listening(APART[:1], step=np.radians(2.0)), [truth]))
+    whole = search_in(pings_of(listening(APART[:1], step=np.radians(2.0)), [truth]))
     half = search_in(half_of_a_wall())
     assert rows(whole.tested(proposed(whole, truth)))[:, 2] == pytest.approx([1.2])
     assert half.tested(proposed(half, truth)) == []
@@ -275,7 +275,7 @@ def test_a_wall_of_one_station_must_be_detected_over_the_whole_beam() -> None:
 
 def test_a_cylinder_or_a_corner_of_a_single_station_is_rejected() -> None:
     truth = [cylinder(-0.6, 1.0, 0.1), corner(0.8, -0.9)]
-    search = search_in(hearing(listening(APART[:1], step=np.radians(2.0)), truth))
+    search = search_in(pings_of(listening(APART[:1], step=np.radians(2.0)), truth))
     assert search.tested(proposed(search, *truth)) == []
 
 
@@ -283,7 +283,7 @@ def test_a_cylinder_or_a_corner_of_a_single_station_is_rejected() -> None:
 def test_a_wall_of_one_station_of_a_ring_needs_three_sensors(silent: list[int], count: int) -> None:
     # Two readings always have a common tangent.
     truth = wall(np.pi / 2, 1.2)
-    measurements = hearing(listening(APART[:1], step=np.radians(22.5)), [truth])
+    measurements = pings_of(listening(APART[:1], step=np.radians(22.5)), [truth])
     detected = np.flatnonzero(np.isfinite(measurements.readings))
     assert len(detected) == 3
     search = search_in(select_measurements(measurements, ~kept_of(measurements, detected[silent].tolist())))
@@ -308,7 +308,7 @@ def turned(measurements: Measurements, angle: float) -> Measurements:
 
 def detected_by_first(sensors: int, ring: Measurements, truth: FloatArray) -> Measurements:
     """Return pings of a ring in which only the first few sensors detect a wall."""
-    measurements = hearing(ring, [truth])
+    measurements = pings_of(ring, [truth])
     far = np.flatnonzero(np.isfinite(measurements.readings))[sensors:]
     return select_measurements(measurements, ~kept_of(measurements, far.tolist()))
 
@@ -321,13 +321,13 @@ def kept_of(measurements: Measurements, pings: Sequence[int]) -> BoolArray:
 def test_a_ring_finds_a_wall_from_several_stations() -> None:
     truth = wall(np.pi / 2, 1.2)
     around = [(-0.9, 0.0), (-0.3, 0.2), (0.3, 0.1), (0.9, 0.3)]
-    search = search_in(hearing(listening(around, step=np.radians(22.5)), [truth]))
+    search = search_in(pings_of(listening(around, step=np.radians(22.5)), [truth]))
     assert rows(search.run()) == pytest.approx(truth[None], abs=0.01)
 
 
 def test_three_readings_do_not_support_a_cylinder() -> None:
     stations, post = [(-0.9, 0.0), (0.0, 0.1), (0.9, 0.0)], cylinder(0.0, 1.0, 0.1)
-    measurements = hearing(listening(stations, step=np.radians(22.5)), [post])
+    measurements = pings_of(listening(stations, step=np.radians(22.5)), [post])
     detected = np.flatnonzero(np.isfinite(measurements.readings))
     ahead = [detected[measurements.stations[detected] == k][0] for k in range(3)]
     search = search_in(select_measurements(measurements, np.isin(np.arange(len(measurements.readings)), ahead)))
@@ -353,7 +353,7 @@ def test_without_pings_nothing_is_found() -> None:
 
 @pytest.mark.parametrize(("accept", "count"), [(12.0, 4), (1e6, 0)])
 def test_the_settings_determine_the_acceptance(accept: float, count: int) -> None:
-    measurements = hearing(listening(), ROOM)
+    measurements = pings_of(listening(), ROOM)
     assert len(search_in(measurements, min_log_likelihood_ratio=accept).run()) == count
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from echoplan.joint.search.specular_points import CornerEcho, Echoes, corner_echoes, returns_sound
-from helpers.expectations import ROOM, corner, cylinder, hearing, likelihood, listening, rescored
+from helpers.expectations import ROOM, corner, cylinder, likelihood, listening, pings_of, rescored
 
 STEP = np.radians(3.0)
 ALL = 4
@@ -28,7 +28,7 @@ def test_only_a_right_angled_corner_returns_sound_to_its_source(turn: float, *, 
 
 
 def test_corner_echoes_are_counted_for_the_walls_that_make_the_corner() -> None:
-    estimate = likelihood(hearing(listening(step=STEP), LANDMARKS))
+    estimate = likelihood(pings_of(listening(step=STEP), LANDMARKS))
     known = rescored(estimate, LANDMARKS)
     detected = corner_echoes(estimate, known, ALL)
     assert detected[0, 1].pings > 10
@@ -38,7 +38,7 @@ def test_corner_echoes_are_counted_for_the_walls_that_make_the_corner() -> None:
 
 
 def test_an_undetected_corner_is_missed() -> None:
-    estimate = likelihood(hearing(listening(step=STEP), LANDMARKS))
+    estimate = likelihood(pings_of(listening(step=STEP), LANDMARKS))
     detected = corner_echoes(estimate, rescored(estimate, ROOM), ALL)
     assert detected[0, 1].gain > 0.0
     assert max(detected[pair].gain for pair in ((0, 3), (1, 2), (2, 3))) < -20.0
@@ -48,14 +48,14 @@ def test_an_undetected_corner_is_missed() -> None:
 
 def test_a_corner_out_of_range_is_not_missed() -> None:
     far = listening([(-1.4, -0.8)], step=STEP)
-    estimate = likelihood(hearing(far, ROOM))
+    estimate = likelihood(pings_of(far, ROOM))
     detected = corner_echoes(estimate, rescored(estimate, ROOM), 1)
     assert detected[0, 1].gain == 0.0
     assert detected[2, 3].gain < -3.0
 
 
 def test_only_the_first_stations_count() -> None:
-    estimate = likelihood(hearing(listening(step=STEP), LANDMARKS))
+    estimate = likelihood(pings_of(listening(step=STEP), LANDMARKS))
     known = rescored(estimate, LANDMARKS)
     none, some, all_of_them = (corner_echoes(estimate, known, count) for count in (0, 2, ALL))
     assert set(none.values()) == {CornerEcho()}
@@ -73,14 +73,14 @@ def test_an_echo_that_a_cylinder_explains_is_not_of_a_corner() -> None:
     # From one station a column, whose weaker echo reads a little long, is like the corner.
     away = np.array([1.5, 1.2]) / np.hypot(1.5, 1.2)
     x, y = np.array([2.0, 1.5]) + 0.39 * away
-    estimate = likelihood(hearing(listening([(0.5, 0.3)], step=STEP), [*ROOM, cylinder(x, y, 0.4)]))
+    estimate = likelihood(pings_of(listening([(0.5, 0.3)], step=STEP), [*ROOM, cylinder(x, y, 0.4)]))
     plain, hidden = (corner_echoes(estimate, rescored(estimate, k), 1) for k in (ROOM, [*ROOM, cylinder(x, y, 0.4)]))
     assert plain[0, 1].pings > 1
     assert hidden[0, 1].pings == 0
 
 
 def test_an_echo_is_associated_with_the_best_corner() -> None:
-    estimate = likelihood(hearing(listening(step=STEP), LANDMARKS))
+    estimate = likelihood(pings_of(listening(step=STEP), LANDMARKS))
     beside = [*ROOM, ROOM[0] + np.array([0.0, 0.0, 0.004, 0.0])]
     detected = corner_echoes(estimate, rescored(estimate, beside), ALL)
     assert detected[0, 1].pings > 10
