@@ -19,8 +19,7 @@ MinStations = Annotated[
         min=0, help="Least number of stations that must be able to detect an object for it to count for recall."
     ),
 ]
-# The former name of --min-stations.
-MinHeard = Annotated[int | None, typer.Option(min=0, hidden=True)]
+MinHeard = Annotated[int | None, typer.Option(min=0, hidden=True, help="Former name of --min-stations.")]
 
 
 def run(

@@ -84,8 +84,8 @@ def _reaches(priors: PosePrior, settings: LocalisationSettings) -> FloatArray:
 
 def _has_twins(features: Sequence[Hypothesis], step: int, reach: float) -> bool:
     """Return whether a landmark detected mostly before a step resembles one detected mostly after it."""
-    before = [each for each in features if _before(each, step) > _MOSTLY * _landmark_statement(each)]
-    after = [each for each in features if _before(each, step) < (1.0 - _MOSTLY) * _landmark_statement(each)]
+    before = [each for each in features if _before(each, step) > _MOSTLY * _llr_of_all(each)]
+    after = [each for each in features if _before(each, step) < (1.0 - _MOSTLY) * _llr_of_all(each)]
     return any(_alike(one, other, reach) for one in before for other in after)
 
 
@@ -94,7 +94,7 @@ def _before(feature: Hypothesis, step: int) -> float:
     return feature.history.llr + float(np.maximum(feature.llr_by_station[:step], 0.0).sum())
 
 
-def _landmark_statement(feature: Hypothesis) -> float:
+def _llr_of_all(feature: Hypothesis) -> float:
     """Return the LLR of a landmark from all stations [nats]."""
     return _before(feature, len(feature.llr_by_station))
 
