@@ -58,7 +58,8 @@ def report_error(outcome: Outcome) -> None:
     """Print at once which faulty recording is called good, and which correct one failed."""
     verdict = outcome.quality.verdict
     if verdict is (Verdict.GOOD if outcome.fault else Verdict.FAILED):
-        print(f"seed {outcome.seed}, {outcome.name}, {outcome.fault or 'correct'}: {verdict}", *outcome.quality.reasons)
+        name = f"seed {outcome.seed}, {outcome.name}, {outcome.fault or 'correct'}"
+        print(f"{name}: {verdict}", *outcome.quality.reasons, flush=True)
 
 
 def run(seed: int) -> Outcome:
