@@ -11,7 +11,7 @@ from echoplan.model import FeatureClass, Table
 __all__ = ["comparison_tables", "failure_table", "score_table"]
 
 _UNKNOWN = "-"
-_MEANING = "; shares are recall / precision, of grids errors of occupied / free cells"
+_MEANING = "; percentages are recall / precision, for grids the errors of occupied / free cells"
 _COST = ("ms / 1000 pings", "memory (MB)")
 _RIGHTNESS = (
     "walls (%)",
