@@ -55,8 +55,8 @@ def room() -> World:
 
 def sensor(sensor_id: int = 0, **changed: Any) -> Sensor:
     """A sensor that reads without steps."""
-    measured_poses = {"half_aperture": 0.61, "min_range": 0.03, "max_range": 6.0, "resolution": 0.0} | changed
-    return Sensor(sensor_id=sensor_id, **measured_poses)
+    values = {"half_aperture": 0.61, "min_range": 0.03, "max_range": 6.0, "resolution": 0.0} | changed
+    return Sensor(sensor_id=sensor_id, **values)
 
 
 def rig(
@@ -81,9 +81,9 @@ def turning(start: float, stop: float, step: float) -> Servo:
 def array(*, arm: float = 0.05, sensors: int = 4, **changed: Any) -> Rig:
     """The rotary array: sensors on arms, evenly around a servo, fired together every 25 ms."""
     yaws = 2 * np.pi * np.arange(sensors) / sensors
-    measured_poses = {"max_range": 3.0} | changed
+    values = {"max_range": 3.0} | changed
     each = [
-        sensor(number, x=float(arm * np.cos(yaw)), y=float(arm * np.sin(yaw)), yaw=float(yaw), **measured_poses)
+        sensor(number, x=float(arm * np.cos(yaw)), y=float(arm * np.sin(yaw)), yaw=float(yaw), **values)
         for number, yaw in enumerate(yaws)
     ]
     return rig(*each, transducer=PAPER, servo=turning(-45, 45, 1), period=0.025)

@@ -62,9 +62,9 @@ class Twin:
         """The bursts that a ping may receive."""
         schedule, settings = self.simulation._schedule, self.simulation.settings
         fired = (schedule.stamps_ns - schedule.stamps_ns[ping]) * 1e-9
-        marginal_prior = memory_of(self.transducer, settings.air) if settings.second_time_around else 0.0
+        memory = memory_of(self.transducer, settings.air) if settings.second_time_around else 0.0
         soon = fired < (self.deadline(ping) if settings.second_time_around else 1e-9)
-        audible = (fired >= -marginal_prior) & soon
+        audible = (fired >= -memory) & soon
         if not settings.crosstalk:
             audible &= schedule.sensors == schedule.sensors[ping]
         return [int(shot) for shot in np.flatnonzero(audible)]

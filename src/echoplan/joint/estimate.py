@@ -40,7 +40,7 @@ _FINEST = 0.001
 # Newton decrement (squared step in standard deviations) below which alternation has converged.
 _SETTLED = 1e-5
 # Most iterations of the initial map and of the class selection.
-_GLANCES = 3
+_MAX_REPEATS = 3
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -178,7 +178,7 @@ class Estimate:
     def initialise(self) -> "Estimate":
         """Make a first map with one round of search, and repeat it while the range scale changes noticeably."""
         now = self
-        for _ in range(_GLANCES):
+        for _ in range(_MAX_REPEATS):
             scale = now.model.range_scale
             now = now.search(rounds=1).optimise(now.first_noise)
             if abs(now.model.range_scale - scale) < now.settings.scale_step:
@@ -239,7 +239,7 @@ class Estimate:
     def reselect_classes(self) -> "Estimate":
         """Repeat class selection and optimisation until no class changes."""
         now = self
-        for _ in range(_GLANCES):
+        for _ in range(_MAX_REPEATS):
             kinds, search = [each.kind for each in now.features], now._search()
             now = now._settle(search, search.rescored(now.features))
             if [each.kind for each in now.features] == kinds:
@@ -297,13 +297,13 @@ class Estimate:
         """Return the priors of the optimisation for a noise [m] and a prior of the poses (None: poses are fixed)."""
         settings, drifting = self.settings.optimiser, self.has_odometry_model or (poses is not None and poses.relative)
         # Drifting poses cannot determine the scale of the map, so the range scale keeps the narrow prior of the sensor.
-        is_told = drifting or not math.isnan(self.recorded.temperature)
+        is_scale_known = drifting or not math.isnan(self.recorded.temperature)
         return Priors(
             noise=noise,
             offset_sigma=self.offset_sigma,
             walk_gain=self.prior.walk_gain,
             range_scale=self.prior.range_scale,
-            scale_sigma=settings.scale_sigma_with_thermometer if is_told else settings.scale_sigma,
+            scale_sigma=settings.scale_sigma_with_thermometer if is_scale_known else settings.scale_sigma,
             has_servo=self.has_servo,
             drifting=drifting,
             poses=poses,

@@ -100,8 +100,8 @@ class MarginalPrior:
 
     def beyond(self, part: "MarginalPrior") -> list[Hypothesis]:
         """Return the landmarks that a part of this prior does not contain."""
-        active_prior = {each.history.number for each in part.features}
-        return [each for each in self.features if each.history.number not in active_prior]
+        numbers = {each.history.number for each in part.features}
+        return [each for each in self.features if each.history.number not in numbers]
 
     def reordered(self, features: Sequence[Hypothesis], layout: Layout) -> InformationPrior | None:
         """Return the prior of the variables of an optimisation, by their positions in its layout; None if it is empty.

@@ -124,16 +124,16 @@ def carried_covariances(covariances: FloatArray, stations: Stations, poses: Floa
     return carried
 
 
-def dead_reckoned_covariances(priors: PosePrior, poses: FloatArray) -> FloatArray:
+def dead_reckoned_covariances(pose_prior: PosePrior, poses: FloatArray) -> FloatArray:
     """Return the covariances of the poses by odometry alone in the map frame, shape (s, 3, 3) [m, m, rad].
 
     ``priors`` holds the standard deviations of the steps, ``poses`` the estimated poses, shape (s, 3) [m, m, rad].
     """
-    before, own = between_jacobians(priors.measured_poses, poses)
-    noises = np.stack([np.diag(row) for row in priors.sigmas**2])
+    before, own = between_jacobians(pose_prior.measured_poses, poses)
+    noises = np.stack([np.diag(row) for row in pose_prior.sigmas**2])
     covariances = [noises[0]]
-    for history, now, noise in zip(before[1:], own[1:], noises[1:], strict=True):
-        moved, spread = np.linalg.solve(now, history), np.linalg.inv(now)
+    for by_previous, now, noise in zip(before[1:], own[1:], noises[1:], strict=True):
+        moved, spread = np.linalg.solve(now, by_previous), np.linalg.inv(now)
         covariances.append(moved @ covariances[-1] @ moved.T + spread @ noise @ spread.T)
     return np.array(covariances)
 

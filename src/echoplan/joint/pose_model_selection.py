@@ -55,31 +55,31 @@ def _explained(estimate: Estimate) -> Estimate:
     """Return the estimate of the best pose model; odometry is kept if it was selected for earlier stations."""
     if estimate.marginal_prior.pose_model is PoseModel.ODOMETRY:
         return _tracked(estimate, estimate.marginal_prior.pose_status)
-    return _by_wheels(estimate) if _follows_wheels(estimate) else _as_found(estimate)
+    return _from_odometry(estimate) if _uses_odometry(estimate) else _from_recorded_poses(estimate)
 
 
-def _as_found(estimate: Estimate) -> Estimate:
+def _from_recorded_poses(estimate: Estimate) -> Estimate:
     """Use the recorded poses, or correct them if the echoes contradict them, where no odometry noise is specified."""
-    looked, drifting = _initialised(estimate)
-    if drifting and (not _is_by_hand(drifting) or _is_led_for_sure(looked, drifting)):
+    initial, drifting = _initialised(estimate)
+    if drifting and (not _may_be_waypoints(drifting) or _is_clearly_odometry(initial, drifting)):
         return drifting
-    explained = looked.explain()
+    explained = initial.explain()
     return explained if estimate.settings.poses is PoseMode.TRUST else _reconsidered(explained, drifting)
 
 
-def _follows_wheels(estimate: Estimate) -> bool:
+def _uses_odometry(estimate: Estimate) -> bool:
     """Return True if the poses come from odometry.
 
     They do if the rig specifies odometry noise, or if a correction is requested and they cannot be waypoints.
     """
     if estimate.settings.poses is PoseMode.TRUST:
         return False
-    few = estimate.marginal_prior.is_empty and len(estimate.measured_poses) >= _FEWEST and _is_by_hand(estimate)
+    few = estimate.marginal_prior.is_empty and len(estimate.measured_poses) >= _FEWEST and _may_be_waypoints(estimate)
     may_be_by_hand = few or estimate.marginal_prior.pose_model is PoseModel.ABSOLUTE
-    return estimate.odometry_noise is not None or (_is_asked(estimate) and not may_be_by_hand)
+    return estimate.odometry_noise is not None or (_is_requested(estimate) and not may_be_by_hand)
 
 
-def _is_asked(estimate: Estimate) -> bool:
+def _is_requested(estimate: Estimate) -> bool:
     return estimate.settings.poses is PoseMode.CORRECT
 
 
@@ -87,24 +87,24 @@ def _initialised(estimate: Estimate) -> tuple[Estimate, Estimate | None]:
     """Make a first map from the recorded poses, and an odometry solution if many of its walls are duplicated."""
     if not estimate.marginal_prior.is_empty:
         return estimate, None
-    looked = estimate.initialise()
-    if estimate.settings.poses is PoseMode.TRUST or not has_duplicated_walls(looked):
-        return looked, None
-    return looked, _tracked(looked, _corrected(estimate, PoseReason.DUPLICATED_WALLS))
+    initial = estimate.initialise()
+    if estimate.settings.poses is PoseMode.TRUST or not has_duplicated_walls(initial):
+        return initial, None
+    return initial, _tracked(initial, _status(estimate, PoseReason.DUPLICATED_WALLS))
 
 
-def _by_wheels(estimate: Estimate) -> Estimate:
+def _from_odometry(estimate: Estimate) -> Estimate:
     """Return the odometry solution, unless the recorded poses explain the pings as well."""
-    tracked, looked = _followed(estimate, _corrected(estimate, PoseReason.ODOMETRY)), estimate
+    tracked, initial = _tracked_with_best_noise(estimate, _status(estimate, PoseReason.ODOMETRY)), estimate
     if estimate.marginal_prior.is_empty:
-        looked = estimate.initialise()
-        if has_duplicated_walls(looked):
+        initial = estimate.initialise()
+        if has_duplicated_walls(initial):
             return tracked
-    explained = looked.explain()
-    return _better(replace(explained, pose_status=_in_vain(explained)), tracked)
+    explained = initial.explain()
+    return _better(replace(explained, pose_status=_uncorrected_status(explained)), tracked)
 
 
-def _followed(estimate: Estimate, status: PoseStatus) -> Estimate:
+def _tracked_with_best_noise(estimate: Estimate, status: PoseStatus) -> Estimate:
     """Return the odometry solution with the specified noise, or with estimated noise if that is clearly more likely."""
     tracked = _tracked(estimate, status)
     if estimate.odometry_noise is None or (agrees(tracked) and not contradicts_odometry(tracked)):
@@ -115,12 +115,12 @@ def _followed(estimate: Estimate, status: PoseStatus) -> Estimate:
     return loose if _log_evidence(loose) > _log_evidence(tracked) + wider + VERY_STRONG else tracked
 
 
-def _corrected(estimate: Estimate, reason: PoseReason, *, ratio: float | None = None) -> PoseStatus:
+def _status(estimate: Estimate, reason: PoseReason, *, ratio: float | None = None) -> PoseStatus:
     """Return the pose status for a reason, with what the user and the rig specify."""
     return PoseStatus(
         reason=reason,
         inlier_ratio=ratio,
-        is_requested=_is_asked(estimate),
+        is_requested=_is_requested(estimate),
         is_odometry_specified=estimate.odometry_noise is not None,
     )
 
@@ -135,7 +135,7 @@ def _better(estimate: Estimate, alternative: Estimate) -> Estimate:
     return alternative if _log_evidence(alternative) > _log_evidence(estimate) + VERY_STRONG else estimate
 
 
-def _led(tracked: Estimate, by_hand: Estimate) -> Estimate:
+def _odometry_or_absolute(tracked: Estimate, by_hand: Estimate) -> Estimate:
     """Return absolute poses if the evidence of the echoes for them exceeds that of the pose errors for odometry.
 
     Poses at round numbers are waypoints, whose errors are no evidence for odometry.
@@ -148,20 +148,20 @@ def _led(tracked: Estimate, by_hand: Estimate) -> Estimate:
 def _tracked(estimate: Estimate, status: PoseStatus) -> Estimate:
     """Return the odometry solution: tracked, refined, without wheel slips and misplaced stations."""
     priors = estimate.odometry()
-    rested = _rested(track_poses(estimate, priors), priors)
+    rested = _refined_until_converged(track_poses(estimate, priors), priors)
     steady = _without_slips(rested, priors)
     best = _without_misplaced(steady, priors)
     status = replace(status, has_slips=status.has_slips or steady is not rested)
     return replace(best, pose_model=PoseModel.ODOMETRY, pose_status=status)
 
 
-def _rested(estimate: Estimate, priors: PosePrior) -> Estimate:
+def _refined_until_converged(estimate: Estimate, priors: PosePrior) -> Estimate:
     """Repeat the refinement while the log evidence grows.
 
     With marginalised stations it is not repeated, since their landmarks have converged.
     """
     while estimate.marginal_prior.is_empty:
-        moved = _settled(estimate, estimate.poses, priors)
+        moved = _refined_if_better(estimate, estimate.poses, priors)
         if moved is estimate:
             break
         estimate = moved
@@ -171,7 +171,7 @@ def _rested(estimate: Estimate, priors: PosePrior) -> Estimate:
 def _without_slips(estimate: Estimate, priors: PosePrior) -> Estimate:
     """Correct wheel slips while the log evidence grows."""
     while (poses := without_wheel_slip(estimate, priors)) is not None:
-        moved = _settled(estimate, poses, priors)
+        moved = _refined_if_better(estimate, poses, priors)
         if moved is estimate:
             break
         estimate = moved
@@ -185,11 +185,11 @@ def _without_misplaced(estimate: Estimate, priors: PosePrior) -> Estimate:
         if pose is not None:
             poses = estimate.poses.copy()
             poses[station] = pose
-            estimate = _settled(estimate, poses, priors)
+            estimate = _refined_if_better(estimate, poses, priors)
     return estimate
 
 
-def _settled(estimate: Estimate, poses: FloatArray, priors: PosePrior) -> Estimate:
+def _refined_if_better(estimate: Estimate, poses: FloatArray, priors: PosePrior) -> Estimate:
     """Return the estimate refined from other poses if its log evidence is clearly greater."""
     return _better(estimate, refine(replace(estimate, poses=poses), priors))
 
@@ -206,40 +206,49 @@ def _reconsidered(estimate: Estimate, tracked: Estimate | None) -> Estimate:
     if not _is_in_question(estimate):
         return estimate
     alternatives = _alternatives(estimate, ratio, tracked)
-    if alternatives and _is_by_hand(estimate) and are_quantised(estimate.measured_poses) and is_inconsistent(estimate):
+    if (
+        alternatives
+        and _may_be_waypoints(estimate)
+        and are_quantised(estimate.measured_poses)
+        and is_inconsistent(estimate)
+    ):
         # Nobody places a robot exactly on a mark, so inconsistent poses at round numbers are always corrected.
         return max(alternatives, key=_log_evidence)
     best = _better(estimate, max(alternatives, key=_log_evidence, default=estimate))
-    if best is estimate and _is_asked(estimate) and estimate.arcs:
-        return replace(estimate, pose_status=_in_vain(estimate))
+    if best is estimate and _is_requested(estimate) and estimate.arcs:
+        return replace(estimate, pose_status=_uncorrected_status(estimate))
     return best
 
 
 def _is_in_question(estimate: Estimate) -> bool:
     """Return True if other pose models are to be tried: on request, or if the echoes contradict the poses."""
-    return len(estimate.measured_poses) >= _FEWEST and (_is_asked(estimate) or is_inconsistent(estimate))
+    return len(estimate.measured_poses) >= _FEWEST and (_is_requested(estimate) or is_inconsistent(estimate))
 
 
-def _in_vain(estimate: Estimate) -> PoseStatus:
+def _uncorrected_status(estimate: Estimate) -> PoseStatus:
     """Return the status of poses that stay as recorded although other pose models were tried."""
     reason = PoseReason.NO_CORRECTION_NEEDED if agrees(estimate) else PoseReason.NO_BETTER_POSES
-    return _corrected(estimate, reason, ratio=inlier_ratio(estimate))
+    return _status(estimate, reason, ratio=inlier_ratio(estimate))
 
 
 def _alternatives(estimate: Estimate, ratio: float, tracked: Estimate | None) -> list[Estimate]:
     """Return the odometry solution or, if the poses may be waypoints, the solutions with absolute poses."""
     if estimate.marginal_prior.pose_model is PoseModel.ABSOLUTE:
-        return [_restarted(estimate, _why(estimate, ratio), estimate.poses)] if _is_by_hand(estimate) else []
-    tracked = tracked or _tracked(estimate, _why(estimate, ratio))
-    if _is_by_hand(estimate) and not _is_led_for_sure(estimate, tracked):
-        return _steps_or_hand(estimate, ratio, tracked)
+        return (
+            [_restarted(estimate, _alternative_status(estimate, ratio), estimate.poses)]
+            if _may_be_waypoints(estimate)
+            else []
+        )
+    tracked = tracked or _tracked(estimate, _alternative_status(estimate, ratio))
+    if _may_be_waypoints(estimate) and not _is_clearly_odometry(estimate, tracked):
+        return _absolute_or_odometry(estimate, ratio, tracked)
     return [tracked]
 
 
-def _steps_or_hand(estimate: Estimate, ratio: float, tracked: Estimate) -> list[Estimate]:
+def _absolute_or_odometry(estimate: Estimate, ratio: float, tracked: Estimate) -> list[Estimate]:
     """Return solutions with absolute poses, each replaced by the odometry solution where that is more likely."""
-    by_hand = _set_by_hand(estimate, _why(estimate, ratio), tracked)
-    return [_led(tracked, each) for each in by_hand] if _may_be_steps(tracked) else by_hand
+    by_hand = _set_by_hand(estimate, _alternative_status(estimate, ratio), tracked)
+    return [_odometry_or_absolute(tracked, each) for each in by_hand] if _may_be_steps(tracked) else by_hand
 
 
 def _may_be_steps(tracked: Estimate) -> bool:
@@ -248,7 +257,7 @@ def _may_be_steps(tracked: Estimate) -> bool:
     return scatter(tracked.measured_poses, tracked.poses) <= most
 
 
-def _is_led_for_sure(estimate: Estimate, tracked: Estimate) -> bool:
+def _is_clearly_odometry(estimate: Estimate, tracked: Estimate) -> bool:
     """Return True if only the odometry solution is consistent, and its pose errors clearly accumulate."""
     adds_up = scatter(tracked.measured_poses, tracked.poses) < -_BEYOND_DOUBT and not are_quantised(
         tracked.measured_poses
@@ -256,9 +265,9 @@ def _is_led_for_sure(estimate: Estimate, tracked: Estimate) -> bool:
     return adds_up and agrees(tracked) and not agrees(estimate)
 
 
-def _why(estimate: Estimate, ratio: float) -> PoseStatus:
+def _alternative_status(estimate: Estimate, ratio: float) -> PoseStatus:
     """Return the status of poses that explain more than the recorded ones."""
-    return _corrected(estimate, PoseReason.MORE_LIKELY if agrees(estimate) else PoseReason.INCONSISTENT, ratio=ratio)
+    return _status(estimate, PoseReason.MORE_LIKELY if agrees(estimate) else PoseReason.INCONSISTENT, ratio=ratio)
 
 
 def _set_by_hand(estimate: Estimate, status: PoseStatus, tracked: Estimate) -> list[Estimate]:
@@ -268,16 +277,16 @@ def _set_by_hand(estimate: Estimate, status: PoseStatus, tracked: Estimate) -> l
     and
     from the odometry poses follow, unless the recorded poses are consistent and the first solution is already better.
     """
-    led = [_reset(tracked, status)] if agrees(tracked) else []
+    reset = [_reset(tracked, status)] if agrees(tracked) else []
     if agrees(estimate) and any(
-        _are_held_together(each) and _log_evidence(each) > _log_evidence(tracked) for each in led
+        _are_held_together(each) and _log_evidence(each) > _log_evidence(tracked) for each in reset
     ):
-        return led
+        return reset
     # The optimisation may converge to different local minima.
     restarted = [_restarted(estimate, status, start) for start in (estimate.poses, tracked.poses)]
     # With a marginal prior the order of the stations is fixed.
     placed = [_placed(estimate, status)] if estimate.marginal_prior.is_empty else []
-    return [*led, *placed, *restarted]
+    return [*reset, *placed, *restarted]
 
 
 def _are_held_together(estimate: Estimate) -> bool:
@@ -296,16 +305,18 @@ def _reset(tracked: Estimate, status: PoseStatus) -> Estimate:
     Errors of waypoints are independent, so the first pose is no better than the others and must not define the frame.
     """
     moved = replace(tracked, poses=aligned(tracked.poses, tracked.measured_poses), features=tracked.known)
-    return _at_rest(refine(moved, waypoint_prior(tracked.measured_poses, tracked.settings.pose_errors)), status)
+    return _refined_absolute(
+        refine(moved, waypoint_prior(tracked.measured_poses, tracked.settings.pose_errors)), status
+    )
 
 
 def _restarted(estimate: Estimate, status: PoseStatus, start: FloatArray) -> Estimate:
     """Return absolute poses by annealing from the given poses, shape (s, 3) [m, m, rad]."""
     priors = waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors)
-    return _at_rest(anneal(estimate, priors, start), status)
+    return _refined_absolute(anneal(estimate, priors, start), status)
 
 
-def _at_rest(estimate: Estimate, status: PoseStatus) -> Estimate:
+def _refined_absolute(estimate: Estimate, status: PoseStatus) -> Estimate:
     """Refine absolute poses with shared errors of stations and with right angles.
 
     The log evidence is computed before that, while readings have their full weights.
@@ -320,6 +331,6 @@ def _at_rest(estimate: Estimate, status: PoseStatus) -> Estimate:
     return estimate
 
 
-def _is_by_hand(estimate: Estimate) -> bool:
+def _may_be_waypoints(estimate: Estimate) -> bool:
     """Return True if there are few enough stations for the poses to be waypoints."""
     return len(estimate.measured_poses) <= estimate.settings.max_waypoints

@@ -99,7 +99,7 @@ def emissions_of(measurements: Measurements, tables: SonarTables) -> Emissions:
 @compiled
 def add_crosstalk(
     log_densities: FloatArray,
-    detected: tuple[Measurements, SonarTables, Emissions],
+    inputs: tuple[Measurements, SonarTables, Emissions],
     walls: tuple[FloatArray, FloatArray],
     extents: tuple[Extent, Extent],
     noise: float,
@@ -109,7 +109,7 @@ def add_crosstalk(
     ``walls`` are in the order of reflection; the same wall twice stands for a single reflection. ``extents`` are the
     parts of the walls that may reflect [m].
     """
-    measurements, tables, emissions = detected
+    measurements, tables, emissions = inputs
     first, last = shape_of(walls[0]), shape_of(walls[1])
     double = first != last
     motion = after(mirroring(first), last) if double else mirroring(first)

@@ -43,7 +43,7 @@ _GRAZING = math.sqrt(1.01) - 0.1
 # A wall whose extent was enlarged reaches less than this beyond its true end [m].
 _BEYOND = 0.5
 # Iterations that find the reflection point on a cylinder to a millimetre.
-_GLANCES = 4
+_ITERATIONS = 4
 
 
 @compiled
@@ -63,7 +63,7 @@ def ghosts_of_walls(
 @compiled
 def add_ghosts_of_walls(
     log_densities: FloatArray,
-    detected: tuple[Measurements, SonarTables],
+    inputs: tuple[Measurements, SonarTables],
     walls: tuple[FloatArray, FloatArray],
     extents: tuple[Extent, Extent],
     noise: float,
@@ -72,7 +72,7 @@ def add_ghosts_of_walls(
 
     ``extents`` are the parts of the walls that may reflect, along their lines [m].
     """
-    measurements, tables = detected
+    measurements, tables = inputs
     shapes, scatter = (shape_of(walls[0]), shape_of(walls[1])), _OF_WALLS * noise
     # In a corner wider than a right angle no path over both walls returns to its origin.
     if shapes[0][1] * shapes[1][1] + shapes[0][2] * shapes[1][2] > 0.0:
@@ -84,13 +84,13 @@ def add_ghosts_of_walls(
 @compiled
 def add_ghosts_of_cylinder(
     log_densities: FloatArray,
-    detected: tuple[Measurements, SonarTables],
+    inputs: tuple[Measurements, SonarTables],
     wall: FloatArray,
     cylinder: FloatArray,
     noise: float,
 ) -> None:
     """Raise ``log_densities`` [log 1/m] in place where a path over a wall and a cylinder explains a reading better."""
-    measurements, tables = detected
+    measurements, tables = inputs
     mirror, screen, late = shape_of(wall), shape_of(cylinder), lateness(tables, _OF_CYLINDER * noise)
     center = (screen[1], screen[2])
     for ping in range(len(log_densities)):
@@ -104,7 +104,7 @@ def add_ghosts_of_cylinder(
         shorter = (late[0] - screen[3], late[1])
         if near < screen[3] + 0.02 or not is_near(center, unfolded, reading - 0.5 * near, shorter):
             continue
-        spot = _initialise(center, screen[3], place, unfolded)
+        spot = _reflection_point(center, screen[3], place, unfolded)
         direct, onward = (spot[0] - place[0], spot[1] - place[1]), (spot[0] - unfolded[0], spot[1] - unfolded[1])
         depth = 0.5 * (length_of(direct) + length_of(onward))
         if not late[0] < reading - depth < late[1]:
@@ -259,10 +259,10 @@ def _straight(axis: Point, place: Point, point: Point) -> Path:
 
 
 @compiled
-def _initialise(center: Point, radius: float, place: Point, other: Point) -> Point:
+def _reflection_point(center: Point, radius: float, place: Point, other: Point) -> Point:
     """Return the reflection point on a cylinder between two points [m], by iteration to equal angles of both paths."""
     spot = center
-    for _ in range(_GLANCES):
+    for _ in range(_ITERATIONS):
         to_place, to_other = (place[0] - spot[0], place[1] - spot[1]), (other[0] - spot[0], other[1] - spot[1])
         near, far = length_of(to_place), length_of(to_other)
         x, y = to_place[0] / near + to_other[0] / far, to_place[1] / near + to_other[1] / far

@@ -59,7 +59,7 @@ class Multipath:
         self, measurements: Measurements, tables: SonarTables, noise: float, *, before: "Multipath | None" = None
     ) -> None:
         self._measurements = measurements
-        self._hearing = tables
+        self._tables = tables
         self._noise = noise
         self._emissions: Emissions | None = before.emissions_if(measurements, tables) if before else None
         self._parts: dict[tuple[Key, ...], list[Part]] = {}
@@ -78,7 +78,7 @@ class Multipath:
             measurements.readings is self._measurements.readings
             and measurements.crosstalk_sources is self._measurements.crosstalk_sources
         )
-        return self._emissions if same and _range_of(tables) == _range_of(self._hearing) else None
+        return self._emissions if same and _range_of(tables) == _range_of(self._tables) else None
 
     def parts(self, features: Sequence[Hypothesis]) -> Sequence[Part]:
         """Return the multipath of distinct landmarks, as far as it explains readings."""
@@ -90,7 +90,7 @@ class Multipath:
 
     def _worked_out(self, numbered: Mapping[int, Hypothesis]) -> Iterator[Part]:
         """Compute the pairs that are not cached, and yield all that explain readings."""
-        pairs = _met if self._hearing.cone else _casting
+        pairs = _met if self._tables.cone else _casting
         self._try(numbered, [(one, other) for one, others in pairs(numbered) for other in others - self._tried[one]])
         places = {number: place for place, number in enumerate(numbered)}
         for one, others in pairs(numbered):
@@ -101,30 +101,30 @@ class Multipath:
     def _try(self, numbered: Mapping[int, Hypothesis], pairs: Sequence[tuple[int, int]]) -> None:
         """Compute and cache the multipath of pairs, for ray cones or for sound."""
         if pairs:
-            learn = self._glide if self._hearing.cone else self._learn
+            learn = self._compute_oblique_returns if self._tables.cone else self._compute
             learn(numbered, pairs)
 
-    def _glide(self, numbered: Mapping[int, Hypothesis], pairs: Sequence[tuple[int, int]]) -> None:
+    def _compute_oblique_returns(self, numbered: Mapping[int, Hypothesis], pairs: Sequence[tuple[int, int]]) -> None:
         """Compute the oblique returns of ray cones; rays have no second reflection."""
         for one, _ in pairs:
             extent = numbered[one].extent
             ends = extent[0] - _TO_CROSSING, extent[1] + _TO_CROSSING
-            log_densities = flanks_of(self._measurements, self._hearing, numbered[one].reflector, ends, self._noise)
+            log_densities = flanks_of(self._measurements, self._tables, numbered[one].reflector, ends, self._noise)
             pings = np.flatnonzero(log_densities > NO_ECHO)
             self._remember((one, one), (pings, log_densities[pings]))
 
-    def _learn(self, numbered: Mapping[int, Hypothesis], pairs: Sequence[tuple[int, int]]) -> None:
+    def _compute(self, numbered: Mapping[int, Hypothesis], pairs: Sequence[tuple[int, int]]) -> None:
         """Compute double bounces and crosstalk of pairs."""
         if self._emissions is None:
-            self._emissions = emissions_of(self._measurements, self._hearing)
+            self._emissions = emissions_of(self._measurements, self._tables)
         places = {number: place for place, number in enumerate(numbered)}
         landmarks = (
             np.array([each.reflector for each in numbered.values()]),
             np.array([e.extent for e in numbered.values()]),
         )
-        detected = self._measurements, self._hearing, self._emissions
+        inputs = self._measurements, self._tables, self._emissions
         wanted = np.array([(places[one], places[other]) for one, other in pairs])
-        bounds, pings, log_densities = _cast(*detected, landmarks, wanted, self._noise)
+        bounds, pings, log_densities = _cast(*inputs, landmarks, wanted, self._noise)
         for pair, low, high in zip(pairs, bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
             self._remember(pair, (pings[low:high], log_densities[low:high]))
 
@@ -192,19 +192,19 @@ def _cast(
 @compiled
 def _cast_by(
     log_densities: FloatArray,
-    detected: tuple[Measurements, SonarTables, Emissions],
+    inputs: tuple[Measurements, SonarTables, Emissions],
     pair: tuple[FloatArray, FloatArray],
     ends: tuple[Extent, Extent],
     noise: float,
 ) -> None:
     """Raise log densities in place where multipath of a pair explains a reading better."""
     if pair[1][0] != _WALL:
-        add_ghosts_of_cylinder(log_densities, (detected[0], detected[1]), pair[0], pair[1], noise)
+        add_ghosts_of_cylinder(log_densities, (inputs[0], inputs[1]), pair[0], pair[1], noise)
         return
-    add_crosstalk(log_densities, detected, pair, ends, noise)
+    add_crosstalk(log_densities, inputs, pair, ends, noise)
     if not (pair[0] == pair[1]).all():
-        add_crosstalk(log_densities, detected, (pair[1], pair[0]), (ends[1], ends[0]), noise)
-        add_ghosts_of_walls(log_densities, (detected[0], detected[1]), pair, ends, noise)
+        add_crosstalk(log_densities, inputs, (pair[1], pair[0]), (ends[1], ends[0]), noise)
+        add_ghosts_of_walls(log_densities, (inputs[0], inputs[1]), pair, ends, noise)
 
 
 @compiled

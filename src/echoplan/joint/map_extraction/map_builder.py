@@ -17,7 +17,7 @@ from echoplan.joint.map_extraction.corners import Vertex
 from echoplan.joint.map_extraction.openings import Gap, merged_faces
 from echoplan.joint.map_extraction.segment import End, Segment
 from echoplan.joint.map_extraction.surroundings import backs_of, fronts_of, is_filled
-from echoplan.joint.optimisation.corner_factors import CornerFactorSettings, crossing_slopes, tied_corners
+from echoplan.joint.optimisation.corner_factors import CornerFactorSettings, constrained_corners, crossing_jacobian
 from echoplan.joint.optimisation.manhattan import ManhattanPrior
 from echoplan.joint.optimisation.solution import Solution
 from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Wall
@@ -296,7 +296,7 @@ class MapBuilder:
         return self._covariance_of_crossing([self.segments[each].owner for each in vertex.segments], vertex.position_xy)
 
     def _covariance_of_crossing(self, owners: Sequence[int], crossing_xy: FloatArray) -> FloatArray:
-        jacobian = crossing_slopes(np.array([self.features[each].line for each in owners]), crossing_xy)
+        jacobian = crossing_jacobian(np.array([self.features[each].line for each in owners]), crossing_xy)
         covariance: FloatArray = jacobian @ self._covariance(owners) @ jacobian.T
         return covariance
 
@@ -321,7 +321,9 @@ class MapBuilder:
         feature = self.features[number]
         position = feature.reflector[1:3]
         covariance = self._covariance([number]) + self.settings.lone_corner_sigma**2 * np.eye(2)
-        for corner, walls, crossing in tied_corners(np.array([each.reflector for each in self.features]), self.ties):
+        for corner, walls, crossing in constrained_corners(
+            np.array([each.reflector for each in self.features]), self.ties
+        ):
             if corner == number:
                 position, covariance = crossing, self._covariance_of_crossing(walls, crossing)
         return Corner(

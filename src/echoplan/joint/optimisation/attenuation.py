@@ -24,12 +24,12 @@ __all__ = ["shadowed"]
 
 _WALL = int(Kind.WALL)
 # Number of candidate attenuations: 0 to 30 dB in steps of 1 dB.
-_SHADOWS = 31
+_ATTENUATIONS = 31
 # Gain in log-likelihood from which an attenuation replaces none [nats]: beams differ by 1 to 2 dB.
 _COST = 4.0
 # Negative log prior of each attenuation [nats]: 2 % of the walls that a station detects are attenuated, each value
 # equally likely (a guess). Near or past their ends 0.7 % are (benchmarks/shadows.py); others are partly occluded.
-_RARE = math.log(_SHADOWS / 0.02)
+_RARE = math.log(_ATTENUATIONS / 0.02)
 
 
 def shadowed(measurements: Measurements, tables: SonarTables, features: Features) -> Features:
@@ -46,29 +46,29 @@ def shadowed(measurements: Measurements, tables: SonarTables, features: Features
 def _attenuations(measurements: Measurements, tables: SonarTables, features: Features) -> tuple[FloatArray, FloatArray]:
     attenuations, bias_variances = features.attenuations.copy(), features.bias_variances.copy()
     for feature in range(len(attenuations)):
-        llr_by_station, excesses = _likelihoods(measurements, tables, features, feature)
-        history = _past(measurements, features, feature)
+        log_likelihoods, excesses = _likelihoods(measurements, tables, features, feature)
+        past = _past(measurements, features, feature)
         if features.reflectors[feature, 0] == _WALL:
-            bias_variances[feature] = _bias_variances(tables, llr_by_station, excesses)
-        for station in range(len(llr_by_station)):
-            if history[station]:
+            bias_variances[feature] = _bias_variances(tables, log_likelihoods, excesses)
+        for station in range(len(log_likelihoods)):
+            if past[station]:
                 attenuations[feature, station] = np.inf
                 continue
-            best = np.argmax(llr_by_station[station])
-            if llr_by_station[station, best] > llr_by_station[station, 0] + _COST:
+            best = np.argmax(log_likelihoods[station])
+            if log_likelihoods[station, best] > log_likelihoods[station, 0] + _COST:
                 attenuations[feature, station] = best
     return attenuations, bias_variances
 
 
 @compiled
-def _bias_variances(tables: SonarTables, llr_by_station: FloatArray, excesses: FloatArray) -> FloatArray:
+def _bias_variances(tables: SonarTables, log_likelihoods: FloatArray, excesses: FloatArray) -> FloatArray:
     """Return the variance of the range walk of a wall under the posterior of its attenuation [m^2], shape (s,)."""
-    bias_variances = np.zeros(len(llr_by_station))
-    for station in range(len(llr_by_station)):
+    bias_variances = np.zeros(len(log_likelihoods))
+    for station in range(len(log_likelihoods)):
         total, mean, square = 0.0, 0.0, 0.0
-        for attenuation in range(_SHADOWS):
+        for attenuation in range(_ATTENUATIONS):
             chance = math.exp(
-                llr_by_station[station, attenuation] - llr_by_station[station].max() - (_RARE if attenuation else 0.0)
+                log_likelihoods[station, attenuation] - log_likelihoods[station].max() - (_RARE if attenuation else 0.0)
             )
             walk = walk_of(tables, excesses[station] - attenuation)
             total, mean, square = total + chance, mean + chance * walk, square + chance * walk * walk
@@ -80,11 +80,11 @@ def _bias_variances(tables: SonarTables, llr_by_station: FloatArray, excesses: F
 def _past(measurements: Measurements, features: Features, feature: int) -> BoolArray:
     """Return which stations stand past an end of a wall, shape (s,); none if no other station detected the wall."""
     shape, reach = shape_of(features.reflectors[feature]), extent_of(features, feature)
-    history, others = np.zeros(len(measurements.centers), dtype=np.bool_), 0
-    for station in range(len(history)):
-        history[station] = _is_past(shape, reach, measurements.centers[station])
-        others += not history[station] and not math.isinf(features.attenuations[feature, station])
-    return history if others else np.zeros_like(history)
+    past, others = np.zeros(len(measurements.centers), dtype=np.bool_), 0
+    for station in range(len(past)):
+        past[station] = _is_past(shape, reach, measurements.centers[station])
+        others += not past[station] and not math.isinf(features.attenuations[feature, station])
+    return past if others else np.zeros_like(past)
 
 
 @compiled
@@ -103,8 +103,8 @@ def _likelihoods(
     Shapes are (s, 31) [nats] and (s,) [dB]; pings are detections or non-detections of the landmark.
     """
     shape, reach = shape_of(features.reflectors[feature]), extent_of(features, feature)
-    faintest, llr_by_station = walk_of(tables, 0.0), np.zeros((len(measurements.centers), _SHADOWS))
-    excesses, hits = np.zeros(len(llr_by_station)), np.zeros(len(llr_by_station))
+    faintest, log_likelihoods = walk_of(tables, 0.0), np.zeros((len(measurements.centers), _ATTENUATIONS))
+    excesses, hits = np.zeros(len(log_likelihoods)), np.zeros(len(log_likelihoods))
     for ping in range(len(measurements.readings)):
         station = measurements.stations[ping]
         if math.isinf(features.attenuations[feature, station]):
@@ -118,14 +118,14 @@ def _likelihoods(
             continue
         outcome = outcome_of(late, faintest)
         if outcome != 0.0:
-            _add(llr_by_station[station], outcome, excess, measurements.weights[ping])
+            _add(log_likelihoods[station], outcome, excess, measurements.weights[ping])
         if outcome > 0.0:
             excesses[station], hits[station] = excesses[station] + excess, hits[station] + 1.0
-    return llr_by_station, excesses / np.maximum(hits, 1.0)
+    return log_likelihoods, excesses / np.maximum(hits, 1.0)
 
 
 @compiled
-def _add(llr_by_station: FloatArray, outcome: float, excess: float, weight: float) -> None:
+def _add(log_likelihoods: FloatArray, outcome: float, excess: float, weight: float) -> None:
     """Add the log-likelihood of a detection (outcome 1) or non-detection (-1) under each attenuation."""
-    for attenuation in range(_SHADOWS):
-        llr_by_station[attenuation] += weight * log_chance(outcome * (excess - attenuation))
+    for attenuation in range(_ATTENUATIONS):
+        log_likelihoods[attenuation] += weight * log_chance(outcome * (excess - attenuation))

@@ -15,7 +15,7 @@ from echoplan.joint.optimisation.factors import LinearFactor
 from echoplan.joint.optimisation.layout import Layout
 from echoplan.settings import Settings
 
-__all__ = ["ConstrainedCorner", "CornerFactorSettings", "corner_factors", "crossing_slopes", "tied_corners"]
+__all__ = ["ConstrainedCorner", "CornerFactorSettings", "constrained_corners", "corner_factors", "crossing_jacobian"]
 
 _WALL = int(Kind.WALL)
 
@@ -46,7 +46,7 @@ class ConstrainedCorner(NamedTuple):
     crossing_xy: FloatArray
 
 
-def crossing_slopes(lines: FloatArray, crossing_xy: FloatArray) -> FloatArray:
+def crossing_jacobian(lines: FloatArray, crossing_xy: FloatArray) -> FloatArray:
     """Return the derivatives of the crossing of two lines: ``N dX = d(offset) - (t . X) d(angle)``.
 
     Lines have shape (2, 2), normal angle [rad] and offset [m]. The result has shape (2, 4): x and y by both parameters
@@ -54,7 +54,7 @@ def crossing_slopes(lines: FloatArray, crossing_xy: FloatArray) -> FloatArray:
 
     Examples
     --------
-    >>> crossing_slopes(np.array([[0.0, 2.0], [np.pi / 2, 1.0]]), np.array([2.0, 1.0])).round(6) + 0.0
+    >>> crossing_jacobian(np.array([[0.0, 2.0], [np.pi / 2, 1.0]]), np.array([2.0, 1.0])).round(6) + 0.0
     array([[-1.,  1.,  0.,  0.],
            [ 0.,  0.,  2.,  1.]])
     """
@@ -68,9 +68,9 @@ def corner_factors(reflectors: FloatArray, layout: Layout, settings: CornerFacto
 
     Sound that is reflected by both of two walls at a right angle returns as if from their vertex.
     """
-    for number, walls, crossing in tied_corners(reflectors, settings):
+    for number, walls, crossing in constrained_corners(reflectors, settings):
         columns = np.concatenate([layout.starts[k] + np.arange(2) for k in (*walls, number)])
-        jacobian = np.concatenate([crossing_slopes(reflectors[list(walls), 1:3], crossing), -np.eye(2)], axis=1)
+        jacobian = np.concatenate([crossing_jacobian(reflectors[list(walls), 1:3], crossing), -np.eye(2)], axis=1)
         yield LinearFactor(
             np.stack([columns, columns]),
             jacobian,
@@ -79,7 +79,7 @@ def corner_factors(reflectors: FloatArray, layout: Layout, settings: CornerFacto
         )
 
 
-def tied_corners(reflectors: FloatArray, settings: CornerFactorSettings) -> Iterator[ConstrainedCorner]:
+def constrained_corners(reflectors: FloatArray, settings: CornerFactorSettings) -> Iterator[ConstrainedCorner]:
     """Yield the corners near a crossing of two walls at a right angle, each with the nearest crossing."""
     pairs = _square_pairs(reflectors, settings.right_angle_tolerance)
     if not len(pairs):

@@ -61,8 +61,8 @@ def fit_figure_of_merit(
 
     def cost(point: Sequence[float]) -> float:
         merit, ka = point
-        llr_by_station = np.interp(abs(ka) * rows[:, 1], beam[0], beam[1])
-        chances = 1 / (1 + np.exp(np.clip((losses - merit - llr_by_station) / _FADING, -30, 30)))
+        gains = np.interp(abs(ka) * rows[:, 1], beam[0], beam[1])
+        chances = 1 / (1 + np.exp(np.clip((losses - merit - gains) / _FADING, -30, 30)))
         surprise = -np.sum(_log_likelihood(np.clip(chances, _LEAST, _MOST), rows[:, 3] > 0))
         return float(surprise + 0.5 * _WORTH * ((merit - prior_mean) / _SIGMA) ** 2)
 
@@ -90,8 +90,8 @@ def _log_likelihood(chances: FloatArray, detected: BoolArray) -> FloatArray:
 def _beam_table() -> tuple[FloatArray, FloatArray]:
     """Return arguments ``ka sin(angle)`` and the two-way beam gain [dB], cut off just before the first null."""
     arguments = np.linspace(0.0, _NULL, 721)
-    llr_by_station = -two_way_loss(np.arcsin(arguments / _NULL), _NULL)
-    return np.append(arguments, _NULL + 1e-9), np.append(llr_by_station, -_SILENT)
+    gains = -two_way_loss(np.arcsin(arguments / _NULL), _NULL)
+    return np.append(arguments, _NULL + 1e-9), np.append(gains, -_SILENT)
 
 
 @compiled

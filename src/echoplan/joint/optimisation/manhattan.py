@@ -125,8 +125,8 @@ def main_direction(features: Sequence[Hypothesis], settings: ManhattanSettings) 
     walls = [each for each in features if each.is_wall]
     if len(walls) < settings.min_walls:
         return None
-    llr_by_station = np.array([each.llr for each in walls])
-    mean = np.sum(llr_by_station * np.exp(4j * np.array([each.line[0] for each in walls]))) / llr_by_station.sum()
+    llrs = np.array([each.llr for each in walls])
+    mean = np.sum(llrs * np.exp(4j * np.array([each.line[0] for each in walls]))) / llrs.sum()
     return float(np.angle(mean)) / 4 if abs(mean) > settings.min_circular_concentration else None
 
 
@@ -200,7 +200,7 @@ def estimate_right_angles(
     folded = np.stack([manhattan_residual(angles, float(each)) for each in angles])
     square = _normal(folded, np.diag(covariance) + settings.tolerance**2)
     first = int(np.argmax(np.log(square + _ANY).sum(axis=1)))
-    shares, sigma = _are_confirmed(folded[first], covariance, square[first] / (square[first] + _ANY), settings)
+    shares, sigma = _estimate_membership(folded[first], covariance, square[first] / (square[first] + _ANY), settings)
     if _evidence(folded[first], covariance, shares, sigma) <= settings.min_log_odds:
         return None
     members, square_ones = np.zeros(len(reflectors), dtype=bool), np.flatnonzero(shares > _LIKELY)
@@ -209,7 +209,7 @@ def estimate_right_angles(
     return ManhattanPrior(members, sigma, by_hand and _are_along_axes(angles[square_ones], known, settings))
 
 
-def _are_confirmed(
+def _estimate_membership(
     off: FloatArray, covariance: FloatArray, shares: FloatArray, settings: ManhattanSettings
 ) -> tuple[FloatArray, float]:
     """Return the probability of each wall to be square, shape (w,), and the standard deviation of square walls [rad].

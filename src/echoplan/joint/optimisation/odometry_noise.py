@@ -32,7 +32,7 @@ _STEPS = 5
 # Variance due to the digits with which poses are recorded [m^2, rad^2].
 _LEAST = 1e-8
 # Lower bound of the posterior variance of a step, as a share of its prior variance.
-_HEARD = 1e-9
+_LEAST_VARIANCE = 1e-9
 # Sweeps over the axes; half width of the grid of factors [sigmas of the logarithm], and number of its points.
 _TURNS, _REACH, _GRID = 3, 6.0, 241
 
@@ -56,7 +56,7 @@ class OdometryNoiseSettings(Settings):
 
 
 def estimate_odometry_noise(
-    priors: PosePrior,
+    pose_prior: PosePrior,
     poses: FloatArray,
     covariance: FloatArray,
     settings: OdometryNoiseSettings,
@@ -79,35 +79,37 @@ def estimate_odometry_noise(
 
     .. math:: \sum_k \frac{f^2}{1 + l_k f^2} = E_f \sum_k \frac{f^2}{1 + l_k f^2}
 
-    ``priors`` is relative and contributed to ``poses`` and their ``covariance``, shape (3 s, 3 s);
+    ``pose_prior`` is relative and contributed to ``poses`` and their ``covariance``, shape (3 s, 3 s);
     ``information_inflation`` is the ratio of the information of the readings to that which their weights give them.
     With fewer than five steps the prior is returned unchanged.
     """
     if len(poses) <= _STEPS:
-        return priors
-    information, pull = (information_inflation * each for each in _heard_of_steps(priors, poses, covariance))
+        return pose_prior
+    information, pull = (information_inflation * each for each in _information_on_steps(pose_prior, poses, covariance))
     squares = np.ones(3)
     for _ in range(_TURNS):
         for axis in range(3):
-            squares[axis] = _square(*_heard_of_axis(information, pull, axis, squares), settings.log_sigma)
-    sigmas = priors.sigmas.copy()
+            squares[axis] = _square(*_information_on_axis(information, pull, axis, squares), settings.log_sigma)
+    sigmas = pose_prior.sigmas.copy()
     sigmas[1:] *= np.sqrt(squares)
-    return priors._replace(sigmas=sigmas)
+    return pose_prior._replace(sigmas=sigmas)
 
 
-def _heard_of_steps(priors: PosePrior, poses: FloatArray, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _information_on_steps(
+    pose_prior: PosePrior, poses: FloatArray, covariance: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Return information matrix and vector of the readings alone on the errors of steps, in units of prior sigmas."""
-    blocks = np.concatenate(between_jacobians(priors.measured_poses, poses), axis=2)[1:]
+    blocks = np.concatenate(between_jacobians(pose_prior.measured_poses, poses), axis=2)[1:]
     jacobian = np.zeros((*blocks.shape[:2], len(covariance)))
-    for step, (block, sigmas) in enumerate(zip(blocks, priors.sigmas[1:], strict=True)):
+    for step, (block, sigmas) in enumerate(zip(blocks, pose_prior.sigmas[1:], strict=True)):
         jacobian[step, :, 3 * step : 3 * step + 6] = block / sigmas[:, None]
     jacobian = jacobian.reshape(-1, len(covariance))
     unit = np.eye(len(jacobian))
-    known = np.linalg.inv(jacobian @ covariance @ jacobian.T + _HEARD * unit)
-    return known - unit, known @ (between_residuals(priors.measured_poses, poses) / priors.sigmas[1:]).ravel()
+    known = np.linalg.inv(jacobian @ covariance @ jacobian.T + _LEAST_VARIANCE * unit)
+    return known - unit, known @ (between_residuals(pose_prior.measured_poses, poses) / pose_prior.sigmas[1:]).ravel()
 
 
-def _heard_of_axis(
+def _information_on_axis(
     information: FloatArray, pull: FloatArray, axis: int, squares: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return information matrix and vector on the errors of one axis, with those of the others marginalised.
@@ -123,19 +125,19 @@ def _heard_of_axis(
 
 def _square(information: FloatArray, pull: FloatArray, spread: float) -> float:
     """Return the ratio of the error variance of one axis to its prior variance."""
-    log_densities, axes = np.linalg.eigh(information)
-    log_densities, pulls = np.maximum(log_densities, 0.0), axes.T @ pull
+    eigenvalues, axes = np.linalg.eigh(information)
+    eigenvalues, pulls = np.maximum(eigenvalues, 0.0), axes.T @ pull
     scores = np.linspace(-_REACH, _REACH, _GRID)
     logarithms = 2.0 * spread * (scores - spread)
     squares = np.exp(logarithms)[:, None]
-    left = squares / (1.0 + log_densities * squares)
-    llr_by_station = 0.5 * (np.sum(pulls**2 * left - np.log1p(log_densities * squares), axis=1) - scores**2)
-    chances, sums = np.exp(llr_by_station - llr_by_station.max()), left.sum(axis=1)
+    left = squares / (1.0 + eigenvalues * squares)
+    log_posterior = 0.5 * (np.sum(pulls**2 * left - np.log1p(eigenvalues * squares), axis=1) - scores**2)
+    chances, sums = np.exp(log_posterior - log_posterior.max()), left.sum(axis=1)
     return float(np.exp(np.interp(chances @ sums / chances.sum(), sums, logarithms)))
 
 
 def estimate_waypoint_noise(
-    priors: PosePrior,
+    pose_prior: PosePrior,
     poses: FloatArray,
     covariance: FloatArray,
     settings: OdometryNoiseSettings,
@@ -149,14 +151,14 @@ def estimate_waypoint_noise(
     others follows its prior, and so would the estimate. ``covariance``, shape (3 s, 3 s), is that of the corrected
     poses.
     """
-    errors = priors.measured_poses - poses
+    errors = pose_prior.measured_poses - poses
     errors[:, 2] = wrap(errors[:, 2])
-    squares = (errors**2 + np.diag(covariance).reshape(-1, 3)) / priors.sigmas**2
-    sigmas = priors.sigmas.copy()
+    squares = (errors**2 + np.diag(covariance).reshape(-1, 3)) / pose_prior.sigmas**2
+    sigmas = pose_prior.sigmas.copy()
     for axes in (slice(0, 2), slice(2, 3)) if headings else (slice(0, 2),):
         factor = map_scale_factor(squares[:, axes].sum(), float(squares[:, axes].size), settings.log_sigma)
         sigmas[:, axes] *= np.clip(factor, settings.min_factor, settings.max_factor)
-    return priors._replace(sigmas=sigmas)
+    return pose_prior._replace(sigmas=sigmas)
 
 
 def scatter(measured_poses: FloatArray, poses: FloatArray) -> float:

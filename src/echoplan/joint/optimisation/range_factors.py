@@ -194,7 +194,7 @@ def range_jacobian(
     measurements: Measurements,
     tables: SonarTables,
     features: Features,
-    matched: Association,
+    association: Association,
     explained: IntArray,
     walk: tuple[float, float, float, float],
 ) -> tuple[FloatArray, IntArray]:
@@ -211,7 +211,7 @@ def range_jacobian(
     bent_reference = _bend(reference)
     for row, ping in enumerate(explained):
         place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
-        owner = matched.owners[ping]
+        owner = association.owners[ping]
         shape, attenuation = (
             shape_of(features.reflectors[owner]),
             features.attenuations[owner, measurements.stations[ping]],
@@ -222,7 +222,7 @@ def range_jacobian(
         else:
             differentiate(tables, shape, place, own, attenuation)
         jacobian[row, LANDMARK_COLUMNS:NEIGHBOUR_COLUMNS] = own[:3]
-        walk_per_gain = (walk_of(tables, matched.excesses[ping]) - offset) / gain
+        walk_per_gain = (walk_of(tables, association.excesses[ping]) - offset) / gain
         jacobian[row, _RANGE_OFFSET] = 1.0
         jacobian[row, _WALK_GAIN] = walk_per_gain
         jacobian[row, _RANGE_SCALE] = -measurements.readings[ping]

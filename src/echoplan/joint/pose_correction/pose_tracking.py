@@ -73,21 +73,21 @@ def register_in_order(estimate: Estimate, priors: PosePrior, expected: _Expected
         poses=continued(estimate.measured_poses, estimate.marginal_prior.poses),
         features=estimate.known,
     )
-    sights, settings = local_scans_of(estimate), estimate.settings.localisation
+    scans, settings = local_scans_of(estimate), estimate.settings.localisation
     first = max(1, len(estimate.marginal_prior.poses))
     known, recognised = _known(estimate, first), list(range(first))
     for station in range(first, len(estimate.measured_poses)):
         guess, sigmas = expected(estimate.poses, station, recognised)
-        pose, score = locate(sights[station], known, guess, 1.3 * sigmas, settings)
+        pose, score = locate(scans[station], known, guess, 1.3 * sigmas, settings)
         estimate = replace(
             estimate, poses=np.concatenate([estimate.poses[:station], [pose], estimate.poses[station + 1 :]])
         )
         if score > VERY_STRONG:
             recognised.append(station)
-        if score <= _UNDERSTOOD * best_score(sights[station], settings):
+        if score <= _UNDERSTOOD * best_score(scans[station], settings):
             part = _learn(estimate, priors, station + 1)
             poses = np.concatenate([part.poses, estimate.poses[station + 1 :]])
-            estimate, known = replace(estimate, poses=poses, features=part.features), _catalogue(part)
+            estimate, known = replace(estimate, poses=poses, features=part.features), _landmark_map(part)
     return estimate
 
 
@@ -147,7 +147,7 @@ def up_to_station(estimate: Estimate, count: int) -> Estimate:
 def _known(estimate: Estimate, count: int) -> LandmarkMap:
     """Return the map from the first ``count`` stations: landmarks that are known before any search, and arcs."""
     part = up_to_station(estimate, count)
-    return _catalogue(replace(part, features=part.refreshed()))
+    return _landmark_map(replace(part, features=part.refreshed()))
 
 
 def _learn(estimate: Estimate, priors: PosePrior, count: int) -> Estimate:
@@ -157,7 +157,7 @@ def _learn(estimate: Estimate, priors: PosePrior, count: int) -> Estimate:
     return part.alternate(part.noise, first, 2)
 
 
-def _catalogue(known: Estimate) -> LandmarkMap:
+def _landmark_map(known: Estimate) -> LandmarkMap:
     """Return the landmarks, and arcs that none of them explains as a wall, a corner and a cylinder each."""
     features, explained = known.features, known.inlier_mask(known.features)
     loose = [arc for arc in known.arcs if arc.share_of(explained) < 0.5]

@@ -38,35 +38,35 @@ def without_wheel_slip(estimate: Estimate, priors: PosePrior) -> FloatArray | No
     steps = [step for step in range(first, len(estimate.poses)) if _has_twins(estimate.features, step, reaches[step])]
     if not steps:
         return None
-    sights = local_scans_of(estimate)
-    gain, poses = max((_taken_back(estimate, priors, sights, step) for step in steps), key=lambda each: each[0])
+    scans = local_scans_of(estimate)
+    gain, poses = max((_taken_back(estimate, priors, scans, step) for step in steps), key=lambda each: each[0])
     return poses if gain > 0.0 else None
 
 
 def _taken_back(
-    estimate: Estimate, priors: PosePrior, sights: Sequence[LocalScan], step: int
+    estimate: Estimate, priors: PosePrior, scans: Sequence[LocalScan], step: int
 ) -> tuple[float, FloatArray]:
     """Return the gain [nats] and the poses if all stations from a step on move to where they fit best."""
     poses, settings = estimate.poses, estimate.settings.localisation
-    known, scan = _known(estimate.features, step), _together(sights[step:], poses[step:])
+    known, scan = _known(estimate.features, step), _together(scans[step:], poses[step:])
     guess, sigmas = dead_reckoned(priors.measured_poses, poses, step), settings.slip_inflation * priors.reaches[step]
     _, here = locate(scan, known, poses[step], _HERE, settings)
     found, there = locate(scan, known, guess, sigmas, settings)
     return there - here, np.concatenate([poses[:step], compose(compose(found, invert(poses[step])), poses[step:])])
 
 
-def _together(sights: Sequence[LocalScan], poses: FloatArray) -> LocalScan:
+def _together(scans: Sequence[LocalScan], poses: FloatArray) -> LocalScan:
     """Return the arcs of several stations in the frame of the first of them."""
     origins, normals = [], []
-    for scan, pose in zip(sights, compose(invert(poses[0]), poses), strict=True):
+    for scan, pose in zip(scans, compose(invert(poses[0]), poses), strict=True):
         turned = np.exp(1j * pose[2]) * (scan.origins_xy[:, 0] + 1j * scan.origins_xy[:, 1])
         origins.append(np.column_stack([pose[0] + turned.real, pose[1] + turned.imag]))
         normals.append(scan.normals + pose[2])
     return LocalScan(
         np.concatenate(origins),
         np.concatenate(normals),
-        np.concatenate([each.depths for each in sights]),
-        np.concatenate([each.weights for each in sights]),
+        np.concatenate([each.depths for each in scans]),
+        np.concatenate([each.weights for each in scans]),
     )
 
 

@@ -18,7 +18,7 @@ __all__ = ["alternatives_to", "class_probabilities"]
 # Initial radius of an alternative cylinder [m].
 _RADIUS = 0.12
 # Annealing schedule of alternatives: noise in standard deviations, gate [m], steps.
-_COURSE = ((4.0, 0.06, 4), (1.0, 0.03, 4))
+_SCHEDULE = ((4.0, 0.06, 4), (1.0, 0.03, 4))
 # Prior probability that a landmark of two stations or fewer is an echo of a class that the model lacks. Source: all
 # false landmarks of `benchmarks/joint.py 30`, 3 of 82 with so few stations and none of 304 with more. Each further
 # station would have to agree by chance, which is assumed to be ten times rarer.
@@ -103,5 +103,5 @@ def _alternatives(likelihood: PingLikelihood, feature: Hypothesis) -> FloatArray
 def _moved(likelihood: PingLikelihood, reflector: FloatArray, pings: IntArray) -> FloatArray:
     """Refine a reflector on pings by the annealing schedule."""
     noise = likelihood.noise
-    pose_model = [(deviations * noise, max(band, 4 * noise), rounds) for deviations, band, rounds in _COURSE]
-    return approach(likelihood.measurements, likelihood.tables, reflector, pings, pose_model)
+    schedule = [(deviations * noise, max(band, 4 * noise), rounds) for deviations, band, rounds in _SCHEDULE]
+    return approach(likelihood.measurements, likelihood.tables, reflector, pings, schedule)

@@ -40,7 +40,7 @@ _ALONG, _TURN = 0.02, math.radians(0.5)
 
 # A wall with its extent; a sensor position with half of the path length of its echo [m].
 _Known: TypeAlias = tuple[FloatArray, Extent]
-_Heard: TypeAlias = tuple[Point, float]
+_StrongestEcho: TypeAlias = tuple[Point, float]
 
 
 class Corner(NamedTuple):
@@ -89,7 +89,7 @@ def log_densities_over_latent_walls(
     return echo_densities
 
 
-def _strongest(likelihood: PingLikelihood, pings: IntArray) -> _Heard:
+def _strongest(likelihood: PingLikelihood, pings: IntArray) -> _StrongestEcho:
     """Return the shortest reading of the station with most of these pings, and its sensor [m].
 
     The strongest echo reads shortest, because of the range walk.
@@ -104,7 +104,7 @@ def _strongest(likelihood: PingLikelihood, pings: IntArray) -> _Heard:
 
 @compiled
 def _best_echoes(
-    few: Measurements, tables: SonarTables, known: _Known, loudest: _Heard, bare: FloatArray, noise: float
+    few: Measurements, tables: SonarTables, known: _Known, loudest: _StrongestEcho, bare: FloatArray, noise: float
 ) -> tuple[float, FloatArray]:
     """Return the gain of the best latent wall at a known wall [nats], and its log densities."""
     corners, llr_by_station = _corners(few, tables, known, loudest, bare, _COARSE * noise)
@@ -120,7 +120,7 @@ def _best_echoes(
 
 @compiled
 def _corners(
-    few: Measurements, tables: SonarTables, known: _Known, loudest: _Heard, bare: FloatArray, noise: float
+    few: Measurements, tables: SonarTables, known: _Known, loudest: _StrongestEcho, bare: FloatArray, noise: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return the corners whose echo is as long as the measured one, and the gain of each [nats].
 

@@ -187,12 +187,12 @@ def _walls_instead(
 ) -> list[Hypothesis]:
     """Fit a wall to the pings of each supporting station, and return the accepted ones."""
     walls, measurements = list[Hypothesis](), likelihood.measurements
-    pose_model = ((4 * likelihood.noise, 0.06, 4), (likelihood.noise, 0.03, 4))
+    schedule = ((4 * likelihood.noise, 0.06, 4), (likelihood.noise, 0.03, 4))
     for station in np.flatnonzero(joining.llr_by_station > acceptance.settings.min_second_station_llr):
         pings = joining.ping_scores.pings[joining.ping_scores.densities > log_densities[joining.ping_scores.pings]]
         own = pings[measurements.stations[pings] == station]
         start = joining.reflector if joining.is_wall else _touching(joining, measurements.centers[station])
-        wall = likelihood.score(approach(measurements, likelihood.tables, start, own, pose_model))
+        wall = likelihood.score(approach(measurements, likelihood.tables, start, own, schedule))
         wall = likelihood.rescored(wall, log_densities, [*others, *walls])
         if acceptance.is_accepted(wall, log_densities):
             walls.append(wall)

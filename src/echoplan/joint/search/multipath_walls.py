@@ -44,8 +44,8 @@ def without_multipath_walls(
             if _is_lone_wall(each, acceptance):
                 record_event(Decision.REMOVED, each, reason=Reason.SINGLE_STATION)
         return [each for each in features if not _is_lone_wall(each, acceptance)]
-    kept = _without_unheard(likelihood, features, acceptance)
-    return _without_cast(likelihood, kept, acceptance) if _has_volleys(measurements) else kept
+    kept = _without_latent(likelihood, features, acceptance)
+    return _without_crosstalk(likelihood, kept, acceptance) if _fires_together(measurements) else kept
 
 
 def _is_lone_wall(feature: Hypothesis, acceptance: AcceptanceTest) -> bool:
@@ -53,14 +53,14 @@ def _is_lone_wall(feature: Hypothesis, acceptance: AcceptanceTest) -> bool:
     return feature.is_wall and not feature.is_known and acceptance.has_single_station(feature)
 
 
-def _without_unheard(
+def _without_latent(
     likelihood: PingLikelihood, features: Sequence[Hypothesis], acceptance: AcceptanceTest
 ) -> list[Hypothesis]:
     """Remove walls, the weakest first, that gain too little beside multipath over a latent wall."""
     kept = list(features)
     for feature in sorted(features, key=lambda each: each.llr):
         others = [each for each in kept if each is not feature]
-        if _is_weak(feature, acceptance) and not _stands_beside_unheard(likelihood, feature, others, acceptance):
+        if _is_weak(feature, acceptance) and not _gains_beside_latent(likelihood, feature, others, acceptance):
             record_event(Decision.REMOVED, feature, reason=Reason.MULTIPATH)
             kept = others
     return kept
@@ -72,7 +72,7 @@ def _is_weak(feature: Hypothesis, acceptance: AcceptanceTest) -> bool:
     return feature.is_wall and not feature.is_known and supporting <= _FEW_STATIONS
 
 
-def _stands_beside_unheard(
+def _gains_beside_latent(
     likelihood: PingLikelihood, wall: Hypothesis, others: Sequence[Hypothesis], acceptance: AcceptanceTest
 ) -> bool:
     """Return True if a wall gains enough beside the best latent wall."""
@@ -85,7 +85,7 @@ def _stands_beside_unheard(
     return beside.llr > acceptance.settings.min_second_station_llr
 
 
-def _without_cast(
+def _without_crosstalk(
     likelihood: PingLikelihood, features: Sequence[Hypothesis], acceptance: AcceptanceTest
 ) -> list[Hypothesis]:
     """Remove walls that may be crosstalk between sensors."""
@@ -110,7 +110,7 @@ def _usual(features: Sequence[Hypothesis], shares: Sequence[float]) -> float:
     return float(np.median(detected)) if detected else 0.0
 
 
-def _has_volleys(measurements: Measurements) -> bool:
+def _fires_together(measurements: Measurements) -> bool:
     """Return True if sensors fire at the same time."""
     return bool(((measurements.crosstalk_sources >= 0) & (measurements.crosstalk_delays == 0.0)).any())
 

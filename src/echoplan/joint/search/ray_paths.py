@@ -104,7 +104,7 @@ def trace_paths(likelihood: PingLikelihood, features: Sequence[Hypothesis], *, s
     ends = np.full_like(starts, np.nan)
     for number, feature in enumerate(features):
         own = owners == number
-        ends[own] = _turning_points(feature, starts[own])
+        ends[own] = _specular_points(feature, starts[own])
     groups = measurements.stations * max(len(features), 1) + np.maximum(owners, 0)
     counts = np.bincount(groups[owners >= 0], minlength=int(groups.max(initial=0)) + 1)
     sure = (owners >= 0) & (counts[groups] >= max(1.0, _SPAN / step))
@@ -147,7 +147,7 @@ def _owners(likelihood: PingLikelihood, features: Sequence[Hypothesis]) -> IntAr
     return np.where(explained & (best > NO_ECHO), log_densities.argmax(axis=0), -1)
 
 
-def _turning_points(feature: Hypothesis, starts_xy: FloatArray) -> FloatArray:
+def _specular_points(feature: Hypothesis, starts_xy: FloatArray) -> FloatArray:
     """Return the specular points of a landmark for sensors at ``starts_xy`` [m]."""
     if feature.is_wall:
         normal = directions(feature.line[0])

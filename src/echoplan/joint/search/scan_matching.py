@@ -147,7 +147,7 @@ def locate(
     if not len(scan.depths) or not len(landmark_map.reflectors):
         return best, score
     span, steps = settings.search_sigmas * sigmas, np.full(3, settings.steps)
-    turns = math.ceil(span[2] / (2.0 * _are_confirmed(scan, settings)))
+    turns = math.ceil(span[2] / (2.0 * _heading_resolution(scan, settings)))
     steps[2] = max(settings.steps, min(turns, _MOST_TURNS))
     scale, narrowing = np.ones(3), 1.0
     for turn in range(settings.levels + 1):
@@ -170,7 +170,7 @@ def best_score(scan: LocalScan, settings: LocalisationSettings) -> float:
     return float(scan.weights.sum()) * math.log1p(1.0 / settings.outlier_likelihood)
 
 
-def _are_confirmed(scan: LocalScan, settings: LocalisationSettings) -> float:
+def _heading_resolution(scan: LocalScan, settings: LocalisationSettings) -> float:
     """Return the least change of heading that the arcs resolve, by their normals or their positions [rad]."""
     lever = math.sqrt(float(np.mean(np.sum(scan.origins_xy**2, axis=1))))
     return min(settings.normal_sigma, settings.depth_sigma / max(lever, 1e-6))
@@ -201,13 +201,13 @@ def _likely(
     """Return which arcs may belong to which landmarks anywhere within ``span`` of a pose, shape (a, f)."""
     likely = np.zeros((len(scan.depths), len(landmark_map.reflectors)), np.bool_)
     for arc in range(len(likely)):
-        x, y = _is_detected_at(scan, arc, (pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2])))
-        pose_sigma = span[0] + span[1] * math.hypot(scan.origins_xy[arc, 0], scan.origins_xy[arc, 1])
+        x, y = _sensor_position(scan, arc, (pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2])))
+        displacement = span[0] + span[1] * math.hypot(scan.origins_xy[arc, 0], scan.origins_xy[arc, 1])
         bearing = pose[2] + scan.normals[arc]
         for feature in range(len(landmark_map.reflectors)):
             shape = shape_of(landmark_map.reflectors[feature])
-            extent = landmark_map.extents[feature, 0] - pose_sigma, landmark_map.extents[feature, 1] + pose_sigma
-            if abs(scan.depths[arc] - _depth(shape, extent, x, y)) < _FAR * tolerances[0] + pose_sigma:
+            extent = landmark_map.extents[feature, 0] - displacement, landmark_map.extents[feature, 1] + displacement
+            if abs(scan.depths[arc] - _depth(shape, extent, x, y)) < _FAR * tolerances[0] + displacement:
                 turned = abs(_wrapped(bearing - _direction(shape, x, y)))
                 likely[arc, feature] = shape[0] != _WALL or turned < _FAR * tolerances[1] + span[1]
     return likely
@@ -228,7 +228,7 @@ def _scores(
     for arc in range(len(scan.depths)):
         features = np.flatnonzero(likely[arc])
         for number in range(len(poses) if len(features) else 0):
-            x, y = _is_detected_at(scan, arc, (poses[number, 0], poses[number, 1], cosines[number], sines[number]))
+            x, y = _sensor_position(scan, arc, (poses[number, 0], poses[number, 1], cosines[number], sines[number]))
             bearing, best = poses[number, 2] + scan.normals[arc], 0.0
             for feature in features:
                 extent = landmark_map.extents[feature, 0], landmark_map.extents[feature, 1]
@@ -241,7 +241,7 @@ def _scores(
 
 
 @compiled
-def _is_detected_at(scan: LocalScan, arc: int, pose: tuple[float, float, float, float]) -> tuple[float, float]:
+def _sensor_position(scan: LocalScan, arc: int, pose: tuple[float, float, float, float]) -> tuple[float, float]:
     """Return the sensor position of an arc [m] if the robot is at a pose (x, y, cosine and sine of yaw)."""
     x, y, cosine, sine = pose
     ahead, left = scan.origins_xy[arc, 0], scan.origins_xy[arc, 1]

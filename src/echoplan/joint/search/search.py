@@ -204,21 +204,19 @@ class Search:
         """Refine the best few once more on the pings that are still open, and return the best of them."""
         best = self.acceptance.penalised_llr(contenders[0])
         near = [each for each in contenders if self.acceptance.penalised_llr(each) >= min(best, 0.8 * best)]
-        refined = [self._polished(each, log_densities, features) for each in near]
+        refined = [self._refined(each, log_densities, features) for each in near]
         return max([*near, *refined], key=self.acceptance.penalised_llr)
 
-    def _polished(
-        self, hypothesis: Hypothesis, log_densities: FloatArray, features: Sequence[Hypothesis]
-    ) -> Hypothesis:
+    def _refined(self, hypothesis: Hypothesis, log_densities: FloatArray, features: Sequence[Hypothesis]) -> Hypothesis:
         """Refine a hypothesis on the open readings of its supporting stations."""
         likelihood, noise = self.likelihood, self.likelihood.noise
         supporting = (hypothesis.llr_by_station > 0.0)[likelihood.measurements.stations]
         free = np.flatnonzero((log_densities < likelihood.floor + _OPEN) & supporting)
-        courses = [[(noise, max(0.02, 4 * noise), 3)]]
+        schedules = [[(noise, max(0.02, 4 * noise), 3)]]
         if (hypothesis.llr_by_station > self.settings.min_second_station_llr).sum() < _SURE_STATIONS:
             # With few supporting stations, the start may be farther off than the noise.
-            courses.append([(4 * noise, max(0.03, 16 * noise), 3), *courses[0]])
-        proposed = [likelihood.score(self._moved(hypothesis.reflector, free, schedule)) for schedule in courses]
+            schedules.append([(4 * noise, max(0.03, 16 * noise), 3), *schedules[0]])
+        proposed = [likelihood.score(self._moved(hypothesis.reflector, free, schedule)) for schedule in schedules]
         return max(likelihood.score_all(proposed, log_densities, features), key=self.acceptance.penalised_llr)
 
     def _moved(self, reflector: FloatArray, pings: IntArray, schedule: AnnealingSchedule) -> FloatArray:

@@ -71,14 +71,14 @@ def test_a_hypothesis_has_a_kind_and_parameters() -> None:
 
 
 def test_hypotheses_differ_by_kind_place_and_extent() -> None:
-    measured_poses = [
+    hypotheses = [
         feature(corner(1.0, 2.0)),
         feature(cylinder(1.0, 2.0, 0.0)),
         feature(corner(1.0, 2.1)),
         feature(wall(1.0, 2.0)),
     ]
     stretched = feature(wall(1.0, 2.0), extent=(0.0, 1.0))
-    assert len({each.key for each in (*measured_poses, stretched)}) == 5
+    assert len({each.key for each in (*hypotheses, stretched)}) == 5
     assert stretched.key == feature(wall(1.0, 2.0), extent=(0.0, 1.0), llr_by_station=(3.0,)).key
 
 

@@ -82,48 +82,48 @@ def test_a_detection_has_the_normal_density_about_the_expected_reading() -> None
 
 def test_a_non_detection_counts_more_with_a_higher_excess_but_is_bounded() -> None:
     silent = listening()
-    log_evidence = evidence_for(silent, EAST)
-    excess = expected(silent, EAST)[0][log_evidence.pings]
+    scores = evidence_for(silent, EAST)
+    excess = expected(silent, EAST)[0][scores.pings]
     order = np.argsort(excess)
-    assert (np.diff(log_evidence.misses[order]) <= 1e-12).all()
-    assert log_evidence.misses.min() == pytest.approx(np.log(0.06))
-    assert (log_evidence.densities == NO_ECHO).all()
+    assert (np.diff(scores.misses[order]) <= 1e-12).all()
+    assert scores.misses.min() == pytest.approx(np.log(0.06))
+    assert (scores.densities == NO_ECHO).all()
 
 
 def scores_of_shifted_readings(shift: float) -> tuple[PingScores, BoolArray]:
     """Return the scores of pings that detect a wall, with shifted readings, and which pings these are."""
     measurements = pings_of(listening(), [EAST])
-    log_evidence = evidence_for(measurements._replace(readings=measurements.readings + shift), EAST)
-    return log_evidence, np.isfinite(measurements.readings)[log_evidence.pings]
+    scores = evidence_for(measurements._replace(readings=measurements.readings + shift), EAST)
+    return scores, np.isfinite(measurements.readings)[scores.pings]
 
 
 @pytest.mark.parametrize("shift", [-0.2, -0.05])
 def test_masked_pings_have_no_score(shift: float) -> None:
-    log_evidence, detected = scores_of_shifted_readings(shift)
-    assert not log_evidence.unmasked[detected].any()
-    assert not log_evidence.misses[detected].any()
-    assert (log_evidence.densities[detected] == NO_ECHO).all()
+    scores, detected = scores_of_shifted_readings(shift)
+    assert not scores.unmasked[detected].any()
+    assert not scores.misses[detected].any()
+    assert (scores.densities[detected] == NO_ECHO).all()
 
 
 def test_slightly_short_readings_are_neither_detections_nor_masked() -> None:
-    log_evidence, detected = scores_of_shifted_readings(-0.0295)
-    assert log_evidence.unmasked[detected].all()
-    assert not log_evidence.misses[detected].any()
-    assert (log_evidence.densities[detected] == NO_ECHO).all()
+    scores, detected = scores_of_shifted_readings(-0.0295)
+    assert scores.unmasked[detected].all()
+    assert not scores.misses[detected].any()
+    assert (scores.densities[detected] == NO_ECHO).all()
 
 
 def test_longer_readings_are_non_detections() -> None:
-    log_evidence, detected = scores_of_shifted_readings(0.2)
-    assert log_evidence.unmasked[detected].all()
-    assert (log_evidence.misses[detected] < -0.5).all()
-    assert (log_evidence.densities[detected] == NO_ECHO).all()
+    scores, detected = scores_of_shifted_readings(0.2)
+    assert scores.unmasked[detected].all()
+    assert (scores.misses[detected] < -0.5).all()
+    assert (scores.densities[detected] == NO_ECHO).all()
 
 
 def test_echoes_above_the_threshold_are_audible(room: Measurements) -> None:
-    log_evidence = evidence_for(room, EAST)
-    assert (log_evidence.audible == (expected(room, EAST)[0][log_evidence.pings] > 0.0)).all()
-    assert log_evidence.audible.any()
-    assert not log_evidence.audible.all()
+    scores = evidence_for(room, EAST)
+    assert (scores.audible == (expected(room, EAST)[0][scores.pings] > 0.0)).all()
+    assert scores.audible.any()
+    assert not scores.audible.all()
 
 
 @pytest.mark.parametrize("reflector", [wall(0.0, -3.0), wall(0.0, 9.0), cylinder(6.0, 0.0, 0.1)])
@@ -142,6 +142,6 @@ def test_at_the_range_limit_a_missing_echo_is_no_non_detection(margin: float, co
 
 
 def test_feet_are_where_perpendiculars_meet_a_wall(room: Measurements) -> None:
-    log_evidence = evidence_for(room, EAST)
-    assert log_evidence.feet == pytest.approx(room.y[log_evidence.pings])
+    scores = evidence_for(room, EAST)
+    assert scores.feet == pytest.approx(room.y[scores.pings])
     assert not evidence_for(room, cylinder(1.0, 0.0, 0.1)).feet.any()

@@ -38,8 +38,8 @@ def features(*, unheard_from: Sequence[int] = ()) -> Features:
     )
 
 
-def found(pings: Measurements, measured_poses: Features | None = None) -> FloatArray:
-    attenuations: FloatArray = shadowed(pings, SONAR.tabulated(), measured_poses or features()).attenuations[0]
+def found(pings: Measurements, landmarks: Features | None = None) -> FloatArray:
+    attenuations: FloatArray = shadowed(pings, SONAR.tabulated(), landmarks or features()).attenuations[0]
     return attenuations
 
 
@@ -75,8 +75,8 @@ def test_only_walls_have_common_errors_by_attenuation() -> None:
     pings = detected([0.0] * 4)
     column = np.array([[Kind.CYLINDER, 1.7, 0.0, 0.1]])
     readings = np.where(np.isfinite(pings.readings), expected(pings, column[0])[1], np.inf)
-    measured_poses = features()._replace(reflectors=column, extents=np.zeros((1, 2)))
-    assert shadowed(pings._replace(readings=readings), SONAR.tabulated(), measured_poses).bias_variances.tolist() == [
+    landmarks = features()._replace(reflectors=column, extents=np.zeros((1, 2)))
+    assert shadowed(pings._replace(readings=readings), SONAR.tabulated(), landmarks).bias_variances.tolist() == [
         [0.0] * 4
     ]
 
@@ -101,10 +101,8 @@ def test_stations_past_the_ends_of_a_wall_are_used_only_without_others(
 
 def test_the_range_walk_of_attenuated_echoes_is_predicted() -> None:
     pings, sonar = detected([0.0, 0.0, 7.0, 12.0]), SONAR.tabulated()
-    measured_poses = features()
-    plain, asked = (
-        associate(pings, sonar, each, 0.05) for each in (measured_poses, shadowed(pings, sonar, measured_poses))
-    )
+    landmarks = features()
+    plain, asked = (associate(pings, sonar, each, 0.05) for each in (landmarks, shadowed(pings, sonar, landmarks)))
     for station, least in ((2, 0.004), (3, 0.008)):
         own = (pings.stations == station) & np.isfinite(pings.readings)
         assert np.median(plain.residuals[own]) > least

@@ -26,9 +26,9 @@ def ratio_of(residuals: FloatArray) -> float:
     return effective_sample_ratio(MEASUREMENTS, OWNERS, residuals, noise=NOISE)
 
 
-def autocorrelated(marginal_prior: float) -> FloatArray:
+def autocorrelated(correlation: float) -> FloatArray:
     """Return errors of first-order autocorrelation, with the same power."""
-    errors: FloatArray = lfilter([np.sqrt(1 - marginal_prior**2)], [1.0, -marginal_prior], WHITE)
+    errors: FloatArray = lfilter([np.sqrt(1 - correlation**2)], [1.0, -correlation], WHITE)
     return errors
 
 

@@ -78,19 +78,19 @@ def test_only_walls_determine_headings() -> None:
     assert len(heading_measurements_of(detected(post), SONAR.tabulated(), features(post), np.zeros(2)).walls) == 0
 
 
-def state(measured_poses: Features, poses: FloatArray) -> Values:
-    return Values(features=measured_poses, model=SONAR, poses=poses)
+def state(landmarks: Features, poses: FloatArray) -> Values:
+    return Values(features=landmarks, model=SONAR, poses=poses)
 
 
 def test_the_jacobian_of_heading_factors_equals_finite_differences() -> None:
-    poses, measured_poses = np.column_stack([PLACES, [0.1, -0.2]]), features(EASTWARD)
-    now, moved = state(measured_poses, poses), measured_poses.reflectors.copy()
-    bearings = heading_measurements_of(detected(EASTWARD), SONAR.tabulated(), measured_poses, poses[:, 2])
+    poses, landmarks = np.column_stack([PLACES, [0.1, -0.2]]), features(EASTWARD)
+    now, moved = state(landmarks, poses), landmarks.reflectors.copy()
+    bearings = heading_measurements_of(detected(EASTWARD), SONAR.tabulated(), landmarks, poses[:, 2])
     rows = heading_factor(bearings, now)
     servo = [now.layout.sonar + SONAR_UNKNOWNS.index(each) for each in ("servo_gain", "servo_offset")]
     assert rows.columns.tolist() == [[0, now.layout.pose + 2, *servo], [0, now.layout.pose + 5, *servo]]
     moved[:, 1] += 0.02
-    later = state(measured_poses._replace(reflectors=moved), poses + np.array([0.0, 0.0, 0.05]))
+    later = state(landmarks._replace(reflectors=moved), poses + np.array([0.0, 0.0, 0.05]))
     later = replace(later, servo=ServoError(0.97, 0.04))
     assert heading_factor(bearings, later).residuals == pytest.approx(
         rows.residuals - rows.jacobian @ [0.02, 0.05, -0.03, 0.04]
@@ -131,9 +131,9 @@ def pose_prior(poses: PosePrior, squareness: ManhattanPrior | None) -> Priors:
 @pytest.mark.parametrize("off", [-6.0, 6.0])
 def test_walls_along_the_axes_determine_the_headings_of_waypoints(off: float) -> None:
     # The prior sigma of headings is eleven degrees.
-    measured_poses = at(np.radians(off))
-    pings, start = detected(ROOM, believed_heading=np.radians(off)), state(features(ROOM), measured_poses)
-    priors = pose_prior(waypoint_prior(measured_poses, PoseSettings()), AXES)
+    landmarks = at(np.radians(off))
+    pings, start = detected(ROOM, believed_heading=np.radians(off)), state(features(ROOM), landmarks)
+    priors = pose_prior(waypoint_prior(landmarks, PoseSettings()), AXES)
     found = optimise(pings, start, priors, OptimiserSettings())
     assert np.degrees(found.poses[:, 2]) == pytest.approx([0.0, 0.0], abs=1.5)
     assert np.sqrt(np.diag(found.covariance))[-1] < np.radians(3.5)
@@ -141,20 +141,20 @@ def test_walls_along_the_axes_determine_the_headings_of_waypoints(off: float) ->
 
 @pytest.mark.parametrize("squareness", [None, AXES._replace(along_axes=False)])
 def test_walls_of_free_direction_give_no_heading_factors(squareness: ManhattanPrior | None) -> None:
-    measured_poses = at(0.0)
-    priors = pose_prior(waypoint_prior(measured_poses, PoseSettings()), squareness)
-    assert len(heading_factors(detected(ROOM), state(features(ROOM), measured_poses), priors).residuals) == 0
+    landmarks = at(0.0)
+    priors = pose_prior(waypoint_prior(landmarks, PoseSettings()), squareness)
+    assert len(heading_factors(detected(ROOM), state(features(ROOM), landmarks), priors).residuals) == 0
 
 
 def test_odometry_fixed_poses_and_first_estimates_have_no_heading_factors() -> None:
-    measured_poses = at(0.0)
-    odometry_noise = pose_prior(odometry_prior(measured_poses, PoseSettings()), AXES)
-    by_hand = pose_prior(waypoint_prior(measured_poses, PoseSettings()), AXES)
+    landmarks = at(0.0)
+    odometry_noise = pose_prior(odometry_prior(landmarks, PoseSettings()), AXES)
+    by_hand = pose_prior(waypoint_prior(landmarks, PoseSettings()), AXES)
     for priors in (odometry_noise, odometry_noise._replace(poses=None), by_hand._replace(bearings=False)):
-        assert len(heading_factors(detected(ROOM), state(features(ROOM), measured_poses), priors).residuals) == 0
+        assert len(heading_factors(detected(ROOM), state(features(ROOM), landmarks), priors).residuals) == 0
 
 
 def test_corners_and_cylinders_are_ignored() -> None:
-    measured_poses = features(np.concatenate([[[Kind.CORNER, 2.0, 1.5, 0.0]], ROOM]))
-    found = heading_measurements_of(detected(ROOM), SONAR.tabulated(), measured_poses, np.zeros(2))
+    landmarks = features(np.concatenate([[[Kind.CORNER, 2.0, 1.5, 0.0]], ROOM]))
+    found = heading_measurements_of(detected(ROOM), SONAR.tabulated(), landmarks, np.zeros(2))
     assert sorted(set(found.walls.tolist())) == [1, 2, 3, 4]

@@ -70,13 +70,13 @@ def test_poses_without_readings_do_not_change_the_odometry_noise() -> None:
 READING_NOISE = 0.3
 
 
-def solution(priors: PosePrior, truth: FloatArray, *, pose_prior: float = 1.0) -> tuple[FloatArray, FloatArray]:
+def solution(priors: PosePrior, truth: FloatArray, *, sigma_factor: float = 1.0) -> tuple[FloatArray, FloatArray]:
     """Return estimated poses and their covariance, with a factor on the sigma of the readings."""
     sigmas = np.tile(READING_NOISE * priors.sigmas[-1], len(truth))
     found = truth
     told = truth.ravel() + sigmas * np.random.default_rng(1).standard_normal(truth.size)
     for _ in range(5):
-        held = prior(np.arange(truth.size), sigma=pose_prior * sigmas, residual=told - found.ravel())
+        held = prior(np.arange(truth.size), sigma=sigma_factor * sigmas, residual=told - found.ravel())
         information, right = normal_equations([pose_factors(priors, found, 0), held], truth.size)
         found = found + np.linalg.solve(information, right).reshape(-1, 3)
     covariance: FloatArray = np.linalg.inv(information).astype(np.float64)
@@ -94,7 +94,7 @@ def test_the_odometry_noise_is_separated_from_the_noise_of_the_readings(off: flo
 def test_the_information_inflation_corrects_the_odometry_noise() -> None:
     # Poses estimated with twice the true sigma of the readings.
     priors, truth = simulated_path(np.full(3, 0.3))
-    poses, covariance = solution(priors, truth, pose_prior=2.0)
+    poses, covariance = solution(priors, truth, sigma_factor=2.0)
     learned = [
         factors(priors, estimate_odometry_noise(priors, poses, covariance, SETTINGS, information_inflation=u))
         for u in (1.0, 4.0)

@@ -44,18 +44,18 @@ def test_walls_of_many_stations_are_not_aligned_with_the_axes(
 def test_waypoints_are_refined_along_the_axes_if_walls_rest_on_few_stations(
     square: Estimate, monkeypatch: pytest.MonkeyPatch, *, few: bool
 ) -> None:
-    estimate, pose_prior = square, list[ManhattanPrior | None]()
+    estimate, manhattan_priors = square, list[ManhattanPrior | None]()
     priors = Estimate.priors
 
     def noted(self: Estimate, noise: float, poses: PosePrior | None) -> Priors:
         told = priors(self, noise, poses)
-        pose_prior.append(told.squareness)
+        manhattan_priors.append(told.squareness)
         return told
 
     monkeypatch.setattr(Estimate, "priors", noted)
     monkeypatch.setattr(annealing, "rest_on_few_stations", lambda *_: few)
     estimate = refine(estimate, waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors))
-    at_first = pose_prior[0]
+    at_first = manhattan_priors[0]
     assert (at_first is not None and at_first.along_axes) == few
 
 

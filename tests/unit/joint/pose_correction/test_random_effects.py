@@ -41,11 +41,11 @@ def solution(rows: LinearFactor, common: float) -> tuple[LinearFactor, FloatArra
 
 
 def estimated_sigma(common: float, seed: int = 1) -> float:
-    rows, pose_prior = detected(common, seed), GUESS
+    rows, sigma = detected(common, seed), GUESS
     for _ in range(30):
-        squares, count = common_squares(*solution(rows, pose_prior), common=pose_prior)
-        pose_prior = GUESS * float(map_scale_factor(squares / GUESS**2, count, SPREAD))
-    return pose_prior
+        squares, count = common_squares(*solution(rows, sigma), common=sigma)
+        sigma = GUESS * float(map_scale_factor(squares / GUESS**2, count, SPREAD))
+    return sigma
 
 
 @pytest.mark.parametrize("common", [0.003, 0.012, 0.03])

@@ -23,9 +23,9 @@ def north_wall(*, to: float = EAST_END + 0.4, gain: float = 200.0) -> Hypothesis
 def detected(opening: float, beside: Hypothesis) -> tuple[float, FloatArray]:
     """Return the ratio of the best wall across the corner, and the log densities by latent walls."""
     measurements = returning(listening(STATIONS), VERTEX, opening)
-    estimate, pose_model = likelihood(measurements, sonar=PLAIN), [(0.02, 0.2, 20), (0.003, 0.03, 20)]
+    estimate, schedule = likelihood(measurements, sonar=PLAIN), [(0.02, 0.2, 20), (0.003, 0.03, 20)]
     ahead = np.flatnonzero(np.isfinite(measurements.readings))
-    across = approach(measurements, PLAIN.tabulated(), wall(0.9, 1.85), ahead, pose_model)
+    across = approach(measurements, PLAIN.tabulated(), wall(0.9, 1.85), ahead, schedule)
     log_densities = estimate.log_densities([beside])
     alternative = estimate.rescored(estimate.score(across), log_densities, [beside])
     return alternative.llr, log_densities_over_latent_walls(estimate, alternative, [beside], log_densities)[ahead]

@@ -66,8 +66,8 @@ def test_without_other_walls_a_wall_is_kept() -> None:
 def test_a_wall_is_removed_if_a_latent_wall_explains_it_as_well(known: FloatArray, stays: int) -> None:
     measurements = returning(listening(((-0.4, -0.3), (0.3, -0.1), (3.0, -9.0))), (1.2, 1.5), 78.0)
     estimate = likelihood(measurements, sonar=PLAIN)
-    ahead, pose_model = np.flatnonzero(np.isfinite(measurements.readings)), [(0.02, 0.2, 20), (0.003, 0.03, 20)]
-    across = approach(measurements, PLAIN.tabulated(), wall(0.9, 1.85), ahead, pose_model)
+    ahead, schedule = np.flatnonzero(np.isfinite(measurements.readings)), [(0.02, 0.2, 20), (0.003, 0.03, 20)]
+    across = approach(measurements, PLAIN.tabulated(), wall(0.9, 1.85), ahead, schedule)
     strong, (seeming,) = (
         feature(known, extent=(-0.8, 0.9), llr_by_station=(200.0, 200.0, 0.0)),
         rescored(estimate, [across]),
