@@ -72,10 +72,14 @@ def read_config(path: Path, sections: Sections) -> dict[str, Any]:
     tables: dict[str, Any] = {name: (settings, Field(default_factory=settings)) for name, settings in sections.items()}
     strict = {"extra": "forbid"}
     form = create_model("Config", __base__=Form, __cls_kwargs__=strict, run=(dict[str, Any], {}), **tables)
-    with warnings.catch_warnings(record=True, action="always", category=FutureWarning) as renamed:
-        config = read_toml(path, form)
-    for each in renamed:
-        warnings.warn(f"{path}: {each.message}", FutureWarning, stacklevel=2)
+    renamed: list[warnings.WarningMessage] = []
+    try:
+        with warnings.catch_warnings(record=True, action="always", category=FutureWarning) as renamed:
+            config = read_toml(path, form)
+    finally:
+        # An error names the new key, which the file does not have: the warning says which one it was.
+        for each in renamed:
+            warnings.warn(f"{path}: {each.message}", FutureWarning, stacklevel=2)
     return {name: getattr(config, name) for name in sections}
 
 

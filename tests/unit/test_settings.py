@@ -108,8 +108,11 @@ def test_a_former_key_beside_its_current_one_is_an_error_in_one_line(tmp_path: P
         read(tmp_path, "[stage]\nmost = 4\nmax_steps = 5\n")
 
 
-def test_a_bad_value_under_a_former_key_is_told_by_the_current_one(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"stage\.max_steps: must be .*, not 0; max_steps: Largest number of steps\.$"):
+def test_an_error_under_a_former_key_also_reports_the_new_name(tmp_path: Path) -> None:
+    with (
+        pytest.warns(FutureWarning, match="the key most is now called max_steps"),
+        pytest.raises(InputError, match=r"stage\.max_steps: must be .*, not 0; max_steps: Largest number of steps\.$"),
+    ):
         read(tmp_path, "[stage]\nmost = 0\n")
 
 

@@ -19,8 +19,11 @@ def settings_of(config: Path | None, section: str, settings_type: type[SettingsT
 
     if config is None:
         return settings_type()
-    with warnings.catch_warnings(record=True, action="always", category=FutureWarning) as renamed:
-        settings: SettingsT = read_config(config, {section: settings_type})[section]
-    for each in renamed:
-        sys.stderr.write(f"echoplan: {each.message}\n")
+    renamed: list[warnings.WarningMessage] = []
+    try:
+        with warnings.catch_warnings(record=True, action="always", category=FutureWarning) as renamed:
+            settings: SettingsT = read_config(config, {section: settings_type})[section]
+    finally:
+        for each in renamed:
+            sys.stderr.write(f"echoplan: {each.message}\n")
     return settings

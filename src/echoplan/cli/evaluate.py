@@ -16,10 +16,10 @@ __all__ = ["MinHeard", "MinStations", "evaluation_tables", "inside", "replaces_m
 MinStations = Annotated[
     int,
     typer.Option(
-        min=0, help="Least number of stations that must be able to detect an object for it to count for recall."
+        min=1, help="Least number of stations that must be able to detect an object for it to count for recall."
     ),
 ]
-MinHeard = Annotated[int | None, typer.Option(min=0, hidden=True, help="Former name of --min-stations.")]
+MinHeard = Annotated[int | None, typer.Option(min=1, hidden=True, help="Former name of --min-stations.")]
 
 
 def run(

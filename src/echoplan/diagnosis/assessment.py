@@ -20,7 +20,7 @@ __all__ = ["Measures", "assess", "examine", "verdict_of"]
 
 # Length of a step up to which the path is taken as straight [m].
 _STEP = 0.5
-# Share of explained echoes from which `joint` does not question the recorded poses.
+# Share of explained echoes below which `joint` always questions the recorded poses.
 _AGREE = EstimateSettings().min_inlier_ratio
 # Number of windows of a long recording over which the share is averaged: each takes as long as mapping it.
 _WINDOWS = 5
@@ -124,7 +124,8 @@ def examine(rig: Rig, sweeps: Sequence[Sweep], *, conventions: Conventions | Non
     Returns
     -------
     Quality
-        ``good`` if nothing was found, ``failed`` if the recording does not follow the conventions.
+        ``good`` if nothing was found, ``failed`` if the recording does not follow the conventions, ``doubtful`` for
+        faults and misplaced stations.
     """
     now, faults = conventions or Conventions(), find_faults(sweeps, rig)
     measures = Measures(share=1.0, confirmed=1.0, features=1, faults=faults)
@@ -171,14 +172,14 @@ def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: C
     faults = find_faults(sweeps, rig)
     cleaned = clean_sweeps(sweeps, rig, faults)
     placed = _placed(cleaned, feature_map)
-    agreement = _agreement(feature_map)
+    ratio = _inlier_ratio(feature_map)
     measures = Measures(
-        share=_share(agreement, rig, placed, faults) if placed else 0.0,
+        share=_share(ratio, rig, placed, faults) if placed else 0.0,
         confirmed=_confirmed(feature_map),
         features=len(feature_map.walls) + len(feature_map.corners) + len(feature_map.cylinders),
         faults=faults,
         crossed=_crossed_walls(feature_map),
-        unchecked=feature_map.method if agreement is None else "",
+        unchecked=feature_map.method if ratio is None else "",
     )
     # With unknown poses or an unsuitable beam, no conventions explain the echoes.
     if not placed or faults.recording:
@@ -194,24 +195,25 @@ def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: C
     return measures
 
 
-def _agreement(feature_map: FeatureMap) -> float | None:
+def _inlier_ratio(feature_map: FeatureMap) -> float | None:
     """Return the share of echoes that the map explains; None if the method does not report it."""
     found = feature_map.parameters.get("found")
-    return float(found["agreement"]) if isinstance(found, Mapping) and "agreement" in found else None
+    ratio = found.get("inlier_ratio") if isinstance(found, Mapping) else None
+    return None if ratio is None else float(ratio)
 
 
-def _share(agreement: float | None, rig: Rig, placed: Sequence[Sweep], faults: Faults) -> float:
+def _share(ratio: float | None, rig: Rig, placed: Sequence[Sweep], faults: Faults) -> float:
     """Return the share of explained echoes.
 
     It is that which the method reports, or else that of a model of one room from the poses of the map.
     """
     window = EstimateSettings().window
     # For a longer recording, `joint` reports the share of the last window only.
-    if agreement is not None and len(stations_of(placed).poses) <= window.stations + window.stride:
-        return agreement
+    if ratio is not None and len(stations_of(placed).poses) <= window.stations + window.stride:
+        return ratio
     # The sonar model does not apply to lidar readings.
     if any(fault.kind is RecordingFaultKind.NARROW_BEAM for fault in faults.recording):
-        return 1.0 if agreement is None else agreement
+        return 1.0 if ratio is None else ratio
     # All stations of a window are used: fewer ones would share fewer landmarks.
     parts = (sampled(part, rig, stations=window.stations) for part in windows(placed, most=_WINDOWS))
     return float(np.mean([consistency(part, rig).share for part in parts]))

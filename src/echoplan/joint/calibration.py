@@ -50,10 +50,9 @@ def calibration(estimate: Estimate, solution: Solution) -> dict[str, object]:
     }
     if not math.isnan(estimate.recorded.temperature):
         learned["range_scale"]["temperature"] = estimate.recorded.temperature
-    beam_prior = {"figure_of_merit": model.figure_of_merit, "ka": model.ka}
-    beam = {"cone": model.cone} if model.cone else beam_prior
+    beam = {"cone": model.cone} if model.cone else {"figure_of_merit": model.figure_of_merit, "ka": model.ka}
     poses = {"model": estimate.pose_model, **asdict(estimate.pose_status)}
-    return {**learned, **beam, "noise": estimate.noise, "agreement": inlier_ratio(estimate), "poses": poses}
+    return {**learned, **beam, "noise": estimate.noise, "inlier_ratio": inlier_ratio(estimate), "poses": poses}
 
 
 def _open_lag(estimate: Estimate) -> float:

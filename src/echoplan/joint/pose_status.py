@@ -17,7 +17,7 @@ class PoseModel(StrEnum):
 class PoseReason(StrEnum):
     """Reason why poses are used as recorded (the first five) or corrected."""
 
-    REQUESTED = "requested"
+    TRUSTED = "trusted"
     CONSISTENT = "consistent"
     TOO_FEW_ECHOES = "too few echoes"
     NO_CORRECTION_NEEDED = "no correction needed"
@@ -48,7 +48,7 @@ class PoseStatus:
         Whether a step was an outlier: wheel slip.
     """
 
-    reason: PoseReason = PoseReason.REQUESTED
+    reason: PoseReason = PoseReason.TRUSTED
     inlier_ratio: float | None = None
     is_requested: bool = False
     is_odometry_specified: bool = False

@@ -3,26 +3,31 @@
 from collections.abc import Mapping
 from typing import Any
 
+from echoplan.joint.pose_status import PoseModel, PoseReason
+
 __all__ = ["poses_in_words"]
 
 _AS_RECORDED = {
-    "requested": "used as recorded, as requested",
-    "consistent": "used as recorded: {share} of the echoes fit together",
-    "too few echoes": "used as recorded: too few echoes to check them",
-    "no correction needed": "no correction was needed: the echoes fit together as well from the poses as recorded",
-    "no better poses": "left as recorded: only {share} of the echoes fit together, and other poses explain no more",
+    PoseReason.TRUSTED: "used as recorded, as requested",
+    PoseReason.CONSISTENT: "used as recorded: {share} of the echoes fit together",
+    PoseReason.TOO_FEW_ECHOES: "used as recorded: too few echoes to check them",
+    PoseReason.NO_CORRECTION_NEEDED: "no correction was needed: the echoes fit together as well from the poses as "
+    "recorded",
+    PoseReason.NO_BETTER_POSES: "left as recorded: only {share} of the echoes fit together, and other poses explain no "
+    "more",
 }
 _CORRECTED = {
-    "odometry": "",
-    "duplicated walls": ": from the poses as recorded, most walls were there twice",
-    "inconsistent": ": only {share} of the echoes fit together from the poses as recorded",
-    "more likely": ": {share} of the echoes fit together from the poses as recorded, but {model} explain them better",
+    PoseReason.ODOMETRY: "",
+    PoseReason.DUPLICATED_WALLS: ": too many walls were duplicated from the poses as recorded",
+    PoseReason.INCONSISTENT: ": only {share} of the echoes fit together from the poses as recorded",
+    PoseReason.MORE_LIKELY: ": {share} of the echoes fit together from the poses as recorded, but {model} explain them "
+    "better",
 }
 _REMARKS = {
     "exceeds_specification": "; its errors are larger than specified",
     "has_slips": "; a wheel slipped",
 }
-_MODELS = {"odometry": "steps of the robot with errors", "absolute": "places a few centimetres elsewhere"}
+_MODELS = {PoseModel.ODOMETRY: "errors of the odometry", PoseModel.ABSOLUTE: "pose errors of a few centimetres"}
 
 
 def poses_in_words(status: Mapping[str, Any] | str) -> str:
@@ -31,7 +36,7 @@ def poses_in_words(status: Mapping[str, Any] | str) -> str:
     Parameters
     ----------
     status : mapping of str to object, or str
-        The status as in ``map.json``; earlier releases wrote the sentence itself.
+        The status as in ``map.json``; versions before 0.1.0 wrote the sentence.
 
     Returns
     -------
@@ -40,12 +45,15 @@ def poses_in_words(status: Mapping[str, Any] | str) -> str:
     """
     if isinstance(status, str):
         return status
-    ratio, reason = status.get("inlier_ratio"), status["reason"]
-    words = {"share": "" if ratio is None else f"{100.0 * ratio:.0f} %", "model": _MODELS.get(status["model"], "")}
+    ratio, reason = status.get("inlier_ratio"), PoseReason(status["reason"])
+    words = {
+        "share": "" if ratio is None else f"{100.0 * ratio:.0f} %",
+        "model": _MODELS.get(PoseModel(status["model"]), ""),
+    }
     if reason in _AS_RECORDED:
         return _AS_RECORDED[reason].format(**words)
     parts = [
-        "corrected by a few centimetres" if status["model"] == "absolute" else "corrected",
+        "corrected by a few centimetres" if status["model"] == PoseModel.ABSOLUTE else "corrected",
         _cause(status),
         _CORRECTED[reason].format(**words),
         *(words for flag, words in _REMARKS.items() if status[flag]),

@@ -40,7 +40,7 @@ def test_a_map_that_no_method_checks_has_failed_if_the_recording_is_written_othe
 
 def test_a_long_map_is_judged_by_all_of_it() -> None:
     poses = np.array([sweep.station for sweep in many_sweeps()])
-    found = {"found": {"agreement": 0.98}}
+    found = {"found": {"inlier_ratio": 0.98}}
     whole = replace(sound_map(), sweeps=np.arange(len(poses)), poses=poses, parameters=found)
     assert assess(whole, RIG, many_sweeps()).verdict is Verdict.GOOD
     drifting = poses + np.linspace(1.0, 0.0, len(poses))[:, None] * np.array([1.0, 0.5, 1.0])

@@ -310,7 +310,7 @@ def test_the_calibration_is_reported_with_the_settings() -> None:
     assert found.method == "joint"
     assert told["search"]["min_log_likelihood_ratio"] == JointSettings().search.min_log_likelihood_ratio
     assert told["found"]["range_scale"]["value"] == pytest.approx(0.0, abs=4 * told["found"]["range_scale"]["sigma"])
-    assert told["found"]["agreement"] > 0.95
+    assert told["found"]["inlier_ratio"] > 0.95
     assert 0.001 < told["found"]["noise"] < 0.005
 
 

@@ -32,5 +32,5 @@ def test_a_sentence_says_who_asked_and_what_odometry_did() -> None:
     )
 
 
-def test_sentences_of_earlier_releases_are_kept() -> None:
+def test_sentences_of_earlier_versions_are_kept() -> None:
     assert poses_in_words("used as recorded, as asked for") == "used as recorded, as asked for"

@@ -199,4 +199,4 @@ def test_the_calibration_has_sigmas() -> None:
     scale = learned["range_scale"]
     assert isinstance(scale, dict)
     assert abs(scale["value"]) < 3 * scale["sigma"] + 0.002
-    assert set(learned) >= {"range_offset", "walk_gain", "servo_latency", "noise", "agreement", "poses"}
+    assert set(learned) >= {"range_offset", "walk_gain", "servo_latency", "noise", "inlier_ratio", "poses"}
