@@ -54,8 +54,8 @@ MUTANTS = {
     ),
     "the thermometer is ignored": Mutant(
         file="estimate.py",
-        old="is_told = drifting or not math.isnan(self.recorded.temperature)",
-        new="is_told = drifting",
+        old="is_scale_known = drifting or not math.isnan(self.recorded.temperature)",
+        new="is_scale_known = drifting",
         tests=("test_mapper.py",),
     ),
     "noise is not part of the cache key": Mutant(
@@ -84,17 +84,17 @@ MUTANTS = {
     ),
     "the initial search is never repeated": Mutant(
         file="estimate.py",
-        old="for _ in range(_GLANCES):\n            scale",
+        old="for _ in range(_MAX_REPEATS):\n            scale",
         new="for _ in range(1):\n            scale",
         tests=("test_estimate.py",),
     ),
-    "the last adjustment of `explain` is left out": Mutant(
+    "the last optimisation of `explain` is left out": Mutant(
         file="estimate.py",
         old="return now.optimise(now.noise).rescore(now.noise)\n\n    def alternate",
         new="return now.rescore(now.noise)\n\n    def alternate",
         tests=("test_estimate.py",),
     ),
-    "a station never misses a feature": Mutant(
+    "a station never misses a landmark": Mutant(
         file="pose_correction/relocalisation.py",
         old="each.llr_by_station[station] < _MISSED",
         new="each.llr_by_station[station] < -1e9",

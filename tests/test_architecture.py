@@ -118,18 +118,19 @@ def test_every_dataclass_is_frozen() -> None:
     assert not loose
 
 
-def test_estimates_are_values_that_nobody_changes() -> None:
+def test_estimates_are_immutable() -> None:
     joint = [path for path in FILES if "joint" in path.relative_to(SOURCE).parts]
     changed = []
     for path in joint:
-        # The public mapper collects sweeps, and a cache lists the bursts of pings once somebody needs them.
+        # Exempt: the public mapper, which collects sweeps; Multipath, which computes emissions on first use; and the
+        # logging handler of the trace.
         initialisers = {
             id(each)
             for node in parsed(path)
             if isinstance(node, ast.ClassDef)
             for method in node.body
             if isinstance(method, FUNCTIONS)
-            and (method.name == "__init__" or node.name in ("JointMapper", "Multipath"))
+            and (method.name == "__init__" or node.name in ("JointMapper", "Multipath", "_Collector"))
             for each in ast.walk(method)
         }
         for node in parsed(path):
@@ -164,6 +165,7 @@ def test_errors_are_caught_broadly_nowhere() -> None:
 
 
 def test_inheritance_is_flat() -> None:
+    # Every settings class derives from Settings; only the depth below it counts.
     def depth(kind: type) -> int:
         own = [base for base in kind.__mro__ if base.__module__.startswith("echoplan") and base is not Settings]
         return len(own)

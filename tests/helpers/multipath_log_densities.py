@@ -1,4 +1,4 @@
-"""What ghosts alone explain: levels raised from nothing."""
+"""Log densities of pings by multipath alone."""
 
 import numpy as np
 
@@ -11,25 +11,25 @@ from echoplan.joint.likelihood.ping_scores import NO_ECHO
 from echoplan.preprocessing.measurements import Measurements
 
 
-def volleys_over(
-    detected: tuple[Measurements, SonarTables, Emissions],
+def crosstalk_log_densities(
+    inputs: tuple[Measurements, SonarTables, Emissions],
     walls: tuple[FloatArray, FloatArray],
     extents: tuple[Extent, Extent],
     noise: float,
 ) -> FloatArray:
     """What bursts explain that come by way of walls and were not meant for these pings."""
-    add_crosstalk(log_densities := levels_of_no_echo(detected[0]), detected, walls, extents, noise)
+    add_crosstalk(log_densities := log_densities_without_echo(inputs[0]), inputs, walls, extents, noise)
     return log_densities
 
 
 def ghosts_of_cylinder(
-    detected: tuple[Measurements, SonarTables], wall: FloatArray, cylinder: FloatArray, noise: float
+    inputs: tuple[Measurements, SonarTables], wall: FloatArray, cylinder: FloatArray, noise: float
 ) -> FloatArray:
     """What echoes of a cylinder in a wall explain."""
-    add_ghosts_of_cylinder(log_densities := levels_of_no_echo(detected[0]), detected, wall, cylinder, noise)
+    add_ghosts_of_cylinder(log_densities := log_densities_without_echo(inputs[0]), inputs, wall, cylinder, noise)
     return log_densities
 
 
-def levels_of_no_echo(measurements: Measurements) -> FloatArray:
-    """Levels of pings that nothing explains."""
+def log_densities_without_echo(measurements: Measurements) -> FloatArray:
+    """Log densities of pings without any echo."""
     return np.full(len(measurements.readings), NO_ECHO)

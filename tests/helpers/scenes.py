@@ -48,7 +48,7 @@ def pings(
 
 
 def around(middle: float, half_width: float) -> FloatArray:
-    """HeadingMeasurements in steps of one degree about a middle."""
+    """Bearings in steps of one degree about a middle."""
     count = round(half_width / STEP)
     bearings: FloatArray = middle + STEP * np.arange(-count, count + 1, dtype=np.float64)
     return bearings

@@ -18,7 +18,7 @@ from echoplan.joint.likelihood.ping_scores import NO_ECHO, score_pings
 from echoplan.preprocessing.measurements import Measurements, select_measurements
 from echoplan.preprocessing.servo import apply_servo_latency
 from helpers.expectations import NOISE, ROOM, SONAR, cylinder, edge, expected, listening, pings_of, wall
-from helpers.multipath_log_densities import ghosts_of_cylinder, volleys_over
+from helpers.multipath_log_densities import crosstalk_log_densities, ghosts_of_cylinder
 
 POSES = st.tuples(st.floats(-10, 10), st.floats(-10, 10), st.floats(-3, 3))
 SEEDS = st.integers(0, 10_000)
@@ -158,7 +158,7 @@ def volleys(
     measurements: Measurements, walls: tuple[FloatArray, FloatArray], extents: tuple[Extent, Extent]
 ) -> FloatArray:
     """What bursts by way of walls explain."""
-    return volleys_over((measurements, HEARING, emissions_of(measurements, HEARING)), walls, extents, ROUGH)
+    return crosstalk_log_densities((measurements, HEARING, emissions_of(measurements, HEARING)), walls, extents, ROUGH)
 
 
 @settings(max_examples=30)

@@ -51,9 +51,8 @@ class Measures:
     remedies : tuple of Remedy, optional
         Wrong conventions or sensor directions that explain the symptoms.
     unchecked : str, optional
-        Name of the method if it does not report how many echoes its map explains; then ``share`` is that of the model
-        of
-        one room from the poses of the map.
+        Name of the method if it does not report how many echoes its map explains. Then ``share`` is what a model of
+        one room explains from the poses of the map.
     """
 
     share: float

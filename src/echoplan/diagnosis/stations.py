@@ -11,7 +11,8 @@ from echoplan.diagnosis.consistency import estimate_of, sampled, stations_of, wi
 from echoplan.geometry import compose, invert
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.pose_correction.consistency import log_evidence
-from echoplan.joint.search.scan_matching import LandmarkMap, local_scans, locate
+from echoplan.joint.pose_correction.pose_tracking import local_scan_of
+from echoplan.joint.search.scan_matching import LandmarkMap, locate
 from echoplan.joint.settings import EstimateSettings
 from echoplan.model import Rig, Sweep
 
@@ -115,8 +116,7 @@ def _elsewhere(estimate: Estimate, station: int) -> tuple[FloatArray, float]:
         for each in estimate.features
         if each.supporting(least) - int(each.llr_by_station[station] > least) >= _OTHERS
     ]
-    arcs = [arc for arc in estimate.arcs if arc.station == station]
-    scan = local_scans(arcs, estimate.recorded, estimate.model.tabulated(), estimate.measured_poses[station])
+    scan = local_scan_of(estimate, station)
     landmark_map, here = LandmarkMap.of(known), estimate.measured_poses[station]
     _, now = locate(scan, landmark_map, here, _HELD * _SLIP, settings)
     moved, then = locate(scan, landmark_map, here, _SLIP, settings)

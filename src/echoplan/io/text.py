@@ -81,17 +81,7 @@ def format_toml(table: Mapping[str, object]) -> str:
     Examples
     --------
     >>> print(format_toml({"name": "ring", "turret": {"x": 0.0}, "sensor": [{"id": 0}, {"id": 1}]}))
-    name = "ring"
-    <BLANKLINE>
-    [turret]
-    x = 0.0
-    <BLANKLINE>
-    [[sensor]]
-    id = 0
-    <BLANKLINE>
-    [[sensor]]
-    id = 1
-    <BLANKLINE>
+    name = "ring" <BLANKLINE> [turret] x = 0.0 <BLANKLINE> [[sensor]] id = 0 <BLANKLINE> [[sensor]] id = 1 <BLANKLINE>
     """
     return "\n".join(_toml_lines(table, path=())).lstrip("\n") + "\n"
 

@@ -69,8 +69,8 @@ def find_arcs(measurements: Measurements, *, resolution: float, settings: ArcSet
     """Find the arcs of every station in readings of the given resolution [m].
 
     An arc has at least three echoes where the rotation steps of the sensor are below 3 degrees, two where they are
-    below
-    10 degrees, and one where they are coarser. Only arcs of the finest kind are split at local maxima of the range.
+    below 10 degrees, and one where they are coarser. Only arcs of the finest kind are split at local maxima of the
+    range.
     """
     bearings, arcs = measurements.bearings, []
     for station in range(len(measurements.centers)):
@@ -141,8 +141,7 @@ def _offset(measurements: Measurements, tables: SonarTables, pings: IntArray, no
     """Return the median offset of planes with one normal that fit single pings, and the misfit to all pings [m].
 
     The misfit is the mean of the absolute deviations, each capped at 3 cm, plus 1 cm times the share of pings whose
-    echo is
-    expected below the threshold.
+    echo is expected below the threshold.
     """
     ranges = tables.scale * measurements.readings[pings]
     depth, silent = np.median(ranges), 0

@@ -17,10 +17,8 @@ def calibration(estimate: Estimate, solution: Solution) -> dict[str, object]:
     """Return the calibration with standard deviations, those of the priors, and the status of the poses.
 
     Values are in SI units and keyed by parameter; ``prior_sigma`` is the standard deviation of the prior. The figure of
-    merit
-    [dB] and ka of the beam (or the half angle of the ray cone [rad]), the noise [m], the inlier ratio and the pose
-    status
-    have keys of their own. ``solution`` is that of all readings so far, including marginalised ones.
+    merit [dB] and ka of the beam (or the half angle of the ray cone [rad]), the noise [m], the inlier ratio and the
+    pose status have keys of their own. ``solution`` is that of all readings so far, including marginalised ones.
     """
     sigmas, model, settings = solution.sonar_sigmas(), solution.model, estimate.settings.optimiser
     priors = estimate.priors(estimate.noise, estimate.pose_prior)
@@ -59,8 +57,7 @@ def _open_lag(estimate: Estimate) -> float:
     """Return half the median one-way travel time of the echoes [s].
 
     The model assumes that the servo turns while sound travels. A servo that waits for each echo therefore appears late
-    by
-    the one-way travel time. Which of both applies is unknown, so half of it is the correction and the standard
+    by the one-way travel time. Which of both applies is unknown, so half of it is the correction and the standard
     deviation.
     """
     readings = estimate.recorded.readings

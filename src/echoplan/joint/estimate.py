@@ -144,11 +144,11 @@ class Estimate:
         members: BoolArray = np.array([each.is_square for each in self.features], dtype=bool)
         return self.square._replace(members=members) if self.square is not None and members.any() else None
 
-    def with_squareness(self, pose_prior: ManhattanPrior | None) -> "Estimate":
+    def with_squareness(self, manhattan_prior: ManhattanPrior | None) -> "Estimate":
         """Return the estimate with a Manhattan prior (or none), whose members are marked on the landmarks."""
-        members = np.zeros(len(self.features), dtype=bool) if pose_prior is None else pose_prior.members
+        members = np.zeros(len(self.features), dtype=bool) if manhattan_prior is None else manhattan_prior.members
         features = [replace(each, is_square=bool(e)) for each, e in zip(self.features, members, strict=True)]
-        return replace(self, square=pose_prior, features=features)
+        return replace(self, square=manhattan_prior, features=features)
 
     @property
     def is_along_axes(self) -> bool:
@@ -206,12 +206,12 @@ class Estimate:
         """Alternate optimisation and rescoring until poses and detections converge, at most ``rounds`` times."""
         now = self
         for _ in range(rounds):
-            measurements = _detections(now)
+            detected = _detections(now)
             now = now.optimise(noise, priors).rescore(noise)
             if (
                 now.solution is not None
                 and now.solution.newton_decrement < _SETTLED
-                and np.array_equal(measurements, _detections(now))
+                and np.array_equal(detected, _detections(now))
             ):
                 break
         return now
@@ -247,7 +247,7 @@ class Estimate:
             now = now.optimise(now.noise, now.pose_prior).rescore(now.noise)
         return now
 
-    def clear(self) -> "Estimate":
+    def remove_multipath_walls(self) -> "Estimate":
         """Remove walls that multipath explains as well; run it last, as wrong poses make real walls look so."""
         search = self._search()
         kept = without_multipath_walls(search.likelihood, self.features, search.acceptance)
@@ -315,12 +315,12 @@ class Estimate:
             servo=self.servo,
         )
 
-    def shared_rounding(self, noise: float, common: float = 0.0) -> float:
+    def shared_rounding(self, noise: float, icc: float = 0.0) -> float:
         """Return the standard deviation of the rounding error that readings of one distance share [m].
 
-        Readings scatter by ``noise`` [m]; the share ``common`` of its variance is common to a station.
+        Readings scatter by ``noise`` [m], with an intraclass correlation ``icc`` within a station.
         """
-        before = (1.0 - common) * noise**2 - self.rounding**2
+        before = (1.0 - icc) * noise**2 - self.rounding**2
         return shared_rounding_sigma(self.resolution, math.sqrt(max(before, 0.0)))
 
     def estimate_figure_of_merit(self) -> "Estimate":
@@ -351,8 +351,7 @@ class Estimate:
         """Return the factor by which readings are underweighted where poses are fixed, else 1.
 
         With fixed poses, errors of the sonar model are common to all readings of a landmark. The weights of readings
-        stay low,
-        and this factor only corrects the covariance.
+        stay low, and this factor only corrects the covariance.
         """
         return self.estimate_effective_sample_ratio() if self.pose_prior is None else 1.0
 

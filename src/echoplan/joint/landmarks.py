@@ -1,5 +1,6 @@
 """The types of landmarks: number of parameters, reflection, class in the map, and resolution of proposals."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ __all__ = ["LANDMARKS", "PARAMETERS", "LandmarkType"]
 
 
 class LandmarkType(NamedTuple):
-    """What the estimator needs to know of a type of landmark, besides its echo (``acoustics.predicted_echo``).
+    """Properties of a type of landmark, except its echo (``acoustics.predicted_echo``).
 
     Attributes
     ----------
@@ -21,9 +22,10 @@ class LandmarkType(NamedTuple):
     feature_class : FeatureClass
         What it is in a map.
     is_surface : bool
-        Whether it reflects specularly.  Points return little sound: missed detections say little of them.
+        Whether it reflects specularly.  Points return little sound, so that non-detections of them
+        are weak evidence.
     proposal_cell : tuple of float
-        Proposals within such a cell of the parameters are one [rad, m; m, m, m].
+        Proposals in the same cell of this size count as one [rad, m; m, m, m].
     refined_cell : tuple of float
         The same once they are refined.
     """
@@ -48,8 +50,7 @@ LANDMARKS: dict[Kind, LandmarkType] = {
         parameters=2,
         feature_class=FeatureClass.WALL,
         is_surface=True,
-        # 2 degrees.
-        proposal_cell=(0.03490658503988659, 0.015, 1.0),
+        proposal_cell=(math.radians(2.0), 0.015, 1.0),
         refined_cell=(0.01, 0.006, 1.0),
     ),
     Kind.CORNER: _CORNER,

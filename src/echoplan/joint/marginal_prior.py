@@ -39,8 +39,7 @@ class MarginalPrior:
         Landmarks that only stations of the window detected.
     summary : InformationPrior, optional
         Information on the parameters of ``features``, the sonar, and the first pose of the window if it is a variable:
-        in
-        this order.
+        in this order.
     echoes : mapping of tuple of int to CornerEcho, optional
         Echoes of the corners of two walls, by the track numbers of both.
     poses : ndarray, shape (k, 3), optional
@@ -128,8 +127,8 @@ class MarginalPrior:
         """Return the echoes of corners between landmarks of this prior, by their positions in ``features``."""
         places = {each.history.number: place for place, each in enumerate(features)}
         pairs = {
-            (min(places[one], places[other]), max(places[one], places[other])): detected
-            for (one, other), detected in self.echoes.items()
+            (min(places[one], places[other]), max(places[one], places[other])): echo
+            for (one, other), echo in self.echoes.items()
             if one in places and other in places
         }
         return Echoes.of(features, pairs)
@@ -153,8 +152,7 @@ def marginalise_poses(
     """Eliminate the first ``poses`` poses from the normal equations (Schur complement).
 
     Landmarks, sonar and the remaining poses keep the information of the factors, which are linearised at ``state``, and
-    of
-    the previous prior ``known``, whose columns are positions in the same layout.
+    of the previous prior ``known``, whose columns are positions in the same layout.
     """
     layout = state.layout
     information, vector = normal_equations(rows, layout.size)

@@ -91,11 +91,9 @@ def _is_there(feature: Hypothesis) -> bool:
     """Return True if a landmark probably is of its class, and most of the stations that should detect it did.
 
     In a long recording, a false landmark always explains the pings of a few stations a little better. So most stations
-    that
-    detected it must have detected it past all walls. Most of those that should have detected it must have done so,
-    except
-    for corners and edges, which return little sound. A wall through which half as many pings passed as it reflected is
-    false, and so is a landmark that is not the best explanation of any ping.
+    that detected it must have detected it past all walls. Most of those that should have detected it must have done so,
+    except for corners and edges, which return little sound. A wall through which half as many pings passed as it
+    reflected is false, and so is a landmark that is not the best explanation of any ping.
     """
     history = feature.history
     if _own_probability(feature) < _UNLIKELY:
@@ -118,11 +116,11 @@ def marginalise(estimate: Estimate, count: int) -> MarginalPrior:
     known = [each for each in features if each.is_known]
     everything = [*estimate.marginal_prior.beyond(estimate.active_prior), *known]
     echoes = dict(estimate.marginal_prior.echoes)
-    for (one, other), measurements in corner_echoes(estimate.likelihood, estimate.features, count).items():
-        if measurements != CornerEcho() and features[one].is_known and features[other].is_known:
+    for (one, other), echo in corner_echoes(estimate.likelihood, estimate.features, count).items():
+        if echo != CornerEcho() and features[one].is_known and features[other].is_known:
             pair = (features[one].history.number, features[other].history.number)
             key = min(pair), max(pair)
-            echoes[key] = echoes.get(key, CornerEcho()).joined(measurements)
+            echoes[key] = echoes.get(key, CornerEcho()).joined(echo)
     return MarginalPrior(
         features=[_bare(each) for each in everything],
         pending=[each for each in features if not each.is_known],
@@ -161,11 +159,8 @@ def _summary(estimate: Estimate, everything: list[Hypothesis], gone: BoolArray, 
         poses=np.zeros((0, 3)) if pose_prior is None else estimate.poses[: len(pose_prior.measured_poses)],
     )
     measurements = select_measurements(estimate.recorded if pose_prior else estimate.measurements, gone)
-    measurements = (
-        measurements._replace(centers=measurements.centers[: len(pose_prior.measured_poses)])
-        if pose_prior
-        else measurements
-    )
+    if pose_prior:
+        measurements = measurements._replace(centers=measurements.centers[: len(pose_prior.measured_poses)])
     priors = estimate.priors(estimate.noise, pose_prior)
     rows = [range_factors(measurements, state, priors, estimate.settings.optimiser)]
     rows.append(heading_factors(measurements, state, priors))
@@ -246,10 +241,8 @@ def _with_pasts(estimate: Estimate, going: _Marginalised) -> list[Hypothesis]:
 def _counted(history: TrackHistory, number: int, estimate: Estimate, going: _Marginalised) -> TrackHistory:
     """Add the numbers of stations and pings that support or contradict a landmark."""
     each, count = estimate.features[number], going.size
-    llr_by_station, free = (
-        each.llr_by_station[:count],
-        unoccluded_stations(each, estimate.measurements, step=estimate.step)[:count],
-    )
+    llr_by_station = each.llr_by_station[:count]
+    free = unoccluded_stations(each, estimate.measurements, step=estimate.step)[:count]
     clear = llr_by_station > estimate.settings.map.min_station_llr
     through = _mostly(going.hidden, going.paths.owners == number, going.stations, count)
     return replace(

@@ -83,10 +83,8 @@ def covariances_between_walls(solution: Solution) -> FloatArray:
     """Return the covariances of the poses given the walls, shape (s, 3, 3) [m, m, rad]; (0, 3, 3) if poses are fixed.
 
     The first pose is the frame, and a single station determines its own heading poorly. Therefore everything far away
-    has
-    a large common uncertainty sideways. What echoes determine is the position relative to the walls, which the
-    conditional
-    covariance ``P - C W^-1 C'`` describes: P of the poses, W of the walls, C between poses and walls.
+    has a large common uncertainty sideways. What echoes determine is the position relative to the walls, which the
+    conditional covariance ``P - C W^-1 C'`` describes: P of the poses, W of the walls, C between poses and walls.
     """
     layout, poses = solution.layout, _poses(solution)
     walls = (layout.starts[layout.kinds == Kind.WALL][:, None] + np.arange(2)).ravel()
@@ -132,8 +130,8 @@ def dead_reckoned_covariances(pose_prior: PosePrior, poses: FloatArray) -> Float
     before, own = between_jacobians(pose_prior.measured_poses, poses)
     noises = np.stack([np.diag(row) for row in pose_prior.sigmas**2])
     covariances = [noises[0]]
-    for by_previous, now, noise in zip(before[1:], own[1:], noises[1:], strict=True):
-        moved, spread = np.linalg.solve(now, by_previous), np.linalg.inv(now)
+    for by_previous, by_own, noise in zip(before[1:], own[1:], noises[1:], strict=True):
+        moved, spread = np.linalg.solve(by_own, by_previous), np.linalg.inv(by_own)
         covariances.append(moved @ covariances[-1] @ moved.T + spread @ noise @ spread.T)
     return np.array(covariances)
 
@@ -144,11 +142,9 @@ def undetermined(
     """Find runs of stations whose position is determined by echoes in one direction only, as in a corridor.
 
     All covariances have the shape (s, 3, 3) [m, m, rad]: those of the poses, those given the walls (``between``), and
-    those
-    by odometry alone with the heading known (``dead_reckoned``), since walls determine the heading in any case. A pose
-    is undetermined along the major axis of its ellipse given the walls if that ellipse is elongated and if a large
-    share of
-    the standard deviation of odometry remains in that direction.
+    those by odometry alone with the heading known (``dead_reckoned``), since walls determine the heading in any case. A
+    pose is undetermined along the major axis of its ellipse given the walls if that ellipse is elongated and if a large
+    share of the standard deviation of odometry remains in that direction.
     """
     variances, vectors = np.linalg.eigh(between[:, :2, :2])
     across, along_walls = np.sqrt(np.maximum(variances, 0.0)).T

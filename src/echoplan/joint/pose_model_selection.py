@@ -43,7 +43,7 @@ def estimate_map(estimate: Estimate) -> Estimate:
     """Return the estimate of the pose model that is selected for the window; its pose status holds the reason."""
     servo = find_servo(estimate) if estimate.marginal_prior.is_empty else None
     best = _explained(estimate) if servo is None else _calibrated(estimate, servo)
-    return best.reselect_classes().clear().refine_calibration()
+    return best.reselect_classes().remove_multipath_walls().refine_calibration()
 
 
 def _calibrated(estimate: Estimate, servo: ServoError) -> Estimate:
@@ -274,8 +274,8 @@ def _set_by_hand(estimate: Estimate, status: PoseStatus, tracked: Estimate) -> l
     """Return solutions with absolute poses from several starting poses.
 
     The start is the odometry solution if it is consistent. Registration of neighbours and annealing from the recorded
-    and
-    from the odometry poses follow, unless the recorded poses are consistent and the first solution is already better.
+    and from the odometry poses follow, unless the recorded poses are consistent and the first solution is already
+    better.
     """
     reset = [_reset(tracked, status)] if agrees(tracked) else []
     if agrees(estimate) and any(
@@ -285,18 +285,13 @@ def _set_by_hand(estimate: Estimate, status: PoseStatus, tracked: Estimate) -> l
     # The optimisation may converge to different local minima.
     restarted = [_restarted(estimate, status, start) for start in (estimate.poses, tracked.poses)]
     # With a marginal prior the order of the stations is fixed.
-    placed = [_placed(estimate, status)] if estimate.marginal_prior.is_empty else []
+    placed = [_reset(place(estimate), status)] if estimate.marginal_prior.is_empty else []
     return [*reset, *placed, *restarted]
 
 
 def _are_held_together(estimate: Estimate) -> bool:
     """Return True if the echoes are consistent and stations share walls with each other."""
     return agrees(estimate) and not are_weakly_connected(estimate)
-
-
-def _placed(estimate: Estimate, status: PoseStatus) -> Estimate:
-    """Return absolute poses after registering each station to its nearest neighbours."""
-    return _reset(place(estimate), status)
 
 
 def _reset(tracked: Estimate, status: PoseStatus) -> Estimate:

@@ -15,7 +15,7 @@ class PoseModel(StrEnum):
 
 
 class PoseReason(StrEnum):
-    """Reason why poses are used as recorded (the first five) or corrected."""
+    """Reason why poses are used as recorded (``TRUSTED`` to ``NO_BETTER_POSES``) or corrected."""
 
     TRUSTED = "trusted"
     CONSISTENT = "consistent"

@@ -146,14 +146,14 @@ class _Collector(logging.Handler):
     def __init__(self) -> None:
         super().__init__(logging.DEBUG)
         self.events: list[Event] = []
-        self._first_station = [0]
+        self._first_station = 0
 
     def emit(self, record: logging.LogRecord) -> None:
         """Keep the event of a record, if it has one."""
-        self._first_station[0] = getattr(record, "first_station", self._first_station[0])
+        self._first_station = getattr(record, "first_station", self._first_station)
         event = getattr(record, "event", None)
         if event is not None:
             worst = event.worst_station
             if worst is not None:
-                event = replace(event, worst_station=worst + self._first_station[0])
+                event = replace(event, worst_station=worst + self._first_station)
             self.events.append(event)

@@ -45,19 +45,19 @@ class FakeEstimate:
         return replace(self, asked=(*self.asked, name))
 
     def initialise(self) -> "FakeEstimate":
-        return self._asked("glance")
+        return self._asked("initialise")
 
     def explain(self) -> "FakeEstimate":
         return self._asked("explain")
 
     def reselect_classes(self) -> "FakeEstimate":
-        return self._asked("reconsider")
+        return self._asked("reselect_classes")
 
-    def clear(self) -> "FakeEstimate":
-        return self._asked("clear")
+    def remove_multipath_walls(self) -> "FakeEstimate":
+        return self._asked("remove_multipath_walls")
 
     def refine_calibration(self) -> "FakeEstimate":
-        return self._asked("polish")
+        return self._asked("refine_calibration")
 
     def odometry(self) -> PosePrior:
         return odometry_prior(
@@ -483,4 +483,6 @@ def test_multipath_walls_are_removed_after_class_selection_and_before_calibratio
 ) -> None:
     replace_steps(monkeypatch, has_duplicated_walls=lambda estimate: False)
     estimate: Any = fake_estimate(5, settings=EstimateSettings(poses=PoseMode.TRUST))
-    assert estimate_map(estimate).asked == ("glance", "explain", "reconsider", "clear", "polish")  # type: ignore[attr-defined]
+    found: Any = estimate_map(estimate)
+    steps = ("initialise", "explain", "reselect_classes", "remove_multipath_walls", "refine_calibration")
+    assert found.asked == steps

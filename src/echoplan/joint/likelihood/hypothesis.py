@@ -68,7 +68,7 @@ class Hypothesis:
 
     @property
     def type(self) -> LandmarkType:
-        """What the estimator needs to know of landmarks of this kind."""
+        """Properties of landmarks of this class."""
         return LANDMARKS[self.kind]
 
     @property

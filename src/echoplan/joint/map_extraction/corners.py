@@ -179,10 +179,8 @@ def _is_far_fetched(
     """Return True if segments would be extended too far to a vertex that was not detected.
 
     A concave right angle returns sound to wherever it comes from. If it should have been detected and was not, it does
-    not
-    exist. The echo of an oblique concave corner is hard to predict, so it may be missed, but it must be near to
-    segments
-    that were themselves detected over some length. A convex corner returns hardly any sound.
+    not exist. The echo of an oblique concave corner is hard to predict, so it may be missed, but it must be near to
+    segments that were themselves detected over some length. A convex corner returns hardly any sound.
     """
     if kind is CornerKind.CONCAVE and returns_sound(segments[0].wall.line, segments[1].wall.line):
         return max(extensions) > settings.max_undetected_extension and echo.gain < -settings.min_log_odds

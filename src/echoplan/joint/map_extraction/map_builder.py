@@ -339,8 +339,8 @@ class MapBuilder:
         """Return True for a corner without segments that meet that lies where its echo seems to come from.
 
         The echo of a concave corner is reflected by both of its sides. With an angle b between them it returns after r
-        sin(b)
-        rather than r, the distance of the vertex. Therefore the vertex is known only if walls are square to each other.
+        sin(b) rather than r, the distance of the vertex. Therefore the vertex is known only if walls are square to each
+        other.
         """
         if feature.kind is Kind.CORNER and self.squareness is None:
             return False

@@ -33,8 +33,7 @@ def smoothed(cells: FloatArray, ends: FloatArray, stay: FloatArray) -> Chain:
     """Return the marginal probabilities of a line of n cells.
 
     ``cells`` are log-likelihood ratios of wall against no wall, shape (n,). ``ends`` are log potentials of a lower and
-    of
-    an upper end at each border, ``stay`` of no end outside (0) and inside (1) of walls, both of shape (2, n - 1)
+    of an upper end at each border, ``stay`` of no end outside (0) and inside (1) of walls, both of shape (2, n - 1)
     [nats].
     """
     return Chain(*_marginals(cells, ends, stay))

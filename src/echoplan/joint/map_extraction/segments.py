@@ -83,8 +83,7 @@ def find_segments(
     """Return the segments of all walls, in the order of the landmarks and along the lines.
 
     Landmarks carry the line evidence of the stations in their track histories; ``path_xy`` is the path of the robot,
-    shape
-    (p, 2) [m]. The occlusion by segments depends on the result, so it is repeated a few times.
+    shape (p, 2) [m]. The occlusion by segments depends on the result, so it is repeated a few times.
     """
     walls = {number: each for number, each in enumerate(features) if each.is_wall and len(each.history.line.feet)}
     discs = np.array([each.reflector[1:] for each in features if each.kind is Kind.CYLINDER]).reshape(-1, 3)
@@ -183,8 +182,7 @@ class _Line:
         """Divide a line into cells over all feet, crossings and given places, and bound the ratios of the stations.
 
         Behind another wall, a station contributes nothing. Near an obstacle, within its margin, non-detections do not
-        count,
-        and behind the front of a body they count less.
+        count, and behind the front of a body they count less.
         """
         feet, centers_xy, ratios = wall.history.line
         places = np.concatenate([feet, _near(wall.history.crossings, feet), places])

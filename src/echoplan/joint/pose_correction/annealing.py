@@ -85,9 +85,9 @@ def impose_right_angles(estimate: Estimate) -> Estimate:
     """Return the estimate with duplicate walls merged and, if most walls are square, without weak oblique walls."""
     settings = estimate.settings.manhattan
     estimate = replace(estimate, features=_merged(estimate.features, estimate.settings.duplicates))
-    pose_prior = roughly_square(estimate.features, settings, may_lie_along_axes=_rests_on_few(estimate))
-    estimate = estimate.with_squareness(pose_prior)
-    if pose_prior is None:
+    manhattan_prior = roughly_square(estimate.features, settings, may_lie_along_axes=_rests_on_few(estimate))
+    estimate = estimate.with_squareness(manhattan_prior)
+    if manhattan_prior is None:
         return estimate
     kept = [
         each
@@ -107,12 +107,14 @@ def refine_right_angles(estimate: Estimate, priors: PosePrior | None) -> Estimat
 
     A former prior without evidence is removed. ``priors`` is None if the poses are fixed.
     """
-    now, pose_prior, settings = estimate.solution, estimate.squareness, estimate.settings.manhattan
+    now, manhattan_prior, settings = estimate.solution, estimate.squareness, estimate.settings.manhattan
     by_hand = priors is not None and not priors.relative
     assert now is not None
-    found = estimate_right_angles(now.reflectors, now.layout, now.covariance, settings, pose_prior, by_hand=by_hand)
+    found = estimate_right_angles(
+        now.reflectors, now.layout, now.covariance, settings, manhattan_prior, by_hand=by_hand
+    )
     estimate = estimate.with_squareness(found)
-    if found is None and pose_prior is None:
+    if found is None and manhattan_prior is None:
         return estimate
     return estimate.alternate(estimate.noise, priors, 2)
 

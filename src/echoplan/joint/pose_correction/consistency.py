@@ -20,10 +20,10 @@ __all__ = [
     "are_weakly_connected",
     "contradicts_odometry",
     "has_duplicated_walls",
-    "has_shared_bias",
     "inlier_ratio",
     "is_inconsistent",
     "log_evidence",
+    "stations_disagree",
 ]
 
 # Cost of an apparent duplicate in addition to its own, in landmarks: two distinct walls are rarely so near to each
@@ -60,11 +60,11 @@ def is_inconsistent(estimate: Estimate) -> bool:
     """
     # Poses that were accepted for marginalised stations are questioned only if pings are unexplained.
     return not agrees(estimate) or (
-        estimate.marginal_prior.is_empty and (has_shared_bias(estimate) or are_weakly_connected(estimate))
+        estimate.marginal_prior.is_empty and (stations_disagree(estimate) or are_weakly_connected(estimate))
     )
 
 
-def has_shared_bias(estimate: Estimate) -> bool:
+def stations_disagree(estimate: Estimate) -> bool:
     """Return whether stations contradict each other: duplicate walls, or errors that readings of a station share.
 
     Shared errors are measured by the intraclass correlation of the residuals. The result is True without a solution.
@@ -72,10 +72,10 @@ def has_shared_bias(estimate: Estimate) -> bool:
     if estimate.solution is None or (_copies(estimate) and not _are_two(estimate)):
         return True
     owners, left = estimate.solution.owners, estimate.solution.residuals
-    common = intraclass_correlation(estimate.measurements, owners, left, noise=estimate.noise)
+    icc = intraclass_correlation(estimate.measurements, owners, left, noise=estimate.noise)
     # Errors of the sonar model are shared as well, but are smaller than the least noise of a reading.
-    usual = max(estimate.shared_rounding(estimate.noise, common), estimate.settings.min_sigma)
-    return common > estimate.settings.max_icc and common * estimate.noise**2 > usual**2
+    usual = max(estimate.shared_rounding(estimate.noise, icc), estimate.settings.min_sigma)
+    return icc > estimate.settings.max_icc and icc * estimate.noise**2 > usual**2
 
 
 def are_weakly_connected(estimate: Estimate) -> bool:
@@ -94,18 +94,18 @@ def log_evidence(estimate: Estimate) -> float:
     negative log prior. Readings of one landmark from one station may share an error: otherwise landmarks detected by
     one station each would explain more than one that all stations detect.
     """
-    llr_by_station = estimate.likelihood.log_densities(estimate.features) - estimate.likelihood.floor
+    llr_by_ping = estimate.likelihood.log_densities(estimate.features) - estimate.likelihood.floor
     cost = estimate.settings.search.min_log_likelihood_ratio * (len(estimate.features) + _RARE * _copies(estimate))
     if estimate.pose_prior is not None:
         detected = np.bincount(
-            estimate.measurements.stations[llr_by_station > 0.0], minlength=len(estimate.measured_poses)
+            estimate.measurements.stations[llr_by_ping > 0.0], minlength=len(estimate.measured_poses)
         )
         cost += 1.5 * float(np.log(np.maximum(detected[1:], 1)).sum()) + _strain(estimate, estimate.pose_prior)
     if estimate.servo is not None:
         strain = estimate.settings.optimiser.servo_strain(*estimate.servo)
-        cost += float(np.log(np.count_nonzero(llr_by_station > 0.0) + 1.0)) + float(strain)
+        cost += float(np.log(np.count_nonzero(llr_by_ping > 0.0) + 1.0)) + float(strain)
     misses = sum(missed(estimate.measurements, each.ping_scores, each.extent) for each in estimate.features)
-    return float(estimate.measurements.weights @ llr_by_station) + misses + _gain_of_common_errors(estimate) - cost
+    return float(estimate.measurements.weights @ llr_by_ping) + misses + _gain_of_common_errors(estimate) - cost
 
 
 def contradicts_odometry(estimate: Estimate) -> bool:

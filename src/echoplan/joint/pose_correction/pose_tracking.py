@@ -1,7 +1,6 @@
 """Pose tracking: each station is registered to the landmarks that the stations before it determined."""
 
 import math
-from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TypeAlias
@@ -20,7 +19,7 @@ from echoplan.joint.pose_correction.annealing import refine
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalScan, best_score, local_scans, locate
 from echoplan.preprocessing.measurements import first_stations
 
-__all__ = ["local_scans_of", "register_in_order", "track_poses", "up_to_station"]
+__all__ = ["local_scan_of", "local_scans_of", "register_in_order", "track_poses", "up_to_station"]
 
 # Predicted pose of a station and its standard deviations, from the poses so far and the stations that were registered.
 _Expected: TypeAlias = Callable[[FloatArray, int, Sequence[int]], tuple[FloatArray, FloatArray]]
@@ -93,13 +92,13 @@ def register_in_order(estimate: Estimate, priors: PosePrior, expected: _Expected
 
 def local_scans_of(estimate: Estimate) -> list[LocalScan]:
     """Return the arcs of each station in the frame of the robot."""
-    tables, arcs = estimate.model.tabulated(), defaultdict(list)
-    for arc in estimate.arcs:
-        arcs[arc.station].append(arc)
-    return [
-        local_scans(arcs[station], estimate.recorded, tables, pose)
-        for station, pose in enumerate(estimate.measured_poses)
-    ]
+    return [local_scan_of(estimate, station) for station in range(len(estimate.measured_poses))]
+
+
+def local_scan_of(estimate: Estimate, station: int) -> LocalScan:
+    """Return the arcs of one station in the frame of the robot."""
+    arcs = [each for each in estimate.arcs if each.station == station]
+    return local_scans(arcs, estimate.recorded, estimate.model.tabulated(), estimate.measured_poses[station])
 
 
 def _reregister_first_station(estimate: Estimate, priors: PosePrior) -> Estimate:

@@ -73,7 +73,7 @@ def spanning_tree_order(places_xy: FloatArray) -> list[int]:
 
 
 def seen_from_others(
-    measured_poses: FloatArray, others_measured: FloatArray, others: FloatArray, settings: PoseSettings
+    waypoint: FloatArray, others_measured: FloatArray, others: FloatArray, settings: PoseSettings
 ) -> tuple[FloatArray, FloatArray]:
     r"""Return the predicted pose of a waypoint in the frame of registered ones, and its sigmas [m, m, rad].
 
@@ -84,17 +84,17 @@ def seen_from_others(
     .. math:: z = \sum_k \frac{\bar g_k p_k}{\sigma_p^2} + \sum_k \frac{e^{i (b_k - a_k)}}{\sigma_a^2},
               \qquad \theta = \arg z, \quad \sigma_\theta = |z|^{-1/2}
 
-    ``measured_poses``, shape (3,), is the waypoint; ``others_measured`` and ``others``, shape (k, 3), are at least one
+    ``waypoint`` is its recorded pose, shape (3,); ``others_measured`` and ``others``, shape (k, 3), are at least one
     other pose as recorded and as registered [m, m, rad].
     """
     recorded, found = others_measured[:, 0] + 1j * others_measured[:, 1], others[:, 0] + 1j * others[:, 1]
     by_places = np.vdot(recorded - recorded.mean(), found - found.mean()) / settings.absolute_xy_sigma**2
     by_headings = np.exp(1j * (others[:, 2] - others_measured[:, 2])).sum() / settings.absolute_yaw_sigma**2
     turn, turn_sigma = float(np.angle(by_places + by_headings)), float(np.abs(by_places + by_headings)) ** -0.5
-    arm = complex(measured_poses[0], measured_poses[1]) - recorded.mean()
+    arm = complex(waypoint[0], waypoint[1]) - recorded.mean()
     place = found.mean() + arm * np.exp(1j * turn)
     away = np.hypot(settings.absolute_xy_sigma * np.sqrt(1.0 + 1.0 / len(others)), abs(arm) * turn_sigma)
-    pose = np.array([place.real, place.imag, wrap(measured_poses[2] + turn)])
+    pose = np.array([place.real, place.imag, wrap(waypoint[2] + turn)])
     return pose, np.array([away, away, np.hypot(settings.absolute_yaw_sigma, turn_sigma)])
 
 

@@ -6,7 +6,8 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, invert
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.optimisation.pose_factors import PosePrior, dead_reckoned
-from echoplan.joint.search.scan_matching import LandmarkMap, LocalScan, local_scans, locate
+from echoplan.joint.pose_correction.pose_tracking import local_scan_of
+from echoplan.joint.search.scan_matching import LandmarkMap, locate
 
 __all__ = ["relocalised"]
 
@@ -29,16 +30,8 @@ def relocalised(estimate: Estimate, priors: PosePrior, station: int) -> FloatArr
     if not any(each.llr_by_station[station] < _MISSED and others >= _MANY for each, others in counted):
         return None
     known, settings = LandmarkMap.of([each for each, others in counted if others]), estimate.settings.localisation
-    guess, sigmas = (
-        dead_reckoned(priors.measured_poses, estimate.poses, station),
-        settings.slip_inflation * priors.reaches[station],
-    )
-    pose, _ = locate(_sight(estimate, station), known, guess, sigmas, settings)
+    guess = dead_reckoned(priors.measured_poses, estimate.poses, station)
+    sigmas = settings.slip_inflation * priors.reaches[station]
+    pose, _ = locate(local_scan_of(estimate, station), known, guess, sigmas, settings)
     off = compose(invert(estimate.poses[station]), pose)
     return pose if math.hypot(off[0], off[1]) > _FAR or abs(off[2]) > _TURNED else None
-
-
-def _sight(estimate: Estimate, station: int) -> LocalScan:
-    """Return the arcs of one station in the frame of the robot."""
-    arcs = [each for each in estimate.arcs if each.station == station]
-    return local_scans(arcs, estimate.recorded, estimate.model.tabulated(), estimate.measured_poses[station])

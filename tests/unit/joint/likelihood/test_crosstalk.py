@@ -12,7 +12,7 @@ from echoplan.joint.likelihood.image_sources import Extent
 from echoplan.joint.likelihood.ping_scores import NO_ECHO
 from echoplan.preprocessing.measurements import Measurements
 from helpers.expectations import NOISE, listening, wall
-from helpers.multipath_log_densities import volleys_over
+from helpers.multipath_log_densities import crosstalk_log_densities
 from helpers.single_ping import PLAIN, length, likeliest, one_ping, point_on
 
 ENDLESS = (-50.0, 50.0)
@@ -27,7 +27,7 @@ def crosstalk_over(
     """Return the log densities of the pings by crosstalk over walls."""
     pings_of, reaches = model.tabulated(), extents or (ENDLESS, ENDLESS)
     pair, ends = (walls[0], walls[-1]), (reaches[0], reaches[-1])
-    return volleys_over((measurements, pings_of, emissions_of(measurements, pings_of)), pair, ends, NOISE)
+    return crosstalk_log_densities((measurements, pings_of, emissions_of(measurements, pings_of)), pair, ends, NOISE)
 
 
 def detected(measurements: Measurements, *walls: FloatArray, extents: tuple[Extent, ...] = ()) -> FloatArray:
@@ -144,7 +144,8 @@ def test_restricting_crosstalk_to_possible_sources_loses_nothing() -> None:
     everywhere = emissions._replace(spread=np.full(len(emissions.spread), np.inf))
     for walls in ((EAST, EAST), (wall(np.pi / 2, 0.8), EAST)):
         here, there = (
-            volleys_over((heard_, told, each), walls, (ENDLESS, ENDLESS), 0.02) for each in (emissions, everywhere)
+            crosstalk_log_densities((heard_, told, each), walls, (ENDLESS, ENDLESS), 0.02)
+            for each in (emissions, everywhere)
         )
         assert (here > NO_ECHO).sum() > 5
         assert here.tolist() == there.tolist()
@@ -159,7 +160,7 @@ def test_bursts_out_of_range_are_left_out() -> None:
 def test_adding_crosstalk_keeps_better_explanations() -> None:
     measurements, told = one_ping((0.0, 0.0), 0.2, mate=(0.0, -0.4), mate_bearing=0.1), PLAIN.tabulated()
     emissions, ends = emissions_of(measurements, told), (ENDLESS, ENDLESS)
-    alone = volleys_over((measurements, told, emissions), (EAST, EAST), ends, NOISE)
+    alone = crosstalk_log_densities((measurements, told, emissions), (EAST, EAST), ends, NOISE)
     known = np.where(np.arange(len(alone)) % 2, 0.0, NO_ECHO)
     add_crosstalk(log_densities := known.copy(), (measurements, told, emissions), (EAST, EAST), ends, NOISE)
     assert alone.max() > 0.0

@@ -115,7 +115,7 @@ def test_the_search_is_not_repeated_at_stations_without_new_echoes(monkeypatch: 
 
 
 @pytest.mark.parametrize(("gain", "moves"), [(2.0, False), (4.0, True)])
-def test_a_new_station_is_moved_only_with_strong_evidence(
+def test_the_first_station_is_registered_anew_only_with_strong_evidence(
     gain: float, monkeypatch: pytest.MonkeyPatch, *, moves: bool
 ) -> None:
     stays, original = list[float](), locate
