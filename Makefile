@@ -34,7 +34,7 @@ format: $(STAMPS)/dev ## Format the code and fix what ruff can fix
 bench: $(STAMPS)/test ## Print every measured figure that the documents quote; FOLDERS="..." with recordings, too
 	@$(BIN)/python benchmarks/run.py $(FOLDERS)
 
-docs: $(STAMPS)/base ## Make the pictures of the documents anew
+docs: $(STAMPS)/base ## Draw the pictures of the documents
 	@$(BIN)/python docs/pictures.py
 
 constraints: $(STAMPS)/tools ## Pin the newest versions that the ranges allow

@@ -5,6 +5,7 @@ those of arenas; a recording without truth is mapped as a corridor.  Without fol
 tables of all methods in docs/methods.md are those of ``echoplan compare``, by the commands that stand beside them.
 """
 
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -58,6 +59,10 @@ BENCHMARKS = (
     "arenas.py --off 0.025 --turn 3 --coarse",
     "heads.py",
     "heads.py --gain 0 --offset 0",
+    "heads.py 8 --poses exact",
+    "heads.py 8 --poses 'by hand'",
+    "lone_corners.py",
+    "verdicts.py 40",
 )
 RECORDINGS, CORRIDOR = "recordings.py", "corridor.py"
 # Number of noisy copies of real recordings, which show how much of a result is luck.
@@ -69,7 +74,7 @@ DISPLACEMENTS = ("0.02", "0.05")
 def main(folders: list[str]) -> None:
     """Run them all and stop at the first that fails."""
     for name in BENCHMARKS:
-        run(*name.split())
+        run(*shlex.split(name))
     rooms = [folder for folder in folders if not is_recording(Path(folder))]
     arenas = [folder for folder in folders if folder not in rooms and is_surveyed(Path(folder))]
     if rooms:

@@ -67,7 +67,7 @@ def _log_once() -> None:
 
 
 class _Notice(event.Listener):
-    """Logs when the first function is compiled, for it keeps people waiting."""
+    """Logs when the first function is compiled, since compiling takes up to a minute."""
 
     def on_start(self, event: Any) -> None:  # noqa: ARG002 - numba says what is compiled
         """Log it once."""

@@ -117,7 +117,7 @@ def returning(measurements: Measurements, vertex_xy: tuple[float, float], openin
 
 
 def evidence_for(measurements: Measurements, reflector: FloatArray) -> PingScores:
-    """What pings say of a reflector, at the usual noise."""
+    """Return the ping scores of a reflector at the usual noise."""
     return score_pings(measurements, SONAR.tabulated(), reflector, NOISE)
 
 

@@ -90,7 +90,7 @@ def detecting(
 
 
 def remembered(measurements: Measurements, reflectors: Sequence[FloatArray]) -> list[Hypothesis]:
-    """Walls with a past that holds what all stations say of them."""
+    """Return walls whose track histories hold the line evidence of all stations."""
     estimate, count = likelihood(measurements), len(measurements.centers)
     found = rescored(estimate, reflectors)
     paths, left_out = trace_paths(estimate, found, step=STEP), estimate.log_densities_without(found)
@@ -110,7 +110,7 @@ def remembered(measurements: Measurements, reflectors: Sequence[FloatArray]) -> 
 
 
 def past_of(known: Hypothesis, number: int, pings: int) -> TrackHistory:
-    """What stations whose gain is above five said."""
+    """Return a track history; stations with an LLR above 5 nats support it."""
     return TrackHistory(
         number=number, supporting=int((known.llr_by_station > 5.0).sum()), pings=pings, probabilities=SURE
     )

@@ -99,7 +99,7 @@ def _width(head: str, cells: "Iterable[str]") -> int:
 
 
 def _side_by_side(widths: list[int], room: int) -> Iterator[list[int]]:
-    """Take as many columns as there is room for, and begin anew with the first, which names the rows."""
+    """Split columns into blocks that fit, each of which repeats the first column, which names the rows."""
     places, taken = [0], widths[0]
     for place, width in enumerate(widths[1:], start=1):
         if taken + _GAP + width > room and len(places) > 1:

@@ -2,7 +2,7 @@
 
 The normalised estimation error squared (NEES) of an error e with covariance P is ``e . P^-1 e``.  Of k parameters it
 has the chi-square distribution with k degrees of freedom if the covariance is true (Bar-Shalom, Li and Kirubarajan
-2001, Section 5.4): a greater mean indicates an overconfident map, a smaller one a timid map.
+2001, Section 5.4): a greater mean indicates an overconfident map, a smaller one an underconfident map.
 """
 
 from collections.abc import Iterable, Mapping

@@ -29,7 +29,7 @@ _UNKNOWN = "-"
 
 
 def wall_table(matching: Matching[WallMatch]) -> Table:
-    """Return how far each wall is off, as Table 5 of the paper.
+    """Return the table of the deviations of walls (Table 5 of the paper).
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def wall_table(matching: Matching[WallMatch]) -> Table:
 
 
 def cylinder_table(matching: Matching[CylinderMatch]) -> Table:
-    """Return how far each cylinder is off.
+    """Return the table of the deviations of cylinders.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def cylinder_table(matching: Matching[CylinderMatch]) -> Table:
 
 
 def tally_table(tallies: Mapping[FeatureClass, Tally]) -> Table:
-    """Return how complete and how right a map is, class by class.
+    """Return the table of recall and precision by class.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def tally_table(tallies: Mapping[FeatureClass, Tally]) -> Table:
 
 
 def confusion_table(confusion: IntArray) -> Table:
-    """Describe what the map made of what.
+    """Return the confusion matrix of the classes as a table.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def consistency_table(consistencies: Mapping[FeatureClass, Consistency]) -> Tabl
 
 
 def deviation_table(summary: ErrorSummary) -> Table:
-    """Return how far off several maps are.
+    """Return the table of the mean errors of several maps.
 
     Parameters
     ----------

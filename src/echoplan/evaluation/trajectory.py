@@ -97,7 +97,7 @@ def compare_poses(feature_map: FeatureMap, truth: Truth) -> Trajectory | None:
 
 
 def trajectory_table(trajectory: Trajectory | None) -> Table:
-    """Return how far the poses of a map are off.
+    """Return the errors of the poses of a map: ATE, RPE and consistency.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ __all__ = ["crosses_discs", "crosses_segments", "distances_to_segments", "is_blo
 
 
 def crosses_segments(origins_xy: ArrayLike, targets_xy: ArrayLike, segments_xy: ArrayLike) -> BoolArray:
-    """Return which sight lines cross which segments in a point inside both.
+    """Return a mask of the sight lines that cross segments in a point inside both.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def crosses_segments(origins_xy: ArrayLike, targets_xy: ArrayLike, segments_xy: 
 
 
 def crosses_discs(origins_xy: ArrayLike, targets_xy: ArrayLike, discs: ArrayLike) -> BoolArray:
-    """Return which sight lines pass through which discs.
+    """Return a mask of the sight lines that pass through discs.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def distances_to_segments(points_xy: ArrayLike, segments_xy: ArrayLike) -> Float
 
 
 def is_blocked(origins_xy: ArrayLike, targets_xy: ArrayLike, *, segments_xy: ArrayLike, discs: ArrayLike) -> BoolArray:
-    """Return which sight lines something stands across.
+    """Return a mask of the sight lines that are blocked.
 
     Parameters
     ----------

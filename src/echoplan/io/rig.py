@@ -72,7 +72,9 @@ class _TransducerForm(Form, extra="forbid"):
     piston_radius: Metres | None = Field(
         default=None, description="Radius of the piston that transmits and receives [m]."
     )
-    figure_of_merit: Decibels | None = Field(default=None, description="Source level less detection threshold [dB].")
+    figure_of_merit: Decibels | None = Field(
+        default=None, description="Level over the detection threshold of the echo of a plane over a path of 1 m [dB]."
+    )
     quality_factor: Cycles | None = Field(
         default=None, description="Quality factor Q of the sending and receiving resonators."
     )

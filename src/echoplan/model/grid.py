@@ -83,7 +83,7 @@ class OccupancyGrid:
         return cells
 
     def contains(self, points_xy: ArrayLike) -> BoolArray:
-        """Return which points lie on the grid.
+        """Return a mask of the points that lie on the grid.
 
         Parameters
         ----------

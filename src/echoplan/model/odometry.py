@@ -11,7 +11,7 @@ __all__ = ["Odometry"]
 class Odometry:
     """Errors of dead reckoning: a random walk whose standard deviation grows with the square root of the distance.
 
-    What is left out is unknown: it is guessed.
+    A missing value gets a default; if all are missing, they are estimated.
 
     Parameters
     ----------

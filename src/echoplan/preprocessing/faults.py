@@ -42,12 +42,12 @@ class Faults:
 
     @property
     def has_no_poses(self) -> bool:
-        """Whether the robot moved and nobody wrote down where."""
+        """Whether the robot moved but its places were not recorded."""
         return any(fault.kind == RecordingFaultKind.NO_POSES for fault in self.recording)
 
     @property
     def is_from_one_place(self) -> bool:
-        """Whether all readings are from one place, or nobody wrote down from where."""
+        """Whether all readings are from one place, or the places were not recorded."""
         return self.has_no_poses or any(fault.kind == RecordingFaultKind.ONE_PLACE for fault in self.recording)
 
     def has_no_echoes(self, rig: Rig) -> bool:

@@ -72,7 +72,7 @@ class Measurements(NamedTuple):
     min_range, max_range : float
         Dead distance and reach [m].
     temperature : float
-        Of the air in the median [degrees Celsius]; ``nan`` if nobody measured it.
+        Of the air in the median [degrees Celsius]; ``nan`` if it was not measured.
     """
 
     x: FloatArray

@@ -1,4 +1,4 @@
-"""A servo that turns farther than it records, or less far, sits askew, or lags behind: where its pings looked."""
+"""A servo that turns farther than it records, or less far, has an offset, or lags behind: where its pings looked."""
 
 from typing import NamedTuple
 

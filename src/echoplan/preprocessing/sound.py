@@ -20,7 +20,7 @@ def expected_scale(rig: Rig, temperature: float) -> float:
     rig : Rig
         The modules; if it does not state the speed that they assume, that of air of 20 degrees is taken.
     temperature : float
-        Of the air [degrees Celsius]; ``nan`` if nobody measured it, which is taken for 20.
+        Of the air [degrees Celsius]; ``nan`` if it was not measured, which is taken for 20.
 
     Returns
     -------

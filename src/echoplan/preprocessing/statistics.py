@@ -54,7 +54,7 @@ class RecordingStatistics:
     low_xy, high_xy : ndarray, shape (2,)
         Corners of the box that holds all positions of the robot [m].
     temperature : float
-        Of the air in the median over the sweeps [degrees Celsius]; ``nan`` if nobody measured it.
+        Of the air in the median over the sweeps [degrees Celsius]; ``nan`` if it was not measured.
     sensors : tuple of SensorStatistics
         The sensors, in the order of the rig.
     """

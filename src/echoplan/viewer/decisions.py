@@ -109,7 +109,7 @@ def _name_of(event: Event) -> str:
 def _why_there(place: tuple[bool, Sequence[float]], births: Sequence[Event]) -> str:
     event = next((each for each in reversed(births) if _is_near(each, place)), None)
     if event is None:
-        return "not added by the search at this place: drawn where walls meet, or moved since by a correction of poses"
+        return "no decision near this place: drawn where two walls meet, or moved since by a correction of poses"
     ratio, threshold = decimal(event.log_likelihood_ratio, 1), decimal(event.threshold, 1)
     return f"added: log-likelihood ratio {ratio} > {threshold}; {_terms(event)}"
 

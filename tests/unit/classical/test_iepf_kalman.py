@@ -56,7 +56,7 @@ def test_a_second_pass_makes_the_wall_surer() -> None:
 
 
 def test_a_chain_is_split_at_the_farthest_point_into_walls_that_meet() -> None:
-    # TrackHistory the corner of a box: along its face, and back along the next one with the robot turned.
+    # Past the corner of a box: along its face, and back along the next one with the robot turned.
     poses = [(0.1 * step, 0.0, 0.0) for step in range(11)]
     poses += [(2.0, 1.0 + 0.1 * step, np.pi / 2) for step in range(1, 11)]
     found = mapped(passing(poses, [1.0] * 21)).result()

@@ -274,9 +274,9 @@ def test_a_mate_of_a_sensor_that_holds_readings_does_so_besides_its_own_fault() 
         back = np.round(len(own) - 1 - (len(own) - 1 - late) * np.arange(late) / late).astype(int)
         ranges[own[:late]] = ranges[own[back]]
         wrong.append(replace(sweep, ranges=ranges))
-    crosstalk_sources = [(2, SensorFaultKind.HELD), (3, SensorFaultKind.HELD)]
-    assert kinds(find_faults(sweeps, rig)) == crosstalk_sources
-    assert kinds(find_faults(wrong, rig)) == [crosstalk_sources[0], (3, SensorFaultKind.FLYBACK), crosstalk_sources[1]]
+    held = [(2, SensorFaultKind.HELD), (3, SensorFaultKind.HELD)]
+    assert kinds(find_faults(sweeps, rig)) == held
+    assert kinds(find_faults(wrong, rig)) == [held[0], (3, SensorFaultKind.FLYBACK), held[1]]
 
 
 def without_gaps(readings: FloatArray) -> FloatArray:

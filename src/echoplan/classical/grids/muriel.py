@@ -66,9 +66,9 @@ class MurielSettings(Settings):
 class Model(NamedTuple):
     """The forward model for compiled functions: see ``MurielSettings``."""
 
-    detection: float
-    deviation: float
-    background: float
+    detection_probability: float
+    sigma: float
+    clutter_density: float
 
 
 class MurielRule:
@@ -156,15 +156,15 @@ def keep_strongest(
 @compiled
 def detection_probability(share: float, turn: float, model: Model) -> float:
     """Return that of a surface facing the sensor; distance relative to its reach, angle to its half aperture."""
-    return model.detection * max(1.0 - share**2, 0.0) * (1.0 - turn**2)
+    return model.detection_probability * max(1.0 - share**2, 0.0) * (1.0 - turn**2)
 
 
 @compiled
 def likelihood_ratio(excess: float, detection: float, model: Model) -> float:
     """How much likelier a reading is that is so much longer than the distance of a cell if the cell is occupied."""
-    away = excess / model.deviation
+    away = excess / model.sigma
     if away > _FAR:
         return 1.0 - detection
     passed = 0.5 * math.erfc(-away / _ROOT_TWO)
-    density = math.exp(-0.5 * away**2) / (_ROOT_TAU * model.deviation)
-    return 1.0 - detection * passed + detection * density / model.background
+    density = math.exp(-0.5 * away**2) / (_ROOT_TAU * model.sigma)
+    return 1.0 - detection * passed + detection * density / model.clutter_density

@@ -38,7 +38,7 @@ class Hypothesis:
     extent : tuple of float, optional
         Ends of a wall along its line [m].
     history : TrackHistory, optional
-        Contribution of marginalised stations, which is part of the total and of the extent.
+        Contribution of marginalised stations, which is part of ``llr`` and ``extent``.
     is_square : bool, optional
         Whether the Manhattan prior applies to a wall.
     """
@@ -98,9 +98,9 @@ class Hypothesis:
         return int((self.llr_by_station > least).sum()) + self.history.supporting
 
     def newly_explained(self, log_densities: FloatArray) -> BoolArray:
-        """Return which of its m pings have a greater log density than without it, given for all n pings [log 1/m].
+        """Return which of its m pings it explains better than ``log_densities``, shape (n,) [log 1/m], do.
 
-        The log density must be positive, too.
+        Its own log density must also be positive.
         """
         anew: BoolArray = self.ping_scores.densities > np.maximum(log_densities[self.ping_scores.pings], 0.0)
         return anew

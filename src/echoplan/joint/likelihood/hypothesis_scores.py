@@ -19,8 +19,8 @@ _WALL, _CYLINDER = int(Kind.WALL), int(Kind.CYLINDER)
 _LOUDEST_NO = 12.0
 # A station with fewer new detections per non-detection than this cannot contribute a positive value.
 _LEAST_HITS = 0.67
-# A new detection has three times the density of the best other association; a non-detection counts below the second
-# value, as it is hardly chance [nats].
+# A detection is new at three times the density of the best other association; a non-detection counts if its log
+# probability is below the second value [nats].
 _ANEW, _MISSED = math.log(3.0), -0.1
 # Margins of occluders: beyond the extent of a wall, and around a cylinder [m].
 _MARGIN_WALL, _MARGIN_CYLINDER = 0.1, 0.02

@@ -84,7 +84,7 @@ class TrackHistory:
     probabilities : ClassProbabilities, optional
         Class probabilities from the stations with the greatest log-likelihood ratio.
     certainty : float
-        This log-likelihood ratio [nats].
+        Log-likelihood ratio of those stations [nats].
     """
 
     number: int = -1

@@ -55,8 +55,7 @@ class MapSettings(Settings):
     lone_corner_sigma: float = Field(
         default=0.004,
         ge=0.0,
-        description="Standard deviation of a corner without walls from the apparent origin of its echo [m]: that "
-        "of 15 in 28 rooms.",
+        description="Model error of a corner without walls [m], chosen on 15 of them in random rooms with a recess.",
     )
     lone_corner_min_distance: float = Field(
         default=0.06, gt=0.0, description="Smallest distance of a corner without walls from any other corner [m]."

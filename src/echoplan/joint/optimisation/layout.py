@@ -33,7 +33,8 @@ SONAR_UNKNOWNS = (
 )
 
 
-# Columns of the Jacobian of a reading: its landmark, the wall at the end of that, the sonar as above, its pose.
+# First column of each block of the Jacobian of a reading (its landmark, the wall at the end of that, the sonar as
+# above, its pose), and their number.
 LANDMARK_COLUMNS = 0
 NEIGHBOUR_COLUMNS = 3
 SONAR_COLUMNS = 5

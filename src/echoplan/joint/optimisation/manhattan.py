@@ -66,7 +66,8 @@ class ManhattanSettings(Settings):
     inlier_angle: float = Field(
         default=math.radians(12),
         gt=0.0,
-        description="Largest angle from the main direction, modulo 90 degrees, of a wall that is rectangular [rad].",
+        description="Largest angle from the main direction, modulo 90 degrees, of a wall that counts as square to "
+        "it [rad].",
     )
     sigma: float = Field(
         default=math.radians(1),
@@ -74,17 +75,20 @@ class ManhattanSettings(Settings):
         description="Standard deviation of such walls about the main direction while poses are wrong [rad].",
     )
     min_llr_if_oblique: float = Field(
-        default=100.0, ge=0.0, description="Smallest log-likelihood ratio of a wall that is not rectangular [nats]."
+        default=100.0,
+        ge=0.0,
+        description="Smallest log-likelihood ratio of a wall that is oblique to the main direction [nats].",
     )
     tolerance: float = Field(
         default=math.radians(0.2),
         gt=0.0,
-        description="Expected standard deviation of walls that are built rectangular [rad]: 8 mm in 2 m (DIN 18202).",
+        description="Expected standard deviation of walls that are built at right angles [rad]: 8 mm in 2 m "
+        "(DIN 18202).",
     )
     log_sigma: float = Field(
         default=0.5 * math.log(10.0),
         gt=0.0,
-        description="Standard deviation of the logarithm of the tolerance: a factor of ten.",
+        description="Standard deviation of the logarithm of the tolerance: two of them are a factor of ten.",
     )
     min_log_odds: float = Field(
         default=3.0,
@@ -95,7 +99,7 @@ class ManhattanSettings(Settings):
         default=0.9,
         gt=0.0,
         lt=1.0,
-        description="Prior probability that waypoints set by hand were measured along rectangular walls.",
+        description="Prior probability that waypoints set by hand were measured along walls at right angles.",
     )
 
 

@@ -45,7 +45,8 @@ class OdometryNoiseSettings(Settings):
     log_sigma: float = Field(
         default=0.5 * math.log(10.0),
         gt=0.0,
-        description="Standard deviation of the logarithm of the factor of the odometry noise: a factor of ten.",
+        description="Standard deviation of the logarithm of the factor of the odometry noise: two of them are a "
+        "factor of ten.",
     )
     min_factor: float = Field(
         default=0.1, gt=0.0, description="Smallest factor by which the noise of waypoints is scaled."

@@ -172,9 +172,10 @@ def range_factors(measurements: Measurements, now: Values, priors: Priors, setti
 
 
 def heading_factors(measurements: Measurements, now: Values, priors: Priors) -> LinearFactor:
-    """Return the heading factors, one row per wall and station.
+    """Return the heading factors, one row per wall and station, and per sensor if the servo is calibrated.
 
-    There are none unless headings are free and walls are along the axes of the map, or the servo is calibrated.
+    There are none unless ``priors.bearings`` is set, and the servo is calibrated or poses are absolute and walls are
+    along the axes of the map.
     """
     return heading_factor(_heading_measurements(measurements, now, priors), now)
 

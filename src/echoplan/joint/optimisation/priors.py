@@ -180,9 +180,9 @@ def sonar_prior(now: Values, first: int, priors: Priors, settings: OptimiserSett
     servo_sigmas = (settings.servo_gain_sigma, settings.servo_offset_sigma) if open_servo else (1e-9, 1e-9)
     # Ray cones have no range walk: its exponent is fixed.
     exponent_sigma = 1e-9 if model.cone else settings.walk_exponent_sigma
-    merit, log_ka, *beam_prior = (model.figure_of_merit, math.log(model.ka), 1e-9, 1e-9)
+    merit, log_ka, *beam_sigmas = (model.figure_of_merit, math.log(model.ka), 1e-9, 1e-9)
     if priors.beam_prior is not None:
-        merit, log_ka, *beam_prior = *priors.beam_prior, settings.merit_sigma, settings.ka_sigma
+        merit, log_ka, *beam_sigmas = *priors.beam_prior, settings.merit_sigma, settings.ka_sigma
     return prior(
         first + np.arange(len(SONAR_UNKNOWNS)),
         sigma=(
@@ -191,7 +191,7 @@ def sonar_prior(now: Values, first: int, priors: Priors, settings: OptimiserSett
             priors.scale_sigma,
             latency_sigma,
             *servo_sigmas,
-            *beam_prior,
+            *beam_sigmas,
             exponent_sigma,
         ),
         residual=(

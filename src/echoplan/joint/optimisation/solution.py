@@ -51,7 +51,7 @@ class Solution:
     excesses : ndarray, shape (n,)
         Predicted signal excess [dB].
     newton_decrement : float
-        Squared last step in sigmas.
+        Square of the Newton decrement at the last step.
     offset_sigma : float, optional
         Lower bound of the standard deviation of the range offset [m].
     model_error : float, optional
@@ -89,11 +89,12 @@ class Solution:
         covariance = solve(self.information, np.eye(self.layout.size))
         if self.information_inflation > 1.0:
             features, excess = slice(0, self.layout.sonar), 1.0 - 1.0 / self.information_inflation
-            about = solve(self.information[features, features], np.eye(self.layout.sonar))
-            covariance[features, features] -= excess * about @ self.measurement_information[features, features] @ about
+            given_sonar = solve(self.information[features, features], np.eye(self.layout.sonar))
+            measured = self.measurement_information[features, features]
+            covariance[features, features] -= excess * given_sonar @ measured @ given_sonar
         offset = self.layout.sonar + SONAR_UNKNOWNS.index("range_offset")
-        jacobian, variance = covariance[:, offset] / covariance[offset, offset], covariance[offset, offset]
-        covariance += max(self.offset_sigma**2 - variance, 0.0) * np.outer(jacobian, jacobian)
+        sensitivity, variance = covariance[:, offset] / covariance[offset, offset], covariance[offset, offset]
+        covariance += max(self.offset_sigma**2 - variance, 0.0) * np.outer(sensitivity, sensitivity)
         for number in range(len(self.extents)):
             place = self.layout.feature(number)
             covariance[place, place] += self._model_covariance(number)

@@ -34,7 +34,7 @@ class AcceptanceSettings(Settings):
         default=12.0, gt=0.0, description="Smallest log-likelihood ratio of a landmark that is accepted [nats]."
     )
     min_second_station_llr: float = Field(
-        default=5.0, description="Smallest log-likelihood ratio of the second best station of a landmark [nats]."
+        default=5.0, description="Smallest log-likelihood ratio from a station that supports a landmark [nats]."
     )
     min_llr_without_best_station: float = Field(
         default=6.0, description="Smallest log-likelihood ratio of a landmark without its best station [nats]."

@@ -101,7 +101,9 @@ def _better(
 
 
 def _spared_walls(alternative: Hypothesis, feature: Hypothesis, others: Sequence[Hypothesis]) -> int:
-    """Return how many walls a corner spares: one less than it lies on, of which two must be at a right angle.
+    """Return 1 for a corner on two stronger walls at a right angle, 0 for one on other stronger walls, -1 on none.
+
+    The result is 0 for other alternatives, and in place of a cylinder.
 
     A corner that few stations detected from about one direction looks like a short wall across it, but every wall ends
     in corners. A wall that was detected at about one place looks like a corner, but no corner exists without walls.

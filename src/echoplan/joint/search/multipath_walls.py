@@ -118,7 +118,7 @@ def _fires_together(measurements: Measurements) -> bool:
 def _may_be_cast(
     feature: Hypothesis, walls: Sequence[Hypothesis], measurements: Measurements, acceptance: AcceptanceTest
 ) -> bool:
-    """Return True if a wall of one station is farther from it than its image in the two nearest walls can be.
+    """Return True for a wall of one station that is farther away than the image of the station in two walls can be.
 
     In two walls at a right angle the image is as far as their crossing: the root sum of squares of their distances.
     """

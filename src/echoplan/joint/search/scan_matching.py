@@ -57,7 +57,9 @@ class LocalisationSettings(Settings):
         gt=0.0,
         description="Standard deviation of the normal of an arc at the coarsest level [rad].",
     )
-    levels: int = Field(default=3, ge=0, description="Number of finer levels of the grid, each of half the step.")
+    levels: int = Field(
+        default=3, ge=0, description="Number of finer levels of the grid; each after the first halves the step."
+    )
     outlier_likelihood: float = Field(
         default=0.05, gt=0.0, description="Likelihood of an arc that no landmark explains, relative to a perfect match."
     )
