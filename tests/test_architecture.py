@@ -35,9 +35,9 @@ BRANCHES = (
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 # Ceilings for what the house style (CONTRIBUTING.md) would have none of: lower them when you remove some.
 SHORT_HELPERS = 172
-SHARED_CONSTANTS = 42
-BARE_NUMBERS = 15
-CROWDED_FUNCTIONS = 297
+SHARED_CONSTANTS = 41
+BARE_NUMBERS = 13
+CROWDED_FUNCTIONS = 296
 
 
 @cache

@@ -45,6 +45,7 @@ _CORNER = LandmarkType(
     proposal_cell=(0.03, 0.03, 1.0),
     refined_cell=(0.012, 0.012, 1.0),
 )
+# Cells are in rad and m for walls, in m for points and centres, and in m for the radius.
 LANDMARKS: dict[Kind, LandmarkType] = {
     Kind.WALL: LandmarkType(
         parameters=2,
