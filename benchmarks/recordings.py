@@ -76,7 +76,7 @@ def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description="Scores of methods on recordings with truth.")
     parser.add_argument("folders", type=Path, nargs="+")
     parser.add_argument("--methods", default=",".join(METHODS))
-    parser.add_argument("--min-stations", "--min-heard", type=int, default=2)
+    parser.add_argument("--min-stations", type=int, default=2)
     parser.add_argument("--noisy-copies", type=int, default=0)
     return parser.parse_args()
 

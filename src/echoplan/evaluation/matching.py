@@ -5,7 +5,7 @@ enough stations can detect it.  An estimate of an object that few stations can d
 """
 
 from collections.abc import Callable, Sequence
-from typing import ClassVar, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from pydantic import Field
@@ -35,8 +35,6 @@ _SHORTEST = 1e-6
 
 class MatchingSettings(Settings):
     """When an estimate is taken to be of a true object."""
-
-    former_keys: ClassVar = {"min_heard": "min_stations"}
 
     wall_angle: float = Field(
         default=float(np.radians(10)), gt=0, description="Largest angle between an estimated and a true wall [rad]."
