@@ -38,7 +38,7 @@ docs: $(STAMPS)/base ## Draw the pictures of the documents
 	@$(BIN)/python docs/pictures.py
 
 constraints: $(STAMPS)/tools ## Pin the newest versions that the ranges allow
-	$(BIN)/uv pip compile --quiet --universal --no-header --no-annotate --upgrade --group dev \
+	$(BIN)/uv pip compile --quiet --universal --no-header --no-annotate --upgrade --all-extras --group dev \
 	    --python-version 3.11 pyproject.toml --output-file constraints.txt
 
 clean: ## Remove everything that was made
@@ -65,7 +65,7 @@ $(STAMPS)/base: $(STAMPS)/tools pyproject.toml constraints.txt
 
 $(STAMPS)/test: $(STAMPS)/base
 	@echo "Installing what the tests need ..."
-	@$(INSTALL) --group test
+	@$(INSTALL) --editable '.[ros,cad,cluster]' --group test
 	@touch $@
 
 # Two workers and the examples would each compile the same for half a minute; one does it before them.
