@@ -10,6 +10,7 @@ from echoplan.io.builtin import (
 )
 from echoplan.io.feature_map import read_map, write_map
 from echoplan.io.files import check_folder, read_text, write_bytes, write_text, written_whole
+from echoplan.io.geojson import write_geojson
 from echoplan.io.grid_map import read_grid, write_grid
 from echoplan.io.recording import RecordingFolder, read_recording, write_recording
 from echoplan.io.rig import read_conventions, read_rig, write_rig
@@ -38,6 +39,7 @@ __all__ = [
     "route_names",
     "world_names",
     "write_bytes",
+    "write_geojson",
     "write_grid",
     "write_map",
     "write_recording",

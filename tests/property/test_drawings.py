@@ -1,0 +1,21 @@
+"""Laws of what is written for other programs: any map is written, and they find in it what the map holds."""
+
+import pyogrio
+import pytest
+from hypothesis import given
+from hypothesis import settings as hypothesis_settings
+
+from echoplan.io import write_geojson
+from echoplan.model import FeatureMap
+from helpers.any_map import maps
+
+
+@hypothesis_settings(max_examples=60, deadline=None)
+@given(found=maps())
+def test_gdal_reads_every_feature_of_any_map_from_geojson(
+    found: FeatureMap, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "any.geojson"
+    write_geojson(path, found)
+    features = (*found.walls, *found.openings, *found.unobserved, *found.corners, *found.cylinders)
+    assert pyogrio.read_info(path, force_feature_count=True)["features"] == len(features) + bool(len(found.poses))
