@@ -2,10 +2,11 @@
 
 import pyogrio
 import pytest
+from ezdxf.filemanagement import readfile
 from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 
-from echoplan.io import write_geojson
+from echoplan.io import write_dxf, write_geojson
 from echoplan.model import FeatureMap
 from helpers.any_map import maps
 
@@ -19,3 +20,15 @@ def test_gdal_reads_every_feature_of_any_map_from_geojson(
     write_geojson(path, found)
     features = (*found.walls, *found.openings, *found.unobserved, *found.corners, *found.cylinders)
     assert pyogrio.read_info(path, force_feature_count=True)["features"] == len(features) + bool(len(found.poses))
+
+
+@hypothesis_settings(max_examples=30, deadline=None)
+@given(found=maps())
+def test_any_map_is_a_drawing_without_faults(found: FeatureMap, tmp_path_factory: pytest.TempPathFactory) -> None:
+    path = tmp_path_factory.getbasetemp() / "any.dxf"
+    write_dxf(path, found)
+    drawing = readfile(path)
+    assert not drawing.audit().errors
+    # A wall of which both ends are inferred has up to three pieces.
+    assert len(found.walls) <= len(drawing.modelspace().query("LINE[layer=='WALLS']")) <= 3 * len(found.walls)
+    assert len(drawing.modelspace().query("*[layer=='CYLINDERS']")) == len(found.cylinders)

@@ -3,7 +3,13 @@
 from echoplan.geometry.angles import circular_mean, directions, rotation_step, wrap
 from echoplan.geometry.lines import along, feet, intersections, lines_through, path_crossings, signed_distances
 from echoplan.geometry.poses import aligned, compose, identity, invert, transform_points
-from echoplan.geometry.visibility import crosses_discs, crosses_segments, distances_to_segments, is_blocked
+from echoplan.geometry.visibility import (
+    crosses_discs,
+    crosses_segments,
+    distances_to_segments,
+    is_blocked,
+    outward_normals,
+)
 
 __all__ = [
     "aligned",
@@ -20,6 +26,7 @@ __all__ = [
     "invert",
     "is_blocked",
     "lines_through",
+    "outward_normals",
     "path_crossings",
     "rotation_step",
     "signed_distances",

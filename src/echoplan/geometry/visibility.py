@@ -7,8 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from echoplan.arrays import BoolArray, FloatArray
+from echoplan.geometry.angles import directions
+from echoplan.geometry.lines import lines_through, signed_distances
 
-__all__ = ["crosses_discs", "crosses_segments", "distances_to_segments", "is_blocked"]
+__all__ = ["crosses_discs", "crosses_segments", "distances_to_segments", "is_blocked", "outward_normals"]
 
 
 def crosses_segments(origins_xy: ArrayLike, targets_xy: ArrayLike, segments_xy: ArrayLike) -> BoolArray:
@@ -128,6 +130,49 @@ def is_blocked(origins_xy: ArrayLike, targets_xy: ArrayLike, *, segments_xy: Arr
     by_segment = np.any(crosses_segments(origins_xy, targets_xy, segments_xy), axis=1)
     blocked: BoolArray = by_segment | np.any(crosses_discs(origins_xy, targets_xy, discs), axis=1)
     return blocked
+
+
+def outward_normals(faces_xy: ArrayLike, stations_xy: ArrayLike, *, normals_xy: ArrayLike) -> FloatArray:
+    """Find the side of faces that is away from the stations that detected them.
+
+    Stations opposite to a face detected it, unless another face is between: a box is detected from all around.  If
+    these disagree or there are none, all stations opposite to the face decide, then all stations.
+
+    Parameters
+    ----------
+    faces_xy : array_like, shape (w, 2, 2)
+        Starts and ends of the faces [m].
+    stations_xy : array_like, shape (s, 2)
+        Positions from which they were detected [m].
+    normals_xy : array_like, shape (w, 2)
+        The normals to return, but for their lengths, where no station decides.
+
+    Returns
+    -------
+    ndarray of float64, shape (w, 2)
+        Unit normals that point away from the stations.
+
+    Examples
+    --------
+    >>> outward_normals([[[0, 0], [4, 0]]], [[1, 2]], normals_xy=[[0, 1]]).round(9) + 0.0
+    array([[ 0., -1.]])
+    """
+    faces = np.asarray(faces_xy, dtype=np.float64).reshape(-1, 2, 2)
+    stations = np.asarray(stations_xy, dtype=np.float64).reshape(-1, 2)
+    lines = lines_through(faces[:, 0], faces[:, 1])
+    normals = directions(lines[:, 0])
+    sides = np.ones(len(faces))
+    for number, (face, line) in enumerate(zip(faces, lines, strict=True)):
+        inside = -np.sign(signed_distances(line, stations))
+        start, way = face[0], face[1] - face[0]
+        shares = (stations - start) @ way / (way @ way)
+        is_opposite = (shares > 0) & (shares < 1)
+        others = np.delete(faces, number, axis=0)
+        is_hidden = crosses_segments(stations, start + shares[:, None] * way, others).any(axis=1)
+        votes = [float(inside[each].sum()) for each in (is_opposite & ~is_hidden, is_opposite, slice(None))]
+        votes.append(float(normals[number] @ np.asarray(normals_xy)[number]))
+        sides[number] = 1.0 if next((vote for vote in votes if vote), 0.0) >= 0 else -1.0
+    return sides[:, None] * normals
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

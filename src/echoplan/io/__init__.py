@@ -8,6 +8,7 @@ from echoplan.io.builtin import (
     route_names,
     world_names,
 )
+from echoplan.io.dxf import write_dxf
 from echoplan.io.feature_map import read_map, write_map
 from echoplan.io.files import check_folder, read_text, write_bytes, write_text, written_whole
 from echoplan.io.geojson import write_geojson
@@ -39,6 +40,7 @@ __all__ = [
     "route_names",
     "world_names",
     "write_bytes",
+    "write_dxf",
     "write_geojson",
     "write_grid",
     "write_map",

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from echoplan.arrays import FloatArray
-from echoplan.geometry import crosses_segments, directions, intersections, lines_through, signed_distances
+from echoplan.geometry import directions, intersections, lines_through, outward_normals
 from echoplan.model import Opening, Wall
 
 __all__ = ["body_pieces", "jamb_strokes", "label_turn", "wall_bodies"]
@@ -39,14 +39,11 @@ def wall_bodies(walls: Sequence[Wall], stations_xy: FloatArray, *, thickness: fl
     """
     faces = np.array([wall.endpoints_xy for wall in walls]).reshape(-1, 2, 2)
     lines = lines_through(faces[:, 0], faces[:, 1])
-    outward = np.array(
-        [
-            _outward(wall, line, np.delete(faces, number, axis=0), stations_xy)
-            for number, (wall, line) in enumerate(zip(walls, lines, strict=True))
-        ]
-    )
+    normals = directions(lines[:, 0])
+    own = np.array([wall.normal_xy for wall in walls]).reshape(-1, 2)
+    outward = np.sign((outward_normals(faces, stations_xy, normals_xy=own) * normals).sum(axis=1))
     backs = lines + np.stack([np.zeros(len(lines)), outward * thickness], axis=-1).reshape(-1, 2)
-    squares = faces + (outward * thickness)[:, None, None] * directions(lines[:, 0])[:, None, :]
+    squares = faces + (outward * thickness)[:, None, None] * normals[:, None, :]
     return [
         np.stack([*faces[number], *(_back_end(number, end, faces, backs, squares=squares) for end in (1, 0))])
         for number in range(len(walls))
@@ -86,21 +83,6 @@ def label_turn(ends_xy: FloatArray) -> float:
     """Angle of a label along a stroke, shape (2, 2): read from below or from the right [degrees, -90 to 90]."""
     across, along = (ends_xy[1] - ends_xy[0]).tolist()
     return 90.0 - (90.0 - math.degrees(math.atan2(along, across))) % 180.0
-
-
-def _outward(wall: Wall, line: FloatArray, others: FloatArray, stations_xy: FloatArray) -> float:
-    """Side of a face away from the stations that detected it, +1 or -1 along the normal of its line.
-
-    Stations opposite to it detected it, unless another face is between: a box is detected from all around.
-    """
-    inside = -np.sign(signed_distances(line, stations_xy))
-    start, way = wall.endpoints_xy[0], wall.endpoints_xy[1] - wall.endpoints_xy[0]
-    shares = (stations_xy - start) @ way / (way @ way)
-    is_opposite = (shares > 0) & (shares < 1)
-    is_hidden = crosses_segments(stations_xy, start + shares[:, None] * way, others).any(axis=1)
-    votes = [float(inside[each].sum()) for each in (is_opposite & ~is_hidden, is_opposite, slice(None))]
-    votes.append(float(directions(line[0]) @ wall.normal_xy))
-    return 1.0 if next((vote for vote in votes if vote), 0.0) >= 0 else -1.0
 
 
 def _back_end(number: int, end: int, faces: FloatArray, backs: FloatArray, *, squares: FloatArray) -> FloatArray:
