@@ -22,7 +22,7 @@ DOCUMENTS = {
     for path in sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 }
 TESTS = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "tests").rglob("test_*.py")))
-PACKAGES = "acoustics|classical|diagnosis|evaluation|extraction|io|model|preprocessing|simulation|viewer"
+PACKAGES = "acoustics|classical|diagnosis|evaluation|extraction|grids|io|model|preprocessing|simulation|viewer"
 
 
 @pytest.fixture(params=DOCUMENTS)
