@@ -4,6 +4,7 @@ Importing this module imports numba, which takes its time: import what uses it w
 """
 
 import logging
+import sys
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
@@ -15,7 +16,7 @@ import numba
 from numba.core import event
 from numba.core.caching import FunctionCache
 
-__all__ = ["compiled"]
+__all__ = ["cache_folders", "compiled"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -59,6 +60,13 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
             fast._cache = _PackageCache(function)  # type: ignore[no-untyped-call]  # noqa: SLF001
     kept: Callable[P, R] = fast
     return kept
+
+
+def cache_folders() -> frozenset[Path]:
+    """Return the folders that keep the machine code of the modules imported so far; none if none can be written to."""
+    modules = [module for name, module in sys.modules.items() if name.startswith("echoplan.")]
+    caches = (getattr(value, "_cache", None) for module in modules for value in vars(module).values())
+    return frozenset(Path(each.cache_path) for each in caches if isinstance(each, _PackageCache))
 
 
 @cache

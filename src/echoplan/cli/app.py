@@ -1,9 +1,13 @@
 """The commands, one file each, gathered under one name."""
 
+from typing import Annotated
+
 import typer
 
-from echoplan.cli import compare, demo, evaluate, info, simulate
+from echoplan import __version__
+from echoplan.cli import compare, demo, doctor, evaluate, info, simulate
 from echoplan.cli import map as map_command
+from echoplan.cli.terminal import put
 
 __all__ = ["app", "as_clause", "help_for"]
 
@@ -21,6 +25,16 @@ app.command("map")(map_command.run)
 app.command("evaluate")(evaluate.run)
 app.command("compare")(compare.run)
 app.command("info")(info.run)
+app.command("doctor")(doctor.run)
+
+
+@app.callback(invoke_without_command=True)
+def _options(
+    version: Annotated[bool, typer.Option("--version", "-V", help="Print the version and exit.")] = False,
+) -> None:
+    if version:
+        put(f"echoplan {__version__}")
+        raise typer.Exit
 
 
 def as_clause(sentence: str) -> str:

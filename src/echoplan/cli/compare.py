@@ -25,7 +25,7 @@ def run(
         Path | None, typer.Option(help="truth.json or its folder, for all; else the one beside each recording.")
     ] = None,
     methods: Annotated[str, typer.Option(help="Names of methods, separated by commas, or all.")] = "all",
-    out: Annotated[Path | None, typer.Option(help="Folder for the page and the numbers.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Folder for the page and the numbers.")] = None,
     min_stations: MinStations = 2,
     min_heard: MinHeard = None,
     jobs: Annotated[int, typer.Option(min=1, help="Processes at a time.")] = os.cpu_count() or 1,

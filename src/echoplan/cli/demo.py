@@ -46,9 +46,9 @@ _PAPER_INTRODUCTION = (
 
 
 def run(
-    out: Annotated[Path, typer.Option(help="Folder for the recording, the map and the pictures.")] = Path(
-        "echoplan-demo"
-    ),
+    out: Annotated[
+        Path, typer.Option("--out", "-o", help="Folder for the recording, the map and the pictures.")
+    ] = Path("echoplan-demo"),
     seed: Annotated[int, typer.Option(help="Seed of all noise.")] = 0,
     paper: Annotated[bool, typer.Option("--paper", help="Map the paper's room: its figures and Table 5.")] = False,
 ) -> None:

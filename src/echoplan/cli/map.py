@@ -24,7 +24,7 @@ __all__ = ["run"]
 
 def run(
     source: Annotated[str, typer.Argument(help="A recording's folder, or sim:WORLD.")],
-    out: Annotated[Path, typer.Option(help="Folder for the map.")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the map.")],
     method: Annotated[
         str | None,
         typer.Option(help="Mapping method: joint, or another one that echoplan compare lists.", show_default="joint"),

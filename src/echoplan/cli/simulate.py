@@ -20,7 +20,7 @@ def run(
     world: Annotated[
         str, typer.Argument(help="A built-in world (square, paper-room, two-room-flat, ...) or a world.toml.")
     ],
-    out: Annotated[Path, typer.Option(help="Folder for the recording.")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the recording.")],
     rig: Annotated[str, typer.Option(help="A built-in rig or a rig.toml.")] = "rotary-array",
     route: Annotated[str | None, typer.Option(help="A built-in route or a route.csv; else that of the world.")] = None,
     config: Annotated[Path | None, typer.Option(help="Settings of the simulator, in a [simulation] table.")] = None,
