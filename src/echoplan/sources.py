@@ -1,4 +1,4 @@
-"""Where sweeps come from, specified in one line of text: a recording's folder or a world to be simulated."""
+"""Where sweeps come from, specified in one line of text: a recording's folder, a bag or a world to be simulated."""
 
 import re
 import reprlib
@@ -19,19 +19,30 @@ from echoplan.io import (
     world_names,
 )
 from echoplan.io.files import readable
-from echoplan.model import Conventions, Rig, Route, Source, Truth, World
+from echoplan.io.ros import BagOptions, BagSummary, is_bag, read_bag, summarise_bag
+from echoplan.model import Conventions, Recording, Rig, Route, Source, Truth, World
 from echoplan.simulation import Simulation, SimulationSettings
 
-__all__ = ["conventions_of", "find_rig", "find_route", "find_truth", "find_world", "open_source"]
+__all__ = [
+    "conventions_of",
+    "find_rig",
+    "find_route",
+    "find_truth",
+    "find_world",
+    "notes_of",
+    "open_source",
+    "summary_of_bag",
+]
 
 _SIMULATION_OPTIONS = ("rig", "route", "seed")
 
 
-def open_source(text: str, *, simulation: SimulationSettings | None = None) -> Source:
+def open_source(text: str, *, simulation: SimulationSettings | None = None, bag: BagOptions | None = None) -> Source:
     """Open a source of sweeps.
 
-    ``recording/`` is a folder with ``pings.csv`` and ``rig.toml``.  ``sim:paper-room`` and ``sim:room.toml``
-    simulate a world; options follow after commas: ``sim:room.toml,rig=ring-16,route=way.csv,seed=3``.
+    ``recording/`` is a folder with ``pings.csv`` and ``rig.toml``.  ``run.bag``, ``run.mcap``, ``run.db3`` and the
+    folder of a ROS 2 bag are bags.  ``sim:paper-room`` and ``sim:room.toml`` simulate a world; options follow after
+    commas: ``sim:room.toml,rig=ring-16,route=way.csv,seed=3``.
 
     Parameters
     ----------
@@ -39,6 +50,8 @@ def open_source(text: str, *, simulation: SimulationSettings | None = None) -> S
         What to open, as it is written on the command line.
     simulation : SimulationSettings, optional
         Settings of the simulator, if it is one.
+    bag : BagOptions, optional
+        What to read from a bag, if it is one.
 
     Returns
     -------
@@ -51,6 +64,8 @@ def open_source(text: str, *, simulation: SimulationSettings | None = None) -> S
         If there is no such source, or it cannot be used.
     UnknownNameError
         If an option or a built-in name is unknown.
+    MissingExtraError
+        If it is a bag, and rosbags is not installed.
 
     Examples
     --------
@@ -58,8 +73,13 @@ def open_source(text: str, *, simulation: SimulationSettings | None = None) -> S
     5
     """
     scheme = re.match(r"[a-z]{2,}:", text)
-    opener = _OPENERS.get(scheme[0] if scheme else Path(text).suffix, _open_recording)
-    return opener(text, simulation)
+    opener = _OPENERS.get(scheme[0]) if scheme else None
+    if opener is None and is_bag(Path(text)):
+        return read_bag(text, bag)
+    if bag is not None:
+        remedy = "leave out --topic, --odom, --field and --mount"
+        raise InputError(text, "it is no ROS bag", remedy=remedy)
+    return (opener or _open_recording)(text, simulation)
 
 
 def find_rig(name: str) -> Rig:
@@ -193,6 +213,17 @@ def conventions_of(source: Source) -> Conventions:
     return source.conventions if isinstance(source, RecordingFolder) else Conventions()
 
 
+def notes_of(source: Source) -> tuple[str, ...]:
+    """Return what the user should know about how a source was read."""
+    return source.notes if isinstance(source, Recording) else ()
+
+
+def summary_of_bag(text: str, options: BagOptions | None) -> BagSummary | None:
+    """Look into a source that is a bag, even where it does not suffice for a map; None for any other source."""
+    is_other = re.match(r"[a-z]{2,}:", text) or not is_bag(Path(text))
+    return None if is_other else summarise_bag(text, options)
+
+
 def _is_file(name: str) -> bool:
     return bool(Path(name).suffix) or len(Path(name).parts) > 1
 
@@ -203,7 +234,7 @@ def _open_recording(text: str, _: SimulationSettings | None) -> Source:
         found = path.exists()
     if found:
         return read_recording(path)
-    near = f"sim:{text}" if text in world_names() else "a recording's folder or sim:WORLD"
+    near = f"sim:{text}" if text in world_names() else "a recording's folder, a ROS bag or sim:WORLD"
     raise InputError(text, "there is no such file or folder", remedy=f"name {near}")
 
 
@@ -227,5 +258,5 @@ def _open_simulation(text: str, settings: SimulationSettings | None) -> Source:
     )
 
 
-# By scheme, or by the suffix of a file; what has neither is the folder of a recording.
+# By scheme; what has none is the folder of a recording or a bag.
 _OPENERS: Mapping[str, Callable[[str, SimulationSettings | None], Source]] = {"sim:": _open_simulation}

@@ -111,8 +111,8 @@ def test_names_are_built_in_and_paths_are_files(room: Path) -> None:
     ("text", "message"),
     [
         ("paper-room", "paper-room: there is no such file or folder; name sim:paper-room"),
-        ("takes/one", "takes/one: there is no such file or folder; name a recording's folder or sim:WORLD"),
-        ("tape:one", "tape:one: there is no such file or folder; name a recording's folder or sim:WORLD"),
+        ("takes/one", "takes/one: there is no such file or folder; name a recording's folder, a ROS bag or sim:WORLD"),
+        ("tape:one", "tape:one: there is no such file or folder; name a recording's folder, a ROS bag or sim:WORLD"),
         ("sim:square,seed=soon", "sim:square,seed=soon: the seed 'soon' is no whole number; write, say, seed=3"),
         ("sim:square,seed=-1", "the seed '-1' is no whole number"),
         ("sim:square,seed", "the seed '' is no whole number"),

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from echoplan.cli.evaluate import MinHeard, MinStations, inside, replaces_min_heard
+from echoplan.cli.source_options import FieldOption, MountOption, OdomOption, TopicOption, bag_options, put_notes
 from echoplan.cli.terminal import Progressing, put, report_files, show, tracked
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from echoplan.comparison import MethodScore, Outcome, Subject
+    from echoplan.io.ros import BagOptions
 
 __all__ = ["run"]
 
@@ -20,7 +22,9 @@ _RESULTS = ("comparison.json", "comparison.csv", "comparison.html")
 
 
 def run(
-    sources: Annotated[list[str], typer.Argument(help="Recordings' folders, or sim:WORLD.", metavar="SOURCE...")],
+    sources: Annotated[
+        list[str], typer.Argument(help="Recordings' folders, ROS bags, or sim:WORLD.", metavar="SOURCE...")
+    ],
     truth: Annotated[
         Path | None, typer.Option(help="truth.json or its folder, for all; else the one beside each recording.")
     ] = None,
@@ -29,6 +33,10 @@ def run(
     min_stations: MinStations = 2,
     min_heard: MinHeard = None,
     jobs: Annotated[int, typer.Option(min=1, help="Processes at a time.")] = os.cpu_count() or 1,
+    topic: TopicOption = None,
+    odom: OdomOption = None,
+    field: FieldOption = None,
+    mount: MountOption = None,
 ) -> None:
     """Map the same recordings with several methods and compare the results.
 
@@ -42,7 +50,8 @@ def run(
     if out is not None:
         check_folder(out, _RESULTS)
     min_stations = replaces_min_heard(min_stations, min_heard)
-    subjects = [_subject(source, truth, min_stations=min_stations) for source in dict.fromkeys(sources)]
+    bag = bag_options(topic, odom, field, mount)
+    subjects = [_subject(source, truth, bag, min_stations=min_stations) for source in dict.fromkeys(sources)]
     trials = [Trial(subject=subject, method=name) for subject in subjects for name in names]
     done = tracked(run_trials(trials, workers=jobs), total=len(trials), task="comparing")
     outcomes = _in_order(done, subjects)
@@ -60,7 +69,7 @@ def _chosen(methods: str) -> list[str]:
     return [find_method(name).name for name in dict.fromkeys(names)]
 
 
-def _subject(text: str, truth: Path | None, *, min_stations: int) -> "Subject":
+def _subject(text: str, truth: Path | None, bag: "BagOptions | None", *, min_stations: int) -> "Subject":
     from echoplan.comparison import Subject  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.diagnosis import faults_in_words  # noqa: PLC0415
     from echoplan.io import read_truth  # noqa: PLC0415
@@ -68,7 +77,8 @@ def _subject(text: str, truth: Path | None, *, min_stations: int) -> "Subject":
     from echoplan.preprocessing import find_faults  # noqa: PLC0415
     from echoplan.sources import find_truth, open_source  # noqa: PLC0415
 
-    opened = open_source(text)
+    opened = open_source(text, bag=bag)
+    put_notes(opened)
     sweeps = tuple(Progressing(opened, f"reading {text}"))
     for sentence in faults_in_words(find_faults(sweeps, opened.rig)):
         put(f"{text}: {sentence}")

@@ -6,6 +6,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from echoplan.cli.bag_summary import bag_document, put_bag
+from echoplan.cli.source_options import (
+    SOURCE_HELP,
+    FieldOption,
+    MountOption,
+    OdomOption,
+    TopicOption,
+    bag_options,
+    put_notes,
+)
 from echoplan.cli.terminal import Progressing, busy, put, show
 
 if TYPE_CHECKING:
@@ -16,26 +26,43 @@ __all__ = ["run"]
 
 
 def run(
-    source: Annotated[str, typer.Argument(help="A recording's folder, or sim:WORLD.")],
+    source: Annotated[str, typer.Argument(help=SOURCE_HELP)],
     as_json: Annotated[bool, typer.Option("--json", help="Print all numbers as JSON.")] = False,
+    topic: TopicOption = None,
+    odom: OdomOption = None,
+    field: FieldOption = None,
+    mount: MountOption = None,
 ) -> None:
     """Show what is in a recording, rig, sweeps, pings and echoes, and what seems to be wrong with it.
+
+    Of a ROS bag it shows the topics and sensors too, and what is missing for a map.
 
     Example: echoplan info rec/
     """
     from echoplan.diagnosis import examine  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.io.text import format_json  # noqa: PLC0415
     from echoplan.preprocessing import find_faults, recording_statistics  # noqa: PLC0415
-    from echoplan.sources import conventions_of, open_source  # noqa: PLC0415
+    from echoplan.sources import conventions_of, notes_of, open_source, summary_of_bag  # noqa: PLC0415
 
-    opened = open_source(source)
+    bag = bag_options(topic, odom, field, mount)
+    summary = summary_of_bag(source, bag)
+    document = {"bag": bag_document(summary)} if summary else {}
+    if summary is not None and not as_json:
+        put_bag(source, summary)
+    opened = open_source(source, bag=bag) if summary is None else summary.recording
+    if opened is None:
+        if as_json:
+            put(format_json(document))
+        return
     sweeps = tuple(Progressing(opened, "reading"))
     found, faults = recording_statistics(sweeps, opened.rig), find_faults(sweeps, opened.rig)
     with busy("checking the recording"):
         quality = examine(opened.rig, sweeps, conventions=conventions_of(opened))
     if as_json:
-        put(format_json({**_document(opened.name, opened.rig, found, faults), "quality": asdict(quality)}))
+        document |= _document(opened.name, opened.rig, found, faults)
+        put(format_json({**document, "notes": list(notes_of(opened)), "quality": asdict(quality)}))
         return
+    put_notes(opened)
     put(_headline(opened.name, opened.rig, found))
     show(_sensor_table(found))
     _say_what_is_wrong(quality)

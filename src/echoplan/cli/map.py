@@ -9,6 +9,15 @@ import typer
 
 from echoplan.cli.configuration import settings_of
 from echoplan.cli.results import RESULTS, Results, mapped, say_what_was_found, write_results
+from echoplan.cli.source_options import (
+    SOURCE_HELP,
+    FieldOption,
+    MountOption,
+    OdomOption,
+    TopicOption,
+    bag_options,
+    put_notes,
+)
 from echoplan.cli.terminal import Progressing, busy, put
 
 if TYPE_CHECKING:
@@ -23,7 +32,7 @@ __all__ = ["run"]
 
 
 def run(
-    source: Annotated[str, typer.Argument(help="A recording's folder, or sim:WORLD.")],
+    source: Annotated[str, typer.Argument(help=SOURCE_HELP)],
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the map.")],
     method: Annotated[
         str | None,
@@ -35,6 +44,10 @@ def run(
     config: Annotated[Path | None, typer.Option(help="Settings of the method, in a [method] table.")] = None,
     strict: Annotated[bool, typer.Option("--strict", help="Exit with status 2 if the map failed.")] = False,
     why: Annotated[bool, typer.Option("--why", help="Print why each landmark is in the map or not (joint).")] = False,
+    topic: TopicOption = None,
+    odom: OdomOption = None,
+    field: FieldOption = None,
+    mount: MountOption = None,
 ) -> None:
     """Map a recording: map.json, map.svg, report.html and the settings of the run.
 
@@ -52,7 +65,8 @@ def run(
     settings = settings_of(config, "method", chosen.settings_type)
     settings = settings if poses is None else _with_poses(settings, poses, method)
     check_folder(out, RESULTS)
-    opened = open_source(source)
+    opened = open_source(source, bag=bag_options(topic, odom, field, mount))
+    put_notes(opened)
     recorded = tuple(Progressing(opened, "reading"))
     mapper, listener = chosen.build(opened.rig, settings), EchoListener(opened.rig)
     with collect_events() as events:

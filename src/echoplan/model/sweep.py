@@ -211,11 +211,14 @@ class Recording:
         What made the sweeps.
     sweeps : tuple of Sweep
         The sweeps in the order of time.
+    notes : tuple of str, optional
+        What the user should know about how they were read.
     """
 
     name: str
     rig: Rig
     sweeps: tuple[Sweep, ...]
+    notes: tuple[str, ...] = ()
 
     def __iter__(self) -> Iterator[Sweep]:
         return iter(self.sweeps)

@@ -33,7 +33,7 @@ def typed(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_fault_of_ours_becomes_one_line_and_status_2(
     fault: EchoplanError, message: str, typed: None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def fail(_: str) -> None:
+    def fail(_: str, **__: object) -> None:
         raise fault
 
     monkeypatch.setattr("echoplan.sources.open_source", fail)
@@ -59,7 +59,7 @@ def test_what_system_and_memory_refuse_becomes_one_line_and_status_2(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    def fail(_: str) -> None:
+    def fail(_: str, **__: object) -> None:
         raise fault
 
     monkeypatch.setattr("echoplan.sources.open_source", fail)
@@ -162,7 +162,7 @@ def test_an_interrupt_while_the_command_line_is_imported_ends_the_program_withou
 
 
 def test_a_fault_in_the_program_itself_is_not_hidden(typed: None, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(_: str) -> None:
+    def fail(_: str, **__: object) -> None:
         raise ZeroDivisionError
 
     monkeypatch.setattr("echoplan.sources.open_source", fail)
@@ -194,7 +194,10 @@ def test_every_option_says_what_it_is_for() -> None:
 USAGE = {
     "no argument": ("map", "missing argument 'source'; see echoplan map --help"),
     "no value": ("map rec --out", "option '--out' requires an argument; see echoplan map --help"),
-    "a misspelt option": ("map rec --ouut out", "no such option: --ouut (Possible options: --out); see echoplan map"),
+    "a misspelt option": (
+        "map rec --ouut out",
+        "no such option: --ouut (Possible options: --mount, --out); see echoplan map",
+    ),
     "an argument too many": ("info one two", "got unexpected extra argument(s) (two); see echoplan info --help"),
     "a word for a number": ("simulate square --out out --seed x", "invalid value for '--seed'"),
     "a number out of bounds": ("compare rec --jobs 0", "invalid value for '--jobs'"),

@@ -1,0 +1,55 @@
+"""Options of a source, the same for every command that reads one: what to read from a ROS bag."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from echoplan.cli.terminal import put
+
+if TYPE_CHECKING:
+    from echoplan.io.ros import BagOptions
+    from echoplan.model import Source
+
+__all__ = ["SOURCE_HELP", "FieldOption", "MountOption", "OdomOption", "TopicOption", "bag_options", "put_notes"]
+
+_PANEL = "ROS bags"
+SOURCE_HELP = "A recording's folder, a ROS bag, or sim:WORLD."
+
+TopicOption = Annotated[
+    list[str] | None,
+    typer.Option("--topic", help="Topics with ranges, by name or pattern: '/sonar_*'.", rich_help_panel=_PANEL),
+]
+OdomOption = Annotated[
+    str | None, typer.Option("--odom", help="Topic with the poses of the robot.", rich_help_panel=_PANEL)
+]
+FieldOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--field",
+        help="A quantity from a field of any message: range=/echo.distance*0.01, or a number: x=0.",
+        rich_help_panel=_PANEL,
+    ),
+]
+MountOption = Annotated[
+    list[str] | None,
+    typer.Option("--mount", help="Pose of a sensor in the base: FRAME=X,Y,YAW in m and rad.", rich_help_panel=_PANEL),
+]
+
+
+def bag_options(
+    topics: list[str] | None, odometry: str | None, fields: list[str] | None, mounts: list[str] | None
+) -> "BagOptions | None":
+    """Read the options of a bag; None if none is given."""
+    from echoplan.io.ros import parse_bag_options  # noqa: PLC0415 - --help must not wait for NumPy
+
+    if not (topics or odometry or fields or mounts):
+        return None
+    return parse_bag_options(topics=topics or (), odometry=odometry, fields=fields or (), mounts=mounts or ())
+
+
+def put_notes(source: "Source") -> None:
+    """Print what the user should know about how a source was read."""
+    from echoplan.sources import notes_of  # noqa: PLC0415 - --help must not wait for NumPy
+
+    for note in notes_of(source):
+        put(f"Note: {note}")

@@ -1,0 +1,262 @@
+"""A bag of ROS 1 or ROS 2: its topics and their decoded messages; whatever its reader says becomes one line."""
+
+import struct
+import sys
+from collections import Counter
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from echoplan.errors import EchoplanError, InputError, MissingExtraError
+from echoplan.io.files import check_file, readable
+
+if TYPE_CHECKING:
+    from rosbags.interfaces import Connection
+    from rosbags.rosbag1 import Reader as Reader1
+    from rosbags.rosbag2 import Reader as Reader2
+    from rosbags.typesys.store import Typestore
+
+__all__ = ["Bag", "Message", "Topic", "is_bag", "open_bag"]
+
+_SUFFIXES = (".bag", ".mcap", ".db3", ".active", ".zstd", ".zst")
+_STORAGES = ("*.mcap", "*.db3")
+# By what the reader says, in the order in which they are looked for.
+_PROBLEMS = (
+    ("end magic", "it was not closed: its end is missing", "repair it with: mcap recover FILE -o repaired.mcap"),
+    ("not indexed", "it was not closed: its index is missing", "repair it with: rosbag reindex FILE"),
+    ("damaged", "its index is damaged", "repair it with: rosbag reindex FILE"),
+    ("Profile is not ros2", "it is an mcap file, but not of ROS 2", "convert it to a ROS 2 bag, or record one"),
+    ("seems to be empty", "the file is empty", "record it again"),
+    ("magic is invalid", "it is no bag, whatever its name says", "check the name"),
+    ("missing tables", "it is no bag, but another database", "check the name"),
+    ("database files are missing", "a file that metadata.yaml names is missing", "copy the whole folder of the bag"),
+    ("ompression", "its compression is not supported", "decompress it with: ros2 bag convert"),
+    ("ersion", "its version is not supported", "convert it with ros2 bag convert, or update: pip install -U rosbags"),
+    ("erialization", "its messages are not serialized as CDR", "record it with the default settings of ros2 bag"),
+)
+_DAMAGED = "repair it (ROS 1: rosbag reindex; mcap: mcap recover; sqlite3: ros2 bag reindex), or record it again"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Topic:
+    """A topic of a bag.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    type : str
+        Type of its messages, as ``sensor_msgs/msg/Range``.
+    count : int
+        Number of messages.
+    """
+
+    name: str
+    type: str
+    count: int
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Message:
+    """A decoded message.
+
+    Parameters
+    ----------
+    topic : Topic
+        Its topic.
+    log_ns : int
+        When it was recorded [ns].
+    body : object
+        The message; its fields are attributes.
+    """
+
+    topic: Topic
+    log_ns: int
+    body: Any
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Bag:
+    """An open bag.
+
+    Parameters
+    ----------
+    path : Path
+        The file or folder.
+    topics : tuple of Topic
+        Its topics, by name.
+    start_ns, end_ns : int
+        Times of the first and of the last message [ns]; equal if there is none.
+    is_ros1 : bool
+        Whether ROS 1 recorded it.
+    reader : Reader
+        The reader of rosbags.
+    """
+
+    path: Path
+    topics: tuple[Topic, ...]
+    start_ns: int
+    end_ns: int
+    is_ros1: bool
+    reader: "Reader1 | Reader2"
+
+    def messages(self, topics: Collection[Topic]) -> Iterator[Message]:
+        """Yield the messages of some topics in the order in which they were recorded."""
+        wanted = {topic.name: topic for topic in topics if topic.count}
+        connections = [each for each in self.reader.connections if each.topic in wanted]
+        if not connections:
+            return
+        decoders: dict[str, Typestore] = {}
+        with _in_one_line(self.path):
+            for connection, log_ns, raw in self.reader.messages(connections):
+                store = decoders.get(connection.msgtype)
+                if store is None:
+                    store = decoders[connection.msgtype] = _typestore(connection, raw, path=self.path)
+                decode = store.deserialize_ros1 if self.is_ros1 else store.deserialize_cdr
+                yield Message(topic=wanted[connection.topic], log_ns=log_ns, body=decode(raw, connection.msgtype))
+
+
+def is_bag(path: Path) -> bool:
+    """Return whether a path is that of a bag: by the suffix of a file, or by what is in a folder.
+
+    Parameters
+    ----------
+    path : Path
+        The file or folder; it need not exist.
+
+    Returns
+    -------
+    bool
+        True of what should be read as a bag, whether or not it can be.
+    """
+    with readable(path):
+        if not path.is_dir():
+            return path.suffix in _SUFFIXES
+        if (path / "pings.csv").exists():
+            return False
+        return (path / "metadata.yaml").exists() or any(True for form in _STORAGES for _ in path.glob(form))
+
+
+@contextmanager
+def open_bag(path: Path) -> Iterator[Bag]:
+    """Open a bag: a file of ROS 1 (.bag) or ROS 2 (.mcap, .db3), or the folder of a ROS 2 bag.
+
+    Parameters
+    ----------
+    path : Path
+        The bag.
+
+    Yields
+    ------
+    Bag
+        What is in it.
+
+    Raises
+    ------
+    InputError
+        If it is no bag or cannot be read, here or while its messages are read.
+    MissingExtraError
+        If rosbags is not installed.
+    """
+    try:
+        from rosbags.rosbag1 import Reader as Reader1  # noqa: PLC0415 - rosbags is optional
+        from rosbags.rosbag2 import Reader as Reader2  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        raise MissingExtraError("rosbags", extra="ros") from error
+
+    storage = _storage_of(path)
+    is_ros1 = storage.suffix == ".bag"
+    with _in_one_line(path):
+        reader = (Reader1 if is_ros1 else Reader2)(storage)
+        reader.open()
+    try:
+        counts: Counter[tuple[str, str]] = Counter()
+        for each in reader.connections:
+            counts[each.topic, each.msgtype] += each.msgcount
+        topics = tuple(Topic(name=name, type=kind, count=count) for (name, kind), count in sorted(counts.items()))
+        start, end = (reader.start_time, reader.end_time) if sum(counts.values()) else (0, 0)
+        yield Bag(path=path, topics=topics, start_ns=start, end_ns=end, is_ros1=is_ros1, reader=reader)
+    finally:
+        with _in_one_line(path):
+            reader.close()
+
+
+def _storage_of(path: Path) -> Path:
+    """Find what the reader opens, and refuse what it surely cannot."""
+    check_file(path)
+    with readable(path):
+        if not path.is_dir():
+            if path.suffix == ".active":
+                remedy = "close it with: rosbag reindex FILE, and name it without .active"
+                raise InputError(path, "it was not closed", remedy=remedy)
+            if path.suffix in (".zstd", ".zst"):
+                raise InputError(
+                    path, "the file is compressed", remedy="name its folder, or decompress it: zstd -d FILE"
+                )
+            path.open("rb").close()
+            return path
+        if (path / "metadata.yaml").exists():
+            return path
+        found = sorted(each for form in _STORAGES for each in path.glob(form))
+    if len(found) > 1:
+        raise InputError(path, "metadata.yaml is missing", remedy="restore it with: ros2 bag reindex FOLDER")
+    return found[0]
+
+
+def _typestore(connection: "Connection", raw: bytes, *, path: Path) -> "Typestore":
+    """Learn a type of messages from its definition in the bag, or else from the distributions of ROS."""
+    from rosbags.interfaces import MessageDefinitionFormat  # noqa: PLC0415 - rosbags is optional
+    from rosbags.serde import SerdeError  # noqa: PLC0415
+    from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore  # noqa: PLC0415
+
+    kind, definition = connection.msgtype, connection.msgdef
+    if definition.format == MessageDefinitionFormat.NONE:
+        # Bags before ROS 2 Iron hold no definitions; Iron is where Range got its variance.
+        for distribution in (Stores.LATEST, Stores.ROS2_HUMBLE):
+            store = get_typestore(distribution)
+            if kind not in store.fielddefs:
+                problem = f"messages of type {kind} on {connection.topic} are not defined in the bag"
+                raise InputError(path, problem, remedy="record it with ROS 2 Iron or newer, or as mcap")
+            try:
+                store.deserialize_cdr(raw, kind)
+            except (SerdeError, IndexError):
+                continue
+            return store
+    store = get_typestore(Stores.EMPTY)
+    if definition.format == MessageDefinitionFormat.IDL:
+        for part in definition.data.split("=" * 80 + "\n"):
+            store.register(get_types_from_idl(part.split("\n", 1)[-1] if part.startswith("IDL: ") else part))
+    else:
+        store.register(get_types_from_msg(definition.data, kind))
+    return store
+
+
+@contextmanager
+def _in_one_line(path: Path) -> Iterator[None]:
+    """Turn whatever rosbags and its decoders raise about damaged files into an ``InputError``."""
+    import apsw  # noqa: PLC0415 - rosbags and what comes with it are optional
+    from rosbags import rosbag1, rosbag2, serde, typesys  # noqa: PLC0415
+
+    if sys.version_info >= (3, 14):
+        from compression import zstd  # noqa: PLC0415
+    else:
+        from backports import zstd  # noqa: PLC0415
+
+    try:
+        yield
+    except EchoplanError:
+        raise
+    except (
+        *(rosbag1.ReaderError, rosbag2.ReaderError, serde.SerdeError, typesys.TypesysError),
+        *(apsw.Error, zstd.ZstdError, struct.error, EOFError, OSError, MemoryError),
+        # Damaged files meet assertions, indices and attributes that are not there; lz4 raises RuntimeError.
+        *(ValueError, LookupError, TypeError, AttributeError, AssertionError, ArithmeticError, RuntimeError),
+    ) as error:
+        said = " ".join(str(error).split())
+        for sign, problem, remedy in _PROBLEMS:
+            if sign in said:
+                raise InputError(path, problem, remedy=remedy.replace("FILE", path.name)) from error
+        problem = f"it is damaged or cut short ({said or type(error).__name__})"
+        raise InputError(path, problem, remedy=_DAMAGED) from error

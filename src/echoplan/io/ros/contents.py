@@ -1,0 +1,73 @@
+"""What is read from a bag, in one pass, before anything is made of it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from echoplan.io.ros.bag import Topic, open_bag
+from echoplan.io.ros.choice import Choice, choose_topics
+from echoplan.io.ros.clock import with_one_clock
+from echoplan.io.ros.frames import Frames, frames_of
+from echoplan.io.ros.messages import rows_of
+from echoplan.io.ros.options import BagOptions
+from echoplan.io.ros.series import Role, Series, SeriesKey, as_contents
+
+__all__ = ["BagContents", "read_contents"]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class BagContents:
+    """What was read from a bag, whether or not it suffices for a map.
+
+    Parameters
+    ----------
+    path : Path
+        The bag.
+    options : BagOptions
+        What the user says of it.
+    topics : tuple of Topic
+        All its topics.
+    choice : Choice
+        Those that were read.
+    series : dict
+        Their numbers, stamped by one clock and sorted by time.
+    frames : Frames
+        The transforms.
+    notes : tuple of str
+        How times were read, where not by the stamps in the headers.
+    """
+
+    path: Path
+    options: BagOptions
+    topics: tuple[Topic, ...]
+    choice: Choice
+    series: dict[SeriesKey, Series]
+    frames: Frames
+    notes: tuple[str, ...]
+
+    def of_role(self, role: Role) -> dict[SeriesKey, Series]:
+        """Return the series for a purpose."""
+        return {key: series for key, series in self.series.items() if key.role is role}
+
+    def field(self, key: str) -> Series | None:
+        """Return the numbers of a field that the user names; None without one."""
+        return next((series for own, series in self.of_role(Role.FIELD).items() if own.frame == key), None)
+
+
+def read_contents(path: Path, options: BagOptions) -> BagContents:
+    """Read from a bag what a map may need.
+
+    Raises ``InputError`` if the bag cannot be read, time runs back in it, or several topics have odometry.
+    """
+    with open_bag(path) as bag:
+        choice = choose_topics(bag.topics, options, path=path)
+        rows = (row for message in bag.messages(choice.topics) for row in rows_of(message, options))
+        timed = with_one_clock(as_contents(rows), path=path)
+        return BagContents(
+            path=path,
+            options=options,
+            topics=bag.topics,
+            choice=choice,
+            series=dict(timed.series),
+            frames=frames_of(timed.series),
+            notes=timed.notes,
+        )

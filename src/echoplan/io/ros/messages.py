@@ -1,0 +1,144 @@
+"""Messages in, rows of numbers out: what echoplan understands of the types of ROS."""
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from echoplan.errors import InputError
+from echoplan.io.ros.bag import Message
+from echoplan.io.ros.options import BagOptions, Field
+from echoplan.io.ros.series import Role, Row, SeriesKey
+
+__all__ = ["LASER_SCAN", "ODOMETRY", "POSES", "RANGE", "TRANSFORMS", "rows_of"]
+
+RANGE = "sensor_msgs/msg/Range"
+LASER_SCAN = "sensor_msgs/msg/LaserScan"
+ODOMETRY = "nav_msgs/msg/Odometry"
+# The other types of poses, for a topic that is named.
+POSES = (ODOMETRY, "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped")
+TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+_INFRARED = 1
+
+
+def rows_of(message: Message, options: BagOptions) -> Iterator[Row]:
+    """Yield what is in a message: readings, a pose, transforms, and fields that the user names."""
+    fields = [field for field in options.fields if field.topic == message.topic.name]
+    yield from _field_rows(message, fields)
+    # A field of a Range in another unit takes the place of the message.
+    if message.topic.type in _ROWS and not any(field.key == "range" for field in fields):
+        yield from _ROWS[message.topic.type](message)
+
+
+def _range_rows(message: Message) -> Iterator[Row]:
+    body = message.body
+    infrared = float(body.radiation_type == _INFRARED)
+    yield Row(
+        SeriesKey(Role.READING, message.topic.name, _frame(body)),
+        message.log_ns,
+        _stamp_ns(body),
+        (body.range, body.min_range, body.max_range, body.field_of_view, infrared, 0.0),
+    )
+
+
+def _scan_rows(message: Message) -> Iterator[Row]:
+    body = message.body
+    key = SeriesKey(Role.READING, message.topic.name, _frame(body))
+    start_ns, step_ns = _stamp_ns(body), body.time_increment * 1e9
+    for place, distance in enumerate(body.ranges.tolist()):
+        later_ns = round(place * step_ns)
+        bearing = body.angle_min + place * body.angle_increment
+        values = (distance, body.range_min, body.range_max, float("nan"), 0.0, bearing)
+        yield Row(key, message.log_ns + later_ns, start_ns and start_ns + later_ns, values)
+
+
+def _pose_rows(message: Message) -> Iterator[Row]:
+    body = message.body
+    pose = body.pose.pose if hasattr(body.pose, "pose") else body.pose
+    child = getattr(body, "child_frame_id", "").strip("/")
+    key = SeriesKey(Role.POSE, message.topic.name, _frame(body), child)
+    values = (pose.position.x, pose.position.y, _yaw(pose.orientation))
+    yield Row(key, message.log_ns, _stamp_ns(body), values)
+
+
+def _transform_rows(message: Message) -> Iterator[Row]:
+    role = Role.FIXED_TRANSFORM if message.topic.name.endswith("tf_static") else Role.MOVING_TRANSFORM
+    for each in message.body.transforms:
+        key = SeriesKey(role, message.topic.name, _frame(each), each.child_frame_id.strip("/"))
+        shift, turn = each.transform.translation, each.transform.rotation
+        values = (shift.x, shift.y, shift.z, turn.x, turn.y, turn.z, turn.w)
+        yield Row(key, message.log_ns, _stamp_ns(each), values)
+
+
+_ROWS: Mapping[str, Callable[[Message], Iterator[Row]]] = {
+    RANGE: _range_rows,
+    LASER_SCAN: _scan_rows,
+    **dict.fromkeys(POSES, _pose_rows),
+    **dict.fromkeys(TRANSFORMS, _transform_rows),
+}
+
+
+def _field_rows(message: Message, fields: list[Field]) -> Iterator[Row]:
+    body, stamp_ns = message.body, _stamp_ns(message.body)
+    numbers = {field.key: _number(_inner(body, field), field) for field in fields}
+    if "stamp" in numbers:
+        stamp_ns = round(numbers.pop("stamp") * 1e9)
+    for key, number in numbers.items():
+        if key == "range":
+            place, nan = SeriesKey(Role.READING, message.topic.name, _frame(body)), float("nan")
+            yield Row(place, message.log_ns, stamp_ns, (number, nan, nan, nan, 0.0, 0.0))
+        else:
+            yield Row(SeriesKey(Role.FIELD, message.topic.name, key), message.log_ns, stamp_ns, (number,))
+
+
+def _inner(body: Any, field: Field) -> Any:
+    """Follow the path of a field through a message."""
+    value: Any = body
+    names: Any = None
+    for step in field.path:
+        try:
+            if step.startswith("["):
+                place = step.strip("[]")
+                value = value[int(place) if place.isdecimal() else list(names).index(place)]
+            else:
+                # A JointState names the places in its arrays.
+                value, names = getattr(value, step), getattr(value, "name", None)
+        except (AttributeError, LookupError, TypeError, ValueError) as error:
+            remedy = f"known here: {', '.join(_fields_of(value) or map(str, names or ())) or 'no names'}"
+            problem = f"a message of {field.topic} has no {step.strip('[]')!r}"
+            raise InputError("--field", problem, place=f"{field.key}={field}", remedy=remedy) from error
+    return value
+
+
+def _fields_of(value: Any) -> list[str]:
+    return [name for name in getattr(value, "__dataclass_fields__", ()) if not name.startswith("__")]
+
+
+def _number(value: Any, field: Field) -> float:
+    """Make a number of a field: a time in seconds, the yaw of a quaternion, or the number itself."""
+    if hasattr(value, "nanosec"):
+        return field.factor * (float(value.sec) + 1e-9 * float(value.nanosec))
+    if field.key in ("yaw", "servo") and hasattr(value, "w"):
+        return field.factor * _yaw(value)
+    if isinstance(value, (int, float, np.number)):
+        return field.factor * float(value)
+    inside = _fields_of(value)
+    remedy = f"name a field inside it: {', '.join(inside)}" if inside else "name a field that is a number"
+    problem = f"it is no number but {getattr(value, '__msgtype__', type(value).__name__)}"
+    raise InputError("--field", problem, place=f"{field.key}={field}", remedy=remedy)
+
+
+def _yaw(turn: Any) -> float:
+    """Return the direction of the rotated x axis in the plane [rad]."""
+    x, y, z, w = turn.x, turn.y, turn.z, turn.w
+    return float(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+
+
+def _frame(body: Any) -> str:
+    header = getattr(body, "header", None)
+    return str(getattr(header, "frame_id", "")).strip("/")
+
+
+def _stamp_ns(body: Any) -> int:
+    stamp = getattr(getattr(body, "header", None), "stamp", None)
+    return 0 if stamp is None else int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)

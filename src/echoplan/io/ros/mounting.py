@@ -1,0 +1,156 @@
+"""Where the sensors are mounted, and how a servo turns them, from the transforms in a bag."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.errors import InputError
+from echoplan.geometry import compose, identity, invert, wrap
+from echoplan.io.ros.contents import BagContents
+from echoplan.io.ros.frames import Step, plane_pose, span_ns, transforms_along, way_between
+from echoplan.io.ros.messages import LASER_SCAN
+from echoplan.io.ros.readings import Readings
+from echoplan.io.ros.series import Series, SeriesKey, interpolate
+
+__all__ = ["Mounting", "mountings_of"]
+
+# A mounting that varies by less is rigid [m, rad]: a suspension sways so far, and a step of a servo is no smaller.
+_RIGID, _RIGID_TURN = 0.01, math.radians(0.5)
+# A beam that points more steeply meets floor or ceiling rather than walls [rad].
+_STEEPEST = math.radians(45.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Mounting:
+    """Where a sensor is mounted.
+
+    Parameters
+    ----------
+    base_from_turret : ndarray, shape (3,)
+        Pose of the axis of the servo in the base; that of the base itself for a rigid sensor.
+    turret_from_sensor : ndarray, shape (3,)
+        Pose of the sensor at servo angle 0 [m, m, rad].
+    servo_angles : ndarray, shape (n,)
+        Angle of the servo at each ping [rad].
+    known : ndarray of bool, shape (n,)
+        Whether the angle is known.
+    joint : str
+        Frame that the servo turns; empty for a rigid sensor.
+    elevation : float
+        Angle of the beam above the plane [rad].
+    """
+
+    base_from_turret: FloatArray
+    turret_from_sensor: FloatArray
+    servo_angles: FloatArray
+    known: BoolArray
+    joint: str = ""
+    elevation: float = 0.0
+
+    @property
+    def is_level(self) -> bool:
+        """Whether the beam meets walls rather than the floor or the ceiling."""
+        return abs(self.elevation) <= _STEEPEST
+
+
+def mountings_of(read: BagContents, readings: Readings, *, base: str) -> dict[SeriesKey, Mounting]:
+    """Find where each sensor is mounted and how a servo turns it.
+
+    Raises ``InputError`` if there is no transform to a sensor, or it moves in any way but about one upright axis.
+    """
+    stated = {mount.frame: np.array([mount.x, mount.y, mount.yaw]) for mount in read.options.mounts}
+    # A message type of its own, without a word about frames: one sensor at the middle of its robot.
+    if read.options.field("range") is not None and len(readings) == 1 and not read.frames.names:
+        stated.setdefault(next(iter(readings)).topic.strip("/"), identity())
+    found: dict[SeriesKey, Mounting] = {}
+    for key, series in readings.items():
+        pose = stated.get(key.frame, stated.get(key.topic.strip("/")))
+        mounting = _transformed(read, key, series=series, base=base) if pose is None else _rigid(pose, len(series))
+        found[key] = _turned(read, key, series=series, mounting=mounting)
+    return found
+
+
+def _transformed(read: BagContents, key: SeriesKey, *, series: Series, base: str) -> Mounting:
+    way = way_between(read.frames, base, end=key.frame) if key.frame else None
+    if way is not None:
+        return _along(way, series.stamps_ns, key=key, path=read.path)
+    name = key.frame or key.topic.strip("/")
+    problem = f"there is no transform from {base} to {key.frame}" if key.frame else "its messages name no frame"
+    remedy = f"record /tf_static (and /tf), or state where it is mounted: --mount {name}=X,Y,YAW [m, m, rad]"
+    raise InputError(read.path, problem, place=key.topic, remedy=remedy)
+
+
+def _turned(read: BagContents, key: SeriesKey, *, series: Series, mounting: Mounting) -> Mounting:
+    """Turn a rigid mounting by the bearings of a scan, or by the servo angles that the user names."""
+    if any(topic.name == key.topic and topic.type == LASER_SCAN for topic in read.choice.readings):
+        return replace(
+            mounting,
+            base_from_turret=mounting.turret_from_sensor,
+            turret_from_sensor=identity(),
+            servo_angles=series.column("bearing"),
+            joint=key.frame,
+        )
+    constant, servo = read.options.constant("servo"), read.field("servo")
+    if constant is not None:
+        return replace(mounting, servo_angles=np.full(len(series), constant))
+    if servo is None:
+        return mounting
+    angles, known = interpolate(servo, series.stamps_ns, angles=(0,))
+    return replace(mounting, servo_angles=angles[:, 0], known=mounting.known & known)
+
+
+def _rigid(pose: FloatArray, count: int, *, elevation: float = 0.0) -> Mounting:
+    return Mounting(
+        base_from_turret=identity(),
+        turret_from_sensor=pose,
+        servo_angles=np.zeros(count),
+        known=np.ones(count, dtype=np.bool_),
+        elevation=elevation,
+    )
+
+
+def _along(way: Sequence[Step], stamps_ns: IntArray, *, key: SeriesKey, path: Path) -> Mounting:
+    matrices = transforms_along(way, stamps_ns)
+    poses = plane_pose(matrices)
+    elevation = float(np.arcsin(np.median(matrices[:, 2, 0]).clip(-1.0, 1.0)))
+    if _is_rigid(poses):
+        return _rigid(_middle(poses), len(poses), elevation=elevation)
+    for place, step in enumerate(way):
+        in_base = plane_pose(transforms_along(way[: place + 1], stamps_ns))
+        if step.is_fixed or _is_rigid(in_base):
+            continue
+        # The first frame that moves is the one that the servo turns.
+        before = _middle(plane_pose(transforms_along(way[:place], stamps_ns)))
+        turret = np.array([*np.median(in_base[:, :2], axis=0), before[2]])
+        angles = np.unwrap(in_base[:, 2] - before[2])
+        turned = np.column_stack([np.zeros_like(angles), np.zeros_like(angles), angles])
+        in_turret = compose(invert(compose(turret, turned)), poses)
+        if not _is_rigid(in_turret):
+            break
+        first, last = span_ns(way)
+        return Mounting(
+            base_from_turret=turret,
+            turret_from_sensor=_middle(in_turret),
+            servo_angles=angles,
+            known=(stamps_ns >= first) & (stamps_ns <= last),
+            joint=step.end,
+            elevation=elevation,
+        )
+    problem = f"{key.frame} moves in the robot, and not only by a turn about one upright axis"
+    remedy = f"state a rigid mounting: --mount {key.frame}=X,Y,YAW [m, m, rad]"
+    raise InputError(path, problem, place=key.topic, remedy=remedy)
+
+
+def _is_rigid(poses: FloatArray) -> bool:
+    off = np.abs(poses - poses[0])
+    return bool((off[:, :2] <= _RIGID).all() and (np.abs(wrap(off[:, 2])) <= _RIGID_TURN).all())
+
+
+def _middle(poses: FloatArray) -> FloatArray:
+    turns = wrap(poses[:, 2] - poses[0, 2])
+    yaw = wrap(poses[0, 2] + np.median(turns))
+    return np.array([*np.median(poses[:, :2], axis=0), float(yaw)])

@@ -1,0 +1,116 @@
+"""Bags of ROS 1 and ROS 2 as sources of sweeps: no rig file is needed."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from echoplan.arrays import BoolArray
+from echoplan.errors import InputError
+from echoplan.io.files import by_name
+from echoplan.io.ros.contents import BagContents, read_contents
+from echoplan.io.ros.mounting import Mounting, mountings_of
+from echoplan.io.ros.options import BagOptions
+from echoplan.io.ros.readings import Readings, notes_about_infrared, notes_about_ranges, ranges_of, sonar_readings
+from echoplan.io.ros.sensors import sensor_of
+from echoplan.io.ros.series import SeriesKey
+from echoplan.io.ros.sweeps import PingColumns, split_into_sweeps
+from echoplan.io.ros.trajectory import Trajectory, poses_at, trajectory_of
+from echoplan.model import Recording, Rig
+
+__all__ = ["read_bag", "recording_of"]
+
+
+@by_name
+def read_bag(path: Path, options: BagOptions | None = None) -> Recording:
+    """Read a bag of ROS 1 or ROS 2: ranges, mounting and poses.
+
+    Parameters
+    ----------
+    path : Path or str
+        A file (.bag, .mcap, .db3) or the folder of a ROS 2 bag.
+    options : BagOptions, optional
+        Which topics and fields to read; by default they are found by their types.
+
+    Returns
+    -------
+    Recording
+        The sweeps, the rig, and notes about how they were read.
+
+    Raises
+    ------
+    InputError
+        If the bag cannot be read, or something is missing for a map.
+    MissingExtraError
+        If rosbags is not installed.
+    """
+    return recording_of(read_contents(path, options or BagOptions()))
+
+
+def recording_of(read: BagContents) -> Recording:
+    """Make sweeps of what was read from a bag.
+
+    Raises ``InputError`` if ranges, a mounting or the poses of the robot are missing.
+    """
+    path = read.path
+    readings = sonar_readings(read)
+    trajectory = trajectory_of(read)
+    mounted = mountings_of(read, readings, base=trajectory.base)
+    mountings = {key: mounting for key, mounting in mounted.items() if mounting.is_level}
+    turret = _common_turret(mountings, path=path)
+    pings, known = _pings(read, mountings, readings=readings, trajectory=trajectory)
+    if not known.any():
+        problem = "the robot's pose is not known at the time of any reading"
+        raise InputError(path, problem, remedy=f"record the readings and {trajectory.origin} at the same time")
+    sensors = tuple(
+        sensor_of(read, key, series=readings[key], mounting=mounting, sensor_id=number)
+        for number, (key, mounting) in enumerate(mountings.items())
+    )
+    notes = [*read.notes, *notes_about_infrared(read)]
+    notes += [f"{key.frame} points at the floor or the ceiling and is left out." for key in mounted.keys() - mountings]
+    if not known.all():
+        lost = int(np.count_nonzero(~known))
+        notes.append(f"{lost} of {len(known)} readings are left out: the pose or the servo angle then is not known.")
+    notes += notes_about_ranges({key: readings[key] for key in mountings}, read.options)
+    return Recording(
+        # Python makes lone surrogates of the bytes of a name that is no UTF-8, and no other text may hold them.
+        name=path.resolve().name.encode(errors="replace").decode(),
+        rig=Rig(name=f"sensors in {path.name}", sensors=sensors, base_from_turret=turret.base_from_turret),
+        sweeps=split_into_sweeps(pings[known]),
+        notes=tuple(notes),
+    )
+
+
+def _common_turret(mountings: Mapping[SeriesKey, Mounting], *, path: Path) -> Mounting:
+    """Return a mounting on the one turret that turns all sensors, or on the base if none turns any."""
+    if not mountings:
+        raise InputError(path, "no sensor in it meets walls", remedy="check the mounting of the sensors in /tf_static")
+    joints = {mounting.joint: key.topic for key, mounting in mountings.items()}
+    if len(joints) > 1:
+        states = (f"{topic} {f'turns with {joint}' if joint else 'is fixed'}" for joint, topic in joints.items())
+        remedy = "name those to map together with --topic"
+        raise InputError(path, f"not all sensors turn together: {', '.join(states)}", remedy=remedy)
+    return next(iter(mountings.values()))
+
+
+def _pings(
+    read: BagContents, mountings: Mapping[SeriesKey, Mounting], *, readings: Readings, trajectory: Trajectory
+) -> tuple[PingColumns, BoolArray]:
+    """Gather the pings of all sensors, and whether the pose and the servo angle of each are known."""
+    parts, known = [], []
+    for number, (key, mounting) in enumerate(mountings.items()):
+        series = readings[key]
+        poses, on_way = poses_at(trajectory, read, stamps_ns=series.stamps_ns)
+        known.append(on_way & mounting.known)
+        parts.append(
+            PingColumns(
+                stamps_ns=series.stamps_ns,
+                sensor_ids=np.full(len(series), number),
+                servo_angles=mounting.servo_angles,
+                ranges=ranges_of(series, read.options),
+                map_from_base=poses,
+            )
+        )
+    names = ("stamps_ns", "sensor_ids", "servo_angles", "ranges", "map_from_base")
+    joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    return PingColumns(**joined), np.concatenate(known)

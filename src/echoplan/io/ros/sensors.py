@@ -1,0 +1,70 @@
+"""What the messages of a bag say of each sensor: its limits, its beam and the step of its readings."""
+
+import math
+
+import numpy as np
+
+from echoplan.arrays import FloatArray
+from echoplan.errors import InputError
+from echoplan.io.ros.contents import BagContents
+from echoplan.io.ros.mounting import Mounting
+from echoplan.io.ros.series import Series, SeriesKey
+from echoplan.model import Sensor
+
+__all__ = ["sensor_of"]
+
+# Steps of sensors are multiples of this [m]: centimetres, millimetres, inches of 25.4 mm.
+_UNIT = 1e-4
+# For a remedy: what must be known of a sensor, and a number as data sheets have it.
+_EXAMPLES = {"field_of_view": "0.5", "min_range": "0.02", "max_range": "4"}
+# Fewer different readings may have any divisor.
+_FEWEST_READINGS = 3
+
+
+def sensor_of(read: BagContents, key: SeriesKey, *, series: Series, mounting: Mounting, sensor_id: int) -> Sensor:
+    """Describe a sensor by its messages, or by what the user states instead.
+
+    Raises ``InputError`` if the opening of its beam or its limits are unknown or cannot be.
+    """
+    view, least, most = (_known(read, key, name=name, series=series) for name in _EXAMPLES)
+    if view > 2.0 * math.pi:
+        problem = f"field_of_view is {view:g}, more than a full turn"
+        remedy = f"if these are degrees, add --field field_of_view={math.radians(view):.4f} [rad]"
+        raise InputError(read.path, problem, place=key.topic, remedy=remedy)
+    if least >= most:
+        problem, remedy = f"min_range, {least:g}, is not less than max_range, {most:g}", "state them: {} {}"
+        examples = (f"--field {name}={_EXAMPLES[name]}" for name in ("min_range", "max_range"))
+        raise InputError(read.path, problem, place=key.topic, remedy=remedy.format(*examples))
+    x, y, yaw = mounting.turret_from_sensor.tolist()
+    return Sensor(
+        sensor_id=sensor_id,
+        x=x,
+        y=y,
+        yaw=yaw,
+        half_aperture=view / 2.0,
+        min_range=least,
+        max_range=most,
+        resolution=_step_of(series.column("range")),
+    )
+
+
+def _known(read: BagContents, key: SeriesKey, *, name: str, series: Series) -> float:
+    """Return the opening of the beam or a limit; one that changes is as large as it ever is."""
+    stated = read.options.constant(name)
+    # Single precision turns 0.02 into 0.0199999996.
+    value = float(f"{np.max(series.column(name)):.7g}") if stated is None else stated
+    if math.isfinite(value) and (value > 0.0 or (name == "min_range" and value == 0.0)):
+        return value
+    problem = f"its messages do not say the {name}" if math.isnan(value) else f"its {name} is {value:g}"
+    unit = "rad, the full angle" if name == "field_of_view" else "m"
+    remedy = f"state it from the data sheet, say --field {name}={_EXAMPLES[name]} [{unit}]"
+    raise InputError(read.path, problem, place=key.topic, remedy=remedy)
+
+
+def _step_of(ranges: FloatArray) -> float:
+    """Find the step of which all readings are multiples; 0 if there is none."""
+    tenths = np.unique(ranges[np.isfinite(ranges)]) / _UNIT
+    units = np.rint(tenths)
+    if len(units) < _FEWEST_READINGS or (np.abs(tenths - units) > 0.1).any():
+        return 0.0
+    return round(float(np.gcd.reduce(units.astype(np.int64))) * _UNIT, 4)

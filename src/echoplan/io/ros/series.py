@@ -1,0 +1,108 @@
+"""Numbers of a topic over time: readings, poses, transforms and fields as arrays."""
+
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import NamedTuple
+
+import numpy as np
+
+from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.geometry import wrap
+
+__all__ = ["READING", "Role", "Row", "Series", "SeriesKey", "as_contents", "interpolate"]
+
+
+class Role(Enum):
+    """What a series is for."""
+
+    READING = auto()
+    POSE = auto()
+    MOVING_TRANSFORM = auto()
+    FIXED_TRANSFORM = auto()
+    FIELD = auto()
+
+
+class SeriesKey(NamedTuple):
+    """What a series is about: its topic and, of a transform or a pose, the parent and the child frame."""
+
+    role: Role
+    topic: str
+    frame: str = ""
+    child: str = ""
+
+
+class Row(NamedTuple):
+    """One entry of a series: when it was recorded, the stamp in its header (0 if there is none), and its numbers."""
+
+    key: SeriesKey
+    log_ns: int
+    stamp_ns: int
+    values: tuple[float, ...]
+
+
+# The numbers of a reading in their order: range [m], limits [m], full angle of the beam [rad], whether it is infrared,
+# and the bearing within a scan [rad].
+READING = {"range": 0, "min_range": 1, "max_range": 2, "field_of_view": 3, "infrared": 4, "bearing": 5}
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Series:
+    """Numbers over time.
+
+    Parameters
+    ----------
+    log_ns, stamps_ns : ndarray of int, shape (n,)
+        When each was recorded, and its stamp [ns].
+    values : ndarray, shape (n, k)
+        The numbers: a row of ``READING``, ``(x, y, yaw)`` of a pose, ``(x, y, z, qx, qy, qz, qw)`` of a transform, or
+        a field alone.
+    """
+
+    log_ns: IntArray
+    stamps_ns: IntArray
+    values: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.log_ns)
+
+    def column(self, name: str) -> FloatArray:
+        """Return one number of all readings, shape (n,)."""
+        column: FloatArray = self.values[:, READING[name]]
+        return column
+
+
+def as_contents(rows: Iterable[Row]) -> dict[SeriesKey, Series]:
+    """Gather rows by what they are about."""
+    gathered: defaultdict[SeriesKey, list[Row]] = defaultdict(list)
+    for row in rows:
+        gathered[row.key].append(row)
+    return {
+        key: Series(
+            log_ns=np.array([row.log_ns for row in own], dtype=np.int64),
+            stamps_ns=np.array([row.stamp_ns for row in own], dtype=np.int64),
+            values=np.array([row.values for row in own], dtype=np.float64),
+        )
+        for key, own in gathered.items()
+    }
+
+
+def interpolate(series: Series, stamps_ns: IntArray, *, angles: tuple[int, ...] = ()) -> tuple[FloatArray, BoolArray]:
+    """Interpolate the numbers of a sorted series linearly, those at the places ``angles`` the shorter way round.
+
+    Returns the numbers, shape (n, k), and whether each time lies within the series.
+    """
+    if not len(series):
+        return np.zeros((len(stamps_ns), series.values.shape[1])), np.zeros(len(stamps_ns), dtype=np.bool_)
+    values = series.values.copy()
+    for place in angles:
+        values[:, place] = np.unwrap(values[:, place])
+    # Nanoseconds since 1970 do not fit a float.
+    start = series.stamps_ns[0]
+    moments, knots = stamps_ns - start, series.stamps_ns - start
+    found = np.stack([np.interp(moments, knots, column) for column in values.T], axis=-1)
+    for place in angles:
+        found[:, place] = wrap(found[:, place])
+    known: BoolArray = (moments >= knots[0]) & (moments <= knots[-1])
+    return found, known
