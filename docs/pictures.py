@@ -54,7 +54,7 @@ def methods_side_by_side() -> None:
     """Map two rooms by every method: what docs/methods.md shows."""
     for room, name in (("sim:paper-room", "methods"), ("sim:square", "square")):
         source = open_source(room)
-        truth = find_truth(room, source)
+        truth = find_truth(source)
         recording = Recording(name=source.name, rig=source.rig, sweeps=tuple(source))
         figure, panels = _panels(len(METHODS), columns=5)
         for panel, method in zip(panels, METHODS.values(), strict=False):
@@ -93,7 +93,7 @@ def places() -> None:
     figure, (panel,) = _panels(1, columns=1)
     low, high = free.origin_xy, free.origin_xy + free.resolution * np.array(free.data.shape[::-1])
     panel.imshow(free.data, origin="lower", extent=(low[0], high[0], low[1], high[1]), cmap="Greys_r", vmin=-2)
-    truth = find_truth("sim:corridor", source)
+    truth = find_truth(source)
     if truth is not None:
         draw_truth(panel, truth)
     for place in graph.places:

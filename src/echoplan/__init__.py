@@ -1,5 +1,136 @@
-"""Floor plans from echoes: maps of walls, corners and cylinders from cheap ultrasonic sensors."""
+"""Floor plans from echoes: maps of walls, corners and cylinders from cheap ultrasonic sensors.
+
+Map a recording, look at the map and save it::
+
+    import echoplan as ep
+
+    recording = ep.open("rec/")            # a recording's folder, a ROS bag, or "sim:two-room-flat"
+    result = ep.map(recording)             # method="joint" by default
+    print(result.quality.verdict, len(result.walls))
+    result.save("map/", export=["pdf", "nav2"])
+
+Map sweeps as they come, from whatever source::
+
+    mapper = ep.JointMapper(recording.rig)
+    for sweep in recording:
+        mapper.add(sweep)
+    feature_map = mapper.result()
+
+What is here
+------------
+Reading
+    open, read_map, read_truth, builtin_rig, find_rig, write_recording
+Mapping
+    map, METHODS, JointMapper, JointSettings
+Results
+    MapResult, FeatureMap, Wall, Opening, Corner, Cylinder, Quality, Verdict, OccupancyGrid
+Evaluating
+    evaluate, compare, Evaluation, Truth
+Simulating
+    simulate, Simulation, SimulationSettings
+Values that are read
+    Source, Recording, Sweep, Rig, Sensor
+Errors
+    EchoplanError, InputError, InvalidValueError, OutputError, UnknownNameError, MissingExtraError
+
+``help(echoplan.map)`` and the like say more.  Lengths are in metres, angles in radians, times in seconds or, where the
+name ends in ``_ns``, in nanoseconds (REP 103).
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from echoplan.api import compare as compare
+    from echoplan.api import evaluate as evaluate
+    from echoplan.api import simulate as simulate
+    from echoplan.errors import EchoplanError as EchoplanError
+    from echoplan.errors import InputError as InputError
+    from echoplan.errors import InvalidValueError as InvalidValueError
+    from echoplan.errors import MissingExtraError as MissingExtraError
+    from echoplan.errors import OutputError as OutputError
+    from echoplan.errors import UnknownNameError as UnknownNameError
+    from echoplan.evaluation import Evaluation as Evaluation
+    from echoplan.io import builtin_rig as builtin_rig
+    from echoplan.io import read_map as read_map
+    from echoplan.io import read_truth as read_truth
+    from echoplan.io import write_recording as write_recording
+    from echoplan.joint.mapper import JointMapper as JointMapper
+    from echoplan.joint.mapper import JointSettings as JointSettings
+    from echoplan.mapping import MapResult as MapResult
+    from echoplan.mapping import map_source as map  # noqa: A004, F401 - echoplan.map reads well, and is lazy
+    from echoplan.methods import METHODS as METHODS
+    from echoplan.model import Corner as Corner
+    from echoplan.model import Cylinder as Cylinder
+    from echoplan.model import FeatureMap as FeatureMap
+    from echoplan.model import OccupancyGrid as OccupancyGrid
+    from echoplan.model import Opening as Opening
+    from echoplan.model import Quality as Quality
+    from echoplan.model import Recording as Recording
+    from echoplan.model import Rig as Rig
+    from echoplan.model import Sensor as Sensor
+    from echoplan.model import Source as Source
+    from echoplan.model import Sweep as Sweep
+    from echoplan.model import Truth as Truth
+    from echoplan.model import Verdict as Verdict
+    from echoplan.model import Wall as Wall
+    from echoplan.simulation import Simulation as Simulation
+    from echoplan.simulation import SimulationSettings as SimulationSettings
+    from echoplan.sources import find_rig as find_rig
+    from echoplan.sources import open_source as open  # noqa: A004, F401 - likewise
 
 __version__ = "0.1.0"
 
-__all__ = ["__version__"]
+# Modules are imported when one of their names is asked for (PEP 562): `import echoplan` must not wait for NumPy.
+_HOMES = {
+    "echoplan.api": ("compare", "evaluate", "simulate"),
+    "echoplan.errors": (
+        "EchoplanError",
+        "InputError",
+        "InvalidValueError",
+        "MissingExtraError",
+        "OutputError",
+        "UnknownNameError",
+    ),
+    "echoplan.evaluation": ("Evaluation",),
+    "echoplan.io": ("builtin_rig", "read_map", "read_truth", "write_recording"),
+    "echoplan.joint.mapper": ("JointMapper", "JointSettings"),
+    "echoplan.mapping": ("MapResult",),
+    "echoplan.methods": ("METHODS",),
+    "echoplan.model": (
+        "Corner",
+        "Cylinder",
+        "FeatureMap",
+        "OccupancyGrid",
+        "Opening",
+        "Quality",
+        "Recording",
+        "Rig",
+        "Sensor",
+        "Source",
+        "Sweep",
+        "Truth",
+        "Verdict",
+        "Wall",
+    ),
+    "echoplan.simulation": ("Simulation", "SimulationSettings"),
+    "echoplan.sources": ("find_rig",),
+}
+_PUBLIC = {
+    **{name: (home, name) for home, names in _HOMES.items() for name in names},
+    "map": ("echoplan.mapping", "map_source"),
+    "open": ("echoplan.sources", "open_source"),
+}
+
+__all__ = ["__version__", *sorted(_PUBLIC)]  # noqa: PLE0604 - strings, made of the table
+
+
+def __getattr__(name: str) -> object:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    home, inner = _PUBLIC[name]
+    return getattr(import_module(home), inner)
+
+
+def __dir__() -> list[str]:
+    return list(__all__)

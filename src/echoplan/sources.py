@@ -175,15 +175,13 @@ def find_route(name: str) -> Route:
     return read_route(beside if path.suffix == ".toml" else path)
 
 
-def find_truth(text: str, source: Source) -> Truth | None:
+def find_truth(source: Source) -> Truth | None:
     """Find the truth about a source.
 
     Parameters
     ----------
-    text : str
-        What was opened, as it is written on the command line.
     source : Source
-        What it became.
+        What ``open_source`` returned.
 
     Returns
     -------
@@ -197,12 +195,14 @@ def find_truth(text: str, source: Source) -> Truth | None:
 
     Examples
     --------
-    >>> len(find_truth("sim:square", open_source("sim:square")).walls_xy)
+    >>> len(find_truth(open_source("sim:square")).walls_xy)
     4
     """
     if isinstance(source, Simulation):
         return source.truth
-    beside = Path(text) / "truth.json"
+    if not isinstance(source, RecordingFolder):
+        return None
+    beside = source.folder / "truth.json"
     with readable(beside):
         known = beside.exists()
     return read_truth(beside) if known else None

@@ -85,7 +85,7 @@ def _subject(text: str, truth: Path | None, bag: "BagOptions | None", *, min_sta
     return Subject(
         name=text,
         recording=Recording(name=opened.name, rig=opened.rig, sweeps=sweeps),
-        truth=read_truth(inside(truth, "truth.json")) if truth else find_truth(text, opened),
+        truth=read_truth(inside(truth, "truth.json")) if truth else find_truth(opened),
         min_stations=min_stations,
     )
 

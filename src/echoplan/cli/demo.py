@@ -1,26 +1,21 @@
 """``echoplan demo``: a flat from the echoes to the map, or the room of the paper beside the paper's own figures."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import isnan, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from echoplan.cli.results import PICTURES, RESULTS, Results, mapped, results_folder, say_what_was_found
-from echoplan.cli.terminal import Progressing, put, report_files, show
+from echoplan.cli.results import say_what_was_found
+from echoplan.cli.terminal import Progressing, TerminalProgress, put, report_files, show
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from echoplan.arrays import FloatArray
-    from echoplan.classical.mdp_fuzzy import MdpFuzzyMapper
     from echoplan.evaluation import Evaluation, Match, Matching
-    from echoplan.joint.mapper import JointMapper
-    from echoplan.methods import Mapper
-    from echoplan.model import FeatureMap, Sweep, Table
+    from echoplan.mapping import MapResult
+    from echoplan.model import Table
     from echoplan.simulation import Simulation
-    from echoplan.viewer import Picture, Plan, Section
+    from echoplan.viewer import Picture
 
 __all__ = ["run"]
 
@@ -57,96 +52,80 @@ def run(
     Example: echoplan demo --seed 1
     """
     from echoplan.io import check_folder  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.mapping import RESULTS  # noqa: PLC0415
 
     check_folder(out, RESULTS)
     (_map_paper_room if paper else _map_flat)(out, seed)
     put(f"Now open {out / 'report.html'} in a browser.")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Drive:
-    """A simulated drive with its sweeps, and the echoes as points."""
-
-    world: str
-    simulation: "Simulation"
-    sweeps: "Sequence[Sweep]"
-    echoes_xy: "FloatArray"
-    times: "FloatArray"
-
-
 def _map_flat(out: Path, seed: int) -> None:
-    from echoplan.evaluation import evaluate  # noqa: PLC0415
-    from echoplan.joint.mapper import JointMapper  # noqa: PLC0415
-    from echoplan.viewer import Plan, Text, map_picture  # noqa: PLC0415
+    from echoplan.viewer import Text, map_picture  # noqa: PLC0415
 
     put(f"{_FLAT_INTRODUCTION}\n")
-    drive = _simulated(_FLAT, seed)
-    mapper, truth = JointMapper(drive.simulation.rig), drive.simulation.truth
-    plan = Plan(feature_map=_assessed(mapped(mapper, drive.sweeps), drive), truth=truth, echoes_xy=drive.echoes_xy)
-    evaluation = evaluate(plan.feature_map, truth)
+    simulation = _simulated(_FLAT, seed)
+    (result,) = _mapped(simulation, "joint")
+    evaluation = result.evaluate()
     table = _score_table(evaluation)
-    say_what_was_found(plan)
+    say_what_was_found(result.plan)
     put()
     show(table)
     _say_lengths(evaluation)
     introduction = Text(title="What this is", paragraphs=(_FLAT_INTRODUCTION,))
-    results = _results("A flat of two rooms", drive, mapper, plan, (introduction, table))
-    _write(out, results, drive.simulation, (map_picture(plan),))
+    result = replace(result, title="A flat of two rooms", sections=(introduction, table))
+    _write(out, result, simulation, (map_picture(result.plan),))
 
 
 def _map_paper_room(out: Path, seed: int) -> None:
-    from echoplan.classical.mdp_fuzzy import MdpFuzzyMapper  # noqa: PLC0415
-    from echoplan.classical.rcd import RcdMapper  # noqa: PLC0415
-    from echoplan.joint.mapper import JointMapper  # noqa: PLC0415
-    from echoplan.viewer import Plan, Text, map_picture  # noqa: PLC0415
+    from echoplan.evaluation import table5  # noqa: PLC0415
+    from echoplan.viewer import Text, map_picture  # noqa: PLC0415
 
-    drive = _simulated(_PAPER_ROOM, seed)
-    rig = drive.simulation.rig
-    joint, paper = JointMapper(rig), MdpFuzzyMapper(rig)
-    mappers: dict[str, Mapper] = {"joint": joint, "mdp-fuzzy": paper, "rcd": RcdMapper(rig)}
-    maps = {name: mapped(mapper, drive.sweeps) for name, mapper in mappers.items()}
-    plan = Plan(feature_map=_assessed(maps["joint"], drive), truth=drive.simulation.truth, echoes_xy=drive.echoes_xy)
-    figures = _paper_figures(paper, drive.sweeps, replace(plan, feature_map=maps["mdp-fuzzy"]))
-    table = _table5(maps, drive.simulation)
-    say_what_was_found(plan)
+    simulation = _simulated(_PAPER_ROOM, seed)
+    results = _mapped(simulation, "joint", "mdp-fuzzy", "rcd")
+    result, figures = results[0], _paper_figures(results[1])
+    table = table5({each.feature_map.method: each.evaluate() for each in results})
+    say_what_was_found(result.plan)
     put()
     show(table)
     introduction = Text(title="What this is", paragraphs=_PAPER_INTRODUCTION)
-    results = _results("The room of the paper", drive, joint, plan, (introduction, table, *figures))
-    _write(out, results, drive.simulation, (map_picture(plan), *figures))
+    result = replace(result, title="The room of the paper", sections=(introduction, table, *figures))
+    _write(out, result, simulation, (map_picture(result.plan), *figures))
 
 
-def _simulated(world: str, seed: int) -> _Drive:
+def _simulated(world: str, seed: int) -> "Simulation":
     from echoplan.io import builtin_rig, builtin_route, builtin_world  # noqa: PLC0415
     from echoplan.simulation import Simulation, SimulationSettings  # noqa: PLC0415
-    from echoplan.viewer import EchoListener  # noqa: PLC0415
 
-    simulation = Simulation(
+    return Simulation(
         world=builtin_world(world),
         rig=builtin_rig(_RIG),
         route=builtin_route(world),
         settings=SimulationSettings(dropout=0.02, stray=0.02),
         seed=seed,
     )
-    listener = EchoListener(simulation.rig)
-    sweeps = list(listener.listen(Progressing(simulation, "simulating")))
-    return _Drive(world=world, simulation=simulation, sweeps=sweeps, echoes_xy=listener.points_xy, times=listener.times)
 
 
-def _results(
-    title: str, drive: _Drive, mapper: "JointMapper", plan: "Plan", sections: "tuple[Section, ...]"
-) -> Results:
-    from echoplan.config import Run  # noqa: PLC0415
+def _mapped(simulation: "Simulation", *methods: str) -> "list[MapResult]":
+    """Simulate once, and map with each method."""
+    from echoplan.mapping import map_source  # noqa: PLC0415
+    from echoplan.model import Recording  # noqa: PLC0415
 
-    seed = drive.simulation.seed
-    return Results(
-        title=title,
-        run=Run(source=f"sim:{drive.world},rig={_RIG},seed={seed}", method="joint", seed=seed),
-        settings={"simulation": drive.simulation.settings, "method": mapper.settings},
-        plan=plan,
-        times=drive.times,
-        sections=sections,
+    recording = Recording(
+        name=f"sim:{simulation.world.name},rig={_RIG},seed={simulation.seed}",
+        rig=simulation.rig,
+        sweeps=tuple(Progressing(simulation, "simulating")),
     )
+    results = [
+        map_source(recording, method=method, truth=simulation.truth, progress=TerminalProgress()) for method in methods
+    ]
+    return [
+        replace(
+            each,
+            run=replace(each.run, seed=simulation.seed),
+            settings={"simulation": simulation.settings, **each.settings},
+        )
+        for each in results
+    ]
 
 
 def _score_table(evaluation: "Evaluation") -> "Table":
@@ -189,22 +168,19 @@ def _say_lengths(evaluation: "Evaluation") -> None:
     put()
 
 
-def _assessed(feature_map: "FeatureMap", drive: _Drive) -> "FeatureMap":
-    from echoplan.diagnosis import assess  # noqa: PLC0415
-
-    return replace(feature_map, quality=assess(feature_map, drive.simulation.rig, drive.sweeps))
-
-
-def _paper_figures(mapper: "MdpFuzzyMapper", sweeps: "Sequence[Sweep]", plan: "Plan") -> "tuple[Picture, ...]":
+def _paper_figures(result: "MapResult") -> "tuple[Picture, ...]":
+    from echoplan.classical.mdp_fuzzy import MdpFuzzyMapper  # noqa: PLC0415
     from echoplan.viewer import paper_pictures, sweep_stages  # noqa: PLC0415
 
-    return paper_pictures([sweep_stages(mapper, sweep) for sweep in sweeps], plan)
+    mapper = MdpFuzzyMapper(result.rig)
+    return paper_pictures([sweep_stages(mapper, sweep) for sweep in result.sweeps], result.plan)
 
 
-def _write(out: Path, results: Results, simulation: "Simulation", pictures: "tuple[Picture, ...]") -> None:
+def _write(out: Path, result: "MapResult", simulation: "Simulation", pictures: "tuple[Picture, ...]") -> None:
     from echoplan.io import write_bytes, write_recording, write_truth  # noqa: PLC0415
+    from echoplan.mapping import PICTURES, RESULTS, results_folder  # noqa: PLC0415
 
-    with results_folder(out, results) as draft:
+    with results_folder(out, result) as draft:
         write_recording(draft / "recording", simulation)
         write_truth(draft / "recording" / "truth.json", simulation.truth)
         for picture in pictures:
@@ -212,9 +188,3 @@ def _write(out: Path, results: Results, simulation: "Simulation", pictures: "tup
     report_files(out / "recording", ["pings.csv", "rig.toml", "truth.json"])
     report_files(out / PICTURES, [f"{picture.name}.png" for picture in pictures])
     report_files(out, RESULTS)
-
-
-def _table5(maps: "dict[str, FeatureMap]", simulation: "Simulation") -> "Table":
-    from echoplan.evaluation import evaluate, table5  # noqa: PLC0415
-
-    return table5({name: evaluate(found, simulation.truth) for name, found in maps.items()})

@@ -1,17 +1,13 @@
 """``echoplan evaluate``: a map against the truth."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from echoplan.cli.terminal import put, show
 
-if TYPE_CHECKING:
-    from echoplan.evaluation import Evaluation
-    from echoplan.model import Table
-
-__all__ = ["MinHeard", "MinStations", "evaluation_tables", "inside", "replaces_min_heard", "run"]
+__all__ = ["MinHeard", "MinStations", "inside", "replaces_min_heard", "run"]
 
 MinStations = Annotated[
     int,
@@ -39,6 +35,7 @@ def run(
         MatchingSettings,
         evaluate,
         evaluation_document,
+        evaluation_tables,
     )
     from echoplan.io import read_map, read_truth  # noqa: PLC0415
     from echoplan.io.text import format_json  # noqa: PLC0415
@@ -62,42 +59,6 @@ def replaces_min_heard(min_stations: int, min_heard: int | None) -> int:
         return min_stations
     typer.echo("echoplan: --min-heard is now called --min-stations; the old name will go in a later version", err=True)
     return min_heard
-
-
-def evaluation_tables(evaluation: "Evaluation") -> tuple["Table", ...]:
-    """Lay out an evaluation as tables.
-
-    Parameters
-    ----------
-    evaluation : Evaluation
-        Of one map.
-
-    Returns
-    -------
-    tuple of Table
-        Walls, cylinders, recall and precision, wall lengths, openings, classes, consistency, poses; without those that
-        would be empty.
-    """
-    from echoplan.evaluation import (  # noqa: PLC0415
-        confusion_table,
-        consistency_table,
-        cylinder_table,
-        floor_plan_tables,
-        tally_table,
-        trajectory_table,
-        wall_table,
-    )
-
-    tables = (
-        wall_table(evaluation.matches.walls),
-        cylinder_table(evaluation.matches.cylinders),
-        tally_table({name: matching.tally for name, matching in evaluation.matches.by_class.items()}),
-        *floor_plan_tables({evaluation.method: evaluation.floor_plan}, rows="method"),
-        confusion_table(evaluation.confusion),
-        consistency_table(evaluation.consistency),
-        trajectory_table(evaluation.trajectory),
-    )
-    return tuple(table for table in tables if table.rows)
 
 
 def inside(path: Path, name: str) -> Path:

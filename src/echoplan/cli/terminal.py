@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from echoplan.model import Rig, Source, Sweep, Table
 
 
-__all__ = ["Progressing", "busy", "put", "report_files", "show", "tracked"]
+__all__ = ["Progressing", "TerminalProgress", "busy", "put", "report_files", "show", "tracked"]
 
 Item = TypeVar("Item")
 
@@ -179,6 +179,13 @@ def busy(task: str) -> Iterator[None]:
     stderr = Console(stderr=True)
     with _logging_to(stderr), stderr.status(task):
         yield
+
+
+class TerminalProgress:
+    """Progress as bars on standard error, if that is a terminal."""
+
+    track = staticmethod(tracked)
+    busy = staticmethod(busy)
 
 
 class _Printer(logging.Handler):

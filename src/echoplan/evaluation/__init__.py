@@ -1,5 +1,6 @@
 """Maps against the truth: matching, Table 5 of the paper, scores, consistency and statistics."""
 
+from echoplan.evaluation.all_tables import evaluation_tables
 from echoplan.evaluation.bootstrap import BootstrapSettings, Distribution, Interval
 from echoplan.evaluation.confusion import MAP_CLASSES, TRUE_CLASSES
 from echoplan.evaluation.consistency import Consistency
@@ -64,6 +65,7 @@ __all__ = [
     "deviations",
     "evaluate",
     "evaluation_document",
+    "evaluation_tables",
     "floor_plan_tables",
     "map_error",
     "match_map",

@@ -33,6 +33,8 @@ class RecordingFolder:
         What made the sweeps.
     table : Table
         The pings.
+    folder : Path
+        Where it lies.
     conventions : Conventions, optional
         How the table is written; sweeps are in SI and REP 103.
     """
@@ -40,6 +42,7 @@ class RecordingFolder:
     name: str
     rig: Rig
     table: Table
+    folder: Path
     conventions: Conventions = field(default_factory=Conventions)
 
     def __iter__(self) -> Iterator[Sweep]:
@@ -93,7 +96,7 @@ def read_recording(path: Path) -> RecordingFolder:
     # Python makes lone surrogates of the bytes of a name that is no UTF-8, and no other text may hold them.
     name = path.resolve().name.encode(errors="replace").decode()
     conventions = read_conventions(path / "rig.toml")
-    return RecordingFolder(name=name, rig=rig, table=table, conventions=conventions)
+    return RecordingFolder(name=name, rig=rig, table=table, folder=path, conventions=conventions)
 
 
 @by_name

@@ -4,8 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from echoplan.cli.evaluate import evaluation_tables, inside
-from echoplan.evaluation import evaluate
+from echoplan.cli.evaluate import inside
+from echoplan.evaluation import evaluate, evaluation_tables
 from helpers import maps
 
 

@@ -1,0 +1,146 @@
+"""The formats in which other software reads a map, by name and by suffix."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from echoplan.arrays import FloatArray
+from echoplan.errors import MissingExtraError, UnknownNameError
+from echoplan.io import write_text
+from echoplan.model import OccupancyGrid, Rig, Sweep
+from echoplan.viewer import Plan, plan_svg
+
+__all__ = ["EXPORTS", "ExportFormat", "Exportable", "export_formats", "export_map"]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Exportable:
+    """What the export formats are made of: a map, and the recording behind it where that is at hand.
+
+    Parameters
+    ----------
+    plan : Plan
+        The map.
+    rig : Rig, optional
+        Sensors that made the recording; None for a map that was read from a file.
+    sweeps : tuple of Sweep, optional
+        The recording; empty for a map that was read from a file.
+    times : ndarray, shape (s,), optional
+        When each mapped sweep began [s].
+    grid : OccupancyGrid, optional
+        The grid of a method that maps on one.
+    """
+
+    plan: Plan
+    rig: Rig | None = None
+    sweeps: tuple[Sweep, ...] = ()
+    times: FloatArray = field(default_factory=lambda: np.zeros(0))
+    grid: OccupancyGrid | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExportFormat:
+    """A format for other software.
+
+    Parameters
+    ----------
+    name : str
+        What to call it on the command line.
+    summary : str
+        Who reads it.
+    files : tuple of str
+        What it writes into a folder of results; the first is the file to open.
+    write : callable
+        Writes a file of the suffix of the first one, and beside it any others.
+    package, extra : str, optional
+        Optional package that it needs, and the extra of echoplan that brings it.
+    """
+
+    name: str
+    summary: str
+    files: tuple[str, ...]
+    write: Callable[[Path, Exportable], None]
+    package: str = ""
+    extra: str = ""
+
+    @property
+    def suffix(self) -> str:
+        """Suffix of the file to open."""
+        return Path(self.files[0]).suffix
+
+
+def _write_svg(path: Path, content: Exportable) -> None:
+    write_text(path, plan_svg(content.plan))
+
+
+EXPORTS: Mapping[str, ExportFormat] = {
+    each.name: each
+    for each in (ExportFormat(name="svg", summary="drawing to scale", files=("map.svg",), write=_write_svg),)
+}
+
+
+def export_formats(names: Iterable[str]) -> tuple[ExportFormat, ...]:
+    """Find export formats by their names, and check that their packages are installed.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Keys of ``EXPORTS``, or ``all``.
+
+    Returns
+    -------
+    tuple of ExportFormat
+        Each once, in the order given.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such format.
+    MissingExtraError
+        If the package that writes a format is not installed.
+
+    Examples
+    --------
+    >>> [each.files for each in export_formats(["svg"])]
+    [('map.svg',)]
+    """
+    chosen: dict[str, ExportFormat] = {}
+    for name in names:
+        if name != "all" and name not in EXPORTS:
+            raise UnknownNameError("export format", name, known=[*EXPORTS, "all"])
+        chosen |= EXPORTS if name == "all" else {name: EXPORTS[name]}
+    for each in chosen.values():
+        if each.package and find_spec(each.package) is None:
+            raise MissingExtraError(each.package, extra=each.extra)
+    return tuple(chosen.values())
+
+
+def export_map(path: str | PathLike[str], content: Exportable) -> None:
+    """Write a map in the format that the suffix of a file names.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file: ``plan.pdf``, ``map.yaml`` and so on.
+    content : Exportable
+        The map.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    UnknownNameError
+        If no format has this suffix.
+    MissingExtraError
+        If the package that writes the format is not installed.
+    """
+    by_suffix = {each.suffix: each.name for each in EXPORTS.values()}
+    suffix = Path(path).suffix.lower()
+    if suffix not in by_suffix:
+        raise UnknownNameError("suffix of a map", suffix or str(path), known=by_suffix)
+    (chosen,) = export_formats([by_suffix[suffix]])
+    chosen.write(Path(path), content)

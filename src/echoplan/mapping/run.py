@@ -1,0 +1,111 @@
+"""Map one source from its first sweep to the assessed map."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import replace
+from os import PathLike, fspath
+
+from pydantic import BaseModel, ValidationError
+
+from echoplan.config import Run
+from echoplan.diagnosis import assess
+from echoplan.errors import InputError
+from echoplan.joint.trace import collect_events
+from echoplan.mapping.progress import SILENT, Progress
+from echoplan.mapping.result import MapResult
+from echoplan.methods import find_method, grid_of, map_sweeps, observations_of
+from echoplan.model import Source, Sweep, Truth
+from echoplan.sources import conventions_of, find_truth, open_source
+from echoplan.viewer import EchoListener, Plan, decisions_in_words
+
+__all__ = ["map_source"]
+
+
+def map_source(
+    source: Source | str | PathLike[str],
+    *,
+    method: str = "joint",
+    settings: BaseModel | Mapping[str, object] | None = None,
+    truth: Truth | None = None,
+    progress: Progress = SILENT,
+) -> MapResult:
+    """Map a source and assess the map.
+
+    Parameters
+    ----------
+    source : Source or str or Path
+        What ``open_source`` returns, or what it takes: a recording's folder, a bag, or ``sim:WORLD``.
+    method : str, optional
+        Name of the method, one of ``METHODS``.
+    settings : BaseModel or mapping, optional
+        Settings of the method: those of its ``settings_type``, or some of its keys, as in ``{"poses": "trust"}``.
+    truth : Truth, optional
+        Ground truth; by default that of the simulator, or the ``truth.json`` beside the recording, if there is one.
+    progress : Progress, optional
+        Shows how far it is; nothing by default.
+
+    Returns
+    -------
+    MapResult
+        The map; ``result.quality`` says whether it can be trusted.
+
+    Raises
+    ------
+    InputError
+        If the source or a setting cannot be used.
+    UnknownNameError
+        If there is no such method, or no such simulated world.
+
+    Examples
+    --------
+    >>> result = map_source("sim:square,seed=1", method="mdp-fuzzy")
+    >>> len(result.walls), result.evaluate().matches.by_class["wall"].tally.found
+    (4, 4)
+    """
+    name = fspath(source) if isinstance(source, str | PathLike) else source.name
+    opened = open_source(name) if isinstance(source, str | PathLike) else source
+    chosen = find_method(method)
+    settings = _checked(settings, chosen.settings_type)
+    sweeps = tuple(progress.track(opened, total=len(opened), task="reading"))
+    mapper, listener = chosen.build(opened.rig, settings), EchoListener(opened.rig)
+    with collect_events() as events, ExitStack() as shown:
+
+        def follow(cleaned: Sequence[Sweep]) -> Iterator[Sweep]:
+            yield from listener.listen(progress.track(cleaned, total=len(cleaned), task="mapping"))
+            shown.enter_context(progress.busy("putting the map together"))
+
+        found = map_sweeps(mapper, sweeps, follow=follow)
+    conventions = conventions_of(opened)
+    with progress.busy("checking the map"):
+        found = replace(found, quality=assess(found, opened.rig, sweeps, conventions=conventions))
+    offset_xy = (float(mapper.origin_xy[0]), float(mapper.origin_xy[1]))
+    decisions = decisions_in_words([each.translated(offset_xy) for each in events], found)
+    return MapResult(
+        title=f"Map of {opened.name}",
+        run=Run(source=name, method=method),
+        settings={"method": settings},
+        plan=Plan(
+            feature_map=found,
+            truth=truth or find_truth(opened),
+            detections=observations_of(mapper),
+            echoes_xy=listener.points_xy,
+            conventions=conventions,
+        ),
+        rig=opened.rig,
+        sweeps=sweeps,
+        times=listener.times,
+        decisions=decisions,
+        grid=grid_of(mapper),
+    )
+
+
+def _checked(settings: BaseModel | Mapping[str, object] | None, settings_type: type[BaseModel]) -> BaseModel:
+    if isinstance(settings, settings_type):
+        return settings
+    try:
+        return settings_type.model_validate({} if settings is None else settings)
+    except ValidationError as error:
+        fault = error.errors()[0]
+        place = ".".join(map(str, fault["loc"]))
+        known = ", ".join(sorted(settings_type.model_fields))
+        raise InputError("settings", fault["msg"], place=place, remedy=f"the settings are: {known}") from error

@@ -1,0 +1,96 @@
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from echoplan.config import Run
+from echoplan.errors import InputError, OutputError, UnknownNameError
+from echoplan.io import builtin_rig, read_map
+from echoplan.mapping import PICTURES, MapResult, map_source, results_folder
+from echoplan.model import Truth
+from echoplan.preprocessing import KmeansSettings
+from echoplan.viewer import Plan
+from helpers import maps
+
+
+def result(truth: Truth | None = None) -> MapResult:
+    """Result of a run that found the walls of a room."""
+    found = maps.drawn(*(maps.wall(*ends) for ends in maps.ROOM.walls_xy), poses=maps.ROOM.poses)
+    return MapResult(
+        title="A room",
+        run=Run(source="rec/", method="by hand", seed=7),
+        settings={"method": KmeansSettings(min_members=4)},
+        plan=Plan(feature_map=found, truth=truth, detections=(), echoes_xy=np.zeros((0, 2))),
+        rig=builtin_rig("rotary-array"),
+        sweeps=(),
+        times=np.arange(float(len(found.sweeps))),
+    )
+
+
+def test_five_files_are_saved(tmp_path: Path) -> None:
+    result().save(tmp_path / "out")
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "map.json",
+        "map.svg",
+        "report.html",
+        "run.toml",
+        "trajectory.tum",
+    ]
+
+
+def test_the_map_and_the_settings_are_those_of_the_run(tmp_path: Path) -> None:
+    result().save(tmp_path)
+    assert len(read_map(tmp_path / "map.json").walls) == len(maps.ROOM.walls_xy)
+    record = tomllib.loads((tmp_path / "run.toml").read_text(encoding="utf-8"))
+    assert (record["run"]["source"], record["run"]["seed"], record["method"]["min_members"]) == ("rec/", 7, 4)
+
+
+def test_the_report_has_the_title_the_settings_and_with_a_truth_how_good_the_map_is(tmp_path: Path) -> None:
+    texts = []
+    for truth in (None, maps.ROOM):
+        result(truth).save(tmp_path)
+        texts.append((tmp_path / "report.html").read_text(encoding="utf-8"))
+    for text in texts:
+        assert "A room" in text
+        assert "min_members" in text
+    assert ["Recall and precision" in text for text in texts] == [False, True]
+
+
+def test_an_unwritable_folder_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "out").write_text("mine", encoding="utf-8")
+    with pytest.raises(OutputError, match="choose another place"):
+        result().save(tmp_path / "out")
+    assert (tmp_path / "out").read_text(encoding="utf-8") == "mine"
+
+
+def test_pictures_that_a_run_does_not_make_go_and_others_stay(tmp_path: Path) -> None:
+    for made in (("map", "figure-05-fit"), ("map",)):
+        with results_folder(tmp_path, result()) as draft:
+            (draft / PICTURES).mkdir()
+            for name in made:
+                (draft / PICTURES / f"{name}.png").touch()
+        (tmp_path / PICTURES / "mine.png").touch()
+    assert sorted(path.name for path in (tmp_path / PICTURES).iterdir()) == ["map.png", "mine.png"]
+
+
+def test_a_map_is_evaluated_against_the_truth_of_its_recording() -> None:
+    assert len(result(maps.ROOM).evaluate().matches.walls.right) == len(maps.ROOM.walls_xy)
+    with pytest.raises(ValueError, match="no ground truth"):
+        result().evaluate()
+
+
+def test_a_map_is_exported_by_suffix(tmp_path: Path) -> None:
+    result().export(tmp_path / "plan.svg")
+    assert (tmp_path / "plan.svg").read_text(encoding="utf-8").startswith("<")
+    with pytest.raises(UnknownNameError, match=r"suffix of a map '.xyz'"):
+        result().export(tmp_path / "plan.xyz")
+
+
+def test_a_wrong_setting_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(InputError, match=r"settings, posess: .*poses"):
+        map_source("sim:square", settings={"posess": "trust"})
+
+
+def test_a_notebook_draws_a_map() -> None:
+    assert result()._repr_svg_().startswith("<")
