@@ -41,45 +41,83 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from echoplan.api import compare as compare
-    from echoplan.api import evaluate as evaluate
-    from echoplan.api import simulate as simulate
-    from echoplan.errors import EchoplanError as EchoplanError
-    from echoplan.errors import InputError as InputError
-    from echoplan.errors import InvalidValueError as InvalidValueError
-    from echoplan.errors import MissingExtraError as MissingExtraError
-    from echoplan.errors import OutputError as OutputError
-    from echoplan.errors import UnknownNameError as UnknownNameError
-    from echoplan.evaluation import Evaluation as Evaluation
-    from echoplan.io import builtin_rig as builtin_rig
-    from echoplan.io import read_map as read_map
-    from echoplan.io import read_truth as read_truth
-    from echoplan.io import write_recording as write_recording
-    from echoplan.joint.mapper import JointMapper as JointMapper
-    from echoplan.joint.mapper import JointSettings as JointSettings
-    from echoplan.mapping import MapResult as MapResult
-    from echoplan.mapping import map_source as map  # noqa: A004, F401 - echoplan.map reads well, and is lazy
-    from echoplan.methods import METHODS as METHODS
-    from echoplan.model import Corner as Corner
-    from echoplan.model import Cylinder as Cylinder
-    from echoplan.model import FeatureMap as FeatureMap
-    from echoplan.model import OccupancyGrid as OccupancyGrid
-    from echoplan.model import Opening as Opening
-    from echoplan.model import Quality as Quality
-    from echoplan.model import Recording as Recording
-    from echoplan.model import Rig as Rig
-    from echoplan.model import Sensor as Sensor
-    from echoplan.model import Source as Source
-    from echoplan.model import Sweep as Sweep
-    from echoplan.model import Truth as Truth
-    from echoplan.model import Verdict as Verdict
-    from echoplan.model import Wall as Wall
-    from echoplan.simulation import Simulation as Simulation
-    from echoplan.simulation import SimulationSettings as SimulationSettings
-    from echoplan.sources import find_rig as find_rig
-    from echoplan.sources import open_source as open  # noqa: A004, F401 - likewise
+    from echoplan.api import compare, evaluate, simulate
+    from echoplan.errors import (
+        EchoplanError,
+        InputError,
+        InvalidValueError,
+        MissingExtraError,
+        OutputError,
+        UnknownNameError,
+    )
+    from echoplan.evaluation import Evaluation
+    from echoplan.io import builtin_rig, read_map, read_truth, write_recording
+    from echoplan.joint.mapper import JointMapper, JointSettings
+    from echoplan.mapping import MapResult
+    from echoplan.mapping import map_source as map  # noqa: A004 - echoplan.map reads well, and is lazy
+    from echoplan.methods import METHODS
+    from echoplan.model import (
+        Corner,
+        Cylinder,
+        FeatureMap,
+        OccupancyGrid,
+        Opening,
+        Quality,
+        Recording,
+        Rig,
+        Sensor,
+        Source,
+        Sweep,
+        Truth,
+        Verdict,
+        Wall,
+    )
+    from echoplan.simulation import Simulation, SimulationSettings
+    from echoplan.sources import find_rig
+    from echoplan.sources import open_source as open  # noqa: A004 - likewise
 
 __version__ = "0.1.0"
+
+__all__ = [
+    "METHODS",
+    "Corner",
+    "Cylinder",
+    "EchoplanError",
+    "Evaluation",
+    "FeatureMap",
+    "InputError",
+    "InvalidValueError",
+    "JointMapper",
+    "JointSettings",
+    "MapResult",
+    "MissingExtraError",
+    "OccupancyGrid",
+    "Opening",
+    "OutputError",
+    "Quality",
+    "Recording",
+    "Rig",
+    "Sensor",
+    "Simulation",
+    "SimulationSettings",
+    "Source",
+    "Sweep",
+    "Truth",
+    "UnknownNameError",
+    "Verdict",
+    "Wall",
+    "__version__",
+    "builtin_rig",
+    "compare",
+    "evaluate",
+    "find_rig",
+    "map",
+    "open",
+    "read_map",
+    "read_truth",
+    "simulate",
+    "write_recording",
+]
 
 # Modules are imported when one of their names is asked for (PEP 562): `import echoplan` must not wait for NumPy.
 _HOMES = {
@@ -121,8 +159,6 @@ _PUBLIC = {
     "map": ("echoplan.mapping", "map_source"),
     "open": ("echoplan.sources", "open_source"),
 }
-
-__all__ = ["__version__", *sorted(_PUBLIC)]  # noqa: PLE0604 - strings, made of the table
 
 
 def __getattr__(name: str) -> object:
