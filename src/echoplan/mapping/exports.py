@@ -10,7 +10,8 @@ import numpy as np
 
 from echoplan.arrays import FloatArray
 from echoplan.errors import MissingExtraError, UnknownNameError
-from echoplan.io import write_text
+from echoplan.grids import grid_from_map
+from echoplan.io import write_dxf, write_geojson, write_grid, write_text
 from echoplan.model import OccupancyGrid, Rig, Sweep
 from echoplan.viewer import Plan, plan_svg
 
@@ -77,9 +78,35 @@ def _write_svg(path: Path, content: Exportable) -> None:
     write_text(path, plan_svg(content.plan))
 
 
+def _write_nav2(path: Path, content: Exportable) -> None:
+    feature_map = content.plan.feature_map
+    grid = content.grid or grid_from_map(feature_map, rig=content.rig, sweeps=content.sweeps or None)
+    write_grid(path, grid)
+
+
+def _write_dxf(path: Path, content: Exportable) -> None:
+    write_dxf(path, content.plan.feature_map)
+
+
+def _write_geojson(path: Path, content: Exportable) -> None:
+    write_geojson(path, content.plan.feature_map)
+
+
 EXPORTS: Mapping[str, ExportFormat] = {
     each.name: each
-    for each in (ExportFormat(name="svg", summary="drawing to scale", files=("map.svg",), write=_write_svg),)
+    for each in (
+        ExportFormat(name="nav2", summary="occupancy grid for Nav2", files=("map.yaml", "map.pgm"), write=_write_nav2),
+        ExportFormat(
+            name="dxf",
+            summary="drawing for CAD",
+            files=("map.dxf",),
+            write=_write_dxf,
+            package="ezdxf",
+            extra="cad",
+        ),
+        ExportFormat(name="geojson", summary="features for GIS", files=("map.geojson",), write=_write_geojson),
+        ExportFormat(name="svg", summary="drawing to scale", files=("map.svg",), write=_write_svg),
+    )
 }
 
 

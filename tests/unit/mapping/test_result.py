@@ -94,3 +94,15 @@ def test_a_wrong_setting_is_refused_with_the_known_ones() -> None:
 
 def test_a_notebook_draws_a_map() -> None:
     assert result()._repr_svg_().startswith("<")
+
+
+def test_all_formats_are_saved_and_go_with_the_next_run(tmp_path: Path) -> None:
+    saved = result().save(tmp_path, export=["all"])
+    assert set(saved) == {path.name for path in tmp_path.iterdir()} >= {"map.yaml", "map.pgm", "map.dxf", "map.geojson"}
+    assert set(result().save(tmp_path)) == {path.name for path in tmp_path.iterdir()}
+
+
+def test_an_unknown_format_is_refused_before_anything_is_written(tmp_path: Path) -> None:
+    with pytest.raises(UnknownNameError, match="did you mean 'dxf'"):
+        result().save(tmp_path / "out", export=["dfx"])
+    assert not (tmp_path / "out").exists()
