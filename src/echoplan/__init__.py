@@ -76,7 +76,7 @@ if TYPE_CHECKING:
     from echoplan.sources import find_rig
     from echoplan.sources import open_source as open  # noqa: A004 - likewise
 
-__version__ = "0.1.0"
+from echoplan.version import __version__
 
 __all__ = [
     "METHODS",

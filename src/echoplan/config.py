@@ -8,10 +8,10 @@ from typing import Any, TypeAlias
 
 from pydantic import BaseModel, Field, create_model
 
-from echoplan import __version__
 from echoplan.io.files import write_text
 from echoplan.io.structure import Form, read_toml
 from echoplan.io.text import format_toml
+from echoplan.version import __version__
 
 __all__ = ["Run", "Sections", "method_of", "read_config", "write_run"]
 

@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 from pydantic import BaseModel, Field
 
-from echoplan import __version__
 from echoplan.config import Run, Sections, read_config, write_run
 from echoplan.errors import InputError, OutputError
 from echoplan.methods import METHODS, find_method
 from echoplan.simulation import SimulationSettings
+from echoplan.version import __version__
 
 
 class FilterSettings(BaseModel, frozen=True, extra="forbid"):

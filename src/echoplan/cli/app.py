@@ -4,10 +4,10 @@ from typing import Annotated
 
 import typer
 
-from echoplan import __version__
 from echoplan.cli import compare, demo, doctor, evaluate, info, simulate
 from echoplan.cli import map as map_command
 from echoplan.cli.terminal import put
+from echoplan.version import __version__
 
 __all__ = ["app", "as_clause", "help_for"]
 

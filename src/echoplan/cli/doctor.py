@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from echoplan import __version__
 from echoplan.cli.terminal import put
 from echoplan.errors import InputError
+from echoplan.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -7,10 +7,10 @@ from math import degrees, isfinite, nan
 from statistics import fmean
 from typing import Any
 
-from echoplan import __version__
 from echoplan.comparison.scores import MethodScore
 from echoplan.comparison.trials import Outcome
 from echoplan.evaluation import Evaluation, GridScore, evaluation_document, summary_document
+from echoplan.version import __version__
 
 __all__ = ["comparison_csv", "comparison_document"]
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from echoplan import __version__
 from echoplan.cli.doctor import EXTRAS
+from echoplan.version import __version__
 from helpers.typed import echoplan, succeed
 
 ROOT = Path(__file__).parents[3]
