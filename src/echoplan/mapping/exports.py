@@ -12,7 +12,7 @@ from echoplan.arrays import FloatArray
 from echoplan.errors import MissingExtraError, UnknownNameError
 from echoplan.grids import grid_from_map
 from echoplan.io import write_dxf, write_geojson, write_grid, write_text
-from echoplan.model import OccupancyGrid, Rig, Sweep
+from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep
 from echoplan.viewer import Plan, plan_svg
 
 __all__ = ["EXPORTS", "ExportFormat", "Exportable", "export_formats", "export_map"]
@@ -41,6 +41,16 @@ class Exportable:
     sweeps: tuple[Sweep, ...] = ()
     times: FloatArray = field(default_factory=lambda: np.zeros(0))
     grid: OccupancyGrid | None = None
+
+    @property
+    def feature_map(self) -> FeatureMap:
+        """The map itself."""
+        return self.plan.feature_map
+
+    @property
+    def nav2_grid(self) -> OccupancyGrid:
+        """The grid of the method, or one of its features: free where sound or the robot passed."""
+        return self.grid or grid_from_map(self.feature_map, rig=self.rig, sweeps=self.sweeps or None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,38 +84,35 @@ class ExportFormat:
         return Path(self.files[0]).suffix
 
 
-def _write_svg(path: Path, content: Exportable) -> None:
-    write_text(path, plan_svg(content.plan))
-
-
-def _write_nav2(path: Path, content: Exportable) -> None:
-    feature_map = content.plan.feature_map
-    grid = content.grid or grid_from_map(feature_map, rig=content.rig, sweeps=content.sweeps or None)
-    write_grid(path, grid)
-
-
-def _write_dxf(path: Path, content: Exportable) -> None:
-    write_dxf(path, content.plan.feature_map)
-
-
-def _write_geojson(path: Path, content: Exportable) -> None:
-    write_geojson(path, content.plan.feature_map)
-
-
 EXPORTS: Mapping[str, ExportFormat] = {
     each.name: each
     for each in (
-        ExportFormat(name="nav2", summary="occupancy grid for Nav2", files=("map.yaml", "map.pgm"), write=_write_nav2),
+        ExportFormat(
+            name="nav2",
+            summary="occupancy grid for Nav2",
+            files=("map.yaml", "map.pgm"),
+            write=lambda path, content: write_grid(path, content.nav2_grid),
+        ),
         ExportFormat(
             name="dxf",
             summary="drawing for CAD",
             files=("map.dxf",),
-            write=_write_dxf,
+            write=lambda path, content: write_dxf(path, content.feature_map),
             package="ezdxf",
             extra="cad",
         ),
-        ExportFormat(name="geojson", summary="features for GIS", files=("map.geojson",), write=_write_geojson),
-        ExportFormat(name="svg", summary="drawing to scale", files=("map.svg",), write=_write_svg),
+        ExportFormat(
+            name="geojson",
+            summary="features for GIS",
+            files=("map.geojson",),
+            write=lambda path, content: write_geojson(path, content.feature_map),
+        ),
+        ExportFormat(
+            name="svg",
+            summary="drawing to scale",
+            files=("map.svg",),
+            write=lambda path, content: write_text(path, plan_svg(content.plan)),
+        ),
     )
 }
 
