@@ -27,6 +27,7 @@ def map_source(
     method: str = "joint",
     settings: BaseModel | Mapping[str, object] | None = None,
     truth: Truth | None = None,
+    name: str | None = None,
     progress: Progress = SILENT,
 ) -> MapResult:
     """Map a source and assess the map.
@@ -41,6 +42,8 @@ def map_source(
         Settings of the method: those of its ``settings_type``, or some of its keys, as in ``{"poses": "trust"}``.
     truth : Truth, optional
         Ground truth; by default that of the simulator, or the ``truth.json`` beside the recording, if there is one.
+    name : str, optional
+        How to name the source in the record of the run; by default what was opened, or the name of the source.
     progress : Progress, optional
         Shows how far it is; nothing by default.
 
@@ -62,8 +65,8 @@ def map_source(
     >>> len(result.walls), result.evaluate().matches.by_class["wall"].tally.found
     (4, 4)
     """
-    name = fspath(source) if isinstance(source, str | PathLike) else source.name
-    opened = open_source(name) if isinstance(source, str | PathLike) else source
+    opened = open_source(fspath(source)) if isinstance(source, str | PathLike) else source
+    name = name or (fspath(source) if isinstance(source, str | PathLike) else source.name)
     chosen = find_method(method)
     settings = _checked(settings, chosen.settings_type)
     sweeps = tuple(progress.track(opened, total=len(opened), task="reading"))
