@@ -17,7 +17,7 @@ from echoplan.io.structure import Form
 from echoplan.io.units import Coordinate
 from echoplan.model import OccupancyGrid
 
-__all__ = ["read_grid", "write_grid"]
+__all__ = ["read_grid", "trinary_cells", "write_grid"]
 
 # Grey values of map_saver.  205 stands for a probability of 0.1961: the threshold below is just less.
 _OCCUPIED, _UNKNOWN, _FREE = 0, 205, 254
@@ -90,7 +90,8 @@ def write_grid(path: Path, grid: OccupancyGrid) -> None:
     >>> read_grid(path).values.tolist()
     [[0.5, 0.0, 1.0]]
     """
-    shades = np.select([grid.values > _OCCUPIED_THRESHOLD, grid.values < _FREE_THRESHOLD], [_OCCUPIED, _FREE], _UNKNOWN)
+    cells = trinary_cells(grid)
+    shades = np.select([cells > 0, cells == 0], [_OCCUPIED, _FREE], _UNKNOWN)
     picture = path.with_suffix(".pgm")
     # To a nanometre: whole cells are seldom whole numbers of metres in binary.
     x, y = grid.origin_xy.round(9).tolist()
@@ -105,6 +106,12 @@ def write_grid(path: Path, grid: OccupancyGrid) -> None:
     }
     write_pgm(picture, np.flipud(shades).astype(np.uint8))
     write_text(path, "".join(f"{name}: {value}\n" for name, value in entries.items()))
+
+
+def trinary_cells(grid: OccupancyGrid) -> NDArray[np.int8]:
+    """Return the cells as map_server publishes them: 100 occupied, 0 free, -1 unknown; shape (rows, columns)."""
+    cells = np.select([grid.values > _OCCUPIED_THRESHOLD, grid.values < _FREE_THRESHOLD], [100, 0], -1)
+    return cells.astype(np.int8)
 
 
 def _read_form(path: Path) -> _GridForm:
