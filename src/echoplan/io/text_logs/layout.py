@@ -1,0 +1,199 @@
+"""Layout: which lines are readings, which are places, and what their numbers mean."""
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from echoplan.arrays import FloatArray
+from echoplan.errors import InputError
+from echoplan.io.text_logs.cells import read_cell
+from echoplan.io.text_logs.columns import Column, Role, columns_named, parse_columns, spelled
+from echoplan.io.text_logs.dialect import Dialect, Row
+from echoplan.io.text_logs.facts import Fact, Origin
+from echoplan.io.text_logs.options import LogOptions
+
+__all__ = ["POSE_ROLES", "Layout", "recognise_layout"]
+
+# What tells two kinds of rows apart: the labels before their numbers, or how many cells they have.
+Key = tuple[str, ...] | int
+
+POSE_ROLES = (Role.X, Role.Y, Role.HEADING)
+_PLACE = tuple(Column(role=role) for role in POSE_ROLES)
+_ANGLE, _RANGE = Column(role=Role.ANGLE), Column(role=Role.RANGE)
+# Rows without names, by how many numbers they have: one sensor on a servo, or four, each a quarter turn farther left.
+_BARE = {2: (_ANGLE, _RANGE), 5: (_ANGLE, *[_RANGE] * 4)}
+# Share of equal steps between angles from which a column is one of angles.
+_REGULAR = 0.8
+# Part of a step by which rounding changes it: 5.5555 and 5.5556 are one size.
+_ROUNDING = 0.02
+# Lines before the header: what a board prints when it starts.
+_PREAMBLE = 20
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Layout:
+    """Columns of each kind of row, by its labels or its number of cells; header lines; how the columns are known."""
+
+    columns: Mapping[Key, tuple[Column, ...]]
+    origin: Origin
+    headers: frozenset[tuple[str, ...]] = field(default=frozenset())
+
+    def of(self, row: Row) -> tuple[Column, ...]:
+        """Return the columns of a row; none if it is of no known kind."""
+        return self.columns.get(row.names or len(row.cells), ())
+
+    @property
+    def readings(self) -> tuple[Column, ...]:
+        """Columns of the rows that hold readings."""
+        return next(columns for columns in self.columns.values() if _has_range(columns))
+
+    @property
+    def fact(self) -> Fact:
+        """The columns as ``--columns`` has them."""
+        kinds = [spelled(columns) for columns in self.columns.values() if columns != _PLACE]
+        return Fact(subject="columns", value="; ".join(kinds), origin=self.origin, option="--columns")
+
+
+def recognise_layout(rows: Sequence[Row], dialect: Dialect, *, options: LogOptions, source: str) -> Layout:
+    """Return what the numbers of the rows mean; ask for ``--columns`` where the log does not say."""
+    numeric = _numeric(rows, dialect)
+    layout = _given(rows, options, source=source) if options.columns else _named(rows)
+    if layout is None:
+        layout = _bare(numeric, dialect, options=options, source=source)
+    _check(layout, source)
+    # Lines of three numbers between readings are places, unless three numbers are a reading.
+    places: dict[Key, tuple[Column, ...]] = {len(row.cells): _PLACE for row in numeric if len(row.cells) == len(_PLACE)}
+    return replace(layout, columns={**places, **layout.columns})
+
+
+def _given(rows: Sequence[Row], options: LogOptions, *, source: str) -> Layout:
+    """Apply ``--columns`` to the rows that have so many cells; to labelled ones only if there are no others."""
+    columns = parse_columns(options.columns, option="--columns")
+    found = [row for row in rows if len(row.cells) == len(columns)]
+    if not found:
+        common = Counter(len(row.cells) for row in rows).most_common(1)[0][0]
+        problem = f"--columns names {len(columns)} columns, but no line has so many"
+        raise InputError(source, problem, remedy=f"name {common}, with - for a column that is not needed")
+    keys = Counter[Key](row.names or len(row.cells) for row in found)
+    key = len(columns) if len(columns) in keys else keys.most_common(1)[0][0]
+    headers = frozenset(row.cells for row in found if _are_words(row))
+    return Layout(columns={key: columns}, origin=Origin.OPTION, headers=headers)
+
+
+def _named(rows: Sequence[Row]) -> Layout | None:
+    """Recognise rows by labels, or by a header, that name a range; None if there are none."""
+    kinds = {row.names: columns_named(row.names) for row in rows if row.names}
+    if any(map(_has_range, kinds.values())):
+        return Layout(columns={names: each for names, each in kinds.items() if _is_useful(each)}, origin=Origin.STATED)
+    for row in rows[:_PREAMBLE]:
+        columns = columns_named(row.cells)
+        if _are_words(row) and _has_range(columns):
+            return Layout(columns={len(columns): columns}, origin=Origin.STATED, headers=frozenset([row.cells]))
+    return None
+
+
+def _bare(rows: Sequence[Row], dialect: Dialect, *, options: LogOptions, source: str) -> Layout:
+    """Recognise rows of numbers alone by how many there are, and by the column that goes up and down as angles do."""
+    widths = Counter(len(row.cells) for row in rows)
+    if not widths:
+        remedy = 'print lines "angle,distance", and "x,y,heading" before each sweep'
+        raise InputError(source, "there is no line of numbers in it", remedy=remedy)
+    if options.angles is not None:
+        return Layout(columns={width: (_RANGE,) * width for width in widths}, origin=Origin.OPTION)
+    places = widths[len(_PLACE)]
+    width = max(_BARE, key=lambda each: widths[each])
+    if widths[width] < max(places, widths.total() - places - widths[width]):
+        width = widths.most_common(1)[0][0]
+        raise _unknown_columns(_numbers(rows, dialect, width=width), source)
+    _check_angles(_numbers(rows, dialect, width=width), source)
+    return Layout(columns={width: _BARE[width]}, origin=Origin.SEEN)
+
+
+def _check_angles(numbers: FloatArray, source: str) -> None:
+    """Refuse readings whose first number does not go up and down as angles do, shape (n, width)."""
+    width, regular = numbers.shape[1], [_is_regular(column) for column in numbers.T]
+    if width == 2 and regular == [False, True]:
+        problem = "the second number of a line goes up and down in steps as an angle does, the first does not"
+        raise InputError(source, problem, remedy="give --columns range,angle if it is the angle, else angle,range")
+    if not regular[0]:
+        problem = f"none of the {width} numbers of a line goes up and down in steps as an angle does"
+        example = spelled(_BARE[width])
+        remedy = f"name them: --columns {example} if the first is, or --decimal-comma if 12,5 is one number"
+        raise InputError(source, problem, remedy=remedy)
+
+
+def _unknown_columns(numbers: FloatArray, source: str) -> InputError:
+    """Ask for ``--columns``, with an example for these numbers, shape (n, width)."""
+    width, last = numbers.shape[1], numbers[:, -1]
+    regular = [_is_regular(column) for column in numbers.T]
+    if width == 1:
+        problem = "each line is one number; the angles are not in the log"
+        return InputError(source, problem, remedy='give the first angle and the step: --angles "-90 2"')
+    if width == 3 and regular[0] and np.isin(last, range(10)).mean() > 0.9 and np.ptp(last) > 2.0:
+        problem = 'lines such as "-90,59,7" have a comma between numbers and in numbers, which cannot be told apart'
+        return InputError(source, problem, remedy="print a decimal point, or a semicolon between numbers")
+    guess = [Role.IGNORED] * width
+    angle = regular.index(True) if any(regular) else 0
+    guess[angle], guess[0 if angle else 1] = Role.ANGLE, Role.RANGE
+    problem = f"its lines have {width} numbers, and nothing says what they are"
+    return InputError(source, problem, remedy=f"name them, such as --columns {','.join(guess)}")
+
+
+def _is_regular(numbers: FloatArray) -> bool:
+    """Whether most steps between successive numbers are of one size that is not zero."""
+    steps = np.abs(np.diff(numbers))
+    if not len(steps):
+        return True
+    step = np.median(steps)
+    return bool(step > 0.0 and np.mean(np.abs(steps - step) <= _ROUNDING * step) >= _REGULAR)
+
+
+def _numbers(rows: Sequence[Row], dialect: Dialect, *, width: int) -> FloatArray:
+    """Numbers of the rows of one width, shape (n, width); 0 for words in their place."""
+    cells = [
+        [read_cell(cell, decimal=dialect.decimal) for cell in row.cells] for row in rows if len(row.cells) == width
+    ]
+    values = np.array([[cell.value if cell else 0.0 for cell in each] for each in cells])
+    finite: FloatArray = np.where(np.isfinite(values), values, 0.0)
+    return finite
+
+
+def _numeric(rows: Sequence[Row], dialect: Dialect) -> list[Row]:
+    """Return the rows of numbers without labels."""
+    found = []
+    for row in rows:
+        cells = [] if row.names else [read_cell(cell, decimal=dialect.decimal) for cell in row.cells]
+        if None not in cells and any(cell.decimals is not None for cell in cells if cell):
+            found.append(row)
+    return found
+
+
+def _are_words(row: Row) -> bool:
+    return not row.names and all(re.search(r"[^\W\d]", cell) for cell in row.cells)
+
+
+def _has_range(columns: Sequence[Column]) -> bool:
+    return any(column.role is Role.RANGE for column in columns)
+
+
+def _is_useful(columns: Sequence[Column]) -> bool:
+    """Whether a line with these columns is a reading or a place."""
+    roles = {column.role for column in columns}
+    is_place = roles >= set(POSE_ROLES)
+    is_reading = Role.RANGE in roles
+    return is_place or is_reading
+
+
+def _check(layout: Layout, source: str) -> None:
+    """Refuse columns without distances, and two columns for what there can be only one of."""
+    if not any(map(_has_range, layout.columns.values())):
+        raise InputError(source, "no column holds distances", remedy="name one: --columns angle,range, say")
+    for columns in layout.columns.values():
+        roles = Counter(column.role for column in columns if column.role not in (Role.RANGE, Role.IGNORED))
+        role, count = roles.most_common(1)[0] if roles else (Role.IGNORED, 0)
+        if count > 1:
+            remedy = "name them with --columns, and - for those that are not needed"
+            raise InputError(source, f"{count} columns hold {role.value!r}", remedy=remedy)

@@ -1,0 +1,73 @@
+"""Passes: where one turn of the servo ends and the next begins, and when each ping was sent."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.geometry import wrap
+from echoplan.io.text_logs.facts import Fact, Origin
+from echoplan.io.text_logs.records import Reading, Records
+
+__all__ = ["pass_numbers", "runs_of", "times_of_rows"]
+
+# Share of the span of angles by which a servo must have turned back for a new pass: a hand-turned sensor wavers.
+_TURNED_BACK = 0.2
+# Steps of a servo are smaller; a flyback is larger [rad].
+_ACROSS = 0.5
+
+
+def runs_of(records: Records) -> tuple[IntArray, IntArray]:
+    """Return the numbers of run and file of each reading; a run ends at a place or with the file."""
+    is_reading = np.array([isinstance(item, Reading) for item in records.items])
+    files = np.repeat(np.arange(len(records.counts)), records.counts)
+    runs = np.cumsum(~is_reading) + files
+    return runs[is_reading], files[is_reading]
+
+
+def pass_numbers(angles: FloatArray, runs: IntArray) -> IntArray:
+    """Return the number of the pass of each reading; passes end with a run and where the angle turns back."""
+    numbers = np.zeros(len(angles), dtype=np.int64)
+    for rows in np.split(np.arange(len(runs)), np.flatnonzero(np.diff(runs)) + 1):
+        # The first row of each run begins a pass, too.
+        numbers[[rows[0] + start for start in _starts(angles[rows])]] = 1
+    return np.cumsum(numbers) - 1
+
+
+def _starts(angles: FloatArray) -> list[int]:
+    """Return where passes start: behind an extreme from which the angle moved back by a share of the span."""
+    # A step across +-180 degrees is none across the whole turn.
+    steps = np.diff(angles)
+    turns = np.where((np.abs(steps) > np.pi) & (np.abs(wrap(steps)) < _ACROSS), np.round(steps / (2.0 * np.pi)), 0.0)
+    unwrapped = angles - 2.0 * np.pi * np.concatenate([[0.0], np.cumsum(turns)])
+    least = _TURNED_BACK * float(np.ptp(unwrapped))
+    starts, extreme, direction = [0], 0, 0.0
+    for index in range(1, len(unwrapped)):
+        moved = unwrapped[index] - unwrapped[extreme]
+        is_far = abs(moved) > least
+        if is_far and moved * direction < 0.0:
+            is_jump = abs(unwrapped[index] - unwrapped[index - 1]) > least
+            starts.append(index if is_jump else extreme + 1)
+            # After a jump, which way the servo turns is not known yet.
+            extreme, direction = index, 0.0 if is_jump else np.sign(moved)
+        elif moved * direction > 0.0 or is_far:
+            extreme, direction = index, np.sign(moved)
+    return starts
+
+
+def times_of_rows(stamps: Sequence[float | None], *, sensors: int, period: float) -> tuple[FloatArray, Fact]:
+    """Return when each sensor of each row was fired, shape (n, sensors) [s], and how that is known.
+
+    The sensors of a row are fired one after another. Stamps that go back, as after a reset, are not used.
+    """
+    known = np.array([np.nan if stamp is None else stamp for stamp in stamps])
+    gaps = np.diff(known)
+    if np.isfinite(known).all() and (gaps >= 0.0).all() and (gaps > 0.0).any():
+        # Coarse stamps repeat: then the sensors of a row share their time.
+        apart, rows = min(period, float(gaps.min()) / sensors), known - known[0]
+        fact = Fact(subject="times", value="as stamped", origin=Origin.STATED)
+    else:
+        apart, rows = period, period * sensors * np.arange(len(known), dtype=np.float64)
+        fact = Fact(subject="times", value=f"{period:g} s from ping to ping", origin=Origin.DEFAULT)
+    times: FloatArray = rows[:, None] + apart * np.arange(sensors)
+    return times, fact

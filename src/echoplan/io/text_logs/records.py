@@ -1,0 +1,185 @@
+"""Records: readings and places in the order of the log, and the lines that are neither."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from echoplan.errors import InputError
+from echoplan.io.text_logs.cells import Cell, read_cell
+from echoplan.io.text_logs.columns import TIME_UNITS, Column, Role
+from echoplan.io.text_logs.dialect import Dialect, Row
+from echoplan.io.text_logs.facts import Skipped
+from echoplan.io.text_logs.layout import POSE_ROLES, Layout
+from echoplan.io.text_logs.options import Place
+
+__all__ = ["Grammar", "Item", "PlaceLine", "Reading", "Records", "items_of", "skipped_line", "units_beside"]
+
+# Share of the numbers of a column that must have the same unit beside them; the others are damaged lines.
+_WITH_UNIT = 0.9
+# Characters of a skipped line that are shown.
+_SHOWN = 60
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grammar:
+    """How the lines of one file are read."""
+
+    dialect: Dialect
+    layout: Layout
+    source: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """The numbers of one line, by role, in the units of the log."""
+
+    place: str
+    text: str
+    numbers: Mapping[Role, float]
+    cells: tuple[Cell, ...]
+    stamp: float | None
+
+    @property
+    def ranges(self) -> tuple[float, ...]:
+        """The distances."""
+        return tuple(cell.value for cell in self.cells)
+
+    @property
+    def decimals(self) -> set[int]:
+        """Numbers of decimals of the distances; a program may write 0 for no echo, and distances with decimals."""
+        return {cell.decimals for cell in self.cells if cell.value and cell.decimals is not None}
+
+    @property
+    def angle(self) -> float:
+        """Angle of the servo; nan if there is none."""
+        return self.numbers.get(Role.ANGLE, np.nan)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlaceLine:
+    """A line that says where the robot stands."""
+
+    place: str
+    text: str
+    pose: Place
+
+
+Item = Reading | PlaceLine | Skipped
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Records:
+    """All of a log that can be used, in its order; columns of its readings; skipped lines; number of items a file."""
+
+    items: tuple[Reading | PlaceLine, ...]
+    columns: tuple[Column, ...]
+    skipped: tuple[Skipped, ...]
+    lines: int
+    counts: tuple[int, ...]
+
+    @property
+    def readings(self) -> tuple[Reading, ...]:
+        """The readings alone."""
+        return tuple(item for item in self.items if isinstance(item, Reading))
+
+    def joined(self, other: "Records") -> "Records":
+        """Append the records of another file with the same columns."""
+        return replace(
+            self,
+            items=self.items + other.items,
+            skipped=self.skipped + other.skipped,
+            lines=self.lines + other.lines,
+            counts=self.counts + other.counts,
+        )
+
+    def column(self, role: Role) -> Column | None:
+        """Return the first column of a role."""
+        return next((column for column in self.columns if column.role is role), None)
+
+    def unit(self, role: Role) -> str:
+        """Return the unit that the log or ``--columns`` states for a role."""
+        column = self.column(role)
+        return column.unit if column else ""
+
+
+def items_of(rows: Sequence[Row], grammar: Grammar) -> list[Item]:
+    """Turn rows into readings, places, and lines to skip; header lines are left out."""
+    return [_item(row, grammar) for row in rows if row.cells not in grammar.layout.headers]
+
+
+def _item(row: Row, grammar: Grammar) -> Item:
+    """Read one row."""
+    where, text = f"{grammar.source}, line {row.line.number}", row.line.text.strip()
+    columns = grammar.layout.of(row)
+    if not columns:
+        return skipped_line(where, text, reason="it is neither a reading nor a place")
+    pairs = _used_cells(row, columns, grammar=grammar)
+    if not pairs:
+        return skipped_line(where, text, reason="a number is missing or cannot be read")
+    numbers = {column.role: cell.value for column, cell in pairs}
+    if Role.RANGE not in numbers:
+        return PlaceLine(place=where, text=text, pose=Place(**{str(role): numbers[role] for role in POSE_ROLES}))
+    return Reading(
+        place=where,
+        text=text,
+        numbers=numbers,
+        cells=tuple(cell for column, cell in pairs if column.role is Role.RANGE),
+        stamp=_stamp(numbers, row, columns=columns),
+    )
+
+
+def _used_cells(row: Row, columns: Sequence[Column], *, grammar: Grammar) -> list[tuple[Column, Cell]]:
+    """Return the cells of a row that have a meaning; none if one cannot be read, or is missing and no range."""
+    pairs = []
+    for column, text in zip(columns, row.cells, strict=True):
+        cell = _read(text, row, grammar=grammar)
+        if column.role is Role.IGNORED:
+            continue
+        if cell is None or (column.role is not Role.RANGE and not np.isfinite(cell.value)):
+            return []
+        pairs.append((column, cell))
+    return pairs
+
+
+def _stamp(numbers: Mapping[Role, float], row: Row, *, columns: Sequence[Column]) -> float | None:
+    """Return the time of a reading [s]: by a column, or by the serial monitor."""
+    if Role.TIME not in numbers:
+        return row.line.stamp
+    unit = next(column.unit for column in columns if column.role is Role.TIME)
+    return TIME_UNITS.get(unit, 1.0) * numbers[Role.TIME]
+
+
+def _read(text: str, row: Row, *, grammar: Grammar) -> Cell | None:
+    """Read a cell; a label before it shows where a number with a decimal comma begins."""
+    cell = read_cell(text, decimal=grammar.dialect.decimal)
+    return read_cell(text, decimal=",") if cell is None and row.names else cell
+
+
+def units_beside(rows: Sequence[Row], grammar: Grammar) -> tuple[Column, ...]:
+    """Return the columns of readings, with the units that stand beside their numbers."""
+    columns = grammar.layout.readings
+    found = [row for row in rows if grammar.layout.of(row) == columns]
+    return tuple(
+        replace(column, unit=column.unit or _common_unit([(row.cells[index], row) for row in found], grammar))
+        for index, column in enumerate(columns)
+    )
+
+
+def _common_unit(column: Sequence[tuple[str, Row]], grammar: Grammar) -> str:
+    """Return the unit beside the numbers of a column, or an empty text."""
+    cells = [_read(text, row, grammar=grammar) for text, row in column]
+    counts = Counter(cell.unit for cell in cells if cell and cell.decimals is not None)
+    unit, count = counts.most_common(1)[0] if counts else ("", 0)
+    if count < _WITH_UNIT * counts.total():
+        names = " and ".join(repr(each) for each in sorted(counts))
+        problem = f"the numbers of a column have different units: {names}"
+        raise InputError(grammar.source, problem, remedy="print one unit a column")
+    return unit
+
+
+def skipped_line(place: str, text: str, *, reason: str) -> Skipped:
+    """Return a line that is skipped, as it can be shown."""
+    shown = "".join(each if each.isprintable() else "?" for each in text)
+    return Skipped(place=place, text=shown if len(shown) <= _SHOWN else f"{shown[:_SHOWN]}...", reason=reason)
