@@ -63,8 +63,8 @@ def write_geojson(path: Path, feature_map: FeatureMap) -> None:
         "echoplan": {"frame": feature_map.frame, "unit": "m", "method": feature_map.method, **quality},
         "features": [
             *_features("wall", map(_wall, feature_map.walls)),
-            *_features("opening", map(_opening, feature_map.openings)),
-            *_features("unobserved", map(_stretch, feature_map.unobserved)),
+            *_features("opening", map(_gap, feature_map.openings)),
+            *_features("unobserved", map(_gap, feature_map.unobserved)),
             *_features("corner", map(_corner, feature_map.corners)),
             *_features("cylinder", map(_cylinder, feature_map.cylinders)),
             *_features("path", _path(feature_map.poses)),
@@ -104,14 +104,10 @@ def _wall(wall: Wall) -> tuple[dict[str, Any], dict[str, Any]]:
     return _line(wall.endpoints_xy), {**properties, **_support(wall)}
 
 
-def _opening(opening: Opening) -> tuple[dict[str, Any], dict[str, Any]]:
-    properties = {"length": opening.width, "sigma": opening.width_sigma, "passed": opening.passed}
-    return _line(opening.endpoints_xy), {**properties, "walls": list(opening.walls)}
-
-
-def _stretch(stretch: UnobservedStretch) -> tuple[dict[str, Any], dict[str, Any]]:
-    length = float(np.hypot(*(stretch.endpoints_xy[1] - stretch.endpoints_xy[0])))
-    return _line(stretch.endpoints_xy), {"length": length, "walls": list(stretch.walls)}
+def _gap(gap: Opening | UnobservedStretch) -> tuple[dict[str, Any], dict[str, Any]]:
+    length = float(np.hypot(*(gap.endpoints_xy[1] - gap.endpoints_xy[0])))
+    evidence = {"sigma": gap.width_sigma, "passed": gap.passed} if isinstance(gap, Opening) else {}
+    return _line(gap.endpoints_xy), {"length": length, **evidence, "walls": list(gap.walls)}
 
 
 def _corner(corner: Corner) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -1,6 +1,7 @@
 """Pictures of maps and of how they came about: figures, drawings to scale, reports."""
 
 from echoplan.viewer.decisions import decisions_in_words
+from echoplan.viewer.floor_plan import floor_plan_pdf, floor_plan_png
 from echoplan.viewer.gallery import Exhibit, Gallery, gallery_html
 from echoplan.viewer.learning import learned_in_words
 from echoplan.viewer.listening import EchoListener
@@ -27,6 +28,8 @@ __all__ = [
     "Text",
     "decisions_in_words",
     "flattened",
+    "floor_plan_pdf",
+    "floor_plan_png",
     "found_in_words",
     "gallery_html",
     "learned_in_words",

@@ -10,15 +10,19 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, intersections, lines_through, outward_normals
 from echoplan.model import Opening, Wall
 
-__all__ = ["body_pieces", "jamb_strokes", "label_turn", "wall_bodies"]
+__all__ = ["body_pieces", "jamb_strokes", "label_turn", "wall_bodies", "wall_depths"]
 
 # Ends nearer than this are one corner [m].
 _JOINED = 1e-3
+# Partitions of buildings are hardly thicker [m]; faces farther apart belong to different things.
+_THICKEST = 0.4
+# Faces are back to back if their outward normals are opposite to within 18 degrees (cosine).
+_BACK_TO_BACK = -0.95
 # A mitre longer than this many thicknesses is cut off square, as strokes are; longer ones would leave the paper.
 _MITRE_LIMIT = 3.0
 
 
-def wall_bodies(walls: Sequence[Wall], stations_xy: FloatArray, *, thickness: float) -> list[FloatArray]:
+def wall_bodies(walls: Sequence[Wall], stations_xy: FloatArray, *, thickness: float | FloatArray) -> list[FloatArray]:
     """Give walls a body on the side away from the stations.
 
     Sonar detects faces and nothing behind them, so the thickness is only that of a drawing.
@@ -29,8 +33,8 @@ def wall_bodies(walls: Sequence[Wall], stations_xy: FloatArray, *, thickness: fl
         The faces.
     stations_xy : ndarray, shape (s, 2)
         Positions from which they were detected [m].
-    thickness : float
-        How thick to draw them [m].
+    thickness : float or ndarray, shape (w,)
+        How thick to draw them, or each of them [m].
 
     Returns
     -------
@@ -48,6 +52,23 @@ def wall_bodies(walls: Sequence[Wall], stations_xy: FloatArray, *, thickness: fl
         np.stack([*faces[number], *(_back_end(number, end, faces, backs, squares=squares) for end in (1, 0))])
         for number in range(len(walls))
     ]
+
+
+def wall_depths(walls: Sequence[Wall], stations_xy: FloatArray, *, thickness: float) -> FloatArray:
+    """Find how thick each wall is, shape (w,) [m]: as measured where its back was detected as a wall, else as given."""
+    faces = np.array([wall.endpoints_xy for wall in walls]).reshape(-1, 2, 2)
+    own = np.array([wall.normal_xy for wall in walls]).reshape(-1, 2)
+    outward = outward_normals(faces, stations_xy, normals_xy=own)
+    depths = np.full(len(walls), thickness)
+    for number, (face, normal) in enumerate(zip(faces, outward, strict=True)):
+        away = faces - face[0]
+        length = float(np.hypot(*(face[1] - face[0])))
+        along = away @ ((face[1] - face[0]) / length)
+        overlaps = np.minimum(along.max(axis=1), length) - np.maximum(along.min(axis=1), 0.0) > 0.0
+        behind = (away @ normal).mean(axis=1)
+        is_back = overlaps & (outward @ normal < _BACK_TO_BACK) & (behind > _JOINED) & (behind <= _THICKEST)
+        depths[number] = behind[is_back].min(initial=np.inf) if is_back.any() else thickness
+    return depths
 
 
 def body_pieces(body: FloatArray, inferred: FloatArray) -> tuple[list[FloatArray], list[FloatArray]]:
@@ -80,9 +101,12 @@ def jamb_strokes(opening: Opening, bodies: Sequence[FloatArray], *, thickness: f
 
 
 def label_turn(ends_xy: FloatArray) -> float:
-    """Angle of a label along a stroke, shape (2, 2): read from below or from the right [degrees, -90 to 90]."""
+    """Angle of a label along a stroke, shape (2, 2): read from below or from the right [degrees, -80 to 100].
+
+    Beyond 90 degrees, so that labels along all walls that are upright but for their uncertainty run upwards.
+    """
     across, along = (ends_xy[1] - ends_xy[0]).tolist()
-    return 90.0 - (90.0 - math.degrees(math.atan2(along, across))) % 180.0
+    return 100.0 - (100.0 - math.degrees(math.atan2(along, across))) % 180.0
 
 
 def _back_end(number: int, end: int, faces: FloatArray, backs: FloatArray, *, squares: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from echoplan.arrays import FloatArray, checked_floats, store
 
-__all__ = ["Sheet"]
+__all__ = ["Sheet", "round_up"]
 
 # What is left of A4 between its margins [mm], and the empty border of the drawing.
 _WIDEST, _HIGHEST = 190.0, 277.0
@@ -38,7 +38,7 @@ class Sheet:
     def scale(self) -> float:
         """How many times the world is greater than the drawing: 1, 2, 2.5 or 5 times a power of ten."""
         wide, high = 1000 * np.ptp(self.bounds_xy, axis=0)
-        return _round_up(max(wide / (_WIDEST - 2 * _BORDER), high / (_HIGHEST - 2 * _BORDER - _FOOT)), (1, 2, 2.5, 5))
+        return round_up(max(wide / (_WIDEST - 2 * _BORDER), high / (_HIGHEST - 2 * _BORDER - _FOOT)), (1, 2, 2.5, 5))
 
     @property
     def millimetres(self) -> float:
@@ -54,7 +54,7 @@ class Sheet:
     @property
     def grid(self) -> float:
         """Distance between the lines of the grid [m]: 1, 2 or 5 times a power of ten."""
-        return _round_up(_GRID / self.millimetres, (1, 2, 5))
+        return round_up(_GRID / self.millimetres, (1, 2, 5))
 
     @property
     def lines(self) -> tuple[FloatArray, FloatArray]:
@@ -86,7 +86,7 @@ class Sheet:
         return _BORDER + self.millimetres * np.stack([x - low[0], high[1] - y], axis=-1)
 
 
-def _round_up(value: float, digits: tuple[float, ...]) -> float:
+def round_up(value: float, digits: tuple[float, ...]) -> float:
     """Next greater of some digits times a power of ten."""
     exponent = math.floor(math.log10(value))
     candidates = itertools.product((exponent, exponent + 1), digits)

@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["add_legend", "dress", "dress_map", "letter", "map_height", "new_figure", "png"]
+__all__ = ["FONT", "add_legend", "dress", "dress_map", "letter", "map_height", "new_figure", "png", "printable"]
 
 # Comes with matplotlib, so figures are the same everywhere.
-_FONT = "DejaVu Sans"
+FONT = "DejaVu Sans"
 _SMALL, _NORMAL = 7.5, 8.5
 _DPI = 200
 
@@ -77,9 +77,9 @@ def dress(axes: Axes, *, x: str, y: str) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     for spine in axes.spines.values():
         spine.set(linewidth=0.6, color=MUTED)
-    axes.tick_params(labelsize=_SMALL, labelfontfamily=_FONT, length=3, width=0.6, color=MUTED, labelcolor=INK)
-    axes.set_xlabel(x, fontsize=_NORMAL, fontfamily=_FONT, color=INK)
-    axes.set_ylabel(y, fontsize=_NORMAL, fontfamily=_FONT, color=INK)
+    axes.tick_params(labelsize=_SMALL, labelfontfamily=FONT, length=3, width=0.6, color=MUTED, labelcolor=INK)
+    axes.set_xlabel(x, fontsize=_NORMAL, fontfamily=FONT, color=INK)
+    axes.set_ylabel(y, fontsize=_NORMAL, fontfamily=FONT, color=INK)
     axes.set_axisbelow(True)
 
 
@@ -110,7 +110,7 @@ def letter(axes: Axes, text: str) -> None:
     text : str
         Its name.
     """
-    axes.set_title(text, loc="left", fontsize=_NORMAL, fontfamily=_FONT, color=INK)
+    axes.set_title(text, loc="left", fontsize=_NORMAL, fontfamily=FONT, color=INK)
 
 
 def add_legend(axes: Axes, *, columns: int = 1, where: str = "best") -> None:
@@ -132,7 +132,7 @@ def add_legend(axes: Axes, *, columns: int = 1, where: str = "best") -> None:
         **place,
         ncols=columns,
         frameon=False,
-        prop={"family": _FONT, "size": _SMALL},
+        prop={"family": FONT, "size": _SMALL},
         labelcolor=INK,
         handletextpad=0.4,
         columnspacing=1.2,
@@ -159,3 +159,11 @@ def png(figure: Figure) -> bytes:
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=_DPI, metadata={"Software": None})
     return buffer.getvalue()
+
+
+def printable(text: str) -> str:
+    """Replace what the font of the figures has no letter for, and all kinds of white space by blanks."""
+    from matplotlib.font_manager import findfont, get_font  # noqa: PLC0415 - with the rest of matplotlib
+
+    letters = get_font(findfont(FONT)).get_charmap()
+    return "".join(each if ord(each) in letters else "?" for each in " ".join(text.split()))
