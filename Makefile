@@ -6,7 +6,7 @@ STAMPS := .venv/.stamps
 CERTIFICATES := $(if $(wildcard /etc/ssl/certs/ca-certificates.crt),--system-certs)
 INSTALL := $(BIN)/uv pip install --quiet $(CERTIFICATES) --python $(BIN)/python --compile-bytecode --constraint constraints.txt
 
-.PHONY: help demo test fuzz lint format bench docs constraints clean
+.PHONY: help demo test fuzz lint format bench docs pictures constraints clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 14
@@ -34,7 +34,10 @@ format: $(STAMPS)/dev ## Format the code and fix what ruff can fix
 bench: $(STAMPS)/test ## Print every measured figure that the documents quote; FOLDERS="..." with recordings, too
 	@$(BIN)/python benchmarks/run.py $(FOLDERS)
 
-docs: $(STAMPS)/base ## Draw the pictures of the documents
+docs: $(STAMPS)/docs ## Build the documentation site; open docs/_build/html/index.html
+	@$(BIN)/python -m sphinx -q -W -n --keep-going -d docs/_build/doctrees docs docs/_build/html
+
+pictures: $(STAMPS)/base ## Draw the pictures of the documents
 	@$(BIN)/python docs/pictures.py
 
 constraints: $(STAMPS)/tools ## Pin the newest versions that the ranges allow
@@ -42,7 +45,7 @@ constraints: $(STAMPS)/tools ## Pin the newest versions that the ranges allow
 	    --python-version 3.11 pyproject.toml --output-file constraints.txt
 
 clean: ## Remove everything that was made
-	rm -rf .venv echoplan-demo out .pytest_cache .mypy_cache .ruff_cache .hypothesis dist
+	rm -rf .venv echoplan-demo out docs/_build .pytest_cache .mypy_cache .ruff_cache .hypothesis dist
 
 # A virtual environment needs ensurepip, which Debian and Ubuntu keep in a package of their own.
 $(STAMPS)/venv:
@@ -63,9 +66,14 @@ $(STAMPS)/base: $(STAMPS)/tools pyproject.toml constraints.txt
 	@$(INSTALL) --editable .
 	@touch $@
 
+$(STAMPS)/docs: $(STAMPS)/base
+	@echo "Installing what the documentation site needs ..."
+	@$(INSTALL) --group docs
+	@touch $@
+
 $(STAMPS)/test: $(STAMPS)/base
 	@echo "Installing what the tests need ..."
-	@$(INSTALL) --editable '.[ros,cad,cluster]' --group test
+	@$(INSTALL) --editable '.[ros,cad,cluster]' --group test --group docs
 	@touch $@
 
 # Two workers and the examples would each compile the same for half a minute; one does it before them.
