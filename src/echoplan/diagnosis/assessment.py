@@ -5,16 +5,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from echoplan.diagnosis.calibration import servo_error, servo_turned
+from echoplan.diagnosis.calibration import servo_error
 from echoplan.diagnosis.causes import Remedy, find_remedies
 from echoplan.diagnosis.consistency import consistency, sampled, stations_of, windows
-from echoplan.diagnosis.stations import Misplaced, carried, misplaced_stations
+from echoplan.diagnosis.stations import Misplaced, misplaced_stations
 from echoplan.diagnosis.wording import next_step, reasons
 from echoplan.geometry import crosses_segments
 from echoplan.joint.settings import EstimateSettings
 from echoplan.model import Conventions, Corner, Cylinder, FeatureMap, Quality, Rig, Sweep, Verdict, Wall
 from echoplan.preprocessing import Faults, RecordingFaultKind, clean_sweeps, find_faults
-from echoplan.preprocessing.servo import AS_RECORDED, ServoError
+from echoplan.preprocessing.placement import placed_sweeps, servo_of, servo_turned
+from echoplan.preprocessing.servo import AS_RECORDED
 
 __all__ = ["Measures", "assess", "examine", "verdict_of"]
 
@@ -170,7 +171,7 @@ def verdict_of(measures: Measures) -> Verdict:
 def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: Conventions) -> Measures:
     faults = find_faults(sweeps, rig)
     cleaned = clean_sweeps(sweeps, rig, faults)
-    placed = _placed(cleaned, feature_map)
+    placed = placed_sweeps(cleaned, feature_map)
     ratio = _inlier_ratio(feature_map)
     measures = Measures(
         share=_share(ratio, rig, placed, faults) if placed else 0.0,
@@ -185,7 +186,7 @@ def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: C
         return measures
     is_strange = verdict_of(replace(measures, faults=Faults(), unchecked="")) is not Verdict.GOOD
     # What looks like a servo error may be another mistake.
-    if is_strange or _servo(feature_map) != AS_RECORDED:
+    if is_strange or servo_of(feature_map) != AS_RECORDED:
         remedies = find_remedies(cleaned, rig, conventions=now)
         measures = replace(measures, remedies=remedies)
     # In a failed map most stations are inconsistent, so none is singled out.
@@ -226,24 +227,6 @@ def _confirmed(feature_map: FeatureMap) -> float:
     features: list[Wall | Corner | Cylinder] = [*feature_map.walls, *feature_map.corners, *feature_map.cylinders]
     pings = sum(each.pings for each in features if each.stations)
     return sum(each.pings for each in features if each.stations > 1) / pings if pings else 1.0
-
-
-def _placed(sweeps: Sequence[Sweep], feature_map: FeatureMap) -> list[Sweep]:
-    """Return the sweeps of the map at its poses, with calibrated servo angles."""
-    poses = dict(zip(feature_map.sweeps.tolist(), feature_map.poses, strict=True))
-    return [
-        carried(sweep, sweep.station, pose)
-        for sweep in servo_turned(sweeps, _servo(feature_map))
-        if len(sweep) and (pose := poses.get(sweep.index)) is not None
-    ]
-
-
-def _servo(feature_map: FeatureMap) -> ServoError:
-    """Return the gain and offset of the servo as the map reports them; those as recorded if it does not."""
-    found = feature_map.parameters.get("found")
-    if not isinstance(found, Mapping) or "servo_gain" not in found:
-        return AS_RECORDED
-    return ServoError(gain=float(found["servo_gain"]["value"]), offset=float(found["servo_offset"]["value"]))
 
 
 def _crossed_walls(feature_map: FeatureMap) -> int:

@@ -1,7 +1,6 @@
 """Calibration of the servo before a recording is checked."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from echoplan.diagnosis.consistency import estimate_of, gathered, sampled
 from echoplan.joint.optimisation.odometry_noise import VERY_STRONG
@@ -10,7 +9,7 @@ from echoplan.joint.pose_correction.servo_calibration import find_servo
 from echoplan.model import Rig, Sweep
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError
 
-__all__ = ["servo_error", "servo_turned"]
+__all__ = ["servo_error"]
 
 
 def servo_error(sweeps: Sequence[Sweep], rig: Rig) -> ServoError:
@@ -24,10 +23,3 @@ def servo_error(sweeps: Sequence[Sweep], rig: Rig) -> ServoError:
     if recorded is None or calibrated is None or log_evidence(calibrated) < log_evidence(recorded) + VERY_STRONG:
         return AS_RECORDED
     return calibrated.servo or error
-
-
-def servo_turned(sweeps: Sequence[Sweep], error: ServoError) -> list[Sweep]:
-    """Return the sweeps with servo angles corrected by gain and offset."""
-    if error == AS_RECORDED:
-        return list(sweeps)
-    return [replace(each, servo_angles=error.gain * each.servo_angles + error.offset) for each in sweeps]

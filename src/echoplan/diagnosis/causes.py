@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from echoplan.diagnosis.calibration import servo_error, servo_turned
+from echoplan.diagnosis.calibration import servo_error
 from echoplan.diagnosis.consistency import Consistency, consistency, sampled
 from echoplan.model import UNITS, Axes, Conventions, Heading, Rig, Sweep
 from echoplan.preprocessing import ENOUGH_PLACES, count_places
+from echoplan.preprocessing.placement import servo_turned
 
 __all__ = ["SAME_UNIT", "Cause", "Remedy", "find_remedies"]
 

@@ -9,10 +9,9 @@ from pydantic import Field
 
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.errors import InvalidValueError
-from echoplan.geometry import compose, invert
 from echoplan.grids.ray_casting import Fans, cells_on_segments, fans_of, join_fans, rays_per_cell
 from echoplan.model import FeatureMap, OccupancyGrid, Opening, Pings, Rig, Sweep, UnobservedStretch, Wall
-from echoplan.preprocessing import valid_ranges
+from echoplan.preprocessing import placed_sweeps, valid_ranges
 from echoplan.settings import Settings
 
 __all__ = ["MapGridSettings", "grid_from_map"]
@@ -140,7 +139,7 @@ def grid_from_map(
     elif rig is None:
         raise InvalidValueError("sweeps need the rig that made them")
     else:
-        placed = _placed(feature_map, sweeps)
+        placed = placed_sweeps(sweeps, feature_map)
         poses = np.concatenate([np.zeros((0, 3)), *(sweep.map_from_base for sweep in placed)])
         fans = join_fans([_fans_of_echoes(sweep, rig, settings=settings) for sweep in placed])
     lattice = _lattice(feature_map, settings, poses=poses, fans=fans)
@@ -152,18 +151,6 @@ def grid_from_map(
     free = (seen | driven | _drawn(feature_map.openings, lattice)) & ~occupied
     values = np.select([occupied, free], [1.0, 0.0], _UNKNOWN)
     return replace(_cropped(values, lattice, padding=settings.padding), frame=feature_map.frame)
-
-
-def _placed(feature_map: FeatureMap, sweeps: Sequence[Sweep]) -> list[Sweep]:
-    """Move sweeps to their poses in a map; what was recorded within a sweep is kept."""
-    corrected = dict(zip(feature_map.sweeps.tolist(), feature_map.poses, strict=True))
-    return [
-        replace(
-            sweep, map_from_base=compose(compose(corrected[sweep.index], invert(sweep.station)), sweep.map_from_base)
-        )
-        for sweep in sweeps
-        if len(sweep) and sweep.index in corrected
-    ]
 
 
 def _fans_of_echoes(sweep: Sweep, rig: Rig, *, settings: MapGridSettings) -> Fans:

@@ -2,6 +2,7 @@
 
 from echoplan.preprocessing.faults import Faults, clean_sweeps, find_faults
 from echoplan.preprocessing.kmeans import KmeansSettings, echo_points, kmeans_filter
+from echoplan.preprocessing.placement import placed_sweeps
 from echoplan.preprocessing.recording_faults import ENOUGH_PLACES, RecordingFault, RecordingFaultKind, count_places
 from echoplan.preprocessing.sensor_faults import SensorFault, SensorFaultKind
 from echoplan.preprocessing.sound import expected_scale
@@ -25,6 +26,7 @@ __all__ = [
     "find_faults",
     "is_valid",
     "kmeans_filter",
+    "placed_sweeps",
     "recording_statistics",
     "valid_pings",
     "valid_ranges",

@@ -133,8 +133,8 @@ def _marker(types: Types, shape: _Shape, *, frame: str, stamp: int) -> Any:
         id=shape.number,
         type=getattr(marker, shape.kind),
         action=marker.ADD,
-        # Text is drawn above what it names.
-        pose=pose_message(types, shape.pose, z=_TEXT if shape.text else 0.0),
+        # Above the grid, which lies at 0, and text above what it names.
+        pose=pose_message(types, shape.pose, z=_TEXT if shape.text else _LINE),
         scale=vector(types, shape.scale),
         color=types["std_msgs/msg/ColorRGBA"](r=red, g=green, b=blue, a=opacity),
         # For ever.
