@@ -1,7 +1,7 @@
 """Shorter ways of calling the library, for scripts and notebooks."""
 
 from collections.abc import Iterable, Sequence
-from os import PathLike, fspath
+from os import PathLike
 
 from echoplan.comparison import MethodScore, Subject, Trial, run_trials, score_methods
 from echoplan.evaluation import Evaluation, EvaluationSettings
@@ -140,7 +140,7 @@ def compare(
 
 
 def _subject(source: Source | str | PathLike[str]) -> Subject:
-    opened = open_source(fspath(source)) if isinstance(source, str | PathLike) else source
+    opened = open_source(source) if isinstance(source, str | PathLike) else source
     return Subject(
         name=opened.name,
         recording=Recording(name=opened.name, rig=opened.rig, sweeps=tuple(opened)),

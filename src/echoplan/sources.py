@@ -3,6 +3,7 @@
 import re
 import reprlib
 from collections.abc import Callable, Mapping
+from os import PathLike, fspath
 from pathlib import Path
 
 from echoplan.errors import InputError, UnknownNameError
@@ -37,7 +38,9 @@ __all__ = [
 _SIMULATION_OPTIONS = ("rig", "route", "seed")
 
 
-def open_source(text: str, *, simulation: SimulationSettings | None = None, bag: BagOptions | None = None) -> Source:
+def open_source(
+    text: str | PathLike[str], *, simulation: SimulationSettings | None = None, bag: BagOptions | None = None
+) -> Source:
     """Open a source of sweeps.
 
     ``recording/`` is a folder with ``pings.csv`` and ``rig.toml``.  ``run.bag``, ``run.mcap``, ``run.db3`` and the
@@ -46,7 +49,7 @@ def open_source(text: str, *, simulation: SimulationSettings | None = None, bag:
 
     Parameters
     ----------
-    text : str
+    text : str or Path
         What to open, as it is written on the command line.
     simulation : SimulationSettings, optional
         Settings of the simulator, if it is one.
@@ -72,6 +75,7 @@ def open_source(text: str, *, simulation: SimulationSettings | None = None, bag:
     >>> len(open_source("sim:square,seed=1"))
     5
     """
+    text = fspath(text)
     scheme = re.match(r"[a-z]{2,}:", text)
     opener = _OPENERS.get(scheme[0]) if scheme else None
     if opener is None and is_bag(Path(text)):

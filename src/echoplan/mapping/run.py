@@ -65,7 +65,7 @@ def map_source(
     >>> len(result.walls), result.evaluate().matches.by_class["wall"].tally.found
     (4, 4)
     """
-    opened = open_source(fspath(source)) if isinstance(source, str | PathLike) else source
+    opened = open_source(source) if isinstance(source, str | PathLike) else source
     name = name or (fspath(source) if isinstance(source, str | PathLike) else source.name)
     chosen = find_method(method)
     settings = _checked(settings, chosen.settings_type)
