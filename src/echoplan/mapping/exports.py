@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from echoplan.arrays import FloatArray
+from echoplan.arrays import FloatArray, IntArray
 from echoplan.errors import MissingExtraError, UnknownNameError
 from echoplan.grids import grid_from_map
 from echoplan.io import write_dxf, write_geojson, write_grid, write_text
+from echoplan.io.ros import write_map_bag
 from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep
 from echoplan.viewer import Plan, plan_svg
 
@@ -51,6 +52,19 @@ class Exportable:
     def nav2_grid(self) -> OccupancyGrid:
         """The grid of the method, or one of its features: free where sound or the robot passed."""
         return self.grid or grid_from_map(self.feature_map, rig=self.rig, sweeps=self.sweeps or None)
+
+    @property
+    def stamps_ns(self) -> IntArray:
+        """When the robot was at each pose of the map [ns], shape (s,); a second apart where no times are known."""
+        count = len(self.feature_map.poses)
+        times = self.times if len(self.times) == count else np.arange(float(count))
+        return np.round(1e9 * times).astype(np.int64)
+
+    @property
+    def odom_from_base(self) -> FloatArray | None:
+        """The recorded pose of each mapped sweep [m, m, rad], shape (s, 3); None without the recording."""
+        recorded = {sweep.index: sweep.station for sweep in self.sweeps}
+        return np.array([recorded[index] for index in self.feature_map.sweeps.tolist()]) if recorded else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,6 +120,20 @@ EXPORTS: Mapping[str, ExportFormat] = {
             summary="features for GIS",
             files=("map.geojson",),
             write=lambda path, content: write_geojson(path, content.feature_map),
+        ),
+        ExportFormat(
+            name="mcap",
+            summary="map and path for RViz and Foxglove",
+            files=("map.mcap",),
+            write=lambda path, content: write_map_bag(
+                path,
+                content.feature_map,
+                grid=content.nav2_grid,
+                times_ns=content.stamps_ns,
+                odom_from_base=content.odom_from_base,
+            ),
+            package="rosbags",
+            extra="ros",
         ),
         ExportFormat(
             name="svg",
