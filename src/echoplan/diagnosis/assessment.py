@@ -51,6 +51,8 @@ class Measures:
         Stations that are inconsistent with the others.
     remedies : tuple of Remedy, optional
         Wrong conventions or sensor directions that explain the symptoms.
+    odd_sensor : int, optional
+        Sensor of which the map explains fewer echoes than chance allows.
     unchecked : str, optional
         Name of the method if it does not report how many echoes its map explains. Then ``share`` is what a model of
         one room explains from the poses of the map.
@@ -63,6 +65,7 @@ class Measures:
     crossed: int = 0
     misplaced: tuple[Misplaced, ...] = ()
     remedies: tuple[Remedy, ...] = ()
+    odd_sensor: int | None = None
     unchecked: str = ""
 
     @property
@@ -135,7 +138,8 @@ def examine(rig: Rig, sweeps: Sequence[Sweep], *, conventions: Conventions | Non
         error = servo_error(cleaned, rig)
         turned = servo_turned(cleaned, error)
         # What looks like a servo error may be another mistake.
-        is_strange = error != AS_RECORDED or consistency(sampled(turned, rig), rig).share < _AGREE
+        found = consistency(sampled(turned, rig), rig)
+        is_strange = error != AS_RECORDED or found.share < _AGREE or found.has_odd_sensor
         remedies = find_remedies(cleaned, rig, conventions=now) if is_strange else ()
         misplaced = () if remedies else misplaced_stations(turned, rig)
         measures = replace(measures, misplaced=misplaced, remedies=remedies)
@@ -165,7 +169,8 @@ def verdict_of(measures: Measures) -> Verdict:
     if measures.is_unconfirmed and measures.confirmed < _LONE:
         return Verdict.FAILED
     symptoms = (measures.is_unexplained, measures.is_unconfirmed, measures.crossed, measures.misplaced)
-    return Verdict.DOUBTFUL if any((*symptoms, measures.faults != Faults(), measures.unchecked)) else Verdict.GOOD
+    others = (measures.odd_sensor is not None, measures.faults != Faults(), measures.unchecked)
+    return Verdict.DOUBTFUL if any((*symptoms, *others)) else Verdict.GOOD
 
 
 def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: Conventions) -> Measures:
@@ -184,6 +189,9 @@ def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: C
     # With unknown poses or an unsuitable beam, no conventions explain the echoes.
     if not placed or faults.recording:
         return measures
+    found = consistency(sampled(placed, rig), rig)
+    if found.has_odd_sensor:
+        measures = replace(measures, odd_sensor=rig.sensors[found.strangest].sensor_id)
     is_strange = verdict_of(replace(measures, faults=Faults(), unchecked="")) is not Verdict.GOOD
     # What looks like a servo error may be another mistake.
     if is_strange or servo_of(feature_map) != AS_RECORDED:

@@ -6,9 +6,10 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import betainc
 from threadpoolctl import threadpool_limits
 
-from echoplan.arrays import IntArray
+from echoplan.arrays import FloatArray, IntArray
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.pose_correction.consistency import log_evidence
@@ -24,6 +25,8 @@ __all__ = ["FEW_STATIONS", "Consistency", "consistency", "estimate_of", "gathere
 # Number of stations, and of pings per station and sensor, that suffice to detect wrong conventions. Mapping such a
 # sample takes a third of a second.
 FEW_STATIONS, _PINGS = 10, 100
+# Share of correct recordings in which a sensor is called odd, if echoes are independent.
+_CHANCE = 1e-4
 
 
 class Consistency(NamedTuple):
@@ -37,14 +40,19 @@ class Consistency(NamedTuple):
         Echoes of each sensor that belong to arcs, without stray ones.
     gain : float
         Log evidence of the room [nats].
-    weight : float
-        Number of independent echoes among the explained ones.
+    weights : ndarray, shape (s, 2)
+        Number of independent echoes of each sensor among the explained ones, and among those that belong to arcs.
     """
 
     explained: IntArray
     grouped: IntArray
     gain: float
-    weight: float
+    weights: FloatArray
+
+    @property
+    def weight(self) -> float:
+        """Number of independent echoes among the explained ones."""
+        return float(self.weights[:, 0].sum())
 
     @property
     def share(self) -> float:
@@ -55,6 +63,19 @@ class Consistency(NamedTuple):
     def strangest(self) -> int:
         """Index of the sensor of whose echoes the smallest share is explained."""
         return int(np.argmin((self.explained + 1) / (self.grouped + 1)))
+
+    @property
+    def has_odd_sensor(self) -> bool:
+        """Whether the room explains fewer echoes of the strangest sensor than chance allows.
+
+        The test is binomial, on independent echoes: each sensor should see the share that the others see explained.
+        """
+        explained, grouped = self.weights[self.strangest]
+        others, of_others = self.weights.sum(axis=0) - self.weights[self.strangest]
+        if not explained < others / max(of_others, 1.0) * grouped:
+            return False
+        chance = betainc(grouped - explained, explained + 1.0, 1.0 - others / of_others)
+        return bool(chance < _CHANCE / len(self.weights))
 
 
 def sampled(sweeps: Sequence[Sweep], rig: Rig, *, stations: int = FEW_STATIONS) -> list[Sweep]:
@@ -130,13 +151,20 @@ def consistency(sweeps: Sequence[Sweep], rig: Rig) -> Consistency:
     estimate, count = estimate_of(sweeps, rig), len(rig.sensors)
     if estimate is None or not estimate.arcs:
         none = np.zeros(count, dtype=np.int64)
-        return Consistency(none, none, 0.0, 0.0)
+        return Consistency(none, none, 0.0, np.zeros((count, 2)))
     pings = np.concatenate([arc.pings for arc in estimate.arcs])
     features = without_duplicates(estimate.features, estimate.settings.duplicates)
     sensors, hits = estimate.measurements.sensors[pings], estimate.inlier_mask(features)[pings]
+    weights = estimate.measurements.weights[pings]
     return Consistency(
         explained=np.bincount(sensors[hits], minlength=count),
         grouped=np.bincount(sensors, minlength=count),
         gain=log_evidence(estimate),
-        weight=float(estimate.measurements.weights[pings[hits]].sum()),
+        weights=np.stack(
+            [
+                np.bincount(sensors[hits], weights=weights[hits], minlength=count),
+                np.bincount(sensors, weights=weights, minlength=count),
+            ],
+            axis=1,
+        ),
     )

@@ -47,6 +47,8 @@ def reasons(measures: "Measures", now: Conventions) -> tuple[str, ...]:
 
 def _symptoms(measures: "Measures") -> Iterator[str]:
     yield from _shares(measures) if measures.features else ()
+    if measures.odd_sensor is not None:
+        yield f"Few echoes of sensor {measures.odd_sensor} fit what the other sensors detect."
     yield from (_misplaced(each) for each in measures.misplaced)
     if measures.crossed:
         walls = "1 wall lies" if measures.crossed == 1 else f"{measures.crossed} walls lie"
@@ -83,6 +85,8 @@ def next_step(measures: "Measures", now: Conventions) -> str:
         return f"Check x, y and yaw of sweep {sweeps} in pings.csv, or leave the sweep out, and map again."
     if measures.faults.sensors:
         return _FINDINGS
+    if measures.odd_sensor is not None:
+        return f"Check where sensor {measures.odd_sensor} is mounted and looks, and its wiring; then map again."
     return _JOINT if measures.unchecked else _ELSEWHERE
 
 
