@@ -189,9 +189,7 @@ def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: C
     # With unknown poses or an unsuitable beam, no conventions explain the echoes.
     if not placed or faults.recording:
         return measures
-    found = consistency(sampled(placed, rig), rig)
-    if found.has_odd_sensor:
-        measures = replace(measures, odd_sensor=rig.sensors[found.strangest].sensor_id)
+    measures = replace(measures, odd_sensor=_odd_sensor(placed, rig))
     is_strange = verdict_of(replace(measures, faults=Faults(), unchecked="")) is not Verdict.GOOD
     # What looks like a servo error may be another mistake.
     if is_strange or servo_of(feature_map) != AS_RECORDED:
@@ -208,6 +206,12 @@ def _inlier_ratio(feature_map: FeatureMap) -> float | None:
     found = feature_map.parameters.get("found")
     ratio = found.get("inlier_ratio") if isinstance(found, Mapping) else None
     return None if ratio is None else float(ratio)
+
+
+def _odd_sensor(placed: Sequence[Sweep], rig: Rig) -> int | None:
+    """Return the sensor that is not consistent with the others, if there is one."""
+    found = consistency(sampled(placed, rig), rig)
+    return rig.sensors[found.strangest].sensor_id if found.has_odd_sensor else None
 
 
 def _share(ratio: float | None, rig: Rig, placed: Sequence[Sweep], faults: Faults) -> float:

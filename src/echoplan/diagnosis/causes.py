@@ -88,7 +88,7 @@ def find_remedies(sweeps: Sequence[Sweep], rig: Rig, *, conventions: Conventions
         after = consistency([trial.conventions.apply(sweep) for sweep in recorded], _turned_about(rig, trial))
         gain = _gain(after, trial.conventions.range_unit / conventions.range_unit) - before.gain
         concerned = after.weight if trial.sensor_id is None else float(after.weights[before.strangest, 0])
-        if _explains(after, gain, concerned):
+        if _explains(after, gain=gain, concerned=concerned):
             found.append((gain, replace(trial, share=after.share, share_before=before.share)))
     found.sort(key=lambda each: -each[0])
     return tuple(remedy for gain, remedy in found if gain > _AS_GOOD * found[0][0])
@@ -103,7 +103,7 @@ _BETTER, _FAR_BETTER = 0.5, 1.5
 _AS_GOOD = 0.97
 
 
-def _explains(after: Consistency, gain: float, concerned: float) -> bool:
+def _explains(after: Consistency, *, gain: float, concerned: float) -> bool:
     """Return True if a correction explains the echoes, and clearly more of the independent ones that it concerns."""
     least = _BETTER if after.share > _NEARLY_ALL else _FAR_BETTER
     return after.share > _ENOUGH and gain > least * concerned

@@ -83,6 +83,11 @@ def next_step(measures: "Measures", now: Conventions) -> str:
     if measures.misplaced:
         sweeps = " and ".join(str(each.sweep) for each in measures.misplaced)
         return f"Check x, y and yaw of sweep {sweeps} in pings.csv, or leave the sweep out, and map again."
+    return _what_to_check(measures)
+
+
+def _what_to_check(measures: "Measures") -> str:
+    """Return what to check where no cause is known."""
     if measures.faults.sensors:
         return _FINDINGS
     if measures.odd_sensor is not None:
