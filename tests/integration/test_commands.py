@@ -513,6 +513,6 @@ class TestTerminal:
         done = subprocess.run(words, capture_output=True, text=True, check=True, env=environment)
         assert done.stdout.strip() == "[]"
 
-    @pytest.mark.parametrize("name", ["demo", "simulate", "map", "evaluate", "info", "doctor"])
+    @pytest.mark.parametrize("name", ["demo", "simulate", "map", "evaluate", "info", "doctor", "batch"])
     def test_every_command_shows_an_example_of_itself(self, name: str) -> None:
         assert f"Example: echoplan {name} " in succeed(name, "--help")

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from echoplan.cli import compare, convert, demo, doctor, evaluate, info, simulate
+from echoplan.cli import batch, compare, convert, demo, doctor, evaluate, info, simulate
 from echoplan.cli import map as map_command
 from echoplan.cli.terminal import put
 from echoplan.version import __version__
@@ -24,6 +24,7 @@ app.command("simulate")(simulate.run)
 app.command("map")(map_command.run)
 app.command("evaluate")(evaluate.run)
 app.command("compare")(compare.run)
+app.command("batch")(batch.run)
 app.command("info")(info.run)
 app.command("convert")(convert.run)
 app.command("doctor")(doctor.run)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-__all__ = ["settings_of"]
+__all__ = ["method_and_settings", "settings_of"]
 
 SettingsT = TypeVar("SettingsT", bound="BaseModel")
 
@@ -27,3 +27,12 @@ def settings_of(config: Path | None, section: str, settings_type: type[SettingsT
         for each in renamed:
             sys.stderr.write(f"echoplan: {each.message}\n")
     return settings
+
+
+def method_and_settings(config: Path | None, method: str | None) -> "tuple[str, BaseModel]":
+    """Return the name of the method, as named or else of the run in the file or else joint, and its settings."""
+    from echoplan.config import method_of  # noqa: PLC0415
+    from echoplan.methods import find_method  # noqa: PLC0415
+
+    name = method or (method_of(config) if config else None) or "joint"
+    return name, settings_of(config, "method", find_method(name).settings_type)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from echoplan.cli.configuration import settings_of
+from echoplan.cli.configuration import method_and_settings
 from echoplan.cli.results import say_what_was_found
 from echoplan.cli.source_options import (
     SOURCE_HELP,
@@ -72,12 +72,9 @@ def run(
 
 def _settings(config: Path | None, *, method: str | None, poses: str | None) -> "tuple[BaseModel, str]":
     """Return the settings and the name of the method: options first, then the file, then the defaults."""
-    from echoplan.config import method_of  # noqa: PLC0415
     from echoplan.errors import InputError, UnknownNameError  # noqa: PLC0415
-    from echoplan.methods import find_method  # noqa: PLC0415
 
-    method = method or (method_of(config) if config else None) or "joint"
-    settings = settings_of(config, "method", find_method(method).settings_type)
+    method, settings = method_and_settings(config, method)
     if poses is None:
         return settings, method
     if "poses" not in type(settings).model_fields:

@@ -1,8 +1,6 @@
 """Comparisons as documents: one ready for JSON, and a table as CSV."""
 
-import csv
 from collections.abc import Callable, Mapping, Sequence
-from io import StringIO
 from math import degrees, isfinite, nan
 from statistics import fmean
 from typing import Any
@@ -10,6 +8,7 @@ from typing import Any
 from echoplan.comparison.scores import MethodScore
 from echoplan.comparison.trials import Outcome
 from echoplan.evaluation import Evaluation, GridScore, evaluation_document, summary_document
+from echoplan.io.text import format_csv
 from echoplan.version import __version__
 
 __all__ = ["comparison_csv", "comparison_document"]
@@ -88,21 +87,8 @@ def comparison_csv(scores: Sequence[MethodScore]) -> str:
     str
         Comma-separated values with a head; cells are empty where something is not known.
     """
-    rows = [
-        {name: _no_formula(cell) for name, cell in _row(outcome).items()}
-        for score in scores
-        for outcome in score.outcomes
-    ]
-    text = StringIO()
-    writer = csv.DictWriter(text, fieldnames=list(rows[0]) if rows else [], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
-
-
-def _no_formula(cell: object) -> object:
-    # A spreadsheet computes a text that begins so, whatever a folder's name makes it do, and hides the apostrophe.
-    return f"'{cell}" if isinstance(cell, str) and cell.startswith(("=", "+", "-", "@", "\t", "\r")) else cell
+    rows = [_row(outcome) for score in scores for outcome in score.outcomes]
+    return format_csv(rows, columns=list(rows[0]) if rows else [])
 
 
 def _trial(outcome: Outcome) -> dict[str, Any]:

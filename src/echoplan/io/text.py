@@ -1,14 +1,16 @@
 """Tidy text: TOML and JSON that people like to read and programs read back exactly."""
 
+import csv
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from io import StringIO
 
 import numpy as np
 
 from echoplan.errors import InvalidValueError
 
-__all__ = ["format_json", "format_seconds", "format_toml"]
+__all__ = ["format_csv", "format_json", "format_seconds", "format_toml"]
 
 _LINE_WIDTH = 110
 
@@ -34,6 +36,40 @@ def format_seconds(stamp_ns: int) -> str:
     whole, rest = divmod(abs(stamp_ns), 1_000_000_000)
     sign = "-" if stamp_ns < 0 else ""
     return f"{sign}{whole}.{f'{rest:09d}'.rstrip('0') or '0'}"
+
+
+def format_csv(rows: Iterable[Mapping[str, object]], *, columns: Sequence[str]) -> str:
+    """Write a table for a spreadsheet.
+
+    Parameters
+    ----------
+    rows : iterable of mapping of str to object
+        The cells of each row by column; None is left empty.
+    columns : sequence of str
+        The columns in the order wanted.
+
+    Returns
+    -------
+    str
+        Comma-separated values with a header.
+
+    Examples
+    --------
+    >>> print(format_csv([{"name": "=1+1", "walls": None}], columns=("name", "walls")))
+    name,walls
+    '=1+1,
+    <BLANKLINE>
+    """
+    text = StringIO()
+    writer = csv.DictWriter(text, fieldnames=columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({name: _no_formula(cell) for name, cell in row.items()} for row in rows)
+    return text.getvalue()
+
+
+def _no_formula(cell: object) -> object:
+    # A spreadsheet computes a text that begins so, whatever a folder's name makes it do, and hides the apostrophe.
+    return f"'{cell}" if isinstance(cell, str) and cell.startswith(("=", "+", "-", "@", "\t", "\r")) else cell
 
 
 def format_json(value: object) -> str:
@@ -81,7 +117,17 @@ def format_toml(table: Mapping[str, object]) -> str:
     Examples
     --------
     >>> print(format_toml({"name": "ring", "turret": {"x": 0.0}, "sensor": [{"id": 0}, {"id": 1}]}))
-    name = "ring" <BLANKLINE> [turret] x = 0.0 <BLANKLINE> [[sensor]] id = 0 <BLANKLINE> [[sensor]] id = 1 <BLANKLINE>
+    name = "ring"
+    <BLANKLINE>
+    [turret]
+    x = 0.0
+    <BLANKLINE>
+    [[sensor]]
+    id = 0
+    <BLANKLINE>
+    [[sensor]]
+    id = 1
+    <BLANKLINE>
     """
     return "\n".join(_toml_lines(table, path=())).lstrip("\n") + "\n"
 
