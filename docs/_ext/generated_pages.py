@@ -136,7 +136,7 @@ def settings_lines(settings: type[BaseModel], *, name: str, title: str) -> Itera
             yield f"| `{name}{key}` | `{getattr(default, 'value', default)}` | {escaped(each.description or '')} |"
         yield ""
     for key, stage in stages.items():
-        if stage is not None:
+        if isinstance(stage, type) and issubclass(stage, BaseModel):
             yield from settings_lines(stage, name=f"{name}{key}.", title=f"{name}{key}")
 
 
