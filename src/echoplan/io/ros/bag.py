@@ -1,5 +1,6 @@
 """A bag of ROS 1 or ROS 2: its topics and their decoded messages; whatever its reader says becomes one line."""
 
+import re
 import struct
 import sys
 from collections import Counter
@@ -7,6 +8,7 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
 from echoplan.errors import EchoplanError, InputError, MissingExtraError
@@ -22,20 +24,24 @@ __all__ = ["Bag", "Message", "Topic", "is_bag", "open_bag"]
 
 _SUFFIXES = (".bag", ".mcap", ".db3", ".active", ".zstd", ".zst")
 _STORAGES = ("*.mcap", "*.db3")
-# By what the reader says, in the order in which they are looked for.
+# By what the reader says (a pattern), in the order in which they are looked for.
 _PROBLEMS = (
     ("end magic", "it was not closed: its end is missing", "repair it with: mcap recover FILE -o repaired.mcap"),
     ("not indexed", "it was not closed: its index is missing", "repair it with: rosbag reindex FILE"),
-    ("damaged", "its index is damaged", "repair it with: rosbag reindex FILE"),
+    ("index looks damaged", "its index is damaged", "repair it with: rosbag reindex FILE"),
     ("Profile is not ros2", "it is an mcap file, but not of ROS 2", "convert it to a ROS 2 bag, or record one"),
     ("seems to be empty", "the file is empty", "record it again"),
     ("magic is invalid", "it is no bag, whatever its name says", "check the name"),
-    ("missing tables", "it is no bag, but another database", "check the name"),
-    ("database files are missing", "a file that metadata.yaml names is missing", "copy the whole folder of the bag"),
-    ("ompression", "its compression is not supported", "decompress it with: ros2 bag convert"),
-    ("ersion", "its version is not supported", "convert it with ros2 bag convert, or update: pip install -U rosbags"),
-    ("erialization", "its messages are not serialized as CDR", "record it with the default settings of ros2 bag"),
+    ("missing tables|not a database", "it is no bag, whatever its name says", "check the name"),
+    ("files are missing", "a file that metadata.yaml names is missing", "copy the whole folder of the bag"),
+    ("[Cc]ompression .*not supported|Unsupported chunk", "its compression is not supported", "use: ros2 bag convert"),
+    ("ersion .*not supported", "its version is not supported", "use: ros2 bag convert, or pip install -U rosbags"),
+    ("Serialization format", "its messages are not CDR", "record it with the default settings of ros2 bag"),
+    ("hash mismatch", "its message definitions are not those of its messages", "record it again"),
+    ("^$", "it is damaged, or a message in it is larger than the memory", "record it again, or on a larger computer"),
 )
+# Parsers quote whole definitions.
+_LONGEST = 100
 _DAMAGED = "repair it (ROS 1: rosbag reindex; mcap: mcap recover; sqlite3: ros2 bag reindex), or record it again"
 
 
@@ -254,9 +260,9 @@ def _in_one_line(path: Path) -> Iterator[None]:
         # Damaged files meet assertions, indices and attributes that are not there; lz4 raises RuntimeError.
         *(ValueError, LookupError, TypeError, AttributeError, AssertionError, ArithmeticError, RuntimeError),
     ) as error:
-        said = " ".join(str(error).split())
+        said = "" if isinstance(error, MemoryError) else str(error) or type(error).__name__
         for sign, problem, remedy in _PROBLEMS:
-            if sign in said:
+            if re.search(sign, said):
                 raise InputError(path, problem, remedy=remedy.replace("FILE", path.name)) from error
-        problem = f"it is damaged or cut short ({said or type(error).__name__})"
+        problem = f"it is damaged or cut short ({shorten(said, _LONGEST, placeholder=' ...')})"
         raise InputError(path, problem, remedy=_DAMAGED) from error

@@ -34,9 +34,7 @@ def sonar_readings(read: BagContents) -> dict[SeriesKey, Series]:
     if kept:
         return kept
     if not any(topic.count for topic in read.topics):
-        raise InputError(
-            read.path, "there is no message in it", remedy="record it again, and check with: ros2 topic hz"
-        )
+        raise InputError(read.path, "there is no message in it", remedy="record it again; check with: ros2 topic hz")
     problem = f"no topic has ranges of sonar (sensor_msgs/Range); it has {named_topics(read.topics)}"
     remedy = "record them, name the field of another type: --field range=/TOPIC.FIELD, or a sonar's LaserScan: --topic"
     raise InputError(read.path, problem, remedy=remedy)
@@ -47,7 +45,7 @@ def notes_about_infrared(read: BagContents) -> list[str]:
     found = read.of_role(Role.READING)
     topics = {key.topic for key, series in found.items() if _is_infrared(series, read.options)}
     return [
-        f"{topic} is infrared, not sonar, and is left out; to map it, name it: --topic." for topic in sorted(topics)
+        f"{topic} is infrared, not sonar, and is left out; name it with --topic to map it." for topic in sorted(topics)
     ]
 
 

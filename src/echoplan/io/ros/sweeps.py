@@ -50,10 +50,11 @@ class PingColumns:
 def split_into_sweeps(pings: PingColumns) -> tuple[Sweep, ...]:
     """Split pings into firing rounds, and join the rounds of one pass of the servo.
 
-    A round ends where a sensor fires again.  A pass ends where the servo turns back, or after a full turn.
+    A round ends at a pause, and where a sensor fires again.  A pass ends where the servo turns back, and after a full
+    turn.
     """
     pings = pings[np.lexsort((pings.sensor_ids, pings.stamps_ns))]
-    starts = _round_starts(pings.sensor_ids)
+    starts = _round_starts(pings.sensor_ids, pings.stamps_ns)
     angles = np.unwrap(pings.servo_angles)[starts]
     if np.ptp(angles) > _LEAST_TURN:
         starts = starts[_pass_starts(angles)]
@@ -71,11 +72,14 @@ def split_into_sweeps(pings: PingColumns) -> tuple[Sweep, ...]:
     )
 
 
-def _round_starts(sensor_ids: IntArray) -> IntArray:
-    """Return where each firing round begins: where a sensor fires that has fired already."""
+def _round_starts(sensor_ids: IntArray, stamps_ns: IntArray) -> IntArray:
+    """Return where each firing round begins: after a pause, and where a sensor fires that has fired already."""
+    periods = [np.diff(stamps_ns[sensor_ids == sensor]) for sensor in np.unique(sensor_ids)]
+    # A pause is longer than half of the time from one firing of a sensor to its next.
+    pauses = np.diff(stamps_ns, prepend=stamps_ns[0]) > 0.5 * np.median(np.concatenate([*periods, [np.inf]]))
     starts, fired = [0], set[int]()
-    for place, sensor in enumerate(sensor_ids.tolist()):
-        if sensor in fired:
+    for place, (sensor, is_late) in enumerate(zip(sensor_ids.tolist(), pauses.tolist(), strict=True)):
+        if sensor in fired or is_late:
             starts.append(place)
             fired.clear()
         fired.add(sensor)
