@@ -42,11 +42,15 @@ class Robot:
         """Make a message."""
         return self.store.types[kind](**fields)
 
+    def names_of(self, kind: str) -> list[str]:
+        """Name the fields of a type."""
+        return [name for name, _ in self.store.fielddefs[kind][1]]
+
     def header(self, frame: str, stamp_ns: int) -> Any:
         """Make a header; that of ROS 1 has a number, too."""
         seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
         stamp = self.make("builtin_interfaces/msg/Time", sec=seconds, nanosec=nanoseconds)
-        number = {"seq": 0} if self.store is ROS1 else {}
+        number = {"seq": 0} if "seq" in self.names_of("std_msgs/msg/Header") else {}
         return self.make("std_msgs/msg/Header", stamp=stamp, frame_id=frame, **number)
 
     def sonar(
@@ -61,7 +65,7 @@ class Robot:
         kind: int = 0,
     ) -> Any:
         """Make a sensor_msgs/Range."""
-        has_variance = any(name == "variance" for name, _ in self.store.fielddefs[RANGE][1])
+        has_variance = "variance" in self.names_of(RANGE)
         limits = {"field_of_view": np.float32(view), "min_range": np.float32(least), "max_range": np.float32(most)}
         return self.make(
             RANGE,
@@ -183,15 +187,15 @@ def write_ros2(path: Path, sent: Iterable[Sent], *, store: Typestore = JAZZY, sq
     return path
 
 
-def write_ros1(path: Path, sent: Iterable[Sent]) -> Path:
+def write_ros1(path: Path, sent: Iterable[Sent], *, store: Typestore = ROS1) -> Path:
     """Write a ROS 1 bag with rosbags; the messages must be those of ROS 1."""
     with Writer1(path) as writer:
         connections: dict[str, Any] = {}
         for topic, log_ns, message in sent:
             kind = message.__msgtype__
             if topic not in connections:
-                connections[topic] = writer.add_connection(topic, kind, typestore=ROS1)
-            writer.write(connections[topic], log_ns, ROS1.serialize_ros1(message, kind))
+                connections[topic] = writer.add_connection(topic, kind, typestore=store)
+            writer.write(connections[topic], log_ns, store.serialize_ros1(message, kind))
     return path
 
 

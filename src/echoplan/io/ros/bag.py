@@ -38,7 +38,11 @@ _PROBLEMS = (
     ("ersion .*not supported", "its version is not supported", "use: ros2 bag convert, or pip install -U rosbags"),
     ("Serialization format", "its messages are not CDR", "record it with the default settings of ros2 bag"),
     ("hash mismatch", "its message definitions are not those of its messages", "record it again"),
-    ("^$", "it is damaged, or a message in it is larger than the memory", "record it again, or on a larger computer"),
+    (
+        "^MemoryError$",
+        "it is damaged, or a message in it is larger than the memory",
+        "record it again, or on a larger computer",
+    ),
 )
 # Parsers quote whole definitions.
 _LONGEST = 100
@@ -260,7 +264,9 @@ def _in_one_line(path: Path) -> Iterator[None]:
         # Damaged files meet assertions, indices and attributes that are not there; lz4 raises RuntimeError.
         *(ValueError, LookupError, TypeError, AttributeError, AssertionError, ArithmeticError, RuntimeError),
     ) as error:
-        said = "" if isinstance(error, MemoryError) else str(error) or type(error).__name__
+        said = (
+            "" if isinstance(error, MemoryError) else str(error).replace(str(path), path.name) or type(error).__name__
+        )
         for sign, problem, remedy in _PROBLEMS:
             if re.search(sign, said):
                 raise InputError(path, problem, remedy=remedy.replace("FILE", path.name)) from error

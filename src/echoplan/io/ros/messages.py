@@ -104,7 +104,8 @@ def _inner(body: Any, field: Field) -> Any:
                 # A JointState names the places in its arrays.
                 value, names = getattr(value, step), getattr(value, "name", None)
         except (AttributeError, LookupError, TypeError, ValueError) as error:
-            remedy = f"known here: {', '.join(_fields_of(value) or map(str, names or ())) or 'no names'}"
+            known = ", ".join(_fields_of(value) or map(str, names or ()))
+            remedy = f"known here: {known}" if known else "places in an array are counted from 0"
             problem = f"a message of {field.topic} has no {step.strip('[]')!r}"
             raise InputError("--field", problem, place=f"{field.key}={field}", remedy=remedy) from error
     return value

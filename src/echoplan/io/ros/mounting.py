@@ -42,6 +42,8 @@ class Mounting:
         Frame that the servo turns; empty for a rigid sensor.
     elevation : float
         Angle of the beam above the plane [rad].
+    is_assumed : bool
+        Whether nothing says where the sensor is mounted.
     """
 
     base_from_turret: FloatArray
@@ -50,6 +52,7 @@ class Mounting:
     known: BoolArray
     joint: str = ""
     elevation: float = 0.0
+    is_assumed: bool = False
 
     @property
     def is_level(self) -> bool:
@@ -63,9 +66,6 @@ def mountings_of(read: BagContents, readings: Readings, *, base: str) -> dict[Se
     Raises ``InputError`` if there is no transform to a sensor, or it moves in any way but about one upright axis.
     """
     stated = {mount.frame: np.array([mount.x, mount.y, mount.yaw]) for mount in read.options.mounts}
-    # A message type of its own, without a word about frames: one sensor at the middle of its robot.
-    if read.options.field("range") is not None and len(readings) == 1 and not read.frames.names:
-        stated.setdefault(next(iter(readings)).topic.strip("/"), identity())
     found: dict[SeriesKey, Mounting] = {}
     for key, series in readings.items():
         pose = stated.get(key.frame, stated.get(key.topic.strip("/")))
@@ -78,6 +78,9 @@ def _transformed(read: BagContents, key: SeriesKey, *, series: Series, base: str
     way = way_between(read.frames, base, end=key.frame) if key.frame else None
     if way is not None:
         return _along(way, series.stamps_ns, key=key, path=read.path)
+    if read.options.field("range") is not None and not read.frames.names:
+        # Messages of a type of its own, and not a word about frames: a sensor at the middle of its robot.
+        return replace(_rigid(identity(), len(series)), is_assumed=True)
     name = key.frame or key.topic.strip("/")
     problem = f"there is no transform from {base} to {key.frame}" if key.frame else "its messages name no frame"
     remedy = f"record /tf_static (and /tf), or state where it is mounted: --mount {name}=X,Y,YAW [m, m, rad]"
@@ -94,13 +97,14 @@ def _turned(read: BagContents, key: SeriesKey, *, series: Series, mounting: Moun
             servo_angles=series.column("bearing"),
             joint=key.frame,
         )
-    constant, servo = read.options.constant("servo"), read.field("servo")
-    if constant is not None:
-        return replace(mounting, servo_angles=np.full(len(series), constant))
-    if servo is None:
+    stated, servo = read.options.field("servo"), read.field("servo")
+    if stated is None or servo is None:
         return mounting
+    if mounting.joint:
+        problem = f"{key.frame} turns with {mounting.joint} already, by the transforms"
+        raise InputError("--field", problem, place=f"servo={stated}", remedy="leave it out")
     angles, known = interpolate(servo, series.stamps_ns, angles=(0,))
-    return replace(mounting, servo_angles=angles[:, 0], known=mounting.known & known)
+    return replace(mounting, servo_angles=angles[:, 0], known=mounting.known & known, joint=str(stated))
 
 
 def _rigid(pose: FloatArray, count: int, *, elevation: float = 0.0) -> Mounting:

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from echoplan.errors import InputError, UnknownNameError
@@ -10,10 +10,18 @@ from echoplan.geometry import wrap
 
 __all__ = ["FIELD_KEYS", "BagOptions", "Field", "Mount", "parse_bag_options"]
 
-# What a field may say, and its unit once it is multiplied by its factor.
-FIELD_KEYS = ("range", "servo", "x", "y", "yaw", "stamp", "field_of_view", "min_range", "max_range")
-# What does not change while a bag is recorded is written as a number.
-_CONSTANT_KEYS = ("field_of_view", "min_range", "max_range")
+# What a field may say; whether it changes and must be a field of messages, or does not and must be a number.
+FIELD_KEYS: Mapping[str, bool | None] = {
+    "range": True,
+    "servo": True,
+    "stamp": True,
+    "x": None,
+    "y": None,
+    "yaw": None,
+    "field_of_view": False,
+    "min_range": False,
+    "max_range": False,
+}
 _EXAMPLE = "write, say, --field range=/echo.distance*0.01 or --field x=0"
 _FIELD = re.compile(
     r"(?P<key>\w+)=(?:(?P<topic>/[^.\s*]+)(?P<path>(?:\.[a-zA-Z]\w*(?:\[\w+\])*)+)(?:\*(?P<factor>\S+))?"
@@ -154,13 +162,16 @@ def _parse_field(text: str) -> Field:
     found = _FIELD.fullmatch(text)
     if found is None:
         raise InputError("--field", f"{text!r} is not a quantity and its topic and field", remedy=_EXAMPLE)
-    key, topic, path = found["key"], found["topic"], found["path"]
+    parts = found.groupdict(default="")
+    key, topic = parts["key"], parts["topic"]
     if key not in FIELD_KEYS:
         raise UnknownNameError("quantity of --field", key, known=FIELD_KEYS)
-    if key in _CONSTANT_KEYS and topic:
-        raise InputError("--field", f"{key} must be a number", remedy=f"write, say, --field {key}=0.5")
-    factor = _number(found["number"] or found["factor"] or "1", option=f"--field {key}")
-    return Field(key=key, topic=topic or "", path=tuple(_STEP.findall(path or "")), factor=factor)
+    changes = FIELD_KEYS[key]
+    if changes is not None and changes != bool(topic):
+        kind, example = ("field", "/TOPIC.FIELD") if changes else ("number", "0.5")
+        raise InputError("--field", f"{key} must be a {kind}", remedy=f"write, say, --field {key}={example}")
+    factor = _number(parts["number"] or parts["factor"] or "1", option=f"--field {key}")
+    return Field(key=key, topic=topic, path=tuple(_STEP.findall(parts["path"])), factor=factor)
 
 
 def _parse_mount(text: str) -> Mount:

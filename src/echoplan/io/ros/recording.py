@@ -67,6 +67,12 @@ def recording_of(read: BagContents) -> Recording:
         for number, (key, mounting) in enumerate(mountings.items())
     )
     notes = [*read.notes, *notes_about_infrared(read)]
+    notes += [
+        f"Where the sensor on {key.topic} is mounted is not known: it is taken to be at the middle of the robot; state "
+        f"it with --mount {key.topic.strip('/')}=X,Y,YAW."
+        for key, mounting in mountings.items()
+        if mounting.is_assumed
+    ]
     notes += [f"{key.frame} points at the floor or the ceiling and is left out." for key in mounted.keys() - mountings]
     if not known.all():
         lost = int(np.count_nonzero(~known))

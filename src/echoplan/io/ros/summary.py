@@ -60,7 +60,7 @@ class BagSensor:
     readings : int
         How many there are.
     field_of_view, min_range, max_range : float
-        As its first message says [rad, m, m]; nan where it does not.
+        As the user or its first message says [rad, m, m]; nan where neither does.
     x, y, yaw : float
         Its pose in the base, at servo angle 0 on the turret [m, m, rad]; nan where it is not known.
     joint : str
@@ -139,7 +139,7 @@ def summarise_bag(path: Path, options: BagOptions | None = None) -> BagSummary:
     return BagSummary(
         topics=_topics(topics, _frames_by_topic(read), duration=duration),
         sensors=tuple(
-            _sensor(key, series, mounting=mountings[key] if mountings else None)
+            _sensor(read, key, series=series, mounting=mountings[key] if mountings else None)
             for key, series in (readings or {}).items()
         ),
         poses=trajectory.origin if trajectory else "",
@@ -183,9 +183,10 @@ def _frames_by_topic(read: BagContents) -> dict[str, str]:
     }
 
 
-def _sensor(key: SeriesKey, series: Series, *, mounting: Mounting | None) -> BagSensor:
+def _sensor(read: BagContents, key: SeriesKey, *, series: Series, mounting: Mounting | None) -> BagSensor:
     x, y, yaw = (math.nan,) * 3 if mounting is None else mounting.turret_from_sensor.tolist()
-    view, least, most = (float(series.column(name)[0]) for name in ("field_of_view", "min_range", "max_range"))
+    stated = {name: read.options.constant(name) for name in ("field_of_view", "min_range", "max_range")}
+    view, least, most = (float(series.column(name)[0]) if value is None else value for name, value in stated.items())
     return BagSensor(
         topic=key.topic,
         frame=key.frame,

@@ -1,0 +1,182 @@
+"""Quantities from fields of messages of any type, as the user names them."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from echoplan.errors import InputError, UnknownNameError
+from echoplan.io.ros import parse_bag_options, read_bag
+from helpers.bags import NOON_NS, Robot, Sent, write_mcap, write_ros1
+
+STANDING = ["x=0", "y=0", "yaw=0"]
+HC_SR04 = ["field_of_view=0.5", "min_range=0.02", "max_range=4"]
+ECHO = """std_msgs/Header header
+int32 millimetres
+float64 heading_deg
+geometry_msgs/Quaternion orientation
+float64[] raw
+"""
+REAL = Path(__file__).parents[4] / ".." / "shared" / "data" / "real" / "Lvl_1_Room_Map_4.bag"
+
+
+def own_type(store: Stores) -> Robot:
+    """A robot with a message type of its own: range and orientation in one message."""
+    types = get_typestore(store)
+    types.register(get_types_from_msg(ECHO, "my_robot/msg/Echo"))
+    return Robot(types)
+
+
+def turned_by_hand(robot: Robot) -> Iterator[Sent]:
+    for number in range(5):
+        now = NOON_NS + number * 100_000_000
+        echo = robot.make(
+            "my_robot/msg/Echo",
+            header=robot.header("head", now),
+            millimetres=1500 + number,
+            heading_deg=10.0 * number,
+            orientation=robot.turn(0.3 * number),
+            raw=np.array([0.0, 2.0 + number]),
+        )
+        yield Sent("/echo", now, echo)
+
+
+@pytest.fixture
+def bag(tmp_path: Path) -> Path:
+    robot = own_type(Stores.ROS2_JAZZY)
+    return write_mcap(tmp_path / "run.mcap", turned_by_hand(robot), store=robot.store)
+
+
+@pytest.mark.parametrize(
+    ("servo", "angles"),
+    [
+        ("/echo.heading_deg*-0.0174532925", np.radians([0.0, -10.0, -20.0, -30.0, -40.0])),
+        ("/echo.orientation", [0.0, 0.3, 0.6, 0.9, 1.2]),
+    ],
+)
+def test_range_and_angle_may_come_from_one_message(servo: str, angles: list[float], bag: Path) -> None:
+    fields = ["range=/echo.millimetres*0.001", f"servo={servo}", *STANDING, *HC_SR04]
+    found = read_bag(bag, parse_bag_options(fields=fields))
+    (sweep,) = found
+    np.testing.assert_allclose(sweep.ranges, [1.5, 1.501, 1.502, 1.503, 1.504])
+    np.testing.assert_allclose(sweep.servo_angles, angles, atol=1e-9)
+    np.testing.assert_array_equal(sweep.map_from_base, np.zeros((5, 3)))
+    (sensor,) = found.rig.sensors
+    assert (sensor.half_aperture, sensor.min_range, sensor.max_range) == (0.25, 0.02, 4.0)
+    (note,) = found.notes
+    assert note.startswith("Where the sensor on /echo is mounted is not known: it is taken to be at the middle of the")
+
+
+def test_a_stated_mounting_needs_no_note(bag: Path) -> None:
+    fields = ["range=/echo.millimetres*0.001", *STANDING, *HC_SR04]
+    found = read_bag(bag, parse_bag_options(fields=fields, mounts=["head=0.1,0,1.5"]))
+    assert found.rig.turret_from_sensors.tolist() == [[0.1, 0.0, 1.5]]
+    assert found.notes == ()
+
+
+def test_yaw_may_come_from_a_compass(bag: Path) -> None:
+    fields = ["range=/echo.raw[1]", "x=1", "y=2", "yaw=/echo.orientation", *HC_SR04]
+    poses = np.concatenate([sweep.map_from_base for sweep in read_bag(bag, parse_bag_options(fields=fields))])
+    np.testing.assert_allclose(poses, np.column_stack([np.ones(5), np.full(5, 2.0), 0.3 * np.arange(5)]), atol=1e-9)
+
+
+def test_a_bag_of_ros_1_brings_its_own_types(tmp_path: Path) -> None:
+    robot = own_type(Stores.ROS1_NOETIC)
+    path = write_ros1(tmp_path / "run.bag", turned_by_hand(robot), store=robot.store)
+    found = read_bag(path, parse_bag_options(fields=["range=/echo.raw[1]", *STANDING, *HC_SR04]))
+    np.testing.assert_allclose(np.concatenate([sweep.ranges for sweep in found]), [2.0, 3.0, np.inf, np.inf, np.inf])
+
+
+def test_a_servo_may_be_named_by_its_joint(tmp_path: Path) -> None:
+    robot = Robot()
+
+    def panning() -> Iterator[Sent]:
+        yield Sent("/tf_static", NOON_NS, robot.transform("base_link", "sonar", (0.1, 0.0, 0.0)))
+        for number in range(5):
+            now = NOON_NS + number * 100_000_000
+            state = robot.make(
+                "sensor_msgs/msg/JointState",
+                header=robot.header("", now),
+                name=["left_wheel", "pan"],
+                position=np.array([9.0, 0.25 * number]),
+                velocity=np.zeros(2),
+                effort=np.zeros(2),
+            )
+            yield Sent("/joint_states", now, state)
+            yield Sent("/range", now, robot.sonar(1.5, stamp_ns=now))
+
+    path = write_mcap(tmp_path / "run.mcap", panning())
+    fields = ["servo=/joint_states.position[pan]", *STANDING]
+    (sweep,) = read_bag(path, parse_bag_options(fields=fields))
+    np.testing.assert_allclose(sweep.servo_angles, [0.0, 0.25, 0.5, 0.75, 1.0])
+    with pytest.raises(InputError, match=r"position\[tilt\]: a message of /joint_states has no 'tilt'; known here: l"):
+        read_bag(path, parse_bag_options(fields=["servo=/joint_states.position[tilt]", *STANDING]))
+
+
+def test_a_range_in_another_unit_takes_the_place_of_the_message(tmp_path: Path) -> None:
+    robot = Robot()
+
+    def in_centimetres() -> Iterator[Sent]:
+        yield Sent("/tf_static", NOON_NS, robot.transform("base_link", "sonar", (0.1, 0.0, 0.0)))
+        yield Sent("/range", NOON_NS, robot.sonar(150.0, stamp_ns=NOON_NS, most=400.0))
+
+    path = write_mcap(tmp_path / "run.mcap", in_centimetres())
+    (sweep,) = read_bag(path, parse_bag_options(fields=["range=/range.range*0.01", *STANDING, *HC_SR04]))
+    assert sweep.ranges.tolist() == [1.5]
+
+
+@pytest.mark.parametrize(
+    ("field", "message"),
+    [
+        ("range", r"--field: 'range' is not a quantity and its topic and field; write, say, --field range=/echo\.dist"),
+        ("range=/echo", r"'range=/echo' is not a quantity and its topic and field"),
+        ("range=/echo.raw*", r"'range=/echo\.raw\*' is not a quantity and its topic and field"),
+        ("range=1.5", r"--field: range must be a field; write, say, --field range=/TOPIC\.FIELD"),
+        ("max_range=/echo.raw[0]", r"--field: max_range must be a number; write, say, --field max_range=0\.5"),
+        ("range=/echo.raw[1]*half", r"--field range: 'half' is no finite number; write digits with a decimal point"),
+        ("x=nan", r"--field x: 'nan' is no finite number"),
+        ("range=/echo.metres", r"range=/echo\.metres: a message of /echo has no 'metres'; known here: header, milli"),
+        ("range=/echo.raw[2]", r"range=/echo\.raw\[2\]: a message of /echo has no '2'; places in an array are counted"),
+        ("range=/echo.header", r"it is no number but std_msgs/msg/Header; name a field inside it: stamp, frame_id"),
+        ("range=/echo.raw", r"it is no number but ndarray; name a field that is a number"),
+    ],
+)
+def test_a_field_that_is_wrong_is_refused_with_what_there_is(field: str, message: str, bag: Path) -> None:
+    with pytest.raises(InputError, match=message):
+        read_bag(bag, parse_bag_options(fields=[field, *STANDING[1:], *HC_SR04[:2]]))
+
+
+def test_an_unknown_quantity_or_topic_is_refused_with_the_nearest(bag: Path) -> None:
+    with pytest.raises(UnknownNameError, match="unknown quantity of --field 'rnge'; did you mean 'range'"):
+        parse_bag_options(fields=["rnge=/echo.raw[1]"])
+    with pytest.raises(UnknownNameError, match="unknown topic '/ecco'; did you mean '/echo'"):
+        read_bag(bag, parse_bag_options(fields=["range=/ecco.raw[1]", *STANDING]))
+    with pytest.raises(InputError, match="--field: x is given 2 times; give it once"):
+        parse_bag_options(fields=["x=0", "x=1"])
+
+
+@pytest.mark.parametrize(
+    ("mount", "message"),
+    [
+        ("head", r"'head' is not a frame and its x, y, yaw; write, say, --mount sonar_left=0\.1,0\.05,1\.57"),
+        ("head=1,2", r"'head=1,2' is not a frame and its x, y, yaw"),
+        ("head=1,2,left", r"'left' is no finite number"),
+        ("head=1,2,90", r"the yaw of head, 90, is more than a full turn; write radians, say 1\.5708 if it is in degr"),
+    ],
+)
+def test_a_mounting_that_is_wrong_is_refused(mount: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        parse_bag_options(mounts=[mount])
+
+
+def test_a_recorded_bag_with_a_type_of_its_own_is_read() -> None:
+    if not REAL.exists():
+        pytest.skip("the bag Lvl_1_Room_Map_4.bag is not here")
+    fields = ["range=/fusion.range*0.001", "servo=/fusion.yaw*-1", *STANDING, "field_of_view=0.7", "min_range=0.3"]
+    found = read_bag(REAL, parse_bag_options(fields=[*fields, "max_range=4.99"]))
+    assert sum(map(len, found)) == 1374
+    assert found.rig.sensors[0].resolution == pytest.approx(0.001)
+    angles = np.concatenate([sweep.servo_angles for sweep in found])
+    assert np.ptp(np.unwrap(angles)) == pytest.approx(6.0, abs=1.0)
