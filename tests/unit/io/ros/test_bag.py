@@ -116,7 +116,7 @@ def test_mcap_of_other_programs_is_refused(tmp_path: Path) -> None:
     with (tmp_path / "run.mcap").open("wb") as file:
         writer = Writer(file)
         writer.start(profile="protobuf")
-        writer.finish()
+        writer.finish()  # type: ignore[no-untyped-call]  # mcap has few annotations
     with pytest.raises(InputError, match="it is an mcap file, but not of ROS 2; convert it to a ROS 2 bag"):
         read_bag(tmp_path / "run.mcap")
 

@@ -17,7 +17,7 @@ ROBOT = Robot()
 SECOND = 1_000_000_000
 
 
-def facing_ahead(*, count: int = 11, frame: str = "sonar", distance: float = 1.5, **limits: float) -> Iterator[Sent]:
+def facing_ahead(*, count: int = 11, frame: str = "sonar", distance: float = 1.5, **limits: Any) -> Iterator[Sent]:
     """One fixed sensor that is read ten times a second."""
     yield Sent("/tf_static", NOON_NS, ROBOT.transform("base_link", frame, (0.1, 0.0, 0.0)))
     for number in range(count):
