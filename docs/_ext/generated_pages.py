@@ -125,8 +125,9 @@ def setting_tables() -> str:
 
 def settings_lines(settings: type[BaseModel], *, name: str, title: str) -> Iterator[str]:
     """Yield the table of one stage and those of the stages in it."""
-    stages = {key: each.annotation for key, each in settings.model_fields.items() if is_settings(each.annotation)}
-    plain = {key: each for key, each in settings.model_fields.items() if key not in stages}
+    fields = settings.model_fields.items()
+    stages: dict[str, Any] = {key: each.annotation for key, each in fields if is_settings(each.annotation)}
+    plain = {key: each for key, each in fields if key not in stages}
     if plain:
         yield f"## {title}\n"
         yield f"{escaped(inspect.cleandoc(settings.__doc__ or '').partition(chr(10))[0])}\n"
