@@ -123,7 +123,6 @@
     });
   }
 
-  window.addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((each) => { each.open = true; }));
   for (const each of document.querySelectorAll(".tools, .status, .card")) each.hidden = false;
   new ResizeObserver(draw).observe(map);
   draw();
