@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -126,7 +126,7 @@ def _labels(
     outward: FloatArray,
     bodies: Sequence[FloatArray],
     rooms: Sequence[Room],
-) -> Iterator[list[Label]]:
+) -> Iterator[Iterable[Label]]:
     """List the labels, the most important first; each with its possible places."""
     for room in rooms:
         yield _area_labels(room, sheet)
@@ -139,7 +139,7 @@ def _labels(
         yield _cylinder_labels(cylinder, sheet, number=number)
 
 
-def _area_labels(room: Room, sheet: FloorSheet) -> list[Label]:
+def _area_labels(room: Room, sheet: FloorSheet) -> Iterator[Label]:
     """Write the area of a room in its middle, or near it; nowhere if the text is wider than the room."""
     import shapely  # noqa: PLC0415 - as above
 
@@ -152,8 +152,8 @@ def _area_labels(room: Room, sheet: FloorSheet) -> list[Label]:
     grid = np.stack(np.meshgrid(np.linspace(left, right, _GRID), np.linspace(low, high, _GRID)), axis=-1).reshape(-1, 2)
     nearest_first = grid[np.argsort(np.hypot(*(grid - middle).T), kind="stable")]
     places = [middle, np.array(shapely.maximum_inscribed_circle(on_paper).coords[0]), *nearest_first]
-    labels = [Label(kind="area", text=text, middle=each) for each in places]
-    return [label for label in labels if on_paper.contains(label.footprint)]
+    labels = (Label(kind="area", text=text, middle=each) for each in places)
+    return (label for label in labels if on_paper.contains(label.footprint))
 
 
 def _wall_labels(body: FloatArray, outward: FloatArray, *, number: int) -> list[Label]:

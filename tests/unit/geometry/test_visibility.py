@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
-from echoplan.geometry import crosses_discs, crosses_segments, distances_to_segments, is_blocked
+from echoplan.geometry import crosses_discs, crosses_segments, distances_to_segments, is_blocked, outward_normals
 
 EYE = (-1.0, -0.5)
 BOARD = [[[1.0, -1.0], [1.0, 2.0]]]
@@ -54,3 +55,31 @@ def test_a_view_is_blocked_by_a_segment_or_a_disc() -> None:
         discs=[[0.1, 1.0, 0.2]],
     )
     assert blocked.tolist() == [True, True, False]
+
+
+FACE = [[0.0, 0.0], [4.0, 0.0]]
+
+
+def outward(face: ArrayLike, stations: ArrayLike, *others: ArrayLike) -> list[float]:
+    """The outward normal of a face among others; upwards where no station decides."""
+    faces = np.array([face, *others])
+    normals = outward_normals(faces, stations, normals_xy=np.tile([0.0, 1.0], (len(faces), 1)))
+    return [round(float(each), 9) + 0.0 for each in normals[0]]
+
+
+@pytest.mark.parametrize("face", [FACE, FACE[::-1]])
+def test_the_outer_side_of_a_face_is_away_from_its_stations_whichever_way_it_runs(face: ArrayLike) -> None:
+    assert outward(face, [[1.0, 2.0], [3.0, 1.0]]) == [0.0, -1.0]
+    assert outward(face, [[1.0, -2.0], [9.0, 1.0], [-9.0, 1.0]]) == [0.0, 1.0]
+
+
+def test_stations_behind_another_face_do_not_decide() -> None:
+    behind, before = [[1.0, -2.0], [2.0, -2.0], [3.0, -2.0]], [[2.0, 1.0]]
+    assert outward(FACE, behind + before) == [0.0, 1.0]
+    assert outward(FACE, behind + before, [[0.0, -0.1], [4.0, -0.1]]) == [0.0, -1.0]
+
+
+def test_where_no_station_decides_the_given_normal_does() -> None:
+    assert outward(FACE, np.zeros((0, 2))) == [0.0, 1.0]
+    assert outward(FACE, [[1.0, 1.0], [3.0, -1.0]]) == [0.0, 1.0]
+    assert outward_normals([], [[0.0, 0.0]], normals_xy=[]).shape == (0, 2)

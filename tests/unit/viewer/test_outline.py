@@ -3,7 +3,7 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.model import Opening, Wall
-from echoplan.viewer.outline import body_pieces, jamb_strokes, label_turn, wall_bodies
+from echoplan.viewer.outline import body_pieces, jamb_strokes, label_turn, wall_bodies, wall_depths
 from helpers.drawings import gapped_map
 from helpers.maps import ROOM, wall
 
@@ -198,7 +198,38 @@ def test_jambs_without_walls_beside_them_reach_as_far_to_both_sides() -> None:
 
 
 @pytest.mark.parametrize(
-    ("end", "degrees"), [([1, 0], 0), ([-1, 0], 0), ([0, 1], 90), ([0, -1], 90), ([1, -1], -45), ([-1, -1], 45)]
+    ("end", "degrees"),
+    [
+        ([1, 0], 0),
+        ([-1, 0], 0),
+        ([0, 1], 90),
+        ([0, -1], 90),
+        ([1, -1], -45),
+        ([-1, -1], 45),
+        # Upright but for an error: read from the right on both sides of 90 degrees.
+        ([0.001, 1], 89.94),
+        ([-0.001, 1], 90.06),
+    ],
 )
-def test_labels_are_read_from_below_or_from_the_right(end: list[int], degrees: float) -> None:
-    assert label_turn(np.array([[0.0, 0.0], end])) == pytest.approx(degrees)
+def test_labels_are_read_from_below_or_from_the_right(end: list[float], degrees: float) -> None:
+    assert label_turn(np.array([[0.0, 0.0], end])) == pytest.approx(degrees, abs=0.01)
+
+
+def partition(thickness: float) -> list[Wall]:
+    """Both faces of a partition, detected from either side."""
+    return [wall([0.0, 0.0], [4.0, 0.0]), wall([3.0, -thickness], [1.0, -thickness])]
+
+
+def test_a_wall_is_as_thick_as_its_faces_are_apart() -> None:
+    both = np.array([[1.5, 1.0], [2.5, 1.0], [1.5, -1.0], [2.5, -1.0]])
+    np.testing.assert_allclose(wall_depths(partition(0.15), both, thickness=0.1), [0.15, 0.15])
+    first, second = wall_bodies(partition(0.15), both, thickness=wall_depths(partition(0.15), both, thickness=0.1))
+    assert (area(first), area(second)) == pytest.approx((0.6, 0.3))
+
+
+def test_faces_far_apart_or_seen_from_between_are_no_partition() -> None:
+    both = np.array([[1.5, 1.0], [2.5, 1.0], [1.5, -2.0], [2.5, -2.0]])
+    np.testing.assert_allclose(wall_depths(partition(0.5), both, thickness=0.1), 0.1)
+    between = np.array([[2.0, -0.1], [2.5, -0.1]])
+    np.testing.assert_allclose(wall_depths(partition(0.3), between, thickness=0.1), 0.1)
+    assert wall_depths([], both, thickness=0.1).shape == (0,)
