@@ -123,6 +123,8 @@ def test_every_script_and_folder_that_a_document_runs_exists() -> None:
     named = {
         path for text in DOCUMENTS.values() for path in re.findall(r"\b((?:benchmarks|tests|docs)/[\w./-]+)", text)
     }
+    # What make docs builds is there only afterwards.
+    named = {path for path in named if not path.startswith("docs/_build/")}
     assert [path for path in sorted(named) if not (ROOT / path.rstrip(".")).exists()] == []
 
 
