@@ -8,7 +8,7 @@ import os
 import re
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, TypeGuard
 
 import typer.main
 from pydantic import BaseModel
@@ -125,9 +125,9 @@ def setting_tables() -> str:
 
 def settings_lines(settings: type[BaseModel], *, name: str, title: str) -> Iterator[str]:
     """Yield the table of one stage and those of the stages in it."""
-    fields = settings.model_fields.items()
-    stages: dict[str, Any] = {key: each.annotation for key, each in fields if is_settings(each.annotation)}
-    plain = {key: each for key, each in fields if key not in stages}
+    annotations = {key: each.annotation for key, each in settings.model_fields.items()}
+    stages = {key: annotation for key, annotation in annotations.items() if is_settings(annotation)}
+    plain = {key: each for key, each in settings.model_fields.items() if key not in stages}
     if plain:
         yield f"## {title}\n"
         yield f"{escaped(inspect.cleandoc(settings.__doc__ or '').partition(chr(10))[0])}\n"
@@ -137,11 +137,10 @@ def settings_lines(settings: type[BaseModel], *, name: str, title: str) -> Itera
             yield f"| `{name}{key}` | `{getattr(default, 'value', default)}` | {escaped(each.description or '')} |"
         yield ""
     for key, stage in stages.items():
-        if isinstance(stage, type) and issubclass(stage, BaseModel):
-            yield from settings_lines(stage, name=f"{name}{key}.", title=f"{name}{key}")
+        yield from settings_lines(stage, name=f"{name}{key}.", title=f"{name}{key}")
 
 
-def is_settings(annotation: object) -> bool:
+def is_settings(annotation: object) -> TypeGuard[type[BaseModel]]:
     """Return True for settings of a stage."""
     return isinstance(annotation, type) and issubclass(annotation, BaseModel)
 

@@ -1,16 +1,20 @@
-"""``echoplan convert``: one format into another; a text log of any hobby robot becomes a recording."""
+"""``echoplan convert``: a text log, a bag or a simulation becomes a recording, and a map a drawing or a grid."""
 
 import re
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from echoplan.cli.evaluate import inside
+from echoplan.cli.source_options import FieldOption, MountOption, OdomOption, TopicOption, bag_options, put_notes
 from echoplan.cli.terminal import Progressing, put, report_files
 
 if TYPE_CHECKING:
+    from echoplan.io.ros import BagOptions
     from echoplan.io.text_logs import LogOptions, TextLog
 
 __all__ = ["run"]
@@ -24,9 +28,18 @@ _SHOWN = 3
 
 def run(
     sources: Annotated[
-        list[str], typer.Argument(help="A text log, or one for each place; or a recording, a bag or sim:WORLD.")
+        list[str],
+        typer.Argument(
+            help="A text log, or one for each place; a recording, a bag or sim:WORLD; or a map.json.",
+            metavar="SOURCE...",
+        ),
     ],
-    to: Annotated[Path, typer.Option(help="Folder for the recording.")],
+    to: Annotated[
+        Path,
+        typer.Option(
+            help="Folder for a recording; for a map a file: .pdf, .png, .svg, .dxf, .geojson, .yaml (Nav2) or .mcap."
+        ),
+    ],
     columns: Annotated[
         str,
         typer.Option(
@@ -54,10 +67,16 @@ def run(
     decimal_comma: Annotated[bool, typer.Option("--decimal-comma", help="Numbers have a decimal comma.")] = False,
     rig: Annotated[str, typer.Option(help="A built-in rig or a rig.toml; else HC-SR04.")] = "",
     yes: Annotated[bool, typer.Option("--yes", help="Accept what was guessed.")] = False,
+    topic: TopicOption = None,
+    odom: OdomOption = None,
+    field: FieldOption = None,
+    mount: MountOption = None,
 ) -> None:
-    """Convert a text log into a recording, and show first how it was understood.
+    """Convert a text log or a bag into a recording, or a map into what other software reads.
 
-    Example: echoplan convert log.txt --to rec/ --center 90
+    How a text log was understood is shown before anything is written.
+
+    Examples: echoplan convert log.txt --to rec/ --center 90, echoplan convert map/ --to plan.pdf
     """
     from echoplan.io.text_logs import (  # noqa: PLC0415 - --help must not wait for NumPy
         LogOptions,
@@ -87,7 +106,54 @@ def run(
         rig=find_rig(rig) if rig else None,
     )
     convert = next(convert for accepts, convert in _CONVERSIONS if accepts(sources))
-    convert(sources, to, options=options, yes=yes)
+    convert(_Request(sources=sources, to=to, log=options, yes=yes, bag=bag_options(topic, odom, field, mount)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Request:
+    """What is to be converted, into what, and how to read it."""
+
+    sources: "Sequence[str]"
+    to: Path
+    log: "LogOptions"
+    yes: bool
+    bag: "BagOptions | None"
+
+    def check(self, *, is_log: bool, is_bag: bool) -> None:
+        """Refuse options that have no meaning for what is to be converted."""
+        from echoplan.errors import InputError  # noqa: PLC0415
+        from echoplan.io.text_logs import LogOptions  # noqa: PLC0415
+
+        if not is_log and (self.log != LogOptions() or self.yes):
+            problem = "it is no text log, and options that say how to read one have no meaning for it"
+            raise InputError(self.sources[0], problem, remedy="leave them out")
+        if not is_bag and self.bag is not None:
+            remedy = "leave out --topic, --odom, --field and --mount"
+            raise InputError(self.sources[0], "it is no ROS bag", remedy=remedy)
+
+
+def _is_map(sources: "Sequence[str]") -> bool:
+    """Whether a map is to be converted: a JSON file, or a folder of results."""
+    path = Path(sources[0])
+    return len(sources) == 1 and (path.suffix == ".json" or (path / "map.json").is_file())
+
+
+def _convert_map(request: _Request) -> None:
+    """Write a map in the format that the suffix of the target names."""
+    from echoplan.io import read_map, read_trajectory  # noqa: PLC0415
+    from echoplan.mapping import Exportable, export_map  # noqa: PLC0415
+    from echoplan.viewer import Plan  # noqa: PLC0415
+
+    request.check(is_log=False, is_bag=False)
+    path = inside(Path(request.sources[0]), "map.json")
+    plan = Plan(feature_map=read_map(path))
+    trajectory = path.with_name("trajectory.tum")
+    name = path.resolve().parent.name if path.name == "map.json" else path.stem
+    content = Exportable(plan=plan, name=f"Map {name}")
+    if trajectory.is_file():
+        content = replace(content, times=read_trajectory(trajectory)[0])
+    written = export_map(request.to, content)
+    report_files(request.to.parent, written)
 
 
 def _is_recording(sources: "Sequence[str]") -> bool:
@@ -99,31 +165,30 @@ def _is_recording(sources: "Sequence[str]") -> bool:
     return is_folder or sources[0].startswith("sim:") or path.suffix in _SOURCE_SUFFIXES
 
 
-def _convert_recording(sources: "Sequence[str]", to: Path, *, options: "LogOptions", yes: bool) -> None:
-    """Write what ``open_source`` opens as a recording; options of logs and confirmations have no meaning for it."""
-    from echoplan.errors import InputError  # noqa: PLC0415
+def _convert_recording(request: _Request) -> None:
+    """Write what ``open_source`` opens as a recording."""
     from echoplan.io import write_recording  # noqa: PLC0415
-    from echoplan.io.text_logs import LogOptions  # noqa: PLC0415
     from echoplan.sources import open_source  # noqa: PLC0415
 
-    if options != LogOptions() or yes:
-        problem = "it is no text log, and options that say how to read one have no meaning for it"
-        raise InputError(sources[0], problem, remedy="leave them out")
-    write_recording(to, Progressing(open_source(sources[0]), "converting"))
-    report_files(to, ["pings.csv", "rig.toml"])
+    request.check(is_log=False, is_bag=True)
+    opened = open_source(request.sources[0], bag=request.bag)
+    put_notes(opened)
+    write_recording(request.to, Progressing(opened, "converting"))
+    report_files(request.to, ["pings.csv", "rig.toml"])
 
 
-def _convert_log(sources: "Sequence[str]", to: Path, *, options: "LogOptions", yes: bool) -> None:
+def _convert_log(request: _Request) -> None:
     """Show how text logs were understood, let guesses be confirmed, and write the recording."""
     from echoplan.io import check_folder, write_recording  # noqa: PLC0415
     from echoplan.io.text_logs import read_text_log  # noqa: PLC0415
 
-    check_folder(to, ["pings.csv", "rig.toml"])
-    log = read_text_log(_log_files(sources), options)
+    request.check(is_log=True, is_bag=False)
+    check_folder(request.to, ["pings.csv", "rig.toml"])
+    log = read_text_log(_log_files(request.sources), request.log)
     _show(log)
-    _confirm(log, sources[0], yes=yes)
-    write_recording(to, log.recording)
-    report_files(to, ["pings.csv", "rig.toml"])
+    _confirm(log, request.sources[0], yes=request.yes)
+    write_recording(request.to, log.recording)
+    report_files(request.to, ["pings.csv", "rig.toml"])
 
 
 def _log_files(sources: "Sequence[str]") -> list[Path]:
@@ -175,7 +240,8 @@ def _confirm(log: "TextLog", source: str, *, yes: bool) -> None:
 
 
 # Which conversion does what: the first that accepts the sources.
-_CONVERSIONS: tuple[tuple[Callable[["Sequence[str]"], bool], Callable[..., None]], ...] = (
+_CONVERSIONS: tuple[tuple[Callable[["Sequence[str]"], bool], Callable[[_Request], None]], ...] = (
+    (_is_map, _convert_map),
     (_is_recording, _convert_recording),
     (bool, _convert_log),
 )

@@ -39,7 +39,11 @@ def run(
         str | None, typer.Option(help="How joint treats recorded poses: trust, correct, or auto.", show_default="auto")
     ] = None,
     export: Annotated[
-        str, typer.Option(help="Further formats, separated by commas: nav2,dxf,mcap, or all.", show_default="none")
+        str,
+        typer.Option(
+            help="Further formats, separated by commas: nav2, dxf, geojson, pdf, png, mcap, or all.",
+            show_default="none",
+        ),
     ] = "",
     config: Annotated[Path | None, typer.Option(help="Settings of the method, in a [method] table.")] = None,
     strict: Annotated[bool, typer.Option("--strict", help="Exit with status 2 if the map failed.")] = False,

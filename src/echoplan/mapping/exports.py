@@ -11,10 +11,10 @@ import numpy as np
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.errors import MissingExtraError, UnknownNameError
 from echoplan.grids import grid_from_map
-from echoplan.io import write_dxf, write_geojson, write_grid, write_text
+from echoplan.io import write_bytes, write_dxf, write_geojson, write_grid, write_text
 from echoplan.io.ros import write_map_bag
 from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep
-from echoplan.viewer import Plan, plan_svg
+from echoplan.viewer import Plan, floor_plan_pdf, floor_plan_png, plan_svg
 
 __all__ = ["EXPORTS", "ExportFormat", "Exportable", "export_formats", "export_map"]
 
@@ -27,6 +27,8 @@ class Exportable:
     ----------
     plan : Plan
         The map.
+    name : str, optional
+        What it is a map of, for title blocks.
     rig : Rig, optional
         Sensors that made the recording; None for a map that was read from a file.
     sweeps : tuple of Sweep, optional
@@ -38,6 +40,7 @@ class Exportable:
     """
 
     plan: Plan
+    name: str = "Floor plan"
     rig: Rig | None = None
     sweeps: tuple[Sweep, ...] = ()
     times: FloatArray = field(default_factory=lambda: np.zeros(0))
@@ -122,6 +125,18 @@ EXPORTS: Mapping[str, ExportFormat] = {
             write=lambda path, content: write_geojson(path, content.feature_map),
         ),
         ExportFormat(
+            name="pdf",
+            summary="floor plan on paper, to scale",
+            files=("floor-plan.pdf",),
+            write=lambda path, content: write_bytes(path, floor_plan_pdf(content.plan, name=content.name)),
+        ),
+        ExportFormat(
+            name="png",
+            summary="floor plan as a picture",
+            files=("floor-plan.png",),
+            write=lambda path, content: write_bytes(path, floor_plan_png(content.plan, name=content.name)),
+        ),
+        ExportFormat(
             name="mcap",
             summary="map and path for RViz and Foxglove",
             files=("map.mcap",),
@@ -181,7 +196,7 @@ def export_formats(names: Iterable[str]) -> tuple[ExportFormat, ...]:
     return tuple(chosen.values())
 
 
-def export_map(path: str | PathLike[str], content: Exportable) -> None:
+def export_map(path: str | PathLike[str], content: Exportable) -> tuple[str, ...]:
     """Write a map in the format that the suffix of a file names.
 
     Parameters
@@ -190,6 +205,11 @@ def export_map(path: str | PathLike[str], content: Exportable) -> None:
         The file: ``plan.pdf``, ``map.yaml`` and so on.
     content : Exportable
         The map.
+
+    Returns
+    -------
+    tuple of str
+        Names of the files that were written beside each other.
 
     Raises
     ------
@@ -206,3 +226,4 @@ def export_map(path: str | PathLike[str], content: Exportable) -> None:
         raise UnknownNameError("suffix of a map", suffix or str(path), known=by_suffix)
     (chosen,) = export_formats([by_suffix[suffix]])
     chosen.write(Path(path), content)
+    return (Path(path).name, *(Path(path).with_suffix(Path(name).suffix).name for name in chosen.files[1:]))

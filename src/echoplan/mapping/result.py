@@ -107,7 +107,9 @@ class MapResult:
     @property
     def exportable(self) -> Exportable:
         """What the export formats are made of."""
-        return Exportable(plan=self.plan, rig=self.rig, sweeps=self.sweeps, times=self.times, grid=self.grid)
+        return Exportable(
+            plan=self.plan, name=self.title, rig=self.rig, sweeps=self.sweeps, times=self.times, grid=self.grid
+        )
 
     def save(self, folder: str | PathLike[str], *, export: Sequence[str] = ()) -> tuple[str, ...]:
         """Write ``map.json``, ``map.svg``, ``report.html``, ``trajectory.tum`` and ``run.toml``; all or none.

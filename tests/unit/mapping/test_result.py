@@ -103,6 +103,6 @@ def test_all_formats_are_saved_and_go_with_the_next_run(tmp_path: Path) -> None:
 
 
 def test_an_unknown_format_is_refused_before_anything_is_written(tmp_path: Path) -> None:
-    with pytest.raises(UnknownNameError, match="did you mean 'dxf'"):
-        result().save(tmp_path / "out", export=["dfx"])
+    with pytest.raises(UnknownNameError, match="did you mean 'geojson'"):
+        result().save(tmp_path / "out", export=["geojsn"])
     assert not (tmp_path / "out").exists()
