@@ -49,7 +49,7 @@ def test_what_was_never_in_the_map_is_not_listed() -> None:
 def test_a_wall_that_no_decision_is_near_says_so() -> None:
     (item,) = decisions_in_words([event(parameters=(0.3, 2.0))], FOUND).items
     assert item[0] == "wall 0"
-    assert item[1].startswith("not added by the search at this place")
+    assert item[1].startswith("no decision near this place")
 
 
 def test_a_method_that_records_no_decisions_has_nothing_to_say() -> None:
