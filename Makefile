@@ -63,7 +63,7 @@ $(STAMPS)/tools: $(STAMPS)/venv
 
 $(STAMPS)/base: $(STAMPS)/tools pyproject.toml constraints.txt
 	@echo "Installing echoplan ..."
-	@$(INSTALL) --editable .
+	@$(INSTALL) --editable '.[ros,cad]'
 	@touch $@
 
 $(STAMPS)/docs: $(STAMPS)/base
