@@ -47,7 +47,7 @@ class MapResult:
     rig : Rig
         Sensors that made the recording.
     sweeps : tuple of Sweep
-        The recording, as it was read.
+        The recording as it was mapped, without readings of faulty sensors.
     times : ndarray, shape (s,)
         When each mapped sweep began [s].
     decisions : Definitions

@@ -71,9 +71,11 @@ def map_source(
     settings = _checked(settings, chosen.settings_type)
     sweeps = tuple(progress.track(opened, total=len(opened), task="reading"))
     mapper, listener = chosen.build(opened.rig, settings), EchoListener(opened.rig)
+    mapped: list[Sweep] = []
     with collect_events() as events, ExitStack() as shown:
 
         def follow(cleaned: Sequence[Sweep]) -> Iterator[Sweep]:
+            mapped.extend(cleaned)
             yield from listener.listen(progress.track(cleaned, total=len(cleaned), task="mapping"))
             shown.enter_context(progress.busy("putting the map together"))
 
@@ -95,7 +97,7 @@ def map_source(
             conventions=conventions,
         ),
         rig=opened.rig,
-        sweeps=sweeps,
+        sweeps=tuple(mapped),
         times=listener.times,
         decisions=decisions,
         grid=grid_of(mapper),
