@@ -74,10 +74,9 @@ def _find(name: str, topics: Iterable[Topic]) -> Topic:
 
 
 def _readings(topics: Sequence[Topic], options: BagOptions) -> tuple[Topic, ...]:
-    field = options.field("range")
     if not options.topics:
-        by_field = field is not None and field.topic
-        return (_find(by_field, topics),) if by_field else tuple(topic for topic in topics if topic.type == RANGE)
+        by_field = tuple(_find(field.topic, topics) for field in options.ranges)
+        return by_field or tuple(topic for topic in topics if topic.type == RANGE)
     found: dict[Topic, None] = {}
     for pattern in options.topics:
         found |= dict.fromkeys(_matching(pattern, topics))

@@ -79,16 +79,19 @@ _ROWS: Mapping[str, Callable[[Message], Iterator[Row]]] = {
 
 
 def _field_rows(message: Message, fields: list[Field]) -> Iterator[Row]:
-    body, stamp_ns = message.body, _stamp_ns(message.body)
-    numbers = {field.key: _number(_inner(body, field), field) for field in fields}
-    if "stamp" in numbers:
-        stamp_ns = round(numbers.pop("stamp") * 1e9)
-    for key, number in numbers.items():
-        if key == "range":
-            place, nan = SeriesKey(Role.READING, message.topic.name, _frame(body)), float("nan")
+    body, stamp_ns, nan = message.body, _stamp_ns(message.body), float("nan")
+    numbers = {field: _number(_inner(body, field), field) for field in fields}
+    for field, number in numbers.items():
+        if field.key == "stamp":
+            stamp_ns = round(number * 1e9)
+    has_several = sum(field.key == "range" for field in fields) > 1
+    for field, number in numbers.items():
+        if field.key == "range":
+            name = str(field).strip("/") if has_several else ""
+            place = SeriesKey(Role.READING, message.topic.name, _frame(body), name)
             yield Row(place, message.log_ns, stamp_ns, (number, nan, nan, nan, 0.0, 0.0))
         else:
-            yield Row(SeriesKey(Role.FIELD, message.topic.name, key), message.log_ns, stamp_ns, (number,))
+            yield Row(SeriesKey(Role.FIELD, message.topic.name, field.key), message.log_ns, stamp_ns, (number,))
 
 
 def _inner(body: Any, field: Field) -> Any:
@@ -130,9 +133,10 @@ def _number(value: Any, field: Field) -> float:
 
 
 def _yaw(turn: Any) -> float:
-    """Return the direction of the rotated x axis in the plane [rad]."""
+    """Return the direction of the rotated x axis in the plane [rad]; nan of a quaternion that was never set."""
     x, y, z, w = turn.x, turn.y, turn.z, turn.w
-    return float(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+    forward, left = w * w + x * x - y * y - z * z, 2.0 * (w * z + x * y)
+    return float(np.arctan2(left, forward)) if forward or left else float("nan")
 
 
 def _frame(body: Any) -> str:

@@ -68,22 +68,27 @@ def mountings_of(read: BagContents, readings: Readings, *, base: str) -> dict[Se
     stated = {mount.frame: np.array([mount.x, mount.y, mount.yaw]) for mount in read.options.mounts}
     found: dict[SeriesKey, Mounting] = {}
     for key, series in readings.items():
-        pose = stated.get(key.frame, stated.get(key.topic.strip("/")))
+        pose = next((stated[name] for name in _names_of(key) if name in stated), None)
         mounting = _transformed(read, key, series=series, base=base) if pose is None else _rigid(pose, len(series))
         found[key] = _turned(read, key, series=series, mounting=mounting)
     return found
+
+
+def _names_of(key: SeriesKey) -> list[str]:
+    """Name a sensor: by its field if its message has several, by its frame, by its topic."""
+    return [name for name in (key.child, key.frame, key.topic.strip("/")) if name]
 
 
 def _transformed(read: BagContents, key: SeriesKey, *, series: Series, base: str) -> Mounting:
     way = way_between(read.frames, base, end=key.frame) if key.frame else None
     if way is not None:
         return _along(way, series.stamps_ns, key=key, path=read.path)
-    if read.options.field("range") is not None and not read.frames.names:
+    if len(read.options.ranges) == 1 and not read.frames.names:
         # Messages of a type of its own, and not a word about frames: a sensor at the middle of its robot.
         return replace(_rigid(identity(), len(series)), is_assumed=True)
-    name = key.frame or key.topic.strip("/")
     problem = f"there is no transform from {base} to {key.frame}" if key.frame else "its messages name no frame"
-    remedy = f"record /tf_static (and /tf), or state where it is mounted: --mount {name}=X,Y,YAW [m, m, rad]"
+    mount = f"state where it is mounted: --mount {_names_of(key)[0]}=X,Y,YAW [m, m, rad]"
+    remedy = f"record /tf_static (and /tf), {mount}, or name the other topics with --topic"
     raise InputError(read.path, problem, place=key.topic, remedy=remedy)
 
 

@@ -65,7 +65,7 @@ class Mount:
     Parameters
     ----------
     frame : str
-        Frame of the sensor.
+        Frame of the sensor, or what else names it.
     x, y, yaw : float
         Its pose in the frame of the base [m, m, rad].
     """
@@ -89,7 +89,8 @@ class BagOptions:
     fields : tuple of Field, optional
         Quantities that come from fields of messages of any type, or are constant.
     mounts : tuple of Mount, optional
-        Mounting of sensors, instead of the transforms in the bag.
+        Mounting of sensors, instead of the transforms in the bag; a sensor is named by its frame, its topic or, if
+        its range is a field, by topic and field.
     """
 
     topics: tuple[str, ...] = ()
@@ -100,6 +101,11 @@ class BagOptions:
     def field(self, key: str) -> Field | None:
         """Return where a quantity comes from if the user says so."""
         return next((field for field in self.fields if field.key == key), None)
+
+    @property
+    def ranges(self) -> tuple[Field, ...]:
+        """The fields with ranges: one for each sensor."""
+        return tuple(field for field in self.fields if field.key == "range")
 
     def constant(self, key: str) -> float | None:
         """Return the value of a quantity if the user says that it is constant."""
@@ -148,7 +154,8 @@ def parse_bag_options(
     parsed = tuple(map(_parse_field, fields))
     keys = [field.key for field in parsed]
     for key in keys:
-        if keys.count(key) > 1:
+        # Every range is that of a sensor of its own.
+        if keys.count(key) > 1 and (key != "range" or len(set(parsed)) < len(parsed)):
             raise InputError("--field", f"{key} is given {keys.count(key)} times", remedy="give it once")
     return BagOptions(
         topics=tuple(topics),

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 
-from echoplan.arrays import BoolArray
 from echoplan.errors import InputError
 from echoplan.io.files import by_name
 from echoplan.io.ros.contents import BagContents, read_contents
@@ -16,6 +15,7 @@ from echoplan.io.ros.sensors import sensor_of
 from echoplan.io.ros.series import SeriesKey
 from echoplan.io.ros.sweeps import PingColumns, split_into_sweeps
 from echoplan.io.ros.trajectory import Trajectory, poses_at, trajectory_of
+from echoplan.io.units import WIDEST
 from echoplan.model import Recording, Rig
 
 __all__ = ["read_bag", "recording_of"]
@@ -58,10 +58,7 @@ def recording_of(read: BagContents) -> Recording:
     mounted = mountings_of(read, readings, base=trajectory.base)
     mountings = {key: mounting for key, mounting in mounted.items() if mounting.is_level}
     turret = _common_turret(mountings, path=path)
-    pings, known = _pings(read, mountings, readings=readings, trajectory=trajectory)
-    if not known.any():
-        problem = "the robot's pose is not known at the time of any reading"
-        raise InputError(path, problem, remedy=f"record the readings and {trajectory.origin} at the same time")
+    pings, lost = _pings(read, mountings, readings=readings, trajectory=trajectory)
     sensors = tuple(
         sensor_of(read, key, series=readings[key], mounting=mounting, sensor_id=number)
         for number, (key, mounting) in enumerate(mountings.items())
@@ -74,15 +71,15 @@ def recording_of(read: BagContents) -> Recording:
         if mounting.is_assumed
     ]
     notes += [f"{key.frame} points at the floor or the ceiling and is left out." for key in mounted.keys() - mountings]
-    if not known.all():
-        lost = int(np.count_nonzero(~known))
-        notes.append(f"{lost} of {len(known)} readings are left out: the pose or the servo angle then is not known.")
+    if lost:
+        total = lost + len(pings)
+        notes.append(f"{lost} of {total} readings are left out: the pose or the servo angle then is not known.")
     notes += notes_about_ranges({key: readings[key] for key in mountings}, read.options)
     return Recording(
         # Python makes lone surrogates of the bytes of a name that is no UTF-8, and no other text may hold them.
         name=path.resolve().name.encode(errors="replace").decode(),
         rig=Rig(name=f"sensors in {path.name}", sensors=sensors, base_from_turret=turret.base_from_turret),
-        sweeps=split_into_sweeps(pings[known]),
+        sweeps=split_into_sweeps(pings),
         notes=tuple(notes),
     )
 
@@ -101,13 +98,13 @@ def _common_turret(mountings: Mapping[SeriesKey, Mounting], *, path: Path) -> Mo
 
 def _pings(
     read: BagContents, mountings: Mapping[SeriesKey, Mounting], *, readings: Readings, trajectory: Trajectory
-) -> tuple[PingColumns, BoolArray]:
-    """Gather the pings of all sensors, and whether the pose and the servo angle of each are known."""
-    parts, known = [], []
+) -> tuple[PingColumns, int]:
+    """Gather the pings of all sensors whose pose and servo angle are known, and count the others."""
+    parts, whether = [], []
     for number, (key, mounting) in enumerate(mountings.items()):
         series = readings[key]
         poses, on_way = poses_at(trajectory, read, stamps_ns=series.stamps_ns)
-        known.append(on_way & mounting.known)
+        whether.append(on_way & mounting.known)
         parts.append(
             PingColumns(
                 stamps_ns=series.stamps_ns,
@@ -119,4 +116,13 @@ def _pings(
         )
     names = ("stamps_ns", "sensor_ids", "servo_angles", "ranges", "map_from_base")
     joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-    return PingColumns(**joined), np.concatenate(known)
+    known = np.concatenate(whether)
+    pings = PingColumns(**joined)[known]
+    if not known.any():
+        problem = "the robot's pose is not known at the time of any reading"
+        raise InputError(read.path, problem, remedy=f"record the readings and {trajectory.origin} at the same time")
+    way = np.ptp(pings.map_from_base[:, :2], axis=0).max()
+    if way > WIDEST:
+        problem = f"the poses lie up to {way:.3g} m apart, and echoplan maps at most {WIDEST:g} m"
+        raise InputError(read.path, problem, place=trajectory.origin, remedy="cut the bag where the position jumps")
+    return pings, len(known) - len(pings)

@@ -1,5 +1,6 @@
 """Numbers of a topic over time: readings, poses, transforms and fields as arrays."""
 
+from array import array
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -25,7 +26,10 @@ class Role(Enum):
 
 
 class SeriesKey(NamedTuple):
-    """What a series is about: its topic and, of a transform or a pose, the parent and the child frame."""
+    """What a series is about: its topic and, of a transform or a pose, the parent and the child frame.
+
+    Of a reading ``frame`` is the frame of the sensor, and ``child`` the field if there are several in a message.
+    """
 
     role: Role
     topic: str
@@ -75,16 +79,22 @@ class Series:
 
 def as_contents(rows: Iterable[Row]) -> dict[SeriesKey, Series]:
     """Gather rows by what they are about."""
-    gathered: defaultdict[SeriesKey, list[Row]] = defaultdict(list)
-    for row in rows:
-        gathered[row.key].append(row)
+    # Numbers in arrays: an hour of transforms has millions.
+    gathered: defaultdict[SeriesKey, tuple[array[int], array[int], array[float]]] = defaultdict(
+        lambda: (array("q"), array("q"), array("d"))
+    )
+    for key, log_ns, stamp_ns, values in rows:
+        logs, stamps, numbers = gathered[key]
+        logs.append(log_ns)
+        stamps.append(stamp_ns)
+        numbers.extend(values)
     return {
         key: Series(
-            log_ns=np.array([row.log_ns for row in own], dtype=np.int64),
-            stamps_ns=np.array([row.stamp_ns for row in own], dtype=np.int64),
-            values=np.array([row.values for row in own], dtype=np.float64),
+            log_ns=np.array(logs, dtype=np.int64),
+            stamps_ns=np.array(stamps, dtype=np.int64),
+            values=np.array(numbers, dtype=np.float64).reshape(len(logs), -1),
         )
-        for key, own in gathered.items()
+        for key, (logs, stamps, numbers) in gathered.items()
     }
 
 

@@ -56,7 +56,7 @@ class BagSensor:
     Parameters
     ----------
     topic, frame : str
-        Its topic, and the frame that its messages name.
+        Its topic, with the field if that has the range, and the frame that its messages name.
     readings : int
         How many there are.
     field_of_view, min_range, max_range : float
@@ -175,8 +175,9 @@ def _frames_by_topic(read: BagContents) -> dict[str, str]:
     """Name the frames of each topic that was read: those of poses and transforms as parent > child."""
     named: dict[str, list[str]] = {}
     for key in read.series:
+        is_pair = key.child and key.role is not Role.READING
         if key.role is not Role.FIELD and key.frame:
-            named.setdefault(key.topic, []).append(f"{key.frame} > {key.child}" if key.child else key.frame)
+            named.setdefault(key.topic, []).append(f"{key.frame} > {key.child}" if is_pair else key.frame)
     return {
         topic: ", ".join(names[:_SHOWN]) + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
         for topic, names in named.items()
@@ -188,7 +189,7 @@ def _sensor(read: BagContents, key: SeriesKey, *, series: Series, mounting: Moun
     stated = {name: read.options.constant(name) for name in ("field_of_view", "min_range", "max_range")}
     view, least, most = (float(series.column(name)[0]) if value is None else value for name, value in stated.items())
     return BagSensor(
-        topic=key.topic,
+        topic=f"/{key.child}" if key.child else key.topic,
         frame=key.frame,
         readings=len(series),
         field_of_view=view,

@@ -54,12 +54,18 @@ def trajectory_of(read: BagContents) -> Trajectory:
     """
     base = base_frame_of(read)
     found = read.of_role(Role.POSE)
-    if found:
-        # A topic whose frames change speaks of several robots or maps; the one it speaks of most is meant.
-        key = max(found, key=lambda each: len(found[each]))
-        return Trajectory(origin=key.topic, base=base, series=_finite(found[key]))
+    if len(found) > 1:
+        pairs = ", ".join(f"{key.frame} > {key.child}" for key in found)
+        problem, remedy = f"its poses are of several frames: {pairs}", "name another topic with --odom"
+        raise InputError(read.path, problem, place=next(iter(found)).topic, remedy=remedy)
+    for key, series in found.items():
+        return Trajectory(origin=key.topic, base=base, series=_finite(read, series, place=key.topic))
     if all(read.options.field(key) for key in ("x", "y", "yaw")):
         return Trajectory(origin="--field", base=base, series=None)
+    return _of_transforms(read, base)
+
+
+def _of_transforms(read: BagContents, base: str) -> Trajectory:
     for world in _WORLDS:
         way = way_between(read.frames, world, end=base)
         if way and not all(step.is_fixed for step in way):
@@ -83,14 +89,18 @@ def poses_at(trajectory: Trajectory, read: BagContents, *, stamps_ns: IntArray) 
         if constant is not None:
             poses[:, place] = constant
         elif series is not None:
-            column, within = interpolate(_finite(series), stamps_ns, angles=(0,) if key == "yaw" else ())
+            numbers = _finite(read, series, place=f"--field {key}")
+            column, within = interpolate(numbers, stamps_ns, angles=(0,) if key == "yaw" else ())
             poses[:, place], known = column[:, 0], known & within
     return poses, known
 
 
-def _finite(series: Series) -> Series:
+def _finite(read: BagContents, series: Series, *, place: str) -> Series:
+    """Leave out what is not known; refuse a series of nothing else."""
     kept = np.isfinite(series.values).all(axis=1)
-    # A topic without any is as good as one of a single unknown pose.
+    if not kept.any():
+        problem = "none of its poses is one of finite numbers and an orientation that was set"
+        raise InputError(read.path, problem, place=place, remedy=f"name another topic with --odom; {_STAND_STILL}")
     return Series(log_ns=series.log_ns[kept], stamps_ns=series.stamps_ns[kept], values=series.values[kept])
 
 
@@ -104,6 +114,8 @@ def _of_way(way: Sequence[Step]) -> Series:
 
 def _in_gap(series: Series, stamps_ns: IntArray) -> BoolArray:
     """Return which times lie between two poses so far apart in time that the way between is unknown."""
+    if not len(series):
+        return np.zeros(len(stamps_ns), dtype=np.bool_)
     steps = np.diff(series.values, axis=0)
     moved = (np.hypot(steps[:, 0], steps[:, 1]) > _STILL) | (np.abs(np.sin(steps[:, 2] / 2)) > _STILL_TURN / 2)
     is_gap = np.append((np.diff(series.stamps_ns) > _LONGEST_GAP_NS) & moved, False)

@@ -76,6 +76,16 @@ def test_a_stated_mounting_needs_no_note(bag: Path) -> None:
     assert found.notes == ()
 
 
+def test_a_message_may_have_the_ranges_of_several_sensors(bag: Path) -> None:
+    fields = ["range=/echo.raw[1]", "range=/echo.millimetres*0.001", *STANDING, *HC_SR04]
+    with pytest.raises(InputError, match=r"there is no transform from base_link to head; rec.*: --mount echo\.mill"):
+        read_bag(bag, parse_bag_options(fields=fields))
+    mounts = ["echo.raw[1]=0.1,0,0", "echo.millimetres=0,0.1,1.5"]
+    found = read_bag(bag, parse_bag_options(fields=fields, mounts=mounts))
+    assert found.rig.turret_from_sensors.tolist() == [[0.0, 0.1, 1.5], [0.1, 0.0, 0.0]]
+    np.testing.assert_allclose([sweep.ranges for sweep in found][1], [1.501, 3.0])
+
+
 def test_yaw_may_come_from_a_compass(bag: Path) -> None:
     fields = ["range=/echo.raw[1]", "x=1", "y=2", "yaw=/echo.orientation", *HC_SR04]
     poses = np.concatenate([sweep.map_from_base for sweep in read_bag(bag, parse_bag_options(fields=fields))])
@@ -153,8 +163,9 @@ def test_an_unknown_quantity_or_topic_is_refused_with_the_nearest(bag: Path) -> 
         parse_bag_options(fields=["rnge=/echo.raw[1]"])
     with pytest.raises(UnknownNameError, match="unknown topic '/ecco'; did you mean '/echo'"):
         read_bag(bag, parse_bag_options(fields=["range=/ecco.raw[1]", *STANDING]))
-    with pytest.raises(InputError, match="--field: x is given 2 times; give it once"):
-        parse_bag_options(fields=["x=0", "x=1"])
+    for fields in (["x=0", "x=1"], ["range=/echo.raw[1]"] * 2):
+        with pytest.raises(InputError, match=r"--field: (x|range) is given 2 times; give it once"):
+            parse_bag_options(fields=fields)
 
 
 @pytest.mark.parametrize(

@@ -244,6 +244,31 @@ def test_a_scan_that_is_named_is_a_pass_of_a_servo(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.rig.base_from_turret, [0.1, 0.0, 0.0])
 
 
+def test_other_types_of_poses_are_read_where_they_are_named(tmp_path: Path) -> None:
+    def localised() -> Iterator[Sent]:
+        for each in driving_along_x():
+            pose = ROBOT.make("geometry_msgs/msg/PoseStamped", header=each.message.header, pose=each.message.pose.pose)
+            yield Sent("/pose", each.log_ns, pose)
+
+    path = written(tmp_path, facing_ahead(), localised())
+    with pytest.raises(InputError, match="nothing in it says where the robot was"):
+        read_bag(path)
+    found = read_bag(path, parse_bag_options(odometry="/pose"))
+    assert found.sweeps[-1].map_from_base[0, 0] == pytest.approx(1.0)
+
+
+def test_an_orientation_that_was_never_set_is_no_pose(tmp_path: Path) -> None:
+    nothing = ROBOT.make("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=0.0, w=0.0)
+
+    def unset() -> Iterator[Sent]:
+        for each in driving_along_x():
+            pose = replace(each.message.pose, pose=replace(each.message.pose.pose, orientation=nothing))
+            yield each._replace(message=replace(each.message, pose=pose))
+
+    with pytest.raises(InputError, match="/odom: none of its poses is one of finite numbers and an ori"):
+        read_bag(written(tmp_path, facing_ahead(), unset()))
+
+
 def sliding() -> Iterator[Sent]:
     """A sensor on a slide."""
     for number in range(2):
@@ -275,14 +300,14 @@ REFUSED = {
     "no transform": (
         [facing_ahead(), driving_along_x(child="base_footprint")],
         {},
-        """run.mcap, /range: there is no transform from base_footprint to sonar; record /tf_static (and /tf), or state
-        where it is mounted: --mount sonar=X,Y,YAW [m, m, rad]""",
+        """run.mcap, /range: there is no transform from base_footprint to sonar; record /tf_static (and /tf), state
+        where it is mounted: --mount sonar=X,Y,YAW [m, m, rad], or name the other topics with --topic""",
     ),
     "no frame": (
         [facing_ahead(frame=""), driving_along_x()],
         {},
-        """run.mcap, /range: its messages name no frame; record /tf_static (and /tf), or state where it is mounted:
-        --mount range=X,Y,YAW [m, m, rad]""",
+        """run.mcap, /range: its messages name no frame; record /tf_static (and /tf), state where it is mounted:
+        --mount range=X,Y,YAW [m, m, rad], or name the other topics with --topic""",
     ),
     "no beam": (
         [facing_ahead(view=0.0), driving_along_x()],
@@ -371,3 +396,18 @@ def test_readings_and_poses_must_overlap(tmp_path: Path) -> None:
     still = [Sent("/odom", later, ROBOT.odometry((0.0, 0.0, 0.0), stamp_ns=later))]
     with pytest.raises(InputError, match="pose is not known at the time of any reading; record the readings and /odom"):
         read_bag(written(tmp_path, facing_ahead(), iter(still)))
+
+
+def test_a_position_that_jumps_out_of_the_world_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(
+        InputError, match=r"/odom: the poses lie up to 1e\+05 m apart, and echoplan maps at most 10000 m"
+    ):
+        read_bag(written(tmp_path, facing_ahead(), driving_along_x(speed=100_000.0)))
+
+
+def test_a_topic_of_two_robots_is_refused(tmp_path: Path) -> None:
+    path = written(tmp_path, facing_ahead(), driving_along_x(), driving_along_x(child="other"))
+    with pytest.raises(
+        InputError, match=r"/odom: its poses are of several frames: odom > base_link, odom > other; name"
+    ):
+        read_bag(path)
