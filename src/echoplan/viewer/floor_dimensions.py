@@ -1,7 +1,7 @@
 """Which lengths a floor plan states, and where: chains outside the building, the rest inside rooms."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,8 +22,6 @@ _PARALLEL, _ALIGNED = 0.9994, 4.0
 _SHORTEST = 16.0
 # A dimension whose ends lie beside those of another one to this [mm] says the same.
 _SAME = 2.5
-
-
 # Start and end of a side of which nothing is unsure.
 _NEITHER = (False, False)
 
@@ -96,14 +94,10 @@ def _sides(feature_map: FeatureMap, sheet: FloorSheet, *, outward: FloatArray, d
     ]
     for opening in feature_map.openings:
         ends = sheet.on_paper(opening.endpoints_xy)
-        own = _Side(ends=ends, normal=directions(lines_through(*ends)[0]), depth=0.0, length=opening.width)
-        sides.append(
-            replace(
-                sides[opening.walls[0]], ends=ends, length=opening.width, is_inferred=_NEITHER, is_unobserved=_NEITHER
-            )
-            if opening.walls
-            else own
-        )
+        # Beside the wall that it interrupts.
+        wall = sides[opening.walls[0]] if opening.walls else None
+        normal, depth = (wall.normal, wall.depth) if wall else (directions(lines_through(*ends)[0]), 0.0)
+        sides.append(_Side(ends=ends, normal=normal, depth=depth, length=opening.width))
     return sides
 
 
@@ -132,7 +126,7 @@ def _is_outer(sides: Sequence[_Side], *, obstacles: FloatArray) -> BoolArray:
 
 
 def _runs(sides: Sequence[_Side]) -> list[list[_Side]]:
-    """Group sides that share a row of dimensions; the longest group first, each in the order along it."""
+    """Group sides that share a row of dimensions; the longest group first."""
     runs = list[list[_Side]]()
     for side in sides:
         level = float(side.ends.mean(axis=0) @ side.normal)

@@ -27,13 +27,13 @@ __all__ = ["FILL", "SIGNS", "STROKES", "TitleBlock", "draw_foot", "foot_height"]
 _Edges: TypeAlias = tuple[float, float, float, float]
 
 # Heights of the warning, of the strip with the scale bar, and of the two rows of the title block [mm].
-_WARNING, _STRIP, _ROW = 8.0, 14.0, 9.0
+_WARNING, _STRIP, _ROW = 8.0, 16.0, 9.0
 # The scale bar is at least so long, in this many parts; arrows of the axes, and a sample in the legend [mm].
 _BAR, _PARTS, _ARROW, _SAMPLE = 30.0, 4, 7.0, 8.0
 # Letters [pt] and lines [pt].
 _TITLE, _TEXT, _SMALL, _THIN = 11.0, 7.5, 5.5, 0.5
-# Rows of the legend.
-_ROWS = 4
+# Rows of the legend: all signs in two columns, which fit on A4.
+_ROWS = 5
 
 # The look of the strokes of a floor plan: lines of 0.5 mm for what was detected, thinner ones for the rest.
 FILL = "#c3c9d2"
@@ -49,7 +49,7 @@ STROKES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
 SIGNS: Mapping[str, str] = MappingProxyType(
     {
         "wall": "wall: the face that was detected",
-        "number": "wall, opening, cylinder in the tables",
+        "number": "number as in the tables",
         "opening": "opening, such as a door",
         "inferred": "inferred, not detected",
         "unobserved": "unobserved: wall or opening",
@@ -59,7 +59,7 @@ SIGNS: Mapping[str, str] = MappingProxyType(
         "at least": "length up to an unobserved end",
     }
 )
-SAMPLES: Mapping[str, str] = MappingProxyType(
+_SAMPLES: Mapping[str, str] = MappingProxyType(
     {"number": "0 O0 C0", "brackets": "(2.10)", "at least": "\N{GREATER-THAN OR EQUAL TO} 2.10"}
 )
 
@@ -204,7 +204,7 @@ def _draw_sample(axes: Axes, place: tuple[float, float], *, sign: str) -> None:
             "color": INK,
             "fontfamily": FONT,
         }
-        axes.text(x + _SAMPLE / 2, y, SAMPLES[sign], **words)
+        axes.text(x + _SAMPLE / 2, y, _SAMPLES[sign], **words)
 
 
 def _box(axes: Axes, box: _Edges, *, facecolor: str = "white") -> Rectangle:

@@ -4,17 +4,20 @@ import re
 import zlib
 from dataclasses import replace
 from io import BytesIO
+from itertools import combinations
 
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
+from matplotlib.transforms import Bbox
 from PIL import Image
 
 from echoplan.model import FeatureMap, Quality, Verdict
 from echoplan.viewer import Plan, floor_plan_pdf, floor_plan_png
 from echoplan.viewer.floor_plan import floor_plan_figure
 from echoplan.viewer.palette import TRUTH
+from echoplan.viewer.title_block import SIGNS
 from helpers import maps
 from helpers.drawings import full_plan, gapped_map
 
@@ -125,6 +128,38 @@ def test_a_corner_is_marked_where_no_wall_ends() -> None:
 
 def test_an_empty_map_says_that_no_walls_were_found() -> None:
     assert "No walls found" in words(axes_of(Plan(feature_map=FeatureMap(method="joint"))))
+
+
+def crowded(height: float) -> Plan:
+    """A map with every sign there is, as high as given: on A4 it lies across or upright."""
+    found = gapped_map()
+    top = maps.wall([0.0, height], [3.0, height])
+    features = (maps.corner([2.0, 1.0]), maps.corner([4.0, 1.5]))
+    columns = (maps.cylinder([1.0, 2.0], 0.1), maps.cylinder([5.0, 1.0], 0.2))
+    walls = (*found.walls, replace(top, endpoint_sigmas=np.array([0.1, np.nan])))
+    found = replace(found, walls=walls, corners=features, cylinders=columns, quality=FAILED)
+    return Plan(feature_map=found)
+
+
+@pytest.mark.parametrize("height", [3.0, 9.0, 30.0])
+def test_no_text_covers_another_or_leaves_the_page(height: float) -> None:
+    axes = axes_of(crowded(height), name="A name of many words " * 5, date="2026-11-27")
+    assert {*SIGNS.values()} <= set(words(axes))
+    axes.figure.canvas.draw()
+    boxes = dict[str, Bbox]()
+    for number, text in enumerate(each for each in axes.texts if each.get_text()):
+        # Names of cells end at the edge of their cell.
+        clip = text.get_clip_box() if text.get_clip_on() else None
+        seen = Bbox.intersection(text.get_window_extent(), clip or axes.bbox)
+        assert seen is not None, text.get_text()
+        boxes[f"{number} {text.get_text()}"] = seen
+    overlapping = []
+    for one, other in combinations(boxes, 2):
+        common = Bbox.intersection(boxes[one], boxes[other])
+        # A pixel is nothing.
+        if common is not None and min(common.width, common.height) > 1.0:
+            overlapping.append((one, other))
+    assert overlapping == []
 
 
 @pytest.mark.parametrize(
