@@ -3,15 +3,16 @@
 import re
 from collections import Counter
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
-from echoplan.arrays import FloatArray
+from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.errors import InputError
 from echoplan.io.text_logs.facts import Skipped
 from echoplan.io.text_logs.records import Item, PlaceLine, Reading, skipped_line
 
-__all__ = ["check_lost_places", "without_damage"]
+__all__ = ["check_gaps", "check_lost_places", "without_damage"]
 
 # Where nearly all distances are printed with one number of decimals, this share of others was cut off or run together;
 # of fewer distances than so many nothing can be said.
@@ -22,6 +23,10 @@ _REGULAR = 0.95
 _ROUNDING = 0.02
 # Steps of the angle from which it is a jump: a few readings may be missing.
 _JUMP = 5
+# Share of the span of angles that may be missing within a sweep: from more of them, a place may be missing, too.
+_LOST = 0.2
+# Lines between one that may have been a place and a new sweep.
+_NEAR = 3
 # The beginning of a line that may have been a place.
 _NUMBERS = re.compile(r"[-+]?\d[\d.]*\s*[,;\t ]\s*[-+\d]")
 
@@ -29,6 +34,7 @@ _NUMBERS = re.compile(r"[-+]?\d[\d.]*\s*[,;\t ]\s*[-+\d]")
 def without_damage(items: Sequence[Item]) -> list[Item]:
     """Skip what cannot be a reading or a place beside its neighbours."""
     whole = _skip(items, _cut_numbers(items), reason="its distance has not as many decimals as the others")
+    whole = _skip(whole, _rare_blanks(whole), reason="its distance is missing, which is rare in this log")
     whole = _skip(whole, _lone_angles(whole), reason="its angle does not belong between those around it")
     return _skip(whole, _false_places(whole), reason="it interrupts a sweep: two readings that ran together?")
 
@@ -51,6 +57,18 @@ def _cut_numbers(items: Sequence[Item]) -> set[int]:
     return {index for index, decimals in found.items() if decimals - {usual}}
 
 
+def _rare_blanks(items: Sequence[Item]) -> set[int]:
+    """Return where there is no distance although nearly all lines have one: then it was cut off."""
+    readings = [index for index, item in enumerate(items) if isinstance(item, Reading)]
+    blank = {
+        index
+        for index, item in enumerate(items)
+        if isinstance(item, Reading) and any(cell.decimals is None for cell in item.cells)
+    }
+    is_rare = len(readings) >= _FEWEST and len(blank) <= max(1, _CUT_OFF * len(readings))
+    return blank if is_rare else set()
+
+
 def _lone_angles(items: Sequence[Item]) -> set[int]:
     """Return where an angle lies far off both neighbours although all others go in even steps."""
     places = [index for index, item in enumerate(items) if isinstance(item, Reading)]
@@ -71,9 +89,8 @@ def _false_places(items: Sequence[Item]) -> set[int]:
         seen += isinstance(item, Reading)
         if isinstance(item, PlaceLine):
             places += 1
-            around = np.diff(angles[max(seen - 2, 0) : seen + 2])
-            turn = np.sign(around)
-            is_inside = len(around) == 3 and abs(turn.sum()) == 3 and abs(around[1]) <= _JUMP * step
+            around = np.diff(angles[max(seen - 2, 0) : seen + 1])
+            is_inside = len(around) == 2 and around.prod() > 0.0 and abs(around[1]) <= _JUMP * step
             inside |= {index} if is_inside else set()
     return inside if 2 * len(inside) <= places else set()
 
@@ -81,16 +98,16 @@ def _false_places(items: Sequence[Item]) -> set[int]:
 def check_lost_places(items: Sequence[Item]) -> None:
     """Refuse a log in which a sweep begins after a line that may have been a place: its pings would be misplaced."""
     step = _even_step(_angles(items)) if PlaceLine in map(type, items) else 0.0
-    run, lost = list[float](), None
-    for item in items:
+    run, lost = list[float](), -_NEAR - 1
+    for index, item in enumerate(items):
         if isinstance(item, Skipped):
-            lost = item if _NUMBERS.match(item.text) else lost
+            lost = index if _NUMBERS.match(item.text) else lost
             continue
         run = [*run[-2:], item.angle] if isinstance(item, Reading) else []
-        if lost and _begins_anew(run, step):
+        if index - lost <= _NEAR and _begins_anew(run, step):
+            line = items[lost]
             remedy = "write it as x,y,heading, or delete it if it is none"
-            raise InputError(lost.place, f"{lost.text!r} may be a place that was not written whole", remedy=remedy)
-        lost = None
+            raise InputError(line.place, f"{line.text!r} may be a place that was not written whole", remedy=remedy)
 
 
 def _begins_anew(angles: Sequence[float], step: float) -> bool:
@@ -99,6 +116,36 @@ def _begins_anew(angles: Sequence[float], step: float) -> bool:
         return False
     before, now = np.diff(angles)
     return bool(abs(now) > _JUMP * step or before * now <= 0.0)
+
+
+def check_gaps(items: Sequence[Item]) -> None:
+    """Refuse a log in which a sweep begins in its middle: lines are missing, and perhaps a place among them."""
+    used = [item for item in items if not isinstance(item, Skipped)]
+    readings = [item for item in used if isinstance(item, Reading)]
+    angles, places = _angles(items), len(used) - len(readings)
+    step = _even_step(angles)
+    if not step or not places:
+        return
+    moved = [isinstance(before, PlaceLine) for before, item in pairwise(used) if isinstance(item, Reading)]
+    gaps = _gaps(angles, np.array(moved[1 - len(readings) :]), step=step)
+    # Places that are typed while the servo sweeps on interrupt most sweeps.
+    if 0 < len(gaps) <= places / 2:
+        before, angle = angles[gaps[0] : gaps[0] + 2]
+        problem = f"a sweep begins in its middle (the angle goes from {before:g} to {angle:g}): lines are missing"
+        remedy = "write the place that is missing before it, or delete the sweep"
+        raise InputError(readings[gaps[0] + 1].place, problem, remedy=remedy)
+
+
+def _gaps(angles: FloatArray, moved: BoolArray, *, step: float) -> IntArray:
+    """Return after which angles a sweep begins in its middle; ``moved``, shape (n - 1,): a place lies between."""
+    steps, now = np.diff(angles), angles[1:]
+    before, after = np.append(0.0, steps[:-1]), np.append(steps[1:], 0.0)
+    # A sweep begins at one end of the angles and goes to the other.
+    is_low, is_high = now - angles.min() <= _JUMP * step, angles.max() - now <= _JUMP * step
+    begins = (is_low & (after >= 0.0)) | (is_high & (after <= 0.0))
+    goes_on = (steps * before > 0.0) & (np.abs(steps) <= _LOST * np.ptp(angles))
+    is_jump = (np.abs(steps) > _JUMP * step) & ~goes_on
+    return np.flatnonzero((moved | is_jump) & ~begins)
 
 
 def _angles(items: Sequence[Item]) -> FloatArray:

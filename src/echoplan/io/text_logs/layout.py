@@ -85,14 +85,27 @@ def _given(rows: Sequence[Row], options: LogOptions, *, source: str) -> Layout:
 
 def _named(rows: Sequence[Row]) -> Layout | None:
     """Recognise rows by labels, or by a header, that name a range; None if there are none."""
-    kinds = {row.names: columns_named(row.names) for row in rows if row.names}
-    if any(map(_has_range, kinds.values())):
-        return Layout(columns={names: each for names, each in kinds.items() if _is_useful(each)}, origin=Origin.STATED)
+    labelled = _labelled(rows)
+    if any(map(_has_range, labelled.values())):
+        return Layout(columns=labelled, origin=Origin.STATED)
     for row in rows[:_PREAMBLE]:
         columns = columns_named(row.cells)
         if _are_words(row) and _has_range(columns):
             return Layout(columns={len(columns): columns}, origin=Origin.STATED, headers=frozenset([row.cells]))
     return None
+
+
+def _labelled(rows: Sequence[Row]) -> dict[Key, tuple[Column, ...]]:
+    """Return the labels of readings and of places; a damaged line has others, so that only the commonest count."""
+    readings: dict[Key, tuple[Column, ...]] = {}
+    places: dict[Key, tuple[Column, ...]] = {}
+    for names, _ in Counter(row.names for row in rows if row.names).most_common():
+        columns = columns_named(names)
+        if _has_range(columns):
+            readings = readings or {names: columns}
+        elif {column.role for column in columns} == set(POSE_ROLES):
+            places = places or {names: columns}
+    return readings | places
 
 
 def _bare(rows: Sequence[Row], dialect: Dialect, *, options: LogOptions, source: str) -> Layout:
@@ -177,14 +190,6 @@ def _are_words(row: Row) -> bool:
 
 def _has_range(columns: Sequence[Column]) -> bool:
     return any(column.role is Role.RANGE for column in columns)
-
-
-def _is_useful(columns: Sequence[Column]) -> bool:
-    """Whether a line with these columns is a reading or a place."""
-    roles = {column.role for column in columns}
-    is_place = roles >= set(POSE_ROLES)
-    is_reading = Role.RANGE in roles
-    return is_place or is_reading
 
 
 def _check(layout: Layout, source: str) -> None:

@@ -37,7 +37,7 @@ def records_of(texts: Sequence[str]) -> tuple[list[Line], list[str]]:
     if sum(bool(_STAMP.match(line.text)) for line in lines) > _STAMPED * len(lines):
         lines = list(_without_stamps(lines))
         found.append("time stamps")
-    pieces = [piece for line in lines for piece in _split(line)]
+    pieces = [piece for line in lines if line.text.strip() for piece in _split(line)]
     if len(pieces) > len(lines):
         found.append("several readings a line")
     return pieces, found

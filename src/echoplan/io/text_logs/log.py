@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from echoplan.errors import InputError
+from echoplan.errors import InputError, InvalidValueError
 from echoplan.io.text_logs.angles import understood_angles
-from echoplan.io.text_logs.damage import check_lost_places, without_damage
+from echoplan.io.text_logs.damage import check_gaps, check_lost_places, without_damage
 from echoplan.io.text_logs.decoding import read_lines
 from echoplan.io.text_logs.dialect import recognise_dialect, rows_of
 from echoplan.io.text_logs.driving import has_wheels, understood_drive
@@ -100,17 +100,20 @@ def read_text_log(paths: Sequence[Path], options: LogOptions | None = None) -> T
     ranges, rig, range_facts = understood_ranges(records, using, rig=rig, between=between, source=source)
     stamps = [reading.stamp for reading in records.readings]
     times, time_fact = times_of_rows(stamps, sensors=len(rig.sensors), period=using.period)
-    sweeps = tuple(
-        Sweep(
-            index=number,
-            stamps_ns=np.rint(times[rows] * 1e9).astype(np.int64).ravel(),
-            sensor_ids=np.tile(rig.sensor_ids, len(rows)),
-            servo_angles=np.repeat(angles[rows], len(rig.sensors)),
-            ranges=ranges[rows].ravel(),
-            map_from_base=np.repeat(poses[rows], len(rig.sensors), axis=0),
+    try:
+        sweeps = tuple(
+            Sweep(
+                index=number,
+                stamps_ns=np.rint(times[rows] * 1e9).astype(np.int64).ravel(),
+                sensor_ids=np.tile(rig.sensor_ids, len(rows)),
+                servo_angles=np.repeat(angles[rows], len(rig.sensors)),
+                ranges=ranges[rows].ravel(),
+                map_from_base=np.repeat(poses[rows], len(rig.sensors), axis=0),
+            )
+            for number, rows in enumerate(np.split(np.arange(len(passes)), np.flatnonzero(np.diff(passes)) + 1))
         )
-        for number, rows in enumerate(np.split(np.arange(len(passes)), np.flatnonzero(np.diff(passes)) + 1))
-    )
+    except InvalidValueError as error:
+        raise InputError(source, str(error), remedy="check --columns and the units") from error
     name = paths[0].stem if len(paths) == 1 else paths[0].resolve().parent.name
     return TextLog(
         recording=Recording(name=name, rig=rig, sweeps=sweeps),
@@ -146,6 +149,7 @@ def _read_file(path: Path, options: LogOptions) -> tuple[Records, tuple[Fact, ..
     )
     items = without_damage(items_of(rows, grammar))
     check_lost_places(items)
+    check_gaps(items)
     kept = tuple(item for item in items if not isinstance(item, Skipped))
     records = Records(
         items=kept,
