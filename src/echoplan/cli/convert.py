@@ -22,8 +22,8 @@ __all__ = ["run"]
 # What a recording, or something that is opened like one, is known by; all else is a text log.
 _SOURCE_SUFFIXES = (".bag", ".mcap", ".db3")
 _LOG_SUFFIXES = (".txt", ".csv", ".log", ".dat", ".tsv", ".asc")
-# Skipped lines that are shown.
-_SHOWN = 3
+# Skipped lines that are shown, and how much of each.
+_SHOWN, _LONGEST = 3, 60
 
 
 def run(
@@ -220,7 +220,8 @@ def _show(log: "TextLog") -> None:
     readings = sum(len(sweep) for sweep in log.recording.sweeps)
     put(f"{readings} pings in {len(log.recording)} sweeps; {len(log.skipped)} of {log.lines} lines skipped")
     for line in log.skipped[:_SHOWN]:
-        put(f"  {line.place}: {line.text!r}: {line.reason}")
+        text = line.text if len(line.text) <= _LONGEST else f"{line.text[:_LONGEST]}..."
+        put(f"  {line.place}: {text!r}: {line.reason}")
     put()
     put(sketch_sweep(log.recording.sweeps[0], log.recording.rig))
 

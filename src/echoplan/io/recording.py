@@ -90,7 +90,8 @@ def read_recording(path: Path) -> RecordingFolder:
     with readable(path):
         if not path.is_dir():
             problem = "it is a file" if path.exists() else "there is no such folder"
-            raise InputError(path, problem, remedy="name a folder with pings.csv and rig.toml")
+            remedy = "name a folder with pings.csv and rig.toml; echoplan convert makes one of a text log"
+            raise InputError(path, problem, remedy=remedy)
     rig = read_rig(path / "rig.toml")
     table = Table.open(path / "pings.csv", PING_COLUMNS, optional=MEASURED)
     # Python makes lone surrogates of the bytes of a name that is no UTF-8, and no other text may hold them.

@@ -61,7 +61,7 @@ def read_cell(text: str, *, decimal: str) -> Cell | None:
         return None if value is None else Cell(value=value)
     number = match[1].replace(",", ".")
     _, _, fraction = number.partition(".")
-    return Cell(value=float(number), unit=unit_of(match[2] or ""), decimals=len(fraction))
+    return Cell(value=float(number), unit=unit_of(match[2]) if match[2] else "", decimals=len(fraction))
 
 
 def unit_of(word: str) -> str:

@@ -18,17 +18,17 @@ __all__ = ["check_gaps", "check_lost_places", "without_damage"]
 # of fewer distances than so many nothing can be said.
 _CUT_OFF, _FEWEST = 0.02, 20
 # Share of the steps of the angle that are equal, from which a jump shows a damaged line.
-_REGULAR = 0.95
+_REGULAR = 0.9
 # Part of a step by which rounding changes it.
 _ROUNDING = 0.02
-# Steps of the angle from which it is a jump: a few readings may be missing.
-_JUMP = 5
+# Steps of the angle from which it is a jump, for a few readings may be missing; for wide steps, share of their span.
+_JUMP, _WIDE = 5, 0.1
 # Share of the span of angles that may be missing within a sweep: from more of them, a place may be missing, too.
 _LOST = 0.2
 # Lines between one that may have been a place and a new sweep.
 _NEAR = 3
 # The beginning of a line that may have been a place.
-_NUMBERS = re.compile(r"[-+]?\d[\d.]*\s*[,;\t ]\s*[-+\d]")
+_NUMBERS = re.compile(r"[-+]?\d[\d.]*\s*[,;\t ]")
 
 
 def without_damage(items: Sequence[Item]) -> list[Item]:
@@ -73,9 +73,9 @@ def _lone_angles(items: Sequence[Item]) -> set[int]:
     """Return where an angle lies far off both neighbours although all others go in even steps."""
     places = [index for index, item in enumerate(items) if isinstance(item, Reading)]
     angles = _angles(items)
-    step = _even_step(angles)
-    jumps = np.abs(np.diff(angles)) > _JUMP * step
-    return {places[index + 1] for index in np.flatnonzero(jumps[:-1] & jumps[1:])} if step else set()
+    # Before the first reading anything may have been.
+    jumps = np.append(True, np.abs(np.diff(angles)) > _least_jump(angles))
+    return {places[index] for index in np.flatnonzero(jumps[:-1] & jumps[1:])}
 
 
 def _false_places(items: Sequence[Item]) -> set[int]:
@@ -84,38 +84,38 @@ def _false_places(items: Sequence[Item]) -> set[int]:
     A robot that says where it is before each reading interrupts all its sweeps: then they are places.
     """
     angles, seen, inside, places = _angles(items), 0, set[int](), 0
-    step = _even_step(angles)
+    jump = _least_jump(angles)
     for index, item in enumerate(items):
         seen += isinstance(item, Reading)
         if isinstance(item, PlaceLine):
             places += 1
             around = np.diff(angles[max(seen - 2, 0) : seen + 1])
-            is_inside = len(around) == 2 and around.prod() > 0.0 and abs(around[1]) <= _JUMP * step
+            is_inside = len(around) == 2 and around.prod() > 0.0 and abs(around[1]) <= jump < np.inf
             inside |= {index} if is_inside else set()
     return inside if 2 * len(inside) <= places else set()
 
 
 def check_lost_places(items: Sequence[Item]) -> None:
     """Refuse a log in which a sweep begins after a line that may have been a place: its pings would be misplaced."""
-    step = _even_step(_angles(items)) if PlaceLine in map(type, items) else 0.0
+    jump = _least_jump(_angles(items)) if PlaceLine in map(type, items) else np.inf
     run, lost = list[float](), -_NEAR - 1
     for index, item in enumerate(items):
         if isinstance(item, Skipped):
             lost = index if _NUMBERS.match(item.text) else lost
             continue
         run = [*run[-2:], item.angle] if isinstance(item, Reading) else []
-        if index - lost <= _NEAR and _begins_anew(run, step):
+        if index - lost <= _NEAR and np.isfinite(jump) and _turns_back(run):
             line = items[lost]
             remedy = "write it as x,y,heading, or delete it if it is none"
             raise InputError(line.place, f"{line.text!r} may be a place that was not written whole", remedy=remedy)
 
 
-def _begins_anew(angles: Sequence[float], step: float) -> bool:
-    """Whether the last of three angles begins another sweep: after a jump, or where the servo turns back."""
-    if len(angles) < 3 or not step:
+def _turns_back(angles: Sequence[float]) -> bool:
+    """Whether the servo turns back at the last of three angles, or flies back: a new sweep begins."""
+    if len(angles) < 3:
         return False
     before, now = np.diff(angles)
-    return bool(abs(now) > _JUMP * step or before * now <= 0.0)
+    return bool(before * now <= 0.0)
 
 
 def check_gaps(items: Sequence[Item]) -> None:
@@ -123,11 +123,11 @@ def check_gaps(items: Sequence[Item]) -> None:
     used = [item for item in items if not isinstance(item, Skipped)]
     readings = [item for item in used if isinstance(item, Reading)]
     angles, places = _angles(items), len(used) - len(readings)
-    step = _even_step(angles)
-    if not step or not places:
+    jump = _least_jump(angles)
+    if np.isinf(jump) or not places:
         return
     moved = [isinstance(before, PlaceLine) for before, item in pairwise(used) if isinstance(item, Reading)]
-    gaps = _gaps(angles, np.array(moved[1 - len(readings) :]), step=step)
+    gaps = _gaps(angles, np.array(moved[1 - len(readings) :]), jump=jump)
     # Places that are typed while the servo sweeps on interrupt most sweeps.
     if 0 < len(gaps) <= places / 2:
         before, angle = angles[gaps[0] : gaps[0] + 2]
@@ -136,15 +136,15 @@ def check_gaps(items: Sequence[Item]) -> None:
         raise InputError(readings[gaps[0] + 1].place, problem, remedy=remedy)
 
 
-def _gaps(angles: FloatArray, moved: BoolArray, *, step: float) -> IntArray:
+def _gaps(angles: FloatArray, moved: BoolArray, *, jump: float) -> IntArray:
     """Return after which angles a sweep begins in its middle; ``moved``, shape (n - 1,): a place lies between."""
     steps, now = np.diff(angles), angles[1:]
     before, after = np.append(0.0, steps[:-1]), np.append(steps[1:], 0.0)
     # A sweep begins at one end of the angles and goes to the other.
-    is_low, is_high = now - angles.min() <= _JUMP * step, angles.max() - now <= _JUMP * step
+    is_low, is_high = now - angles.min() <= jump, angles.max() - now <= jump
     begins = (is_low & (after >= 0.0)) | (is_high & (after <= 0.0))
     goes_on = (steps * before > 0.0) & (np.abs(steps) <= _LOST * np.ptp(angles))
-    is_jump = (np.abs(steps) > _JUMP * step) & ~goes_on
+    is_jump = (np.abs(steps) > jump) & ~goes_on
     return np.flatnonzero((moved | is_jump) & ~begins)
 
 
@@ -152,10 +152,10 @@ def _angles(items: Sequence[Item]) -> FloatArray:
     return np.array([item.angle for item in items if isinstance(item, Reading)])
 
 
-def _even_step(angles: FloatArray) -> float:
-    """Return the step of angles of which nearly all go in steps of one size, else 0."""
+def _least_jump(angles: FloatArray) -> float:
+    """Return from which size on a step between angles is a jump, if nearly all are of one size; else infinity."""
     steps = np.abs(np.diff(angles))
-    if not len(steps):
-        return 0.0
-    step = float(np.median(steps))
-    return step if np.mean((np.abs(steps - step) <= _ROUNDING * step) | (steps > _JUMP * step)) >= _REGULAR else 0.0
+    step = float(np.median(steps)) if len(steps) else 0.0
+    jump = min(_JUMP * step, max(2.5 * step, _WIDE * float(np.ptp(angles)))) if step > 0.0 else np.inf
+    is_even = np.mean((np.abs(steps - step) <= _ROUNDING * step) | (steps > jump)) >= _REGULAR if len(steps) else False
+    return jump if is_even else np.inf

@@ -48,8 +48,9 @@ class Row:
 
 
 def recognise_dialect(lines: Sequence[Line], *, decimal_comma: bool) -> Dialect:
-    """Return the dialect in which most lines are cells of numbers."""
-    texts = [line.text for line in lines[:: max(1, len(lines) // _SAMPLE)]]
+    """Return the dialect in which most lines without labels are cells of numbers."""
+    rows = [_row(line, Dialect(separator="", decimal=".")) for line in lines[:: max(1, len(lines) // _SAMPLE)]]
+    texts = [row.line.text for row in rows if not row.names]
     decimals = (",",) if decimal_comma else (".", ",")
     dialects = [Dialect(separator=each, decimal=decimal) for each in (*_SEPARATORS, "") for decimal in decimals]
     best = max(dialects, key=lambda dialect: _score(dialect, texts))
@@ -58,8 +59,19 @@ def recognise_dialect(lines: Sequence[Line], *, decimal_comma: bool) -> Dialect:
 
 
 def rows_of(lines: Sequence[Line], dialect: Dialect) -> list[Row]:
-    """Split all lines; a line of labels before numbers is split at these."""
-    return [_row(line, dialect) for line in lines]
+    """Split all lines; a line of labels before numbers is split at these, and lines of one label each are joined."""
+    rows: list[Row] = []
+    leader: tuple[str, ...] = ()
+    for row in (_row(line, dialect) for line in lines):
+        is_one = len(row.names) == 1
+        leader = leader or (row.names if is_one else ())
+        # "Angle: 10" and below it "Distance: 20 cm" are one reading; each begins with the label that came first.
+        is_next = is_one and row.names != leader and bool(rows) and rows[-1].names[:1] == leader
+        if is_next and row.names[0] not in rows[-1].names:
+            rows[-1] = replace(rows[-1], cells=rows[-1].cells + row.cells, names=rows[-1].names + row.names)
+        else:
+            rows.append(row)
+    return rows
 
 
 def _row(line: Line, dialect: Dialect) -> Row:

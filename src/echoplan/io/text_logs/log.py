@@ -176,10 +176,12 @@ def _facts(grammar: Grammar, *, encoding: str, removed: Sequence[str]) -> tuple[
 
 def _check_skipped(records: Records, source: str) -> None:
     """Refuse a log of which too much cannot be read."""
-    is_hopeless = len(records.skipped) > MOST_SKIPPED * records.lines or not records.readings
-    if records.skipped and is_hopeless:
+    lost, read = (sum(len(line.text) for line in lines) for lines in (records.skipped, records.readings))
+    is_hopeless = len(records.skipped) > MOST_SKIPPED * records.lines or lost > MOST_SKIPPED * (lost + read)
+    if records.skipped and (is_hopeless or not records.readings):
         first, share = records.skipped[0], f"more than {100.0 * MOST_SKIPPED:.0f} %"
-        problem = f"{len(records.skipped)} of {records.lines} lines cannot be read, {share}; this one: {first.reason}"
+        counted = f"{len(records.skipped)} of {records.lines} lines cannot be read"
+        problem = f"{counted}, {share} of the text; this one: {first.reason}"
         place = first.place.removeprefix(f"{source}, ")
         raise InputError(
             source, problem, place=place, remedy="state --columns, or delete the lines that are no readings"

@@ -13,15 +13,21 @@ __all__ = ["pass_numbers", "runs_of", "times_of_rows"]
 
 # Share of the span of angles by which a servo must have turned back for a new pass: a hand-turned sensor wavers.
 _TURNED_BACK = 0.2
+# Readings at a place by a robot that stops there.
+_FEWEST = 3
 # Steps of a servo are smaller; a flyback is larger [rad].
 _ACROSS = 0.5
 
 
 def runs_of(records: Records) -> tuple[IntArray, IntArray]:
-    """Return the numbers of run and file of each reading; a run ends at a place or with the file."""
+    """Return the numbers of run and file of each reading; a run ends with the file, and at a place.
+
+    A robot that says where it is all the time moves while its servo turns: then a place ends no run.
+    """
     is_reading = np.array([isinstance(item, Reading) for item in records.items])
     files = np.repeat(np.arange(len(records.counts)), records.counts)
-    runs = np.cumsum(~is_reading) + files
+    is_standing = (~is_reading).sum() * _FEWEST <= is_reading.sum()
+    runs = np.cumsum(~is_reading) + files if is_standing else files
     return runs[is_reading], files[is_reading]
 
 

@@ -18,8 +18,6 @@ __all__ = ["Grammar", "Item", "PlaceLine", "Reading", "Records", "items_of", "sk
 
 # Share of the numbers of a column that must have the same unit beside them; the others are damaged lines.
 _WITH_UNIT = 0.9
-# Characters of a skipped line that are shown.
-_SHOWN = 60
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -180,6 +178,5 @@ def _common_unit(column: Sequence[tuple[str, Row]], grammar: Grammar) -> str:
 
 
 def skipped_line(place: str, text: str, *, reason: str) -> Skipped:
-    """Return a line that is skipped, as it can be shown."""
-    shown = "".join(each if each.isprintable() else "?" for each in text)
-    return Skipped(place=place, text=shown if len(shown) <= _SHOWN else f"{shown[:_SHOWN]}...", reason=reason)
+    """Return a line that is skipped, without characters that a terminal obeys."""
+    return Skipped(place=place, text="".join(each if each.isprintable() else "?" for each in text), reason=reason)

@@ -1,6 +1,8 @@
 """Text logs: the same readings, however a program printed them, become the same pings; what is unclear is asked."""
 
+import contextlib
 import math
+import random
 from collections.abc import Callable
 from pathlib import Path
 
@@ -84,6 +86,7 @@ SAME: dict[str, list[str] | bytes] = {
     "units in Latin-1": "\n".join(sweep_lines("{angle}°,{cm}cm")).encode("latin-1"),
     "labels": sweep_lines("Angle: {angle}  Distance: {cm} cm"),
     "labels with commas": sweep_lines("angle={angle}, dist={cm}cm"),
+    "labels in lines of their own": sweep_lines("Angle: {angle}\nDistance: {cm} cm"),
     "labelled places": sweep_lines("Angle: {angle} Distance: {cm}cm", "x: {x} y: {y} heading: {heading}"),
     "tuples of Python": sweep_lines("({angle}, {cm})", "({x}, {y}, {heading})"),
     "dictionaries of Python": sweep_lines("{{'angle': {angle}, 'distance': {cm}}}"),
@@ -252,6 +255,48 @@ def test_a_servo_that_sweeps_to_and_fro_makes_a_sweep_of_each_pass(read: Callabl
     assert [len(sweep) for sweep in log.recording.sweeps] == [19, 18, 18]
 
 
+def test_a_robot_that_says_where_it_is_before_each_reading_moves_while_its_servo_turns(
+    read: Callable[..., TextLog],
+) -> None:
+    there = [(angle, distance(0, angle)) for angle in ANGLES]
+    lines = [
+        line
+        for number, (angle, cm) in enumerate([*there, *there])
+        for line in (f"{60 + number},60,{number}", f"{angle},{cm}")
+    ]
+    log = read(lines, position_unit="cm", range_unit="cm")
+    assert [len(sweep) for sweep in log.recording.sweeps] == [19, 19]
+    np.testing.assert_allclose(pings(log)[:, 2], 0.6 + 0.01 * np.arange(38))
+
+
+class TestLostPlaces:
+    def test_a_sweep_in_whose_middle_lines_are_missing_is_refused(self, read: Callable[..., TextLog]) -> None:
+        second = GOOD.index("150,80,20")
+        with pytest.raises(
+            InputError, match=r"line 16: a sweep begins in its middle \(the angle goes from 40 to -30\)"
+        ):
+            read([*GOOD[: second - 5], *GOOD[second + 7 :]])
+
+    def test_two_readings_that_ran_together_to_a_place_are_none(self, read: Callable[..., TextLog]) -> None:
+        second = GOOD.index("150,80,20")
+        with pytest.raises(InputError, match="a sweep begins in its middle"):
+            read([*GOOD[: second - 5], "40,17,30.5", *GOOD[second + 7 :]])
+
+    def test_a_few_lost_readings_are_no_lost_place(self, read: Callable[..., TextLog]) -> None:
+        assert [len(sweep) for sweep in read([*GOOD[:5], *GOOD[7:]]).recording.sweeps] == [17, 19, 19]
+
+    def test_a_place_out_of_order_is_refused(self, read: Callable[..., TextLog]) -> None:
+        second = GOOD.index("150,80,20")
+        swapped = [*GOOD[: second - 1], GOOD[second], GOOD[second - 1], *GOOD[second + 1 :]]
+        with pytest.raises(InputError, match="'150,80,20' may be a place that was not written whole"):
+            read(swapped)
+
+
+def test_a_distance_that_is_missing_once_was_cut_off(read: Callable[..., TextLog]) -> None:
+    (skipped,) = read([*GOOD[:5], "-50,", *GOOD[6:]]).skipped
+    assert skipped.reason == "its distance is missing, which is rare in this log"
+
+
 def test_four_sensors_stand_crosswise(read: Callable[..., TextLog]) -> None:
     lines = [f"{angle},{100 + angle},{200 + angle},0,{300 + angle}" for angle in range(-40, 41, 10)]
     log = read(["60,60,0", *lines])
@@ -411,7 +456,10 @@ REFUSED = {
         "60,60,0\n" + "\n".join(f"{a},{2 ** (a % 17)}" for a in range(-30, 30)),
         "fit this sensor in no unit",
     ),
-    "too much garbage": ("\n".join([*GOOD, *["what is this"] * 20]), "20 of 80 lines cannot be read, more than 20 %"),
+    "too much garbage": (
+        "\n".join([*GOOD, *["what is this"] * 20]),
+        "20 of 80 lines cannot be read, more than 20 % of the text",
+    ),
     "two units in a column": (
         "60,60,0\n" + "\n".join(f"{a},{150 + a} {'cm' if a % 2 else 'in'}" for a in range(-30, 30)),
         "different units: 'cm' and 'in'",
@@ -450,3 +498,42 @@ def test_a_place_is_three_numbers() -> None:
     assert parse_place("60, 60 30", option="--place") == Place(x=60.0, y=60.0, heading=30.0)
     with pytest.raises(InputError, match="'60 60' is no place"):
         parse_place("60 60", option="--place")
+
+
+def damaged(data: bytes, rng: random.Random) -> bytes:
+    """Lose, change, insert or cut bytes, or lose, join, repeat or swap lines."""
+    for _ in range(rng.choice([1, 1, 3])):
+        at = rng.randrange(len(data))
+        lines = data.split(b"\n")
+        line = rng.randrange(len(lines) - 1)
+        data = rng.choice(
+            [
+                data[:at] + data[at + rng.choice([1, 2, 40]) :],
+                data[:at] + bytes([data[at] ^ 1 << rng.randrange(8)]) + data[at + 1 :],
+                data[:at] + rng.randbytes(rng.choice([1, 3, 9])) + data[at:],
+                b"\n".join([*lines[:line], lines[line][: rng.randrange(len(lines[line]) + 1)], *lines[line + 1 :]]),
+                b"\n".join([*lines[:line], *lines[line + 1 :]]),
+                b"\n".join([*lines[:line], lines[line] + lines[line + 1], *lines[line + 2 :]]),
+                b"\n".join([*lines[:line], lines[line], *lines[line:]]),
+                b"\n".join([*lines[:line], lines[line + 1], lines[line], *lines[line + 2 :]]),
+            ]
+        )
+    return data
+
+
+@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("form", ["plain", "labels", "time stamps", "UTF-16"])
+def test_random_damage_is_refused_or_costs_the_damaged_readings_only(
+    form: str, seed: int, read: Callable[..., TextLog], expected: np.ndarray
+) -> None:
+    content = SAME[form]
+    whole = content if isinstance(content, bytes) else ("\n".join(content) + "\n").encode()
+    broken = damaged(whole, random.Random(seed))
+    with contextlib.suppress(InputError):
+        log = read(broken)
+        true = {(*ping,) for ping in expected.round(6)}
+        wrong = [ping for ping in pings(log).round(6) if (*ping,) not in true]
+        # A digit that is lost or changed in a number cannot be seen: it costs one reading each time, or moves a place.
+        text = broken.decode("utf-16" if form == "UTF-16" else "latin-1", errors="replace")
+        has_all_places = all("\n".join([place, ""]) in f"{text}\n" for place in ("60,60,30", "150,80,20", "240,60,-90"))
+        assert len(wrong) <= 3 or log.guesses or not has_all_places
