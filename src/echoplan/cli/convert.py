@@ -233,10 +233,10 @@ def _confirm(log: "TextLog", source: str, *, yes: bool) -> None:
     if yes or not log.guesses:
         return
     guessed = ", ".join(f"{fact.subject}: {fact.value}" for fact in log.guesses)
-    options = " ".join(fact.option for fact in log.guesses)
+    options = " ".join(fact.option for fact in log.guesses if fact.option != "--yes")
     if sys.stdin.isatty() and sys.stdout.isatty() and typer.confirm(f"Guessed: {guessed}. Is that right?"):
         return
-    remedy = f"if that is right, add {options} (or --yes); nothing was written"
+    remedy = f"if that is right, add {f'{options} (or --yes)' if options else '--yes'}; nothing was written"
     raise InputError(source, f"guessed, not written in it: {guessed}", remedy=remedy)
 
 

@@ -93,7 +93,16 @@ def test_one_file_for_each_place_with_a_list_of_places(tmp_path: Path) -> None:
     for number in (1, 2, 10):
         (logs / f"loc_{number}.dat").write_text("\n".join(str(150 + number + angle) for angle in range(0, 60, 3)))
     (tmp_path / "places.txt").write_text("0 0 0\n100 0 0\n100 100 90\n")
-    words = ["convert", logs, "--to", tmp_path / "rec", "--places", tmp_path / "places.txt", "--angles", "-90 9"]
+    words: list[str | Path] = [
+        "convert",
+        logs,
+        "--to",
+        tmp_path / "rec",
+        "--places",
+        tmp_path / "places.txt",
+        "--angles",
+        "-90 9",
+    ]
     succeed(*words, "--range-unit", "cm")
     sweeps = list(read_recording(tmp_path / "rec"))
     assert [sweep.ranges[0] for sweep in sweeps] == [1.51, 1.52, 1.6]

@@ -9,6 +9,7 @@ import numpy as np
 
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.errors import InputError
+from echoplan.io.text_logs.columns import Role
 from echoplan.io.text_logs.facts import Skipped
 from echoplan.io.text_logs.records import Item, PlaceLine, Reading, skipped_line
 
@@ -35,6 +36,7 @@ def without_damage(items: Sequence[Item]) -> list[Item]:
     """Skip what cannot be a reading or a place beside its neighbours."""
     whole = _skip(items, _cut_numbers(items), reason="its distance has not as many decimals as the others")
     whole = _skip(whole, _rare_blanks(whole), reason="its distance is missing, which is rare in this log")
+    whole = _skip(whole, _lone_times(whole), reason="its time is not between those around it")
     whole = _skip(whole, _lone_angles(whole), reason="its angle does not belong between those around it")
     return _skip(whole, _false_places(whole), reason="it interrupts a sweep: two readings that ran together?")
 
@@ -67,6 +69,17 @@ def _rare_blanks(items: Sequence[Item]) -> set[int]:
     }
     is_rare = len(readings) >= _FEWEST and len(blank) <= max(1, _CUT_OFF * len(readings))
     return blank if is_rare else set()
+
+
+def _lone_times(items: Sequence[Item]) -> set[int]:
+    """Return where the time lies off both neighbours, which are in order: a place among lines of as many numbers."""
+    places = [index for index, item in enumerate(items) if isinstance(item, Reading) and Role.TIME in item.numbers]
+    times = np.array(
+        [item.numbers[Role.TIME] for item in items if isinstance(item, Reading) and Role.TIME in item.numbers]
+    )
+    before, now, after = np.append(-np.inf, times[:-1]), times, np.append(times[1:], np.inf)
+    lone = (before <= after) & ((now < before) | (now > after))
+    return {places[index] for index in np.flatnonzero(lone)}
 
 
 def _lone_angles(items: Sequence[Item]) -> set[int]:

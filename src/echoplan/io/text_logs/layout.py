@@ -27,6 +27,8 @@ _ANGLE, _RANGE = Column(role=Role.ANGLE), Column(role=Role.RANGE)
 _BARE = {2: (_ANGLE, _RANGE), 5: (_ANGLE, *[_RANGE] * 4)}
 # Share of equal steps between angles from which a column is one of angles.
 _REGULAR = 0.8
+# Different distances of each sensor that is not dead, for each different angle: a temperature has fewer values.
+_FEWEST_DIFFERENT = 0.2
 # Part of a step by which rounding changes it: 5.5555 and 5.5556 are one size.
 _ROUNDING = 0.02
 # Lines before the header: what a board prints when it starts.
@@ -121,7 +123,12 @@ def _bare(rows: Sequence[Row], dialect: Dialect, *, options: LogOptions, source:
     if widths[width] < max(places, widths.total() - places - widths[width]):
         width = widths.most_common(1)[0][0]
         raise _unknown_columns(_numbers(rows, dialect, width=width), source)
-    _check_angles(_numbers(rows, dialect, width=width), source)
+    numbers = _numbers(rows, dialect, width=width)
+    angles = len(np.unique(numbers[:, 0]))
+    distances = [len(np.unique(column)) for column in numbers.T[2:] if column.any()]
+    if min(distances, default=angles) < _FEWEST_DIFFERENT * angles:
+        raise _unknown_columns(numbers, source)
+    _check_angles(numbers, source)
     return Layout(columns={width: _BARE[width]}, origin=Origin.SEEN)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from echoplan.arrays import checked_number
 from echoplan.errors import InputError, UnknownNameError
 from echoplan.io.text_logs.decoding import read_lines
 from echoplan.model import UNITS, Heading, Rig
@@ -81,6 +82,11 @@ class LogOptions:
         Whether numbers have a decimal comma.
     rig : Rig, optional
         The sensors; None for HC-SR04.
+
+    Raises
+    ------
+    InvalidValueError
+        If the period is not positive.
     """
 
     columns: str = ""
@@ -100,6 +106,9 @@ class LogOptions:
     period: float = 0.06
     decimal_comma: bool = False
     rig: Rig | None = None
+
+    def __post_init__(self) -> None:
+        checked_number(self.period, name="period", above=0.0)
 
 
 def angle_unit(text: str, *, option: str) -> float:

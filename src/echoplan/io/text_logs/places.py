@@ -17,6 +17,9 @@ from echoplan.model import Conventions, Heading, Rig
 
 __all__ = ["understood_places"]
 
+# A robot that logs x and y alone may never have turned; no option says so but that all guesses are right.
+_UNTURNED = Fact(subject="heading", value="always 0", origin=Origin.GUESSED, option="--yes")
+
 
 def understood_places(
     records: Records, options: LogOptions, *, rig: Rig, passes: IntArray, files: IntArray, source: str
@@ -34,8 +37,12 @@ def understood_places(
     heading = options.heading or Heading.COUNTER_CLOCKWISE
     conventions = Conventions(position_unit=unit, heading=heading)
     poses = conventions.poses(recorded * (1.0, 1.0, angle)).round(9) + 0.0
+    is_unturned = (
+        origin is Origin.STATED and records.column(Role.X) is not None and records.column(Role.HEADING) is None
+    )
     facts = (
         Fact(subject="places", value=f"{len(np.unique(recorded, axis=0))}", origin=origin),
+        *([_UNTURNED] if is_unturned else []),
         unit_fact,
         angle_fact,
         Fact(subject="headings grow", value=heading, origin=Origin.OPTION if options.heading else Origin.DEFAULT),
@@ -66,7 +73,6 @@ def _in_log(records: Records) -> FloatArray | None:
         return _from_lines(records)
     if records.column(Role.X) is None or records.column(Role.Y) is None:
         return None
-    # A robot that does not log its heading may not have turned.
     rows = [[reading.numbers.get(role, 0.0) for role in POSE_ROLES] for reading in records.readings]
     return np.array(rows)
 

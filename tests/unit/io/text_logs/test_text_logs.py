@@ -269,6 +269,23 @@ def test_a_robot_that_says_where_it_is_before_each_reading_moves_while_its_servo
     np.testing.assert_allclose(pings(log)[:, 2], 0.6 + 0.01 * np.arange(38))
 
 
+def test_a_place_among_lines_of_three_columns_is_no_reading(read: Callable[..., TextLog]) -> None:
+    rows = [f"{1000 + 50 * n},{10 * n - 90},{250 + n}" for n in range(19)]
+    log = read(
+        ["t:ms,angle,distance", "60,60,0", *rows[:9], "60,80,0", *rows[9:]],
+        columns="t:ms,angle,range",
+        places=(Place(x=0.0, y=0.0, heading=0.0),),
+    )
+    assert len(log.recording.sweeps[0]) == 19
+    assert [line.text for line in log.skipped][-1] == "60,80,0"
+
+
+def test_x_and_y_without_a_heading_must_be_confirmed(read: Callable[..., TextLog]) -> None:
+    rows = [f"{angle},{distance(0, angle)},0.5,1.5" for angle in ANGLES]
+    (guess,) = read(["angle,distance_cm,x_m,y_m", *rows]).guesses
+    assert (guess.subject, guess.value) == ("heading", "always 0")
+
+
 class TestLostPlaces:
     def test_a_sweep_in_whose_middle_lines_are_missing_is_refused(self, read: Callable[..., TextLog]) -> None:
         second = GOOD.index("150,80,20")
@@ -437,6 +454,10 @@ REFUSED = {
     "a decimal comma between commas": (
         "\n".join(line.replace(".", ",") for line in GOOD),
         "have a comma between numbers and in numbers",
+    ),
+    "a temperature": (
+        "60,60,0\n" + "\n".join(f"{a},{250 + a},21.5,44,{300 - a}" for a in range(-30, 30)),
+        "its lines have 5 numbers, and nothing says what they are",
     ),
     "three columns": ("\n".join(f"{112 + a % 7}.{a % 10} {a} 30" for a in range(60)), "--columns range,angle,-"),
     "distance first": (
