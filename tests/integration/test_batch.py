@@ -12,8 +12,8 @@ from shutil import copytree
 
 import pytest
 
-from helpers.fleet import METHOD, write_fleet
 from helpers.typed import echoplan
+from library.fleet import METHOD, write_fleet
 
 # Every test starts processes that import echoplan.
 pytestmark = pytest.mark.slow
@@ -62,7 +62,7 @@ def test_a_broken_recording_is_one_row_and_stops_no_other(batch: tuple[Path, str
 def test_maps_and_numbers_are_those_of_each_recording(batch: tuple[Path, str, int]) -> None:
     out, said, _ = batch
     good = [row for row in rows(out) if row["status"] == "ok"]
-    assert {(row["sweeps"], row["pings"], row["wall_recall"]) for row in good} == {("3", "48", "1.0")}
+    assert {(row["sweeps"], row["pings"], row["wall_recall"]) for row in good} == {("5", "80", "1.0")}
     for row in good:
         folder = out / "maps" / row["name"]
         assert {path.name for path in folder.iterdir()} >= {"map.json", "report.html", "run.toml", "result.json"}

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from helpers.fleet import METHOD, write_fleet
+from library.fleet import METHOD, write_fleet
 
 pytest.importorskip("distributed", reason="the extra cluster is not installed")
 # Every test starts processes that import echoplan and distributed.

@@ -10,7 +10,7 @@ import pytest
 from echoplan.batch import Job, find_recordings, finished_rows, plan_jobs, run_job
 from echoplan.errors import InputError
 from echoplan.methods import find_method
-from helpers.fleet import METHOD, write_fleet
+from library.fleet import METHOD, write_fleet
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def planned(folder: Path, method: str = METHOD) -> Job:
 def test_the_row_counts_what_is_in_recording_and_map(job: Job) -> None:
     row = finished_rows([job])[job.name]
     assert (row.name, row.status, row.error, row.verdict) == ("site-000/rec-0", "ok", "", "doubtful")
-    assert (row.sweeps, row.pings) == (3, 48)
+    assert (row.sweeps, row.pings) == (5, 80)
     drawn = json.loads((job.folder / "map.json").read_text(encoding="utf-8"))
     assert (row.walls, row.corners) == (len(drawn["walls"]), len(drawn["corners"]))
     assert row.wall_recall == 1.0
