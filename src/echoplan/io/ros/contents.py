@@ -1,8 +1,12 @@
 """What is read from a bag, in one pass, before anything is made of it."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
+from echoplan.errors import InputError
 from echoplan.io.ros.bag import Topic, open_bag
 from echoplan.io.ros.choice import Choice, choose_topics
 from echoplan.io.ros.clock import with_one_clock
@@ -10,8 +14,11 @@ from echoplan.io.ros.frames import Frames, frames_of
 from echoplan.io.ros.messages import rows_of
 from echoplan.io.ros.options import BagOptions
 from echoplan.io.ros.series import Role, Series, SeriesKey, as_contents
+from echoplan.io.units import LARGEST_ANGLE, looks_like_degrees
 
 __all__ = ["BagContents", "read_contents"]
+
+_ANGLES = ("servo", "yaw")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -49,8 +56,21 @@ class BagContents:
         return {key: series for key, series in self.series.items() if key.role is role}
 
     def field(self, key: str) -> Series | None:
-        """Return the numbers of a field that the user names; None without one."""
-        return next((series for own, series in self.of_role(Role.FIELD).items() if own.frame == key), None)
+        """Return the finite numbers of a field that the user names; None without one.
+
+        Raises ``InputError`` if there are none, or angles are not radians.
+        """
+        found = next((series for own, series in self.of_role(Role.FIELD).items() if own.frame == key), None)
+        if found is None:
+            return None
+        series, place = found.finite(), f"{key}={self.options.field(key)}"
+        if not len(series):
+            remedy = "name another field"
+            raise InputError("--field", "none of its messages has a finite number", place=place, remedy=remedy)
+        if key in _ANGLES and (looks_like_degrees(series.values) or np.abs(series.values).max() > LARGEST_ANGLE):
+            remedy = f"write --field {key}={self.options.field(key)}*{math.radians(1):.7f}"
+            raise InputError("--field", "the angles look like degrees", place=place, remedy=remedy)
+        return series
 
 
 def read_contents(path: Path, options: BagOptions) -> BagContents:

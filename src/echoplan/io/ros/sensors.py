@@ -9,12 +9,17 @@ from echoplan.errors import InputError
 from echoplan.io.ros.contents import BagContents
 from echoplan.io.ros.mounting import Mounting
 from echoplan.io.ros.series import Series, SeriesKey
-from echoplan.model import Sensor
+from echoplan.io.units import possible_length_units
+from echoplan.model import UNITS, Sensor
 
 __all__ = ["sensor_of"]
 
 # Steps of sensors are multiples of this [m]: centimetres, millimetres, inches of 25.4 mm.
 _UNIT = 1e-4
+# No robot is larger [m]; as in rig.toml.
+_FARTHEST_MOUNT = 50.0
+# Ultrasound in air reaches no farther [m]; as in rig.toml.
+_LONGEST_RANGE = 50.0
 # For a remedy: what must be known of a sensor, and a number as data sheets have it.
 _EXAMPLES = {"field_of_view": "0.5", "min_range": "0.02", "max_range": "4"}
 # Fewer different readings may have any divisor.
@@ -36,6 +41,11 @@ def sensor_of(read: BagContents, key: SeriesKey, *, series: Series, mounting: Mo
         examples = (f"--field {name}={_EXAMPLES[name]}" for name in ("min_range", "max_range"))
         raise InputError(read.path, problem, place=key.topic, remedy=remedy.format(*examples))
     x, y, yaw = mounting.turret_from_sensor.tolist()
+    farthest = float(np.abs([x, y, *mounting.base_from_turret[:2]]).max())
+    if farthest > _FARTHEST_MOUNT:
+        remedy = "write the transforms in metres, or state it with --mount"
+        raise InputError(read.path, f"it is mounted {farthest:g} m from the robot", place=key.topic, remedy=remedy)
+    _check_unit(read, key, ranges=series.column("range"), least=least, most=most)
     return Sensor(
         sensor_id=sensor_id,
         x=x,
@@ -46,6 +56,20 @@ def sensor_of(read: BagContents, key: SeriesKey, *, series: Series, mounting: Mo
         max_range=most,
         resolution=_step_of(series.column("range")),
     )
+
+
+def _check_unit(read: BagContents, key: SeriesKey, *, ranges: FloatArray, least: float, most: float) -> None:
+    """Refuse readings that are surely no metres."""
+    nearest, farthest = np.full(len(ranges), least), np.full(len(ranges), most)
+    units = possible_length_units(ranges, min_ranges=nearest, max_ranges=farthest) or (
+        ("cm", "mm") if most > _LONGEST_RANGE else ()
+    )
+    if units:
+        field = next((str(each) for each in read.options.ranges if each.topic == key.topic), f"{key.topic}.range")
+        factors = " or ".join(f"--field range={field}*{UNITS[unit]:g}" for unit in units)
+        problem = f"its ranges, up to {np.max(ranges[np.isfinite(ranges)], initial=0.0):g}, are no metres"
+        remedy = f"add {factors}, and state field_of_view, min_range and max_range with --field"
+        raise InputError(read.path, f"{problem} where max_range is {most:g}", place=key.topic, remedy=remedy)
 
 
 def _known(read: BagContents, key: SeriesKey, *, name: str, series: Series) -> float:

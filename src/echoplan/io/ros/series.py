@@ -76,6 +76,11 @@ class Series:
         column: FloatArray = self.values[:, READING[name]]
         return column
 
+    def finite(self) -> "Series":
+        """Leave out what has a number that is not finite."""
+        kept = np.isfinite(self.values).all(axis=1)
+        return Series(log_ns=self.log_ns[kept], stamps_ns=self.stamps_ns[kept], values=self.values[kept])
+
 
 def as_contents(rows: Iterable[Row]) -> dict[SeriesKey, Series]:
     """Gather rows by what they are about."""

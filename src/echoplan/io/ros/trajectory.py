@@ -59,7 +59,11 @@ def trajectory_of(read: BagContents) -> Trajectory:
         problem, remedy = f"its poses are of several frames: {pairs}", "name another topic with --odom"
         raise InputError(read.path, problem, place=next(iter(found)).topic, remedy=remedy)
     for key, series in found.items():
-        return Trajectory(origin=key.topic, base=base, series=_finite(read, series, place=key.topic))
+        poses = series.finite()
+        if not len(poses):
+            problem = "none of its poses is one of finite numbers and an orientation that was set"
+            raise InputError(read.path, problem, place=key.topic, remedy=f"name another topic: --odom; {_STAND_STILL}")
+        return Trajectory(origin=key.topic, base=base, series=poses)
     if all(read.options.field(key) for key in ("x", "y", "yaw")):
         return Trajectory(origin="--field", base=base, series=None)
     return _of_transforms(read, base)
@@ -89,19 +93,9 @@ def poses_at(trajectory: Trajectory, read: BagContents, *, stamps_ns: IntArray) 
         if constant is not None:
             poses[:, place] = constant
         elif series is not None:
-            numbers = _finite(read, series, place=f"--field {key}")
-            column, within = interpolate(numbers, stamps_ns, angles=(0,) if key == "yaw" else ())
+            column, within = interpolate(series, stamps_ns, angles=(0,) if key == "yaw" else ())
             poses[:, place], known = column[:, 0], known & within
     return poses, known
-
-
-def _finite(read: BagContents, series: Series, *, place: str) -> Series:
-    """Leave out what is not known; refuse a series of nothing else."""
-    kept = np.isfinite(series.values).all(axis=1)
-    if not kept.any():
-        problem = "none of its poses is one of finite numbers and an orientation that was set"
-        raise InputError(read.path, problem, place=place, remedy=f"name another topic with --odom; {_STAND_STILL}")
-    return Series(log_ns=series.log_ns[kept], stamps_ns=series.stamps_ns[kept], values=series.values[kept])
 
 
 def _of_way(way: Sequence[Step]) -> Series:

@@ -69,6 +69,14 @@ def test_range_and_angle_may_come_from_one_message(servo: str, angles: list[floa
     assert note.startswith("Where the sensor on /echo is mounted is not known: it is taken to be at the middle of the")
 
 
+def test_an_angle_in_degrees_is_refused(tmp_path: Path) -> None:
+    robot = own_type(Stores.ROS2_JAZZY)
+    path = write_mcap(tmp_path / "run.mcap", turned_by_hand(robot), store=robot.store)
+    fields = ["range=/echo.millimetres*0.001", "servo=/echo.heading_deg", *STANDING, *HC_SR04]
+    with pytest.raises(InputError, match=r"servo=/echo\.heading_deg: the angles look like degrees; write --field serv"):
+        read_bag(path, parse_bag_options(fields=fields))
+
+
 def test_a_stated_mounting_needs_no_note(bag: Path) -> None:
     fields = ["range=/echo.millimetres*0.001", *STANDING, *HC_SR04]
     found = read_bag(bag, parse_bag_options(fields=fields, mounts=["head=0.1,0,1.5"]))

@@ -276,6 +276,11 @@ def sliding() -> Iterator[Sent]:
         yield Sent("/tf", now, ROBOT.transform("base_link", "sonar", (0.5 * number, 0.0, 0.0), stamp_ns=now))
 
 
+def far_away() -> Iterator[Sent]:
+    """A mounting in millimetres, which replaces that of before."""
+    yield Sent("/tf_static", NOON_NS + 1, ROBOT.transform("base_link", "far", (120.0, 0.0, 0.0)))
+
+
 def twice(sent: Iterator[Sent]) -> Iterator[Sent]:
     """Messages of a simulation that was started again after ten seconds."""
     first = list(sent)
@@ -326,6 +331,26 @@ REFUSED = {
         {},
         """run.mcap, /range: min_range, 5, is not less than max_range, 4; state them: --field min_range=0.02 --field
         max_range=4""",
+    ),
+    "ranges in centimetres": (
+        [facing_ahead(distance=150.0), driving_along_x()],
+        {},
+        """run.mcap, /range: its ranges, up to 150, are no metres where max_range is 4; add --field
+        range=/range.range*0.01 or --field range=/range.range*0.001 or --field range=/range.range*0.0254, and state
+        field_of_view, min_range and max_range with --field""",
+    ),
+    "limits in centimetres": (
+        [facing_ahead(distance=150.0, most=400.0), driving_along_x()],
+        {},
+        """run.mcap, /range: its ranges, up to 150, are no metres where max_range is 400; add --field
+        range=/range.range*0.01 or --field range=/range.range*0.001, and state field_of_view,
+        min_range and max_range with --field""",
+    ),
+    "a sensor far from its robot": (
+        [facing_ahead(frame="far"), driving_along_x(), far_away()],
+        {},
+        """run.mcap, /range: it is mounted 120 m from the robot; write the transforms in metres, or state it with
+        --mount""",
     ),
     "two topics of odometry": (
         [facing_ahead(), driving_along_x(), (each._replace(topic="/ekf") for each in driving_along_x())],
