@@ -22,6 +22,8 @@ __all__ = ["run"]
 # What a recording, or something that is opened like one, is known by; all else is a text log.
 _SOURCE_SUFFIXES = (".bag", ".mcap", ".db3")
 _LOG_SUFFIXES = (".txt", ".csv", ".log", ".dat", ".tsv", ".asc")
+# Under what ``--help`` lists the options of text logs.
+_LOGS = "Text logs"
 # Skipped lines that are shown, and how much of each.
 _SHOWN, _LONGEST = 3, 60
 
@@ -43,30 +45,57 @@ def run(
     columns: Annotated[
         str,
         typer.Option(
-            help="What the numbers of a line are: angle, range, x, y, heading, t, left, right, dleft, dright or -."
+            help="What the numbers of a line are: angle, range, x, y, heading, t, left, right, dleft, dright or -.",
+            rich_help_panel=_LOGS,
         ),
     ] = "",
-    angle_unit: Annotated[str, typer.Option(help="Unit of angles: deg, rad, grad, or degrees per count.")] = "",
-    range_unit: Annotated[str, typer.Option(help="Unit of distances: cm, mm, m, in, ft, or us (echo time).")] = "",
-    position_unit: Annotated[str, typer.Option(help="Unit of places: cm, mm, m, in or ft.")] = "",
-    heading_unit: Annotated[str, typer.Option(help="Unit of headings: deg, rad or grad.")] = "",
-    center: Annotated[float | None, typer.Option(help="Angle that looks straight ahead, such as 90.")] = None,
-    clockwise: Annotated[bool, typer.Option("--clockwise", help="Angles grow clockwise seen from above.")] = False,
-    heading: Annotated[
-        str, typer.Option(help="How headings grow: counter-clockwise or clockwise from x, or compass.")
+    angle_unit: Annotated[
+        str, typer.Option(help="Unit of angles: deg, rad, grad, or degrees per count.", rich_help_panel=_LOGS)
     ] = "",
-    no_echo: Annotated[list[float] | None, typer.Option(help="A reading that means no echo; repeatable.")] = None,
-    place: Annotated[
-        list[str] | None, typer.Option(help='"x y heading" of the robot, for all, each file or sweep.')
+    range_unit: Annotated[
+        str, typer.Option(help="Unit of distances: cm, mm, m, in, ft, or us (echo time).", rich_help_panel=_LOGS)
+    ] = "",
+    position_unit: Annotated[
+        str, typer.Option(help="Unit of places: cm, mm, m, in or ft.", rich_help_panel=_LOGS)
+    ] = "",
+    heading_unit: Annotated[str, typer.Option(help="Unit of headings: deg, rad or grad.", rich_help_panel=_LOGS)] = "",
+    center: Annotated[
+        float | None, typer.Option(help="Angle that looks straight ahead, such as 90.", rich_help_panel=_LOGS)
     ] = None,
-    places: Annotated[Path | None, typer.Option(help="File of such places, one a line.")] = None,
-    angles: Annotated[str, typer.Option(help='"first step" of the angles, for logs of plain distances.')] = "",
-    tick: Annotated[str, typer.Option(help="Way of a wheel from count to count, such as 5mm.")] = "",
-    wheel_base: Annotated[str, typer.Option(help="Distance between the wheels, such as 15cm.")] = "",
-    period: Annotated[float, typer.Option(help="Seconds from ping to ping where the log has no times.")] = 0.06,
-    decimal_comma: Annotated[bool, typer.Option("--decimal-comma", help="Numbers have a decimal comma.")] = False,
-    rig: Annotated[str, typer.Option(help="A built-in rig or a rig.toml; else HC-SR04.")] = "",
-    yes: Annotated[bool, typer.Option("--yes", help="Accept what was guessed.")] = False,
+    clockwise: Annotated[
+        bool, typer.Option("--clockwise", help="Angles grow clockwise seen from above.", rich_help_panel=_LOGS)
+    ] = False,
+    heading: Annotated[
+        str,
+        typer.Option(
+            help="How headings grow: counter-clockwise or clockwise from x, or compass.", rich_help_panel=_LOGS
+        ),
+    ] = "",
+    no_echo: Annotated[
+        list[float] | None, typer.Option(help="A reading that means no echo; repeatable.", rich_help_panel=_LOGS)
+    ] = None,
+    place: Annotated[
+        list[str] | None,
+        typer.Option(help='"x y heading" of the robot, for all, each file or sweep.', rich_help_panel=_LOGS),
+    ] = None,
+    places: Annotated[Path | None, typer.Option(help="File of such places, one a line.", rich_help_panel=_LOGS)] = None,
+    angles: Annotated[
+        str, typer.Option(help='"first step" of the angles, for logs of plain distances.', rich_help_panel=_LOGS)
+    ] = "",
+    tick: Annotated[
+        str, typer.Option(help="Way of a wheel from count to count, such as 5mm.", rich_help_panel=_LOGS)
+    ] = "",
+    wheel_base: Annotated[
+        str, typer.Option(help="Distance between the wheels, such as 15cm.", rich_help_panel=_LOGS)
+    ] = "",
+    period: Annotated[
+        float, typer.Option(help="Seconds from ping to ping where the log has no times.", rich_help_panel=_LOGS)
+    ] = 0.06,
+    decimal_comma: Annotated[
+        bool, typer.Option("--decimal-comma", help="Numbers have a decimal comma.", rich_help_panel=_LOGS)
+    ] = False,
+    rig: Annotated[str, typer.Option(help="A built-in rig or a rig.toml; else HC-SR04.", rich_help_panel=_LOGS)] = "",
+    yes: Annotated[bool, typer.Option("--yes", help="Accept what was guessed.", rich_help_panel=_LOGS)] = False,
     topic: TopicOption = None,
     odom: OdomOption = None,
     field: FieldOption = None,

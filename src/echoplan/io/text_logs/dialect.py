@@ -1,5 +1,6 @@
 """Dialect: what separates the cells of a line, and what the decimals of a number."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -35,6 +36,8 @@ class Dialect:
         if self.separator == " ":
             return text.split()
         cells = [cell.strip() for cell in text.split(self.separator)] if self.separator else [text.strip()]
+        # A quotation mark behind a number alone means inches.
+        cells = [cell[1:-1].strip() if re.fullmatch(r"\"[^\"]*\"|'[^']*'", cell) else cell for cell in cells]
         return cells[:-1] if self.is_trailing and not cells[-1] else cells
 
 

@@ -64,6 +64,12 @@ def recognise_layout(rows: Sequence[Row], dialect: Dialect, *, options: LogOptio
     numeric = _numeric(rows, dialect)
     layout = _given(rows, options, source=source) if options.columns else _named(rows)
     if layout is None:
+        labels = Counter(row.names for row in rows if row.names)
+        if labels.total() > len(numeric):
+            names = labels.most_common(1)[0][0]
+            problem = f"none of its labels names a distance: {', '.join(map(repr, names))}"
+            remedy = f"say what they are, such as --columns {'-,' * (len(names) - 1)}range"
+            raise InputError(source, problem, remedy=remedy)
         layout = _bare(numeric, dialect, options=options, source=source)
     _check(layout, source)
     # Lines of three numbers between readings are places, unless three numbers are a reading.
@@ -192,7 +198,8 @@ def _numeric(rows: Sequence[Row], dialect: Dialect) -> list[Row]:
 
 
 def _are_words(row: Row) -> bool:
-    return not row.names and all(re.search(r"[^\W\d]", cell) for cell in row.cells)
+    """Whether a row may be a header; the index of a table has no name."""
+    return not row.names and any(row.cells) and all(re.search(r"[^\W\d]|^$", cell) for cell in row.cells)
 
 
 def _has_range(columns: Sequence[Column]) -> bool:

@@ -71,6 +71,6 @@ def _split(line: Line) -> list[Line]:
     if text[0] in "([{":
         # Python prints tuples, lists of tuples and dictionaries.
         parts = re.split(r"[)\]}]\s*,?\s*[(\[{]", text)
-        cleaned = (re.sub(r"[()\[\]{}\"']", " ", part).strip().rstrip(",") for part in parts)
+        cleaned = (re.sub(r"[()\[\]{}\"']", " ", part).strip().strip(",") for part in parts)
         return [replace(line, text=part) for part in cleaned if part]
     return [line]
