@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from mcap_ros2.writer import Writer as McapWriter
 from rosbags.rosbag1 import Writer as Writer1
-from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
@@ -18,7 +18,8 @@ from echoplan.model import Recording, Rig, Sensor, Source, Sweep
 JAZZY = get_typestore(Stores.ROS2_JAZZY)
 HUMBLE = get_typestore(Stores.ROS2_HUMBLE)
 ROS1 = get_typestore(Stores.ROS1_NOETIC)
-ROS1.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", "tf2_msgs/msg/TFMessage"))
+for _name in ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"):
+    ROS1.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", _name))
 RANGE, ODOMETRY, TF = "sensor_msgs/msg/Range", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
 # Noon of a day in 2025: a stamp that a floating-point number does not hold to the nanosecond.
 NOON_NS = 1_760_000_000_000_000_000
@@ -174,10 +175,20 @@ def _plain(value: Any) -> Any:
     return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
 
 
-def write_ros2(path: Path, sent: Iterable[Sent], *, store: Typestore = JAZZY, sqlite: bool = False) -> Path:
+def write_ros2(
+    path: Path,
+    sent: Iterable[Sent],
+    *,
+    store: Typestore = JAZZY,
+    sqlite: bool = False,
+    compression: CompressionMode = CompressionMode.NONE,
+) -> Path:
     """Write the folder of a ROS 2 bag with rosbags."""
     plugin = StoragePlugin.SQLITE3 if sqlite else StoragePlugin.MCAP
-    with Writer2(path, version=9, storage_plugin=plugin) as writer:
+    writer = Writer2(path, version=9, storage_plugin=plugin)
+    if compression is not CompressionMode.NONE:
+        writer.set_compression(compression, CompressionFormat.ZSTD)
+    with writer:
         connections: dict[str, Any] = {}
         for topic, log_ns, message in sent:
             kind = message.__msgtype__

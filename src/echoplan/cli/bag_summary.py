@@ -12,6 +12,10 @@ if TYPE_CHECKING:
 __all__ = ["bag_document", "put_bag"]
 
 
+# So many fields are shown that may be ranges: a message may have hundreds.
+_SHOWN = 10
+
+
 def put_bag(name: str, summary: "BagSummary") -> None:
     """Print the topics and sensors of a bag, and what is missing for a map."""
     from echoplan.model import Table  # noqa: PLC0415 - --help must not wait for NumPy
@@ -38,6 +42,9 @@ def put_bag(name: str, summary: "BagSummary") -> None:
     put(f"Poses of the robot: {summary.poses or 'unknown'}")
     for sentence in summary.missing:
         put(f"Missing for a map: {sentence}.")
+    if summary.candidates:
+        fields = ", ".join(summary.candidates[:_SHOWN])
+        put(f"Fields that may be ranges, to be named with --field range=: {fields}")
 
 
 def bag_document(summary: "BagSummary") -> dict[str, Any]:
@@ -47,6 +54,7 @@ def bag_document(summary: "BagSummary") -> dict[str, Any]:
         "sensors": [_fields(asdict(each)) for each in summary.sensors],
         "poses": summary.poses,
         "missing": list(summary.missing),
+        "candidates": list(summary.candidates),
     }
 
 

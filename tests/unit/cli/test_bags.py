@@ -95,6 +95,7 @@ def test_options_of_bags_are_refused_for_other_sources(
         ("bags/scan_lidar.bag", "no topic has ranges of sonar (sensor_msgs/Range); it has /scan"),
         ("bags/odometry.bag", "no topic has ranges of sonar (sensor_msgs/Range); it has /mobile_base_controller/odom"),
         ("real/Lvl_1_Room_Map_4.bag", "it has /fusion (imu_driver/msg/ImuEcho)"),
+        ("real/Lvl_1_Room_Map_4.bag", "Fields that may be ranges, to be named with --field range=: /fusion.range\n"),
     ],
 )
 def test_bags_of_others_are_shown_with_what_is_missing(

@@ -9,6 +9,7 @@ from typing import TypeVar
 from echoplan.errors import InputError
 from echoplan.io.files import by_name
 from echoplan.io.ros.bag import Topic, open_bag
+from echoplan.io.ros.candidates import range_candidates
 from echoplan.io.ros.contents import BagContents, read_contents
 from echoplan.io.ros.mounting import Mounting, mountings_of
 from echoplan.io.ros.options import BagOptions
@@ -93,6 +94,8 @@ class BagSummary:
         Where the poses of the robot come from; empty if nothing says them.
     missing : tuple of str
         What is missing for a map, each with its remedy; empty if nothing is.
+    candidates : tuple of str
+        Fields that may hold ranges, as ``--field range=`` takes them; empty if there are readings.
     recording : Recording, optional
         The sweeps; None if something is missing.
     """
@@ -101,6 +104,7 @@ class BagSummary:
     sensors: tuple[BagSensor, ...] = ()
     poses: str = ""
     missing: tuple[str, ...] = ()
+    candidates: tuple[str, ...] = ()
     recording: Recording | None = None
 
 
@@ -128,22 +132,24 @@ def summarise_bag(path: Path, options: BagOptions | None = None) -> BagSummary:
         If rosbags is not installed.
     """
     with open_bag(path) as bag:
-        topics, duration = bag.topics, (bag.end_ns - bag.start_ns) * 1e-9
+        topics, duration, candidates = bag.topics, (bag.end_ns - bag.start_ns) * 1e-9, range_candidates(bag)
     read, problem = _attempt(lambda: read_contents(path, options or BagOptions()), path=path)
     if read is None:
         return BagSummary(topics=_topics(topics, {}, duration=duration), missing=(problem,))
-    readings, no_ranges = _attempt(lambda: sonar_readings(read), path=path)
-    mountings, no_mounting = _attempt(lambda: mountings_of(read, readings or {}, base=base_frame_of(read)), path=path)
+    found, no_ranges = _attempt(lambda: sonar_readings(read), path=path)
+    readings = found or {}
+    mounted, no_mounting = _attempt(lambda: mountings_of(read, readings, base=base_frame_of(read)), path=path)
+    mountings = mounted or {}
     trajectory, no_poses = _attempt(lambda: trajectory_of(read), path=path)
     recording, other = _attempt(lambda: recording_of(read), path=path)
     return BagSummary(
         topics=_topics(topics, _frames_by_topic(read), duration=duration),
         sensors=tuple(
-            _sensor(read, key, series=series, mounting=mountings[key] if mountings else None)
-            for key, series in (readings or {}).items()
+            _sensor(read, key, series=series, mounting=mountings.get(key)) for key, series in readings.items()
         ),
         poses=trajectory.origin if trajectory else "",
         missing=tuple(dict.fromkeys(filter(None, (no_ranges, no_mounting, no_poses, other)))),
+        candidates=() if readings else candidates,
         recording=recording,
     )
 

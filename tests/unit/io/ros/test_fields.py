@@ -8,7 +8,7 @@ import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from echoplan.errors import InputError, UnknownNameError
-from echoplan.io.ros import parse_bag_options, read_bag
+from echoplan.io.ros import parse_bag_options, read_bag, summarise_bag
 from helpers.bags import NOON_NS, Robot, Sent, write_mcap, write_ros1
 
 STANDING = ["x=0", "y=0", "yaw=0"]
@@ -75,6 +75,15 @@ def test_an_angle_in_degrees_is_refused(tmp_path: Path) -> None:
     fields = ["range=/echo.millimetres*0.001", "servo=/echo.heading_deg", *STANDING, *HC_SR04]
     with pytest.raises(InputError, match=r"servo=/echo\.heading_deg: the angles look like degrees; write --field serv"):
         read_bag(path, parse_bag_options(fields=fields))
+
+
+def test_fields_that_may_be_ranges_are_found_by_their_names(bag: Path) -> None:
+    # The name of the topic says it of all its numbers.
+    summary = summarise_bag(bag)
+    assert summary.candidates[:2] == ("/echo.millimetres", "/echo.heading_deg")
+    assert summary.candidates[-1] == "/echo.raw[0]"
+    options = parse_bag_options(fields=["range=/echo.raw[1]", *STANDING, *HC_SR04])
+    assert summarise_bag(bag, options).candidates == ()
 
 
 def test_a_stated_mounting_needs_no_note(bag: Path) -> None:

@@ -1,10 +1,13 @@
 """A bag of a robot with sonar is a source of sweeps, whoever wrote it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rosbags.rosbag2 import CompressionMode
 
 from echoplan.geometry import wrap
 from echoplan.io.ros import read_bag
@@ -60,6 +63,14 @@ def assert_same_rig(found: Source, expected: Source) -> None:
         ("run.db3", Robot(HUMBLE), write_humble_database),
         ("jazzy.db3", Robot(JAZZY), lambda path, sent: write_humble_database(path, sent, store=JAZZY)),
         ("run.bag", Robot(ROS1), write_ros1),
+        *(
+            (f"{mode.name}", Robot(JAZZY), partial(write_ros2, sqlite=is_sqlite, compression=mode))
+            for mode, is_sqlite in (
+                (CompressionMode.FILE, True),
+                (CompressionMode.MESSAGE, True),
+                (CompressionMode.STORAGE, False),
+            )
+        ),
     ],
 )
 def test_a_drive_is_read_from_a_bag_of_any_kind(name: str, robot: Robot, write: Writer, tmp_path: Path) -> None:
@@ -69,3 +80,24 @@ def test_a_drive_is_read_from_a_bag_of_any_kind(name: str, robot: Robot, write: 
     assert found.notes == ()
     assert_same_sweeps(found, driven)
     assert_same_rig(found, Recording(name="", rig=driven.rig, sweeps=()))
+
+
+def test_the_transforms_of_early_ros_1_are_read(tmp_path: Path) -> None:
+    driven = recorded_by(ring())
+
+    def early() -> Iterator[Sent]:
+        for each in drive(driven, Robot(ROS1)):
+            if each.topic != "/tf_static":
+                yield each
+                continue
+            # A static transform is published again and again, ahead of time.
+            for number in range(5):
+                (transform,) = each.message.transforms
+                stamp = Robot(ROS1).header("base_link", each.log_ns + number * 100_000_000 + 50_000_000)
+                renewed = Robot(ROS1).make("tf/msg/tfMessage", transforms=[replace(transform, header=stamp)])
+                yield Sent("/tf", each.log_ns + number * 100_000_000, renewed)
+
+    sent = sorted(early(), key=lambda each: each.log_ns)
+    found = read_bag(write_ros1(tmp_path / "run.bag", sent))
+    assert_same_sweeps(found, driven)
+    assert_same_rig(found, driven)
