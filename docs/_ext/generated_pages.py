@@ -146,8 +146,8 @@ def is_settings(annotation: object) -> TypeGuard[type[BaseModel]]:
 
 
 def escaped(text: str) -> str:
-    """Return a text of which Markdown makes no markup, on one line."""
-    return re.sub(r"([\\`*_<>\[\]|])", r"\\\1", " ".join(text.split()))
+    """Return a text on one line, of which Markdown makes no markup but code."""
+    return re.sub(r"([\\*_<>\[\]|])", r"\\\1", " ".join(text.split()))
 
 
 GENERATED = {"reference/cli": command_pages, "reference/joint-settings": setting_tables}
