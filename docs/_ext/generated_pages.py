@@ -147,7 +147,10 @@ def is_settings(annotation: object) -> TypeGuard[type[BaseModel]]:
 
 def escaped(text: str) -> str:
     """Return a text on one line, of which Markdown makes no markup but code."""
-    return re.sub(r"([\\*_<>\[\]|])", r"\\\1", " ".join(text.split()))
+    escape_outside_code = r"`[^`]*`|[\\*_<>\[\]|]"
+    return re.sub(
+        escape_outside_code, lambda found: ("" if found[0][0] == "`" else "\\") + found[0], " ".join(text.split())
+    )
 
 
 GENERATED = {"reference/cli": command_pages, "reference/joint-settings": setting_tables}
