@@ -52,7 +52,7 @@ class Measures:
     remedies : tuple of Remedy, optional
         Wrong conventions or sensor directions that explain the symptoms.
     odd_sensor : int, optional
-        Sensor of which the map explains fewer echoes than chance allows.
+        Sensor whose echoes fit together less than half as often as those of the others.
     unchecked : str, optional
         Name of the method if it does not report how many echoes its map explains. Then ``share`` is what a model of
         one room explains from the poses of the map.
@@ -138,8 +138,8 @@ def examine(rig: Rig, sweeps: Sequence[Sweep], *, conventions: Conventions | Non
         error = servo_error(cleaned, rig)
         turned = servo_turned(cleaned, error)
         # What looks like a servo error may be another mistake.
-        found = consistency(sampled(turned, rig), rig)
-        is_strange = error != AS_RECORDED or found.share < _AGREE or found.has_odd_sensor
+        is_consistent = consistency(sampled(turned, rig), rig).share >= _AGREE
+        is_strange = error != AS_RECORDED or not is_consistent or _odd_sensor(turned, rig) is not None
         remedies = find_remedies(cleaned, rig, conventions=now) if is_strange else ()
         misplaced = () if remedies else misplaced_stations(turned, rig)
         measures = replace(measures, misplaced=misplaced, remedies=remedies)
@@ -209,8 +209,13 @@ def _inlier_ratio(feature_map: FeatureMap) -> float | None:
 
 
 def _odd_sensor(placed: Sequence[Sweep], rig: Rig) -> int | None:
-    """Return the sensor that is not consistent with the others, if there is one."""
-    found = consistency(sampled(placed, rig), rig)
+    """Return the sensor that is not consistent with the others, if there is one.
+
+    Of few sensors, each makes so many of the echoes that the share of all of them shows it.
+    """
+    if len(rig.sensors) * (1.0 - _GOOD) < 1.0:
+        return None
+    found = consistency(sampled(placed, rig, stations=EstimateSettings().window.stations), rig)
     return rig.sensors[found.strangest].sensor_id if found.has_odd_sensor else None
 
 

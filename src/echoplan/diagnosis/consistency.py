@@ -25,8 +25,8 @@ __all__ = ["FEW_STATIONS", "Consistency", "consistency", "estimate_of", "gathere
 # Number of stations, and of pings per station and sensor, that suffice to detect wrong conventions. Mapping such a
 # sample takes a third of a second.
 FEW_STATIONS, _PINGS = 10, 100
-# Share of correct recordings in which a sensor is called odd, if echoes are independent.
-_CHANCE = 1e-4
+# Chance that a sensor of which half the share of the others is explained is called odd, over all sensors of a rig.
+_CHANCE = 0.01
 
 
 class Consistency(NamedTuple):
@@ -66,16 +66,16 @@ class Consistency(NamedTuple):
 
     @property
     def has_odd_sensor(self) -> bool:
-        """Whether the room explains fewer echoes of the strangest sensor than chance allows.
+        """Whether the share of explained echoes of the strangest sensor is less than half that of the others.
 
-        The test is binomial, on independent echoes: each sensor should see the share that the others see explained.
+        The test is binomial, on independent echoes.
         """
         explained, grouped = self.weights[self.strangest]
         others, of_others = self.weights.sum(axis=0) - self.weights[self.strangest]
-        if not explained < others / max(of_others, 1.0) * grouped:
+        half = 0.5 * others / max(of_others, 1.0)
+        if not explained < half * grouped:
             return False
-        chance = betainc(grouped - explained, explained + 1.0, 1.0 - others / of_others)
-        return bool(chance < _CHANCE / len(self.weights))
+        return bool(betainc(grouped - explained, explained + 1.0, 1.0 - half) < _CHANCE / len(self.weights))
 
 
 def sampled(sweeps: Sequence[Sweep], rig: Rig, *, stations: int = FEW_STATIONS) -> list[Sweep]:
