@@ -42,6 +42,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from echoplan.api import compare, evaluate, simulate
+    from echoplan.api import map as map  # noqa: A004 - echoplan.map reads well, and is lazy
+    from echoplan.api import open as open  # noqa: A004 - likewise
     from echoplan.errors import (
         EchoplanError,
         InputError,
@@ -54,7 +56,6 @@ if TYPE_CHECKING:
     from echoplan.io import builtin_rig, read_map, read_truth, write_recording
     from echoplan.joint.mapper import JointMapper, JointSettings
     from echoplan.mapping import MapResult
-    from echoplan.mapping import map_source as map  # noqa: A004 - echoplan.map reads well, and is lazy
     from echoplan.methods import METHODS
     from echoplan.model import (
         Corner,
@@ -74,7 +75,6 @@ if TYPE_CHECKING:
     )
     from echoplan.simulation import Simulation, SimulationSettings
     from echoplan.sources import find_rig
-    from echoplan.sources import open_source as open  # noqa: A004 - likewise
 
 from echoplan.version import __version__
 
@@ -111,8 +111,6 @@ __all__ = [
     "compare",
     "evaluate",
     "find_rig",
-    "map",
-    "open",
     "read_map",
     "read_truth",
     "simulate",
@@ -121,7 +119,7 @@ __all__ = [
 
 # Modules are imported when one of their names is asked for (PEP 562): `import echoplan` must not wait for NumPy.
 _HOMES = {
-    "echoplan.api": ("compare", "evaluate", "simulate"),
+    "echoplan.api": ("compare", "evaluate", "map", "open", "simulate"),
     "echoplan.errors": (
         "EchoplanError",
         "InputError",
@@ -154,19 +152,15 @@ _HOMES = {
     "echoplan.simulation": ("Simulation", "SimulationSettings"),
     "echoplan.sources": ("find_rig",),
 }
-_PUBLIC = {
-    **{name: (home, name) for home, names in _HOMES.items() for name in names},
-    "map": ("echoplan.mapping", "map_source"),
-    "open": ("echoplan.sources", "open_source"),
-}
+_PUBLIC = {name: home for home, names in _HOMES.items() for name in names}
 
 
 def __getattr__(name: str) -> object:
     if name not in _PUBLIC:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    home, inner = _PUBLIC[name]
-    return getattr(import_module(home), inner)
+    return getattr(import_module(_PUBLIC[name]), name)
 
 
 def __dir__() -> list[str]:
-    return list(__all__)
+    # `from echoplan import *` must not replace the builtins map and open, so these are not in __all__.
+    return ["__version__", *_PUBLIC]

@@ -2,18 +2,26 @@
 
 from collections.abc import Iterable, Sequence
 from os import PathLike
+from typing import cast
 
-from echoplan.comparison import MethodScore, Subject, Trial, run_trials, score_methods
+from echoplan.comparison import MethodScore, Subject, Trial, measure, run_trials, score_methods
+from echoplan.errors import InvalidValueError
 from echoplan.evaluation import Evaluation, EvaluationSettings
 from echoplan.evaluation import evaluate as evaluate_map
-from echoplan.io import read_map, read_truth
-from echoplan.mapping import MapResult
+from echoplan.io import read_map
+from echoplan.io.text import names_in
+from echoplan.io.truth import as_truth
+from echoplan.mapping import MapResult, map_source
 from echoplan.methods import METHODS, find_method
 from echoplan.model import FeatureMap, Recording, Source, Truth
 from echoplan.simulation import Simulation, SimulationSettings
-from echoplan.sources import find_rig, find_route, find_truth, find_world, open_source
+from echoplan.sources import as_source, find_rig, find_route, find_truth, find_world, open_source
 
-__all__ = ["compare", "evaluate", "simulate"]
+__all__ = ["compare", "evaluate", "map", "open", "simulate"]
+
+# `echoplan.map` and `echoplan.open`: short names that a module of its own can give them.
+map = map_source  # noqa: A001
+open = open_source  # noqa: A001
 
 
 def simulate(
@@ -77,7 +85,7 @@ def evaluate(
     Parameters
     ----------
     found : MapResult or FeatureMap or str or Path
-        The map, or a ``map.json``.
+        The map, or a ``map.json`` or its folder.
     truth : Truth or str or Path
         The truth, or a ``truth.json``.
     settings : EvaluationSettings, optional
@@ -92,6 +100,8 @@ def evaluate(
     ------
     InputError
         If a file cannot be used.
+    InvalidValueError
+        If one of them is something else.
 
     Examples
     --------
@@ -103,23 +113,30 @@ def evaluate(
     """
     if isinstance(found, MapResult):
         found = found.feature_map
-    drawn = found if isinstance(found, FeatureMap) else read_map(found)
-    return evaluate_map(drawn, truth if isinstance(truth, Truth) else read_truth(truth), settings)
+    elif isinstance(found, str | PathLike):
+        found = read_map(found)
+    if not isinstance(found, FeatureMap):
+        raise InvalidValueError(f"found must be a map or the path of a map.json, not {type(found).__name__}")
+    return evaluate_map(found, as_truth(truth), settings)
 
 
 def compare(
-    sources: Iterable[Source | str | PathLike[str]], *, methods: Sequence[str] | None = None, workers: int = 1
+    sources: Source | str | PathLike[str] | Iterable[Source | str | PathLike[str]],
+    *,
+    methods: str | Sequence[str] | None = None,
+    workers: int = 1,
 ) -> Sequence[MethodScore]:
     """Map the same sources with several methods and score them.
 
     Parameters
     ----------
-    sources : iterable of Source or str or Path
+    sources : Source or str or Path, or iterable of them
         What ``open_source`` returns, or what it takes.
-    methods : sequence of str, optional
-        Names of methods; all of ``METHODS`` by default.
+    methods : str or sequence of str, optional
+        Names of methods, as in ``"joint,rcd"`` or ``["joint", "rcd"]``; all of ``METHODS`` by default.
     workers : int, optional
-        Processes at a time.
+        Number of processes; 1 maps in this one.  More are spawned: a script then needs the usual guard
+        ``if __name__ == "__main__":``.
 
     Returns
     -------
@@ -133,14 +150,24 @@ def compare(
     UnknownNameError
         If there is no such method.
     """
-    names = [find_method(name).name for name in (METHODS if methods is None else methods)]
-    subjects = [_subject(each) for each in sources]
+    names = [find_method(name).name for name in names_in(METHODS if methods is None else methods)]
+    subjects = [_subject(each) for each in _listed(sources)]
     trials = [Trial(subject=subject, method=name) for subject in subjects for name in names]
+    if workers == 1:
+        return score_methods([measure(trial) for trial in trials], names)
     return score_methods(list(run_trials(trials, workers=workers)), names)
 
 
+def _listed(
+    sources: Source | str | PathLike[str] | Iterable[Source | str | PathLike[str]],
+) -> Iterable[Source | str | PathLike[str]]:
+    """Make a list of a single source; a source is an iterable, too, of sweeps."""
+    is_one = isinstance(sources, str | PathLike) or hasattr(sources, "rig")
+    return cast("Iterable[Source]", [sources] if is_one else sources)
+
+
 def _subject(source: Source | str | PathLike[str]) -> Subject:
-    opened = open_source(source) if isinstance(source, str | PathLike) else source
+    opened = as_source(source)
     return Subject(
         name=opened.name,
         recording=Recording(name=opened.name, rig=opened.rig, sweeps=tuple(opened)),

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from os import PathLike, fspath
 from pathlib import Path
 
-from echoplan.errors import InputError, UnknownNameError
+from echoplan.errors import InputError, InvalidValueError, UnknownNameError
 from echoplan.io import (
     RecordingFolder,
     builtin_rig,
@@ -25,6 +25,7 @@ from echoplan.model import Conventions, Recording, Rig, Route, Source, Truth, Wo
 from echoplan.simulation import Simulation, SimulationSettings
 
 __all__ = [
+    "as_source",
     "conventions_of",
     "find_rig",
     "find_route",
@@ -84,6 +85,24 @@ def open_source(
         remedy = "leave out --topic, --odom, --field and --mount"
         raise InputError(text, "it is no ROS bag", remedy=remedy)
     return (opener or _open_recording)(text, simulation)
+
+
+def as_source(source: Source | str | PathLike[str]) -> Source:
+    """Return a source, or open it by its name.
+
+    Raises
+    ------
+    InvalidValueError
+        If it is neither.
+    """
+    if isinstance(source, str | PathLike):
+        return open_source(source)
+    if not isinstance(getattr(source, "rig", None), Rig):
+        raise InvalidValueError(
+            f"a source must be a path or have a name, a rig and sweeps, and {type(source).__name__} has not; "
+            "put sweeps into Recording(name=..., rig=..., sweeps=...)"
+        )
+    return source
 
 
 def find_rig(name: str) -> Rig:

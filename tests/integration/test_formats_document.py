@@ -77,8 +77,8 @@ def test_every_key_of_a_map_is_explained(examples: Path) -> None:
 
 
 def test_the_trajectory_and_the_grid_are_read(examples: Path) -> None:
-    times, poses = read_trajectory(examples / "trajectory.tum")
-    assert (times.tolist(), poses.round(4).tolist()) == ([0.025], [[0.5, 0.25, 1.5708]])
+    stamps_ns, poses = read_trajectory(examples / "trajectory.tum")
+    assert (stamps_ns.tolist(), poses.round(4).tolist()) == ([25_000_000], [[0.5, 0.25, 1.5708]])
     write_pgm(examples / "map.pgm", np.array([[254, 0]], dtype=np.uint8))
     grid = read_grid(examples / "map.yaml")
     assert grid.values.tolist() == [[0.0, 1.0]]

@@ -1,5 +1,6 @@
 import subprocess
 import sys
+from typing import Any, cast
 
 import pytest
 
@@ -49,8 +50,9 @@ NAMES = [
 
 
 def test_the_public_names_are_those_that_are_listed() -> None:
-    assert sorted(echoplan.__all__) == sorted(NAMES)
-    assert dir(echoplan) == sorted(echoplan.__all__)
+    assert dir(echoplan) == sorted(NAMES)
+    # A star import leaves the builtins alone.
+    assert {*NAMES} - {*echoplan.__all__} == {"map", "open"}
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -79,3 +81,12 @@ def test_a_simulated_drive_is_mapped_evaluated_and_compared_in_a_few_lines() -> 
     assert echoplan.evaluate(result, recording.truth).matches.walls.tally.found == 4
     (score,) = echoplan.compare([recording], methods=["mdp-fuzzy"])
     assert score.method == "mdp-fuzzy"
+
+
+def test_one_name_is_as_good_as_a_list_and_what_is_no_map_is_refused() -> None:
+    scores = echoplan.compare("sim:square,seed=1", methods="mdp-fuzzy,rcd")
+    assert [score.method for score in scores] == ["mdp-fuzzy", "rcd"]
+    with pytest.raises(echoplan.InvalidValueError, match="found must be a map"):
+        echoplan.evaluate(cast("Any", None), "truth.json")
+    with pytest.raises(echoplan.InvalidValueError, match="truth must be a Truth"):
+        echoplan.evaluate(echoplan.FeatureMap(method="rcd"), cast("Any", 3))

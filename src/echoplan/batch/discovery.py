@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from operator import attrgetter
 from pathlib import Path
 
 from echoplan.errors import InputError
@@ -12,6 +11,7 @@ __all__ = ["Recorded", "find_recordings"]
 
 # A folder with one of these is one recording; whatever else is missing in it is reported when it is opened.
 _MARKS = frozenset({"pings.csv", "metadata.yaml"})
+_RESULTS = {"map.json", "run.toml"}
 # What belongs to a recording that is a folder: other files, such as notes, may change.
 _PARTS = ("pings.csv", "rig.toml", "truth.json", "metadata.yaml")
 _BAG_SUFFIXES = (".bag", ".mcap", ".db3")
@@ -81,18 +81,26 @@ def find_recordings(folder: Path, *, without: Path | None = None) -> tuple[Recor
 
 def _search(folder: Path, searched: set[Path]) -> Iterator[Path]:
     """Yield the recordings in a folder, unless its true path is among those that were searched."""
+    children = _children(folder, searched)
+    names = {child.name for child in children}
+    if not _MARKS.isdisjoint(names):
+        yield folder
+    # A folder of results is no recording, whatever bags it was exported to.
+    elif not names >= _RESULTS:
+        for child in children:
+            if child.is_dir():
+                yield from _search(child, searched)
+            elif child.suffix in _BAG_SUFFIXES and child.is_file():
+                yield child
+
+
+def _children(folder: Path, searched: set[Path]) -> list[Path]:
+    """List a folder that was not searched before; other systems leave hidden files beside those that people copy."""
     with readable(folder):
         true = folder.resolve()
-        children = [] if true in searched else sorted(folder.iterdir())
-    searched.add(true)
-    if not _MARKS.isdisjoint(map(attrgetter("name"), children)):
-        yield folder
-        return
-    for child in children:
-        if child.suffix in _BAG_SUFFIXES and child.is_file():
-            yield child
-        elif child.is_dir() and not child.name.startswith("."):
-            yield from _search(child, searched)
+        is_new = true not in searched
+        searched.add(true)
+        return [each for each in sorted(folder.iterdir()) if not each.name.startswith(".")] if is_new else []
 
 
 def _recorded(path: Path, folder: Path) -> Recorded:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from echoplan.cli.evaluate import MinHeard, MinStations, inside, replaces_min_heard
+from echoplan.cli.evaluate import MinHeard, MinStations, replaces_min_heard
 from echoplan.cli.source_options import FieldOption, MountOption, OdomOption, TopicOption, bag_options, put_notes
 from echoplan.cli.terminal import Progressing, put, report_files, show, tracked
 
@@ -85,7 +85,7 @@ def _subject(text: str, truth: Path | None, bag: "BagOptions | None", *, min_sta
     return Subject(
         name=text,
         recording=Recording(name=opened.name, rig=opened.rig, sweeps=sweeps),
-        truth=read_truth(inside(truth, "truth.json")) if truth else find_truth(opened),
+        truth=read_truth(truth) if truth else find_truth(opened),
         min_stations=min_stations,
     )
 

@@ -3,13 +3,12 @@
 import re
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from echoplan.cli.evaluate import inside
 from echoplan.cli.source_options import FieldOption, MountOption, OdomOption, TopicOption, bag_options, put_notes
 from echoplan.cli.terminal import Progressing, put, report_files
 
@@ -169,18 +168,27 @@ def _is_map(sources: "Sequence[str]") -> bool:
 
 def _convert_map(request: _Request) -> None:
     """Write a map in the format that the suffix of the target names."""
-    from echoplan.io import read_map, read_trajectory  # noqa: PLC0415
+    from echoplan.io import read_grid, read_map, read_trajectory  # noqa: PLC0415
+    from echoplan.io.files import inside  # noqa: PLC0415
     from echoplan.mapping import Exportable, export_map  # noqa: PLC0415
     from echoplan.viewer import Plan  # noqa: PLC0415
 
     request.check(is_log=False, is_bag=False)
     path = inside(Path(request.sources[0]), "map.json")
     plan = Plan(feature_map=read_map(path))
-    trajectory = path.with_name("trajectory.tum")
-    name = path.resolve().parent.name if path.name == "map.json" else path.stem
-    content = Exportable(plan=plan, name=f"Map {name}")
-    if trajectory.is_file():
-        content = replace(content, times=read_trajectory(trajectory)[0])
+    # Of a folder of results, the other files belong to the map.
+    trajectory, grid = path.with_name("trajectory.tum"), path.with_name("map.yaml")
+    if path.name != "map.json":
+        content = Exportable(plan=plan, name=f"Map {path.stem}")
+    else:
+        content = Exportable(
+            plan=plan,
+            name=f"Map {path.resolve().parent.name}",
+            stamps_ns=read_trajectory(trajectory)[0] if trajectory.is_file() else None,
+            grid=read_grid(grid) if grid.is_file() else None,
+        )
+    if content.stamps_ns is None and request.to.suffix.lower() == ".mcap":
+        put("Note: the times of the poses are unknown; they are written a second apart, from 0 on.")
     written = export_map(request.to, content)
     report_files(request.to.parent, written)
 

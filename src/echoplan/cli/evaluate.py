@@ -7,7 +7,7 @@ import typer
 
 from echoplan.cli.terminal import put, show
 
-__all__ = ["MinHeard", "MinStations", "inside", "replaces_min_heard", "run"]
+__all__ = ["MinHeard", "MinStations", "replaces_min_heard", "run"]
 
 MinStations = Annotated[
     int,
@@ -40,7 +40,7 @@ def run(
     from echoplan.io import read_map, read_truth  # noqa: PLC0415
     from echoplan.io.text import format_json  # noqa: PLC0415
 
-    drawn, true = read_map(inside(feature_map, "map.json")), read_truth(inside(truth, "truth.json"))
+    drawn, true = read_map(feature_map), read_truth(truth)
     min_stations = replaces_min_heard(min_stations, min_heard)
     matching = MatchingSettings(min_stations=min_stations, opening_reach=reach)
     evaluation = evaluate(drawn, true, EvaluationSettings(matching=matching))
@@ -59,24 +59,3 @@ def replaces_min_heard(min_stations: int, min_heard: int | None) -> int:
         return min_stations
     typer.echo("echoplan: --min-heard is now called --min-stations; the old name will go in a later version", err=True)
     return min_heard
-
-
-def inside(path: Path, name: str) -> Path:
-    """Find a file that is named by itself or by its folder.
-
-    Parameters
-    ----------
-    path : Path
-        The file or the folder.
-    name : str
-        What the file is called in a folder.
-
-    Returns
-    -------
-    Path
-        The file.
-    """
-    from echoplan.io.files import readable  # noqa: PLC0415 - --help must not wait for NumPy
-
-    with readable(path):
-        return path / name if path.is_dir() else path

@@ -16,15 +16,17 @@ from echoplan.settings import Settings
 
 __all__ = ["MapGridSettings", "grid_from_map"]
 
-# Beyond so many cells from the origin a float has less than a thousandth of a cell left for the place in a cell.
-_FARTHEST = 2**40
 _UNKNOWN = 0.5
 
 
 class MapGridSettings(Settings):
     """How a feature map becomes a grid."""
 
-    resolution: float = Field(default=0.05, gt=0.0, description="Side of a cell [m], as is common for navigation.")
+    resolution: float = Field(
+        default=0.05,
+        gt=0.0,
+        description="Side of a cell [m], as is common for navigation; doubled until there are at most max_cells.",
+    )
     padding: float = Field(default=0.25, ge=0.0, description="Width of the unknown border about all known cells [m].")
     max_cells: int = Field(
         default=16_000_000, gt=0, description="Largest number of cells of a map: 200 m by 200 m at 5 cm."
@@ -122,7 +124,7 @@ def grid_from_map(
     Raises
     ------
     InvalidValueError
-        If there are sweeps without a rig, or the grid would have more than ``max_cells``.
+        If there are sweeps without a rig.
 
     Examples
     --------
@@ -178,18 +180,17 @@ def _lattice(feature_map: FeatureMap, settings: MapGridSettings, *, poses: Float
     centers = np.concatenate([_discs(feature_map)[:, :2], poses[:, :2], np.stack([fans.x, fans.y], axis=-1)])
     around = np.full(len(poses), settings.robot_radius)
     radii = np.concatenate([_discs(feature_map)[:, 2], around, fans.reaches])[:, None]
-    cells = np.concatenate([ends, centers - radii, centers + radii]) / settings.resolution
-    if not len(cells):
+    corners_xy = np.concatenate([ends, centers - radii, centers + radii])
+    if not len(corners_xy):
         return _Lattice(resolution=settings.resolution, first_xy=np.zeros(2), shape=(1, 1))
-    # A border of one cell: what lies on a side is rounded to either of its cells.
-    low, high = np.floor(cells.min(axis=0)) - 1.0, np.floor(cells.max(axis=0)) + 2.0
+    # A border of one cell on each side: what lies on a side is rounded to either of its cells.
+    extent = np.ptp(corners_xy, axis=0)
+    doublings = np.arange(64)
+    counts = np.prod(np.ceil(extent / (settings.resolution * 2.0 ** doublings[:, None])) + 3.0, axis=1)
+    resolution = settings.resolution * 2.0 ** int(doublings[counts <= settings.max_cells][0])
+    low, high = np.floor(corners_xy.min(axis=0) / resolution) - 1.0, np.floor(corners_xy.max(axis=0) / resolution) + 2.0
     width, height = (high - low).tolist()
-    if width * height > settings.max_cells or np.abs([low, high]).max() > _FARTHEST:
-        raise InvalidValueError(
-            f"a grid of {width * settings.resolution:.5g} m by {height * settings.resolution:.5g} m would have more "
-            f"cells than max_cells = {settings.max_cells}; check the map or choose a greater resolution"
-        )
-    return _Lattice(resolution=settings.resolution, first_xy=low, shape=(int(height), int(width)))
+    return _Lattice(resolution=resolution, first_xy=low, shape=(int(height), int(width)))
 
 
 def _discs(feature_map: FeatureMap) -> FloatArray:

@@ -127,9 +127,10 @@ def _draw(document: Drawing, feature_map: FeatureMap) -> None:
     _set_up(document, scale=scale)
     space = document.modelspace()
     _draw_features(space, feature_map)
-    for start, end, is_left in _dimensions(feature_map, shortest=_SHORTEST * _TEXT * scale):
+    layer = {"layer": "DIMENSIONS"}
+    for start, end, is_left, text in _dimensions(feature_map, shortest=_SHORTEST * _TEXT * scale):
         away = _OUTSIDE * scale if is_left else -_OUTSIDE * scale
-        space.add_aligned_dim(start, end, away, dimstyle="ECHOPLAN", dxfattribs={"layer": "DIMENSIONS"}).render()
+        space.add_aligned_dim(start, end, away, text=text, dimstyle="ECHOPLAN", dxfattribs=layer).render()
     quality = feature_map.quality
     if quality is not None and quality.verdict is not Verdict.GOOD:
         note = space.add_text(f"echoplan: {quality.verdict} map", height=2 * _TEXT * scale)
@@ -206,8 +207,8 @@ def _pieces(wall: Wall) -> Iterator[tuple[FloatArray, str]]:
             yield piece, linetype
 
 
-def _dimensions(feature_map: FeatureMap, *, shortest: float) -> Iterator[tuple[list[float], list[float], bool]]:
-    """List the ends of walls and openings that are long enough for a dimension, and whether it lies to their left."""
+def _dimensions(feature_map: FeatureMap, *, shortest: float) -> Iterator[tuple[list[float], list[float], bool, str]]:
+    """List the dimensions of walls and openings that are long enough: ends, whether it lies to their left, and text."""
     walls, openings = feature_map.walls, feature_map.openings
     sides: tuple[Wall | Opening, ...] = (*walls, *openings)
     faces = [each.endpoints_xy for each in sides]
@@ -215,11 +216,22 @@ def _dimensions(feature_map: FeatureMap, *, shortest: float) -> Iterator[tuple[l
     outward = outward_normals(np.array(faces[: len(walls)]), feature_map.poses[:, :2], normals_xy=normals)
     # An opening has its dimension beside those of the wall that it interrupts.
     beside = [outward[each.walls[0]] if each.walls else np.zeros(2) for each in openings]
-    for face, normal in zip(faces, [*outward, *beside], strict=True):
+    for face, normal, text in zip(faces, [*outward, *beside], _lengths(feature_map), strict=True):
         along = face[1] - face[0]
         if np.hypot(*along) < shortest:
             continue
         # Text runs from the first end to the second and is read from below or from the right of the drawing.
         turn = 1 if (np.arctan2(along[1], along[0]) + _STEEPEST) % (2 * np.pi) < np.pi else -1
         first, second = face[::turn].tolist()
-        yield first, second, bool(turn * (normal[1] * along[0] - normal[0] * along[1]) >= 0.0)
+        yield first, second, bool(turn * (normal[1] * along[0] - normal[0] * along[1]) >= 0.0), text
+
+
+def _lengths(feature_map: FeatureMap) -> Iterator[str]:
+    """Yield the texts of dimensions of walls and then openings, as on the floor plan.
+
+    Lengths that were partly inferred stand in brackets, and those of which an end was not observed are the least.
+    """
+    for wall, unobserved in zip(feature_map.walls, feature_map.unobserved_ends, strict=True):
+        text = "\N{GREATER-THAN OR EQUAL TO} <>" if unobserved.any() else "<>"
+        yield f"({text})" if wall.inferred.any() else text
+    yield from ["<>"] * len(feature_map.openings)

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
-from echoplan.io.files import by_name, write_text
+from echoplan.io.files import by_name, inside, write_text
 from echoplan.io.structure import Count, Form, Pair, read_json
 from echoplan.io.text import format_json
 from echoplan.io.units import Coordinate, Radians, Radius, Variance, check_extent
@@ -249,7 +249,7 @@ def read_map(path: Path) -> FeatureMap:
     Parameters
     ----------
     path : Path or str
-        The file, usually ``map.json``; what other programs added to it is passed over.
+        The file, or the folder with ``map.json``; what other programs added to it is passed over.
 
     Returns
     -------
@@ -261,7 +261,7 @@ def read_map(path: Path) -> FeatureMap:
     InputError
         If the file cannot be read, is of another version or holds no possible map.
     """
-    return read_json(path, _MapForm).value()
+    return read_json(inside(path, "map.json"), _MapForm).value()
 
 
 @by_name

@@ -19,6 +19,7 @@ __all__ = [
     "by_name",
     "check_file",
     "check_folder",
+    "inside",
     "open_text",
     "read_text",
     "readable",
@@ -109,6 +110,12 @@ def check_file(path: Path) -> None:
         mode = path.stat().st_mode
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
         raise InputError(path, "it is a pipe or a device, not a file", remedy="save it as a file and name that")
+
+
+def inside(path: Path, name: str) -> Path:
+    """Return a file that was named by itself or by its folder, in which it has this name."""
+    with readable(path):
+        return path / name if path.is_dir() else path
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from echoplan.errors import InputError
 from echoplan.io.files import check_file, read_text, readable
 from echoplan.io.units import Coordinate
 
-__all__ = ["Count", "Form", "Pair", "Quadruple", "Triple", "Whole", "read_json", "read_toml"]
+__all__ = ["Count", "Form", "Pair", "Quadruple", "Triple", "Whole", "read_json", "read_toml", "validated"]
 
 FormT = TypeVar("FormT", bound=BaseModel)
 Location = tuple[int | str, ...]
@@ -105,6 +105,20 @@ def read_json(path: Path, form: type[FormT]) -> FormT:
         If the file cannot be read, is no JSON or does not fit the form.
     """
     return _fill(path, form, parse=_parse_json)
+
+
+def validated(form: type[FormT], values: object, *, source: str) -> FormT:
+    """Fill a form with values that a program passed; ``source`` is what to call them.
+
+    Raises
+    ------
+    InputError
+        If they do not fit the form.
+    """
+    try:
+        return form.model_validate(values)
+    except ValidationError as error:
+        raise _misfit(Path(source), "", form, error.errors()) from error
 
 
 def _fill(path: Path, form: type[FormT], *, parse: Callable[[str], object]) -> FormT:

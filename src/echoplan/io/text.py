@@ -180,3 +180,9 @@ def _toml_value(value: object) -> str:
         # JSON escapes as TOML does, but for the one control character that it leaves as it is.
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     return str(value).lower() if isinstance(value, bool) else repr(value)
+
+
+def names_in(names: str | Iterable[str]) -> list[str]:
+    """List names: those of a text are separated by commas."""
+    listed = names.split(",") if isinstance(names, str) else names
+    return [name.strip() for name in listed if name.strip()]

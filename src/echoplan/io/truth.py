@@ -1,19 +1,21 @@
 """What a map of a recording should say, in JSON: ``truth.json``."""
 
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
 from pydantic import Field
 
 from echoplan.arrays import IntArray
-from echoplan.io.files import by_name, write_text
+from echoplan.errors import InvalidValueError
+from echoplan.io.files import by_name, inside, write_text
 from echoplan.io.structure import Count, Form, Quadruple, Triple, read_json
 from echoplan.io.text import format_json
 from echoplan.io.units import check_extent
 from echoplan.io.world import read_world
 from echoplan.model import EVERYWHERE, Truth
 
-__all__ = ["read_truth", "write_truth"]
+__all__ = ["as_truth", "read_truth", "write_truth"]
 
 
 class _TruthForm(Form):
@@ -53,7 +55,7 @@ def read_truth(path: Path) -> Truth:
     Parameters
     ----------
     path : Path or str
-        The file, usually ``truth.json``; or a world, all of whose faces and cylinders count.
+        The file, or the folder with ``truth.json``; or a world, all of whose faces and cylinders count.
 
     Returns
     -------
@@ -75,7 +77,22 @@ def read_truth(path: Path) -> Truth:
             cylinders=cylinders,
             cylinders_detected_by=_counts(None, len(cylinders)),
         )
-    return read_json(path, _TruthForm).value()
+    return read_json(inside(path, "truth.json"), _TruthForm).value()
+
+
+def as_truth(truth: Truth | str | PathLike[str]) -> Truth:
+    """Return a truth, or read it from its file.
+
+    Raises
+    ------
+    InvalidValueError
+        If it is neither.
+    """
+    if isinstance(truth, Truth):
+        return truth
+    if not isinstance(truth, str | PathLike):
+        raise InvalidValueError(f"truth must be a Truth or the path of a truth.json, not {type(truth).__name__}")
+    return read_truth(truth)
 
 
 @by_name

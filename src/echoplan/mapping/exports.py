@@ -1,18 +1,19 @@
 """The formats in which other software reads a map, by name and by suffix."""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib.util import find_spec
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
 
 import numpy as np
 
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.errors import MissingExtraError, UnknownNameError
+from echoplan.errors import InputError, MissingExtraError, UnknownNameError
 from echoplan.grids import grid_from_map
 from echoplan.io import write_bytes, write_dxf, write_geojson, write_grid, write_text
 from echoplan.io.ros import write_map_bag
+from echoplan.io.text import names_in
 from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep
 from echoplan.viewer import Plan, floor_plan_pdf, floor_plan_png, plan_svg
 
@@ -33,8 +34,8 @@ class Exportable:
         Sensors that made the recording; None for a map that was read from a file.
     sweeps : tuple of Sweep, optional
         The recording; empty for a map that was read from a file.
-    times : ndarray, shape (s,), optional
-        When each mapped sweep began [s].
+    stamps_ns : ndarray of int, shape (s,), optional
+        When the robot was at each pose of the map [ns]; None if unknown: then poses count as a second apart.
     grid : OccupancyGrid, optional
         The grid of a method that maps on one.
     """
@@ -43,7 +44,7 @@ class Exportable:
     name: str = "Floor plan"
     rig: Rig | None = None
     sweeps: tuple[Sweep, ...] = ()
-    times: FloatArray = field(default_factory=lambda: np.zeros(0))
+    stamps_ns: IntArray | None = None
     grid: OccupancyGrid | None = None
 
     @property
@@ -57,16 +58,15 @@ class Exportable:
         return self.grid or grid_from_map(self.feature_map, rig=self.rig, sweeps=self.sweeps or None)
 
     @property
-    def stamps_ns(self) -> IntArray:
-        """When the robot was at each pose of the map [ns], shape (s,); a second apart where no times are known."""
-        count = len(self.feature_map.poses)
-        times = self.times if len(self.times) == count else np.arange(float(count))
-        return np.round(1e9 * times).astype(np.int64)
+    def known_stamps_ns(self) -> IntArray:
+        """The stamps, or whole seconds where they are unknown [ns], shape (s,)."""
+        seconds = 1_000_000_000 * np.arange(len(self.feature_map.poses))
+        return seconds if self.stamps_ns is None else self.stamps_ns
 
     @property
     def odom_from_base(self) -> FloatArray | None:
         """The recorded pose of each mapped sweep [m, m, rad], shape (s, 3); None without the recording."""
-        recorded = {sweep.index: sweep.station for sweep in self.sweeps}
+        recorded = {sweep.index: sweep.station for sweep in self.sweeps if len(sweep)}
         return np.array([recorded[index] for index in self.feature_map.sweeps.tolist()]) if recorded else None
 
 
@@ -144,7 +144,7 @@ EXPORTS: Mapping[str, ExportFormat] = {
                 path,
                 content.feature_map,
                 grid=content.nav2_grid,
-                times_ns=content.stamps_ns,
+                times_ns=content.known_stamps_ns,
                 odom_from_base=content.odom_from_base,
             ),
             package="rosbags",
@@ -160,13 +160,13 @@ EXPORTS: Mapping[str, ExportFormat] = {
 }
 
 
-def export_formats(names: Iterable[str]) -> tuple[ExportFormat, ...]:
+def export_formats(names: str | Iterable[str]) -> tuple[ExportFormat, ...]:
     """Find export formats by their names, and check that their packages are installed.
 
     Parameters
     ----------
-    names : iterable of str
-        Keys of ``EXPORTS``, or ``all``.
+    names : str or iterable of str
+        Keys of ``EXPORTS``, or ``all``; several in one text are separated by commas.
 
     Returns
     -------
@@ -186,7 +186,7 @@ def export_formats(names: Iterable[str]) -> tuple[ExportFormat, ...]:
     [('map.svg',)]
     """
     chosen: dict[str, ExportFormat] = {}
-    for name in names:
+    for name in names_in(names):
         if name != "all" and name not in EXPORTS:
             raise UnknownNameError("export format", name, known=[*EXPORTS, "all"])
         chosen |= EXPORTS if name == "all" else {name: EXPORTS[name]}
@@ -215,15 +215,19 @@ def export_map(path: str | PathLike[str], content: Exportable) -> tuple[str, ...
     ------
     OutputError
         If the file cannot be written.
-    UnknownNameError
+    InputError
         If no format has this suffix.
     MissingExtraError
         If the package that writes the format is not installed.
     """
-    by_suffix = {each.suffix: each.name for each in EXPORTS.values()}
+    by_suffix = {each.suffix: each.name for each in EXPORTS.values()} | {".yml": "nav2"}
     suffix = Path(path).suffix.lower()
     if suffix not in by_suffix:
-        raise UnknownNameError("suffix of a map", suffix or str(path), known=by_suffix)
+        kinds = ", ".join(sorted(by_suffix))
+        problem = f"no format for other software has the suffix {suffix!r}" if suffix else "the name has no suffix"
+        raise InputError(
+            fspath(path), problem, remedy=f"end it with one of {kinds}; map.json is written by echoplan map"
+        )
     (chosen,) = export_formats([by_suffix[suffix]])
     chosen.write(Path(path), content)
     return (Path(path).name, *(Path(path).with_suffix(Path(name).suffix).name for name in chosen.files[1:]))

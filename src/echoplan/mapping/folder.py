@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from echoplan.config import write_run
+from echoplan.errors import EchoplanError
 from echoplan.evaluation import evaluate, evaluation_tables
 from echoplan.io import write_grid, write_map, write_text, write_trajectory, written_whole
-from echoplan.mapping.exports import EXPORTS, ExportFormat
+from echoplan.mapping.exports import EXPORTS, Exportable, ExportFormat
 from echoplan.viewer import (
     PAPER_FIGURES,
     Definitions,
@@ -65,13 +66,26 @@ def results_folder(folder: Path, result: "MapResult", *, exports: Iterable[Expor
         write_map(draft / "map.json", plan.feature_map)
         write_text(draft / "map.svg", plan_svg(plan))
         write_text(draft / "report.html", report_html(Report(title=result.title, plan=plan, sections=sections)))
-        write_trajectory(draft / "trajectory.tum", result.times, plan.feature_map.poses)
+        write_trajectory(draft / "trajectory.tum", result.stamps_ns, plan.feature_map.poses)
         write_run(draft / "run.toml", result.run, result.settings)
         if result.grid is not None:
             write_grid(draft / "map.yaml", result.grid)
-        for each in exports:
-            each.write(draft / each.files[0], result.exportable)
+        failure = _export(draft, result.exportable, exports=exports)
         yield draft
+    # A map may have taken hours: it is kept if it cannot be written in one more format.
+    if failure:
+        raise failure
+
+
+def _export(folder: Path, content: Exportable, *, exports: Iterable[ExportFormat]) -> EchoplanError | None:
+    """Write the formats that can be written, and return the error of one that cannot."""
+    failure = None
+    for each in exports:
+        try:
+            each.write(folder / each.files[0], content)
+        except EchoplanError as error:
+            failure = error
+    return failure
 
 
 def _evaluated(plan: Plan) -> tuple[Section, ...]:

@@ -5,12 +5,14 @@ from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
 
+import numpy as np
 from pydantic import BaseModel
 
-from echoplan.arrays import FloatArray
+from echoplan.arrays import FloatArray, IntArray
 from echoplan.config import Run
+from echoplan.errors import InvalidValueError
 from echoplan.evaluation import Evaluation, EvaluationSettings, evaluate
-from echoplan.io import read_truth
+from echoplan.io.truth import as_truth
 from echoplan.mapping.exports import Exportable, export_formats, export_map
 from echoplan.mapping.folder import GRID, RESULTS, results_folder
 from echoplan.model import (
@@ -48,8 +50,6 @@ class MapResult:
         Sensors that made the recording.
     sweeps : tuple of Sweep
         The recording as it was mapped, without readings of faulty sensors.
-    times : ndarray, shape (s,)
-        When each mapped sweep began [s].
     decisions : Definitions
         Why each landmark is in the map or not; empty for methods that do not record it.
     sections : tuple of Section, optional
@@ -64,7 +64,6 @@ class MapResult:
     plan: Plan
     rig: Rig
     sweeps: tuple[Sweep, ...]
-    times: FloatArray
     decisions: Definitions = field(default_factory=lambda: Definitions(title="Why", items=()))
     sections: tuple[Section, ...] = ()
     grid: OccupancyGrid | None = None
@@ -105,21 +104,32 @@ class MapResult:
         return self.feature_map.quality
 
     @property
+    def stamps_ns(self) -> IntArray:
+        """When the robot was at each pose [ns], shape (s,)."""
+        stamps = {sweep.index: sweep.station_ns for sweep in self.sweeps if len(sweep)}
+        return np.array([stamps[index] for index in self.feature_map.sweeps.tolist()], dtype=np.int64)
+
+    @property
     def exportable(self) -> Exportable:
         """What the export formats are made of."""
         return Exportable(
-            plan=self.plan, name=self.title, rig=self.rig, sweeps=self.sweeps, times=self.times, grid=self.grid
+            plan=self.plan,
+            name=self.title,
+            rig=self.rig,
+            sweeps=self.sweeps,
+            stamps_ns=self.stamps_ns,
+            grid=self.grid,
         )
 
-    def save(self, folder: str | PathLike[str], *, export: Sequence[str] = ()) -> tuple[str, ...]:
+    def save(self, folder: str | PathLike[str], *, export: str | Sequence[str] = ()) -> tuple[str, ...]:
         """Write ``map.json``, ``map.svg``, ``report.html``, ``trajectory.tum`` and ``run.toml``; all or none.
 
         Parameters
         ----------
         folder : str or Path
             Where to; it is made if it does not exist.  Files of an earlier run that this one does not make go.
-        export : sequence of str, optional
-            Names of further formats: keys of ``EXPORTS``.
+        export : str or sequence of str, optional
+            Names of further formats, keys of ``EXPORTS``, as in ``"pdf"``, ``"nav2,dxf"`` or ``["nav2", "dxf"]``.
 
         Returns
         -------
@@ -153,7 +163,7 @@ class MapResult:
         ------
         OutputError
             If the file cannot be written.
-        UnknownNameError
+        InputError
             If no format has this suffix.
         MissingExtraError
             If the package that writes the format is not installed.
@@ -179,13 +189,13 @@ class MapResult:
 
         Raises
         ------
-        ValueError
+        InvalidValueError
             If no truth is given and the recording has none.
         """
-        truth = read_truth(truth) if isinstance(truth, str | PathLike) else truth or self.plan.truth
+        truth = self.plan.truth if truth is None else as_truth(truth)
         if truth is None:
-            raise ValueError("the recording has no ground truth: pass truth=")
-        return evaluate(self.feature_map, truth, settings or EvaluationSettings())
+            raise InvalidValueError("the recording has no ground truth: pass truth=")
+        return evaluate(self.feature_map, truth, settings)
 
     def _repr_svg_(self) -> str:
         """Draw the map in a notebook."""

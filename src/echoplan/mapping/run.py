@@ -5,17 +5,19 @@ from contextlib import ExitStack
 from dataclasses import replace
 from os import PathLike, fspath
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 
 from echoplan.config import Run
 from echoplan.diagnosis import assess
 from echoplan.errors import InputError
+from echoplan.io.structure import validated
+from echoplan.io.truth import as_truth
 from echoplan.joint.trace import collect_events
 from echoplan.mapping.progress import SILENT, Progress
 from echoplan.mapping.result import MapResult
 from echoplan.methods import find_method, grid_of, map_sweeps, observations_of
 from echoplan.model import Source, Sweep, Truth
-from echoplan.sources import conventions_of, find_truth, open_source
+from echoplan.sources import as_source, conventions_of, find_truth
 from echoplan.viewer import EchoListener, Plan, decisions_in_words
 
 __all__ = ["map_source"]
@@ -26,7 +28,7 @@ def map_source(
     *,
     method: str = "joint",
     settings: BaseModel | Mapping[str, object] | None = None,
-    truth: Truth | None = None,
+    truth: Truth | str | PathLike[str] | None = None,
     name: str | None = None,
     progress: Progress = SILENT,
 ) -> MapResult:
@@ -40,8 +42,9 @@ def map_source(
         Name of the method, one of ``METHODS``.
     settings : BaseModel or mapping, optional
         Settings of the method: those of its ``settings_type``, or some of its keys, as in ``{"poses": "trust"}``.
-    truth : Truth, optional
-        Ground truth; by default that of the simulator, or the ``truth.json`` beside the recording, if there is one.
+    truth : Truth or str or Path, optional
+        Ground truth, or a ``truth.json``; by default that of the simulator, or the ``truth.json`` beside the
+        recording, if there is one.
     name : str, optional
         How to name the source in the record of the run; by default what was opened, or the name of the source.
     progress : Progress, optional
@@ -65,8 +68,9 @@ def map_source(
     >>> len(result.walls), result.evaluate().matches.by_class["wall"].tally.found
     (4, 4)
     """
-    opened = open_source(source) if isinstance(source, str | PathLike) else source
-    name = name or (fspath(source) if isinstance(source, str | PathLike) else source.name)
+    opened = as_source(source)
+    name = name or (fspath(source) if isinstance(source, str | PathLike) else opened.name)
+    truth = find_truth(opened) if truth is None else as_truth(truth)
     chosen = find_method(method)
     settings = _checked(settings, chosen.settings_type)
     sweeps = tuple(progress.track(opened, total=len(opened), task="reading"))
@@ -91,26 +95,22 @@ def map_source(
         settings={"method": settings},
         plan=Plan(
             feature_map=found,
-            truth=truth or find_truth(opened),
+            truth=truth,
             detections=observations_of(mapper),
             echoes_xy=listener.points_xy,
             conventions=conventions,
         ),
         rig=opened.rig,
         sweeps=tuple(mapped),
-        times=listener.times,
         decisions=decisions,
         grid=grid_of(mapper),
     )
 
 
 def _checked(settings: BaseModel | Mapping[str, object] | None, settings_type: type[BaseModel]) -> BaseModel:
-    if isinstance(settings, settings_type):
-        return settings
-    try:
-        return settings_type.model_validate({} if settings is None else settings)
-    except ValidationError as error:
-        fault = error.errors()[0]
-        place = ".".join(map(str, fault["loc"]))
-        known = ", ".join(sorted(settings_type.model_fields))
-        raise InputError("settings", fault["msg"], place=place, remedy=f"the settings are: {known}") from error
+    if isinstance(settings, BaseModel) and not isinstance(settings, settings_type):
+        remedy = f"pass {settings_type.__name__}, or a mapping"
+        raise InputError("settings", f"{type(settings).__name__} has those of another method", remedy=remedy)
+    return (
+        settings if isinstance(settings, settings_type) else validated(settings_type, settings or {}, source="settings")
+    )

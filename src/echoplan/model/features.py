@@ -7,6 +7,7 @@ from enum import StrEnum
 import numpy as np
 
 from echoplan.arrays import (
+    BoolArray,
     FloatArray,
     IntArray,
     checked_covariance,
@@ -355,6 +356,17 @@ class FeatureMap:
             checked_covariance(covariance, name=f"pose_covariances[{number}]", size=3)
         poses = checked_floats(self.poses, name="poses", shape=(len(sweeps), 3))
         store(self, sweeps=sweeps, poses=poses, pose_covariances=covariances)
+
+    @property
+    def unobserved_ends(self) -> BoolArray:
+        """Ends of walls that were not observed, shape (w, 2): the wall is drawn as far as it was detected.
+
+        Where a method estimates how sure the ends of walls are, an end without an estimate is such an end.
+        """
+        sigmas = np.array([wall.endpoint_sigmas for wall in self.walls]).reshape(-1, 2)
+        inferred = np.array([wall.inferred for wall in self.walls]).reshape(-1, 2)
+        is_unknown: BoolArray = np.isnan(sigmas) & (inferred == 0.0) & bool(np.isfinite(sigmas).any())
+        return is_unknown
 
     @property
     def is_empty(self) -> bool:

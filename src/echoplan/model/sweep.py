@@ -91,6 +91,11 @@ class Sweep:
         middle: FloatArray = self.map_from_base[len(self) // 2]
         return middle
 
+    @property
+    def station_ns(self) -> int:
+        """When the robot was at the station [ns]."""
+        return int(self.stamps_ns[len(self) // 2])
+
     def __getitem__(self, chosen: BoolArray | IntArray | slice) -> "Sweep":
         """Return some of the pings: a mask, indices or a slice."""
         columns = ("stamps_ns", "sensor_ids", "servo_angles", "ranges", "map_from_base")

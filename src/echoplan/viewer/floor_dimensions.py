@@ -78,9 +78,6 @@ def inner_dimensions(
 
 def _sides(feature_map: FeatureMap, sheet: FloorSheet, *, outward: FloatArray, depths: FloatArray) -> list[_Side]:
     """Take walls, and then openings, to the paper."""
-    # Where a method estimates how sure the ends of walls are, an end without an estimate is none: the wall is drawn as
-    # far as it was detected.
-    is_estimated = any(np.isfinite(wall.endpoint_sigmas).any() for wall in feature_map.walls)
     sides = [
         _Side(
             ends=sheet.on_paper(wall.endpoints_xy),
@@ -88,9 +85,11 @@ def _sides(feature_map: FeatureMap, sheet: FloorSheet, *, outward: FloatArray, d
             depth=float(depth) * sheet.millimetres,
             length=wall.length,
             is_inferred=tuple((wall.inferred > 0.0).tolist()),
-            is_unobserved=tuple((np.isnan(wall.endpoint_sigmas) & (wall.inferred == 0.0) & is_estimated).tolist()),
+            is_unobserved=tuple(unobserved.tolist()),
         )
-        for wall, normal, depth in zip(feature_map.walls, outward, depths, strict=True)
+        for wall, normal, depth, unobserved in zip(
+            feature_map.walls, outward, depths, feature_map.unobserved_ends, strict=True
+        )
     ]
     for opening in feature_map.openings:
         ends = sheet.on_paper(opening.endpoints_xy)

@@ -1,4 +1,4 @@
-"""Echoes and times kept for pictures and files while sweeps pass by on their way to a mapper."""
+"""Echoes kept for pictures while sweeps pass by on their way to a mapper."""
 
 from collections.abc import Iterable, Iterator
 
@@ -38,17 +38,11 @@ class EchoListener:
         self._stride = 1
         self._received = 0
         self._kept: list[FloatArray] = []
-        self._stamps_ns: list[int] = []
 
     @property
     def points_xy(self) -> FloatArray:
         """Points that the readings would mean if sound were a ray [m], shape (n, 2)."""
         return np.concatenate([np.zeros((0, 2)), *self._kept])
-
-    @property
-    def times(self) -> FloatArray:
-        """When each sweep began [s], shape (s,)."""
-        return 1e-9 * np.array(self._stamps_ns, dtype=np.float64)
 
     def listen(self, sweeps: Iterable[Sweep]) -> Iterator[Sweep]:
         """Pass sweeps on and keep their echoes.
@@ -64,7 +58,6 @@ class EchoListener:
             The same sweeps.
         """
         for sweep in sweeps:
-            self._stamps_ns.append(int(sweep.stamps_ns[0]) if len(sweep.stamps_ns) else 0)
             self._keep(echo_points(valid_pings(Pings.from_sweep(sweep, self.rig), self.rig)))
             yield sweep
 

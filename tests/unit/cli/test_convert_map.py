@@ -43,7 +43,7 @@ def test_a_map_becomes_a_grid_of_two_files_that_find_each_other(folder: Path) ->
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--to", "plan.xyz"], r"suffix of a map '.xyz'; known: .dxf"),
+        (["--to", "plan.xyz"], r"has the suffix '.xyz'; end it with one of .dxf"),
         (["--to", "plan.pdf", "--center", "90"], "it is no text log"),
         (["--to", "plan.pdf", "--topic", "/sonar"], "it is no ROS bag"),
     ],

@@ -1,19 +1,10 @@
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from echoplan.cli.evaluate import inside
 from echoplan.evaluation import evaluate, evaluation_tables
 from helpers import maps
-
-
-def test_a_file_may_be_named_by_its_folder(tmp_path: Path) -> None:
-    assert inside(tmp_path, "map.json") == tmp_path / "map.json"
-    (tmp_path / "other.json").touch()
-    assert inside(tmp_path / "other.json", "map.json") == tmp_path / "other.json"
-    assert inside(tmp_path / "missing", "map.json") == tmp_path / "missing"
 
 
 def test_tables_that_would_be_empty_are_left_out() -> None:

@@ -173,10 +173,14 @@ def test_a_map_in_utm_coordinates_has_the_same_cells_as_one_near_the_origin() ->
     assert is_free(grid, far + np.array([3.0, 2.0]))
 
 
-def test_sweeps_without_a_rig_and_grids_that_are_too_large_are_refused() -> None:
+def test_sweeps_without_a_rig_are_refused() -> None:
     with pytest.raises(InvalidValueError, match="sweeps need the rig that made them"):
         grid_from_map(TWO_ROOMS, sweeps=[])
-    with pytest.raises(
-        InvalidValueError, match=r"a grid of .* m by .* m would have more cells than max_cells = 16000000"
-    ):
-        grid_from_map(drawn(wall([0, 0], [9000, 9000])))
+
+
+def test_the_cells_of_a_map_with_a_far_wall_are_larger() -> None:
+    grid = grid_from_map(drawn(wall([0, 0], [900, 900])))
+    assert grid.resolution == 0.4
+    assert grid.values.size <= MapGridSettings().max_cells
+    row, column = grid.cells_of([450.0, 450.0])
+    assert grid.values[row, column] == 1.0

@@ -9,7 +9,16 @@ from pathlib import Path
 import pytest
 
 from echoplan.errors import InputError, OutputError
-from echoplan.io.files import check_folder, open_text, read_text, readable, write_bytes, write_text, written_whole
+from echoplan.io.files import (
+    check_folder,
+    inside,
+    open_text,
+    read_text,
+    readable,
+    write_bytes,
+    write_text,
+    written_whole,
+)
 
 
 def test_text_is_read_alike_with_and_without_byte_order_mark_and_with_any_line_ends(tmp_path: Path) -> None:
@@ -287,3 +296,10 @@ def test_a_name_that_no_file_can_have_is_refused(tmp_path: Path, name: str, prob
 def test_text_from_a_name_that_is_no_utf8_is_written_with_question_marks(tmp_path: Path) -> None:
     write_text(tmp_path / "a.txt", "r\udce4um")
     assert (tmp_path / "a.txt").read_bytes() == b"r?um"
+
+
+def test_a_file_may_be_named_by_its_folder(tmp_path: Path) -> None:
+    assert inside(tmp_path, "map.json") == tmp_path / "map.json"
+    (tmp_path / "other.json").touch()
+    assert inside(tmp_path / "other.json", "map.json") == tmp_path / "other.json"
+    assert inside(tmp_path / "missing", "map.json") == tmp_path / "missing"

@@ -16,16 +16,16 @@ def test_what_was_written_is_read_again(
     rows: list[tuple[float, float, float]], tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     path = tmp_path_factory.mktemp("trajectory") / "trajectory.tum"
-    poses, times = np.array(rows).reshape(-1, 3), np.arange(len(rows), dtype=np.float64)
-    write_trajectory(path, times, poses)
-    read_times, read_poses = read_trajectory(path)
-    np.testing.assert_allclose(read_times, times, atol=1e-6)
+    poses, stamps_ns = np.array(rows).reshape(-1, 3), 1_763_700_000_123_456_789 + np.arange(len(rows))
+    write_trajectory(path, stamps_ns, poses)
+    read_stamps_ns, read_poses = read_trajectory(path)
+    assert read_stamps_ns.tolist() == stamps_ns.tolist()
     np.testing.assert_allclose(read_poses, poses, atol=1e-8)
 
 
 def test_lines_are_those_of_the_tum_benchmark(tmp_path: Path) -> None:
     path = tmp_path / "trajectory.tum"
-    write_trajectory(path, np.array([1.5]), np.array([[1.0, 2.0, np.pi]]))
+    write_trajectory(path, np.array([1_500_000_000]), np.array([[1.0, 2.0, np.pi]]))
     head, line = path.read_text().splitlines()
     assert head.startswith("#")
     assert [float(text) for text in line.split()] == pytest.approx([1.5, 1, 2, 0, 0, 0, 1, 0], abs=1e-9)

@@ -1,17 +1,32 @@
 import tomllib
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from echoplan.arrays import FloatArray
 from echoplan.config import Run
-from echoplan.errors import InputError, OutputError, UnknownNameError
-from echoplan.io import builtin_rig, read_map
+from echoplan.errors import InputError, InvalidValueError, OutputError, UnknownNameError
+from echoplan.io import builtin_rig, read_map, read_trajectory
 from echoplan.mapping import PICTURES, MapResult, map_source, results_folder
-from echoplan.model import Truth
+from echoplan.model import Sweep, Truth
 from echoplan.preprocessing import KmeansSettings
 from echoplan.viewer import Plan
 from helpers import maps
+
+
+def at_station(index: int, pose: FloatArray) -> Sweep:
+    """A sweep of three pings, a second apart."""
+    return Sweep(
+        index=index,
+        stamps_ns=10_000_000_000 * index + 1_000_000_000 * np.arange(3),
+        sensor_ids=np.arange(3),
+        servo_angles=np.zeros(3),
+        ranges=np.ones(3),
+        map_from_base=np.array([pose] * 3),
+    )
 
 
 def result(truth: Truth | None = None) -> MapResult:
@@ -23,8 +38,7 @@ def result(truth: Truth | None = None) -> MapResult:
         settings={"method": KmeansSettings(min_members=4)},
         plan=Plan(feature_map=found, truth=truth, detections=(), echoes_xy=np.zeros((0, 2))),
         rig=builtin_rig("rotary-array"),
-        sweeps=(),
-        times=np.arange(float(len(found.sweeps))),
+        sweeps=tuple(at_station(*station) for station in zip(found.sweeps.tolist(), found.poses, strict=True)),
     )
 
 
@@ -80,16 +94,42 @@ def test_a_map_is_evaluated_against_the_truth_of_its_recording() -> None:
         result().evaluate()
 
 
+def test_a_pose_has_the_time_at_which_the_robot_was_there(tmp_path: Path) -> None:
+    result().save(tmp_path)
+    assert result().stamps_ns.tolist() == read_trajectory(tmp_path / "trajectory.tum")[0].tolist()
+    assert result().stamps_ns[0] == 10_000_000_000 * result().feature_map.sweeps[0] + 1_000_000_000
+
+
+def test_the_other_files_are_saved_if_one_format_cannot_be_written(tmp_path: Path) -> None:
+    late = replace(result(), sweeps=tuple(replace(each, stamps_ns=each.stamps_ns - 2**60) for each in result().sweeps))
+    with pytest.raises(InvalidValueError, match="times_ns"):
+        late.save(tmp_path, export="mcap,geojson")
+    assert {"map.json", "report.html", "map.geojson"} <= {path.name for path in tmp_path.iterdir()}
+    assert not (tmp_path / "map.mcap").exists()
+
+
+@pytest.mark.parametrize("source", [None, [], 5])
+def test_what_is_no_source_is_refused(source: Any) -> None:
+    with pytest.raises(InvalidValueError, match=r"put sweeps into Recording"):
+        map_source(source)
+
+
 def test_a_map_is_exported_by_suffix(tmp_path: Path) -> None:
     result().export(tmp_path / "plan.svg")
     assert (tmp_path / "plan.svg").read_text(encoding="utf-8").startswith("<")
-    with pytest.raises(UnknownNameError, match=r"suffix of a map '.xyz'"):
+    with pytest.raises(
+        InputError, match=r"no format for other software has the suffix '.xyz'; end it with one of .dxf"
+    ):
         result().export(tmp_path / "plan.xyz")
+    with pytest.raises(InputError, match="the name has no suffix"):
+        result().export(tmp_path / "plan")
 
 
 def test_a_wrong_setting_is_refused_with_the_known_ones() -> None:
-    with pytest.raises(InputError, match=r"settings, posess: .*poses"):
+    with pytest.raises(InputError, match=r"settings, posess: the key 'posess' is unknown; did you mean 'poses'?"):
         map_source("sim:square", settings={"posess": "trust"})
+    with pytest.raises(InputError, match="KmeansSettings has those of another method; pass JointSettings"):
+        map_source("sim:square", settings=KmeansSettings())
 
 
 def test_a_notebook_draws_a_map() -> None:
