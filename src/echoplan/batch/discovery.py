@@ -47,7 +47,7 @@ def find_recordings(folder: Path, *, without: Path | None = None) -> tuple[Recor
     folder : Path
         Where to search; it may be a recording itself.
     without : Path, optional
-        A folder that is not searched: that of the results.
+        A folder that is not searched: that of the maps.
 
     Returns
     -------

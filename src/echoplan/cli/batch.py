@@ -58,7 +58,7 @@ def run(
 
     name, settings = method_and_settings(config, method)
     check_folder(out, (_CSV, _PARQUET))
-    recordings = find_recordings(folder, without=out)
+    recordings = find_recordings(folder, without=out / _MAPS)
     planned = plan_jobs(recordings, maps=out / _MAPS, method=name, settings=settings)
     rows = finished_rows(planned)
     waiting, before = [job for job in planned if job.name not in rows], len(rows)

@@ -45,9 +45,9 @@ def test_what_lies_inside_a_recording_is_no_other_recording(tmp_path: Path) -> N
     assert names(tmp_path) == ["a"]
 
 
-def test_results_and_hidden_folders_are_not_searched(tmp_path: Path) -> None:
+def test_maps_and_hidden_folders_are_not_searched(tmp_path: Path) -> None:
     write(tmp_path, "a/pings.csv", "out/maps/a/pings.csv", ".git/pings.csv")
-    assert names(tmp_path, without=tmp_path / "out") == ["a"]
+    assert names(tmp_path, without=tmp_path / "out" / "maps") == ["a"]
 
 
 def test_links_are_followed_but_not_in_circles(tmp_path: Path) -> None:
