@@ -264,9 +264,7 @@ def _in_one_line(path: Path) -> Iterator[None]:
         # Damaged files meet assertions, indices and attributes that are not there; lz4 raises RuntimeError.
         *(ValueError, LookupError, TypeError, AttributeError, AssertionError, ArithmeticError, RuntimeError),
     ) as error:
-        said = (
-            "" if isinstance(error, MemoryError) else str(error).replace(str(path), path.name) or type(error).__name__
-        )
+        said = str(error).replace(str(path), path.name) or type(error).__name__
         for sign, problem, remedy in _PROBLEMS:
             if re.search(sign, said):
                 raise InputError(path, problem, remedy=remedy.replace("FILE", path.name)) from error
