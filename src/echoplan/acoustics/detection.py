@@ -6,6 +6,8 @@ same step one burst later.  A weak echo trips the threshold later on this slope 
 read too long.  The closed forms below invert the slope by Lambert's W.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -107,7 +109,7 @@ def crossing_delay(excess: ArrayLike, transducer: Transducer) -> FloatArray:
     length = _burst_length(transducer)
     level = 10 ** (-np.maximum(above, 0.0) / 20) * _peak(transducer)
     # During the burst: (1 + x) e^-x = 1 - level.
-    rising = -1 - _lambert(-(1 - np.minimum(level, _step(length))) / np.e, branch=-1)
+    rising = -1 - _lambert(-(1 - np.minimum(level, _step(length))) / math.e, branch=-1)
     # After it: e^-x (growth (1 + x) - length e^length) = level, with growth = e^length - 1.
     growth = np.expm1(length)
     lead = length * np.exp(length) / growth
