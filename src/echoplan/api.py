@@ -131,7 +131,7 @@ def compare(
     Parameters
     ----------
     sources : Source or str or Path, or iterable of them
-        What ``open_source`` returns, or what it takes.
+        What ``echoplan.open`` returns, or what it takes.
     methods : str or sequence of str, optional
         Names of methods, as in ``"joint,rcd"`` or ``["joint", "rcd"]``; all of ``METHODS`` by default.
     workers : int, optional

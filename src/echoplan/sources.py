@@ -73,7 +73,8 @@ def open_source(
 
     Examples
     --------
-    >>> len(open_source("sim:square,seed=1"))
+    >>> import echoplan as ep
+    >>> len(ep.open("sim:square,seed=1"))
     5
     """
     text = fspath(text)

@@ -37,7 +37,7 @@ def map_source(
     Parameters
     ----------
     source : Source or str or Path
-        What ``open_source`` returns, or what it takes: a recording's folder, a bag, or ``sim:WORLD``.
+        What ``echoplan.open`` returns, or what it takes: a recording's folder, a bag, or ``sim:WORLD``.
     method : str, optional
         Name of the method, one of ``METHODS``.
     settings : BaseModel or mapping, optional
