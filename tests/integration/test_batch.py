@@ -18,7 +18,7 @@ from library.fleet import METHOD, write_fleet
 # Every test starts processes that import echoplan.
 pytestmark = pytest.mark.slow
 
-COUNT = 12
+COUNT = 10
 
 
 @pytest.fixture(scope="module")
