@@ -41,7 +41,8 @@ def scheduler(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
     file = tmp_path / "scheduler.json"
     with dask("scheduler", "--port", "0", "--scheduler-file", str(file)) as process:
         deadline = time.monotonic() + PATIENCE
-        while not file.exists():
+        # The file may be there before it is written.
+        while not (file.exists() and file.read_text(encoding="utf-8").rstrip().endswith("}")):
             assert time.monotonic() < deadline
             time.sleep(0.05)
         yield process, json.loads(file.read_text(encoding="utf-8"))["address"]
